@@ -1,0 +1,13 @@
+//! What is lit: a KMS display, or the virtual screen, behind one trait.
+//!
+//! Owns cards, modes, planes, buffers, atomic commits, flips and hot-plug. Never knows a video file: pictures
+//! come in as [`Picture`], and leave as light.
+//!
+//! Start at [`Screen`], the trait that the player drives.
+#![deny(unsafe_code)]
+
+mod picture;
+mod screen;
+
+pub use picture::Picture;
+pub use screen::{Event, Lit, Screen, ScreenError};

@@ -1,0 +1,107 @@
+//! The one interface between the player and whatever is lit.
+//!
+//! Owns the [`Screen`] trait and its events. Never decides when a frame is due: the player's cadence does.
+//! Implementations: `kms/` (a real display) and `virtual_screen.rs` (a picture in memory).
+
+use crate::Picture;
+use std::time::Duration;
+use timing::{Nanos, Rate, Vblank};
+
+/// What is lit, and how.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lit {
+    /// The screen's name: `kms:/dev/dri/card0 HDMI-A-1` or `virtual`.
+    pub screen: String,
+    /// The mode's name and exact refresh: `1280x720@60`.
+    pub mode: String,
+    /// Pixels across and down.
+    pub size: (u32, u32),
+    /// The pixel format on the plane, as its fourcc: `YU12`, `NV12` or `XR24`.
+    pub format: String,
+    /// Exact vblanks per second.
+    pub refresh: Rate,
+}
+
+/// What a screen tells its player.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The committed picture is on the glass since `vblank`, which began at `at`.
+    Flip {
+        /// The vblank at which it arrived.
+        vblank: Vblank,
+        /// When that vblank began, on the monotonic clock.
+        at: Nanos,
+    },
+    /// The vblank asked for with [`Screen::notify_at`] has begun.
+    Vblank {
+        /// The vblank counter now; may lie past the one asked for.
+        vblank: Vblank,
+        /// When it began, on the monotonic clock.
+        at: Nanos,
+    },
+    /// The screen is dark or gone (unplugged, another master, device removed). Pending flips will not come.
+    /// Keep calling [`Screen::next_event`]: it works towards [`Event::Back`] by itself.
+    Lost {
+        /// One sentence for the log: what was seen.
+        reason: String,
+    },
+    /// There is a mode again; [`Screen::lit`] tells it. Nothing is lit until the next [`Screen::commit`]: re-stage.
+    Back,
+    /// A flip or vblank event was lost or a commit failed for a while; the screen repaired itself and the picture
+    /// stands. Pending commits are void: commit again. Reported so that it can be counted.
+    Recovered {
+        /// One sentence for the log: what was seen and which rung of the ladder helped.
+        reason: String,
+    },
+    /// Nothing happened .
+    Idle,
+}
+
+/// Why a screen cannot go on. Everything that time or a cable can mend is an [`Event`] instead.
+#[derive(Debug, thiserror::Error)]
+pub enum ScreenError {
+    /// No such device, or it is no KMS device.
+    #[error("cannot open screen `{device}`")]
+    Open {
+        /// As the user gave it.
+        device: String,
+        /// What the kernel said.
+        source: std::io::Error,
+    },
+    /// The picture's size is odd or zero, or larger than the screen can scan out.
+    #[error("picture of {width}x{height} does not fit a screen of {screen_width}x{screen_height}")]
+    Size {
+        /// The picture's width.
+        width: u32,
+        /// The picture's height.
+        height: u32,
+        /// The screen's width.
+        screen_width: u32,
+        /// The screen's height.
+        screen_height: u32,
+    },
+}
+
+/// A surface that lights one picture per flip. One thread drives it; every call but [`Screen::next_event`]
+/// returns without waiting for a vblank.
+pub trait Screen {
+    /// What is lit; `None` while there is nothing to light (unplugged, not master).
+    fn lit(&self) -> Option<Lit>;
+
+    /// Copies `picture` into the free back buffer, so that [`Screen::commit`] is quick. Staging again before a commit
+    /// replaces what was staged. Without effect while nothing is lit.
+    ///
+    /// # Errors
+    /// [`ScreenError::Size`]. What is lit stays lit.
+    fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError>;
+
+    /// Sends the staged picture to the glass at the next vblank; [`Event::Flip`] tells its arrival. At most one
+    /// commit is in flight: a second before its flip is ignored and reported as [`Event::Recovered`].
+    fn commit(&mut self);
+
+    /// Asks for an [`Event::Vblank`] at `vblank`, or at once if that is past.
+    fn notify_at(&mut self, vblank: Vblank);
+
+    /// Waits for the next event, at most `timeout`.
+    fn next_event(&mut self, timeout: Duration) -> Event;
+}

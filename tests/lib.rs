@@ -1,0 +1,1 @@
+//! Whole-system claims live in `it/`: this package only gives them a home.
