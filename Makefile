@@ -1,0 +1,36 @@
+# The five things one does here. `make` alone says what they are.
+# What a target needs from the distribution it installs itself, once: the lists lie in .ci/packages.
+
+.DEFAULT_GOAL := help
+.PHONY: help play check bench soak
+
+player := target/release/dreams-player
+# Where a player that was started from here keeps its place in the path.
+state := target/play
+
+help: ## say what each target does
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+
+play: ## build the player and show the demo flock on the best screen there is; Ctrl-C ends it
+	.ci/install play
+	cargo build --locked --release --package player
+	mkdir -p $(state)
+	$(player) --flock flock-tools/demo/small --state $(state)
+
+check: ## everything that must hold before a change lands: form, lints, licences, all tests
+	.ci/install play check
+	cargo fmt --check
+	cargo clippy --locked --release --workspace --all-targets -- --deny warnings
+	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
+	cargo build --locked --release --workspace
+	cargo test --locked --release --workspace --no-fail-fast
+
+bench: ## measure the player beside ffmpeg, mpv and GStreamer on a real KMS device in a guest kernel
+	.ci/install play check bench
+	cargo build --locked --release --workspace
+	tests/bench/run
+
+soak: ## the long claims: a day of playing in virtual time, a year of walking
+	.ci/install play check
+	cargo build --locked --release --workspace
+	tests/soak/run
