@@ -8,6 +8,8 @@
 
 mod picture;
 mod screen;
+mod virtual_screen;
 
 pub use picture::Picture;
 pub use screen::{Event, Lit, Screen, ScreenError};
+pub use virtual_screen::{Pace, VirtualScreen};

@@ -1,6 +1,9 @@
 //! One decoded picture on its way to the glass.
 //!
-//! Owns the borrowed view of its planes. Never owns pixels.
+//! Owns the borrowed view of its planes, and the copy that a screen in memory keeps. Never converts a pixel:
+//! `paint.rs` does, for the formats that a plane takes.
+
+use crate::ScreenError;
 
 /// A borrowed 8-bit 4:2:0 picture: BT.709 primaries and matrix, limited range.
 #[derive(Clone, Copy, Debug)]
@@ -21,5 +24,47 @@ impl<'a> Picture<'a> {
         let half = u32::from(plane > 0);
         let (width, height) = ((self.width >> half) as usize, (self.height >> half) as usize);
         self.planes[plane].chunks(self.strides[plane]).take(height).map(move |row| &row[..width])
+    }
+
+    /// Refuses a picture that is odd, empty, larger than `screen`, or whose planes are shorter than it says.
+    pub(crate) fn check(&self, screen: (u32, u32)) -> Result<(), ScreenError> {
+        let even = |n: u32| n > 0 && n.is_multiple_of(2);
+        let filled = |plane: usize| {
+            let half = u32::from(plane > 0);
+            let (width, height) = ((self.width >> half) as usize, (self.height >> half) as usize);
+            let stride = self.strides[plane];
+            stride >= width && self.planes[plane].len() >= stride * (height - 1) + width
+        };
+        let fits = even(self.width) && even(self.height) && self.width <= screen.0 && self.height <= screen.1;
+        if fits && (0..3).all(filled) {
+            return Ok(());
+        }
+        let (screen_width, screen_height) = screen;
+        Err(ScreenError::Size { width: self.width, height: self.height, screen_width, screen_height })
+    }
+}
+
+/// A picture that owns its planes, without padding.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OwnedPicture {
+    size: (u32, u32),
+    planes: [Vec<u8>; 3],
+}
+
+impl OwnedPicture {
+    /// Becomes a copy of `picture`, in the memory that it has.
+    pub(crate) fn copy_from(&mut self, picture: &Picture<'_>) {
+        self.size = (picture.width, picture.height);
+        for (plane, bytes) in self.planes.iter_mut().enumerate() {
+            bytes.clear();
+            picture.rows(plane).for_each(|row| bytes.extend_from_slice(row));
+        }
+    }
+
+    pub(crate) fn view(&self) -> Picture<'_> {
+        let (width, height) = self.size;
+        let half = (width / 2) as usize;
+        let [y, u, v] = &self.planes;
+        Picture { width, height, planes: [y, u, v], strides: [width as usize, half, half] }
     }
 }

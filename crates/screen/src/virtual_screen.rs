@@ -1,0 +1,267 @@
+//! A screen in memory: for machines without a display, for tests, and for the live view.
+//!
+//! Owns its last picture and its own vblanks. Never drops or reorders a picture, never touches a device.
+//! Start at [`VirtualScreen::new`]; [`Pace`] says where its vblanks come from.
+
+use crate::picture::OwnedPicture;
+use crate::{Event, Lit, Picture, Screen, ScreenError};
+use rustix::event::{Timespec, poll};
+use std::collections::VecDeque;
+use std::time::Duration;
+use timing::{Nanos, Rate, Vblank};
+
+/// Where the vblanks of a virtual screen come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// From the clock: vblank `n` begins `n` periods after the screen was made.
+    Timer,
+    /// From the player: every flip and every vblank asked for comes at once, and the counter jumps to it.
+    /// Vblank `n` is said to begin at `n` periods, whatever the clock says.
+    Free,
+}
+
+/// A screen in memory whose picture can be read.
+#[derive(Debug)]
+pub struct VirtualScreen {
+    size: (u32, u32),
+    refresh: Rate,
+    pace: Pace,
+    now: fn() -> Nanos,
+    origin: Nanos,
+    /// Free pace only: the vblank that the player has reached.
+    reached: u64,
+    shown: Option<OwnedPicture>,
+    staged: Option<OwnedPicture>,
+    /// The committed picture, and the vblank at which it flips.
+    committed: Option<(OwnedPicture, u64)>,
+    asked: Option<u64>,
+    notices: VecDeque<Event>,
+    /// A picture that left the glass: its memory serves the next one.
+    spare: Option<OwnedPicture>,
+}
+
+impl VirtualScreen {
+    /// A dark screen of `size` pixels that has `refresh` vblanks per second.
+    ///
+    /// * `now` — the monotonic clock; read at [`Pace::Timer`] only.
+    pub fn new(size: (u32, u32), refresh: Rate, pace: Pace, now: fn() -> Nanos) -> Self {
+        let origin = match pace {
+            Pace::Timer => now(),
+            Pace::Free => Nanos(0),
+        };
+        Self {
+            size,
+            refresh,
+            pace,
+            now,
+            origin,
+            reached: 0,
+            shown: None,
+            staged: None,
+            committed: None,
+            asked: None,
+            notices: VecDeque::new(),
+            spare: None,
+        }
+    }
+
+    /// The picture on the glass: the last one whose flip was reported; `None` before the first.
+    pub fn picture(&self) -> Option<Picture<'_>> {
+        self.shown.as_ref().map(OwnedPicture::view)
+    }
+
+    /// The vblank that has begun.
+    fn current(&self) -> u64 {
+        match self.pace {
+            Pace::Free => self.reached,
+            Pace::Timer => {
+                let elapsed = u128::from((self.now)().since(self.origin));
+                let periods = elapsed * u128::from(self.refresh.num()) / u128::from(self.refresh.den());
+                let current = u64::try_from(periods / 1_000_000_000).unwrap_or(u64::MAX);
+                // Vblanks begin at whole nanoseconds, rounded down: this one may just have begun.
+                if self.begins(current + 1) <= (self.now)() { current + 1 } else { current }
+            }
+        }
+    }
+
+    fn begins(&self, vblank: u64) -> Nanos {
+        self.origin.after(self.refresh.span_ns(vblank))
+    }
+
+    /// What happens next, and at which vblank.
+    fn due(&self) -> Option<u64> {
+        let flip = self.committed.as_ref().map(|(_, vblank)| *vblank);
+        [flip, self.asked].into_iter().flatten().min()
+    }
+
+    /// The event of vblank `due`, a flip before a notice.
+    fn happen(&mut self, due: u64) -> Event {
+        if let Some((picture, _)) = self.committed.take_if(|(_, vblank)| *vblank <= due) {
+            self.spare = self.shown.replace(picture);
+            return Event::Flip { vblank: Vblank(due as u32), at: self.begins(due) };
+        }
+        self.asked = None;
+        let vblank = self.current().max(due);
+        Event::Vblank { vblank: Vblank(vblank as u32), at: self.begins(vblank) }
+    }
+}
+
+impl Screen for VirtualScreen {
+    fn lit(&self) -> Option<Lit> {
+        Some(Lit {
+            screen: "virtual".to_owned(),
+            mode: format!("{}x{}@{}", self.size.0, self.size.1, self.refresh),
+            size: self.size,
+            format: "YU12".to_owned(),
+            refresh: self.refresh,
+        })
+    }
+
+    fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError> {
+        picture.check(self.size)?;
+        let mut held = self.staged.take().or_else(|| self.spare.take()).unwrap_or_default();
+        held.copy_from(picture);
+        self.staged = Some(held);
+        Ok(())
+    }
+
+    fn commit(&mut self) {
+        if self.committed.is_some() {
+            let reason = "a second commit came before the flip of the first, and was ignored".to_owned();
+            self.notices.push_back(Event::Recovered { reason });
+            return;
+        }
+        if let Some(picture) = self.staged.take().or_else(|| self.shown.clone()) {
+            self.committed = Some((picture, self.current() + 1));
+        }
+    }
+
+    fn notify_at(&mut self, vblank: Vblank) {
+        let current = self.current();
+        let ahead = vblank.since(Vblank(current as u32));
+        self.asked = Some(current.saturating_add_signed(i64::from(ahead)));
+    }
+
+    fn next_event(&mut self, timeout: Duration) -> Event {
+        if let Some(notice) = self.notices.pop_front() {
+            return notice;
+        }
+        let Some(due) = self.due() else {
+            pause(timeout);
+            return Event::Idle;
+        };
+        match self.pace {
+            Pace::Free => self.reached = self.reached.max(due),
+            Pace::Timer => {
+                let until = Duration::from_nanos(self.begins(due).since((self.now)()));
+                pause(until.min(timeout));
+                if (self.now)() < self.begins(due) {
+                    return Event::Idle;
+                }
+            }
+        }
+        self.happen(due)
+    }
+}
+
+/// Waits for `span`, an hour at most, on no descriptor. An interrupted wait ends early: callers look at the clock again.
+fn pause(span: Duration) {
+    let span = Timespec::try_from(span.min(Duration::from_secs(3600))).expect("an hour fits a timespec");
+    let _ = poll(&mut [], Some(&span));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    thread_local!(static CLOCK: Cell<u64> = const { Cell::new(0) });
+
+    /// A clock that a millisecond passes on at every reading.
+    fn ticking() -> Nanos {
+        CLOCK.with(|clock| Nanos(clock.replace(clock.get() + 1_000_000)))
+    }
+
+    fn hz(rate: u64) -> Rate {
+        Rate::new(rate, 1).unwrap()
+    }
+
+    fn grey(luma: &[u8]) -> Picture<'_> {
+        Picture { width: 4, height: 2, planes: [luma, &[128; 2], &[128; 2]], strides: [4, 2, 2] }
+    }
+
+    fn shown_luma(screen: &VirtualScreen) -> Option<u8> {
+        screen.picture().map(|picture| picture.planes[0][0])
+    }
+
+    #[test]
+    fn a_free_screen_jumps_to_the_vblank_asked_for() {
+        let mut screen = VirtualScreen::new((4, 2), hz(50), Pace::Free, ticking);
+        let at = |vblank: u32| Nanos(u64::from(vblank) * 20_000_000);
+        screen.notify_at(Vblank(1_000_000));
+        assert_eq!(screen.next_event(Duration::MAX), Event::Vblank { vblank: Vblank(1_000_000), at: at(1_000_000) });
+        screen.stage(&grey(&[7; 8])).unwrap();
+        screen.commit();
+        assert_eq!(screen.next_event(Duration::MAX), Event::Flip { vblank: Vblank(1_000_001), at: at(1_000_001) });
+        assert_eq!(screen.next_event(Duration::ZERO), Event::Idle);
+    }
+
+    #[test]
+    fn a_timed_screen_flips_once_a_period() {
+        let mut screen = VirtualScreen::new((4, 2), hz(50), Pace::Timer, ticking);
+        let mut flips = Vec::new();
+        for luma in 0..4 {
+            screen.stage(&grey(&[luma; 8])).unwrap();
+            screen.commit();
+            loop {
+                match screen.next_event(Duration::ZERO) {
+                    Event::Flip { vblank, .. } => break flips.push(vblank.0),
+                    Event::Idle => {}
+                    other => panic!("{other:?}"),
+                }
+            }
+            assert_eq!(shown_luma(&screen), Some(luma));
+        }
+        assert_eq!(flips, [1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn a_picture_is_readable_from_its_flip_on() {
+        let mut screen = VirtualScreen::new((4, 2), hz(60), Pace::Free, ticking);
+        screen.stage(&grey(&[1; 8])).unwrap();
+        screen.stage(&grey(&[2; 8])).unwrap();
+        screen.commit();
+        assert_eq!(shown_luma(&screen), None);
+        screen.next_event(Duration::ZERO);
+        screen.stage(&grey(&[3; 8])).unwrap();
+        assert_eq!(shown_luma(&screen), Some(2));
+    }
+
+    #[test]
+    fn a_commit_before_its_predecessors_flip_is_ignored_and_told() {
+        let mut screen = VirtualScreen::new((4, 2), hz(60), Pace::Free, ticking);
+        screen.stage(&grey(&[1; 8])).unwrap();
+        screen.commit();
+        screen.stage(&grey(&[2; 8])).unwrap();
+        screen.commit();
+        assert!(matches!(screen.next_event(Duration::ZERO), Event::Recovered { .. }));
+        assert!(matches!(screen.next_event(Duration::ZERO), Event::Flip { .. }));
+        assert_eq!(shown_luma(&screen), Some(1));
+        screen.commit();
+        screen.next_event(Duration::ZERO);
+        assert_eq!(shown_luma(&screen), Some(2));
+    }
+
+    #[test]
+    fn a_picture_that_does_not_fit_is_refused_and_the_lit_one_stays() {
+        let mut screen = VirtualScreen::new((4, 2), hz(60), Pace::Free, ticking);
+        screen.stage(&grey(&[1; 8])).unwrap();
+        screen.commit();
+        screen.next_event(Duration::ZERO);
+        for (width, height) in [(0, 2), (3, 2), (6, 2), (4, 4)] {
+            let wrong = Picture { width, height, ..grey(&[9; 8]) };
+            assert!(matches!(screen.stage(&wrong), Err(ScreenError::Size { .. })), "{width}x{height}");
+        }
+        assert_eq!(shown_luma(&screen), Some(1));
+    }
+}
