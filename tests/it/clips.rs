@@ -1,0 +1,70 @@
+//! Test clips in the flock's form, made by the `ffmpeg` program, and what it says that they show.
+//!
+//! Owns the encoder settings and the fingerprints of frames. Never uses the project's own decoder or encoder:
+//! `ffmpeg` is the witness here.
+//!
+//! Start at [`Encode::make`] and [`framemd5`].
+
+use crate::programs::succeed;
+use std::path::Path;
+use std::process::Command;
+
+/// What one test clip shows and how it is encoded.
+#[derive(Clone, Copy, Debug, Hash)]
+pub(crate) struct Encode {
+    /// Width and height in pixels.
+    pub(crate) size: (u32, u32),
+    /// Frames per second, numerator and denominator.
+    pub(crate) fps: (u32, u32),
+    /// How many frames.
+    pub(crate) frames: u32,
+    /// Which picture and which of [`SETTINGS`]; two numbers never show the same frame.
+    pub(crate) number: usize,
+}
+
+/// Encoder settings that clips take in turn: every one is H.264 High with a closed GOP, and none like the next.
+pub(crate) const SETTINGS: [(&str, &str); 6] = [
+    ("veryfast", "bframes=3:ref=2:cabac=1:crf=23"),
+    ("ultrafast", "bframes=0:ref=1:cabac=0:8x8dct=1:crf=30"),
+    ("medium", "bframes=2:ref=5:b-pyramid=strict:weightp=2:crf=20"),
+    ("fast", "bframes=1:ref=3:slices=4:crf=28:keyint=5"),
+    ("superfast", "bframes=4:b-adapt=0:ref=4:8x8dct=1:threads=2:sliced-threads=1:crf=34"),
+    ("faster", "bframes=0:ref=2:cabac=1:intra-refresh=0:qp=26"),
+];
+
+impl Encode {
+    /// Makes the clip at `path`.
+    pub(crate) fn make(self, path: &Path) {
+        let (preset, x264) = SETTINGS[self.number % SETTINGS.len()];
+        let mut ffmpeg = self.source();
+        ffmpeg.args(["-c:v", "libx264", "-profile:v", "high", "-preset", preset, "-bsf:v", "dump_extra=freq=keyframe"]);
+        ffmpeg.args(["-x264-params", &format!("open-gop=0:scenecut=0:{x264}")]);
+        succeed(ffmpeg.arg(path));
+    }
+
+    /// The same pictures in another codec: a clip that is not in the flock's form.
+    pub(crate) fn make_as(self, codec: &str, path: &Path) {
+        succeed(self.source().args(["-c:v", codec]).arg(path));
+    }
+
+    /// `ffmpeg` with this clip's raw pictures as its input and BT.709 limited range as its tags.
+    fn source(self) -> Command {
+        let ((width, height), (num, den), turn) = (self.size, self.fps, self.number * 47);
+        let picture = format!("testsrc2=size={width}x{height}:rate={num}/{den},hue=h={turn},format=yuv420p");
+        let mut ffmpeg = Command::new("ffmpeg");
+        ffmpeg.args(["-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", &picture]);
+        ffmpeg.args(["-frames:v", &self.frames.to_string(), "-movflags", "+faststart"]);
+        ffmpeg.args(["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"]);
+        ffmpeg
+    }
+}
+
+/// The MD5 of every frame of `clip`, in order, as `ffmpeg -f framemd5` lists them.
+pub(crate) fn framemd5(clip: &Path) -> Vec<String> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(clip);
+    ffmpeg.args(["-an", "-pix_fmt", "yuv420p", "-fps_mode", "passthrough", "-f", "framemd5", "-"]);
+    let list = String::from_utf8(succeed(&mut ffmpeg)).unwrap();
+    let digest = |line: &str| line.rsplit(',').next().map(|md5| md5.trim().to_owned());
+    list.lines().filter(|line| !line.starts_with('#')).filter_map(digest).collect()
+}

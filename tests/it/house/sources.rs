@@ -1,0 +1,219 @@
+//! Every file reads like every other.
+//!
+//! Owns the rules that each Rust file keeps, one by one, and the fences around `unsafe`. Each rule carries a file that
+//! breaks it, so that none can fall asleep. Never looks at documents or manifests: [`super::facts`] does.
+//!
+//! Start at [`rules`].
+
+use std::fmt::Write as _;
+
+use super::tokens::{Token, functions, positions, read};
+
+/// A file's lines, at most.
+const LONGEST_FILE: usize = 500;
+/// A function's lines, at most, from `fn` to the closing brace; clippy counts the same without comments.
+pub(super) const LONGEST_FUNCTION: usize = 70;
+/// The lines of a `main`, at most: it is a table of contents.
+const LONGEST_MAIN: usize = 15;
+/// The packages that may hold `unsafe`, each with the one file that does.
+const FENCES: &[(&str, &str)] = &[("crates/screen/", "src/kernel.rs"), ("crates/video/", "src/av.rs")];
+/// Names that own no noun.
+const EMPTY_NAMES: &[&str] = &["common", "helper", "helpers", "manager", "misc", "util", "utils"];
+
+/// One Rust file, ready to be judged.
+struct Source {
+    path: String,
+    text: String,
+    tokens: Vec<Token>,
+}
+
+/// What a file is judged by.
+struct Rule {
+    claim: &'static str,
+    /// The lines that break it.
+    broken: fn(&Source) -> Vec<usize>,
+    /// The path and the text of a file that breaks it.
+    example: (&'static str, String),
+}
+
+impl Source {
+    fn new(path: &str, text: &str) -> Self {
+        Self { path: path.to_owned(), text: text.to_owned(), tokens: read(path, text) }
+    }
+
+    /// The lines where the tokens read one of `phrases`.
+    fn lines_of(&self, phrases: &[&[&str]]) -> Vec<usize> {
+        phrases.iter().flat_map(|words| positions(&self.tokens, words).map(|token| token.line)).collect()
+    }
+
+    fn is_test(&self) -> bool {
+        self.path.starts_with("tests/") || self.path.contains("/tests/")
+    }
+}
+
+/// The rules, each with its counter-example.
+fn rules() -> Vec<Rule> {
+    let long = |lines: usize| "    //\n".repeat(lines - 2);
+    let rule = |claim, broken, path, text: &str| Rule { claim, broken, example: (path, text.to_owned()) };
+    vec![
+        rule("opens with a `//!` header of several lines", without_header, "src/a.rs", "//! A.\nfn a() {}"),
+        rule("has at most 500 lines", too_long, "src/a.rs", &"\n".repeat(LONGEST_FILE + 1)),
+        rule(
+            "has functions of at most 70 lines",
+            long_functions,
+            "src/a.rs",
+            &format!("fn a() {{\n{}}}", long(LONGEST_FUNCTION + 1)),
+        ),
+        rule(
+            "has a `main` of at most 15 lines",
+            long_main,
+            "src/main.rs",
+            &format!("fn main() {{\n{}}}", long(LONGEST_MAIN + 1)),
+        ),
+        rule("leaves no work behind: an issue, or nothing", unfinished, "src/a.rs", &format!("// {}: rest", marks()[0])),
+        rule("skips no test", skipped_tests, "src/a.rs", "#[test]\n#[ignore = \"slow\"]\nfn a() {}"),
+        rule("says what it uses, name by name", globs, "src/a.rs", "use std::io::*;"),
+        rule("is named for the noun it owns", nameless, "src/utils.rs", ""),
+        rule("takes the time as an argument", clocks, "src/a.rs", "fn a() { std::time::Instant::now(); }"),
+        rule("holds `unsafe` only as its package's fence", unfenced, "crates/flame/src/a.rs", "unsafe impl Send for A {}"),
+        rule("justifies every `unsafe`", unjustified, "src/a.rs", "// Fast.\nfn a() {\n    unsafe { b() }\n}"),
+    ]
+}
+
+fn without_header(source: &Source) -> Vec<usize> {
+    let header = source.text.lines().take_while(|line| line.starts_with("//!")).count();
+    if header < 2 { vec![1] } else { vec![] }
+}
+
+fn too_long(source: &Source) -> Vec<usize> {
+    if source.text.lines().count() > LONGEST_FILE { vec![LONGEST_FILE + 1] } else { vec![] }
+}
+
+fn long_functions(source: &Source) -> Vec<usize> {
+    let long = functions(&source.tokens).into_iter().filter(|function| function.lines > LONGEST_FUNCTION);
+    long.map(|function| function.line).collect()
+}
+
+fn long_main(source: &Source) -> Vec<usize> {
+    let mains = functions(&source.tokens).into_iter().filter(|function| function.name == "main" && function.depth == 0);
+    mains.filter(|main| main.lines > LONGEST_MAIN).map(|main| main.line).collect()
+}
+
+/// The marks of unfinished work, spelled so that this file does not bear them.
+fn marks() -> [String; 3] {
+    [["TO", "DO"].concat(), ["FIX", "ME"].concat(), ["X"; 3].concat()]
+}
+
+fn unfinished(source: &Source) -> Vec<usize> {
+    let marks = marks();
+    let marked = |line: &str| line.split(|c: char| !c.is_alphanumeric()).any(|word| marks.iter().any(|mark| mark == word));
+    source.text.lines().enumerate().filter(|(_, line)| marked(line)).map(|(above, _)| above + 1).collect()
+}
+
+fn skipped_tests(source: &Source) -> Vec<usize> {
+    source.lines_of(&[&["#", "[", "ignore"]])
+}
+
+/// Globs are allowed to tests only: of the module they test, and of proptest's macros.
+fn globs(source: &Source) -> Vec<usize> {
+    let allowed = ["super::*", "proptest::prelude::*"];
+    let uses = source.tokens.iter().enumerate().filter(|(_, token)| token.text == "use");
+    let glob = uses.filter_map(|(at, token)| {
+        let path: String = source.tokens[at + 1..].iter().map(|t| &*t.text).take_while(|text| *text != ";").collect();
+        let of_a_test = (token.in_tests || source.is_test()) && allowed.contains(&&*path);
+        (path.contains('*') && !path.starts_with('<') && !of_a_test).then_some(token.line)
+    });
+    glob.collect()
+}
+
+fn nameless(source: &Source) -> Vec<usize> {
+    let empty = source.path.split('/').any(|part| EMPTY_NAMES.contains(&part.trim_end_matches(".rs")));
+    if empty { vec![1] } else { vec![] }
+}
+
+/// Each root reads the clock in its `now.rs`; measurements of speed read it where they stand.
+fn clocks(source: &Source) -> Vec<usize> {
+    let root = ["player/src/now.rs", "flock-tools/src/now.rs", "tests/it/now.rs"].contains(&&*source.path);
+    let measures = source.path.contains("benches/") || source.path.contains("examples/");
+    if root || measures {
+        return vec![];
+    }
+    let reads: [&[&str]; 3] =
+        [&["Instant", ":", ":", "now"], &["SystemTime", ":", ":", "now"], &["thread", ":", ":", "sleep"]];
+    source.lines_of(&reads)
+}
+
+fn unfenced(source: &Source) -> Vec<usize> {
+    let is_fence = FENCES.iter().any(|(package, file)| source.path == format!("{package}{file}"));
+    if is_fence { vec![] } else { source.lines_of(&[&["unsafe"]]) }
+}
+
+/// The lines above an `unsafe`, up to an empty one or a closing brace, must say `SAFETY:`.
+fn unjustified(source: &Source) -> Vec<usize> {
+    let lines: Vec<&str> = source.text.lines().collect();
+    let ends = |line: &&&str| line.trim().is_empty() || line.trim() == "}";
+    let justified = |line: usize| lines[..line].iter().rev().take_while(|line| !ends(line)).any(|l| l.contains("SAFETY:"));
+    source.lines_of(&[&["unsafe"]]).into_iter().filter(|line| !justified(*line)).collect()
+}
+
+fn sources() -> Vec<Source> {
+    super::files(".rs").iter().map(|(path, text)| Source::new(path, text)).collect()
+}
+
+#[test]
+fn every_file_keeps_every_rule() {
+    let mut faults = String::new();
+    let (sources, rules) = (sources(), rules());
+    for source in &sources {
+        for rule in &rules {
+            for line in (rule.broken)(source) {
+                writeln!(faults, "{}:{line}: not a file that {}", source.path, rule.claim).unwrap();
+            }
+        }
+    }
+    assert!(sources.len() > 20, "only {} files were read", sources.len());
+    assert!(faults.is_empty(), "\n{faults}");
+}
+
+#[test]
+fn every_rule_finds_the_file_that_breaks_it() {
+    for rule in rules() {
+        let (path, text) = &rule.example;
+        let source = Source::new(path, text);
+        assert!(!(rule.broken)(&source).is_empty(), "nothing breaks: {}", rule.claim);
+    }
+}
+
+#[test]
+fn a_good_file_breaks_no_rule() {
+    let fence = format!("{}{}", FENCES[0].0, FENCES[0].1);
+    let text = "//! What it owns.\n//! Where to go next.\n#![allow(unsafe_code)]\n\
+                fn a() {\n    // SAFETY: `b` was checked above.\n    unsafe { b(\"Instant::now\") }\n}\n\
+                #[cfg(test)]\nmod tests {\n    use super::*;\n}\n";
+    let source = Source::new(&fence, text);
+    for rule in rules() {
+        assert_eq!((rule.broken)(&source), [0; 0], "{}", rule.claim);
+    }
+}
+
+#[test]
+fn unsafe_code_is_forbidden_by_the_compiler_outside_the_fences() {
+    let packages = super::metadata(false).packages;
+    for target in packages.iter().flat_map(|package| &package.targets) {
+        let path = target.src_path.strip_prefix(super::root()).unwrap().as_str();
+        let is_fence = FENCES.iter().any(|(package, _)| path == format!("{package}src/lib.rs"));
+        let level = if is_fence { "deny" } else { "forbid" };
+        let source = Source::new(path, &super::read(path));
+        let said = positions(&source.tokens, &["#", "!", "[", level, "(", "unsafe_code"]).next();
+        assert!(said.is_some(), "`{path}` does not open with `#![{level}(unsafe_code)]`");
+    }
+}
+
+#[test]
+fn each_fence_has_one_file_that_says_it_is_the_fence() {
+    for (package, file) in FENCES {
+        let source = Source::new(file, &super::read(&format!("{package}{file}")));
+        let said = positions(&source.tokens, &["#", "!", "[", "allow", "(", "unsafe_code"]).next();
+        assert!(said.is_some(), "`{package}{file}` does not open with `#![allow(unsafe_code)]`");
+    }
+}

@@ -1,0 +1,76 @@
+//! The programs under claim, and the commands that check them.
+//!
+//! Owns where the built programs lie, that they are newer than their sources, and running a command to its end.
+//! Never builds anything: `make check` builds first, and a missing or stale program is a loud failure here.
+//!
+//! Start at [`player`] and [`flock`].
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output};
+use std::time::SystemTime;
+
+/// `dreams-player` as `make check` built it.
+pub(crate) fn player() -> PathBuf {
+    fresh("dreams-player")
+}
+
+/// `flock` as `make check` built it.
+pub(crate) fn flock() -> PathBuf {
+    fresh("flock")
+}
+
+/// The repository's folder.
+pub(crate) fn repository() -> PathBuf {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+    tests.parent().expect("tests/ lies in the repository").to_owned()
+}
+
+/// The folder of built programs: this test binary lies in its `deps/`.
+fn built() -> PathBuf {
+    let me = std::env::current_exe().unwrap();
+    me.parent().and_then(Path::parent).expect("a test binary lies in target/release/deps").to_owned()
+}
+
+/// A folder for what claims build once and use again.
+pub(crate) fn claims_folder() -> PathBuf {
+    let folder = built().parent().expect("release/ lies in the target folder").join("claims");
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// The program `name`, newer than every source that its compiler's dependency list names.
+fn fresh(name: &str) -> PathBuf {
+    let program = built().join(name);
+    let remedy = "run `cargo build --release --workspace` first (`make check` does)";
+    let changed = |path: &Path| fs::metadata(path).and_then(|file| file.modified());
+    let made: SystemTime = changed(&program).unwrap_or_else(|_| panic!("`{}` is not built: {remedy}", program.display()));
+    let list = fs::read_to_string(program.with_extension("d")).unwrap_or_default();
+    for source in list.split_once(": ").map_or("", |(_, sources)| sources).split_whitespace() {
+        let newer = changed(Path::new(source)).is_ok_and(|time| time > made);
+        assert!(!newer, "`{}` is older than `{source}`: {remedy}", program.display());
+    }
+    program
+}
+
+/// Runs `command` to its end and hands over what it said.
+pub(crate) fn output(command: &mut Command) -> Output {
+    command.output().unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"))
+}
+
+/// Runs `command`, which must succeed, and hands over its standard output.
+pub(crate) fn succeed(command: &mut Command) -> Vec<u8> {
+    let said = output(command);
+    assert!(said.status.success(), "{command:?} ended with {}: {}", said.status, String::from_utf8_lossy(&said.stderr));
+    said.stdout
+}
+
+/// Whether `child` ends within `seconds`. It is left running if not.
+pub(crate) fn ends_within(child: &Child, seconds: u32) -> bool {
+    let pid = Pid::from_child(child);
+    let Ok(handle) = pidfd_open(pid, PidfdFlags::empty()) else { return true };
+    let limit = Timespec { tv_sec: i64::from(seconds), tv_nsec: 0 };
+    poll(&mut [PollFd::new(&handle, PollFlags::IN)], Some(&limit)).unwrap() > 0
+}

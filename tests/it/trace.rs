@@ -1,0 +1,149 @@
+//! The player's trace, read back.
+//!
+//! Owns the shape of its lines as the contract gives it; a line of another shape fails the claim that reads it.
+//! Never judges what was played: the claims do.
+//!
+//! Start at [`Trace::read`].
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// Everything that one run of the player told.
+#[derive(Debug, Default)]
+pub(crate) struct Trace {
+    /// What was lit, once for every mode.
+    pub(crate) starts: Vec<Start>,
+    /// Frames in the order of their arrival on the glass.
+    pub(crate) flips: Vec<Flip>,
+    /// Clip pairs at their joins.
+    pub(crate) joins: Vec<(String, String)>,
+    /// Kinds and messages of faults.
+    pub(crate) faults: Vec<(String, String)>,
+    /// The closing counts; `None` if the player was killed.
+    pub(crate) end: Option<End>,
+}
+
+/// What is lit, and how.
+#[derive(Debug)]
+pub(crate) struct Start {
+    /// `kms:/dev/dri/card1 Virtual-1` or `virtual`.
+    pub(crate) screen: String,
+    /// `1280x720@60`: pixels and exact vblanks a second.
+    pub(crate) mode: String,
+    /// The plane's pixel format.
+    pub(crate) format: String,
+}
+
+/// One frame's arrival on the glass.
+#[derive(Debug)]
+pub(crate) struct Flip {
+    /// The clip's path in the manifest.
+    pub(crate) clip: String,
+    /// The frame's place in its clip, from 0.
+    pub(crate) frame: u64,
+    /// The kernel's vblank counter at its arrival.
+    pub(crate) vblank: u32,
+    /// Nanoseconds on the monotonic clock.
+    pub(crate) t_ns: u64,
+    /// Vblanks that it came too late.
+    pub(crate) late: u64,
+    /// MD5 of the visible planes, under `--hash`.
+    pub(crate) hash: Option<String>,
+}
+
+/// The closing counts of a run.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct End {
+    pub(crate) flips: u64,
+    pub(crate) late: u64,
+    pub(crate) repeated: u64,
+    pub(crate) skipped: u64,
+    pub(crate) joins: u64,
+    pub(crate) faults: u64,
+}
+
+impl Trace {
+    /// Reads the trace that a player left at `path`. A last line cut off by a kill is left out.
+    pub(crate) fn read(path: &Path) -> Self {
+        let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("no trace at `{}`: {error}", path.display()));
+        let mut trace = Self::default();
+        for line in text.split_inclusive('\n').filter(|line| line.ends_with('\n')) {
+            trace.take(&parse(line));
+        }
+        trace
+    }
+
+    /// Adds one event.
+    fn take(&mut self, event: &Value) {
+        match text(event, "event").as_str() {
+            "start" => {
+                assert!(!event["fps"].is_null(), "a start tells its fps: {event}");
+                let (screen, mode, format) = (text(event, "screen"), text(event, "mode"), text(event, "format"));
+                self.starts.push(Start { screen, mode, format });
+            }
+            "flip" => self.flips.push(flip(event)),
+            "join" => self.joins.push((text(event, "from"), text(event, "to"))),
+            "fault" => self.faults.push((text(event, "kind"), text(event, "message"))),
+            "end" => self.end = Some(end(event)),
+            unknown => panic!("the trace has an event `{unknown}` that the contract does not know"),
+        }
+    }
+
+    /// The clips in the order in which their frames were lit.
+    pub(crate) fn clips(&self) -> Vec<&str> {
+        let mut clips: Vec<&str> = Vec::new();
+        let mut before = None;
+        for flip in &self.flips {
+            let begins = clips.last() != Some(&flip.clip.as_str()) || before.is_some_and(|frame| frame >= flip.frame);
+            if begins {
+                clips.push(&flip.clip);
+            }
+            before = Some(flip.frame);
+        }
+        clips
+    }
+
+    /// Exact vblanks a second of the only mode lit, as numerator and denominator.
+    pub(crate) fn refresh(&self) -> (u64, u64) {
+        let [start] = &self.starts[..] else { panic!("one mode was lit, found {:?}", self.starts) };
+        let (_, rate) = start.mode.split_once('@').expect("a mode is WxH@RATE");
+        let (num, den) = rate.split_once('/').unwrap_or((rate, "1"));
+        (num.parse().unwrap(), den.parse().unwrap())
+    }
+}
+
+/// One line of a trace.
+pub(crate) fn parse(line: &str) -> Value {
+    serde_json::from_str(line).unwrap_or_else(|error| panic!("no JSON in the trace: {error}: {line}"))
+}
+
+fn flip(event: &Value) -> Flip {
+    Flip {
+        clip: text(event, "clip"),
+        frame: number(event, "frame"),
+        vblank: u32::try_from(number(event, "vblank")).unwrap(),
+        t_ns: number(event, "t_ns"),
+        late: number(event, "late"),
+        hash: event.get("hash").map(|_| text(event, "hash")),
+    }
+}
+
+fn end(event: &Value) -> End {
+    End {
+        flips: number(event, "flips"),
+        late: number(event, "late"),
+        repeated: number(event, "repeated"),
+        skipped: number(event, "skipped"),
+        joins: number(event, "joins"),
+        faults: number(event, "faults"),
+    }
+}
+
+fn text(event: &Value, key: &str) -> String {
+    event[key].as_str().unwrap_or_else(|| panic!("`{key}` is no text in {event}")).to_owned()
+}
+
+fn number(event: &Value, key: &str) -> u64 {
+    event[key].as_u64().unwrap_or_else(|| panic!("`{key}` is no whole number in {event}"))
+}
