@@ -1,4 +1,5 @@
 //! Claims about the whole system, tried on the real programs.
+#![forbid(unsafe_code)]
 
 mod bad_clips;
 mod cadence;
@@ -7,9 +8,11 @@ mod command_line;
 mod flocks;
 mod guest;
 mod hot_plug;
+mod house;
 mod joins;
 mod playing;
 mod programs;
 mod resume;
 mod status_page;
 mod trace;
+mod unit;

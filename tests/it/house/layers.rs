@@ -8,8 +8,16 @@
 use std::collections::BTreeMap;
 
 /// The layer of every package of ours.
-const LAYERS: &[(&str, u8)] =
-    &[("timing", 0), ("flame", 1), ("flock", 1), ("screen", 1), ("video", 1), ("flock-tools", 3), ("player", 3), ("claims", 4)];
+const LAYERS: &[(&str, u8)] = &[
+    ("timing", 0),
+    ("flame", 1),
+    ("flock", 1),
+    ("screen", 1),
+    ("video", 1),
+    ("flock-tools", 3),
+    ("player", 3),
+    ("claims", 4),
+];
 
 /// The arrows that do not go down, each as a sentence; packages without a layer too.
 fn wrong_arrows(layers: &[(&str, u8)], arrows: &[(String, String)]) -> Vec<String> {
@@ -39,11 +47,14 @@ fn every_arrow_goes_down() {
 fn an_arrow_up_or_sideways_is_found() {
     let arrow = |from: &str, to: &str| (from.to_owned(), to.to_owned());
     let arrows = [arrow("flock", "timing"), arrow("flock", "video"), arrow("timing", "player"), arrow("new", "timing")];
-    assert_eq!(wrong_arrows(LAYERS, &arrows), [
-        "flock (1) must not see video (1)",
-        "timing (0) must not see player (3)",
-        "new sees timing, and one of them has no layer",
-    ]);
+    assert_eq!(
+        wrong_arrows(LAYERS, &arrows),
+        [
+            "flock (1) must not see video (1)",
+            "timing (0) must not see player (3)",
+            "new sees timing, and one of them has no layer",
+        ]
+    );
 }
 
 #[test]

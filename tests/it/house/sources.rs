@@ -16,7 +16,7 @@ pub(super) const LONGEST_FUNCTION: usize = 70;
 /// The lines of a `main`, at most: it is a table of contents.
 const LONGEST_MAIN: usize = 15;
 /// The packages that may hold `unsafe`, each with the one file that does.
-const FENCES: &[(&str, &str)] = &[("crates/screen/", "src/kernel.rs"), ("crates/video/", "src/av.rs")];
+const FENCES: &[(&str, &str)] = &[("crates/screen/", "src/kernel.rs"), ("crates/video/", "src/raw.rs")];
 /// Names that own no noun.
 const EMPTY_NAMES: &[&str] = &["common", "helper", "helpers", "manager", "misc", "util", "utils"];
 
@@ -56,7 +56,7 @@ fn rules() -> Vec<Rule> {
     let long = |lines: usize| "    //\n".repeat(lines - 2);
     let rule = |claim, broken, path, text: &str| Rule { claim, broken, example: (path, text.to_owned()) };
     vec![
-        rule("opens with a `//!` header of several lines", without_header, "src/a.rs", "//! A.\nfn a() {}"),
+        rule("opens with a `//!` header that says enough", without_header, "src/a.rs", "//! A.\nfn a() {}"),
         rule("has at most 500 lines", too_long, "src/a.rs", &"\n".repeat(LONGEST_FILE + 1)),
         rule(
             "has functions of at most 70 lines",
@@ -70,19 +70,31 @@ fn rules() -> Vec<Rule> {
             "src/main.rs",
             &format!("fn main() {{\n{}}}", long(LONGEST_MAIN + 1)),
         ),
-        rule("leaves no work behind: an issue, or nothing", unfinished, "src/a.rs", &format!("// {}: rest", marks()[0])),
+        rule(
+            "leaves no work behind: an issue, or nothing",
+            unfinished,
+            "src/a.rs",
+            &format!("// {}: rest", marks()[0]),
+        ),
         rule("skips no test", skipped_tests, "src/a.rs", "#[test]\n#[ignore = \"slow\"]\nfn a() {}"),
         rule("says what it uses, name by name", globs, "src/a.rs", "use std::io::*;"),
         rule("is named for the noun it owns", nameless, "src/utils.rs", ""),
         rule("takes the time as an argument", clocks, "src/a.rs", "fn a() { std::time::Instant::now(); }"),
-        rule("holds `unsafe` only as its package's fence", unfenced, "crates/flame/src/a.rs", "unsafe impl Send for A {}"),
+        rule(
+            "holds `unsafe` only as its package's fence",
+            unfenced,
+            "crates/flame/src/a.rs",
+            "unsafe impl Send for A {}",
+        ),
         rule("justifies every `unsafe`", unjustified, "src/a.rs", "// Fast.\nfn a() {\n    unsafe { b() }\n}"),
     ]
 }
 
+/// A module says what it owns and what it leaves to others, which takes lines; a file of claims may say it in one.
 fn without_header(source: &Source) -> Vec<usize> {
     let header = source.text.lines().take_while(|line| line.starts_with("//!")).count();
-    if header < 2 { vec![1] } else { vec![] }
+    let enough = if source.is_test() { 1 } else { 2 };
+    if header < enough { vec![1] } else { vec![] }
 }
 
 fn too_long(source: &Source) -> Vec<usize> {
@@ -106,7 +118,8 @@ fn marks() -> [String; 3] {
 
 fn unfinished(source: &Source) -> Vec<usize> {
     let marks = marks();
-    let marked = |line: &str| line.split(|c: char| !c.is_alphanumeric()).any(|word| marks.iter().any(|mark| mark == word));
+    let marked =
+        |line: &str| line.split(|c: char| !c.is_alphanumeric()).any(|word| marks.iter().any(|mark| mark == word));
     source.text.lines().enumerate().filter(|(_, line)| marked(line)).map(|(above, _)| above + 1).collect()
 }
 
@@ -152,7 +165,8 @@ fn unfenced(source: &Source) -> Vec<usize> {
 fn unjustified(source: &Source) -> Vec<usize> {
     let lines: Vec<&str> = source.text.lines().collect();
     let ends = |line: &&&str| line.trim().is_empty() || line.trim() == "}";
-    let justified = |line: usize| lines[..line].iter().rev().take_while(|line| !ends(line)).any(|l| l.contains("SAFETY:"));
+    let justified =
+        |line: usize| lines[..line].iter().rev().take_while(|line| !ends(line)).any(|l| l.contains("SAFETY:"));
     source.lines_of(&[&["unsafe"]]).into_iter().filter(|line| !justified(*line)).collect()
 }
 
@@ -204,8 +218,8 @@ fn unsafe_code_is_forbidden_by_the_compiler_outside_the_fences() {
         let is_fence = FENCES.iter().any(|(package, _)| path == format!("{package}src/lib.rs"));
         let level = if is_fence { "deny" } else { "forbid" };
         let source = Source::new(path, &super::read(path));
-        let said = positions(&source.tokens, &["#", "!", "[", level, "(", "unsafe_code"]).next();
-        assert!(said.is_some(), "`{path}` does not open with `#![{level}(unsafe_code)]`");
+        let said = source.lines_of(&[&["#", "!", "[", level, "(", "unsafe_code"]]);
+        assert!(!said.is_empty(), "`{path}` does not open with `#![{level}(unsafe_code)]`");
     }
 }
 
@@ -213,7 +227,7 @@ fn unsafe_code_is_forbidden_by_the_compiler_outside_the_fences() {
 fn each_fence_has_one_file_that_says_it_is_the_fence() {
     for (package, file) in FENCES {
         let source = Source::new(file, &super::read(&format!("{package}{file}")));
-        let said = positions(&source.tokens, &["#", "!", "[", "allow", "(", "unsafe_code"]).next();
-        assert!(said.is_some(), "`{package}{file}` does not open with `#![allow(unsafe_code)]`");
+        let said = source.lines_of(&[&["#", "!", "[", "allow", "(", "unsafe_code"]]);
+        assert!(!said.is_empty(), "`{package}{file}` does not open with `#![allow(unsafe_code)]`");
     }
 }

@@ -90,7 +90,8 @@ fn body(start: &Token, name: &Token, rest: &[Token]) -> Option<Function> {
 
 #[test]
 fn a_function_is_measured_from_its_first_line_to_its_last() {
-    let text = "impl A {\n  fn a(\n    f: fn() -> u8,\n  ) {\n    \"}\";\n  }\n}\ntrait T { fn none(); }\nm! { fn b() {} }";
+    let text =
+        "impl A {\n  fn a(\n    f: fn() -> u8,\n  ) {\n    \"}\";\n  }\n}\ntrait T { fn none(); }\nm! { fn b() {} }";
     let seen = functions(&read("a.rs", text));
     let function = |name: &str, line, lines| Function { name: name.to_owned(), line, lines, depth: 1 };
     assert_eq!(seen, [function("a", 2, 5), function("b", 9, 1)]);
@@ -98,7 +99,8 @@ fn a_function_is_measured_from_its_first_line_to_its_last() {
 
 #[test]
 fn tests_are_told_from_the_code_that_they_test() {
-    let tokens = read("a.rs", "use a::b; #[cfg(test)] mod tests { fn inside() {} } #[cfg(test)] use c; fn outside() {}");
+    let tokens =
+        read("a.rs", "use a::b; #[cfg(test)] mod tests { fn inside() {} } #[cfg(test)] use c; fn outside() {}");
     let in_tests = |word: &str| tokens.iter().find(|token| token.text == word).unwrap().in_tests;
     assert!(in_tests("inside") && in_tests("c"));
     assert!(!in_tests("b") && !in_tests("outside"));

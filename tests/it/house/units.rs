@@ -24,7 +24,7 @@ fn judge(name: &str, text: &str, arguments: &[&str]) -> String {
     };
     fs::write(&path, text.lines().map(line).collect::<String>()).unwrap();
     let output = Command::new("systemd-analyze").args(arguments).arg(&path).output().expect("systemd-analyze starts");
-    let is_young = |line: &&str| YOUNG_KEYS.iter().any(|key| line.contains(&format!("Unknown key name '{key}'")));
+    let is_young = |line: &&str| YOUNG_KEYS.iter().any(|key| line.contains(&format!("Unknown key '{key}'")));
     let said = String::from_utf8(output.stderr).unwrap();
     let mut faults: String = said.lines().filter(|line| !is_young(line)).collect();
     if !output.status.success() {

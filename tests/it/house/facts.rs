@@ -1,0 +1,156 @@
+//! A fact is written once; where it must stand twice, the two are compared here.
+//!
+//! Owns the claims about documents, manifests and scripts: what they name exists, what they list gives its reason,
+//! what two of them say is the same. Never looks into Rust code beyond finding a name: [`super::sources`] does.
+//!
+//! Start at the tests: each is one pair of places.
+
+use super::{files, metadata, quoted, read, root, section};
+
+/// The documents that a reader meets first.
+const DOCUMENTS: &[&str] =
+    &["README.md", "ARCHITECTURE.md", "STYLE.md", "CONTRIBUTING.md", "CHANGELOG.md", "image-build/README.md"];
+
+/// The entries, `key = value`, of the TOML `text` that have no comment on the line above.
+fn unexplained(text: &str) -> Vec<&str> {
+    let entry = |line: &str| {
+        let key = line.split(" = ").next().unwrap_or_default();
+        line.contains(" = ") && key.chars().all(|c| c.is_alphanumeric() || "_-".contains(c))
+    };
+    let lines: Vec<&str> = text.lines().collect();
+    let above = |at: usize| at.checked_sub(1).map_or("", |above| lines[above]);
+    (0..lines.len()).filter(|at| entry(lines[*at]) && !above(*at).starts_with('#')).map(|at| lines[at]).collect()
+}
+
+/// The targets of the Makefile that say what they do.
+fn make_targets() -> Vec<String> {
+    let explained = |line: &str| Some(line.split_once(": ## ")?.0.to_owned());
+    read("Makefile").lines().filter_map(explained).collect()
+}
+
+/// The words after `make ` in code of the document.
+fn make_commands(document: &str) -> Vec<&str> {
+    let spans =
+        document.lines().flat_map(|line| if line.starts_with("    ") { vec![line.trim()] } else { quoted(line) });
+    spans.filter_map(|code| code.strip_prefix("make ")?.split_whitespace().next()).collect()
+}
+
+/// What the document's links point to, within the repository.
+fn links(document: &str) -> Vec<&str> {
+    let targets = document.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+    targets.filter(|target| !target.is_empty() && !target.contains("://")).collect()
+}
+
+/// The number that stands in `text` after `mark`.
+fn number_after(text: &str, mark: &str) -> usize {
+    let rest = text.split_once(mark).unwrap_or_else(|| panic!("no `{mark}`")).1;
+    rest.chars().take_while(char::is_ascii_digit).collect::<String>().parse().unwrap()
+}
+
+#[test]
+fn every_dependency_says_what_it_saves_us() {
+    let manifest = read("Cargo.toml");
+    let (_, dependencies) = manifest.split_once("[workspace.dependencies]\n").unwrap();
+    let (dependencies, _) = dependencies.split_once("\n[").unwrap();
+    let silent: Vec<_> = unexplained(dependencies).into_iter().filter(|line| !line.contains("path = ")).collect();
+    assert_eq!(silent, [""; 0]);
+    assert_eq!(unexplained("# Why.\na = 1\nb-c = 2\n\nd = 3\n"), ["b-c = 2", "d = 3"]);
+}
+
+#[test]
+fn every_dependency_of_a_package_is_the_one_that_the_workspace_explains() {
+    for package in metadata(false).packages {
+        let manifest: toml::Table = std::fs::read_to_string(&package.manifest_path).unwrap().parse().unwrap();
+        for kind in ["dependencies", "dev-dependencies", "build-dependencies"] {
+            for (name, asked) in manifest.get(kind).and_then(toml::Value::as_table).into_iter().flatten() {
+                let inherited = asked.get("workspace").and_then(toml::Value::as_bool);
+                assert_eq!(inherited, Some(true), "`{name}` of {} does not come from the workspace", package.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_key_of_every_config_is_explained() {
+    let configs: Vec<_> = files(".toml").into_iter().filter(|(path, _)| path.starts_with("config/")).collect();
+    assert!(!configs.is_empty(), "no config was read");
+    for (path, text) in configs {
+        assert_eq!(unexplained(&text), [""; 0], "`{path}`");
+    }
+}
+
+#[test]
+fn every_package_that_is_installed_has_its_reason() {
+    for (path, text) in files(".txt").iter().filter(|(path, _)| path.starts_with(".ci/packages/")) {
+        let silent: Vec<_> = text.lines().filter(|line| !line.contains("# ")).collect();
+        assert_eq!(silent, [""; 0], "`{path}`");
+    }
+}
+
+#[test]
+fn the_documents_name_only_make_targets_that_exist() {
+    let targets = make_targets();
+    assert_eq!(targets, ["help", "play", "check", "bench", "soak"]);
+    for path in DOCUMENTS {
+        for named in make_commands(&read(path)).iter().filter(|named| !targets.iter().any(|target| target == *named)) {
+            panic!("`{path}` names `make {named}`, which the Makefile does not know");
+        }
+    }
+    assert_eq!(make_commands("text\n\n    make one\nSee `make two X`, or make three."), ["one", "two"]);
+}
+
+#[test]
+fn the_documents_link_only_to_what_is_there() {
+    for path in DOCUMENTS {
+        let folder = root().join(path).parent().unwrap().to_owned();
+        for link in links(&read(path)) {
+            assert!(folder.join(link).exists(), "`{path}` links to `{link}`, which is not there");
+        }
+    }
+    assert_eq!(links("[a](b.md#c), ![d](e/f.jpg), [g](https://h), [i](#j)"), ["b.md", "e/f.jpg"]);
+}
+
+#[test]
+fn every_invariant_names_a_test_that_exists() {
+    let architecture = read("ARCHITECTURE.md");
+    let code: String = files(".rs").into_iter().map(|(_, text)| text).collect();
+    let invariants: Vec<_> =
+        section(&architecture, "## Invariants").into_iter().filter(|l| l.starts_with("- ")).collect();
+    assert!(invariants.len() >= 10, "only {} invariants were read", invariants.len());
+    for invariant in invariants {
+        let (_, keepers) = invariant.split_once("Kept by ").unwrap_or_else(|| panic!("nothing keeps: {invariant}"));
+        assert!(!quoted(keepers).is_empty(), "no test keeps: {invariant}");
+        for keeper in quoted(keepers) {
+            assert!(
+                code.contains(&format!("fn {keeper}(")),
+                "the test `{keeper}` does not exist, which keeps: {invariant}"
+            );
+        }
+    }
+}
+
+#[test]
+fn clippy_counts_to_the_same_longest_function() {
+    let threshold = number_after(&read("clippy.toml"), "too-many-lines-threshold = ");
+    assert_eq!(threshold, super::sources::LONGEST_FUNCTION);
+}
+
+#[test]
+fn every_door_of_the_code_map_is_there() {
+    let architecture = read("ARCHITECTURE.md");
+    let code = files(".rs");
+    let has = |krate: &str, item: &str| {
+        let kinds = ["struct", "enum", "trait", "fn"].map(|kind| format!("pub {kind} {item}"));
+        let of_crate = |path: &str| path.starts_with(&format!("crates/{krate}/src/"));
+        code.iter().any(|(path, text)| of_crate(path) && kinds.iter().any(|kind| text.contains(kind)))
+    };
+    let map = section(&architecture, "## Code map").into_iter().filter(|line| line.starts_with("| `"));
+    let doors: Vec<_> = map.flat_map(|line| quoted(line.split('|').nth(1).unwrap_or_default())).collect();
+    assert!(doors.len() >= 5, "only {doors:?} were read");
+    for door in doors {
+        match door.split_once("::") {
+            Some((krate, item)) => assert!(has(krate, item), "`{door}` is not in crates/{krate}"),
+            None => assert!(root().join(door).exists(), "`{door}` is not there"),
+        }
+    }
+}
