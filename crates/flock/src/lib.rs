@@ -1,1 +1,36 @@
-//! flock
+//! The flock: manifest, graph, faults, shares and the walk.
+//!
+//! Owns what a flock means: the studio and the unit read the same manifest and walk the same code, so that what
+//! `flock walk` prints is what the wall shows. Never touches a pixel, a socket or a clock; the only file it reads is
+//! the manifest, clips are hashed and probed by the tools.
+//!
+//! Start at [`Manifest`], then [`Flock`], then [`Itinerary`], which the player drives.
+#![forbid(unsafe_code)]
+
+mod carry;
+mod closed;
+mod faults;
+mod flock;
+mod graph;
+mod itinerary;
+mod ledger;
+mod manifest;
+mod memory;
+mod names;
+mod runs;
+mod shares;
+mod simulation;
+mod table;
+mod walk;
+
+pub use faults::{Fault, FaultKind, faults, forced_repeats};
+pub use flock::Flock;
+pub use graph::{Exit, Graph, SheepIx};
+pub use itinerary::{ClipRef, Itinerary, Leg, Showing, What};
+pub use ledger::{Ledger, THETA};
+pub use manifest::{Clip, FILE_NAME, Manifest, Sheep, Transition};
+pub use memory::{Place, PlaceError};
+pub use names::{ClipHash, ClipPath, NameError, SheepId};
+pub use simulation::{FirstRepeat, Simulation, Visits, longest_repeat};
+pub use table::ManifestError;
+pub use walk::{Step, Walk};

@@ -1,0 +1,139 @@
+//! A flock made ready to be walked.
+//!
+//! Owns the choice of the part that is played, its shares and its fingerprint. Never walks: `walk.rs` does.
+//!
+//! Start at [`Flock::new`].
+
+use crate::graph::{Exit, Graph, SheepIx};
+use crate::manifest::{Clip, Manifest, Sheep, Transition};
+use crate::names::SheepId;
+use crate::shares::shares;
+
+/// What [`Flock::hash`] is computed over, besides the graph: changes when the walk's rules do.
+const HASH_CONTEXT: &str = "dreams flock walk 1";
+
+/// A manifest, the part of its graph that is played, and the share of each sheep in it.
+///
+/// The walk lives in the largest class with a cycle and takes no exit that leaves it. A flock without any cycle is
+/// played as the loop of one sheep.
+#[derive(Clone, Debug)]
+pub struct Flock {
+    manifest: Manifest,
+    graph: Graph,
+    shares: Vec<f64>,
+    hash: [u8; 32],
+}
+
+impl Flock {
+    /// Makes `manifest` ready. Faults are left out of the graph, and so never met.
+    pub fn new(manifest: Manifest) -> Self {
+        let whole = Graph::new(&manifest);
+        let graph = if let Some(class) = whole.cyclic_classes().first() {
+            whole.restricted(|sheep| class.binary_search(&sheep).is_ok())
+        } else {
+            let has_loop = |sheep: &SheepIx| manifest.sheep[whole.sheep_in_manifest(*sheep)].clip.is_some();
+            let still = whole.sheep().find(has_loop);
+            whole.restricted(|sheep| Some(sheep) == still)
+        };
+        let (shares, hash) = (shares(&graph), hash(&graph));
+        Self { manifest, graph, shares, hash }
+    }
+
+    /// As written.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// The part that is played.
+    pub fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// Whether there is a cycle to walk. If not, one loop is all that can be shown.
+    pub fn is_walkable(&self) -> bool {
+        self.graph.exit_count() > 0
+    }
+
+    /// The fraction of visits that `sheep` gets in the long run; all of them sum to 1.
+    pub fn share(&self, sheep: SheepIx) -> f64 {
+        self.shares[sheep.index()]
+    }
+
+    /// The fingerprint of what the walk sees: ids, transitions and weights of the part that is played. Equal
+    /// fingerprints walk equally.
+    pub fn hash(&self) -> [u8; 32] {
+        self.hash
+    }
+
+    /// The sheep as written.
+    pub fn sheep(&self, sheep: SheepIx) -> &Sheep {
+        &self.manifest.sheep[self.graph.sheep_in_manifest(sheep)]
+    }
+
+    /// The transition as written.
+    pub fn transition(&self, exit: Exit) -> &Transition {
+        &self.manifest.transitions[self.graph.transition_in_manifest(exit)]
+    }
+
+    /// The id of `sheep`.
+    pub fn id(&self, sheep: SheepIx) -> &SheepId {
+        self.graph.id(sheep)
+    }
+
+    /// The loop of `sheep`, if it has one.
+    pub(crate) fn loop_of(&self, sheep: SheepIx) -> Option<&Clip> {
+        self.sheep(sheep).clip.as_ref()
+    }
+}
+
+fn hash(graph: &Graph) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new_derive_key(HASH_CONTEXT);
+    hasher.update(&(graph.len() as u64).to_le_bytes());
+    for sheep in graph.sheep() {
+        hasher.update(graph.id(sheep).as_str().as_bytes()).update(b"\n");
+        hasher.update(&(graph.exits(sheep).len() as u64).to_le_bytes());
+        for exit in graph.exits(sheep) {
+            hasher.update(&graph.target(exit).0.to_le_bytes());
+            hasher.update(&graph.weight(exit).to_bits().to_le_bytes());
+        }
+    }
+    *hasher.finalize().as_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::tests::manifest;
+
+    #[test]
+    fn the_walk_sees_only_the_largest_part_that_closes_on_itself() {
+        let arcs = [(0, 1, 1.0), (1, 0, 1.0), (1, 2, 5.0), (2, 3, 1.0), (3, 3, 1.0)];
+        let flock = Flock::new(manifest(4, &arcs));
+        let ids: Vec<_> = flock.graph().sheep().map(|sheep| flock.id(sheep).as_str()).collect();
+        assert_eq!(ids, ["s0", "s1"]);
+        assert!(flock.graph().sheep().all(|sheep| (flock.share(sheep) - 0.5).abs() < 1e-15));
+    }
+
+    #[test]
+    fn a_flock_without_a_cycle_is_one_loop() {
+        let mut bare = manifest(3, &[(0, 1, 1.0), (1, 2, 1.0)]);
+        bare.sheep[0].clip = None;
+        let flock = Flock::new(bare);
+        assert!(!flock.is_walkable());
+        assert_eq!(flock.graph().len(), 1);
+        assert_eq!(flock.id(SheepIx(0)).as_str(), "s1");
+    }
+
+    #[test]
+    fn the_fingerprint_is_of_the_meaning() {
+        let arcs = [(0, 1, 1.0), (1, 0, 1.0), (1, 1, 1.0)];
+        let hash = |manifest| Flock::new(manifest).hash();
+        let mut other = manifest(2, &arcs);
+        other.name = "renamed".into();
+        other.sheep[0].repeat = 3;
+        other.transitions.reverse();
+        assert_eq!(hash(other.clone()), hash(manifest(2, &arcs)));
+        other.transitions[0].weight = 2.0;
+        assert_ne!(hash(other), hash(manifest(2, &arcs)));
+    }
+}

@@ -1,0 +1,349 @@
+//! The graph of sheep and transitions, compact, and its strongly connected classes.
+//!
+//! Owns ordinals: sheep are counted in the order of their ids, exits in the order of (from, to), so that the order of
+//! the manifest means nothing to the walk. Never knows clips or wants: those stay in the manifest, under the index
+//! that [`Graph::sheep_in_manifest`] and [`Graph::transition_in_manifest`] give.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use crate::manifest::Manifest;
+use crate::names::SheepId;
+
+/// A sheep's ordinal in its [`Graph`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SheepIx(pub(crate) u32);
+
+/// A transition's ordinal in its [`Graph`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Exit(pub(crate) u32);
+
+impl SheepIx {
+    /// The ordinal as an index into tables of sheep.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl Exit {
+    /// The ordinal as an index into tables of exits.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Sheep and their exits in compressed rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Graph {
+    ids: Vec<SheepId>,
+    sheep_written: Vec<u32>,
+    /// Where each sheep's exits start, and the end: one longer than `ids`.
+    first: Vec<u32>,
+    target: Vec<SheepIx>,
+    weight: Vec<f64>,
+    chance: Vec<f64>,
+    exit_written: Vec<u32>,
+}
+
+/// An exit before it has its row.
+struct Arc {
+    from: u32,
+    to: u32,
+    weight: f64,
+    written: u32,
+}
+
+impl Graph {
+    /// The graph of `manifest`. Of sheep or transitions named twice the first counts; a transition of an unknown
+    /// sheep is left out: `faults` tells both.
+    pub fn new(manifest: &Manifest) -> Self {
+        let mut order: Vec<u32> = (0..manifest.sheep.len() as u32).collect();
+        order.sort_by_key(|&at| &manifest.sheep[at as usize].id);
+        order.dedup_by_key(|at| &manifest.sheep[*at as usize].id);
+        let ids: Vec<SheepId> = order.iter().map(|&at| manifest.sheep[at as usize].id.clone()).collect();
+        let ordinal: HashMap<&SheepId, u32> = ids.iter().zip(0..).collect();
+        let mut arcs: Vec<Arc> = Vec::with_capacity(manifest.transitions.len());
+        for (written, transition) in (0..).zip(&manifest.transitions) {
+            if let (Some(&from), Some(&to)) = (ordinal.get(&transition.from), ordinal.get(&transition.to)) {
+                arcs.push(Arc { from, to, weight: transition.weight, written });
+            }
+        }
+        arcs.sort_by_key(|arc| (arc.from, arc.to));
+        arcs.dedup_by_key(|arc| (arc.from, arc.to));
+        Self::from_arcs(ids, order, &arcs)
+    }
+
+    /// The graph of the sheep for which `keep` holds and the transitions among them. Chances are those of the walk
+    /// that never leaves them.
+    #[must_use]
+    pub fn restricted(&self, keep: impl Fn(SheepIx) -> bool) -> Self {
+        let kept: Vec<SheepIx> = self.sheep().filter(|&sheep| keep(sheep)).collect();
+        let mut ordinal = vec![None; self.len()];
+        for (at, sheep) in (0..).zip(&kept) {
+            ordinal[sheep.index()] = Some(at);
+        }
+        let mut arcs = Vec::new();
+        for &sheep in &kept {
+            for exit in self.exits(sheep) {
+                if let (Some(from), Some(to)) = (ordinal[sheep.index()], ordinal[self.target(exit).index()]) {
+                    arcs.push(Arc { from, to, weight: self.weight(exit), written: self.exit_written[exit.index()] });
+                }
+            }
+        }
+        let ids = kept.iter().map(|&sheep| self.id(sheep).clone()).collect();
+        let written = kept.iter().map(|sheep| self.sheep_written[sheep.index()]).collect();
+        Self::from_arcs(ids, written, &arcs)
+    }
+
+    fn from_arcs(ids: Vec<SheepId>, sheep_written: Vec<u32>, arcs: &[Arc]) -> Self {
+        let mut first = vec![0; ids.len() + 1];
+        let mut total = vec![0.0; ids.len()];
+        for arc in arcs {
+            first[arc.from as usize + 1] += 1;
+            total[arc.from as usize] += arc.weight;
+        }
+        for at in 1..first.len() {
+            first[at] += first[at - 1];
+        }
+        Self {
+            ids,
+            sheep_written,
+            first,
+            target: arcs.iter().map(|arc| SheepIx(arc.to)).collect(),
+            weight: arcs.iter().map(|arc| arc.weight).collect(),
+            chance: arcs.iter().map(|arc| arc.weight / total[arc.from as usize]).collect(),
+            exit_written: arcs.iter().map(|arc| arc.written).collect(),
+        }
+    }
+
+    /// How many sheep it has.
+    pub fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Whether it has no sheep.
+    pub fn is_empty(&self) -> bool {
+        self.ids.is_empty()
+    }
+
+    /// How many transitions it has.
+    pub fn exit_count(&self) -> usize {
+        self.target.len()
+    }
+
+    /// All sheep, in the order of their ids.
+    pub fn sheep(&self) -> impl DoubleEndedIterator<Item = SheepIx> + use<> {
+        (0..self.len() as u32).map(SheepIx)
+    }
+
+    /// The transitions from `sheep`, in the order of their targets.
+    pub fn exits(&self, sheep: SheepIx) -> impl ExactSizeIterator<Item = Exit> + Clone + use<> {
+        let Range { start, end } = self.row(sheep);
+        (start as u32..end as u32).map(Exit)
+    }
+
+    /// Where the exits of `sheep` lie in tables of exits.
+    pub(crate) fn row(&self, sheep: SheepIx) -> Range<usize> {
+        self.first[sheep.index()] as usize..self.first[sheep.index() + 1] as usize
+    }
+
+    /// Where `exit` leads.
+    pub fn target(&self, exit: Exit) -> SheepIx {
+        self.target[exit.index()]
+    }
+
+    /// The weight of `exit` as written.
+    pub fn weight(&self, exit: Exit) -> f64 {
+        self.weight[exit.index()]
+    }
+
+    /// `p(exit)`: its weight divided by the weights of all exits of the same sheep.
+    pub fn chance(&self, exit: Exit) -> f64 {
+        self.chance[exit.index()]
+    }
+
+    /// The id of `sheep`.
+    pub fn id(&self, sheep: SheepIx) -> &SheepId {
+        &self.ids[sheep.index()]
+    }
+
+    /// The sheep called `id`.
+    pub fn find(&self, id: &SheepId) -> Option<SheepIx> {
+        self.ids.binary_search(id).ok().map(|at| SheepIx(at as u32))
+    }
+
+    /// The transition between two sheep.
+    pub fn between(&self, from: SheepIx, to: SheepIx) -> Option<Exit> {
+        let row = self.row(from);
+        let at = self.target[row.clone()].binary_search(&to).ok()?;
+        Some(Exit((row.start + at) as u32))
+    }
+
+    /// The index of `sheep` among the manifest's sheep.
+    pub fn sheep_in_manifest(&self, sheep: SheepIx) -> usize {
+        self.sheep_written[sheep.index()] as usize
+    }
+
+    /// The index of `exit` among the manifest's transitions.
+    pub fn transition_in_manifest(&self, exit: Exit) -> usize {
+        self.exit_written[exit.index()] as usize
+    }
+
+    /// The strongly connected class of each sheep, classes counted so that every transition between two leads to the
+    /// lower number.
+    ///
+    /// # Source
+    /// Tarjan, *Depth-first search and linear graph algorithms* (1972), without recursion.
+    pub fn classes(&self) -> Vec<u32> {
+        const UNSEEN: u32 = u32::MAX;
+        let n = self.len();
+        let (mut seen, mut low, mut class) = (vec![UNSEEN; n], vec![0; n], vec![UNSEEN; n]);
+        let (mut stack, mut trail): (Vec<u32>, Vec<(u32, u32)>) = (Vec::new(), Vec::new());
+        let (mut count, mut classes) = (0, 0);
+        for root in 0..n {
+            if seen[root] != UNSEEN {
+                continue;
+            }
+            trail.push((root as u32, self.first[root]));
+            while let Some(&(sheep, next)) = trail.last() {
+                let at = sheep as usize;
+                if next == self.first[at] && seen[at] == UNSEEN {
+                    seen[at] = count;
+                    low[at] = count;
+                    count += 1;
+                    stack.push(sheep);
+                }
+                if next < self.first[at + 1] {
+                    trail.last_mut().expect("the loop looks at its last").1 += 1;
+                    let to = self.target[next as usize].index();
+                    if seen[to] == UNSEEN {
+                        trail.push((to as u32, self.first[to]));
+                    } else if class[to] == UNSEEN {
+                        low[at] = low[at].min(seen[to]);
+                    }
+                    continue;
+                }
+                trail.pop();
+                if let Some(&(parent, _)) = trail.last() {
+                    low[parent as usize] = low[parent as usize].min(low[at]);
+                }
+                if low[at] == seen[at] {
+                    while let Some(member) = stack.pop() {
+                        class[member as usize] = classes;
+                        if member == sheep {
+                            break;
+                        }
+                    }
+                    classes += 1;
+                }
+            }
+        }
+        class
+    }
+
+    /// The classes that have a cycle, the largest first; of equal ones that with the lowest id first. The walk lives
+    /// in the first.
+    pub fn cyclic_classes(&self) -> Vec<Vec<SheepIx>> {
+        let class = self.classes();
+        let count = class.iter().max().map_or(0, |&last| last as usize + 1);
+        let mut members = vec![Vec::new(); count];
+        for sheep in self.sheep() {
+            members[class[sheep.index()] as usize].push(sheep);
+        }
+        members.retain(|sheep| sheep.len() > 1 || self.between(sheep[0], sheep[0]).is_some());
+        members.sort_by_key(|sheep| (std::cmp::Reverse(sheep.len()), sheep[0]));
+        members
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::manifest::{Clip, Sheep, Transition};
+    use crate::names::ClipPath;
+    use proptest::prelude::*;
+    use timing::{FrameCount, Rate};
+
+    /// A flock of `n` sheep `s0`, `s1`, ... each with a loop, and weighted transitions. A step takes 50 s.
+    pub(crate) fn manifest(n: usize, arcs: &[(usize, usize, f64)]) -> Manifest {
+        let id = |at: usize| SheepId::new(&format!("s{at}")).unwrap();
+        let clip = |path: String| Clip { path: ClipPath::new(&path).unwrap(), frames: FrameCount(750), hash: None };
+        Manifest {
+            name: "test".into(),
+            size: (64, 64),
+            fps: Rate::new(30, 1).unwrap(),
+            sheep: (0..n)
+                .map(|at| Sheep {
+                    id: id(at),
+                    clip: Some(clip(format!("loops/{at}"))),
+                    genome: None,
+                    want: 1.0,
+                    repeat: 1,
+                })
+                .collect(),
+            transitions: arcs
+                .iter()
+                .map(|&(from, to, weight)| Transition {
+                    from: id(from),
+                    to: id(to),
+                    clip: clip(format!("transitions/{from}={to}")),
+                    weight,
+                })
+                .collect(),
+        }
+    }
+
+    /// Which sheep reach which, by the definition.
+    fn reaches(n: usize, arcs: &[(usize, usize, f64)]) -> Vec<Vec<bool>> {
+        let mut reach = vec![vec![false; n]; n];
+        for &(from, to, _) in arcs {
+            reach[from][to] = true;
+        }
+        for via in 0..n {
+            for from in 0..n {
+                for to in 0..n {
+                    reach[from][to] |= reach[from][via] && reach[via][to];
+                }
+            }
+        }
+        reach
+    }
+
+    #[test]
+    fn the_order_of_the_manifest_means_nothing() {
+        let mut turned = manifest(3, &[(0, 1, 1.0), (1, 2, 3.0), (1, 0, 1.0), (2, 0, 1.0)]);
+        let graph = Graph::new(&turned);
+        turned.sheep.reverse();
+        turned.transitions.reverse();
+        let other = Graph::new(&turned);
+        for sheep in graph.sheep() {
+            assert_eq!(graph.id(sheep), other.id(sheep));
+            let row = |g: &Graph| g.exits(sheep).map(|e| (g.target(e), g.chance(e))).collect::<Vec<_>>();
+            assert_eq!(row(&graph), row(&other));
+        }
+        assert_eq!(graph.chance(graph.between(SheepIx(1), SheepIx(2)).unwrap()), 0.75);
+    }
+
+    #[test]
+    fn the_largest_class_with_a_cycle_comes_first() {
+        let arcs = [(0, 1, 1.0), (1, 0, 1.0), (1, 2, 1.0), (2, 3, 1.0), (3, 4, 1.0), (4, 2, 1.0), (4, 5, 1.0)];
+        let classes = Graph::new(&manifest(6, &arcs)).cyclic_classes();
+        assert_eq!(classes, [vec![SheepIx(2), SheepIx(3), SheepIx(4)], vec![SheepIx(0), SheepIx(1)]]);
+    }
+
+    proptest! {
+        #[test]
+        fn two_sheep_share_a_class_exactly_if_each_reaches_the_other(
+            arcs in prop::collection::vec((0usize..9, 0usize..9, Just(1.0)), 0..20),
+        ) {
+            let graph = Graph::new(&manifest(9, &arcs));
+            let (class, reach) = (graph.classes(), reaches(9, &arcs));
+            for a in 0..9 {
+                for b in 0..9 {
+                    prop_assert_eq!(class[a] == class[b], a == b || (reach[a][b] && reach[b][a]));
+                    prop_assert!(class[a] >= class[b] || !reach[a][b]);
+                }
+            }
+        }
+    }
+}

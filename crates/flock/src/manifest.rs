@@ -1,0 +1,283 @@
+//! `flock.toml`: what a flock is, as its artist wrote it.
+//!
+//! Owns the keys, their limits and defaults. Never judges the graph (`faults.rs` does) and never opens a clip
+//! (`flock check` does): sheep named twice or leading nowhere are read as they stand.
+//!
+//! Start at [`Manifest::read`].
+
+use std::path::Path;
+
+use timing::{FrameCount, Rate};
+use toml::de::DeTable;
+
+use crate::names::{ClipHash, ClipPath, SheepId};
+use crate::table::{ManifestError, Source, Table};
+
+/// The manifest's name inside the folder.
+pub const FILE_NAME: &str = "flock.toml";
+
+/// The only format there is.
+const FORMAT: u32 = 1;
+/// Smallest and largest side of a picture: H.264 level 5.2 ends at 4096, its encoders want 16.
+const SIDE: (u32, u32) = (16, 4096);
+/// Most frames of a clip: over a day at 30 per second.
+const MOST_FRAMES: u32 = 4_000_000;
+/// Most loops per visit.
+const MOST_REPEATS: u32 = 10_000;
+/// Fastest rate, per second.
+const FASTEST: u32 = 240;
+
+/// A flock as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Manifest {
+    /// What the artist calls it.
+    pub name: String,
+    /// Width and height in pixels, both even.
+    pub size: (u32, u32),
+    /// Frames per second of every clip.
+    pub fps: Rate,
+    /// In the order of the file; at least one.
+    pub sheep: Vec<Sheep>,
+    /// In the order of the file.
+    pub transitions: Vec<Transition>,
+}
+
+/// An animated flame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheep {
+    /// Its name in the flock.
+    pub id: SheepId,
+    /// Its loop; `None` for a keyframe that is only passed through.
+    pub clip: Option<Clip>,
+    /// Its genome's file, if it travels along.
+    pub genome: Option<ClipPath>,
+    /// Wished share relative to the others, finite, above 0.
+    pub want: f64,
+    /// Loops per visit, at least 1.
+    pub repeat: u32,
+}
+
+/// The way from one sheep to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transition {
+    /// Where it starts.
+    pub from: SheepId,
+    /// Where it ends.
+    pub to: SheepId,
+    /// Its clip.
+    pub clip: Clip,
+    /// How readily the walk takes it, relative to the others from the same sheep; finite, above 0.
+    pub weight: f64,
+}
+
+/// One encoded video file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Clip {
+    /// Where it lies.
+    pub path: ClipPath,
+    /// How many frames it has, at least 1.
+    pub frames: FrameCount,
+    /// What its bytes hash to, where the tools have written it.
+    pub hash: Option<ClipHash>,
+}
+
+impl Manifest {
+    /// Reads the manifest of the flock in `folder`.
+    ///
+    /// # Errors
+    /// [`ManifestError`], which names file, line and key.
+    pub fn read(folder: &Path) -> Result<Self, ManifestError> {
+        let path = folder.join(FILE_NAME);
+        match std::fs::read_to_string(&path) {
+            Ok(text) => Self::parse(&text, &path),
+            Err(source) => Err(ManifestError::Read { path, source }),
+        }
+    }
+
+    /// Reads a manifest from `text`; `path` is only named in errors.
+    ///
+    /// # Errors
+    /// [`ManifestError`], which names file, line and key.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, ManifestError> {
+        let source = Source { path, text };
+        let document = DeTable::parse(text).map_err(|error| source.syntax(&error))?;
+        let mut table = Table::new(source, "the manifest", &document);
+        table.required("format")?.whole(FORMAT, FORMAT)?;
+        let name = table.required("name")?.text()?.to_owned();
+        let size = size(&mut table)?;
+        let fps = fps(&mut table)?;
+        let sheep =
+            table.required("sheep")?.tables("[[sheep]]")?.into_iter().map(sheep).collect::<Result<Vec<_>, _>>()?;
+        if sheep.is_empty() {
+            return Err(table.missing("sheep"));
+        }
+        let transitions = match table.optional("transition") {
+            Some(entry) => entry.tables("[[transition]]")?.into_iter().map(transition).collect::<Result<_, _>>()?,
+            None => Vec::new(),
+        };
+        table.finish()?;
+        Ok(Self { name, size, fps, sheep, transitions })
+    }
+
+    /// Every clip that the manifest names, loops first, in the order of the file.
+    pub fn clips(&self) -> impl Iterator<Item = &Clip> {
+        let loops = self.sheep.iter().filter_map(|sheep| sheep.clip.as_ref());
+        loops.chain(self.transitions.iter().map(|transition| &transition.clip))
+    }
+}
+
+fn size(table: &mut Table<'_, '_>) -> Result<(u32, u32), ManifestError> {
+    let entry = table.required("size")?;
+    let (width, height) = entry.pair()?;
+    let fine = |side: u32| (SIDE.0..=SIDE.1).contains(&side) && side.is_multiple_of(2);
+    if fine(width) && fine(height) {
+        Ok((width, height))
+    } else {
+        Err(entry.refused(format!("an even width and height from {} to {}", SIDE.0, SIDE.1)))
+    }
+}
+
+fn fps(table: &mut Table<'_, '_>) -> Result<Rate, ManifestError> {
+    let entry = table.required("fps")?;
+    let (num, den) = entry.pair()?;
+    Rate::new(num.into(), den.into())
+        .ok()
+        .filter(|rate| rate.num() / rate.den() <= FASTEST && rate.num() >= rate.den())
+        .ok_or_else(|| entry.refused(format!("numerator and denominator of a rate from 1 to {FASTEST} per second")))
+}
+
+fn sheep(mut table: Table<'_, '_>) -> Result<Sheep, ManifestError> {
+    let id = table.required("id")?.name(SheepId::new)?;
+    let (frames, path, hash) = (table.optional("frames"), table.optional("clip"), table.optional("hash"));
+    let clip = match (&frames, &path, &hash) {
+        (None, None, None) => None,
+        (None, Some(_) | None, _) => return Err(table.missing("frames")),
+        (Some(_), None, _) => return Err(table.missing("clip")),
+        (Some(frames), Some(path), hash) => Some(Clip {
+            path: path.name(ClipPath::new)?,
+            frames: FrameCount(frames.whole(1, MOST_FRAMES)?),
+            hash: hash.as_ref().map(|entry| entry.name(ClipHash::parse)).transpose()?,
+        }),
+    };
+    let genome = table.optional("genome").map(|entry| entry.name(ClipPath::new)).transpose()?;
+    let want = table.optional("want").map_or(Ok(1.0), |entry| entry.positive())?;
+    let repeat = table.optional("repeat").map_or(Ok(1), |entry| entry.whole(1, MOST_REPEATS))?;
+    table.finish()?;
+    Ok(Sheep { id, clip, genome, want, repeat })
+}
+
+fn transition(mut table: Table<'_, '_>) -> Result<Transition, ManifestError> {
+    let from = table.required("from")?.name(SheepId::new)?;
+    let to = table.required("to")?.name(SheepId::new)?;
+    let frames = FrameCount(table.required("frames")?.whole(1, MOST_FRAMES)?);
+    let path = table.required("clip")?.name(ClipPath::new)?;
+    let hash = table.optional("hash").map(|entry| entry.name(ClipHash::parse)).transpose()?;
+    let weight = table.optional("weight").map_or(Ok(1.0), |entry| entry.positive())?;
+    table.finish()?;
+    Ok(Transition { from, to, clip: Clip { path, frames, hash }, weight })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "format = 1\nname = \"aurora\"\nsize = [1280, 720]\nfps = [30000, 1001]\n";
+
+    fn parse(text: &str) -> Result<Manifest, ManifestError> {
+        Manifest::parse(text, Path::new("aurora/flock.toml"))
+    }
+
+    fn said(body: &str) -> String {
+        parse(&format!("{HEAD}{body}")).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_key_of_the_contract_is_read() {
+        let hash = ClipHash::of(&b"x"[..]).unwrap();
+        let text = format!(
+            "{HEAD}[[sheep]]\nid = \"a\"\nframes = 768\nclip = \"loops/a.mp4\"\ngenome = \"genomes/a.flam3\"\n\
+             hash = \"{hash}\"\nwant = 2\nrepeat = 3\n[[sheep]]\nid = \"b\"\n\
+             [[transition]]\nfrom = \"a\"\nto = \"b\"\nframes = 384\nclip = \"t/a=b.mp4\"\nweight = 0.25\n"
+        );
+        let flock = parse(&text).unwrap();
+        assert_eq!((flock.name.as_str(), flock.size, flock.fps.den()), ("aurora", (1280, 720), 1001));
+        let a = &flock.sheep[0];
+        assert_eq!((a.want, a.repeat, a.clip.as_ref().unwrap().hash), (2.0, 3, Some(hash)));
+        assert_eq!(flock.sheep[1].clip, None);
+        assert_eq!((flock.transitions[0].weight, flock.transitions[0].clip.frames), (0.25, FrameCount(384)));
+        assert_eq!(flock.clips().count(), 2);
+    }
+
+    #[test]
+    fn refusals_name_file_line_key_and_both_values() {
+        assert_eq!(
+            said("[[sheep]]\nid = \"a\"\nwant = -1.5\n"),
+            "`aurora/flock.toml`, line 7, key `want`: wanted a finite number above 0, found `-1.5`"
+        );
+        assert_eq!(
+            said("[[sheep]]\nid = \"a b\"\n"),
+            "`aurora/flock.toml`, line 6, key `id`: wanted 1 to 64 of `A-Z a-z 0-9 . _ -`, found `a b`"
+        );
+        assert_eq!(
+            said("[[sheep]]\nid = \"a\"\nwnat = 1\n"),
+            "`aurora/flock.toml`, line 7: unknown key `wnat` in [[sheep]], which has `id`, `frames`, `clip`, `hash`, \
+             `genome`, `want`, `repeat`"
+        );
+        assert_eq!(
+            said("[[sheep]]\nid = \"a\"\nframes = 7\n"),
+            "`aurora/flock.toml`, line 5: the key `clip` is missing from [[sheep]]"
+        );
+    }
+
+    #[test]
+    fn values_outside_their_limits_are_refused() {
+        for (body, part) in [
+            ("[[sheep]]\nid = 7\n", "key `id`: wanted a text in quotes, found `7`"),
+            ("[[sheep]]\nid = \"a\"\nrepeat = 0\n", "found `0`"),
+            ("[[sheep]]\nid = \"a\"\nclip = \"../a.mp4\"\nframes = 1\n", "found `../a.mp4`"),
+            ("[[sheep]]\nid = \"a\"\nclip = \"a.mp4\"\nframes = 0\n", "key `frames`"),
+            ("[[sheep]]\nid = \"a\"\nclip = \"a.mp4\"\nframes = 4294967296\n", "found `4294967296`"),
+            ("[[sheep]]\nid = \"a\"\nwant = nan\n", "found `nan`"),
+            ("[[sheep]]\nid = \"a\"\nwant = inf\n", "found `inf`"),
+            ("[[sheep]]\nid = \"a\"\nhash = \"b3:00\"\n", "`frames` is missing"),
+            ("[[sheep]]\nid = \"a\"\n[[transition]]\nfrom = \"a\"\nto = \"a\"\nframes = 1\n", "`clip` is missing"),
+            ("[[sheep]]\nid = \"a\"\nid = \"b\"\n", "key `id`: not TOML"),
+            ("[[sheep]]\nid = \n", "key `id`: not TOML"),
+            ("", "the key `sheep` is missing"),
+            ("sheep = []", "the key `sheep` is missing"),
+            ("sheep = 3", "wanted tables, each headed [[sheep]], found `3`"),
+        ] {
+            let said = said(body);
+            assert!(said.contains(part), "{body:?} said {said:?}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_even_and_rates_are_rates() {
+        let with = |size: &str, fps: &str| {
+            parse(&format!("format = 1\nname = \"x\"\nsize = {size}\nfps = {fps}\n[[sheep]]\nid = \"a\"\n"))
+        };
+        assert!(with("[1280, 720]", "[24000, 1001]").is_ok());
+        for (size, fps) in [
+            ("[1281, 720]", "[30, 1]"),
+            ("[0, 720]", "[30, 1]"),
+            ("[1280, 99998]", "[30, 1]"),
+            ("[1280]", "[30, 1]"),
+            ("\"1280x720\"", "[30, 1]"),
+            ("[1280, 720]", "[0, 1]"),
+            ("[1280, 720]", "[30, 0]"),
+            ("[1280, 720]", "[1000, 1]"),
+            ("[1280, 720]", "30"),
+        ] {
+            assert!(with(size, fps).is_err(), "{size} {fps}");
+        }
+    }
+
+    #[test]
+    fn a_folder_without_a_manifest_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = Manifest::read(folder.path()).unwrap_err();
+        assert!(error.to_string().ends_with("flock.toml`"), "{error}");
+        assert!(error.hint().is_some());
+    }
+}

@@ -1,0 +1,170 @@
+//! Names that were checked once and are safe ever after: sheep, clip paths, clip fingerprints.
+//!
+//! Owns their rules. Never looks at the disk: whether a path exists is the tools' question.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Longest id of a sheep, in bytes.
+const LONGEST_ID: usize = 64;
+
+/// The id of a sheep: 1 to 64 of `A-Z a-z 0-9 . _ -`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(transparent)]
+pub struct SheepId(String);
+
+/// Where a clip lies: relative to the flock's folder, inside it, without `..`, written with `/`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(transparent)]
+pub struct ClipPath(String);
+
+/// The BLAKE3 digest of a clip's bytes, written `b3:` and 64 hex digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ClipHash([u8; 32]);
+
+/// Why a text is no such name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NameError {
+    /// A fingerprint of another form.
+    #[error("wanted `b3:` and 64 hex digits, found `{found}`")]
+    Hash {
+        /// As given.
+        found: String,
+    },
+    /// An id with other characters, or too long, or empty.
+    #[error("wanted 1 to 64 of `A-Z a-z 0-9 . _ -`, found `{found}`")]
+    Id {
+        /// As given.
+        found: String,
+    },
+    /// A path that is empty, absolute, or leaves the folder.
+    #[error("wanted a relative path inside the folder, without `..`, found `{found}`")]
+    Path {
+        /// As given.
+        found: String,
+    },
+}
+
+impl SheepId {
+    /// The id `text`.
+    ///
+    /// # Errors
+    /// [`NameError::Id`] if it is empty, longer than 64 bytes, or has other characters.
+    pub fn new(text: &str) -> Result<Self, NameError> {
+        let allowed = |b: u8| b.is_ascii_alphanumeric() || b"._-".contains(&b);
+        if (1..=LONGEST_ID).contains(&text.len()) && text.bytes().all(allowed) {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(NameError::Id { found: text.to_owned() })
+        }
+    }
+
+    /// The id as text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl ClipPath {
+    /// The path `text`.
+    ///
+    /// # Errors
+    /// [`NameError::Path`] if it is empty, absolute, has `.`, `..` or empty parts, a backslash or a control character.
+    pub fn new(text: &str) -> Result<Self, NameError> {
+        let part_is_fine = |part: &str| !matches!(part, "" | "." | "..");
+        let char_is_fine = |c: char| !c.is_control() && c != '\\';
+        if text.split('/').all(part_is_fine) && text.chars().all(char_is_fine) {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(NameError::Path { found: text.to_owned() })
+        }
+    }
+
+    /// The path as it stands in the manifest.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// The path inside `folder`.
+    pub fn inside(&self, folder: &Path) -> PathBuf {
+        folder.join(&self.0)
+    }
+}
+
+impl ClipHash {
+    /// The fingerprint of `digest`.
+    pub fn new(digest: [u8; 32]) -> Self {
+        Self(digest)
+    }
+
+    /// Reads `b3:` and 64 hex digits.
+    ///
+    /// # Errors
+    /// [`NameError::Hash`] if `text` has another form.
+    pub fn parse(text: &str) -> Result<Self, NameError> {
+        let refused = || NameError::Hash { found: text.to_owned() };
+        let hex = text.strip_prefix("b3:").ok_or_else(refused)?;
+        blake3::Hash::from_hex(hex).map(|hash| Self(*hash.as_bytes())).map_err(|_| refused())
+    }
+
+    /// The fingerprint of everything that `reader` yields.
+    ///
+    /// # Errors
+    /// What the reader says.
+    pub fn of(reader: impl std::io::Read) -> std::io::Result<Self> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(reader)?;
+        Ok(Self(*hasher.finalize().as_bytes()))
+    }
+}
+
+impl fmt::Display for SheepId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Display for ClipPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Display for ClipHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "b3:{}", blake3::Hash::from_bytes(self.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_have_plain_characters_only() {
+        for fine in ["191.21054", "a", "A-b_c.9", &"x".repeat(64)] {
+            assert_eq!(SheepId::new(fine).unwrap().as_str(), fine);
+        }
+        for bad in ["", "a b", "a/b", "ä", &"x".repeat(65)] {
+            assert!(SheepId::new(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn clip_paths_cannot_leave_the_folder() {
+        assert!(ClipPath::new("loops/a.mp4").is_ok());
+        assert!(ClipPath::new("a..b/c...mp4").is_ok());
+        for bad in ["", "/a", "../a", "a/../b", "a/..", "./a", "a//b", "a/", "a\\b", "a\0b"] {
+            assert!(ClipPath::new(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_fingerprint_reads_back_as_written() {
+        let hash = ClipHash::of(&b"a clip"[..]).unwrap();
+        assert_eq!(ClipHash::parse(&hash.to_string()), Ok(hash));
+        for bad in ["", "b3:", "b3:12", "9f86d0", &format!("{hash}0"), &hash.to_string().replace("b3", "b2")] {
+            assert!(ClipHash::parse(bad).is_err(), "{bad}");
+        }
+    }
+}
