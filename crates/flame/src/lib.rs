@@ -1,1 +1,23 @@
-//! flame
+//! Flames: genomes, their motion, and the renderer that turns a moment of them into light.
+//!
+//! Owns everything that knows what a transform is: reading and writing flam3 XML ([`genome`]), the
+//! published variations ([`variations`]), loops and transitions ([`animate`]) and the picture
+//! ([`render`]). Never opens a file, reads a clock or knows what a flock or a clip is.
+//!
+//! Start at [`Species`]: a genome's motion and a moment become a frame.
+#![forbid(unsafe_code)]
+
+pub mod animate;
+pub mod genome;
+mod image;
+pub mod render;
+mod rng;
+mod species;
+pub mod variations;
+
+pub use animate::{Loop, Motion};
+pub use genome::{Genome, GenomeError};
+pub use image::Image;
+pub use render::{RenderError, Renderer, Settings};
+pub use rng::Rng;
+pub use species::{Flame, Species};

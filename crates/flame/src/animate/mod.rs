@@ -1,0 +1,24 @@
+//! Motion: loops and transitions.
+//!
+//! Owns how a genome changes over the frames of a clip. Never renders.
+//!
+//! Start at [`Motion`].
+
+mod turning;
+
+pub use turning::Loop;
+
+use crate::genome::Genome;
+
+/// A genome over time.
+pub trait Motion: Sync {
+    /// The genome at `frame`, in frames from the clip's start; fractions and frames outside the clip are fine.
+    fn at(&self, frame: f64) -> Genome;
+}
+
+/// A genome that does not move.
+impl Motion for Genome {
+    fn at(&self, _frame: f64) -> Genome {
+        self.clone()
+    }
+}

@@ -1,0 +1,56 @@
+//! Why a file is not a genome.
+//!
+//! Owns the errors of reading. Never the refusals of rendering: those are `RenderError`.
+//!
+//! Start at [`GenomeError`].
+
+/// Why a text is not a genome, or not one genome.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum GenomeError {
+    /// An attribute's value cannot be read.
+    #[error("line {line}: attribute `{attribute}` of `{element}` is `{value}`, expected {expected}")]
+    Attribute {
+        /// Line of the element, from 1.
+        line: u32,
+        /// The element's tag.
+        element: String,
+        /// The attribute's name.
+        attribute: String,
+        /// What stands there.
+        value: String,
+        /// What should.
+        expected: &'static str,
+    },
+    /// The text holds another number of flames than one.
+    #[error("found {found} flames, expected one")]
+    Count {
+        /// How many there are.
+        found: usize,
+    },
+    /// Colours are given in a form that makes no sense.
+    #[error("line {line}: palette `{element}` has {found}, expected {expected}")]
+    Palette {
+        /// Line of the element, from 1.
+        line: u32,
+        /// The element's tag.
+        element: String,
+        /// What stands there.
+        found: String,
+        /// What should.
+        expected: &'static str,
+    },
+    /// Something is there twice that may be there once.
+    #[error("line {line}: a flame has one `{element}`, found a second one")]
+    Second {
+        /// Line of the second one, from 1.
+        line: u32,
+        /// The element's tag.
+        element: &'static str,
+    },
+    /// The text is not XML.
+    #[error("not readable as XML: {reason}")]
+    Xml {
+        /// What the XML reader says, with line and column.
+        reason: String,
+    },
+}

@@ -1,0 +1,259 @@
+//! Genomes: the parameters of a flame, as flam3 XML holds them.
+//!
+//! Owns the data model and its defaults. Never renders and never moves: `render` and `animate` read it.
+//! Whatever this crate does not know is kept in `extra` fields, so that reading and writing loses nothing.
+//!
+//! Start at [`Genome::parse_all`] and [`Genome::to_xml`].
+
+mod choices;
+mod error;
+pub(crate) mod palette;
+mod palette_xml;
+mod parse;
+mod symmetry;
+mod write;
+
+pub use choices::{FilterShape, HuePath, Interpolation, PaletteMode, Space, TemporalShape};
+pub use error::GenomeError;
+pub use palette::Palette;
+
+use crate::variations::Variation;
+
+/// A flame: what is iterated, and how it is seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Genome {
+    /// `name`: what people call it.
+    pub name: Option<String>,
+    /// `time`: its place on the time line of its file, in frames.
+    pub time: f64,
+    /// Where the camera stands and what it sees.
+    pub camera: Camera,
+    /// How many samples are drawn and how they are filtered.
+    pub sampling: Sampling,
+    /// From log-density to displayable light.
+    pub tone: Tone,
+    /// The 256 colours, or `None` where the file names a palette of flam3's library instead.
+    pub palette: Option<Palette>,
+    /// `palette_mode`: how a colour coordinate becomes a palette entry.
+    pub palette_mode: PaletteMode,
+    /// `palette_interpolation`: the way between two palettes.
+    pub hue_path: HuePath,
+    /// `hsv_rgb_palette_blend`: 0 takes the way through HSV, 1 the straight one through RGB.
+    pub hue_path_rgb: f64,
+    /// `interpolation`: linear or smooth between the keys of one file.
+    pub interpolation: Interpolation,
+    /// `interpolation_type`: the space in which affine parts are interpolated.
+    pub space: Space,
+    /// The transforms that the chaos game chooses among.
+    pub xforms: Vec<Xform>,
+    /// The transform through which every point is seen; its result is not fed back.
+    pub final_xform: Option<Xform>,
+    /// `<symmetry kind>` elements: each adds rotations, and a reflection where it is negative.
+    pub symmetries: Vec<i32>,
+    /// Attributes of `<flame>` that are kept as they are, in file order.
+    pub extra: Vec<(String, String)>,
+    /// Child elements that are kept as they are, in file order: `edit`, `sheep` and whatever else.
+    pub children: Vec<Element>,
+}
+
+/// Where the camera stands and what it sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// `size`: width and height of the picture in pixels.
+    pub size: [u32; 2],
+    /// `center`: the point in the middle of the picture, also the centre of its rotation.
+    pub center: [f64; 2],
+    /// `scale`: pixels per unit at zoom 0.
+    pub scale: f64,
+    /// `zoom`: multiplies the scale by 2^zoom and the samples by 4^zoom.
+    pub zoom: f64,
+    /// `rotate`: degrees.
+    pub rotate: f64,
+}
+
+/// How many samples are drawn and how they are filtered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// `quality`: samples per pixel at zoom 0.
+    pub quality: f64,
+    /// `supersample`: histogram cells per pixel, in each direction.
+    pub supersample: u32,
+    /// `filter`: radius of the spatial filter in pixels.
+    pub filter_radius: f64,
+    /// `filter_shape`.
+    pub filter_shape: FilterShape,
+    /// `temporal_samples`: moments in a frame.
+    pub temporal_samples: u32,
+    /// `temporal_filter_type`.
+    pub temporal_shape: TemporalShape,
+    /// `temporal_filter_width`: how long the shutter is open, in frames.
+    pub temporal_width: f64,
+    /// `temporal_filter_exp`: exponent of the exponential shutter.
+    pub temporal_exponent: f64,
+    /// `passes`: kept; one pass is always rendered.
+    pub passes: u32,
+    /// `estimator_radius`: widest density-estimation kernel in pixels, 0 for none.
+    pub estimator_radius: f64,
+    /// `estimator_minimum`: narrowest kernel in pixels.
+    pub estimator_minimum: f64,
+    /// `estimator_curve`: how fast the kernel narrows with density.
+    pub estimator_curve: f64,
+}
+
+/// From log-density to displayable light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tone {
+    /// `background`: red, green, blue in `0.0..=1.0`.
+    pub background: [f64; 3],
+    /// `brightness`: gain of the log-density.
+    pub brightness: f64,
+    /// `gamma`: display exponent, > 0.
+    pub gamma: f64,
+    /// `gamma_threshold`: density below which the gamma curve is replaced by a line.
+    pub gamma_threshold: f64,
+    /// `vibrancy`: 1 applies gamma to the density only, 0 to every channel.
+    pub vibrancy: f64,
+    /// `highlight_power`: below 0 highlights clip; from 0 on they keep their hue and pale.
+    pub highlight_power: f64,
+}
+
+/// A transform: affine part, weighted sum of variations, post affine part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Xform {
+    /// `weight`: how often the chaos game chooses it, relative to the others; unused in a final transform.
+    pub weight: f64,
+    /// `color`: the colour coordinate it pulls towards, `0.0..=1.0`.
+    pub color: f64,
+    /// The second colour coordinate that old files carry; kept.
+    pub color2: Option<f64>,
+    /// `color_speed`: how far it pulls, `0.0..=1.0`.
+    pub color_speed: f64,
+    /// `animate`: not 0 where it turns in loops.
+    pub animate: f64,
+    /// `opacity`: how visible its points are, `0.0..=1.0`.
+    pub opacity: f64,
+    /// `chaos` (xaos): what this transform multiplies the weight of each next one by; missing ones are 1.
+    pub chaos: Vec<f64>,
+    /// `coefs`: the affine part before the variations.
+    pub affine: Affine,
+    /// `post`: the affine part after the variations.
+    pub post: Affine,
+    /// The variations, each kind at most once.
+    pub variations: Vec<Variation>,
+    /// Attributes that are kept as they are. One that is not 0 and not a name keeps the flame from being
+    /// rendered: it is a variation or a feature that this crate lacks.
+    pub extra: Vec<(String, String)>,
+    /// Child elements that are kept as they are: `motion`.
+    pub children: Vec<Element>,
+}
+
+/// `x' = a x + b y + c`, `y' = d x + e y + f`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "the formula names them all")]
+pub struct Affine {
+    pub a: f64,
+    pub b: f64,
+    pub c: f64,
+    pub d: f64,
+    pub e: f64,
+    pub f: f64,
+}
+
+/// An XML element that is kept without being understood.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Element {
+    /// Its tag.
+    pub tag: String,
+    /// Its attributes in file order.
+    pub attributes: Vec<(String, String)>,
+    /// Its text, trimmed.
+    pub text: String,
+    /// The elements in it.
+    pub children: Vec<Element>,
+}
+
+impl Default for Genome {
+    fn default() -> Genome {
+        Genome {
+            name: None,
+            time: 0.0,
+            camera: Camera { size: [100, 100], center: [0.0; 2], scale: 50.0, zoom: 0.0, rotate: 0.0 },
+            sampling: Sampling {
+                quality: 1.0,
+                supersample: 1,
+                filter_radius: 0.5,
+                filter_shape: FilterShape::Gaussian,
+                temporal_samples: 1000,
+                temporal_shape: TemporalShape::Box,
+                temporal_width: 1.0,
+                temporal_exponent: 0.0,
+                passes: 1,
+                estimator_radius: 9.0,
+                estimator_minimum: 0.0,
+                estimator_curve: 0.4,
+            },
+            tone: Tone {
+                background: [0.0; 3],
+                brightness: 4.0,
+                gamma: 4.0,
+                gamma_threshold: 0.01,
+                vibrancy: 1.0,
+                highlight_power: -1.0,
+            },
+            palette: None,
+            palette_mode: PaletteMode::Step,
+            hue_path: HuePath::HsvCircular,
+            hue_path_rgb: 0.0,
+            interpolation: Interpolation::Linear,
+            space: Space::Log,
+            xforms: Vec::new(),
+            final_xform: None,
+            symmetries: Vec::new(),
+            extra: Vec::new(),
+            children: Vec::new(),
+        }
+    }
+}
+
+impl Default for Xform {
+    fn default() -> Xform {
+        Xform {
+            weight: 0.0,
+            color: 0.0,
+            color2: None,
+            color_speed: 0.5,
+            animate: 1.0,
+            opacity: 1.0,
+            chaos: Vec::new(),
+            affine: Affine::IDENTITY,
+            post: Affine::IDENTITY,
+            variations: Vec::new(),
+            extra: Vec::new(),
+            children: Vec::new(),
+        }
+    }
+}
+
+impl Affine {
+    /// Leaves every point where it is.
+    pub const IDENTITY: Affine = Affine { a: 1.0, b: 0.0, c: 0.0, d: 0.0, e: 1.0, f: 0.0 };
+
+    /// The image of `(x, y)`.
+    #[inline]
+    pub fn apply(&self, x: f64, y: f64) -> (f64, f64) {
+        (self.a * x + self.b * y + self.c, self.d * x + self.e * y + self.f)
+    }
+
+    /// The same with its 2x2 part turned by `turn` radians; the translation stays.
+    #[must_use]
+    pub fn turned(&self, turn: f64) -> Affine {
+        let (sin, cos) = turn.sin_cos();
+        Affine {
+            a: cos * self.a - sin * self.d,
+            d: sin * self.a + cos * self.d,
+            b: cos * self.b - sin * self.e,
+            e: sin * self.b + cos * self.e,
+            ..*self
+        }
+    }
+}

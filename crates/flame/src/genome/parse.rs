@@ -1,0 +1,328 @@
+//! Reading flam3 XML.
+//!
+//! Owns the attribute names on the way in; `write.rs` has them on the way out, and a property test holds the
+//! two together. Never judges whether a flame can be rendered: what it does not know it keeps.
+//!
+//! Start at [`Genome::parse_all`].
+
+use std::str::FromStr;
+
+use roxmltree::{Document, Node};
+
+use super::{
+    Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteMode, Space, TemporalShape, Xform,
+};
+use crate::variations::{Kind, Variation};
+
+/// What an attribute's value turned out to be.
+pub(super) enum Read {
+    /// It was understood.
+    Taken,
+    /// The name is unknown here.
+    Unknown,
+    /// The value is wrong; this was expected.
+    Wrong(&'static str),
+}
+
+impl Genome {
+    /// Reads every `<flame>` of a text, at any depth and under any root, in file order.
+    ///
+    /// # Errors
+    /// [`GenomeError`] names line, attribute and value. A text without flames is an empty list.
+    pub fn parse_all(text: &str) -> Result<Vec<Genome>, GenomeError> {
+        let document = Document::parse(text).map_err(|error| GenomeError::Xml { reason: error.to_string() })?;
+        document.descendants().filter(|node| node.has_tag_name("flame")).map(genome).collect()
+    }
+
+    /// Reads the one flame of a text.
+    ///
+    /// # Errors
+    /// As [`Genome::parse_all`]; [`GenomeError::Count`] where there is none or more than one.
+    pub fn parse(text: &str) -> Result<Genome, GenomeError> {
+        let mut flames = Genome::parse_all(text)?;
+        match (flames.pop(), flames.len()) {
+            (Some(only), 0) => Ok(only),
+            (last, rest) => Err(GenomeError::Count { found: rest + usize::from(last.is_some()) }),
+        }
+    }
+}
+
+fn genome(node: Node) -> Result<Genome, GenomeError> {
+    let mut genome = Genome::default();
+    for attribute in node.attributes() {
+        match flame_attribute(&mut genome, attribute.name(), attribute.value()) {
+            Read::Taken => {}
+            Read::Unknown => genome.extra.push((attribute.name().into(), attribute.value().into())),
+            Read::Wrong(expected) => return Err(wrong(node, attribute, expected)),
+        }
+    }
+    for child in node.children().filter(Node::is_element) {
+        match child.tag_name().name() {
+            "xform" => genome.xforms.push(xform(child)?),
+            "finalxform" if genome.final_xform.is_some() => {
+                return Err(GenomeError::Second { line: line(child), element: "finalxform" });
+            }
+            "finalxform" => genome.final_xform = Some(xform(child)?),
+            "symmetry" => genome.symmetries.push(symmetry_kind(child)?),
+            "color" | "colors" | "palette" if super::palette_xml::holds_colours(child) => {
+                super::palette_xml::read(child, &mut genome)?;
+            }
+            _ => genome.children.push(element(child)),
+        }
+    }
+    super::palette_xml::fill(&mut genome);
+    Ok(genome)
+}
+
+fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
+    let Genome { camera, sampling, tone, .. } = genome;
+    match name {
+        "name" => {
+            genome.name = Some(value.into());
+            Read::Taken
+        }
+        "time" => number(&mut genome.time, value),
+        "size" => numbers(&mut camera.size, value, "two whole numbers"),
+        "center" => numbers(&mut camera.center, value, "two numbers"),
+        "scale" => number(&mut camera.scale, value),
+        "zoom" => number(&mut camera.zoom, value),
+        "rotate" => number(&mut camera.rotate, value),
+        "quality" => number(&mut sampling.quality, value),
+        "supersample" | "oversample" => whole(&mut sampling.supersample, value),
+        "filter" => number(&mut sampling.filter_radius, value),
+        "filter_shape" => choice(&mut sampling.filter_shape, FilterShape::named(value), "a filter's name"),
+        "temporal_samples" => whole(&mut sampling.temporal_samples, value),
+        "temporal_filter_type" => {
+            choice(&mut sampling.temporal_shape, TemporalShape::named(value), "`box`, `gaussian` or `exp`")
+        }
+        "temporal_filter_width" => number(&mut sampling.temporal_width, value),
+        "temporal_filter_exp" => number(&mut sampling.temporal_exponent, value),
+        "passes" | "batches" => whole(&mut sampling.passes, value),
+        "estimator_radius" => number(&mut sampling.estimator_radius, value),
+        "estimator_minimum" => number(&mut sampling.estimator_minimum, value),
+        "estimator_curve" => number(&mut sampling.estimator_curve, value),
+        "background" => numbers(&mut tone.background, value, "three numbers"),
+        "brightness" => number(&mut tone.brightness, value),
+        "gamma" => number(&mut tone.gamma, value),
+        "gamma_threshold" => number(&mut tone.gamma_threshold, value),
+        "vibrancy" => number(&mut tone.vibrancy, value),
+        "highlight_power" => number(&mut tone.highlight_power, value),
+        "palette_mode" => choice(&mut genome.palette_mode, PaletteMode::named(value), "`step` or `linear`"),
+        "palette_interpolation" => {
+            choice(&mut genome.hue_path, HuePath::named(value), "`rgb`, `hsv`, `hsv_circular` or `sweep`")
+        }
+        "hsv_rgb_palette_blend" => number(&mut genome.hue_path_rgb, value),
+        "interpolation" => choice(&mut genome.interpolation, Interpolation::named(value), "`linear` or `smooth`"),
+        "interpolation_type" | "interpolation_space" => {
+            choice(&mut genome.space, Space::named(value), "`log`, `linear`, `old` or `older`")
+        }
+        _ => Read::Unknown,
+    }
+}
+
+fn xform(node: Node) -> Result<Xform, GenomeError> {
+    let mut xform = Xform::default();
+    for attribute in node.attributes() {
+        let (name, value) = (attribute.name(), attribute.value());
+        let read = match xform_attribute(&mut xform, name, value) {
+            Read::Unknown => variation_attribute(&mut xform, name, value),
+            read => read,
+        };
+        match read {
+            Read::Taken => {}
+            Read::Unknown => xform.extra.push((name.into(), value.into())),
+            Read::Wrong(expected) => return Err(wrong(node, attribute, expected)),
+        }
+    }
+    xform.children = node.children().filter(Node::is_element).map(element).collect();
+    Ok(xform)
+}
+
+fn xform_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
+    match name {
+        "weight" => number(&mut xform.weight, value),
+        "color" => match list::<f64>(value).as_deref() {
+            Some(&[color]) => {
+                xform.color = color;
+                Read::Taken
+            }
+            Some(&[color, second]) => {
+                (xform.color, xform.color2) = (color, Some(second));
+                Read::Taken
+            }
+            _ => Read::Wrong("one or two numbers"),
+        },
+        "color_speed" => number(&mut xform.color_speed, value),
+        "animate" => number(&mut xform.animate, value),
+        "symmetry" => {
+            let mut symmetry = 0.0;
+            let read = number(&mut symmetry, value);
+            xform.color_speed = (1.0 - symmetry) / 2.0;
+            xform.animate = if symmetry > 0.0 { 0.0 } else { 1.0 };
+            read
+        }
+        "opacity" => number(&mut xform.opacity, value),
+        "plotmode" if value == "off" => {
+            xform.opacity = 0.0;
+            Read::Taken
+        }
+        "chaos" => match list(value) {
+            Some(chaos) => {
+                xform.chaos = chaos;
+                Read::Taken
+            }
+            None => Read::Wrong("numbers"),
+        },
+        "coefs" => affine(&mut xform.affine, value),
+        "post" => affine(&mut xform.post, value),
+        _ => Read::Unknown,
+    }
+}
+
+fn variation_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
+    if let Some(kind) = Kind::named(name) {
+        return number(&mut entry(xform, kind).weight, value);
+    }
+    if let Some((kind, index)) = Kind::parameter_named(name) {
+        return number(&mut entry(xform, kind).params[index], value);
+    }
+    match name {
+        "var" => match list::<f64>(value) {
+            Some(weights) if weights.len() <= Kind::ALL.len() => {
+                for (kind, weight) in Kind::ALL.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
+                    entry(xform, kind).weight = weight;
+                }
+                Read::Taken
+            }
+            _ => Read::Wrong("at most 49 weights"),
+        },
+        "var1" => match value.trim().parse::<usize>().ok().and_then(|number| Kind::ALL.get(number)) {
+            Some(kind) => {
+                entry(xform, *kind).weight = 1.0;
+                Read::Taken
+            }
+            None => Read::Wrong("a variation's number, 0 to 48"),
+        },
+        _ => Read::Unknown,
+    }
+}
+
+/// The variation of `kind` in `xform`, added with weight 0 and default parameters where it is missing.
+fn entry(xform: &mut Xform, kind: Kind) -> &mut Variation {
+    let index = match xform.variations.iter().position(|variation| variation.kind == kind) {
+        Some(index) => index,
+        None => {
+            xform.variations.push(Variation::new(kind, 0.0));
+            xform.variations.len() - 1
+        }
+    };
+    &mut xform.variations[index]
+}
+
+fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {
+    let value = node.attribute("kind").unwrap_or_default();
+    value.trim().parse().map_err(|_| GenomeError::Attribute {
+        line: line(node),
+        element: "symmetry".into(),
+        attribute: "kind".into(),
+        value: value.into(),
+        expected: "a whole number",
+    })
+}
+
+fn element(node: Node) -> Element {
+    Element {
+        tag: node.tag_name().name().into(),
+        attributes: node.attributes().map(|a| (a.name().into(), a.value().into())).collect(),
+        text: node.text().unwrap_or_default().trim().into(),
+        children: node.children().filter(Node::is_element).map(element).collect(),
+    }
+}
+
+fn affine(slot: &mut Affine, value: &str) -> Read {
+    match list(value).as_deref() {
+        Some(&[a, d, b, e, c, f]) => {
+            *slot = Affine { a, b, c, d, e, f };
+            Read::Taken
+        }
+        _ => Read::Wrong("six numbers"),
+    }
+}
+
+fn number(slot: &mut f64, value: &str) -> Read {
+    match value.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => {
+            *slot = number;
+            Read::Taken
+        }
+        _ => Read::Wrong("a finite number"),
+    }
+}
+
+fn whole(slot: &mut u32, value: &str) -> Read {
+    match value.trim().parse() {
+        Ok(number) if number > 0 => {
+            *slot = number;
+            Read::Taken
+        }
+        _ => Read::Wrong("a whole number above 0"),
+    }
+}
+
+fn choice<T>(slot: &mut T, found: Option<T>, expected: &'static str) -> Read {
+    match found {
+        Some(found) => {
+            *slot = found;
+            Read::Taken
+        }
+        None => Read::Wrong(expected),
+    }
+}
+
+fn numbers<T: FromStr + Copy + Finite, const N: usize>(slot: &mut [T; N], value: &str, expected: &'static str) -> Read {
+    match list(value).and_then(|list| <[T; N]>::try_from(list).ok()) {
+        Some(values) => {
+            *slot = values;
+            Read::Taken
+        }
+        None => Read::Wrong(expected),
+    }
+}
+
+/// The finite numbers of a value, parted by white space.
+pub(super) fn list<T: FromStr + Finite>(value: &str) -> Option<Vec<T>> {
+    value.split_whitespace().map(|word| word.parse().ok().filter(T::finite)).collect()
+}
+
+/// Numbers that may be infinite or not a number, and must not be here.
+pub(super) trait Finite {
+    /// Whether it is an ordinary number.
+    fn finite(&self) -> bool;
+}
+
+impl Finite for f64 {
+    fn finite(&self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Finite for u32 {
+    fn finite(&self) -> bool {
+        true
+    }
+}
+
+fn wrong(node: Node, attribute: roxmltree::Attribute, expected: &'static str) -> GenomeError {
+    GenomeError::Attribute {
+        line: line(node),
+        element: node.tag_name().name().into(),
+        attribute: attribute.name().into(),
+        value: attribute.value().into(),
+        expected,
+    }
+}
+
+/// The line on which an element opens, from 1.
+pub(super) fn line(node: Node) -> u32 {
+    node.document().text_pos_at(node.range().start).row
+}

@@ -1,0 +1,47 @@
+//! Why a genome is not rendered.
+//!
+//! Owns the refusals of the renderer. Never the errors of reading: those are `GenomeError`.
+//!
+//! Start at [`RenderError`].
+
+/// Why a genome is not rendered. Nothing was drawn.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    /// There are no colours of its own; it names some of a library that is not ours to ship.
+    #[error("the genome carries no palette of its own")]
+    NoPalette,
+    /// The chaos game could not choose anything.
+    #[error("the genome has no transform with a weight above 0, among {xforms}")]
+    NothingToChoose {
+        /// How many transforms there are.
+        xforms: usize,
+    },
+    /// A number is outside the range in which it makes sense.
+    #[error("`{name}` is {value}, expected {expected}")]
+    Range {
+        /// The attribute's or setting's name.
+        name: &'static str,
+        /// What stands there.
+        value: f64,
+        /// What should.
+        expected: &'static str,
+    },
+    /// The system gives no threads.
+    #[error("cannot start {threads} threads: {reason}")]
+    Threads {
+        /// How many were asked for; 0 means one per core.
+        threads: usize,
+        /// What the system says.
+        reason: String,
+    },
+    /// The genome uses something that this crate lacks, most often a variation beyond V48.
+    #[error("{place} uses `{name}` (`{value}`), which this renderer does not know")]
+    Unknown {
+        /// Which transform.
+        place: String,
+        /// The attribute or element.
+        name: String,
+        /// Its value.
+        value: String,
+    },
+}
