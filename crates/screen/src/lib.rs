@@ -6,10 +6,14 @@
 //! Start at [`Screen`], the trait that the player drives.
 #![deny(unsafe_code)]
 
+mod convert;
+mod kms;
+mod paint;
 mod picture;
 mod screen;
 mod virtual_screen;
 
+pub use kms::{KmsScreen, KmsSettings};
 pub use picture::Picture;
 pub use screen::{Event, Lit, Screen, ScreenError};
 pub use virtual_screen::{Pace, VirtualScreen};

@@ -1,0 +1,206 @@
+//! From dark to lit.
+//!
+//! Owns the attempts: open the card, survey it, take the best way that the kernel accepts in a test commit, make its
+//! buffers, and light the first picture. Never removes what is on the glass before that first picture is ready.
+
+use super::card::{BufferSpec, How, Id, Kms, Survey};
+use super::choose::{Candidate, candidates};
+use super::ladder::{self, Rung, Trouble};
+use super::plan::Plan;
+use super::ring::Ring;
+use super::{Flight, KmsScreen, Output, Painted, Phase};
+use crate::Event;
+use rustix::io::Errno;
+use std::io;
+use std::time::Duration;
+
+/// One on the glass, one pending, one being filled.
+const BUFFERS: usize = 3;
+/// How often we look for a display although no event told of one: some drivers only find out when asked.
+const LOOK: Duration = Duration::from_secs(2);
+
+/// Why nothing could be lit.
+pub(super) enum Unlit {
+    /// No connector has a display with modes.
+    NoDisplay,
+    /// The kernel refused every way.
+    NoWay,
+    /// A call failed.
+    Failed(io::Error),
+}
+
+impl From<io::Error> for Unlit {
+    fn from(error: io::Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl<K: Kms> KmsScreen<K> {
+    /// Tries to get from dark to ready; sets the time of the next attempt if that fails.
+    pub(super) fn attempt(&mut self) {
+        match self.prepare() {
+            Ok(output) => {
+                self.phase = Phase::Up(Box::new(output));
+                self.notices.push_back(Event::Back);
+            }
+            Err(unlit) => {
+                let reason = self.tell(&unlit);
+                if self.tries == 0 {
+                    self.notices.push_back(Event::Lost { reason });
+                } else {
+                    tracing::debug!(reason, "still dark");
+                }
+                self.wait_after(&unlit);
+            }
+        }
+    }
+
+    fn wait_after(&mut self, unlit: &Unlit) {
+        let mut pause = ladder::pause(self.tries);
+        match unlit {
+            Unlit::NoDisplay => {
+                pause = LOOK;
+                if self.settings.device.is_none() {
+                    // The display may come at another card.
+                    self.kms.close();
+                }
+            }
+            Unlit::NoWay => self.refused.clear(),
+            Unlit::Failed(error) if Trouble::of(error) == Trouble::Busy => {}
+            Unlit::Failed(_) => self.kms.close(),
+        }
+        self.tries = self.tries.saturating_add(1);
+        self.phase = Phase::Dark { retry: self.now().after(pause.as_nanos() as u64) };
+    }
+
+    fn tell(&self, unlit: &Unlit) -> String {
+        let card = self.kms.name();
+        match unlit {
+            Unlit::NoDisplay => format!("no display is plugged into {card}"),
+            Unlit::NoWay => format!("{card} refuses every plane, format and mode"),
+            Unlit::Failed(error) if Trouble::of(error) == Trouble::NotMaster => {
+                format!("another process is master of {card}")
+            }
+            Unlit::Failed(error) => format!("cannot light {card}: {error}"),
+        }
+    }
+
+    fn prepare(&mut self) -> Result<Output, Unlit> {
+        self.kms.open()?;
+        // Busy means here that there is another master.
+        self.kms.take_master().map_err(|error| match Trouble::of(&error) {
+            Trouble::Busy => Errno::ACCESS.into(),
+            Trouble::Gone | Trouble::NotMaster | Trouble::Refused | Trouble::Broken => error,
+        })?;
+        let survey = self.kms.survey()?;
+        let ways = candidates(&survey, self.settings.size, self.settings.fps);
+        if ways.is_empty() {
+            return Err(Unlit::NoDisplay);
+        }
+        for way in ways {
+            if self.refused.contains(&way) {
+                continue;
+            }
+            match self.build(&survey, way) {
+                Ok(output) => return Ok(output),
+                Err(error) if Trouble::of(&error) == Trouble::Refused => {
+                    tracing::debug!(?way, %error, "the kernel refuses this way");
+                    self.refused.push(way);
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Err(Unlit::NoWay)
+    }
+
+    /// Makes the buffers of `way`, and asks the kernel whether it would light them. Leaves nothing behind on failure.
+    fn build(&mut self, survey: &Survey, way: Candidate) -> io::Result<Output> {
+        let size = self.settings.size;
+        let mode = self.kms.create_mode(&way.mode)?;
+        let mut painted = Vec::new();
+        match self.build_buffers(survey, way, mode, &mut painted) {
+            Ok(plan) => {
+                let (ring, flight) = (Ring::new(painted), Flight::Landed);
+                tracing::info!(connector = plan.connector, ?way, ?size, "chose a way to light the picture");
+                Ok(Output { plan, mode, ring, lit: false, flight, asked: None, failed_in_a_row: 0 })
+            }
+            Err(error) => {
+                for painted in painted {
+                    self.kms.destroy(painted.buffer.fb);
+                }
+                self.kms.destroy_mode(mode);
+                Err(error)
+            }
+        }
+    }
+
+    fn build_buffers(
+        &mut self,
+        survey: &Survey,
+        way: Candidate,
+        mode: Id,
+        painted: &mut Vec<Painted>,
+    ) -> io::Result<Plan> {
+        let plan = Plan::new(survey, way, self.settings.size, mode).ok_or(Errno::INVAL)?;
+        let spec = BufferSpec { size: way.buffer_size(self.settings.size), format: way.format };
+        while painted.len() < BUFFERS {
+            let buffer = self.kms.create(spec)?;
+            painted.push(Painted { buffer, picture: (0, 0) });
+            if painted.len() == 1 {
+                self.kms.commit(How::Test, &plan.light(buffer.fb))?;
+            }
+        }
+        Ok(plan)
+    }
+
+    /// Lights the pending picture, waiting until it is on the glass. `since`: when this was first tried.
+    pub(super) fn light(&mut self, since: timing::Nanos) {
+        let (now, period) = (self.now(), self.period());
+        let Phase::Up(output) = &mut self.phase else { return };
+        let Some(fb) = output.ring.pending().map(|painted| painted.buffer.fb) else { return };
+        match lit(&mut self.kms, &output.plan, fb, !output.lit) {
+            Ok(()) => self.is_lit(),
+            Err(error) => {
+                let barked = now.since(since) >= ladder::patience(period).as_nanos() as u64;
+                let rung = ladder::light_failed(Trouble::of(&error), barked);
+                if rung == Rung::Again {
+                    output.flight = Flight::Lighting { next: now.after(period.as_nanos() as u64), since };
+                } else {
+                    self.climb(rung, &format!("lighting failed: {error}"));
+                }
+            }
+        }
+    }
+
+    /// The pending picture is on the glass, alone.
+    fn is_lit(&mut self) {
+        let Phase::Up(output) = &mut self.phase else { return };
+        output.ring.flipped();
+        output.flight = Flight::Landed;
+        let (first, crtc) = (!std::mem::replace(&mut output.lit, true), output.plan.crtc);
+        output.failed_in_a_row += u32::from(!first);
+        self.drop_stale_flips();
+        if first {
+            let (vblank, at) = self.kms.vblank(crtc).unwrap_or_default();
+            self.notices.push_back(Event::Flip { vblank, at });
+        } else {
+            let reason = "a flip did not come; the picture was lit anew, waiting".to_owned();
+            self.notices.push_back(Event::Recovered { reason });
+        }
+    }
+}
+
+/// Commits `fb` with all its surroundings. The `first` time it is tested before, and tried without setting the mode
+/// where that is set already: then nothing flashes.
+fn lit(kms: &mut impl Kms, plan: &Plan, fb: Id, first: bool) -> io::Result<()> {
+    let request = plan.light(fb);
+    if first {
+        kms.commit(How::Test, &request)?;
+    }
+    let settled = if first && plan.same_mode { kms.commit(How::Settle, &request) } else { Err(Errno::INVAL.into()) };
+    match settled {
+        Err(error) if Trouble::of(&error) == Trouble::Refused => kms.commit(How::Modeset, &request)?,
+        settled => settled?,
+    }
+    if plan.colours_stand(&kms.survey()?) { Ok(()) } else { Err(Errno::INVAL.into()) }
+}

@@ -1,0 +1,285 @@
+//! What a KMS card offers, as plain data, and the thin interface to it.
+//!
+//! Owns the [`Kms`] trait and its vocabulary. Never decides anything: `choose.rs` and `ladder.rs` do.
+//! Implementations: `device.rs` (the kernel) and `scripted.rs` (tests).
+
+use crate::paint::{Format, Layout};
+use drm::control::Mode;
+use std::io;
+use std::time::Duration;
+use timing::{Nanos, Vblank};
+
+/// A KMS object or property: connector, CRTC, plane, framebuffer, blob. Never 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Id(pub u32);
+
+/// One property of one object, with its present value.
+#[derive(Clone, Debug)]
+pub struct Property {
+    /// To set it by.
+    pub id: Id,
+    /// As the kernel names it: `CRTC_ID`, `rotation`.
+    pub name: String,
+    /// Its value now.
+    pub value: u64,
+    /// Whether it may be set.
+    pub mutable: bool,
+    /// Which values it takes.
+    pub values: Values,
+}
+
+/// The values that a property takes.
+#[derive(Clone, Debug)]
+pub enum Values {
+    /// Numbers up to `max`.
+    UpTo {
+        /// The largest.
+        max: u64,
+    },
+    /// One of these.
+    Named(Vec<(String, u64)>),
+    /// An object, a blob, or bits.
+    Other,
+}
+
+/// The properties of one object.
+#[derive(Clone, Debug, Default)]
+pub struct Properties(pub Vec<Property>);
+
+impl Properties {
+    /// The property called `name`.
+    pub fn get(&self, name: &str) -> Option<&Property> {
+        self.0.iter().find(|property| property.name == name)
+    }
+
+    /// The value of `name` now, 0 if there is no such property.
+    pub fn value(&self, name: &str) -> u64 {
+        self.get(name).map_or(0, |property| property.value)
+    }
+
+    /// The object that `name` refers to.
+    pub fn object(&self, name: &str) -> Option<Id> {
+        u32::try_from(self.value(name)).ok().filter(|&id| id != 0).map(Id)
+    }
+
+    /// The number behind `choice` of the enumeration `name`, if it may be set to that.
+    pub fn choice(&self, name: &str, choice: &str) -> Option<(Id, u64)> {
+        let property = self.get(name).filter(|property| property.mutable)?;
+        let Values::Named(values) = &property.values else { return None };
+        values.iter().find(|(named, _)| named == choice).map(|&(_, value)| (property.id, value))
+    }
+}
+
+/// A socket of the card, with what is plugged in.
+#[derive(Clone, Debug)]
+pub struct Connector {
+    /// Its id.
+    pub id: Id,
+    /// `HDMI-A-1`.
+    pub name: String,
+    /// Something is plugged in; its modes may not be known yet.
+    pub connected: bool,
+    /// What the display takes.
+    pub modes: Vec<Mode>,
+    /// Bit `n`: the CRTC of index `n` can drive it.
+    pub crtcs: u32,
+    /// `CRTC_ID`, `link-status` and others.
+    pub properties: Properties,
+}
+
+/// A scan-out engine.
+#[derive(Clone, Debug)]
+pub struct Crtc {
+    /// Its id.
+    pub id: Id,
+    /// Its place among the card's CRTCs, which vblank calls and masks count by.
+    pub index: u32,
+    /// The mode that it drives now.
+    pub mode: Option<Mode>,
+    /// `ACTIVE`, `MODE_ID` and others.
+    pub properties: Properties,
+}
+
+/// A layer of a CRTC.
+#[derive(Clone, Debug)]
+pub struct Plane {
+    /// Its id.
+    pub id: Id,
+    /// Bit `n`: the CRTC of index `n` can show it.
+    pub crtcs: u32,
+    /// Which of our formats it takes in linear memory.
+    pub formats: Vec<PlaneFormat>,
+    /// `FB_ID`, `type` and others.
+    pub properties: Properties,
+}
+
+/// A format that a plane takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaneFormat {
+    /// The format.
+    pub format: Format,
+    /// Whether "linear" may be said to the kernel; else it must be left unsaid.
+    pub explicit: bool,
+}
+
+/// All that a card has, at one moment.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// Its sockets, without writeback.
+    pub connectors: Vec<Connector>,
+    /// Its scan-out engines, by index.
+    pub crtcs: Vec<Crtc>,
+    /// Its layers.
+    pub planes: Vec<Plane>,
+}
+
+/// What to allocate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferSpec {
+    /// Pixels across and down, even.
+    pub size: (u32, u32),
+    /// The plane's format.
+    pub format: PlaneFormat,
+}
+
+/// A scan-out buffer: memory, and the framebuffer that the kernel knows it by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Buffer {
+    /// The framebuffer.
+    pub fb: Id,
+    /// How its memory is laid out.
+    pub layout: Layout,
+}
+
+/// Property values to be set together, as (object, property, value).
+#[derive(Clone, Debug, Default)]
+pub struct Request(pub Vec<(Id, Id, u64)>);
+
+impl Request {
+    /// Adds `name` of `object`; without effect where there is no such property, or it may not be set.
+    pub fn set(&mut self, object: Id, properties: &Properties, name: &str, value: u64) {
+        if let Some(property) = properties.get(name).filter(|property| property.mutable) {
+            self.0.push((object, property.id, value));
+        }
+    }
+
+    /// Adds the choice `choice` of the enumeration `name`; without effect where there is no such choice.
+    pub fn choose(&mut self, object: Id, properties: &Properties, name: &str, choice: &str) {
+        self.0.extend(properties.choice(name, choice).map(|(id, value)| (object, id, value)));
+    }
+}
+
+/// The four ways in which we commit. There is no flip that may set a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum How {
+    /// Changes nothing: would a [`How::Modeset`] be accepted?
+    Test,
+    /// Waits until it is on the glass; must not need a new mode.
+    Settle,
+    /// Waits until it is on the glass; may set the mode.
+    Modeset,
+    /// Returns at once; a [`Happening::Flip`] follows.
+    Flip,
+}
+
+/// What a card tells by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Happening {
+    /// A [`How::Flip`] is on the glass.
+    Flip {
+        /// Since this vblank.
+        vblank: Vblank,
+        /// Which began at this monotonic time.
+        at: Nanos,
+    },
+    /// A vblank that was asked for has begun.
+    Vblank {
+        /// The vblank now.
+        vblank: Vblank,
+        /// When it began, monotonic.
+        at: Nanos,
+    },
+    /// A cable or a card came or went: survey again.
+    Hotplug,
+}
+
+/// The kernel's side of a screen. Errors carry the kernel's error number; `EINTR` never comes out.
+pub trait Kms {
+    /// The card in words: `/dev/dri/card0`.
+    fn name(&self) -> String;
+
+    /// Opens the card, if it is closed.
+    ///
+    /// # Errors
+    /// There is no such card, or it is no KMS card.
+    fn open(&mut self) -> io::Result<()>;
+
+    /// Closes the card. The kernel then frees its framebuffers and buffers, and the glass goes dark.
+    fn close(&mut self);
+
+    /// Becomes, or stays, the one process that may commit.
+    ///
+    /// # Errors
+    /// `EBUSY` or `EACCES` while another process is.
+    fn take_master(&mut self) -> io::Result<()>;
+
+    /// Probes the connectors and reads everything.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    fn survey(&mut self) -> io::Result<Survey>;
+
+    /// Allocates a buffer, black.
+    ///
+    /// # Errors
+    /// What the kernel says; nothing is left behind.
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer>;
+
+    /// Frees a buffer, which must not be bound to a plane.
+    fn destroy(&mut self, fb: Id);
+
+    /// Lets `paint` write the buffer's memory.
+    ///
+    /// # Errors
+    /// It cannot be mapped.
+    fn write(&mut self, fb: Id, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()>;
+
+    /// Makes a blob of `mode`, to set it by.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    fn create_mode(&mut self, mode: &Mode) -> io::Result<Id>;
+
+    /// Frees a blob.
+    fn destroy_mode(&mut self, blob: Id);
+
+    /// Sets all of `request`, or nothing.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    fn commit(&mut self, how: How, request: &Request) -> io::Result<()>;
+
+    /// The framebuffer that `plane` shows by the kernel's books.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    fn plane_fb(&mut self, plane: Id) -> io::Result<Option<Id>>;
+
+    /// The present vblank of the CRTC of index `crtc`, and when it began.
+    ///
+    /// # Errors
+    /// The CRTC is off, or has no vblanks.
+    fn vblank(&mut self, crtc: u32) -> io::Result<(Vblank, Nanos)>;
+
+    /// Asks for a [`Happening::Vblank`] at `vblank`, or at once if that is past.
+    ///
+    /// # Errors
+    /// The CRTC is off, or has no vblanks.
+    fn ask_vblank(&mut self, crtc: u32, vblank: Vblank) -> io::Result<()>;
+
+    /// Waits for the next happening, at most `timeout`; may end early without one.
+    ///
+    /// # Errors
+    /// The card is gone.
+    fn wait(&mut self, timeout: Duration) -> io::Result<Option<Happening>>;
+}

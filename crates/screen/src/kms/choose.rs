@@ -1,0 +1,183 @@
+//! What to light: connector, CRTC, plane, mode, format, placement.
+//!
+//! Owns the order of preference, as pure functions of a survey. Never talks to the kernel: `bring_up.rs` tries the
+//! candidates in this order with a test commit, and takes the first that the kernel accepts.
+//!
+//! Start at [`candidates`].
+
+use super::card::{Connector, Crtc, Id, Plane, PlaneFormat, Survey};
+use crate::paint::Format;
+use drm::control::{Mode, ModeFlags, ModeTypeFlags};
+use timing::Rate;
+
+/// How many modes of one connector are tried before the next connector.
+const MODES_TRIED: usize = 3;
+/// How far a refresh may be off a multiple of the frame rate and still count as one: the pixel clock is in whole
+/// kilohertz, so 59.94 Hz of the mode lists is a few millionths off 60000/1001.
+const MULTIPLE_TOLERANCE: f64 = 200e-6;
+
+/// How the picture lies on the mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Placement {
+    /// Pixel by pixel.
+    Exact,
+    /// The plane scales it, its proportions kept, to fill the mode.
+    Scaled,
+    /// Unscaled in the middle of a black buffer of the mode's size.
+    Centred,
+}
+
+/// One way to light the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Candidate {
+    pub(crate) connector: Id,
+    pub(crate) crtc: Id,
+    pub(crate) plane: Id,
+    pub(crate) mode: Mode,
+    pub(crate) format: PlaneFormat,
+    pub(crate) placement: Placement,
+}
+
+impl Candidate {
+    /// The buffer's size for pictures of `size`.
+    pub(crate) fn buffer_size(&self, size: (u32, u32)) -> (u32, u32) {
+        match self.placement {
+            Placement::Exact | Placement::Scaled => size,
+            // Planes of 4:2:0 are even.
+            Placement::Centred => (mode_size(&self.mode).0 & !1, mode_size(&self.mode).1 & !1),
+        }
+    }
+
+    /// Where the whole buffer lands on the mode: left, top, width, height.
+    pub(crate) fn destination(&self, size: (u32, u32)) -> (u32, u32, u32, u32) {
+        let (width, height) = mode_size(&self.mode);
+        match self.placement {
+            Placement::Exact => (0, 0, width, height),
+            Placement::Centred => (0, 0, width & !1, height & !1),
+            Placement::Scaled => {
+                let wide = u64::from(width) * u64::from(size.1) > u64::from(height) * u64::from(size.0);
+                let fit =
+                    |across: u32, of: u32, by: u32| (u64::from(across) * u64::from(of) / u64::from(by)) as u32 & !1;
+                let (w, h) =
+                    if wide { (fit(height, size.0, size.1), height) } else { (width, fit(width, size.1, size.0)) };
+                ((width - w) / 4 * 2, (height - h) / 4 * 2, w, h)
+            }
+        }
+    }
+}
+
+/// Every way to light pictures of `size` at `fps`, best first; empty if nothing is plugged in.
+pub(crate) fn candidates(survey: &Survey, size: (u32, u32), fps: Rate) -> Vec<Candidate> {
+    let mut connectors: Vec<&Connector> =
+        survey.connectors.iter().filter(|connector| connector.connected && !connector.modes.is_empty()).collect();
+    connectors.sort_by_key(|connector| {
+        let exact = connector.modes.iter().any(|mode| mode_size(mode) == size);
+        (!exact, connector.properties.object("CRTC_ID").is_none(), connector.id)
+    });
+    let mut ways = Vec::new();
+    for connector in connectors {
+        for mode in modes(&connector.modes, size, fps).into_iter().take(MODES_TRIED) {
+            for crtc in crtcs(survey, connector) {
+                for plane in planes(survey, crtc) {
+                    let (connector, crtc) = (connector.id, crtc.id);
+                    ways.extend(images(plane, &mode, size).into_iter().map(|(format, placement)| Candidate {
+                        connector,
+                        crtc,
+                        plane: plane.id,
+                        mode,
+                        format,
+                        placement,
+                    }));
+                }
+            }
+        }
+    }
+    ways
+}
+
+/// The modes, best first: progressive; the picture's own size; large enough for it; the display's preferred size;
+/// a refresh that is a multiple of `fps`; preferred; close to 60 Hz; large.
+fn modes(modes: &[Mode], size: (u32, u32), fps: Rate) -> Vec<Mode> {
+    let preferred = |mode: &Mode| mode.mode_type().contains(ModeTypeFlags::PREFERRED);
+    let native = modes.iter().find(|mode| preferred(mode)).map(mode_size);
+    let mut ranked: Vec<Mode> = modes.iter().copied().filter(|mode| refresh(mode).is_some()).collect();
+    ranked.sort_by_cached_key(|mode| {
+        let (width, height) = mode_size(mode);
+        let rate = refresh(mode).map_or(0.0, |rate| f64::from(rate.num()) / f64::from(rate.den()));
+        let woven = mode.flags().intersects(ModeFlags::INTERLACE | ModeFlags::DBLSCAN);
+        let exact = (width, height) == size;
+        let holds = width >= size.0 && height >= size.1;
+        let even = is_multiple(rate, f64::from(fps.num()) / f64::from(fps.den()));
+        let off_sixty_mhz = ((rate - 60.0).abs() * 1000.0) as u64;
+        let area = u64::from(width) * u64::from(height);
+        let native = native == Some((width, height));
+        (woven, !exact, !holds, !native, !even, !preferred(mode), off_sixty_mhz, u64::MAX - area)
+    });
+    ranked
+}
+
+fn is_multiple(refresh: f64, fps: f64) -> bool {
+    let times = (refresh / fps).round();
+    times >= 1.0 && (refresh / (times * fps) - 1.0).abs() <= MULTIPLE_TOLERANCE
+}
+
+/// Pixels across and down.
+pub(crate) fn mode_size(mode: &Mode) -> (u32, u32) {
+    (u32::from(mode.size().0), u32::from(mode.size().1))
+}
+
+/// Vblanks per second from the pixel clock, exactly; `None` for a mode that makes no sense.
+///
+/// # Source
+/// `drm_mode_vrefresh` in the kernel's `drm_modes.c`, without its rounding.
+pub(crate) fn refresh(mode: &Mode) -> Option<Rate> {
+    let (total, flags) = (u64::from(mode.hsync().2) * u64::from(mode.vsync().2), mode.flags());
+    let fields = if flags.contains(ModeFlags::INTERLACE) { 2 } else { 1 };
+    let doubled = if flags.contains(ModeFlags::DBLSCAN) { 2 } else { 1 };
+    let scans = u64::from(mode.vscan().max(1));
+    Rate::new(u64::from(mode.clock()) * 1000 * fields, total * doubled * scans).ok()
+}
+
+/// The CRTCs that can drive `connector`, the one that does so first.
+fn crtcs<'a>(survey: &'a Survey, connector: &Connector) -> Vec<&'a Crtc> {
+    let current = connector.properties.object("CRTC_ID");
+    let mut able: Vec<_> = survey.crtcs.iter().filter(|crtc| connector.crtcs >> crtc.index & 1 == 1).collect();
+    able.sort_by_key(|crtc| (Some(crtc.id) != current, crtc.properties.value("ACTIVE") == 1, crtc.index));
+    able
+}
+
+/// The primary planes of `crtc`, the one that it shows first. An overlay would need a primary below it on most
+/// hardware: we leave them dark.
+fn planes<'a>(survey: &'a Survey, crtc: &Crtc) -> Vec<&'a Plane> {
+    let primary = |plane: &Plane| {
+        let kind = plane.properties.get("type");
+        kind.is_some_and(|kind| kind.value == 1)
+    };
+    let mut able: Vec<_> =
+        survey.planes.iter().filter(|plane| plane.crtcs >> crtc.index & 1 == 1 && primary(plane)).collect();
+    able.sort_by_key(|plane| {
+        let at = plane.properties.object("CRTC_ID");
+        (at != Some(crtc.id), at.is_some(), plane.id)
+    });
+    able
+}
+
+/// The buffers that `plane` may show, best first. YUV only where the plane says by which matrix it converts.
+fn images(plane: &Plane, mode: &Mode, size: (u32, u32)) -> Vec<(PlaneFormat, Placement)> {
+    let coloured = colours(plane).is_some();
+    let takes = |format: Format| plane.formats.iter().copied().find(|taken| taken.format == format);
+    let formats = || Format::ALL.into_iter().filter(move |format| coloured || !format.is_yuv()).filter_map(takes);
+    let placed = |placement| formats().map(move |format| (format, placement));
+    if mode_size(mode) == size {
+        placed(Placement::Exact).collect()
+    } else {
+        placed(Placement::Scaled).chain(placed(Placement::Centred)).collect()
+    }
+}
+
+/// The plane's settings for our colours, BT.709 and limited range, as (property, value); `None` if it has no such.
+pub(crate) fn colours(plane: &Plane) -> Option<[(Id, u64); 2]> {
+    let matrix = plane.properties.choice("COLOR_ENCODING", "ITU-R BT.709 YCbCr")?;
+    let range = plane.properties.choice("COLOR_RANGE", "YCbCr limited range")?;
+    Some([matrix, range])
+}

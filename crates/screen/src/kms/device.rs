@@ -1,0 +1,389 @@
+//! A real KMS card, through the kernel.
+//!
+//! Owns the card's descriptor, its buffers and the uevent socket, and turns ioctls into the plain data of `card.rs`.
+//! Never decides, never retries but after `EINTR`. Memory is mapped in `memory.rs`, properties are read in
+//! `properties.rs`. Start at [`Device::new`].
+
+use super::card::{Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Request, Survey};
+use super::in_formats::formats_with;
+use super::memory::Memory;
+use super::properties::PropertyCache;
+use super::uevents::Uevents;
+use crate::paint::{Format, Layout, blacken};
+use drm::control::atomic::AtomicModeReq;
+use drm::control::{
+    AtomicCommitFlags, Device as Control, Mode, ResourceHandles, connector, crtc, from_u32, plane, property,
+};
+use drm::{ClientCapability, Device as Basic, DriverCapability, VblankWaitFlags, VblankWaitTarget};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use std::collections::{HashMap, VecDeque};
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use timing::{Nanos, Vblank};
+
+/// A KMS card of this machine.
+pub struct Device {
+    /// The one that was asked for; `None` for the first that can light something.
+    asked: Option<PathBuf>,
+    card: Option<Card>,
+    uevents: Option<Uevents>,
+    happenings: VecDeque<Happening>,
+}
+
+impl Device {
+    /// The card at `path`, or the first that can light something; not yet opened.
+    pub fn new(path: Option<PathBuf>) -> Self {
+        let uevents = Uevents::subscribe()
+            .inspect_err(|error| tracing::warn!(%error, "no hot-plug events from the kernel, looking now and then"))
+            .ok();
+        Self { asked: path, card: None, uevents, happenings: VecDeque::new() }
+    }
+
+    fn card(&mut self) -> io::Result<&mut Card> {
+        self.card.as_mut().ok_or_else(|| Errno::NODEV.into())
+    }
+}
+
+impl Kms for Device {
+    fn name(&self) -> String {
+        let open = self.card.as_ref().map(|card| &card.path);
+        open.or(self.asked.as_ref()).map_or_else(|| "any card".to_owned(), |path| path.display().to_string())
+    }
+
+    fn open(&mut self) -> io::Result<()> {
+        if self.card.is_none() {
+            self.card = Some(match &self.asked {
+                Some(path) => Card::open(path)?,
+                None => Card::first()?,
+            });
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        self.card = None;
+        self.happenings.clear();
+    }
+
+    fn take_master(&mut self) -> io::Result<()> {
+        let card = self.card()?;
+        uninterrupted(|| card.acquire_master_lock())
+    }
+
+    fn survey(&mut self) -> io::Result<Survey> {
+        self.card()?.survey()
+    }
+
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
+        self.card()?.create(spec)
+    }
+
+    fn destroy(&mut self, fb: Id) {
+        if let Some(card) = &mut self.card {
+            card.destroy(fb);
+        }
+    }
+
+    fn write(&mut self, fb: Id, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
+        self.card()?.buffers.get_mut(&fb).ok_or(Errno::NOENT)?.write(paint)
+    }
+
+    fn create_mode(&mut self, mode: &Mode) -> io::Result<Id> {
+        let card = self.card()?;
+        let raw: drm_ffi::drm_mode_modeinfo = (*mode).into();
+        let blob = uninterrupted(|| card.create_property_blob(&raw))?;
+        Ok(Id(u64::from(blob) as u32))
+    }
+
+    fn destroy_mode(&mut self, blob: Id) {
+        if let Some(card) = &self.card {
+            let _ = card.destroy_property_blob(blob.0.into());
+        }
+    }
+
+    fn commit(&mut self, how: How, request: &Request) -> io::Result<()> {
+        let mut atomic = AtomicModeReq::new();
+        for &(object, property, value) in &request.0 {
+            let (Some(object), Some(property)) = (from_u32(object.0), from_u32::<property::Handle>(property.0)) else {
+                return Err(Errno::INVAL.into());
+            };
+            atomic.add_raw_property(object, property, value);
+        }
+        let flags = match how {
+            How::Test => AtomicCommitFlags::TEST_ONLY | AtomicCommitFlags::ALLOW_MODESET,
+            How::Settle => AtomicCommitFlags::empty(),
+            How::Modeset => AtomicCommitFlags::ALLOW_MODESET,
+            How::Flip => AtomicCommitFlags::NONBLOCK | AtomicCommitFlags::PAGE_FLIP_EVENT,
+        };
+        let card = self.card()?;
+        uninterrupted(|| card.atomic_commit(flags, atomic.clone()))
+    }
+
+    fn plane_fb(&mut self, plane: Id) -> io::Result<Option<Id>> {
+        let card = self.card()?;
+        let plane: plane::Handle = handle(plane)?;
+        Ok(uninterrupted(|| card.get_plane(plane))?.framebuffer().map(|fb| Id(fb.into())))
+    }
+
+    fn vblank(&mut self, crtc: u32) -> io::Result<(Vblank, Nanos)> {
+        let card = self.card()?;
+        let reply =
+            uninterrupted(|| card.wait_vblank(VblankWaitTarget::Relative(0), VblankWaitFlags::empty(), crtc, 0))?;
+        Ok((Vblank(reply.frame()), nanos(reply.time().unwrap_or_default())))
+    }
+
+    fn ask_vblank(&mut self, crtc: u32, vblank: Vblank) -> io::Result<()> {
+        let card = self.card()?;
+        let target = || VblankWaitTarget::Absolute(vblank.0);
+        uninterrupted(|| card.wait_vblank(target(), VblankWaitFlags::EVENT, crtc, 0)).map(drop)
+    }
+
+    fn wait(&mut self, timeout: Duration) -> io::Result<Option<Happening>> {
+        if let Some(happening) = self.happenings.pop_front() {
+            return Ok(Some(happening));
+        }
+        let timeout = Timespec::try_from(timeout.min(Duration::from_hours(1))).expect("an hour fits a timespec");
+        let card = self.card.as_ref().map(|card| PollFd::new(card, PollFlags::IN));
+        let uevents = self.uevents.as_ref().map(|uevents| PollFd::new(uevents, PollFlags::IN));
+        let has_card = card.is_some();
+        let mut watched: Vec<_> = card.into_iter().chain(uevents).collect();
+        match poll(&mut watched, Some(&timeout)) {
+            Ok(0) | Err(Errno::INTR) => return Ok(None),
+            Ok(_) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let seen: Vec<_> = watched.iter().map(PollFd::revents).collect();
+        if has_card && seen[0].intersects(PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL) {
+            return Err(Errno::NODEV.into());
+        }
+        if let Some(card) = self.card.as_ref().filter(|_| seen[0].contains(PollFlags::IN)) {
+            card.read_events(&mut self.happenings)?;
+        }
+        let told = !seen.last().copied().unwrap_or(PollFlags::empty()).is_empty();
+        if self.uevents.as_mut().is_some_and(|uevents| told && uevents.display_changed()) {
+            self.happenings.push_back(Happening::Hotplug);
+        }
+        Ok(self.happenings.pop_front())
+    }
+}
+
+/// An open card. Dropped, the kernel frees all that it had made.
+struct Card {
+    /// Before the descriptor: mappings and gbm objects go first.
+    buffers: HashMap<Id, Memory>,
+    gbm: Option<gbm::Device<std::os::fd::OwnedFd>>,
+    path: PathBuf,
+    file: File,
+    properties: PropertyCache,
+    /// Whether the kernel takes modifiers with a framebuffer.
+    modifiers: bool,
+}
+
+impl AsFd for Card {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.file.as_fd()
+    }
+}
+
+impl Basic for Card {}
+impl Control for Card {}
+
+impl Card {
+    /// Opens the KMS card at `path`.
+    fn open(path: &Path) -> io::Result<Self> {
+        let nonblocking = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
+        let file = OpenOptions::new().read(true).write(true).custom_flags(nonblocking).open(path)?;
+        let properties = PropertyCache::default();
+        let mut card =
+            Self { buffers: HashMap::new(), gbm: None, path: path.to_owned(), file, properties, modifiers: false };
+        card.set_client_capability(ClientCapability::UniversalPlanes, true)?;
+        card.set_client_capability(ClientCapability::Atomic, true)?;
+        card.resource_handles()?;
+        card.modifiers = card.get_driver_capability(DriverCapability::AddFB2Modifiers).is_ok_and(|cap| cap == 1);
+        if card.has_render_node() {
+            let gbm = card.file.as_fd().try_clone_to_owned().and_then(gbm::Device::new);
+            card.gbm = gbm.inspect_err(|error| tracing::info!(%error, "no gbm here, taking dumb buffers")).ok();
+        }
+        Ok(card)
+    }
+
+    /// The first card with a display plugged in, else the first card at all.
+    fn first() -> io::Result<Self> {
+        let mut paths: Vec<PathBuf> =
+            std::fs::read_dir("/dev/dri")?.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        paths.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("card")));
+        paths.sort_by_cached_key(|path| (path.as_os_str().len(), path.clone()));
+        let mut dark = Err(Errno::NODEV.into());
+        for path in paths {
+            let opened = Self::open(&path).and_then(|mut card| card.survey().map(|survey| (card, survey)));
+            match opened {
+                Ok((card, survey)) => {
+                    if survey.connectors.iter().any(|connector| connector.connected && !connector.modes.is_empty()) {
+                        return Ok(card);
+                    }
+                    if dark.is_err() {
+                        dark = Ok(card);
+                    }
+                }
+                Err(error) => tracing::debug!(card = %path.display(), %error, "passing over a card"),
+            }
+        }
+        dark
+    }
+
+    /// Whether the card has a GPU, and so a `renderD*` beside it.
+    fn has_render_node(&self) -> bool {
+        let Ok(stat) = rustix::fs::fstat(&self.file) else { return false };
+        let (major, minor) = (rustix::fs::major(stat.st_rdev), rustix::fs::minor(stat.st_rdev));
+        let siblings = std::fs::read_dir(format!("/sys/dev/char/{major}:{minor}/device/drm"));
+        siblings
+            .is_ok_and(|nodes| nodes.flatten().any(|node| node.file_name().to_string_lossy().starts_with("renderD")))
+    }
+
+    fn survey(&mut self) -> io::Result<Survey> {
+        let resources = self.resource_handles()?;
+        let mut survey = Survey::default();
+        for &id in resources.connectors() {
+            survey.connectors.push(self.connector(id, &resources)?);
+        }
+        for (index, &id) in resources.crtcs().iter().enumerate() {
+            let mode = uninterrupted(|| self.get_crtc(id))?.mode();
+            let properties = self.properties_of(id)?;
+            survey.crtcs.push(Crtc { id: Id(id.into()), index: index as u32, mode, properties });
+        }
+        for id in self.plane_handles()? {
+            survey.planes.push(self.plane(id, &resources)?);
+        }
+        Ok(survey)
+    }
+
+    fn connector(&mut self, id: connector::Handle, resources: &ResourceHandles) -> io::Result<Connector> {
+        let info = uninterrupted(|| self.get_connector(id, true))?;
+        let mut crtcs = 0;
+        for &encoder in info.encoders() {
+            let able = uninterrupted(|| self.get_encoder(encoder))?.possible_crtcs();
+            crtcs |= mask(resources, &resources.filter_crtcs(able));
+        }
+        Ok(Connector {
+            id: Id(id.into()),
+            name: info.to_string(),
+            connected: info.state() == connector::State::Connected,
+            modes: info.modes().to_vec(),
+            crtcs,
+            properties: self.properties_of(id)?,
+        })
+    }
+
+    fn plane(&mut self, id: plane::Handle, resources: &ResourceHandles) -> io::Result<Plane> {
+        let info = uninterrupted(|| self.get_plane(id))?;
+        let properties = self.properties_of(id)?;
+        let blob = properties.value("IN_FORMATS");
+        let explicit = self.modifiers && blob != 0;
+        let fourccs = if explicit { formats_with(&self.get_property_blob(blob)?, 0) } else { info.formats().to_vec() };
+        let formats = Format::ALL.into_iter().filter(|format| fourccs.contains(&format.fourcc()));
+        Ok(Plane {
+            id: Id(id.into()),
+            crtcs: mask(resources, &resources.filter_crtcs(info.possible_crtcs())),
+            formats: formats.map(|format| PlaneFormat { format, explicit }).collect(),
+            properties,
+        })
+    }
+
+    fn properties_of<T: drm::control::ResourceHandle>(&mut self, object: T) -> io::Result<super::card::Properties> {
+        let values = uninterrupted(|| self.get_properties(object))?;
+        let mut cache = std::mem::take(&mut self.properties);
+        let read = cache.read(self, &values);
+        self.properties = cache;
+        read
+    }
+
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
+        let format = spec.format.format;
+        let mut memory = Memory::allocate(&self.file, self.gbm.as_ref(), format.allocation(spec.size))?;
+        let layout = Layout::new(format, spec.size, memory.pitch());
+        let made = memory.write(&mut |bytes| blacken(bytes, &layout)).and_then(|()| {
+            let handles = layout.pitches.map(|pitch| if pitch == 0 { 0 } else { memory.handle() });
+            let flags = if spec.format.explicit { drm_ffi::DRM_MODE_FB_MODIFIERS } else { 0 };
+            let ((width, height), code) = (spec.size, format.fourcc());
+            drm_ffi::mode::add_fb2(
+                self.as_fd(),
+                width,
+                height,
+                code,
+                &handles,
+                &layout.pitches,
+                &layout.offsets,
+                &[0; 4],
+                flags,
+            )
+        });
+        match made {
+            Ok(made) => {
+                let fb = Id(made.fb_id);
+                self.buffers.insert(fb, memory);
+                Ok(Buffer { fb, layout })
+            }
+            Err(error) => {
+                memory.free(&self.file);
+                Err(error)
+            }
+        }
+    }
+
+    fn destroy(&mut self, fb: Id) {
+        if let Err(error) = drm_ffi::mode::rm_fb(self.as_fd(), fb.0) {
+            tracing::debug!(%error, fb = fb.0, "cannot remove a framebuffer");
+        }
+        if let Some(memory) = self.buffers.remove(&fb) {
+            memory.free(&self.file);
+        }
+    }
+
+    fn read_events(&self, happenings: &mut VecDeque<Happening>) -> io::Result<()> {
+        let events = match uninterrupted(|| self.receive_events()) {
+            Ok(events) => events,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(()),
+            Err(error) => return Err(error),
+        };
+        happenings.extend(events.filter_map(|event| match event {
+            drm::control::Event::PageFlip(flip) => {
+                Some(Happening::Flip { vblank: Vblank(flip.frame), at: nanos(flip.duration) })
+            }
+            drm::control::Event::Vblank(vblank) => {
+                Some(Happening::Vblank { vblank: Vblank(vblank.frame), at: nanos(vblank.time) })
+            }
+            drm::control::Event::Unknown(_) => None,
+        }));
+        Ok(())
+    }
+}
+
+/// Which of the card's CRTCs are among `able`, as bits by index.
+fn mask(resources: &ResourceHandles, able: &[crtc::Handle]) -> u32 {
+    let bits =
+        resources.crtcs().iter().enumerate().filter(|(_, crtc)| able.contains(crtc)).map(|(index, _)| 1 << index);
+    bits.fold(0, |mask, bit: u32| mask | bit)
+}
+
+fn handle<T: From<drm::control::RawResourceHandle>>(id: Id) -> io::Result<T> {
+    from_u32(id.0).ok_or_else(|| Errno::NOENT.into())
+}
+
+fn nanos(time: Duration) -> Nanos {
+    Nanos(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX))
+}
+
+/// Calls again as long as a signal interrupts.
+fn uninterrupted<T>(mut call: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    loop {
+        match call() {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            done => return done,
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The memory behind a framebuffer, mapped for writing.
+//!
+//! Owns every `unsafe` of this crate: two mappings, one ioctl, one field of a union. Never says what is written.
+//! Start at [`Memory::allocate`].
+#![allow(unsafe_code)]
+
+use gbm::{BufferObject, BufferObjectFlags};
+use memmap2::{MmapMut, MmapOptions};
+use rustix::ioctl::{Setter, ioctl, opcode};
+use std::fs::File;
+use std::io;
+use std::os::fd::{AsFd, AsRawFd, OwnedFd};
+
+/// `DMA_BUF_IOCTL_SYNC` of `linux/dma-buf.h`; its argument is one `u64` of flags.
+const DMA_BUF_SYNC: rustix::ioctl::Opcode = opcode::write::<u64>(b'b', 0);
+const SYNC_WRITE: u64 = 2;
+const SYNC_END: u64 = 4;
+
+/// An allocation that a card can scan out.
+pub(super) enum Memory {
+    /// The kernel's own, on every KMS driver.
+    Dumb { handle: u32, pitch: u32, map: MmapMut },
+    /// The GPU driver's, through its dma-buf. Dropped in this order: mapping, descriptor, object.
+    Gbm { map: MmapMut, dma_buf: OwnedFd, object: BufferObject<()> },
+}
+
+impl Memory {
+    /// Linear memory of `width` by `height` at `bits` (8 or 32) per pixel: from `gbm` if there is one and it can,
+    /// else a dumb buffer.
+    ///
+    /// # Errors
+    /// What the kernel says about the dumb buffer.
+    pub(super) fn allocate(
+        card: &File,
+        gbm: Option<&gbm::Device<OwnedFd>>,
+        (width, height, bits): (u32, u32, u32),
+    ) -> io::Result<Self> {
+        match gbm.map(|gbm| Self::from_gbm(gbm, width, height, bits)) {
+            Some(Ok(memory)) => Ok(memory),
+            Some(Err(error)) => {
+                tracing::debug!(%error, "gbm has no such buffer, taking a dumb one");
+                Self::dumb(card, width, height, bits)
+            }
+            None => Self::dumb(card, width, height, bits),
+        }
+    }
+
+    fn dumb(card: &File, width: u32, height: u32, bits: u32) -> io::Result<Self> {
+        use drm_ffi::mode::dumbbuffer::{create, destroy, map};
+        let made = create(card.as_fd(), width, height, bits, 0)?;
+        let mapped = map(card.as_fd(), made.handle, 0, 0).and_then(|place| {
+            let length = usize::try_from(made.size).map_err(io::Error::other)?;
+            // SAFETY: the kernel gave this offset and size for a buffer that we just made: nobody else maps it, and
+            // the mapping keeps its pages alive until it is dropped.
+            unsafe { MmapOptions::new().offset(place.offset).len(length).map_mut(card) }
+        });
+        match mapped {
+            Ok(map) => Ok(Self::Dumb { handle: made.handle, pitch: made.pitch, map }),
+            Err(error) => {
+                let _ = destroy(card.as_fd(), made.handle);
+                Err(error)
+            }
+        }
+    }
+
+    fn from_gbm(gbm: &gbm::Device<OwnedFd>, width: u32, height: u32, bits: u32) -> io::Result<Self> {
+        let format = if bits == 8 { gbm::Format::R8 } else { gbm::Format::Xrgb8888 };
+        let usage = BufferObjectFlags::SCANOUT | BufferObjectFlags::LINEAR;
+        let object: BufferObject<()> = gbm.create_buffer_object(width, height, format, usage)?;
+        let dma_buf = object.fd().map_err(|_| io::Error::from(rustix::io::Errno::OPNOTSUPP))?;
+        let length = object.stride() as usize * height as usize;
+        // SAFETY: the object is at least stride x height bytes, it is ours alone, and the mapping keeps it alive.
+        let map = unsafe { MmapOptions::new().len(length).map_mut(dma_buf.as_raw_fd()) }?;
+        Ok(Self::Gbm { map, dma_buf, object })
+    }
+
+    /// The GEM handle, to make a framebuffer of.
+    pub(super) fn handle(&self) -> u32 {
+        match self {
+            Self::Dumb { handle, .. } => *handle,
+            // SAFETY: the DRM backend of gbm fills the 32-bit field of this union.
+            Self::Gbm { object, .. } => unsafe { object.handle().u32_ },
+        }
+    }
+
+    /// Bytes from one row to the next.
+    pub(super) fn pitch(&self) -> u32 {
+        match self {
+            Self::Dumb { pitch, .. } => *pitch,
+            Self::Gbm { object, .. } => object.stride(),
+        }
+    }
+
+    /// Lets `paint` write the memory.
+    ///
+    /// # Errors
+    /// The GPU driver does not hand it over.
+    pub(super) fn write(&mut self, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
+        match self {
+            Self::Dumb { map, .. } => paint(map),
+            Self::Gbm { map, dma_buf, .. } => {
+                sync(dma_buf, SYNC_WRITE)?;
+                paint(map);
+                sync(dma_buf, SYNC_WRITE | SYNC_END)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Unmaps and frees it. Its framebuffer must be gone.
+    pub(super) fn free(self, card: &File) {
+        if let Self::Dumb { handle, map, .. } = self {
+            drop(map);
+            if let Err(error) = drm_ffi::mode::dumbbuffer::destroy(card.as_fd(), handle) {
+                tracing::debug!(%error, handle, "cannot free a buffer");
+            }
+        }
+    }
+}
+
+/// Begins or ends writing by the processor, for GPUs whose caches do not follow it.
+fn sync(dma_buf: &OwnedFd, flags: u64) -> io::Result<()> {
+    // SAFETY: `DMA_BUF_IOCTL_SYNC` reads one u64 and keeps no pointer to it.
+    rustix::io::retry_on_intr(|| unsafe { ioctl(dma_buf, Setter::<DMA_BUF_SYNC, u64>::new(flags)) })?;
+    Ok(())
+}

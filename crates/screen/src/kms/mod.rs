@@ -1,0 +1,303 @@
+//! A real display: one connector of one KMS card, driven by atomic commits.
+//!
+//! Owns the screen's life: dark, ready (buffers stand, the previous picture is still lit), lit. Per frame it commits
+//! `NONBLOCK | PAGE_FLIP_EVENT`, one at a time, and never sets a mode; modes are set, waiting, inside
+//! [`Screen::next_event`]. Never busy-waits, never gives up: what a cable, a driver or another master does is an
+//! [`Event`].
+//!
+//! Start at [`KmsScreen`]. From dark to ready: `bring_up.rs`, by the taste of `choose.rs`. When something fails:
+//! `recovery.rs`, by the rules of `ladder.rs`. The kernel is behind `card.rs`; `device.rs` is the real one.
+
+mod bring_up;
+mod card;
+mod choose;
+mod device;
+mod in_formats;
+mod ladder;
+mod memory;
+mod plan;
+mod properties;
+mod recovery;
+mod ring;
+#[cfg(test)]
+mod scripted;
+mod uevents;
+
+pub(crate) use card::Kms;
+pub(crate) use device::Device;
+
+use crate::paint::{blacken, paint};
+use crate::{Event, Lit, Picture, Screen, ScreenError};
+use card::{Buffer, Happening, How, Id};
+use choose::{Candidate, mode_size};
+use plan::Plan;
+use ring::Ring;
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::time::Duration;
+use timing::{Nanos, Rate, Vblank};
+
+/// What to light, and where.
+#[derive(Clone, Debug)]
+pub struct KmsSettings {
+    /// The card, as `/dev/dri/card0`; `None` for the first that can light something.
+    pub device: Option<PathBuf>,
+    /// The pictures' width and height in pixels, even.
+    pub size: (u32, u32),
+    /// The pictures' rate: a refresh that is a multiple of it is preferred.
+    pub fps: Rate,
+    /// The monotonic clock. Any origin will do: the times in events are the kernel's own (`CLOCK_MONOTONIC`).
+    pub now: fn() -> Nanos,
+}
+
+/// A display on a KMS card.
+pub struct KmsScreen<K: Kms = Device> {
+    kms: K,
+    settings: KmsSettings,
+    phase: Phase,
+    /// Ways that the kernel refused since all of them were last tried.
+    refused: Vec<Candidate>,
+    /// Attempts to light something since the last flip.
+    tries: u32,
+    notices: VecDeque<Event>,
+}
+
+enum Phase {
+    /// Nothing can be lit; the next attempt is at `retry`.
+    Dark { retry: Nanos },
+    /// Buffers stand.
+    Up(Box<Output>),
+}
+
+/// A way to light pictures, with its buffers.
+struct Output {
+    plan: Plan,
+    mode: Id,
+    ring: Ring<Painted>,
+    /// A picture of ours is on the glass.
+    lit: bool,
+    flight: Flight,
+    asked: Option<Asked>,
+    /// Flips that went wrong since the last that came.
+    failed_in_a_row: u32,
+}
+
+/// A buffer, and the size of the picture in it: around it, it is black.
+struct Painted {
+    buffer: Buffer,
+    picture: (u32, u32),
+}
+
+/// How far the pending commit is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Flight {
+    /// There is none.
+    Landed,
+    /// It is to be lit, waiting, at `next`; first tried at `since`.
+    Lighting { next: Nanos, since: Nanos },
+    /// The kernel has it since vblank `from`; the watchdog barks at `deadline`.
+    Flying { from: Option<Vblank>, deadline: Nanos },
+    /// The kernel was busy: once more at `next`; the watchdog barks at `deadline`.
+    Retrying { next: Nanos, deadline: Nanos },
+}
+
+/// A vblank that the player waits for.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    vblank: Vblank,
+    deadline: Nanos,
+}
+
+impl KmsScreen<Device> {
+    /// Opens a card of this machine. Without a display, or while another process is master, the screen is dark and
+    /// waits for its time.
+    ///
+    /// # Errors
+    /// [`ScreenError::Open`] if there is no such card, or it is no KMS card.
+    pub fn open(settings: KmsSettings) -> Result<Self, ScreenError> {
+        Self::on(Device::new(settings.device.clone()), settings)
+    }
+}
+
+impl<K: Kms> KmsScreen<K> {
+    /// A screen on `kms`.
+    fn on(mut kms: K, settings: KmsSettings) -> Result<Self, ScreenError> {
+        kms.open().map_err(|source| ScreenError::Open { device: kms.name(), source })?;
+        let phase = Phase::Dark { retry: (settings.now)() };
+        let mut screen = Self { kms, settings, phase, refused: Vec::new(), tries: 0, notices: VecDeque::new() };
+        screen.attempt();
+        // Lit from the start is no news.
+        screen.notices.retain(|notice| *notice != Event::Back);
+        Ok(screen)
+    }
+
+    fn now(&self) -> Nanos {
+        (self.settings.now)()
+    }
+
+    fn period(&self) -> Duration {
+        match &self.phase {
+            Phase::Up(output) => Duration::from_nanos(output.plan.refresh.span_ns(1)),
+            Phase::Dark { .. } => Duration::ZERO,
+        }
+    }
+
+    /// The earliest time at which something must be done without being told.
+    fn wake(&self) -> Option<Nanos> {
+        let output = match &self.phase {
+            Phase::Dark { retry } => return Some(*retry),
+            Phase::Up(output) => output,
+        };
+        let flight = match output.flight {
+            Flight::Landed => None,
+            Flight::Lighting { next, .. } | Flight::Retrying { next, .. } => Some(next),
+            Flight::Flying { deadline, .. } => Some(deadline),
+        };
+        flight.into_iter().chain(output.asked.map(|asked| asked.deadline)).min()
+    }
+
+    /// Does what is due by now.
+    fn act(&mut self) {
+        let now = self.now();
+        if self.wake().is_none_or(|wake| wake > now) {
+            return;
+        }
+        let flight = match &self.phase {
+            Phase::Dark { .. } => return self.attempt(),
+            Phase::Up(output) => output.flight,
+        };
+        match flight {
+            Flight::Lighting { next, since } if next <= now => self.light(since),
+            Flight::Retrying { next, deadline } if next <= now => self.submit(Some(deadline)),
+            Flight::Flying { from, deadline } if deadline <= now => self.overdue(from),
+            Flight::Landed | Flight::Lighting { .. } | Flight::Retrying { .. } | Flight::Flying { .. } => {
+                self.vblank_overdue();
+            }
+        }
+    }
+
+    /// Hands the pending buffer to the kernel. `deadline`: of the first try, if this is not it.
+    fn submit(&mut self, deadline: Option<Nanos>) {
+        let (now, period) = (self.now(), self.period());
+        let Phase::Up(output) = &mut self.phase else { return };
+        let Some(fb) = output.ring.pending().map(|painted| painted.buffer.fb) else { return };
+        let deadline = deadline.unwrap_or(now.after(ladder::patience(period).as_nanos() as u64));
+        let from = self.kms.vblank(output.plan.crtc).ok().map(|(vblank, _)| vblank);
+        match self.kms.commit(How::Flip, &output.plan.flip(fb)) {
+            Ok(()) => {
+                let deadline = now.after(ladder::patience(period).as_nanos() as u64);
+                output.flight = Flight::Flying { from, deadline };
+            }
+            Err(error) => self.flip_failed(&error, deadline),
+        }
+    }
+
+    fn happened(&mut self, happening: Happening) {
+        let Phase::Up(output) = &mut self.phase else {
+            if let (Happening::Hotplug, Phase::Dark { retry }) = (happening, &mut self.phase) {
+                *retry = (self.settings.now)();
+            }
+            return;
+        };
+        match happening {
+            Happening::Flip { vblank, at } if matches!(output.flight, Flight::Flying { .. }) => {
+                output.ring.flipped();
+                output.flight = Flight::Landed;
+                output.failed_in_a_row = 0;
+                self.tries = 0;
+                self.notices.push_back(Event::Flip { vblank, at });
+            }
+            Happening::Vblank { vblank, at } => {
+                if output.asked.take_if(|asked| vblank.since(asked.vblank) >= 0).is_some() {
+                    self.notices.push_back(Event::Vblank { vblank, at });
+                }
+            }
+            Happening::Flip { .. } => tracing::debug!("a flip event came after it was given up"),
+            Happening::Hotplug => self.look_again(),
+        }
+    }
+}
+
+impl<K: Kms> Screen for KmsScreen<K> {
+    fn lit(&self) -> Option<Lit> {
+        let Phase::Up(output) = &self.phase else { return None };
+        let (width, height) = mode_size(&output.plan.way.mode);
+        Some(Lit {
+            screen: format!("kms:{} {}", self.kms.name(), output.plan.connector),
+            mode: format!("{width}x{height}@{}", output.plan.refresh),
+            size: (width, height),
+            format: output.plan.way.format.format.name().to_owned(),
+            refresh: output.plan.refresh,
+        })
+    }
+
+    fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError> {
+        let Phase::Up(output) = &mut self.phase else { return Ok(()) };
+        let (mode, ours) = (mode_size(&output.plan.way.mode), self.settings.size);
+        picture.check((mode.0.max(ours.0), mode.1.max(ours.1)))?;
+        let Some(Painted { buffer, picture: held }) = output.ring.stage() else { return Ok(()) };
+        let size = (picture.width, picture.height);
+        let other_size = std::mem::replace(held, size) != size;
+        let written = self.kms.write(buffer.fb, &mut |bytes| {
+            if other_size {
+                blacken(bytes, &buffer.layout);
+            }
+            paint(bytes, &buffer.layout, picture);
+        });
+        if let Err(error) = written {
+            tracing::debug!(%error, "cannot write a scan-out buffer");
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self) {
+        let now = self.now();
+        let Phase::Up(output) = &mut self.phase else { return };
+        if output.flight != Flight::Landed {
+            let reason = "a second commit came before the flip of the first, and was ignored".to_owned();
+            self.notices.push_back(Event::Recovered { reason });
+        } else if output.ring.commit().is_some() {
+            if output.lit {
+                self.submit(None);
+            } else {
+                output.flight = Flight::Lighting { next: now, since: now };
+            }
+        }
+    }
+
+    fn notify_at(&mut self, vblank: Vblank) {
+        let (now, period) = (self.now(), self.period());
+        let Phase::Up(output) = &mut self.phase else { return };
+        if !output.lit {
+            return;
+        }
+        let crtc = output.plan.crtc;
+        let ahead = self.kms.vblank(crtc).map_or(0, |(current, _)| vblank.since(current).max(0));
+        let wait = period * ahead.cast_unsigned() + ladder::patience(period);
+        output.asked = Some(Asked { vblank, deadline: now.after(wait.as_nanos() as u64) });
+        if let Err(error) = self.kms.ask_vblank(crtc, vblank) {
+            tracing::debug!(%error, "cannot ask for a vblank event");
+        }
+    }
+
+    fn next_event(&mut self, timeout: Duration) -> Event {
+        let end = self.now().after(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX));
+        loop {
+            if let Some(notice) = self.notices.pop_front() {
+                return notice;
+            }
+            self.act();
+            if !self.notices.is_empty() {
+                continue;
+            }
+            let now = self.now();
+            let until = self.wake().map_or(end, |wake| wake.min(end));
+            match self.kms.wait(Duration::from_nanos(until.since(now))) {
+                Ok(Some(happening)) => self.happened(happening),
+                Ok(None) if self.now() >= end => return Event::Idle,
+                Ok(None) => {}
+                Err(error) => self.card_failed(&error),
+            }
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! When something fails: the watchdog, and the rungs of the ladder.
+//!
+//! Owns the deeds; `ladder.rs` decides which. Keeps two rules at every failure: a framebuffer that a plane may show
+//! is not removed before the CRTC is off, and nothing is tried again without a pause.
+
+use super::card::{Happening, How, Kms};
+use super::ladder::{self, Rung, Trouble};
+use super::{Flight, KmsScreen, Output, Phase};
+use crate::Event;
+use std::io;
+use std::time::Duration;
+use timing::{Nanos, Vblank};
+
+impl<K: Kms> KmsScreen<K> {
+    /// The kernel did not take a flip.
+    pub(super) fn flip_failed(&mut self, error: &io::Error, deadline: Nanos) {
+        let (now, period) = (self.now(), self.period());
+        let Phase::Up(output) = &mut self.phase else { return };
+        let rung = ladder::flip_failed(Trouble::of(error), now >= deadline, output.failed_in_a_row);
+        if rung == Rung::Again {
+            output.flight = Flight::Retrying { next: now.after(period.as_nanos() as u64), deadline };
+        } else {
+            self.climb(rung, &format!("a flip failed: {error}"));
+        }
+    }
+
+    /// A flip's event did not come.
+    pub(super) fn overdue(&mut self, from: Option<Vblank>) {
+        let Phase::Up(output) = &mut self.phase else { return };
+        let pending = output.ring.pending().map(|painted| painted.buffer.fb);
+        let current = self.kms.vblank(output.plan.crtc).ok().map(|(vblank, _)| vblank);
+        let moved = from.zip(current).is_some_and(|(from, current)| current.since(from) > 0);
+        let shown = self.kms.plane_fb(output.plan.way.plane).ok().flatten();
+        match ladder::flip_overdue(moved, pending.is_some() && shown == pending, output.failed_in_a_row) {
+            None => {
+                output.ring.presume_flipped();
+                output.flight = Flight::Landed;
+                output.failed_in_a_row += 1;
+                let reason = "a flip event was lost; the picture is on the glass".to_owned();
+                self.notices.push_back(Event::Recovered { reason });
+            }
+            Some(rung) => self.climb(rung, "a flip did not come"),
+        }
+    }
+
+    /// A vblank event did not come.
+    pub(super) fn vblank_overdue(&mut self) {
+        let now = self.now();
+        let Phase::Up(output) = &mut self.phase else { return };
+        let Some(asked) = output.asked.take_if(|asked| asked.deadline <= now) else { return };
+        let event = match self.kms.vblank(output.plan.crtc) {
+            Ok((vblank, at)) if vblank.since(asked.vblank) >= 0 => Event::Vblank { vblank, at },
+            Ok(_) => Event::Recovered { reason: "vblanks stand still; the picture stands".to_owned() },
+            Err(error) => Event::Recovered { reason: format!("a vblank event was lost: {error}") },
+        };
+        self.notices.push_back(event);
+    }
+
+    /// The card's descriptor failed.
+    pub(super) fn card_failed(&mut self, error: &io::Error) {
+        let reason = format!("{} is gone: {error}", self.kms.name());
+        self.climb(Rung::AwaitCard, &reason);
+    }
+
+    /// A cable or a card came or went.
+    pub(super) fn look_again(&mut self) {
+        let survey = match self.kms.survey() {
+            Ok(survey) => survey,
+            Err(error) => return self.card_failed(&error),
+        };
+        let now = self.now();
+        let Phase::Up(output) = &mut self.phase else { return };
+        let way = &output.plan.way;
+        let connector = survey.connectors.iter().find(|connector| connector.id == way.connector);
+        let Some(connector) = connector.filter(|found| found.connected && found.modes.contains(&way.mode)) else {
+            let reason = format!("the display at {} of {} was unplugged", output.plan.connector, self.kms.name());
+            return self.leave(&reason);
+        };
+        let bad = connector.properties.choice("link-status", "Bad").map(|(_, value)| value);
+        if output.lit && bad == Some(connector.properties.value("link-status")) && output.ring.commit().is_some() {
+            output.flight = Flight::Lighting { next: now, since: now };
+        }
+    }
+
+    /// Takes a rung of the ladder.
+    pub(super) fn climb(&mut self, rung: Rung, reason: &str) {
+        let now = self.now();
+        match rung {
+            Rung::Again | Rung::Relight => {
+                if let Phase::Up(output) = &mut self.phase {
+                    output.flight = Flight::Lighting { next: now, since: now };
+                }
+            }
+            Rung::OtherWay => {
+                if let Phase::Up(output) = &self.phase {
+                    self.refused.push(output.plan.way);
+                }
+                self.leave(reason);
+            }
+            Rung::Reopen | Rung::AwaitCard => self.go_dark(reason.to_owned(), false),
+            Rung::AwaitMaster => {
+                let reason = format!("another process is master of {}", self.kms.name());
+                self.go_dark(reason, false);
+            }
+        }
+    }
+
+    /// Gives the output up in good order: CRTC off, then buffers freed. The card stays open.
+    fn leave(&mut self, reason: &str) {
+        self.go_dark(reason.to_owned(), true);
+    }
+
+    /// Nothing is lit from here on. `tidy`: the CRTC is switched off and the buffers are freed one by one; if that
+    /// fails, or is not to be tried, closing the card frees them all.
+    fn go_dark(&mut self, reason: String, tidy: bool) {
+        let pause = if self.tries == 0 { Duration::ZERO } else { ladder::pause(self.tries) };
+        let retry = self.now().after(pause.as_nanos() as u64);
+        let phase = std::mem::replace(&mut self.phase, Phase::Dark { retry });
+        let tidied = match phase {
+            Phase::Up(output) => tidy && self.tidy(*output),
+            Phase::Dark { .. } => tidy,
+        };
+        if !tidied {
+            self.kms.close();
+        }
+        self.tries = self.tries.saturating_add(1);
+        self.notices.push_back(Event::Lost { reason });
+    }
+
+    /// Frees an output; false if the CRTC could not be switched off.
+    fn tidy(&mut self, output: Output) -> bool {
+        if output.lit
+            && let Err(error) = self.kms.commit(How::Modeset, output.plan.darken())
+        {
+            tracing::debug!(%error, "cannot switch the CRTC off, closing the card");
+            return false;
+        }
+        for painted in output.ring.into_buffers() {
+            self.kms.destroy(painted.buffer.fb);
+        }
+        self.kms.destroy_mode(output.mode);
+        self.drop_stale_flips();
+        true
+    }
+
+    /// Takes the events that belong to commits that are over; others are kept in mind.
+    pub(super) fn drop_stale_flips(&mut self) {
+        while let Ok(Some(happening)) = self.kms.wait(Duration::ZERO) {
+            if !matches!(happening, Happening::Flip { .. }) {
+                self.happened(happening);
+            }
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Putting a picture into a scan-out buffer.
+//!
+//! Owns the pixel formats that we scan out, their memory layout, and the copy into it. Never reads a buffer back:
+//! it may be write-combined. Start at [`paint`].
+
+use crate::Picture;
+use crate::convert::xrgb_row;
+
+/// A pixel format that we can fill, the cheapest to fill first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Three planes, 4:2:0: the decoder's own form.
+    Yu12,
+    /// Luma, and interleaved chroma, 4:2:0.
+    Nv12,
+    /// 8 bits each of blue, green, red and nothing.
+    Xr24,
+}
+
+impl Format {
+    /// All of them, best first.
+    pub const ALL: [Self; 3] = [Self::Yu12, Self::Nv12, Self::Xr24];
+
+    /// Its four characters, as `drm_fourcc.h` has them.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Yu12 => "YU12",
+            Self::Nv12 => "NV12",
+            Self::Xr24 => "XR24",
+        }
+    }
+
+    /// The kernel's number for it.
+    pub fn fourcc(self) -> u32 {
+        self.name().bytes().rev().fold(0, |code, byte| code << 8 | u32::from(byte))
+    }
+
+    /// Whether the plane must convert it to RGB.
+    pub fn is_yuv(self) -> bool {
+        self != Self::Xr24
+    }
+
+    /// Width, height and bits per pixel of the single allocation that holds an image of `size`.
+    pub fn allocation(self, (width, height): (u32, u32)) -> (u32, u32, u32) {
+        match self {
+            Self::Yu12 | Self::Nv12 => (width, height + height / 2, 8),
+            Self::Xr24 => (width, height, 32),
+        }
+    }
+}
+
+/// Where an image's planes lie in its allocation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// How the pixels are stored.
+    pub format: Format,
+    /// Pixels across and down, even.
+    pub size: (u32, u32),
+    /// Bytes per row of each plane, 0 where there is no such plane.
+    pub pitches: [u32; 4],
+    /// First byte of each plane.
+    pub offsets: [u32; 4],
+}
+
+impl Layout {
+    /// The layout of an image of `size` in an allocation whose rows are `pitch` bytes apart.
+    pub fn new(format: Format, size: (u32, u32), pitch: u32) -> Self {
+        let luma = pitch * size.1;
+        let (pitches, offsets) = match format {
+            Format::Yu12 => ([pitch, pitch / 2, pitch / 2, 0], [0, luma, luma + luma / 4, 0]),
+            Format::Nv12 => ([pitch, pitch, 0, 0], [0, luma, 0, 0]),
+            Format::Xr24 => ([pitch, 0, 0, 0], [0; 4]),
+        };
+        Self { format, size, pitches, offsets }
+    }
+
+    /// Bytes that the image spans.
+    pub fn bytes(&self) -> usize {
+        self.format.allocation(self.size).1 as usize * self.pitches[0] as usize
+    }
+
+    /// The rows of `plane` from `top` on, each from byte `left` on.
+    fn rows<'a>(&self, bytes: &'a mut [u8], plane: usize, top: u32, left: u32) -> impl Iterator<Item = &'a mut [u8]> {
+        let pitch = self.pitches[plane] as usize;
+        let first = self.offsets[plane] as usize + top as usize * pitch;
+        bytes[first..].chunks_mut(pitch).map(move |row| &mut row[left as usize..])
+    }
+}
+
+/// Makes the whole image black.
+pub(crate) fn blacken(bytes: &mut [u8], layout: &Layout) {
+    if layout.format.is_yuv() {
+        let (luma, chroma) = bytes.split_at_mut(layout.offsets[1] as usize);
+        luma.fill(16);
+        chroma.fill(128);
+    } else {
+        bytes.fill(0);
+    }
+}
+
+/// Copies `picture` into the middle of an image laid out as `layout`; what does not fit is cut off evenly. What lies
+/// around it stays as it is.
+pub(crate) fn paint(bytes: &mut [u8], layout: &Layout, picture: &Picture<'_>) {
+    let picture = middle(picture, layout.size);
+    let left = (layout.size.0 - picture.width) / 4 * 2;
+    let top = (layout.size.1 - picture.height) / 4 * 2;
+    match layout.format {
+        Format::Yu12 => {
+            for plane in 0..3 {
+                let half = u32::from(plane > 0);
+                for (out, row) in layout.rows(bytes, plane, top >> half, left >> half).zip(picture.rows(plane)) {
+                    out[..row.len()].copy_from_slice(row);
+                }
+            }
+        }
+        Format::Nv12 => {
+            for (out, row) in layout.rows(bytes, 0, top, left).zip(picture.rows(0)) {
+                out[..row.len()].copy_from_slice(row);
+            }
+            let chroma = picture.rows(1).zip(picture.rows(2));
+            for (out, (u, v)) in layout.rows(bytes, 1, top / 2, left).zip(chroma) {
+                for ((pair, &u), &v) in out.chunks_exact_mut(2).zip(u).zip(v) {
+                    pair.copy_from_slice(&[u, v]);
+                }
+            }
+        }
+        Format::Xr24 => {
+            let twice = |row| std::iter::repeat_n(row, 2);
+            let chroma = picture.rows(1).zip(picture.rows(2)).flat_map(twice);
+            for ((out, y), (u, v)) in layout.rows(bytes, 0, top, left * 4).zip(picture.rows(0)).zip(chroma) {
+                xrgb_row(&mut out[..y.len() * 4], y, u, v);
+            }
+        }
+    }
+}
+
+/// The middle of `picture`, no larger than `limit`.
+fn middle<'a>(picture: &Picture<'a>, limit: (u32, u32)) -> Picture<'a> {
+    let (width, height) = (picture.width.min(limit.0 & !1), picture.height.min(limit.1 & !1));
+    let left = (picture.width - width) as usize / 4;
+    let top = (picture.height - height) as usize / 4;
+    // Offsets in chroma samples: the cut falls on whole 2x2 blocks.
+    let cut = |plane: usize, block: usize| {
+        let first = (top * picture.strides[plane] + left) * block;
+        &picture.planes[plane][first..]
+    };
+    Picture { width, height, planes: [cut(0, 2), cut(1, 1), cut(2, 1)], strides: picture.strides }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 4x2: luma 1 to 8, chroma (10, 20) and (30, 40).
+    const PICTURE: Picture<'static> =
+        Picture { width: 4, height: 2, planes: [&[1, 2, 3, 4, 5, 6, 7, 8], &[10, 20], &[30, 40]], strides: [4, 2, 2] };
+
+    fn painted(format: Format, size: (u32, u32), pitch: u32, picture: &Picture<'_>) -> Vec<u8> {
+        let layout = Layout::new(format, size, pitch);
+        let mut bytes = vec![0; layout.bytes()];
+        blacken(&mut bytes, &layout);
+        paint(&mut bytes, &layout, picture);
+        bytes
+    }
+
+    #[test]
+    fn the_formats_have_the_kernels_numbers() {
+        assert_eq!(Format::ALL.map(Format::fourcc), [0x3231_5559, 0x3231_564e, 0x3432_5258]);
+    }
+
+    #[test]
+    fn yuv_goes_through_unchanged() {
+        let three = painted(Format::Yu12, (4, 2), 4, &PICTURE);
+        assert_eq!(three, [1, 2, 3, 4, 5, 6, 7, 8, 10, 20, 30, 40]);
+        let two = painted(Format::Nv12, (4, 2), 6, &PICTURE);
+        assert_eq!(two, [1, 2, 3, 4, 16, 16, 5, 6, 7, 8, 16, 16, 10, 30, 20, 40, 128, 128]);
+    }
+
+    #[test]
+    fn a_small_picture_lies_in_the_middle_of_black() {
+        let bytes = painted(Format::Yu12, (8, 6), 8, &PICTURE);
+        let luma: Vec<_> = bytes[..48].chunks(8).collect();
+        assert_eq!(luma[1], [16; 8]);
+        assert_eq!(luma[2], [16, 16, 1, 2, 3, 4, 16, 16]);
+        assert_eq!(luma[3], [16, 16, 5, 6, 7, 8, 16, 16]);
+        assert_eq!(luma[4], [16; 8]);
+        assert_eq!(bytes[48..60], [128, 128, 128, 128, 128, 10, 20, 128, 128, 128, 128, 128]);
+        let rgb = painted(Format::Xr24, (8, 6), 32, &Picture { planes: [&[235; 8], &[128; 2], &[128; 2]], ..PICTURE });
+        let white: Vec<_> =
+            rgb.chunks(4).enumerate().filter(|(_, pixel)| *pixel == [255; 4]).map(|(at, _)| at).collect();
+        assert_eq!(white, [18, 19, 20, 21, 26, 27, 28, 29]);
+    }
+
+    #[test]
+    fn a_large_picture_shows_its_middle() {
+        let luma: Vec<u8> = (0..8 * 6).collect();
+        let chroma: Vec<u8> = (100..112).collect();
+        let large = Picture { width: 8, height: 6, planes: [&luma, &chroma, &chroma], strides: [8, 4, 4] };
+        let bytes = painted(Format::Yu12, (4, 2), 4, &large);
+        assert_eq!(bytes, [18, 19, 20, 21, 26, 27, 28, 29, 105, 106, 105, 106]);
+    }
+}
