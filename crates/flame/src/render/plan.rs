@@ -10,7 +10,7 @@ use super::histogram::UNIT;
 use super::view::{View, within};
 use crate::genome::{Affine, Genome, Palette, PaletteMode, Xform};
 use crate::rng::Rng;
-use crate::variations::{Compiled, Needs, Point, bad};
+use crate::variations::{Compiled, Needs, Point, bad, needs};
 
 /// Table entries per palette entry where colours are blended: an eighth of a step is below what a byte shows.
 const BLEND_STEPS: usize = 8;
@@ -95,21 +95,15 @@ impl Plan {
 
 impl Move {
     fn new(xform: &Xform) -> Move {
-        let variations: Vec<Compiled> = xform
-            .variations
-            .iter()
-            .filter(|variation| variation.weight != 0.0)
-            .map(|variation| Compiled::new(variation, &xform.affine))
-            .collect();
-        let needs = variations
-            .iter()
-            .map(Compiled::needs)
+        let used = || xform.variations.iter().filter(|variation| variation.weight != 0.0);
+        let needs = used()
+            .map(|variation| needs(variation.kind))
             .fold(Needs::default(), |all, one| Needs { theta: all.theta || one.theta, phi: all.phi || one.phi });
         let opacity = xform.opacity.clamp(0.0, 1.0);
         Move {
             affine: xform.affine,
             post: (xform.post != Affine::IDENTITY).then_some(xform.post),
-            variations,
+            variations: used().map(|variation| Compiled::new(variation, &xform.affine)).collect(),
             needs,
             keep: 1.0 - xform.color_speed,
             pull: xform.color_speed * xform.color,

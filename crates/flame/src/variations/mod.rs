@@ -8,9 +8,11 @@
 //! # Source
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008), appendix: catalogue of variations.
 
+mod chance;
 mod formulas;
+mod plain;
 
-pub(crate) use formulas::{Compiled, Needs, Point, bad};
+pub(crate) use formulas::{Compiled, Needs, Point, bad, needs};
 
 /// How many parameters a variation has at most.
 pub const MAX_PARAMETERS: usize = 4;
