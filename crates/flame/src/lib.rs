@@ -15,7 +15,7 @@ mod rng;
 mod species;
 pub mod variations;
 
-pub use animate::{Loop, Motion};
+pub use animate::{Loop, Motion, Transition};
 pub use genome::{Genome, GenomeError};
 pub use image::Image;
 pub use render::{RenderError, Renderer, Settings};

@@ -2,10 +2,17 @@
 //!
 //! Owns how a genome changes over the frames of a clip. Never renders.
 //!
-//! Start at [`Motion`].
+//! Start at [`Motion`]. A [`Loop`] turns (`turning.rs`); a [`Transition`] leads from one loop to another
+//! (`transition.rs`), over affine parts (`affine.rs`) and palettes (`palette.rs`) once both genomes have the
+//! same parts (`align.rs`).
 
+mod affine;
+mod align;
+mod palette;
+mod transition;
 mod turning;
 
+pub use transition::Transition;
 pub use turning::Loop;
 
 use crate::genome::Genome;
@@ -20,5 +27,11 @@ pub trait Motion: Sync {
 impl Motion for Genome {
     fn at(&self, _frame: f64) -> Genome {
         self.clone()
+    }
+}
+
+impl<M: Motion + ?Sized> Motion for &M {
+    fn at(&self, frame: f64) -> Genome {
+        (**self).at(frame)
     }
 }

@@ -1,0 +1,169 @@
+//! Transitions: from one sheep's loop to another's, met in value and in velocity at both ends.
+//!
+//! Owns the easing and the interpolation of everything but affine parts and palettes. Never renders.
+//!
+//! Start at [`Transition::new`]. Everything but the turning is eased by 3b² - 2b³, so it stands still at both
+//! ends, as it does in loops; the turning leaves and arrives at the loops' own speeds.
+
+use super::affine::{Polar, Way};
+use super::align::aligned;
+use super::palette::blended;
+use super::{Loop, Motion};
+use crate::genome::{Camera, Genome, Sampling, Space, Tone, Xform};
+
+/// The way from one loop to another.
+///
+/// Frame 0 is frame 0 of the loop it leaves, frame `frames` is frame 0 of the loop it leads to; so the clip
+/// plays frames `0..frames` after the last frame of the one and before the first of the other.
+#[derive(Clone, Debug)]
+pub struct Transition {
+    from: Genome,
+    to: Genome,
+    /// For each transform: the way of its affine part.
+    ways: Vec<Way>,
+    /// For each transform, the final one last: the way of its post part.
+    posts: Vec<Way>,
+    /// The way of the final transform's affine part.
+    final_way: Option<Way>,
+    frames: f64,
+}
+
+/// A moment of a transition.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    /// Frames from the start.
+    pub(super) frame: f64,
+    /// How far everything that is eased has come, `0.0..=1.0`.
+    pub(super) eased: f64,
+}
+
+impl Transition {
+    /// The way from `from` to `to` in `frames` frames (> 0).
+    ///
+    /// Transforms are paired by their order; the shorter genome is padded with transforms of weight 0. The
+    /// turning takes as many whole turns as bring its mean speed nearest to the mean of the loops'.
+    pub fn new(from: &Loop, to: &Loop, frames: f64) -> Transition {
+        let [a, b] = aligned(from.genome(), to.genome());
+        let polar = a.space == Space::Log && b.space == Space::Log;
+        let way = |ends, speeds| {
+            if polar { Way::Polar(Polar::new(ends, speeds, frames)) } else { Way::Straight { ends, speeds, frames } }
+        };
+        let still = |a: &Xform, b: &Xform, part: fn(&Xform) -> crate::genome::Affine| way([part(a), part(b)], [0.0; 2]);
+        let ways = a.xforms.iter().zip(&b.xforms).map(|(a, b)| way([a.affine, b.affine], [from.speed(a), to.speed(b)]));
+        let finals = a.final_xform.iter().zip(&b.final_xform);
+        let posts = a.xforms.iter().zip(&b.xforms).chain(finals.clone()).map(|(a, b)| still(a, b, |x| x.post));
+        Transition {
+            ways: ways.collect(),
+            posts: posts.collect(),
+            final_way: finals.map(|(a, b)| still(a, b, |x| x.affine)).next(),
+            from: a,
+            to: b,
+            frames,
+        }
+    }
+}
+
+impl Motion for Transition {
+    fn at(&self, frame: f64) -> Genome {
+        let b = (frame / self.frames).clamp(0.0, 1.0);
+        let moment = Moment { frame, eased: b * b * (3.0 - 2.0 * b) };
+        let part = moment.eased;
+        let (from, to) = (&self.from, &self.to);
+        let nearer = if part < 0.5 { from } else { to };
+        let mut xforms = Vec::with_capacity(from.xforms.len());
+        for (i, (a, b)) in from.xforms.iter().zip(&to.xforms).enumerate() {
+            xforms.push(xform(a, b, part, &self.ways[i], &self.posts[i], moment));
+        }
+        let final_xform = match (&from.final_xform, &to.final_xform, &self.final_way, self.posts.last()) {
+            (Some(a), Some(b), Some(way), Some(post)) => Some(xform(a, b, part, way, post, moment)),
+            _ => None,
+        };
+        let hue_path_rgb = mix(from.hue_path_rgb, to.hue_path_rgb, part);
+        let palette = from.palette.as_ref().zip(to.palette.as_ref());
+        Genome {
+            name: nearer.name.clone(),
+            time: mix(from.time, to.time, part),
+            camera: camera(&from.camera, &to.camera, part),
+            sampling: sampling(&from.sampling, &to.sampling, part),
+            tone: tone(&from.tone, &to.tone, part),
+            palette: palette.map(|(a, b)| blended(a, b, part, from.hue_path, hue_path_rgb)),
+            palette_mode: nearer.palette_mode,
+            hue_path: nearer.hue_path,
+            hue_path_rgb,
+            interpolation: nearer.interpolation,
+            space: nearer.space,
+            xforms,
+            final_xform,
+            symmetries: Vec::new(),
+            extra: Vec::new(),
+            children: Vec::new(),
+        }
+    }
+}
+
+/// The number `part` of the way from `a` to `b`.
+pub(super) fn mix(a: f64, b: f64, part: f64) -> f64 {
+    a + (b - a) * part
+}
+
+fn xform(a: &Xform, b: &Xform, part: f64, way: &Way, post: &Way, moment: Moment) -> Xform {
+    let variations = a.variations.iter().zip(&b.variations).map(|(a, b)| {
+        let mut variation = *a;
+        variation.weight = mix(a.weight, b.weight, part);
+        for (slot, (a, b)) in variation.params.iter_mut().zip(a.params.iter().zip(b.params)) {
+            *slot = mix(*a, b, part);
+        }
+        variation
+    });
+    let nearer = if part < 0.5 { a } else { b };
+    Xform {
+        weight: mix(a.weight, b.weight, part),
+        color: mix(a.color, b.color, part),
+        color2: nearer.color2,
+        color_speed: mix(a.color_speed, b.color_speed, part),
+        animate: mix(a.animate, b.animate, part),
+        opacity: mix(a.opacity, b.opacity, part),
+        chaos: a.chaos.iter().zip(&b.chaos).map(|(a, b)| mix(*a, *b, part)).collect(),
+        affine: way.at(moment),
+        post: post.at(moment),
+        variations: variations.collect(),
+        // What cannot be drawn at an end cannot be drawn on the way.
+        extra: a.extra.iter().chain(&b.extra).cloned().collect(),
+        children: a.children.iter().chain(&b.children).cloned().collect(),
+    }
+}
+
+fn camera(a: &Camera, b: &Camera, part: f64) -> Camera {
+    Camera {
+        size: if part < 0.5 { a.size } else { b.size },
+        center: std::array::from_fn(|axis| mix(a.center[axis], b.center[axis], part)),
+        scale: mix(a.scale, b.scale, part),
+        zoom: mix(a.zoom, b.zoom, part),
+        rotate: mix(a.rotate, b.rotate, part),
+    }
+}
+
+fn sampling(a: &Sampling, b: &Sampling, part: f64) -> Sampling {
+    let nearer = if part < 0.5 { a } else { b };
+    Sampling {
+        quality: mix(a.quality, b.quality, part),
+        filter_radius: mix(a.filter_radius, b.filter_radius, part),
+        temporal_width: mix(a.temporal_width, b.temporal_width, part),
+        temporal_exponent: mix(a.temporal_exponent, b.temporal_exponent, part),
+        estimator_radius: mix(a.estimator_radius, b.estimator_radius, part),
+        estimator_minimum: mix(a.estimator_minimum, b.estimator_minimum, part),
+        estimator_curve: mix(a.estimator_curve, b.estimator_curve, part),
+        ..*nearer
+    }
+}
+
+fn tone(a: &Tone, b: &Tone, part: f64) -> Tone {
+    Tone {
+        background: std::array::from_fn(|c| mix(a.background[c], b.background[c], part)),
+        brightness: mix(a.brightness, b.brightness, part),
+        gamma: mix(a.gamma, b.gamma, part),
+        gamma_threshold: mix(a.gamma_threshold, b.gamma_threshold, part),
+        vibrancy: mix(a.vibrancy, b.vibrancy, part),
+        highlight_power: mix(a.highlight_power, b.highlight_power, part),
+    }
+}
