@@ -71,7 +71,7 @@ pub struct Transition {
 }
 
 /// One encoded video file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Clip {
     /// Where it lies.
     pub path: ClipPath,

@@ -17,7 +17,9 @@ use crate::graph::{Exit, Graph, SheepIx};
 use crate::memory::{Memory, NEVER};
 use crate::runs::Runs;
 
-// The parameters of the walk: constants of the flock format. Formula and tuning: the design's study of walks, 3.3.
+// The parameters of the walk: constants of the flock format. Formula: the design's study of walks, 3.3. `KAPPA` and
+// `MOST_LATE` are stronger than there (0.05 and 3): on 200 sheep with 4 transitions each a sheep was up to 27 visits
+// off its due in a year with those, 4 with these, at 0.32 instead of 0.33 of the mean for the 5th percentile of returns.
 /// Steps of look-ahead.
 const DEPTH: u32 = 3;
 /// Steps after which having seen a sheep has faded to 1/e.
@@ -25,9 +27,9 @@ const FADE_STEPS: f64 = 40.0;
 /// Temperature: how much dearer an exit may be and still be drawn now and then.
 const TEMPERATURE: f64 = 0.05;
 /// Pull of a late sheep, per visit that it is late, up to [`MOST_LATE`].
-const KAPPA: f64 = 0.05;
+const KAPPA: f64 = 0.2;
 /// Late visits that count, either way.
-const MOST_LATE: f64 = 3.0;
+const MOST_LATE: f64 = 10.0;
 /// Pull of a late exit, per taking owed beyond the first, up to [`MOST_OWED`].
 const MU: f64 = 0.2;
 /// Takings owed that count.
