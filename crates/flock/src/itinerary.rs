@@ -189,3 +189,6 @@ fn open_loop(flock: &Flock, closed: &Closed, sheep: SheepIx) -> Option<ClipRef> 
 fn clip_ref(clip: &Clip, what: What) -> ClipRef {
     ClipRef { path: clip.path.clone(), frames: clip.frames, hash: clip.hash, what }
 }
+
+#[cfg(test)]
+mod tests;
