@@ -158,8 +158,18 @@ impl<K: Kms> KmsScreen<K> {
         let (now, period) = (self.now(), self.period());
         let Phase::Up(output) = &mut self.phase else { return };
         let Some(fb) = output.ring.pending().map(|painted| painted.buffer.fb) else { return };
-        match lit(&mut self.kms, &output.plan, fb, !output.lit) {
-            Ok(()) => self.is_lit(),
+        let first = !output.lit;
+        let outcome = lit(&mut self.kms, &output.plan, fb, first).and_then(|()| {
+            // From here on the framebuffer is bound, whatever else may be wrong.
+            output.lit = true;
+            if output.plan.colours_stand(&self.kms.survey()?) {
+                return Ok(());
+            }
+            tracing::warn!(format = output.plan.way.format.format.name(), "the plane did not keep our colour matrix");
+            Err(Errno::INVAL.into())
+        });
+        match outcome {
+            Ok(()) => self.is_lit(first),
             Err(error) => {
                 let barked = now.since(since) >= ladder::patience(period).as_nanos() as u64;
                 let rung = ladder::light_failed(Trouble::of(&error), barked);
@@ -173,11 +183,11 @@ impl<K: Kms> KmsScreen<K> {
     }
 
     /// The pending picture is on the glass, alone.
-    fn is_lit(&mut self) {
+    fn is_lit(&mut self, first: bool) {
         let Phase::Up(output) = &mut self.phase else { return };
+        let crtc = output.plan.crtc;
         output.ring.flipped();
         output.flight = Flight::Landed;
-        let (first, crtc) = (!std::mem::replace(&mut output.lit, true), output.plan.crtc);
         output.failed_in_a_row += u32::from(!first);
         self.drop_stale_flips();
         if first {
@@ -199,8 +209,7 @@ fn lit(kms: &mut impl Kms, plan: &Plan, fb: Id, first: bool) -> io::Result<()> {
     }
     let settled = if first && plan.same_mode { kms.commit(How::Settle, &request) } else { Err(Errno::INVAL.into()) };
     match settled {
-        Err(error) if Trouble::of(&error) == Trouble::Refused => kms.commit(How::Modeset, &request)?,
-        settled => settled?,
+        Err(error) if Trouble::of(&error) == Trouble::Refused => kms.commit(How::Modeset, &request),
+        settled => settled,
     }
-    if plan.colours_stand(&kms.survey()?) { Ok(()) } else { Err(Errno::INVAL.into()) }
 }

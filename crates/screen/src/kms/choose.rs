@@ -181,3 +181,83 @@ pub(crate) fn colours(plane: &Plane) -> Option<[(Id, u64); 2]> {
     let range = plane.properties.choice("COLOR_RANGE", "YCbCr limited range")?;
     Some([matrix, range])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::scripted::{ModeRow, mode, plane, properties};
+    use super::*;
+
+    const P: ModeFlags = ModeFlags::empty();
+    const HD60: ModeRow = (1280, 720, 74_250, 1650, 750, P, false);
+    const HD5994: ModeRow = (1280, 720, 74_176, 1650, 750, P, false);
+    const HD50: ModeRow = (1280, 720, 74_250, 1980, 750, P, false);
+    const FULL60: ModeRow = (1920, 1080, 148_500, 2200, 1125, P, true);
+    const FULL_I: ModeRow = (1920, 1080, 74_250, 2200, 1125, ModeFlags::INTERLACE, false);
+    const WXGA60: ModeRow = (1366, 768, 85_500, 1792, 796, P, true);
+    const VGA: ModeRow = (640, 480, 25_200, 800, 525, P, false);
+
+    fn hz(n: u64, d: u64) -> Rate {
+        Rate::new(n, d).unwrap()
+    }
+
+    /// The best of `rows` for 1280x720 at `fps`, as text.
+    fn best(rows: &[ModeRow], fps: Rate) -> String {
+        let list: Vec<Mode> = rows.iter().map(|&row| mode(row)).collect();
+        let (size, rate) = (mode_size(&modes(&list, (1280, 720), fps)[0]), refresh(&modes(&list, (1280, 720), fps)[0]));
+        format!("{}x{}@{}", size.0, size.1, rate.unwrap())
+    }
+
+    #[test]
+    fn the_pictures_own_size_comes_first_then_a_multiple_of_its_rate() {
+        let all = [FULL60, HD5994, HD50, HD60, VGA, FULL_I];
+        assert_eq!(best(&all, hz(30, 1)), "1280x720@60");
+        assert_eq!(best(&all, hz(25, 1)), "1280x720@50");
+        assert_eq!(best(&all, hz(30_000, 1001)), "1280x720@148352/2475");
+        assert_eq!(best(&all, hz(24, 1)), "1280x720@60");
+    }
+
+    #[test]
+    fn without_it_the_displays_preferred_size_comes_first_and_interlace_last() {
+        assert_eq!(best(&[VGA, FULL_I, FULL60], hz(30, 1)), "1920x1080@60");
+        assert_eq!(best(&[VGA, WXGA60], hz(30, 1)), "1366x768@2671875/44576");
+        assert_eq!(best(&[FULL_I, VGA], hz(30, 1)), "640x480@60");
+    }
+
+    #[test]
+    fn refresh_counts_fields_and_doubled_lines() {
+        let rate = |row: ModeRow| refresh(&mode(row)).unwrap();
+        assert_eq!(rate(FULL_I), hz(60, 1));
+        assert_eq!(rate((640, 240, 25_200, 800, 525, ModeFlags::DBLSCAN, false)), hz(30, 1));
+        assert_eq!(refresh(&mode((640, 480, 0, 800, 525, P, false))), None);
+        assert_eq!(refresh(&mode((640, 480, 25_200, 0, 525, P, false))), None);
+    }
+
+    #[test]
+    fn a_plane_without_a_colour_matrix_gets_rgb() {
+        let (hd, size) = (mode(HD60), (1280, 720));
+        let formats = |kind| {
+            let images = images(&plane(Id(1), properties(kind, |_| 0)), &hd, size);
+            images.iter().map(|(format, _)| format.format.name()).collect::<Vec<_>>()
+        };
+        assert_eq!(formats('p'), ["YU12", "NV12", "XR24"]);
+        assert_eq!(formats('o'), ["XR24"]);
+    }
+
+    #[test]
+    fn another_size_is_scaled_in_proportion_or_centred() {
+        let way = |row, placement| Candidate {
+            connector: Id(1),
+            crtc: Id(2),
+            plane: Id(3),
+            mode: mode(row),
+            format: PlaneFormat { format: Format::Yu12, explicit: true },
+            placement,
+        };
+        let size = (1280, 720);
+        assert_eq!(way(FULL60, Placement::Scaled).destination(size), (0, 0, 1920, 1080));
+        assert_eq!(way(VGA, Placement::Scaled).destination(size), (0, 60, 640, 360));
+        assert_eq!(way(FULL60, Placement::Scaled).destination((960, 1080)), (480, 0, 960, 1080));
+        assert_eq!(way(WXGA60, Placement::Centred).destination(size), (0, 0, 1366, 768));
+        assert_eq!(way(WXGA60, Placement::Centred).buffer_size(size), (1366, 768));
+    }
+}

@@ -12,6 +12,8 @@ mod bring_up;
 mod card;
 mod choose;
 mod device;
+#[cfg(test)]
+mod fault_matrix;
 mod in_formats;
 mod ladder;
 mod memory;

@@ -1,1 +1,462 @@
+//! A KMS card in memory, on a hand-driven clock, that fails where a test says.
+//!
+//! Owns a model of what the kernel keeps: property values, framebuffers, the flip in flight. Panics where we would
+//! harm a real display: a framebuffer removed or written while it may be on the glass, two commits in flight, a busy
+//! wait. Its wiring: one connector, one CRTC, a primary plane, and an overlay that a dead process has left behind.
+//!
+//! Start at [`Scripted::fail`]; the tests are in `fault_matrix.rs`.
 
+use super::card::{
+    Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Properties, Property, Request,
+    Survey, Values,
+};
+use super::choose::refresh;
+use crate::paint::{Format, Layout};
+use drm::control::{Mode, ModeFlags, ModeTypeFlags};
+use rustix::io::Errno;
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::io;
+use std::time::Duration;
+use timing::{Nanos, Vblank};
+
+thread_local!(static CLOCK: Cell<u64> = const { Cell::new(0) });
+
+/// The hand-driven clock of this thread.
+pub(crate) fn now() -> Nanos {
+    Nanos(CLOCK.get())
+}
+
+pub(crate) const MS: u64 = 1_000_000;
+const CONNECTOR: Id = Id(30);
+const CRTC: Id = Id(40);
+const PRIMARY: Id = Id(50);
+const OVERLAY: Id = Id(51);
+/// The overlay's picture, which belongs to a process that is no more.
+const FOREIGN_FB: u64 = 7;
+
+/// A kind of commit, as the ladder tells them apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kind {
+    Test,
+    Light,
+    Flip,
+    Darken,
+}
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ill {
+    /// The commit is refused.
+    Refused(Errno),
+    /// The commit is taken, but the next flip never happens.
+    LostFlip,
+    /// The commit is taken, and the next flip happens, but its event never comes.
+    LostEvent,
+}
+
+/// A fault to come: at the `nth` commit of `kind`, and then for `ns`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fault {
+    pub(crate) kind: Kind,
+    pub(crate) nth: u32,
+    pub(crate) ill: Ill,
+    pub(crate) ns: u64,
+}
+
+/// A flip that the card has taken.
+struct Pending {
+    fb: Id,
+    vblank: u64,
+    ill: Option<Ill>,
+}
+
+/// The card.
+pub(crate) struct Scripted {
+    fault: Option<Fault>,
+    /// When the fault struck, and until when it lasts.
+    pub(crate) struck: Option<(Nanos, Nanos)>,
+    commits: BTreeMap<Kind, u32>,
+    ill_flip: Option<Ill>,
+    /// When the display is plugged in (true) or out.
+    pub(crate) plugs: VecDeque<(Nanos, bool)>,
+    connected: bool,
+    pub(crate) modes: Vec<Mode>,
+    /// Whether the plane keeps what it is told about colours.
+    pub(crate) keeps_colours: bool,
+    open: bool,
+    values: BTreeMap<(Id, &'static str), u64>,
+    pub(crate) fbs: BTreeMap<Id, Vec<u8>>,
+    pub(crate) blobs: BTreeSet<Id>,
+    next_id: u32,
+    /// What is scanned out.
+    pub(crate) glass: Option<Id>,
+    pending: Option<Pending>,
+    asked: Vec<u64>,
+    happenings: VecDeque<Happening>,
+    spins: u32,
+    /// Every lasting mode set.
+    pub(crate) modesets: u32,
+}
+
+impl Scripted {
+    /// A card with a display that takes 64x48 at 60 Hz; the clock starts at one second.
+    pub(crate) fn new() -> Self {
+        CLOCK.set(1000 * MS);
+        let mut card = Self {
+            fault: None,
+            struck: None,
+            commits: BTreeMap::new(),
+            ill_flip: None,
+            plugs: VecDeque::new(),
+            connected: true,
+            modes: vec![mode((64, 48, 250, 80, 52, ModeFlags::empty(), true))],
+            keeps_colours: true,
+            open: false,
+            values: BTreeMap::new(),
+            fbs: BTreeMap::new(),
+            blobs: BTreeSet::new(),
+            next_id: 1000,
+            glass: None,
+            pending: None,
+            asked: Vec::new(),
+            happenings: VecDeque::new(),
+            spins: 0,
+            modesets: 0,
+        };
+        for (name, value) in [("FB_ID", FOREIGN_FB), ("CRTC_ID", u64::from(CRTC.0))] {
+            card.values.insert((OVERLAY, name), value);
+        }
+        card.values.insert((PRIMARY, "rotation"), 4);
+        card.values.insert((PRIMARY, "COLOR_RANGE"), 1);
+        card
+    }
+
+    pub(crate) fn fail(mut self, fault: Fault) -> Self {
+        self.fault = Some(fault);
+        self
+    }
+
+    pub(crate) fn value(&self, plane: Id, name: &'static str) -> u64 {
+        self.values.get(&(plane, name)).copied().unwrap_or(0)
+    }
+
+    /// The ids of the two planes: the primary, and the overlay left behind.
+    pub(crate) fn planes() -> (Id, Id) {
+        (PRIMARY, OVERLAY)
+    }
+
+    fn period(&self) -> u64 {
+        self.modes.first().and_then(refresh).map_or(20 * MS, |rate| rate.span_ns(1))
+    }
+
+    fn begins(&self, vblank: u64) -> Nanos {
+        Nanos(vblank * self.period())
+    }
+
+    fn current(&self) -> u64 {
+        now().0 / self.period()
+    }
+
+    fn id(&mut self) -> Id {
+        self.next_id += 1;
+        Id(self.next_id)
+    }
+
+    /// Fails while the card is closed, gone, or another's.
+    fn usable(&self, commit: bool) -> io::Result<()> {
+        let lasting = self.struck.filter(|(_, until)| *until > now()).and(self.fault).map(|fault| fault.ill);
+        match lasting {
+            _ if !self.open => Err(Errno::BADF.into()),
+            Some(Ill::Refused(Errno::NODEV)) => Err(Errno::NODEV.into()),
+            Some(Ill::Refused(Errno::ACCESS)) if commit => Err(Errno::ACCESS.into()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Strikes if this commit is the one; refuses while the fault lasts.
+    fn strike(&mut self, kind: Kind) -> io::Result<()> {
+        let seen = self.commits.entry(kind).or_default();
+        *seen += 1;
+        let Some(fault) = self.fault.filter(|fault| fault.kind == kind) else { return Ok(()) };
+        let first = self.struck.is_none() && *seen == fault.nth + 1;
+        if first {
+            self.struck = Some((now(), now().after(fault.ns)));
+        }
+        let lasts = self.struck.is_some_and(|(_, until)| until > now());
+        match fault.ill {
+            Ill::Refused(errno) if first || lasts => Err(errno.into()),
+            Ill::LostFlip | Ill::LostEvent if first || lasts => {
+                self.ill_flip = Some(fault.ill);
+                Ok(())
+            }
+            Ill::Refused(_) | Ill::LostFlip | Ill::LostEvent => Ok(()),
+        }
+    }
+
+    fn apply(&mut self, request: &Request) {
+        for &(object, property, value) in &request.0 {
+            let name = SCHEMA[property.0 as usize - 100].1;
+            if self.keeps_colours || !name.starts_with("COLOR_") {
+                self.values.insert((object, name), value);
+            }
+        }
+    }
+
+    /// Delivers what is due by now.
+    fn pass(&mut self) {
+        let (time, current) = (now(), self.current());
+        while self.plugs.front().is_some_and(|(at, _)| *at <= time) {
+            self.connected = self.plugs.pop_front().is_some_and(|(_, plugged)| plugged);
+            self.happenings.push_back(Happening::Hotplug);
+        }
+        if let Some(flip) = self.pending.take_if(|flip| flip.vblank <= current && flip.ill != Some(Ill::LostFlip)) {
+            self.glass = Some(flip.fb);
+            if flip.ill.is_none() {
+                let vblank = Vblank(flip.vblank as u32);
+                self.happenings.push_back(Happening::Flip { vblank, at: self.begins(flip.vblank) });
+            }
+        }
+        let (due, later) = self.asked.iter().partition::<Vec<_>, _>(|asked| **asked <= current);
+        self.asked = later;
+        let event = Happening::Vblank { vblank: Vblank(current as u32), at: self.begins(current) };
+        self.happenings.extend(due.iter().map(|_| event));
+    }
+
+    fn next_due(&self) -> Option<Nanos> {
+        let flip = self.pending.iter().filter(|flip| flip.ill != Some(Ill::LostFlip)).map(|flip| flip.vblank);
+        let vblanks = flip.chain(self.asked.iter().copied()).map(|vblank| self.begins(vblank));
+        vblanks.chain(self.plugs.front().map(|(at, _)| *at)).min()
+    }
+}
+
+impl Kms for Scripted {
+    fn name(&self) -> String {
+        "/dev/dri/scripted".to_owned()
+    }
+
+    fn open(&mut self) -> io::Result<()> {
+        let was = std::mem::replace(&mut self.open, true);
+        self.usable(false).inspect_err(|_| self.open = was)
+    }
+
+    fn close(&mut self) {
+        self.open = false;
+        self.fbs.clear();
+        self.blobs.clear();
+        self.glass = None;
+        self.pending = None;
+        self.asked.clear();
+        self.happenings.clear();
+        self.values.insert((CRTC, "ACTIVE"), 0);
+        self.values.insert((PRIMARY, "FB_ID"), 0);
+    }
+
+    fn take_master(&mut self) -> io::Result<()> {
+        self.usable(true)
+    }
+
+    fn survey(&mut self) -> io::Result<Survey> {
+        self.usable(false)?;
+        let connector = Connector {
+            id: CONNECTOR,
+            name: "HDMI-A-1".to_owned(),
+            connected: self.connected,
+            modes: if self.connected { self.modes.clone() } else { Vec::new() },
+            crtcs: 1,
+            properties: properties('n', |name| self.value(CONNECTOR, name)),
+        };
+        let mode = self.modes.first().copied().filter(|_| self.value(CRTC, "ACTIVE") == 1);
+        let properties_of = |kind, id| properties(kind, |name| self.value(id, name));
+        let crtc = Crtc { id: CRTC, index: 0, mode, properties: properties_of('c', CRTC) };
+        let planes = [(PRIMARY, 'p'), (OVERLAY, 'o')].map(|(id, kind)| plane(id, properties_of(kind, id)));
+        Ok(Survey { connectors: vec![connector], crtcs: vec![crtc], planes: planes.into() })
+    }
+
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
+        self.usable(false)?;
+        let layout =
+            Layout::new(spec.format.format, spec.size, spec.format.format.allocation(spec.size).2 / 8 * spec.size.0);
+        let fb = self.id();
+        self.fbs.insert(fb, vec![0; layout.bytes()]);
+        Ok(Buffer { fb, layout })
+    }
+
+    fn destroy(&mut self, fb: Id) {
+        assert_ne!(self.glass, Some(fb), "a framebuffer on the glass was removed");
+        assert_ne!(self.value(PRIMARY, "FB_ID"), u64::from(fb.0), "a bound framebuffer was removed");
+        assert!(self.fbs.remove(&fb).is_some(), "a framebuffer was removed twice");
+    }
+
+    fn write(&mut self, fb: Id, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
+        self.pass();
+        assert_ne!(self.glass, Some(fb), "a framebuffer on the glass was written");
+        assert!(self.pending.as_ref().is_none_or(|flip| flip.fb != fb), "a committed framebuffer was written");
+        paint(self.fbs.get_mut(&fb).expect("a framebuffer that is no more was written"));
+        Ok(())
+    }
+
+    fn create_mode(&mut self, _: &Mode) -> io::Result<Id> {
+        self.usable(false)?;
+        let blob = self.id();
+        self.blobs.insert(blob);
+        Ok(blob)
+    }
+
+    fn destroy_mode(&mut self, blob: Id) {
+        assert!(self.blobs.remove(&blob), "a blob was removed twice");
+    }
+
+    fn commit(&mut self, how: How, request: &Request) -> io::Result<()> {
+        let wanted = |name: &str| {
+            let found =
+                request.0.iter().find(|(object, id, _)| *object != OVERLAY && SCHEMA[id.0 as usize - 100].1 == name);
+            found.map(|(_, _, value)| *value)
+        };
+        let kind = match how {
+            How::Test => Kind::Test,
+            How::Flip => Kind::Flip,
+            How::Settle | How::Modeset if wanted("ACTIVE") == Some(0) => Kind::Darken,
+            How::Settle | How::Modeset => Kind::Light,
+        };
+        self.usable(true)?;
+        self.strike(kind)?;
+        self.pass();
+        let fb = wanted("FB_ID").map(|fb| Id(fb as u32));
+        if kind != Kind::Darken {
+            assert!(fb.is_some_and(|fb| self.fbs.contains_key(&fb)), "{kind:?} of a framebuffer that is no more");
+        }
+        match kind {
+            Kind::Test => return Ok(()),
+            Kind::Flip => {
+                assert_eq!(request.0.len(), 1, "a flip sets the framebuffer and nothing else");
+                if let Some(flip) = &self.pending {
+                    // After the watchdog has barked we may ask; the kernel says so.
+                    assert!(self.current() >= flip.vblank + 3, "two commits in flight");
+                    return Err(Errno::BUSY.into());
+                }
+                let (fb, ill) = (fb.expect("asserted above"), self.ill_flip.take());
+                self.pending = Some(Pending { fb, vblank: self.current() + 1, ill });
+            }
+            Kind::Light | Kind::Darken => {
+                // A blocking commit: what was pending is over, one way or the other, and a vblank has passed.
+                self.pending = None;
+                CLOCK.set(self.begins(self.current() + 1).0);
+                self.modesets += u32::from(how == How::Modeset && kind == Kind::Light);
+                self.glass = fb.filter(|_| kind == Kind::Light);
+            }
+        }
+        self.apply(request);
+        Ok(())
+    }
+
+    fn plane_fb(&mut self, plane: Id) -> io::Result<Option<Id>> {
+        self.usable(false)?;
+        Ok(Some(Id(self.value(plane, "FB_ID") as u32)).filter(|fb| fb.0 != 0))
+    }
+
+    fn vblank(&mut self, _: u32) -> io::Result<(Vblank, Nanos)> {
+        self.usable(false)?;
+        if self.value(CRTC, "ACTIVE") == 0 {
+            return Err(Errno::INVAL.into());
+        }
+        Ok((Vblank(self.current() as u32), self.begins(self.current())))
+    }
+
+    fn ask_vblank(&mut self, _: u32, vblank: Vblank) -> io::Result<()> {
+        self.usable(false)?;
+        let ahead = vblank.since(Vblank(self.current() as u32));
+        self.asked.push(self.current().saturating_add_signed(ahead.into()));
+        Ok(())
+    }
+
+    fn wait(&mut self, timeout: Duration) -> io::Result<Option<Happening>> {
+        self.pass();
+        if let Some(happening) = self.happenings.pop_front() {
+            self.spins = 0;
+            return Ok(Some(happening));
+        }
+        self.spins = if timeout.is_zero() { self.spins + 1 } else { 0 };
+        assert!(self.spins < 100, "a busy wait");
+        let end = now().after(timeout.as_nanos() as u64);
+        let due = self.next_due().map_or(end, |due| due.min(end));
+        CLOCK.set(due.max(now()).0);
+        self.pass();
+        Ok(self.happenings.pop_front())
+    }
+}
+
+/// The kinds of object that have a property, its name, and its choices.
+type PropertyRow = (&'static str, &'static str, &'static [(&'static str, u64)]);
+
+/// Which object kinds (`n` connector, `c` CRTC, `p` primary, `o` overlay) have which property, and what it takes.
+/// Its id is 100 and its place in this list.
+const SCHEMA: [PropertyRow; 24] = [
+    ("ncpo", "", &[]),
+    ("npo", "CRTC_ID", &[]),
+    ("n", "link-status", &[("Good", 0), ("Bad", 1)]),
+    ("c", "ACTIVE", &[]),
+    ("c", "MODE_ID", &[]),
+    ("c", "VRR_ENABLED", &[]),
+    ("c", "GAMMA_LUT", &[]),
+    ("p", "type", &[("Overlay", 0), ("Primary", 1), ("Cursor", 2)]),
+    ("po", "FB_ID", &[]),
+    ("po", "SRC_X", &[]),
+    ("po", "SRC_Y", &[]),
+    ("po", "SRC_W", &[]),
+    ("po", "SRC_H", &[]),
+    ("po", "CRTC_X", &[]),
+    ("po", "CRTC_Y", &[]),
+    ("po", "CRTC_W", &[]),
+    ("po", "CRTC_H", &[]),
+    ("po", "rotation", &[]),
+    ("po", "alpha", &[]),
+    ("p", "COLOR_ENCODING", &[("ITU-R BT.601 YCbCr", 0), ("ITU-R BT.709 YCbCr", 1)]),
+    ("p", "COLOR_RANGE", &[("YCbCr limited range", 0), ("YCbCr full range", 1)]),
+    ("p", "pixel blend mode", &[("None", 2), ("Pre-multiplied", 0)]),
+    ("p", "zpos", &[]),
+    ("p", "IN_FORMATS", &[]),
+];
+
+/// The properties of an object of `kind`, with the values that `value` gives by name.
+pub(crate) fn properties(kind: char, value: impl Fn(&'static str) -> u64) -> Properties {
+    let has = SCHEMA.iter().enumerate().filter(|(_, (kinds, ..))| kinds.contains(kind));
+    let property = |(index, &(_, name, choices)): (usize, &PropertyRow)| Property {
+        id: Id(100 + index as u32),
+        name: name.to_owned(),
+        value: if name == "type" { 1 } else { value(name) },
+        mutable: !["type", "zpos", "IN_FORMATS"].contains(&name),
+        values: match choices {
+            [] if name == "alpha" => Values::UpTo { max: 0xffff },
+            [] => Values::Other,
+            choices => Values::Named(choices.iter().map(|&(choice, value)| (choice.to_owned(), value)).collect()),
+        },
+    };
+    Properties(has.map(property).collect())
+}
+
+/// A plane of the only CRTC that takes all our formats.
+pub(crate) fn plane(id: Id, properties: Properties) -> Plane {
+    let formats = Format::ALL.map(|format| PlaneFormat { format, explicit: true }).into();
+    Plane { id, crtcs: 1, formats, properties }
+}
+
+/// A mode of (width, height, kilohertz, total width, total height, flags, preferred).
+pub(crate) fn mode((width, height, clock, htotal, vtotal, flags, preferred): ModeRow) -> Mode {
+    let type_ = if preferred { ModeTypeFlags::PREFERRED.bits() } else { 0 };
+    let (hdisplay, vdisplay) = (width, height);
+    let raw = drm_ffi::drm_mode_modeinfo {
+        clock,
+        hdisplay,
+        htotal,
+        vdisplay,
+        vtotal,
+        flags: flags.bits(),
+        type_,
+        ..Default::default()
+    };
+    raw.into()
+}
+
+/// What [`mode`] takes.
+pub(crate) type ModeRow = (u16, u16, u32, u16, u16, ModeFlags, bool);

@@ -1,0 +1,204 @@
+//! Every error at every kind of commit: the same screen recovers, and leaves nothing behind.
+//!
+//! Owns a small player on a scripted card. The rules that no run may break (no bound framebuffer removed, no mode set
+//! by a flip, no second commit in flight, no busy wait) are asserted by `scripted.rs` itself.
+
+use super::scripted::{Fault, Ill, Kind, MS, Scripted, now};
+use super::{KmsScreen, KmsSettings};
+use crate::{Event, Picture, Screen};
+use rustix::io::Errno;
+use std::time::Duration;
+use timing::{Nanos, Rate, Vblank};
+
+/// Plays 30 frames per second: a flip, a vblank waited for, a commit, a flip.
+struct Player {
+    screen: KmsScreen<Scripted>,
+    flips: Vec<Nanos>,
+    events: Vec<Event>,
+    frame: u8,
+}
+
+impl Player {
+    fn on(card: Scripted) -> Self {
+        let settings =
+            KmsSettings { device: Some("scripted".into()), size: (64, 48), fps: Rate::new(30, 1).unwrap(), now };
+        let screen = KmsScreen::on(card, settings).unwrap();
+        let mut player = Self { screen, flips: Vec::new(), events: Vec::new(), frame: 0 };
+        player.stage();
+        player.screen.commit();
+        player
+    }
+
+    fn stage(&mut self) {
+        self.frame = self.frame.wrapping_add(1);
+        let (luma, chroma) = (vec![self.frame; 64 * 48], vec![128; 32 * 24]);
+        let picture = Picture { width: 64, height: 48, planes: [&luma, &chroma, &chroma], strides: [64, 32, 32] };
+        self.screen.stage(&picture).unwrap();
+    }
+
+    fn play(&mut self, until: Nanos) {
+        while now() < until {
+            let event = self.screen.next_event(Duration::from_nanos(until.since(now())));
+            match &event {
+                Event::Flip { vblank, .. } => {
+                    self.flips.push(now());
+                    self.stage();
+                    self.screen.notify_at(vblank.after(1));
+                }
+                Event::Vblank { .. } | Event::Recovered { .. } => self.screen.commit(),
+                Event::Back => {
+                    self.stage();
+                    self.screen.commit();
+                }
+                Event::Lost { .. } | Event::Idle => {}
+            }
+            self.events.push(event);
+        }
+    }
+
+    fn longest_pause_ms(&self) -> u64 {
+        self.flips.windows(2).map(|pair| pair[1].since(pair[0]) / MS).max().unwrap_or(u64::MAX)
+    }
+
+    fn lost(&self) -> Vec<&str> {
+        let reasons = self.events.iter().filter_map(|event| match event {
+            Event::Lost { reason } => Some(reason.as_str()),
+            Event::Flip { .. } | Event::Vblank { .. } | Event::Back | Event::Recovered { .. } | Event::Idle => None,
+        });
+        reasons.collect()
+    }
+}
+
+fn at(ms: u64) -> Nanos {
+    Nanos(ms * MS)
+}
+
+/// Nine seconds with two pulls of the plug, and one fault.
+fn survives(fault: Fault) {
+    let mut card = Scripted::new().fail(fault);
+    card.plugs.extend([(at(2003), false), (at(2303), true), (at(4000), false), (at(4200), true)]);
+    let mut player = Player::on(card);
+    player.play(at(10_000));
+    let card = &player.screen.kms;
+    let struck = card.struck.unwrap_or_else(|| panic!("{fault:?} never struck"));
+    let pause = player.longest_pause_ms();
+    assert!(pause <= 2000, "{fault:?} at {struck:?}: dark for {pause} ms, {:?}", player.events);
+    let steady = player.flips.iter().filter(|flip| **flip > at(9000)).count();
+    assert!(steady >= 29, "{fault:?}: {steady} flips in the last second");
+    assert_eq!((card.fbs.len(), card.blobs.len()), (3, 1), "{fault:?} left framebuffers or blobs");
+}
+
+const KINDS: [(Kind, [u32; 3]); 4] =
+    [(Kind::Test, [0, 1, 2]), (Kind::Light, [0, 1, 2]), (Kind::Flip, [0, 1, 40]), (Kind::Darken, [0, 1, 1])];
+
+#[test]
+fn every_error_at_every_kind_of_commit_is_survived() {
+    let errors = [Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::NOMEM, Errno::NOSPC, Errno::IO];
+    for (kind, places) in KINDS {
+        for nth in places {
+            for errno in errors {
+                for ns in [0, 50 * MS, 400 * MS] {
+                    survives(Fault { kind, nth, ill: Ill::Refused(errno), ns });
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_flip_lost_after_every_kind_of_commit_is_survived() {
+    for (kind, places) in KINDS {
+        for nth in places {
+            for ill in [Ill::LostFlip, Ill::LostEvent] {
+                for ns in [0, 500 * MS] {
+                    survives(Fault { kind, nth, ill, ns });
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lost_event_is_told_and_costs_a_tenth_of_a_second() {
+    let mut player = Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, ill: Ill::LostEvent, ns: 0 }));
+    player.play(at(3000));
+    assert!(player.events.iter().any(|event| matches!(event, Event::Recovered { .. })));
+    assert!(player.longest_pause_ms() <= 200, "{} ms", player.longest_pause_ms());
+    assert_eq!(player.screen.kms.modesets, 1, "nothing was lit anew");
+}
+
+#[test]
+fn another_master_is_named_and_waited_for() {
+    let (kind, ill) = (Kind::Flip, Ill::Refused(Errno::ACCESS));
+    let mut player = Player::on(Scripted::new().fail(Fault { kind, nth: 30, ill, ns: 60_000 * MS }));
+    player.play(at(60_000));
+    assert_eq!(player.lost(), ["another process is master of /dev/dri/scripted"]);
+    assert!(player.events.len() < 200, "{} events: a crash loop", player.events.len());
+    player.play(at(65_000));
+    assert!(player.flips.len() > 60, "the picture is back");
+}
+
+#[test]
+fn no_display_at_the_start_is_waited_for() {
+    let mut card = Scripted::new();
+    card.plugs.extend([(at(0), false), (at(3_600_000), true)]);
+    let _ = super::card::Kms::wait(&mut card, Duration::ZERO);
+    let mut player = Player::on(card);
+    assert_eq!(player.screen.lit(), None);
+    player.play(at(3_600_000));
+    assert_eq!(player.lost(), ["no display is plugged into /dev/dri/scripted"]);
+    player.play(at(3_603_000));
+    assert!(player.flips.len() > 60);
+}
+
+#[test]
+fn what_other_processes_left_is_put_back_and_nothing_else_is_touched_by_flips() {
+    let mut player = Player::on(Scripted::new());
+    let (primary, overlay) = Scripted::planes();
+    assert_eq!(player.screen.kms.value(overlay, "FB_ID"), 7, "the previous picture stays until ours is ready");
+    player.play(at(2000));
+    let card = &player.screen.kms;
+    assert_eq!(card.value(overlay, "FB_ID"), 0);
+    for (name, value) in [("rotation", 1), ("alpha", 0xffff), ("COLOR_ENCODING", 1), ("COLOR_RANGE", 0)] {
+        assert_eq!(card.value(primary, name), value, "{name}");
+    }
+    assert_eq!(player.screen.lit().unwrap().format, "YU12");
+    assert_eq!(card.modesets, 1);
+}
+
+#[test]
+fn a_plane_that_forgets_our_colours_gets_rgb() {
+    let mut card = Scripted::new();
+    card.keeps_colours = false;
+    let mut player = Player::on(card);
+    player.play(at(3000));
+    assert_eq!(player.screen.lit().unwrap().format, "XR24");
+    assert!(player.flips.len() > 30);
+}
+
+#[test]
+fn a_display_that_comes_back_smaller_is_lit_in_its_own_mode() {
+    let mut card = Scripted::new();
+    card.plugs.push_back((at(2000), false));
+    let mut player = Player::on(card);
+    player.play(at(2500));
+    let row = (48, 36, 250, 80, 52, drm::control::ModeFlags::empty(), true);
+    player.screen.kms.modes = vec![super::scripted::mode(row)];
+    player.screen.kms.plugs.push_back((at(2600), true));
+    player.play(at(4000));
+    assert_eq!(player.screen.lit().unwrap().size, (48, 36));
+    assert_eq!(player.screen.kms.fbs.len(), 3);
+}
+
+#[test]
+fn frames_flip_at_every_second_vblank_of_a_healthy_card() {
+    let mut player = Player::on(Scripted::new());
+    player.play(at(5000));
+    let vblanks: Vec<Vblank> = player
+        .events
+        .iter()
+        .filter_map(|event| if let Event::Flip { vblank, .. } = event { Some(*vblank) } else { None })
+        .collect();
+    assert!(vblanks.len() > 110);
+    assert!(vblanks.windows(2).all(|pair| pair[1].since(pair[0]) == 2), "{vblanks:?}");
+}
