@@ -118,8 +118,7 @@ pub(crate) struct Source<'t> {
 
 impl Source<'_> {
     fn line(&self, at: usize) -> usize {
-        let before = self.text.as_bytes().get(..at).unwrap_or(self.text.as_bytes());
-        1 + before.iter().filter(|&&b| b == b'\n').count()
+        1 + self.text.char_indices().take_while(|&(start, _)| start < at).filter(|&(_, c)| c == '\n').count()
     }
 
     /// The error of a text that is no TOML.

@@ -46,7 +46,7 @@ fn a_visit_is_its_loops_and_then_a_transition() {
     }
     let visits = clips.windows(2).filter(|pair| pair[0] != "loops/0" && pair[1] == "loops/0").count();
     let loops = clips.iter().filter(|clip| *clip == "loops/0").count();
-    assert!(visits > 10 && (loops + 2) / 3 >= visits && loops <= 3 * (visits + 1), "{loops} loops in {visits} visits");
+    assert!(visits > 10 && loops.div_ceil(3) >= visits && loops <= 3 * (visits + 1), "{loops} loops in {visits} visits");
 }
 
 #[test]
