@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
-use crate::manifest::Clip;
+use crate::manifest::{Clip, Sheep};
 use crate::names::SheepId;
 use crate::walk::Walk;
 
@@ -39,12 +39,14 @@ pub struct Simulation {
 }
 
 /// How often a sheep was visited.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Visits {
     /// Which.
     pub id: SheepId,
-    /// Visits, the first one included.
-    pub visits: u64,
+    /// The fraction of all visits; those of all sheep sum to 1.
+    pub visits: f64,
+    /// The visits themselves, the walk's first one included.
+    pub count: u64,
 }
 
 /// After how many steps a run of 2, 3 or 4 was complete that had been walked before; `None` if none was.
@@ -151,15 +153,12 @@ fn seconds(flock: &Flock, clip: Option<&Clip>) -> f64 {
 
 /// Visits of all sheep of the manifest: those outside the part that is played have none.
 fn visits_by_id(flock: &Flock, visits: &[u64]) -> Vec<Visits> {
-    let mut all: Vec<Visits> = flock
-        .manifest()
-        .sheep
-        .iter()
-        .map(|sheep| Visits {
-            id: sheep.id.clone(),
-            visits: flock.graph().find(&sheep.id).map_or(0, |at| visits[at.index()]),
-        })
-        .collect();
+    let total: u64 = visits.iter().sum();
+    let visits = |sheep: &Sheep| {
+        let count = flock.graph().find(&sheep.id).map_or(0, |at| visits[at.index()]);
+        Visits { id: sheep.id.clone(), visits: count as f64 / total as f64, count }
+    };
+    let mut all: Vec<Visits> = flock.manifest().sheep.iter().map(visits).collect();
     all.sort_by(|a, b| a.id.cmp(&b.id));
     all.dedup_by(|a, b| a.id == b.id);
     all
@@ -168,7 +167,7 @@ fn visits_by_id(flock: &Flock, visits: &[u64]) -> Vec<Visits> {
 fn worst_ratio(flock: &Flock, visits: &[u64]) -> Option<f64> {
     let wants: f64 = flock.manifest().sheep.iter().map(|sheep| sheep.want).sum();
     let total: u64 = visits.iter().sum();
-    let ratio = |sheep: &crate::Sheep| {
+    let ratio = |sheep: &Sheep| {
         let had = flock.graph().find(&sheep.id).map_or(0, |at| visits[at.index()]);
         let ratio = (had as f64 / total as f64) / (sheep.want / wants);
         ratio.max(1.0 / ratio)

@@ -199,7 +199,7 @@ impl<'t, 'i> Entry<'t, 'i> {
     pub(crate) fn whole(&self, least: u32, most: u32) -> Result<u32, ManifestError> {
         whole(self.value.get_ref())
             .filter(|n| (least..=most).contains(n))
-            .ok_or_else(|| self.refused(format!("a whole number from {least} to {most}")))
+            .ok_or_else(|| self.refused(if least == most { format!("`{least}`") } else { range(least, most) }))
     }
 
     /// Two whole numbers.
@@ -239,6 +239,10 @@ impl<'t, 'i> Entry<'t, 'i> {
         let (path, line) = (self.source.path.to_owned(), self.source.line(at));
         ManifestError::Value { path, line, key: self.key, wanted, found }
     }
+}
+
+fn range(least: u32, most: u32) -> String {
+    format!("a whole number from {least} to {most}")
 }
 
 fn whole(value: &DeValue<'_>) -> Option<u32> {

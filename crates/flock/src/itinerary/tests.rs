@@ -1,9 +1,17 @@
 //! Claims about the path: it resumes exactly, goes around bad clips, and outlives its flock.
+//!
+//! Owns small flocks to walk. Never looks at how even a walk is: `tests/claims.rs` does, on large ones.
 
-use super::*;
+use std::sync::Arc;
+
+use proptest::prelude::{ProptestConfig, any, prop, prop_assert_eq, proptest};
+
+use super::{Itinerary, Showing, What};
+use crate::flock::Flock;
 use crate::graph::tests::manifest;
 use crate::manifest::Manifest;
-use proptest::prelude::*;
+use crate::memory::{Place, PlaceError};
+use crate::names::{ClipPath, SheepId};
 
 /// A ring of `n` sheep with two chords each.
 fn ring(n: usize) -> Manifest {
@@ -46,7 +54,10 @@ fn a_visit_is_its_loops_and_then_a_transition() {
     }
     let visits = clips.windows(2).filter(|pair| pair[0] != "loops/0" && pair[1] == "loops/0").count();
     let loops = clips.iter().filter(|clip| *clip == "loops/0").count();
-    assert!(visits > 10 && loops.div_ceil(3) >= visits && loops <= 3 * (visits + 1), "{loops} loops in {visits} visits");
+    assert!(
+        visits > 10 && loops.div_ceil(3) >= visits && loops <= 3 * (visits + 1),
+        "{loops} loops in {visits} visits"
+    );
 }
 
 #[test]
