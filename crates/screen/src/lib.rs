@@ -6,6 +6,7 @@
 //! Start at [`Screen`], the trait that the player drives.
 #![deny(unsafe_code)]
 
+mod beat;
 mod convert;
 mod kms;
 mod paint;

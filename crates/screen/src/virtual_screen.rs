@@ -3,6 +3,7 @@
 //! Owns its last picture and its own vblanks. Never drops or reorders a picture, never touches a device.
 //! Start at [`VirtualScreen::new`]; [`Pace`] says where its vblanks come from.
 
+use crate::beat::Beat;
 use crate::picture::OwnedPicture;
 use crate::{Event, Lit, Picture, Screen, ScreenError};
 use rustix::event::{Timespec, poll};
@@ -27,7 +28,7 @@ pub struct VirtualScreen {
     refresh: Rate,
     pace: Pace,
     now: fn() -> Nanos,
-    origin: Nanos,
+    beat: Beat,
     /// Free pace only: the vblank that the player has reached.
     reached: u64,
     shown: Option<OwnedPicture>,
@@ -54,7 +55,7 @@ impl VirtualScreen {
             refresh,
             pace,
             now,
-            origin,
+            beat: Beat::new(origin, refresh),
             reached: 0,
             shown: None,
             staged: None,
@@ -74,18 +75,8 @@ impl VirtualScreen {
     fn current(&self) -> u64 {
         match self.pace {
             Pace::Free => self.reached,
-            Pace::Timer => {
-                let elapsed = u128::from((self.now)().since(self.origin));
-                let periods = elapsed * u128::from(self.refresh.num()) / u128::from(self.refresh.den());
-                let current = u64::try_from(periods / 1_000_000_000).unwrap_or(u64::MAX);
-                // Vblanks begin at whole nanoseconds, rounded down: this one may just have begun.
-                if self.begins(current + 1) <= (self.now)() { current + 1 } else { current }
-            }
+            Pace::Timer => self.beat.at((self.now)()),
         }
-    }
-
-    fn begins(&self, vblank: u64) -> Nanos {
-        self.origin.after(self.refresh.span_ns(vblank))
     }
 
     /// What happens next, and at which vblank.
@@ -98,11 +89,11 @@ impl VirtualScreen {
     fn happen(&mut self, due: u64) -> Event {
         if let Some((picture, _)) = self.committed.take_if(|(_, vblank)| *vblank <= due) {
             self.spare = self.shown.replace(picture);
-            return Event::Flip { vblank: Vblank(due as u32), at: self.begins(due) };
+            return Event::Flip { vblank: Vblank(due as u32), at: self.beat.begins(due) };
         }
         self.asked = None;
         let vblank = self.current().max(due);
-        Event::Vblank { vblank: Vblank(vblank as u32), at: self.begins(vblank) }
+        Event::Vblank { vblank: Vblank(vblank as u32), at: self.beat.begins(vblank) }
     }
 }
 
@@ -153,9 +144,9 @@ impl Screen for VirtualScreen {
         match self.pace {
             Pace::Free => self.reached = self.reached.max(due),
             Pace::Timer => {
-                let until = Duration::from_nanos(self.begins(due).since((self.now)()));
+                let until = Duration::from_nanos(self.beat.begins(due).since((self.now)()));
                 pause(until.min(timeout));
-                if (self.now)() < self.begins(due) {
+                if (self.now)() < self.beat.begins(due) {
                     return Event::Idle;
                 }
             }

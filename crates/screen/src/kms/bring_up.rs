@@ -10,6 +10,7 @@ use super::plan::Plan;
 use super::ring::Ring;
 use super::{Flight, KmsScreen, Output, Painted, Phase};
 use crate::Event;
+use crate::beat::Beat;
 use rustix::io::Errno;
 use std::io;
 use std::time::Duration;
@@ -122,7 +123,7 @@ impl<K: Kms> KmsScreen<K> {
             Ok(plan) => {
                 let (ring, flight) = (Ring::new(painted), Flight::Landed);
                 tracing::info!(connector = plan.connector, ?way, ?size, "chose a way to light the picture");
-                Ok(Output { plan, mode, ring, lit: false, flight, asked: None, failed_in_a_row: 0 })
+                Ok(Output { plan, mode, ring, lit: false, flight, asked: None, beat: None, failed_in_a_row: 0 })
             }
             Err(error) => {
                 for painted in painted {
@@ -185,19 +186,27 @@ impl<K: Kms> KmsScreen<K> {
     /// The pending picture is on the glass, alone.
     fn is_lit(&mut self, first: bool) {
         let Phase::Up(output) = &mut self.phase else { return };
-        let crtc = output.plan.crtc;
         output.ring.flipped();
         output.flight = Flight::Landed;
         output.failed_in_a_row += u32::from(!first);
+        let now = (self.settings.now)();
+        if first && self.kms.vblank(output.plan.crtc).is_err_and(|error| is_unsupported(&error)) {
+            tracing::info!("the driver has no vblanks, counting our own");
+            output.beat = Some(Beat::new(now, output.plan.refresh));
+        }
+        let (vblank, at) = output.vblank(&mut self.kms, now).unwrap_or_default();
         self.drop_stale_flips();
         if first {
-            let (vblank, at) = self.kms.vblank(crtc).unwrap_or_default();
             self.notices.push_back(Event::Flip { vblank, at });
         } else {
             let reason = "a flip did not come; the picture was lit anew, waiting".to_owned();
             self.notices.push_back(Event::Recovered { reason });
         }
     }
+}
+
+fn is_unsupported(error: &io::Error) -> bool {
+    error.raw_os_error() == Some(Errno::OPNOTSUPP.raw_os_error())
 }
 
 /// Commits `fb` with all its surroundings. The `first` time it is tested before, and tried without setting the mode

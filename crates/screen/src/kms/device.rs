@@ -245,7 +245,11 @@ impl Card {
             .is_ok_and(|nodes| nodes.flatten().any(|node| node.file_name().to_string_lossy().starts_with("renderD")))
     }
 
+    /// Reads everything. A card that was taken away may still answer, to whoever holds it open; its node is gone.
     fn survey(&mut self) -> io::Result<Survey> {
+        if rustix::fs::stat(&self.path)?.st_rdev != rustix::fs::fstat(&self.file)?.st_rdev {
+            return Err(Errno::NODEV.into());
+        }
         let resources = self.resource_handles()?;
         let mut survey = Survey::default();
         for &id in resources.connectors() {

@@ -3,7 +3,7 @@
 //! Owns a small player on a scripted card. The rules that no run may break (no bound framebuffer removed, no mode set
 //! by a flip, no second commit in flight, no busy wait) are asserted by `scripted.rs` itself.
 
-use super::scripted::{Fault, Ill, Kind, MS, Scripted, now};
+use super::scripted::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
 use super::{KmsScreen, KmsSettings};
 use crate::{Event, Picture, Screen};
 use rustix::io::Errno;
@@ -169,7 +169,7 @@ fn what_other_processes_left_is_put_back_and_nothing_else_is_touched_by_flips() 
 #[test]
 fn a_plane_that_forgets_our_colours_gets_rgb() {
     let mut card = Scripted::new();
-    card.keeps_colours = false;
+    card.quirk = Some(Quirk::ForgetsColours);
     let mut player = Player::on(card);
     player.play(at(3000));
     assert_eq!(player.screen.lit().unwrap().format, "XR24");
@@ -190,15 +190,41 @@ fn a_display_that_comes_back_smaller_is_lit_in_its_own_mode() {
     assert_eq!(player.screen.kms.fbs.len(), 3);
 }
 
-#[test]
-fn frames_flip_at_every_second_vblank_of_a_healthy_card() {
-    let mut player = Player::on(Scripted::new());
-    player.play(at(5000));
+/// From one flip of the screen to the next, in vblanks.
+fn holds(player: &Player) -> Vec<i32> {
     let vblanks: Vec<Vblank> = player
         .events
         .iter()
         .filter_map(|event| if let Event::Flip { vblank, .. } = event { Some(*vblank) } else { None })
         .collect();
-    assert!(vblanks.len() > 110);
-    assert!(vblanks.windows(2).all(|pair| pair[1].since(pair[0]) == 2), "{vblanks:?}");
+    vblanks.windows(2).map(|pair| pair[1].since(pair[0])).collect()
+}
+
+#[test]
+fn frames_flip_at_every_second_vblank_of_a_healthy_card() {
+    let mut player = Player::on(Scripted::new());
+    player.play(at(5000));
+    assert!(player.flips.len() > 110);
+    assert!(holds(&player).iter().all(|&held| held == 2), "{:?}", holds(&player));
+}
+
+#[test]
+fn a_card_without_vblanks_is_paced_by_our_own() {
+    let mut card = Scripted::new();
+    card.quirk = Some(Quirk::NoVblanks);
+    let mut player = Player::on(card);
+    player.play(at(5000));
+    assert!((118..=121).contains(&player.flips.len()), "{} flips in four seconds", player.flips.len());
+    assert!(holds(&player).iter().all(|&held| held == 2), "{:?}", holds(&player));
+}
+
+#[test]
+fn a_player_that_was_late_itself_blames_no_flip() {
+    let mut player = Player::on(Scripted::new());
+    player.play(at(2000));
+    for _ in 0..5 {
+        super::scripted::oversleep(300 * MS);
+        player.play(now().after(100 * MS));
+    }
+    assert!(!player.events.iter().any(|event| matches!(event, Event::Recovered { .. })), "{:?}", player.events);
 }

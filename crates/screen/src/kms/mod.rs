@@ -28,6 +28,7 @@ mod uevents;
 pub(crate) use card::Kms;
 pub(crate) use device::Device;
 
+use crate::beat::Beat;
 use crate::paint::{blacken, paint};
 use crate::{Event, Lit, Picture, Screen, ScreenError};
 use card::{Buffer, Happening, How, Id};
@@ -35,6 +36,7 @@ use choose::{Candidate, mode_size};
 use plan::Plan;
 use ring::Ring;
 use std::collections::VecDeque;
+use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
@@ -80,6 +82,8 @@ struct Output {
     lit: bool,
     flight: Flight,
     asked: Option<Asked>,
+    /// Our own count of vblanks, where the driver has none (virtual machines, firmware framebuffers).
+    beat: Option<Beat>,
     /// Flips that went wrong since the last that came.
     failed_in_a_row: u32,
 }
@@ -99,6 +103,8 @@ enum Flight {
     Lighting { next: Nanos, since: Nanos },
     /// The kernel has it since vblank `from`; the watchdog barks at `deadline`.
     Flying { from: Option<Vblank>, deadline: Nanos },
+    /// The kernel has flipped without waiting for a vblank, having none: it counts from `at`.
+    Landing { vblank: Vblank, at: Nanos },
     /// The kernel was busy: once more at `next`; the watchdog barks at `deadline`.
     Retrying { next: Nanos, deadline: Nanos },
 }
@@ -108,6 +114,16 @@ enum Flight {
 struct Asked {
     vblank: Vblank,
     deadline: Nanos,
+}
+
+impl Output {
+    /// The vblank at `now`, by the kernel's count or by our own, and when it began.
+    fn vblank(&self, kms: &mut impl Kms, now: Nanos) -> io::Result<(Vblank, Nanos)> {
+        match self.beat {
+            Some(beat) => Ok((Vblank(beat.at(now) as u32), beat.begins(beat.at(now)))),
+            None => kms.vblank(self.plan.crtc),
+        }
+    }
 }
 
 impl KmsScreen<Device> {
@@ -154,6 +170,7 @@ impl<K: Kms> KmsScreen<K> {
             Flight::Landed => None,
             Flight::Lighting { next, .. } | Flight::Retrying { next, .. } => Some(next),
             Flight::Flying { deadline, .. } => Some(deadline),
+            Flight::Landing { at, .. } => Some(at),
         };
         flight.into_iter().chain(output.asked.map(|asked| asked.deadline)).min()
     }
@@ -171,10 +188,13 @@ impl<K: Kms> KmsScreen<K> {
         match flight {
             Flight::Lighting { next, since } if next <= now => self.light(since),
             Flight::Retrying { next, deadline } if next <= now => self.submit(Some(deadline)),
+            Flight::Landing { vblank, at } if at <= now => self.landed(vblank, at),
             Flight::Flying { from, deadline } if deadline <= now => self.overdue(from),
-            Flight::Landed | Flight::Lighting { .. } | Flight::Retrying { .. } | Flight::Flying { .. } => {
-                self.vblank_overdue();
-            }
+            Flight::Landed
+            | Flight::Lighting { .. }
+            | Flight::Retrying { .. }
+            | Flight::Landing { .. }
+            | Flight::Flying { .. } => self.vblank_overdue(),
         }
     }
 
@@ -184,7 +204,7 @@ impl<K: Kms> KmsScreen<K> {
         let Phase::Up(output) = &mut self.phase else { return };
         let Some(fb) = output.ring.pending().map(|painted| painted.buffer.fb) else { return };
         let deadline = deadline.unwrap_or(now.after(ladder::patience(period).as_nanos() as u64));
-        let from = self.kms.vblank(output.plan.crtc).ok().map(|(vblank, _)| vblank);
+        let from = output.vblank(&mut self.kms, now).ok().map(|(vblank, _)| vblank);
         match self.kms.commit(How::Flip, &output.plan.flip(fb)) {
             Ok(()) => {
                 let deadline = now.after(ladder::patience(period).as_nanos() as u64);
@@ -192,6 +212,16 @@ impl<K: Kms> KmsScreen<K> {
             }
             Err(error) => self.flip_failed(&error, deadline),
         }
+    }
+
+    /// The pending picture is on the glass since `vblank`.
+    fn landed(&mut self, vblank: Vblank, at: Nanos) {
+        let Phase::Up(output) = &mut self.phase else { return };
+        output.ring.flipped();
+        output.flight = Flight::Landed;
+        output.failed_in_a_row = 0;
+        self.tries = 0;
+        self.notices.push_back(Event::Flip { vblank, at });
     }
 
     fn happened(&mut self, happening: Happening) {
@@ -202,13 +232,13 @@ impl<K: Kms> KmsScreen<K> {
             return;
         };
         match happening {
-            Happening::Flip { vblank, at } if matches!(output.flight, Flight::Flying { .. }) => {
-                output.ring.flipped();
-                output.flight = Flight::Landed;
-                output.failed_in_a_row = 0;
-                self.tries = 0;
-                self.notices.push_back(Event::Flip { vblank, at });
-            }
+            Happening::Flip { vblank, at } if matches!(output.flight, Flight::Flying { .. }) => match output.beat {
+                None => self.landed(vblank, at),
+                Some(beat) => {
+                    let next = beat.at((self.settings.now)()) + 1;
+                    output.flight = Flight::Landing { vblank: Vblank(next as u32), at: beat.begins(next) };
+                }
+            },
             Happening::Vblank { vblank, at } => {
                 if output.asked.take_if(|asked| vblank.since(asked.vblank) >= 0).is_some() {
                     self.notices.push_back(Event::Vblank { vblank, at });
@@ -271,6 +301,10 @@ impl<K: Kms> Screen for KmsScreen<K> {
         let (now, period) = (self.now(), self.period());
         let Phase::Up(output) = &mut self.phase else { return };
         if !output.lit {
+            return;
+        }
+        if let Some(beat) = output.beat {
+            output.asked = Some(Asked { vblank, deadline: beat.begins(beat.unwrapped(vblank, now)) });
             return;
         }
         let crtc = output.plan.crtc;

@@ -26,9 +26,13 @@ impl<K: Kms> KmsScreen<K> {
 
     /// A flip's event did not come.
     pub(super) fn overdue(&mut self, from: Option<Vblank>) {
+        if self.has_come() {
+            return;
+        }
+        let now = self.now();
         let Phase::Up(output) = &mut self.phase else { return };
         let pending = output.ring.pending().map(|painted| painted.buffer.fb);
-        let current = self.kms.vblank(output.plan.crtc).ok().map(|(vblank, _)| vblank);
+        let current = output.vblank(&mut self.kms, now).ok().map(|(vblank, _)| vblank);
         let moved = from.zip(current).is_some_and(|(from, current)| current.since(from) > 0);
         let shown = self.kms.plane_fb(output.plan.way.plane).ok().flatten();
         match ladder::flip_overdue(moved, pending.is_some() && shown == pending, output.failed_in_a_row) {
@@ -43,12 +47,24 @@ impl<K: Kms> KmsScreen<K> {
         }
     }
 
+    /// Whether an event lay waiting while we were late ourselves; it has been dealt with.
+    fn has_come(&mut self) -> bool {
+        let waiting = self.kms.wait(Duration::ZERO).ok().flatten();
+        waiting.is_some_and(|happening| {
+            self.happened(happening);
+            true
+        })
+    }
+
     /// A vblank event did not come.
     pub(super) fn vblank_overdue(&mut self) {
+        if self.has_come() {
+            return;
+        }
         let now = self.now();
         let Phase::Up(output) = &mut self.phase else { return };
         let Some(asked) = output.asked.take_if(|asked| asked.deadline <= now) else { return };
-        let event = match self.kms.vblank(output.plan.crtc) {
+        let event = match output.vblank(&mut self.kms, now) {
             Ok((vblank, at)) if vblank.since(asked.vblank) >= 0 => Event::Vblank { vblank, at },
             Ok(_) => Event::Recovered { reason: "vblanks stand still; the picture stands".to_owned() },
             Err(error) => Event::Recovered { reason: format!("a vblank event was lost: {error}") },

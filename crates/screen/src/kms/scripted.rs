@@ -27,6 +27,11 @@ pub(crate) fn now() -> Nanos {
     Nanos(CLOCK.get())
 }
 
+/// Lets `ns` pass in which the player did not run.
+pub(crate) fn oversleep(ns: u64) {
+    CLOCK.set(CLOCK.get() + ns);
+}
+
 pub(crate) const MS: u64 = 1_000_000;
 const CONNECTOR: Id = Id(30);
 const CRTC: Id = Id(40);
@@ -53,6 +58,15 @@ pub(crate) enum Ill {
     LostFlip,
     /// The commit is taken, and the next flip happens, but its event never comes.
     LostEvent,
+}
+
+/// What this card is like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quirk {
+    /// The plane does not keep what it is told about colours.
+    ForgetsColours,
+    /// It has no vblanks, and flips at once.
+    NoVblanks,
 }
 
 /// A fault to come: at the `nth` commit of `kind`, and then for `ns`.
@@ -82,8 +96,7 @@ pub(crate) struct Scripted {
     pub(crate) plugs: VecDeque<(Nanos, bool)>,
     connected: bool,
     pub(crate) modes: Vec<Mode>,
-    /// Whether the plane keeps what it is told about colours.
-    pub(crate) keeps_colours: bool,
+    pub(crate) quirk: Option<Quirk>,
     open: bool,
     values: BTreeMap<(Id, &'static str), u64>,
     pub(crate) fbs: BTreeMap<Id, Vec<u8>>,
@@ -111,7 +124,7 @@ impl Scripted {
             plugs: VecDeque::new(),
             connected: true,
             modes: vec![mode((64, 48, 250, 80, 52, ModeFlags::empty(), true))],
-            keeps_colours: true,
+            quirk: None,
             open: false,
             values: BTreeMap::new(),
             fbs: BTreeMap::new(),
@@ -197,7 +210,7 @@ impl Scripted {
     fn apply(&mut self, request: &Request) {
         for &(object, property, value) in &request.0 {
             let name = SCHEMA[property.0 as usize - 100].1;
-            if self.keeps_colours || !name.starts_with("COLOR_") {
+            if self.quirk != Some(Quirk::ForgetsColours) || !name.starts_with("COLOR_") {
                 self.values.insert((object, name), value);
             }
         }
@@ -336,7 +349,8 @@ impl Kms for Scripted {
                     return Err(Errno::BUSY.into());
                 }
                 let (fb, ill) = (fb.expect("asserted above"), self.ill_flip.take());
-                self.pending = Some(Pending { fb, vblank: self.current() + 1, ill });
+                let vblank = self.current() + u64::from(self.quirk != Some(Quirk::NoVblanks));
+                self.pending = Some(Pending { fb, vblank, ill });
             }
             Kind::Light | Kind::Darken => {
                 // A blocking commit: what was pending is over, one way or the other, and a vblank has passed.
@@ -357,6 +371,9 @@ impl Kms for Scripted {
 
     fn vblank(&mut self, _: u32) -> io::Result<(Vblank, Nanos)> {
         self.usable(false)?;
+        if self.quirk == Some(Quirk::NoVblanks) {
+            return Err(Errno::OPNOTSUPP.into());
+        }
         if self.value(CRTC, "ACTIVE") == 0 {
             return Err(Errno::INVAL.into());
         }
