@@ -1,0 +1,162 @@
+//! One clip on its way into the decoder.
+//!
+//! Owns the open file, its place in it, and the numbering of its packets by the frame they show. Never decodes:
+//! `session.rs` asks for one packet after another.
+//!
+//! Start at [`Clip::open`].
+
+use crate::damage::Damage;
+use crate::form::{self, Difference, Form};
+use crate::nal;
+use crate::probe::{self, Opened, ProbeError};
+use crate::raw::{Demuxer, Packet};
+use rustix::fs::{Advice, fadvise};
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use timing::{FrameCount, Rate};
+
+/// A clip in the flock's form, positioned at its first packet.
+pub struct Clip {
+    demuxer: Demuxer,
+    file: File,
+    /// The first packet, read already to look at it.
+    first: Option<Packet>,
+    /// When the first frame is shown, in ticks: in a closed GOP that is the IDR picture's time. 0 where an edit list
+    /// cuts that picture away: ffmpeg counts from the cut.
+    start: i64,
+    fps: Rate,
+    frames: FrameCount,
+    size: (u32, u32),
+    /// How many packets were handed out.
+    read: u32,
+}
+
+/// Why a clip is not played.
+#[derive(Debug, thiserror::Error)]
+pub enum ClipError {
+    /// It is a video, but not in the flock's form.
+    #[error("clip `{path}` is not in the flock's form: {}", form::listed(differences))]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// In what it differs, at least one.
+        differences: Vec<Difference>,
+    },
+    /// It cannot be opened, or is no complete video.
+    #[error(transparent)]
+    Probe {
+        /// What is wrong with it.
+        error: ProbeError,
+    },
+}
+
+/// What a clip hands out next.
+pub(crate) enum Next {
+    /// A packet that shows the frame at this place of the clip.
+    Packet(u32),
+    /// A packet that is needed to decode others but shows nothing that belongs to the clip.
+    Hidden,
+    /// Nothing more.
+    End,
+}
+
+impl Clip {
+    /// Opens the clip at `path` after a cheap look: header, index and first packet. A few milliseconds.
+    ///
+    /// # Errors
+    /// [`ClipError`] if it is not in `form` with `frames` frames. Damage further inside shows when it is played.
+    pub fn open(path: &Path, form: &Form, frames: FrameCount) -> Result<Self, ClipError> {
+        let opened = probe::open(path).map_err(|error| ClipError::Probe { error })?;
+        let differences = opened.probe.differences(form, frames);
+        if !differences.is_empty() {
+            return Err(ClipError::Form { path: path.to_owned(), differences });
+        }
+        Ok(Self::positioned(opened, form.fps))
+    }
+
+    /// Opens any H.264 clip of even frame rate, whatever its size and length.
+    pub(crate) fn open_as_is(path: &Path) -> Result<Self, ClipError> {
+        let opened = probe::open(path).map_err(|error| ClipError::Probe { error })?;
+        let probe = &opened.probe;
+        match probe.fps {
+            Some(fps) if probe.codec == "h264" => Ok(Self::positioned(opened, fps)),
+            _ => {
+                let form = Form { size: probe.size, fps: Rate::new(1, 1).expect("one per second is a rate") };
+                let differences = probe.differences(&form, probe.frames);
+                Err(ClipError::Form { path: path.to_owned(), differences })
+            }
+        }
+    }
+
+    fn positioned(opened: Opened, fps: Rate) -> Self {
+        let Opened { demuxer, first, probe, file } = opened;
+        let start = if first.hidden() { 0 } else { first.pts().unwrap_or(0) };
+        let (frames, size) = (probe.frames, probe.size);
+        Self { demuxer, file, first: Some(first), start, fps, frames, size, read: 0 }
+    }
+
+    /// Reads the whole file into the page cache, so that playing it never waits for storage.
+    ///
+    /// # Errors
+    /// What the kernel says. The clip can be played all the same.
+    pub fn page_in(&mut self) -> io::Result<()> {
+        fadvise(&self.file, 0, None, Advice::WillNeed)?;
+        io::copy(&mut &self.file, &mut io::sink())?;
+        Ok(())
+    }
+
+    /// How many frames it shows, by its header.
+    pub fn frames(&self) -> FrameCount {
+        self.frames
+    }
+
+    /// Visible width and height, by its first access unit.
+    pub fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// The next packet, in start-code form, into `packet`. What is wrong with it goes to `blame`.
+    pub(crate) fn next(&mut self, packet: &mut Packet, blame: &mut impl FnMut(Damage)) -> Next {
+        let frame = self.read;
+        let read = match self.first.take() {
+            Some(first) => {
+                *packet = first;
+                Ok(true)
+            }
+            None => self.demuxer.read(packet),
+        };
+        match read {
+            Ok(true) => (),
+            Ok(false) => return Next::End,
+            Err(code) => {
+                blame(Damage::Unreadable { frame, reason: code.to_string() });
+                return Next::End;
+            }
+        }
+        self.read += 1;
+        let whole = packet.bytes_mut().is_ok_and(|bytes| nal::to_start_codes(bytes).is_ok());
+        if !whole || packet.corrupt() {
+            blame(Damage::Malformed { frame });
+        }
+        if packet.hidden() { Next::Hidden } else { self.place(packet, blame) }
+    }
+
+    /// Numbers a packet by the frame that it shows.
+    fn place(&self, packet: &Packet, blame: &mut impl FnMut(Damage)) -> Next {
+        let (num, den) = self.demuxer.time_base();
+        let ticks = i128::from(packet.pts().unwrap_or(i64::MIN)) - i128::from(self.start);
+        let up = ticks * i128::from(num) * i128::from(self.fps.num());
+        let down = i128::from(den) * i128::from(self.fps.den());
+        let frame = (2 * up + down).div_euclid(2 * down);
+        match u32::try_from(frame) {
+            Ok(frame) if frame < self.frames.0 => Next::Packet(frame),
+            _ => {
+                let frame = i64::try_from(frame).unwrap_or(i64::MIN);
+                let reason = format!("the clip has frames 0 to {}", self.frames.0.saturating_sub(1));
+                blame(Damage::Misplaced { frame, reason });
+                Next::Hidden
+            }
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Makes clips in the flock's form.
+//!
+//! Owns the settings of x264 and of the MP4 file that make the form, and the promise that a file under its final name
+//! is whole. Never judges a picture and never chooses a quality: both come in as arguments.
+//!
+//! What the form is stands in `form.rs`; that our clips are in it is tested by probing them.
+
+use crate::form::Form;
+use crate::raw;
+use crate::yuv::Yuv420p;
+use ffmpeg_next as ffmpeg;
+use ffmpeg_next::{Dictionary, Packet, Rational, codec, format, frame};
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use timing::FrameCount;
+
+/// Encoder threads. x264's output depends on their number: a fixed one gives the same clip on every machine.
+const THREADS: &str = "4";
+
+/// How good and how large a clip becomes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quality<'a> {
+    /// x264's constant rate factor: 0.0 (lossless) to 51.0; 16 to 20 for art on a wall.
+    pub crf: f32,
+    /// x264's preset: `ultrafast` to `placebo`.
+    pub preset: &'a str,
+    /// No second of the clip may take more bits than this, on average over two seconds.
+    pub max_bits_per_second: Option<u32>,
+}
+
+/// Why a clip was not made. Nothing stands under its final name that was not there before.
+#[derive(Debug, thiserror::Error)]
+pub enum EncodeError {
+    /// x264 or the MP4 writer refused or failed.
+    #[error("cannot encode clip `{path}`: {step}: {reason}")]
+    Encode {
+        /// The clip.
+        path: PathBuf,
+        /// What was being done.
+        step: &'static str,
+        /// What ffmpeg said.
+        reason: String,
+    },
+    /// The name is not UTF-8.
+    #[error("cannot encode clip `{path}`: the name is not UTF-8")]
+    Name {
+        /// The clip.
+        path: PathBuf,
+    },
+    /// A picture is not of the form's size.
+    #[error("frame {frame} of clip `{path}` has {found_width}x{found_height} pixels (expected {width}x{height})")]
+    Size {
+        /// The clip.
+        path: PathBuf,
+        /// The frame, from 0.
+        frame: u32,
+        /// The form's width.
+        width: u32,
+        /// The form's height.
+        height: u32,
+        /// The picture's width.
+        found_width: u32,
+        /// The picture's height.
+        found_height: u32,
+    },
+    /// The finished file could not be put in its place.
+    #[error("cannot write clip `{path}`")]
+    Write {
+        /// The clip.
+        path: PathBuf,
+        /// What the kernel said.
+        source: io::Error,
+    },
+}
+
+/// A clip being made. Dropped before [`Encoder::finish`] it leaves nothing behind.
+pub struct Encoder {
+    path: PathBuf,
+    part: Part,
+    form: Form,
+    video: codec::encoder::video::Encoder,
+    output: format::context::Output,
+    pushed: u32,
+}
+
+/// The file under its temporary name, removed unless it was kept.
+struct Part {
+    path: PathBuf,
+    kept: bool,
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        if !self.kept {
+            // Nothing to be done where even that fails: the name says that it is no clip.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+impl Encoder {
+    /// Starts the clip `path` in the flock's form. It is written to `PATH.part` first.
+    ///
+    /// # Errors
+    /// [`EncodeError`] if x264 does not know the preset, or the file cannot be created.
+    pub fn create(path: &Path, form: &Form, quality: Quality<'_>) -> Result<Self, EncodeError> {
+        raw::hush();
+        if quality.preset.contains('\0') {
+            let (path, reason) = (path.to_owned(), "the preset has a NUL in it".into());
+            return Err(EncodeError::Encode { path, step: "start x264", reason });
+        }
+        let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, &error);
+        let mut name: OsString = path.as_os_str().to_owned();
+        name.push(".part");
+        let part = Part { path: name.into(), kept: false };
+        if part.path.to_str().is_none_or(|name| name.contains('\0')) {
+            return Err(EncodeError::Name { path: path.to_owned() });
+        }
+        // First with the kernel, whose refusals name the cause.
+        File::create(&part.path).map_err(|source| EncodeError::Write { path: path.to_owned(), source })?;
+        let video = x264(form, quality).map_err(at("start x264"))?;
+        let mut output = format::output_as(&part.path, "mp4").map_err(at("open the file"))?;
+        let mut stream = output.add_stream_with(&video).map_err(at("add the stream"))?;
+        stream.set_time_base(time_base(form));
+        stream.set_avg_frame_rate(time_base(form).invert());
+        let header = Dictionary::from_iter([("movflags", "+faststart"), ("fflags", "+bitexact")]);
+        output.write_header_with(header).map_err(at("write the header"))?;
+        Ok(Self { path: path.to_owned(), part, form: *form, video, output, pushed: 0 })
+    }
+
+    /// Adds the next frame.
+    ///
+    /// # Errors
+    /// [`EncodeError::Size`] leaves the clip as it was; after any other error it cannot be finished.
+    pub fn push(&mut self, picture: &Yuv420p) -> Result<(), EncodeError> {
+        let (width, height) = self.form.size;
+        let (found_width, found_height) = picture.size();
+        if (width, height) != (found_width, found_height) {
+            let (path, frame) = (self.path.clone(), self.pushed);
+            return Err(EncodeError::Size { path, frame, width, height, found_width, found_height });
+        }
+        let mut frame = frame::Video::new(format::Pixel::YUV420P, width, height);
+        for (plane, rows) in picture.planes().into_iter().enumerate() {
+            let row = picture.strides()[plane];
+            let stride = frame.stride(plane);
+            for (to, from) in frame.data_mut(plane).chunks_mut(stride).zip(rows.chunks(row)) {
+                to[..row].copy_from_slice(from);
+            }
+        }
+        frame.set_pts(Some(self.pushed.into()));
+        self.video.send_frame(&frame).map_err(|error| EncodeError::encode(&self.path, "encode", &error))?;
+        self.pushed += 1;
+        self.write_packets()
+    }
+
+    /// Writes what is still inside x264, makes the file durable and gives it its name. Answers how many frames it has.
+    ///
+    /// # Errors
+    /// [`EncodeError`]; a clip that had the name before is still there.
+    pub fn finish(mut self) -> Result<FrameCount, EncodeError> {
+        self.video.send_eof().map_err(|error| EncodeError::encode(&self.path, "finish x264", &error))?;
+        self.write_packets()?;
+        self.output.write_trailer().map_err(|error| EncodeError::encode(&self.path, "write the index", &error))?;
+        let Self { path, mut part, video, output, pushed, .. } = self;
+        drop((video, output));
+        let kept = File::open(&part.path).and_then(|file| file.sync_all()).and_then(|()| fs::rename(&part.path, &path));
+        kept.map_err(|source| EncodeError::Write { path: path.clone(), source })?;
+        part.kept = true;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let synced = File::open(folder).and_then(|folder| folder.sync_all());
+        synced.map_err(|source| EncodeError::Write { path, source })?;
+        Ok(FrameCount(pushed))
+    }
+
+    fn write_packets(&mut self) -> Result<(), EncodeError> {
+        let failed = |error| EncodeError::encode(&self.path, "write a packet", &error);
+        let base = self.output.stream(0).map_or(time_base(&self.form), |stream| stream.time_base());
+        let mut packet = Packet::empty();
+        while self.video.receive_packet(&mut packet).is_ok() {
+            packet.set_stream(0);
+            packet.set_duration(1);
+            packet.rescale_ts(time_base(&self.form), base);
+            packet.write_interleaved(&mut self.output).map_err(failed)?;
+        }
+        Ok(())
+    }
+}
+
+impl EncodeError {
+    fn encode(path: &Path, step: &'static str, error: &ffmpeg::Error) -> Self {
+        Self::Encode { path: path.to_owned(), step, reason: error.to_string() }
+    }
+}
+
+/// Seconds per frame.
+fn time_base(form: &Form) -> Rational {
+    let int = |n: u32| i32::try_from(n).unwrap_or(i32::MAX);
+    Rational::new(int(form.fps.den()), int(form.fps.num()))
+}
+
+/// x264, set to the flock's form.
+fn x264(form: &Form, quality: Quality<'_>) -> Result<codec::encoder::video::Encoder, ffmpeg::Error> {
+    let x264 = codec::encoder::find_by_name("libx264").ok_or(ffmpeg::Error::EncoderNotFound)?;
+    let mut video = codec::Context::new_with_codec(x264).encoder().video()?;
+    video.set_width(form.size.0);
+    video.set_height(form.size.1);
+    video.set_format(format::Pixel::YUV420P);
+    video.set_time_base(time_base(form));
+    video.set_frame_rate(Some(time_base(form).invert()));
+    video.set_aspect_ratio(Rational::new(1, 1));
+    video.set_flags(codec::Flags::GLOBAL_HEADER);
+    let mut options = Dictionary::from_iter([
+        ("preset", quality.preset),
+        ("profile", "high"),
+        ("threads", THREADS),
+        ("color_primaries", "bt709"),
+        ("color_trc", "bt709"),
+        ("colorspace", "bt709"),
+        ("color_range", "tv"),
+        // 8x8dct: without it x264 would call the stream Main. open-gop: off by default, but the form depends on it.
+        ("x264-params", "repeat-headers=1:open-gop=0:8x8dct=1"),
+    ]);
+    options.set("crf", &quality.crf.to_string());
+    if let Some(bits) = quality.max_bits_per_second {
+        options.set("maxrate", &bits.to_string());
+        options.set("bufsize", &bits.saturating_mul(2).min(i32::MAX.unsigned_abs()).to_string());
+    }
+    video.open_with(options)
+}

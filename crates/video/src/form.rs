@@ -1,0 +1,83 @@
+//! The one form that all clips of a flock have.
+//!
+//! Owns [`Form`] and the comparison of a probed clip with it. A clip in the form goes through the endless decoder
+//! without a hiccup at either end; that is all the form is for. Never opens a file: `probe.rs` does.
+//!
+//! Start at [`Probe::differences`].
+
+use crate::probe::Probe;
+use std::fmt;
+use timing::{FrameCount, Rate};
+
+/// A flock's form: what differs from flock to flock. The rest is the same for all:
+///
+/// * MP4, one H.264 stream, profile High or one within it (Main, Constrained Baseline), 8-bit 4:2:0, progressive,
+///   square pixels;
+/// * tagged BT.709 (primaries, transfer, matrix), limited range;
+/// * constant frame rate, as many frames as the manifest says;
+/// * the first access unit is an IDR picture and carries its parameter sets; they tell the reorder depth, so that the
+///   decoder never has to guess it and drop a frame; every GOP is closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Form {
+    /// Visible width and height in pixels.
+    pub size: (u32, u32),
+    /// Frames per second.
+    pub fps: Rate,
+}
+
+/// One way in which a clip is not in the form.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// What differs: `codec`, `size`, `frame rate`, ...
+    pub what: &'static str,
+    /// What the form asks for.
+    pub expected: String,
+    /// What the clip has.
+    pub found: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is `{}` (expected `{}`)", self.what, self.found, self.expected)
+    }
+}
+
+/// Differences as one line of text.
+pub(crate) fn listed(differences: &[Difference]) -> String {
+    differences.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}
+
+impl Probe {
+    /// How the clip differs from `form` and `frames`; nothing if it is in the form. A clip that is not H.264 differs
+    /// in that alone.
+    pub fn differences(&self, form: &Form, frames: FrameCount) -> Vec<Difference> {
+        if self.codec != "h264" {
+            let found = self.codec.clone();
+            return vec![Difference { what: "codec", expected: "h264".into(), found }];
+        }
+        let size = |(width, height): (u32, u32)| format!("{width}x{height}");
+        let rate = self.fps.map_or("uneven".into(), |rate| rate.to_string());
+        let yes = |is: bool| if is { "yes" } else { "no" }.to_owned();
+        let within = ["High", "Main", "Constrained Baseline"].contains(&self.profile.as_str());
+        let profile = if within { "High".into() } else { self.profile.clone() };
+        let rows: [(&'static str, String, String); 12] = [
+            ("size", size(form.size), size(self.size)),
+            ("frame rate", form.fps.to_string(), rate),
+            ("frame count", frames.to_string(), self.frames.to_string()),
+            ("first access unit is IDR", yes(true), yes(self.starts_with_idr)),
+            ("parameter sets in band", yes(true), yes(self.parameter_sets_in_band)),
+            ("profile", "High".into(), profile),
+            ("pixel format", "yuv420p".into(), self.pixel_format.clone()),
+            ("colour", COLOUR.into(), self.colour.clone()),
+            ("progressive", yes(true), yes(self.progressive)),
+            ("square pixels", yes(true), yes(self.square_pixels)),
+            ("reorder depth told", yes(true), yes(self.reorder_told)),
+            ("closed GOP", yes(true), yes(self.closed_gop)),
+        ];
+        let differs = |(what, expected, found)| (expected != found).then_some(Difference { what, expected, found });
+        rows.into_iter().filter_map(differs).collect()
+    }
+}
+
+/// The form's colour tags as [`Probe::colour`] spells them.
+pub(crate) const COLOUR: &str = "bt709 bt709 bt709 limited";

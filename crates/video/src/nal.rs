@@ -1,0 +1,112 @@
+//! The units inside an H.264 packet of an MP4 file.
+//!
+//! Owns the walk over length-prefixed NAL units, and the change of their lengths into start codes in place, so that
+//! clips with different configuration records go through one decoder. Never looks into a slice.
+//!
+//! Start at [`units`]. What a parameter set says is read in `sps.rs`.
+
+/// Bytes of a unit's length field: what every muxer we know writes, and as long as a start code.
+const PREFIX: usize = 4;
+
+/// A unit's length field points outside its packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Broken;
+
+/// What a unit is, as far as joins care.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A slice of a picture that other pictures before it may be needed for.
+    Slice,
+    /// A slice of a picture that starts afresh.
+    Idr,
+    /// Supplemental information; `true` if it tells a recovery point, the start of an open GOP.
+    Sei { recovery: bool },
+    /// A sequence parameter set.
+    Sps,
+    /// A picture parameter set.
+    Pps,
+    /// Anything else.
+    Other,
+}
+
+/// What the unit `unit` (header byte first) is.
+pub(crate) fn kind(unit: &[u8]) -> Kind {
+    match unit.first().map(|header| header & 0x1f) {
+        Some(1..=4) => Kind::Slice,
+        Some(5) => Kind::Idr,
+        Some(6) => Kind::Sei { recovery: unit.get(1) == Some(&6) },
+        Some(7) => Kind::Sps,
+        Some(8) => Kind::Pps,
+        Some(_) | None => Kind::Other,
+    }
+}
+
+/// The units of a packet in order, each without its length field; ends after the first [`Broken`] one.
+pub(crate) fn units(packet: &[u8]) -> impl Iterator<Item = Result<&[u8], Broken>> {
+    let mut rest = packet;
+    std::iter::from_fn(move || {
+        if rest.is_empty() {
+            return None;
+        }
+        let unit = length(rest).map(|bytes| {
+            let (unit, after) = rest[PREFIX..].split_at(bytes);
+            rest = after;
+            unit
+        });
+        if unit.is_err() {
+            rest = &[];
+        }
+        Some(unit)
+    })
+}
+
+/// Turns every length field into a start code. From a broken one on, the rest becomes one last unit.
+///
+/// # Errors
+/// [`Broken`] if a length pointed outside; the packet may still be decoded, as far as it goes.
+pub(crate) fn to_start_codes(packet: &mut [u8]) -> Result<(), Broken> {
+    let mut rest = packet;
+    while !rest.is_empty() {
+        let bytes = length(rest);
+        if let Some(prefix) = rest.first_chunk_mut::<PREFIX>() {
+            *prefix = [0, 0, 0, 1];
+        }
+        rest = &mut rest[PREFIX + bytes?..];
+    }
+    Ok(())
+}
+
+/// The length that `rest` starts with: at least 1, and inside `rest`.
+fn length(rest: &[u8]) -> Result<usize, Broken> {
+    let (prefix, body) = rest.split_first_chunk::<PREFIX>().ok_or(Broken)?;
+    let bytes = u32::from_be_bytes(*prefix) as usize;
+    if (1..=body.len()).contains(&bytes) { Ok(bytes) } else { Err(Broken) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TWO: [u8; 11] = [0, 0, 0, 2, 0x67, 9, 0, 0, 0, 1, 0x65];
+
+    #[test]
+    fn units_are_told_apart() {
+        let kinds: Vec<_> = units(&TWO).map(|unit| kind(unit.unwrap())).collect();
+        assert_eq!(kinds, [Kind::Sps, Kind::Idr]);
+    }
+
+    #[test]
+    fn lengths_become_start_codes_in_place() {
+        let mut packet = TWO;
+        assert_eq!(to_start_codes(&mut packet), Ok(()));
+        assert_eq!(packet, [0, 0, 0, 1, 0x67, 9, 0, 0, 0, 1, 0x65]);
+    }
+
+    #[test]
+    fn a_length_that_points_outside_is_told_and_ends_the_walk() {
+        for packet in [&[0, 0, 0, 9, 0x65][..], &[0, 0, 0, 0, 1], &[0, 0, 1], &[255; 5]] {
+            assert_eq!(units(packet).collect::<Vec<_>>(), [Err(Broken)], "{packet:?}");
+            assert_eq!(to_start_codes(&mut packet.to_vec()), Err(Broken), "{packet:?}");
+        }
+    }
+}

@@ -1,0 +1,415 @@
+//! The fence around ffmpeg: every `unsafe` block of this crate, behind types that are safe to use.
+//!
+//! Owns the lifetimes of ffmpeg's contexts, packets and frames, and the rule that no enum of ffmpeg is read from
+//! memory that a file could have shaped. Never decides anything: it speaks in [`Code`]s and plain numbers.
+//! Reading goes through `ffmpeg-next`'s bindings, because its safe layer cannot tell damaged frames and panics on
+//! file names that are not UTF-8; writing uses that safe layer, in `encoder.rs`.
+//!
+//! Next: `probe.rs` and `clip.rs` read packets with it, `session.rs` decodes them.
+#![allow(unsafe_code)]
+
+use ffmpeg_next::ffi as av;
+use std::ffi::{CStr, CString, c_int};
+use std::fmt;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+use std::ptr::{self, NonNull};
+use std::slice;
+
+/// What ffmpeg answered, as its own negative number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Code(c_int);
+
+impl Code {
+    /// Out of memory: the only answer of a decoder that is not the clip's fault.
+    pub(crate) const NO_MEMORY: Self = Self(av::AVERROR(av::ENOMEM));
+    /// A path or number that ffmpeg cannot take.
+    pub(crate) const INVALID: Self = Self(av::AVERROR(av::EINVAL));
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = [0u8; 96];
+        // SAFETY: `text` is writable for the length given; ffmpeg always ends it with a 0 within that length.
+        unsafe { av::av_strerror(self.0, text.as_mut_ptr().cast(), text.len()) };
+        let text = CStr::from_bytes_until_nul(&text).map_or("unknown error".into(), CStr::to_string_lossy);
+        f.write_str(&text)
+    }
+}
+
+impl std::error::Error for Code {}
+
+/// `Ok` with ffmpeg's answer unless it is negative.
+fn check(answer: c_int) -> Result<c_int, Code> {
+    if answer < 0 { Err(Code(answer)) } else { Ok(answer) }
+}
+
+/// A path as ffmpeg's file protocol takes it, so that no name is mistaken for an address of another protocol.
+fn url(path: &Path) -> Result<CString, Code> {
+    CString::new([b"file:", path.as_os_str().as_bytes()].concat()).map_err(|_| Code::INVALID)
+}
+
+/// Keeps ffmpeg's own messages off stderr: what they tell comes back as errors and damage.
+pub(crate) fn hush() {
+    // SAFETY: sets one atomic integer inside ffmpeg.
+    unsafe { av::av_log_set_level(av::AV_LOG_QUIET) };
+}
+
+/// One sample of a clip as the container's index lists it.
+pub(crate) struct Sample {
+    /// First byte in the file.
+    pub(crate) offset: u64,
+    /// Bytes in the file.
+    pub(crate) bytes: u64,
+    /// Decoding time in ticks of [`Demuxer::time_base`].
+    pub(crate) dts: i64,
+    /// Whether it is shown: an edit list may cut it away.
+    pub(crate) shown: bool,
+}
+
+/// An open MP4 file and its one video stream.
+pub(crate) struct Demuxer {
+    context: NonNull<av::AVFormatContext>,
+    stream: NonNull<av::AVStream>,
+}
+
+// SAFETY: the contexts have no tie to a thread; `Demuxer` owns them alone and every call takes `&mut self` or reads.
+unsafe impl Send for Demuxer {}
+
+impl Demuxer {
+    /// Reads the header of `path`, which must be MP4 or QuickTime.
+    pub(crate) fn open(path: &Path) -> Result<Self, Code> {
+        hush();
+        let url = url(path)?;
+        // SAFETY: plain lookups and an allocation; the context is freed by `avformat_open_input` if that fails.
+        let context = unsafe {
+            let format = av::av_find_input_format(c"mov".as_ptr());
+            let mut context = av::avformat_alloc_context();
+            if context.is_null() {
+                return Err(Code::NO_MEMORY);
+            }
+            // The clip's own timestamps, not what a parser would guess.
+            (*context).flags |= av::AVFMT_FLAG_NOPARSE | av::AVFMT_FLAG_NOFILLIN;
+            let mut options = ptr::null_mut();
+            av::av_dict_set(&raw mut options, c"protocol_whitelist".as_ptr(), c"file".as_ptr(), 0);
+            let opened = av::avformat_open_input(&raw mut context, url.as_ptr(), format, &raw mut options);
+            av::av_dict_free(&raw mut options);
+            check(opened)?;
+            NonNull::new(context).ok_or(Code::NO_MEMORY)?
+        };
+        // SAFETY: an opened context lists `nb_streams` streams, each with parameters, all alive as long as it is.
+        unsafe {
+            let streams = slice::from_raw_parts((*context.as_ptr()).streams, (*context.as_ptr()).nb_streams as usize);
+            let is_video = |s: &*mut av::AVStream| (*(**s).codecpar).codec_type == av::AVMediaType::AVMEDIA_TYPE_VIDEO;
+            let Some(stream) = streams.iter().copied().find(is_video).and_then(NonNull::new) else {
+                av::avformat_close_input(&mut context.as_ptr());
+                return Err(Code(av::AVERROR_STREAM_NOT_FOUND));
+            };
+            for other in streams.iter().filter(|s| **s != stream.as_ptr()) {
+                (**other).discard = av::AVDiscard::AVDISCARD_ALL;
+            }
+            Ok(Self { context, stream })
+        }
+    }
+
+    /// The codec's short name: `h264`.
+    pub(crate) fn codec(&self) -> String {
+        // SAFETY: the stream lives as long as `self`; the name is a static string for any id.
+        unsafe {
+            CStr::from_ptr(av::avcodec_get_name((*(*self.stream.as_ptr()).codecpar).codec_id)).to_string_lossy().into()
+        }
+    }
+
+    /// Width and height as the container tells them.
+    pub(crate) fn size(&self) -> (u32, u32) {
+        // SAFETY: the stream and its parameters live as long as `self`.
+        let parameters = unsafe { &*(*self.stream.as_ptr()).codecpar };
+        (parameters.width.max(0).unsigned_abs(), parameters.height.max(0).unsigned_abs())
+    }
+
+    /// The codec's configuration record (`avcC`); empty where there is none.
+    pub(crate) fn configuration(&self) -> &[u8] {
+        // SAFETY: the stream and its parameters live as long as `self`; ffmpeg keeps `extradata_size` bytes there.
+        unsafe {
+            let parameters = &*(*self.stream.as_ptr()).codecpar;
+            match (NonNull::new(parameters.extradata), usize::try_from(parameters.extradata_size)) {
+                (Some(data), Ok(bytes)) => slice::from_raw_parts(data.as_ptr(), bytes),
+                (None, _) | (_, Err(_)) => &[],
+            }
+        }
+    }
+
+    /// Seconds per tick as numerator and denominator, both at least 1.
+    pub(crate) fn time_base(&self) -> (u32, u32) {
+        // SAFETY: the stream lives as long as `self`.
+        let base = unsafe { (*self.stream.as_ptr()).time_base };
+        (base.num.max(1).unsigned_abs(), base.den.max(1).unsigned_abs())
+    }
+
+    /// What the container's index lists, in decoding order.
+    pub(crate) fn samples(&self) -> Vec<Sample> {
+        // SAFETY: the index belongs to the stream, which lives as long as `self`; `n` is below its length.
+        let entry = |n| unsafe { av::avformat_index_get_entry(self.stream.as_ptr(), n).as_ref() };
+        // SAFETY: as above.
+        let count = unsafe { av::avformat_index_get_entries_count(self.stream.as_ptr()) };
+        let sample = |e: &av::AVIndexEntry| Sample {
+            offset: u64::try_from(e.pos).unwrap_or(u64::MAX),
+            bytes: u64::try_from(e.size()).unwrap_or(0),
+            dts: e.timestamp,
+            shown: e.flags() & av::AVINDEX_DISCARD_FRAME == 0,
+        };
+        (0..count).filter_map(entry).map(sample).collect()
+    }
+
+    /// The next packet of the video stream into `packet`; `false` at the end of the file.
+    pub(crate) fn read(&mut self, packet: &mut Packet) -> Result<bool, Code> {
+        loop {
+            packet.clear();
+            // SAFETY: both contexts are alive and exclusively ours; `packet` is blank and takes a reference.
+            match unsafe { av::av_read_frame(self.context.as_ptr(), packet.0.as_ptr()) } {
+                av::AVERROR_EOF => return Ok(false),
+                answer => check(answer)?,
+            };
+            // SAFETY: as above.
+            if unsafe { (*packet.0.as_ptr()).stream_index == (*self.stream.as_ptr()).index } {
+                return Ok(true);
+            }
+        }
+    }
+}
+
+impl Drop for Demuxer {
+    fn drop(&mut self) {
+        // SAFETY: the context was opened in `open` and is closed only here.
+        unsafe { av::avformat_close_input(&mut self.context.as_ptr()) };
+    }
+}
+
+/// One compressed picture.
+pub(crate) struct Packet(NonNull<av::AVPacket>);
+
+// SAFETY: a packet's memory has no tie to a thread and its counts are atomic; `Packet` owns its reference alone.
+unsafe impl Send for Packet {}
+
+impl Packet {
+    pub(crate) fn new() -> Result<Self, Code> {
+        // SAFETY: an allocation that answers null when there is no memory.
+        NonNull::new(unsafe { av::av_packet_alloc() }).map(Self).ok_or(Code::NO_MEMORY)
+    }
+
+    /// Gives its bytes back.
+    pub(crate) fn clear(&mut self) {
+        // SAFETY: allocated in `new`, freed only in `drop`.
+        unsafe { av::av_packet_unref(self.0.as_ptr()) };
+    }
+
+    /// Presentation time in ticks of the demuxer's time base.
+    pub(crate) fn pts(&self) -> Option<i64> {
+        // SAFETY: allocated in `new`, freed only in `drop`.
+        let pts = unsafe { (*self.0.as_ptr()).pts };
+        (pts != av::AV_NOPTS_VALUE).then_some(pts)
+    }
+
+    /// Replaces the timestamps by one number of ours, which comes back as [`Picture::tag`].
+    pub(crate) fn set_tag(&mut self, tag: Option<i64>) {
+        // SAFETY: allocated in `new`, freed only in `drop`; exclusively borrowed.
+        let packet = unsafe { self.0.as_mut() };
+        packet.pts = tag.unwrap_or(av::AV_NOPTS_VALUE);
+        packet.dts = av::AV_NOPTS_VALUE;
+        packet.duration = 0;
+    }
+
+    /// Whether the demuxer already knows that bytes are missing.
+    pub(crate) fn corrupt(&self) -> bool {
+        // SAFETY: allocated in `new`, freed only in `drop`.
+        unsafe { (*self.0.as_ptr()).flags & av::AV_PKT_FLAG_CORRUPT != 0 }
+    }
+
+    /// Whether it is decoded but not shown: an edit list cuts it away.
+    pub(crate) fn hidden(&self) -> bool {
+        // SAFETY: allocated in `new`, freed only in `drop`.
+        unsafe { (*self.0.as_ptr()).flags & av::AV_PKT_FLAG_DISCARD != 0 }
+    }
+
+    /// Its bytes, ours alone to change.
+    pub(crate) fn bytes_mut(&mut self) -> Result<&mut [u8], Code> {
+        // SAFETY: after `av_packet_make_writable` nobody else refers to the `size` bytes at `data`; the borrow of
+        // `self` keeps both in place.
+        unsafe {
+            if (*self.0.as_ptr()).data.is_null() {
+                return Ok(&mut []);
+            }
+            check(av::av_packet_make_writable(self.0.as_ptr()))?;
+            let packet = self.0.as_mut();
+            Ok(slice::from_raw_parts_mut(packet.data, usize::try_from(packet.size).unwrap_or(0)))
+        }
+    }
+}
+
+impl Drop for Packet {
+    fn drop(&mut self) {
+        // SAFETY: allocated in `new`, freed only here.
+        unsafe { av::av_packet_free(&mut self.0.as_ptr()) };
+    }
+}
+
+/// One decoded picture, never changed after the decoder let go of it.
+pub(crate) struct Picture(NonNull<av::AVFrame>);
+
+// SAFETY: nothing writes to a picture once `Decoder::receive` returned it (the decoder only reads it as a reference),
+// its counts are atomic, and its buffer pool takes a lock when the last reference goes, on whichever thread.
+unsafe impl Send for Picture {}
+// SAFETY: as above; every method only reads.
+unsafe impl Sync for Picture {}
+
+impl Picture {
+    fn frame(&self) -> &av::AVFrame {
+        // SAFETY: allocated in `Decoder::receive`, freed only in `drop`.
+        unsafe { self.0.as_ref() }
+    }
+
+    /// The number given to the packet it came from.
+    pub(crate) fn tag(&self) -> Option<i64> {
+        let pts = self.frame().pts;
+        (pts != av::AV_NOPTS_VALUE).then_some(pts)
+    }
+
+    /// Visible width and height.
+    pub(crate) fn size(&self) -> (u32, u32) {
+        (self.frame().width.max(0).unsigned_abs(), self.frame().height.max(0).unsigned_abs())
+    }
+
+    /// Whether the samples are 8-bit planar 4:2:0, the only layout that [`Picture::planes`] reads.
+    pub(crate) fn is_yuv420p(&self) -> bool {
+        let format = self.frame().format;
+        (format == av::AVPixelFormat::AV_PIX_FMT_YUV420P as c_int
+            || format == av::AVPixelFormat::AV_PIX_FMT_YUVJ420P as c_int)
+            && self.frame().linesize[..3].iter().all(|stride| *stride > 0)
+            && self.frame().data[..3].iter().all(|data| !data.is_null())
+    }
+
+    /// Whether any of it was guessed because the stream was damaged.
+    pub(crate) fn damaged(&self) -> bool {
+        self.frame().decode_error_flags != 0 || self.frame().flags & av::AV_FRAME_FLAG_CORRUPT != 0
+    }
+
+    /// Y, U and V from their first to their last visible byte; empty if it is not [`Picture::is_yuv420p`].
+    pub(crate) fn planes(&self) -> [&[u8]; 3] {
+        if !self.is_yuv420p() {
+            return [&[]; 3];
+        }
+        let (width, height) = self.size();
+        [0usize, 1, 2].map(|plane| {
+            let chroma = u32::from(plane > 0);
+            let [width, height] = [width, height].map(|side| (side + chroma) as usize >> chroma);
+            let bytes = if height == 0 { 0 } else { self.strides()[plane] * (height - 1) + width };
+            // SAFETY: `is_yuv420p` has made sure of the layout: ffmpeg keeps `height` rows of `width` bytes, one
+            // every `linesize` bytes, at `data`, for as long as the frame is referenced.
+            unsafe { slice::from_raw_parts(self.frame().data[plane], bytes) }
+        })
+    }
+
+    /// Bytes from one row to the next of Y, U and V.
+    pub(crate) fn strides(&self) -> [usize; 3] {
+        [0, 1, 2].map(|plane| usize::try_from(self.frame().linesize[plane]).unwrap_or(0))
+    }
+}
+
+impl Drop for Picture {
+    fn drop(&mut self) {
+        // SAFETY: allocated in `Decoder::receive`, freed only here.
+        unsafe { av::av_frame_free(&mut self.0.as_ptr()) };
+    }
+}
+
+/// What came of offering a packet to the decoder.
+pub(crate) enum Sent {
+    /// It is in.
+    Taken,
+    /// Pictures must come out first; offer it again.
+    Full,
+    /// It is in, and one packet, this or the one [`Decoder::lag`] before it, could not be decoded.
+    Failed(Code),
+}
+
+/// What came out of the decoder.
+pub(crate) enum Received {
+    Picture(Picture),
+    /// It wants a packet first.
+    Hungry,
+    /// All is out after the end was announced.
+    End,
+    /// A packet could not be decoded.
+    Failed(Code),
+}
+
+/// An H.264 decoder.
+pub(crate) struct Decoder(NonNull<av::AVCodecContext>);
+
+// SAFETY: a codec context may move between threads as long as one uses it at a time: every method takes `&mut self`.
+unsafe impl Send for Decoder {}
+
+impl Decoder {
+    /// A decoder that works on `threads` pictures at a time.
+    pub(crate) fn new(threads: usize) -> Result<Self, Code> {
+        hush();
+        // SAFETY: lookups and an allocation, checked for null before use.
+        let context = unsafe {
+            let codec = av::avcodec_find_decoder(av::AVCodecID::AV_CODEC_ID_H264);
+            if codec.is_null() {
+                return Err(Code(av::AVERROR_DECODER_NOT_FOUND));
+            }
+            (NonNull::new(av::avcodec_alloc_context3(codec)).ok_or(Code::NO_MEMORY)?, codec)
+        };
+        let (mut decoder, codec) = (Self(context.0), context.1);
+        // SAFETY: the context is alive and exclusively ours, not yet open.
+        unsafe {
+            let context = decoder.0.as_mut();
+            context.thread_count = c_int::try_from(threads).unwrap_or(c_int::MAX);
+            context.thread_type = av::FF_THREAD_FRAME;
+            check(av::avcodec_open2(context, codec, ptr::null_mut()))?;
+        }
+        Ok(decoder)
+    }
+
+    /// How many packets after a bad one its error is told.
+    pub(crate) fn lag(&self) -> usize {
+        // SAFETY: allocated in `new`, freed only in `drop`.
+        let context = unsafe { self.0.as_ref() };
+        let threaded = context.active_thread_type & av::FF_THREAD_FRAME != 0;
+        if threaded { usize::try_from(context.thread_count - 1).unwrap_or(0) } else { 0 }
+    }
+
+    /// Offers a packet; `None` announces the end.
+    pub(crate) fn send(&mut self, packet: Option<&Packet>) -> Sent {
+        let packet = packet.map_or(ptr::null_mut(), |packet| packet.0.as_ptr());
+        // SAFETY: the context is open; the packet is alive and only read.
+        match unsafe { av::avcodec_send_packet(self.0.as_ptr(), packet) } {
+            answer if answer >= 0 => Sent::Taken,
+            answer if answer == av::AVERROR(av::EAGAIN) => Sent::Full,
+            answer => Sent::Failed(Code(answer)),
+        }
+    }
+
+    /// Takes the next picture out.
+    pub(crate) fn receive(&mut self) -> Received {
+        // SAFETY: an allocation, checked for null; the context is open and fills the blank frame with references.
+        unsafe {
+            let Some(frame) = NonNull::new(av::av_frame_alloc()) else { return Received::Failed(Code::NO_MEMORY) };
+            let picture = Picture(frame);
+            match av::avcodec_receive_frame(self.0.as_ptr(), frame.as_ptr()) {
+                answer if answer >= 0 => Received::Picture(picture),
+                answer if answer == av::AVERROR(av::EAGAIN) => Received::Hungry,
+                av::AVERROR_EOF => Received::End,
+                answer => Received::Failed(Code(answer)),
+            }
+        }
+    }
+}
+
+impl Drop for Decoder {
+    fn drop(&mut self) {
+        // SAFETY: allocated in `new`, freed only here; frames that are still out keep their own references.
+        unsafe { av::avcodec_free_context(&mut self.0.as_ptr()) };
+    }
+}

@@ -1,0 +1,56 @@
+//! Every frame of every clip, once, in order, bit for bit, whatever made the clips.
+
+use crate::clips::{clip, form, framemd5, play};
+use std::path::PathBuf;
+use tempfile::TempDir;
+use timing::FrameCount;
+use video::{Clip, decodes};
+
+/// Names, lengths and encoder settings that differ in everything a decoder keeps between pictures.
+const KINDS: [(&str, u32, &str); 9] = [
+    ("b-pyramid.mp4", 31, "-preset medium -bf 3 -refs 5 -crf 20"),
+    ("no-b.mp4", 17, "-preset veryfast -bf 0 -crf 30"),
+    ("cavlc.mp4", 13, "-preset ultrafast -crf 26"),
+    ("slices.mp4", 16, "-preset fast -x264-params repeat-headers=1:slices=4:cabac=0 -crf 23"),
+    ("many-refs.mp4", 29, "-preset slow -refs 12 -bf 8 -b_strategy 2 -crf 16"),
+    ("main.mp4", 11, "-profile:v main -preset fast -bf 1 -crf 33"),
+    ("short-gop.mp4", 37, "-g 5 -preset fast -bf 2 -crf 22"),
+    ("one-b.mp4", 2, "-preset medium -bf 1"),
+    ("lossy.mp4", 24, "-preset placebo -crf 48 -x264-params repeat-headers=1:weightp=2:b-adapt=2:rc-lookahead=10"),
+];
+
+/// A, B, A, C, B, D, ...: every kind after several others, and twice in a row.
+fn tour() -> Vec<usize> {
+    let there = (0..KINDS.len()).flat_map(|kind| [kind, (kind + 1) % KINDS.len(), kind]);
+    there.chain((0..KINDS.len()).rev()).collect()
+}
+
+#[test]
+fn every_frame_of_every_clip_comes_once_in_order_and_bit_exact() {
+    let folder = TempDir::new().unwrap();
+    let made: Vec<PathBuf> = KINDS.iter().map(|(name, frames, how)| clip(folder.path(), name, *frames, how)).collect();
+    let hashes: Vec<Vec<String>> = made.iter().map(|path| framemd5(path)).collect();
+    let expected: Vec<&String> = tour().iter().flat_map(|kind| &hashes[*kind]).collect();
+    for threads in [1, 2, 3, 5] {
+        let open = |kind: &usize| Clip::open(&made[*kind], &form(), FrameCount(KINDS[*kind].1)).unwrap();
+        let played = play(tour().iter().map(open).collect::<Vec<_>>(), threads);
+        let found: Vec<&String> = played.frames.iter().map(|frame| &frame.2).collect();
+        assert!(found == expected, "{threads} threads: {} frames (expected {})", found.len(), expected.len());
+        for ((clip, frames, damage), kind) in played.ends.iter().zip(tour()) {
+            assert_eq!(*damage, [], "{threads} threads, clip {} ({})", clip.0, KINDS[kind].0);
+            assert_eq!(frames.0, KINDS[kind].1, "{}", KINDS[kind].0);
+        }
+        assert_eq!(played.ends.len(), tour().len());
+    }
+}
+
+#[test]
+fn whole_clips_decode_cleanly() {
+    let folder = TempDir::new().unwrap();
+    for (name, frames, how) in KINDS {
+        let path = clip(folder.path(), name, frames, how);
+        for threads in [1, 3] {
+            assert_eq!(decodes(&path, std::num::NonZero::new(threads).unwrap()), Ok(FrameCount(frames)), "{name}");
+        }
+    }
+}
