@@ -1,2 +1,44 @@
-//! player
-fn main() {}
+//! `dreams-player`: plays a flock for ever, every join frame-exact.
+//!
+//! Owns nothing but the order: options, settings, log, run. Start at `run.rs`, which wires the threads, then read
+//! `show.rs` (the flip thread) with `playback.rs` and `pace.rs` (what it decides).
+#![forbid(unsafe_code)]
+
+mod card;
+mod config;
+mod decoder;
+mod faults;
+mod glass;
+mod journal;
+mod library;
+mod now;
+mod options;
+mod pace;
+mod place;
+mod playback;
+mod report;
+mod run;
+mod saver;
+mod scribe;
+mod settings;
+mod show;
+mod status;
+mod take;
+mod tally;
+mod trace;
+mod turn;
+
+use clap::Parser;
+use options::Options;
+use report::Fatal;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    report::finish(play(Options::parse()))
+}
+
+fn play(options: Options) -> Result<(), Fatal> {
+    let config = options.settings()?; // what this unit was told
+    journal::open(config.log); // where it speaks
+    run::play(&config) // what it is for
+}

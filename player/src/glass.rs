@@ -1,0 +1,62 @@
+//! What is on the glass, for anyone who wants to look.
+//!
+//! Owns the view that the flip thread shares with the status page. The flip thread never waits for it: while
+//! someone copies the view, an update is left out, and the next flip brings it.
+
+use crate::tally::Tally;
+use crate::turn::{Shown, Turn};
+use screen::Lit;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use timing::Nanos;
+
+/// What is on the glass; cheap to clone, the pixels are shared.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct View {
+    /// How the screen is lit; `None` while it is away.
+    pub(crate) lit: Option<Arc<Lit>>,
+    /// The picture.
+    pub(crate) shown: Option<Shown>,
+    /// When it arrived.
+    pub(crate) since: Nanos,
+    /// The run so far.
+    pub(crate) tally: Tally,
+}
+
+/// The shared view, and the turns that are planned.
+#[derive(Debug, Default)]
+pub(crate) struct Glass {
+    view: Mutex<View>,
+    plan: Mutex<VecDeque<Arc<Turn>>>,
+}
+
+impl Glass {
+    /// Shows `view` from now on, unless someone is looking at this very moment.
+    pub(crate) fn update(&self, update: impl FnOnce(&mut View)) {
+        if let Ok(mut view) = self.view.try_lock() {
+            update(&mut view);
+        }
+    }
+
+    /// What is on the glass.
+    pub(crate) fn view(&self) -> View {
+        hold(&self.view).clone()
+    }
+
+    /// Adds a turn to the plan, and forgets those that are over.
+    pub(crate) fn plan(&self, turn: Arc<Turn>) {
+        let on_glass = hold(&self.view).shown.as_ref().and_then(|shown| Some(shown.turn.as_ref()?.number));
+        let mut plan = hold(&self.plan);
+        plan.retain(|turn| Some(turn.number) > on_glass);
+        plan.push_back(turn);
+    }
+
+    /// The turn that follows turn `number`, if it is planned.
+    pub(crate) fn after(&self, number: u64) -> Option<Arc<Turn>> {
+        hold(&self.plan).iter().find(|turn| turn.number > number).map(Arc::clone)
+    }
+}
+
+fn hold<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+    lock.lock().unwrap_or_else(PoisonError::into_inner)
+}

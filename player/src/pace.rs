@@ -1,0 +1,97 @@
+//! Which vblank the next frame is due at, and how late it was.
+//!
+//! Owns the cadence of the run: one error-diffused sequence from the first frame to the last, carried across joins.
+//! Pure arithmetic on the vblanks that flips bring; nothing is ever skipped to catch up, so a late frame moves all
+//! that follow. A flock faster than the screen is shown one frame a vblank: slower than it was made, but whole.
+
+use timing::{Cadence, Rate, Vblank};
+
+/// The pace of one flock on one screen.
+#[derive(Clone, Debug)]
+pub(crate) struct Pace {
+    frames: Rate,
+    cadence: Cadence,
+    /// How many vblanks the lit frame stays lit, at least 1.
+    hold: u32,
+    /// When the lit frame arrived; `None` before the first.
+    lit: Option<Vblank>,
+}
+
+impl Pace {
+    /// The pace of `frames` a second on a screen of `refresh` vblanks a second.
+    pub(crate) fn new(frames: Rate, refresh: Rate) -> Self {
+        Self { frames, cadence: Cadence::new(frames, refresh), hold: 1, lit: None }
+    }
+
+    /// A new frame arrived at `vblank`. Returns how many vblanks after its due one: once per vblank missed.
+    pub(crate) fn flipped(&mut self, vblank: Vblank) -> u32 {
+        let late = self.lit.map_or(0, |lit| vblank.since(lit.after(self.hold)));
+        self.hold = self.cadence.hold().max(1);
+        self.lit = Some(vblank);
+        late.max(0).cast_unsigned()
+    }
+
+    /// The screen was away and shows the last frame again since `vblank`, with `refresh` vblanks a second: it stays
+    /// lit for its time, and the time without a screen is nobody's lateness.
+    pub(crate) fn resumed(&mut self, vblank: Vblank, refresh: Rate) {
+        self.cadence = self.cadence.moved_to(self.frames, refresh);
+        self.lit = Some(vblank);
+    }
+
+    /// The last vblank of the lit frame: a commit after it began brings the next frame when it is due.
+    /// `None` before the first frame.
+    pub(crate) fn eve(&self) -> Option<Vblank> {
+        self.lit.map(|lit| lit.after(self.hold - 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pace;
+    use timing::{Rate, Vblank};
+
+    fn rate(num: u64, den: u64) -> Rate {
+        Rate::new(num, den).unwrap()
+    }
+
+    #[test]
+    fn film_on_60_hz_is_due_after_two_and_three_vblanks_by_turns() {
+        let mut pace = Pace::new(rate(24, 1), rate(60, 1));
+        let mut at = Vblank(u32::MAX - 3);
+        let mut holds = Vec::new();
+        for _ in 0..6 {
+            assert_eq!(pace.flipped(at), 0);
+            let due = pace.eve().unwrap().after(1);
+            holds.push(due.since(at));
+            at = due;
+        }
+        assert_eq!(holds, [2, 3, 2, 3, 2, 3]);
+    }
+
+    #[test]
+    fn a_late_frame_counts_once_per_missed_vblank_and_moves_its_successors() {
+        let mut pace = Pace::new(rate(30, 1), rate(60, 1));
+        assert_eq!(pace.flipped(Vblank(10)), 0);
+        assert_eq!(pace.flipped(Vblank(15)), 3);
+        assert_eq!(pace.eve(), Some(Vblank(16)));
+        assert_eq!(pace.flipped(Vblank(17)), 0);
+    }
+
+    #[test]
+    fn a_flock_faster_than_the_screen_is_shown_whole() {
+        let mut pace = Pace::new(rate(60, 1), rate(30, 1));
+        for vblank in 0..100 {
+            assert_eq!(pace.flipped(Vblank(vblank)), 0);
+            assert_eq!(pace.eve(), Some(Vblank(vblank)));
+        }
+    }
+
+    #[test]
+    fn time_without_a_screen_is_nobodys_lateness() {
+        let mut pace = Pace::new(rate(25, 1), rate(60, 1));
+        pace.flipped(Vblank(100));
+        pace.resumed(Vblank(7), rate(50, 1));
+        assert_eq!(pace.flipped(Vblank(9)), 0);
+        assert_eq!(pace.eve(), Some(Vblank(10)));
+    }
+}

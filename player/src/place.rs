@@ -1,0 +1,149 @@
+//! Where the walk's place is kept, so that a power cut loses at most the clip being played.
+//!
+//! Owns two slots, written by turns: a number, the place, and a checksum over both. Whatever a power cut leaves of
+//! the slot being written, the other one is whole. Never knows what a place means: the flock does.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// The slots' file names.
+const SLOTS: [&str; 2] = ["place.0", "place.1"];
+/// What a slot begins with: kind and version of the file.
+const MAGIC: &[u8; 8] = b"d-place\x01";
+/// Magic, number, length of the place.
+const HEAD: usize = 8 + 8 + 4;
+/// CRC-32 of all before it.
+const TAIL: usize = 4;
+
+/// The two slots of a unit.
+#[derive(Debug)]
+pub(crate) struct Slots {
+    dir: PathBuf,
+    /// Which slot is written next: never the one that holds the newest place.
+    next: usize,
+    /// The number that it gets.
+    number: u64,
+}
+
+impl Slots {
+    /// Opens the slots in `dir`, which is made if it is not there, and reads the newest whole place.
+    ///
+    /// # Errors
+    /// What the file system says. A slot that is not whole is no error: it is the one to write next.
+    pub(crate) fn open(dir: &Path) -> io::Result<(Self, Option<Vec<u8>>)> {
+        fs::create_dir_all(dir)?;
+        let mut newest: Option<(usize, u64, Vec<u8>)> = None;
+        for (slot, name) in SLOTS.iter().enumerate() {
+            let bytes = match fs::read(dir.join(name)) {
+                Ok(bytes) => bytes,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(error),
+            };
+            if let Some((number, place)) = read(&bytes)
+                && newest.as_ref().is_none_or(|(_, best, _)| number > *best)
+            {
+                newest = Some((slot, number, place.to_vec()));
+            }
+        }
+        let (next, number) = newest.as_ref().map_or((0, 1), |(slot, number, _)| (1 - slot, number + 1));
+        Ok((Self { dir: dir.to_owned(), next, number }, newest.map(|(_, _, place)| place)))
+    }
+
+    /// Keeps `place`; returns when the disk has it.
+    ///
+    /// # Errors
+    /// What the file system says. The place kept before stands.
+    pub(crate) fn keep(&mut self, place: &[u8]) -> io::Result<()> {
+        let path = self.dir.join(SLOTS[self.next]);
+        let is_new = !path.exists();
+        let mut file = File::create(&path)?;
+        file.write_all(&written(self.number, place))?;
+        file.sync_all()?;
+        if is_new {
+            File::open(&self.dir)?.sync_all()?;
+        }
+        self.next = 1 - self.next;
+        self.number += 1;
+        Ok(())
+    }
+}
+
+/// A slot's bytes.
+fn written(number: u64, place: &[u8]) -> Vec<u8> {
+    let length = u32::try_from(place.len()).expect("a place is far smaller than 4 GiB");
+    let mut bytes = Vec::with_capacity(HEAD + place.len() + TAIL);
+    bytes.extend_from_slice(MAGIC);
+    bytes.extend_from_slice(&number.to_le_bytes());
+    bytes.extend_from_slice(&length.to_le_bytes());
+    bytes.extend_from_slice(place);
+    bytes.extend_from_slice(&crc32fast::hash(&bytes).to_le_bytes());
+    bytes
+}
+
+/// The number and the place in a slot's bytes, if they are whole.
+fn read(bytes: &[u8]) -> Option<(u64, &[u8])> {
+    let (head, rest) = bytes.split_at_checked(HEAD)?;
+    let number = u64::from_le_bytes(head[8..16].try_into().ok()?);
+    let length = u32::from_le_bytes(head[16..].try_into().ok()?) as usize;
+    let (place, tail) = rest.split_at_checked(length)?;
+    let checksum = u32::from_le_bytes(tail.try_into().ok()?);
+    let is_whole = head.starts_with(MAGIC) && checksum == crc32fast::hash(&bytes[..HEAD + length]);
+    is_whole.then_some((number, place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SLOTS, Slots, written};
+    use std::fs;
+
+    fn newest(dir: &std::path::Path) -> Option<Vec<u8>> {
+        Slots::open(dir).unwrap().1
+    }
+
+    #[test]
+    fn a_place_comes_back_after_any_number_of_saves() {
+        let dir = tempfile::tempdir().unwrap();
+        let state = dir.path().join("not/yet/there");
+        assert_eq!(newest(&state), None);
+        for step in 0..5u8 {
+            let (mut slots, _) = Slots::open(&state).unwrap();
+            slots.keep(&[step; 9]).unwrap();
+            slots.keep(&[step, 1]).unwrap();
+            assert_eq!(newest(&state), Some(vec![step, 1]));
+        }
+    }
+
+    #[test]
+    fn a_save_torn_at_any_byte_leaves_the_place_before() {
+        let dir = tempfile::tempdir().unwrap();
+        let (mut slots, _) = Slots::open(dir.path()).unwrap();
+        for place in [&b"oldest, and the longest of them all"[..], b"before"] {
+            slots.keep(place).unwrap();
+        }
+        let torn = dir.path().join(SLOTS[0]);
+        let (old, new) = (fs::read(&torn).unwrap(), written(3, b"the newest"));
+        for cut in 0..new.len() {
+            // The slot was emptied and refilled up to the cut, or its blocks still hold the old bytes behind it.
+            fs::write(&torn, &new[..cut]).unwrap();
+            assert_eq!(newest(dir.path()).as_deref(), Some(&b"before"[..]), "cut at {cut}");
+            let mut mixed = new[..cut].to_vec();
+            mixed.extend_from_slice(&old[cut..]);
+            fs::write(&torn, &mixed).unwrap();
+            assert_eq!(newest(dir.path()).as_deref(), Some(&b"before"[..]), "mixed at {cut}");
+        }
+        fs::write(&torn, &new).unwrap();
+        assert_eq!(newest(dir.path()).as_deref(), Some(&b"the newest"[..]));
+    }
+
+    #[test]
+    fn a_flipped_bit_anywhere_is_seen() {
+        let whole = written(7, b"somewhere");
+        for bit in 0..whole.len() * 8 {
+            let mut bytes = whole.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(super::read(&bytes), None, "bit {bit}");
+        }
+        assert_eq!(super::read(&whole), Some((7, &b"somewhere"[..])));
+    }
+}

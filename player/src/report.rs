@@ -1,0 +1,113 @@
+//! How the program ends: its exit codes, and the one place where an error is printed.
+//!
+//! Owns [`Exit`] and [`Fatal`]. What goes wrong while playing is no error but a fault, in `faults.rs`.
+
+use crate::config::ConfigError;
+use flock::ManifestError;
+use screen::ScreenError;
+use std::error::Error;
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// The exit codes of every program of the house.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// Fine.
+    Fine = 0,
+    /// The answer is no.
+    No = 1,
+    /// Bad usage, or a malformed file.
+    Wrong = 2,
+    /// A file or a device could not be opened, read or written.
+    Unread = 3,
+}
+
+/// Why the player does not play.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Fatal {
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    #[error(transparent)]
+    Decoder(#[from] video::SessionError),
+    #[error(transparent)]
+    Flock(#[from] ManifestError),
+    #[error("none of the flock's clips in `{flock}` can be played", flock = flock.display())]
+    NothingToPlay { flock: PathBuf },
+    #[error(transparent)]
+    Screen(#[from] ScreenError),
+    #[error("cannot listen for signals")]
+    Signals(#[source] ctrlc::Error),
+    #[error("cannot start the {name} thread")]
+    Thread { name: &'static str, source: io::Error },
+    #[error("cannot write trace `{path}`", path = path.display())]
+    Trace { path: PathBuf, source: io::Error },
+}
+
+impl Fatal {
+    fn exit(&self) -> Exit {
+        match self {
+            Self::NothingToPlay { .. } => Exit::No,
+            Self::Config(ConfigError::Read { .. })
+            | Self::Decoder(_)
+            | Self::Flock(ManifestError::Read { .. })
+            | Self::Screen(ScreenError::Open { .. })
+            | Self::Signals(_)
+            | Self::Thread { .. }
+            | Self::Trace { .. } => Exit::Unread,
+            Self::Config(_) | Self::Flock(_) | Self::Screen(_) => Exit::Wrong,
+        }
+    }
+
+    fn hint(&self) -> &'static str {
+        match self {
+            Self::Config(_) => "every key is explained in `config/player.toml`",
+            Self::Flock(_) => "`flock check DIR` names every fault of a flock; `--flock DIR` names another one",
+            Self::NothingToPlay { .. } => "`flock check DIR` says what is wrong with each clip",
+            Self::Screen(ScreenError::Size { .. }) => "choose a screen at least as large as the flock's pictures",
+            Self::Screen(_) => "`--screen virtual` plays without a display",
+            Self::Decoder(_) | Self::Signals(_) | Self::Thread { .. } => "the machine is out of threads or memory",
+            Self::Trace { .. } => "`--trace FILE` needs a folder that exists and may be written",
+        }
+    }
+}
+
+/// Ends the program: silently if all went well, else with the error and what to do about it.
+pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::from(Exit::Fine as u8),
+        Err(fatal) => fail(&fatal),
+    }
+}
+
+#[expect(clippy::print_stderr, reason = "the one place where an error is printed")]
+fn fail(fatal: &Fatal) -> ExitCode {
+    eprintln!("error: {}\n\nhint: {}", chain(fatal), fatal.hint());
+    ExitCode::from(fatal.exit() as u8)
+}
+
+/// The error and everything that caused it, on one line.
+pub(crate) fn chain(error: &dyn Error) -> String {
+    let mut said = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        said = format!("{said}: {error}");
+        cause = error.source();
+    }
+    said
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Exit, Fatal, chain};
+    use crate::config::ConfigError;
+    use std::io;
+
+    #[test]
+    fn an_error_says_what_caused_it_once() {
+        let source = io::Error::other("device vanished");
+        let fatal = Fatal::from(ConfigError::Read { path: "/etc/player.toml".into(), source });
+        assert_eq!(chain(&fatal), "cannot read config `/etc/player.toml`: device vanished");
+        assert_eq!(fatal.exit(), Exit::Unread);
+    }
+}

@@ -1,0 +1,137 @@
+//! One run of the player, from the manifest to the last flip.
+//!
+//! Owns the wiring of the threads and the order of things at the start: manifest, first clip and screen come first,
+//! whatever a viewer does not see comes after. Decides nothing about playing.
+//!
+//! Flip thread (this one, `show.rs`) <- frames <- `decoder.rs` <- clips <- `library.rs`; what happened goes to
+//! `scribe.rs` and `saver.rs`, what is on the glass to `status`.
+
+use crate::config::Config;
+use crate::decoder::{Frames, Workshop};
+use crate::faults::{Faults, Kind};
+use crate::glass::Glass;
+use crate::library::{self, Library};
+use crate::place::Slots;
+use crate::report::{Fatal, chain};
+use crate::saver::Saver;
+use crate::scribe::{Note, Scribe};
+use crate::settings::{Clock, ScreenChoice};
+use crate::show::{Ears, Ended, Piece, Show};
+use crate::{status, take};
+use flock::{Flock, Itinerary, Manifest, Place};
+use std::num::NonZero;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{channel, sync_channel};
+use std::thread::JoinHandle;
+use video::{Form, SessionError};
+
+/// How often the watchdog hears of us in the time that it allows.
+const FEEDINGS: u32 = 3;
+
+/// Plays until it is told to stop, or to the end of what was asked for.
+///
+/// # Errors
+/// [`Fatal`], if it cannot begin or go on.
+pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
+    let stop = stop_on_signals()?;
+    let manifest = Manifest::read(&config.flock)?;
+    let is_free = config.clock == Clock::Free && !matches!(config.screen, ScreenChoice::Kms(_));
+    let piece = Piece { fps: manifest.fps, size: manifest.size, free: is_free };
+    let flock = Arc::new(Flock::new(manifest));
+
+    let (scribe, scribing) = Scribe::start(config.trace.as_deref(), is_free)?;
+    let faults = Faults::new(scribe.clone());
+    let glass = Arc::new(Glass::default());
+    let (slots, saved) = memory(config, &faults);
+    let itinerary = library::path(&flock, saved, config.seed);
+    let (frames, decoding) = open_studio(config, piece, itinerary, &faults, &glass)?;
+    let screen = take::screen(&config.screen, piece)?;
+    let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
+    status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
+
+    let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);
+    let ears = Ears { scribe: scribe.clone(), faults: faults.clone(), saver, glass: &glass, stop: &stop, watchdog };
+    let (ended, saver) = Show::new(screen, frames, piece, ears).run()?;
+
+    let next = ended.turn.as_ref().filter(|_| ended.finished).and_then(|turn| glass.after(turn.number));
+    if let (Some(saver), Some(next)) = (&saver, next) {
+        saver.keep(&next);
+    }
+    if let Some(saver) = saver {
+        saver.end();
+    }
+    scribe.note(Note::End { tally: ended.tally, faults: faults.count() });
+    scribing.join().ok();
+    verdict(config, &ended, decoding)
+}
+
+/// A flag that SIGINT, SIGTERM and SIGHUP raise.
+fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&stop);
+    ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;
+    Ok(stop)
+}
+
+/// The slots for the walk's place and what they hold. Without them the picture comes all the same.
+fn memory(config: &Config, faults: &Faults) -> (Option<Slots>, Option<Place>) {
+    match Slots::open(&config.state) {
+        Ok((slots, bytes)) => {
+            let place = bytes.map(|bytes| Place::from_bytes(&bytes)).transpose().unwrap_or_else(|error| {
+                faults.once(Kind::Place, "read", format!("the kept place is of no use: {}", chain(&error)));
+                None
+            });
+            (Some(slots), place)
+        }
+        Err(error) => {
+            let state = config.state.display();
+            faults.once(Kind::Place, "open", format!("cannot keep the walk's place in `{state}`: {}", chain(&error)));
+            (None, None)
+        }
+    }
+}
+
+/// Starts library and decoder.
+fn open_studio(
+    config: &Config,
+    piece: Piece,
+    itinerary: Itinerary,
+    faults: &Faults,
+    glass: &Arc<Glass>,
+) -> Result<(Frames, JoinHandle<Result<(), SessionError>>), Fatal> {
+    let (orders, inbox) = sync_channel(1);
+    let (bad, struck) = channel();
+    let library = Library {
+        folder: config.flock.clone(),
+        form: Form { size: piece.size, fps: piece.fps },
+        itinerary,
+        clips: config.clips,
+        faults: faults.clone(),
+        glass: Arc::clone(glass),
+    };
+    library.open(orders, struck)?;
+    let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
+    let workshop = Workshop {
+        threads,
+        ahead: usize::try_from(config.ahead).unwrap_or(usize::MAX),
+        prefetch: Workshop::frames_in(config.prefetch_ms, piece.fps),
+        is_hashed: config.hash,
+    };
+    workshop.open(inbox, bad, faults.clone())
+}
+
+/// Whether the run was what was asked for.
+fn verdict(config: &Config, ended: &Ended, decoding: JoinHandle<Result<(), SessionError>>) -> Result<(), Fatal> {
+    if !ended.finished {
+        return Ok(());
+    }
+    if let Ok(result) = decoding.join() {
+        result?;
+    }
+    let played = ended.turn.as_ref().map_or(0, |turn| turn.number);
+    if config.clips.is_some_and(|clips| played < clips) {
+        return Err(Fatal::NothingToPlay { flock: config.flock.clone() });
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! The saver: a thread that keeps the walk's place at every join.
+//!
+//! Owns the slots while the run lasts. A place that is overtaken while the disk is busy is not written at all.
+
+use crate::faults::{Faults, Kind};
+use crate::place::Slots;
+use crate::report::{Fatal, chain};
+use crate::turn::Turn;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::{self, JoinHandle};
+
+/// The way to the saver.
+#[derive(Debug)]
+pub(crate) struct Saver {
+    turns: Sender<Arc<Turn>>,
+    /// Tells of every turn that is kept; `None` where nobody waits for that.
+    kept: Option<Receiver<()>>,
+    thread: JoinHandle<()>,
+}
+
+impl Saver {
+    /// Starts the thread. A patient saver is waited for, which is right where no vblank waits.
+    ///
+    /// # Errors
+    /// [`Fatal`] if the thread cannot be started.
+    pub(crate) fn start(slots: Slots, faults: Faults, is_patient: bool) -> Result<Self, Fatal> {
+        let (turns, inbox) = channel();
+        let (done, kept) = is_patient.then(|| sync_channel(1)).unzip();
+        let work = move || keep_places(slots, &inbox, done.as_ref(), &faults);
+        let thread = thread::Builder::new().name("saver".to_owned()).spawn(work);
+        Ok(Self { turns, kept, thread: thread.map_err(|source| Fatal::Thread { name: "saver", source })? })
+    }
+
+    /// Keeps the place of `turn`: soon, or now if the saver is patient.
+    pub(crate) fn keep(&self, turn: &Arc<Turn>) {
+        // A saver that is gone has panicked, and told so; the picture goes on.
+        if self.turns.send(Arc::clone(turn)).is_ok()
+            && let Some(kept) = &self.kept
+        {
+            kept.recv().ok();
+        }
+    }
+
+    /// Ends the thread when it has kept everything.
+    pub(crate) fn end(self) {
+        drop(self.turns);
+        self.thread.join().ok();
+    }
+}
+
+fn keep_places(mut slots: Slots, inbox: &Receiver<Arc<Turn>>, done: Option<&SyncSender<()>>, faults: &Faults) {
+    while let Ok(turn) = inbox.recv() {
+        let newest = inbox.try_iter().last().unwrap_or(turn);
+        if let Err(error) = slots.keep(&newest.place.to_bytes()) {
+            faults.once(Kind::Place, "keep", format!("cannot keep the walk's place: {}", chain(&error)));
+        }
+        if let Some(done) = done {
+            done.send(()).ok();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Saver;
+    use crate::faults::Faults;
+    use crate::place::Slots;
+    use crate::scribe::Scribe;
+    use crate::turn::tests::turns;
+
+    #[test]
+    fn the_newest_place_is_on_the_disk_when_the_saver_has_ended() {
+        for is_patient in [false, true] {
+            let dir = tempfile::tempdir().unwrap();
+            let (slots, _) = Slots::open(dir.path()).unwrap();
+            let saver = Saver::start(slots, Faults::new(Scribe::on_a_shelf().0), is_patient).unwrap();
+            let turns = turns(20, 3);
+            for turn in &turns {
+                saver.keep(turn);
+                if is_patient {
+                    assert_eq!(Slots::open(dir.path()).unwrap().1, Some(turn.place.to_bytes()));
+                }
+            }
+            saver.end();
+            assert_eq!(Slots::open(dir.path()).unwrap().1, Some(turns[19].place.to_bytes()));
+        }
+    }
+}

@@ -1,0 +1,378 @@
+//! The flip thread: brings frames to the glass, each at its vblank.
+//!
+//! Owns the screen and the two frames that matter: the one that is lit and the one that follows. Never opens, reads
+//! or writes a file, and takes memory for nothing but the words about a fault. What happens next is decided in
+//! `playback.rs`, when in `pace.rs`; frames come from `decoder.rs`; what happened goes to `scribe.rs`.
+//!
+//! Start at [`Show::run`].
+
+use crate::card::Card;
+use crate::faults::{Faults, Kind};
+use crate::glass::Glass;
+use crate::pace::Pace;
+use crate::playback::{Effect, Event, Kept, Next, Playback};
+use crate::report::Fatal;
+use crate::saver::Saver;
+use crate::scribe::{Note, Scribe};
+use crate::tally::Tally;
+use crate::turn::{Shown, Still, Turn};
+use screen::{Lit, Screen};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use timing::{Nanos, Rate, Vblank};
+
+/// How long the screen may say nothing before we look up: short enough to end within a second.
+const QUIET: Duration = Duration::from_millis(250);
+/// How long we wait for a frame where no vblank calls.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// Where frames come from.
+pub(crate) trait Supply {
+    /// The next frame, waiting for it at most `patience`.
+    fn next(&mut self, patience: Duration) -> Given;
+}
+
+/// What a supply gives.
+#[derive(Debug)]
+pub(crate) enum Given {
+    /// The next frame.
+    Frame(Shown),
+    /// Nothing yet.
+    Nothing,
+    /// Nothing, and for now there is nothing to come: no clip can be played.
+    Barren,
+    /// Nothing ever: the run is complete.
+    Finished,
+}
+
+/// Where a show tells what happens, and hears when to end.
+#[derive(Debug)]
+pub(crate) struct Ears<'a> {
+    pub(crate) scribe: Scribe,
+    pub(crate) faults: Faults,
+    /// Gets every turn whose first frame is on the glass; `None` where places are not kept.
+    pub(crate) saver: Option<Saver>,
+    pub(crate) glass: &'a Glass,
+    pub(crate) stop: &'a AtomicBool,
+    /// How often the watchdog wants to hear of us.
+    pub(crate) watchdog: Option<Duration>,
+}
+
+/// What is to be shown, and how.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// The flock's frames per second.
+    pub(crate) fps: Rate,
+    /// Its pictures' size.
+    pub(crate) size: (u32, u32),
+    /// Whether the screen flips as fast as frames come, instead of by the time.
+    pub(crate) free: bool,
+}
+
+/// How a run ended.
+#[derive(Debug)]
+pub(crate) struct Ended {
+    /// The turn that was on the glass last.
+    pub(crate) turn: Option<Arc<Turn>>,
+    /// Whether it had been shown to its end.
+    pub(crate) finished: bool,
+    /// The counters.
+    pub(crate) tally: Tally,
+}
+
+/// One run, from the first frame to the last.
+pub(crate) struct Show<'a, F> {
+    screen: Box<dyn Screen>,
+    supply: F,
+    ears: Ears<'a>,
+    piece: Piece,
+    playback: Playback,
+    /// How the screen is lit, and the pace on it; `None` until it was there for the first time.
+    lit: Option<(Arc<Lit>, Pace)>,
+    /// The frame on the glass, and the one that follows it.
+    shown: Option<Shown>,
+    next: Option<Shown>,
+    /// The newest vblank that the screen told of, and that of the last flip.
+    vblank: Vblank,
+    flipped: Vblank,
+    /// The supply was asked in vain since that vblank.
+    looked: bool,
+    /// The vblank to come that the screen was asked to tell of.
+    asked: Option<Vblank>,
+    /// The screen is back and nothing was lit on it since.
+    returned: bool,
+    finished: bool,
+    fed: Option<Nanos>,
+    tally: Tally,
+}
+
+impl<'a, F: Supply> Show<'a, F> {
+    /// A show that has not begun.
+    pub(crate) fn new(screen: Box<dyn Screen>, supply: F, piece: Piece, ears: Ears<'a>) -> Self {
+        let mut show = Self {
+            screen,
+            supply,
+            ears,
+            piece,
+            playback: Playback::Away(Kept::Nothing),
+            lit: None,
+            shown: None,
+            next: None,
+            vblank: Vblank(0),
+            flipped: Vblank(0),
+            looked: false,
+            asked: None,
+            returned: false,
+            finished: false,
+            fed: None,
+            tally: Tally::default(),
+        };
+        show.back();
+        if show.lit.is_some() {
+            show.playback = Playback::Dark;
+        }
+        show
+    }
+
+    /// Plays until the supply is finished or someone wants it to stop. Gives the way to the saver back.
+    ///
+    /// # Errors
+    /// [`Fatal`], if the flock's pictures do not fit the screen.
+    pub(crate) fn run(mut self) -> Result<(Ended, Option<Saver>), Fatal> {
+        while self.playback != Playback::Ended {
+            if let Some(event) = self.observe() {
+                let (playback, effect) = self.playback.on(event);
+                self.playback = playback;
+                self.act(effect)?;
+            }
+        }
+        let turn = self.shown.and_then(|shown| shown.turn);
+        Ok((Ended { turn, finished: self.finished, tally: self.tally }, self.ears.saver))
+    }
+
+    /// Waits until something happens; `None` if that changes nothing.
+    fn observe(&mut self) -> Option<Event> {
+        if self.ears.stop.load(Ordering::Relaxed) {
+            return Some(Event::Stop);
+        }
+        match self.playback {
+            Playback::Dark => self.look(PATIENCE).or_else(|| self.listen(Duration::ZERO)),
+            Playback::Lit(Next::Missing) | Playback::Holding if self.piece.free => self.look(PATIENCE),
+            Playback::Lit(Next::Missing) | Playback::Holding if !self.looked => {
+                self.looked = true;
+                self.look(Duration::ZERO).or_else(|| self.watch())
+            }
+            Playback::Lit(_) | Playback::Holding => self.watch(),
+            Playback::Rising | Playback::Flying | Playback::Relighting | Playback::Away(_) => self.listen(QUIET),
+            Playback::Ended => None,
+        }
+    }
+
+    /// Looks for the next frame.
+    fn look(&mut self, patience: Duration) -> Option<Event> {
+        if self.next.is_some() {
+            return Some(Event::Ready);
+        }
+        match self.supply.next(patience) {
+            Given::Frame(frame) => {
+                self.next = Some(frame);
+                Some(Event::Ready)
+            }
+            Given::Nothing => None,
+            Given::Barren => Some(Event::Barren),
+            Given::Finished => {
+                self.finished = true;
+                Some(Event::Finished)
+            }
+        }
+    }
+
+    /// Waits for the time of the lit frame to be over.
+    fn watch(&mut self) -> Option<Event> {
+        if self.asked.is_some() {
+            return self.listen(QUIET);
+        }
+        let eve = self.eve()?;
+        if eve.since(self.vblank) > 0 {
+            self.ask();
+            return None;
+        }
+        let second = self.lit.as_ref().map_or(1, |(lit, _)| lit.refresh.num().div_ceil(lit.refresh.den()));
+        let held = self.vblank.since(self.flipped);
+        let is_stale = self.playback == Playback::Holding && held >= second.cast_signed();
+        Some(if is_stale { Event::Stale } else { Event::Due })
+    }
+
+    /// Waits for the screen to tell something.
+    fn listen(&mut self, patience: Duration) -> Option<Event> {
+        match self.screen.next_event(patience) {
+            screen::Event::Flip { vblank, at } => self.arrived(vblank, at),
+            screen::Event::Vblank { vblank, .. } => {
+                self.vblank = vblank;
+                (self.looked, self.asked) = (false, None);
+                None
+            }
+            screen::Event::Lost { reason } => {
+                self.ears.faults.tell(Kind::Screen, reason);
+                self.ears.glass.update(|view| view.lit = None);
+                self.asked = None;
+                Some(Event::Lost)
+            }
+            screen::Event::Back => {
+                self.back();
+                Some(Event::Back)
+            }
+            screen::Event::Recovered { reason } => {
+                self.ears.faults.tell(Kind::Screen, reason);
+                (self.looked, self.asked) = (false, None);
+                Some(Event::Recovered)
+            }
+            screen::Event::Idle => {
+                self.asked = None;
+                if matches!(self.playback, Playback::Away(_)) && self.fed.is_some() && self.ears.watchdog.is_some() {
+                    // Alive, and working towards a screen: not a reason to be restarted.
+                    self.ears.scribe.note(Note::Alive);
+                }
+                None
+            }
+        }
+    }
+
+    fn eve(&self) -> Option<Vblank> {
+        self.lit.as_ref().and_then(|(_, pace)| pace.eve())
+    }
+
+    /// Asks the screen to tell of the lit frame's last vblank, or of the next one if that is past.
+    fn ask(&mut self) {
+        let Some(eve) = self.eve() else { return };
+        let awaited = if eve.since(self.vblank) > 0 {
+            eve
+        } else if self.playback == Playback::Holding {
+            self.vblank.after(1)
+        } else {
+            return; // Its last vblank has begun: the next frame may go at once.
+        };
+        self.screen.notify_at(awaited);
+        self.asked = Some(awaited);
+    }
+
+    /// The screen is there: again, or for the first time.
+    fn back(&mut self) {
+        let Some(lit) = self.screen.lit().map(Arc::new) else { return };
+        self.ears.glass.update(|view| view.lit = Some(Arc::clone(&lit)));
+        if let Some((known, _)) = &mut self.lit {
+            *known = lit;
+            self.returned = true;
+        } else {
+            self.ears.scribe.note(Note::Start { lit: Arc::clone(&lit), fps: self.piece.fps });
+            let pace = Pace::new(self.piece.fps, lit.refresh);
+            self.lit = Some((lit, pace));
+        }
+    }
+
+    /// What was committed is on the glass.
+    fn arrived(&mut self, vblank: Vblank, at: Nanos) -> Option<Event> {
+        let is_new = match self.playback {
+            Playback::Rising | Playback::Flying => true,
+            Playback::Relighting => false,
+            Playback::Dark | Playback::Lit(_) | Playback::Holding | Playback::Away(_) | Playback::Ended => return None,
+        };
+        (self.vblank, self.flipped) = (vblank, vblank);
+        (self.looked, self.asked) = (false, None);
+        let late = self.count(vblank, is_new);
+        let shown = self.shown.as_ref()?;
+        let turn = shown.turn.clone();
+        self.ears.scribe.note(Note::Flip { turn, frame: shown.frame, vblank, at, late, hash: shown.hash });
+        let (shown, tally) = (shown.clone(), self.tally);
+        self.ears.glass.update(|view| {
+            (view.shown, view.since, view.tally) = (Some(shown), at, tally);
+        });
+        self.feed(at);
+        Some(Event::Flipped)
+    }
+
+    /// Counts a flip and turns the page if it brought a new frame; returns how late that was.
+    fn count(&mut self, vblank: Vblank, is_new: bool) -> u32 {
+        self.tally.flips += 1;
+        let refresh = self.lit.as_ref().map(|(lit, _)| lit.refresh);
+        let pace = self.lit.as_mut().map(|(_, pace)| pace);
+        if !is_new {
+            self.tally.repeated += 1;
+            if let (Some(pace), Some(refresh), true) = (pace, refresh, self.returned) {
+                pace.resumed(vblank, refresh);
+            }
+            self.returned = false;
+            return 0;
+        }
+        self.returned = false;
+        let late = pace.map_or(0, |pace| pace.flipped(vblank));
+        self.tally.late += u64::from(late);
+        let before = self.shown.take();
+        self.shown = self.next.take();
+        self.join(before.as_ref());
+        late
+    }
+
+    /// Tells of a join, if `before` was another clip's frame than what is lit now, and has its place kept.
+    fn join(&mut self, before: Option<&Shown>) {
+        let Some((shown, to)) = self.shown.as_ref().and_then(|shown| Some((shown, shown.turn.as_ref()?))) else {
+            return;
+        };
+        let from = before.and_then(|before| Some((before.index, before.turn.as_ref()?)));
+        self.tally.skipped += from.map_or(0, |(index, _)| shown.index.saturating_sub(index + 1));
+        if from.is_some_and(|(_, from)| from.number == to.number) {
+            return;
+        }
+        if let Some(saver) = &self.ears.saver {
+            saver.keep(to);
+        }
+        if let Some((_, from)) = from {
+            self.tally.joins += 1;
+            self.ears.scribe.note(Note::Join { from: Arc::clone(from), to: Arc::clone(to) });
+        }
+    }
+
+    /// Lets the watchdog know of a completed flip, as often as it wants to hear.
+    fn feed(&mut self, at: Nanos) {
+        let Some(fed) = self.fed else {
+            self.fed = Some(at);
+            return self.ears.scribe.note(Note::Ready);
+        };
+        if self.ears.watchdog.is_some_and(|often| u128::from(at.since(fed)) >= often.as_nanos()) {
+            self.fed = Some(at);
+            self.ears.scribe.note(Note::Alive);
+        }
+    }
+
+    fn act(&mut self, effect: Effect) -> Result<(), Fatal> {
+        match effect {
+            Effect::Wait | Effect::End => {}
+            Effect::Stage => stage(&mut *self.screen, self.next.as_ref())?,
+            Effect::Commit => self.screen.commit(),
+            Effect::Light => {
+                stage(&mut *self.screen, self.next.as_ref())?;
+                self.screen.commit();
+            }
+            Effect::Relight => {
+                stage(&mut *self.screen, self.shown.as_ref())?;
+                self.screen.commit();
+            }
+            Effect::LightCard => {
+                let still = Still::Drawn(Arc::new(Card::draw(self.piece.size)));
+                self.next = Some(Shown { still, turn: None, frame: 0, index: 0, hash: None });
+                stage(&mut *self.screen, self.next.as_ref())?;
+                self.screen.commit();
+            }
+            Effect::AwaitDue => self.ask(),
+        }
+        Ok(())
+    }
+}
+
+fn stage(screen: &mut dyn Screen, shown: Option<&Shown>) -> Result<(), Fatal> {
+    Ok(shown.map_or(Ok(()), |shown| screen.stage(&shown.still.picture()))?)
+}
+
+#[cfg(test)]
+mod tests;

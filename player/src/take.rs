@@ -1,0 +1,55 @@
+//! Which screen to light.
+//!
+//! Owns the choice between a KMS display and the virtual screen. Never drives it: `show.rs` does.
+
+use crate::now::now;
+use crate::report::chain;
+use crate::settings::ScreenChoice;
+use crate::show::Piece;
+use screen::{KmsScreen, KmsSettings, Screen, ScreenError, VirtualScreen};
+use std::path::PathBuf;
+use timing::Rate;
+use tracing::info;
+
+/// The refresh of a virtual screen that nobody described.
+const REFRESH_HZ: u64 = 60;
+
+/// Takes the screen that was asked for. A display asked for by name may be dark for now: it is waited for. With a
+/// free clock any screen is the virtual one, since no display has such a clock.
+///
+/// # Errors
+/// [`ScreenError`], if it was asked for by name and cannot be had.
+pub(crate) fn screen(choice: &ScreenChoice, piece: Piece) -> Result<Box<dyn Screen>, ScreenError> {
+    match choice {
+        ScreenChoice::Auto if piece.free => Ok(virtual_screen(None, piece)),
+        ScreenChoice::Auto => Ok(display(piece).unwrap_or_else(|| virtual_screen(None, piece))),
+        ScreenChoice::Kms(device) => Ok(Box::new(KmsScreen::open(settings(device.clone(), piece))?)),
+        ScreenChoice::Virtual(mode) => Ok(virtual_screen(*mode, piece)),
+    }
+}
+
+/// A display that can be lit now.
+fn display(piece: Piece) -> Option<Box<dyn Screen>> {
+    match KmsScreen::open(settings(None, piece)) {
+        Ok(screen) if screen.lit().is_some() => Some(Box::new(screen)),
+        Ok(_) => {
+            info!("no display can be lit now; `--screen kms` waits for one");
+            None
+        }
+        Err(error) => {
+            info!(error = chain(&error), "there is no display");
+            None
+        }
+    }
+}
+
+fn settings(device: Option<PathBuf>, piece: Piece) -> KmsSettings {
+    KmsSettings { device, size: piece.size, fps: piece.fps, now }
+}
+
+fn virtual_screen(mode: Option<((u32, u32), Rate)>, piece: Piece) -> Box<dyn Screen> {
+    let house = || (piece.size, Rate::new(REFRESH_HZ, 1).expect("60 Hz is a rate"));
+    let (size, refresh) = mode.unwrap_or_else(house);
+    let pace = if piece.free { screen::Pace::Free } else { screen::Pace::Timer };
+    Box::new(VirtualScreen::new(size, refresh, pace, now))
+}

@@ -1,0 +1,96 @@
+//! One clip's turn in the run, and one picture of it.
+//!
+//! Owns what travels with a frame from the decoder to the glass. Never owns a thread: `library.rs` makes the turns,
+//! `decoder.rs` the pictures, `show.rs` lights them.
+
+use crate::card::Card;
+use flock::{ClipPath, Place};
+use screen::Picture;
+use std::sync::Arc;
+use timing::FrameCount;
+
+/// One clip's turn in the run.
+#[derive(Debug)]
+pub(crate) struct Turn {
+    /// From 1 in this run; the turn of a higher number comes later.
+    pub(crate) number: u64,
+    /// The clip, as the manifest names it.
+    pub(crate) clip: ClipPath,
+    /// How many frames the manifest promises.
+    pub(crate) frames: FrameCount,
+    /// Where the walk stands: resumed from here it plays this clip first.
+    pub(crate) place: Place,
+}
+
+/// A picture to light: cheap to clone, its pixels are shared.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    /// The pixels.
+    pub(crate) still: Still,
+    /// Whose turn it is; `None` for the fault card.
+    pub(crate) turn: Option<Arc<Turn>>,
+    /// Its number in its clip, from 0.
+    pub(crate) frame: u32,
+    /// Its number in the run, from 0: a gap would be a frame that was decoded and never lit.
+    pub(crate) index: u64,
+    /// The MD5 of its visible planes, if the run is hashed.
+    pub(crate) hash: Option<[u8; 16]>,
+}
+
+/// Where pixels come from.
+#[derive(Clone, Debug)]
+pub(crate) enum Still {
+    /// A clip.
+    Decoded(video::Frame),
+    /// Our own pen.
+    Drawn(Arc<Card>),
+}
+
+impl Still {
+    /// The pixels, as a screen takes them.
+    pub(crate) fn picture(&self) -> Picture<'_> {
+        match self {
+            Self::Decoded(frame) => {
+                let (width, height) = frame.size();
+                Picture { width, height, planes: frame.planes(), strides: frame.strides() }
+            }
+            Self::Drawn(card) => card.picture(),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::{Card, Shown, Still, Turn};
+    use flock::{Flock, Itinerary, Manifest};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    /// The first `count` turns of a flock of one sheep, whose loop is `loop.mp4` and has `frames` frames.
+    pub(crate) fn turns(count: u64, frames: u32) -> Vec<Arc<Turn>> {
+        let text = format!(
+            "format = 1\nname = \"one\"\nsize = [16, 16]\nfps = [30, 1]\n\
+             [[sheep]]\nid = \"one\"\nframes = {frames}\nclip = \"loop.mp4\"\n"
+        );
+        let manifest = Manifest::parse(&text, Path::new("flock.toml")).unwrap();
+        let mut itinerary = Itinerary::start(Arc::new(Flock::new(manifest)), 1);
+        let turn = |number| {
+            let leg = itinerary.next_leg().unwrap();
+            Arc::new(Turn { number, clip: leg.clip.path, frames: leg.clip.frames, place: leg.place })
+        };
+        (1..=count).map(turn).collect()
+    }
+
+    /// Every frame of every turn; frame `index` of the run is `index + 1` bright.
+    pub(crate) fn frames(turns: &[Arc<Turn>]) -> Vec<Shown> {
+        let in_clips = turns.iter().flat_map(|turn| (0..turn.frames.0).map(move |frame| (turn, frame)));
+        let shown = |(index, (turn, frame)): (usize, (&Arc<Turn>, u32))| Shown {
+            still: Still::Drawn(Arc::new(Card::plain(index as u8 + 1))),
+            turn: Some(Arc::clone(turn)),
+            frame,
+            index: index as u64,
+            hash: None,
+        };
+        in_clips.enumerate().map(shown).collect()
+    }
+}
