@@ -1,0 +1,44 @@
+//! Opening a flock, the same for every command.
+//!
+//! Owns how a manifest's errors end a command. Never judges the flock.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use flock::{Flock, Manifest, ManifestError};
+
+use crate::report::{Exit, Fatal};
+
+/// A flock without a cycle of transitions.
+#[derive(Debug, thiserror::Error)]
+#[error("flock `{name}` cannot be walked: of its {transitions} transitions none lies on a cycle")]
+struct NoCycle {
+    name: String,
+    transitions: usize,
+}
+
+/// Reads the manifest in `folder`.
+pub(crate) fn manifest(folder: &Path) -> Result<Manifest, Fatal> {
+    Manifest::read(folder).map_err(|error| {
+        let exit = match error {
+            ManifestError::Read { .. } => Exit::Unreadable,
+            ManifestError::Missing { .. }
+            | ManifestError::Syntax { .. }
+            | ManifestError::UnknownKey { .. }
+            | ManifestError::Value { .. } => Exit::Malformed,
+        };
+        let hint = error.hint();
+        let fatal = Fatal::new(exit, error);
+        if let Some(hint) = hint { fatal.hint(hint) } else { fatal }
+    })
+}
+
+/// Reads the flock in `folder`, which must have a cycle to walk.
+pub(crate) fn walkable(folder: &Path) -> Result<Arc<Flock>, Fatal> {
+    let flock = Flock::new(manifest(folder)?);
+    if flock.is_walkable() {
+        return Ok(Arc::new(flock));
+    }
+    let (name, transitions) = (flock.manifest().name.clone(), flock.manifest().transitions.len());
+    Err(Fatal::new(Exit::No, NoCycle { name, transitions }).hint("`flock check` names the sheep that lead nowhere"))
+}
