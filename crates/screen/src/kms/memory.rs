@@ -1,6 +1,6 @@
 //! The memory behind a framebuffer, mapped for writing.
 //!
-//! Owns every `unsafe` of this crate: two mappings, one ioctl, one field of a union. Never says what is written.
+//! Owns every `unsafe` of this crate: two mappings, one descriptor, one ioctl, one field of a union. Never says what is written.
 //! Start at [`Memory::allocate`].
 #![allow(unsafe_code)]
 
@@ -9,7 +9,7 @@ use memmap2::{MmapMut, MmapOptions};
 use rustix::ioctl::{Setter, ioctl, opcode};
 use std::fs::File;
 use std::io;
-use std::os::fd::{AsFd, AsRawFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
 
 /// `DMA_BUF_IOCTL_SYNC` of `linux/dma-buf.h`; its argument is one `u64` of flags.
 const DMA_BUF_SYNC: rustix::ioctl::Opcode = opcode::write::<u64>(b'b', 0);
@@ -35,7 +35,7 @@ impl Memory {
         gbm: Option<&gbm::Device<OwnedFd>>,
         (width, height, bits): (u32, u32, u32),
     ) -> io::Result<Self> {
-        match gbm.map(|gbm| Self::from_gbm(gbm, width, height, bits)) {
+        match gbm.map(|gbm| Self::from_gbm(card, gbm, width, height, bits)) {
             Some(Ok(memory)) => Ok(memory),
             Some(Err(error)) => {
                 tracing::debug!(%error, "gbm has no such buffer, taking a dumb one");
@@ -63,11 +63,15 @@ impl Memory {
         }
     }
 
-    fn from_gbm(gbm: &gbm::Device<OwnedFd>, width: u32, height: u32, bits: u32) -> io::Result<Self> {
+    fn from_gbm(card: &File, gbm: &gbm::Device<OwnedFd>, width: u32, height: u32, bits: u32) -> io::Result<Self> {
         let format = if bits == 8 { gbm::Format::R8 } else { gbm::Format::Xrgb8888 };
         let usage = BufferObjectFlags::SCANOUT | BufferObjectFlags::LINEAR;
         let object: BufferObject<()> = gbm.create_buffer_object(width, height, format, usage)?;
-        let dma_buf = object.fd().map_err(|_| io::Error::from(rustix::io::Errno::OPNOTSUPP))?;
+        // Not by `gbm`: some of its drivers hand out descriptors that cannot be mapped for writing.
+        let flags = drm_ffi::DRM_CLOEXEC | drm_ffi::DRM_RDWR;
+        let exported = drm_ffi::gem::handle_to_fd(card.as_fd(), gem_handle(&object), flags)?;
+        // SAFETY: the kernel just made this descriptor for us, and nobody else has it.
+        let dma_buf = unsafe { OwnedFd::from_raw_fd(exported.fd) };
         let length = object.stride() as usize * height as usize;
         // SAFETY: the object is at least stride x height bytes, it is ours alone, and the mapping keeps it alive.
         let map = unsafe { MmapOptions::new().len(length).map_mut(dma_buf.as_raw_fd()) }?;
@@ -78,8 +82,7 @@ impl Memory {
     pub(super) fn handle(&self) -> u32 {
         match self {
             Self::Dumb { handle, .. } => *handle,
-            // SAFETY: the DRM backend of gbm fills the 32-bit field of this union.
-            Self::Gbm { object, .. } => unsafe { object.handle().u32_ },
+            Self::Gbm { object, .. } => gem_handle(object),
         }
     }
 
@@ -116,6 +119,11 @@ impl Memory {
             }
         }
     }
+}
+
+fn gem_handle(object: &BufferObject<()>) -> u32 {
+    // SAFETY: gbm fills the 32-bit field of this union, its handles are GEM handles.
+    unsafe { object.handle().u32_ }
 }
 
 /// Begins or ends writing by the processor, for GPUs whose caches do not follow it.
