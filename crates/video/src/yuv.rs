@@ -230,14 +230,14 @@ mod tests {
     }
 
     #[test]
-    fn smooth_pictures_come_back_within_three_steps_of_256() {
+    fn smooth_pictures_come_back_within_four_steps_of_256() {
         let (width, height) = (64u32, 32u32);
         let level = |x: u32, y: u32| [512 * x as u16, 1024 * y as u16, 512 * (63 - x) as u16 + 512 * y as u16];
         let rgb: Vec<u16> = (0..height).flat_map(|y| (0..width).flat_map(move |x| level(x, y))).collect();
         let back = Yuv420p::from_rgb16(width, height, &rgb).unwrap().to_rgb8();
         for (place, (before, after)) in rgb.iter().zip(&back).enumerate() {
             let (before, after) = (f32::from(*before) / 257.0, f32::from(*after));
-            assert!((before - after).abs() <= 3.0, "sample {place}: {before} became {after}");
+            assert!((before - after).abs() <= 4.0, "sample {place}: {before} became {after}");
         }
     }
 

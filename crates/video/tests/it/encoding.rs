@@ -1,1 +1,102 @@
-//! The encoder.
+//! Clips that we make ourselves: exactly the pictures pushed, exactly the form, whole or not there at all.
+
+use crate::clips::{SIZE, form, framemd5, play};
+use std::fs;
+use std::num::NonZero;
+use tempfile::TempDir;
+use timing::{FrameCount, Rate};
+use video::{Clip, EncodeError, Encoder, Form, Poll, Quality, Session, Yuv420p, decodes, probe};
+
+/// A quality that keeps every sample, so that what comes out can be compared with what went in.
+const LOSSLESS: Quality<'_> = Quality { crf: 0.0, preset: "fast", max_bits_per_second: None };
+const GOOD: Quality<'_> = Quality { crf: 18.0, preset: "medium", max_bits_per_second: Some(2_000_000) };
+
+fn picture(frame: u32) -> Yuv420p {
+    let (width, height) = SIZE;
+    let level = |x: u32, y: u32| [400 * x + 900 * frame, 500 * y, 300 * (x + y)].map(|level| (level % 65536) as u16);
+    let rgb: Vec<u16> = (0..height).flat_map(|y| (0..width).flat_map(move |x| level(x, y))).collect();
+    Yuv420p::from_rgb16_dithered(width, height, &rgb).unwrap()
+}
+
+#[test]
+fn our_clips_are_in_the_form_at_every_rate_and_preset() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("ours.mp4");
+    for (rate, preset, frames) in [((30, 1), "medium", 61), ((24_000, 1_001), "ultrafast", 13), ((25, 1), "slow", 300)] {
+        let form = Form { fps: Rate::new(rate.0, rate.1).unwrap(), ..form() };
+        let mut encoder = Encoder::create(&path, &form, Quality { preset, ..GOOD }).unwrap();
+        for frame in 0..frames {
+            encoder.push(&picture(frame)).unwrap();
+        }
+        assert_eq!(encoder.finish().unwrap(), FrameCount(frames));
+        let probed = probe(&path).unwrap();
+        assert_eq!(probed.differences(&form, FrameCount(frames)), [], "{preset}");
+        assert_eq!((probed.profile.as_str(), probed.colour.as_str()), ("High", "bt709 bt709 bt709 limited"), "{preset}");
+        assert_eq!(decodes(&path, NonZero::<usize>::MIN), Ok(FrameCount(frames)), "{preset}");
+        let played = play([Clip::open(&path, &form, FrameCount(frames)).unwrap()], 2);
+        assert_eq!(played.hashes(0), framemd5(&path), "{preset}");
+    }
+}
+
+#[test]
+fn the_same_pictures_make_the_same_file() {
+    let folder = TempDir::new().unwrap();
+    let made = ["a.mp4", "b.mp4"].map(|name| {
+        let path = folder.path().join(name);
+        let mut encoder = Encoder::create(&path, &form(), GOOD).unwrap();
+        (0..40).for_each(|frame| encoder.push(&picture(frame)).unwrap());
+        encoder.finish().unwrap();
+        fs::read(path).unwrap()
+    });
+    assert!(made[0] == made[1]);
+}
+
+#[test]
+fn what_was_pushed_comes_out_again() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("lossless.mp4");
+    // x264 keeps every sample at quantiser 0, which is outside High: so near-lossless, within a step or two.
+    let mut encoder = Encoder::create(&path, &form(), Quality { crf: 1.0, ..LOSSLESS }).unwrap();
+    (0..10).for_each(|frame| encoder.push(&picture(frame)).unwrap());
+    encoder.finish().unwrap();
+    let mut session = Session::new(NonZero::<usize>::MIN).unwrap();
+    session.push(Clip::open(&path, &form(), FrameCount(10)).unwrap());
+    session.finish();
+    let mut count = 0;
+    while let Poll::Frame(frame) = session.poll() {
+        let (before, after) = (picture(frame.in_clip()), Yuv420p::from(&frame));
+        for (before, after) in before.planes().into_iter().zip(after.planes()) {
+            let worst = before.iter().zip(after).map(|(a, b)| a.abs_diff(*b)).max();
+            assert!(worst <= Some(3), "frame {count}: {worst:?}");
+        }
+        count += 1;
+    }
+    assert_eq!(count, 10);
+}
+
+#[test]
+fn an_unfinished_clip_leaves_the_old_one_and_nothing_else() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("clip.mp4");
+    fs::write(&path, "the old one").unwrap();
+    let mut encoder = Encoder::create(&path, &form(), GOOD).unwrap();
+    encoder.push(&picture(0)).unwrap();
+    assert!(folder.path().join("clip.mp4.part").exists());
+    drop(encoder);
+    assert_eq!(fs::read(&path).unwrap(), b"the old one");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn what_cannot_be_encoded_is_told_with_the_path_and_both_values() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("clip.mp4");
+    let mut encoder = Encoder::create(&path, &form(), GOOD).unwrap();
+    let small = Yuv420p::from_rgb16(2, 2, &[0; 12]).unwrap();
+    let told = encoder.push(&small).unwrap_err().to_string();
+    assert_eq!(told, format!("frame 0 of clip `{}` has 2x2 pixels (expected 128x100)", path.display()));
+    let nowhere = Encoder::create(&folder.path().join("none/clip.mp4"), &form(), GOOD).err();
+    assert!(matches!(nowhere, Some(EncodeError::Write { .. })));
+    let preset = Encoder::create(&path, &form(), Quality { preset: "hasty", ..GOOD }).err();
+    assert!(matches!(preset, Some(EncodeError::Encode { step: "start x264", .. })), "{preset:?}");
+}
