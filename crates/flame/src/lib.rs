@@ -6,6 +6,7 @@
 //!
 //! Start at [`Species`]: a genome's motion and a moment become a frame.
 #![forbid(unsafe_code)]
+#![allow(clippy::float_cmp, reason = "0 and 1 mean `off` and `whole` exactly, as files say them")]
 
 pub mod animate;
 pub mod genome;

@@ -75,15 +75,17 @@ fn neutral(partner: &Xform, polar: bool) -> Xform {
 }
 
 /// The partner's own variations where parameters make them identities, sharing a weight of 1; else linear.
+#[expect(clippy::wildcard_enum_match_arm, reason = "few variations can be made identities")]
 fn identities(partner: &Xform) -> Vec<Variation> {
-    let identity = |variation: &Variation| match variation.kind {
-        Kind::Rectangles => Some(Variation::new(variation.kind, 1.0).with(&[0.0, 0.0])),
-        Kind::Rings2 => Some(Variation::new(variation.kind, 1.0).with(&[0.0])),
-        Kind::Fan2 => Some(Variation::new(variation.kind, 1.0).with(&[0.0, 0.0])),
-        Kind::Blob => Some(Variation::new(variation.kind, 1.0).with(&[1.0, 1.0, 1.0])),
-        Kind::Perspective => Some(Variation::new(variation.kind, 1.0).with(&[0.0, variation.params[1]])),
-        Kind::Curl => Some(Variation::new(variation.kind, 1.0).with(&[0.0, 0.0])),
-        _ => None,
+    let identity = |variation: &Variation| {
+        let params: &[f64] = match variation.kind {
+            Kind::Rectangles | Kind::Fan2 | Kind::Curl => &[0.0, 0.0],
+            Kind::Rings2 => &[0.0],
+            Kind::Blob => &[1.0, 1.0, 1.0],
+            Kind::Perspective => &[0.0, variation.params[1]],
+            _ => return None,
+        };
+        Some(Variation::new(variation.kind, 1.0).with(params))
     };
     let mut found: Vec<Variation> = partner.variations.iter().filter_map(identity).collect();
     let share = 1.0 / found.len().max(1) as f64;

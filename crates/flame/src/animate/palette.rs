@@ -18,9 +18,7 @@ pub(super) fn blended(from: &Palette, to: &Palette, part: f64, path: HuePath, rg
         let straight: [f64; 4] = std::array::from_fn(|c| mix(start[c], end[c], part));
         let circular = match path {
             HuePath::Rgb => return straight,
-            HuePath::Sweep => {
-                return if part > 0.0 && i as f64 <= part * (Palette::LEN - 1) as f64 { end } else { start };
-            }
+            HuePath::Sweep => return if i as f64 + 0.5 < part * Palette::LEN as f64 { end } else { start },
             HuePath::Hsv => false,
             HuePath::HsvCircular => true,
         };

@@ -126,7 +126,7 @@ fn xform(node: Node) -> Result<Xform, GenomeError> {
         let (name, value) = (attribute.name(), attribute.value());
         let read = match xform_attribute(&mut xform, name, value) {
             Read::Unknown => variation_attribute(&mut xform, name, value),
-            read => read,
+            read @ (Read::Taken | Read::Wrong(_)) => read,
         };
         match read {
             Read::Taken => {}
@@ -209,13 +209,11 @@ fn variation_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
 
 /// The variation of `kind` in `xform`, added with weight 0 and default parameters where it is missing.
 fn entry(xform: &mut Xform, kind: Kind) -> &mut Variation {
-    let index = match xform.variations.iter().position(|variation| variation.kind == kind) {
-        Some(index) => index,
-        None => {
-            xform.variations.push(Variation::new(kind, 0.0));
-            xform.variations.len() - 1
-        }
-    };
+    let found = xform.variations.iter().position(|variation| variation.kind == kind);
+    let index = found.unwrap_or_else(|| {
+        xform.variations.push(Variation::new(kind, 0.0));
+        xform.variations.len() - 1
+    });
     &mut xform.variations[index]
 }
 

@@ -117,7 +117,7 @@ impl Palette {
             for row in self.entries.chunks(8) {
                 palette.text.push('\n');
                 for value in row.iter().flat_map(|entry| &entry[..channels]) {
-                    palette.text.push_str(&format!("{:02X}", *value as u8));
+                    let _ = write!(palette.text, "{:02X}", *value as u8);
                 }
             }
             palette.text.push('\n');

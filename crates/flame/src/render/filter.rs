@@ -2,6 +2,9 @@
 //!
 //! Owns the kernels and their supports. Never touches a histogram: `tonemap.rs` convolves.
 //!
+//! flam3 3.1.1 draws other kernels than it names for `mitchell`, `blackman`, `catrom`, `hamming` and both `lanczos`
+//! (measured on a single point); here each name draws its own.
+//!
 //! Start at [`Spatial::new`] and [`shutter`].
 //!
 //! # Source
@@ -85,9 +88,9 @@ fn kernel(shape: FilterShape, t: f64) -> f64 {
         FilterShape::BSpline => cubic(x, 1.0, 0.0),
         FilterShape::Mitchell => cubic(x, 1.0 / 3.0, 1.0 / 3.0),
         FilterShape::Catrom => cubic(x, 0.0, 0.5),
-        FilterShape::Blackman => 0.42 + 0.5 * (PI * x).cos() + 0.08 * (2.0 * PI * x).cos(),
-        FilterShape::Hanning => 0.5 + 0.5 * (PI * x).cos(),
-        FilterShape::Hamming => 0.54 + 0.46 * (PI * x).cos(),
+        FilterShape::Blackman => inside(1.0, 0.42 + 0.5 * (PI * x).cos() + 0.08 * (2.0 * PI * x).cos()),
+        FilterShape::Hanning => inside(1.0, 0.5 + 0.5 * (PI * x).cos()),
+        FilterShape::Hamming => inside(1.0, 0.54 + 0.46 * (PI * x).cos()),
         FilterShape::Lanczos3 => inside(3.0, sinc(x) * sinc(x / 3.0)),
         FilterShape::Lanczos2 => inside(2.0, sinc(x) * sinc(x / 2.0)),
     }

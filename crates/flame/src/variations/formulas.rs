@@ -77,6 +77,7 @@ pub(crate) struct Compiled {
 
 impl Compiled {
     /// Precomputes `variation` for a transform whose affine part is `affine`.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "most variations take their parameters as they are")]
     pub(crate) fn new(variation: &Variation, affine: &Affine) -> Compiled {
         let q = variation.params;
         let w = variation.weight;
@@ -171,7 +172,7 @@ fn formula(kind: Kind) -> Formula {
 /// Whether a coordinate has left the range in which orbits live.
 #[inline]
 pub(crate) fn bad(value: f64) -> bool {
-    !(value.abs() <= 1e10)
+    value.is_nan() || value.abs() > 1e10
 }
 
 /// Which angles the formula of `kind` reads.

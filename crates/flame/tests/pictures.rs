@@ -1,0 +1,104 @@
+//! What pictures are independent of, and what they survive.
+//!
+//! Owns claims about whole renders that need no other renderer beside ours; `flam3.rs` compares.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod bred;
+
+use flame::genome::{Genome, TemporalShape};
+use flame::variations::{Kind, Variation};
+use flame::{Image, Loop, Renderer, Settings};
+
+const SMALL: Settings =
+    Settings { size: Some([64, 48]), spp: Some(50.0), supersample: Some(2), temporal_samples: Some(4), seed: 5 };
+
+fn xaos() -> Genome {
+    Genome::parse(include_str!("genomes/xaos.flam3")).unwrap()
+}
+
+fn brightness(image: &Image) -> f64 {
+    image.pixels.as_flattened().iter().map(|light| f64::from(*light)).sum::<f64>() / image.pixels.len() as f64
+}
+
+#[test]
+fn pixels_are_the_same_for_any_number_of_threads() {
+    let turning = Loop::new(&xaos(), 30.0);
+    let draw = |threads| Renderer::new(threads).unwrap().render(&turning, 7.0, &SMALL).unwrap();
+    let alone = draw(1);
+    assert!(brightness(&alone) > 0.05);
+    for threads in [2, 3, 8] {
+        assert_eq!(alone, draw(threads), "{threads} threads");
+    }
+}
+
+#[test]
+fn another_seed_is_another_noise_in_the_same_picture() {
+    let renderer = Renderer::new(0).unwrap();
+    let draw = |seed| renderer.render(&xaos(), 0.0, &Settings { seed, ..SMALL }).unwrap();
+    let (one, other) = (draw(1), draw(2));
+    assert_ne!(one, other);
+    assert!((brightness(&one) - brightness(&other)).abs() < 0.02 * brightness(&one));
+}
+
+#[test]
+fn brightness_does_not_depend_on_size_quality_cells_or_moments() {
+    let renderer = Renderer::new(0).unwrap();
+    // A cloud without fine structure: where there is some, a logarithm of a mean is not a mean of logarithms.
+    let mut genome = Genome { xforms: xaos().xforms.split_off(2), ..xaos() };
+    genome.xforms[0].variations = vec![Variation::new(Kind::GaussianBlur, 1.5)];
+    let draw = |settings: &Settings| brightness(&renderer.render(&genome, 0.0, settings).unwrap());
+    let usual = Settings { spp: Some(400.0), ..SMALL };
+    let first = draw(&usual);
+    for changed in [
+        Settings { size: Some([128, 96]), ..usual },
+        Settings { spp: Some(1200.0), ..usual },
+        Settings { supersample: Some(1), ..usual },
+        Settings { temporal_samples: Some(1), ..usual },
+    ] {
+        let second = draw(&changed);
+        assert!((first - second).abs() < 0.03 * first, "{first} became {second} by {changed:?}");
+    }
+}
+
+#[test]
+fn a_soft_shutter_is_as_bright_as_a_hard_one() {
+    let renderer = Renderer::new(0).unwrap();
+    let draw = |shape| {
+        let mut genome = xaos();
+        genome.sampling.temporal_shape = shape;
+        genome.sampling.temporal_exponent = 2.0;
+        let settings = Settings { spp: Some(400.0), temporal_samples: Some(20), ..SMALL };
+        brightness(&renderer.render(&genome, 0.0, &settings).unwrap())
+    };
+    let hard = draw(TemporalShape::Box);
+    for shape in [TemporalShape::Gaussian, TemporalShape::Exp] {
+        assert!((draw(shape) - hard).abs() < 0.03 * hard, "{shape:?}: {} instead of {hard}", draw(shape));
+    }
+}
+
+#[test]
+fn no_legal_genome_makes_anything_but_light() {
+    let renderer = Renderer::new(0).unwrap();
+    for seed in 0..60 {
+        let mut genome = bred::genome(seed);
+        genome.camera.zoom = 0.0;
+        let image = renderer.render(&genome, 0.0, &Settings { spp: Some(5.0), ..SMALL }).unwrap();
+        assert!(image.pixels.as_flattened().iter().all(|light| (0.0..=1.0).contains(light)), "seed {seed}");
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_by_name() {
+    let renderer = Renderer::new(1).unwrap();
+    let refused = |change: fn(&mut Genome)| {
+        let mut genome = xaos();
+        change(&mut genome);
+        renderer.render(&genome, 0.0, &SMALL).unwrap_err().to_string()
+    };
+    assert_eq!(refused(|genome| genome.palette = None), "the genome carries no palette of its own");
+    assert_eq!(refused(|genome| genome.xforms.clear()), "the genome has no transform with a weight above 0, among 0");
+    assert_eq!(refused(|genome| genome.camera.scale = 0.0), "`scale` is 0, expected a number above 0");
+    let unknown = refused(|genome| genome.xforms[1].extra.push(("mobius".into(), "0.7".into())));
+    assert_eq!(unknown, "transform 1 uses `mobius` (`0.7`), which this renderer does not know");
+}
