@@ -12,7 +12,7 @@ use crate::playing::{Playing, VKMS};
 fn first_holds(name: &'static str, fps: (u32, u32)) -> Vec<u32> {
     let flock = Plan { name, size: (1280, 720), fps, sheep: 3, frames: 7 }.flock();
     let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--clips", "24"]);
-    succeed_in_virtual_time(120, playing.command());
+    succeed_in_virtual_time(120, &playing.command());
     let trace = playing.trace();
     assert_eq!(trace.refresh(), (60, 1), "the mode lit is exactly 60 Hz");
     assert_eq!(trace.joins.len(), 23);

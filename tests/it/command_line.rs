@@ -1,1 +1,159 @@
-//! To come.
+//! The artist's command line, as scripts rely on it.
+//!
+//! Owns the claims on `flock check`, `walk` and `simulate`: their JSON, their exit codes, where they write, how they
+//! refuse. The defective manifests lie in `tests/fixtures`, each named for its defect.
+
+use crate::programs::{self, output};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+fn fixture(defect: &str) -> PathBuf {
+    programs::repository().join("tests/fixtures").join(defect)
+}
+
+/// `flock COMMAND FIXTURE OPTIONS...`.
+fn flock(command: &str, defect: &str, options: &[&str]) -> Output {
+    output(Command::new(programs::flock()).arg(command).arg(fixture(defect)).args(options))
+}
+
+/// The one JSON document that `said` has on its standard output.
+pub(crate) fn json(said: &Output) -> Value {
+    let text = String::from_utf8_lossy(&said.stdout);
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("standard output is no JSON: {error}: {text}"))
+}
+
+#[test]
+fn every_fault_of_a_graph_is_found_and_named() {
+    let cases = [
+        ("duplicate-sheep", "duplicate-sheep", "a"),
+        ("duplicate-transition", "duplicate-transition", "a"),
+        ("unknown-sheep", "unknown-sheep", "ghost"),
+        ("dead-end", "dead-end", "c"),
+        ("orphan-sheep", "unreachable", "c"),
+        ("two-islands", "split", "c"),
+    ];
+    for (defect, kind, named) in cases {
+        let said = flock("check", defect, &["--json"]);
+        assert_eq!(said.status.code(), Some(1), "{defect}");
+        let answer = json(&said);
+        assert_eq!(answer["ok"], false, "{defect}");
+        let faults = answer["faults"].as_array().unwrap();
+        let of_graph: Vec<_> = faults.iter().filter(|fault| fault["kind"] != "missing-clip").collect();
+        let found = of_graph.iter().find(|fault| fault["kind"] == kind);
+        let found = found.unwrap_or_else(|| panic!("{defect} has a fault `{kind}`, found {of_graph:?}"));
+        assert!(found["message"].as_str().unwrap().contains(&format!("`{named}`")), "{found}");
+        assert!(faults.iter().all(|fault| fault["message"].is_string() && fault["kind"].is_string()));
+    }
+}
+
+#[test]
+fn a_clip_that_is_not_there_is_a_fault_of_its_own() {
+    let said = flock("check", "seven", &["--json"]);
+    assert_eq!(said.status.code(), Some(1));
+    let answer = json(&said);
+    let faults = answer["faults"].as_array().unwrap();
+    assert!(faults.iter().all(|fault| fault["kind"] == "missing-clip"), "{faults:?}");
+    let clips: BTreeSet<_> = faults.iter().map(|fault| fault["clip"].as_str().unwrap()).collect();
+    assert_eq!(clips.len(), 19, "seven loops and twelve transitions");
+}
+
+#[test]
+fn a_malformed_manifest_is_refused_with_file_line_key_and_both_values() {
+    let cases: [(&str, &[&str]); 9] = [
+        ("unknown-key", &["line 8", "`colour`"]),
+        ("wrong-format", &["line 1", "`format`", "1", "`2`"]),
+        ("path-outside", &["line 9", "`clip`", "`../a.mp4`"]),
+        ("weight-of-nothing", &["line 17", "`weight`", "above 0", "`0`"]),
+        ("odd-size", &["line 3", "`size`", "even", "641"]),
+        ("no-such-rate", &["line 4", "`fps`", "30, 0"]),
+        ("bad-id", &["line 7", "`id`", "`a b`", "A-Z a-z 0-9 . _ -"]),
+        ("not-toml", &["line 6"]),
+        ("loop-without-frames", &["line 6", "`frames`"]),
+    ];
+    for (defect, named) in cases {
+        for command in ["check", "walk", "simulate"] {
+            let options: &[&str] = if command == "check" { &[] } else { &["--seed", "1", "--steps", "3"] };
+            let said = flock(command, defect, options);
+            let error = String::from_utf8_lossy(&said.stderr);
+            assert_eq!(said.status.code(), Some(2), "{command} {defect}: {error}");
+            assert!(said.stdout.is_empty(), "{command} {defect} writes no data");
+            assert!(error.contains(&format!("{defect}/flock.toml")), "{command} {defect}: {error}");
+            for value in named {
+                assert!(error.contains(value), "{command} {defect} names {value}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_read_and_what_cannot_be_meant_have_their_own_exit_codes() {
+    for command in ["check", "walk", "simulate"] {
+        let steps: &[&str] = if command == "check" { &[] } else { &["--seed", "1", "--steps", "3"] };
+        let said = flock(command, "no-such-flock", steps);
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert_eq!(said.status.code(), Some(3), "{command}: {error}");
+        assert!(error.contains("no-such-flock"), "{command}: {error}");
+        let said = flock(command, "seven", &["--no-such-option"]);
+        assert_eq!(said.status.code(), Some(2), "{command}");
+        assert!(said.stdout.is_empty(), "{command} writes complaints to standard error");
+    }
+}
+
+#[test]
+fn a_walk_is_the_same_for_the_same_seed_in_both_forms() {
+    let options = ["--seed", "9", "--steps", "200"];
+    let lines = flock("walk", "seven", &options);
+    let document = flock("walk", "seven", &[&options[..], &["--json"]].concat());
+    assert_eq!((lines.status.code(), document.status.code()), (Some(0), Some(0)));
+    assert!(lines.stderr.is_empty(), "nothing to complain of");
+    let lines = String::from_utf8(lines.stdout).unwrap();
+    let document = json(&document);
+    let clips: Vec<_> = document["clips"].as_array().unwrap().iter().map(|clip| clip.as_str().unwrap()).collect();
+    assert_eq!(lines.lines().collect::<Vec<_>>(), clips);
+    assert_eq!(lines.as_bytes(), flock("walk", "seven", &options).stdout);
+    assert_ne!(lines.as_bytes(), flock("walk", "seven", &["--seed", "10", "--steps", "200"]).stdout);
+}
+
+#[test]
+fn a_walk_meets_end_to_end() {
+    let said = flock("walk", "seven", &["--seed", "4", "--steps", "500"]);
+    let text = String::from_utf8(said.stdout).unwrap();
+    let ends = |clip: &str| {
+        let name = clip.trim_end_matches(".mp4");
+        name.split_once('=').map_or((name.to_owned(), name.to_owned()), |(a, b)| (a.to_owned(), b.to_owned()))
+    };
+    let clips: Vec<_> = text.lines().map(ends).collect();
+    assert!(clips.windows(2).all(|pair| pair[0].1 == pair[1].0), "every clip begins where the one before ends");
+}
+
+#[test]
+fn a_simulation_tells_visits_returns_and_repeats() {
+    let said = flock("simulate", "seven", &["--seed", "1", "--steps", "20000", "--json"]);
+    assert_eq!(said.status.code(), Some(0));
+    let answer = json(&said);
+    let visits = answer["sheep"].as_array().unwrap();
+    assert_eq!(visits.len(), 7);
+    let sum: f64 = visits.iter().map(|sheep| sheep["visits"].as_f64().unwrap()).sum();
+    assert!((sum - 1.0).abs() < 1e-9, "visits are shares, their sum is {sum}");
+    for field in ["worst_ratio", "min_return_minutes", "p05_return_minutes", "longest_repeat"] {
+        assert!(answer[field].is_number(), "`{field}` in {answer}");
+    }
+    for field in ["k2", "k3", "k4"] {
+        assert!(answer["first_repeat"].get(field).is_some(), "`{field}` in {answer}");
+    }
+    assert!(answer["worst_ratio"].as_f64().unwrap() >= 1.0);
+}
+
+#[test]
+fn every_command_says_what_its_exit_codes_mean() {
+    for command in ["check", "walk", "simulate"] {
+        let said = output(Command::new(programs::flock()).args([command, "--help"]));
+        let help = String::from_utf8(said.stdout).unwrap();
+        assert!(help.contains("Exit status:"), "{command}: {help}");
+        for code in ["  0  ", "  1  ", "  2  ", "  3  "] {
+            assert!(help.contains(code), "{command} explains {code}: {help}");
+        }
+    }
+}

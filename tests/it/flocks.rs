@@ -38,6 +38,12 @@ pub(crate) struct Flock {
     pub(crate) shows: HashMap<String, Vec<String>>,
 }
 
+/// The flock of the thousand joins: six sheep, every clip encoded unlike its neighbours.
+pub(crate) const JOINS: Plan = Plan { name: "joins", size: (640, 480), fps: (30, 1), sheep: 6, frames: 6 };
+
+/// A flock of small frames, whose clips are over within a moment of free running.
+pub(crate) const SMALL: Plan = Plan { name: "small", size: (320, 240), fps: (30, 1), sheep: 5, frames: 6 };
+
 static MAKING: Mutex<()> = Mutex::new(());
 
 impl Plan {
@@ -111,9 +117,9 @@ fn read_shows(folder: &Path) -> HashMap<String, Vec<String>> {
 
 impl Flock {
     /// The clips of the first `count` places of the walk with `seed`, as `flock walk` prints them.
-    pub(crate) fn walk(&self, seed: u64, count: usize) -> Vec<String> {
+    pub(crate) fn walk(&self, seed: &str, count: usize) -> Vec<String> {
         let mut flock = Command::new(programs::flock());
-        flock.arg("walk").arg(&self.folder).args(["--seed", &seed.to_string(), "--steps", &count.to_string()]);
+        flock.arg("walk").arg(&self.folder).args(["--seed", seed, "--steps", &count.to_string()]);
         let text = String::from_utf8(succeed(&mut flock)).unwrap();
         let clips: Vec<String> = text.lines().take(count).map(str::to_owned).collect();
         assert_eq!(clips.len(), count, "`flock walk --steps {count}` prints at least a clip a step");
@@ -137,5 +143,3 @@ fn every_test_clip_is_in_the_form_that_a_flock_asks_for() {
     assert!(said.status.success(), "{}{}", String::from_utf8_lossy(&said.stdout), String::from_utf8_lossy(&said.stderr));
 }
 
-/// The flock of the thousand joins: six sheep, every clip encoded unlike its neighbours.
-pub(crate) const JOINS: Plan = Plan { name: "joins", size: (640, 480), fps: (30, 1), sheep: 6, frames: 6 };

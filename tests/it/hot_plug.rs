@@ -1,1 +1,85 @@
-//! To come.
+//! The cable is pulled and pushed in a hundred times.
+//!
+//! Owns the claim that it is the same process afterwards, with its picture back and nothing leaked. The card is one
+//! of our own that vkms makes from a description, since its cable can be pulled by writing a file.
+
+use crate::flocks::JOINS;
+use crate::guest::{script, succeed_in_virtual_time};
+use crate::playing::Playing;
+use crate::resume::Random;
+use std::fmt::Write as _;
+use std::fs;
+
+/// How often the cable is pulled.
+const TIMES: usize = 100;
+
+/// Longest wait for the picture after the cable is back, in nanoseconds of virtual time.
+const BACK_NS: u64 = 2_000_000_000;
+
+/// Makes a card `frame` with one of everything and waits for nothing; `$card` is its device.
+const CARD: &str = r#"
+frame=/sys/kernel/config/vkms/frame
+mkdir $frame
+mkdir $frame/planes/plane $frame/crtcs/crtc $frame/encoders/encoder $frame/connectors/cable
+echo 1 > $frame/planes/plane/type
+ln -s $frame/crtcs/crtc $frame/planes/plane/possible_crtcs/
+ln -s $frame/crtcs/crtc $frame/encoders/encoder/possible_crtcs/
+ln -s $frame/encoders/encoder $frame/connectors/cable/possible_encoders/
+echo 1 > $frame/enabled
+card=$(basename /sys/devices/faux/frame/drm/card*)
+"#;
+
+/// Functions of the guest's script: the cable, and a count of all that a player could leak.
+const HANDS: &str = r#"
+now() { read -r up _ < /proc/uptime; echo "$1 $up"; }
+pull() { now pull; echo 2 > $frame/connectors/cable/status; }
+push() { echo 1 > $frame/connectors/cable/status; now push; }
+holds() {
+  echo "holds $(grep -c '^framebuffer' /sys/kernel/debug/dri/frame/framebuffer) framebuffers," \
+    "$(awk '/^Shmem:/ {print $2}' /proc/meminfo) kB of buffers, $(ls /proc/$player/fd | wc -l) descriptors"
+}
+"#;
+
+#[test]
+fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
+    let flock = JOINS.flock();
+    let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--screen", "kms:/dev/dri/$card"]);
+    let player = playing.command();
+    let words = [player.get_program()].into_iter().chain(player.get_args());
+    let words: Vec<_> = words.map(|word| format!("\"{}\"", word.to_str().unwrap())).collect();
+    let log = playing.path("log");
+    let mut text = format!("{CARD}{HANDS}exec > {}\n", log.display());
+    writeln!(text, "{} &\nplayer=$!", words.join(" ")).unwrap();
+    let mut random = Random(2);
+    for time in 0..TIMES {
+        // Every third time the cable is back before the player can have looked.
+        let away_ms = if time % 3 == 0 { random.below(40) } else { random.below(1_500) };
+        let lit_ms = BACK_NS / 1_000_000 + random.below(700);
+        writeln!(text, "sleep {}; holds; pull", seconds(lit_ms)).unwrap();
+        writeln!(text, "sleep {}; push; kill -0 $player", seconds(away_ms)).unwrap();
+    }
+    text += "sleep 3; holds\nkill -TERM $player; wait $player\n";
+    fs::write(playing.path("hands.sh"), &text).unwrap();
+    succeed_in_virtual_time(240, &script(&format!("bash -eu {}", playing.path("hands.sh").display())));
+
+    let trace = playing.trace();
+    let log = fs::read_to_string(log).unwrap();
+    let pushes = log.lines().filter_map(|line| line.strip_prefix("push ")).map(nanoseconds);
+    let back: Vec<u64> = pushes.map(|push| trace.flips.iter().map(|flip| flip.t_ns).find(|&t| t > push).unwrap_or(u64::MAX) - push).collect();
+    assert_eq!(back.len(), TIMES);
+    assert!(back.iter().all(|&wait| wait <= BACK_NS), "nanoseconds until the picture is back: {back:?}");
+    let holds: Vec<&str> = log.lines().filter(|line| line.starts_with("holds")).collect();
+    let (first, last) = (holds.first().unwrap(), holds.last().unwrap());
+    assert_eq!(first, last, "what the player holds before the first pull and after the last push");
+    assert_eq!(trace.end.map(|end| end.skipped), Some(0), "no frame is skipped to catch up");
+}
+
+fn seconds(ms: u64) -> String {
+    format!("{}.{:03}", ms / 1_000, ms % 1_000)
+}
+
+/// A reading of `/proc/uptime`, which has hundredths of a second, in nanoseconds.
+fn nanoseconds(uptime: &str) -> u64 {
+    let (whole, hundredths) = uptime.split_once('.').unwrap();
+    whole.parse::<u64>().unwrap() * 1_000_000_000 + hundredths.parse::<u64>().unwrap() * 10_000_000
+}

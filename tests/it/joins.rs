@@ -13,11 +13,11 @@ const CLIPS: usize = 1_001;
 #[test]
 fn a_thousand_joins_show_every_frame_once_and_in_time() {
     let flock = JOINS.flock();
-    let clips = flock.walk(7, CLIPS);
+    let clips = flock.walk("7", CLIPS);
     let due = flock.frames(&clips);
     let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "7", "--hash"]);
     let playing = playing.with(&["--clips", &CLIPS.to_string()]);
-    succeed_in_virtual_time(240, playing.command());
+    succeed_in_virtual_time(240, &playing.command());
     let trace = playing.trace();
 
     for (place, (flip, (clip, frame, hash))) in trace.flips.iter().zip(&due).enumerate() {

@@ -1,60 +1,111 @@
-//! The player's command line, as claims use it.
+//! Runs of the player: its command line, and the process while it runs.
 //!
-//! Owns one run's scratch folder: its state, its trace. Never decides where it runs: here on the virtual screen, or
-//! in a guest on a real one.
+//! Owns one scratch folder for each: its state, its trace. Never decides where it runs: here on the virtual screen,
+//! or in a guest on a real one.
 //!
 //! Start at [`Playing::of`].
 
-use crate::programs;
+use crate::programs::{self, ends_within};
 use crate::trace::Trace;
+use rustix::process::{Pid, Signal, kill_process};
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, ChildStdout, Command, Stdio};
 use tempfile::TempDir;
 
 /// The display of a guest.
 pub(crate) const VKMS: &str = "kms:/dev/dri/by-driver/vkms";
 
-/// One run of the player, about to start.
+/// What to play and how; may be started again, and then goes on where it was.
 pub(crate) struct Playing {
     scratch: TempDir,
-    command: Command,
+    options: Vec<OsString>,
 }
 
 impl Playing {
-    /// A run of the player on the flock in `folder`, with a trace and a state folder of its own and no status page.
+    /// Plays the flock in `folder` with a state folder of its own.
     pub(crate) fn of(folder: &Path) -> Self {
         let scratch = tempfile::tempdir_in(programs::claims_folder()).unwrap();
-        let mut command = Command::new(programs::player());
-        command.arg("--flock").arg(folder);
-        command.arg("--state").arg(scratch.path().join("state"));
-        command.arg("--trace").arg(scratch.path().join("trace"));
-        command.args(["--status", "off"]);
-        Self { scratch, command }
+        let mut options = vec!["--flock".into(), folder.into()];
+        options.extend(["--state".into(), scratch.path().join("state").into()]);
+        Self { scratch, options }
     }
 
     /// Adds options.
+    #[must_use]
     pub(crate) fn with(mut self, options: &[&str]) -> Self {
-        self.command.args(options);
+        self.options.extend(options.iter().map(OsString::from));
         self
     }
 
-    /// The command line.
-    pub(crate) fn command(&self) -> &Command {
-        &self.command
+    /// The command line, with a trace in the scratch folder and no status page.
+    pub(crate) fn command(&self) -> Command {
+        let mut command = Command::new(programs::player());
+        command.args(&self.options).args(["--status", "off", "--trace"]).arg(self.path("trace"));
+        command
     }
 
-    /// The command line, to start here.
-    pub(crate) fn start(&mut self) -> &mut Command {
-        &mut self.command
-    }
-
-    /// A path in the run's own scratch folder, which vanishes with it.
+    /// A path in the scratch folder, which vanishes with this value.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.scratch.path().join(name)
     }
 
-    /// The trace so far.
+    /// The trace that [`Self::command`] left.
     pub(crate) fn trace(&self) -> Trace {
         Trace::read(&self.path("trace"))
+    }
+
+    /// Starts the player here, telling its trace to us.
+    pub(crate) fn start(&self) -> Running {
+        let mut command = Command::new(programs::player());
+        command.args(&self.options).args(["--trace", "/dev/stdout"]).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        let told = BufReader::new(child.stdout.take().expect("its standard output is piped"));
+        Running { child, told: Some(told), text: String::new() }
+    }
+}
+
+/// A player that runs here. It is killed when dropped.
+pub(crate) struct Running {
+    child: Child,
+    told: Option<BufReader<ChildStdout>>,
+    text: String,
+}
+
+impl Running {
+    /// Waits until the player has told `lines` more lines of its trace.
+    pub(crate) fn await_lines(&mut self, lines: u64) {
+        for line in 0..lines {
+            let bytes = self.told.as_mut().expect("read to its end only by `end_within`").read_line(&mut self.text).unwrap();
+            assert!(bytes > 0, "the player ended by itself after {line} lines: {}", self.text);
+        }
+    }
+
+    /// Sends a signal.
+    pub(crate) fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// Waits for the end, at most `seconds`; returns the exit code (`None` if it was killed) and the whole trace.
+    pub(crate) fn end_within(mut self, seconds: u32) -> (Option<i32>, Trace) {
+        // The pipe must not hold up a player that tells more than it holds.
+        let mut told = self.told.take().expect("read to its end only here");
+        let rest = std::thread::spawn(move || {
+            let mut rest = String::new();
+            told.read_to_string(&mut rest).map(|_| rest)
+        });
+        assert!(ends_within(&self.child, seconds), "the player still runs after {seconds} s");
+        let code = self.child.wait().unwrap().code();
+        self.text += &rest.join().unwrap().unwrap();
+        (code, Trace::parse(&self.text))
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Fails only where it has ended by itself, which is as good.
+        let _ended = self.child.kill();
+        let _status = self.child.wait();
     }
 }

@@ -1,1 +1,114 @@
-//! To come.
+//! The status page, as an installer, a monitoring system and a browser see it.
+//!
+//! Owns the claims on its addresses and on how it looks in a browser.
+
+use crate::flocks::SMALL;
+use crate::playing::{Playing, Running};
+use crate::programs::{output, succeed};
+use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// An answer of the page: its head and its body.
+struct Answer {
+    head: String,
+    body: Vec<u8>,
+}
+
+impl Answer {
+    fn text(&self) -> String {
+        String::from_utf8(self.body.clone()).unwrap()
+    }
+}
+
+/// Asks the page on `socket`; HTTP 1.0, so that the body comes as it is.
+fn ask(socket: &Path, request: &str) -> Answer {
+    let mut stream = UnixStream::connect(socket).unwrap();
+    write!(stream, "{request} HTTP/1.0\r\nHost: unit\r\nConnection: close\r\n\r\n").unwrap();
+    let mut all = Vec::new();
+    stream.read_to_end(&mut all).unwrap();
+    let end = all.windows(4).position(|four| four == b"\r\n\r\n").expect("a head ends with an empty line");
+    Answer { head: String::from_utf8(all[..end].to_vec()).unwrap().to_lowercase(), body: all[end + 4..].to_vec() }
+}
+
+/// A player that has lit frames and serves its page on the socket returned.
+fn on_a_socket() -> (Playing, Running, PathBuf) {
+    let flock = SMALL.flock();
+    let folder = tempfile::Builder::new().prefix("page").tempdir().unwrap().keep();
+    let socket = folder.join("socket");
+    let address = format!("unix:{}", socket.display());
+    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", &address]);
+    let mut running = playing.start();
+    running.await_lines(40);
+    (playing, running, socket)
+}
+
+#[test]
+fn the_page_tells_what_is_on_the_glass_in_three_forms_and_shows_it() {
+    let (_playing, _running, socket) = on_a_socket();
+    let page = ask(&socket, "GET /");
+    assert!(page.head.starts_with("http/1.1 200") || page.head.starts_with("http/1.0 200"), "{}", page.head);
+    assert!(page.head.contains("text/html"), "{}", page.head);
+    let html = page.text();
+    assert!(!html.contains("http://") && !html.contains("https://"), "the page needs nothing from elsewhere");
+
+    let status = ask(&socket, "GET /status.json");
+    assert!(status.head.contains("application/json"), "{}", status.head);
+    let document: serde_json::Value = serde_json::from_str(&status.text()).unwrap();
+    assert!(document.is_object(), "{document}");
+
+    let metrics = ask(&socket, "GET /metrics");
+    assert!(metrics.head.contains("application/openmetrics-text"), "{}", metrics.head);
+    let text = metrics.text();
+    assert!(text.ends_with("# EOF\n"), "{text}");
+    for family in ["flips", "late", "joins", "faults"] {
+        assert!(text.contains(family), "the metrics count {family}: {text}");
+    }
+
+    let picture = ask(&socket, "GET /screen.jpg");
+    assert!(picture.head.contains("image/jpeg"), "{}", picture.head);
+    assert_eq!(pixels(&picture.body, "jpg").len() % (320 * 240 * 3), 0, "the picture is whole");
+}
+
+#[test]
+fn the_page_refuses_what_it_does_not_have() {
+    let (_playing, _running, socket) = on_a_socket();
+    assert!(ask(&socket, "GET /no-such-page").head.contains(" 404"));
+    assert!(ask(&socket, "POST /").head.contains(" 405"));
+}
+
+#[test]
+fn the_page_shows_its_picture_in_a_browser_without_a_complaint() {
+    let flock = SMALL.flock();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let address = format!("127.0.0.1:{port}");
+    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", &address]);
+    let mut running = playing.start();
+    running.await_lines(40);
+    let shot = playing.path("page.png");
+    let mut chromium = Command::new("timeout");
+    chromium.args(["60", "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]);
+    chromium.arg(format!("--user-data-dir={}", playing.path("chromium").display()));
+    chromium.args(["--window-size=1280,1200", "--virtual-time-budget=4000", "--enable-logging=stderr"]);
+    chromium.arg(format!("--screenshot={}", shot.display())).arg(format!("http://{address}/"));
+    let said = output(&mut chromium);
+    let console = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.success(), "{console}");
+    assert!(!console.contains("CONSOLE"), "the browser's console is empty: {console}");
+    let rgb = pixels(&fs::read(&shot).unwrap(), "png");
+    let vivid = rgb.chunks(3).filter(|pixel| pixel.iter().max().unwrap() - pixel.iter().min().unwrap() > 120).count();
+    assert!(vivid * 50 > rgb.len() / 3, "the test picture's colours are on the page: {vivid} vivid pixels");
+}
+
+/// The RGB bytes of a picture, as `ffmpeg` decodes it.
+fn pixels(picture: &[u8], kind: &str) -> Vec<u8> {
+    let file = tempfile::Builder::new().suffix(&format!(".{kind}")).tempfile().unwrap();
+    fs::write(file.path(), picture).unwrap();
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(file.path());
+    ffmpeg.args(["-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]);
+    succeed(&mut ffmpeg)
+}

@@ -64,12 +64,17 @@ pub(crate) struct End {
 }
 
 impl Trace {
-    /// Reads the trace that a player left at `path`. A last line cut off by a kill is left out.
+    /// Reads the trace that a player left at `path`.
     pub(crate) fn read(path: &Path) -> Self {
-        let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("no trace at `{}`: {error}", path.display()));
+        let text = fs::read_to_string(path);
+        Self::parse(&text.unwrap_or_else(|error| panic!("no trace at `{}`: {error}", path.display())))
+    }
+
+    /// Reads a trace. A last line cut off by a kill is left out.
+    pub(crate) fn parse(text: &str) -> Self {
         let mut trace = Self::default();
         for line in text.split_inclusive('\n').filter(|line| line.ends_with('\n')) {
-            trace.take(&parse(line));
+            trace.take(&event(line));
         }
         trace
     }
@@ -113,8 +118,7 @@ impl Trace {
     }
 }
 
-/// One line of a trace.
-pub(crate) fn parse(line: &str) -> Value {
+fn event(line: &str) -> Value {
     serde_json::from_str(line).unwrap_or_else(|error| panic!("no JSON in the trace: {error}: {line}"))
 }
 
