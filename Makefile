@@ -33,4 +33,5 @@ bench: ## measure the player beside ffmpeg, mpv and GStreamer on a real KMS devi
 soak: ## the long claims: a day of playing in virtual time, a year of walking
 	.ci/install play check
 	cargo build --locked --release --workspace
+	cargo run --locked --release --package flock --example year
 	tests/soak/run

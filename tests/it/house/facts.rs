@@ -92,11 +92,24 @@ fn the_documents_name_only_make_targets_that_exist() {
     let targets = make_targets();
     assert_eq!(targets, ["help", "play", "check", "bench", "soak"]);
     for path in DOCUMENTS {
-        for named in make_commands(&read(path)).iter().filter(|named| !targets.iter().any(|target| target == *named)) {
-            panic!("`{path}` names `make {named}`, which the Makefile does not know");
+        for named in make_commands(&read(path)) {
+            let known = targets.iter().any(|target| target == named);
+            assert!(known, "`{path}` names `make {named}`, which the Makefile does not know");
         }
     }
     assert_eq!(make_commands("text\n\n    make one\nSee `make two X`, or make three."), ["one", "two"]);
+}
+
+#[test]
+fn the_scripts_that_the_makefile_runs_are_there() {
+    let makefile = read("Makefile");
+    let programs = makefile.lines().filter_map(|line| line.strip_prefix('\t')?.split_whitespace().next());
+    let scripts: Vec<_> =
+        programs.filter(|program| program.starts_with(".ci/") || program.starts_with("tests/")).collect();
+    assert!(scripts.len() >= 4, "only {scripts:?} were read");
+    for script in scripts {
+        assert!(root().join(script).exists(), "the Makefile runs `{script}`, which is not there");
+    }
 }
 
 #[test]
@@ -153,4 +166,25 @@ fn every_door_of_the_code_map_is_there() {
             None => assert!(root().join(door).exists(), "`{door}` is not there"),
         }
     }
+}
+
+#[test]
+fn a_restart_is_refused_exactly_where_the_same_words_would_be_read_again() {
+    let refused = number_after(&read("systemd/dreams-player.service"), "\nRestartPreventExitStatus=");
+    let help = read("player/src/options.rs");
+    let malformed = help.lines().find(|line| line.ends_with("is wrong")).expect("the help explains a malformed file");
+    assert_eq!(malformed.trim().split_once(' ').unwrap().0, refused.to_string());
+    assert!(read("ARCHITECTURE.md").contains(&format!(" {refused} (malformed input)")));
+}
+
+#[test]
+fn both_programs_end_with_the_same_codes() {
+    let codes = |path: &str| -> Vec<usize> {
+        let code = read(path);
+        let (_, variants) = code.split_once("enum Exit {").expect("`enum Exit`");
+        let numbered = variants.lines().take_while(|line| *line != "}").filter(|line| line.contains(" = "));
+        numbered.map(|line| number_after(line, " = ")).collect()
+    };
+    assert_eq!(codes("player/src/report.rs"), [0, 1, 2, 3]);
+    assert_eq!(codes("flock-tools/src/report.rs"), [0, 1, 2, 3]);
 }

@@ -41,7 +41,7 @@ fn flatten(stream: TokenStream, depth: usize, in_tests: bool, tokens: &mut Vec<T
     // From `#[cfg(test)]` to the end of the item that it stands on.
     let mut on_tests = false;
     for tree in stream {
-        match tree {
+        match &tree {
             TokenTree::Group(group) => {
                 let (open, close) = match group.delimiter() {
                     Delimiter::Brace => ("{", "}"),
@@ -57,8 +57,8 @@ fn flatten(stream: TokenStream, depth: usize, in_tests: bool, tokens: &mut Vec<T
                 tokens.push(token(close, group.span_close().start().line));
                 on_tests &= open != "{";
             }
-            other => {
-                let (text, line) = (other.to_string(), other.span().start().line);
+            TokenTree::Ident(_) | TokenTree::Literal(_) | TokenTree::Punct(_) => {
+                let (text, line) = (tree.to_string(), tree.span().start().line);
                 let ends = text == ";";
                 tokens.push(Token { text, line, depth, in_tests: in_tests || on_tests });
                 on_tests &= !ends;
