@@ -12,7 +12,7 @@ use std::path::Path;
 
 use flock::{Clip, ClipHash, Fault, FaultKind, Manifest, SheepId};
 use indicatif::{ProgressBar, ProgressStyle};
-use rayon::prelude::*;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use video::{Form, ProbeError};
 
 use crate::report::chain;
