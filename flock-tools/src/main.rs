@@ -9,6 +9,7 @@ use clap::{Parser, Subcommand};
 
 mod check;
 mod clips;
+mod demo;
 mod open;
 mod report;
 mod simulate;
@@ -25,6 +26,7 @@ struct Args {
 #[derive(Debug, Subcommand)]
 enum Command {
     Check(check::Args),
+    Demo(demo::Args),
     Simulate(simulate::Args),
     Walk(walk::Args),
 }
@@ -32,6 +34,7 @@ enum Command {
 fn main() -> ExitCode {
     report::finish(Args::try_parse().map(|args| match args.command {
         Command::Check(args) => check::run(&args),
+        Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Walk(args) => walk::run(&args),
     }))

@@ -1,0 +1,54 @@
+//! The finished demo's `flock.toml` and genomes.
+//!
+//! Owns how they are written: last, and whole or not at all. Never says what the flock is: the plan does.
+//!
+//! Start at [`write`].
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use flock::{ClipHash, FILE_NAME};
+
+use super::plan::{Plan, SHEEP, Shows};
+
+/// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
+///
+/// # Errors
+/// What the kernel says; a manifest that was there before is then still there.
+pub(crate) fn write(plan: &Plan, hashes: &[ClipHash], folder: &Path) -> io::Result<()> {
+    let genomes = folder.join("genomes");
+    fs::create_dir_all(&genomes)?;
+    for seed in &SHEEP {
+        fs::write(genomes.join(format!("{}.flam3", seed.id)), seed.genome)?;
+    }
+    let part = folder.join(format!("{FILE_NAME}.part"));
+    let mut file = File::create(&part)?;
+    file.write_all(text(plan, hashes).as_bytes())?;
+    file.sync_all()?;
+    fs::rename(part, folder.join(FILE_NAME))?;
+    File::open(folder)?.sync_all()
+}
+
+/// The manifest of `plan`, whose clips hash to `hashes`.
+pub(crate) fn text(plan: &Plan, hashes: &[ClipHash]) -> String {
+    let look = &plan.look;
+    let (width, height) = look.size;
+    let mut text = format!(
+        "format = 1\nname = \"demo\"\nsize = [{width}, {height}]\nfps = [{}, {}]\n",
+        look.fps.num(),
+        look.fps.den()
+    );
+    for (clip, hash) in plan.clips.iter().zip(hashes) {
+        let names = match &clip.shows {
+            Shows::Loop(id) => {
+                format!("[[sheep]]\nid = \"{id}\"\ngenome = \"genomes/{id}.flam3\"\nrepeat = {}\n", look.repeat)
+            }
+            Shows::Transition(from, to) => format!("[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\n"),
+        };
+        write!(text, "\n{names}frames = {}\nclip = \"{}\"\nhash = \"{hash}\"\n", clip.frames.0, clip.path)
+            .expect("writing to a string does not fail");
+    }
+    text
+}
