@@ -19,10 +19,16 @@ use timing::FrameCount;
 /// Encoder threads. x264's output depends on their number: a fixed one gives the same clip on every machine.
 const THREADS: &str = "4";
 
+/// What x264 calls its presets. Presets and factors are checked here because x264 writes to stderr by itself when it
+/// refuses one.
+const PRESETS: [&str; 10] =
+    ["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow", "placebo"];
+
 /// How good and how large a clip becomes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality<'a> {
-    /// x264's constant rate factor: 0.0 (lossless) to 51.0; 16 to 20 for art on a wall.
+    /// x264's constant rate factor, above 0.0 (which would be lossless, and outside High) to 51.0; 16 to 20 for art on
+    /// a wall.
     pub crf: f32,
     /// x264's preset: `ultrafast` to `placebo`.
     pub preset: &'a str,
@@ -43,11 +49,27 @@ pub enum EncodeError {
         /// What ffmpeg said.
         reason: String,
     },
+    /// x264 has no such rate factor, or none within the form.
+    #[error("cannot encode clip `{path}`: rate factor {found} is out of range (expected above 0, at most 51)")]
+    Factor {
+        /// The clip.
+        path: PathBuf,
+        /// What was asked for.
+        found: f32,
+    },
     /// The name is not UTF-8.
     #[error("cannot encode clip `{path}`: the name is not UTF-8")]
     Name {
         /// The clip.
         path: PathBuf,
+    },
+    /// x264 has no such preset.
+    #[error("cannot encode clip `{path}`: x264 has no preset `{found}` (expected one of {})", PRESETS.join(", "))]
+    Preset {
+        /// The clip.
+        path: PathBuf,
+        /// What was asked for.
+        found: String,
     },
     /// A picture is not of the form's size.
     #[error("frame {frame} of clip `{path}` has {found_width}x{found_height} pixels (expected {width}x{height})")]
@@ -107,9 +129,12 @@ impl Encoder {
     /// [`EncodeError`] if x264 does not know the preset, or the file cannot be created.
     pub fn create(path: &Path, form: &Form, quality: Quality<'_>) -> Result<Self, EncodeError> {
         raw::hush();
-        if quality.preset.contains('\0') {
-            let (path, reason) = (path.to_owned(), "the preset has a NUL in it".into());
-            return Err(EncodeError::Encode { path, step: "start x264", reason });
+        if !PRESETS.contains(&quality.preset) {
+            let (path, found) = (path.to_owned(), quality.preset.to_owned());
+            return Err(EncodeError::Preset { path, found });
+        }
+        if !(quality.crf > 0.0 && quality.crf <= 51.0) {
+            return Err(EncodeError::Factor { path: path.to_owned(), found: quality.crf });
         }
         let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, &error);
         let mut name: OsString = path.as_os_str().to_owned();

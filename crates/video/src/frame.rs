@@ -19,6 +19,7 @@ pub struct Frame {
     pub(crate) clip: ClipNumber,
     pub(crate) in_clip: u32,
     pub(crate) last: bool,
+    pub(crate) damaged: bool,
 }
 
 impl Frame {
@@ -59,15 +60,20 @@ impl Frame {
         self.picture.strides()
     }
 
-    /// Whether parts of it were guessed because the clip is damaged.
+    /// Whether parts of it were guessed because the clip is damaged. With more than one thread the mark may sit on a
+    /// frame nearby, always of the same clip.
     pub fn damaged(&self) -> bool {
-        self.picture.damaged()
+        self.damaged
     }
 }
 
 impl fmt::Debug for Frame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { index, clip, in_clip, last, picture: _ } = self;
-        write!(f, "Frame {{ index: {}, clip: {}, in_clip: {in_clip}, last: {last} }}", index.0, clip.0)
+        let Self { index, clip, in_clip, last, damaged, picture: _ } = self;
+        write!(
+            f,
+            "Frame {{ index: {}, clip: {}, in_clip: {in_clip}, last: {last}, damaged: {damaged} }}",
+            index.0, clip.0
+        )
     }
 }

@@ -9,12 +9,13 @@
 #![allow(unsafe_code)]
 
 use ffmpeg_next::ffi as av;
-use std::ffi::{CStr, CString, c_int};
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fmt;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::ptr::{self, NonNull};
 use std::slice;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// What ffmpeg answered, as its own negative number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,10 +50,28 @@ fn url(path: &Path) -> Result<CString, Code> {
     CString::new([b"file:", path.as_os_str().as_bytes()].concat()).map_err(|_| Code::INVALID)
 }
 
-/// Keeps ffmpeg's own messages off stderr: what they tell comes back as errors and damage.
+/// Keeps ffmpeg's own messages off stderr, and hears the complaints of decoders.
 pub(crate) fn hush() {
-    // SAFETY: sets one atomic integer inside ffmpeg.
-    unsafe { av::av_log_set_level(av::AV_LOG_QUIET) };
+    // SAFETY: sets one atomic pointer inside ffmpeg, to a function that lives for ever and may run on any thread.
+    unsafe { av::av_log_set_callback(Some(listen)) };
+}
+
+/// ffmpeg's way to say anything. Where a [`Decoder`] complains, its clip's count goes up: with several threads FFmpeg 5.1
+/// tells of concealed errors in no other way. `Arguments` is the C compiler's `va_list`, never touched.
+unsafe extern "C" fn listen<Arguments>(who: *mut c_void, level: c_int, _: *const c_char, _: Arguments) {
+    if who.is_null() || level & 0xff > av::AV_LOG_ERROR {
+        return;
+    }
+    // SAFETY: ffmpeg hands out objects whose first field is their class; those of class `AVCodecContext` are one. Its
+    // `opaque` is null but where `Decoder::send` set it to a counter, which outlives the context and its threads.
+    unsafe {
+        if *who.cast::<*const av::AVClass>() == av::avcodec_get_class() {
+            let counter = (*who.cast::<av::AVCodecContext>()).opaque.cast::<AtomicU32>();
+            if let Some(counter) = counter.as_ref() {
+                counter.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    }
 }
 
 /// One sample of a clip as the container's index lists it.
@@ -343,8 +362,15 @@ pub(crate) enum Received {
     Failed(Code),
 }
 
+/// How many clips a decoder keeps apart at most: more than can be inside it, with one frame per thread.
+const CLIPS_APART: usize = 256;
+
 /// An H.264 decoder.
-pub(crate) struct Decoder(NonNull<av::AVCodecContext>);
+pub(crate) struct Decoder {
+    context: NonNull<av::AVCodecContext>,
+    /// Complaints per clip, by its number modulo [`CLIPS_APART`]. Freed after `context`, see `drop`.
+    complaints: Box<[AtomicU32; CLIPS_APART]>,
+}
 
 // SAFETY: a codec context may move between threads as long as one uses it at a time: every method takes `&mut self`.
 unsafe impl Send for Decoder {}
@@ -361,10 +387,12 @@ impl Decoder {
             }
             (NonNull::new(av::avcodec_alloc_context3(codec)).ok_or(Code::NO_MEMORY)?, codec)
         };
-        let (mut decoder, codec) = (Self(context.0), context.1);
+        let (context, codec) = context;
+        let complaints = Box::new([const { AtomicU32::new(0) }; CLIPS_APART]);
+        let mut decoder = Self { context, complaints };
         // SAFETY: the context is alive and exclusively ours, not yet open.
         unsafe {
-            let context = decoder.0.as_mut();
+            let context = decoder.context.as_mut();
             context.thread_count = c_int::try_from(threads).unwrap_or(c_int::MAX);
             context.thread_type = av::FF_THREAD_FRAME;
             check(av::avcodec_open2(context, codec, ptr::null_mut()))?;
@@ -375,20 +403,41 @@ impl Decoder {
     /// How many packets after a bad one its error is told.
     pub(crate) fn lag(&self) -> usize {
         // SAFETY: allocated in `new`, freed only in `drop`.
-        let context = unsafe { self.0.as_ref() };
+        let context = unsafe { self.context.as_ref() };
         let threaded = context.active_thread_type & av::FF_THREAD_FRAME != 0;
         if threaded { usize::try_from(context.thread_count - 1).unwrap_or(0) } else { 0 }
     }
 
-    /// Offers a packet; `None` announces the end.
-    pub(crate) fn send(&mut self, packet: Option<&Packet>) -> Sent {
-        let packet = packet.map_or(ptr::null_mut(), |packet| packet.0.as_ptr());
-        // SAFETY: the context is open; the packet is alive and only read.
-        match unsafe { av::avcodec_send_packet(self.0.as_ptr(), packet) } {
+    /// Offers a packet of the `clip`th clip.
+    pub(crate) fn send(&mut self, packet: &Packet, clip: u64) -> Sent {
+        let counter = &raw const self.complaints[slot(clip)];
+        // SAFETY: the context is open and exclusively ours; the packet is alive and only read. ffmpeg copies `opaque`,
+        // never follows it; `listen` does, and the counter stays in place until `drop` has ended all threads.
+        let answer = unsafe {
+            let before = self.context.as_ref().opaque;
+            self.context.as_mut().opaque = counter.cast_mut().cast();
+            let answer = av::avcodec_send_packet(self.context.as_ptr(), packet.0.as_ptr());
+            if answer == av::AVERROR(av::EAGAIN) {
+                self.context.as_mut().opaque = before;
+            }
+            answer
+        };
+        match answer {
             answer if answer >= 0 => Sent::Taken,
             answer if answer == av::AVERROR(av::EAGAIN) => Sent::Full,
             answer => Sent::Failed(Code(answer)),
         }
+    }
+
+    /// Announces the end: what is inside comes out.
+    pub(crate) fn send_end(&mut self) {
+        // SAFETY: the context is open and exclusively ours; no packet is ffmpeg's sign for the end.
+        unsafe { av::avcodec_send_packet(self.context.as_ptr(), ptr::null()) };
+    }
+
+    /// How many complaints about the `clip`th clip came since this was last asked.
+    pub(crate) fn complaints(&self, clip: u64) -> u32 {
+        self.complaints[slot(clip)].swap(0, Ordering::Relaxed)
     }
 
     /// Takes the next picture out.
@@ -397,7 +446,7 @@ impl Decoder {
         unsafe {
             let Some(frame) = NonNull::new(av::av_frame_alloc()) else { return Received::Failed(Code::NO_MEMORY) };
             let picture = Picture(frame);
-            match av::avcodec_receive_frame(self.0.as_ptr(), frame.as_ptr()) {
+            match av::avcodec_receive_frame(self.context.as_ptr(), frame.as_ptr()) {
                 answer if answer >= 0 => Received::Picture(picture),
                 answer if answer == av::AVERROR(av::EAGAIN) => Received::Hungry,
                 av::AVERROR_EOF => Received::End,
@@ -410,6 +459,11 @@ impl Decoder {
 impl Drop for Decoder {
     fn drop(&mut self) {
         // SAFETY: allocated in `new`, freed only here; frames that are still out keep their own references.
-        unsafe { av::avcodec_free_context(&mut self.0.as_ptr()) };
+        // It joins the threads; only then does the counter's memory go.
+        unsafe { av::avcodec_free_context(&mut self.context.as_ptr()) };
     }
+}
+
+fn slot(clip: u64) -> usize {
+    usize::try_from(clip % CLIPS_APART as u64).unwrap_or(0)
 }

@@ -70,6 +70,8 @@ pub struct Session {
     packet: Packet,
     /// Whether `packet` waits for room in the decoder.
     loaded: bool,
+    /// The clip that `packet` is of.
+    loading: u64,
     /// Clips that have not ended, oldest first; only the newest ones still hold packets.
     clips: VecDeque<Playing>,
     /// Answers found and not yet given.
@@ -120,6 +122,7 @@ impl Session {
             decoder: Decoder::new(threads.get()).map_err(failed)?,
             packet: Packet::new().map_err(failed)?,
             loaded: false,
+            loading: 0,
             clips: VecDeque::new(),
             ready: VecDeque::new(),
             sent: VecDeque::new(),
@@ -181,7 +184,7 @@ impl Session {
                 Received::Hungry if self.finishing == Finishing::No => return Poll::Starved,
                 Received::Hungry if self.finishing == Finishing::Asked => {
                     self.finishing = Finishing::Draining;
-                    self.decoder.send(None);
+                    self.decoder.send_end();
                 }
                 Received::Hungry | Received::End => {
                     self.end_before(self.clips.len());
@@ -204,7 +207,7 @@ impl Session {
                     if self.sent.len() > self.decoder.lag() + 1 {
                         self.sent.pop_front();
                     }
-                    self.loaded = true;
+                    (self.loaded, self.loading) = (true, playing.number.0);
                 }
                 None => self.settle(),
             }
@@ -214,7 +217,7 @@ impl Session {
 
     /// Offers `packet` to the decoder. Only an error that is no clip's fault comes back.
     fn send(&mut self) -> Result<(), Code> {
-        let answer = self.decoder.send(Some(&self.packet));
+        let answer = self.decoder.send(&self.packet, self.loading);
         self.loaded = matches!(answer, Sent::Full);
         match answer {
             Sent::Taken | Sent::Full => Ok(()),
@@ -238,7 +241,8 @@ impl Session {
         let index = FrameIndex(self.delivered);
         self.delivered += 1;
         let Some(playing) = self.clips.front_mut() else { return };
-        let frame = playing.deliver(tag, picture, index);
+        let complaints = self.decoder.complaints(playing.number.0);
+        let frame = playing.deliver(tag, picture, index, complaints);
         self.ready.push_back(Poll::Frame(frame));
         self.settle();
     }
@@ -262,7 +266,10 @@ impl Session {
 
     /// Ends the `count` oldest clips.
     fn end_before(&mut self, count: usize) {
-        self.ready.extend(self.clips.drain(..count).map(Playing::end));
+        for playing in self.clips.drain(..count) {
+            let complaints = self.decoder.complaints(playing.number.0);
+            self.ready.push_back(playing.end(complaints));
+        }
     }
 }
 
@@ -309,14 +316,16 @@ impl Playing {
         Ok(())
     }
 
-    fn deliver(&mut self, tag: i64, picture: Picture, index: FrameIndex) -> Frame {
+    fn deliver(&mut self, tag: i64, picture: Picture, index: FrameIndex, complaints: u32) -> Frame {
         let in_clip = self.frame(tag);
-        if picture.damaged() {
+        let damaged = picture.damaged() || complaints > 0;
+        if damaged {
             self.blame(Damage::Guessed { frame: in_clip });
         }
         self.next = tag + 1;
         self.delivered += 1;
-        Frame { picture: Arc::new(picture), index, clip: self.number, in_clip, last: self.next == self.end_tag() }
+        let last = self.next == self.end_tag();
+        Frame { picture: Arc::new(picture), index, clip: self.number, in_clip, last, damaged }
     }
 
     fn blame(&mut self, damage: Damage) {
@@ -329,8 +338,11 @@ impl Playing {
         self.clip.is_none() && self.next == self.end_tag()
     }
 
-    fn end(mut self) -> Poll {
+    fn end(mut self, complaints: u32) -> Poll {
         let frames = FrameCount(self.delivered);
+        if complaints > 0 {
+            self.blame(Damage::Guessed { frame: self.frame(self.next - 1) });
+        }
         if frames != self.frames {
             self.damage.push(Damage::TooFew { expected: self.frames, found: frames });
         }

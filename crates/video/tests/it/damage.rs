@@ -23,7 +23,7 @@ fn unprobed(path: &Path) -> ProbeError {
     error
 }
 
-/// A good clip with one byte changed in the slice data of its 15th packet.
+/// A good clip with three bytes changed in the middle of its slice data.
 fn flipped(folder: &Path) -> PathBuf {
     let path = clip(folder, "flipped.mp4", FRAMES.0, HOW);
     let mut bytes = fs::read(&path).unwrap();
@@ -148,7 +148,9 @@ fn a_clip_of_noise_under_a_good_header_never_stalls_the_session() {
     let good = clip(folder.path(), "good.mp4", FRAMES.0, "-preset medium -bf 2");
     let noise = clip(folder.path(), "noise.mp4", FRAMES.0, HOW);
     let mut bytes = fs::read(&noise).unwrap();
-    let data = bytes.windows(4).position(|name| name == b"mdat").unwrap() + 1200;
+    // Noise from behind the first access unit's parameter sets and the header of its first slice.
+    let idr = bytes.windows(2).position(|header| header == [0x65, 0x88]).unwrap();
+    let data = idr + 64;
     let mut state = 1u32;
     for byte in &mut bytes[data..] {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
