@@ -2,13 +2,13 @@
 //!
 //! Owns nothing of the player: it is the smallest program that drives a [`Screen`] rightly, to prove a display by.
 //! Usage: `test_card [DEVICE] [FRAMES] [WIDTHxHEIGHT] [FPS] [MILLISECONDS]`; it ends after FRAMES flips, or after
-//! MILLISECONDS, whichever comes first.
+//! MILLISECONDS, whichever comes first. `missed` counts the vblanks by which frames came later than their cadence.
 #![expect(clippy::print_stdout, reason = "its output is its purpose")]
 
 use screen::{Event, KmsScreen, KmsSettings, Picture, Screen, ScreenError};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
-use timing::{Nanos, Rate, Vblank};
+use timing::{Cadence, Nanos, Rate, Vblank};
 
 fn main() -> Result<(), ScreenError> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -21,7 +21,7 @@ fn main() -> Result<(), ScreenError> {
     let device = (device != "any").then(|| device.into());
     let screen = KmsScreen::open(KmsSettings { device, size, fps, now })?;
     let until = now().after(number(&argument(4, "3600000")) * 1_000_000);
-    println!("{}", Show::new(screen, size).run(number(&argument(1, "600")), until));
+    println!("{}", Show::new(screen, size, fps).run(number(&argument(1, "600")), until));
     Ok(())
 }
 
@@ -36,6 +36,10 @@ fn now() -> Nanos {
 struct Show {
     screen: KmsScreen,
     card: Card,
+    fps: Rate,
+    cadence: Cadence,
+    /// For how many vblanks the frame on the glass is to stay.
+    hold: u32,
     frame: u64,
     flips: u64,
     missed: i64,
@@ -51,10 +55,13 @@ struct Show {
 }
 
 impl Show {
-    fn new(screen: KmsScreen, size: (u32, u32)) -> Self {
+    fn new(screen: KmsScreen, size: (u32, u32), fps: Rate) -> Self {
         Self {
             screen,
             card: Card::new(size),
+            fps,
+            cadence: Cadence::new(fps, fps),
+            hold: 1,
             frame: 0,
             flips: 0,
             missed: 0,
@@ -71,13 +78,13 @@ impl Show {
     }
 
     fn run(mut self, frames: u64, until: Nanos) -> String {
-        self.send();
+        self.start();
         while self.flips < frames && now() < until {
             match self.screen.next_event(Duration::from_nanos(until.since(now()))) {
                 Event::Flip { vblank, at } => self.flipped(vblank, at),
                 Event::Back => {
                     self.back += 1;
-                    self.send();
+                    self.start();
                 }
                 Event::Lost { reason } => {
                     self.lost += 1;
@@ -90,7 +97,8 @@ impl Show {
                     self.note(reason);
                     self.screen.commit();
                 }
-                Event::Vblank { .. } | Event::Idle => {}
+                Event::Vblank { .. } => self.screen.commit(),
+                Event::Idle => {}
             }
         }
         self.report()
@@ -103,19 +111,33 @@ impl Show {
         }
         match self.last.replace((vblank, at)) {
             Some((before, then)) => {
-                self.missed += i64::from(vblank.since(before)) - 1;
+                self.missed += i64::from(vblank.since(before)) - i64::from(self.hold);
                 self.longest_ns = self.longest_ns.max(at.since(then));
             }
             None => self.first = at,
         }
-        self.send();
+        self.hold = self.cadence.hold().max(1);
+        self.stage();
+        if self.hold == 1 {
+            self.screen.commit();
+        } else {
+            self.screen.notify_at(vblank.after(self.hold - 1));
+        }
     }
 
-    fn send(&mut self) {
+    /// Lights the first frame of a run.
+    fn start(&mut self) {
+        if let Some(lit) = self.screen.lit() {
+            self.cadence = Cadence::new(self.fps, lit.refresh);
+        }
+        self.stage();
+        self.screen.commit();
+    }
+
+    fn stage(&mut self) {
         self.card.draw(self.frame);
         self.frame += 1;
         self.screen.stage(&self.card.picture()).expect("the card is even and as large as was said");
-        self.screen.commit();
     }
 
     fn note(&mut self, reason: String) {

@@ -3,18 +3,31 @@
 //! Owns the one colour conversion of the player, for planes that take no YUV. Never runs where a plane converts by
 //! itself. Start at [`xrgb_row`]; a test compares it with the float matrix.
 
-/// Fraction bits of the coefficients below: 14 keeps every product within `i32`.
-const BITS: u32 = 14;
-/// 255 / 219: luma's range to full range.
-const LUMA: i32 = fixed(255.0 / 219.0);
-/// BT.709 (Kr = 0.2126, Kb = 0.0722), chroma's range of 224 to full range of 255.
-const RED_FROM_V: i32 = fixed(2.0 * (1.0 - 0.2126) * 255.0 / 224.0);
-const GREEN_FROM_U: i32 = fixed(2.0 * (1.0 - 0.0722) * 0.0722 / 0.7152 * 255.0 / 224.0);
-const GREEN_FROM_V: i32 = fixed(2.0 * (1.0 - 0.2126) * 0.2126 / 0.7152 * 255.0 / 224.0);
-const BLUE_FROM_U: i32 = fixed(2.0 * (1.0 - 0.0722) * 255.0 / 224.0);
+/// Pixels converted together: a length that compilers turn into vector instructions.
+const BLOCK: usize = 16;
+/// Fraction bits of the sums before they are rounded.
+const SUM_BITS: u32 = 5;
+/// Left shifts that let samples fill an `i16`: luma of -16 to 239, chroma of -128 to 127.
+const LUMA_SHIFT: u32 = 7;
+const CHROMA_SHIFT: u32 = 8;
 
-const fn fixed(coefficient: f64) -> i32 {
-    (coefficient * (1 << BITS) as f64 + 0.5) as i32
+/// 255 / 219: luma's range to full range.
+const LUMA: i16 = fixed(255.0 / 219.0, LUMA_SHIFT);
+/// BT.709 (Kr = 0.2126, Kb = 0.0722), chroma's range of 224 to full range of 255.
+const RED_FROM_V: i16 = fixed(2.0 * (1.0 - 0.2126) * 255.0 / 224.0, CHROMA_SHIFT);
+const GREEN_FROM_U: i16 = fixed(-2.0 * (1.0 - 0.0722) * 0.0722 / 0.7152 * 255.0 / 224.0, CHROMA_SHIFT);
+const GREEN_FROM_V: i16 = fixed(-2.0 * (1.0 - 0.2126) * 0.2126 / 0.7152 * 255.0 / 224.0, CHROMA_SHIFT);
+const BLUE_FROM_U: i16 = fixed(2.0 * (1.0 - 0.0722) * 255.0 / 224.0, CHROMA_SHIFT);
+
+/// `coefficient` such that [`high`] of it and a sample shifted left by `shift` has `SUM_BITS` fraction bits.
+const fn fixed(coefficient: f64, shift: u32) -> i16 {
+    let scaled = coefficient * (1u32 << (16 + SUM_BITS - shift)) as f64;
+    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i16
+}
+
+/// The upper half of the product: one instruction per eight of them.
+fn high(a: i16, b: i16) -> i16 {
+    ((i32::from(a) * i32::from(b)) >> 16) as i16
 }
 
 /// Converts one row of luma and its half-wide rows of chroma to little-endian XRGB8888. Each chroma sample colours
@@ -26,25 +39,33 @@ const fn fixed(coefficient: f64) -> i32 {
 /// # Source
 /// ITU-R BT.709-6, items 3.2 to 3.5.
 pub(crate) fn xrgb_row(out: &mut [u8], y: &[u8], u: &[u8], v: &[u8]) {
-    for (((pixels, y), &u), &v) in out.chunks_exact_mut(8).zip(y.chunks_exact(2)).zip(u).zip(v) {
-        let (u, v) = (i32::from(u) - 128, i32::from(v) - 128);
-        let red = RED_FROM_V * v;
-        let green = -GREEN_FROM_U * u - GREEN_FROM_V * v;
-        let blue = BLUE_FROM_U * u;
-        let near = LUMA * (i32::from(y[0]) - 16) + (1 << (BITS - 1));
-        let far = LUMA * (i32::from(y[1]) - 16) + (1 << (BITS - 1));
-        let full = |sum: i32| (sum >> BITS).clamp(0, 255) as u8;
-        pixels.copy_from_slice(&[
-            full(near + blue),
-            full(near + green),
-            full(near + red),
-            255,
-            full(far + blue),
-            full(far + green),
-            full(far + red),
-            255,
-        ]);
+    let chroma = u.chunks(BLOCK / 2).zip(v.chunks(BLOCK / 2));
+    for ((out, y), (u, v)) in out.chunks_mut(BLOCK * 4).zip(y.chunks(BLOCK)).zip(chroma) {
+        let (mut luma, mut blue, mut red) = ([16; BLOCK], [128; BLOCK / 2], [128; BLOCK / 2]);
+        luma[..y.len()].copy_from_slice(y);
+        blue[..u.len()].copy_from_slice(u);
+        red[..v.len()].copy_from_slice(v);
+        let pixels = block(luma, blue, red);
+        for (bytes, pixel) in out.chunks_exact_mut(4).zip(pixels) {
+            bytes.copy_from_slice(&pixel.to_le_bytes());
+        }
     }
+}
+
+/// One pass per step, each over whole arrays: so every pass becomes a few vector instructions.
+fn block(y: [u8; BLOCK], u: [u8; BLOCK / 2], v: [u8; BLOCK / 2]) -> [u32; BLOCK] {
+    let luma = y.map(|y| high((i16::from(y) - 16) << LUMA_SHIFT, LUMA) + (1 << (SUM_BITS - 1)));
+    let u = u.map(|u| (i16::from(u) - 128) << CHROMA_SHIFT);
+    let v = v.map(|v| (i16::from(v) - 128) << CHROMA_SHIFT);
+    let green: [i16; BLOCK / 2] = std::array::from_fn(|at| high(u[at], GREEN_FROM_U) + high(v[at], GREEN_FROM_V));
+    let channel = |chroma: [i16; BLOCK / 2]| -> [u8; BLOCK] {
+        let twice: [i16; BLOCK] = std::array::from_fn(|at| chroma[at / 2]);
+        std::array::from_fn(|at| ((luma[at] + twice[at]) >> SUM_BITS).clamp(0, 255) as u8)
+    };
+    let blue = channel(u.map(|u| high(u, BLUE_FROM_U)));
+    let green = channel(green);
+    let red = channel(v.map(|v| high(v, RED_FROM_V)));
+    std::array::from_fn(|at| u32::from_le_bytes([blue[at], green[at], red[at], 255]))
 }
 
 #[cfg(test)]
@@ -76,6 +97,15 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_row_of_any_even_length_is_converted_to_its_end() {
+        for width in (2..70).step_by(2) {
+            let mut out = vec![0; width * 4];
+            xrgb_row(&mut out, &vec![235; width], &vec![128; width / 2], &vec![128; width / 2]);
+            assert_eq!(out, vec![255; width * 4]);
         }
     }
 

@@ -29,14 +29,15 @@ pub enum Event {
     Flip {
         /// The vblank at which it arrived.
         vblank: Vblank,
-        /// When that vblank began, on the monotonic clock.
+        /// When that vblank began, on the kernel's monotonic clock, whose origin may not be that of the `now` that a
+        /// screen was given: compare such times with each other.
         at: Nanos,
     },
     /// The vblank asked for with [`Screen::notify_at`] has begun.
     Vblank {
         /// The vblank counter now; may lie past the one asked for.
         vblank: Vblank,
-        /// When it began, on the monotonic clock.
+        /// When it began; see [`Event::Flip`].
         at: Nanos,
     },
     /// The screen is dark or gone (unplugged, another master, device removed). Pending flips will not come.
@@ -48,12 +49,13 @@ pub enum Event {
     /// There is a mode again; [`Screen::lit`] tells it. Nothing is lit until the next [`Screen::commit`]: re-stage.
     Back,
     /// A flip or vblank event was lost or a commit failed for a while; the screen repaired itself and the picture
-    /// stands. Pending commits are void: commit again. Reported so that it can be counted.
+    /// stands. No event is pending any more: commit again, whether or not there is something new to stage. Reported
+    /// so that it can be counted.
     Recovered {
         /// One sentence for the log: what was seen and which rung of the ladder helped.
         reason: String,
     },
-    /// Nothing happened .
+    /// Nothing happened within the timeout.
     Idle,
 }
 
@@ -95,13 +97,15 @@ pub trait Screen {
     /// [`ScreenError::Size`]. What is lit stays lit.
     fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError>;
 
-    /// Sends the staged picture to the glass at the next vblank; [`Event::Flip`] tells its arrival. At most one
-    /// commit is in flight: a second before its flip is ignored and reported as [`Event::Recovered`].
+    /// Sends the staged picture to the glass at the next vblank; [`Event::Flip`] tells its arrival. With nothing staged
+    /// it lights the same picture again. At most one commit is in flight: a second before its flip is ignored, and
+    /// what is staged stays staged. Without effect while nothing is lit.
     fn commit(&mut self);
 
-    /// Asks for an [`Event::Vblank`] at `vblank`, or at once if that is past.
+    /// Asks for an [`Event::Vblank`] at `vblank`, or at once if that is past; a later call replaces it. Without effect
+    /// while nothing is lit, and before the first flip.
     fn notify_at(&mut self, vblank: Vblank);
 
-    /// Waits for the next event, at most `timeout`.
+    /// Waits for the next event, at most `timeout`. Repairs, and modes being set, are done in here and may take longer.
     fn next_event(&mut self, timeout: Duration) -> Event;
 }

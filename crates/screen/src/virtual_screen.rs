@@ -7,7 +7,6 @@ use crate::beat::Beat;
 use crate::picture::OwnedPicture;
 use crate::{Event, Lit, Picture, Screen, ScreenError};
 use rustix::event::{Timespec, poll};
-use std::collections::VecDeque;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
@@ -36,7 +35,6 @@ pub struct VirtualScreen {
     /// The committed picture, and the vblank at which it flips.
     committed: Option<(OwnedPicture, u64)>,
     asked: Option<u64>,
-    notices: VecDeque<Event>,
     /// A picture that left the glass: its memory serves the next one.
     spare: Option<OwnedPicture>,
 }
@@ -61,7 +59,6 @@ impl VirtualScreen {
             staged: None,
             committed: None,
             asked: None,
-            notices: VecDeque::new(),
             spare: None,
         }
     }
@@ -117,12 +114,9 @@ impl Screen for VirtualScreen {
     }
 
     fn commit(&mut self) {
-        if self.committed.is_some() {
-            let reason = "a second commit came before the flip of the first, and was ignored".to_owned();
-            self.notices.push_back(Event::Recovered { reason });
-            return;
-        }
-        if let Some(picture) = self.staged.take().or_else(|| self.shown.clone()) {
+        if self.committed.is_none()
+            && let Some(picture) = self.staged.take().or_else(|| self.shown.clone())
+        {
             self.committed = Some((picture, self.current() + 1));
         }
     }
@@ -134,9 +128,6 @@ impl Screen for VirtualScreen {
     }
 
     fn next_event(&mut self, timeout: Duration) -> Event {
-        if let Some(notice) = self.notices.pop_front() {
-            return notice;
-        }
         let Some(due) = self.due() else {
             pause(timeout);
             return Event::Idle;
@@ -229,13 +220,12 @@ mod tests {
     }
 
     #[test]
-    fn a_commit_before_its_predecessors_flip_is_ignored_and_told() {
+    fn a_commit_before_its_predecessors_flip_is_ignored() {
         let mut screen = VirtualScreen::new((4, 2), hz(60), Pace::Free, ticking);
         screen.stage(&grey(&[1; 8])).unwrap();
         screen.commit();
         screen.stage(&grey(&[2; 8])).unwrap();
         screen.commit();
-        assert!(matches!(screen.next_event(Duration::ZERO), Event::Recovered { .. }));
         assert!(matches!(screen.next_event(Duration::ZERO), Event::Flip { .. }));
         assert_eq!(shown_luma(&screen), Some(1));
         screen.commit();

@@ -228,3 +228,16 @@ fn a_player_that_was_late_itself_blames_no_flip() {
     }
     assert!(!player.events.iter().any(|event| matches!(event, Event::Recovered { .. })), "{:?}", player.events);
 }
+
+#[test]
+fn a_commit_before_its_predecessors_flip_is_ignored() {
+    let mut player = Player::on(Scripted::new());
+    player.play(at(2000));
+    player.stage();
+    player.screen.commit();
+    player.stage();
+    player.screen.commit();
+    player.play(at(4000));
+    assert!(!player.events.iter().any(|event| matches!(event, Event::Recovered { .. })), "{:?}", player.events);
+    assert!(player.flips.len() > 85);
+}

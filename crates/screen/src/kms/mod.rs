@@ -285,15 +285,13 @@ impl<K: Kms> Screen for KmsScreen<K> {
     fn commit(&mut self) {
         let now = self.now();
         let Phase::Up(output) = &mut self.phase else { return };
-        if output.flight != Flight::Landed {
-            let reason = "a second commit came before the flip of the first, and was ignored".to_owned();
-            self.notices.push_back(Event::Recovered { reason });
-        } else if output.ring.commit().is_some() {
-            if output.lit {
-                self.submit(None);
-            } else {
-                output.flight = Flight::Lighting { next: now, since: now };
-            }
+        if output.flight != Flight::Landed || output.ring.commit().is_none() {
+            return;
+        }
+        if output.lit {
+            self.submit(None);
+        } else {
+            output.flight = Flight::Lighting { next: now, since: now };
         }
     }
 
