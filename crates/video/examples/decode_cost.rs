@@ -4,7 +4,12 @@
 //! zooming fractal with noise. Never part of the player.
 //!
 //! Run with `cargo run --release -p video --example decode_cost`.
-#![expect(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints its figures and stops at surprises")]
+#![expect(
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench prints its figures and stops at surprises"
+)]
 
 use std::env;
 use std::fs;

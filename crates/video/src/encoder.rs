@@ -136,7 +136,7 @@ impl Encoder {
         if !(quality.crf > 0.0 && quality.crf <= 51.0) {
             return Err(EncodeError::Factor { path: path.to_owned(), found: quality.crf });
         }
-        let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, &error);
+        let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, error);
         let mut name: OsString = path.as_os_str().to_owned();
         name.push(".part");
         let part = Part { path: name.into(), kept: false };
@@ -175,7 +175,7 @@ impl Encoder {
             }
         }
         frame.set_pts(Some(self.pushed.into()));
-        self.video.send_frame(&frame).map_err(|error| EncodeError::encode(&self.path, "encode", &error))?;
+        self.video.send_frame(&frame).map_err(|error| EncodeError::encode(&self.path, "encode", error))?;
         self.pushed += 1;
         self.write_packets()
     }
@@ -185,9 +185,9 @@ impl Encoder {
     /// # Errors
     /// [`EncodeError`]; a clip that had the name before is still there.
     pub fn finish(mut self) -> Result<FrameCount, EncodeError> {
-        self.video.send_eof().map_err(|error| EncodeError::encode(&self.path, "finish x264", &error))?;
+        self.video.send_eof().map_err(|error| EncodeError::encode(&self.path, "finish x264", error))?;
         self.write_packets()?;
-        self.output.write_trailer().map_err(|error| EncodeError::encode(&self.path, "write the index", &error))?;
+        self.output.write_trailer().map_err(|error| EncodeError::encode(&self.path, "write the index", error))?;
         let Self { path, mut part, video, output, pushed, .. } = self;
         drop((video, output));
         let kept = File::open(&part.path).and_then(|file| file.sync_all()).and_then(|()| fs::rename(&part.path, &path));
@@ -200,7 +200,7 @@ impl Encoder {
     }
 
     fn write_packets(&mut self) -> Result<(), EncodeError> {
-        let failed = |error| EncodeError::encode(&self.path, "write a packet", &error);
+        let failed = |error| EncodeError::encode(&self.path, "write a packet", error);
         let base = self.output.stream(0).map_or(time_base(&self.form), |stream| stream.time_base());
         let mut packet = Packet::empty();
         while self.video.receive_packet(&mut packet).is_ok() {
@@ -214,7 +214,7 @@ impl Encoder {
 }
 
 impl EncodeError {
-    fn encode(path: &Path, step: &'static str, error: &ffmpeg::Error) -> Self {
+    fn encode(path: &Path, step: &'static str, error: ffmpeg::Error) -> Self {
         Self::Encode { path: path.to_owned(), step, reason: error.to_string() }
     }
 }

@@ -208,8 +208,8 @@ fn open_file(path: &Path) -> Result<(File, u64), ProbeError> {
     Ok((File::open(path).map_err(cannot)?, kind.len()))
 }
 
-fn unreadable(path: &Path, frame: u32, reason: impl ToString) -> ProbeError {
-    ProbeError::Read { path: path.to_owned(), frame, reason: reason.to_string() }
+fn unreadable(path: &Path, frame: u32, reason: impl Into<String>) -> ProbeError {
+    ProbeError::Read { path: path.to_owned(), frame, reason: reason.into() }
 }
 
 /// What the first access unit tells.

@@ -40,6 +40,12 @@ impl fmt::Display for Code {
 
 impl std::error::Error for Code {}
 
+impl From<Code> for String {
+    fn from(code: Code) -> Self {
+        code.to_string()
+    }
+}
+
 /// `Ok` with ffmpeg's answer unless it is negative.
 fn check(answer: c_int) -> Result<c_int, Code> {
     if answer < 0 { Err(Code(answer)) } else { Ok(answer) }
@@ -56,7 +62,7 @@ pub(crate) fn hush() {
     unsafe { av::av_log_set_callback(Some(listen)) };
 }
 
-/// ffmpeg's way to say anything. Where a [`Decoder`] complains, its clip's count goes up: with several threads FFmpeg 5.1
+/// ffmpeg's way to say anything. Where a [`Decoder`] complains, its clip's count goes up: with several threads ffmpeg 5.1
 /// tells of concealed errors in no other way. `Arguments` is the C compiler's `va_list`, never touched.
 unsafe extern "C" fn listen<Arguments>(who: *mut c_void, level: c_int, _: *const c_char, _: Arguments) {
     if who.is_null() || level & 0xff > av::AV_LOG_ERROR {
@@ -96,7 +102,7 @@ pub(crate) struct Demuxer {
 unsafe impl Send for Demuxer {}
 
 impl Demuxer {
-    /// Reads the header of `path`, which must be MP4 or QuickTime.
+    /// Reads the header of `path`, which must be MP4 or its ancestor MOV.
     pub(crate) fn open(path: &Path) -> Result<Self, Code> {
         hush();
         let url = url(path)?;

@@ -200,16 +200,14 @@ impl Session {
     fn load(&mut self) -> bool {
         while !self.loaded {
             let Some(playing) = self.clips.iter_mut().find(|playing| playing.clip.is_some()) else { return false };
-            match playing.load(&mut self.packet) {
-                Some(tag) => {
-                    self.packet.set_tag(tag);
-                    self.sent.push_back(tag);
-                    if self.sent.len() > self.decoder.lag() + 1 {
-                        self.sent.pop_front();
-                    }
-                    (self.loaded, self.loading) = (true, playing.number.0);
-                }
-                None => self.settle(),
+            if !playing.load(&mut self.packet) {
+                self.settle();
+                continue;
+            }
+            (self.loaded, self.loading) = (true, playing.number.0);
+            self.sent.push_back(self.packet.pts());
+            if self.sent.len() > self.decoder.lag() + 1 {
+                self.sent.pop_front();
             }
         }
         true
@@ -274,17 +272,17 @@ impl Session {
 }
 
 impl Playing {
-    /// Reads the next packet and answers its tag; `None` if there are no more.
-    fn load(&mut self, packet: &mut Packet) -> Option<Option<i64>> {
-        let mut clip = self.clip.take()?;
+    /// Reads the next packet and gives it its tag; `false` if there are no more.
+    fn load(&mut self, packet: &mut Packet) -> bool {
+        let Some(mut clip) = self.clip.take() else { return false };
         let next = clip.next(packet, &mut |damage| self.blame(damage));
-        let tag = match next {
+        packet.set_tag(match next {
             Next::Packet(frame) => Some(self.first + i64::from(frame)),
             Next::Hidden => None,
-            Next::End => return None,
-        };
+            Next::End => return false,
+        });
         self.clip = Some(clip);
-        Some(tag)
+        true
     }
 
     fn owns(&self, tag: i64) -> bool {

@@ -93,19 +93,19 @@ impl Sps {
             }
         }
         if bits.flag()? {
-            (bits.ue()?, bits.ue()?);
+            bits.pass_ue(2)?;
         }
         if bits.flag()? {
-            (bits.u(32)?, bits.u(32)?, bits.u(1)?);
+            bits.u(32)?;
+            bits.u(32)?;
+            bits.u(1)?;
         }
         let (nal, vcl) = (reference_decoder(bits)?, reference_decoder(bits)?);
         bits.u(u32::from(nal || vcl))?;
         bits.u(1)?;
         if bits.flag()? {
             bits.u(1)?;
-            for _ in 0..4 {
-                bits.ue()?;
-            }
+            bits.pass_ue(4)?;
             self.reorder = Some(bits.ue()?);
         }
         Some(())
@@ -151,10 +151,9 @@ fn picture_order(bits: &mut Bits<'_>) -> Option<()> {
         }
         1 => {
             bits.u(1)?;
-            (bits.se()?, bits.se()?);
-            for _ in 0..bits.ue()?.min(255) {
-                bits.se()?;
-            }
+            bits.pass_ue(2)?;
+            let cycle = bits.ue()?.min(255);
+            bits.pass_ue(cycle)?;
         }
         _ => (),
     }
@@ -168,7 +167,8 @@ fn reference_decoder(bits: &mut Bits<'_>) -> Option<bool> {
         let buffers = bits.ue()?.min(31);
         bits.u(8)?;
         for _ in 0..=buffers {
-            (bits.ue()?, bits.ue()?, bits.u(1)?);
+            bits.pass_ue(2)?;
+            bits.u(1)?;
         }
         bits.u(20)?;
     }
@@ -222,6 +222,11 @@ impl<'a> Bits<'a> {
             }
         }
         Some((1 << zeros) - 1 + self.u(zeros)?)
+    }
+
+    /// Passes over Exp-Golomb numbers, signed or not.
+    fn pass_ue(&mut self, count: u32) -> Option<()> {
+        (0..count).try_for_each(|_| self.ue().map(drop))
     }
 
     /// A signed Exp-Golomb number.

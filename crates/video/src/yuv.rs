@@ -86,9 +86,7 @@ impl Yuv420p {
     /// # Errors
     /// [`PictureError`] if a side is odd or the samples of all planes are not `3 / 2 * width * height`.
     pub fn from_planes(width: u32, height: u32, samples: &[u8]) -> Result<Self, PictureError> {
-        if width < 2 || height < 2 || width % 2 != 0 || height % 2 != 0 {
-            return Err(PictureError::Size { width, height });
-        }
+        check_sides(width, height)?;
         let luma = width as usize * height as usize;
         if samples.len() != luma * 3 / 2 {
             return Err(PictureError::Samples { width, height, expected: luma * 3 / 2, found: samples.len() });
@@ -100,9 +98,7 @@ impl Yuv420p {
 
     /// `threshold` is added before rounding down: 0.5 rounds to nearest.
     fn from_rgb(w: u32, h: u32, rgb: &[f32], threshold: impl Fn(u32, u32) -> f32) -> Result<Self, PictureError> {
-        if w < 2 || h < 2 || w % 2 != 0 || h % 2 != 0 {
-            return Err(PictureError::Size { width: w, height: h });
-        }
+        check_sides(w, h)?;
         let (width, height) = (w as usize, h as usize);
         let expected = 3 * width * height;
         if rgb.len() != expected {
@@ -176,9 +172,9 @@ impl Yuv420p {
     fn chroma(&self, plane: usize, x: usize, y: usize) -> f32 {
         let (width, height) = (self.size.0 as usize / 2, self.size.1 as usize / 2);
         let at = |x: usize, y: usize| f32::from(self.planes[plane][y.min(height - 1) * width + x.min(width - 1)]);
-        let other = if y % 2 == 0 { (y / 2).saturating_sub(1) } else { y / 2 + 1 };
+        let other = if y.is_multiple_of(2) { (y / 2).saturating_sub(1) } else { y / 2 + 1 };
         let column = |x: usize| 0.75 * at(x, y / 2) + 0.25 * at(x, other);
-        if x % 2 == 0 { column(x / 2) } else { 0.5 * (column(x / 2) + column(x / 2 + 1)) }
+        if x.is_multiple_of(2) { column(x / 2) } else { 0.5 * (column(x / 2) + column(x / 2 + 1)) }
     }
 }
 
@@ -194,6 +190,11 @@ impl From<&Frame> for Yuv420p {
         });
         Self { size, planes }
     }
+}
+
+fn check_sides(width: u32, height: u32) -> Result<(), PictureError> {
+    let even = |side: u32| side > 0 && side.is_multiple_of(2);
+    if even(width) && even(height) { Ok(()) } else { Err(PictureError::Size { width, height }) }
 }
 
 fn unit(rgb: &[u16]) -> Vec<f32> {
@@ -247,7 +248,7 @@ mod tests {
         let picture = Yuv420p::from_rgb16_dithered(64, 64, &rgb).unwrap();
         let mean = picture.planes()[0].iter().map(|y| f64::from(*y)).sum::<f64>() / 4096.0;
         assert!((mean - (16.0 + 219.0 * 1000.0 / 65535.0)).abs() < 0.02, "{mean}");
-        assert!(picture.planes()[0].iter().any(|y| *y == 19) && picture.planes()[0].iter().any(|y| *y == 20));
+        assert!([19, 20].iter().all(|step| picture.planes()[0].contains(step)));
     }
 
     #[test]

@@ -62,7 +62,8 @@ pub(crate) fn hash(frame: &Frame) -> String {
             md5.update(&row[..width]);
         }
     }
-    md5.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    let digits = md5.finalize().into_iter().flat_map(|byte| [byte >> 4, byte & 15]);
+    digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
 }
 
 /// What a session did with some clips.
