@@ -44,6 +44,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
         #[test]
         fn a_vblank_has_begun_exactly_from_its_beginning_on(vblank in 1u64..1 << 33, rate in 20_000u64..240_000) {
             let beat = Beat::new(Nanos(77), Rate::new(rate, 1001).unwrap());

@@ -6,6 +6,7 @@
 use super::scripted::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
 use super::{KmsScreen, KmsSettings};
 use crate::{Event, Picture, Screen};
+use proptest::prelude::*;
 use rustix::io::Errno;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
@@ -240,4 +241,35 @@ fn a_commit_before_its_predecessors_flip_is_ignored() {
     player.play(at(4000));
     assert!(!player.events.iter().any(|event| matches!(event, Event::Recovered { .. })), "{:?}", player.events);
     assert!(player.flips.len() > 85);
+}
+
+#[test]
+fn a_screen_may_move_to_its_own_thread() {
+    fn sendable<T: Send>() {}
+    sendable::<KmsScreen>();
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    #[test]
+    fn plugs_at_any_moment_with_a_fault_at_any_commit_leave_nothing_behind(
+        gaps in prop::collection::vec(0..400 * MS, 0..40),
+        kind in prop::sample::select(vec![Kind::Test, Kind::Light, Kind::Flip, Kind::Darken]),
+        errno in prop::sample::select(vec![Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::IO]),
+        (nth, ns) in (0..60u32, 0..600 * MS),
+    ) {
+        let mut card = Scripted::new().fail(Fault { kind, nth, ill: Ill::Refused(errno), ns });
+        let mut time = now();
+        for (index, gap) in gaps.iter().enumerate() {
+            time = time.after(*gap);
+            card.plugs.push_back((time, index % 2 == 1));
+        }
+        card.plugs.push_back((time, true));
+        let mut player = Player::on(card);
+        player.play(time.after(4000 * MS));
+        let steady = player.flips.iter().filter(|flip| **flip > time.after(3000 * MS)).count();
+        prop_assert!(steady >= 29, "{} flips in the last second: {:?}", steady, player.events);
+        prop_assert_eq!((player.screen.kms.fbs.len(), player.screen.kms.blobs.len()), (3, 1));
+    }
 }

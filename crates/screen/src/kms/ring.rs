@@ -64,6 +64,8 @@ mod tests {
     use std::collections::BTreeSet;
 
     proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
         #[test]
         fn what_may_be_on_the_glass_is_never_filled(steps in prop::collection::vec(0..4u8, 0..200)) {
             let mut ring = Ring::new(vec![0, 1, 2]);
