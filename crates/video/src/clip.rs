@@ -98,6 +98,9 @@ impl Clip {
 
     /// Reads the whole file into the page cache, so that playing it never waits for storage.
     ///
+    /// Plain reads after `WILLNEED`, not a mapping: 60 MB after `DONTNEED` took 40 to 53 ms this way and 42 to 48 ms by
+    /// touching a mapping, but the mapping counted all 60 MB as the player's own memory and this nothing.
+    ///
     /// # Errors
     /// What the kernel says. The clip can be played all the same.
     pub fn page_in(&mut self) -> io::Result<()> {
