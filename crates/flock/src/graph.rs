@@ -205,8 +205,10 @@ impl Graph {
                 continue;
             }
             trail.push((root as u32, self.first[root]));
-            while let Some(&(sheep, next)) = trail.last() {
+            while let Some(top) = trail.last_mut() {
+                let (sheep, next) = *top;
                 let at = sheep as usize;
+                top.1 += 1;
                 if next == self.first[at] && seen[at] == UNSEEN {
                     seen[at] = count;
                     low[at] = count;
@@ -214,7 +216,6 @@ impl Graph {
                     stack.push(sheep);
                 }
                 if next < self.first[at + 1] {
-                    trail.last_mut().expect("the loop looks at its last").1 += 1;
                     let to = self.target[next as usize].index();
                     if seen[to] == UNSEEN {
                         trail.push((to as u32, self.first[to]));

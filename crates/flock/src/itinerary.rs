@@ -142,18 +142,6 @@ impl Itinerary {
         }
     }
 
-    /// Goes back, or on, to `place`, as [`Self::resume`] does. Strikes stay.
-    ///
-    /// # Errors
-    /// [`PlaceError::Foreign`], and nothing is changed, if the flock has none of the place's sheep.
-    pub fn go_to(&mut self, place: &Place) -> Result<(), PlaceError> {
-        let closed = std::mem::take(&mut self.closed);
-        let there = Self::resume(Arc::clone(&self.flock), place);
-        let there = there.map(|there| *self = there);
-        self.closed = closed;
-        there
-    }
-
     /// The flock of the path.
     pub fn flock(&self) -> &Arc<Flock> {
         &self.flock

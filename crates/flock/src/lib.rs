@@ -31,6 +31,6 @@ pub use ledger::{Ledger, THETA};
 pub use manifest::{Clip, FILE_NAME, Manifest, Sheep, Transition};
 pub use memory::{Place, PlaceError};
 pub use names::{ClipHash, ClipPath, NameError, SheepId};
-pub use simulation::{FirstRepeat, Simulation, Visits, longest_repeat};
+pub use simulation::{FirstRepeat, Simulation, Visits};
 pub use table::ManifestError;
 pub use walk::{Step, Walk};

@@ -183,7 +183,7 @@ fn first_repeat(exits: &[Exit], length: usize) -> Option<usize> {
 }
 
 /// The length of the longest run of exits that stands twice in `exits`, overlaps included.
-pub fn longest_repeat(exits: &[Exit]) -> usize {
+fn longest_repeat(exits: &[Exit]) -> usize {
     // If a run comes twice, so does the shorter one it starts with: the answer can be searched by halves.
     let (mut comes, mut lacks) = (0, exits.len().max(1));
     while lacks - comes > 1 {

@@ -97,11 +97,6 @@ impl Walk {
         Self { flock, memory, visits, runs, random, fade, odds: Vec::new() }
     }
 
-    /// The flock it walks.
-    pub fn flock(&self) -> &Arc<Flock> {
-        &self.flock
-    }
-
     /// The sheep that is visited now.
     pub fn place(&self) -> SheepIx {
         self.memory.place
