@@ -72,7 +72,7 @@ impl Look {
     /// The copy in the repository, under 16 MB with everything.
     pub(crate) fn small() -> Self {
         let fps = Rate::new(30, 1).expect("30/1 is a rate");
-        Self { size: (1280, 720), fps, spp: 48.0, supersample: 1, pace: 1, repeat: 2, crf: 32.0, preset: "slower" }
+        Self { size: (1280, 720), fps, spp: 24.0, supersample: 1, pace: 1, repeat: 2, crf: 32.0, preset: "slower" }
     }
 
     /// What the pictures depend on, besides genomes and motion.
