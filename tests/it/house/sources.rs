@@ -129,13 +129,12 @@ fn skipped_tests(source: &Source) -> Vec<usize> {
     source.lines_of(&[&["#", "[", "ignore"]])
 }
 
-/// Globs are allowed to tests only: of the module they test, and of proptest's macros.
+/// Globs are allowed to tests only: of the module they test, and of what proptest's macros need.
 fn globs(source: &Source) -> Vec<usize> {
-    let allowed = ["super::*", "proptest::prelude::*"];
     let uses = source.tokens.iter().enumerate().filter(|(_, token)| token.text == "use");
     let glob = uses.filter_map(|(at, token)| {
         let path: String = source.tokens[at + 1..].iter().map(|t| &*t.text).take_while(|text| *text != ";").collect();
-        let of_a_test = (token.in_tests || source.is_test()) && allowed.contains(&&*path);
+        let of_a_test = path == "proptest::prelude::*" || path == "super::*" && (token.in_tests || source.is_test());
         (path.contains('*') && !path.starts_with('<') && !of_a_test).then_some(token.line)
     });
     glob.collect()
@@ -163,13 +162,13 @@ fn unfenced(source: &Source) -> Vec<usize> {
     if is_fence { vec![] } else { source.lines_of(&[&["unsafe"]]) }
 }
 
-/// The lines above an `unsafe`, up to an empty one or a closing brace, must say `SAFETY:`.
+/// The lines above an `unsafe` block or `impl`, up to an empty one or a closing brace, must say `SAFETY:`.
 fn unjustified(source: &Source) -> Vec<usize> {
     let lines: Vec<&str> = source.text.lines().collect();
     let ends = |line: &&&str| line.trim().is_empty() || line.trim() == "}";
     let justified =
         |line: usize| lines[..line].iter().rev().take_while(|line| !ends(line)).any(|l| l.contains("SAFETY:"));
-    source.lines_of(&[&["unsafe"]]).into_iter().filter(|line| !justified(*line)).collect()
+    source.lines_of(&[&["unsafe", "{"], &["unsafe", "impl"]]).into_iter().filter(|line| !justified(*line)).collect()
 }
 
 fn sources() -> Vec<Source> {
