@@ -21,6 +21,12 @@ fn brightness(image: &Image) -> f64 {
     image.pixels.as_flattened().iter().map(|light| f64::from(*light)).sum::<f64>() / image.pixels.len() as f64
 }
 
+fn psnr(image: &Image, truth: &Image) -> f64 {
+    let pairs = image.pixels.as_flattened().iter().zip(truth.pixels.as_flattened());
+    let error: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
+    -10.0 * (error / (3 * truth.pixels.len()) as f64).log10()
+}
+
 #[test]
 fn pixels_are_the_same_for_any_number_of_threads() {
     let turning = Loop::new(&xaos(), 30.0);
@@ -74,6 +80,23 @@ fn a_soft_shutter_is_as_bright_as_a_hard_one() {
     let hard = draw(TemporalShape::Box);
     for shape in [TemporalShape::Gaussian, TemporalShape::Exp] {
         assert!((draw(shape) - hard).abs() < 0.03 * hard, "{shape:?}: {} instead of {hard}", draw(shape));
+    }
+}
+
+#[test]
+fn density_estimation_gains_much_from_few_samples_and_loses_little_of_many() {
+    let renderer = Renderer::new(0).unwrap();
+    let draw = |spp, radius, seed| {
+        let mut genome = xaos();
+        genome.sampling.estimator_radius = radius;
+        let settings = Settings { size: Some([96, 72]), spp: Some(spp), supersample: Some(1), seed, ..SMALL };
+        renderer.render(&genome, 0.0, &settings).unwrap()
+    };
+    let truth = draw(6000.0, 0.0, 1);
+    for (spp, gain) in [(20.0, 3.0), (80.0, 1.5), (2000.0, -1.0)] {
+        let (raw, smooth) = (psnr(&draw(spp, 0.0, 2), &truth), psnr(&draw(spp, 9.0, 2), &truth));
+        println!("{spp} samples per pixel: {raw:.1} dB as they are, {smooth:.1} dB estimated");
+        assert!(smooth >= raw + gain, "{spp} samples per pixel: {raw} dB became {smooth} dB");
     }
 }
 

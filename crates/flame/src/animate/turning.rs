@@ -45,3 +45,21 @@ impl Motion for Loop {
         genome
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::genome::Affine;
+
+    #[test]
+    fn a_loop_turns_the_way_flam3_genome_rotates() {
+        let affine = Affine { a: -0.718_297, d: -0.415_62, b: 0.2326, e: -0.534_669, c: 0.750_421, f: -0.287_476 };
+        let genome = Genome { xforms: vec![Xform { affine, ..Xform::default() }], ..Genome::default() };
+        let turned = Loop::new(&genome, 8.0).at(1.0).xforms[0].affine;
+        // Printed by `rotate=FILE frame=1 nframes=8 flam3-genome`.
+        let expected = [-0.214_025, -0.8018, 0.542_541, -0.213_595, 0.750_421, -0.287_476];
+        for (ours, theirs) in [turned.a, turned.d, turned.b, turned.e, turned.c, turned.f].iter().zip(expected) {
+            assert!((ours - theirs).abs() < 1e-5, "{turned:?}");
+        }
+    }
+}

@@ -11,6 +11,7 @@
 
 mod chaos;
 mod error;
+mod estimator;
 mod filter;
 mod histogram;
 mod plan;

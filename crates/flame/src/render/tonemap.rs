@@ -10,6 +10,7 @@
 
 use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut};
 
+use super::estimator;
 use super::histogram::{self, Sums, UNIT};
 use super::view::View;
 use crate::genome::palette::{from_hsv, to_hsv};
@@ -30,19 +31,20 @@ pub(crate) fn develop(sums: &Sums, view: &View, genome: &Genome, light: f64) -> 
     let cells_per_pixel = (view.supersample * view.supersample) as f64;
     let expected = view.area() * view.samples_per_pixel(&genome.sampling) * light * f64::from(UNIT);
     let gain = genome.tone.brightness * GAIN;
-    let logs = histogram::map(sums, view.cells[0], |sum| {
-        if sum[3] == 0 {
-            return [0.0; 4];
-        }
-        let density = sum[3] as f64;
+    let mut cells = histogram::map(sums, view.cells[0], |sum| sum.map(|channel| channel as f32));
+    if genome.sampling.estimator_radius > 0.0 {
+        cells = estimator::smoothed(&cells, view, &genome.sampling);
+    }
+    cells.par_chunks_mut(view.cells[0]).flatten().filter(|cell| cell[3] > 0.0).for_each(|cell| {
+        let density = f64::from(cell[3]);
         let scale = gain * (density * cells_per_pixel / expected).ln_1p() / density;
-        sum.map(|channel| (channel as f64 * scale) as f32)
+        *cell = cell.map(|channel| (f64::from(channel) * scale) as f32);
     });
     let [width, height] = view.size;
     let mut pixels = vec![[0.0; 3]; width * height];
     pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
         for (column, pixel) in pixels.iter_mut().enumerate() {
-            *pixel = expose(filtered(&logs, view, column, row), &genome.tone);
+            *pixel = expose(filtered(&cells, view, column, row), &genome.tone);
         }
     });
     Image { width, height, pixels }
