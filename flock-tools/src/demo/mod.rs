@@ -51,7 +51,7 @@ pub(crate) struct Args {
     /// x264's constant rate factor, 0 to 51: smaller is finer and larger
     #[arg(long, value_name = "N", value_parser = rate_factor)]
     crf: Option<f32>,
-    /// Frames rendered at once; each takes 60 MB, times four with the supersampling of the fine flock
+    /// Frames rendered at once; each takes 80 MB, four times that for the fine flock
     #[arg(long, value_name = "N", default_value_t = cores())]
     threads: NonZeroUsize,
     /// Keep the rendered frames, so that another --crf needs no rendering: 1.4 MB each at 1280x720
