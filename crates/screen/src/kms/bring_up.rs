@@ -123,7 +123,17 @@ impl<K: Kms> KmsScreen<K> {
             Ok(plan) => {
                 let (ring, flight) = (Ring::new(painted), Flight::Landed);
                 tracing::info!(connector = plan.connector, ?way, ?size, "chose a way to light the picture");
-                Ok(Output { plan, mode, ring, lit: false, flight, asked: None, beat: None, failed_in_a_row: 0 })
+                Ok(Output {
+                    plan,
+                    mode,
+                    ring,
+                    lit: false,
+                    flight,
+                    asked: None,
+                    beat: None,
+                    gave_up_at: None,
+                    failed_in_a_row: 0,
+                })
             }
             Err(error) => {
                 for painted in painted {

@@ -110,7 +110,7 @@ fn every_error_at_every_kind_of_commit_is_survived() {
 fn a_flip_lost_after_every_kind_of_commit_is_survived() {
     for (kind, places) in KINDS {
         for nth in places {
-            for ill in [Ill::LostFlip, Ill::LostEvent] {
+            for ill in [Ill::LostFlip, Ill::LostEvent, Ill::LateEvent] {
                 for ns in [0, 500 * MS] {
                     survives(Fault { kind, nth, ill, ns });
                 }
@@ -126,6 +126,16 @@ fn a_lost_event_is_told_and_costs_a_tenth_of_a_second() {
     assert!(player.events.iter().any(|event| matches!(event, Event::Recovered { .. })));
     assert!(player.longest_pause_ms() <= 200, "{} ms", player.longest_pause_ms());
     assert_eq!(player.screen.kms.modesets, 1, "nothing was lit anew");
+}
+
+#[test]
+fn an_event_that_comes_late_is_not_taken_for_the_next_flips() {
+    for nth in 0..40 {
+        let fault = Fault { kind: Kind::Flip, nth, ill: Ill::LateEvent, ns: 0 };
+        let mut player = Player::on(Scripted::new().fail(fault));
+        player.play(at(4000));
+        assert!(holds(&player).iter().all(|&held| held >= 1), "{fault:?}: {:?}", holds(&player));
+    }
 }
 
 #[test]

@@ -84,6 +84,8 @@ struct Output {
     asked: Option<Asked>,
     /// Our own count of vblanks, where the driver has none (virtual machines, firmware framebuffers).
     beat: Option<Beat>,
+    /// The vblank at which a flip's event was last taken for lost: it may yet come.
+    gave_up_at: Option<Vblank>,
     /// Flips that went wrong since the last that came.
     failed_in_a_row: u32,
 }
@@ -117,6 +119,11 @@ struct Asked {
 }
 
 impl Output {
+    /// Whether a flip at `vblank` is that of a commit whose event was taken for lost.
+    fn gave_up(&self, vblank: Vblank) -> bool {
+        self.gave_up_at.is_some_and(|at| vblank.since(at) <= 0)
+    }
+
     /// The vblank at `now`, by the kernel's count or by our own, and when it began.
     fn vblank(&self, kms: &mut impl Kms, now: Nanos) -> io::Result<(Vblank, Nanos)> {
         match self.beat {
@@ -232,6 +239,9 @@ impl<K: Kms> KmsScreen<K> {
             return;
         };
         match happening {
+            Happening::Flip { vblank, .. } if output.gave_up(vblank) => {
+                tracing::debug!("a flip event came after it was given up");
+            }
             Happening::Flip { vblank, at } if matches!(output.flight, Flight::Flying { .. }) => match output.beat {
                 None => self.landed(vblank, at),
                 Some(beat) => {
@@ -244,7 +254,7 @@ impl<K: Kms> KmsScreen<K> {
                     self.notices.push_back(Event::Vblank { vblank, at });
                 }
             }
-            Happening::Flip { .. } => tracing::debug!("a flip event came after it was given up"),
+            Happening::Flip { .. } => tracing::debug!("a flip event came that nothing waits for"),
             Happening::Hotplug => self.look_again(),
         }
     }

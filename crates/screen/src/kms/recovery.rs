@@ -39,6 +39,7 @@ impl<K: Kms> KmsScreen<K> {
             None => {
                 output.ring.presume_flipped();
                 output.flight = Flight::Landed;
+                output.gave_up_at = current.filter(|_| output.beat.is_none());
                 output.failed_in_a_row += 1;
                 let reason = "a flip event was lost; the picture is on the glass".to_owned();
                 self.notices.push_back(Event::Recovered { reason });

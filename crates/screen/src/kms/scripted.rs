@@ -58,6 +58,8 @@ pub(crate) enum Ill {
     LostFlip,
     /// The commit is taken, and the next flip happens, but its event never comes.
     LostEvent,
+    /// The same, but its event comes 150 ms later.
+    LateEvent,
 }
 
 /// What this card is like.
@@ -107,6 +109,7 @@ pub(crate) struct Scripted {
     pending: Option<Pending>,
     asked: Vec<u64>,
     happenings: VecDeque<Happening>,
+    late: VecDeque<(Nanos, Happening)>,
     spins: u32,
     /// Every lasting mode set.
     pub(crate) modesets: u32,
@@ -134,6 +137,7 @@ impl Scripted {
             pending: None,
             asked: Vec::new(),
             happenings: VecDeque::new(),
+            late: VecDeque::new(),
             spins: 0,
             modesets: 0,
         };
@@ -199,11 +203,11 @@ impl Scripted {
         let lasts = self.struck.is_some_and(|(_, until)| until > now());
         match fault.ill {
             Ill::Refused(errno) if first || lasts => Err(errno.into()),
-            Ill::LostFlip | Ill::LostEvent if first || lasts => {
+            Ill::LostFlip | Ill::LostEvent | Ill::LateEvent if first || lasts => {
                 self.ill_flip = Some(fault.ill);
                 Ok(())
             }
-            Ill::Refused(_) | Ill::LostFlip | Ill::LostEvent => Ok(()),
+            Ill::Refused(_) | Ill::LostFlip | Ill::LostEvent | Ill::LateEvent => Ok(()),
         }
     }
 
@@ -225,10 +229,15 @@ impl Scripted {
         }
         if let Some(flip) = self.pending.take_if(|flip| flip.vblank <= current && flip.ill != Some(Ill::LostFlip)) {
             self.glass = Some(flip.fb);
-            if flip.ill.is_none() {
-                let vblank = Vblank(flip.vblank as u32);
-                self.happenings.push_back(Happening::Flip { vblank, at: self.begins(flip.vblank) });
+            let event = Happening::Flip { vblank: Vblank(flip.vblank as u32), at: self.begins(flip.vblank) };
+            match flip.ill {
+                None => self.happenings.push_back(event),
+                Some(Ill::LateEvent) => self.late.push_back((time.after(150 * MS), event)),
+                Some(Ill::LostFlip | Ill::LostEvent | Ill::Refused(_)) => {}
             }
+        }
+        while self.late.front().is_some_and(|(at, _)| *at <= time) {
+            self.happenings.extend(self.late.pop_front().map(|(_, event)| event));
         }
         let (due, later) = self.asked.iter().partition::<Vec<_>, _>(|asked| **asked <= current);
         self.asked = later;
@@ -239,7 +248,8 @@ impl Scripted {
     fn next_due(&self) -> Option<Nanos> {
         let flip = self.pending.iter().filter(|flip| flip.ill != Some(Ill::LostFlip)).map(|flip| flip.vblank);
         let vblanks = flip.chain(self.asked.iter().copied()).map(|vblank| self.begins(vblank));
-        vblanks.chain(self.plugs.front().map(|(at, _)| *at)).min()
+        let told = self.plugs.front().map(|(at, _)| *at).into_iter().chain(self.late.front().map(|(at, _)| *at));
+        vblanks.chain(told).min()
     }
 }
 
@@ -260,6 +270,7 @@ impl Kms for Scripted {
         self.glass = None;
         self.pending = None;
         self.asked.clear();
+        self.late.clear();
         self.happenings.clear();
         self.values.insert((CRTC, "ACTIVE"), 0);
         self.values.insert((PRIMARY, "FB_ID"), 0);
