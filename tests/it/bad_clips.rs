@@ -15,30 +15,40 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-/// A sound flock with clips to break: the last sheep leads on in two ways, as all do.
+/// A sound flock with clips to break.
 const SOUND: Plan = Plan { name: "sound", size: (640, 480), fps: (30, 1), sheep: 6, frames: 12 };
 
 /// Breaks the clip at a path.
 type Break = fn(&Path);
 
-/// Every way to break a clip, the clip it is done to, and the kind of fault that `flock check` tells.
+/// Every way to break a clip, the clip it is done to, and the kind of fault that `flock check` tells. The transitions
+/// broken are the chords of the ring: the walk comes by all of them again and again.
 const BROKEN: [(&str, &str, &str, Break); 9] = [
-    ("a flipped byte", "s0=s1.mp4", "damaged-clip", flip_a_byte),
-    ("half the file", "s1=s2.mp4", "damaged-clip", halve),
-    ("empty", "s2=s3.mp4", "damaged-clip", empty),
-    ("another codec", "s3=s4.mp4", "wrong-clip", another_codec),
-    ("another size", "s4=s5.mp4", "wrong-clip", another_size),
-    ("missing", "s5=s0.mp4", "missing-clip", remove),
+    ("a flipped byte", "s0=s2.mp4", "damaged-clip", flip_a_byte),
+    ("half the file", "s1=s3.mp4", "damaged-clip", halve),
+    ("empty", "s2=s4.mp4", "damaged-clip", empty),
+    ("another codec", "s3=s5.mp4", "wrong-clip", another_codec),
+    ("another size", "s4=s0.mp4", "wrong-clip", another_size),
+    ("missing", "s5=s1.mp4", "missing-clip", remove),
     ("a directory", "s2.mp4", "missing-clip", directory),
     ("unreadable", "s0.mp4", "missing-clip", unreadable),
     ("a frame too few", "s3.mp4", "wrong-clip", a_frame_less),
 ];
 
+/// Flips the first byte after the middle that a decoder minds: some only change a colour, and only a hash tells.
 fn flip_a_byte(clip: &Path) {
-    let mut bytes = fs::read(clip).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 0x55;
-    fs::write(clip, bytes).unwrap();
+    let sound = fs::read(clip).unwrap();
+    for place in sound.len() / 2..sound.len() {
+        let mut bytes = sound.clone();
+        bytes[place] ^= 0x55;
+        fs::write(clip, bytes).unwrap();
+        let mut ffmpeg = Command::new("ffmpeg");
+        ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(clip).args(["-f", "null", "-"]);
+        if !output(&mut ffmpeg).stderr.is_empty() {
+            return;
+        }
+    }
+    panic!("no flipped byte of `{}` disturbs a decoder", clip.display());
 }
 
 fn halve(clip: &Path) {
@@ -145,9 +155,8 @@ fn broken_clips_at_play_time_cost_no_black_frame_and_are_named_once() {
             let place = usize::try_from(flip.frame).unwrap();
             assert_eq!(flip.hash.as_ref(), flock.shows[&flip.clip].get(place), "{} {}", flip.clip, flip.frame);
         }
-        let black = "Y 16, U and V 128 everywhere";
-        let hash_of_black = black_frame();
-        assert!(trace.flips.iter().all(|flip| flip.hash.as_ref() != Some(&hash_of_black)), "{black}");
+        let black = Some(black_frame());
+        assert!(trace.flips.iter().all(|flip| flip.hash.is_some() && flip.hash != black), "no frame is black");
         let longest = trace.flips.windows(2).map(|pair| pair[1].t_ns - pair[0].t_ns).max();
         assert!(longest <= Some(500_000_000), "the picture stands still for {longest:?} ns at a bad clip");
     }

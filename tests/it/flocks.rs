@@ -140,6 +140,10 @@ impl Flock {
 fn every_test_clip_is_in_the_form_that_a_flock_asks_for() {
     let flock = JOINS.flock();
     let said = programs::output(Command::new(programs::flock()).arg("check").arg(&flock.folder));
-    assert!(said.status.success(), "{}{}", String::from_utf8_lossy(&said.stdout), String::from_utf8_lossy(&said.stderr));
+    assert!(
+        said.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&said.stdout),
+        String::from_utf8_lossy(&said.stderr)
+    );
 }
-

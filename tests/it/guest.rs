@@ -59,9 +59,17 @@ pub(crate) fn script(text: &str) -> Command {
     bash
 }
 
+/// `command` as a line of such a script; `$name` in it still means the script's variable.
+pub(crate) fn shell_words(command: &Command) -> String {
+    let words = [command.get_program()].into_iter().chain(command.get_args());
+    let quoted: Vec<_> = words.map(|word| format!("\"{}\"", word.to_str().expect("claims use plain names"))).collect();
+    quoted.join(" ")
+}
+
 #[test]
 fn a_guest_has_a_vkms_display_and_time_that_costs_nothing() {
-    let console = succeed_in_virtual_time(60, &script("sleep 3600; modetest -M vkms -c | grep 1280x720; echo up $SECONDS"));
+    let console =
+        succeed_in_virtual_time(60, &script("sleep 3600; modetest -M vkms -c | grep 1280x720; echo up $SECONDS"));
     assert!(console.contains("1280x720 60.00"), "{console}");
     assert!(console.contains("up 3600"), "{console}");
 }

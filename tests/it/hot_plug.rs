@@ -4,7 +4,7 @@
 //! of our own that vkms makes from a description, since its cable can be pulled by writing a file.
 
 use crate::flocks::JOINS;
-use crate::guest::{script, succeed_in_virtual_time};
+use crate::guest::{script, shell_words, succeed_in_virtual_time};
 use crate::playing::Playing;
 use crate::resume::Random;
 use std::fmt::Write as _;
@@ -15,6 +15,9 @@ const TIMES: usize = 100;
 
 /// Longest wait for the picture after the cable is back, in nanoseconds of virtual time.
 const BACK_NS: u64 = 2_000_000_000;
+
+/// By then a player has seen that the cable is out, and sends no light.
+const DARK_NS: u64 = 300_000_000;
 
 /// Makes a card `frame` with one of everything and waits for nothing; `$card` is its device.
 const CARD: &str = r#"
@@ -34,9 +37,10 @@ const HANDS: &str = r#"
 now() { read -r up _ < /proc/uptime; echo "$1 $up"; }
 pull() { now pull; echo 2 > $frame/connectors/cable/status; }
 push() { echo 1 > $frame/connectors/cable/status; now push; }
+light() { echo "light $(awk -F= '/^\tactive=/ {print $2}' /sys/kernel/debug/dri/frame/state)"; }
 holds() {
   echo "holds $(grep -c '^framebuffer' /sys/kernel/debug/dri/frame/framebuffer) framebuffers," \
-    "$(awk '/^Shmem:/ {print $2}' /proc/meminfo) kB of buffers, $(ls /proc/$player/fd | wc -l) descriptors"
+    "$(awk '/^Shmem:/ {print $2}' /proc/meminfo) kB of buffers, $(ls -l /proc/$player/fd | grep -vc '[.]mp4$') descriptors beside clips"
 }
 "#;
 
@@ -44,19 +48,16 @@ holds() {
 fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
     let flock = JOINS.flock();
     let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--screen", "kms:/dev/dri/$card"]);
-    let player = playing.command();
-    let words = [player.get_program()].into_iter().chain(player.get_args());
-    let words: Vec<_> = words.map(|word| format!("\"{}\"", word.to_str().unwrap())).collect();
     let log = playing.path("log");
     let mut text = format!("{CARD}{HANDS}exec > {}\n", log.display());
-    writeln!(text, "{} &\nplayer=$!", words.join(" ")).unwrap();
+    writeln!(text, "{} &\nplayer=$!", shell_words(&playing.command())).unwrap();
     let mut random = Random(2);
     for time in 0..TIMES {
         // Every third time the cable is back before the player can have looked.
         let away_ms = if time % 3 == 0 { random.below(40) } else { random.below(1_500) };
         let lit_ms = BACK_NS / 1_000_000 + random.below(700);
         writeln!(text, "sleep {}; holds; pull", seconds(lit_ms)).unwrap();
-        writeln!(text, "sleep {}; push; kill -0 $player", seconds(away_ms)).unwrap();
+        writeln!(text, "sleep {}; light; push; kill -0 $player", seconds(away_ms)).unwrap();
     }
     text += "sleep 3; holds\nkill -TERM $player; wait $player\n";
     fs::write(playing.path("hands.sh"), &text).unwrap();
@@ -64,8 +65,16 @@ fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
 
     let trace = playing.trace();
     let log = fs::read_to_string(log).unwrap();
+    let away: Vec<_> = log.lines().filter(|line| !line.starts_with("holds")).collect();
+    for cable in away.chunks(3) {
+        let [pull, light, push] = cable else { panic!("a pull, a look and a push, found {cable:?}") };
+        let away_ns = nanoseconds(&push[5..]) - nanoseconds(&pull[5..]);
+        assert!(away_ns < DARK_NS || *light == "light 0", "the player saw that the cable was out: {cable:?}");
+    }
     let pushes = log.lines().filter_map(|line| line.strip_prefix("push ")).map(nanoseconds);
-    let back: Vec<u64> = pushes.map(|push| trace.flips.iter().map(|flip| flip.t_ns).find(|&t| t > push).unwrap_or(u64::MAX) - push).collect();
+    let back: Vec<u64> = pushes
+        .map(|push| trace.flips.iter().map(|flip| flip.t_ns).find(|&t| t > push).unwrap_or(u64::MAX) - push)
+        .collect();
     assert_eq!(back.len(), TIMES);
     assert!(back.iter().all(|&wait| wait <= BACK_NS), "nanoseconds until the picture is back: {back:?}");
     let holds: Vec<&str> = log.lines().filter(|line| line.starts_with("holds")).collect();

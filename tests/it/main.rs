@@ -7,6 +7,7 @@ mod cadence;
 mod clips;
 mod command_line;
 mod flocks;
+mod glass;
 mod guest;
 mod hot_plug;
 mod house;

@@ -77,7 +77,8 @@ impl Running {
     /// Waits until the player has told `lines` more lines of its trace.
     pub(crate) fn await_lines(&mut self, lines: u64) {
         for line in 0..lines {
-            let bytes = self.told.as_mut().expect("read to its end only by `end_within`").read_line(&mut self.text).unwrap();
+            let bytes =
+                self.told.as_mut().expect("read to its end only by `end_within`").read_line(&mut self.text).unwrap();
             assert!(bytes > 0, "the player ended by itself after {line} lines: {}", self.text);
         }
     }

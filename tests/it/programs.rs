@@ -46,7 +46,8 @@ fn fresh(name: &str) -> PathBuf {
     let program = built().join(name);
     let remedy = "run `cargo build --release --workspace` first (`make check` does)";
     let changed = |path: &Path| fs::metadata(path).and_then(|file| file.modified());
-    let made: SystemTime = changed(&program).unwrap_or_else(|_| panic!("`{}` is not built: {remedy}", program.display()));
+    let made: SystemTime =
+        changed(&program).unwrap_or_else(|_| panic!("`{}` is not built: {remedy}", program.display()));
     let list = fs::read_to_string(program.with_extension("d")).unwrap_or_default();
     for source in list.split_once(": ").map_or("", |(_, sources)| sources).split_whitespace() {
         let newer = changed(Path::new(source)).is_ok_and(|time| time > made);
