@@ -8,7 +8,6 @@ use crate::turn::{Shown, Turn};
 use screen::Lit;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use timing::Nanos;
 
 /// What is on the glass; cheap to clone, the pixels are shared.
 #[derive(Clone, Debug, Default)]
@@ -17,8 +16,6 @@ pub(crate) struct View {
     pub(crate) lit: Option<Arc<Lit>>,
     /// The picture.
     pub(crate) shown: Option<Shown>,
-    /// When it arrived.
-    pub(crate) since: Nanos,
     /// The run so far.
     pub(crate) tally: Tally,
 }
@@ -31,11 +28,16 @@ pub(crate) struct Glass {
 }
 
 impl Glass {
-    /// Shows `view` from now on, unless someone is looking at this very moment.
-    pub(crate) fn update(&self, update: impl FnOnce(&mut View)) {
+    /// Shows what a flip brought, unless someone is looking at this very moment.
+    pub(crate) fn flipped(&self, shown: &Shown, tally: Tally) {
         if let Ok(mut view) = self.view.try_lock() {
-            update(&mut view);
+            (view.shown, view.tally) = (Some(shown.clone()), tally);
         }
+    }
+
+    /// Shows that the screen came or went. Rare enough to wait until nobody is looking.
+    pub(crate) fn lit(&self, lit: Option<&Arc<Lit>>) {
+        hold(&self.view).lit = lit.map(Arc::clone);
     }
 
     /// What is on the glass.

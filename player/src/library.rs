@@ -56,19 +56,17 @@ impl Library {
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
     pub(crate) fn open(self, orders: SyncSender<Order>, bad: Receiver<ClipPath>) -> Result<JoinHandle<()>, Fatal> {
-        let thread = thread::Builder::new().name("library".to_owned()).spawn(move || self.work(&orders, &bad));
+        let work = move || self.work(&orders, &bad);
+        let thread = thread::Builder::new().name("library".to_owned()).spawn(work);
         thread.map_err(|source| Fatal::Thread { name: "library", source })
     }
 
     fn work(mut self, orders: &SyncSender<Order>, bad: &Receiver<ClipPath>) {
         let origin = self.itinerary.clone();
         let mut last: Option<Place> = None;
+        let mut unauthentic: Option<ClipPath> = None;
         let mut number = 1;
         loop {
-            for clip in bad.try_iter() {
-                self.itinerary.strike(&clip);
-            }
-            let is_over = self.clips.is_some_and(|clips| number > clips);
             let Some(leg) = self.itinerary.next_leg() else {
                 self.faults.once(Kind::Barren, "flock", "no clip of the flock can be played".to_owned());
                 if self.clips.is_some() || !wait(orders, bad) {
@@ -79,7 +77,14 @@ impl Library {
                 self.itinerary = forgiven.unwrap_or_else(|| origin.clone());
                 continue;
             };
-            if is_over {
+            // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
+            // does not go back to before a clip that is shown.
+            let struck: Vec<_> = unauthentic.take().into_iter().chain(bad.try_iter()).collect();
+            struck.iter().for_each(|clip| self.itinerary.strike(clip));
+            if struck.contains(&leg.clip.path) {
+                continue;
+            }
+            if self.clips.is_some_and(|clips| number > clips) {
                 // Never played, but where the path goes on: the place to keep when the run has ended.
                 return self.glass.plan(turn(number, leg));
             }
@@ -93,7 +98,7 @@ impl Library {
                     return;
                 }
                 if number == 1 && !self.is_authentic(&path, hash) {
-                    self.itinerary.strike(&path);
+                    unauthentic = Some(path);
                 }
                 number += 1;
             }
@@ -165,3 +170,6 @@ fn kind(error: &ClipError) -> Kind {
         ClipError::Probe { .. } => Kind::DamagedClip,
     }
 }
+
+#[cfg(test)]
+mod tests;

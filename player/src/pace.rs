@@ -31,10 +31,14 @@ impl Pace {
         late.max(0).cast_unsigned()
     }
 
-    /// The screen was away and shows the last frame again since `vblank`, with `refresh` vblanks a second: it stays
-    /// lit for its time, and the time without a screen is nobody's lateness.
-    pub(crate) fn resumed(&mut self, vblank: Vblank, refresh: Rate) {
+    /// The screen has `refresh` vblanks a second from now on.
+    pub(crate) fn moved_to(&mut self, refresh: Rate) {
         self.cadence = self.cadence.moved_to(self.frames, refresh);
+    }
+
+    /// The screen was away and shows the last frame again since `vblank`: it stays lit for its time, and the time
+    /// without a screen is nobody's lateness.
+    pub(crate) fn resumed(&mut self, vblank: Vblank) {
         self.lit = Some(vblank);
     }
 
@@ -90,7 +94,8 @@ mod tests {
     fn time_without_a_screen_is_nobodys_lateness() {
         let mut pace = Pace::new(rate(25, 1), rate(60, 1));
         pace.flipped(Vblank(100));
-        pace.resumed(Vblank(7), rate(50, 1));
+        pace.moved_to(rate(50, 1));
+        pace.resumed(Vblank(7));
         assert_eq!(pace.flipped(Vblank(9)), 0);
         assert_eq!(pace.eve(), Some(Vblank(10)));
     }

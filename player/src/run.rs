@@ -20,6 +20,7 @@ use crate::show::{Ears, Ended, Piece, Show};
 use crate::{status, take};
 use flock::{Flock, Itinerary, Manifest, Place};
 use std::num::NonZero;
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{channel, sync_channel};
@@ -45,7 +46,7 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let glass = Arc::new(Glass::default());
     let (slots, saved) = memory(config, &faults);
     let itinerary = library::path(&flock, saved, config.seed);
-    let (frames, decoding) = open_studio(config, piece, itinerary, &faults, &glass)?;
+    let (frames, studio) = open_studio(config, piece, itinerary, &faults, &glass)?;
     let screen = take::screen(&config.screen, piece)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
     status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
@@ -63,7 +64,7 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     }
     scribe.note(Note::End { tally: ended.tally, faults: faults.count() });
     scribing.join().ok();
-    verdict(config, &ended, decoding)
+    verdict(config, &ended, studio)
 }
 
 /// A flag that SIGINT, SIGTERM and SIGHUP raise.
@@ -92,6 +93,12 @@ fn memory(config: &Config, faults: &Faults) -> (Option<Slots>, Option<Place>) {
     }
 }
 
+/// The threads that make frames, to be asked at the end how it went.
+struct Studio {
+    library: JoinHandle<()>,
+    decoder: JoinHandle<Result<(), SessionError>>,
+}
+
 /// Starts library and decoder.
 fn open_studio(
     config: &Config,
@@ -99,7 +106,7 @@ fn open_studio(
     itinerary: Itinerary,
     faults: &Faults,
     glass: &Arc<Glass>,
-) -> Result<(Frames, JoinHandle<Result<(), SessionError>>), Fatal> {
+) -> Result<(Frames, Studio), Fatal> {
     let (orders, inbox) = sync_channel(1);
     let (bad, struck) = channel();
     let library = Library {
@@ -110,7 +117,7 @@ fn open_studio(
         faults: faults.clone(),
         glass: Arc::clone(glass),
     };
-    library.open(orders, struck)?;
+    let library = library.open(orders, struck)?;
     let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
     let workshop = Workshop {
         threads,
@@ -118,19 +125,19 @@ fn open_studio(
         prefetch: Workshop::frames_in(config.prefetch_ms, piece.fps),
         is_hashed: config.hash,
     };
-    workshop.open(inbox, bad, faults.clone())
+    let (frames, decoder) = workshop.open(inbox, bad, faults.clone())?;
+    Ok((frames, Studio { library, decoder }))
 }
 
-/// Whether the run was what was asked for.
-fn verdict(config: &Config, ended: &Ended, decoding: JoinHandle<Result<(), SessionError>>) -> Result<(), Fatal> {
+/// Whether the run was what was asked for. A panic of the studio becomes ours.
+fn verdict(config: &Config, ended: &Ended, studio: Studio) -> Result<(), Fatal> {
     if !ended.finished {
         return Ok(());
     }
-    if let Ok(result) = decoding.join() {
-        result?;
-    }
+    studio.decoder.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+    studio.library.join().unwrap_or_else(|panic| resume_unwind(panic));
     let played = ended.turn.as_ref().map_or(0, |turn| turn.number);
-    if config.clips.is_some_and(|clips| played < clips) {
+    if config.clips.is_none_or(|clips| played < clips) {
         return Err(Fatal::NothingToPlay { flock: config.flock.clone() });
     }
     Ok(())

@@ -48,6 +48,8 @@ pub(crate) struct Scribe {
     notes: SyncSender<Note>,
     /// Wait until a line is written before doing what the next one tells: right where no vblank waits.
     is_patient: bool,
+    /// Whether there is a trace: nothing else needs to know of every flip.
+    is_traced: bool,
     lost: Arc<AtomicU64>,
 }
 
@@ -61,7 +63,7 @@ impl Scribe {
         let (notes, inbox) = sync_channel(if is_patient { 0 } else { WAITING });
         let trace = trace.map(Trace::create).transpose()?;
         let lost = Arc::new(AtomicU64::new(0));
-        let scribe = Self { notes, is_patient, lost: Arc::clone(&lost) };
+        let scribe = Self { notes, is_patient, is_traced: trace.is_some(), lost: Arc::clone(&lost) };
         let work = move || write_down(&inbox, trace, is_patient, &lost);
         let thread = thread::Builder::new().name("scribe".to_owned()).spawn(work);
         Ok((scribe, thread.map_err(|source| Fatal::Thread { name: "scribe", source })?))
@@ -69,6 +71,9 @@ impl Scribe {
 
     /// Writes `note` down soon.
     pub(crate) fn note(&self, note: Note) {
+        if !self.is_traced && matches!(note, Note::Flip { .. }) {
+            return;
+        }
         if self.is_patient {
             // The scribe is gone only after the end of the run, when there is nothing left to tell.
             self.notes.send(note).ok();
@@ -81,7 +86,7 @@ impl Scribe {
     #[cfg(test)]
     pub(crate) fn on_a_shelf() -> (Self, Receiver<Note>) {
         let (notes, shelf) = sync_channel(WAITING);
-        (Self { notes, is_patient: false, lost: Arc::default() }, shelf)
+        (Self { notes, is_patient: false, is_traced: true, lost: Arc::default() }, shelf)
     }
 }
 
@@ -145,6 +150,9 @@ fn log(note: &Note) {
     match note {
         Note::Start { lit, fps } => {
             info!(screen = lit.screen, mode = lit.mode, format = lit.format, %fps, "screen taken");
+            if fps.span_ns(1_000) < lit.refresh.span_ns(1_000) {
+                warn!(%fps, refresh = %lit.refresh, "the flock is faster than the screen: it is played slower, and whole");
+            }
         }
         Note::Join { from, to } => debug!(from = from.clip.as_str(), to = to.clip.as_str(), "join"),
         Note::Fault(fault) => warn!(kind = fault.kind.name(), "{}", fault.message),

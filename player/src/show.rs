@@ -215,7 +215,7 @@ impl<'a, F: Supply> Show<'a, F> {
             }
             screen::Event::Lost { reason } => {
                 self.ears.faults.tell(Kind::Screen, reason);
-                self.ears.glass.update(|view| view.lit = None);
+                self.ears.glass.lit(None);
                 self.asked = None;
                 Some(Event::Lost)
             }
@@ -260,12 +260,15 @@ impl<'a, F: Supply> Show<'a, F> {
     /// The screen is there: again, or for the first time.
     fn back(&mut self) {
         let Some(lit) = self.screen.lit().map(Arc::new) else { return };
-        self.ears.glass.update(|view| view.lit = Some(Arc::clone(&lit)));
-        if let Some((known, _)) = &mut self.lit {
+        self.ears.glass.lit(Some(&lit));
+        if self.lit.as_ref().is_none_or(|(known, _)| *known != lit) {
+            self.ears.scribe.note(Note::Start { lit: Arc::clone(&lit), fps: self.piece.fps });
+        }
+        if let Some((known, pace)) = &mut self.lit {
+            pace.moved_to(lit.refresh);
             *known = lit;
             self.returned = true;
         } else {
-            self.ears.scribe.note(Note::Start { lit: Arc::clone(&lit), fps: self.piece.fps });
             let pace = Pace::new(self.piece.fps, lit.refresh);
             self.lit = Some((lit, pace));
         }
@@ -284,10 +287,7 @@ impl<'a, F: Supply> Show<'a, F> {
         let shown = self.shown.as_ref()?;
         let turn = shown.turn.clone();
         self.ears.scribe.note(Note::Flip { turn, frame: shown.frame, vblank, at, late, hash: shown.hash });
-        let (shown, tally) = (shown.clone(), self.tally);
-        self.ears.glass.update(|view| {
-            (view.shown, view.since, view.tally) = (Some(shown), at, tally);
-        });
+        self.ears.glass.flipped(shown, self.tally);
         self.feed(at);
         Some(Event::Flipped)
     }
@@ -295,12 +295,11 @@ impl<'a, F: Supply> Show<'a, F> {
     /// Counts a flip and turns the page if it brought a new frame; returns how late that was.
     fn count(&mut self, vblank: Vblank, is_new: bool) -> u32 {
         self.tally.flips += 1;
-        let refresh = self.lit.as_ref().map(|(lit, _)| lit.refresh);
         let pace = self.lit.as_mut().map(|(_, pace)| pace);
         if !is_new {
             self.tally.repeated += 1;
-            if let (Some(pace), Some(refresh), true) = (pace, refresh, self.returned) {
-                pace.resumed(vblank, refresh);
+            if let (Some(pace), true) = (pace, self.returned) {
+                pace.resumed(vblank);
             }
             self.returned = false;
             return 0;

@@ -15,6 +15,7 @@ use crate::report::chain;
 use crate::settings::StatusAddress;
 use facts::Facts;
 use flock::Flock;
+use rustix::process::setpriority_process;
 use std::fs;
 use std::io;
 use std::net::TcpListener;
@@ -29,6 +30,9 @@ use tracing::{debug, info, warn};
 
 /// The page for people. It asks for `/status.json` and `/screen.jpg`, and for nothing from elsewhere.
 const PAGE: &str = include_str!("page.html");
+
+/// How far the page stands back behind the frames, 0 to 19.
+const NICENESS: i32 = 15;
 
 /// All that the page can tell.
 pub(crate) struct Page {
@@ -60,6 +64,8 @@ pub(crate) fn serve(address: &StatusAddress, page: Page) {
     let served = server.and_then(|server| {
         let at = server.server_addr().to_string();
         let answer_all = move || {
+            // Linux has a niceness per thread: where processors are short, frames come first.
+            setpriority_process(None, NICENESS).ok();
             for request in server.incoming_requests() {
                 answer(request, &page);
             }
