@@ -80,7 +80,9 @@ impl Library {
             // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
             // does not go back to before a clip that is shown.
             let struck: Vec<_> = unauthentic.take().into_iter().chain(bad.try_iter()).collect();
-            struck.iter().for_each(|clip| self.itinerary.strike(clip));
+            for clip in &struck {
+                self.itinerary.strike(clip);
+            }
             if struck.contains(&leg.clip.path) {
                 continue;
             }
