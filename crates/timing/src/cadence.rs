@@ -6,7 +6,7 @@
 //!
 //! Start at [`Cadence::hold`]. The film-on-60-Hz case is drawn in the tests.
 
-use crate::Rate;
+use crate::rate::{Rate, gcd};
 
 /// Error-diffused cadence of one stream on one screen.
 ///
@@ -40,22 +40,17 @@ impl Cadence {
         // Nearest whole vblank, halves downwards: 2, 3, 2, 3 for film on 60 Hz.
         let held = (2 * exact - down).div_euclid(2 * down) + i128::from((2 * exact - down).rem_euclid(2 * down) != 0);
         let held = held.max(0);
-        self.owed = i64::try_from(exact - held * down).expect("the error stays within half a vblank");
-        u32::try_from(held).expect("a frame lasts less than 2^32 vblanks")
+        self.owed = (exact - held * down) as i64;
+        u32::try_from(held).unwrap_or(u32::MAX)
     }
 
     /// The same phase on a screen of another refresh, after a mode change.
     #[must_use]
     pub fn moved_to(&self, frames: Rate, refresh: Rate) -> Self {
         let mut moved = Self::new(frames, refresh);
-        let owed = i128::from(self.owed) * i128::from(moved.down) / i128::from(self.down);
-        moved.owed = i64::try_from(owed).expect("a scaled error stays within half a vblank");
+        moved.owed = (i128::from(self.owed) * i128::from(moved.down) / i128::from(self.down)) as i64;
         moved
     }
-}
-
-fn gcd(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 #[cfg(test)]

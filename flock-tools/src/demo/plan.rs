@@ -33,13 +33,13 @@ macro_rules! seed {
 
 /// The flock. Everyone has two ways in and two ways out, chosen so that the pictures half way are good ones.
 pub(crate) const SHEEP: [Seed; 7] = [
-    seed!("blossom", 160 -> "orchid", "nautilus"),
-    seed!("caldera", 150 -> "nocturne", "orchid"),
-    seed!("nautilus", 170 -> "blossom", "caldera"),
-    seed!("nocturne", 170 -> "undertow", "blossom"),
-    seed!("orchid", 190 -> "rosette", "undertow"),
-    seed!("rosette", 150 -> "nautilus", "nocturne"),
-    seed!("undertow", 190 -> "caldera", "rosette"),
+    seed!("blossom", 107 -> "orchid", "nautilus"),
+    seed!("caldera", 100 -> "nocturne", "orchid"),
+    seed!("nautilus", 113 -> "blossom", "caldera"),
+    seed!("nocturne", 113 -> "undertow", "blossom"),
+    seed!("orchid", 127 -> "rosette", "undertow"),
+    seed!("rosette", 100 -> "nautilus", "nocturne"),
+    seed!("undertow", 127 -> "caldera", "rosette"),
 ];
 
 /// How a flock is made from the table: how large, how fine, how slow.
@@ -66,13 +66,14 @@ pub(crate) struct Look {
 impl Look {
     /// As good pictures are made: a day or more on a strong machine.
     pub(crate) fn fine() -> Self {
-        Self { spp: 400.0, supersample: 2, pace: 4, repeat: 1, crf: 17.0, ..Self::small() }
+        let fps = Rate::new(30, 1).expect("30/1 is a rate");
+        Self { fps, spp: 400.0, supersample: 2, pace: 6, repeat: 1, crf: 17.0, ..Self::small() }
     }
 
     /// The copy in the repository, under 16 MB with everything.
     pub(crate) fn small() -> Self {
-        let fps = Rate::new(30, 1).expect("30/1 is a rate");
-        Self { size: (1280, 720), fps, spp: 24.0, supersample: 1, pace: 1, repeat: 2, crf: 32.0, preset: "slower" }
+        let fps = Rate::new(20, 1).expect("20/1 is a rate");
+        Self { size: (1280, 720), fps, spp: 12.0, supersample: 1, pace: 1, repeat: 2, crf: 32.0, preset: "slower" }
     }
 
     /// What the pictures depend on, besides genomes and motion.
@@ -205,7 +206,7 @@ mod tests {
     fn the_fine_flock_is_slower_and_otherwise_the_same() {
         let (fine, small) = (flock(Look::fine()), flock(Look::small()));
         for (fine, small) in fine.clips().zip(small.clips()) {
-            assert_eq!((&fine.path, fine.frames.0), (&small.path, 4 * small.frames.0));
+            assert_eq!((&fine.path, fine.frames.0), (&small.path, 6 * small.frames.0));
         }
     }
 
