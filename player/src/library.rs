@@ -21,6 +21,9 @@ use video::{Clip, ClipError, Form, ProbeError};
 /// How long to wait, when nothing can be played, before all clips get another chance: storage may come back.
 const REPRIEVE: Duration = Duration::from_secs(30);
 
+/// How many bits a fresh seed has: what JSON, and so the status page, and `--seed` can tell exactly.
+const FRESH_BITS: u32 = 53;
+
 /// The walk, and where its clips are.
 pub(crate) struct Library {
     /// The flock's folder.
@@ -45,7 +48,7 @@ pub(crate) fn path(flock: &Arc<Flock>, saved: Option<Place>, seed: Option<u64>) 
             Err(error) => warn!(error = chain(&error), "path begins anew"),
         }
     }
-    let seed = seed.unwrap_or_else(rand::random);
+    let seed = seed.unwrap_or_else(|| rand::random::<u64>() >> (u64::BITS - FRESH_BITS));
     info!(seed, "path begins");
     Itinerary::start(Arc::clone(flock), seed)
 }

@@ -62,7 +62,8 @@ pub(crate) fn serve(address: &StatusAddress, page: Page) {
     };
     let server = listener.and_then(|listener| Server::from_listener(listener, None).map_err(io::Error::other));
     let served = server.and_then(|server| {
-        let at = server.server_addr().to_string();
+        // With port 0 the kernel has chosen one.
+        let at = server.server_addr().to_ip().map_or_else(|| address.to_string(), |ip| format!("http://{ip}/"));
         let answer_all = move || {
             // Linux has a niceness per thread: where processors are short, frames come first.
             setpriority_process(None, NICENESS).ok();
@@ -73,7 +74,7 @@ pub(crate) fn serve(address: &StatusAddress, page: Page) {
         thread::Builder::new().name("status".to_owned()).spawn(answer_all).map(|_| at)
     });
     match served {
-        Ok(at) => info!(%address, at, "status page is served"),
+        Ok(at) => info!(at, "status page is served"),
         Err(error) => warn!(%address, error = chain(&error), "no status page"),
     }
 }
