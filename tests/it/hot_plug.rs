@@ -5,7 +5,7 @@
 
 use crate::flocks::JOINS;
 use crate::guest::{script, shell_words, succeed_in_virtual_time};
-use crate::playing::Playing;
+use crate::playing::{Playing, VKMS};
 use crate::resume::Random;
 use std::fmt::Write as _;
 use std::fs;
@@ -81,6 +81,34 @@ fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
     let (first, last) = (holds.first().unwrap(), holds.last().unwrap());
     assert_eq!(first, last, "what the player holds before the first pull and after the last push");
     assert_eq!(trace.end.map(|end| end.skipped), Some(0), "no frame is skipped to catch up");
+}
+
+#[test]
+fn a_player_started_before_its_display_lights_it_within_two_seconds() {
+    let flock = JOINS.flock();
+    let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--clips", "3", "--screen", "kms:/dev/dri/$card"]);
+    let log = playing.path("log");
+    let play = shell_words(&playing.command());
+    let text =
+        format!("{CARD}{HANDS}exec > {}\npull\n{play} &\nplayer=$!\nsleep 20; push; wait $player", log.display());
+    succeed_in_virtual_time(60, &script(&text));
+    let log = fs::read_to_string(log).unwrap();
+    let push = log.lines().find_map(|line| line.strip_prefix("push ")).map(nanoseconds).unwrap();
+    let first = playing.trace().flips[0].t_ns;
+    assert!((push..push + BACK_NS).contains(&first), "the display came at {push} ns, the picture at {first} ns");
+}
+
+#[test]
+fn a_player_waits_while_another_program_has_the_display() {
+    let flock = JOINS.flock();
+    let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--clips", "3", "--screen", VKMS]);
+    let other = "sleep 20 | modetest -M vkms -s 53@45:640x480 &";
+    let text = format!("{other} sleep 1; {} &\nwait %2", shell_words(&playing.command()));
+    let console = succeed_in_virtual_time(60, &script(&text));
+    let first = playing.trace().flips[0].t_ns;
+    let free = 20_000_000_000;
+    assert!((free..free + 2 * BACK_NS).contains(&first), "freed after {free} ns, lit at {first} ns");
+    assert_eq!(console.matches("WARN").count(), 1, "it says so once: {console}");
 }
 
 fn seconds(ms: u64) -> String {
