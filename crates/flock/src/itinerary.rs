@@ -104,7 +104,11 @@ impl Itinerary {
     /// The next clip and its place. `None` if nothing can be shown.
     pub fn next_leg(&mut self) -> Option<Leg> {
         let place = self.place()?;
-        let clip = self.next_clip()?;
+        let Some(clip) = self.next_clip() else {
+            // Nothing was handed out: the path stands where it stood.
+            self.next = place.next;
+            return None;
+        };
         self.issued = Some((clip.path.clone(), place.clone()));
         Some(Leg { clip, place })
     }
@@ -140,6 +144,18 @@ impl Itinerary {
             self.next = place.next;
             self.walk = Some(Walk::with(Arc::clone(&self.flock), (*place.memory).clone()));
         }
+    }
+
+    /// Gives every struck clip another chance: the path goes on where it stands, with all of its clips.
+    pub fn forgive(&mut self) {
+        self.closed = Closed::default();
+    }
+
+    /// Whether some way leads on from the sheep that is visited now, around what was struck. Where none does, its loop
+    /// plays for ever.
+    pub fn leads_on(&self) -> bool {
+        let mut ways = self.walk.iter().flat_map(|walk| self.flock.graph().exits(walk.place()));
+        ways.any(|exit| self.closed.is_open(exit))
     }
 
     /// The flock of the path.

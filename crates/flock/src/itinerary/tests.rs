@@ -185,6 +185,24 @@ fn without_an_exit_the_loop_plays_for_ever_and_without_anything_there_is_no_leg(
 }
 
 #[test]
+fn a_forgiven_path_goes_on_where_it_stands_and_repeats_nothing() {
+    let flock = mixed(5);
+    let whole = clips(&mut start(flock.clone(), 3), 60);
+    for cut in 0..40 {
+        let mut path = start(flock.clone(), 3);
+        let played: Vec<_> = (0..cut).map(|_| path.next_leg().unwrap().clip.path.to_string()).collect();
+        // The storage is gone: every clip is tried, and struck.
+        while let Some(leg) = path.next_leg() {
+            path.strike(&leg.clip.path);
+        }
+        assert!(!path.leads_on());
+        path.forgive();
+        assert!(path.leads_on());
+        assert_eq!([played, clips(&mut path, 20)].concat(), whole[..cut + 20], "after {cut} clips");
+    }
+}
+
+#[test]
 fn a_flock_of_one_loop_plays_it_for_ever() {
     assert_eq!(clips(&mut start(manifest(1, &[]), 9), 3), ["loops/0"; 3]);
 }
