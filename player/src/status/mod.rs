@@ -1,12 +1,15 @@
 //! The status page: what is on the glass, for people and for machines.
 //!
-//! Owns the HTTP server and its addresses: `/` for people, `/status.json`, `/metrics` for monitoring, `/screen.jpg`.
-//! Only looks: nothing here changes what is played, and a picture is encoded only when someone asks for it.
-//! What is told stands in `facts.rs`, how machines read it in `metrics.rs`, how people see it in `page.html`.
+//! Owns the page's addresses: `/` for people, `/status.json`, `/metrics` for monitoring, `/screen.jpg`. Only looks:
+//! nothing here changes what is played, and a picture is encoded only when someone asks for it. What is told stands in
+//! `facts.rs`, how machines read it in `metrics.rs`, how people see it in `page.html`; `server.rs` keeps strangers
+//! from harm's way.
 
 mod facts;
+mod http;
 mod jpeg;
 mod metrics;
+mod server;
 
 use crate::faults::Faults;
 use crate::glass::Glass;
@@ -15,18 +18,20 @@ use crate::report::chain;
 use crate::settings::StatusAddress;
 use facts::Facts;
 use flock::Flock;
+use http::Answer;
 use rustix::process::setpriority_process;
+use server::Server;
 use std::fs;
-use std::io;
+use std::io::{self, ErrorKind};
 use std::net::TcpListener;
+use std::os::fd::OwnedFd;
 use std::os::unix::fs::FileTypeExt;
-use std::os::unix::net::UnixListener;
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 use timing::Nanos;
-use tiny_http::{Header, Listener, Method, Request, Response, Server};
-use tracing::{debug, info, warn};
+use tracing::{info, warn};
 
 /// The page for people. It asks for `/status.json` and `/screen.jpg`, and for nothing from elsewhere.
 const PAGE: &str = include_str!("page.html");
@@ -51,25 +56,34 @@ impl Page {
     fn facts(&self) -> Facts {
         Facts::gather(&self.flock, &self.glass, &self.faults, now().since(self.begun))
     }
+
+    fn answer(&self, path: &str) -> Answer {
+        match path {
+            "/" => Answer::of("text/html; charset=utf-8", PAGE.as_bytes().to_vec()),
+            "/status.json" => Answer::of("application/json", json(&self.facts())),
+            "/metrics" => Answer::of(metrics::KIND, metrics::text(&self.facts()).into_bytes()),
+            "/screen.jpg" => match self.glass.view().shown {
+                Some(shown) => Answer::of("image/jpeg", jpeg::encode(&shown.still.picture())),
+                None => Answer::refusal("503 Service Unavailable", "nothing is lit yet"),
+            },
+            _ => Answer::refusal("404 Not Found", "no such page"),
+        }
+    }
 }
 
 /// Serves `page` at `address` for as long as the process lives. If that cannot be done the picture goes on without.
 pub(crate) fn serve(address: &StatusAddress, page: Page) {
-    let listener = match address {
+    let bound = match address {
         StatusAddress::Off => return,
-        StatusAddress::Host(host) => TcpListener::bind(host).map(Listener::from),
-        StatusAddress::Unix(path) => bind(path).map(Listener::from),
+        StatusAddress::Host(host) => bind_host(host),
+        StatusAddress::Unix(path) => bind_path(path).map(|listener| (OwnedFd::from(listener), address.to_string())),
     };
-    let server = listener.and_then(|listener| Server::from_listener(listener, None).map_err(io::Error::other));
-    let served = server.and_then(|server| {
-        // With port 0 the kernel has chosen one.
-        let at = server.server_addr().to_ip().map_or_else(|| address.to_string(), |ip| format!("http://{ip}/"));
+    let served = bound.and_then(|(listener, at)| {
+        let server = Server::new(listener, move |path: &str| page.answer(path))?;
         let answer_all = move || {
             // Linux has a niceness per thread: where processors are short, frames come first.
             setpriority_process(None, NICENESS).ok();
-            for request in server.incoming_requests() {
-                answer(request, &page);
-            }
+            server.run(now);
         };
         thread::Builder::new().name("status".to_owned()).spawn(answer_all).map(|_| at)
     });
@@ -79,37 +93,53 @@ pub(crate) fn serve(address: &StatusAddress, page: Page) {
     }
 }
 
-/// Binds a unix socket, in place of the one that a killed player left.
-fn bind(path: &Path) -> io::Result<UnixListener> {
-    if fs::symlink_metadata(path).is_ok_and(|found| found.file_type().is_socket()) {
-        fs::remove_file(path)?;
-    }
-    UnixListener::bind(path)
+/// Binds a loopback address, and says which: with port 0 the kernel chooses one.
+fn bind_host(host: &str) -> io::Result<(OwnedFd, String)> {
+    let listener = TcpListener::bind(host)?;
+    let at = format!("http://{}/", listener.local_addr()?);
+    Ok((listener.into(), at))
 }
 
-fn answer(request: Request, page: &Page) {
-    let path = request.url().split('?').next().unwrap_or_default();
-    let (code, kind, body) = match (request.method(), path) {
-        (Method::Get | Method::Head, "/") => (200, "text/html; charset=utf-8", PAGE.as_bytes().to_vec()),
-        (Method::Get | Method::Head, "/status.json") => (200, "application/json", json(&page.facts())),
-        (Method::Get | Method::Head, "/metrics") => (200, metrics::KIND, metrics::text(&page.facts()).into_bytes()),
-        (Method::Get | Method::Head, "/screen.jpg") => match page.glass.view().shown {
-            Some(shown) => (200, "image/jpeg", jpeg::encode(&shown.still.picture())),
-            None => (503, "text/plain", b"nothing is lit yet\n".to_vec()),
-        },
-        (Method::Get | Method::Head, _) => (404, "text/plain", b"no such page\n".to_vec()),
-        (_, _) => (405, "text/plain", b"this page can only be read\n".to_vec()),
-    };
-    let header = |name: &str, value: &str| Header::from_bytes(name, value).expect("our headers are plain ASCII");
-    let response = Response::from_data(body)
-        .with_status_code(code)
-        .with_header(header("Content-Type", kind))
-        .with_header(header("Cache-Control", "no-store"));
-    if let Err(error) = request.respond(response) {
-        debug!(error = chain(&error), "an answer was not wanted any more");
+/// Binds a unix socket, in place of the one that a killed player left, but never of one that is listened to.
+fn bind_path(path: &Path) -> io::Result<UnixListener> {
+    let bound = UnixListener::bind(path);
+    let is_taken = bound.as_ref().is_err_and(|error| error.kind() == ErrorKind::AddrInUse);
+    if is_taken
+        && UnixStream::connect(path).is_err_and(|error| error.kind() == ErrorKind::ConnectionRefused)
+        && is_socket(path)?
+    {
+        fs::remove_file(path)?;
+        return UnixListener::bind(path);
     }
+    bound
+}
+
+fn is_socket(path: &Path) -> io::Result<bool> {
+    Ok(fs::symlink_metadata(path)?.file_type().is_socket())
 }
 
 fn json(facts: &Facts) -> Vec<u8> {
     serde_json::to_vec_pretty(facts).expect("facts are plain text and numbers")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bind_path;
+    use std::fs;
+    use std::io::ErrorKind;
+
+    #[test]
+    fn only_a_socket_that_nobody_listens_to_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("socket");
+        let listening = bind_path(&path).unwrap();
+        assert_eq!(bind_path(&path).unwrap_err().kind(), ErrorKind::AddrInUse);
+        drop(listening);
+        bind_path(&path).unwrap();
+
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, "a file of the user").unwrap();
+        assert_eq!(bind_path(&path).unwrap_err().kind(), ErrorKind::AddrInUse);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "a file of the user");
+    }
 }
