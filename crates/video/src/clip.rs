@@ -79,10 +79,12 @@ impl Clip {
     pub(crate) fn open_as_is(path: &Path) -> Result<Self, ClipError> {
         let opened = probe::open(path).map_err(|error| ClipError::Probe { error })?;
         let probe = &opened.probe;
-        match probe.fps {
+        let one = Rate::new(1, 1).expect("one per second is a rate");
+        // A single frame has no rate, and any will do to place it.
+        match probe.fps.or((probe.frames == FrameCount(1)).then_some(one)) {
             Some(fps) if probe.codec == "h264" => Ok(Self::positioned(opened, fps)),
             _ => {
-                let form = Form { size: probe.size, fps: Rate::new(1, 1).expect("one per second is a rate") };
+                let form = Form { size: probe.size, fps: one };
                 let differences = probe.differences(&form, probe.frames);
                 Err(ClipError::Form { path: path.to_owned(), differences })
             }

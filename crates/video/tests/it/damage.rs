@@ -94,6 +94,21 @@ fn what_is_not_in_the_form_is_refused_with_both_values() {
 }
 
 #[test]
+fn a_clip_of_one_frame_is_in_the_form_and_plays() {
+    let folder = TempDir::new().unwrap();
+    let one = clip(folder.path(), "one.mp4", 1, HOW);
+    let good = clip(folder.path(), "good.mp4", FRAMES.0, HOW);
+    assert_eq!(probe(&one).unwrap().differences(&form(), FrameCount(1)), []);
+    assert_eq!(decodes(&one, NonZero::<usize>::MIN), Ok(FrameCount(1)));
+    let still = || Clip::open(&one, &form(), FrameCount(1)).unwrap();
+    let played = play([still(), still(), Clip::open(&good, &form(), FRAMES).unwrap(), still()], 2);
+    for (clip, path) in [(0, &one), (1, &one), (2, &good), (3, &one)] {
+        assert_eq!(played.hashes(clip), framemd5(path), "clip {clip}");
+        assert_eq!(played.ends[clip as usize].2, [], "clip {clip}");
+    }
+}
+
+#[test]
 fn an_open_gop_is_told_by_the_probe() {
     let folder = TempDir::new().unwrap();
     let how = "-g 10 -bf 3 -x264-params repeat-headers=1:open-gop=1";
