@@ -2,6 +2,7 @@
 //!
 //! Owns how a manifest's errors end a command. Never judges the flock.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,8 +22,10 @@ struct NoCycle {
 pub(crate) fn manifest(folder: &Path) -> Result<Manifest, Fatal> {
     Manifest::read(folder).map_err(|error| {
         let exit = match error {
-            ManifestError::Read { .. } => Exit::Unreadable,
+            // What was read and is no text is malformed.
+            ManifestError::Read { ref source, .. } if source.kind() != ErrorKind::InvalidData => Exit::Unreadable,
             ManifestError::Missing { .. }
+            | ManifestError::Read { .. }
             | ManifestError::Syntax { .. }
             | ManifestError::UnknownKey { .. }
             | ManifestError::Value { .. } => Exit::Malformed,

@@ -30,16 +30,14 @@ impl Slots {
     /// Opens the slots in `dir`, which is made if it is not there, and reads the newest whole place.
     ///
     /// # Errors
-    /// What the file system says. A slot that is not whole is no error: it is the one to write next.
+    /// What the file system says of `dir`. A slot that is not whole or cannot be read is no error: it is the one to
+    /// write next.
     pub(crate) fn open(dir: &Path) -> io::Result<(Self, Option<Vec<u8>>)> {
         fs::create_dir_all(dir)?;
         let mut newest: Option<(usize, u64, Vec<u8>)> = None;
         for (slot, name) in SLOTS.iter().enumerate() {
-            let bytes = match fs::read(dir.join(name)) {
-                Ok(bytes) => bytes,
-                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-                Err(error) => return Err(error),
-            };
+            // A slot that the disk does not give back is as good as torn: the other one may be whole.
+            let Ok(bytes) = fs::read(dir.join(name)) else { continue };
             if let Some((number, place)) = read(&bytes)
                 && newest.as_ref().is_none_or(|(_, best, _)| number > *best)
             {
@@ -56,15 +54,26 @@ impl Slots {
     /// What the file system says. The place kept before stands.
     pub(crate) fn keep(&mut self, place: &[u8]) -> io::Result<()> {
         let path = self.dir.join(SLOTS[self.next]);
+        let bytes = written(self.number, place);
+        if self.write(&path, &bytes).is_err() {
+            // The slot itself may be what is broken: a bad sector, or a thing that is no file. Once more on a new one,
+            // with the broken one put aside, where its bad sector serves nobody else.
+            fs::rename(&path, self.dir.join(format!("{}.bad", SLOTS[self.next])))?;
+            self.write(&path, &bytes)?;
+        }
+        self.next = 1 - self.next;
+        self.number += 1;
+        Ok(())
+    }
+
+    fn write(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
         let is_new = !path.exists();
-        let mut file = File::create(&path)?;
-        file.write_all(&written(self.number, place))?;
+        let mut file = File::create(path)?;
+        file.write_all(bytes)?;
         file.sync_all()?;
         if is_new {
             File::open(&self.dir)?.sync_all()?;
         }
-        self.next = 1 - self.next;
-        self.number += 1;
         Ok(())
     }
 }
@@ -134,6 +143,24 @@ mod tests {
         }
         fs::write(&torn, &new).unwrap();
         assert_eq!(newest(dir.path()).as_deref(), Some(&b"the newest"[..]));
+    }
+
+    #[test]
+    fn a_slot_that_cannot_be_read_costs_neither_the_other_one_nor_the_next_places() {
+        for broken in SLOTS {
+            let dir = tempfile::tempdir().unwrap();
+            let (mut slots, _) = Slots::open(dir.path()).unwrap();
+            slots.keep(b"one").unwrap();
+            slots.keep(b"two").unwrap();
+            fs::remove_file(dir.path().join(broken)).unwrap();
+            fs::create_dir(dir.path().join(broken)).unwrap();
+            let (mut slots, kept) = Slots::open(dir.path()).unwrap();
+            assert_eq!(kept, Some(if broken == SLOTS[0] { b"two" } else { b"one" }.to_vec()));
+            for place in [b"next", b"last"] {
+                slots.keep(place).unwrap();
+                assert_eq!(newest(dir.path()).as_deref(), Some(&place[..]));
+            }
+        }
     }
 
     #[test]

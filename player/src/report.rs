@@ -6,7 +6,7 @@ use crate::config::ConfigError;
 use flock::ManifestError;
 use screen::ScreenError;
 use std::error::Error;
-use std::io;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -48,6 +48,12 @@ impl Fatal {
     fn exit(&self) -> Exit {
         match self {
             Self::NothingToPlay { .. } => Exit::No,
+            Self::Config(ConfigError::Read { source, .. }) | Self::Flock(ManifestError::Read { source, .. })
+                if source.kind() == io::ErrorKind::InvalidData =>
+            {
+                // It was read, and is no text.
+                Exit::Wrong
+            }
             Self::Config(ConfigError::Read { .. })
             | Self::Decoder(_)
             | Self::Flock(ManifestError::Read { .. })
@@ -80,9 +86,9 @@ pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
     }
 }
 
-#[expect(clippy::print_stderr, reason = "the one place where an error is printed")]
 fn fail(fatal: &Fatal) -> ExitCode {
-    eprintln!("error: {}\n\nhint: {}", chain(fatal), fatal.hint());
+    // Nobody is left to tell if standard error is closed.
+    writeln!(io::stderr(), "error: {}\n\nhint: {}", chain(fatal), fatal.hint()).ok();
     ExitCode::from(fatal.exit() as u8)
 }
 
@@ -109,5 +115,15 @@ mod tests {
         let fatal = Fatal::from(ConfigError::Read { path: "/etc/player.toml".into(), source });
         assert_eq!(chain(&fatal), "cannot read config `/etc/player.toml`: device vanished");
         assert_eq!(fatal.exit(), Exit::Unread);
+    }
+
+    #[test]
+    fn a_file_that_is_no_text_is_malformed_and_not_unreadable() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("flock.toml"), b"name = \"\xff\xfe\"").unwrap();
+        let fatal = Fatal::from(flock::Manifest::read(folder.path()).unwrap_err());
+        assert_eq!(fatal.exit(), Exit::Wrong);
+        let fatal = Fatal::from(crate::config::Config::load(&folder.path().join("flock.toml")).unwrap_err());
+        assert_eq!(fatal.exit(), Exit::Wrong);
     }
 }
