@@ -5,8 +5,8 @@
 //! connection. Never knows what is told: `http.rs` spells it, `mod.rs` has it.
 //!
 //! A server of our own, because the small ones take a thread and two descriptors for each connection and wait for ever:
-//! 500 idle connections to `tiny_http` left the player none to open clips with. A round is two pure steps on the
-//! sockets as they are and the time as it is told, so the tests drive it by hand: start at [`Server::serve`].
+//! 500 idle connections to `tiny_http` left the player none to open clips with. A round never waits and is told the
+//! time, so the tests drive it by hand: start at [`Server::serve`].
 
 use super::http::{Answer, LONGEST_HEAD, reply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
