@@ -7,7 +7,6 @@ use crate::faults::{Faults, Kind};
 use crate::report::{Fatal, chain};
 use crate::show::{Given, Supply};
 use crate::turn::{Shown, Still, Turn};
-use flock::ClipPath;
 use md5::{Digest, Md5};
 use screen::Picture;
 use std::collections::VecDeque;
@@ -16,16 +15,31 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
-use timing::Rate;
+use timing::{FrameCount, Rate};
 use video::{Clip, ClipNumber, Poll, Session, SessionError};
 
 /// What the library orders.
 pub(crate) enum Order {
     /// Play this clip when all before it are over.
     Play(Clip, Arc<Turn>),
-    /// There is nothing to play for now.
+    /// Play what was ordered to its end, and tell that there is nothing more for now.
     Barren,
+    /// Play what was ordered to its end, to report of it.
+    Rest,
 }
+
+/// How a clip ended.
+#[derive(Debug)]
+pub(crate) struct Report {
+    pub(crate) turn: Arc<Turn>,
+    /// How many of its frames came out.
+    pub(crate) frames: FrameCount,
+    pub(crate) is_damaged: bool,
+}
+
+/// How many clips may have gone in whole while nothing comes out, beyond the decoder's threads: an H.264 decoder holds
+/// back 16 pictures at most. More are clips without a picture, of which it would never tell.
+const MUTE: usize = 24;
 
 /// How frames are made.
 #[derive(Clone, Copy, Debug)]
@@ -53,14 +67,15 @@ impl Workshop {
     pub(crate) fn open(
         self,
         orders: Receiver<Order>,
-        bad: Sender<ClipPath>,
+        reports: Sender<Report>,
         faults: Faults,
     ) -> Result<(Frames, JoinHandle<Result<(), SessionError>>), Fatal> {
         // One more lies in the decoder's hand, waiting for its place on the shelf.
         let (frames, shelf) = sync_channel(self.ahead.saturating_sub(1));
         let decode = move || {
             let session = Session::new(self.threads)?;
-            Bench { session, orders, turns: VecDeque::new(), frames, made: 0, workshop: self, bad, faults }.work()
+            let (turns, rest) = (VecDeque::new(), None);
+            Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults }.work()
         };
         let thread = thread::Builder::new().name("decoder".to_owned()).spawn(decode);
         Ok((Frames(shelf), thread.map_err(|source| Fatal::Thread { name: "decoder", source })?))
@@ -87,11 +102,22 @@ struct Bench {
     orders: Receiver<Order>,
     /// Clips that have not ended, oldest first.
     turns: VecDeque<(ClipNumber, Arc<Turn>)>,
+    /// The session is to come to its end before more is ordered.
+    rest: Option<Rest>,
     frames: SyncSender<Given>,
     made: u64,
     workshop: Workshop,
-    bad: Sender<ClipPath>,
+    reports: Sender<Report>,
     faults: Faults,
+}
+
+/// What comes after a rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rest {
+    /// A new session, for more clips.
+    Onward,
+    /// The same, but first it is told that there is nothing more for now.
+    Barren,
 }
 
 /// The flip thread is gone: there is nobody to decode for.
@@ -101,14 +127,17 @@ impl Bench {
     fn work(mut self) -> Result<(), SessionError> {
         let mut may_order = true;
         loop {
-            while may_order && self.prefetched() < self.workshop.prefetch {
-                may_order = match self.orders.try_recv() {
-                    Ok(order) => self.take(order).is_ok(),
+            while may_order && self.rest.is_none() && self.prefetched() < self.workshop.prefetch {
+                match self.orders.try_recv() {
+                    Ok(order) => self.take(order),
                     Err(TryRecvError::Empty) => break,
-                    Err(TryRecvError::Disconnected) => false,
-                };
+                    Err(TryRecvError::Disconnected) => may_order = false,
+                }
             }
-            if !may_order {
+            if self.is_mute() {
+                self.rest.get_or_insert(Rest::Onward);
+            }
+            if !may_order || self.rest.is_some() {
                 self.session.finish();
             }
             match self.session.poll() {
@@ -117,16 +146,23 @@ impl Bench {
                         return Ok(());
                     }
                 }
-                Poll::Starved => may_order = self.orders.recv().is_ok_and(|order| self.take(order).is_ok()),
-                Poll::ClipEnd { damage, .. } => {
-                    if let (Some((_, turn)), Some(first)) = (self.turns.pop_front(), damage.first()) {
-                        self.blame(&turn, first);
+                Poll::Starved => may_order = self.orders.recv().map(|order| self.take(order)).is_ok(),
+                Poll::ClipEnd { frames, damage, .. } => self.report(frames, damage.first()),
+                Poll::Finished if !may_order => return Ok(()),
+                Poll::Finished => {
+                    if self.rest.take() == Some(Rest::Barren) && self.frames.send(Given::Barren).is_err() {
+                        return Ok(());
                     }
+                    self.session = Session::new(self.workshop.threads)?;
                 }
-                Poll::Finished => return Ok(()),
                 Poll::Failed(error) => return Err(error),
             }
         }
+    }
+
+    /// Whether so many clips have gone in without an answer that there will be none.
+    fn is_mute(&self) -> bool {
+        self.turns.len() - self.session.queued().min(self.turns.len()) > MUTE + self.workshop.threads.get()
     }
 
     /// How many frames lie in opened clips beyond the one being decoded.
@@ -134,13 +170,11 @@ impl Bench {
         self.turns.iter().skip(1).map(|(_, turn)| u64::from(turn.frames.0)).sum()
     }
 
-    fn take(&mut self, order: Order) -> Result<(), Unwanted> {
+    fn take(&mut self, order: Order) {
         match order {
-            Order::Play(clip, turn) => {
-                self.turns.push_back((self.session.push(clip), turn));
-                Ok(())
-            }
-            Order::Barren => self.frames.send(Given::Barren).map_err(|_| Unwanted),
+            Order::Play(clip, turn) => self.turns.push_back((self.session.push(clip), turn)),
+            Order::Barren => self.rest = Some(Rest::Barren),
+            Order::Rest => self.rest = Some(Rest::Onward),
         }
     }
 
@@ -153,12 +187,15 @@ impl Bench {
         self.frames.send(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)
     }
 
-    /// Tells once that a clip is damaged, and has it struck from the path.
-    fn blame(&self, turn: &Turn, damage: &video::Damage) {
-        let clip = turn.clip.as_str();
-        self.faults.once(Kind::DamagedClip, clip, format!("clip `{clip}` is damaged: {}", chain(damage)));
+    /// Reports of the oldest clip, which has ended, and tells once if it is damaged.
+    fn report(&mut self, frames: FrameCount, damage: Option<&video::Damage>) {
+        let Some((_, turn)) = self.turns.pop_front() else { return };
+        if let Some(damage) = damage {
+            let clip = turn.clip.as_str();
+            self.faults.once(Kind::DamagedClip, clip, format!("clip `{clip}` is damaged: {}", chain(damage)));
+        }
         // The library may have ordered its last clip and be gone.
-        self.bad.send(turn.clip.clone()).ok();
+        self.reports.send(Report { turn, frames, is_damaged: damage.is_some() }).ok();
     }
 }
 
@@ -173,9 +210,77 @@ fn md5(picture: &Picture<'_>) -> [u8; 16] {
 
 #[cfg(test)]
 mod tests {
-    use super::{Workshop, md5};
+    use super::{Order, Workshop, md5};
+    use crate::faults::Faults;
+    use crate::library::tests::{SIZE, encode};
+    use crate::scribe::Scribe;
+    use crate::show::{Given, Supply};
+    use crate::turn::tests::turns;
     use screen::Picture;
-    use timing::Rate;
+    use std::num::NonZero;
+    use std::path::Path;
+    use std::sync::mpsc::{channel, sync_channel};
+    use std::time::Duration;
+    use std::{fs, thread};
+    use timing::{FrameCount, Rate};
+    use video::{Clip, Form};
+
+    /// Makes a clip that can be opened and shows nothing: every slice is filled with ones.
+    fn mute(clip: &Path) {
+        encode(clip);
+        let mut bytes = fs::read(clip).unwrap();
+        let data = bytes.windows(4).position(|name| name == b"mdat").unwrap();
+        let size = u32::from_be_bytes(bytes[data - 4..data].try_into().unwrap()) as usize;
+        let (mut at, end) = (data + 4, data - 4 + size);
+        while at < end {
+            let length = u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+            if [1, 5].contains(&(bytes[at + 4] & 0x1f)) {
+                bytes[at + 5..at + 4 + length].fill(0xff);
+            }
+            at += 4 + length;
+        }
+        fs::write(clip, bytes).unwrap();
+    }
+
+    #[test]
+    fn clips_that_decode_to_nothing_are_reported_and_the_next_good_one_is_shown_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let (good, bad) = (folder.path().join("good.mp4"), folder.path().join("bad.mp4"));
+        encode(&good);
+        mute(&bad);
+        for threads in [1, 4] {
+            let (orders, inbox) = sync_channel(1);
+            let (reports, ends) = channel();
+            let workshop =
+                Workshop { threads: NonZero::new(threads).unwrap(), ahead: 8, prefetch: 2, is_hashed: false };
+            let faults = Faults::new(Scribe::on_a_shelf().0);
+            let (mut frames, decoder) = workshop.open(inbox, reports, faults.clone()).unwrap();
+            let (good, bad) = (good.clone(), bad.clone());
+            let library = thread::spawn(move || {
+                let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };
+                let order = |path, turn| Order::Play(Clip::open(path, &form, FrameCount(2)).unwrap(), turn);
+                let mut turns = turns(200, 2).into_iter();
+                // No more is ordered than a decoder may hold back and a few.
+                for turn in turns.by_ref().take(60) {
+                    orders.send(order(&bad, turn)).unwrap();
+                }
+                let first = ends.recv_timeout(Duration::from_secs(10)).expect("it is told while orders may come");
+                assert!(first.frames == FrameCount(0) && first.is_damaged && first.turn.number == 1);
+                orders.send(order(&good, turns.next().unwrap())).unwrap();
+                drop(orders);
+                ends.iter().map(|end| end.frames.0).sum::<u32>()
+            });
+            let shown: Vec<_> = std::iter::from_fn(|| match frames.next(Duration::from_secs(20)) {
+                Given::Frame(frame) => Some((frame.turn.unwrap().number, frame.frame)),
+                Given::Nothing | Given::Barren | Given::Finished => None,
+            })
+            .collect();
+            assert_eq!(shown, [(61, 0), (61, 1)], "{threads} threads");
+            assert_eq!(library.join().unwrap(), 2);
+            decoder.join().unwrap().unwrap();
+            assert_eq!(faults.count(), 1, "one clip is bad");
+        }
+    }
 
     #[test]
     fn padding_is_not_hashed() {

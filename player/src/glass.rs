@@ -35,6 +35,13 @@ impl Glass {
         }
     }
 
+    /// Tells how the run goes while no flip does, unless someone is looking at this very moment.
+    pub(crate) fn counted(&self, tally: Tally) {
+        if let Ok(mut view) = self.view.try_lock() {
+            view.tally = tally;
+        }
+    }
+
     /// Shows that the screen came or went. Rare enough to wait until nobody is looking.
     pub(crate) fn lit(&self, lit: Option<&Arc<Lit>>) {
         hold(&self.view).lit = lit.map(Arc::clone);
@@ -53,6 +60,11 @@ impl Glass {
         plan.push_back(turn);
     }
 
+    /// Strikes a turn from the plan that ended without a picture.
+    pub(crate) fn pass(&self, number: u64) {
+        hold(&self.plan).retain(|turn| turn.number != number);
+    }
+
     /// The turn that follows turn `number`, if it is planned.
     pub(crate) fn after(&self, number: u64) -> Option<Arc<Turn>> {
         hold(&self.plan).iter().find(|turn| turn.number > number).map(Arc::clone)
@@ -61,4 +73,20 @@ impl Glass {
 
 fn hold<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Glass;
+    use crate::turn::tests::turns;
+
+    #[test]
+    fn a_turn_that_ended_without_a_picture_is_not_planned_any_more() {
+        let glass = Glass::default();
+        turns(3, 2).into_iter().for_each(|turn| glass.plan(turn));
+        glass.pass(2);
+        assert_eq!(glass.after(1).map(|turn| turn.number), Some(3));
+        glass.pass(3);
+        assert!(glass.after(1).is_none());
+    }
 }

@@ -3,23 +3,29 @@
 //! Owns the walk and what happens when a clip is bad: it is struck for the run, told once, and the path goes on
 //! around it: another transition, else the loop again, else nothing, and the last frame stays lit. Never decodes.
 
-use crate::decoder::Order;
+use crate::decoder::{Order, Report};
 use crate::faults::{Faults, Kind};
 use crate::glass::Glass;
 use crate::report::{Fatal, chain};
 use crate::turn::Turn;
 use flock::{ClipHash, ClipPath, Flock, Itinerary, Leg, Place};
+use std::collections::BTreeSet;
+use std::error::Error;
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
+use timing::{FrameCount, Nanos};
 use tracing::{debug, info, warn};
 use video::{Clip, ClipError, Form, ProbeError};
 
 /// How long to wait, when nothing can be played, before all clips get another chance: storage may come back.
 const REPRIEVE: Duration = Duration::from_secs(30);
+
+/// How long to wait for a machine that is short of something.
+const BREATH: Duration = Duration::from_millis(100);
 
 /// How many bits a fresh seed has: what JSON, and so the status page, and `--seed` can tell exactly.
 const FRESH_BITS: u32 = 53;
@@ -34,6 +40,10 @@ pub(crate) struct Library {
     pub(crate) clips: Option<u64>,
     pub(crate) faults: Faults,
     pub(crate) glass: Arc<Glass>,
+    /// The clock.
+    pub(crate) now: fn() -> Nanos,
+    /// Empty at the start.
+    pub(crate) struck: Struck,
 }
 
 /// The path of this run: where it was left, unless another seed is asked for; else a fresh one.
@@ -54,49 +64,59 @@ pub(crate) fn path(flock: &Arc<Flock>, saved: Option<Place>, seed: Option<u64>) 
 }
 
 impl Library {
-    /// Starts the thread. It orders clips as fast as `orders` takes them, and strikes those that `bad` names.
+    /// Starts the thread. It orders clips as fast as `orders` takes them, and strikes those that `reports` call
+    /// damaged.
     ///
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn open(self, orders: SyncSender<Order>, bad: Receiver<ClipPath>) -> Result<JoinHandle<()>, Fatal> {
-        let work = move || self.work(&orders, &bad);
+    pub(crate) fn open(self, orders: SyncSender<Order>, reports: Receiver<Report>) -> Result<JoinHandle<()>, Fatal> {
+        let work = move || self.work(&orders, &reports);
         let thread = thread::Builder::new().name("library".to_owned()).spawn(work);
         thread.map_err(|source| Fatal::Thread { name: "library", source })
     }
 
-    fn work(mut self, orders: &SyncSender<Order>, bad: &Receiver<ClipPath>) {
-        let origin = self.itinerary.clone();
-        let mut last: Option<Place> = None;
+    fn work(mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>) {
         let mut unauthentic: Option<ClipPath> = None;
+        let mut ended = Ends::default();
         let mut number = 1;
         loop {
+            self.forgive_the_missing();
             let Some(leg) = self.itinerary.next_leg() else {
                 self.faults.once(Kind::Barren, "flock", "no clip of the flock can be played".to_owned());
-                if self.clips.is_some() || !wait(orders, bad) {
+                if self.clips.is_some() || !ended.wait(orders, reports, &self.glass) {
                     return;
                 }
-                let flock = Arc::clone(origin.flock());
-                let forgiven = last.as_ref().and_then(|place| Itinerary::resume(flock, place).ok());
-                self.itinerary = forgiven.unwrap_or_else(|| origin.clone());
+                self.struck = Struck::default();
+                self.itinerary.forgive();
                 continue;
             };
             // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
             // does not go back to before a clip that is shown.
-            let struck: Vec<_> = unauthentic.take().into_iter().chain(bad.try_iter()).collect();
-            for clip in &struck {
-                self.itinerary.strike(clip);
+            let mut bad: Vec<_> = unauthentic.take().into_iter().collect();
+            bad.extend(reports.try_iter().filter_map(|report| ended.learn(report, &self.glass)));
+            if self.clips.is_some_and(|clips| number > clips + ended.mute) && ended.count + 1 < number {
+                // Clips without a picture do not count: how many there are is known when all have ended.
+                if orders.send(Order::Rest).is_err() {
+                    return;
+                }
+                while ended.count + 1 < number {
+                    let Ok(report) = reports.recv() else { return };
+                    bad.extend(ended.learn(report, &self.glass));
+                }
             }
-            if struck.contains(&leg.clip.path) {
+            for clip in &bad {
+                self.strike(clip, false);
+            }
+            if bad.contains(&leg.clip.path) {
                 continue;
             }
-            if self.clips.is_some_and(|clips| number > clips) {
+            if self.clips.is_some_and(|clips| number > clips + ended.mute) {
                 // Never played, but where the path goes on: the place to keep when the run has ended.
                 return self.glass.plan(turn(number, leg));
             }
             if let Some(clip) = self.admit(&leg, number) {
                 let path = leg.clip.path.clone();
                 let hash = leg.clip.hash;
-                last = Some(leg.place.clone());
                 let turn = turn(number, leg);
                 self.glass.plan(Arc::clone(&turn));
                 if orders.send(Order::Play(clip, turn)).is_err() {
@@ -110,11 +130,37 @@ impl Library {
         }
     }
 
+    /// Takes a bad clip out of the path.
+    fn strike(&mut self, clip: &ClipPath, is_missing: bool) {
+        self.itinerary.strike(clip);
+        if is_missing {
+            self.struck.missing = Some((self.now)());
+        } else {
+            self.struck.damaged.insert(clip.clone());
+        }
+    }
+
+    /// Gives missing clips another chance where no way leads on without them: a moment's failure of the storage must
+    /// not leave one sheep on the wall for ever.
+    fn forgive_the_missing(&mut self) {
+        let is_over = |at| u128::from((self.now)().since(at)) >= REPRIEVE.as_nanos();
+        if self.struck.missing.is_some_and(is_over) && !self.itinerary.leads_on() {
+            self.struck.missing = None;
+            self.itinerary.forgive();
+            for clip in &self.struck.damaged {
+                self.itinerary.strike(clip);
+            }
+        }
+    }
+
     /// Opens a leg's clip and reads it into memory; strikes it if it is bad. The first one is only opened: the
     /// picture comes first.
     fn admit(&mut self, leg: &Leg, number: u64) -> Option<Clip> {
         let path = &leg.clip.path;
-        let opened = Clip::open(&path.inside(&self.folder), &self.form, leg.clip.frames);
+        let file = path.inside(&self.folder);
+        let open = || Clip::open(&file, &self.form, leg.clip.frames);
+        let opened = self.patiently(path, open, ClipError::is_shortage);
+        let mut is_missing = false;
         let admitted = match opened {
             Ok(clip) if number == 1 => Some(clip),
             Ok(mut clip) if leg.clip.hash.is_none() => {
@@ -125,12 +171,13 @@ impl Library {
             }
             Ok(clip) => self.is_authentic(path, leg.clip.hash).then_some(clip),
             Err(error) => {
+                is_missing = kind(&error) == Kind::MissingClip;
                 self.faults.once(kind(&error), path.as_str(), chain(&error));
                 None
             }
         };
         if admitted.is_none() {
-            self.itinerary.strike(path);
+            self.strike(path, is_missing);
         }
         admitted
     }
@@ -138,7 +185,8 @@ impl Library {
     /// Whether the clip's bytes are those of the manifest's hash, where it has one. Reading them pages them in.
     fn is_authentic(&self, path: &ClipPath, hash: Option<ClipHash>) -> bool {
         let Some(expected) = hash else { return true };
-        let message = match File::open(path.inside(&self.folder)).and_then(ClipHash::of) {
+        let hashed = || File::open(path.inside(&self.folder)).and_then(ClipHash::of);
+        let message = match self.patiently(path, hashed, video::is_shortage) {
             Ok(found) if found == expected => return true,
             Ok(found) => {
                 format!("clip `{}` is not the manifest's (expected {expected}, found {found})", path.as_str())
@@ -148,18 +196,66 @@ impl Library {
         self.faults.once(Kind::DamagedClip, path.as_str(), message);
         false
     }
+
+    /// Does something with a clip, as often as it fails because the machine is short of something.
+    fn patiently<T, E: Error + 'static>(
+        &self,
+        clip: &ClipPath,
+        work: impl Fn() -> Result<T, E>,
+        is_shortage: impl Fn(&E) -> bool,
+    ) -> Result<T, E> {
+        loop {
+            match work() {
+                Err(error) if is_shortage(&error) => {
+                    let message = format!("cannot open clip `{}` yet: {}", clip.as_str(), chain(&error));
+                    self.faults.once(Kind::MissingClip, "shortage", message);
+                    thread::park_timeout(BREATH);
+                }
+                done => return done,
+            }
+        }
+    }
 }
 
-/// Tells that there is nothing to play and waits; `false` if the run is over.
-fn wait(orders: &SyncSender<Order>, bad: &Receiver<ClipPath>) -> bool {
-    if orders.send(Order::Barren).is_err() {
-        return false;
+/// What is struck, beside the path's own strikes.
+#[derive(Debug, Default)]
+pub(crate) struct Struck {
+    /// Clips that will not get better.
+    damaged: BTreeSet<ClipPath>,
+    /// When the last clip was struck that may come back.
+    missing: Option<Nanos>,
+}
+
+/// How the clips ended that have.
+#[derive(Default)]
+struct Ends {
+    count: u64,
+    /// Those of them without a picture.
+    mute: u64,
+}
+
+impl Ends {
+    /// Counts an end; returns the clip if it is bad.
+    fn learn(&mut self, report: Report, glass: &Glass) -> Option<ClipPath> {
+        self.count += 1;
+        if report.frames == FrameCount(0) {
+            self.mute += 1;
+            glass.pass(report.turn.number);
+        }
+        report.is_damaged.then(|| report.turn.clip.clone())
     }
-    loop {
-        match bad.recv_timeout(REPRIEVE) {
-            Ok(_) => {}
-            Err(RecvTimeoutError::Timeout) => return true,
-            Err(RecvTimeoutError::Disconnected) => return false,
+
+    /// Tells that there is nothing to play and waits; `false` if the run is over.
+    fn wait(&mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>, glass: &Glass) -> bool {
+        if orders.send(Order::Barren).is_err() {
+            return false;
+        }
+        loop {
+            match reports.recv_timeout(REPRIEVE) {
+                Ok(report) => drop(self.learn(report, glass)),
+                Err(RecvTimeoutError::Timeout) => return true,
+                Err(RecvTimeoutError::Disconnected) => return false,
+            }
         }
     }
 }
@@ -177,4 +273,4 @@ fn kind(error: &ClipError) -> Kind {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -40,6 +40,8 @@ pub(crate) enum Fatal {
     Signals(#[source] ctrlc::Error),
     #[error("cannot start the {name} thread")]
     Thread { name: &'static str, source: io::Error },
+    #[error("{played} of {wanted} clips were played, then no clip of `{flock}` could be", flock = flock.display())]
+    TooFew { flock: PathBuf, wanted: u64, played: u64 },
     #[error("cannot write trace `{path}`", path = path.display())]
     Trace { path: PathBuf, source: io::Error },
 }
@@ -47,7 +49,7 @@ pub(crate) enum Fatal {
 impl Fatal {
     fn exit(&self) -> Exit {
         match self {
-            Self::NothingToPlay { .. } => Exit::No,
+            Self::NothingToPlay { .. } | Self::TooFew { .. } => Exit::No,
             Self::Config(ConfigError::Read { source, .. }) | Self::Flock(ManifestError::Read { source, .. })
                 if source.kind() == io::ErrorKind::InvalidData =>
             {
@@ -69,7 +71,7 @@ impl Fatal {
         match self {
             Self::Config(_) => "every key is explained in `config/player.toml`",
             Self::Flock(_) => "`flock check DIR` names every fault of a flock; `--flock DIR` names another one",
-            Self::NothingToPlay { .. } => "`flock check DIR` says what is wrong with each clip",
+            Self::NothingToPlay { .. } | Self::TooFew { .. } => "`flock check DIR` says what is wrong with each clip",
             Self::Screen(ScreenError::Size { .. }) => "choose a screen at least as large as the flock's pictures",
             Self::Screen(_) => "`--screen virtual` plays without a display",
             Self::Decoder(_) | Self::Signals(_) | Self::Thread { .. } => "the machine is out of threads or memory",

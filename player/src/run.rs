@@ -10,7 +10,8 @@ use crate::config::Config;
 use crate::decoder::{Frames, Workshop};
 use crate::faults::{Faults, Kind};
 use crate::glass::Glass;
-use crate::library::{self, Library};
+use crate::library::{self, Library, Struck};
+use crate::now::now;
 use crate::place::Slots;
 use crate::report::{Fatal, chain};
 use crate::saver::Saver;
@@ -108,7 +109,7 @@ fn open_studio(
     glass: &Arc<Glass>,
 ) -> Result<(Frames, Studio), Fatal> {
     let (orders, inbox) = sync_channel(1);
-    let (bad, struck) = channel();
+    let (reports, ends) = channel();
     let library = Library {
         folder: config.flock.clone(),
         form: Form { size: piece.size, fps: piece.fps },
@@ -116,8 +117,10 @@ fn open_studio(
         clips: config.clips,
         faults: faults.clone(),
         glass: Arc::clone(glass),
+        now,
+        struck: Struck::default(),
     };
-    let library = library.open(orders, struck)?;
+    let library = library.open(orders, ends)?;
     let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
     let workshop = Workshop {
         threads,
@@ -125,7 +128,7 @@ fn open_studio(
         prefetch: Workshop::frames_in(config.prefetch_ms, piece.fps),
         is_hashed: config.hash,
     };
-    let (frames, decoder) = workshop.open(inbox, bad, faults.clone())?;
+    let (frames, decoder) = workshop.open(inbox, reports, faults.clone())?;
     Ok((frames, Studio { library, decoder }))
 }
 
@@ -136,9 +139,11 @@ fn verdict(config: &Config, ended: &Ended, studio: Studio) -> Result<(), Fatal> 
     }
     studio.decoder.join().unwrap_or_else(|panic| resume_unwind(panic))?;
     studio.library.join().unwrap_or_else(|panic| resume_unwind(panic));
-    let played = ended.turn.as_ref().map_or(0, |turn| turn.number);
-    if config.clips.is_none_or(|clips| played < clips) {
-        return Err(Fatal::NothingToPlay { flock: config.flock.clone() });
+    let played = ended.turn.as_ref().map_or(0, |_| ended.tally.joins + 1);
+    let flock = config.flock.clone();
+    match config.clips {
+        Some(wanted) if played >= wanted => Ok(()),
+        Some(wanted) if played > 0 => Err(Fatal::TooFew { flock, wanted, played }),
+        Some(_) | None => Err(Fatal::NothingToPlay { flock }),
     }
-    Ok(())
 }

@@ -51,6 +51,13 @@ pub enum ClipError {
     },
 }
 
+impl ClipError {
+    /// Whether the machine, and not the clip, is at fault: it is short of file descriptors or memory. To be tried again.
+    pub fn is_shortage(&self) -> bool {
+        matches!(self, Self::Probe { error: ProbeError::Open { source, .. } } if probe::is_shortage(source))
+    }
+}
+
 /// What a clip hands out next.
 pub(crate) enum Next {
     /// A packet that shows the frame at this place of the clip.
@@ -163,5 +170,22 @@ impl Clip {
                 Next::Hidden
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ClipError;
+    use crate::probe::ProbeError;
+    use rustix::io::Errno;
+
+    #[test]
+    fn a_machine_without_descriptors_or_memory_is_not_the_clips_fault() {
+        let opening = |errno: Errno| {
+            let error = ProbeError::Open { path: "a.mp4".into(), source: errno.into() };
+            ClipError::Probe { error }.is_shortage()
+        };
+        assert!([Errno::MFILE, Errno::NFILE, Errno::NOMEM].into_iter().all(opening));
+        assert!(![Errno::NOENT, Errno::ACCESS, Errno::IO, Errno::LOOP].into_iter().any(opening));
     }
 }

@@ -24,6 +24,6 @@ pub use damage::Damage;
 pub use encoder::{EncodeError, Encoder, Quality};
 pub use form::{Difference, Form};
 pub use frame::Frame;
-pub use probe::{Probe, ProbeError, decodes, probe};
+pub use probe::{Probe, ProbeError, decodes, is_shortage, probe};
 pub use session::{ClipNumber, Poll, Session, SessionError};
 pub use yuv::{PictureError, Yuv420p};

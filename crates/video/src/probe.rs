@@ -12,6 +12,7 @@ use crate::nal::{self, Kind};
 use crate::raw::{Code, Demuxer, Packet};
 use crate::session::{Poll, Session};
 use crate::sps::Sps;
+use rustix::io::Errno;
 use std::fs::{self, File};
 use std::io;
 use std::num::NonZero;
@@ -160,7 +161,10 @@ pub(crate) struct Opened {
 pub(crate) fn open(path: &Path) -> Result<Opened, ProbeError> {
     let (file, bytes) = open_file(path)?;
     let not_a_video = |code: Code| ProbeError::NotAVideo { path: path.to_owned(), reason: code.to_string() };
-    let mut demuxer = Demuxer::open(path).map_err(not_a_video)?;
+    let mut demuxer = Demuxer::open(path).map_err(|code| match code.system() {
+        Some(source) if is_shortage(&source) => ProbeError::Open { path: path.to_owned(), source },
+        _ => not_a_video(code),
+    })?;
     let samples = demuxer.samples();
     let expected = samples.iter().map(|s| s.offset.saturating_add(s.bytes)).max().unwrap_or(0);
     if expected > bytes {
@@ -206,6 +210,12 @@ fn open_file(path: &Path) -> Result<(File, u64), ProbeError> {
         return Err(ProbeError::Empty { path: path.to_owned() });
     }
     Ok((File::open(path).map_err(cannot)?, kind.len()))
+}
+
+/// Whether the machine was short of descriptors or memory: no file's fault, and gone in a moment.
+pub fn is_shortage(error: &io::Error) -> bool {
+    let found = error.raw_os_error().map(Errno::from_raw_os_error);
+    matches!(found, Some(Errno::MFILE | Errno::NFILE | Errno::NOMEM))
 }
 
 fn unreadable(path: &Path, frame: u32, reason: impl Into<String>) -> ProbeError {

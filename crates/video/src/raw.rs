@@ -11,6 +11,7 @@
 use ffmpeg_next::ffi as av;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fmt;
+use std::io;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::ptr::{self, NonNull};
@@ -26,6 +27,11 @@ impl Code {
     pub(crate) const NO_MEMORY: Self = Self(av::AVERROR(av::ENOMEM));
     /// A path or number that ffmpeg cannot take.
     pub(crate) const INVALID: Self = Self(av::AVERROR(av::EINVAL));
+
+    /// The system's error behind it, if it is one.
+    pub(crate) fn system(self) -> Option<io::Error> {
+        (-4_095..0).contains(&self.0).then(|| io::Error::from_raw_os_error(-self.0))
+    }
 }
 
 impl fmt::Display for Code {

@@ -2,23 +2,30 @@
 //!
 //! Owns the claims on what happens when a clip is bad, and on where a path begins.
 
-use super::{Library, path};
-use crate::decoder::Order;
+use super::{Library, Struck, path};
+use crate::decoder::{Order, Report};
 use crate::faults::Faults;
 use crate::glass::Glass;
 use crate::scribe::{Note, Scribe};
+use crate::turn::Turn;
 use flock::{ClipHash, Flock, Itinerary, Manifest};
+use std::cell::RefCell;
 use std::fmt::Write;
 use std::fs::{self, File};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::time::Duration;
 use tempfile::TempDir;
+use timing::{FrameCount, Nanos};
 use video::{Encoder, Form, Quality, Yuv420p};
 
+/// The clock of all libraries here: by hand.
+static CLOCK: AtomicU64 = AtomicU64::new(0);
+
 const SHEEP: [&str; 3] = ["a", "b", "c"];
-const SIZE: (u32, u32) = (64, 48);
+pub(crate) const SIZE: (u32, u32) = (64, 48);
 
 /// A folder with three sheep, every one with a way to every other; each clip has two frames.
 fn folder(is_hashed: bool) -> TempDir {
@@ -43,7 +50,8 @@ fn folder(is_hashed: bool) -> TempDir {
     folder
 }
 
-fn encode(clip: &Path) {
+/// A clip of two grey frames.
+pub(crate) fn encode(clip: &Path) {
     let form = Form { size: SIZE, fps: timing::Rate::new(30, 1).unwrap() };
     let mut encoder =
         Encoder::create(clip, &form, Quality { crf: 30.0, preset: "ultrafast", max_bits_per_second: None }).unwrap();
@@ -61,7 +69,9 @@ fn flock(folder: &Path) -> Arc<Flock> {
 /// A library at work: its orders, the way to tell it of bad clips, and the faults told.
 struct Work {
     orders: Receiver<Order>,
-    bad: Sender<flock::ClipPath>,
+    reports: Sender<Report>,
+    /// The last turn ordered.
+    turn: RefCell<Option<Arc<Turn>>>,
     told: Receiver<Note>,
     glass: Arc<Glass>,
 }
@@ -77,21 +87,55 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
         clips,
         faults: Faults::new(scribe),
         glass: Arc::clone(&glass),
+        now: || Nanos(CLOCK.load(Ordering::Relaxed)),
+        struck: Struck::default(),
     };
     // Orders come one by one, so that a bad clip told between two of them is known for the second next.
     let (sender, orders) = sync_channel(0);
-    let (bad, struck) = channel();
-    library.open(sender, struck).unwrap();
-    Work { orders, bad, told, glass }
+    let (reports, ends) = channel();
+    library.open(sender, ends).unwrap();
+    Work { orders, reports, turn: RefCell::new(None), told, glass }
 }
 
 impl Work {
     /// The next clip ordered; `None` for nothing to play.
     fn next(&self) -> Option<String> {
         match self.orders.recv_timeout(Duration::from_secs(10)).unwrap() {
-            Order::Play(_, turn) => Some(turn.clip.as_str().to_owned()),
+            Order::Play(_, turn) => {
+                let clip = turn.clip.as_str().to_owned();
+                self.turn.replace(Some(turn));
+                Some(clip)
+            }
             Order::Barren => None,
+            Order::Rest => panic!("a rest"),
         }
+    }
+
+    /// The next clip, ended at once with `frames` frames.
+    fn ended(&self, frames: u32, is_damaged: bool) -> Option<String> {
+        let clip = self.next()?;
+        self.end(frames, is_damaged);
+        Some(clip)
+    }
+
+    /// Reports the end of the last clip ordered.
+    fn end(&self, frames: u32, is_damaged: bool) {
+        let turn = self.turn.borrow_mut().take().unwrap();
+        self.reports.send(Report { turn, frames: FrameCount(frames), is_damaged }).unwrap();
+    }
+
+    /// Whether no more clips are ordered.
+    fn is_over(&self) -> bool {
+        while let Ok(order) = self.orders.recv_timeout(Duration::from_secs(10)) {
+            if !matches!(order, Order::Rest) {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn rests(&self) -> bool {
+        matches!(self.orders.recv_timeout(Duration::from_secs(10)), Ok(Order::Rest))
     }
 
     fn faults(&self) -> Vec<(&'static str, String)> {
@@ -154,7 +198,7 @@ fn a_clip_that_turned_out_bad_while_it_played_is_not_played_again() {
     let folder = folder(false);
     let work = work(folder.path(), None);
     let first = work.next().unwrap();
-    work.bad.send(flock::ClipPath::new(&first).unwrap()).unwrap();
+    work.end(2, true);
     // Two clips may be under way to us already.
     let later: Vec<_> = (0..60).map(|_| work.next().unwrap()).skip(2).collect();
     assert!(!later.contains(&first), "{later:?}");
@@ -164,13 +208,47 @@ fn a_clip_that_turned_out_bad_while_it_played_is_not_played_again() {
 fn a_run_of_a_few_clips_leaves_the_place_behind_the_last_one() {
     let folder = folder(false);
     let work = work(folder.path(), Some(4));
-    let played: Vec<_> = (0..4).map(|_| work.next().unwrap()).collect();
-    assert!(work.orders.recv_timeout(Duration::from_secs(10)).is_err(), "no fifth clip");
+    let played: Vec<_> = (0..4).map(|_| work.ended(2, false).unwrap()).collect();
+    assert!(work.is_over(), "no fifth clip");
     let next = work.glass.after(4).expect("where the path goes on is planned");
     let mut again = Itinerary::start(flock(folder.path()), 1);
     let walk: Vec<_> = (0..5).map(|_| again.next_leg().unwrap().clip.path.as_str().to_owned()).collect();
     assert_eq!(played, walk[..4]);
     assert_eq!(next.clip.as_str(), walk[4]);
+}
+
+#[test]
+fn clips_without_a_picture_do_not_count() {
+    let folder = folder(false);
+    let work = work(folder.path(), Some(4));
+    let mute: Vec<_> = (0..3).map(|_| work.ended(0, true).unwrap()).collect();
+    let mut shown: Vec<_> = (0..3).map(|_| work.ended(2, false).unwrap()).collect();
+    // The seventh is under way when three of the six before have turned out mute, and is mute as well.
+    let last = work.next().unwrap();
+    assert!(work.rests(), "all clips are waited for, to know how many had pictures");
+    work.end(0, true);
+    shown.push(work.ended(2, false).unwrap());
+    assert!(work.is_over(), "four clips had pictures");
+    assert!(shown.iter().all(|clip| !mute[..1].contains(clip)), "{last} {mute:?} {shown:?}");
+}
+
+#[test]
+fn a_moments_failure_of_the_only_way_out_does_not_leave_one_sheep_on_the_wall_for_ever() {
+    let folder = folder(false);
+    let exits = ["a=b.mp4", "a=c.mp4", "b=a.mp4", "b=c.mp4", "c=a.mp4", "c=b.mp4"];
+    let moved = |clip: &str| folder.path().join(format!("{clip}.away"));
+    for clip in exits {
+        fs::rename(folder.path().join(clip), moved(clip)).unwrap();
+    }
+    let work = work(folder.path(), None);
+    let first = work.next().unwrap();
+    assert!((0..3).all(|_| work.next().unwrap() == first));
+    for clip in exits {
+        fs::rename(moved(clip), folder.path().join(clip)).unwrap();
+    }
+    assert!((0..3).all(|_| work.next().unwrap() == first), "not before the time");
+    CLOCK.fetch_add(30_000_000_000, Ordering::Relaxed);
+    assert!((0..3).any(|_| work.next().unwrap() != first));
 }
 
 #[test]
