@@ -31,6 +31,12 @@ impl Pace {
         late.max(0).cast_unsigned()
     }
 
+    /// How many vblanks the next frame is overdue at `vblank`, counting that one.
+    pub(crate) fn overdue(&self, vblank: Vblank) -> u32 {
+        let overdue = self.lit.map_or(0, |lit| vblank.since(lit.after(self.hold)).saturating_add(1));
+        overdue.max(0).cast_unsigned()
+    }
+
     /// The screen has `refresh` vblanks a second from now on.
     pub(crate) fn moved_to(&mut self, refresh: Rate) {
         self.cadence = self.cadence.moved_to(self.frames, refresh);
@@ -79,6 +85,16 @@ mod tests {
         assert_eq!(pace.flipped(Vblank(15)), 3);
         assert_eq!(pace.eve(), Some(Vblank(16)));
         assert_eq!(pace.flipped(Vblank(17)), 0);
+    }
+
+    #[test]
+    fn a_frame_that_is_awaited_is_late_already() {
+        let mut pace = Pace::new(rate(30, 1), rate(60, 1));
+        assert_eq!(pace.overdue(Vblank(9)), 0);
+        pace.flipped(Vblank(10));
+        assert_eq!([10, 11, 12, 13, 14].map(|vblank| pace.overdue(Vblank(vblank))), [0, 0, 1, 2, 3]);
+        assert_eq!(pace.flipped(Vblank(15)), 3);
+        assert_eq!(pace.overdue(Vblank(15)), 0);
     }
 
     #[test]

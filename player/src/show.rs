@@ -1,7 +1,8 @@
 //! The flip thread: brings frames to the glass, each at its vblank.
 //!
 //! Owns the screen and the two frames that matter: the one that is lit and the one that follows. Never opens, reads
-//! or writes a file, and takes memory for nothing but the words about a fault. What happens next is decided in
+//! or writes a file, and takes no memory for a frame: only at joins, when a screen comes, for the words about a fault and for
+//! the fault card. What happens next is decided in
 //! `playback.rs`, when in `pace.rs`; frames come from `decoder.rs`; what happened goes to `scribe.rs`.
 //!
 //! Start at [`Show::run`].
@@ -147,8 +148,9 @@ impl<'a, F: Supply> Show<'a, F> {
                 self.act(effect)?;
             }
         }
+        let tally = if self.finished { self.tally } else { self.tally_now() };
         let turn = self.shown.and_then(|shown| shown.turn);
-        Ok((Ended { turn, finished: self.finished, tally: self.tally }, self.ears.saver))
+        Ok((Ended { turn, finished: self.finished, tally }, self.ears.saver))
     }
 
     /// Waits until something happens; `None` if that changes nothing.
@@ -211,12 +213,16 @@ impl<'a, F: Supply> Show<'a, F> {
             screen::Event::Vblank { vblank, .. } => {
                 self.vblank = vblank;
                 (self.looked, self.asked) = (false, None);
+                if self.playback == Playback::Holding {
+                    self.ears.glass.counted(self.tally_now());
+                }
                 None
             }
             screen::Event::Lost { reason } => {
                 self.ears.faults.tell(Kind::Screen, reason);
                 self.ears.glass.lit(None);
                 self.asked = None;
+                self.settle();
                 Some(Event::Lost)
             }
             screen::Event::Back => {
@@ -287,7 +293,7 @@ impl<'a, F: Supply> Show<'a, F> {
         let shown = self.shown.as_ref()?;
         let turn = shown.turn.clone();
         self.ears.scribe.note(Note::Flip { turn, frame: shown.frame, vblank, at, late, hash: shown.hash });
-        self.ears.glass.flipped(shown, self.tally);
+        self.ears.glass.flipped(shown, self.tally_now());
         self.feed(at);
         Some(Event::Flipped)
     }
@@ -311,6 +317,20 @@ impl<'a, F: Supply> Show<'a, F> {
         self.shown = self.next.take();
         self.join(before.as_ref());
         late
+    }
+
+    /// The counters, with the frame that is awaited now as late as it is.
+    fn tally_now(&self) -> Tally {
+        let overdue = self.lit.as_ref().map_or(0, |(_, pace)| pace.overdue(self.vblank));
+        Tally { late: self.tally.late + u64::from(overdue), ..self.tally }
+    }
+
+    /// The screen is gone: the awaited frame was late until now, and is not from here on.
+    fn settle(&mut self) {
+        self.tally = self.tally_now();
+        if let Some((_, pace)) = self.lit.as_mut().filter(|(_, pace)| pace.overdue(self.vblank) > 0) {
+            pace.resumed(self.vblank);
+        }
     }
 
     /// Tells of a join, if `before` was another clip's frame than what is lit now, and has its place kept.

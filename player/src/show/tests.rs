@@ -16,7 +16,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
@@ -37,6 +37,8 @@ struct FakeScreen {
     asked: Option<u32>,
     /// What goes wrong, and at which vblank.
     incidents: VecDeque<(u32, Event)>,
+    /// When someone wants the run to end, and how he says so.
+    stop: Option<(u32, Arc<AtomicBool>)>,
 }
 
 impl FakeScreen {
@@ -77,6 +79,9 @@ impl Screen for FakeScreen {
         let next = [self.flip, self.asked, incident].into_iter().flatten().min();
         let Some(next) = next.filter(|next| !timeout.is_zero() || *next <= self.now.get()) else { return Event::Idle };
         self.now.set(next.max(self.now.get()));
+        if let Some((_, stop)) = self.stop.as_ref().filter(|(vblank, _)| *vblank <= next) {
+            stop.store(true, Ordering::Relaxed);
+        }
         if incident == Some(next) {
             let (_, incident) = self.incidents.pop_front().expect("it is there");
             return self.happen(incident);
@@ -117,6 +122,8 @@ struct Evening {
     fps: (u64, u64),
     things: Vec<(u32, Given)>,
     incidents: Vec<(u32, Event)>,
+    /// The vblank from which on someone wants it to end.
+    stop: Option<u32>,
 }
 
 /// What one saw and heard of it.
@@ -124,13 +131,14 @@ struct Memory {
     glow: Vec<(u32, u8)>,
     notes: Vec<Note>,
     ended: Ended,
+    late_on_glass: u64,
 }
 
 impl Evening {
     /// Every frame lies ready from the start.
     fn of(fps: u64, turns: &[Arc<Turn>]) -> Self {
         let things = frames(turns).into_iter().map(|frame| (0, Given::Frame(frame))).collect();
-        Self { fps: (fps, 1), things, incidents: Vec::new() }
+        Self { fps: (fps, 1), things, incidents: Vec::new(), stop: None }
     }
 
     /// Frame `index` and all after it are ready from `vblank` on.
@@ -144,12 +152,17 @@ impl Evening {
         self
     }
 
+    fn stopped_at(mut self, vblank: u32) -> Self {
+        self.stop = Some(vblank);
+        self
+    }
+
     fn watch(self) -> Memory {
         self.watch_with(None)
     }
 
     fn watch_with(self, saver: Option<Saver>) -> Memory {
-        let (now, glow) = (Now::default(), Glow::default());
+        let (now, glow, stop) = (Now::default(), Glow::default(), Arc::new(AtomicBool::new(false)));
         let screen = FakeScreen {
             now: Rc::clone(&now),
             glow: Rc::clone(&glow),
@@ -158,9 +171,10 @@ impl Evening {
             flip: None,
             asked: None,
             incidents: self.incidents.into(),
+            stop: self.stop.map(|vblank| (vblank, Arc::clone(&stop))),
         };
         let (scribe, shelf) = Scribe::on_a_shelf();
-        let (faults, glass, stop) = (Faults::new(scribe.clone()), Glass::default(), AtomicBool::new(false));
+        let (faults, glass) = (Faults::new(scribe.clone()), Glass::default());
         let watchdog = Some(Duration::from_millis(500));
         let ears = Ears { scribe, faults, saver, glass: &glass, stop: &stop, watchdog };
         let piece = Piece { fps: Rate::new(self.fps.0, self.fps.1).unwrap(), size: (16, 16), free: false };
@@ -169,7 +183,8 @@ impl Evening {
         if let Some(saver) = saver {
             saver.end();
         }
-        Memory { glow: glow.take(), notes: shelf.try_iter().collect(), ended }
+        let late_on_glass = glass.view().tally.late;
+        Memory { glow: glow.take(), notes: shelf.try_iter().collect(), ended, late_on_glass }
     }
 }
 
@@ -199,6 +214,19 @@ fn last_frame_stays_lit_when_the_successor_is_late() {
     assert_eq!(seen.lates(), [0, 0, 16, 0, 0]);
     assert_eq!(seen.ended.tally, Tally { flips: 5, late: 16, repeated: 0, skipped: 0, joins: 0 });
     assert!(seen.ended.finished);
+}
+
+#[test]
+fn a_frame_that_never_comes_is_late_all_the_while() {
+    // Frame 2 is due at vblank 5; the screen goes at 40, comes back, and the run is over at 300.
+    let evening = Evening::of(30, &turns(1, 3)).delayed(2, 1_000).with(40, lost()).with(100, Event::Back);
+    let stopped = evening.stopped_at(300).watch();
+    assert!(!stopped.ended.finished);
+    let (late, shown) = (stopped.ended.tally.late, stopped.late_on_glass);
+    // Until the cable was pulled, and again from the time of the frame that was lit anew on.
+    let expected = (40 - 5)..=(40 - 5 + 1) + (300 - 103 + 1);
+    assert!(expected.contains(&late) && late > 200, "{late}");
+    assert!(late.abs_diff(shown) <= 1, "{late} in the end, {shown} on the page");
 }
 
 #[test]
