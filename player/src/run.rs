@@ -13,7 +13,7 @@ use crate::glass::Glass;
 use crate::library::{self, Library, Struck};
 use crate::now::now;
 use crate::place::Slots;
-use crate::report::{Fatal, chain};
+use crate::report::{Exit, Fatal, chain};
 use crate::saver::Saver;
 use crate::scribe::{Note, Scribe};
 use crate::settings::{Clock, ScreenChoice};
@@ -22,14 +22,18 @@ use crate::{status, take};
 use flock::{Flock, Itinerary, Manifest, Place};
 use std::num::NonZero;
 use std::panic::resume_unwind;
+use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{channel, sync_channel};
-use std::thread::JoinHandle;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 use video::{Form, SessionError};
 
 /// How often the watchdog hears of us in the time that it allows.
 const FEEDINGS: u32 = 3;
+/// How long a run may take to end once it is told to: less than the second that is promised.
+const GRACE: Duration = Duration::from_millis(850);
 
 /// Plays until it is told to stop, or to the end of what was asked for.
 ///
@@ -68,11 +72,17 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     verdict(config, &ended, studio)
 }
 
-/// A flag that SIGINT, SIGTERM and SIGHUP raise.
+/// A flag that SIGINT, SIGTERM and SIGHUP raise. Whoever has not ended [`GRACE`] later waits for a disk or a reader that
+/// does not answer, and is ended: the place was kept at the last join, and the trace is whole as far as it was read.
 fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
-    ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;
+    let end = move || {
+        raised.store(true, Ordering::Relaxed);
+        thread::park_timeout(GRACE);
+        process::exit(Exit::Fine as i32);
+    };
+    ctrlc::set_handler(end).map_err(Fatal::Signals)?;
     Ok(stop)
 }
 

@@ -74,8 +74,9 @@ impl Scribe {
         if !self.is_traced && matches!(note, Note::Flip { .. }) {
             return;
         }
-        if self.is_patient {
-            // The scribe is gone only after the end of the run, when there is nothing left to tell.
+        if self.is_patient || matches!(note, Note::End { .. }) {
+            // The scribe is gone only after the end of the run, when there is nothing left to tell. The end is told
+            // however full the shelf is: the scribe would wait for it. If that takes for ever a signal ends it all.
             self.notes.send(note).ok();
         } else if let Err(TrySendError::Full(_)) = self.notes.try_send(note) {
             self.lost.fetch_add(1, Ordering::Relaxed);
@@ -169,5 +170,23 @@ fn log(note: &Note) {
 fn tell_systemd(state: NotifyState<'_>) {
     if let Err(error) = sd_notify::notify(&[state]) {
         debug!(error = chain(&error), "cannot tell systemd");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Note, Scribe, WAITING};
+    use crate::tally::Tally;
+    use std::thread;
+
+    #[test]
+    fn the_end_is_told_however_much_was_lost_before() {
+        let (scribe, notes) = Scribe::on_a_shelf();
+        for _ in 0..WAITING + 9 {
+            scribe.note(Note::Alive);
+        }
+        let ending = thread::spawn(move || scribe.note(Note::End { tally: Tally::default(), faults: 0 }));
+        assert!(matches!(notes.iter().last(), Some(Note::End { .. })));
+        ending.join().unwrap();
     }
 }
