@@ -231,7 +231,7 @@ pub trait Kms {
     /// What the kernel says.
     fn survey(&mut self) -> io::Result<Survey>;
 
-    /// Allocates a buffer, black.
+    /// Allocates a buffer, of whatever colour.
     ///
     /// # Errors
     /// What the kernel says; nothing is left behind.

@@ -9,7 +9,7 @@ use super::in_formats::formats_with;
 use super::memory::{Block, Memory};
 use super::properties::PropertyCache;
 use super::uevents::Uevents;
-use crate::paint::{Format, Layout, blacken};
+use crate::paint::{Format, Layout};
 use drm::control::atomic::AtomicModeReq;
 use drm::control::{
     AtomicCommitFlags, Device as Control, Mode, ResourceHandles, connector, crtc, from_u32, plane, property,
@@ -319,28 +319,18 @@ impl Card {
     fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
         let format = spec.format.format;
         let (gbm, shape) = (self.gbm.as_ref(), format.allocation(spec.size));
-        let mut memory = Memory::allocate(&self.file, gbm, shape, &mut self.block, spec.together)?;
+        let memory = Memory::allocate(&self.file, gbm, shape, &mut self.block, spec.together)?;
         let layout = Layout::new(format, spec.size, memory.pitch());
-        let made = memory.write(&mut |bytes| blacken(bytes, &layout)).and_then(|()| {
-            let handles = layout.pitches.map(|pitch| if pitch == 0 { 0 } else { memory.handle() });
-            let flags = if spec.format.explicit { drm_ffi::DRM_MODE_FB_MODIFIERS } else { 0 };
-            let ((width, height), code) = (spec.size, format.fourcc());
-            let offsets = std::array::from_fn(|plane| match layout.pitches[plane] {
-                0 => 0,
-                _ => memory.offset() + layout.offsets[plane],
-            });
-            drm_ffi::mode::add_fb2(
-                self.as_fd(),
-                width,
-                height,
-                code,
-                &handles,
-                &layout.pitches,
-                &offsets,
-                &[0; 4],
-                flags,
-            )
+        let handles = layout.pitches.map(|pitch| if pitch == 0 { 0 } else { memory.handle() });
+        let flags = if spec.format.explicit { drm_ffi::DRM_MODE_FB_MODIFIERS } else { 0 };
+        let ((width, height), code) = (spec.size, format.fourcc());
+        let offsets = std::array::from_fn(|plane| match layout.pitches[plane] {
+            0 => 0,
+            _ => memory.offset() + layout.offsets[plane],
         });
+        let pitches = &layout.pitches;
+        let made =
+            drm_ffi::mode::add_fb2(self.as_fd(), width, height, code, &handles, pitches, &offsets, &[0; 4], flags);
         match made {
             Ok(made) => {
                 let fb = Id(made.fb_id);

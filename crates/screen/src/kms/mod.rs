@@ -279,9 +279,10 @@ impl<K: Kms> Screen for KmsScreen<K> {
         picture.check((mode.0.max(ours.0), mode.1.max(ours.1)))?;
         let Some(Painted { buffer, picture: held }) = output.ring.stage() else { return Ok(()) };
         let size = (picture.width, picture.height);
-        let other_size = std::mem::replace(held, size) != size;
+        // Around a picture that covers it all there is nothing to blacken.
+        let has_border = std::mem::replace(held, size) != size && size != buffer.layout.size;
         let written = self.kms.write(buffer.fb, &mut |bytes| {
-            if other_size {
+            if has_border {
                 blacken(bytes, &buffer.layout);
             }
             paint(bytes, &buffer.layout, picture);
