@@ -16,7 +16,7 @@ pub(crate) const WINDOW: usize = 16_384;
 pub(crate) type Recent = VecDeque<Exit>;
 
 /// The runs among the last exits. A function of them alone, so it is rebuilt and never saved.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Runs {
     /// How often each run's fingerprint stands in the window.
     walked: HashMap<u64, u32>,
@@ -25,7 +25,8 @@ pub(crate) struct Runs {
 impl Runs {
     /// The runs of `recent`.
     pub(crate) fn of(recent: &Recent) -> Self {
-        let mut runs = Self::default();
+        // All the room at once: memory that grows for nine days looks like a leak.
+        let mut runs = Self { walked: HashMap::with_capacity(WINDOW) };
         for start in 0..(recent.len() + 1).saturating_sub(RUN) {
             runs.add(fingerprint(recent.range(start..start + RUN)));
         }
@@ -87,7 +88,7 @@ mod tests {
 
     #[test]
     fn a_rebuilt_set_is_the_kept_one() {
-        let (mut recent, mut runs) = (Recent::new(), Runs::default());
+        let (mut recent, mut runs) = (Recent::new(), Runs::of(&Recent::new()));
         for step in 0..(WINDOW as u32 + 5000) {
             runs.push(&mut recent, Exit(step.wrapping_mul(step) / 7 % 23));
         }
