@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn only_a_run_of_the_window_was_walked() {
-        let (mut recent, mut runs) = (Recent::new(), Runs::default());
+        let (mut recent, mut runs) = (Recent::new(), Runs::of(&Recent::new()));
         let lap = |at: u32| Exit(at % 20);
         for at in 0..20 + 16 {
             runs.push(&mut recent, lap(at));
