@@ -216,14 +216,16 @@ impl<K: Kms> KmsScreen<K> {
             tracing::info!("the driver has no vblanks, counting our own");
             output.beat = Some(Beat::new(now, output.plan.refresh));
         }
-        let (vblank, at) = output.vblank(&mut self.kms, now).unwrap_or_default();
+        let since = output.vblank(&mut self.kms, now);
         self.drop_stale_flips();
-        if first {
-            self.notices.push_back(Event::Flip { vblank, at });
-        } else {
-            let reason = "a flip did not come; the picture was lit anew, waiting".to_owned();
-            self.notices.push_back(Event::Recovered { reason });
-        }
+        self.notices.push_back(match since {
+            Ok((vblank, at)) if first => Event::Flip { vblank, at },
+            // It is committed again, and that flip brings its own vblank.
+            Err(error) if first => Event::Recovered { reason: format!("lit, but nobody knows since when: {error}") },
+            Ok(_) | Err(_) => {
+                Event::Recovered { reason: "a flip did not come; the picture was lit anew, waiting".to_owned() }
+            }
+        });
     }
 }
 

@@ -4,7 +4,7 @@
 //! by a flip, no second commit in flight, no busy wait) are asserted by `scripted.rs` itself.
 
 use super::scripted::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
-use super::{KmsScreen, KmsSettings};
+use super::{KmsScreen, KmsSettings, Phase};
 use crate::{Event, Picture, Screen};
 use proptest::prelude::*;
 use rustix::io::Errno;
@@ -136,6 +136,31 @@ fn an_event_that_comes_late_is_not_taken_for_the_next_flips() {
         player.play(at(4000));
         assert!(holds(&player).iter().all(|&held| held >= 1), "{fault:?}: {:?}", holds(&player));
     }
+}
+
+#[test]
+fn a_flip_given_up_is_measured_from_the_last_flip_and_not_from_long_ago() {
+    for ill in [Ill::LostEvent, Ill::LateEvent] {
+        let mut player = Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, ill, ns: 0 }));
+        player.play(at(4000));
+        assert!(player.events.iter().any(|event| matches!(event, Event::Recovered { .. })));
+        let Phase::Up(output) = &player.screen.phase else { panic!("the screen is up") };
+        // Kept, it would make every flip an old one when the counter has gone half around.
+        let flips = player.events.iter().rev();
+        let mut last =
+            flips.filter_map(|event| if let Event::Flip { vblank, .. } = event { Some(*vblank) } else { None });
+        assert_eq!(output.gave_up_at, last.next(), "{ill:?}");
+    }
+}
+
+#[test]
+fn a_kernel_that_cannot_tell_the_first_vblank_makes_nothing_late() {
+    let mut card = Scripted::new();
+    card.quirk = Some(Quirk::LateVblanks);
+    let mut player = Player::on(card);
+    player.play(at(4000));
+    assert!(player.flips.len() > 80);
+    assert!(holds(&player).iter().all(|&held| held == 2), "{:?}", holds(&player));
 }
 
 #[test]

@@ -84,7 +84,7 @@ struct Output {
     asked: Option<Asked>,
     /// Our own count of vblanks, where the driver has none (virtual machines, firmware framebuffers).
     beat: Option<Beat>,
-    /// The vblank at which a flip's event was last taken for lost: it may yet come.
+    /// Once a flip's event was taken for lost, and may yet come: the vblank then, or of the last flip since.
     gave_up_at: Option<Vblank>,
     /// Flips that went wrong since the last that came.
     failed_in_a_row: u32,
@@ -227,6 +227,8 @@ impl<K: Kms> KmsScreen<K> {
         output.ring.flipped();
         output.flight = Flight::Landed;
         output.failed_in_a_row = 0;
+        // What was given up lies before this flip; measured from long ago the wrapped counter would call it the future.
+        output.gave_up_at = output.gave_up_at.map(|_| vblank);
         self.tries = 0;
         self.notices.push_back(Event::Flip { vblank, at });
     }

@@ -69,6 +69,8 @@ pub(crate) enum Quirk {
     ForgetsColours,
     /// It has no vblanks, and flips at once.
     NoVblanks,
+    /// It cannot tell its vblank before the first flip.
+    LateVblanks,
 }
 
 /// A fault to come: at the `nth` commit of `kind`, and then for `ns`.
@@ -385,7 +387,8 @@ impl Kms for Scripted {
         if self.quirk == Some(Quirk::NoVblanks) {
             return Err(Errno::OPNOTSUPP.into());
         }
-        if self.value(CRTC, "ACTIVE") == 0 {
+        let is_early = self.quirk == Some(Quirk::LateVblanks) && !self.commits.contains_key(&Kind::Flip);
+        if is_early || self.value(CRTC, "ACTIVE") == 0 {
             return Err(Errno::INVAL.into());
         }
         Ok((Vblank(self.current() as u32), self.begins(self.current())))
