@@ -43,6 +43,8 @@ impl Kind {
 pub(crate) struct Fault {
     pub(crate) kind: Kind,
     pub(crate) message: String,
+    /// It was told in these words before: another occurrence, no news.
+    pub(crate) is_repeated: bool,
 }
 
 /// The faults of a run; clones share the list.
@@ -55,6 +57,7 @@ pub(crate) struct Faults {
 #[derive(Debug, Default)]
 struct Told {
     causes: BTreeSet<(Kind, String)>,
+    words: BTreeSet<(Kind, String)>,
     count: u64,
     latest: Vec<Fault>,
 }
@@ -76,11 +79,12 @@ impl Faults {
         }
     }
 
-    /// Tells that something went wrong, as often as it does.
+    /// Tells that something went wrong, as often as it does. It is news only the first time.
     pub(crate) fn tell(&self, kind: Kind, message: String) {
-        let fault = Fault { kind, message };
         let mut told = self.lock();
         told.count += 1;
+        let is_repeated = !told.words.insert((kind, message.clone()));
+        let fault = Fault { kind, message, is_repeated };
         if told.latest.len() == LATEST {
             told.latest.remove(0);
         }
@@ -120,6 +124,9 @@ mod tests {
         faults.once(Kind::DamagedClip, "a.mp4", "`a.mp4` is damaged".to_owned());
         assert_eq!(faults.count(), 5);
         assert_eq!(faults.latest().len(), 5);
-        assert_eq!(notes.try_iter().filter(|note| matches!(note, Note::Fault(_))).count(), 5);
+        let told: Vec<_> = notes.try_iter().collect();
+        assert_eq!(told.iter().filter(|note| matches!(note, Note::Fault(_))).count(), 5);
+        let news = told.iter().filter(|note| matches!(note, Note::Fault(fault) if !fault.is_repeated)).count();
+        assert_eq!(news, 3, "a screen that goes again is no news");
     }
 }

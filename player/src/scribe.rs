@@ -156,6 +156,7 @@ fn log(note: &Note) {
             }
         }
         Note::Join { from, to } => debug!(from = from.clip.as_str(), to = to.clip.as_str(), "join"),
+        Note::Fault(fault) if fault.is_repeated => debug!(kind = fault.kind.name(), "{}", fault.message),
         Note::Fault(fault) => warn!(kind = fault.kind.name(), "{}", fault.message),
         Note::Ready => tell_systemd(NotifyState::Ready),
         Note::Alive => tell_systemd(NotifyState::Watchdog),

@@ -119,7 +119,7 @@ mod tests {
             r#"{"event":"join","from":"loop.mp4","to":"loop.mp4"}"#
         );
         assert_eq!(
-            line(&Note::Fault(Fault { kind: Kind::MissingClip, message: "gone".to_owned() })),
+            line(&Note::Fault(Fault { kind: Kind::MissingClip, message: "gone".to_owned(), is_repeated: false })),
             r#"{"event":"fault","kind":"missing-clip","message":"gone"}"#
         );
         let tally = Tally { flips: 6, late: 5, repeated: 4, skipped: 3, joins: 2 };
