@@ -48,6 +48,15 @@ fn systemd_understands_every_line_of_every_service() {
 }
 
 #[test]
+fn a_unit_waits_for_its_display_and_its_page_may_stand_back() {
+    let text = player();
+    let has = |wanted: &str| text.lines().any(|line| line == wanted);
+    assert!(has("ExecStart=/usr/bin/dreams-player --config /etc/dreams/player.toml --screen kms"));
+    // `setpriority` is one of `@resources`.
+    assert!(!has("SystemCallFilter=~@privileged @resources") || has("SystemCallFilter=setpriority"));
+}
+
+#[test]
 fn little_of_the_machine_lies_open_to_the_player() {
     let threshold = format!("--threshold={EXPOSED_AT_MOST}");
     let measure = ["security", "--offline=true", "--no-pager", &threshold];
