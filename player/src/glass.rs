@@ -83,7 +83,9 @@ mod tests {
     #[test]
     fn a_turn_that_ended_without_a_picture_is_not_planned_any_more() {
         let glass = Glass::default();
-        turns(3, 2).into_iter().for_each(|turn| glass.plan(turn));
+        for turn in turns(3, 2) {
+            glass.plan(turn);
+        }
         glass.pass(2);
         assert_eq!(glass.after(1).map(|turn| turn.number), Some(3));
         glass.pass(3);

@@ -93,7 +93,7 @@ impl Library {
             // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
             // does not go back to before a clip that is shown.
             let mut bad: Vec<_> = unauthentic.take().into_iter().collect();
-            bad.extend(reports.try_iter().filter_map(|report| ended.learn(report, &self.glass)));
+            bad.extend(reports.try_iter().filter_map(|report| ended.learn(&report, &self.glass)));
             if self.clips.is_some_and(|clips| number > clips + ended.mute) && ended.count + 1 < number {
                 // Clips without a picture do not count: how many there are is known when all have ended.
                 if orders.send(Order::Rest).is_err() {
@@ -101,7 +101,7 @@ impl Library {
                 }
                 while ended.count + 1 < number {
                     let Ok(report) = reports.recv() else { return };
-                    bad.extend(ended.learn(report, &self.glass));
+                    bad.extend(ended.learn(&report, &self.glass));
                 }
             }
             for clip in &bad {
@@ -236,7 +236,7 @@ struct Ends {
 
 impl Ends {
     /// Counts an end; returns the clip if it is bad.
-    fn learn(&mut self, report: Report, glass: &Glass) -> Option<ClipPath> {
+    fn learn(&mut self, report: &Report, glass: &Glass) -> Option<ClipPath> {
         self.count += 1;
         if report.frames == FrameCount(0) {
             self.mute += 1;
@@ -252,7 +252,7 @@ impl Ends {
         }
         loop {
             match reports.recv_timeout(REPRIEVE) {
-                Ok(report) => drop(self.learn(report, glass)),
+                Ok(report) => drop(self.learn(&report, glass)),
                 Err(RecvTimeoutError::Timeout) => return true,
                 Err(RecvTimeoutError::Disconnected) => return false,
             }
