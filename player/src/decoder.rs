@@ -4,6 +4,7 @@
 //! `library.rs` does. The frames wait in a bounded channel for the flip thread, which is what holds this thread back.
 
 use crate::faults::{Faults, Kind};
+use crate::glass::Glass;
 use crate::report::{Fatal, chain};
 use crate::show::{Given, Supply};
 use crate::turn::{Shown, Still, Turn};
@@ -69,13 +70,14 @@ impl Workshop {
         orders: Receiver<Order>,
         reports: Sender<Report>,
         faults: Faults,
+        glass: Arc<Glass>,
     ) -> Result<(Frames, JoinHandle<Result<(), SessionError>>), Fatal> {
         // One more lies in the decoder's hand, waiting for its place on the shelf.
         let (frames, shelf) = sync_channel(self.ahead.saturating_sub(1));
         let decode = move || {
             let session = Session::new(self.threads)?;
             let (turns, rest) = (VecDeque::new(), None);
-            Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults }.work()
+            Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults, glass }.work()
         };
         let thread = thread::Builder::new().name("decoder".to_owned()).spawn(decode);
         Ok((Frames(shelf), thread.map_err(|source| Fatal::Thread { name: "decoder", source })?))
@@ -109,6 +111,7 @@ struct Bench {
     workshop: Workshop,
     reports: Sender<Report>,
     faults: Faults,
+    glass: Arc<Glass>,
 }
 
 /// What comes after a rest.
@@ -184,7 +187,11 @@ impl Bench {
         self.made += 1;
         let still = Still::Decoded(frame);
         let hash = self.workshop.is_hashed.then(|| md5(&still.picture()));
-        self.frames.send(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)
+        self.frames.send(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)?;
+        if index == 0 {
+            self.glass.await_opening();
+        }
+        Ok(())
     }
 
     /// Reports of the oldest clip, which has ended, and tells once if it is damaged.
@@ -212,6 +219,7 @@ fn md5(picture: &Picture<'_>) -> [u8; 16] {
 mod tests {
     use super::{Order, Workshop, md5};
     use crate::faults::Faults;
+    use crate::glass::Glass;
     use crate::library::tests::{SIZE, encode};
     use crate::scribe::Scribe;
     use crate::show::{Given, Supply};
@@ -219,6 +227,7 @@ mod tests {
     use screen::Picture;
     use std::num::NonZero;
     use std::path::Path;
+    use std::sync::Arc;
     use std::sync::mpsc::{channel, sync_channel};
     use std::time::Duration;
     use std::{fs, thread};
@@ -254,7 +263,9 @@ mod tests {
             let workshop =
                 Workshop { threads: NonZero::new(threads).unwrap(), ahead: 8, prefetch: 2, is_hashed: false };
             let faults = Faults::new(Scribe::on_a_shelf().0);
-            let (mut frames, decoder) = workshop.open(inbox, reports, faults.clone()).unwrap();
+            let glass = Arc::new(Glass::default());
+            glass.open();
+            let (mut frames, decoder) = workshop.open(inbox, reports, faults.clone(), glass).unwrap();
             let (good, bad) = (good.clone(), bad.clone());
             let library = thread::spawn(move || {
                 let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };

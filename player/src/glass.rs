@@ -7,7 +7,11 @@ use crate::tally::Tally;
 use crate::turn::{Shown, Turn};
 use screen::Lit;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// How long the first picture may keep others waiting: beyond that there is no screen, and nothing to compete with.
+const CURTAIN: Duration = Duration::from_millis(500);
 
 /// What is on the glass; cheap to clone, the pixels are shared.
 #[derive(Clone, Debug, Default)]
@@ -25,9 +29,24 @@ pub(crate) struct View {
 pub(crate) struct Glass {
     view: Mutex<View>,
     plan: Mutex<VecDeque<Arc<Turn>>>,
+    /// Whether the first picture is on the glass, and word of it.
+    is_open: Mutex<bool>,
+    opened: Condvar,
 }
 
 impl Glass {
+    /// Tells that the first picture is on the glass.
+    pub(crate) fn open(&self) {
+        *hold(&self.is_open) = true;
+        self.opened.notify_all();
+    }
+
+    /// Waits until the first picture is on the glass, so as not to take the processor from it; not for ever.
+    pub(crate) fn await_opening(&self) {
+        let closed = self.opened.wait_timeout_while(hold(&self.is_open), CURTAIN, |is_open| !*is_open);
+        drop(closed);
+    }
+
     /// Shows what a flip brought, unless someone is looking at this very moment.
     pub(crate) fn flipped(&self, shown: &Shown, tally: Tally) {
         if let Ok(mut view) = self.view.try_lock() {

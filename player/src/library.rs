@@ -122,8 +122,9 @@ impl Library {
                 if orders.send(Order::Play(clip, turn)).is_err() {
                     return;
                 }
-                if number == 1 && !self.is_authentic(&path, hash) {
-                    unauthentic = Some(path);
+                if number == 1 {
+                    self.glass.await_opening();
+                    unauthentic = Some(path).filter(|path| !self.is_authentic(path, hash));
                 }
                 number += 1;
             }

@@ -138,7 +138,7 @@ fn open_studio(
         prefetch: Workshop::frames_in(config.prefetch_ms, piece.fps),
         is_hashed: config.hash,
     };
-    let (frames, decoder) = workshop.open(inbox, reports, faults.clone())?;
+    let (frames, decoder) = workshop.open(inbox, reports, faults.clone(), Arc::clone(glass))?;
     Ok((frames, Studio { library, decoder }))
 }
 

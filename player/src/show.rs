@@ -356,6 +356,7 @@ impl<'a, F: Supply> Show<'a, F> {
     fn feed(&mut self, at: Nanos) {
         let Some(fed) = self.fed else {
             self.fed = Some(at);
+            self.ears.glass.open();
             return self.ears.scribe.note(Note::Ready);
         };
         if self.ears.watchdog.is_some_and(|often| u128::from(at.since(fed)) >= often.as_nanos()) {
