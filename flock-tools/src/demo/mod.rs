@@ -9,6 +9,8 @@ mod frames;
 mod make;
 mod manifest;
 mod plan;
+#[cfg(test)]
+mod small_copy;
 
 use std::io;
 use std::num::NonZeroUsize;

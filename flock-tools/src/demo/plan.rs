@@ -73,7 +73,7 @@ impl Look {
     /// The copy in the repository, under 16 MB with everything.
     pub(crate) fn small() -> Self {
         let fps = Rate::new(20, 1).expect("20/1 is a rate");
-        Self { size: (1280, 720), fps, spp: 12.0, supersample: 1, pace: 1, repeat: 2, crf: 36.0, preset: "slower" }
+        Self { size: (1280, 720), fps, spp: 12.0, supersample: 1, pace: 1, repeat: 2, crf: 34.0, preset: "slower" }
     }
 
     /// What the pictures depend on, besides genomes and motion.
