@@ -153,27 +153,15 @@ impl<K: Kms> KmsScreen<K> {
         painted: &mut Vec<Painted>,
     ) -> io::Result<Plan> {
         let plan = Plan::new(survey, way, self.settings.size, mode).ok_or(Errno::INVAL)?;
-        // In one allocation if the kernel would light each part of it, else each on its own.
-        for together in [BUFFERS as u32, 1] {
-            let spec = BufferSpec { size: way.buffer_size(self.settings.size), format: way.format, together };
-            match self.build_ring(&plan, spec, painted) {
-                Err(error) if together > 1 && Trouble::of(&error) != Trouble::NotMaster => {
-                    tracing::debug!(%error, "no buffers in one allocation here");
-                    painted.drain(..).for_each(|painted: Painted| self.kms.destroy(painted.buffer.fb));
-                }
-                done => return done.map(|()| plan),
-            }
-        }
-        Err(Errno::INVAL.into())
-    }
-
-    fn build_ring(&mut self, plan: &Plan, spec: BufferSpec, painted: &mut Vec<Painted>) -> io::Result<()> {
+        let spec = BufferSpec { size: way.buffer_size(self.settings.size), format: way.format };
         while painted.len() < BUFFERS {
             let buffer = self.kms.create(spec)?;
             painted.push(Painted { buffer, picture: (0, 0) });
-            self.kms.commit(How::Test, &plan.light(buffer.fb))?;
+            if painted.len() == 1 {
+                self.kms.commit(How::Test, &plan.light(buffer.fb))?;
+            }
         }
-        Ok(())
+        Ok(plan)
     }
 
     /// Lights the pending picture, waiting until it is on the glass. `since`: when this was first tried.

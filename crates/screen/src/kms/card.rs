@@ -140,8 +140,6 @@ pub struct BufferSpec {
     pub size: (u32, u32),
     /// The plane's format.
     pub format: PlaneFormat,
-    /// How many such buffers in a row may share one allocation, 1 or more.
-    pub together: u32,
 }
 
 /// A scan-out buffer: memory, and the framebuffer that the kernel knows it by.

@@ -6,7 +6,7 @@
 
 use super::card::{Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Request, Survey};
 use super::in_formats::formats_with;
-use super::memory::{Block, Memory};
+use super::memory::Memory;
 use super::properties::PropertyCache;
 use super::uevents::Uevents;
 use crate::paint::{Format, Layout};
@@ -23,7 +23,6 @@ use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
-use std::sync::Weak;
 use std::time::Duration;
 use timing::{Nanos, Vblank};
 
@@ -177,8 +176,6 @@ impl Kms for Device {
 struct Card {
     /// Before the descriptor: mappings and gbm objects go first.
     buffers: HashMap<Id, Memory>,
-    /// The dumb buffer that was begun last.
-    block: Weak<Block>,
     gbm: Option<gbm::Device<std::os::fd::OwnedFd>>,
     path: PathBuf,
     file: File,
@@ -202,15 +199,8 @@ impl Card {
         let nonblocking = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
         let file = OpenOptions::new().read(true).write(true).custom_flags(nonblocking).open(path)?;
         let properties = PropertyCache::default();
-        let mut card = Self {
-            buffers: HashMap::new(),
-            block: Weak::new(),
-            gbm: None,
-            path: path.to_owned(),
-            file,
-            properties,
-            modifiers: false,
-        };
+        let mut card =
+            Self { buffers: HashMap::new(), gbm: None, path: path.to_owned(), file, properties, modifiers: false };
         card.set_client_capability(ClientCapability::UniversalPlanes, true)?;
         card.set_client_capability(ClientCapability::Atomic, true)?;
         card.resource_handles()?;
@@ -318,19 +308,14 @@ impl Card {
 
     fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
         let format = spec.format.format;
-        let (gbm, shape) = (self.gbm.as_ref(), format.allocation(spec.size));
-        let memory = Memory::allocate(&self.file, gbm, shape, &mut self.block, spec.together)?;
+        let memory = Memory::allocate(&self.file, self.gbm.as_ref(), format.allocation(spec.size))?;
         let layout = Layout::new(format, spec.size, memory.pitch());
         let handles = layout.pitches.map(|pitch| if pitch == 0 { 0 } else { memory.handle() });
         let flags = if spec.format.explicit { drm_ffi::DRM_MODE_FB_MODIFIERS } else { 0 };
         let ((width, height), code) = (spec.size, format.fourcc());
-        let offsets = std::array::from_fn(|plane| match layout.pitches[plane] {
-            0 => 0,
-            _ => memory.offset() + layout.offsets[plane],
-        });
-        let pitches = &layout.pitches;
+        let (pitches, offsets) = (&layout.pitches, &layout.offsets);
         let made =
-            drm_ffi::mode::add_fb2(self.as_fd(), width, height, code, &handles, pitches, &offsets, &[0; 4], flags);
+            drm_ffi::mode::add_fb2(self.as_fd(), width, height, code, &handles, pitches, offsets, &[0; 4], flags);
         match made {
             Ok(made) => {
                 let fb = Id(made.fb_id);
