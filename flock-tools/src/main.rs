@@ -12,6 +12,7 @@ mod clips;
 mod demo;
 mod open;
 mod report;
+mod share;
 mod simulate;
 mod walk;
 
@@ -27,6 +28,7 @@ struct Args {
 enum Command {
     Check(check::Args),
     Demo(demo::Args),
+    Share(share::Args),
     Simulate(simulate::Args),
     Walk(walk::Args),
 }
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
     report::finish(Args::try_parse().map(|args| match args.command {
         Command::Check(args) => check::run(&args),
         Command::Demo(args) => demo::run(&args),
+        Command::Share(args) => share::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Walk(args) => walk::run(&args),
     }))

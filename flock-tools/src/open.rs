@@ -39,9 +39,11 @@ pub(crate) fn manifest(folder: &Path) -> Result<Manifest, Fatal> {
 /// Reads the flock in `folder`, which must have a cycle to walk.
 pub(crate) fn walkable(folder: &Path) -> Result<Arc<Flock>, Fatal> {
     let flock = Flock::new(manifest(folder)?);
-    if flock.is_walkable() {
-        return Ok(Arc::new(flock));
-    }
+    if flock.is_walkable() { Ok(Arc::new(flock)) } else { Err(no_cycle(&flock)) }
+}
+
+/// The end of a command that needs a cycle where `flock` has none.
+pub(crate) fn no_cycle(flock: &Flock) -> Fatal {
     let (name, transitions) = (flock.manifest().name.clone(), flock.manifest().transitions.len());
-    Err(Fatal::new(Exit::No, NoCycle { name, transitions }).hint("`flock check` names the sheep that lead nowhere"))
+    Fatal::new(Exit::No, NoCycle { name, transitions }).hint("`flock check` names the sheep that lead nowhere")
 }

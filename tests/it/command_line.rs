@@ -1,11 +1,11 @@
 //! The artist's command line, as scripts rely on it.
 //!
-//! Owns the claims on `flock check`, `walk` and `simulate`: their JSON, their exit codes, where they write, how they
-//! refuse. The defective manifests lie in `tests/fixtures`, each named for its defect.
+//! Owns the claims on `flock check`, `share`, `walk` and `simulate`: their JSON, their exit codes, where they write, how
+//! they refuse. The defective manifests lie in `tests/fixtures`, each named for its defect.
 
 use crate::programs::{self, output};
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
@@ -16,6 +16,11 @@ fn fixture(defect: &str) -> PathBuf {
 /// `flock COMMAND FIXTURE OPTIONS...`.
 fn flock(command: &str, defect: &str, options: &[&str]) -> Output {
     output(Command::new(programs::flock()).arg(command).arg(fixture(defect)).args(options))
+}
+
+/// The options that `command` cannot do without.
+fn steps_of(command: &str) -> &'static [&'static str] {
+    if ["walk", "simulate"].contains(&command) { &["--seed", "1", "--steps", "3"] } else { &[] }
 }
 
 /// The one JSON document that `said` has on its standard output.
@@ -73,9 +78,8 @@ fn a_malformed_manifest_is_refused_with_file_line_key_and_both_values() {
         ("loop-without-frames", &["line 6", "`frames`"]),
     ];
     for (defect, named) in cases {
-        for command in ["check", "walk", "simulate"] {
-            let options: &[&str] = if command == "check" { &[] } else { &["--seed", "1", "--steps", "3"] };
-            let said = flock(command, defect, options);
+        for command in ["check", "share", "walk", "simulate"] {
+            let said = flock(command, defect, steps_of(command));
             let error = String::from_utf8_lossy(&said.stderr);
             assert_eq!(said.status.code(), Some(2), "{command} {defect}: {error}");
             assert!(said.stdout.is_empty(), "{command} {defect} writes no data");
@@ -89,9 +93,8 @@ fn a_malformed_manifest_is_refused_with_file_line_key_and_both_values() {
 
 #[test]
 fn what_cannot_be_read_and_what_cannot_be_meant_have_their_own_exit_codes() {
-    for command in ["check", "walk", "simulate"] {
-        let steps: &[&str] = if command == "check" { &[] } else { &["--seed", "1", "--steps", "3"] };
-        let said = flock(command, "no-such-flock", steps);
+    for command in ["check", "share", "walk", "simulate"] {
+        let said = flock(command, "no-such-flock", steps_of(command));
         let error = String::from_utf8_lossy(&said.stderr);
         assert_eq!(said.status.code(), Some(3), "{command}: {error}");
         assert!(error.contains("no-such-flock"), "{command}: {error}");
@@ -146,9 +149,54 @@ fn a_simulation_tells_visits_returns_and_repeats() {
     assert!(answer["worst_ratio"].as_f64().unwrap() >= 1.0);
 }
 
+/// The field of each of `answer`'s sheep, by id.
+fn of_sheep<'a>(answer: &'a Value, field: &str) -> BTreeMap<&'a str, Option<f64>> {
+    let sheep = answer["sheep"].as_array().unwrap().iter();
+    sheep.map(|sheep| (sheep["id"].as_str().unwrap(), sheep[field].as_f64())).collect()
+}
+
+#[test]
+fn the_shares_of_a_flock_are_exact_and_sum_to_one() {
+    let said = flock("share", "seven", &["--json"]);
+    assert_eq!(said.status.code(), Some(0));
+    let answer = json(&said);
+    let visits = of_sheep(&answer, "visits");
+    // Found by hand, from the way into `a` on around the ring.
+    for (id, of_25) in [("a", 2.0), ("b", 3.0), ("c", 4.0), ("d", 4.0), ("e", 4.0), ("f", 4.0), ("g", 4.0)] {
+        let visits = visits[id].unwrap();
+        assert!((visits - of_25 / 25.0).abs() < 1e-15, "{id}: {visits}");
+    }
+    for field in ["visits", "time", "want"] {
+        let sum: f64 = of_sheep(&answer, field).values().flatten().sum();
+        assert!((sum - 1.0).abs() < 1e-12, "the {field} of all sheep sum to {sum}");
+    }
+    let transitions = answer["transitions"].as_array().unwrap();
+    let sum: f64 = transitions.iter().map(|transition| transition["visits"].as_f64().unwrap()).sum();
+    assert!((sum - 1.0).abs() < 1e-12 && transitions.iter().all(|t| t["from"].is_string() && t["to"].is_string()));
+    assert!((answer["worst_ratio"].as_f64().unwrap() - 25.0 / 14.0).abs() < 1e-12);
+    assert!((0.0..=7f64.log2()).contains(&answer["entropy_bits"].as_f64().unwrap()));
+    assert!(of_sheep(&answer, "return_minutes").values().all(|minutes| minutes.unwrap() > 0.0));
+}
+
+#[test]
+fn shares_of_a_faulty_flock_are_those_of_what_is_played() {
+    for (defect, unplayed) in [("dead-end", &["c"][..]), ("orphan-sheep", &["c"]), ("two-islands", &["c", "d"])] {
+        let said = flock("share", defect, &["--json"]);
+        assert_eq!(said.status.code(), Some(1), "{defect}");
+        let answer = json(&said);
+        for (id, visits) in of_sheep(&answer, "visits") {
+            assert_eq!(visits, Some(if unplayed.contains(&id) { 0.0 } else { 0.5 }), "{defect}, sheep `{id}`");
+        }
+        let faults = answer["faults"].as_array().unwrap();
+        assert!(faults.iter().any(|fault| fault["sheep"] == unplayed[0]), "{defect}: {faults:?}");
+        let told = String::from_utf8(said.stderr).unwrap();
+        assert!(told.contains(&format!("`{}`", unplayed[0])), "{defect}: {told}");
+    }
+}
+
 #[test]
 fn every_command_says_what_its_exit_codes_mean() {
-    for command in ["check", "walk", "simulate"] {
+    for command in ["check", "share", "walk", "simulate"] {
         let said = output(Command::new(programs::flock()).args([command, "--help"]));
         let help = String::from_utf8(said.stdout).unwrap();
         assert!(help.contains("Exit status:"), "{command}: {help}");

@@ -7,7 +7,7 @@
 use crate::graph::{Exit, Graph, SheepIx};
 use crate::manifest::{Clip, Manifest, Sheep, Transition};
 use crate::names::SheepId;
-use crate::shares::shares;
+use crate::shares::Shares;
 
 /// What [`Flock::hash`] is computed over, besides the graph: changes when the walk's rules do.
 const HASH_CONTEXT: &str = "dreams flock walk 1";
@@ -19,8 +19,10 @@ const HASH_CONTEXT: &str = "dreams flock walk 1";
 #[derive(Clone, Debug)]
 pub struct Flock {
     manifest: Manifest,
+    whole: Graph,
     graph: Graph,
-    shares: Vec<f64>,
+    /// `None` only where there is nothing to show.
+    shares: Option<Shares>,
     hash: [u8; 32],
 }
 
@@ -35,13 +37,18 @@ impl Flock {
             let still = whole.sheep().find(has_loop);
             whole.restricted(|sheep| Some(sheep) == still)
         };
-        let (shares, hash) = (shares(&graph), hash(&graph));
-        Self { manifest, graph, shares, hash }
+        let (shares, hash) = (Shares::of(&graph).ok(), hash(&graph));
+        Self { manifest, whole, graph, shares, hash }
     }
 
     /// As written.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
+    }
+
+    /// Everything that the manifest names, played or not.
+    pub fn whole(&self) -> &Graph {
+        &self.whole
     }
 
     /// The part that is played.
@@ -56,7 +63,22 @@ impl Flock {
 
     /// The fraction of visits that `sheep` gets in the long run; all of them sum to 1.
     pub fn share(&self, sheep: SheepIx) -> f64 {
-        self.shares[sheep.index()]
+        self.shares.as_ref().map_or(0.0, |shares| shares.visits(sheep))
+    }
+
+    /// The shares of the part that is played. `None` if the flock has neither a cycle nor a loop to show.
+    pub fn shares(&self) -> Option<&Shares> {
+        self.shares.as_ref()
+    }
+
+    /// How long `clip` is lit, in seconds.
+    pub fn seconds(&self, clip: &Clip) -> f64 {
+        f64::from(clip.frames.0) * f64::from(self.manifest.fps.den()) / f64::from(self.manifest.fps.num())
+    }
+
+    /// How long a visit of `sheep` lights its loop, in seconds; 0 if it has none.
+    pub fn visit_seconds(&self, sheep: SheepIx) -> f64 {
+        self.loop_of(sheep).map_or(0.0, |own| f64::from(self.sheep(sheep).repeat) * self.seconds(own))
     }
 
     /// The fingerprint of what the walk sees: ids, transitions and weights of the part that is played. Equal

@@ -1,9 +1,11 @@
-//! How often each sheep is visited in the long run.
+//! How often each sheep is visited, and each transition taken, in the long run.
 //!
 //! Owns the stationary distribution of the chances of one strongly connected class. Never subtracts: each share is
-//! right to the last bits however small it is.
+//! right to the last bits however small it is. Never knows wants or clips: `flock_shares.rs` does.
+//!
+//! Start at [`Shares::of`].
 
-use crate::graph::Graph;
+use crate::graph::{Exit, Graph, SheepIx};
 
 /// Up to so many sheep the elimination is dense and exact: 18 MB, a fraction of a second.
 const DENSE: usize = 1500;
@@ -14,14 +16,63 @@ const MOST_SWEEPS: usize = 3000;
 /// How far a sweep goes towards its answer; below 1 so that a ring swept backwards settles too.
 const RELAX: f64 = 0.95;
 
-/// The fraction of visits of each sheep. They sum to 1.
+/// The long-run fractions of a walk on one strongly connected class, by the ordinals of its graph.
 ///
-/// # Source
-/// Grassmann, Taksar & Heyman (1985) up to 1,500 sheep; above, relaxed Gauss-Seidel sweeps.
-pub(crate) fn shares(graph: &Graph) -> Vec<f64> {
-    let mut visits = if graph.len() <= DENSE { eliminated(graph) } else { swept(graph) };
-    normalise(&mut visits);
-    visits
+/// A step is one transition and the visit that it leads to. In the long run the walk's visits are the stationary
+/// distribution of the chances `p`, whatever steers it: its credits keep `|taken - p * visits|` bounded for ever.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shares {
+    visits: Vec<f64>,
+    taken: Vec<f64>,
+}
+
+/// Why a graph has no shares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SharesError {
+    /// Where a walk ends up depends on where it begins.
+    #[error("the graph falls into {found} strongly connected classes, shares are those of one")]
+    Classes {
+        /// How many there are.
+        found: usize,
+    },
+}
+
+impl Shares {
+    /// The shares of the walk on `graph`. A single sheep without exits has all visits.
+    ///
+    /// # Errors
+    /// [`SharesError::Classes`] unless every sheep of `graph` can be come to from every other; an empty graph has no
+    /// class at all.
+    ///
+    /// # Source
+    /// Grassmann, Taksar & Heyman (1985) up to 1,500 sheep; above, relaxed Gauss-Seidel sweeps.
+    pub fn of(graph: &Graph) -> Result<Self, SharesError> {
+        let found = graph.classes().into_iter().max().map_or(0, |last| last as usize + 1);
+        if found != 1 {
+            return Err(SharesError::Classes { found });
+        }
+        let mut visits = if graph.len() <= DENSE { eliminated(graph) } else { swept(graph) };
+        normalise(&mut visits);
+        let of_exits = |sheep: SheepIx| graph.exits(sheep).map(move |exit| (sheep, exit));
+        let taken = graph.sheep().flat_map(of_exits).map(|(sheep, exit)| visits[sheep.index()] * graph.chance(exit));
+        Ok(Self { taken: taken.collect(), visits })
+    }
+
+    /// The fraction of visits that `sheep` gets; all of them sum to 1.
+    pub fn visits(&self, sheep: SheepIx) -> f64 {
+        self.visits[sheep.index()]
+    }
+
+    /// The fraction of steps that take `exit`; all of them sum to 1.
+    pub fn taken(&self, exit: Exit) -> f64 {
+        self.taken[exit.index()]
+    }
+
+    /// How evenly the visits are spread: the entropy of their distribution, in bits; the most that `n` sheep can have
+    /// is `log2 n`.
+    pub fn entropy_bits(&self) -> f64 {
+        -self.visits.iter().filter(|&&share| share > 0.0).map(|share| share * share.log2()).sum::<f64>()
+    }
 }
 
 fn normalise(visits: &mut [f64]) {
@@ -124,7 +175,7 @@ mod tests {
     #[test]
     fn the_weighted_pair_is_known_by_hand() {
         let graph = Graph::new(&manifest(2, &[(0, 0, 3.0), (0, 1, 1.0), (1, 0, 1.0)]));
-        assert_eq!(shares(&graph), [0.8, 0.2]);
+        assert_eq!(Shares::of(&graph).unwrap().visits, [0.8, 0.2]);
     }
 
     #[test]
@@ -133,7 +184,7 @@ mod tests {
         let e = 1e-12;
         let arcs = [(0, 1, 1.0), (1, 0, 1.0), (1, 2, e), (2, 3, 1.0), (3, 2, 1.0), (3, 0, 2.0 * e), (2, 2, 1.0)];
         let graph = Graph::new(&manifest(4, &arcs));
-        let visits = shares(&graph);
+        let visits = Shares::of(&graph).unwrap().visits;
         let flows = (visits[1] * e / (1.0 + e)) / (visits[3] * 2.0 * e / (1.0 + 2.0 * e));
         assert!((flows - 1.0).abs() < 1e-14, "{flows}");
     }
@@ -147,7 +198,7 @@ mod tests {
             let mut arcs: Vec<_> = (0..ring).map(|at| (at, (at + 1) % ring, 1.0)).collect();
             arcs.extend(more.into_iter().map(|(a, b, w)| (a % ring, b % ring, w)));
             let graph = Graph::new(&manifest(ring, &arcs));
-            let exact = shares(&graph);
+            let exact = Shares::of(&graph).unwrap().visits;
             prop_assert!(unrest(&graph, &exact) < 1e-14);
             let mut rough = swept(&graph);
             normalise(&mut rough);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
-use crate::manifest::{Clip, Sheep};
+use crate::manifest::Sheep;
 use crate::names::SheepId;
 use crate::walk::Walk;
 
@@ -75,7 +75,7 @@ impl Simulation {
         let mut log = Log::new(flock);
         log.visit(flock, start);
         for &exit in exits {
-            log.elapsed_s += seconds(flock, Some(&flock.transition(exit).clip));
+            log.elapsed_s += flock.seconds(&flock.transition(exit).clip);
             log.visit(flock, graph.target(exit));
         }
         log.settle(flock);
@@ -130,8 +130,7 @@ impl Log {
         self.visits[at] += 1;
         self.steps += 1;
         self.look(flock, sheep);
-        let written = flock.sheep(sheep);
-        self.elapsed_s += f64::from(written.repeat) * seconds(flock, written.clip.as_ref());
+        self.elapsed_s += flock.visit_seconds(sheep);
     }
 
     fn look(&mut self, flock: &Flock, sheep: SheepIx) {
@@ -144,11 +143,6 @@ impl Log {
             self.look(flock, sheep);
         }
     }
-}
-
-fn seconds(flock: &Flock, clip: Option<&Clip>) -> f64 {
-    let fps = flock.manifest().fps;
-    clip.map_or(0.0, |clip| f64::from(clip.frames.0) * f64::from(fps.den()) / f64::from(fps.num()))
 }
 
 /// Visits of all sheep of the manifest: those outside the part that is played have none.

@@ -1,0 +1,191 @@
+//! What a flock's walk amounts to in the long run, sheep by sheep, against what its artist wants.
+//!
+//! Owns the figures of `flock share`: visits, screen time, wants, return times, the worst ratio. Never solves for the
+//! shares: `shares.rs` does.
+//!
+//! Start at [`FlockShares::of`].
+
+use crate::flock::Flock;
+use crate::names::SheepId;
+
+/// Seconds in a minute.
+const MINUTE_S: f64 = 60.0;
+/// Minutes in a day.
+const DAY_MINUTES: f64 = 1440.0;
+
+/// The long-run figures of a flock: the answer of `flock share`.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct FlockShares<'f> {
+    /// Every sheep of the manifest, in the order of their ids.
+    pub sheep: Vec<SheepShare<'f>>,
+    /// Every transition of the manifest, in the order of (from, to).
+    pub transitions: Vec<TransitionShare<'f>>,
+    /// The worst of visits/want and want/visits; `None` if a sheep is never visited.
+    pub worst_ratio: Option<f64>,
+    /// The entropy of the visits, in bits: `log2` of so many equally frequent sheep would be as varied.
+    pub entropy_bits: f64,
+    /// The mean time from one visit's start to the next one's, any sheep's, in minutes.
+    pub step_minutes: f64,
+}
+
+/// One sheep's part of a walk.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct SheepShare<'f> {
+    /// Which.
+    pub id: &'f SheepId,
+    /// The fraction of all visits; 0 if it is not played. Those of all sheep sum to 1.
+    pub visits: f64,
+    /// The fraction of the time in which loops are lit that its own loop is; repeats count. 0 without a loop. Those of
+    /// all sheep sum to 1, unless no sheep that is played has a loop.
+    pub time: f64,
+    /// The fraction of visits that the artist wishes. Those of all sheep sum to 1.
+    pub want: f64,
+    /// The mean time from the start of one visit to the start of its next, in minutes; `None` if it never comes back.
+    pub return_minutes: Option<f64>,
+    /// How long its loop is lit in a day of playing, in minutes.
+    pub minutes_a_day: f64,
+}
+
+/// One transition's part of a walk.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct TransitionShare<'f> {
+    /// Where it starts.
+    pub from: &'f SheepId,
+    /// Where it ends.
+    pub to: &'f SheepId,
+    /// The fraction of all steps that take it; 0 if it is not played. Those of all transitions sum to 1.
+    pub visits: f64,
+}
+
+impl<'f> FlockShares<'f> {
+    /// The figures of `flock`. `None` if it has neither a cycle nor a loop to show.
+    pub fn of(flock: &'f Flock) -> Option<Self> {
+        let (graph, shares) = (flock.graph(), flock.shares()?);
+        let of_sheep = |sheep| shares.visits(sheep) * flock.visit_seconds(sheep);
+        let loops_s: f64 = graph.sheep().map(of_sheep).sum();
+        let exits = graph.sheep().flat_map(|sheep| graph.exits(sheep));
+        let transitions_s: f64 =
+            exits.map(|exit| shares.taken(exit) * flock.seconds(&flock.transition(exit).clip)).sum();
+        let step_s = loops_s + transitions_s;
+        let wants = parts(&written(flock, |at| flock.manifest().sheep[at].want));
+        let sheep: Vec<SheepShare<'f>> = (flock.whole().sheep().zip(wants))
+            .map(|(sheep, want)| {
+                let id = flock.whole().id(sheep);
+                let played = graph.find(id);
+                let visits = played.map_or(0.0, |sheep| shares.visits(sheep));
+                let lit_s = played.map_or(0.0, of_sheep);
+                let time = if lit_s > 0.0 { lit_s / loops_s } else { 0.0 };
+                let return_minutes = Some(step_s / visits / MINUTE_S).filter(|minutes| minutes.is_finite());
+                let minutes_a_day = if lit_s > 0.0 { DAY_MINUTES * (lit_s / step_s) } else { 0.0 };
+                SheepShare { id, visits, time, want, return_minutes, minutes_a_day }
+            })
+            .collect();
+        let worst = sheep.iter().map(SheepShare::off).fold(1.0, f64::max);
+        Some(Self {
+            worst_ratio: worst.is_finite().then_some(worst),
+            entropy_bits: shares.entropy_bits(),
+            step_minutes: step_s / MINUTE_S,
+            transitions: transitions(flock),
+            sheep,
+        })
+    }
+}
+
+impl SheepShare<'_> {
+    /// How far its visits are from its want: the larger of visits/want and want/visits, at least 1, infinite if it is
+    /// never visited.
+    pub fn off(&self) -> f64 {
+        (self.visits / self.want).max(self.want / self.visits)
+    }
+}
+
+/// A figure of every sheep, in the order of their ids.
+fn written(flock: &Flock, figure: impl Fn(usize) -> f64) -> Vec<f64> {
+    let whole = flock.whole();
+    whole.sheep().map(|sheep| figure(whole.sheep_in_manifest(sheep))).collect()
+}
+
+/// The parts of the whole that positive `figures` make up; they may be so large that their sum is no number.
+fn parts(figures: &[f64]) -> Vec<f64> {
+    let most = figures.iter().copied().fold(0.0, f64::max);
+    let total: f64 = figures.iter().map(|figure| figure / most).sum();
+    figures.iter().map(|figure| figure / most / total).collect()
+}
+
+fn transitions(flock: &Flock) -> Vec<TransitionShare<'_>> {
+    let (whole, graph) = (flock.whole(), flock.graph());
+    let played: Vec<_> = whole.sheep().map(|sheep| graph.find(whole.id(sheep))).collect();
+    let mut all = Vec::with_capacity(whole.exit_count());
+    for from in whole.sheep() {
+        for to in whole.exits(from).map(|exit| whole.target(exit)) {
+            let exit = played[from.index()].zip(played[to.index()]).and_then(|(from, to)| graph.between(from, to));
+            let visits = exit.zip(flock.shares()).map_or(0.0, |(exit, shares)| shares.taken(exit));
+            all.push(TransitionShare { from: whole.id(from), to: whole.id(to), visits });
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::tests::manifest;
+
+    #[test]
+    fn visits_time_and_returns_of_a_pair_are_known_by_hand() {
+        // Three of four steps from `s0` stay: it has 4/5 of the visits. Its loop is lit twice, the other's once.
+        let mut pair = manifest(2, &[(0, 0, 3.0), (0, 1, 1.0), (1, 0, 1.0)]);
+        pair.sheep[0].repeat = 2;
+        pair.sheep[1].want = 3.0;
+        let flock = Flock::new(pair);
+        let told = FlockShares::of(&flock).unwrap();
+        let [a, b] = &told.sheep[..] else { panic!("two sheep") };
+        assert_eq!((a.visits, a.want, b.visits, b.want), (0.8, 0.25, 0.2, 0.75));
+        // Every clip is 25 s: a step lights 0.8 * 50 + 0.2 * 25 s of loops and 25 s of a transition.
+        assert!((told.step_minutes - 70.0 / 60.0).abs() < 1e-12);
+        assert!((a.time - 40.0 / 45.0).abs() < 1e-12 && (b.time - 5.0 / 45.0).abs() < 1e-12);
+        assert!((b.return_minutes.unwrap() - 350.0 / 60.0).abs() < 1e-12);
+        assert!((a.minutes_a_day - 1440.0 * 40.0 / 70.0).abs() < 1e-9);
+        assert_eq!(told.worst_ratio, Some(0.75 / 0.2));
+        let taken: Vec<_> = told.transitions.iter().map(|t| (t.from.as_str(), t.to.as_str(), t.visits)).collect();
+        assert_eq!(taken, [("s0", "s0", 0.8 * 0.75), ("s0", "s1", 0.8 * 0.25), ("s1", "s0", 0.2)]);
+    }
+
+    #[test]
+    fn what_is_not_played_has_no_share_and_never_returns() {
+        let flock = Flock::new(manifest(3, &[(0, 1, 1.0), (1, 0, 1.0), (1, 2, 1.0)]));
+        let told = FlockShares::of(&flock).unwrap();
+        assert_eq!((told.sheep[2].visits, told.sheep[2].time, told.sheep[2].return_minutes), (0.0, 0.0, None));
+        assert_eq!((told.worst_ratio, told.transitions[2].visits), (None, 0.0));
+        assert!((told.entropy_bits - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_keyframe_without_a_loop_has_visits_and_no_time() {
+        let mut ring = manifest(2, &[(0, 1, 1.0), (1, 0, 1.0)]);
+        ring.sheep[0].clip = None;
+        let flock = Flock::new(ring.clone());
+        let told = FlockShares::of(&flock).unwrap();
+        assert_eq!((told.sheep[0].visits, told.sheep[0].time, told.sheep[1].time), (0.5, 0.0, 1.0));
+        ring.sheep[1].clip = None;
+        let bare = Flock::new(ring);
+        assert!(FlockShares::of(&bare).unwrap().sheep.iter().all(|sheep| sheep.time == 0.0));
+    }
+
+    #[test]
+    fn one_loop_without_transitions_has_everything() {
+        let flock = Flock::new(manifest(1, &[]));
+        let told = FlockShares::of(&flock).unwrap();
+        assert_eq!((told.sheep[0].visits, told.sheep[0].time, told.worst_ratio), (1.0, 1.0, Some(1.0)));
+        let mut nothing = manifest(1, &[]);
+        nothing.sheep[0].clip = None;
+        assert_eq!(FlockShares::of(&Flock::new(nothing)), None);
+    }
+
+    #[test]
+    fn wants_may_be_as_large_and_as_small_as_numbers_get() {
+        let mut pair = manifest(2, &[(0, 1, 1.0), (1, 0, 1.0)]);
+        (pair.sheep[0].want, pair.sheep[1].want) = (1.7e308, 1.7e308);
+        assert_eq!(FlockShares::of(&Flock::new(pair)).unwrap().worst_ratio, Some(1.0));
+    }
+}
