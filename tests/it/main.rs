@@ -15,6 +15,7 @@ mod joins;
 mod playing;
 mod programs;
 mod resume;
+mod shortage;
 mod status_page;
 mod trace;
 mod unit;

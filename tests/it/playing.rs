@@ -7,7 +7,9 @@
 
 use crate::programs::{self, ends_within};
 use crate::trace::Trace;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::io::ioctl_fionread;
+use rustix::pipe::fcntl_setpipe_size;
+use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, kill_process, prlimit};
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -16,6 +18,9 @@ use tempfile::TempDir;
 
 /// The display of a guest.
 pub(crate) const VKMS: &str = "kms:/dev/dri/by-driver/vkms";
+
+/// More bytes than a line of the trace has.
+const LINE: u64 = 256;
 
 /// What to play and how; may be started again, and then goes on where it was.
 pub(crate) struct Playing {
@@ -83,9 +88,42 @@ impl Running {
         }
     }
 
+    /// Waits until the player has told a line of its trace that holds `words`.
+    pub(crate) fn await_line_with(&mut self, words: &str) {
+        let seen = |text: &str| text.lines().next_back().is_some_and(|line| line.contains(words));
+        while !seen(&self.text) {
+            self.await_lines(1);
+        }
+    }
+
+    /// Stops reading, and waits until the pipe is full: the player is stuck in the middle of a word.
+    pub(crate) fn stop_listening(&self) {
+        let pipe = self.told.as_ref().expect("read to its end only by `end_within`").get_ref();
+        let size = fcntl_setpipe_size(pipe, 4_096).unwrap() as u64;
+        // A line goes in whole or not at all, so the last few bytes may stay free.
+        while ioctl_fionread(pipe).unwrap() < size - LINE {
+            std::thread::yield_now();
+        }
+    }
+
+    /// Sets the player's soft limit of `resource`; returns the one before.
+    pub(crate) fn limit(&self, resource: Resource, current: Option<u64>) -> Option<u64> {
+        let pid = Some(Pid::from_child(&self.child));
+        // The hard limit stays what it is: ours, which the player inherited.
+        let maximum = getrlimit(resource).maximum;
+        prlimit(pid, resource, Rlimit { current, maximum }).unwrap().current
+    }
+
     /// Sends a signal.
     pub(crate) fn signal(&self, signal: Signal) {
         kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// Waits for the end, at most `seconds`, reading nothing meanwhile; returns the exit code and the trace as far as
+    /// it was told.
+    pub(crate) fn end_unread_within(self, seconds: u32) -> (Option<i32>, Trace) {
+        assert!(ends_within(&self.child, seconds), "the player still runs after {seconds} s");
+        self.end_within(seconds)
     }
 
     /// Waits for the end, at most `seconds`; returns the exit code (`None` if it was killed) and the whole trace.
