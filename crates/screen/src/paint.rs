@@ -79,6 +79,18 @@ impl Layout {
         self.format.allocation(self.size).1 as usize * self.pitches[0] as usize
     }
 
+    /// The layout of `rows` of the image's rows from row `top` on, both even: an image within the image.
+    pub fn part(&self, top: u32, rows: u32) -> Self {
+        let offsets =
+            std::array::from_fn(|plane| self.offsets[plane] + (top >> self.halved(plane)) * self.pitches[plane]);
+        Self { size: (self.size.0, rows), offsets, ..*self }
+    }
+
+    /// 1 if `plane` has half the image's rows, else 0.
+    fn halved(&self, plane: usize) -> u32 {
+        u32::from(self.format.is_yuv() && plane > 0)
+    }
+
     /// The rows of `plane` from `top` on, each from byte `left` on.
     fn rows<'a>(&self, bytes: &'a mut [u8], plane: usize, top: u32, left: u32) -> impl Iterator<Item = &'a mut [u8]> {
         let pitch = self.pitches[plane] as usize;
@@ -89,12 +101,11 @@ impl Layout {
 
 /// Makes the whole image black.
 pub(crate) fn blacken(bytes: &mut [u8], layout: &Layout) {
-    if layout.format.is_yuv() {
-        let (luma, chroma) = bytes.split_at_mut(layout.offsets[1] as usize);
-        luma.fill(16);
-        chroma.fill(128);
-    } else {
-        bytes.fill(0);
+    let black = if layout.format.is_yuv() { [16, 128, 128] } else { [0; 3] };
+    for (plane, black) in black.into_iter().enumerate() {
+        let first = layout.offsets[plane] as usize;
+        let length = (layout.size.1 >> layout.halved(plane)) * layout.pitches[plane];
+        bytes[first..][..length as usize].fill(black);
     }
 }
 
@@ -189,6 +200,21 @@ mod tests {
         let white: Vec<_> =
             rgb.chunks(4).enumerate().filter(|(_, pixel)| *pixel == [255; 4]).map(|(at, _)| at).collect();
         assert_eq!(white, [18, 19, 20, 21, 26, 27, 28, 29]);
+    }
+
+    #[test]
+    fn an_image_within_an_image_leaves_the_others_as_they_are() {
+        for format in Format::ALL {
+            let pitch = format.allocation((4, 2)).2 / 8 * 4;
+            let all = Layout::new(format, (4, 6), pitch);
+            let mut bytes = vec![99; all.bytes()];
+            blacken(&mut bytes, &all.part(2, 2));
+            paint(&mut bytes, &all.part(2, 2), &PICTURE);
+            let alone = painted(format, (4, 2), pitch, &PICTURE);
+            let touched: Vec<_> = bytes.iter().copied().filter(|&byte| byte != 99).collect();
+            assert_eq!(touched, alone, "{format:?}");
+            assert_eq!(bytes.len(), 3 * alone.len(), "{format:?}");
+        }
     }
 
     #[test]

@@ -3,10 +3,11 @@
 //! Owns the attempts: open the card, survey it, take the best way that the kernel accepts in a test commit, make its
 //! buffers, and light the first picture. Never removes what is on the glass before that first picture is ready.
 
-use super::card::{BufferSpec, How, Id, Kms, Survey};
-use super::choose::{Candidate, candidates};
+use super::card::{BufferSpec, How, Id, Kms, Source, Survey};
+use super::choose::{Candidate, Framebuffers, candidates};
 use super::ladder::{self, Rung, Trouble};
 use super::plan::Plan;
+use super::recovery::destroy;
 use super::ring::Ring;
 use super::{Flight, KmsScreen, Output, Painted, Phase};
 use crate::Event;
@@ -16,7 +17,7 @@ use std::io;
 use std::time::Duration;
 
 /// One on the glass, one pending, one being filled.
-const BUFFERS: usize = 3;
+const BUFFERS: u32 = 3;
 /// How often we look for a display although no event told of one: some drivers only find out when asked.
 const LOOK: Duration = Duration::from_secs(2);
 
@@ -136,9 +137,7 @@ impl<K: Kms> KmsScreen<K> {
                 })
             }
             Err(error) => {
-                for painted in painted {
-                    self.kms.destroy(painted.buffer.fb);
-                }
+                destroy(&mut self.kms, painted);
                 self.kms.destroy_mode(mode);
                 Err(error)
             }
@@ -153,12 +152,18 @@ impl<K: Kms> KmsScreen<K> {
         painted: &mut Vec<Painted>,
     ) -> io::Result<Plan> {
         let plan = Plan::new(survey, way, self.settings.size, mode).ok_or(Errno::INVAL)?;
-        let spec = BufferSpec { size: way.buffer_size(self.settings.size), format: way.format };
-        while painted.len() < BUFFERS {
-            let buffer = self.kms.create(spec)?;
-            painted.push(Painted { buffer, picture: (0, 0) });
-            if painted.len() == 1 {
-                self.kms.commit(How::Test, &plan.light(buffer.fb))?;
+        let count = match way.framebuffers {
+            Framebuffers::Shared => BUFFERS,
+            Framebuffers::Own => 1,
+        };
+        let spec = BufferSpec { size: way.buffer_size(self.settings.size), format: way.format, count };
+        while painted.len() < BUFFERS as usize {
+            let is_first = painted.is_empty();
+            let made = self.kms.create(spec)?;
+            painted.extend(made.iter().map(|&buffer| Painted { buffer, picture: (0, 0) }));
+            // Framebuffers that are alike are taken alike, but not every place in one.
+            for buffer in made.iter().filter(|_| is_first) {
+                self.kms.commit(How::Test, &plan.light(buffer.source))?;
             }
         }
         Ok(plan)
@@ -168,15 +173,17 @@ impl<K: Kms> KmsScreen<K> {
     pub(super) fn light(&mut self, since: timing::Nanos) {
         let (now, period) = (self.now(), self.period());
         let Phase::Up(output) = &mut self.phase else { return };
-        let Some(fb) = output.ring.pending().map(|painted| painted.buffer.fb) else { return };
+        let Some(source) = output.ring.pending().map(|painted| painted.buffer.source) else { return };
         let first = !output.lit;
-        let outcome = lit(&mut self.kms, &output.plan, fb, first).and_then(|()| {
+        let outcome = lit(&mut self.kms, &output.plan, source, first).and_then(|()| {
             // From here on the framebuffer is bound, whatever else may be wrong.
             output.lit = true;
             if output.plan.colours_stand(&self.kms.survey()?) {
                 return Ok(());
             }
             tracing::warn!(format = output.plan.way.format.format.name(), "the plane did not keep our colour matrix");
+            // In other framebuffers it would not either.
+            self.refused.push(Candidate { framebuffers: Framebuffers::Own, ..output.plan.way });
             Err(Errno::INVAL.into())
         });
         match outcome {
@@ -205,6 +212,10 @@ impl<K: Kms> KmsScreen<K> {
             output.beat = Some(Beat::new(now, output.plan.refresh));
         }
         let since = output.vblank(&mut self.kms, now);
+        if let (Ok((vblank, _)), false, None) = (&since, first, output.beat) {
+            // The events of flips before this may yet come.
+            output.gave_up_at = Some(*vblank);
+        }
         self.drop_stale_flips();
         self.notices.push_back(match since {
             Ok((vblank, at)) if first => Event::Flip { vblank, at },
@@ -221,10 +232,10 @@ fn is_unsupported(error: &io::Error) -> bool {
     error.raw_os_error() == Some(Errno::OPNOTSUPP.raw_os_error())
 }
 
-/// Commits `fb` with all its surroundings. The `first` time it is tested before, and tried without setting the mode
+/// Commits `source` with all its surroundings. The `first` time it is tested before, and tried without setting the mode
 /// where that is set already: then nothing flashes.
-fn lit(kms: &mut impl Kms, plan: &Plan, fb: Id, first: bool) -> io::Result<()> {
-    let request = plan.light(fb);
+fn lit(kms: &mut impl Kms, plan: &Plan, source: Source, first: bool) -> io::Result<()> {
+    let request = plan.light(source);
     if first {
         kms.commit(How::Test, &request)?;
     }

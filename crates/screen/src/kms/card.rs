@@ -140,13 +140,24 @@ pub struct BufferSpec {
     pub size: (u32, u32),
     /// The plane's format.
     pub format: PlaneFormat,
+    /// How many buffers, one below the other in one framebuffer.
+    pub count: u32,
 }
 
-/// A scan-out buffer: memory, and the framebuffer that the kernel knows it by.
+/// What a plane shows: a framebuffer, from one of its rows on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Buffer {
+pub struct Source {
     /// The framebuffer.
     pub fb: Id,
+    /// Its first row that is shown, even.
+    pub top: u32,
+}
+
+/// A scan-out buffer: memory, and what the kernel knows it by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Buffer {
+    /// Where a plane finds it.
+    pub source: Source,
     /// How its memory is laid out.
     pub layout: Layout,
 }
@@ -229,20 +240,21 @@ pub trait Kms {
     /// What the kernel says.
     fn survey(&mut self) -> io::Result<Survey>;
 
-    /// Allocates a buffer, of whatever colour.
+    /// Makes a framebuffer and allocates its buffers, of whatever colour.
     ///
     /// # Errors
     /// What the kernel says; nothing is left behind.
-    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer>;
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>>;
 
-    /// Frees a buffer, which must not be bound to a plane.
+    /// Frees a framebuffer with its buffers. It must not be bound to a plane.
     fn destroy(&mut self, fb: Id);
 
-    /// Lets `paint` write the buffer's memory.
+    /// Lets `paint` write the memory behind the framebuffer of `source`: all of it, of which only what the layout of
+    /// that buffer covers may be changed.
     ///
     /// # Errors
     /// It cannot be mapped.
-    fn write(&mut self, fb: Id, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()>;
+    fn write(&mut self, source: Source, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()>;
 
     /// Makes a blob of `mode`, to set it by.
     ///
@@ -259,11 +271,11 @@ pub trait Kms {
     /// What the kernel says.
     fn commit(&mut self, how: How, request: &Request) -> io::Result<()>;
 
-    /// The framebuffer that `plane` shows by the kernel's books.
+    /// What `plane` shows by the kernel's books.
     ///
     /// # Errors
     /// What the kernel says.
-    fn plane_fb(&mut self, plane: Id) -> io::Result<Option<Id>>;
+    fn shown(&mut self, plane: Id) -> io::Result<Option<Source>>;
 
     /// The present vblank of the CRTC of index `crtc`, and when it began.
     ///

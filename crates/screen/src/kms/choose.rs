@@ -27,6 +27,17 @@ pub(crate) enum Placement {
     Centred,
 }
 
+/// How many framebuffers the buffers lie in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Framebuffers {
+    /// One for all, one below the other. It stays on the plane, and a flip moves the plane's window. To atomic drivers
+    /// that is a flip as any other, event and damage included; those that map what they light at each flip, as vkms
+    /// does, find it mapped already.
+    Shared,
+    /// One each.
+    Own,
+}
+
 /// One way to light the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Candidate {
@@ -36,6 +47,7 @@ pub(crate) struct Candidate {
     pub(crate) mode: Mode,
     pub(crate) format: PlaneFormat,
     pub(crate) placement: Placement,
+    pub(crate) framebuffers: Framebuffers,
 }
 
 impl Candidate {
@@ -80,13 +92,8 @@ pub(crate) fn candidates(survey: &Survey, size: (u32, u32), fps: Rate) -> Vec<Ca
             for crtc in crtcs(survey, connector) {
                 for plane in planes(survey, crtc) {
                     let (connector, crtc) = (connector.id, crtc.id);
-                    ways.extend(images(plane, &mode, size).into_iter().map(|(format, placement)| Candidate {
-                        connector,
-                        crtc,
-                        plane: plane.id,
-                        mode,
-                        format,
-                        placement,
+                    ways.extend(images(plane, &mode, size).into_iter().map(|(format, placement, framebuffers)| {
+                        Candidate { connector, crtc, plane: plane.id, mode, format, placement, framebuffers }
                     }));
                 }
             }
@@ -162,12 +169,18 @@ fn planes<'a>(survey: &'a Survey, crtc: &Crtc) -> Vec<&'a Plane> {
     able
 }
 
-/// The buffers that `plane` may show, best first. YUV only where the plane says by which matrix it converts.
-fn images(plane: &Plane, mode: &Mode, size: (u32, u32)) -> Vec<(PlaneFormat, Placement)> {
+/// The buffers that `plane` may show, best first. YUV only where the plane says by which matrix it converts. RGB only in
+/// framebuffers of their own: some drivers that take nothing else (bochs, qxl) have no window to move, and do not say so.
+fn images(plane: &Plane, mode: &Mode, size: (u32, u32)) -> Vec<(PlaneFormat, Placement, Framebuffers)> {
     let coloured = colours(plane).is_some();
     let takes = |format: Format| plane.formats.iter().copied().find(|taken| taken.format == format);
     let formats = || Format::ALL.into_iter().filter(move |format| coloured || !format.is_yuv()).filter_map(takes);
-    let placed = |placement| formats().map(move |format| (format, placement));
+    let framed = |format: PlaneFormat| {
+        let shared = format.format.is_yuv().then_some(Framebuffers::Shared);
+        shared.into_iter().chain([Framebuffers::Own]).map(move |framebuffers| (format, framebuffers))
+    };
+    let placed =
+        |placement| formats().flat_map(framed).map(move |(format, framebuffers)| (format, placement, framebuffers));
     if mode_size(mode) == size {
         placed(Placement::Exact).collect()
     } else {
@@ -184,7 +197,7 @@ pub(crate) fn colours(plane: &Plane) -> Option<[(Id, u64); 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scripted::{ModeRow, mode, plane, properties};
+    use super::super::specimen::{ModeRow, mode, plane, properties};
     use super::*;
 
     const P: ModeFlags = ModeFlags::empty();
@@ -237,10 +250,12 @@ mod tests {
         let (hd, size) = (mode(HD60), (1280, 720));
         let formats = |kind| {
             let images = images(&plane(Id(1), properties(kind, |_| 0)), &hd, size);
-            images.iter().map(|(format, _)| format.format.name()).collect::<Vec<_>>()
+            let named =
+                images.iter().map(|(format, _, framebuffers)| format!("{} {framebuffers:?}", format.format.name()));
+            named.collect::<Vec<_>>()
         };
-        assert_eq!(formats('p'), ["YU12", "NV12", "XR24"]);
-        assert_eq!(formats('o'), ["XR24"]);
+        assert_eq!(formats('p'), ["YU12 Shared", "YU12 Own", "NV12 Shared", "NV12 Own", "XR24 Own"]);
+        assert_eq!(formats('o'), ["XR24 Own"]);
     }
 
     #[test]
@@ -252,6 +267,7 @@ mod tests {
             mode: mode(row),
             format: PlaneFormat { format: Format::Yu12, explicit: true },
             placement,
+            framebuffers: Framebuffers::Own,
         };
         let size = (1280, 720);
         assert_eq!(way(FULL60, Placement::Scaled).destination(size), (0, 0, 1920, 1080));

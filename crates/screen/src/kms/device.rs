@@ -4,7 +4,9 @@
 //! Never decides, never retries but after `EINTR`. Memory is mapped in `memory.rs`, properties are read in
 //! `properties.rs`. Start at [`Device::new`].
 
-use super::card::{Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Request, Survey};
+use super::card::{
+    Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Request, Source, Survey,
+};
 use super::in_formats::formats_with;
 use super::memory::Memory;
 use super::properties::PropertyCache;
@@ -79,7 +81,7 @@ impl Kms for Device {
         self.card()?.survey()
     }
 
-    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>> {
         self.card()?.create(spec)
     }
 
@@ -89,8 +91,8 @@ impl Kms for Device {
         }
     }
 
-    fn write(&mut self, fb: Id, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
-        self.card()?.buffers.get_mut(&fb).ok_or(Errno::NOENT)?.write(paint)
+    fn write(&mut self, source: Source, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
+        self.card()?.buffers.get_mut(&source.fb).ok_or(Errno::NOENT)?.write(paint)
     }
 
     fn create_mode(&mut self, mode: &Mode) -> io::Result<Id> {
@@ -124,10 +126,10 @@ impl Kms for Device {
         uninterrupted(|| card.atomic_commit(flags, atomic.clone()))
     }
 
-    fn plane_fb(&mut self, plane: Id) -> io::Result<Option<Id>> {
-        let card = self.card()?;
-        let plane: plane::Handle = handle(plane)?;
-        Ok(uninterrupted(|| card.get_plane(plane))?.framebuffer().map(|fb| Id(fb.into())))
+    fn shown(&mut self, plane: Id) -> io::Result<Option<Source>> {
+        let properties = self.card()?.properties_of(handle::<plane::Handle>(plane)?)?;
+        let top = (properties.value("SRC_Y") >> 16) as u32;
+        Ok(properties.object("FB_ID").map(|fb| Source { fb, top }))
     }
 
     fn vblank(&mut self, crtc: u32) -> io::Result<(Vblank, Nanos)> {
@@ -306,13 +308,17 @@ impl Card {
         read
     }
 
-    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
-        let format = spec.format.format;
-        let memory = Memory::allocate(&self.file, self.gbm.as_ref(), format.allocation(spec.size))?;
-        let layout = Layout::new(format, spec.size, memory.pitch());
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>> {
+        if spec.count > 1 && self.gbm.is_some() {
+            // A GPU's memory is handed over whole for each writing, what is being scanned out with it.
+            return Err(Errno::INVAL.into());
+        }
+        let (format, size) = (spec.format.format, (spec.size.0, spec.size.1 * spec.count));
+        let memory = Memory::allocate(&self.file, self.gbm.as_ref(), format.allocation(size))?;
+        let layout = Layout::new(format, size, memory.pitch());
         let handles = layout.pitches.map(|pitch| if pitch == 0 { 0 } else { memory.handle() });
         let flags = if spec.format.explicit { drm_ffi::DRM_MODE_FB_MODIFIERS } else { 0 };
-        let ((width, height), code) = (spec.size, format.fourcc());
+        let ((width, height), code) = (size, format.fourcc());
         let (pitches, offsets) = (&layout.pitches, &layout.offsets);
         let made =
             drm_ffi::mode::add_fb2(self.as_fd(), width, height, code, &handles, pitches, offsets, &[0; 4], flags);
@@ -320,7 +326,10 @@ impl Card {
             Ok(made) => {
                 let fb = Id(made.fb_id);
                 self.buffers.insert(fb, memory);
-                Ok(Buffer { fb, layout })
+                let tops = (0..spec.count).map(|nth| nth * spec.size.1);
+                Ok(tops
+                    .map(|top| Buffer { source: Source { fb, top }, layout: layout.part(top, spec.size.1) })
+                    .collect())
             }
             Err(error) => {
                 memory.free(&self.file);

@@ -3,6 +3,7 @@
 //! Owns a small player on a scripted card. The rules that no run may break (no bound framebuffer removed, no mode set
 //! by a flip, no second commit in flight, no busy wait) are asserted by `scripted.rs` itself.
 
+use super::choose::Framebuffers;
 use super::scripted::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
 use super::{KmsScreen, KmsSettings, Phase};
 use crate::{Event, Picture, Screen};
@@ -61,6 +62,15 @@ impl Player {
         self.flips.windows(2).map(|pair| pair[1].since(pair[0]) / MS).max().unwrap_or(u64::MAX)
     }
 
+    /// How many framebuffers the way that is lit takes.
+    fn framebuffers(&self) -> usize {
+        let Phase::Up(output) = &self.screen.phase else { panic!("the screen is up") };
+        match output.plan.way.framebuffers {
+            Framebuffers::Shared => 1,
+            Framebuffers::Own => 3,
+        }
+    }
+
     fn lost(&self) -> Vec<&str> {
         let reasons = self.events.iter().filter_map(|event| match event {
             Event::Lost { reason } => Some(reason.as_str()),
@@ -75,8 +85,9 @@ fn at(ms: u64) -> Nanos {
 }
 
 /// Nine seconds with two pulls of the plug, and one fault.
-fn survives(fault: Fault) {
+fn survives(fault: Fault, quirk: Option<Quirk>) {
     let mut card = Scripted::new().fail(fault);
+    card.quirk = quirk;
     card.plugs.extend([(at(2003), false), (at(2303), true), (at(4000), false), (at(4200), true)]);
     let mut player = Player::on(card);
     player.play(at(10_000));
@@ -86,8 +97,11 @@ fn survives(fault: Fault) {
     assert!(pause <= 2000, "{fault:?} at {struck:?}: dark for {pause} ms, {:?}", player.events);
     let steady = player.flips.iter().filter(|flip| **flip > at(9000)).count();
     assert!(steady >= 29, "{fault:?}: {steady} flips in the last second");
-    assert_eq!((card.fbs.len(), card.blobs.len()), (3, 1), "{fault:?} left framebuffers or blobs");
+    assert_eq!((card.fbs.len(), card.blobs.len()), (player.framebuffers(), 1), "{fault:?} left framebuffers or blobs");
 }
+
+/// Cards that take the buffers in one framebuffer, and in one each.
+const CARDS: [Option<Quirk>; 2] = [None, Some(Quirk::NoWindow)];
 
 const KINDS: [(Kind, [u32; 3]); 4] =
     [(Kind::Test, [0, 1, 2]), (Kind::Light, [0, 1, 2]), (Kind::Flip, [0, 1, 40]), (Kind::Darken, [0, 1, 1])];
@@ -98,8 +112,8 @@ fn every_error_at_every_kind_of_commit_is_survived() {
     for (kind, places) in KINDS {
         for nth in places {
             for errno in errors {
-                for ns in [0, 50 * MS, 400 * MS] {
-                    survives(Fault { kind, nth, ill: Ill::Refused(errno), ns });
+                for (ns, card) in [0, 50 * MS, 400 * MS].into_iter().flat_map(|ns| CARDS.map(|card| (ns, card))) {
+                    survives(Fault { kind, nth, ill: Ill::Refused(errno), ns }, card);
                 }
             }
         }
@@ -111,8 +125,8 @@ fn a_flip_lost_after_every_kind_of_commit_is_survived() {
     for (kind, places) in KINDS {
         for nth in places {
             for ill in [Ill::LostFlip, Ill::LostEvent, Ill::LateEvent] {
-                for ns in [0, 500 * MS] {
-                    survives(Fault { kind, nth, ill, ns });
+                for (ns, card) in [0, 500 * MS].into_iter().flat_map(|ns| CARDS.map(|card| (ns, card))) {
+                    survives(Fault { kind, nth, ill, ns }, card);
                 }
             }
         }
@@ -210,6 +224,32 @@ fn a_plane_that_forgets_our_colours_gets_rgb() {
     player.play(at(3000));
     assert_eq!(player.screen.lit().unwrap().format, "XR24");
     assert!(player.flips.len() > 30);
+    assert_eq!(player.screen.kms.modesets, 3, "two formats lost their colours and one has none");
+}
+
+#[test]
+fn a_healthy_card_gets_one_framebuffer_and_shows_its_parts_by_turns() {
+    let mut player = Player::on(Scripted::new());
+    let mut tops = std::collections::BTreeSet::new();
+    for step in 0..60 {
+        player.play(at(1000 + 33 * step));
+        tops.extend(player.screen.kms.glass.map(|source| source.top));
+    }
+    assert_eq!((player.screen.kms.fbs.len(), tops), (1, [0, 48].into()));
+}
+
+#[test]
+fn a_card_that_moves_no_window_gets_framebuffers_of_their_own() {
+    for quirk in [Quirk::NoTallFramebuffers, Quirk::NoWindow, Quirk::StiffWindow] {
+        let mut card = Scripted::new();
+        card.quirk = Some(quirk);
+        let mut player = Player::on(card);
+        player.play(at(4000));
+        let (card, format) = (&player.screen.kms, player.screen.lit().unwrap().format);
+        assert_eq!((card.fbs.len(), format.as_str()), (3, "YU12"), "{quirk:?}");
+        assert!(player.flips.len() > 80, "{quirk:?}: {} flips", player.flips.len());
+        assert_eq!(player.lost().is_empty(), quirk != Quirk::StiffWindow, "{quirk:?}: {:?}", player.lost());
+    }
 }
 
 #[test]
@@ -219,11 +259,11 @@ fn a_display_that_comes_back_smaller_is_lit_in_its_own_mode() {
     let mut player = Player::on(card);
     player.play(at(2500));
     let row = (48, 36, 250, 80, 52, drm::control::ModeFlags::empty(), true);
-    player.screen.kms.modes = vec![super::scripted::mode(row)];
+    player.screen.kms.modes = vec![super::specimen::mode(row)];
     player.screen.kms.plugs.push_back((at(2600), true));
     player.play(at(4000));
     assert_eq!(player.screen.lit().unwrap().size, (48, 36));
-    assert_eq!(player.screen.kms.fbs.len(), 3);
+    assert_eq!(player.screen.kms.fbs.len(), player.framebuffers());
 }
 
 /// From one flip of the screen to the next, in vblanks.
@@ -305,6 +345,6 @@ proptest! {
         player.play(time.after(4000 * MS));
         let steady = player.flips.iter().filter(|flip| **flip > time.after(3000 * MS)).count();
         prop_assert!(steady >= 29, "{} flips in the last second: {:?}", steady, player.events);
-        prop_assert_eq!((player.screen.kms.fbs.len(), player.screen.kms.blobs.len()), (3, 1));
+        prop_assert_eq!((player.screen.kms.fbs.len(), player.screen.kms.blobs.len()), (player.framebuffers(), 1));
     }
 }

@@ -7,7 +7,7 @@
 //! | go on | the event was lost, the picture is there |
 //! | try again at the next vblank | the kernel was busy or short of memory, and the watchdog has not barked |
 //! | light it anew, waiting | the flip did not happen, or the next one failed for longer than the watchdog waits |
-//! | try another way | the kernel refuses this plane, format or mode |
+//! | try another way | the kernel refuses this plane, format or mode, or its flips again and again |
 //! | reopen the card | lighting it anew failed |
 //! | stay dark, and try with growing pauses | another process is master, the card or the display is gone |
 
@@ -66,11 +66,13 @@ const RELIT_IN_A_ROW: u32 = 3;
 /// After a flip was refused.
 ///
 /// * `barked` — the watchdog has waited long enough for it.
-/// * `in_a_row` — how many flips went wrong before this one, without one that came.
+/// * `in_a_row` — how many flips went wrong before this one, without one that brought another picture.
 pub(crate) fn flip_failed(trouble: Trouble, barked: bool, in_a_row: u32) -> Rung {
     match (trouble, barked) {
         (Trouble::Busy | Trouble::Broken, false) => Rung::Again,
-        (Trouble::Busy | Trouble::Broken, true) | (Trouble::Refused, _) => relight(in_a_row),
+        (Trouble::Busy | Trouble::Broken, true) => relight(in_a_row),
+        (Trouble::Refused, _) if in_a_row >= RELIT_IN_A_ROW => Rung::OtherWay,
+        (Trouble::Refused, _) => Rung::Relight,
         (Trouble::NotMaster, _) => Rung::AwaitMaster,
         (Trouble::Gone, _) => Rung::AwaitCard,
     }
@@ -90,7 +92,7 @@ pub(crate) fn light_failed(trouble: Trouble, barked: bool) -> Rung {
 /// After a flip's event did not come: `None` if all is well but the event.
 ///
 /// * `moved` — vblanks have passed since. `current` — the kernel's books show our framebuffer.
-/// * `in_a_row` — how many flips went wrong before this one, without one that came.
+/// * `in_a_row` — as for [`flip_failed`].
 pub(crate) fn flip_overdue(moved: bool, current: bool, in_a_row: u32) -> Option<Rung> {
     if moved && current && in_a_row == 0 { None } else { Some(relight(in_a_row)) }
 }
@@ -137,6 +139,13 @@ mod tests {
         assert_eq!(flip_overdue(false, true, 0), Some(Rung::Relight));
         assert_eq!(flip_overdue(true, false, 0), Some(Rung::Relight));
         assert_eq!(flip_overdue(true, true, 3), Some(Rung::Reopen));
+    }
+
+    #[test]
+    fn a_way_that_can_be_lit_and_never_flipped_is_left() {
+        assert_eq!(flip_failed(trouble(Errno::INVAL), false, 0), Rung::Relight);
+        assert_eq!(flip_failed(trouble(Errno::INVAL), false, 3), Rung::OtherWay);
+        assert_eq!(flip_failed(trouble(Errno::IO), true, 3), Rung::Reopen);
     }
 
     #[test]

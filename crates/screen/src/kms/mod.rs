@@ -23,6 +23,8 @@ mod recovery;
 mod ring;
 #[cfg(test)]
 mod scripted;
+#[cfg(test)]
+mod specimen;
 mod uevents;
 
 pub(crate) use card::Kms;
@@ -86,7 +88,7 @@ struct Output {
     beat: Option<Beat>,
     /// Once a flip's event was taken for lost, and may yet come: the vblank then, or of the last flip since.
     gave_up_at: Option<Vblank>,
-    /// Flips that went wrong since the last that came.
+    /// Flips that went wrong since the last that brought another picture.
     failed_in_a_row: u32,
 }
 
@@ -209,10 +211,10 @@ impl<K: Kms> KmsScreen<K> {
     fn submit(&mut self, deadline: Option<Nanos>) {
         let (now, period) = (self.now(), self.period());
         let Phase::Up(output) = &mut self.phase else { return };
-        let Some(fb) = output.ring.pending().map(|painted| painted.buffer.fb) else { return };
+        let Some(source) = output.ring.pending().map(|painted| painted.buffer.source) else { return };
         let deadline = deadline.unwrap_or(now.after(ladder::patience(period).as_nanos() as u64));
         let from = output.vblank(&mut self.kms, now).ok().map(|(vblank, _)| vblank);
-        match self.kms.commit(How::Flip, &output.plan.flip(fb)) {
+        match self.kms.commit(How::Flip, &output.plan.flip(source)) {
             Ok(()) => {
                 let deadline = now.after(ladder::patience(period).as_nanos() as u64);
                 output.flight = Flight::Flying { from, deadline };
@@ -224,9 +226,10 @@ impl<K: Kms> KmsScreen<K> {
     /// The pending picture is on the glass since `vblank`.
     fn landed(&mut self, vblank: Vblank, at: Nanos) {
         let Phase::Up(output) = &mut self.phase else { return };
-        output.ring.flipped();
+        if output.ring.flipped() {
+            output.failed_in_a_row = 0;
+        }
         output.flight = Flight::Landed;
-        output.failed_in_a_row = 0;
         // What was given up lies before this flip; measured from long ago the wrapped counter would call it the future.
         output.gave_up_at = output.gave_up_at.map(|_| vblank);
         self.tries = 0;
@@ -283,7 +286,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
         let size = (picture.width, picture.height);
         // Around a picture that covers it all there is nothing to blacken.
         let has_border = std::mem::replace(held, size) != size && size != buffer.layout.size;
-        let written = self.kms.write(buffer.fb, &mut |bytes| {
+        let written = self.kms.write(buffer.source, &mut |bytes| {
             if has_border {
                 blacken(bytes, &buffer.layout);
             }

@@ -3,7 +3,7 @@
 //! Owns the requests: light, flip, darken; and which properties that are not ours are put back to neutral, because a
 //! process before us may have left an overlay, a rotation or a colour matrix. Never commits them.
 
-use super::card::{Crtc, Id, Plane, Property, Request, Survey, Values};
+use super::card::{Crtc, Id, Plane, Property, Request, Source, Survey, Values};
 use super::choose::{Candidate, colours, refresh};
 use timing::Rate;
 
@@ -20,7 +20,9 @@ pub(crate) struct Plan {
     pub(crate) same_mode: bool,
     light: Request,
     darken: Request,
+    /// The properties that say what the plane shows: the framebuffer, and its first row.
     fb: Id,
+    top: Id,
 }
 
 impl Plan {
@@ -29,7 +31,7 @@ impl Plan {
         let connector = survey.connectors.iter().find(|connector| connector.id == way.connector)?;
         let crtc = survey.crtcs.iter().find(|crtc| crtc.id == way.crtc)?;
         let plane = survey.planes.iter().find(|plane| plane.id == way.plane)?;
-        let fb = plane.properties.get("FB_ID")?.id;
+        let (fb, top) = (plane.properties.get("FB_ID")?.id, plane.properties.get("SRC_Y")?.id);
 
         let mut light = Request::default();
         light.set(connector.id, &connector.properties, "CRTC_ID", crtc.id.0.into());
@@ -60,19 +62,21 @@ impl Plan {
             light,
             darken,
             fb,
+            top,
         })
     }
 
-    /// Everything, with `fb` on the plane.
-    pub(crate) fn light(&self, fb: Id) -> Request {
+    /// Everything, with `source` on the plane.
+    pub(crate) fn light(&self, source: Source) -> Request {
         let mut request = self.light.clone();
-        request.0.push((self.way.plane, self.fb, fb.0.into()));
+        request.0.extend(self.flip(source).0);
         request
     }
 
-    /// Only `fb` on the plane.
-    pub(crate) fn flip(&self, fb: Id) -> Request {
-        Request(vec![(self.way.plane, self.fb, fb.0.into())])
+    /// Only `source` on the plane.
+    pub(crate) fn flip(&self, source: Source) -> Request {
+        let plane = self.way.plane;
+        Request(vec![(plane, self.fb, source.fb.0.into()), (plane, self.top, fixed(source.top))])
     }
 
     /// The CRTC off, and the plane empty.
@@ -89,6 +93,11 @@ impl Plan {
         };
         !self.way.format.format.is_yuv() || plane.is_some_and(stands)
     }
+}
+
+/// Pixels as the kernel counts them within a framebuffer, in 65536ths.
+fn fixed(pixels: u32) -> u64 {
+    u64::from(pixels) << 16
 }
 
 /// Empties every other plane that the CRTC shows, and unplugs every other connector from it.
@@ -111,11 +120,9 @@ fn place(light: &mut Request, plane: &Plane, crtc: &Crtc, way: &Candidate, size:
     /// `DRM_MODE_ROTATE_0`: the picture upright.
     const UPRIGHT: u64 = 1;
     let (source, (left, top, width, height)) = (way.buffer_size(size), way.destination(size));
-    let fixed = |pixels: u32| u64::from(pixels) << 16;
     let values = [
         ("CRTC_ID", crtc.id.0.into()),
         ("SRC_X", 0),
-        ("SRC_Y", 0),
         ("SRC_W", fixed(source.0)),
         ("SRC_H", fixed(source.1)),
         ("CRTC_X", left.into()),

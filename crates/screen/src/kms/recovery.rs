@@ -5,7 +5,7 @@
 
 use super::card::{Happening, How, Kms};
 use super::ladder::{self, Rung, Trouble};
-use super::{Flight, KmsScreen, Output, Phase};
+use super::{Flight, KmsScreen, Output, Painted, Phase};
 use crate::Event;
 use std::io;
 use std::time::Duration;
@@ -31,10 +31,10 @@ impl<K: Kms> KmsScreen<K> {
         }
         let now = self.now();
         let Phase::Up(output) = &mut self.phase else { return };
-        let pending = output.ring.pending().map(|painted| painted.buffer.fb);
+        let pending = output.ring.pending().map(|painted| painted.buffer.source);
         let current = output.vblank(&mut self.kms, now).ok().map(|(vblank, _)| vblank);
         let moved = from.zip(current).is_some_and(|(from, current)| current.since(from) > 0);
-        let shown = self.kms.plane_fb(output.plan.way.plane).ok().flatten();
+        let shown = self.kms.shown(output.plan.way.plane).ok().flatten();
         match ladder::flip_overdue(moved, pending.is_some() && shown == pending, output.failed_in_a_row) {
             None => {
                 output.ring.presume_flipped();
@@ -152,9 +152,7 @@ impl<K: Kms> KmsScreen<K> {
             tracing::debug!(%error, "cannot switch the CRTC off, closing the card");
             return false;
         }
-        for painted in output.ring.into_buffers() {
-            self.kms.destroy(painted.buffer.fb);
-        }
+        destroy(&mut self.kms, output.ring.into_buffers());
         self.kms.destroy_mode(output.mode);
         self.drop_stale_flips();
         true
@@ -167,5 +165,14 @@ impl<K: Kms> KmsScreen<K> {
                 self.happened(happening);
             }
         }
+    }
+}
+
+/// Frees buffers that no plane shows, with their framebuffers.
+pub(super) fn destroy(kms: &mut impl Kms, mut buffers: Vec<Painted>) {
+    // Buffers of one framebuffer lie side by side.
+    buffers.dedup_by_key(|painted| painted.buffer.source.fb);
+    for painted in buffers {
+        kms.destroy(painted.buffer.source.fb);
     }
 }

@@ -37,11 +37,12 @@ impl<B> Ring<B> {
         self.pending.map(|slot| &self.buffers[slot])
     }
 
-    /// The flip has arrived: the pending buffer is on the glass, and it alone.
-    pub(crate) fn flipped(&mut self) {
-        if let Some(slot) = self.pending.take() {
-            self.glass = vec![slot];
-        }
+    /// The flip has arrived: the pending buffer is on the glass, and it alone. Returns whether that is news, and not
+    /// what was there before.
+    pub(crate) fn flipped(&mut self) -> bool {
+        let Some(slot) = self.pending.take() else { return false };
+        let before = std::mem::replace(&mut self.glass, vec![slot]);
+        before.last() != Some(&slot)
     }
 
     /// The flip's event was lost: the pending buffer is on the glass, but perhaps not yet alone.
@@ -80,7 +81,7 @@ mod tests {
                         }
                     }
                     1 => drop(ring.commit()),
-                    2 => ring.flipped(),
+                    2 => drop(ring.flipped()),
                     _ => ring.presume_flipped(),
                 }
             }
@@ -104,9 +105,9 @@ mod tests {
         assert_eq!(ring.commit(), None);
         ring.stage();
         assert_eq!(ring.commit(), Some(&'a'));
-        ring.flipped();
+        assert!(ring.flipped());
         assert_eq!(ring.commit(), Some(&'a'));
-        ring.flipped();
+        assert!(!ring.flipped());
         assert_eq!(ring.stage(), Some(&mut 'b'));
     }
 }

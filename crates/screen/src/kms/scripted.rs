@@ -1,18 +1,17 @@
 //! A KMS card in memory, on a hand-driven clock, that fails where a test says.
 //!
 //! Owns a model of what the kernel keeps: property values, framebuffers, the flip in flight. Panics where we would
-//! harm a real display: a framebuffer removed or written while it may be on the glass, two commits in flight, a busy
-//! wait. Its wiring: one connector, one CRTC, a primary plane, and an overlay that a dead process has left behind.
+//! harm a real display: a framebuffer removed or what it shows written while it may be on the glass, two commits in
+//! flight, a busy wait. Its wiring: one connector, one CRTC, a primary plane, and an overlay that a dead process has left
+//! behind; `specimen.rs` makes them.
 //!
 //! Start at [`Scripted::fail`]; the tests are in `fault_matrix.rs`.
 
-use super::card::{
-    Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Properties, Property, Request,
-    Survey, Values,
-};
+use super::card::{Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Request, Source, Survey};
 use super::choose::refresh;
-use crate::paint::{Format, Layout};
-use drm::control::{Mode, ModeFlags, ModeTypeFlags};
+use super::specimen::{SCHEMA, mode, plane, properties};
+use crate::paint::Layout;
+use drm::control::{Mode, ModeFlags};
 use rustix::io::Errno;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -71,6 +70,12 @@ pub(crate) enum Quirk {
     NoVblanks,
     /// It cannot tell its vblank before the first flip.
     LateVblanks,
+    /// It takes no framebuffer that is higher than the mode.
+    NoTallFramebuffers,
+    /// It shows a framebuffer from its first row on, or not at all.
+    NoWindow,
+    /// It moves the window within a framebuffer only where a mode may be set.
+    StiffWindow,
 }
 
 /// A fault to come: at the `nth` commit of `kind`, and then for `ns`.
@@ -84,7 +89,7 @@ pub(crate) struct Fault {
 
 /// A flip that the card has taken.
 struct Pending {
-    fb: Id,
+    source: Source,
     vblank: u64,
     ill: Option<Ill>,
 }
@@ -107,7 +112,7 @@ pub(crate) struct Scripted {
     pub(crate) blobs: BTreeSet<Id>,
     next_id: u32,
     /// What is scanned out.
-    pub(crate) glass: Option<Id>,
+    pub(crate) glass: Option<Source>,
     pending: Option<Pending>,
     asked: Vec<u64>,
     happenings: VecDeque<Happening>,
@@ -230,7 +235,7 @@ impl Scripted {
             self.happenings.push_back(Happening::Hotplug);
         }
         if let Some(flip) = self.pending.take_if(|flip| flip.vblank <= current && flip.ill != Some(Ill::LostFlip)) {
-            self.glass = Some(flip.fb);
+            self.glass = Some(flip.source);
             let event = Happening::Flip { vblank: Vblank(flip.vblank as u32), at: self.begins(flip.vblank) };
             match flip.ill {
                 None => self.happenings.push_back(event),
@@ -299,26 +304,30 @@ impl Kms for Scripted {
         Ok(Survey { connectors: vec![connector], crtcs: vec![crtc], planes: planes.into() })
     }
 
-    fn create(&mut self, spec: BufferSpec) -> io::Result<Buffer> {
+    fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>> {
         self.usable(false)?;
-        let layout =
-            Layout::new(spec.format.format, spec.size, spec.format.format.allocation(spec.size).2 / 8 * spec.size.0);
+        if self.quirk == Some(Quirk::NoTallFramebuffers) && spec.count > 1 {
+            return Err(Errno::INVAL.into());
+        }
+        let (format, size) = (spec.format.format, (spec.size.0, spec.size.1 * spec.count));
+        let layout = Layout::new(format, size, format.allocation(size).2 / 8 * size.0);
         let fb = self.id();
         self.fbs.insert(fb, vec![0; layout.bytes()]);
-        Ok(Buffer { fb, layout })
+        let tops = (0..spec.count).map(|nth| nth * spec.size.1);
+        Ok(tops.map(|top| Buffer { source: Source { fb, top }, layout: layout.part(top, spec.size.1) }).collect())
     }
 
     fn destroy(&mut self, fb: Id) {
-        assert_ne!(self.glass, Some(fb), "a framebuffer on the glass was removed");
+        assert!(self.glass.is_none_or(|source| source.fb != fb), "a framebuffer on the glass was removed");
         assert_ne!(self.value(PRIMARY, "FB_ID"), u64::from(fb.0), "a bound framebuffer was removed");
         assert!(self.fbs.remove(&fb).is_some(), "a framebuffer was removed twice");
     }
 
-    fn write(&mut self, fb: Id, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
+    fn write(&mut self, source: Source, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
         self.pass();
-        assert_ne!(self.glass, Some(fb), "a framebuffer on the glass was written");
-        assert!(self.pending.as_ref().is_none_or(|flip| flip.fb != fb), "a committed framebuffer was written");
-        paint(self.fbs.get_mut(&fb).expect("a framebuffer that is no more was written"));
+        assert_ne!(self.glass, Some(source), "what is on the glass was written");
+        assert!(self.pending.as_ref().is_none_or(|flip| flip.source != source), "what is committed was written");
+        paint(self.fbs.get_mut(&source.fb).expect("a framebuffer that is no more was written"));
         Ok(())
     }
 
@@ -348,38 +357,47 @@ impl Kms for Scripted {
         self.usable(true)?;
         self.strike(kind)?;
         self.pass();
-        let fb = wanted("FB_ID").map(|fb| Id(fb as u32));
+        let source =
+            wanted("FB_ID").zip(wanted("SRC_Y")).map(|(fb, top)| Source { fb: Id(fb as u32), top: top_of(top) });
         if kind != Kind::Darken {
-            assert!(fb.is_some_and(|fb| self.fbs.contains_key(&fb)), "{kind:?} of a framebuffer that is no more");
+            let is_alive = source.is_some_and(|source| self.fbs.contains_key(&source.fb));
+            assert!(is_alive, "{kind:?} of a framebuffer that is no more");
+            let moves = source.is_some_and(|source| u64::from(source.top) << 16 != self.value(PRIMARY, "SRC_Y"));
+            match self.quirk {
+                Some(Quirk::NoWindow) if source.is_some_and(|source| source.top > 0) => return Err(Errno::INVAL.into()),
+                Some(Quirk::StiffWindow) if kind == Kind::Flip && moves => return Err(Errno::INVAL.into()),
+                _ => {}
+            }
         }
         match kind {
             Kind::Test => return Ok(()),
             Kind::Flip => {
-                assert_eq!(request.0.len(), 1, "a flip sets the framebuffer and nothing else");
+                assert_eq!(request.0.len(), 2, "a flip sets what the plane shows and nothing else");
                 if let Some(flip) = &self.pending {
                     // After the watchdog has barked we may ask; the kernel says so.
                     assert!(self.current() >= flip.vblank + 3, "two commits in flight");
                     return Err(Errno::BUSY.into());
                 }
-                let (fb, ill) = (fb.expect("asserted above"), self.ill_flip.take());
+                let (source, ill) = (source.expect("asserted above"), self.ill_flip.take());
                 let vblank = self.current() + u64::from(self.quirk != Some(Quirk::NoVblanks));
-                self.pending = Some(Pending { fb, vblank, ill });
+                self.pending = Some(Pending { source, vblank, ill });
             }
             Kind::Light | Kind::Darken => {
                 // A blocking commit: what was pending is over, one way or the other, and a vblank has passed.
                 self.pending = None;
                 CLOCK.set(self.begins(self.current() + 1).0);
                 self.modesets += u32::from(how == How::Modeset && kind == Kind::Light);
-                self.glass = fb.filter(|_| kind == Kind::Light);
+                self.glass = source.filter(|_| kind == Kind::Light);
             }
         }
         self.apply(request);
         Ok(())
     }
 
-    fn plane_fb(&mut self, plane: Id) -> io::Result<Option<Id>> {
+    fn shown(&mut self, plane: Id) -> io::Result<Option<Source>> {
         self.usable(false)?;
-        Ok(Some(Id(self.value(plane, "FB_ID") as u32)).filter(|fb| fb.0 != 0))
+        let source = Source { fb: Id(self.value(plane, "FB_ID") as u32), top: top_of(self.value(plane, "SRC_Y")) };
+        Ok(Some(source).filter(|source| source.fb.0 != 0))
     }
 
     fn vblank(&mut self, _: u32) -> io::Result<(Vblank, Nanos)> {
@@ -417,77 +435,7 @@ impl Kms for Scripted {
     }
 }
 
-/// The kinds of object that have a property, its name, and its choices.
-type PropertyRow = (&'static str, &'static str, &'static [(&'static str, u64)]);
-
-/// Which object kinds (`n` connector, `c` CRTC, `p` primary, `o` overlay) have which property, and what it takes.
-/// Its id is 100 and its place in this list.
-const SCHEMA: [PropertyRow; 24] = [
-    ("ncpo", "", &[]),
-    ("npo", "CRTC_ID", &[]),
-    ("n", "link-status", &[("Good", 0), ("Bad", 1)]),
-    ("c", "ACTIVE", &[]),
-    ("c", "MODE_ID", &[]),
-    ("c", "VRR_ENABLED", &[]),
-    ("c", "GAMMA_LUT", &[]),
-    ("p", "type", &[("Overlay", 0), ("Primary", 1), ("Cursor", 2)]),
-    ("po", "FB_ID", &[]),
-    ("po", "SRC_X", &[]),
-    ("po", "SRC_Y", &[]),
-    ("po", "SRC_W", &[]),
-    ("po", "SRC_H", &[]),
-    ("po", "CRTC_X", &[]),
-    ("po", "CRTC_Y", &[]),
-    ("po", "CRTC_W", &[]),
-    ("po", "CRTC_H", &[]),
-    ("po", "rotation", &[]),
-    ("po", "alpha", &[]),
-    ("p", "COLOR_ENCODING", &[("ITU-R BT.601 YCbCr", 0), ("ITU-R BT.709 YCbCr", 1)]),
-    ("p", "COLOR_RANGE", &[("YCbCr limited range", 0), ("YCbCr full range", 1)]),
-    ("p", "pixel blend mode", &[("None", 2), ("Pre-multiplied", 0)]),
-    ("p", "zpos", &[]),
-    ("p", "IN_FORMATS", &[]),
-];
-
-/// The properties of an object of `kind`, with the values that `value` gives by name.
-pub(crate) fn properties(kind: char, value: impl Fn(&'static str) -> u64) -> Properties {
-    let has = SCHEMA.iter().enumerate().filter(|(_, (kinds, ..))| kinds.contains(kind));
-    let property = |(index, &(_, name, choices)): (usize, &PropertyRow)| Property {
-        id: Id(100 + index as u32),
-        name: name.to_owned(),
-        value: if name == "type" { 1 } else { value(name) },
-        mutable: !["type", "zpos", "IN_FORMATS"].contains(&name),
-        values: match choices {
-            [] if name == "alpha" => Values::UpTo { max: 0xffff },
-            [] => Values::Other,
-            choices => Values::Named(choices.iter().map(|&(choice, value)| (choice.to_owned(), value)).collect()),
-        },
-    };
-    Properties(has.map(property).collect())
+/// The row that a value of `SRC_Y` means.
+fn top_of(value: u64) -> u32 {
+    (value >> 16) as u32
 }
-
-/// A plane of the only CRTC that takes all our formats.
-pub(crate) fn plane(id: Id, properties: Properties) -> Plane {
-    let formats = Format::ALL.map(|format| PlaneFormat { format, explicit: true }).into();
-    Plane { id, crtcs: 1, formats, properties }
-}
-
-/// A mode of (width, height, kilohertz, total width, total height, flags, preferred).
-pub(crate) fn mode((width, height, clock, htotal, vtotal, flags, preferred): ModeRow) -> Mode {
-    let type_ = if preferred { ModeTypeFlags::PREFERRED.bits() } else { 0 };
-    let (hdisplay, vdisplay) = (width, height);
-    let raw = drm_ffi::drm_mode_modeinfo {
-        clock,
-        hdisplay,
-        htotal,
-        vdisplay,
-        vtotal,
-        flags: flags.bits(),
-        type_,
-        ..Default::default()
-    };
-    raw.into()
-}
-
-/// What [`mode`] takes.
-pub(crate) type ModeRow = (u16, u16, u32, u16, u16, ModeFlags, bool);
