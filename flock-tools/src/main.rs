@@ -12,6 +12,7 @@ mod clips;
 mod demo;
 mod open;
 mod report;
+mod save;
 mod share;
 mod simulate;
 mod walk;

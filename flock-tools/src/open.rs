@@ -20,20 +20,23 @@ struct NoCycle {
 
 /// Reads the manifest in `folder`.
 pub(crate) fn manifest(folder: &Path) -> Result<Manifest, Fatal> {
-    Manifest::read(folder).map_err(|error| {
-        let exit = match error {
-            // What was read and is no text is malformed.
-            ManifestError::Read { ref source, .. } if source.kind() != ErrorKind::InvalidData => Exit::Unreadable,
-            ManifestError::Missing { .. }
-            | ManifestError::Read { .. }
-            | ManifestError::Syntax { .. }
-            | ManifestError::UnknownKey { .. }
-            | ManifestError::Value { .. } => Exit::Malformed,
-        };
-        let hint = error.hint();
-        let fatal = Fatal::new(exit, error);
-        if let Some(hint) = hint { fatal.hint(hint) } else { fatal }
-    })
+    Manifest::read(folder).map_err(refused)
+}
+
+/// The end of a command that meets a manifest which cannot be read.
+pub(crate) fn refused(error: ManifestError) -> Fatal {
+    let exit = match error {
+        // What was read and is no text is malformed.
+        ManifestError::Read { ref source, .. } if source.kind() != ErrorKind::InvalidData => Exit::Unreadable,
+        ManifestError::Missing { .. }
+        | ManifestError::Read { .. }
+        | ManifestError::Syntax { .. }
+        | ManifestError::UnknownKey { .. }
+        | ManifestError::Value { .. } => Exit::Malformed,
+    };
+    let hint = error.hint();
+    let fatal = Fatal::new(exit, error);
+    if let Some(hint) = hint { fatal.hint(hint) } else { fatal }
 }
 
 /// Reads the flock in `folder`, which must have a cycle to walk.

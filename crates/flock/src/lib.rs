@@ -9,6 +9,7 @@
 
 mod carry;
 mod closed;
+mod edit;
 mod faults;
 mod flock;
 mod flock_shares;
@@ -24,6 +25,7 @@ mod simulation;
 mod table;
 mod walk;
 
+pub use edit::{Edit, EditError};
 pub use faults::{Fault, FaultKind, faults, forced_repeats};
 pub use flock::Flock;
 pub use flock_shares::{FlockShares, SheepShare, TransitionShare};

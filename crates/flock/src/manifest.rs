@@ -16,6 +16,8 @@ use crate::table::{ManifestError, Source, Table};
 /// The manifest's name inside the folder.
 pub const FILE_NAME: &str = "flock.toml";
 
+/// What errors call the table around all others.
+const MANIFEST: &str = "the manifest";
 /// The only format there is.
 const FORMAT: u32 = 1;
 /// Smallest and largest side of a picture: H.264 level 5.2 ends at 4096, its encoders want 16.
@@ -99,18 +101,26 @@ impl Manifest {
     /// # Errors
     /// [`ManifestError`], which names file, line and key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ManifestError> {
+        let manifest = Self::parse_unfinished(text, path)?;
+        if manifest.sheep.is_empty() {
+            return Err(ManifestError::Missing { path: path.to_owned(), line: 1, key: "sheep", table: MANIFEST });
+        }
+        Ok(manifest)
+    }
+
+    /// As [`Manifest::parse`], but a flock may be without sheep.
+    pub(crate) fn parse_unfinished(text: &str, path: &Path) -> Result<Self, ManifestError> {
         let source = Source { path, text };
         let document = DeTable::parse(text).map_err(|error| source.syntax(&error))?;
-        let mut table = Table::new(source, "the manifest", &document);
+        let mut table = Table::new(source, MANIFEST, &document);
         table.required("format")?.whole(FORMAT, FORMAT)?;
         let name = table.required("name")?.text()?.to_owned();
         let size = size(&mut table)?;
         let fps = fps(&mut table)?;
-        let sheep =
-            table.required("sheep")?.tables("[[sheep]]")?.into_iter().map(sheep).collect::<Result<Vec<_>, _>>()?;
-        if sheep.is_empty() {
-            return Err(table.missing("sheep"));
-        }
+        let sheep = match table.optional("sheep") {
+            Some(entry) => entry.tables("[[sheep]]")?.into_iter().map(sheep).collect::<Result<_, _>>()?,
+            None => Vec::new(),
+        };
         let transitions = match table.optional("transition") {
             Some(entry) => entry.tables("[[transition]]")?.into_iter().map(transition).collect::<Result<_, _>>()?,
             None => Vec::new(),

@@ -5,13 +5,14 @@
 //! Start at [`write`].
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::fs;
+use std::io;
 use std::path::Path;
 
 use flock::{ClipHash, FILE_NAME};
 
 use super::plan::{Plan, SHEEP, Shows};
+use crate::save;
 
 /// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
 ///
@@ -23,12 +24,7 @@ pub(crate) fn write(plan: &Plan, hashes: &[ClipHash], folder: &Path) -> io::Resu
     for seed in &SHEEP {
         fs::write(genomes.join(format!("{}.flam3", seed.id)), seed.genome)?;
     }
-    let part = folder.join(format!("{FILE_NAME}.part"));
-    let mut file = File::create(&part)?;
-    file.write_all(text(plan, hashes).as_bytes())?;
-    file.sync_all()?;
-    fs::rename(part, folder.join(FILE_NAME))?;
-    File::open(folder)?.sync_all()
+    save::whole(&folder.join(FILE_NAME), text(plan, hashes).as_bytes())
 }
 
 /// The manifest of `plan`, whose clips hash to `hashes`.

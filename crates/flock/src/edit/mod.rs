@@ -1,0 +1,402 @@
+//! Editing a manifest without disturbing it.
+//!
+//! Owns the edits that a curator's commands are made of. Whatever an edit does not mean keeps its bytes: comments,
+//! order, layout, line ends. Never opens or saves a file: the tools do, whole or not at all.
+//!
+//! The text is cut and spliced at the places that `layout.rs` finds; it is never written anew (`toml_edit`, which does
+//! that, loses the carriage returns of files from Windows). Start at [`Edit::parse`].
+
+mod layout;
+mod place;
+mod render;
+mod splice;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+use crate::manifest::{Clip, Manifest, Sheep, Transition};
+use crate::names::{ClipPath, SheepId};
+use crate::table::ManifestError;
+use layout::Layout;
+use render::{Pair, number, quoted};
+
+/// A manifest being edited: its text, and what it comes to mean.
+///
+/// It may be without sheep, as a flock is before its first. Where sheep or transitions are named twice, an edit of one
+/// goes to the first, which is the one that counts; dropping and renaming go to all.
+#[derive(Debug)]
+pub struct Edit {
+    text: String,
+    layout: Layout,
+    manifest: Manifest,
+    /// For each sheep and transition of `manifest`, where it stands among the entries of the text; `None` if it is new.
+    sheep: Vec<Option<u32>>,
+    transitions: Vec<Option<u32>>,
+    /// New values, or `None` for a key that goes, by entry and the key's place in the order of writing.
+    changes: BTreeMap<(Kind, u32, u8), Option<String>>,
+    lookup: Option<Lookup>,
+}
+
+/// Why an edit was not made. The manifest is unchanged.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EditError {
+    /// A sheep of this id is in the flock.
+    #[error("sheep `{id}` is in the flock already")]
+    DuplicateSheep {
+        /// Which.
+        id: SheepId,
+    },
+    /// A transition between these two is in the flock.
+    #[error("a transition from `{from}` to `{to}` is in the flock already")]
+    DuplicateTransition {
+        /// Where it starts.
+        from: SheepId,
+        /// Where it ends.
+        to: SheepId,
+    },
+    /// A want or weight that can be none.
+    #[error("a {what} is a finite number above 0, found `{found}`")]
+    Number {
+        /// `want` or `weight`.
+        what: &'static str,
+        /// As given.
+        found: f64,
+    },
+    /// No such sheep.
+    #[error("sheep `{id}` is not in the flock")]
+    UnknownSheep {
+        /// Which.
+        id: SheepId,
+    },
+    /// No such transition.
+    #[error("there is no transition from `{from}` to `{to}`")]
+    UnknownTransition {
+        /// Where it would start.
+        from: SheepId,
+        /// Where it would end.
+        to: SheepId,
+    },
+}
+
+/// The two kinds of entries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Sheep,
+    Transition,
+}
+
+/// Where each sheep and transition stands in the manifest, so that many edits cost no more than one pass.
+#[derive(Debug)]
+struct Lookup {
+    names: HashMap<SheepId, u32>,
+    sheep: HashMap<u32, u32>,
+    transitions: HashMap<(u32, u32), u32>,
+}
+
+impl Edit {
+    /// Takes the manifest `text` for editing; `path` is only named in errors.
+    ///
+    /// # Errors
+    /// [`ManifestError`], as [`Manifest::parse`], except that sheep may be missing.
+    ///
+    /// # Panics
+    /// If the manifest's reader sees other entries than the layout's: our bug, and a text not to be touched.
+    pub fn parse(text: String, path: &Path) -> Result<Self, ManifestError> {
+        let manifest = Manifest::parse_unfinished(&text, path)?;
+        let layout = Layout::of(&text);
+        let origins = |kind: Kind| (0..layout.entries(kind).spans.len() as u32).map(Some).collect::<Vec<_>>();
+        let (sheep, transitions) = (origins(Kind::Sheep), origins(Kind::Transition));
+        assert_eq!((sheep.len(), transitions.len()), (manifest.sheep.len(), manifest.transitions.len()), "entries");
+        Ok(Self { text, layout, manifest, sheep, transitions, changes: BTreeMap::new(), lookup: None })
+    }
+
+    /// What the text will mean.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// The text with all edits made. Bytes that no edit meant are those of the text that was parsed.
+    pub fn text(&self) -> String {
+        place::text(self)
+    }
+
+    /// Sets how readily the walk takes the transition from `from` to `to`.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownTransition`]; [`EditError::Number`] unless `weight` is finite and above 0.
+    pub fn set_weight(&mut self, from: &SheepId, to: &SheepId, weight: f64) -> Result<(), EditError> {
+        positive("weight", weight)?;
+        let at = self.transition(from, to)?;
+        if self.manifest.transitions[at].weight.to_bits() != weight.to_bits() {
+            self.manifest.transitions[at].weight = weight;
+            self.change(Kind::Transition, at, [("weight", Some(number(weight)))]);
+        }
+        Ok(())
+    }
+
+    /// Sets the share wished for the sheep `id`, relative to the others.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownSheep`]; [`EditError::Number`] unless `want` is finite and above 0.
+    pub fn set_want(&mut self, id: &SheepId, want: f64) -> Result<(), EditError> {
+        positive("want", want)?;
+        let at = self.sheep(id)?;
+        if self.manifest.sheep[at].want.to_bits() != want.to_bits() {
+            self.manifest.sheep[at].want = want;
+            self.change(Kind::Sheep, at, [("want", Some(number(want)))]);
+        }
+        Ok(())
+    }
+
+    /// Gives the sheep `id` the loop `clip`: its frames, its path, and its hash if it has one.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownSheep`].
+    pub fn set_loop(&mut self, id: &SheepId, clip: Clip) -> Result<(), EditError> {
+        let at = self.sheep(id)?;
+        let changes = clip_changes(self.manifest.sheep[at].clip.as_ref(), &clip);
+        self.manifest.sheep[at].clip = Some(clip);
+        self.change(Kind::Sheep, at, changes);
+        Ok(())
+    }
+
+    /// Gives the sheep `id` the genome at `genome`.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownSheep`].
+    pub fn set_genome(&mut self, id: &SheepId, genome: ClipPath) -> Result<(), EditError> {
+        let at = self.sheep(id)?;
+        if self.manifest.sheep[at].genome.as_ref() != Some(&genome) {
+            self.change(Kind::Sheep, at, [("genome", Some(quoted(genome.as_str())))]);
+            self.manifest.sheep[at].genome = Some(genome);
+        }
+        Ok(())
+    }
+
+    /// Gives the transition from `from` to `to` another clip: its frames, its path, and its hash if it has one.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownTransition`].
+    pub fn set_transition_clip(&mut self, from: &SheepId, to: &SheepId, clip: Clip) -> Result<(), EditError> {
+        let at = self.transition(from, to)?;
+        let changes = clip_changes(Some(&self.manifest.transitions[at].clip), &clip);
+        self.manifest.transitions[at].clip = clip;
+        self.change(Kind::Transition, at, changes);
+        Ok(())
+    }
+
+    /// Adds `sheep` below the others.
+    ///
+    /// # Errors
+    /// [`EditError::DuplicateSheep`]; [`EditError::Number`] unless its want is finite and above 0.
+    pub fn add_sheep(&mut self, sheep: Sheep) -> Result<(), EditError> {
+        positive("want", sheep.want)?;
+        if self.sheep(&sheep.id).is_ok() {
+            return Err(EditError::DuplicateSheep { id: sheep.id });
+        }
+        let at = self.manifest.sheep.len() as u32;
+        let lookup = self.lookup();
+        let name = lookup.name(&sheep.id);
+        lookup.sheep.insert(name, at);
+        self.manifest.sheep.push(sheep);
+        self.sheep.push(None);
+        Ok(())
+    }
+
+    /// Adds `transition` below the others.
+    ///
+    /// # Errors
+    /// [`EditError::DuplicateTransition`]; [`EditError::UnknownSheep`] if it names a sheep that is not in the flock;
+    /// [`EditError::Number`] unless its weight is finite and above 0.
+    pub fn add_transition(&mut self, transition: Transition) -> Result<(), EditError> {
+        positive("weight", transition.weight)?;
+        self.sheep(&transition.from)?;
+        self.sheep(&transition.to)?;
+        if self.transition(&transition.from, &transition.to).is_ok() {
+            return Err(EditError::DuplicateTransition { from: transition.from, to: transition.to });
+        }
+        let at = self.manifest.transitions.len() as u32;
+        let lookup = self.lookup();
+        let pair = (lookup.name(&transition.from), lookup.name(&transition.to));
+        lookup.transitions.insert(pair, at);
+        self.manifest.transitions.push(transition);
+        self.transitions.push(None);
+        Ok(())
+    }
+
+    /// Drops the sheep `id` and every transition from or to it.
+    ///
+    /// An entry goes with its lines, from its header to its last key; comments above and below it stay.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownSheep`].
+    pub fn drop_sheep(&mut self, id: &SheepId) -> Result<(), EditError> {
+        self.sheep(id)?;
+        keep(&mut self.manifest.sheep, &mut self.sheep, |sheep| sheep.id != *id);
+        self.drop_transitions(|t| t.from == *id || t.to == *id);
+        Ok(())
+    }
+
+    /// Drops the transition from `from` to `to`.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownTransition`].
+    pub fn drop_transition(&mut self, from: &SheepId, to: &SheepId) -> Result<(), EditError> {
+        self.transition(from, to)?;
+        self.drop_transitions(|t| t.from == *from && t.to == *to);
+        Ok(())
+    }
+
+    /// Gives the sheep `old` the id `new`, in every transition too. Paths of files are left as they are.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownSheep`] if there is no `old`, [`EditError::DuplicateSheep`] if there is a `new`.
+    pub fn rename(&mut self, old: &SheepId, new: &SheepId) -> Result<(), EditError> {
+        self.sheep(old)?;
+        if self.sheep(new).is_ok() {
+            return Err(EditError::DuplicateSheep { id: new.clone() });
+        }
+        let id = || Some(quoted(new.as_str()));
+        for at in 0..self.manifest.sheep.len() {
+            if self.manifest.sheep[at].id == *old {
+                self.manifest.sheep[at].id = new.clone();
+                self.change(Kind::Sheep, at, [("id", id())]);
+            }
+        }
+        for at in 0..self.manifest.transitions.len() {
+            let Transition { from, to, .. } = &mut self.manifest.transitions[at];
+            let (starts, ends) = (from == old, to == old);
+            if starts {
+                *from = new.clone();
+            }
+            if ends {
+                *to = new.clone();
+            }
+            let changes = [starts.then(|| ("from", id())), ends.then(|| ("to", id()))];
+            self.change(Kind::Transition, at, changes.into_iter().flatten());
+        }
+        self.lookup = None;
+        Ok(())
+    }
+
+    fn drop_transitions(&mut self, goes: impl Fn(&Transition) -> bool) {
+        keep(&mut self.manifest.transitions, &mut self.transitions, |transition| !goes(transition));
+        self.lookup = None;
+    }
+
+    /// Notes what becomes of the keys of the entry of `kind` at `at`, if it stands in the text.
+    fn change(&mut self, kind: Kind, at: usize, changes: impl IntoIterator<Item = (&'static str, Option<String>)>) {
+        let Some(entry) = self.origins(kind)[at] else { return };
+        for (key, value) in changes {
+            let place = kind.keys().iter().position(|known| *known == key).expect("a key of its kind");
+            self.changes.insert((kind, entry, place as u8), value);
+        }
+    }
+
+    fn origins(&self, kind: Kind) -> &[Option<u32>] {
+        match kind {
+            Kind::Sheep => &self.sheep,
+            Kind::Transition => &self.transitions,
+        }
+    }
+
+    /// The keys of the entries of `kind` that are new, in the order in which they were added.
+    fn added(&self, kind: Kind) -> Vec<Vec<Pair>> {
+        let new = |(at, origin): (usize, &Option<u32>)| origin.is_none().then_some(at);
+        let new = self.origins(kind).iter().enumerate().filter_map(new);
+        match kind {
+            Kind::Sheep => new.map(|at| render::sheep(&self.manifest.sheep[at])).collect(),
+            Kind::Transition => new.map(|at| render::transition(&self.manifest.transitions[at])).collect(),
+        }
+    }
+
+    fn sheep(&mut self, id: &SheepId) -> Result<usize, EditError> {
+        let lookup = self.lookup();
+        let at = lookup.names.get(id).and_then(|name| lookup.sheep.get(name));
+        at.map(|at| *at as usize).ok_or_else(|| EditError::UnknownSheep { id: id.clone() })
+    }
+
+    fn transition(&mut self, from: &SheepId, to: &SheepId) -> Result<usize, EditError> {
+        let lookup = self.lookup();
+        let pair = lookup.names.get(from).zip(lookup.names.get(to));
+        let at = pair.and_then(|(from, to)| lookup.transitions.get(&(*from, *to)));
+        let unknown = || EditError::UnknownTransition { from: from.clone(), to: to.clone() };
+        at.map(|at| *at as usize).ok_or_else(unknown)
+    }
+
+    fn lookup(&mut self) -> &mut Lookup {
+        self.lookup.get_or_insert_with(|| Lookup::of(&self.manifest))
+    }
+}
+
+impl Kind {
+    /// The kind whose entries stand under `key`.
+    fn named(key: &str) -> Option<Self> {
+        match key {
+            "sheep" => Some(Self::Sheep),
+            "transition" => Some(Self::Transition),
+            _ => None,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sheep => "sheep",
+            Self::Transition => "transition",
+        }
+    }
+
+    fn keys(self) -> &'static [&'static str] {
+        match self {
+            Self::Sheep => render::SHEEP_KEYS,
+            Self::Transition => render::TRANSITION_KEYS,
+        }
+    }
+}
+
+impl Lookup {
+    fn of(manifest: &Manifest) -> Self {
+        let mut lookup = Self { names: HashMap::new(), sheep: HashMap::new(), transitions: HashMap::new() };
+        for (at, sheep) in (0..).zip(&manifest.sheep) {
+            let name = lookup.name(&sheep.id);
+            lookup.sheep.entry(name).or_insert(at);
+        }
+        for (at, transition) in (0..).zip(&manifest.transitions) {
+            let pair = (lookup.name(&transition.from), lookup.name(&transition.to));
+            lookup.transitions.entry(pair).or_insert(at);
+        }
+        lookup
+    }
+
+    /// The number of the name `id`, whether a sheep has it or not.
+    fn name(&mut self, id: &SheepId) -> u32 {
+        if let Some(name) = self.names.get(id) {
+            return *name;
+        }
+        let name = self.names.len() as u32;
+        self.names.insert(id.clone(), name);
+        name
+    }
+}
+
+/// What becomes of the keys of a clip.
+fn clip_changes(old: Option<&Clip>, new: &Clip) -> Vec<(&'static str, Option<String>)> {
+    let stood = old.map(render::clip).unwrap_or_default();
+    let stands = render::clip(new);
+    let gone =
+        stood.iter().filter(|(key, _)| stands.iter().all(|(other, _)| key != other)).map(|(key, _)| (*key, None));
+    let changed = stands.iter().filter(|pair| !stood.contains(pair)).map(|(key, value)| (*key, Some(value.clone())));
+    gone.chain(changed).collect()
+}
+
+fn keep<T>(items: &mut Vec<T>, origins: &mut Vec<Option<u32>>, stays: impl Fn(&T) -> bool) {
+    let mut origin = items.iter().map(&stays).collect::<Vec<_>>().into_iter();
+    origins.retain(|_| origin.next().unwrap_or_default());
+    items.retain(stays);
+}
+
+fn positive(what: &'static str, found: f64) -> Result<(), EditError> {
+    if found.is_normal() && found > 0.0 { Ok(()) } else { Err(EditError::Number { what, found }) }
+}
