@@ -1,11 +1,16 @@
-//! Edits on manifests in every hand, compared byte by byte.
+//! Edits on an oddly written manifest, compared byte by byte.
+//!
+//! Owns the examples, one for each edit; `tests/hands.rs` edits by chance. Never looks at how the places are found.
 
 mod hands;
 
+use std::path::Path;
+
 use timing::FrameCount;
 
-use super::*;
-use crate::names::ClipHash;
+use super::Edit;
+use crate::manifest::{Clip, Manifest, Sheep, Transition};
+use crate::names::{ClipHash, ClipPath, SheepId};
 
 const ODD: &str = include_str!("tests/odd.toml");
 

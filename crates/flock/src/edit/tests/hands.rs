@@ -1,11 +1,16 @@
 //! Manifests written in any hand, edited by chance.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use proptest::prelude::*;
 use timing::Rate;
 
-use super::*;
+use super::{clip, edit, id, sheep, transition};
+use crate::edit::render::{self, Pair};
+use crate::edit::{Edit, Kind};
+use crate::manifest::{Clip, Manifest};
+use crate::names::ClipHash;
 
 const KINDS: [Kind; 2] = [Kind::Sheep, Kind::Transition];
 
