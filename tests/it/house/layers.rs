@@ -14,6 +14,7 @@ const LAYERS: &[(&str, u8)] = &[
     ("flock", 1),
     ("screen", 1),
     ("video", 1),
+    ("bundle", 2),
     ("flock-tools", 3),
     ("player", 3),
     ("claims", 4),

@@ -1,0 +1,143 @@
+//! Files beneath a folder, and nowhere else.
+//!
+//! Owns opening: the kernel itself follows no symbolic link, crosses no mount and never leaves the folder, whatever
+//! stands in a path (`openat2`). Only plain files are opened, and of these only as much is read as was asked for.
+//!
+//! Start at [`Root`].
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::os::fd::{AsFd, OwnedFd};
+use std::path::Path;
+
+use rustix::fs::{AtFlags, CWD, Mode, OFlags, ResolveFlags};
+
+/// A folder that nothing opened through it can leave.
+#[derive(Debug)]
+pub(crate) struct Root(OwnedFd);
+
+impl Root {
+    /// The folder at `path`, which may itself be reached through symbolic links.
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC;
+        Ok(Self(rustix::fs::openat(CWD, path, flags, Mode::empty())?))
+    }
+
+    /// Opens the plain file at `path` for reading.
+    pub(crate) fn file(&self, path: &str) -> io::Result<File> {
+        plain(File::from(self.at(path, OFlags::RDONLY | OFlags::NONBLOCK, 0)?))
+    }
+
+    /// Opens whatever lies at `path`, with these flags.
+    pub(crate) fn at(&self, path: &str, flags: OFlags, mode: u32) -> io::Result<OwnedFd> {
+        let confined =
+            ResolveFlags::BENEATH | ResolveFlags::NO_SYMLINKS | ResolveFlags::NO_MAGICLINKS | ResolveFlags::NO_XDEV;
+        let flags = flags | OFlags::CLOEXEC | OFlags::NOFOLLOW;
+        Ok(rustix::fs::openat2(&self.0, path, flags, Mode::from_raw_mode(mode), confined)?)
+    }
+
+    /// Opens the folder at `path`; the root itself if it is empty.
+    pub(crate) fn folder(&self, path: &str) -> io::Result<OwnedFd> {
+        self.at(if path.is_empty() { "." } else { path }, OFlags::RDONLY | OFlags::DIRECTORY, 0)
+    }
+
+    /// The folder that `path` lies in, opened, and its last part: for calls that take no resolve flags.
+    pub(crate) fn parent<'p>(&self, path: &'p str) -> io::Result<(OwnedFd, &'p str)> {
+        let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+        if matches!(name, "" | "." | "..") {
+            return Err(io::Error::from(rustix::io::Errno::INVAL));
+        }
+        Ok((self.folder(folder)?, name))
+    }
+
+    /// The size of the plain file at `path`; `None` if nothing lies there.
+    pub(crate) fn length(&self, path: &str) -> io::Result<Option<u64>> {
+        match self.parent(path).and_then(|(folder, name)| length_at(&folder, name)) {
+            Ok(length) => Ok(Some(length)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl AsFd for Root {
+    fn as_fd(&self) -> std::os::fd::BorrowedFd<'_> {
+        self.0.as_fd()
+    }
+}
+
+/// Reads the file at `path` whole, if it has at most `limit` bytes.
+pub(crate) fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    read_all(plain(File::from(rustix::fs::openat(CWD, path, flags, Mode::empty())?))?, limit)
+}
+
+/// Everything that `reader` yields, if that is at most `limit` bytes; never reads more than one byte beyond.
+pub(crate) fn read_all(reader: impl Read, limit: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
+}
+
+/// The error of something that is larger than it may be.
+pub(crate) fn too_large(limit: u64) -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {limit} bytes"))
+}
+
+fn plain(file: File) -> io::Result<File> {
+    if file.metadata()?.is_file() {
+        Ok(file)
+    } else {
+        Err(io::Error::new(io::ErrorKind::InvalidData, "it is not a plain file"))
+    }
+}
+
+fn length_at(folder: &OwnedFd, name: &str) -> io::Result<u64> {
+    let status = rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW)?;
+    if rustix::fs::FileType::from_raw_mode(status.st_mode).is_file() {
+        Ok(u64::try_from(status.st_size).unwrap_or_default())
+    } else {
+        Err(io::Error::new(io::ErrorKind::InvalidData, "it is not a plain file"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::os::unix::fs::symlink;
+
+    #[test]
+    fn nothing_is_opened_outside_the_folder_nor_through_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (inside, outside) = (folder.path().join("in"), folder.path().join("secret"));
+        fs::create_dir_all(inside.join("sub")).unwrap();
+        fs::write(&outside, "secret").unwrap();
+        fs::write(inside.join("sub/fine"), "fine").unwrap();
+        symlink(&outside, inside.join("link")).unwrap();
+        symlink("sub/fine", inside.join("near")).unwrap();
+        symlink("..", inside.join("up")).unwrap();
+        rustix::fs::mkfifoat(CWD, inside.join("pipe"), Mode::RUSR).unwrap();
+        let root = Root::open(&inside).unwrap();
+        assert_eq!(read_all(root.file("sub/fine").unwrap(), 4).unwrap(), b"fine");
+        let absolute = outside.to_str().unwrap();
+        for path in
+            ["link", "near", "up/secret", "../secret", "sub/../../secret", absolute, "pipe", "sub", "", ".", "no"]
+        {
+            assert!(root.file(path).is_err(), "{path}");
+        }
+        for path in ["..", "sub/..", "", "up/x"] {
+            assert!(root.parent(path).is_err(), "{path}");
+        }
+        assert_eq!(root.length("sub/fine").unwrap(), Some(4));
+        assert_eq!(root.length("no").unwrap(), None);
+        assert!(root.length("near").is_err());
+    }
+
+    #[test]
+    fn no_more_is_read_than_may_be() {
+        assert_eq!(read_all(&b"four"[..], 4).unwrap(), b"four");
+        assert_eq!(read_all(&b"five5"[..], 4).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert!(read_all(io::repeat(7), 1000).is_err());
+    }
+}

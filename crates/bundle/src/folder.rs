@@ -1,0 +1,439 @@
+//! A bundle in a folder: on a stick, on the way to a web server, beside the flock it was made from.
+//!
+//! Owns writing one so that whoever reads at the same time, or after the stick was pulled, finds the old bundle or the
+//! new one: content first, all of it on the disk, seals last, each in one step. What is there is not written again.
+//! File systems without links or with small files (FAT) are served too. Reading goes through [`Source`].
+//!
+//! Start at [`Folder::create`] and [`Folder::open`].
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::os::fd::AsFd;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{AtFlags, CWD, Mode, OFlags};
+
+use crate::beneath::{self, Root};
+use crate::limits;
+use crate::names::{Addressees, ObjectId};
+use crate::seal;
+use crate::source::{STATEMENTS, Source};
+
+/// What `statfs` calls FAT.
+const FAT: i64 = 0x4d44;
+/// The largest part that we write there; the file system ends at 4 GiB - 1.
+const FAT_LARGEST: u64 = 2 << 30;
+/// How much is copied at a time.
+const CHUNK: usize = 256 << 10;
+
+/// A folder that holds bundles.
+#[derive(Debug)]
+pub struct Folder {
+    root: Root,
+    path: PathBuf,
+    /// The largest file that it can hold.
+    largest: u64,
+}
+
+/// How an object came into a folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Put {
+    /// Its blocks are shared with the original.
+    Cloned,
+    /// Its bytes were copied.
+    Copied,
+    /// It was there.
+    Kept,
+    /// It is the original, under a second name.
+    Linked,
+}
+
+/// Why a folder of bundles could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// What was to be put in has changed, or is damaged.
+    #[error("`{path}` is not what it was (expected {expected}, found {found})")]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// Its digest as listed.
+        expected: ObjectId,
+        /// The digest of what was read.
+        found: ObjectId,
+    },
+    /// It could not be read.
+    #[error("cannot read `{path}`")]
+    Read {
+        /// What.
+        path: PathBuf,
+        /// What the world says.
+        source: io::Error,
+    },
+    /// It could not be written.
+    #[error("cannot write `{path}`")]
+    Write {
+        /// What.
+        path: PathBuf,
+        /// What the world says.
+        source: io::Error,
+    },
+}
+
+impl Folder {
+    /// Opens the folder at `path` for reading.
+    ///
+    /// # Errors
+    /// [`FolderError::Read`].
+    pub fn open(path: &Path) -> Result<Self, FolderError> {
+        let root = Root::open(path).map_err(|source| FolderError::Read { path: path.to_owned(), source })?;
+        let kind = rustix::fs::fstatfs(&root).map(|status| status.f_type).unwrap_or_default();
+        let largest = if kind == FAT { FAT_LARGEST } else { u64::MAX };
+        Ok(Self { root, path: path.to_owned(), largest })
+    }
+
+    /// Opens the folder at `path` for writing, and makes it if it is not there.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn create(path: &Path) -> Result<Self, FolderError> {
+        fs::create_dir_all(path).map_err(|source| FolderError::Write { path: path.to_owned(), source })?;
+        Self::open(path)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the object is there, as far as its size tells.
+    pub fn holds(&self, id: &ObjectId, size: u64) -> bool {
+        self.whole(&id.path(), size)
+    }
+
+    /// The stems of all seals that lie here, sorted.
+    ///
+    /// # Errors
+    /// [`FolderError::Read`].
+    pub fn seals(&self) -> Result<Vec<String>, FolderError> {
+        let path = self.path.join("seals");
+        let unread = |source| FolderError::Read { path: path.clone(), source };
+        let mut stems = Vec::new();
+        for entry in fs::read_dir(&path).map_err(unread)? {
+            let name = entry.map_err(unread)?.file_name();
+            stems.extend(name.to_str().and_then(|name| name.strip_suffix(".seal")).map(str::to_owned));
+        }
+        stems.sort();
+        Ok(stems)
+    }
+
+    /// Puts in the file at `from`: shares its blocks, or links it, or copies it, whatever works first. `moved` is told
+    /// of bytes as they are copied.
+    ///
+    /// # Errors
+    /// [`FolderError`]; the object is not there then.
+    pub fn put_file(
+        &self,
+        id: &ObjectId,
+        size: u64,
+        from: &Path,
+        moved: &mut dyn FnMut(u64),
+    ) -> Result<Put, FolderError> {
+        let path = id.path();
+        if self.whole(&path, size) {
+            return Ok(Put::Kept);
+        }
+        let unread = |source| FolderError::Read { path: from.to_owned(), source };
+        let mut file = File::open(from).map_err(unread)?;
+        if size <= self.largest {
+            self.room_for(&path)?;
+            let temporary = temporary(&path);
+            if self.clone(&file, &temporary).is_ok() {
+                self.rename(&temporary, &path)?;
+                return Ok(Put::Cloned);
+            }
+            self.clear(&temporary)?;
+            if self.link(from, &temporary).is_ok() {
+                self.rename(&temporary, &path)?;
+                return Ok(Put::Linked);
+            }
+        }
+        self.put(id, size, &mut file, from, moved)
+    }
+
+    /// Puts in what `from` yields. `moved` is told of bytes as they are copied, `name` is what errors call it.
+    ///
+    /// # Errors
+    /// [`FolderError`]; the object is not there then.
+    pub fn put(
+        &self,
+        id: &ObjectId,
+        size: u64,
+        from: &mut dyn Read,
+        name: &Path,
+        moved: &mut dyn FnMut(u64),
+    ) -> Result<Put, FolderError> {
+        let path = id.path();
+        if self.whole(&path, size) {
+            return Ok(Put::Kept);
+        }
+        self.room_for(&path)?;
+        let mut hasher = blake3::Hasher::new();
+        let parts: Vec<(String, u64)> = parts(&path, size, self.largest);
+        for (part, length) in &parts {
+            self.copy(&temporary(part), *length, from, name, &mut hasher, moved)?;
+        }
+        let found = ObjectId::new(*hasher.finalize().as_bytes());
+        if found != *id {
+            for (part, _) in &parts {
+                self.clear(&temporary(part))?;
+            }
+            return Err(FolderError::Changed { path: name.to_owned(), expected: *id, found });
+        }
+        // The first part last: while it is missing, so is the object.
+        for (part, _) in parts.iter().rev() {
+            self.rename(&temporary(part), part)?;
+        }
+        Ok(Put::Copied)
+    }
+
+    /// Makes sure that all that was put in is on the disk.
+    ///
+    /// # Errors
+    /// [`FolderError::Write`].
+    pub fn sync(&self) -> Result<(), FolderError> {
+        rustix::fs::syncfs(&self.root).map_err(|error| self.unwritten("")(error.into()))
+    }
+
+    /// Lays the seal out for each of its addressees, in one step each. Everything that it vouches for must be there:
+    /// this is what readers look for.
+    ///
+    /// # Errors
+    /// [`FolderError::Write`].
+    pub fn put_seal(&self, addressees: &Addressees, bytes: &[u8]) -> Result<(), FolderError> {
+        self.sync()?;
+        for stem in addressees.stems() {
+            self.replace(&seal::path(stem), bytes)?;
+        }
+        self.sync()
+    }
+
+    /// Lays out these statements about keys, beside those that lie there.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn add_statements(&self, statements: &[Vec<u8>]) -> Result<(), FolderError> {
+        let there = match self.root.file(STATEMENTS).and_then(|file| beneath::read_all(file, limits::STATEMENTS)) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            Err(source) => return Err(FolderError::Read { path: self.path.join(STATEMENTS), source }),
+        };
+        let known = crate::trust::statements(&there);
+        let new: Vec<&[u8]> = statements.iter().map(Vec::as_slice).filter(|new| !known.contains(new)).collect();
+        if new.is_empty() { Ok(()) } else { self.replace(STATEMENTS, &[known, new].concat().concat()) }
+    }
+
+    /// Whether `path`, or its parts together, have `size` bytes.
+    fn whole(&self, path: &str, size: u64) -> bool {
+        match self.root.length(path) {
+            Ok(Some(length)) => length == size,
+            Ok(None) => {
+                let lengths =
+                    (0..limits::PARTS).map_while(|part| self.root.length(&part_path(path, part)).ok().flatten());
+                let lengths: Vec<u64> = lengths.collect();
+                !lengths.is_empty() && lengths.iter().sum::<u64>() == size
+            }
+            Err(_) => false,
+        }
+    }
+
+    fn room_for(&self, path: &str) -> Result<(), FolderError> {
+        let mut folder = String::new();
+        for part in path.split('/').take(path.split('/').count() - 1) {
+            if !folder.is_empty() {
+                folder.push('/');
+            }
+            folder.push_str(part);
+            let made = self
+                .root
+                .parent(&folder)
+                .and_then(|(parent, name)| Ok(rustix::fs::mkdirat(parent, name, Mode::from_raw_mode(0o755))?));
+            match made {
+                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
+                    return Err(self.unwritten(&folder)(error));
+                }
+                Ok(()) | Err(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn clone(&self, from: &File, to: &str) -> io::Result<()> {
+        let to = self.new_file(to)?;
+        rustix::fs::ioctl_ficlone(&to, from)?;
+        Ok(())
+    }
+
+    fn link(&self, from: &Path, to: &str) -> io::Result<()> {
+        let (folder, name) = self.root.parent(to)?;
+        Ok(rustix::fs::linkat(CWD, from, folder, name, AtFlags::SYMLINK_FOLLOW)?)
+    }
+
+    fn copy(
+        &self,
+        to: &str,
+        length: u64,
+        from: &mut dyn Read,
+        name: &Path,
+        hasher: &mut blake3::Hasher,
+        moved: &mut dyn FnMut(u64),
+    ) -> Result<(), FolderError> {
+        let mut file = self.new_file(to).map_err(self.unwritten(to))?;
+        let mut chunk = vec![0; CHUNK];
+        let mut rest = length;
+        while rest > 0 {
+            let most = usize::try_from(rest).map_or(CHUNK, |rest| rest.min(CHUNK));
+            let count = match from.read(&mut chunk[..most]) {
+                Ok(0) => break,
+                Ok(count) => count,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(source) => return Err(FolderError::Read { path: name.to_owned(), source }),
+            };
+            file.write_all(&chunk[..count]).map_err(self.unwritten(to))?;
+            hasher.update(&chunk[..count]);
+            moved(count as u64);
+            rest -= count as u64;
+        }
+        Ok(())
+    }
+
+    fn new_file(&self, path: &str) -> io::Result<File> {
+        Ok(File::from(self.root.at(path, OFlags::WRONLY | OFlags::CREATE | OFlags::TRUNC, 0o644)?))
+    }
+
+    fn replace(&self, path: &str, bytes: &[u8]) -> Result<(), FolderError> {
+        self.room_for(path)?;
+        let temporary = temporary(path);
+        let write = || -> io::Result<()> {
+            let mut file = self.new_file(&temporary)?;
+            file.write_all(bytes)?;
+            file.sync_all()
+        };
+        write().map_err(self.unwritten(path))?;
+        self.rename(&temporary, path)
+    }
+
+    fn rename(&self, from: &str, to: &str) -> Result<(), FolderError> {
+        let rename = || -> io::Result<()> {
+            let (folder, name) = self.root.parent(to)?;
+            let (_, temporary) = self.root.parent(from)?;
+            Ok(rustix::fs::renameat(&folder, temporary, &folder, name)?)
+        };
+        rename().map_err(self.unwritten(to))
+    }
+
+    fn clear(&self, path: &str) -> Result<(), FolderError> {
+        let remove = || -> io::Result<()> {
+            let (folder, name) = self.root.parent(path)?;
+            Ok(rustix::fs::unlinkat(folder, name, AtFlags::empty())?)
+        };
+        match remove() {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(self.unwritten(path)(error)),
+            Ok(()) | Err(_) => Ok(()),
+        }
+    }
+
+    fn unwritten(&self, path: &str) -> impl FnOnce(io::Error) -> FolderError {
+        let path = self.path.join(path);
+        move |source| FolderError::Write { path, source }
+    }
+}
+
+impl Source for Folder {
+    fn small(&mut self, path: &str, _limit: u64) -> io::Result<Box<dyn Read + '_>> {
+        Ok(Box::new(self.root.file(path)?))
+    }
+
+    fn object(&mut self, id: &ObjectId, size: u64, from: u64) -> io::Result<Box<dyn Read + '_>> {
+        let path = id.path();
+        match self.root.file(&path) {
+            Ok(mut file) => {
+                io::Seek::seek(&mut file, io::SeekFrom::Start(from))?;
+                Ok(Box::new(file))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let mut parts = Parts { root: &self.root, path, next: 0, open: None };
+                parts.skip(from, size)?;
+                Ok(Box::new(parts))
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// The parts of an object, one after the other.
+struct Parts<'f> {
+    root: &'f Root,
+    path: String,
+    next: u32,
+    open: Option<File>,
+}
+
+impl Parts<'_> {
+    /// Begins at the byte `from` of `size`.
+    fn skip(&mut self, from: u64, size: u64) -> io::Result<()> {
+        let mut rest = from;
+        loop {
+            let mut file = self.root.file(&part_path(&self.path, self.next))?;
+            self.next += 1;
+            let length = file.metadata()?.len();
+            if rest < length || (rest == length && from == size) {
+                io::Seek::seek(&mut file, io::SeekFrom::Start(rest))?;
+                self.open = Some(file);
+                return Ok(());
+            }
+            rest -= length;
+        }
+    }
+}
+
+impl Read for Parts<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(file) = &mut self.open {
+            let count = file.read(buffer)?;
+            if count > 0 || buffer.is_empty() {
+                return Ok(count);
+            }
+            self.open = match self.root.file(&part_path(&self.path, self.next)) {
+                Ok(file) if self.next < limits::PARTS => Some(file),
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                Ok(_) | Err(_) => None,
+            };
+            self.next += 1;
+        }
+        Ok(0)
+    }
+}
+
+impl AsFd for Folder {
+    fn as_fd(&self) -> std::os::fd::BorrowedFd<'_> {
+        self.root.as_fd()
+    }
+}
+
+/// The files that an object of `size` bytes takes, with their lengths.
+fn parts(path: &str, size: u64, largest: u64) -> Vec<(String, u64)> {
+    if size <= largest {
+        return vec![(path.to_owned(), size)];
+    }
+    let count = size.div_ceil(largest);
+    let part = |at: u64| (part_path(path, u32::try_from(at).unwrap_or(u32::MAX)), largest.min(size - at * largest));
+    (0..count).map(part).collect()
+}
+
+fn part_path(path: &str, part: u32) -> String {
+    format!("{path}.{part:03}")
+}
+
+fn temporary(path: &str) -> String {
+    format!("{path}.new")
+}

@@ -1,0 +1,45 @@
+//! How much of anything is taken from strangers.
+//!
+//! Owns every limit on sizes and counts. What is over one is refused before more of it is read. Never enforces one:
+//! the readers do, each where it reads.
+
+/// Bytes of a seal: signature and text.
+pub const SEAL: u64 = 16 << 10;
+/// Units that one seal names.
+pub const UNITS: usize = 128;
+/// Bytes of a unit's name.
+pub const UNIT_NAME: usize = 64;
+/// Bytes of a flock's name in a seal.
+pub const FLOCK_NAME: usize = 128;
+/// Bytes of the list of files.
+pub const CONTENTS: u64 = 8 << 20;
+/// Files of a bundle.
+pub const FILES: usize = 50_000;
+/// Bytes of a file's path.
+pub const PATH: usize = 255;
+/// Parts of a file's path.
+pub const PATH_PARTS: usize = 8;
+/// Bytes of a file.
+pub const FILE: u64 = 64 << 30;
+/// Bytes of all files of a bundle together, counted once for each path.
+pub const TOTAL: u64 = 4 << 40;
+/// Bytes of `flock.toml`.
+pub const FLOCK_TOML: u64 = 16 << 20;
+/// Bytes of a public key's file.
+pub const PUBLIC_KEY: u64 = 1 << 10;
+/// Bytes of a secret key's file.
+pub const SECRET_KEY: u64 = 4 << 10;
+/// Bytes of the statements about keys that a bundle carries.
+pub const STATEMENTS: u64 = 64 << 10;
+/// Statements that a unit learns.
+pub const STATEMENT_COUNT: usize = 64;
+/// Keys in a folder of trusted keys.
+pub const TRUSTED_KEYS: usize = 64;
+/// Bytes of the comment that a signature covers.
+pub const COMMENT: usize = 256;
+/// Bytes of the state of a store.
+pub const STATE: u64 = 1 << 20;
+/// Parts of an object that a file system cannot hold in one.
+pub const PARTS: u32 = 1000;
+/// Characters that an error tells of a stranger's text.
+pub(crate) const TOLD: usize = 80;

@@ -1,0 +1,325 @@
+//! Names that were checked once and are safe ever after: units, the files of a flock, objects, sequences.
+//!
+//! Owns their rules and how they are written. Never looks at the disk.
+//!
+//! Start at [`ObjectId`], by which everything in a bundle is found.
+
+use std::fmt;
+use std::io::Read;
+
+use crate::limits;
+
+/// The stem that addresses a seal to every unit; no unit is called so.
+const ANYONE: &str = "all";
+
+/// A unit's own name: 1 to 64 of `a-z 0-9 . _ -`, beginning with a letter or digit, and not `all`.
+///
+/// It names a file on sticks and servers, so there are no capitals: FAT does not tell them apart.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct UnitId(String);
+
+/// For whom a bundle is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Addressees {
+    /// Every unit that trusts the key.
+    Anyone,
+    /// These units, at least one, sorted, none twice.
+    Units(Vec<UnitId>),
+}
+
+/// Where a file lies in its flock: relative, inside the folder, without `..`, written with `/`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FilePath(String);
+
+/// The BLAKE3 digest of a file's bytes: the only name that content has. Written as 64 lower-case hex digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ObjectId([u8; 32]);
+
+/// The number of a bundle among those of one key: the newer, the higher. At least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(transparent)]
+pub struct Sequence(pub u64);
+
+/// Why a text is no such name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NameError {
+    /// No digest.
+    #[error("wanted 64 hex digits, found `{found}`")]
+    Object {
+        /// As given, cut short.
+        found: String,
+    },
+    /// A path that is empty, absolute, too long or too deep, or leaves the folder.
+    #[error("wanted a relative path inside the folder, without `..`, found `{found}`")]
+    Path {
+        /// As given, cut short.
+        found: String,
+    },
+    /// No sequence.
+    #[error("wanted a whole number from 1, found `{found}`")]
+    Sequence {
+        /// As given, cut short.
+        found: String,
+    },
+    /// A unit's name with other characters, or too long, or empty, or kept for all.
+    #[error("wanted 1 to 64 of `a-z 0-9 . _ -`, a letter or digit first, and not `all`, found `{found}`")]
+    Unit {
+        /// As given, cut short.
+        found: String,
+    },
+}
+
+impl UnitId {
+    /// The name `text`.
+    ///
+    /// # Errors
+    /// [`NameError::Unit`] if it is not one.
+    pub fn new(text: &str) -> Result<Self, NameError> {
+        let allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b"._-".contains(&b);
+        let first = text.bytes().next().is_some_and(|b| b.is_ascii_alphanumeric());
+        if first && text.len() <= limits::UNIT_NAME && text.bytes().all(allowed) && text != ANYONE {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(NameError::Unit { found: cut(text) })
+        }
+    }
+
+    /// The name as text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Addressees {
+    /// These units; every unit if there are none. Sorts, and drops what is named twice.
+    pub fn of(units: impl IntoIterator<Item = UnitId>) -> Self {
+        let mut units: Vec<UnitId> = units.into_iter().collect();
+        units.sort();
+        units.dedup();
+        if units.is_empty() { Self::Anyone } else { Self::Units(units) }
+    }
+
+    /// Whether `unit` is among them.
+    pub fn include(&self, unit: &UnitId) -> bool {
+        match self {
+            Self::Anyone => true,
+            Self::Units(units) => units.contains(unit),
+        }
+    }
+
+    /// The stems of the files under which a seal for them lies: one for each unit.
+    pub fn stems(&self) -> Vec<&str> {
+        match self {
+            Self::Anyone => vec![ANYONE],
+            Self::Units(units) => units.iter().map(UnitId::as_str).collect(),
+        }
+    }
+}
+
+impl FilePath {
+    /// The path `text`.
+    ///
+    /// # Errors
+    /// [`NameError::Path`] if it is empty, absolute, longer than 255 bytes or deeper than 8 parts, has `.`, `..` or
+    /// empty parts, a backslash or a control character.
+    pub fn new(text: &str) -> Result<Self, NameError> {
+        let part_is_fine = |part: &str| !matches!(part, "" | "." | "..");
+        let char_is_fine = |c: char| !c.is_control() && c != '\\';
+        let fine = text.len() <= limits::PATH
+            && text.split('/').count() <= limits::PATH_PARTS
+            && text.split('/').all(part_is_fine)
+            && text.chars().all(char_is_fine);
+        if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: cut(text) }) }
+    }
+
+    /// The path as text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// The folders that it lies in, outermost first.
+    pub fn folders(&self) -> impl Iterator<Item = &str> {
+        self.0.match_indices('/').map(|(at, _)| &self.0[..at])
+    }
+}
+
+impl ObjectId {
+    /// The name of content with this digest.
+    pub fn new(digest: [u8; 32]) -> Self {
+        Self(digest)
+    }
+
+    /// The name of `bytes`.
+    pub fn of(bytes: &[u8]) -> Self {
+        Self(*blake3::hash(bytes).as_bytes())
+    }
+
+    /// The name of everything that `reader` yields, and its length.
+    ///
+    /// # Errors
+    /// What the reader says.
+    pub fn of_reader(reader: impl Read) -> std::io::Result<(Self, u64)> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(reader)?;
+        Ok((Self(*hasher.finalize().as_bytes()), hasher.count()))
+    }
+
+    /// Reads 64 lower-case hex digits.
+    ///
+    /// # Errors
+    /// [`NameError::Object`] if `text` has another form.
+    pub fn parse(text: &str) -> Result<Self, NameError> {
+        let refused = || NameError::Object { found: cut(text) };
+        if text.bytes().any(|b| b.is_ascii_uppercase()) {
+            return Err(refused());
+        }
+        blake3::Hash::from_hex(text).map(|hash| Self(*hash.as_bytes())).map_err(|_| refused())
+    }
+
+    /// The digest.
+    pub fn as_bytes(&self) -> &[u8; 32] {
+        &self.0
+    }
+
+    /// Where it lies in a bundle and in a store: `objects/ab/cdef...`.
+    pub fn path(&self) -> String {
+        let hex = blake3::Hash::from_bytes(self.0).to_hex();
+        format!("objects/{}/{}", &hex[..2], &hex[2..])
+    }
+}
+
+impl Sequence {
+    /// Reads a whole number from 1, without a sign or leading zeros.
+    ///
+    /// # Errors
+    /// [`NameError::Sequence`] if `text` has another form.
+    pub fn parse(text: &str) -> Result<Self, NameError> {
+        match plain(text) {
+            Some(number) if number > 0 => Ok(Self(number)),
+            Some(_) | None => Err(NameError::Sequence { found: cut(text) }),
+        }
+    }
+}
+
+/// The number in `text`, if it is written as we write it: digits only, no leading zeros.
+pub(crate) fn plain(text: &str) -> Option<u64> {
+    let canonical = text.bytes().all(|b| b.is_ascii_digit()) && (text == "0" || !text.starts_with('0'));
+    if canonical { text.parse().ok() } else { None }
+}
+
+/// What is told of a text that strangers sent: its beginning.
+pub(crate) fn cut(text: &str) -> String {
+    let short: String = text.chars().take(limits::TOLD).collect();
+    if short.len() < text.len() { format!("{short}...") } else { short }
+}
+
+impl fmt::Display for UnitId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Display for Addressees {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.stems().join(" "))
+    }
+}
+
+impl fmt::Display for FilePath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Display for ObjectId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", blake3::Hash::from_bytes(self.0))
+    }
+}
+
+impl fmt::Display for Sequence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl serde::Serialize for ObjectId {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> serde::Deserialize<'de> for ObjectId {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Self::parse(&text).map_err(serde::de::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_is_a_plain_word_that_every_file_system_tells_from_the_others() {
+        for fine in ["7", "lobby", "a-b_c.9", &"x".repeat(64)] {
+            assert_eq!(UnitId::new(fine).unwrap().as_str(), fine);
+        }
+        for bad in ["", "all", "Lobby", "a b", "a/b", ".", "..", ".a", "-a", "ä", &"x".repeat(65)] {
+            assert!(UnitId::new(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_path_cannot_leave_the_folder_nor_outgrow_it() {
+        for fine in ["flock.toml", "loops/a.mp4", "a..b/c...mp4", "ä/b", &"x".repeat(255), "1/2/3/4/5/6/7/8"] {
+            assert_eq!(FilePath::new(fine).unwrap().as_str(), fine);
+        }
+        let long = "x".repeat(256);
+        for bad in [
+            "",
+            "/a",
+            "../a",
+            "a/../b",
+            "a/..",
+            "./a",
+            "a//b",
+            "a/",
+            "a\\b",
+            "a\0b",
+            "a\nb",
+            &long,
+            "1/2/3/4/5/6/7/8/9",
+        ] {
+            assert!(FilePath::new(bad).is_err(), "{bad}");
+        }
+        assert_eq!(FilePath::new("a/b/c").unwrap().folders().collect::<Vec<_>>(), ["a", "a/b"]);
+    }
+
+    #[test]
+    fn an_object_has_one_spelling() {
+        let id = ObjectId::of(b"a clip");
+        assert_eq!(ObjectId::parse(&id.to_string()), Ok(id));
+        assert_eq!(id.path().len(), "objects/ab/".len() + 62);
+        for bad in ["", "ab", &id.to_string().to_uppercase(), &format!("{id}0"), &format!("b3:{id}")] {
+            assert!(ObjectId::parse(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_sequence_has_one_spelling() {
+        assert_eq!(Sequence::parse("7"), Ok(Sequence(7)));
+        for bad in ["", "0", "07", "+7", "-7", "7 ", "18446744073709551616"] {
+            assert!(Sequence::parse(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn nobody_named_is_everybody() {
+        let unit = |name| UnitId::new(name).unwrap();
+        assert!(Addressees::of([]).include(&unit("lobby")));
+        let two = Addressees::of([unit("stairs"), unit("lobby"), unit("stairs")]);
+        assert_eq!(two.stems(), ["lobby", "stairs"]);
+        assert!(two.include(&unit("lobby")) && !two.include(&unit("attic")));
+    }
+}

@@ -1,0 +1,280 @@
+//! The seal: the signed letter in front of a bundle.
+//!
+//! Owns what it says and the one spelling of it. It is small (see [`crate::limits`]): who looks for news reads it, sees
+//! the same bytes as last time, and goes home. It names the list of files by its digest, so that one signature covers
+//! everything; many units may share that list. Never reads the list: [`crate::Contents`] does.
+//!
+//! ```text
+//! dreams seal 1
+//! flock aurora
+//! units lobby stairs
+//! sequence 7
+//! created 2026-03-01T12:00:00Z
+//! contents 81234 3fa91c...
+//! ```
+//!
+//! Start at [`Unverified::verify`], which is the only way to a [`Seal`].
+
+use std::io::Read;
+
+use crate::beneath;
+use crate::contents::{Contents, Verified};
+use crate::key::{KeyError, KeyId};
+use crate::limits;
+use crate::lines::Lines;
+use crate::names::{Addressees, ObjectId, Sequence, UnitId, plain};
+use crate::refused::{Part, Refused};
+use crate::secret::SecretKey;
+use crate::signed::Signed;
+use crate::source::Source;
+use crate::trust::Trust;
+
+/// The first line of a seal.
+const HEADING: &str = "dreams seal 1";
+/// What `units` says of a seal for everybody.
+const EVERYBODY: &str = "*";
+
+/// The bytes of a seal, of which nothing is known yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unverified(Vec<u8>);
+
+/// What an artist says in front of a bundle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Letter {
+    /// What the artist calls the flock: 1 to 128 bytes on one line.
+    pub flock: String,
+    /// For whom it is.
+    pub addressees: Addressees,
+    /// Its number among the bundles of this key.
+    pub sequence: Sequence,
+    /// When it was made, as `2026-03-01T12:00:00Z`. For people only: no unit asks what time it is.
+    pub created: String,
+    /// The list of files.
+    pub contents: ObjectId,
+    /// The list's size in bytes.
+    pub contents_size: u64,
+}
+
+/// A letter that a trusted key has signed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seal {
+    letter: Letter,
+    signer: KeyId,
+    bytes: Vec<u8>,
+}
+
+impl Unverified {
+    /// Reads the seal that `source` has for `unit`, or else its seal for everybody.
+    ///
+    /// # Errors
+    /// [`Refused::Read`], or [`Refused::TooLarge`].
+    pub fn open(source: &mut dyn Source, unit: &UnitId) -> Result<Self, Refused> {
+        let own = Addressees::of([unit.clone()]);
+        match Self::addressed(source, &own) {
+            Err(Refused::Read { source: error, .. }) if error.kind() == std::io::ErrorKind::NotFound => {
+                Self::addressed(source, &Addressees::Anyone)
+            }
+            read => read,
+        }
+    }
+
+    /// Reads the seal that `source` has for the first of `addressees`.
+    ///
+    /// # Errors
+    /// [`Refused::Read`], or [`Refused::TooLarge`].
+    pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Self, Refused> {
+        let stem = addressees.stems().first().copied().unwrap_or_default();
+        let read = source.small(&path(stem), limits::SEAL).and_then(|reader| beneath::read_all(reader, limits::SEAL));
+        read.map(Self).map_err(|error| {
+            if error.kind() == std::io::ErrorKind::FileTooLarge {
+                Refused::TooLarge { part: Part::Seal, limit: limits::SEAL }
+            } else {
+                Refused::Read { part: Part::Seal, source: error }
+            }
+        })
+    }
+
+    /// The seal in `bytes`, wherever they come from.
+    pub fn new(bytes: impl Into<Vec<u8>>) -> Self {
+        Self(bytes.into())
+    }
+
+    /// Its bytes: if they are those of the last time, there is no news.
+    pub fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+
+    /// Checks the signature, and only then reads what it says.
+    ///
+    /// # Errors
+    /// [`Refused`] if nobody trusted signed it, or it says nothing that makes sense.
+    pub fn verify(self, trust: &Trust) -> Result<Seal, Refused> {
+        if self.0.len() as u64 > limits::SEAL {
+            return Err(Refused::TooLarge { part: Part::Seal, limit: limits::SEAL });
+        }
+        let (signer, text) = trust.verify(&Part::Seal, &self.0, HEADING)?;
+        let letter = Letter::parse(text)?;
+        Ok(Seal { letter, signer, bytes: self.0 })
+    }
+}
+
+impl Letter {
+    /// Signs the letter: the bytes of the seal's file.
+    ///
+    /// # Errors
+    /// [`Refused`] if it says what no unit would take; [`KeyError::Sign`] within.
+    pub fn sign(&self, key: &SecretKey) -> Result<Vec<u8>, SignError> {
+        let text = self.to_text();
+        let read = Self::parse(&text).map_err(SignError::Refused)?;
+        debug_assert_eq!(&read, self, "a letter reads back as written");
+        let comment = format!("flock {} sequence {}", self.flock, self.sequence);
+        let bytes = key.sign(&comment, &text).map_err(SignError::Key)?;
+        if bytes.len() as u64 > limits::SEAL {
+            return Err(SignError::Refused(Refused::TooLarge { part: Part::Seal, limit: limits::SEAL }));
+        }
+        Ok(bytes)
+    }
+
+    fn to_text(&self) -> String {
+        let units = match &self.addressees {
+            Addressees::Anyone => EVERYBODY.to_owned(),
+            units @ Addressees::Units(_) => units.to_string(),
+        };
+        format!(
+            "{HEADING}\nflock {}\nunits {units}\nsequence {}\ncreated {}\ncontents {} {}\n",
+            self.flock, self.sequence, self.created, self.contents_size, self.contents
+        )
+    }
+
+    fn parse(text: &str) -> Result<Self, Refused> {
+        let mut lines = Lines::new(Part::Seal, text);
+        lines.exactly(HEADING)?;
+        let wanted = "`flock` and a name of 1 to 128 bytes";
+        let flock = lines.value("flock", wanted)?;
+        if !(1..=limits::FLOCK_NAME).contains(&flock.len()) || flock.chars().any(char::is_control) {
+            return Err(lines.unlike(wanted, flock));
+        }
+        let wanted = "`units` and `*`, or names in order";
+        let addressees = addressees(&lines.value("units", wanted).map(str::to_owned)?, &lines, wanted)?;
+        let sequence = lines.value("sequence", "`sequence` and a number")?;
+        let sequence = Sequence::parse(sequence).map_err(|error| lines.misnamed(error))?;
+        let wanted = "`created` and a time as 2026-03-01T12:00:00Z";
+        let created = lines.value("created", wanted)?;
+        if !is_time(created) {
+            return Err(lines.unlike(wanted, created));
+        }
+        let wanted = "`contents`, a size and a digest";
+        let contents = lines.value("contents", wanted)?;
+        let (size, id) = contents.split_once(' ').ok_or_else(|| lines.unlike(wanted, contents))?;
+        let contents_size = plain(size).ok_or_else(|| lines.unlike(wanted, contents))?;
+        if contents_size > limits::CONTENTS {
+            return Err(Refused::TooLarge { part: Part::Contents, limit: limits::CONTENTS });
+        }
+        let contents = ObjectId::parse(id).map_err(|error| lines.misnamed(error))?;
+        lines.end()?;
+        let (flock, created) = (flock.to_owned(), created.to_owned());
+        Ok(Self { flock, addressees, sequence, created, contents, contents_size })
+    }
+}
+
+/// Why a letter was not signed.
+#[derive(Debug, thiserror::Error)]
+pub enum SignError {
+    /// The key did not sign.
+    #[error("cannot seal the bundle")]
+    Key(#[source] KeyError),
+    /// No unit would take it.
+    #[error("no unit would take this bundle")]
+    Refused(#[source] Refused),
+}
+
+impl Seal {
+    /// The seal that was verified when its generation was installed, read again from the unit's own disk.
+    pub(crate) fn kept(bytes: Vec<u8>, signer: KeyId, expected: ObjectId) -> Result<Self, Refused> {
+        let found = ObjectId::of(&bytes);
+        if found != expected {
+            return Err(Refused::Damaged { part: Part::Seal, expected, found });
+        }
+        let text = Signed::open(&Part::Seal, &bytes)?.kept(&Part::Seal)?;
+        Ok(Self { letter: Letter::parse(text)?, signer, bytes })
+    }
+
+    /// What it says.
+    pub fn letter(&self) -> &Letter {
+        &self.letter
+    }
+
+    /// Who says so.
+    pub fn signer(&self) -> KeyId {
+        self.signer
+    }
+
+    /// The bytes of its file.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The digest of those bytes: what tells this very bundle from all others.
+    pub fn id(&self) -> ObjectId {
+        ObjectId::of(&self.bytes)
+    }
+
+    /// Reads the list of files from `source` and checks it against what was signed.
+    ///
+    /// # Errors
+    /// [`Refused`] if it cannot be read, is another list, or a list that breaks a limit.
+    pub fn fetch(self, source: &mut dyn Source) -> Result<Verified, Refused> {
+        let (id, size) = (self.letter.contents, self.letter.contents_size);
+        let read = source.object(&id, size, 0).and_then(|reader| {
+            let mut bytes = Vec::new();
+            reader.take(size).read_to_end(&mut bytes)?;
+            Ok(bytes)
+        });
+        let bytes = read.map_err(|source| Refused::Read { part: Part::Contents, source })?;
+        self.open(bytes)
+    }
+
+    /// Checks the list of files in `bytes` against what was signed, and only then reads it.
+    ///
+    /// # Errors
+    /// [`Refused`] if it is another list, or a list that breaks a limit.
+    pub fn open(self, bytes: Vec<u8>) -> Result<Verified, Refused> {
+        let found = ObjectId::of(&bytes);
+        let expected = self.letter.contents;
+        if found != expected {
+            return Err(Refused::Damaged { part: Part::Contents, expected, found });
+        }
+        let contents = Contents::parse(&bytes)?;
+        Ok(Verified::new(self, contents, bytes))
+    }
+}
+
+/// Where the seal for the unit with this stem lies in a bundle.
+pub fn path(stem: &str) -> String {
+    format!("seals/{stem}.seal")
+}
+
+fn addressees(value: &str, lines: &Lines<'_>, wanted: &'static str) -> Result<Addressees, Refused> {
+    if value == EVERYBODY {
+        return Ok(Addressees::Anyone);
+    }
+    let mut units: Vec<UnitId> = Vec::new();
+    for name in value.split(' ') {
+        if units.len() == limits::UNITS {
+            return Err(Refused::TooMany { part: Part::Seal, limit: limits::UNITS, things: "units" });
+        }
+        let unit = UnitId::new(name).map_err(|error| lines.misnamed(error))?;
+        if units.last().is_some_and(|last| *last >= unit) {
+            return Err(lines.unlike(wanted, value));
+        }
+        units.push(unit);
+    }
+    Ok(Addressees::Units(units))
+}
+
+/// Whether `text` has the form of a time, to the second, in UTC.
+fn is_time(text: &str) -> bool {
+    const FORM: &[u8] = b"0000-00-00T00:00:00Z";
+    let fits = |(found, form): (u8, &u8)| if *form == b'0' { found.is_ascii_digit() } else { found == *form };
+    text.len() == FORM.len() && text.bytes().zip(FORM).all(fits)
+}

@@ -1,0 +1,155 @@
+//! Secret keys: how an artist signs.
+//!
+//! Owns making a key, its file (minisign's, locked by a passphrase through scrypt), and signing. A file that others
+//! could read is refused. Never asks for a passphrase: the command line does. Units have no use for this module.
+//!
+//! Start at [`SecretKey::read`].
+
+use std::fmt;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Cursor, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::Path;
+
+use minisign::{KeyPair, SecretKeyBox};
+
+use crate::beneath;
+use crate::key::{KeyError, PublicKey};
+use crate::limits;
+use crate::signed::UNTRUSTED_COMMENT;
+
+/// What others must not be able to do with a secret's file.
+const OTHERS: u32 = 0o077;
+
+/// A key that signs. It is shown to nobody: `Debug` tells its id only.
+pub struct SecretKey {
+    secret: minisign::SecretKey,
+    public: PublicKey,
+}
+
+impl SecretKey {
+    /// Makes a new key and writes its file at `path`, locked by `passphrase`; readable by its owner only.
+    ///
+    /// # Errors
+    /// [`KeyError::Write`] if there is such a file already, or it cannot be written; [`KeyError::Sign`] if the
+    /// system gives no randomness.
+    pub fn create(path: &Path, passphrase: &str) -> Result<Self, KeyError> {
+        let KeyPair { pk, sk } =
+            KeyPair::generate_encrypted_keypair(Some(passphrase.to_owned())).map_err(|e| sign(&e))?;
+        let public = public(path, &pk)?;
+        let text = sk.to_box(Some(&format!("minisign encrypted secret key {}", public.id()))).map_err(|e| sign(&e))?;
+        let write = || -> io::Result<()> {
+            let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?;
+            file.write_all(&text.to_bytes())?;
+            file.sync_all()
+        };
+        write().map_err(|source| KeyError::Write { path: path.to_owned(), source })?;
+        // What was written must open: better to learn it now than in a year.
+        Self::read(path, || Ok(passphrase.to_owned()))
+    }
+
+    /// Reads the key in the file `path` and opens it with the passphrase that `ask` comes by.
+    ///
+    /// # Errors
+    /// [`KeyError`]: above all if others could read the file, in which case nobody is asked.
+    pub fn read(path: &Path, ask: impl FnOnce() -> Result<String, KeyError>) -> Result<Self, KeyError> {
+        let unread = |source| KeyError::Read { path: path.to_owned(), source };
+        let malformed = || KeyError::Malformed { path: path.to_owned(), kind: "locked secret key" };
+        let mode = fs::metadata(path).map_err(unread)?.mode() & 0o7777;
+        if mode & OTHERS != 0 {
+            return Err(KeyError::Open { path: path.to_owned(), mode });
+        }
+        let bytes = beneath::read_file(path, limits::SECRET_KEY).map_err(unread)?;
+        let text = String::from_utf8(bytes).map_err(|_| malformed())?;
+        let locked = SecretKeyBox::from_string(&text).map_err(|_| malformed())?;
+        let passphrase = ask()?;
+        let secret = minisign::SecretKey::from_box(locked, Some(passphrase)).map_err(|error| {
+            if matches!(error.kind(), minisign::ErrorKind::Verify) {
+                KeyError::Locked { path: path.to_owned() }
+            } else {
+                malformed()
+            }
+        })?;
+        let pk = minisign::PublicKey::from_secret_key(&secret).map_err(|e| sign(&e))?;
+        Ok(Self { secret, public: public(path, &pk)? })
+    }
+
+    /// The key that its signatures are checked with.
+    pub fn public(&self) -> PublicKey {
+        self.public.clone()
+    }
+
+    /// `text`, signed: four lines of signature, then the text. `comment` is covered by the signature.
+    ///
+    /// # Errors
+    /// [`KeyError::Sign`] if the system gives no randomness.
+    pub(crate) fn sign(&self, comment: &str, text: &str) -> Result<Vec<u8>, KeyError> {
+        let signature = minisign::sign(None, &self.secret, Cursor::new(text), Some(comment), Some(UNTRUSTED_COMMENT))
+            .map_err(|e| sign(&e))?;
+        Ok(format!("{}\n{text}", signature.to_string().trim_end()).into_bytes())
+    }
+}
+
+impl fmt::Debug for SecretKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SecretKey").field("id", &self.public.id()).finish_non_exhaustive()
+    }
+}
+
+fn public(path: &Path, key: &minisign::PublicKey) -> Result<PublicKey, KeyError> {
+    PublicKey::parse(&key.to_base64())
+        .ok_or_else(|| KeyError::Malformed { path: path.to_owned(), kind: "locked secret key" })
+}
+
+fn sign(error: &minisign::PError) -> KeyError {
+    KeyError::Sign { why: error.to_string() }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use std::fs::Permissions;
+    use std::os::unix::fs::PermissionsExt;
+
+    /// A key without a file, for tests: making a locked one takes scrypt its time.
+    fn bare() -> SecretKey {
+        let KeyPair { pk, sk } = KeyPair::generate_unencrypted_keypair().unwrap();
+        SecretKey { secret: sk, public: PublicKey::parse(&pk.to_base64()).unwrap() }
+    }
+
+    /// The artist, the same within a test run.
+    pub(crate) fn artist() -> &'static SecretKey {
+        static ARTIST: std::sync::OnceLock<SecretKey> = std::sync::OnceLock::new();
+        ARTIST.get_or_init(bare)
+    }
+
+    /// Somebody else each time.
+    pub(crate) fn stranger() -> SecretKey {
+        bare()
+    }
+
+    #[test]
+    fn a_key_opens_with_its_passphrase_and_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("artist.key");
+        let made = SecretKey::create(&path, "velvet").unwrap();
+        let read = SecretKey::read(&path, || Ok("velvet".to_owned())).unwrap();
+        assert_eq!(made.public(), read.public());
+        assert!(matches!(SecretKey::read(&path, || Ok("Velvet".to_owned())), Err(KeyError::Locked { .. })));
+        assert!(matches!(SecretKey::create(&path, "x"), Err(KeyError::Write { .. })), "no key is overwritten");
+        let secret = fs::read_to_string(&path).unwrap();
+        assert!(!format!("{made:?}").contains(secret.lines().nth(1).unwrap()));
+    }
+
+    #[test]
+    fn a_key_that_others_can_read_is_refused_before_anybody_is_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("artist.key");
+        fs::write(&path, "whatever").unwrap();
+        for mode in [0o644, 0o640, 0o604, 0o620, 0o601] {
+            fs::set_permissions(&path, Permissions::from_mode(mode)).unwrap();
+            let refused = SecretKey::read(&path, || panic!("asked")).unwrap_err();
+            assert!(matches!(refused, KeyError::Open { mode: found, .. } if found == mode), "{refused}");
+        }
+    }
+}

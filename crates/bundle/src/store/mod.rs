@@ -1,0 +1,381 @@
+//! The store of a unit: content, shared by the flocks that were installed.
+//!
+//! Owns the order in which things reach the disk. Content lies under its digest, read-only; a *generation* is a folder
+//! of hard links to it, in the shape of a flock; one symbolic link says which generation plays. What that link must
+//! say is decided in [`State`], written down first, and made true again at every [`Store::open`]. Whatever step the
+//! power fails at, the unit has a complete, verified flock: the old one or the new one. Never decides when to act,
+//! never fetches: the updater does both.
+//!
+//! ```text
+//! objects/3f/a91c...                     content, 0444, under fs-verity where there is that
+//! incoming/3fa91c...                     content on its way: its length is how far it got
+//! generations/12/{seal,contents,statements}   what vouched for it
+//! generations/12/flock/...               the flock, as the player opens it
+//! current -> generations/12/flock        what the player opens
+//! state.0, state.1                       what is known, twice
+//! ```
+//!
+//! An update: [`Store::admit`], [`Store::plan`], [`Store::intake`] for each object, [`Store::install`]; then
+//! [`Store::won`] or [`Store::lost`]; and when the player has changed over, [`Store::collect`].
+//!
+//! Start at [`Store::open`].
+
+mod disk;
+mod install;
+mod intake;
+mod plan;
+mod slots;
+mod state;
+mod upkeep;
+
+use std::io;
+
+use crate::contents::Verified;
+use crate::key::PublicKey;
+use crate::limits;
+use crate::names::{ObjectId, UnitId};
+use crate::refused::Refused;
+use crate::seal::{Seal, Unverified};
+use crate::store::slots::{Read, Slots};
+use crate::trust::{Learned, Trust, statements};
+
+pub use disk::{Append, Disk, Frozen, LocalDisk};
+pub use intake::Intake;
+pub use plan::{Held, Plan, Shortfall, Wanted, plan};
+pub use state::{Admission, Consent, Generation, STARTS, State, Trial, Verdict};
+pub use upkeep::Scrubbed;
+
+/// The link that says which flock plays.
+pub const CURRENT: &str = "current";
+const INCOMING: &str = "incoming";
+const GENERATIONS: &str = "generations";
+
+/// The store of a unit.
+pub struct Store {
+    disk: Box<dyn Disk>,
+    slots: Slots,
+    state: State,
+    pinned: Trust,
+    trust: Trust,
+}
+
+/// Why the store could not do it. What plays is what played before.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// What arrived is not what was listed. It was thrown away.
+    #[error("`{name}` arrived damaged (expected {expected}, found {found})")]
+    Damaged {
+        /// What people know it by.
+        name: String,
+        /// Its digest as listed.
+        expected: ObjectId,
+        /// The digest of what arrived.
+        found: ObjectId,
+    },
+    /// The disk failed.
+    #[error("cannot {doing} `{path}`")]
+    Disk {
+        /// What was tried.
+        doing: &'static str,
+        /// On what, within the store.
+        path: String,
+        /// What the disk says.
+        source: io::Error,
+    },
+    /// It ended before it was whole. What there is stays, to be continued.
+    #[error("`{name}` ended after {have} of {size} bytes")]
+    Incomplete {
+        /// What people know it by.
+        name: String,
+        /// How much there is.
+        have: u64,
+        /// How much there must be.
+        size: u64,
+    },
+    /// Not everything was fetched before it was to be installed.
+    #[error("cannot install the flock: {missing} of its {objects} objects are missing")]
+    Missing {
+        /// How many are missing.
+        missing: usize,
+        /// How many it has.
+        objects: usize,
+    },
+    /// What lies in the store is not what was verified once.
+    #[error("generation {number} of the store is damaged")]
+    Generation {
+        /// Which.
+        number: u64,
+        /// What is wrong with it.
+        source: Refused,
+    },
+    /// The bundle is refused.
+    #[error("the bundle is refused")]
+    Refused(#[source] Refused),
+    /// More bytes arrived than were listed. They were thrown away.
+    #[error("`{name}` is longer than its {size} bytes")]
+    TooLong {
+        /// What people know it by.
+        name: String,
+        /// How much there must be.
+        size: u64,
+    },
+}
+
+impl Store {
+    /// Opens the store on `disk`, which may be empty, and makes true again what a power cut left half done. `pinned`
+    /// are the keys that the owner trusts.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn open(disk: Box<dyn Disk>, pinned: Trust) -> Result<Self, StoreError> {
+        for folder in ["objects", INCOMING, GENERATIONS] {
+            disk.make_folder(folder).map_err(at("make folder", folder))?;
+        }
+        let (slots, read) = Slots::read(&*disk);
+        let mut store = Self { disk, slots, state: State::default(), trust: pinned.clone(), pinned };
+        match read {
+            Read::Nothing => return Ok(store),
+            Read::State { state, both } => {
+                store.trust = trusting(&store.pinned, &state.statements);
+                store.state = *state;
+                if !both {
+                    store.write()?;
+                }
+            }
+            Read::Damaged => {
+                store.rebuild()?;
+                store.write()?;
+            }
+        }
+        store.follow()?;
+        Ok(store)
+    }
+
+    /// What is known of the flocks of this unit.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Whom this unit trusts, all statements learned so far taken into account.
+    pub fn trust(&self) -> &Trust {
+        &self.trust
+    }
+
+    /// Learns from the file of statements that a bundle carries; returns what was new. What is said by someone who may
+    /// not say it is passed over.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`] if it could not be kept; it was not learned then.
+    pub fn learn(&mut self, file: &[u8]) -> Result<Vec<Learned>, StoreError> {
+        let (mut trust, mut state, mut news) = (self.trust.clone(), self.state.clone(), Vec::new());
+        for statement in statements(file) {
+            let Ok(text) = std::str::from_utf8(statement) else { continue };
+            let full = state.statements.len() >= limits::STATEMENT_COUNT;
+            match trust.learn(statement) {
+                Ok(learned @ (Learned::Trusted(_) | Learned::Revoked(_))) if !full => {
+                    state.statements.push(text.to_owned());
+                    news.push(learned);
+                }
+                Ok(_) | Err(_) => {}
+            }
+        }
+        if !news.is_empty() {
+            self.become_(state)?;
+        }
+        Ok(news)
+    }
+
+    /// Whether the bundle behind `seal` may be installed on `unit`.
+    ///
+    /// # Errors
+    /// [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
+    pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refused> {
+        self.state.admit(seal, unit, consent)
+    }
+
+    /// Whether `unverified` is the seal of the generation that plays: there is no news then.
+    pub fn is_no_news(&self, unverified: &Unverified) -> bool {
+        self.state.playing().is_some_and(|playing| playing.seal == ObjectId::of(unverified.bytes()))
+    }
+
+    /// What has to be fetched for the bundle.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn plan(&self, bundle: &Verified) -> Result<Plan, StoreError> {
+        plan(bundle.contents(), |file| self.held(&file.id, file.size))
+    }
+
+    /// The room that is left, in bytes.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn room(&self) -> Result<u64, StoreError> {
+        self.disk.room().map_err(at("measure the room of", ""))
+    }
+
+    /// The player begins to play what is current. A trial that was begun too often is lost by that.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn started(&mut self) -> Result<Verdict, StoreError> {
+        let (state, verdict) = self.state.clone().started();
+        self.become_(state)?;
+        Ok(verdict)
+    }
+
+    /// The generation on trial has proved itself: it is the last good one from now on.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`]; the trial goes on then.
+    pub fn won(&mut self) -> Result<(), StoreError> {
+        self.become_(self.state.clone().won())
+    }
+
+    /// The generation on trial does not play: the last good one comes back, and the bundle is marked bad.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn lost(&mut self) -> Result<(), StoreError> {
+        self.become_(self.state.clone().lost())
+    }
+
+    /// The last good generation is beyond repair: the one before it comes back, if there is one.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn good_is_gone(&mut self) -> Result<(), StoreError> {
+        self.become_(self.state.clone().good_is_gone())
+    }
+
+    /// Gives up the reserve, the generation before the last good one, for its room. [`Store::collect`] frees it.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn give_up_reserve(&mut self) -> Result<(), StoreError> {
+        self.become_(self.state.clone().without_reserve())
+    }
+
+    /// Writes the state down, and then makes the disk follow.
+    fn become_(&mut self, state: State) -> Result<(), StoreError> {
+        if state == self.state {
+            return Ok(());
+        }
+        let before = std::mem::replace(&mut self.state, state);
+        if let Err(error) = self.write() {
+            self.state = before;
+            return Err(error);
+        }
+        self.trust = trusting(&self.pinned, &self.state.statements);
+        self.follow()
+    }
+
+    fn write(&mut self) -> Result<(), StoreError> {
+        self.slots.write(&*self.disk, &self.state).map_err(at("write the state of", ""))
+    }
+
+    /// Makes the link say what the state says.
+    fn follow(&self) -> Result<(), StoreError> {
+        let wanted = self.state.playing().map(|generation| flock_folder(generation.number));
+        let found = self.disk.pointed(CURRENT).map_err(at("read link", CURRENT))?;
+        if wanted == found {
+            return Ok(());
+        }
+        let switch = || -> io::Result<()> {
+            match &wanted {
+                Some(target) => {
+                    let temporary = format!("{CURRENT}.new");
+                    self.disk.remove(&temporary)?;
+                    self.disk.point(&temporary, target)?;
+                    self.disk.rename(&temporary, CURRENT)?;
+                }
+                None => self.disk.remove(CURRENT)?,
+            }
+            self.disk.sync_folder("")
+        };
+        switch().map_err(at("switch", CURRENT))
+    }
+
+    fn held(&self, id: &ObjectId, size: u64) -> Result<Held, StoreError> {
+        let length = |path: &str| self.disk.length(path).map_err(at("look at", path));
+        if length(&id.path())? == Some(size) {
+            return Ok(Held::Whole);
+        }
+        Ok(length(&incoming(id))?.map_or(Held::Nothing, Held::Part))
+    }
+
+    /// What is known, from the generations themselves: both copies of the state are damaged.
+    fn rebuild(&mut self) -> Result<(), StoreError> {
+        let pointed = self.disk.pointed(CURRENT).map_err(at("read link", CURRENT))?;
+        for name in self.disk.list(GENERATIONS).map_err(at("list", GENERATIONS))? {
+            let Some(number) = crate::names::plain(&name) else { continue };
+            self.state.newest = self.state.newest.max(number);
+            let Some(generation) = self.vouched(number) else { continue };
+            let floor = self.state.floors.entry(generation.signer).or_insert(generation.sequence);
+            *floor = generation.sequence.max(*floor);
+            let plays = pointed.as_deref() == Some(&flock_folder(number));
+            let newer = |good: &Generation| generation.number > good.number;
+            if plays {
+                self.state.before = self.state.good.replace(generation);
+            } else if self.state.before.as_ref().is_none_or(newer) {
+                self.state.before = Some(generation);
+            }
+        }
+        if self.state.good.is_none() {
+            self.state.good = self.state.before.take();
+        }
+        Ok(())
+    }
+
+    /// The generation in the folder `number`, as far as its signature can tell.
+    fn vouched(&mut self, number: u64) -> Option<Generation> {
+        let folder = generation_folder(number);
+        let said = self.disk.read(&format!("{folder}/statements"), limits::STATEMENTS).unwrap_or_default();
+        for statement in statements(&said) {
+            let text = String::from_utf8_lossy(statement);
+            if matches!(self.trust.learn(statement), Ok(Learned::Trusted(_) | Learned::Revoked(_))) {
+                self.state.statements.push(text.into_owned());
+            }
+        }
+        let bytes = self.disk.read(&format!("{folder}/seal"), limits::SEAL).ok()?;
+        let seal = Unverified::new(bytes).verify(&self.trust).ok()?;
+        let (letter, id) = (seal.letter(), seal.id());
+        let (flock, signer, sequence) = (letter.flock.clone(), seal.signer(), letter.sequence);
+        Some(Generation { number, flock, signer, sequence, seal: id })
+    }
+}
+
+impl std::fmt::Debug for Store {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let keys: Vec<_> = self.trust.keys().map(PublicKey::id).collect();
+        f.debug_struct("Store").field("state", &self.state).field("keys", &keys).finish_non_exhaustive()
+    }
+}
+
+/// Whom the owner trusts, and whom they vouched for since.
+fn trusting(pinned: &Trust, statements: &[String]) -> Trust {
+    let mut trust = pinned.clone();
+    for statement in statements {
+        // The owner may have taken away the key that said so.
+        trust.learn(statement.as_bytes()).ok();
+    }
+    trust
+}
+
+fn generation_folder(number: u64) -> String {
+    format!("{GENERATIONS}/{number}")
+}
+
+fn flock_folder(number: u64) -> String {
+    format!("{GENERATIONS}/{number}/flock")
+}
+
+fn incoming(id: &ObjectId) -> String {
+    format!("{INCOMING}/{id}")
+}
+
+/// The error of trying `doing` on `path`.
+fn at(doing: &'static str, path: &str) -> impl FnOnce(io::Error) -> StoreError {
+    let path = path.to_owned();
+    move |source| StoreError::Disk { doing, path, source }
+}

@@ -1,0 +1,166 @@
+//! The state of a store on the disk: twice, with checksums.
+//!
+//! Owns two files that say the same. Each is written anew and put in place in one step, one after the other, so that
+//! at every moment one of them is whole; and if one is damaged later, the other one still tells every floor. Never
+//! knows what the state means.
+
+use std::io;
+
+use crate::limits;
+use crate::names::{ObjectId, plain};
+use crate::store::disk::Disk;
+use crate::store::state::State;
+
+/// The two files.
+pub(crate) const SLOTS: [&str; 2] = ["state.0", "state.1"];
+/// The first word of each.
+const HEADING: &str = "dreams-state-1";
+
+/// What the slots hold.
+#[derive(Debug, Default)]
+pub(crate) struct Slots {
+    /// How often the state was written.
+    number: u64,
+}
+
+/// What was found when the slots were read.
+pub(crate) enum Read {
+    /// Neither file exists: a new store.
+    Nothing,
+    /// There is something, but nothing whole.
+    Damaged,
+    /// The newest whole state; whether both slots say so.
+    State { state: Box<State>, both: bool },
+}
+
+impl Slots {
+    /// Reads the newest whole state.
+    ///
+    /// # Errors
+    /// Never: what cannot be read is not whole.
+    pub(crate) fn read(disk: &dyn Disk) -> (Self, Read) {
+        let mut newest: Option<(u64, State)> = None;
+        let (mut missing, mut agreeing) = (0, 0);
+        for slot in SLOTS {
+            let bytes = match disk.read(slot, limits::STATE) {
+                Ok(bytes) => bytes,
+                Err(error) => {
+                    missing += usize::from(error.kind() == io::ErrorKind::NotFound);
+                    continue;
+                }
+            };
+            let Some((number, state)) = parse(&bytes) else { continue };
+            match &newest {
+                Some((best, _)) if *best > number => {}
+                Some((best, _)) if *best == number => agreeing += 1,
+                Some(_) | None => {
+                    agreeing = 1;
+                    newest = Some((number, state));
+                }
+            }
+        }
+        match newest {
+            Some((number, state)) => {
+                (Self { number }, Read::State { state: Box::new(state), both: agreeing == SLOTS.len() })
+            }
+            None if missing == SLOTS.len() => (Self::default(), Read::Nothing),
+            None => (Self::default(), Read::Damaged),
+        }
+    }
+
+    /// Writes the state down; returns when the disk has it twice.
+    ///
+    /// # Errors
+    /// What the disk says. The state is the one before, or this one.
+    pub(crate) fn write(&mut self, disk: &dyn Disk, state: &State) -> io::Result<()> {
+        // A failed attempt may have left this number in one of the slots.
+        self.number += 1;
+        let bytes = written(self.number, state)?;
+        for slot in SLOTS {
+            let temporary = format!("{slot}.new");
+            disk.remove(&temporary)?;
+            let mut file = disk.append(&temporary)?;
+            file.write_all(&bytes)?;
+            file.sync()?;
+            drop(file);
+            disk.rename(&temporary, slot)?;
+            disk.sync_folder("")?;
+        }
+        Ok(())
+    }
+}
+
+fn written(number: u64, state: &State) -> io::Result<Vec<u8>> {
+    let body = serde_json::to_string(state).map_err(io::Error::other)?;
+    let text = format!("{HEADING} {number} {}\n{body}\n", ObjectId::of(format!("{number} {body}").as_bytes()));
+    if text.len() as u64 > limits::STATE {
+        return Err(crate::beneath::too_large(limits::STATE));
+    }
+    Ok(text.into_bytes())
+}
+
+fn parse(bytes: &[u8]) -> Option<(u64, State)> {
+    let (head, body) = std::str::from_utf8(bytes).ok()?.split_once('\n')?;
+    let body = body.strip_suffix('\n')?;
+    let mut words = head.split(' ');
+    let (heading, number, checksum) = (words.next()?, words.next()?, words.next()?);
+    let fine = heading == HEADING
+        && words.next().is_none()
+        && ObjectId::parse(checksum) == Ok(ObjectId::of(format!("{number} {body}").as_bytes()));
+    if fine { Some((plain(number)?, serde_json::from_str(body).ok()?)) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::names::Sequence;
+    use crate::store::disk::LocalDisk;
+    use std::fs;
+
+    fn state(newest: u64) -> State {
+        let floors = [(crate::key::KeyId::parse("0123456789ABCDEF").unwrap(), Sequence(newest))].into();
+        State { floors, newest, ..State::default() }
+    }
+
+    fn read(disk: &LocalDisk) -> (u64, bool) {
+        match Slots::read(disk).1 {
+            Read::State { state, both } => (state.newest, both),
+            Read::Nothing | Read::Damaged => panic!("no state"),
+        }
+    }
+
+    #[test]
+    fn either_slot_alone_tells_everything() {
+        for broken in SLOTS {
+            let folder = tempfile::tempdir().unwrap();
+            let disk = LocalDisk::open(folder.path()).unwrap();
+            assert!(matches!(Slots::read(&disk).1, Read::Nothing));
+            let mut slots = Slots::read(&disk).0;
+            slots.write(&disk, &state(1)).unwrap();
+            slots.write(&disk, &state(2)).unwrap();
+            assert_eq!(read(&disk), (2, true));
+            fs::write(folder.path().join(broken), "torn").unwrap();
+            assert_eq!(read(&disk), (2, false));
+            Slots::read(&disk).0.write(&disk, &state(3)).unwrap();
+            assert_eq!(read(&disk), (3, true));
+            for slot in SLOTS {
+                fs::write(folder.path().join(slot), "torn").unwrap();
+            }
+            assert!(matches!(Slots::read(&disk).1, Read::Damaged));
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_anywhere_and_a_cut_anywhere_are_seen() {
+        let whole = written(7, &state(9)).unwrap();
+        assert_eq!(parse(&whole), Some((7, state(9))));
+        for bit in 0..whole.len() * 8 {
+            let mut bytes = whole.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(parse(&bytes), None, "bit {bit}");
+        }
+        for cut in 0..whole.len() {
+            assert_eq!(parse(&whole[..cut]), None, "cut at {cut}");
+        }
+    }
+}

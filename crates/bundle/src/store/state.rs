@@ -1,0 +1,213 @@
+//! What a unit knows of its flocks: which one plays, which one is on trial, which sequences it has seen.
+//!
+//! Owns every decision about generations, as pure functions of the state; whoever calls them writes the state down and
+//! makes the disk follow. The *floor* of a key is the highest sequence that has won its trial: nothing of that key that
+//! is not higher is let in again. A lost trial raises no floor, so that the artist may send the same number again,
+//! mended.
+//!
+//! | state | event | becomes |
+//! |---|---|---|
+//! | good `g` | installed `t` | good `g`, trial `t`; what was before `g` goes |
+//! | good `g`, trial `t` | installed `u` | good `g`, trial `u`; `t` goes, unjudged |
+//! | good `g`, trial `t` | won | good `t`, before `g`; the floor of its key rises |
+//! | good `g`, trial `t` | lost | good `g`; `t` is marked bad and goes |
+//! | trial `t` | lost | nothing: the player falls back to its own |
+//!
+//! Start at [`State::admit`].
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::key::KeyId;
+use crate::names::{ObjectId, Sequence, UnitId};
+use crate::refused::Refused;
+use crate::seal::Seal;
+
+/// How often a trial may be begun: a unit that died of a flock so often will not live with it.
+pub const STARTS: u32 = 3;
+/// How many bad bundles are remembered.
+const BAD: usize = 64;
+
+/// One installed flock.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Generation {
+    /// Counts the installations of this unit; names its folder.
+    pub number: u64,
+    /// What the artist calls the flock.
+    pub flock: String,
+    /// Who signed it.
+    pub signer: KeyId,
+    /// Its number among the bundles of that key.
+    pub sequence: Sequence,
+    /// The digest of its seal.
+    pub seal: ObjectId,
+}
+
+/// A generation that has to prove itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trial {
+    /// Which.
+    pub generation: Generation,
+    /// How often the unit has begun to play it.
+    pub starts: u32,
+}
+
+/// What a unit knows of its flocks.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// The highest sequence of each key that has won a trial here.
+    pub floors: BTreeMap<KeyId, Sequence>,
+    /// The last generation that has won its trial.
+    pub good: Option<Generation>,
+    /// The one that played before it, kept as a reserve.
+    pub before: Option<Generation>,
+    /// The one on trial; it plays.
+    pub trial: Option<Trial>,
+    /// The digests of seals that have lost a trial, oldest first.
+    pub bad: Vec<ObjectId>,
+    /// What keys said about keys, in the order in which it was learned.
+    pub statements: Vec<String>,
+    /// The number of the newest generation there ever was.
+    pub newest: u64,
+}
+
+/// What the owner allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Consent {
+    /// Newer bundles only.
+    Newer,
+    /// This bundle, older or marked bad as it may be. To be given on the unit itself, by its owner.
+    Any,
+}
+
+/// What becomes of a bundle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Admission {
+    /// It is to be installed.
+    New,
+    /// It is on trial already.
+    OnTrial,
+    /// It plays already.
+    Plays,
+}
+
+/// How a trial stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It was begun too often and is lost.
+    Lost,
+    /// It goes on.
+    Open,
+}
+
+impl State {
+    /// The generation that plays: the one on trial, else the good one.
+    pub fn playing(&self) -> Option<&Generation> {
+        self.trial.as_ref().map(|trial| &trial.generation).or(self.good.as_ref())
+    }
+
+    /// The generations whose files must stay.
+    pub fn kept(&self) -> impl Iterator<Item = &Generation> {
+        let trial = self.trial.as_ref().map(|trial| &trial.generation);
+        trial.into_iter().chain(&self.good).chain(&self.before)
+    }
+
+    /// Whether the bundle behind `seal` may be installed on `unit`.
+    ///
+    /// # Errors
+    /// [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
+    pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refused> {
+        let (letter, id, signer) = (seal.letter(), seal.id(), seal.signer());
+        if !letter.addressees.include(unit) {
+            return Err(Refused::ForOthers { addressees: letter.addressees.clone(), unit: unit.clone() });
+        }
+        let is = |generation: &Generation| generation.seal == id;
+        if let Some(trial) = &self.trial {
+            if is(&trial.generation) {
+                return Ok(Admission::OnTrial);
+            }
+        } else if self.good.as_ref().is_some_and(is) {
+            return Ok(Admission::Plays);
+        }
+        if consent == Consent::Any {
+            return Ok(Admission::New);
+        }
+        if self.bad.contains(&id) {
+            return Err(Refused::MarkedBad { sequence: letter.sequence });
+        }
+        let on_trial = self.trial.as_ref().filter(|trial| trial.generation.signer == signer);
+        let floor = self.floors.get(&signer).copied().max(on_trial.map(|trial| trial.generation.sequence));
+        match floor {
+            Some(floor) if letter.sequence <= floor => Err(Refused::Older { sequence: letter.sequence, floor, signer }),
+            Some(_) | None => Ok(Admission::New),
+        }
+    }
+
+    /// The number that the next generation gets.
+    pub fn next_number(&self) -> u64 {
+        self.newest + 1
+    }
+
+    /// The new generation is installed: it goes on trial.
+    #[must_use]
+    pub fn installed(mut self, generation: Generation) -> Self {
+        self.newest = self.newest.max(generation.number);
+        self.before = None;
+        self.trial = Some(Trial { generation, starts: 0 });
+        self
+    }
+
+    /// The unit begins to play the one on trial.
+    #[must_use]
+    pub fn started(mut self) -> (Self, Verdict) {
+        match &mut self.trial {
+            Some(trial) if trial.starts >= STARTS => (self.lost(), Verdict::Lost),
+            Some(trial) => {
+                trial.starts += 1;
+                (self, Verdict::Open)
+            }
+            None => (self, Verdict::Open),
+        }
+    }
+
+    /// The one on trial has proved itself.
+    #[must_use]
+    pub fn won(mut self) -> Self {
+        if let Some(Trial { generation, .. }) = self.trial.take() {
+            let floor = self.floors.entry(generation.signer).or_insert(generation.sequence);
+            *floor = generation.sequence.max(*floor);
+            self.before = self.good.replace(generation);
+        }
+        self
+    }
+
+    /// The one on trial does not play.
+    #[must_use]
+    pub fn lost(mut self) -> Self {
+        if let Some(Trial { generation, .. }) = self.trial.take() {
+            self.bad.retain(|bad| *bad != generation.seal);
+            self.bad.push(generation.seal);
+            let surplus = self.bad.len().saturating_sub(BAD);
+            self.bad.drain(..surplus);
+        }
+        self
+    }
+
+    /// The good one turned out to be beyond repair: the one before it plays.
+    #[must_use]
+    pub fn good_is_gone(mut self) -> Self {
+        self.good = self.before.take();
+        self
+    }
+
+    /// Nothing older than the good one is kept any longer.
+    #[must_use]
+    pub fn without_reserve(mut self) -> Self {
+        self.before = None;
+        self
+    }
+}

@@ -1,0 +1,198 @@
+//! What a unit does with bundles, in order: install, try, keep, go back, clean up, mend.
+
+use crate::press::{fetch, flock, key, playing, press, store, trust, unit, verified};
+use bundle::{
+    Admission, Consent, Learned, LocalDisk, Refused, STARTS, Sequence, Statement, Store, StoreError, Trust, Verdict,
+};
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+
+/// Takes the bundle in `folder` all the way to its trial.
+fn update(store: &mut Store, folder: &Path) -> u64 {
+    let bundle = verified(folder, store.trust()).unwrap();
+    assert_eq!(store.admit(bundle.seal(), &unit("lobby"), Consent::Newer).unwrap(), Admission::New);
+    let fetched = fetch(store, folder, &bundle);
+    store.install(&bundle).unwrap();
+    fetched
+}
+
+#[test]
+fn a_flock_travels_whole_and_only_what_is_new_is_fetched() {
+    let (stick, unit) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let (one, two) = (flock(20, 0), flock(20, 1));
+    press(stick.path(), &one, &["lobby", "stairs"], 1, "artist");
+    let mut store = store(unit.path());
+    assert_eq!(playing(unit.path()), None);
+    let all: usize = one.values().map(Vec::len).sum();
+    assert_eq!(update(&mut store, stick.path()), all as u64);
+    assert_eq!(playing(unit.path()), Some(one.clone()));
+    store.won().unwrap();
+    press(stick.path(), &two, &[], 2, "artist");
+    press(stick.path(), &two, &["lobby"], 2, "artist");
+    assert_eq!(update(&mut store, stick.path()), two["loops/0.mp4"].len() as u64);
+    assert_eq!(playing(unit.path()), Some(two));
+    let shared = fs::metadata(unit.path().join("current/loops/7.mp4")).unwrap();
+    assert_eq!((shared.nlink(), shared.mode() & 0o777), (3, 0o444), "one object, two generations");
+}
+
+#[test]
+fn a_lost_trial_brings_the_last_good_flock_back_and_is_remembered() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut store = store(unit_folder.path());
+    press(stick.path(), &flock(3, 0), &["lobby"], 1, "artist");
+    update(&mut store, stick.path());
+    store.won().unwrap();
+    press(stick.path(), &flock(3, 1), &["lobby"], 2, "artist");
+    update(&mut store, stick.path());
+    for _ in 0..STARTS {
+        assert_eq!(store.started().unwrap(), Verdict::Open);
+    }
+    assert_eq!(store.started().unwrap(), Verdict::Lost);
+    assert_eq!(playing(unit_folder.path()), Some(flock(3, 0)));
+    let bad = verified(stick.path(), store.trust()).unwrap();
+    let lobby = unit("lobby");
+    assert!(matches!(store.admit(bad.seal(), &lobby, Consent::Newer), Err(Refused::MarkedBad { .. })));
+    assert_eq!(store.admit(bad.seal(), &lobby, Consent::Any).unwrap(), Admission::New);
+    // Mended, it may come with the same number.
+    press(stick.path(), &flock(3, 2), &["lobby"], 2, "artist");
+    update(&mut store, stick.path());
+    store.won().unwrap();
+    store.collect(None).unwrap();
+    assert_eq!(playing(unit_folder.path()), Some(flock(3, 2)));
+    assert_eq!(fs::read_dir(unit_folder.path().join("generations")).unwrap().count(), 2);
+}
+
+#[test]
+fn what_is_not_newer_is_refused_for_each_key_by_itself() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let lobby = unit("lobby");
+    let both = || Trust::of([key("artist").public(), key("spare").public()]);
+    let mut store = Store::open(Box::new(LocalDisk::open(unit_folder.path()).unwrap()), both()).unwrap();
+    press(stick.path(), &flock(2, 0), &[], 7, "artist");
+    update(&mut store, stick.path());
+    let admit = |store: &Store, sequence, who: &'static str, consent| {
+        press(stick.path(), &flock(2, 1), &[], sequence, who);
+        let bundle = verified(stick.path(), store.trust()).unwrap();
+        store.admit(bundle.seal(), &lobby, consent)
+    };
+    assert!(admit(&store, 6, "artist", Consent::Newer).is_err(), "older than what is on trial");
+    store.won().unwrap();
+    for sequence in [1, 6, 7] {
+        let refused = admit(&store, sequence, "artist", Consent::Newer).unwrap_err();
+        assert!(matches!(refused, Refused::Older { floor: Sequence(7), .. }), "{refused}");
+        assert_eq!(admit(&store, sequence, "artist", Consent::Any).unwrap(), Admission::New);
+    }
+    assert_eq!(admit(&store, 8, "artist", Consent::Newer).unwrap(), Admission::New);
+    assert_eq!(admit(&store, 1, "spare", Consent::Newer).unwrap(), Admission::New);
+    // The floor outlives the process and either copy of the state.
+    drop(store);
+    fs::write(unit_folder.path().join("state.1"), "").unwrap();
+    let store = Store::open(Box::new(LocalDisk::open(unit_folder.path()).unwrap()), both()).unwrap();
+    assert!(admit(&store, 7, "artist", Consent::Newer).is_err());
+    // And both.
+    drop(store);
+    for slot in ["state.0", "state.1"] {
+        fs::write(unit_folder.path().join(slot), "").unwrap();
+    }
+    let store = Store::open(Box::new(LocalDisk::open(unit_folder.path()).unwrap()), both()).unwrap();
+    assert!(admit(&store, 7, "artist", Consent::Newer).is_err());
+    assert_eq!(playing(unit_folder.path()), Some(flock(2, 0)));
+}
+
+#[test]
+fn a_bundle_for_another_unit_is_refused_with_both_names() {
+    let stick = tempfile::tempdir().unwrap();
+    press(stick.path(), &flock(1, 0), &["attic", "stairs"], 1, "artist");
+    let from = stick.path().join("seals");
+    fs::copy(from.join("attic.seal"), from.join("lobby.seal")).unwrap();
+    let bundle = verified(stick.path(), &trust()).unwrap();
+    let unit_folder = tempfile::tempdir().unwrap();
+    let refused = store(unit_folder.path()).admit(bundle.seal(), &unit("lobby"), Consent::Any).unwrap_err();
+    assert_eq!(refused.to_string(), "the bundle is for `attic stairs`, this unit is `lobby`");
+}
+
+#[test]
+fn a_new_key_is_learned_once_and_kept() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    press(stick.path(), &flock(1, 0), &[], 1, "spare");
+    let mut there = store(unit_folder.path());
+    assert!(matches!(verified(stick.path(), there.trust()), Err(Refused::UnknownKey { .. })));
+    let word = Statement::Trust(key("spare").public()).sign(key("artist")).unwrap();
+    assert_eq!(there.learn(&word).unwrap(), [Learned::Trusted(key("spare").public().id())]);
+    assert_eq!(there.learn(&word).unwrap(), []);
+    drop(there);
+    let mut there = store(unit_folder.path());
+    assert!(verified(stick.path(), there.trust()).is_ok());
+    let word = Statement::Revoke(key("spare").public().id()).sign(key("spare")).unwrap();
+    there.learn(&word).unwrap();
+    drop(there);
+    let there = store(unit_folder.path());
+    assert!(matches!(verified(stick.path(), there.trust()), Err(Refused::RevokedKey { .. })));
+}
+
+#[test]
+fn a_fetch_goes_on_where_it_was_and_damage_never_becomes_an_object() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let files = flock(4, 0);
+    press(stick.path(), &files, &[], 1, "artist");
+    let mut store = store(unit_folder.path());
+    let bundle = verified(stick.path(), store.trust()).unwrap();
+    assert!(matches!(store.install(&bundle), Err(StoreError::Missing { missing: 5, objects: 5 })));
+    let wanted = store.plan(&bundle).unwrap().wanted;
+    assert_eq!(wanted[0].path.as_str(), "flock.toml");
+    let clip = wanted.iter().find(|wanted| wanted.path.as_str() == "loops/2.mp4").unwrap();
+    let bytes = &files["loops/2.mp4"];
+    for half in [&bytes[..100], &bytes[100..300]] {
+        store.intake(clip).unwrap().take(half).unwrap();
+    }
+    let planned = store.plan(&bundle).unwrap();
+    assert_eq!(planned.wanted.iter().find(|wanted| wanted.id == clip.id).unwrap().have, 300);
+    assert_eq!(planned.to_fetch(), planned.bytes - 300);
+    let intake = store.intake(clip).unwrap();
+    assert!(matches!(intake.finish(), Err(StoreError::Incomplete { have: 300, .. })));
+    let mut intake = store.intake(clip).unwrap();
+    assert_eq!(intake.have(), 300);
+    intake.take(&vec![7; bytes.len() - 300]).unwrap();
+    assert!(matches!(intake.finish(), Err(StoreError::Damaged { .. })));
+    let mut intake = store.intake(clip).unwrap();
+    assert_eq!(intake.have(), 0, "what was damaged is not built upon");
+    assert!(matches!(intake.take(&[&bytes[..], b"x"].concat()), Err(StoreError::TooLong { .. })));
+    drop(intake);
+    fetch(&store, stick.path(), &bundle);
+    store.install(&bundle).unwrap();
+    assert_eq!(playing(unit_folder.path()), Some(files));
+}
+
+#[test]
+fn what_is_damaged_is_taken_out_and_put_back_when_it_was_fetched_again() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let files = flock(5, 0);
+    press(stick.path(), &files, &[], 1, "artist");
+    let mut store = store(unit_folder.path());
+    update(&mut store, stick.path());
+    assert_eq!(store.scrub(|_| true).unwrap().whole, 6);
+    let (clip, gone) = (unit_folder.path().join("current/loops/3.mp4"), unit_folder.path().join("current/loops/1.mp4"));
+    fs::remove_file(gone).unwrap();
+    // Rot: the same file, other bytes.
+    let rot = fs::OpenOptions::new().write(true).open(&clip);
+    std::os::unix::fs::FileExt::write_at(&rot.unwrap(), b"rot", 40).unwrap();
+    let found = store.scrub(|_| true).unwrap();
+    assert_eq!((found.whole, found.damaged.len(), found.damaged[0].path.as_str()), (5, 1, "loops/3.mp4"));
+    assert!(!clip.exists(), "the player walks around it");
+    assert_eq!(store.missing().unwrap(), found.damaged);
+    let bundle = verified(stick.path(), store.trust()).unwrap();
+    fetch(&store, stick.path(), &bundle);
+    store.mend().unwrap();
+    assert_eq!(playing(unit_folder.path()), Some(files));
+    assert_eq!(store.missing().unwrap(), []);
+}
+
+#[test]
+fn a_second_updater_waits_outside() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = LocalDisk::open(folder.path()).unwrap();
+    assert_eq!(LocalDisk::open(folder.path()).unwrap_err().kind(), std::io::ErrorKind::WouldBlock);
+    drop(first);
+    LocalDisk::open(folder.path()).unwrap();
+}

@@ -1,0 +1,6 @@
+//! Claims about bundles and stores, tried through what the crate shows to others.
+#![forbid(unsafe_code)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
+
+mod installing;
+mod press;
