@@ -8,7 +8,9 @@ mod bred;
 
 use flame::genome::{Genome, TemporalShape};
 use flame::variations::{Kind, Variation};
-use flame::{Image, Loop, Renderer, Settings};
+use flame::{Demand, Image, Loop, RenderError, Renderer, Settings};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 const SMALL: Settings =
     Settings { size: Some([64, 48]), spp: Some(50.0), supersample: Some(2), temporal_samples: Some(4), seed: 5 };
@@ -108,6 +110,39 @@ fn no_legal_genome_makes_anything_but_light() {
         genome.camera.zoom = 0.0;
         let image = renderer.render(&genome, 0.0, &Settings { spp: Some(5.0), ..SMALL }).unwrap();
         assert!(image.pixels.as_flattened().iter().all(|light| (0.0..=1.0).contains(light)), "seed {seed}");
+    }
+}
+
+#[test]
+fn a_renderer_that_is_told_to_stop_leaves_off_at_once() {
+    let stop = Arc::new(AtomicBool::new(true));
+    let renderer = Renderer::new(2).unwrap().stopped_by(Arc::clone(&stop));
+    let endless = Settings { spp: Some(1e11), ..SMALL };
+    assert_eq!(renderer.render(&xaos(), 0.0, &endless), Err(RenderError::Stopped));
+    stop.store(false, Ordering::Relaxed);
+    assert!(renderer.render(&xaos(), 0.0, &SMALL).is_ok());
+}
+
+#[test]
+fn a_frame_tells_what_it_takes_before_it_is_drawn() {
+    let demand = Demand::of(&xaos(), 0.0, &SMALL).unwrap();
+    assert_eq!(demand.samples, 64 * 48 * 50);
+    let large = Demand::of(&xaos(), 0.0, &Settings { size: Some([6400, 4800]), ..SMALL }).unwrap();
+    let cells = 4 * 6400 * 4800;
+    assert!((48 * cells..60 * cells).contains(&large.bytes), "{large:?}");
+    for change in [
+        Settings { spp: Some(0.0), ..SMALL },
+        Settings { spp: Some(f64::NAN), ..SMALL },
+        Settings { spp: Some(1e300), ..SMALL },
+        Settings { temporal_samples: Some(0), ..SMALL },
+        Settings { temporal_samples: Some(u32::MAX), ..SMALL },
+        Settings { supersample: Some(0), ..SMALL },
+        Settings { supersample: Some(u32::MAX), ..SMALL },
+        Settings { size: Some([0, 48]), ..SMALL },
+        Settings { size: Some([u32::MAX, u32::MAX]), ..SMALL },
+    ] {
+        let refused = Demand::of(&xaos(), 0.0, &change);
+        assert!(matches!(refused, Err(RenderError::Range { .. })), "{change:?}: {refused:?}");
     }
 }
 

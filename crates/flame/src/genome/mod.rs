@@ -234,6 +234,15 @@ impl Default for Xform {
     }
 }
 
+impl Camera {
+    /// The same camera for a picture of `size` pixels: the scale follows, so that what was in view stays in view.
+    #[must_use]
+    pub fn resized(&self, size: [u32; 2]) -> Camera {
+        let ratio = |axis: usize| f64::from(size[axis]) / f64::from(self.size[axis]);
+        Camera { size, scale: self.scale * ratio(0).min(ratio(1)), ..*self }
+    }
+}
+
 impl Affine {
     /// Leaves every point where it is.
     pub const IDENTITY: Affine = Affine { a: 1.0, b: 0.0, c: 0.0, d: 0.0, e: 1.0, f: 0.0 };

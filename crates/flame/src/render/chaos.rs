@@ -41,6 +41,11 @@ impl<'a> Batches<'a> {
         self.per_plan * self.plans.len() as u64
     }
 
+    /// How many samples all of them have.
+    pub(crate) fn samples(&self) -> u64 {
+        self.each * self.plans.len() as u64
+    }
+
     /// How many samples a batch has at most.
     pub(crate) fn most_samples(&self) -> u64 {
         BATCH.min(self.each)

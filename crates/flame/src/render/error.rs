@@ -26,6 +26,9 @@ pub enum RenderError {
         /// What should.
         expected: &'static str,
     },
+    /// It was told to leave off.
+    #[error("the rendering was stopped")]
+    Stopped,
     /// The system gives no threads.
     #[error("cannot start {threads} threads: {reason}")]
     Threads {

@@ -13,7 +13,12 @@
 
 use std::f64::consts::PI;
 
+use super::RenderError;
+use super::view::within;
 use crate::genome::{FilterShape, Sampling, TemporalShape};
+
+/// Most moments of a frame: each is a genome, compiled.
+const MOST_MOMENTS: u32 = 10_000;
 
 /// A separable spatial filter, a weight for each cell around a pixel.
 #[derive(Clone, Debug)]
@@ -122,10 +127,14 @@ pub(crate) struct Moment {
 }
 
 /// The moments of one frame, evenly spread over the time that the shutter is open.
-pub(crate) fn shutter(sampling: &Sampling) -> Vec<Moment> {
-    let count = sampling.temporal_samples.max(1);
+///
+/// # Errors
+/// [`RenderError::Range`] where there are none, or more than memory should hold.
+pub(crate) fn shutter(sampling: &Sampling) -> Result<Vec<Moment>, RenderError> {
+    let count = sampling.temporal_samples;
+    within("temporal_samples", count.into(), (1..=MOST_MOMENTS).contains(&count), "1 to 10000")?;
     if count == 1 {
-        return vec![Moment { offset: 0.0, light: 1.0 }];
+        return Ok(vec![Moment { offset: 0.0, light: 1.0 }]);
     }
     let place = |i: u32| f64::from(i) / f64::from(count - 1) - 0.5;
     let open = |i: u32| match sampling.temporal_shape {
@@ -138,7 +147,7 @@ pub(crate) fn shutter(sampling: &Sampling) -> Vec<Moment> {
     };
     let widest = (0..count).map(open).fold(0.0, f64::max);
     let moment = |i| Moment { offset: place(i) * sampling.temporal_width, light: open(i) / widest };
-    (0..count).map(moment).collect()
+    Ok((0..count).map(moment).collect())
 }
 
 #[cfg(test)]
@@ -167,7 +176,7 @@ mod tests {
         sampling.temporal_width = 1.2;
         for shape in TemporalShape::ALL {
             sampling.temporal_shape = *shape;
-            let moments = shutter(&sampling);
+            let moments = shutter(&sampling).unwrap();
             assert!((moments[4].offset - moments[0].offset - 1.2).abs() < 1e-12);
             assert_eq!(moments.iter().map(|moment| moment.light).fold(0.0, f64::max), 1.0);
         }

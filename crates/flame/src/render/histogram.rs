@@ -6,7 +6,7 @@
 //! Start at [`collect`].
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSlice, ParallelSliceMut};
 
@@ -15,6 +15,12 @@ use super::view::View;
 
 /// What one fully bright, fully visible sample adds: twice a byte, so that bytes are exact.
 pub(crate) const UNIT: u32 = 510;
+
+/// What a cell takes in the sums of all threads.
+pub(crate) const BYTES_OF_SUMS: u64 = size_of::<[u64; 4]>() as u64;
+
+/// What a cell takes in each thread.
+pub(crate) const BYTES_OF_TILE: u64 = size_of::<[u32; 4]>() as u64;
 
 /// Sums of all threads: red, green, blue and density in [`UNIT`]s, `[height][width][4]`.
 pub(crate) type Sums = Vec<[u64; 4]>;
@@ -54,14 +60,14 @@ impl Tile {
     }
 }
 
-/// Runs all batches on the threads of the current pool and sums them up.
-pub(crate) fn collect(view: &View, batches: &Batches) -> Sums {
+/// Runs all batches on the threads of the current pool and sums them up; once `stop` is set, only those begun.
+pub(crate) fn collect(view: &View, batches: &Batches, stop: &AtomicBool) -> Sums {
     let cells = view.cells[0] * view.cells[1];
     let sums = Mutex::new(vec![[0_u64; 4]; cells]);
     let next = AtomicU64::new(0);
     rayon::broadcast(|_| {
         let mut tile = Tile { cells: Vec::new(), samples: 0 };
-        loop {
+        while !stop.load(Ordering::Relaxed) {
             let number = next.fetch_add(1, Ordering::Relaxed);
             if number >= batches.count() {
                 break;

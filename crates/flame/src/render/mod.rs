@@ -18,6 +18,9 @@ mod plan;
 mod tonemap;
 mod view;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 pub use error::RenderError;
@@ -44,10 +47,32 @@ pub struct Settings {
     pub seed: u64,
 }
 
+/// What a frame takes to be rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Demand {
+    /// Samples that are drawn.
+    pub samples: u64,
+    /// Most bytes of memory that are in use at once, with one thread.
+    pub bytes: u64,
+    /// Bytes that each thread more needs.
+    pub bytes_per_thread: u64,
+}
+
 /// Threads to render with.
 #[derive(Debug)]
 pub struct Renderer {
     pool: ThreadPool,
+    stop: Arc<AtomicBool>,
+}
+
+/// Everything that is known of a frame before its first sample is drawn.
+struct Shot {
+    genome: Genome,
+    view: View,
+    plans: Vec<Plan>,
+    samples: u64,
+    /// How open the shutter is on average, `0.0..=1.0`.
+    light: f64,
 }
 
 impl Renderer {
@@ -60,7 +85,13 @@ impl Renderer {
             .num_threads(threads)
             .build()
             .map_err(|error| RenderError::Threads { threads, reason: error.to_string() })?;
-        Ok(Renderer { pool })
+        Ok(Renderer { pool, stop: Arc::default() })
+    }
+
+    /// The same renderer, which leaves off within milliseconds once `stop` is set.
+    #[must_use]
+    pub fn stopped_by(self, stop: Arc<AtomicBool>) -> Renderer {
+        Renderer { stop, ..self }
     }
 
     /// Renders the moment `frame` of `motion`, the shutter open around it.
@@ -69,25 +100,59 @@ impl Renderer {
     /// * Returns displayable light of the size that `settings` or the genome at `frame` asks for.
     ///
     /// # Errors
-    /// [`RenderError`] names what the genome lacks or what this renderer does not know.
+    /// [`RenderError`] names what the genome lacks or what this renderer does not know; [`RenderError::Stopped`] if it
+    /// was told to leave off.
     pub fn render(&self, motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Image, RenderError> {
+        let shot = Shot::new(motion, frame, settings)?;
+        self.pool.install(|| {
+            let batches = Batches::new(&shot.plans, shot.samples, settings.seed);
+            let histogram = histogram::collect(&shot.view, &batches, &self.stop);
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(RenderError::Stopped);
+            }
+            Ok(tonemap::develop(histogram, &shot.view, &shot.genome, shot.light))
+        })
+    }
+}
+
+impl Demand {
+    /// What the moment `frame` of `motion` takes. Nothing is drawn.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`]: what passes here can be rendered.
+    pub fn of(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Demand, RenderError> {
+        let shot = Shot::new(motion, frame, settings)?;
+        let [width, height] = shot.view.cells;
+        let cells = (width * height) as u64;
+        let pixels = (shot.view.size[0] * shot.view.size[1]) as u64;
+        let plans = shot.plans.iter().map(Plan::bytes).sum::<u64>();
+        // While samples are drawn: the sums and each thread's tile. Then: the sums as floats, a guide and the smoothed.
+        let drawing = cells * (histogram::BYTES_OF_SUMS + histogram::BYTES_OF_TILE);
+        let developing = 3 * cells * size_of::<[f32; 4]>() as u64;
+        let picture = pixels * size_of::<[f32; 3]>() as u64;
+        Ok(Demand {
+            samples: Batches::new(&shot.plans, shot.samples, settings.seed).samples(),
+            bytes: plans + picture + drawing.max(developing),
+            bytes_per_thread: cells * histogram::BYTES_OF_TILE,
+        })
+    }
+}
+
+impl Shot {
+    fn new(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Shot, RenderError> {
         let mut genome = motion.at(frame);
         settings.apply_to(&mut genome);
         let view = View::new(&genome)?;
-        let moments = filter::shutter(&genome.sampling);
-        let total = view.samples(&genome.sampling);
+        let moments = filter::shutter(&genome.sampling)?;
         let mut plans = Vec::with_capacity(moments.len());
         for moment in &moments {
             let mut then = motion.at(frame + moment.offset);
             settings.apply_to(&mut then);
             plans.push(Plan::new(&then, View::new(&then)?, moment.light)?);
         }
-        let batches = Batches::new(&plans, total, settings.seed);
         let light = moments.iter().map(|moment| moment.light).sum::<f64>() / moments.len() as f64;
-        Ok(self.pool.install(|| {
-            let histogram = histogram::collect(&view, &batches);
-            tonemap::develop(&histogram, &view, &genome, light)
-        }))
+        let samples = view.samples(&genome.sampling)?;
+        Ok(Shot { genome, view, plans, samples, light })
     }
 }
 
@@ -95,9 +160,7 @@ impl Settings {
     fn apply_to(&self, genome: &mut Genome) {
         let Genome { camera, sampling, .. } = genome;
         if let Some(size) = self.size {
-            let ratio = |axis: usize| f64::from(size[axis]) / f64::from(camera.size[axis]);
-            camera.scale *= ratio(0).min(ratio(1));
-            camera.size = size;
+            *camera = camera.resized(size);
         }
         sampling.quality = self.spp.unwrap_or(sampling.quality);
         sampling.supersample = self.supersample.unwrap_or(sampling.supersample);

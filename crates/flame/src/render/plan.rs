@@ -85,6 +85,11 @@ impl Plan {
         })
     }
 
+    /// Roughly what it takes in memory: nearly all of it is the palette.
+    pub(crate) fn bytes(&self) -> u64 {
+        (size_of::<Plan>() + size_of_val(&self.colours[..]) + size_of_val(&self.moves[..])) as u64
+    }
+
     /// Draws the transform after number `last`.
     #[inline]
     pub(crate) fn next(&self, last: usize, rng: &mut Rng) -> usize {

@@ -27,11 +27,12 @@ const WHITE: f64 = 256.0 / 255.0;
 ///
 /// * `sums` — `[height][width][4]` of `view.cells`: linear red, green, blue and density.
 /// * `light` — how open the shutter was on average, `0.0..=1.0`.
-pub(crate) fn develop(sums: &Sums, view: &View, genome: &Genome, light: f64) -> Image {
+pub(crate) fn develop(sums: Sums, view: &View, genome: &Genome, light: f64) -> Image {
     let cells_per_pixel = (view.supersample * view.supersample) as f64;
     let expected = view.area() * view.samples_per_pixel(&genome.sampling) * light * f64::from(UNIT);
     let gain = genome.tone.brightness * GAIN;
-    let mut cells = histogram::map(sums, view.cells[0], |sum| sum.map(|channel| channel as f32));
+    let mut cells = histogram::map(&sums, view.cells[0], |sum| sum.map(|channel| channel as f32));
+    drop(sums);
     if genome.sampling.estimator_radius > 0.0 {
         cells = estimator::smoothed(&cells, view, &genome.sampling);
     }

@@ -12,6 +12,9 @@ use crate::genome::{Affine, Genome, Sampling};
 /// Most cells a histogram may have: 48 bytes each.
 const MOST_CELLS: f64 = 1e9;
 
+/// Most samples of a frame: a year of a hundred cores. No sum of a cell overflows before.
+const MOST_SAMPLES: f64 = 1e15;
+
 /// A camera, ready to place points.
 #[derive(Clone, Debug)]
 pub(crate) struct View {
@@ -61,8 +64,13 @@ impl View {
     }
 
     /// How many samples a frame of this view takes.
-    pub(crate) fn samples(&self, sampling: &Sampling) -> u64 {
-        (self.samples_per_pixel(sampling) * (self.size[0] * self.size[1]) as f64).ceil() as u64
+    ///
+    /// # Errors
+    /// [`RenderError::Range`] where there are none, or more than anyone can wait for.
+    pub(crate) fn samples(&self, sampling: &Sampling) -> Result<u64, RenderError> {
+        let samples = (self.samples_per_pixel(sampling) * (self.size[0] * self.size[1]) as f64).ceil();
+        within("quality", sampling.quality, (1.0..=MOST_SAMPLES).contains(&samples), "1 to 1e15 samples in a frame")?;
+        Ok(samples as u64)
     }
 
     /// Samples per pixel, zoom included.
