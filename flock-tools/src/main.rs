@@ -10,7 +10,9 @@ use clap::{Parser, Subcommand};
 mod check;
 mod clips;
 mod demo;
+mod now;
 mod open;
+mod render;
 mod report;
 mod save;
 mod share;
@@ -29,6 +31,7 @@ struct Args {
 enum Command {
     Check(check::Args),
     Demo(demo::Args),
+    Render(render::Args),
     Share(share::Args),
     Simulate(simulate::Args),
     Walk(walk::Args),
@@ -38,6 +41,7 @@ fn main() -> ExitCode {
     report::finish(Args::try_parse().map(|args| match args.command {
         Command::Check(args) => check::run(&args),
         Command::Demo(args) => demo::run(&args),
+        Command::Render(args) => render::run(&args),
         Command::Share(args) => share::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Walk(args) => walk::run(&args),

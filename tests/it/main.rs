@@ -14,6 +14,7 @@ mod house;
 mod joins;
 mod playing;
 mod programs;
+mod rendering;
 mod resume;
 mod shortage;
 mod status_page;

@@ -10,8 +10,10 @@ use std::io;
 use std::path::Path;
 
 use flock::{ClipHash, FILE_NAME};
+use video::Form;
 
-use super::plan::{Plan, SHEEP, Shows};
+use super::plan::{Plan, SHEEP};
+use crate::render::plan::Shows;
 use crate::save;
 
 /// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
@@ -29,17 +31,13 @@ pub(crate) fn write(plan: &Plan, hashes: &[ClipHash], folder: &Path) -> io::Resu
 
 /// The manifest of `plan`, whose clips hash to `hashes`.
 pub(crate) fn text(plan: &Plan, hashes: &[ClipHash]) -> String {
-    let look = &plan.look;
-    let (width, height) = look.size;
-    let mut text = format!(
-        "format = 1\nname = \"demo\"\nsize = [{width}, {height}]\nfps = [{}, {}]\n",
-        look.fps.num(),
-        look.fps.den()
-    );
+    let Form { size: (width, height), fps } = plan.edition.look.form;
+    let mut text =
+        format!("format = 1\nname = \"demo\"\nsize = [{width}, {height}]\nfps = [{}, {}]\n", fps.num(), fps.den());
     for (clip, hash) in plan.clips.iter().zip(hashes) {
         let names = match &clip.shows {
             Shows::Loop(id) => {
-                format!("[[sheep]]\nid = \"{id}\"\ngenome = \"genomes/{id}.flam3\"\nrepeat = {}\n", look.repeat)
+                format!("[[sheep]]\nid = \"{id}\"\ngenome = \"genomes/{id}.flam3\"\nrepeat = {}\n", plan.edition.repeat)
             }
             Shows::Transition(from, to) => format!("[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\n"),
         };

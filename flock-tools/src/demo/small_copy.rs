@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 
 use flame::Renderer;
 use flock::Manifest;
-use video::{Clip, Form, Poll, Session};
+use video::{Clip, Poll, Session};
 
-use super::make::picture;
 use super::manifest;
-use super::plan::{ClipPlan, Look, Plan};
+use super::plan::{Edition, Plan};
+use crate::render::plan::{ClipPlan, Look};
 
 /// What the copy may take on the disk, in bytes.
 const ROOM: u64 = 16_000_000;
@@ -28,7 +28,7 @@ fn folder() -> PathBuf {
 }
 
 fn plan() -> Plan {
-    Plan::new(Look::small()).unwrap()
+    Plan::new(Edition::small()).unwrap()
 }
 
 /// Peak signal-to-noise ratio of two planes of bytes, in decibels.
@@ -40,15 +40,14 @@ fn psnr(ours: &[u8], theirs: &[u8]) -> f64 {
 
 /// The luma of frame `number` of a clip of the copy.
 fn decoded(clip: &ClipPlan, look: &Look, number: u32) -> Vec<u8> {
-    let form = Form { size: look.size, fps: look.fps };
     let mut session = Session::new(NonZeroUsize::MIN).unwrap();
-    session.push(Clip::open(&clip.path.inside(&folder()), &form, clip.frames).unwrap());
+    session.push(Clip::open(&clip.path.inside(&folder()), &look.form, clip.frames).unwrap());
     session.finish();
     loop {
         match session.poll() {
             Poll::Frame(frame) if frame.in_clip() == number => {
                 let rows = frame.planes()[0].chunks(frame.strides()[0]);
-                return rows.flat_map(|row| &row[..look.size.0 as usize]).copied().collect();
+                return rows.flat_map(|row| &row[..look.form.size.0 as usize]).copied().collect();
             }
             Poll::Frame(_) => {}
             other @ (Poll::Starved | Poll::ClipEnd { .. } | Poll::Finished | Poll::Failed(_)) => {
@@ -88,13 +87,14 @@ fn the_small_copy_takes_at_most_16_mb() {
 #[test]
 fn frames_of_the_small_copy_come_out_again() {
     let plan = plan();
+    let look = &plan.edition.look;
     let renderer = Renderer::new(0).unwrap();
     let shown = |path: &str| plan.clips.iter().find(|clip| clip.path.as_str() == path).unwrap();
     for (path, number) in [("loops/nautilus.mp4", 40), ("transitions/undertow=rosette.mp4", 28)] {
         let clip = shown(path);
-        let ours = picture(clip, number, &plan.look, &renderer).unwrap();
+        let ours = clip.picture(number, look, &renderer).unwrap().unwrap();
         let [before, near, after] =
-            [number - 1, number, number + 1].map(|frame| psnr(ours.planes()[0], &decoded(clip, &plan.look, frame)));
+            [number - 1, number, number + 1].map(|frame| psnr(ours.planes()[0], &decoded(clip, look, frame)));
         assert!(near >= NEAR_DB, "frame {number} of {path}: {near:.1} dB");
         let next = before.max(after);
         assert!(near >= next + APART_DB, "frame {number} of {path}: {near:.1} dB, its neighbour {next:.1} dB");

@@ -1,7 +1,7 @@
 //! Rendered frames of a clip that is not finished yet, kept so that no frame is rendered twice.
 //!
 //! Owns their files: planes as the encoder takes them, then their BLAKE3 digest, so that what a crash or a power cut
-//! left behind is never taken for a frame. Never renders and never encodes: `make.rs` does.
+//! left behind is never taken for a frame. Never renders and never encodes: `bench.rs` does.
 //!
 //! Start at [`FrameStore::open`].
 
@@ -69,8 +69,10 @@ impl FrameStore {
         bytes.extend_from_slice(digest.as_bytes());
         let path = self.path(number);
         let part = path.with_extension("part");
-        fs::write(&part, bytes)?;
-        fs::rename(part, path)
+        fs::write(&part, bytes).and_then(|()| fs::rename(&part, path)).inspect_err(|_| {
+            // Where the disk is full, half a frame is in the way.
+            let _ = fs::remove_file(&part);
+        })
     }
 
     /// Throws the frames away.

@@ -1,0 +1,207 @@
+//! `flock render DIR [SHEEP...]`: the clips that a flock lacks, rendered here.
+//!
+//! Owns the command: its options, its answer and how it ends. What is missing is found by `order.rs`, a clip's motion
+//! and look are `plan.rs`'s, the work is done by `make.rs`; `settle.rs` writes the hashes into the manifest.
+//!
+//! Start at [`run`].
+
+mod bench;
+mod estimate;
+mod frames;
+pub(crate) mod make;
+pub(crate) mod options;
+mod order;
+pub(crate) mod plan;
+mod settle;
+#[cfg(test)]
+mod tests;
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use flock::{ClipHash, ClipPath, SheepId};
+use video::{Form, Quality};
+
+use crate::now::Stopwatch;
+use crate::open;
+use crate::report::{self, Exit, Fatal};
+use make::{Effort, MakeError, Outcome, Yield};
+use order::{LeftOut, Order, Wanted};
+use plan::{ClipPlan, Look, PRESET, SEED};
+
+/// Render the clips that a flock lacks, from its genomes
+///
+/// Every loop of a sheep with a genome, and every transition between two of them, whose clip is not there. Size, rate
+/// and frames are the flock's, everything else the genome's unless told here. Interrupted at any moment, the same
+/// command goes on where it was; on several machines that share the folder, each renders what the others have not taken.
+/// The hashes of finished clips are written into the manifest.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  nothing is missing any more
+  1  a clip is still missing: no genome, another process is at it, or interrupted
+  2  the command line, the manifest or a genome is wrong
+  3  a file could not be read or written, or a clip could not be made")]
+#[expect(clippy::struct_excessive_bools, reason = "independent switches")]
+pub(crate) struct Args {
+    /// Folder of the flock
+    dir: PathBuf,
+    /// Only the loops of these sheep and the transitions at them
+    #[arg(value_parser = |text: &str| SheepId::new(text))]
+    sheep: Vec<SheepId>,
+    /// Clips that are there, too, except those rendered from just the same before
+    #[arg(long)]
+    again: bool,
+    /// Only tell what would be rendered and what it would cost, measured on a few frames
+    #[arg(long)]
+    dry_run: bool,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = options::samples)]
+    spp: Option<f64>,
+    /// Histogram cells per pixel in each direction
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
+    supersample: Option<u32>,
+    /// Moments in a frame; 1 switches motion blur off
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    temporal_samples: Option<u32>,
+    /// x264's constant rate factor, to 51: smaller is finer and larger
+    #[arg(long, value_name = "N", default_value_t = 17.0, value_parser = options::rate_factor)]
+    crf: f32,
+    /// Frames rendered at once, as far as memory goes
+    #[arg(long, value_name = "T", default_value_t = options::cores())]
+    threads: NonZeroUsize,
+    /// Which random numbers: the same give the same clips, whatever the threads
+    #[arg(long, value_name = "S", default_value_t = SEED)]
+    seed: u64,
+    /// Keep the rendered frames, so that another --crf needs no rendering: 1.4 MB each at 1280x720
+    #[arg(long)]
+    keep_frames: bool,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// What became of a clip.
+#[derive(serde::Serialize)]
+struct ClipAnswer<'a> {
+    clip: &'a ClipPath,
+    frames: u32,
+    state: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hash: Option<String>,
+}
+
+/// What was rendered.
+#[derive(serde::Serialize)]
+struct Answer<'a> {
+    clips: Vec<ClipAnswer<'a>>,
+    left_out: &'a [LeftOut],
+    frames: u64,
+    cpu_s: f64,
+    seconds: f64,
+}
+
+/// What would be rendered.
+#[derive(serde::Serialize)]
+struct DryAnswer<'a> {
+    clips: Vec<ClipAnswer<'a>>,
+    left_out: &'a [LeftOut],
+    frames: u64,
+    cpu_hours: f64,
+    hours: f64,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let manifest = open::manifest(&args.dir)?;
+    let look = args.look(Form { size: manifest.size, fps: manifest.fps });
+    let wanted = Wanted { sheep: &args.sheep, again: args.again };
+    let order = Order::new(&args.dir, &manifest, &wanted, &look)?;
+    for LeftOut { clip, reason } in &order.left_out {
+        report::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
+    }
+    let threads = options::at_once(args.threads, order.bytes)?;
+    if threads < args.threads {
+        report::note(&format!("note: {threads} frames at once: each takes {} MB of memory", order.bytes / 1_000_000));
+    }
+    if args.dry_run { args.tell(&order, &look, threads) } else { args.make(&order, &look, threads) }
+}
+
+impl Args {
+    fn look(&self, form: Form) -> Look {
+        let quality = Quality { crf: self.crf, preset: PRESET, max_bits_per_second: None };
+        let Self { spp, supersample, temporal_samples, seed, .. } = *self;
+        Look { form, spp, supersample, temporal_samples, seed, quality }
+    }
+
+    /// Tells what would be rendered.
+    fn tell(&self, order: &Order, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
+        let seconds = estimate::cpu_seconds(&order.clips, look).map_err(|error| Fatal::new(Exit::Malformed, error))?;
+        let cpu_hours = seconds / 3600.0;
+        let clips: Vec<_> = order.clips.iter().map(|clip| told(clip, "missing", None)).collect();
+        let (left_out, frames, hours) = (&order.left_out[..], order.frames(), cpu_hours / threads.get() as f64);
+        if self.json {
+            report::json(&DryAnswer { clips, left_out, frames, cpu_hours, hours })?;
+        } else {
+            let lines = clips.iter().map(|clip| format!("{} {} frames", clip.clip, clip.frames));
+            let sum =
+                format!("total {frames} frames, {cpu_hours:.3} CPU hours, {hours:.3} hours with {threads} threads");
+            report::lines(lines.chain([sum]))?;
+        }
+        Ok(Exit::Fine)
+    }
+
+    fn make(&self, order: &Order, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
+        let watch = Stopwatch::start();
+        settle::settle(&self.dir)?;
+        let effort = Effort { threads, keep_frames: self.keep_frames, stop: options::stop_on_signals()? };
+        let finished = |clip: &ClipPlan, _: ClipHash| {
+            if !self.json {
+                // Whoever reads along may leave; the flock is worth more than the line.
+                let _ = report::lines([format!("{} {} frames", clip.path, clip.frames)]);
+            }
+            // An artist may be in the middle of an edit. What is not settled now is when all is done.
+            let _ = settle::settle(&self.dir);
+        };
+        let made = make::make(&order.clips, look, &self.dir, &effort, &finished).map_err(failed)?;
+        settle::settle(&self.dir)?;
+        if effort.stop.load(Ordering::Relaxed) {
+            report::note("interrupted; the same command goes on where this one stopped");
+        }
+        self.answer(order, &made, &watch)?;
+        let is_there = |outcome: &Outcome| matches!(outcome, Outcome::Made(_) | Outcome::Stood(_));
+        let complete = order.left_out.is_empty() && made.outcomes.iter().all(is_there);
+        Ok(if complete { Exit::Fine } else { Exit::No })
+    }
+
+    fn answer(&self, order: &Order, made: &Yield, watch: &Stopwatch) -> Result<(), Fatal> {
+        let of_clip = |(clip, outcome): (_, &Outcome)| match outcome {
+            Outcome::Busy => told(clip, "busy", None),
+            Outcome::Made(hash) => told(clip, "made", Some(hash)),
+            Outcome::Stood(hash) => told(clip, "stood", Some(hash)),
+            Outcome::Unfinished => told(clip, "unfinished", None),
+        };
+        let clips = order.clips.iter().zip(&made.outcomes).map(of_clip).collect();
+        let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
+        if self.json {
+            return report::json(&Answer { clips, left_out: &order.left_out, frames: made.frames, cpu_s, seconds });
+        }
+        let busy = made.outcomes.iter().filter(|outcome| **outcome == Outcome::Busy).count();
+        if busy > 0 {
+            report::note(&format!("note: {busy} clips are left to another process that has taken them"));
+        }
+        if order.clips.is_empty() && order.left_out.is_empty() {
+            report::note("nothing is missing");
+        }
+        Ok(())
+    }
+}
+
+fn told<'a>(clip: &'a ClipPlan, state: &'static str, hash: Option<&ClipHash>) -> ClipAnswer<'a> {
+    ClipAnswer { clip: &clip.path, frames: clip.frames.0, state, hash: hash.map(ToString::to_string) }
+}
+
+/// The end of a command whose clips could not be made.
+pub(crate) fn failed(error: MakeError) -> Fatal {
+    Fatal::new(Exit::Unreadable, error).hint("the same command goes on where this one stopped")
+}

@@ -1,0 +1,210 @@
+//! What is to be rendered of a flock.
+//!
+//! Owns the choice: which clips are missing, which of them can be rendered, and why the others cannot. Never renders,
+//! and never looks into clips: a clip that is there counts as made, `flock check` judges it.
+//!
+//! Start at [`Order::new`].
+
+use std::collections::{HashMap, HashSet};
+use std::error::Error;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use flame::Genome;
+use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
+use timing::FrameCount;
+
+use super::plan::{ClipPlan, Look, Shows, Turning};
+use crate::report::{Exit, Fatal};
+
+/// The clips to be made, and those that cannot be.
+pub(crate) struct Order {
+    /// Loops first, in the order of the manifest.
+    pub(crate) clips: Vec<ClipPlan>,
+    /// Clips that are missing and cannot be rendered.
+    pub(crate) left_out: Vec<LeftOut>,
+    /// Most memory that a frame takes, in bytes.
+    pub(crate) bytes: u64,
+}
+
+/// A clip that is missing and cannot be rendered.
+#[derive(Debug, serde::Serialize)]
+pub(crate) struct LeftOut {
+    /// Which.
+    pub(crate) clip: ClipPath,
+    /// Why, for people.
+    pub(crate) reason: String,
+}
+
+/// Which clips are wanted.
+pub(crate) struct Wanted<'a> {
+    /// These sheep's loops and the transitions at them; everything where there are none.
+    pub(crate) sheep: &'a [SheepId],
+    /// Those that are there, too.
+    pub(crate) again: bool,
+}
+
+/// A genome that nothing can be rendered from.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot render genome `{path}` of sheep `{id}`")]
+struct Unusable {
+    path: PathBuf,
+    id: SheepId,
+    source: Box<dyn Error>,
+}
+
+/// A sheep that was asked for and is not there.
+#[derive(Debug, thiserror::Error)]
+#[error("the flock `{flock}` has no sheep `{id}`")]
+struct Unknown {
+    flock: String,
+    id: SheepId,
+}
+
+/// The sheep that have been read.
+struct Pen<'a> {
+    folder: &'a Path,
+    look: &'a Look,
+    /// The first sheep of each id counts.
+    sheep: HashMap<&'a SheepId, &'a Sheep>,
+    /// How long sheep without a loop take to turn once.
+    usual: FrameCount,
+    read: HashMap<&'a SheepId, Turning>,
+    bytes: u64,
+}
+
+impl Order {
+    /// What is `wanted` of the flock in `folder`, whose manifest is `manifest`, in the given `look`.
+    ///
+    /// # Errors
+    /// [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read or rendered.
+    pub(crate) fn new(folder: &Path, manifest: &Manifest, wanted: &Wanted<'_>, look: &Look) -> Result<Self, Fatal> {
+        let mut pen = Pen::new(folder, manifest, look);
+        if let Some(id) = wanted.sheep.iter().find(|id| !pen.sheep.contains_key(id)) {
+            let (flock, id) = (manifest.name.clone(), id.clone());
+            return Err(Fatal::new(Exit::Malformed, Unknown { flock, id }));
+        }
+        let picked = |id: &SheepId| wanted.sheep.is_empty() || wanted.sheep.contains(id);
+        let mut order = Self { clips: Vec::new(), left_out: Vec::new(), bytes: 0 };
+        let mut paths = Paths::of(manifest);
+        for (shows, clip) in shown(manifest) {
+            let is_picked = match &shows {
+                Shows::Loop(id) => picked(id),
+                Shows::Transition(from, to) => picked(from) || picked(to),
+            };
+            let is_due = wanted.again || !clip.path.inside(folder).exists();
+            if !is_picked || !is_due {
+                continue;
+            }
+            let refused = paths.refuse(&clip.path);
+            match refused.map_or_else(|| pen.plan(&shows, clip), |reason| Ok(Err(reason)))? {
+                Ok(plan) => order.clips.push(plan),
+                Err(reason) => order.left_out.push(LeftOut { clip: clip.path.clone(), reason }),
+            }
+        }
+        order.bytes = pen.bytes;
+        Ok(order)
+    }
+
+    /// How many frames all clips have.
+    pub(crate) fn frames(&self) -> u64 {
+        self.clips.iter().map(|clip| u64::from(clip.frames.0)).sum()
+    }
+}
+
+/// Every clip of the flock and what it shows, loops first. What stands there twice is taken once, as the walk does.
+pub(crate) fn shown(manifest: &Manifest) -> impl Iterator<Item = (Shows, &Clip)> {
+    let mut sheep = HashSet::new();
+    let mut pairs = HashSet::new();
+    let loops = manifest.sheep.iter().filter(move |it| sheep.insert(&it.id));
+    let loops = loops.filter_map(|it| Some((Shows::Loop(it.id.clone()), it.clip.as_ref()?)));
+    let transitions = manifest.transitions.iter().filter(move |it| pairs.insert((&it.from, &it.to)));
+    loops.chain(transitions.map(|it| (Shows::Transition(it.from.clone(), it.to.clone()), &it.clip)))
+}
+
+/// Where clips may not be written.
+struct Paths<'a> {
+    /// How many places of the graph a clip serves.
+    serves: HashMap<&'a ClipPath, usize>,
+    genomes: HashSet<&'a ClipPath>,
+}
+
+impl<'a> Paths<'a> {
+    fn of(manifest: &'a Manifest) -> Self {
+        let mut serves = HashMap::new();
+        for (_, clip) in shown(manifest) {
+            *serves.entry(&clip.path).or_insert(0) += 1;
+        }
+        Self { serves, genomes: manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref()).collect() }
+    }
+
+    /// Why nothing is rendered to `path`.
+    fn refuse(&mut self, path: &ClipPath) -> Option<String> {
+        if path.as_str() == FILE_NAME || self.genomes.contains(path) {
+            return Some("it is no clip's place: the manifest or a genome lies there".into());
+        }
+        (self.serves.get(path) > Some(&1)).then(|| "it serves more than one place of the flock".into())
+    }
+}
+
+impl<'a> Pen<'a> {
+    fn new(folder: &'a Path, manifest: &'a Manifest, look: &'a Look) -> Self {
+        let mut sheep = HashMap::new();
+        for one in &manifest.sheep {
+            sheep.entry(&one.id).or_insert(one);
+        }
+        Self { folder, look, sheep, usual: usual_turn(manifest), read: HashMap::new(), bytes: 0 }
+    }
+
+    /// The plan of a clip, or why there is none.
+    fn plan(&mut self, shows: &Shows, clip: &Clip) -> Result<Result<ClipPlan, String>, Fatal> {
+        let (ids, path, frames) = (shows.ends(), clip.path.clone(), clip.frames);
+        for id in ids {
+            if let Some(reason) = self.read(id)? {
+                return Ok(Err(reason));
+            }
+        }
+        let ends = ids.map(|id| &self.read[id]);
+        Ok(Ok(match shows.clone() {
+            Shows::Loop(id) => ClipPlan::of_loop(id, ends[0], path, frames, self.look),
+            Shows::Transition(from, to) => ClipPlan::of_transition([from, to], ends, path, frames, self.look),
+        }))
+    }
+
+    /// Reads the genome of the sheep `id`. Answers why that is impossible, where it is nobody's error.
+    fn read(&mut self, id: &SheepId) -> Result<Option<String>, Fatal> {
+        if self.read.contains_key(id) {
+            return Ok(None);
+        }
+        let Some((&id, &sheep)) = self.sheep.get_key_value(id) else {
+            return Ok(Some(format!("sheep `{id}` is not in the flock")));
+        };
+        let Some(genome) = &sheep.genome else { return Ok(Some(format!("sheep `{id}` has no genome"))) };
+        let path = genome.inside(self.folder);
+        let refused =
+            |exit, source: Box<dyn Error>| Fatal::new(exit, Unusable { path: path.clone(), id: id.clone(), source });
+        let text = fs::read_to_string(&path).map_err(|source| {
+            let is_text = source.kind() != ErrorKind::InvalidData;
+            refused(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
+        })?;
+        let genome = Genome::parse(&text).map_err(|source| refused(Exit::Malformed, source.into()))?;
+        let turning = Turning::new(&genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames), self.look);
+        let demand = turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
+        self.bytes = self.bytes.max(demand.bytes);
+        self.read.insert(id, turning);
+        Ok(None)
+    }
+}
+
+/// How long a sheep without a loop takes to turn once, so that the transitions to it and from it meet in speed: as most
+/// loops of the flock, the longer where it is even; without any, twice the longest transition.
+fn usual_turn(manifest: &Manifest) -> FrameCount {
+    let mut counts: HashMap<u32, usize> = HashMap::new();
+    for clip in manifest.sheep.iter().filter_map(|sheep| sheep.clip.as_ref()) {
+        *counts.entry(clip.frames.0).or_insert(0) += 1;
+    }
+    let longest = manifest.transitions.iter().map(|transition| transition.clip.frames.0).max();
+    let usual = counts.into_iter().max_by_key(|&(frames, count)| (count, frames)).map(|(frames, _)| frames);
+    FrameCount(usual.unwrap_or(2 * longest.unwrap_or(1)))
+}

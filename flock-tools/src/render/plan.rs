@@ -1,0 +1,188 @@
+//! What a clip is rendered from, and how.
+//!
+//! Owns the one place where a species is linked: genomes become motions here, motions become pictures. Never touches a
+//! disk and never decides which clips are made: `order.rs` does for a flock, `demo/plan.rs` for the demo.
+//!
+//! Start at [`Turning`], then [`ClipPlan`]; `make.rs` turns plans into files.
+
+use flame::{Demand, Flame, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
+use flock::{ClipHash, ClipPath, SheepId};
+use timing::FrameCount;
+use video::{Form, Quality, Yuv420p};
+
+/// The version of everything that turns a genome into pixels: another one means other pictures.
+const RENDERING: &str = concat!("dreams ", env!("CARGO_PKG_VERSION"));
+
+/// Every frame of a clip is drawn from the same random numbers, unless told otherwise: what noise there is then moves
+/// with the flame, which looks calmer and costs fewer bits than noise that flickers.
+pub(crate) const SEED: u64 = 1;
+
+/// x264's preset for everything that we render: a frame costs so much more than its encoding.
+pub(crate) const PRESET: &str = "slower";
+
+/// What a pixel takes on its way from the renderer to the encoder.
+const BYTES_ON_THE_WAY: u64 = 24;
+
+/// How clips are made: what they depend on besides genomes and motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Look {
+    /// Size and rate of the clips.
+    pub(crate) form: Form,
+    /// Samples per pixel; the genome's own where `None`.
+    pub(crate) spp: Option<f64>,
+    /// Histogram cells per pixel in each direction; the genome's own where `None`.
+    pub(crate) supersample: Option<u32>,
+    /// Moments in a frame; the genome's own where `None`.
+    pub(crate) temporal_samples: Option<u32>,
+    /// Which random numbers.
+    pub(crate) seed: u64,
+    /// How the pictures are encoded.
+    pub(crate) quality: Quality<'static>,
+}
+
+/// Which part of the graph a clip shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Shows {
+    /// A sheep's loop.
+    Loop(SheepId),
+    /// The way from the first sheep to the second.
+    Transition(SheepId, SheepId),
+}
+
+/// A sheep in motion.
+#[derive(Clone, Debug)]
+pub(crate) struct Turning {
+    motion: Loop,
+    /// Equal for equal pictures.
+    text: String,
+}
+
+/// A clip to be made.
+pub(crate) struct ClipPlan {
+    /// What it shows.
+    pub(crate) shows: Shows,
+    /// Where it goes, in the flock's folder.
+    pub(crate) path: ClipPath,
+    /// How long it is.
+    pub(crate) frames: FrameCount,
+    /// How its pictures change over its frames.
+    pub(crate) motion: Box<dyn Motion + Send>,
+    /// Equal for equal pictures.
+    pub(crate) pictures: ClipHash,
+    /// Equal for equal pictures and encoding.
+    pub(crate) made_as: ClipHash,
+}
+
+impl Shows {
+    /// The sheep that it starts and ends with.
+    pub(crate) fn ends(&self) -> [&SheepId; 2] {
+        match self {
+            Self::Loop(id) => [id, id],
+            Self::Transition(from, to) => [from, to],
+        }
+    }
+}
+
+impl Look {
+    /// What the renderer is told.
+    pub(crate) fn settings(&self) -> Settings {
+        Settings {
+            size: Some([self.form.size.0, self.form.size.1]),
+            spp: self.spp,
+            supersample: self.supersample,
+            temporal_samples: self.temporal_samples,
+            seed: self.seed,
+        }
+    }
+}
+
+impl Turning {
+    /// `genome` in a flock of `look`, turning once in `turn` frames.
+    pub(crate) fn new(genome: &Genome, turn: FrameCount, look: &Look) -> Self {
+        let size = [look.form.size.0, look.form.size.1];
+        // Cameras of one size, so that a transition between genomes of two sizes has no jump half way; and nothing
+        // that changes no picture.
+        let genome = Genome {
+            camera: genome.camera.resized(size),
+            name: None,
+            extra: Vec::new(),
+            children: Vec::new(),
+            ..genome.clone()
+        };
+        let text = format!("{} frames\n{}", turn.0, genome.to_xml());
+        Self { motion: Loop::new(&genome, f64::from(turn.0)), text }
+    }
+
+    /// What a frame of its loop takes.
+    ///
+    /// # Errors
+    /// [`RenderError`] if it cannot be rendered at all.
+    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+        demand(&self.motion, look)
+    }
+}
+
+impl ClipPlan {
+    /// The loop of the sheep `id`, which `turning` shows, `frames` long.
+    pub(crate) fn of_loop(id: SheepId, turning: &Turning, path: ClipPath, frames: FrameCount, look: &Look) -> Self {
+        Self::new(Shows::Loop(id), path, frames, Box::new(turning.motion.clone()), &[turning], look)
+    }
+
+    /// The transition between the sheep `ids`, which `ends` show, `frames` long.
+    pub(crate) fn of_transition(
+        ids: [SheepId; 2],
+        ends: [&Turning; 2],
+        path: ClipPath,
+        frames: FrameCount,
+        look: &Look,
+    ) -> Self {
+        let motion = Transition::new(&ends[0].motion, &ends[1].motion, f64::from(frames.0));
+        let [from, to] = ids;
+        Self::new(Shows::Transition(from, to), path, frames, Box::new(motion), &ends, look)
+    }
+
+    fn new(
+        shows: Shows,
+        path: ClipPath,
+        frames: FrameCount,
+        motion: Box<dyn Motion + Send>,
+        ends: &[&Turning],
+        look: &Look,
+    ) -> Self {
+        let ends: Vec<&str> = ends.iter().map(|end| end.text.as_str()).collect();
+        let pictures = format!("{RENDERING}\n{} frames\n{:?}\n{}", frames.0, look.settings(), ends.join("\n"));
+        let made_as = format!("{pictures}\n{} fps\n{:?}", look.form.fps, look.quality);
+        let hash = |text: &str| ClipHash::of(text.as_bytes()).expect("reading memory does not fail");
+        Self { pictures: hash(&pictures), made_as: hash(&made_as), shows, path, frames, motion }
+    }
+
+    /// What its first frame takes.
+    ///
+    /// # Errors
+    /// [`RenderError`] if it cannot be rendered at all.
+    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+        demand(&*self.motion, look)
+    }
+
+    /// Renders frame `number` as the encoder takes it; `None` if `renderer` was told to leave off.
+    ///
+    /// # Errors
+    /// What the renderer said.
+    pub(crate) fn picture(&self, number: u32, look: &Look, renderer: &Renderer) -> Result<Option<Yuv420p>, String> {
+        let flame = Flame { motion: &*self.motion, renderer };
+        let image = match flame.frame(f64::from(number), &look.settings()) {
+            Err(RenderError::Stopped) => return Ok(None),
+            image => image.map_err(|error| error.to_string())?,
+        };
+        let (width, height) = look.form.size;
+        let picture = Yuv420p::from_rgb16_dithered(width, height, &image.to_rgb16());
+        picture.map(Some).map_err(|error| error.to_string())
+    }
+}
+
+/// What the first frame of `motion` takes, until it is with the encoder.
+fn demand(motion: &dyn Motion, look: &Look) -> Result<Demand, RenderError> {
+    let demand = Demand::of(motion, 0.0, &look.settings())?;
+    let pixels = u64::from(look.form.size.0) * u64::from(look.form.size.1);
+    Ok(Demand { bytes: demand.bytes + pixels * BYTES_ON_THE_WAY, ..demand })
+}

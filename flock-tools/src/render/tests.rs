@@ -1,0 +1,287 @@
+//! Rendering a flock: resumed, shared, refused, and written down.
+//!
+//! Owns the claims on choosing, making and settling; whole runs of the program are claimed in `tests/it/rendering.rs`.
+
+use std::fs;
+use std::num::NonZeroUsize;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
+
+use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
+use timing::Rate;
+use video::{Form, Quality};
+
+use super::make::{Effort, MakeError, Outcome, Yield, make};
+use super::order::{Order, Wanted};
+use super::plan::{Look, SEED, Shows};
+use super::settle::settle;
+
+/// Tiny and coarse.
+static LOOK: LazyLock<Look> = LazyLock::new(|| Look {
+    form: Form { size: (64, 36), fps: Rate::new(30, 1).unwrap() },
+    spp: Some(2.0),
+    supersample: Some(1),
+    temporal_samples: Some(3),
+    seed: SEED,
+    quality: Quality { crf: 20.0, preset: "ultrafast", max_bits_per_second: None },
+});
+
+const HEAD: &str = "format = 1\nname = \"small\"\nsize = [64, 36]\nfps = [30, 1]\n";
+
+/// Two sheep that lead to each other.
+const BODY: &str = "
+[[sheep]]
+id = \"a\" # the first
+frames = 4
+clip = \"loops/a.mp4\"
+genome = \"a.flam3\"
+[[sheep]]
+id = \"b\"
+frames = 6
+clip = \"loops/b.mp4\"
+genome = \"b.flam3\"
+[[transition]]
+from = \"a\"
+to = \"b\"
+frames = 3
+clip = \"t/a=b.mp4\"
+[[transition]]
+from = \"b\"
+to = \"a\"
+frames = 3
+clip = \"t/b=a.mp4\"
+";
+
+/// A flock whose clips are all missing.
+struct Fold(tempfile::TempDir);
+
+impl Fold {
+    fn new(body: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(FILE_NAME), format!("{HEAD}{body}")).unwrap();
+        fs::write(folder.path().join("a.flam3"), include_str!("../../demo/genomes/orchid.flam3")).unwrap();
+        fs::write(folder.path().join("b.flam3"), include_str!("../../demo/genomes/rosette.flam3")).unwrap();
+        Self(folder)
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn at(&self, path: &str) -> PathBuf {
+        self.path().join(path)
+    }
+
+    fn order(&self, sheep: &[&str], again: bool, look: &Look) -> Order {
+        let manifest = Manifest::read(self.path()).unwrap();
+        let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
+        Order::new(self.path(), &manifest, &Wanted { sheep: &sheep, again }, look).unwrap()
+    }
+
+    fn refused(&self, sheep: &[&str]) -> String {
+        let manifest = Manifest::read(self.path()).unwrap();
+        let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
+        let refused = Order::new(self.path(), &manifest, &Wanted { sheep: &sheep, again: false }, &LOOK);
+        format!("{:?}", refused.err().unwrap())
+    }
+
+    fn make(&self, again: bool, look: &Look, effort: &Effort) -> Result<Yield, MakeError> {
+        make(&self.order(&[], again, look).clips, look, self.path(), effort, &|_, _| ())
+    }
+
+    /// The bytes of all clips.
+    fn clips(&self) -> Vec<Vec<u8>> {
+        let manifest = Manifest::read(self.path()).unwrap();
+        manifest.clips().map(|clip| fs::read(clip.path.inside(self.path())).unwrap()).collect()
+    }
+}
+
+fn effort(threads: usize) -> Effort {
+    Effort { threads: NonZeroUsize::new(threads).unwrap(), keep_frames: false, stop: Arc::default() }
+}
+
+fn paths(order: &Order) -> Vec<&str> {
+    order.clips.iter().map(|clip| clip.path.as_str()).collect()
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let (one, three) = (Fold::new(BODY), Fold::new(BODY));
+    let made = one.make(false, &LOOK, &effort(1)).unwrap();
+    assert_eq!(made.frames, 16);
+    assert_eq!(made.outcomes, three.make(false, &LOOK, &effort(3)).unwrap().outcomes);
+    assert_eq!(one.clips(), three.clips());
+    assert!(!one.at(".render/loops/a.mp4").exists(), "frames of finished clips are thrown away");
+}
+
+#[test]
+fn what_was_interrupted_goes_on_and_ends_the_same() {
+    let (whole, torn) = (Fold::new(BODY), Fold::new(BODY));
+    whole.make(false, &LOOK, &effort(2)).unwrap();
+    torn.make(false, &LOOK, &Effort { keep_frames: true, ..effort(2) }).unwrap();
+    fs::write(torn.at("loops/a.mp4"), &torn.clips()[0][..200]).unwrap();
+    fs::write(torn.at(".render/loops/b.mp4.made"), b"b3:\xff").unwrap();
+    fs::write(torn.at(".render/loops/b.mp4/000002.yuv"), b"torn").unwrap();
+    fs::remove_file(torn.at("t/a=b.mp4")).unwrap();
+    let made = torn.make(true, &LOOK, &effort(2)).unwrap();
+    assert_eq!(made.frames, 1, "one frame was torn");
+    assert!(matches!(made.outcomes[..], [Outcome::Made(_), Outcome::Made(_), Outcome::Made(_), Outcome::Stood(_)]));
+    assert_eq!(torn.clips(), whole.clips());
+}
+
+#[test]
+fn a_run_that_is_stopped_leaves_no_half_clip() {
+    let fold = Fold::new(BODY);
+    let stopped = Effort { stop: Arc::new(AtomicBool::new(true)), ..effort(2) };
+    let made = fold.make(false, &LOOK, &stopped).unwrap();
+    assert_eq!((made.frames, &made.outcomes[..]), (0, &[Outcome::Unfinished; 4][..]));
+    let stop = Arc::new(AtomicBool::new(false));
+    let order = fold.order(&[], false, &LOOK);
+    let after_one = |_: &_, _: ClipHash| stop.store(true, Ordering::Relaxed);
+    make(&order.clips, &LOOK, fold.path(), &Effort { stop: Arc::clone(&stop), ..effort(1) }, &after_one).unwrap();
+    assert_eq!(paths(&fold.order(&[], false, &LOOK)), ["loops/b.mp4", "t/a=b.mp4", "t/b=a.mp4"]);
+    assert_eq!(fs::read_dir(fold.at("loops")).unwrap().count(), 1, "nothing but the finished clip");
+}
+
+#[test]
+fn a_clip_that_another_process_has_taken_is_left_to_it() {
+    let fold = Fold::new(BODY);
+    fs::create_dir_all(fold.at(".render/loops")).unwrap();
+    let other = fs::File::create(fold.at(".render/loops/b.mp4.made")).unwrap();
+    other.lock().unwrap();
+    let made = fold.make(false, &LOOK, &effort(2)).unwrap();
+    assert!(matches!(made.outcomes[..], [Outcome::Made(_), Outcome::Busy, Outcome::Made(_), Outcome::Made(_)]));
+    drop(other);
+    assert!(matches!(fold.make(false, &LOOK, &effort(2)).unwrap().outcomes[..], [Outcome::Made(_)]));
+}
+
+#[test]
+fn a_full_disk_takes_neither_the_old_clip_nor_the_frames() {
+    let fold = Fold::new(BODY);
+    fold.make(false, &LOOK, &effort(2)).unwrap();
+    let before = fold.clips();
+    let finer = Look { spp: Some(4.0), ..*LOOK };
+    // The disk is full when the second frame comes, and later when the clip is encoded.
+    fs::create_dir_all(fold.at(".render/loops/a.mp4")).unwrap();
+    let order = fold.order(&[], true, &finer);
+    fs::write(fold.at(".render/loops/a.mp4/pictures"), order.clips[0].pictures.to_string()).unwrap();
+    symlink("/dev/full", fold.at(".render/loops/a.mp4/000001.part")).unwrap();
+    let full = fold.make(true, &finer, &effort(1)).unwrap_err();
+    assert!(format!("{full:?}").contains("StorageFull"), "{full:?}");
+    symlink("/dev/full", fold.at("loops/a.mp4.new.part")).unwrap();
+    let full = fold.make(true, &finer, &effort(1)).unwrap_err();
+    assert!(matches!(full, MakeError::Encode(_)), "{full:?}");
+    assert_eq!(fold.clips(), before);
+    let made = fold.make(true, &finer, &effort(1)).unwrap();
+    assert_eq!(made.frames, 6 + 3 + 3, "the four frames of the first clip were kept");
+    assert_ne!(fold.clips(), before);
+}
+
+#[test]
+fn only_what_is_missing_is_ordered_and_again_everything() {
+    let fold = Fold::new(BODY);
+    fs::create_dir(fold.at("t")).unwrap();
+    fs::write(fold.at("t/a=b.mp4"), "the artist's own").unwrap();
+    assert_eq!(paths(&fold.order(&[], false, &LOOK)), ["loops/a.mp4", "loops/b.mp4", "t/b=a.mp4"]);
+    assert_eq!(paths(&fold.order(&["a"], false, &LOOK)), ["loops/a.mp4", "t/b=a.mp4"]);
+    assert_eq!(paths(&fold.order(&[], true, &LOOK)).len(), 4);
+    assert!(fold.refused(&["ghost"]).contains("Unknown"));
+}
+
+#[test]
+fn again_makes_what_was_made_from_something_else_and_nothing_twice() {
+    let fold = Fold::new(BODY);
+    let first = fold.make(false, &LOOK, &effort(2)).unwrap();
+    assert_eq!(fold.make(true, &LOOK, &effort(2)).unwrap().frames, 0);
+    fs::write(fold.at("b.flam3"), include_str!("../../demo/genomes/undertow.flam3")).unwrap();
+    let second = fold.make(true, &LOOK, &effort(2)).unwrap();
+    assert_eq!(second.frames, 6 + 3 + 3, "all but the loop of the sheep that stayed");
+    assert!(matches!((first.outcomes[0], second.outcomes[0]), (Outcome::Made(a), Outcome::Stood(b)) if a == b));
+    let coarser = Look { quality: Quality { crf: 45.0, ..LOOK.quality }, ..*LOOK };
+    assert_eq!(fold.make(true, &coarser, &effort(2)).unwrap().frames, 16, "no frames were kept");
+}
+
+#[test]
+fn what_cannot_be_rendered_is_told_with_its_reason() {
+    let body = BODY.replace("genome = \"b.flam3\"\n", "")
+        + "[[transition]]\nfrom = \"a\"\nto = \"c\"\nframes = 3\nclip = \"c\"\n";
+    let fold = Fold::new(&body);
+    let order = fold.order(&[], false, &LOOK);
+    assert_eq!(paths(&order), ["loops/a.mp4"]);
+    let told: Vec<_> = order.left_out.iter().map(|one| (one.clip.as_str(), one.reason.as_str())).collect();
+    let no_genome = "sheep `b` has no genome";
+    let all = [("loops/b.mp4", no_genome), ("t/a=b.mp4", no_genome), ("t/b=a.mp4", no_genome)];
+    assert_eq!(told, [&all[..], &[("c", "sheep `c` is not in the flock")]].concat());
+}
+
+#[test]
+fn genomes_that_cannot_be_drawn_are_refused_before_anything_is_rendered() {
+    let fold = Fold::new(BODY);
+    for (text, part) in [
+        ("<flame/>", "NoPalette"),
+        ("not xml", "Xml"),
+        ("<flames><flame/><flame/></flames>", "Count"),
+        ("<flame><xform weight=\"1\" mobius=\"1\"/><palette count=\"256\" format=\"RGB\"/></flame>", "0 digits"),
+    ] {
+        fs::write(fold.at("b.flam3"), text).unwrap();
+        assert!(fold.refused(&[]).contains(part), "{text}: {}", fold.refused(&[]));
+    }
+    fs::remove_file(fold.at("b.flam3")).unwrap();
+    assert!(fold.refused(&[]).contains("Unreadable"));
+}
+
+#[test]
+fn nothing_is_rendered_over_a_genome_a_manifest_or_another_clip() {
+    for path in ["flock.toml", "b.flam3", "loops/a.mp4"] {
+        let fold = Fold::new(&BODY.replace("t/a=b.mp4", path));
+        let order = fold.order(&[], true, &LOOK);
+        assert!(order.left_out.iter().any(|one| one.clip.as_str() == path), "{path}");
+        assert!(!paths(&order).contains(&path), "{path}");
+    }
+}
+
+#[test]
+fn a_transition_between_cameras_of_two_sizes_has_no_jump_half_way() {
+    let fold = Fold::new(BODY);
+    let genome = fs::read_to_string(fold.at("b.flam3")).unwrap();
+    let larger = genome.replace("size=\"1280 720\"", "size=\"64 64\"");
+    assert_ne!(genome, larger, "the genome is 1280 by 720");
+    fs::write(fold.at("b.flam3"), larger).unwrap();
+    let order = fold.order(&[], false, &LOOK);
+    for clip in order.clips.iter().filter(|clip| matches!(clip.shows, Shows::Transition(..))) {
+        let half = f64::from(clip.frames.0) / 2.0;
+        let scale = |frame: f64| clip.motion.at(frame).camera.scale;
+        assert!((scale(half - 1e-9) - scale(half + 1e-9)).abs() < 1e-3, "{}", clip.path);
+    }
+}
+
+#[test]
+fn hashes_go_into_the_manifest_and_nothing_else_changes() {
+    let fold = Fold::new(BODY);
+    settle(fold.path()).unwrap();
+    fold.make(false, &LOOK, &effort(2)).unwrap();
+    settle(fold.path()).unwrap();
+    let manifest = Manifest::read(fold.path()).unwrap();
+    for clip in manifest.clips() {
+        let file = fs::File::open(clip.path.inside(fold.path())).unwrap();
+        assert_eq!(clip.hash, Some(ClipHash::of(file).unwrap()), "{}", clip.path);
+    }
+    let text = fs::read_to_string(fold.at(FILE_NAME)).unwrap();
+    let others: Vec<_> = text.lines().filter(|line| !line.starts_with("hash")).collect();
+    assert_eq!(others, format!("{HEAD}{BODY}").lines().collect::<Vec<_>>());
+    settle(fold.path()).unwrap();
+    assert_eq!(fs::read_to_string(fold.at(FILE_NAME)).unwrap(), text);
+}
+
+#[test]
+fn a_clip_that_the_tools_did_not_leave_so_keeps_its_hash() {
+    let fold = Fold::new(BODY);
+    fold.make(false, &LOOK, &effort(2)).unwrap();
+    fs::write(fold.at("loops/a.mp4"), "the artist's own").unwrap();
+    settle(fold.path()).unwrap();
+    let manifest = Manifest::read(fold.path()).unwrap();
+    let hashed: Vec<_> = manifest.clips().map(|clip| clip.hash.is_some()).collect();
+    assert_eq!(hashed, [false, true, true, true]);
+}
