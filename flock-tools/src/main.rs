@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod balance;
 mod check;
 mod clips;
 mod demo;
@@ -29,6 +30,7 @@ struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Balance(balance::Args),
     Check(check::Args),
     Demo(demo::Args),
     Render(render::Args),
@@ -39,6 +41,7 @@ enum Command {
 
 fn main() -> ExitCode {
     report::finish(Args::try_parse().map(|args| match args.command {
+        Command::Balance(args) => balance::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Demo(args) => demo::run(&args),
         Command::Render(args) => render::run(&args),

@@ -95,6 +95,21 @@ impl Graph {
         Self::from_arcs(ids, written, &arcs)
     }
 
+    /// The same sheep and transitions with other weights, by the ordinals of exits; each finite and above 0.
+    #[must_use]
+    pub(crate) fn reweighted(&self, weights: &[f64]) -> Self {
+        let mut new = self.clone();
+        new.weight = weights.to_vec();
+        for sheep in self.sheep() {
+            let row = self.row(sheep);
+            let total: f64 = weights[row.clone()].iter().sum();
+            for at in row {
+                new.chance[at] = weights[at] / total;
+            }
+        }
+        new
+    }
+
     fn from_arcs(ids: Vec<SheepId>, sheep_written: Vec<u32>, arcs: &[Arc]) -> Self {
         let mut first = vec![0; ids.len() + 1];
         let mut total = vec![0.0; ids.len()];
@@ -195,51 +210,7 @@ impl Graph {
     /// # Source
     /// Tarjan, *Depth-first search and linear graph algorithms* (1972), without recursion.
     pub fn classes(&self) -> Vec<u32> {
-        const UNSEEN: u32 = u32::MAX;
-        let n = self.len();
-        let (mut seen, mut low, mut class) = (vec![UNSEEN; n], vec![0; n], vec![UNSEEN; n]);
-        let (mut stack, mut trail): (Vec<u32>, Vec<(u32, u32)>) = (Vec::new(), Vec::new());
-        let (mut count, mut classes) = (0, 0);
-        for root in 0..n {
-            if seen[root] != UNSEEN {
-                continue;
-            }
-            trail.push((root as u32, self.first[root]));
-            while let Some(top) = trail.last_mut() {
-                let (sheep, next) = *top;
-                let at = sheep as usize;
-                top.1 += 1;
-                if next == self.first[at] && seen[at] == UNSEEN {
-                    seen[at] = count;
-                    low[at] = count;
-                    count += 1;
-                    stack.push(sheep);
-                }
-                if next < self.first[at + 1] {
-                    let to = self.target[next as usize].index();
-                    if seen[to] == UNSEEN {
-                        trail.push((to as u32, self.first[to]));
-                    } else if class[to] == UNSEEN {
-                        low[at] = low[at].min(seen[to]);
-                    }
-                    continue;
-                }
-                trail.pop();
-                if let Some(&(parent, _)) = trail.last() {
-                    low[parent as usize] = low[parent as usize].min(low[at]);
-                }
-                if low[at] == seen[at] {
-                    while let Some(member) = stack.pop() {
-                        class[member as usize] = classes;
-                        if member == sheep {
-                            break;
-                        }
-                    }
-                    classes += 1;
-                }
-            }
-        }
-        class
+        classes(&self.first, |exit| self.target[exit].index())
     }
 
     /// The classes that have a cycle, the largest first; of equal ones that with the lowest id first. The walk lives
@@ -255,6 +226,55 @@ impl Graph {
         members.sort_by_key(|sheep| (std::cmp::Reverse(sheep.len()), sheep[0]));
         members
     }
+}
+
+/// The strongly connected class of each node, whose exits start in their table at `first`.
+pub(crate) fn classes(first: &[u32], target: impl Fn(usize) -> usize) -> Vec<u32> {
+    const UNSEEN: u32 = u32::MAX;
+    let n = first.len() - 1;
+    let (mut seen, mut low, mut class) = (vec![UNSEEN; n], vec![0; n], vec![UNSEEN; n]);
+    let (mut stack, mut trail): (Vec<u32>, Vec<(u32, u32)>) = (Vec::new(), Vec::new());
+    let (mut count, mut classes) = (0, 0);
+    for root in 0..n {
+        if seen[root] != UNSEEN {
+            continue;
+        }
+        trail.push((root as u32, first[root]));
+        while let Some(top) = trail.last_mut() {
+            let (sheep, next) = *top;
+            let at = sheep as usize;
+            top.1 += 1;
+            if next == first[at] && seen[at] == UNSEEN {
+                seen[at] = count;
+                low[at] = count;
+                count += 1;
+                stack.push(sheep);
+            }
+            if next < first[at + 1] {
+                let to = target(next as usize);
+                if seen[to] == UNSEEN {
+                    trail.push((to as u32, first[to]));
+                } else if class[to] == UNSEEN {
+                    low[at] = low[at].min(seen[to]);
+                }
+                continue;
+            }
+            trail.pop();
+            if let Some(&(parent, _)) = trail.last() {
+                low[parent as usize] = low[parent as usize].min(low[at]);
+            }
+            if low[at] == seen[at] {
+                while let Some(member) = stack.pop() {
+                    class[member as usize] = classes;
+                    if member == sheep {
+                        break;
+                    }
+                }
+                classes += 1;
+            }
+        }
+    }
+    class
 }
 
 #[cfg(test)]

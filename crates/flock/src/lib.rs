@@ -7,6 +7,7 @@
 //! Start at [`Manifest`], then [`Flock`], then [`Itinerary`], which the player drives.
 #![forbid(unsafe_code)]
 
+mod balance;
 mod carry;
 mod closed;
 mod edit;
@@ -25,6 +26,7 @@ mod simulation;
 mod table;
 mod walk;
 
+pub use balance::{Balance, Balanced, Bottleneck, Terms, Weight};
 pub use edit::{Edit, EditError};
 pub use faults::{Fault, FaultKind, faults, forced_repeats};
 pub use flock::Flock;

@@ -1,0 +1,218 @@
+//! The nearest circulation to what an artist has written and wants.
+//!
+//! Owns the state of the search: how much flows along each transition, and how far rows and columns are from where
+//! they should be. One state is improved by [`Circulation::sweep`] (sheep by sheep) and [`Circulation::step`] (all at
+//! once, in the direction that `system.rs` finds). Never chooses fairness or floor: `solve.rs` does.
+//!
+//! # Source
+//! min over circulations `f >= floor`, with throughput `n`, of `KL(f || prior) + fairness * KL(want || n)`. In its dual
+//! each sheep has two prices, `a` for leaving and `b` for entering, and
+//! `f = floor + prior * exp(a + b)`, `n = want / (1 + (a + b) / fairness)`: a smooth convex problem, solved by Newton.
+//! Proportional fairness after Kelly, Maulloo & Tan (1998).
+
+use super::network::Network;
+
+/// Prices may rise a flow by so many times e in one step at most.
+const MOST_RISE: f64 = 12.0;
+/// A step may take at most this part of the way to where a throughput would be infinite.
+const MOST_FALL: f64 = 0.9;
+/// A step is long enough when the slope at its end is this small beside that at its start.
+const FLAT: f64 = 0.3;
+/// Tries for the length of a step.
+const TRIES: usize = 30;
+/// Newton steps of one sheep's own equation.
+const SWEEP_STEPS: usize = 12;
+/// Below this relative error a full step is taken unseen: slopes are rounding there.
+const CLOSE: f64 = 1e-7;
+
+/// Flows along all transitions of a network, not yet balanced.
+#[derive(Clone, Debug)]
+pub(super) struct Circulation {
+    /// What `KL(want || n)` weighs beside `KL(f || prior)`; finite, above 0.
+    pub(super) fairness: f64,
+    /// What each transition carries at least.
+    pub(super) floor: f64,
+    /// The logarithm of what each transition carries above the floor.
+    log_flow: Vec<f64>,
+    /// What each transition carries above the floor.
+    pub(super) flow: Vec<f64>,
+    /// Want over throughput, by sheep.
+    pub(super) scarcity: Vec<f64>,
+    /// The prices: `a` by sheep, then `b` by sheep.
+    pub(super) prices: Vec<f64>,
+    /// The flow above the floor out of each sheep, then into each.
+    pub(super) sums: Vec<f64>,
+    /// Transitions out of each sheep, then into each.
+    degrees: Vec<u32>,
+}
+
+impl Circulation {
+    /// The flows of `network` at prices of 0: the weights as written.
+    pub(super) fn new(network: &Network, fairness: f64, floor: f64) -> Self {
+        let n = network.len();
+        let mut degrees = vec![0; 2 * n];
+        for arc in 0..network.arcs() {
+            let (from, to) = network.ends(arc);
+            degrees[from] += 1;
+            degrees[n + to] += 1;
+        }
+        let mut new = Self {
+            fairness,
+            floor,
+            log_flow: network.prior.clone(),
+            flow: vec![0.0; network.arcs()],
+            scarcity: vec![1.0; n],
+            prices: vec![0.0; 2 * n],
+            sums: vec![0.0; 2 * n],
+            degrees,
+        };
+        new.measure(network);
+        new
+    }
+
+    /// What flows through `sheep`, by its prices.
+    pub(super) fn throughput(&self, network: &Network, sheep: usize) -> f64 {
+        network.want[sheep] / self.scarcity[sheep]
+    }
+
+    /// What all sheep and transitions together carry; above or below 1 by how the prices fall.
+    pub(super) fn mass(&self) -> f64 {
+        self.flow.iter().map(|flow| flow + self.floor).sum()
+    }
+
+    /// By how much each row and column is above its sheep's throughput; its largest part of a throughput.
+    pub(super) fn excess(&self, network: &Network) -> (Vec<f64>, f64) {
+        let n = network.len();
+        let mut worst = 0.0f64;
+        let excess = (0..2 * n)
+            .map(|at| {
+                let through = self.throughput(network, at % n);
+                let excess = self.sums[at] + self.floor * f64::from(self.degrees[at]) - through;
+                worst = worst.max(excess.abs() / through);
+                excess
+            })
+            .collect();
+        (excess, worst)
+    }
+
+    /// Sets each sheep's two prices in turn to what makes its own row and column right. Returns the largest change of
+    /// a price.
+    pub(super) fn sweep(&mut self, network: &Network) -> f64 {
+        let n = network.len();
+        let mut moved = 0.0f64;
+        let mut change = vec![0.0; n];
+        for side in 0..2 {
+            let ends = if side == 0 { &network.from } else { &network.to };
+            let mut most = vec![f64::NEG_INFINITY; n];
+            for (&log, &at) in self.log_flow.iter().zip(ends) {
+                most[at as usize] = most[at as usize].max(log);
+            }
+            let mut sum = vec![0.0; n];
+            for (&log, &at) in self.log_flow.iter().zip(ends) {
+                sum[at as usize] += (log - most[at as usize]).exp();
+            }
+            for at in 0..n {
+                let fixed = self.floor * f64::from(self.degrees[side * n + at]);
+                let log_sum = most[at] + sum[at].ln();
+                let by = own_price(log_sum, fixed, self.scarcity[at], network.want[at], self.fairness);
+                change[at] = by;
+                self.scarcity[at] += by / self.fairness;
+                self.prices[side * n + at] += by;
+                moved = moved.max(by.abs());
+            }
+            for (log, &at) in self.log_flow.iter_mut().zip(ends) {
+                *log += change[at as usize];
+            }
+        }
+        self.measure(network);
+        moved
+    }
+
+    /// Moves all prices along `direction`, as far as that brings the balance nearer. Returns the part of it taken.
+    pub(super) fn step(&mut self, network: &Network, direction: &[f64], excess: &[f64], error: f64) -> f64 {
+        let slope: f64 = excess.iter().zip(direction).map(|(excess, by)| excess * by).sum();
+        let mut length = self.longest(network, direction, 1.0);
+        let mut taken = 0.0;
+        for _ in 0..TRIES {
+            self.shift(network, direction, length - taken);
+            taken = length;
+            if error < CLOSE {
+                break;
+            }
+            let (excess, _) = self.excess(network);
+            let end: f64 = excess.iter().zip(direction).map(|(excess, by)| excess * by).sum();
+            if end <= FLAT * slope.abs() {
+                break;
+            }
+            length *= (slope.abs() / (slope.abs() + end)).clamp(0.1, 0.7);
+        }
+        taken
+    }
+
+    /// How far along `direction`, `most` at most, no flow rises and no throughput grows beyond measure.
+    pub(super) fn longest(&self, network: &Network, direction: &[f64], most: f64) -> f64 {
+        let n = network.len();
+        let rise = |arc: usize| direction[network.from[arc] as usize] + direction[n + network.to[arc] as usize];
+        let mut per_length = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MOST_RISE;
+        for sheep in 0..n {
+            let fall = -(direction[sheep] + direction[n + sheep]) / self.fairness;
+            per_length = per_length.max(fall / (MOST_FALL * self.scarcity[sheep]));
+        }
+        if per_length * most > 1.0 { 1.0 / per_length } else { most }
+    }
+
+    /// Sets another fairness; prices stay.
+    pub(super) fn raise(&mut self, fairness: f64) {
+        for scarcity in &mut self.scarcity {
+            *scarcity = 1.0 + (*scarcity - 1.0) * self.fairness / fairness;
+        }
+        self.fairness = fairness;
+    }
+
+    /// Moves all prices by `length` times `direction`.
+    pub(super) fn shift(&mut self, network: &Network, direction: &[f64], length: f64) {
+        let n = network.len();
+        for (price, by) in self.prices.iter_mut().zip(direction) {
+            *price += length * by;
+        }
+        for sheep in 0..n {
+            self.scarcity[sheep] += length * (direction[sheep] + direction[n + sheep]) / self.fairness;
+        }
+        for arc in 0..network.arcs() {
+            let (from, to) = network.ends(arc);
+            self.log_flow[arc] += length * (direction[from] + direction[n + to]);
+        }
+        self.measure(network);
+    }
+
+    /// Flows and sums anew from their logarithms.
+    fn measure(&mut self, network: &Network) {
+        let n = network.len();
+        self.sums.fill(0.0);
+        for arc in 0..network.arcs() {
+            let (from, to) = network.ends(arc);
+            let flow = self.log_flow[arc].exp();
+            self.flow[arc] = flow;
+            self.sums[from] += flow;
+            self.sums[n + to] += flow;
+        }
+    }
+}
+
+/// By how much one price must change: the `x` with `e^(log_sum + x) + fixed = want / (scarcity + x / fairness)`.
+fn own_price(log_sum: f64, fixed: f64, scarcity: f64, want: f64, fairness: f64) -> f64 {
+    let aim = (want / scarcity - fixed).max(1e-3 * want / scarcity);
+    let least = |x: f64| x.max(-MOST_FALL * scarcity * fairness);
+    let mut x = least(aim.ln() - log_sum);
+    for _ in 0..SWEEP_STEPS {
+        let (flow, scarce) = ((log_sum + x).exp(), scarcity + x / fairness);
+        let value = (flow + fixed).ln() + scarce.ln() - want.ln();
+        let slope = flow / (flow + fixed) + 1.0 / (fairness * scarce);
+        let next = (x - value / slope).clamp(x - MOST_FALL * scarce * fairness, x + MOST_RISE);
+        if (next - x).abs() <= 1e-14 * (1.0 + x.abs()) {
+            return next;
+        }
+        x = next;
+    }
+    x
+}

@@ -1,0 +1,188 @@
+//! Weights that give every sheep the share that its artist wants, or as near as the transitions allow.
+//!
+//! Owns the answer of `flock balance`: whether the wants can be reached and where they get stuck, the weights, and what
+//! the walk makes of them. Never writes a manifest: the tools do.
+//!
+//! Start at [`Balance::of`]; what fairness and floor mean is told in `terms.rs`, the method in `circulation.rs`, the
+//! proof in `reach.rs`.
+
+mod circulation;
+mod network;
+mod reach;
+mod solve;
+mod system;
+mod terms;
+#[cfg(test)]
+mod tests;
+mod weights;
+
+use crate::flock::Flock;
+use crate::graph::{Exit, SheepIx};
+use crate::names::SheepId;
+
+use network::{Network, parts};
+use reach::Reach;
+pub use terms::Terms;
+use weights::Written;
+
+/// Seconds in a year.
+const YEAR_S: f64 = 365.25 * 86_400.0;
+/// A year counts no more steps than this, of 50 s: clips that are shorter do not thin out the floor.
+const MOST_STEPS_A_YEAR: f64 = 630_000.0;
+
+/// The nearest shares, and the weights that give them: the answer of `flock balance`.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Balance<'f> {
+    /// Whether some weights reach the wants exactly.
+    pub reachable: bool,
+    /// What share of the wants no weights can carry; 0 exactly if they can be reached.
+    pub deficiency: f64,
+    /// The worst of visits/want and want/visits with these weights; `None` if a sheep is never visited.
+    pub worst_ratio: Option<f64>,
+    /// Every transition of the manifest, in the order of (from, to).
+    pub weights: Vec<Weight<'f>>,
+    /// Every sheep of the manifest, in the order of their ids.
+    pub sheep: Vec<Balanced<'f>>,
+    /// The proof, where the wants can't be reached.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub bottleneck: Option<Bottleneck<'f>>,
+    /// How often the transition that is taken least is taken in a year, of those that are played.
+    pub least_plays: f64,
+    /// How many steps a year counts.
+    pub steps_a_year: f64,
+}
+
+/// A transition's weight, and what becomes of it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Weight<'f> {
+    /// Where it starts.
+    pub from: &'f SheepId,
+    /// Where it ends.
+    pub to: &'f SheepId,
+    /// The weight to write: those of a sheep's transitions are 1 in the mean. As it stands if it is not played.
+    pub weight: f64,
+    /// The fraction of all steps that take it; 0 if it is not played.
+    pub visits: f64,
+}
+
+/// What becomes of a sheep.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Balanced<'f> {
+    /// Which.
+    pub id: &'f SheepId,
+    /// The fraction of visits that it gets with the weights as written; 0 if it is not played.
+    pub visits: f64,
+    /// The fraction of visits that the artist wishes. Those of all sheep sum to 1.
+    pub want: f64,
+}
+
+/// Sheep that are wanted more than all sheep that they lead to. After every visit of the former comes one of the latter,
+/// so no weights can give them their wants; what the wants differ by is the deficiency.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Bottleneck<'f> {
+    /// The sheep, in the order of their ids; those that are not played belong to them.
+    #[serde(rename = "bottleneck")]
+    pub sheep: Vec<&'f SheepId>,
+    /// Every sheep that they lead to within the part that is played, in the order of their ids.
+    pub followers: Vec<&'f SheepId>,
+}
+
+impl<'f> Balance<'f> {
+    /// The balance of `flock`. `None` if it has no cycle to walk.
+    ///
+    /// Only the part that is played can be balanced; what is wanted of the rest is part of the deficiency.
+    pub fn of(flock: &'f Flock, terms: Terms) -> Option<Self> {
+        if !flock.is_walkable() {
+            return None;
+        }
+        let (graph, whole) = (flock.graph(), flock.whole());
+        let want = |sheep: SheepIx| flock.manifest().sheep[whole.sheep_in_manifest(sheep)].want;
+        let wants = parts(&whole.sheep().map(want).collect::<Vec<_>>());
+        let played: Vec<usize> =
+            graph.sheep().filter_map(|sheep| whole.find(graph.id(sheep))).map(SheepIx::index).collect();
+        let network = Network::new(graph, &played.iter().map(|&at| wants[at]).collect::<Vec<_>>());
+        let steps_a_year = steps_a_year(flock, &network);
+        let found = terms.find(&network, steps_a_year);
+        let written = Written::new(graph, &found.flow, &found.visits, found.tolerance, found.least)?;
+        let mut sheep: Vec<Balanced> =
+            whole.sheep().zip(&wants).map(|(at, &want)| Balanced { id: whole.id(at), visits: 0.0, want }).collect();
+        for (ordinal, &at) in graph.sheep().zip(&played) {
+            sheep[at].visits = written.shares.visits(ordinal);
+        }
+        let worst = sheep.iter().map(Balanced::off).fold(1.0, f64::max);
+        let deficiency = deficiency(&sheep, &played, &found.reach);
+        Some(Self {
+            reachable: deficiency == 0.0,
+            deficiency,
+            worst_ratio: worst.is_finite().then_some(worst),
+            weights: weights(flock, &written),
+            bottleneck: (deficiency > 0.0).then(|| bottleneck(flock, &network, &found.reach)),
+            least_plays: steps_a_year * exits(flock).map(|exit| written.shares.taken(exit)).fold(1.0, f64::min),
+            steps_a_year,
+            sheep,
+        })
+    }
+}
+
+impl Balanced<'_> {
+    /// How far its visits are from its want: the larger of visits/want and want/visits, at least 1, infinite if it is
+    /// never visited.
+    pub fn off(&self) -> f64 {
+        (self.visits / self.want).max(self.want / self.visits)
+    }
+}
+
+/// How many steps a year has by the flock's own clips if sheep get what they want; at most [`MOST_STEPS_A_YEAR`].
+fn steps_a_year(flock: &Flock, network: &Network) -> f64 {
+    let graph = flock.graph();
+    let step_s = |sheep: SheepIx| {
+        let on = |exit: Exit| graph.chance(exit) * flock.seconds(&flock.transition(exit).clip);
+        flock.visit_seconds(sheep) + graph.exits(sheep).map(on).sum::<f64>()
+    };
+    let mean_s: f64 = graph.sheep().map(|sheep| network.want[sheep.index()] * step_s(sheep)).sum();
+    (YEAR_S / mean_s).min(MOST_STEPS_A_YEAR)
+}
+
+/// What no weights can carry: all that is wanted of sheep that are not played, and what gets stuck among the others.
+fn deficiency(sheep: &[Balanced], played: &[usize], reach: &Reach) -> f64 {
+    if played.len() == sheep.len() {
+        return reach.deficiency;
+    }
+    let wanted: f64 = played.iter().map(|&at| sheep[at].want).sum();
+    1.0 - wanted * (1.0 - reach.deficiency)
+}
+
+fn bottleneck<'f>(flock: &'f Flock, network: &Network, reach: &Reach) -> Bottleneck<'f> {
+    let (graph, whole) = (flock.graph(), flock.whole());
+    let mut followers: Vec<usize> =
+        reach.bottleneck.iter().flat_map(|&sheep| network.exits(sheep)).map(|arc| network.to[arc] as usize).collect();
+    followers.sort_unstable();
+    followers.dedup();
+    let id = |at: usize| graph.id(SheepIx(at as u32));
+    let unplayed = whole.sheep().map(|sheep| whole.id(sheep)).filter(|id| graph.find(id).is_none());
+    let mut sheep: Vec<&SheepId> = reach.bottleneck.iter().map(|&at| id(at)).chain(unplayed).collect();
+    sheep.sort();
+    Bottleneck { sheep, followers: followers.into_iter().map(id).collect() }
+}
+
+fn exits(flock: &Flock) -> impl Iterator<Item = Exit> {
+    flock.graph().sheep().flat_map(|sheep| flock.graph().exits(sheep))
+}
+
+fn weights<'f>(flock: &'f Flock, written: &Written) -> Vec<Weight<'f>> {
+    let (graph, whole) = (flock.graph(), flock.whole());
+    let played: Vec<Option<SheepIx>> = whole.sheep().map(|sheep| graph.find(whole.id(sheep))).collect();
+    let mut weights = Vec::with_capacity(whole.exit_count());
+    for from in whole.sheep() {
+        for exit in whole.exits(from) {
+            let to = whole.target(exit);
+            let own = played[from.index()].zip(played[to.index()]).and_then(|(from, to)| graph.between(from, to));
+            let (weight, visits) = match own {
+                Some(own) => (written.weights[own.index()], written.shares.taken(own)),
+                None => (whole.weight(exit), 0.0),
+            };
+            weights.push(Weight { from: whole.id(from), to: whole.id(to), weight, visits });
+        }
+    }
+    weights
+}

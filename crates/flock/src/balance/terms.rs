@@ -1,0 +1,134 @@
+//! What an artist asks of a balance, and the circulation that fulfils it.
+//!
+//! Owns what fairness and floor mean: infinite fairness as a limit, the floor as plays a year, the mass that floors take.
+//! Never searches itself: `solve.rs` does.
+
+use super::circulation::Circulation;
+use super::network::Network;
+use super::reach::Reach;
+use super::solve::{EXACT, nearest, settle};
+
+/// The fairness that stands for the highest there is where the wants can be met: visits are then within about 1e-8.
+const MET: f64 = 1e9;
+/// The fairness that stands for the highest there is where the wants can't be met: shares are then within about 1e-7.
+const UNMET: f64 = 1e4;
+/// Visits are off what the circulation gives by no more than this part of it when weights are written, ...
+const TOLERANCE: f64 = 1e-3;
+/// ... and by no more than this where shares alone count.
+const FAIREST_TOLERANCE: f64 = 2e-7;
+/// Transitions that carry nothing in the limit are let carry so little that no visits move by more than this part.
+const SILENT: f64 = 2e-7;
+/// Floors make up this part of all steps where they ask for more than a year has.
+const MOST_FLOOR: f64 = 0.5;
+/// A circulation that has to carry more than this to be normalised with its floors is given up.
+const MOST_MASS: f64 = 8.0;
+/// Tries to find the floor that is right after normalising.
+const FLOOR_TRIES: usize = 30;
+
+/// What an artist asks of a balance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Terms {
+    /// How much nearness to the wants counts beside nearness to the weights as written; above 0. Infinite: the wants
+    /// alone count, and of the ways to serve them the one nearest to the weights is taken.
+    pub fairness: f64,
+    /// How often every transition is taken in a year at least, 0 or more.
+    pub floor: f64,
+}
+
+/// The circulation that fulfils some terms.
+pub(super) struct Found {
+    /// What each transition carries; all of them sum to 1.
+    pub(super) flow: Vec<f64>,
+    /// What each sheep is visited; all of them sum to 1.
+    pub(super) visits: Vec<f64>,
+    /// What every transition carries at least, by the terms; less where a year has not so many steps.
+    pub(super) least: f64,
+    /// How near visits should be when weights are rounded, as a part of them.
+    pub(super) tolerance: f64,
+    /// Whether the wants can be met.
+    pub(super) reach: Reach,
+}
+
+impl Default for Terms {
+    fn default() -> Self {
+        Self { fairness: 3.0, floor: 12.0 }
+    }
+}
+
+impl Terms {
+    /// The circulation in `network` that fulfils these terms, with so many steps in a year.
+    pub(super) fn find(self, network: &Network, steps_a_year: f64) -> Found {
+        if self.fairness.is_finite() {
+            let (state, least) = floored(network, self.fairness.clamp(1e-6, MET), self.floor / steps_a_year);
+            let flow = carried(&state);
+            let reach = Reach::of(network, &flow);
+            return Found { visits: visits(network, &flow), flow, least, tolerance: TOLERANCE, reach };
+        }
+        let soft = nearest(network, Self::default().fairness, 0.0);
+        let reach = Reach::of(network, &carried(&soft));
+        let tolerance = FAIREST_TOLERANCE;
+        if self.floor > 0.0 {
+            let (state, least) = floored(network, UNMET, self.floor / steps_a_year);
+            let flow = carried(&state);
+            return Found { visits: visits(network, &flow), flow, least, tolerance, reach };
+        }
+        let mut flow = fairest(network, &reach);
+        blend(network, &mut flow, &carried(&soft));
+        Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach }
+    }
+}
+
+/// The nearest circulation in which, after normalising, every transition carries `floor`; and the floor itself, lower
+/// where so much can't be.
+fn floored(network: &Network, fairness: f64, floor: f64) -> (Circulation, f64) {
+    // Rounded weights must not fall below the floor.
+    let aim = floor * (1.0 + TOLERANCE);
+    if aim * (network.arcs() as f64) < 1.0 {
+        let mut state = nearest(network, fairness, aim);
+        for _ in 0..FLOOR_TRIES {
+            let right = aim * state.mass();
+            if right <= state.floor * (1.0 + 0.1 * TOLERANCE) {
+                return (state, floor);
+            }
+            if right > MOST_MASS * aim {
+                break;
+            }
+            state.floor = right;
+            settle(network, &mut state, EXACT);
+        }
+    }
+    let state = nearest(network, fairness, floor.min(MOST_FLOOR / network.arcs() as f64));
+    let least = state.floor / state.mass() * (1.0 - TOLERANCE);
+    (state, least.min(floor))
+}
+
+/// The proportionally fairest circulation, and of those the nearest one.
+fn fairest(network: &Network, reach: &Reach) -> Vec<f64> {
+    if reach.deficiency > 0.0 {
+        return carried(&nearest(network, UNMET, 0.0));
+    }
+    let met = carried(&nearest(&network.restricted(&reach.carries), MET, 0.0));
+    let mut met = met.into_iter();
+    reach.carries.iter().map(|&carries| if carries { met.next().unwrap_or(0.0) } else { 0.0 }).collect()
+}
+
+/// Lets a little of `other`, a circulation that takes every transition, into `flow`.
+fn blend(network: &Network, flow: &mut [f64], other: &[f64]) {
+    let (own, others) = (visits(network, flow), visits(network, other));
+    let most = others.iter().zip(&own).map(|(other, own)| other / own).fold(1.0, f64::max);
+    let part = SILENT / most;
+    for (flow, other) in flow.iter_mut().zip(other) {
+        *flow += part * (other - *flow);
+    }
+}
+
+/// What each transition carries, all of them summing to 1.
+fn carried(state: &Circulation) -> Vec<f64> {
+    let mass = state.mass();
+    state.flow.iter().map(|flow| (flow + state.floor) / mass).collect()
+}
+
+/// The visits that `flow` gives.
+fn visits(network: &Network, flow: &[f64]) -> Vec<f64> {
+    (0..network.len()).map(|sheep| flow[network.exits(sheep)].iter().sum()).collect()
+}

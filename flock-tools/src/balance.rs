@@ -1,0 +1,135 @@
+//! `flock balance`: weights that give every sheep the share that is wanted.
+//!
+//! Owns the command and its answer's form. The weights, and the proof where wants can't be reached, are the flock
+//! crate's.
+
+use std::path::PathBuf;
+
+use flock::{Balance, Balanced, Bottleneck, Flock, Terms};
+
+use crate::open;
+use crate::report::{self, Exit, Fatal};
+
+/// Find weights that give every sheep the share that is wanted, or as near as the transitions allow
+///
+/// Reaching the wants exactly silences transitions, so nearness to the wants is weighed against nearness to the weights
+/// as written, and no transition is played less than a floor. `--fairness inf --floor 0` serves the wants alone. Where no
+/// weights reach the wants, the answer is no, and names the sheep where they get stuck. Only the manifest is read.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  some weights reach the wants exactly; the nearest under these terms are printed
+  1  no weights reach the wants; the nearest are printed, and where they get stuck
+  2  the command line or the manifest is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    /// Folder of the flock
+    dir: PathBuf,
+    /// How much the wants count beside the weights as written: above 0, or `inf`
+    #[arg(long, value_name = "L", default_value_t = Terms::default().fairness, value_parser = fairness)]
+    fairness: f64,
+    /// How often every transition is played in a year at least
+    #[arg(long, value_name = "N", default_value_t = Terms::default().floor, value_parser = floor)]
+    floor: f64,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let flock = Flock::new(open::manifest(&args.dir)?);
+    let terms = Terms { fairness: args.fairness, floor: args.floor };
+    let Some(balance) = Balance::of(&flock, terms) else { return Err(open::no_cycle(&flock)) };
+    let unplayed = flock.whole().len() - flock.graph().len();
+    if unplayed > 0 {
+        report::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
+    }
+    if args.json {
+        report::json(&balance)?;
+    } else {
+        report::lines(table(&balance))?;
+    }
+    if balance.least_plays < args.floor {
+        report::note(&format!(
+            "a year is too short for {} plays of each transition: the least played has {:.1}",
+            args.floor, balance.least_plays
+        ));
+    }
+    Ok(if balance.reachable { Exit::Fine } else { Exit::No })
+}
+
+fn fairness(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| format!("wanted a number above 0 or `inf`, found `{text}`"))?;
+    if number > 0.0 { Ok(number) } else { Err(format!("wanted a number above 0 or `inf`, found `{text}`")) }
+}
+
+fn floor(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| format!("wanted a number, 0 or more, found `{text}`"))?;
+    if number >= 0.0 && number.is_finite() {
+        Ok(number)
+    } else {
+        Err(format!("wanted a number, 0 or more, found `{text}`"))
+    }
+}
+
+/// The proof first, then the sheep, those furthest from their wants first, then the weights.
+fn table(balance: &Balance) -> Vec<String> {
+    let worst = balance.worst_ratio.map_or("a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
+    let reach =
+        if balance.reachable { "some weights reach them".to_owned() } else { "no weights reach them".to_owned() };
+    let mut lines = vec![
+        format!("{:<40} {reach}", "wants"),
+        format!("{:<40} {:.3}%", "part of the wants that can't be carried", 100.0 * balance.deficiency),
+        format!("{:<40} {worst}", "worst ratio of visits and want"),
+        format!("{:<40} {:.1} a year", "least played transition", balance.least_plays),
+    ];
+    if let Some(bottleneck) = &balance.bottleneck {
+        lines.extend(proof(balance, bottleneck));
+    }
+    lines.push(String::new());
+    lines.push(format!("{:<64} {:>9} {:>9} {:>8}", "sheep", "visits", "want", "ratio"));
+    let mut sheep: Vec<&Balanced> = balance.sheep.iter().collect();
+    sheep.sort_by(|a, b| b.off().total_cmp(&a.off()));
+    lines.extend(sheep.into_iter().map(row));
+    lines.push(String::new());
+    lines.push(format!("{:<64} {:<64} {:>12} {:>9}", "from", "to", "weight", "visits"));
+    lines.extend(
+        balance.weights.iter().map(|t| {
+            format!("{:<64} {:<64} {:>12} {:>8.3}%", t.from.as_str(), t.to.as_str(), t.weight, 100.0 * t.visits)
+        }),
+    );
+    lines
+}
+
+/// The bottleneck in a form that can be checked by hand.
+fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
+    let list = |ids: &[&flock::SheepId]| ids.iter().map(|id| id.as_str()).collect::<Vec<_>>().join(" ");
+    let want = |ids: &[&flock::SheepId]| {
+        let of = |id: &&flock::SheepId| {
+            balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).map_or(0.0, |at| balance.sheep[at].want)
+        };
+        100.0 * ids.iter().map(of).sum::<f64>()
+    };
+    vec![
+        String::new(),
+        format!(
+            "Stuck: {} sheep are wanted {:.3}%, all {} sheep that they lead to only {:.3}%.",
+            bottleneck.sheep.len(),
+            want(&bottleneck.sheep),
+            bottleneck.followers.len(),
+            want(&bottleneck.followers)
+        ),
+        format!("these  {}", list(&bottleneck.sheep)),
+        format!("lead to  {}", list(&bottleneck.followers)),
+    ]
+}
+
+fn row(sheep: &Balanced) -> String {
+    format!(
+        "{:<64} {:>8.3}% {:>8.3}% {:>8.3}",
+        sheep.id.as_str(),
+        100.0 * sheep.visits,
+        100.0 * sheep.want,
+        sheep.visits / sheep.want
+    )
+}
