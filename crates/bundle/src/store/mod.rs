@@ -131,6 +131,7 @@ impl Store {
         for folder in ["objects", INCOMING, GENERATIONS] {
             disk.make_folder(folder).map_err(at("make folder", folder))?;
         }
+        disk.sync_folder("").map_err(at("sync", ""))?;
         let (slots, read) = Slots::read(&*disk);
         let mut store = Self { disk, slots, state: State::default(), trust: pinned.clone(), pinned };
         match read {
@@ -147,6 +148,7 @@ impl Store {
                 store.write()?;
             }
         }
+        store.stand()?;
         store.follow()?;
         Ok(store)
     }
@@ -272,6 +274,27 @@ impl Store {
 
     fn write(&mut self) -> Result<(), StoreError> {
         self.slots.write(&*self.disk, &self.state).map_err(at("write the state of", ""))
+    }
+
+    /// Gives up what plays if its folder is gone, which only a damaged file system can have done, and nothing in the
+    /// store mends it.
+    fn stand(&mut self) -> Result<(), StoreError> {
+        while let Some(playing) = self.state.playing().cloned() {
+            let toml = format!("{}/{}", flock_folder(playing.number), flock::FILE_NAME);
+            let is_there = || self.disk.length(&toml).map_err(at("look at", &toml));
+            if is_there()?.is_some() {
+                break;
+            }
+            if let Ok(bundle) = self.bundle(&playing) {
+                self.link_again(&playing, &bundle)?;
+            }
+            if is_there()?.is_some() {
+                break;
+            }
+            self.state = self.state.clone().vanished();
+            self.write()?;
+        }
+        Ok(())
     }
 
     /// Makes the link say what the state says.

@@ -204,10 +204,151 @@ impl State {
         self
     }
 
+    /// What plays is gone from the disk, and nobody is to blame.
+    #[must_use]
+    pub fn vanished(mut self) -> Self {
+        if self.trial.take().is_none() { self.good_is_gone() } else { self }
+    }
+
     /// Nothing older than the good one is kept any longer.
     #[must_use]
     pub fn without_reserve(mut self) -> Self {
         self.before = None;
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::names::Addressees;
+    use crate::seal::{Letter, Unverified};
+    use crate::secret::SecretKey;
+    use crate::secret::tests::{artist, stranger};
+    use crate::trust::Trust;
+    use proptest::prelude::*;
+    use std::sync::OnceLock;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Event {
+        Arrives { key: usize, sequence: u64, consent: bool },
+        Started,
+        Won,
+        Lost,
+        GoodIsGone,
+        Vanished,
+        GivesUp,
+    }
+
+    fn keys() -> &'static [SecretKey; 2] {
+        static KEYS: OnceLock<[SecretKey; 2]> = OnceLock::new();
+        KEYS.get_or_init(|| [stranger(), stranger()])
+    }
+
+    fn seal(key: &SecretKey, sequence: u64) -> Seal {
+        let letter = Letter {
+            flock: "aurora".to_owned(),
+            addressees: Addressees::Anyone,
+            sequence: Sequence(sequence),
+            created: "2026-03-01T12:00:00Z".to_owned(),
+            contents: ObjectId::of(b"list"),
+            contents_size: 4,
+        };
+        Unverified::new(letter.sign(key).unwrap()).verify(&Trust::of([key.public()])).unwrap()
+    }
+
+    fn generation(state: &State, seal: &Seal) -> Generation {
+        let (flock, sequence) = (seal.letter().flock.clone(), seal.letter().sequence);
+        Generation { number: state.next_number(), flock, signer: seal.signer(), sequence, seal: seal.id() }
+    }
+
+    fn unit() -> UnitId {
+        UnitId::new("lobby").unwrap()
+    }
+
+    fn happens(state: State, event: Event) -> State {
+        match event {
+            Event::Arrives { key, sequence, consent } => {
+                let seal = seal(&keys()[key], sequence);
+                let consent = if consent { Consent::Any } else { Consent::Newer };
+                match state.admit(&seal, &unit(), consent) {
+                    Ok(Admission::New) => {
+                        let new = generation(&state, &seal);
+                        state.installed(new)
+                    }
+                    Ok(Admission::OnTrial | Admission::Plays) | Err(_) => state,
+                }
+            }
+            Event::Started => state.started().0,
+            Event::Won => state.won(),
+            Event::Lost => state.lost(),
+            Event::GoodIsGone => state.good_is_gone(),
+            Event::Vanished => state.vanished(),
+            Event::GivesUp => state.without_reserve(),
+        }
+    }
+
+    fn events() -> impl Strategy<Value = Vec<Event>> {
+        let arrives = (0usize..2, 1u64..9, proptest::bool::weighted(0.1))
+            .prop_map(|(key, sequence, consent)| Event::Arrives { key, sequence, consent });
+        let others = [Event::Started, Event::Won, Event::Lost, Event::GoodIsGone, Event::Vanished, Event::GivesUp];
+        let event = prop_oneof![3 => arrives, 4 => proptest::sample::select(others.to_vec())];
+        proptest::collection::vec(event, 0..40)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+
+        #[test]
+        fn floors_never_fall_and_only_a_won_trial_raises_them(events in events()) {
+            let mut state = State::default();
+            for event in events {
+                let before = state.clone();
+                state = happens(state, event);
+                for (key, floor) in &before.floors {
+                    prop_assert!(state.floors[key] >= *floor);
+                }
+                prop_assert!(matches!(event, Event::Won) || state.floors == before.floors, "{:?}", event);
+            }
+        }
+
+        #[test]
+        fn a_good_flock_is_left_for_a_newer_one_only(events in events()) {
+            let mut state = State::default();
+            for event in events {
+                let before = state.clone();
+                state = happens(state, event);
+                match event {
+                    Event::Arrives { .. } | Event::Started | Event::Lost | Event::GivesUp => {
+                        prop_assert_eq!(&state.good, &before.good);
+                    }
+                    Event::Won => prop_assert!(before.trial.is_none() || state.before == before.good),
+                    Event::GoodIsGone => prop_assert_eq!(&state.good, &before.before),
+                    Event::Vanished => {
+                        let good = if before.trial.is_some() { before.good } else { before.before };
+                        prop_assert_eq!(&state.good, &good);
+                    }
+                }
+                prop_assert!(state.kept().all(|kept| kept.number <= state.newest));
+                prop_assert!(state.bad.len() <= BAD);
+            }
+        }
+    }
+
+    #[test]
+    fn what_plays_already_is_no_news_and_what_was_replaced_unjudged_may_come_again() {
+        let (one, two) = (seal(artist(), 1), seal(artist(), 2));
+        let state = State::default();
+        let first = generation(&state, &one);
+        let state = state.installed(first);
+        assert_eq!(state.admit(&one, &unit(), Consent::Newer).unwrap(), Admission::OnTrial);
+        let state = state.won();
+        assert_eq!(state.admit(&one, &unit(), Consent::Any).unwrap(), Admission::Plays);
+        let second = generation(&state, &two);
+        let state = state.installed(second);
+        assert!(state.admit(&one, &unit(), Consent::Newer).is_err());
+        let third = generation(&state, &seal(artist(), 3));
+        let state = state.installed(third).lost();
+        assert_eq!(state.admit(&two, &unit(), Consent::Newer).unwrap(), Admission::New);
     }
 }

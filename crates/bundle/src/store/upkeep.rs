@@ -125,11 +125,15 @@ impl Store {
     /// [`StoreError`].
     pub fn mend(&self) -> Result<(), StoreError> {
         for generation in self.state.kept() {
-            let folder = flock_folder(generation.number);
-            let bundle = self.bundle(generation)?;
-            link_all(&*self.disk, bundle.contents(), &folder).map_err(at("mend", &folder))?;
+            self.link_again(generation, &self.bundle(generation)?)?;
         }
         Ok(())
+    }
+
+    /// Links what a generation lacks and the store has.
+    pub(crate) fn link_again(&self, generation: &Generation, bundle: &Verified) -> Result<(), StoreError> {
+        let folder = flock_folder(generation.number);
+        link_all(&*self.disk, bundle.contents(), &folder).map_err(at("mend", &folder))
     }
 
     /// The digest of a file; `None` if `pace` said to stop.

@@ -2,5 +2,8 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
 
+mod forgery;
 mod installing;
+mod model;
+mod power;
 mod press;

@@ -1,0 +1,293 @@
+//! The power fails, the process dies, the disk is full: at every single operation on the disk.
+//!
+//! A unit's life is three updates: one that plays, one that does not, one that does. It is ended at each operation, by a
+//! power cut in many forms, by a kill, by an error; then looked at, and then lived to its end.
+
+use crate::model::{ModelDisk, Trouble};
+use crate::press::{Files, flock, press, trust, unit, verified};
+use bundle::{Admission, Append, CURRENT, Consent, Disk, Frozen, Refused, Sequence, Store, StoreError, Verified};
+use std::collections::BTreeMap;
+use std::io::{self, ErrorKind, Read};
+use std::sync::OnceLock;
+
+/// What a unit has told its owner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Told {
+    Installed(usize),
+    Lost,
+    Won(usize),
+}
+
+/// The bundles of a life, with their content. The second one does not play.
+struct Edition {
+    bundle: Verified,
+    files: Files,
+    plays: bool,
+}
+
+fn editions() -> &'static [Edition] {
+    static EDITIONS: OnceLock<Vec<Edition>> = OnceLock::new();
+    let make = |number: usize| {
+        let (folder, files) = (tempfile::tempdir().unwrap(), flock(3, number));
+        press(folder.path(), &files, &["lobby"], number as u64, "artist");
+        Edition { bundle: verified(folder.path(), &trust()).unwrap(), files, plays: number != 2 }
+    };
+    EDITIONS.get_or_init(|| (1..=3).map(make).collect())
+}
+
+/// Lives a unit's life, from wherever it stands, and tells of it.
+fn live(disk: Box<dyn Disk>, told: &mut Vec<Told>) -> Result<(), StoreError> {
+    let mut store = Store::open(disk, trust())?;
+    for (index, edition) in editions().iter().enumerate() {
+        match store.admit(edition.bundle.seal(), &unit("lobby"), Consent::Newer) {
+            Ok(Admission::New) => {
+                store.collect(Some(&edition.bundle))?;
+                fetch(&store, edition)?;
+                store.install(&edition.bundle)?;
+                told.push(Told::Installed(index));
+            }
+            Ok(Admission::OnTrial) => {}
+            Ok(Admission::Plays) | Err(Refused::Older { .. } | Refused::MarkedBad { .. }) => continue,
+            Err(refused) => panic!("{refused}"),
+        }
+        store.started()?;
+        if edition.plays {
+            store.won()?;
+            told.push(Told::Won(index));
+        } else {
+            store.lost()?;
+            told.push(Told::Lost);
+        }
+        store.collect(None)?;
+    }
+    Ok(())
+}
+
+fn fetch(store: &Store, edition: &Edition) -> Result<(), StoreError> {
+    for wanted in store.plan(&edition.bundle)?.wanted {
+        let bytes = &edition.files[wanted.path.as_str()];
+        loop {
+            let mut intake = store.intake(&wanted)?;
+            for chunk in bytes[intake.have() as usize..].chunks(900) {
+                intake.take(chunk)?;
+            }
+            match intake.finish() {
+                // What a power cut left of it was rubbish: from the beginning.
+                Err(StoreError::Damaged { .. }) => {}
+                done => break done.map(drop)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether what plays on `disk` may play there, after this was told: something whole, and nothing that was undone.
+fn may_play(disk: &ModelDisk, told: &[Told]) -> Result<(), String> {
+    let allowed: &[Option<usize>] = match told.last() {
+        None => &[None, Some(0)],
+        Some(Told::Installed(0)) => &[Some(0)],
+        Some(Told::Won(0)) => &[Some(0), Some(1)],
+        Some(Told::Installed(1)) => &[Some(1), Some(0)],
+        Some(Told::Lost) => &[Some(0), Some(2)],
+        Some(Told::Installed(_) | Told::Won(_)) => &[Some(2)],
+    };
+    let found = disk.tree(CURRENT);
+    let which = found.as_ref().map(|files| editions().iter().position(|edition| edition.files == *files));
+    match which {
+        Some(None) => Err(format!("after {told:?} plays a mixture of {:?}", found.map(|files| files.len()))),
+        None if allowed.contains(&None) => Ok(()),
+        Some(which) if allowed.contains(&which) => Ok(()),
+        which => Err(format!("after {told:?} plays {which:?}")),
+    }
+}
+
+/// Looks at a disk after trouble, as the player finds it and as the updater does, and lives on to the end.
+fn check(disk: &ModelDisk, told: &[Told]) -> Result<(), String> {
+    may_play(disk, told)?;
+    let store = Store::open(Box::new(disk.clone()), trust()).map_err(|error| format!("{error:?}"))?;
+    may_play(disk, told)?;
+    let signer = editions()[0].bundle.seal().signer();
+    let floor = store.state().floors.get(&signer).copied();
+    let won = told.iter().rev().find_map(|told| match told {
+        Told::Won(index) => Some(Sequence(*index as u64 + 1)),
+        Told::Installed(_) | Told::Lost => None,
+    });
+    if floor < won {
+        return Err(format!("after {told:?} the floor is {floor:?}"));
+    }
+    drop(store);
+    live(Box::new(disk.clone()), &mut Vec::new()).map_err(|error| format!("{error:?}"))?;
+    let store = Store::open(Box::new(disk.clone()), trust()).map_err(|error| format!("{error:?}"))?;
+    let scrubbed = store.scrub(|_| true).unwrap();
+    if disk.tree(CURRENT).as_ref() != Some(&editions()[2].files) || !scrubbed.damaged.is_empty() {
+        let plays = disk.tree(CURRENT).map(|files| files.into_keys().collect::<Vec<_>>());
+        return Err(format!("after {told:?} the life ends with {plays:?}, {scrubbed:?}"));
+    }
+    Ok(())
+}
+
+/// So many operations a whole life takes.
+fn length() -> u64 {
+    let disk = ModelDisk::new(None);
+    let mut told = Vec::new();
+    live(Box::new(disk.clone()), &mut told).unwrap();
+    assert_eq!(told.len(), 6, "{told:?}");
+    let operations = disk.operations();
+    check(&disk, &told).unwrap();
+    operations
+}
+
+#[test]
+fn a_power_cut_or_a_kill_at_every_operation_leaves_a_whole_flock_and_loses_nothing_that_was_told() {
+    let length = length();
+    for at in 0..length {
+        let disk = ModelDisk::new(Some((at, Trouble::Death)));
+        let mut told = Vec::new();
+        live(Box::new(disk.clone()), &mut told).unwrap_err();
+        check(&disk.after_a_kill(), &told).unwrap_or_else(|fault| panic!("killed at {at} of {length}: {fault}"));
+        for seed in 0..10 {
+            let cut = disk.after_a_power_cut(seed);
+            check(&cut, &told).unwrap_or_else(|fault| panic!("cut at {at} of {length}, seed {seed}: {fault}"));
+        }
+    }
+}
+
+#[test]
+fn a_full_disk_and_a_failing_one_at_every_operation_cost_neither_picture_nor_progress() {
+    let length = length();
+    for at in 0..length {
+        for kind in [ErrorKind::StorageFull, ErrorKind::Other] {
+            let disk = ModelDisk::new(Some((at, Trouble::Once(kind))));
+            let mut told = Vec::new();
+            // What fails for good and what is passed over are both fine.
+            let ended = live(Box::new(disk.clone()), &mut told);
+            assert!(ended.is_err() || disk.operations() > at);
+            check(&disk, &told).unwrap_or_else(|fault| panic!("{kind:?} at {at} of {length}: {fault}"));
+        }
+    }
+}
+
+/// A disk that forgets something on purpose, to show that the tests above would notice.
+struct Careless {
+    disk: ModelDisk,
+    carelessness: Carelessness,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Carelessness {
+    NoFileSync,
+    NoFolderSync,
+    WritesInPlace,
+}
+
+struct NoSync<'d>(Box<dyn Append + 'd>);
+
+#[test]
+fn a_missing_sync_and_a_write_in_place_would_be_noticed() {
+    for carelessness in [Carelessness::NoFileSync, Carelessness::NoFolderSync, Carelessness::WritesInPlace] {
+        let mut faults: BTreeMap<String, usize> = BTreeMap::new();
+        for at in 0..length() {
+            let disk = ModelDisk::new(Some((at, Trouble::Death)));
+            let mut told = Vec::new();
+            live(Box::new(Careless { disk: disk.clone(), carelessness }), &mut told).ok();
+            for seed in 0..10 {
+                let checked = check(&disk.after_a_power_cut(seed), &told);
+                *faults.entry(checked.err().unwrap_or_default()).or_default() += 1;
+            }
+        }
+        faults.remove("");
+        let caught: usize = faults.values().sum();
+        assert!(caught >= 5, "{carelessness:?} was caught {caught} times");
+    }
+}
+
+impl Disk for Careless {
+    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+        let file = self.disk.append(path)?;
+        Ok(if self.carelessness == Carelessness::NoFileSync { Box::new(NoSync(file)) } else { file })
+    }
+
+    fn rename(&self, from: &str, to: &str) -> io::Result<()> {
+        if self.carelessness != Carelessness::WritesInPlace {
+            return self.disk.rename(from, to);
+        }
+        if let Some(target) = self.disk.pointed(from)? {
+            self.disk.remove(to)?;
+            return self.disk.point(to, &target);
+        }
+        let bytes = self.disk.read(from, u64::MAX)?;
+        self.disk.remove(to)?;
+        let mut file = self.disk.append(to)?;
+        file.write_all(&bytes)?;
+        file.sync()?;
+        self.disk.remove(from)
+    }
+
+    fn sync_folder(&self, path: &str) -> io::Result<()> {
+        if self.carelessness == Carelessness::NoFolderSync { Ok(()) } else { self.disk.sync_folder(path) }
+    }
+
+    fn freeze(&self, path: &str) -> io::Result<Frozen> {
+        if self.carelessness == Carelessness::NoFileSync { Ok(Frozen::ReadOnly) } else { self.disk.freeze(path) }
+    }
+
+    fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
+        self.disk.read(path, limit)
+    }
+
+    fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
+        self.disk.open(path)
+    }
+
+    fn length(&self, path: &str) -> io::Result<Option<u64>> {
+        self.disk.length(path)
+    }
+
+    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
+        self.disk.list(folder)
+    }
+
+    fn make_folder(&self, path: &str) -> io::Result<()> {
+        self.disk.make_folder(path)
+    }
+
+    fn link(&self, from: &str, to: &str) -> io::Result<()> {
+        self.disk.link(from, to)
+    }
+
+    fn remove(&self, path: &str) -> io::Result<()> {
+        self.disk.remove(path)
+    }
+
+    fn remove_folder(&self, path: &str) -> io::Result<()> {
+        self.disk.remove_folder(path)
+    }
+
+    fn point(&self, path: &str, target: &str) -> io::Result<()> {
+        self.disk.point(path, target)
+    }
+
+    fn pointed(&self, path: &str) -> io::Result<Option<String>> {
+        self.disk.pointed(path)
+    }
+
+    fn room(&self) -> io::Result<u64> {
+        self.disk.room()
+    }
+}
+
+impl io::Write for NoSync<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Append for NoSync<'_> {
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
