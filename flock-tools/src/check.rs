@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use flock::{Fault, Flock, faults, forced_repeats};
+use flock::{Fault, Flock, forced_repeats};
 
 use crate::clips;
 use crate::open;
@@ -36,10 +36,10 @@ struct Answer {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let manifest = open::manifest(&args.dir)?;
-    let mut found = faults(&manifest);
-    found.extend(clips::faults(&args.dir, &manifest));
-    tell_forced_repeats(&Flock::new(manifest));
+    let flock = Flock::new(open::manifest(&args.dir)?);
+    let mut found = flock.faults().to_vec();
+    found.extend(clips::faults(&args.dir, flock.manifest()));
+    tell_forced_repeats(&flock);
     let exit = if found.is_empty() { Exit::Fine } else { Exit::No };
     if args.json {
         report::json(&Answer { ok: found.is_empty(), faults: found })?;

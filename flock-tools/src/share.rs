@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use flock::{Fault, Flock, FlockShares, SheepShare, faults};
+use flock::{Fault, Flock, FlockShares, SheepShare};
 
 use crate::open;
 use crate::report::{self, Exit, Fatal};
@@ -38,15 +38,14 @@ struct Answer<'f> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let manifest = open::manifest(&args.dir)?;
-    let faults = faults(&manifest);
-    let flock = Flock::new(manifest);
+    let flock = Flock::new(open::manifest(&args.dir)?);
+    let faults = flock.faults();
     let Some(shares) = FlockShares::of(&flock) else { return Err(open::no_cycle(&flock)) };
-    for fault in &faults {
+    for fault in faults {
         report::note(&fault.message);
     }
     if args.json {
-        report::json(&Answer { shares, faults: &faults })?;
+        report::json(&Answer { shares, faults })?;
     } else {
         report::lines(table(&shares))?;
     }

@@ -3,7 +3,7 @@
 //! Owns the kinds of faults and those of them that the manifest alone betrays. Never looks at clips: `flock check`
 //! adds what it finds there.
 //!
-//! Start at [`faults`].
+//! Start at [`Flock::faults`](crate::Flock::faults).
 
 use std::collections::HashSet;
 use std::hash::Hash;
@@ -11,6 +11,7 @@ use std::hash::Hash;
 use crate::graph::{Graph, SheepIx};
 use crate::manifest::Manifest;
 use crate::names::{ClipPath, SheepId};
+use crate::structure::Structure;
 
 /// The kind of a fault, by its name in `flock check --json`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -67,11 +68,15 @@ impl Fault {
     }
 }
 
-/// Every fault that `manifest` alone betrays: names first, then the graph.
-pub fn faults(manifest: &Manifest) -> Vec<Fault> {
-    let mut found = named_twice(manifest);
-    found.extend(unknown(manifest));
-    found.extend(unplayed(manifest));
+/// Every fault that the manifest alone betrays: names first, then the graph.
+pub(crate) fn faults(manifest: &Manifest, graph: &Graph, structure: &Structure) -> Vec<Fault> {
+    let mut found = Vec::new();
+    // The graph keeps each name once: only where something was left out is it worth looking for.
+    if graph.len() < manifest.sheep.len() || graph.exit_count() < manifest.transitions.len() {
+        found.extend(named_twice(manifest));
+        found.extend(unknown(manifest));
+    }
+    found.extend(unplayed(graph, structure));
     found
 }
 
@@ -115,16 +120,15 @@ fn unknown(manifest: &Manifest) -> Vec<Fault> {
 }
 
 /// Every sheep that the walk does not play, and why.
-fn unplayed(manifest: &Manifest) -> Vec<Fault> {
-    let graph = Graph::new(manifest);
-    let classes = graph.cyclic_classes();
+fn unplayed(graph: &Graph, structure: &Structure) -> Vec<Fault> {
+    let classes = structure.playable();
     let mut of_class = vec![None; graph.len()];
     for (number, class) in classes.iter().enumerate() {
         for sheep in class {
             of_class[sheep.index()] = Some(number);
         }
     }
-    let reached = reached(&graph, classes.first().map_or(&[], Vec::as_slice));
+    let reached = reached(graph, classes.first().map_or(&[], Vec::as_slice));
     let mut found = Vec::new();
     for sheep in graph.sheep().filter(|sheep| of_class[sheep.index()].is_none()) {
         let id = graph.id(sheep);
@@ -173,9 +177,14 @@ mod tests {
     use crate::graph::tests::manifest;
     use proptest::prelude::*;
 
+    fn told(manifest: &Manifest) -> Vec<Fault> {
+        let graph = Graph::new(manifest);
+        faults(manifest, &graph, &Structure::of(&graph))
+    }
+
     fn found(manifest: &Manifest) -> Vec<(FaultKind, String)> {
         let who = |fault: &Fault| fault.sheep.as_ref().or(fault.from.as_ref()).map(ToString::to_string);
-        faults(manifest).iter().map(|fault| (fault.kind, who(fault).unwrap_or_default())).collect()
+        told(manifest).iter().map(|fault| (fault.kind, who(fault).unwrap_or_default())).collect()
     }
 
     fn pair() -> Vec<(usize, usize, f64)> {
@@ -222,8 +231,9 @@ mod tests {
         ) {
             let arcs: Vec<_> = arcs.into_iter().map(|(a, b)| (a, b, 1.0)).collect();
             let flock = manifest(6, &arcs);
-            let classes = Graph::new(&flock).cyclic_classes();
-            prop_assert_eq!(faults(&flock).is_empty(), classes.len() == 1 && classes[0].len() == 6);
+            let structure = Structure::of(&Graph::new(&flock));
+            let classes = structure.playable();
+            prop_assert_eq!(told(&flock).is_empty(), classes.len() == 1 && classes[0].len() == 6);
         }
     }
 }

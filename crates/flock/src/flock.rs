@@ -4,10 +4,12 @@
 //!
 //! Start at [`Flock::new`].
 
+use crate::faults::{Fault, faults};
 use crate::graph::{Exit, Graph, SheepIx};
 use crate::manifest::{Clip, Manifest, Sheep, Transition};
 use crate::names::SheepId;
 use crate::shares::Shares;
+use crate::structure::Structure;
 
 /// What [`Flock::hash`] is computed over, besides the graph: changes when the walk's rules do.
 const HASH_CONTEXT: &str = "dreams flock walk 1";
@@ -19,8 +21,10 @@ const HASH_CONTEXT: &str = "dreams flock walk 1";
 #[derive(Clone, Debug)]
 pub struct Flock {
     manifest: Manifest,
-    whole: Graph,
     graph: Graph,
+    /// Everything that the manifest names, if some of it is not played.
+    whole: Option<Graph>,
+    faults: Vec<Fault>,
     /// `None` only where there is nothing to show.
     shares: Option<Shares>,
     hash: [u8; 32],
@@ -30,15 +34,22 @@ impl Flock {
     /// Makes `manifest` ready. Faults are left out of the graph, and so never met.
     pub fn new(manifest: Manifest) -> Self {
         let whole = Graph::new(&manifest);
-        let graph = if let Some(class) = whole.cyclic_classes().first() {
-            whole.restricted(|sheep| class.binary_search(&sheep).is_ok())
+        let structure = Structure::of(&whole);
+        let faults = faults(&manifest, &whole, &structure);
+        let played = if let Some(class) = structure.playable().first() {
+            let plays_all = class.len() == whole.len();
+            (!plays_all).then(|| whole.restricted(|sheep| class.binary_search(&sheep).is_ok()))
         } else {
             let has_loop = |sheep: &SheepIx| manifest.sheep[whole.sheep_in_manifest(*sheep)].clip.is_some();
             let still = whole.sheep().find(has_loop);
-            whole.restricted(|sheep| Some(sheep) == still)
+            Some(whole.restricted(|sheep| Some(sheep) == still))
+        };
+        let (graph, whole) = match played {
+            Some(played) => (played, Some(whole)),
+            None => (whole, None),
         };
         let (shares, hash) = (Shares::of(&graph).ok(), hash(&graph));
-        Self { manifest, whole, graph, shares, hash }
+        Self { manifest, graph, whole, faults, shares, hash }
     }
 
     /// As written.
@@ -48,7 +59,12 @@ impl Flock {
 
     /// Everything that the manifest names, played or not.
     pub fn whole(&self) -> &Graph {
-        &self.whole
+        self.whole.as_ref().unwrap_or(&self.graph)
+    }
+
+    /// Every fault that the manifest alone betrays: names first, then the graph.
+    pub fn faults(&self) -> &[Fault] {
+        &self.faults
     }
 
     /// The part that is played.

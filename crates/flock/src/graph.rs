@@ -1,8 +1,9 @@
-//! The graph of sheep and transitions, compact, and its strongly connected classes.
+//! The graph of sheep and transitions, compact.
 //!
 //! Owns ordinals: sheep are counted in the order of their ids, exits in the order of (from, to), so that the order of
 //! the manifest means nothing to the walk. Never knows clips or wants: those stay in the manifest, under the index
-//! that [`Graph::sheep_in_manifest`] and [`Graph::transition_in_manifest`] give.
+//! that [`Graph::sheep_in_manifest`] and [`Graph::transition_in_manifest`] give. What hangs together in a graph is told by
+//! `structure.rs`.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -68,7 +69,7 @@ impl Graph {
                 arcs.push(Arc { from, to, weight: transition.weight, written });
             }
         }
-        arcs.sort_by_key(|arc| (arc.from, arc.to));
+        arcs.sort_by_key(|arc| u64::from(arc.from) << 32 | u64::from(arc.to));
         arcs.dedup_by_key(|arc| (arc.from, arc.to));
         Self::from_arcs(ids, order, &arcs)
     }
@@ -162,6 +163,11 @@ impl Graph {
         self.first[sheep.index()] as usize..self.first[sheep.index() + 1] as usize
     }
 
+    /// Where the exits of each sheep start in tables of exits, and the end.
+    pub(crate) fn rows(&self) -> &[u32] {
+        &self.first
+    }
+
     /// Where `exit` leads.
     pub fn target(&self, exit: Exit) -> SheepIx {
         self.target[exit.index()]
@@ -203,78 +209,6 @@ impl Graph {
     pub fn transition_in_manifest(&self, exit: Exit) -> usize {
         self.exit_written[exit.index()] as usize
     }
-
-    /// The strongly connected class of each sheep, classes counted so that every transition between two leads to the
-    /// lower number.
-    ///
-    /// # Source
-    /// Tarjan, *Depth-first search and linear graph algorithms* (1972), without recursion.
-    pub fn classes(&self) -> Vec<u32> {
-        classes(&self.first, |exit| self.target[exit].index())
-    }
-
-    /// The classes that have a cycle, the largest first; of equal ones that with the lowest id first. The walk lives
-    /// in the first.
-    pub fn cyclic_classes(&self) -> Vec<Vec<SheepIx>> {
-        let class = self.classes();
-        let count = class.iter().max().map_or(0, |&last| last as usize + 1);
-        let mut members = vec![Vec::new(); count];
-        for sheep in self.sheep() {
-            members[class[sheep.index()] as usize].push(sheep);
-        }
-        members.retain(|sheep| sheep.len() > 1 || self.between(sheep[0], sheep[0]).is_some());
-        members.sort_by_key(|sheep| (std::cmp::Reverse(sheep.len()), sheep[0]));
-        members
-    }
-}
-
-/// The strongly connected class of each node, whose exits start in their table at `first`.
-pub(crate) fn classes(first: &[u32], target: impl Fn(usize) -> usize) -> Vec<u32> {
-    const UNSEEN: u32 = u32::MAX;
-    let n = first.len() - 1;
-    let (mut seen, mut low, mut class) = (vec![UNSEEN; n], vec![0; n], vec![UNSEEN; n]);
-    let (mut stack, mut trail): (Vec<u32>, Vec<(u32, u32)>) = (Vec::new(), Vec::new());
-    let (mut count, mut classes) = (0, 0);
-    for root in 0..n {
-        if seen[root] != UNSEEN {
-            continue;
-        }
-        trail.push((root as u32, first[root]));
-        while let Some(top) = trail.last_mut() {
-            let (sheep, next) = *top;
-            let at = sheep as usize;
-            top.1 += 1;
-            if next == first[at] && seen[at] == UNSEEN {
-                seen[at] = count;
-                low[at] = count;
-                count += 1;
-                stack.push(sheep);
-            }
-            if next < first[at + 1] {
-                let to = target(next as usize);
-                if seen[to] == UNSEEN {
-                    trail.push((to as u32, first[to]));
-                } else if class[to] == UNSEEN {
-                    low[at] = low[at].min(seen[to]);
-                }
-                continue;
-            }
-            trail.pop();
-            if let Some(&(parent, _)) = trail.last() {
-                low[parent as usize] = low[parent as usize].min(low[at]);
-            }
-            if low[at] == seen[at] {
-                while let Some(member) = stack.pop() {
-                    class[member as usize] = classes;
-                    if member == sheep {
-                        break;
-                    }
-                }
-                classes += 1;
-            }
-        }
-    }
-    class
 }
 
 #[cfg(test)]
@@ -282,7 +216,6 @@ pub(crate) mod tests {
     use super::*;
     use crate::manifest::{Clip, Sheep, Transition};
     use crate::names::ClipPath;
-    use proptest::prelude::*;
     use timing::{FrameCount, Rate};
 
     /// A flock of `n` sheep `s0`, `s1`, ... each with a loop, and weighted transitions. A step takes 50 s.
@@ -314,22 +247,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// Which sheep reach which, by the definition.
-    fn reaches(n: usize, arcs: &[(usize, usize, f64)]) -> Vec<Vec<bool>> {
-        let mut reach = vec![vec![false; n]; n];
-        for &(from, to, _) in arcs {
-            reach[from][to] = true;
-        }
-        for via in 0..n {
-            for from in 0..n {
-                for to in 0..n {
-                    reach[from][to] |= reach[from][via] && reach[via][to];
-                }
-            }
-        }
-        reach
-    }
-
     #[test]
     fn the_order_of_the_manifest_means_nothing() {
         let mut turned = manifest(3, &[(0, 1, 1.0), (1, 2, 3.0), (1, 0, 1.0), (2, 0, 1.0)]);
@@ -344,28 +261,5 @@ pub(crate) mod tests {
         }
         let chance = graph.chance(graph.between(SheepIx(1), SheepIx(2)).unwrap());
         assert!((chance - 0.75).abs() < 1e-15, "{chance}");
-    }
-
-    #[test]
-    fn the_largest_class_with_a_cycle_comes_first() {
-        let arcs = [(0, 1, 1.0), (1, 0, 1.0), (1, 2, 1.0), (2, 3, 1.0), (3, 4, 1.0), (4, 2, 1.0), (4, 5, 1.0)];
-        let classes = Graph::new(&manifest(6, &arcs)).cyclic_classes();
-        assert_eq!(classes, [vec![SheepIx(2), SheepIx(3), SheepIx(4)], vec![SheepIx(0), SheepIx(1)]]);
-    }
-
-    proptest! {
-        #[test]
-        fn two_sheep_share_a_class_exactly_if_each_reaches_the_other(
-            arcs in prop::collection::vec((0usize..9, 0usize..9, Just(1.0)), 0..20),
-        ) {
-            let graph = Graph::new(&manifest(9, &arcs));
-            let (class, reach) = (graph.classes(), reaches(9, &arcs));
-            for a in 0..9 {
-                for b in 0..9 {
-                    prop_assert_eq!(class[a] == class[b], a == b || (reach[a][b] && reach[b][a]));
-                    prop_assert!(class[a] >= class[b] || !reach[a][b]);
-                }
-            }
-        }
     }
 }

@@ -11,6 +11,7 @@ use timing::{FrameCount, Rate};
 use toml::de::DeTable;
 
 use crate::names::{ClipHash, ClipPath, SheepId};
+use crate::plain::{Block, Blocks};
 use crate::table::{ManifestError, Source, Table};
 
 /// The manifest's name inside the folder.
@@ -18,6 +19,9 @@ pub const FILE_NAME: &str = "flock.toml";
 
 /// What errors call the table around all others.
 const MANIFEST: &str = "the manifest";
+/// How the tables are headed.
+const SHEEP: &str = "[[sheep]]";
+const TRANSITION: &str = "[[transition]]";
 /// The only format there is.
 const FORMAT: u32 = 1;
 /// Smallest and largest side of a picture: H.264 level 5.2 ends at 4096, its encoders want 16.
@@ -111,22 +115,11 @@ impl Manifest {
     /// As [`Manifest::parse`], but a flock may be without sheep.
     pub(crate) fn parse_unfinished(text: &str, path: &Path) -> Result<Self, ManifestError> {
         let source = Source { path, text };
-        let document = DeTable::parse(text).map_err(|error| source.syntax(&error))?;
-        let mut table = Table::new(source, MANIFEST, &document);
-        table.required("format")?.whole(FORMAT, FORMAT)?;
-        let name = table.required("name")?.text()?.to_owned();
-        let size = size(&mut table)?;
-        let fps = fps(&mut table)?;
-        let sheep = match table.optional("sheep") {
-            Some(entry) => entry.tables("[[sheep]]")?.into_iter().map(sheep).collect::<Result<_, _>>()?,
-            None => Vec::new(),
-        };
-        let transitions = match table.optional("transition") {
-            Some(entry) => entry.tables("[[transition]]")?.into_iter().map(transition).collect::<Result<_, _>>()?,
-            None => Vec::new(),
-        };
-        table.finish()?;
-        Ok(Self { name, size, fps, sheep, transitions })
+        // What the quick way cannot read, or refuses, the parser reads, or refuses with line and key.
+        if let Some(manifest) = plain(source) {
+            return Ok(manifest);
+        }
+        parsed(source)
     }
 
     /// Every clip that the manifest names, loops first, in the order of the file.
@@ -134,6 +127,46 @@ impl Manifest {
         let loops = self.sheep.iter().filter_map(|sheep| sheep.clip.as_ref());
         loops.chain(self.transitions.iter().map(|transition| &transition.clip))
     }
+}
+
+/// The manifest in `source`, by way of a whole TOML document.
+fn parsed(source: Source<'_>) -> Result<Manifest, ManifestError> {
+    let document = DeTable::parse(source.text).map_err(|error| source.syntax(&error))?;
+    let mut table = Table::new(source, MANIFEST, &document);
+    let mut manifest = head(&mut table)?;
+    if let Some(entry) = table.optional("sheep") {
+        manifest.sheep = entry.tables(SHEEP)?.into_iter().map(sheep).collect::<Result<_, _>>()?;
+    }
+    if let Some(entry) = table.optional("transition") {
+        manifest.transitions = entry.tables(TRANSITION)?.into_iter().map(transition).collect::<Result<_, _>>()?;
+    }
+    table.finish()?;
+    Ok(manifest)
+}
+
+/// The manifest in `source`, if it is plain and without fault.
+fn plain(source: Source<'_>) -> Option<Manifest> {
+    let (text, mut blocks) = Blocks::split(source.text)?;
+    let document = DeTable::parse(text).ok()?;
+    let mut table = Table::new(source, MANIFEST, &document);
+    let mut manifest = head(&mut table).ok()?;
+    table.finish().ok()?;
+    let mut block = Block::new();
+    while blocks.next(&mut block)? {
+        match block.name {
+            "sheep" => manifest.sheep.push(sheep(Table::plain(source, SHEEP, &block)).ok()?),
+            "transition" => manifest.transitions.push(transition(Table::plain(source, TRANSITION, &block)).ok()?),
+            _ => return None,
+        }
+    }
+    Some(manifest)
+}
+
+/// What stands before the tables; sheep and transitions are still to come.
+fn head(table: &mut Table<'_, '_>) -> Result<Manifest, ManifestError> {
+    table.required("format")?.whole(FORMAT, FORMAT)?;
+    let name = table.required("name")?.text()?.to_owned();
+    Ok(Manifest { name, size: size(table)?, fps: fps(table)?, sheep: Vec::new(), transitions: Vec::new() })
 }
 
 fn size(table: &mut Table<'_, '_>) -> Result<(u32, u32), ManifestError> {
@@ -190,6 +223,7 @@ fn transition(mut table: Table<'_, '_>) -> Result<Transition, ManifestError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const HEAD: &str = "format = 1\nname = \"aurora\"\nsize = [1280, 720]\nfps = [30000, 1001]\n";
 
@@ -289,5 +323,100 @@ mod tests {
         let error = Manifest::read(folder.path()).unwrap_err();
         assert!(error.to_string().ends_with("flock.toml`"), "{error}");
         assert!(error.hint().is_some());
+    }
+
+    /// Tables that are fine as they stand, their lines in any order.
+    fn table() -> impl Strategy<Value = Vec<&'static str>> {
+        let sheep = vec!["id = \"a\"", "frames = 7", "clip = \"a.mp4\"", "want = 2.5e-1", "repeat = 3 # thrice"];
+        let way = vec!["from = \"a\"", "to = \"b\"", "frames = 7", "  clip\t= \"a.mp4\"\t", "weight = 3", ""];
+        let headed = |header, lines: Vec<&'static str>| {
+            Just(lines).prop_shuffle().prop_map(move |lines| [vec![header], lines].concat())
+        };
+        prop_oneof![headed("[[sheep]]", sheep), headed("[[transition]] # on", way)]
+    }
+
+    /// Lines that are not plain, or wrong, or wrong where they stand.
+    const ODD: &[&str] = &[
+        "id = \"b\"",
+        "clip = \"b.mp4\"",
+        "want = 1",
+        "frames = 9",
+        "repeat = 2",
+        "weight = 1",
+        "hash = \"b3:00\"",
+        "# a comment",
+        "# a bell \u{7}",
+        "#\u{7f}",
+        "want = 1_000",
+        "want = +1.0",
+        "want = 0x10",
+        "want = 01",
+        "want = 1.",
+        "want = .5",
+        "want = 1e400",
+        "want = 5e-324",
+        "want = nan",
+        "want = 1.0 x",
+        "want = 1\r",
+        "want = 1.0e",
+        "want = \"1\"",
+        "id = 'a'",
+        "id = \"\\u0061\"",
+        "id = \"\"\"a\"\"\"",
+        "id = \"\"",
+        "id = \"a",
+        "\"id\" = \"a\"",
+        "a.b = 1",
+        "id",
+        "= 7",
+        "[sheep]",
+        "[ [sheep]]",
+        "[[ sheep ]]",
+        "[[sheep.kid]]",
+        "[[other]]",
+        "[[sheep]] x\nid = \"c\"",
+        "[[sheep]",
+        "x = 7 = 7",
+        "\u{feff}",
+        "name = \"x\"",
+        "format = 1",
+        "genome = \"ä\"",
+        "genome = \"a\tb\"",
+        "\u{a0}want = 1",
+        "want = 1,",
+        "want = 1]",
+    ];
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn what_is_read_in_place_is_what_the_parser_reads(
+            tables in prop::collection::vec(table(), 0..4),
+            odd in prop::collection::vec((prop::sample::select(ODD), any::<prop::sample::Index>()), 0..3),
+            end in prop_oneof![Just("\n"), Just("\r\n"), Just("")],
+        ) {
+            let mut lines: Vec<&str> = HEAD.lines().chain(["[[sheep]]", "id = \"b\""]).chain(tables.concat()).collect();
+            for (line, at) in odd {
+                lines.insert(at.index(lines.len() + 1), line);
+            }
+            let text = lines.join("\n") + end;
+            let source = Source { path: Path::new("flock.toml"), text: &text };
+            if let Some(manifest) = plain(source) {
+                prop_assert_eq!(Some(manifest), parsed(source).ok(), "{}", text);
+            }
+        }
+    }
+
+    #[test]
+    fn a_manifest_of_the_contract_is_read_in_place() {
+        let body = "# all\n[[sheep]]\nid = \"a\"\nframes = 768\nclip = \"loops/a.mp4\"\nwant = 1.5 # more\n\n\
+                    [[transition]]\n  from = \"a\"\n  to = \"a\"\n  frames = 3\n  clip = \"t/a.mp4\"";
+        for text in [format!("{HEAD}{body}"), format!("{HEAD}{body}\n")] {
+            let source = Source { path: Path::new("flock.toml"), text: &text };
+            let manifest = plain(source).expect("it is plain");
+            assert_eq!((manifest.sheep.len(), manifest.transitions.len()), (1, 1));
+            assert_eq!(manifest, parsed(source).unwrap());
+        }
     }
 }

@@ -5,18 +5,19 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use serde::{Serialize, Serializer};
+use smol_str::SmolStr;
+
 /// Longest id of a sheep, in bytes.
 const LONGEST_ID: usize = 64;
 
 /// The id of a sheep: 1 to 64 of `A-Z a-z 0-9 . _ -`.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
-#[serde(transparent)]
-pub struct SheepId(String);
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SheepId(SmolStr);
 
 /// Where a clip lies: relative to the flock's folder, inside it, without `..`, written with `/`.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
-#[serde(transparent)]
-pub struct ClipPath(String);
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ClipPath(SmolStr);
 
 /// The BLAKE3 digest of a clip's bytes, written `b3:` and 64 hex digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -53,7 +54,7 @@ impl SheepId {
     pub fn new(text: &str) -> Result<Self, NameError> {
         let allowed = |b: u8| b.is_ascii_alphanumeric() || b"._-".contains(&b);
         if (1..=LONGEST_ID).contains(&text.len()) && text.bytes().all(allowed) {
-            Ok(Self(text.to_owned()))
+            Ok(Self(text.into()))
         } else {
             Err(NameError::Id { found: text.to_owned() })
         }
@@ -71,10 +72,10 @@ impl ClipPath {
     /// # Errors
     /// [`NameError::Path`] if it is empty, absolute, has `.`, `..` or empty parts, a backslash or a control character.
     pub fn new(text: &str) -> Result<Self, NameError> {
-        let part_is_fine = |part: &str| !matches!(part, "" | "." | "..");
+        let part_is_fine = |part: &[u8]| !matches!(part, b"" | b"." | b"..");
         let char_is_fine = |c: char| !c.is_control() && c != '\\';
-        if text.split('/').all(part_is_fine) && text.chars().all(char_is_fine) {
-            Ok(Self(text.to_owned()))
+        if text.as_bytes().split(|&b| b == b'/').all(part_is_fine) && text.chars().all(char_is_fine) {
+            Ok(Self(text.into()))
         } else {
             Err(NameError::Path { found: text.to_owned() })
         }
@@ -87,7 +88,7 @@ impl ClipPath {
 
     /// The path inside `folder`.
     pub fn inside(&self, folder: &Path) -> PathBuf {
-        folder.join(&self.0)
+        folder.join(self.as_str())
     }
 }
 
@@ -115,6 +116,18 @@ impl ClipHash {
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader(reader)?;
         Ok(Self(*hasher.finalize().as_bytes()))
+    }
+}
+
+impl Serialize for SheepId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0)
+    }
+}
+
+impl Serialize for ClipPath {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0)
     }
 }
 

@@ -6,6 +6,7 @@
 //! Start at [`Shares::of`].
 
 use crate::graph::{Exit, Graph, SheepIx};
+use crate::structure::Structure;
 
 /// Up to so many sheep the elimination is dense and exact: 18 MB, a fraction of a second.
 const DENSE: usize = 1500;
@@ -47,7 +48,7 @@ impl Shares {
     /// # Source
     /// Grassmann, Taksar & Heyman (1985) up to 1,500 sheep; above, relaxed Gauss-Seidel sweeps.
     pub fn of(graph: &Graph) -> Result<Self, SharesError> {
-        let found = graph.classes().into_iter().max().map_or(0, |last| last as usize + 1);
+        let found = Structure::of(graph).class_count();
         if found != 1 {
             return Err(SharesError::Classes { found });
         }

@@ -5,11 +5,13 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::names::NameError;
+use crate::plain::{Block, PlainEntry, Scalar};
 
 /// Why a manifest was not read.
 #[derive(Debug, thiserror::Error)]
@@ -96,9 +98,18 @@ impl ManifestError {
 pub(crate) struct Table<'t, 'i> {
     source: Source<'t>,
     name: &'static str,
-    at: Range<usize>,
-    entries: &'t DeTable<'i>,
+    /// Where it starts, in bytes from the start of the text.
+    at: usize,
+    entries: Entries<'t, 'i>,
     asked: Vec<&'static str>,
+    /// Behind the plain entry that was found last.
+    next: usize,
+}
+
+/// What a table holds, by the way it was read.
+enum Entries<'t, 'i> {
+    Parsed(&'t DeTable<'i>),
+    Plain(&'t [PlainEntry<'t>]),
 }
 
 /// A value and where it stands.
@@ -106,7 +117,13 @@ pub(crate) struct Table<'t, 'i> {
 pub(crate) struct Entry<'t, 'i> {
     source: Source<'t>,
     key: &'static str,
-    value: &'t Spanned<DeValue<'i>>,
+    value: Value<'t, 'i>,
+}
+
+#[derive(Clone)]
+enum Value<'t, 'i> {
+    Parsed(&'t Spanned<DeValue<'i>>),
+    Plain(PlainEntry<'t>),
 }
 
 /// The text a table came from.
@@ -131,14 +148,38 @@ impl Source<'_> {
 }
 
 impl<'t, 'i> Table<'t, 'i> {
+    /// The table that the TOML parser found.
     pub(crate) fn new(source: Source<'t>, name: &'static str, table: &'t Spanned<DeTable<'i>>) -> Self {
-        Self { source, name, at: table.span(), entries: table.get_ref(), asked: Vec::new() }
+        Self {
+            source,
+            name,
+            at: table.span().start,
+            entries: Entries::Parsed(table.get_ref()),
+            asked: Vec::new(),
+            next: 0,
+        }
+    }
+
+    /// The table that stands there in plain form.
+    pub(crate) fn plain(source: Source<'t>, name: &'static str, block: &'t Block<'t>) -> Self {
+        let entries = Entries::Plain(&block.entries);
+        Self { source, name, at: block.at, entries, asked: Vec::with_capacity(8), next: 0 }
     }
 
     /// The value of `key`, if it stands there.
     pub(crate) fn optional(&mut self, key: &'static str) -> Option<Entry<'t, 'i>> {
         self.asked.push(key);
-        let value = self.entries.get(key)?;
+        let value = match self.entries {
+            Entries::Parsed(entries) => Value::Parsed(entries.get(key)?),
+            Entries::Plain(entries) => {
+                // Keys mostly stand in the order in which they are asked for.
+                let (before, from) = entries.split_at(self.next.min(entries.len()));
+                let found = from.iter().chain(before).position(|entry| entry.key == key)?;
+                let at = (self.next + found) % entries.len();
+                self.next = at + 1;
+                Value::Plain(entries[at])
+            }
+        };
         Some(Entry { source: self.source, key, value })
     }
 
@@ -149,34 +190,33 @@ impl<'t, 'i> Table<'t, 'i> {
 
     /// The error of a `key` that had to stand here.
     pub(crate) fn missing(&self, key: &'static str) -> ManifestError {
-        let (path, line) = (self.source.path.to_owned(), self.source.line(self.at.start));
+        let (path, line) = (self.source.path.to_owned(), self.source.line(self.at));
         ManifestError::Missing { path, line, key, table: self.name }
     }
 
     /// Refuses keys that were not asked for.
     pub(crate) fn finish(self) -> Result<(), ManifestError> {
-        let mut unknown: Vec<_> =
-            self.entries.keys().filter(|key| !self.asked.contains(&key.get_ref().as_ref())).collect();
-        unknown.sort_by_key(|key| key.span().start);
-        let Some(key) = unknown.first() else { return Ok(()) };
+        let unknown = |key: &str| !self.asked.contains(&key);
+        let found = match self.entries {
+            Entries::Parsed(entries) => {
+                let keys = entries.keys().map(|key| (key.span().start, key.get_ref().as_ref()));
+                keys.filter(|&(_, key)| unknown(key)).min()
+            }
+            Entries::Plain(entries) => entries.iter().map(|entry| (entry.at, entry.key)).find(|&(_, key)| unknown(key)),
+        };
+        let Some((at, key)) = found else { return Ok(()) };
         let known = self.asked.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
-        Err(ManifestError::UnknownKey {
-            path: self.source.path.to_owned(),
-            line: self.source.line(key.span().start),
-            key: key.get_ref().to_string(),
-            table: self.name,
-            known,
-        })
+        let (path, line) = (self.source.path.to_owned(), self.source.line(at));
+        Err(ManifestError::UnknownKey { path, line, key: key.to_owned(), table: self.name, known })
     }
 }
 
 impl<'t, 'i> Entry<'t, 'i> {
     /// The error of a value that is not `wanted`.
     pub(crate) fn refused(&self, wanted: impl Into<String>) -> ManifestError {
-        let span = self.value.span();
-        let found = self.source.text.get(span.clone()).unwrap_or_default();
+        let found = self.source.text.get(self.span()).unwrap_or_default();
         let found = found.lines().next().unwrap_or_default();
-        self.error(span.start, wanted.into(), format!("`{found}`"))
+        self.error(wanted.into(), format!("`{found}`"))
     }
 
     /// A checked name.
@@ -186,57 +226,77 @@ impl<'t, 'i> Entry<'t, 'i> {
             let said = error.to_string();
             let (wanted, found) = said.rsplit_once(", found ").unwrap_or((&said, text));
             let wanted = wanted.trim_start_matches("wanted ").to_owned();
-            self.error(self.value.span().start, wanted, found.to_owned())
+            self.error(wanted, found.to_owned())
         })
     }
 
     /// Any text.
     pub(crate) fn text(&self) -> Result<&'t str, ManifestError> {
-        self.value.get_ref().as_str().ok_or_else(|| self.refused("a text in quotes"))
+        let text = match &self.value {
+            Value::Parsed(value) => value.get_ref().as_str(),
+            Value::Plain(PlainEntry { value: Scalar::Text(text), .. }) => Some(*text),
+            Value::Plain(PlainEntry { value: Scalar::Number(_), .. }) => None,
+        };
+        text.ok_or_else(|| self.refused("a text in quotes"))
     }
 
     /// A whole number from `least` to `most`.
     pub(crate) fn whole(&self, least: u32, most: u32) -> Result<u32, ManifestError> {
-        whole(self.value.get_ref())
+        let number = match &self.value {
+            Value::Parsed(value) => whole(value.get_ref()),
+            Value::Plain(entry) => plain_number::<u32>(entry),
+        };
+        number
             .filter(|n| (least..=most).contains(n))
             .ok_or_else(|| self.refused(if least == most { format!("`{least}`") } else { range(least, most) }))
     }
 
     /// Two whole numbers.
     pub(crate) fn pair(&self) -> Result<(u32, u32), ManifestError> {
-        let pair = self.value.get_ref().as_array().filter(|array| array.len() == 2).and_then(|array| {
-            let number = |at: usize| array.get(at).and_then(|value| whole(value.get_ref()));
-            Some((number(0)?, number(1)?))
-        });
-        pair.ok_or_else(|| self.refused("two whole numbers in brackets"))
+        let pair = || match &self.value {
+            Value::Parsed(value) => {
+                let array = value.get_ref().as_array().filter(|array| array.len() == 2)?;
+                let number = |at: usize| array.get(at).and_then(|value| whole(value.get_ref()));
+                Some((number(0)?, number(1)?))
+            }
+            Value::Plain(_) => None,
+        };
+        pair().ok_or_else(|| self.refused("two whole numbers in brackets"))
     }
 
     /// A finite number above 0.
     pub(crate) fn positive(&self) -> Result<f64, ManifestError> {
-        let number = match self.value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse::<f64>().ok(),
-            DeValue::Integer(_) => whole(self.value.get_ref()).map(f64::from),
-            DeValue::String(_) | DeValue::Boolean(_) | DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => {
-                None
-            }
+        let number = match &self.value {
+            Value::Parsed(value) => number(value.get_ref()),
+            Value::Plain(entry) => plain_number::<f64>(entry),
         };
         number.filter(|n| n.is_normal() && *n > 0.0).ok_or_else(|| self.refused("a finite number above 0"))
     }
 
     /// The tables of `[[key]]`.
     pub(crate) fn tables(&self, name: &'static str) -> Result<Vec<Table<'t, 'i>>, ManifestError> {
-        let Some(array) = self.value.get_ref().as_array() else {
-            return Err(self.refused(format!("tables, each headed {name}")));
-        };
+        let refused = || self.refused(format!("tables, each headed {name}"));
+        let Value::Parsed(value) = &self.value else { return Err(refused()) };
         let table = |value: &'t Spanned<DeValue<'i>>| match value.get_ref().as_table() {
-            Some(entries) => Ok(Table { source: self.source, name, at: value.span(), entries, asked: Vec::new() }),
-            None => Err(self.refused(format!("tables, each headed {name}"))),
+            Some(entries) => {
+                let (at, entries) = (value.span().start, Entries::Parsed(entries));
+                Ok(Table { source: self.source, name, at, entries, asked: Vec::new(), next: 0 })
+            }
+            None => Err(refused()),
         };
-        array.iter().map(table).collect()
+        value.get_ref().as_array().ok_or_else(refused)?.iter().map(table).collect()
     }
 
-    fn error(&self, at: usize, wanted: String, found: String) -> ManifestError {
-        let (path, line) = (self.source.path.to_owned(), self.source.line(at));
+    fn span(&self) -> Range<usize> {
+        match &self.value {
+            Value::Parsed(value) => value.span(),
+            Value::Plain(PlainEntry { at, value: Scalar::Number(number), .. }) => *at..at + number.len(),
+            Value::Plain(PlainEntry { at, value: Scalar::Text(text), .. }) => *at..at + text.len() + 2,
+        }
+    }
+
+    fn error(&self, wanted: String, found: String) -> ManifestError {
+        let (path, line) = (self.source.path.to_owned(), self.source.line(self.span().start));
         ManifestError::Value { path, line, key: self.key, wanted, found }
     }
 }
@@ -248,4 +308,19 @@ fn range(least: u32, most: u32) -> String {
 fn whole(value: &DeValue<'_>) -> Option<u32> {
     let integer = value.as_integer()?;
     u32::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
+        DeValue::String(_) | DeValue::Boolean(_) | DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => None,
+    }
+}
+
+fn plain_number<T: FromStr>(entry: &PlainEntry<'_>) -> Option<T> {
+    match entry.value {
+        Scalar::Number(number) => number.parse().ok(),
+        Scalar::Text(_) => None,
+    }
 }

@@ -159,7 +159,7 @@ mod tests {
             let into = flock.transitions.iter().filter(|transition| transition.to == sheep.id).count();
             assert_eq!((into, out), (2, 2), "{}", sheep.id);
         }
-        assert_eq!(flock::faults(&flock), []);
+        assert_eq!(flock::Flock::new(flock).faults(), []);
     }
 
     #[test]

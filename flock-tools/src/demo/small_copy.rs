@@ -64,7 +64,7 @@ fn the_small_copy_is_the_planned_flock() {
     let hashes: Vec<_> = manifest.clips().map(|clip| clip.hash.unwrap()).collect();
     let written = fs::read_to_string(folder().join(flock::FILE_NAME)).unwrap();
     assert_eq!(written, manifest::text(&plan, &hashes));
-    assert_eq!(flock::faults(&manifest), []);
+    assert_eq!(flock::Flock::new(manifest).faults(), []);
 }
 
 #[test]

@@ -10,7 +10,7 @@
 use std::collections::VecDeque;
 
 use super::network::Network;
-use crate::graph::classes;
+use crate::structure::classes;
 
 /// All wants together, in the units of the flow: any want of an `f64` down to 2^-47 of all is told without rounding.
 const WHOLE: f64 = (1u128 << 100) as f64;
