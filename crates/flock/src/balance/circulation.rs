@@ -14,6 +14,8 @@ use super::network::Network;
 
 /// Prices may rise a flow by so many times e in one step at most.
 const MOST_RISE: f64 = 12.0;
+/// A rise of fairness may raise a flow by so many times e at most.
+const MOST_LEAD: f64 = 3.0;
 /// A step may take at most this part of the way to where a throughput would be infinite.
 const MOST_FALL: f64 = 0.9;
 /// A step is long enough when the slope at its end is this small beside that at its start.
@@ -96,7 +98,7 @@ impl Circulation {
     }
 
     /// Sets each sheep's two prices in turn to what makes its own row and column right. Returns the largest change of
-    /// a price.
+    /// a price, or of the logarithm of a throughput.
     pub(super) fn sweep(&mut self, network: &Network) -> f64 {
         let n = network.len();
         let mut moved = 0.0f64;
@@ -116,9 +118,10 @@ impl Circulation {
                 let log_sum = most[at] + sum[at].ln();
                 let by = own_price(log_sum, fixed, self.scarcity[at], network.want[at], self.fairness);
                 change[at] = by;
+                let before = self.scarcity[at];
                 self.scarcity[at] += by / self.fairness;
+                moved = moved.max(by.abs()).max((self.scarcity[at] / before).ln().abs());
                 self.prices[side * n + at] += by;
-                moved = moved.max(by.abs());
             }
             for (log, &at) in self.log_flow.iter_mut().zip(ends) {
                 *log += change[at as usize];
@@ -161,12 +164,60 @@ impl Circulation {
         if per_length * most > 1.0 { 1.0 / per_length } else { most }
     }
 
-    /// Sets another fairness; prices stay.
-    pub(super) fn raise(&mut self, fairness: f64) {
-        for scarcity in &mut self.scarcity {
-            *scarcity = 1.0 + (*scarcity - 1.0) * self.fairness / fairness;
+    /// Counts nearness from the flows as they are from now on, with `times` the fairness; throughputs stay.
+    pub(super) fn recentre(&mut self, network: &Network, times: f64) {
+        self.fairness *= times;
+        for price in &mut self.prices {
+            *price *= times;
         }
-        self.fairness = fairness;
+        let n = network.len();
+        for arc in 0..network.arcs() {
+            let (from, to) = network.ends(arc);
+            self.log_flow[arc] += self.prices[from] + self.prices[n + to];
+        }
+        self.measure(network);
+    }
+
+    /// What a rise of the fairness by 1 would add to rows and columns if prices rose in proportion, and so throughputs
+    /// stayed.
+    pub(super) fn strain(&self, network: &Network) -> Vec<f64> {
+        let n = network.len();
+        let mut strain = vec![0.0; 2 * n];
+        for arc in 0..network.arcs() {
+            let (from, to) = network.ends(arc);
+            let more = self.flow[arc] * (self.prices[from] + self.prices[n + to]) / self.fairness;
+            strain[from] += more;
+            strain[n + to] += more;
+        }
+        strain
+    }
+
+    /// Raises the fairness by up to `by`, as far as no flow rises and no throughput grows beyond measure: prices in
+    /// proportion, and by `relief` for each 1.
+    pub(super) fn lead(&mut self, network: &Network, relief: &[f64], by: f64) {
+        let n = network.len();
+        let tangent: Vec<f64> =
+            self.prices.iter().zip(relief).map(|(price, relief)| price / self.fairness + relief).collect();
+        let rise = |arc: usize| tangent[network.from[arc] as usize] + tangent[n + network.to[arc] as usize];
+        let mut per_one = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MOST_LEAD;
+        for sheep in 0..n {
+            let fall = -(relief[sheep] + relief[n + sheep]) / (self.fairness + by);
+            per_one = per_one.max(fall / (0.5 * self.scarcity[sheep]));
+        }
+        let by = (1.0 / per_one).clamp(0.05 * self.fairness, by.max(0.05 * self.fairness)).min(by);
+        self.fairness += by;
+        for sheep in 0..n {
+            let change = by * (relief[sheep] + relief[n + sheep]) / self.fairness;
+            self.scarcity[sheep] = (self.scarcity[sheep] + change).max(0.1 * self.scarcity[sheep]);
+        }
+        for arc in 0..network.arcs() {
+            let (from, to) = network.ends(arc);
+            self.log_flow[arc] += by * (tangent[from] + tangent[n + to]);
+        }
+        for (price, by_one) in self.prices.iter_mut().zip(&tangent) {
+            *price += by * by_one;
+        }
+        self.measure(network);
     }
 
     /// Moves all prices by `length` times `direction`.

@@ -6,6 +6,9 @@
 use super::circulation::Circulation;
 use super::network::Network;
 
+/// Multiplications by a transition's flow that one solution may take: some seconds.
+const EFFORT: usize = 400_000_000;
+
 /// `[R + H, F + H; F' + H, C + H]`, with the flows `F`, their row sums `R` and column sums `C`, and how throughputs give
 /// way to prices, `H`.
 pub(super) struct System<'n> {
@@ -45,10 +48,11 @@ impl<'n> System<'n> {
         Self { network, flow: &state.flow, gives, diagonal, reduced }
     }
 
-    /// Solves for `right`, rows then columns, until what is left is below `fraction` of it or `most` rounds are over.
+    /// Solves for `right`, rows then columns, until what is left is below `fraction` of it or the effort is spent.
     /// Returns the answer and the rounds.
-    pub(super) fn solve(&self, right: &[f64], fraction: f64, most: usize) -> (Vec<f64>, usize) {
+    pub(super) fn solve(&self, right: &[f64], fraction: f64) -> (Vec<f64>, usize) {
         let n = self.network.len();
+        let most = (20 * n + 200).min(EFFORT / (self.flow.len() + n));
         let (rows, columns) = right.split_at(n);
         let mut scaled: Vec<f64> = columns.iter().zip(&self.diagonal[n..]).map(|(right, d)| right / d).collect();
         let mut rest = vec![0.0; n];

@@ -6,12 +6,10 @@
 use super::circulation::Circulation;
 use super::network::Network;
 use super::reach::Reach;
-use super::solve::{EXACT, nearest, settle};
+use super::solve::{EXACT, fairest, nearest, settle};
 
-/// The fairness that stands for the highest there is where the wants can be met: visits are then within about 1e-8.
-const MET: f64 = 1e9;
-/// The fairness that stands for the highest there is where the wants can't be met: shares are then within about 1e-7.
-const UNMET: f64 = 1e4;
+/// The highest fairness short of infinity; above, shares differ from the fairest by a millionth at most.
+const HIGHEST: f64 = 1e6;
 /// Visits are off what the circulation gives by no more than this part of it when weights are written, ...
 const TOLERANCE: f64 = 1e-3;
 /// ... and by no more than this where shares alone count.
@@ -19,7 +17,7 @@ const FAIREST_TOLERANCE: f64 = 2e-7;
 /// Transitions that carry nothing in the limit are let carry so little that no visits move by more than this part.
 const SILENT: f64 = 2e-7;
 /// Floors make up this part of all steps where they ask for more than a year has.
-const MOST_FLOOR: f64 = 0.5;
+const MOST_FLOOR: f64 = 0.1;
 /// A circulation that has to carry more than this to be normalised with its floors is given up.
 const MOST_MASS: f64 = 8.0;
 /// Tries to find the floor that is right after normalising.
@@ -58,8 +56,8 @@ impl Default for Terms {
 impl Terms {
     /// The circulation in `network` that fulfils these terms, with so many steps in a year.
     pub(super) fn find(self, network: &Network, steps_a_year: f64) -> Found {
-        if self.fairness.is_finite() {
-            let (state, least) = floored(network, self.fairness.clamp(1e-6, MET), self.floor / steps_a_year);
+        if self.fairness <= HIGHEST {
+            let (state, least) = floored(network, self.fairness, self.floor / steps_a_year);
             let flow = carried(&state);
             let reach = Reach::of(network, &flow);
             return Found { visits: visits(network, &flow), flow, least, tolerance: TOLERANCE, reach };
@@ -68,11 +66,11 @@ impl Terms {
         let reach = Reach::of(network, &carried(&soft));
         let tolerance = FAIREST_TOLERANCE;
         if self.floor > 0.0 {
-            let (state, least) = floored(network, UNMET, self.floor / steps_a_year);
+            let (state, least) = floored(network, f64::INFINITY, self.floor / steps_a_year);
             let flow = carried(&state);
             return Found { visits: visits(network, &flow), flow, least, tolerance, reach };
         }
-        let mut flow = fairest(network, &reach);
+        let mut flow = unfloored(network, &reach);
         blend(network, &mut flow, &carried(&soft));
         Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach }
     }
@@ -81,10 +79,11 @@ impl Terms {
 /// The nearest circulation in which, after normalising, every transition carries `floor`; and the floor itself, lower
 /// where so much can't be.
 fn floored(network: &Network, fairness: f64, floor: f64) -> (Circulation, f64) {
+    let search = |floor| if fairness.is_finite() { nearest(network, fairness, floor) } else { fairest(network, floor) };
     // Rounded weights must not fall below the floor.
     let aim = floor * (1.0 + TOLERANCE);
     if aim * (network.arcs() as f64) < 1.0 {
-        let mut state = nearest(network, fairness, aim);
+        let mut state = search(aim);
         for _ in 0..FLOOR_TRIES {
             let right = aim * state.mass();
             if right <= state.floor * (1.0 + 0.1 * TOLERANCE) {
@@ -97,17 +96,14 @@ fn floored(network: &Network, fairness: f64, floor: f64) -> (Circulation, f64) {
             settle(network, &mut state, EXACT);
         }
     }
-    let state = nearest(network, fairness, floor.min(MOST_FLOOR / network.arcs() as f64));
+    let state = search(floor.min(MOST_FLOOR / network.arcs() as f64));
     let least = state.floor / state.mass() * (1.0 - TOLERANCE);
     (state, least.min(floor))
 }
 
 /// The proportionally fairest circulation, and of those the nearest one.
-fn fairest(network: &Network, reach: &Reach) -> Vec<f64> {
-    if reach.deficiency > 0.0 {
-        return carried(&nearest(network, UNMET, 0.0));
-    }
-    let met = carried(&nearest(&network.restricted(&reach.carries), MET, 0.0));
+fn unfloored(network: &Network, reach: &Reach) -> Vec<f64> {
+    let met = carried(&fairest(&network.restricted(&reach.carries), 0.0));
     let mut met = met.into_iter();
     reach.carries.iter().map(|&carries| if carries { met.next().unwrap_or(0.0) } else { 0.0 }).collect()
 }
