@@ -13,7 +13,8 @@ use std::path::Path;
 use flock::{Clip, ClipHash, Fault, FaultKind, Manifest, SheepId};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use video::{Form, ProbeError};
+use timing::FrameCount;
+use video::{Form, Probe, ProbeError};
 
 use crate::report::chain;
 
@@ -84,19 +85,29 @@ fn look(folder: &Path, clip: &Clip, form: &Form) -> Vec<Finding> {
     found.extend(clip.hash.and_then(|expected| other_bytes(file, expected)));
     match video::probe(&path) {
         Err(error) => found.push((kind_of(&error), format!("cannot be shown: {}", chain(&error)))),
-        Ok(probe) => {
-            let differences = probe.differences(form, clip.frames);
-            if !differences.is_empty() {
-                let told = differences.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-                found.push((FaultKind::WrongClip, format!("has another form: {told}")));
-            }
-        }
+        Ok(probe) => found.extend(other_form(&probe, form, clip.frames)),
     }
     if found.is_empty() {
-        found.extend(undecodable(&path, clip));
+        found.extend(undecodable(&path, clip.frames));
     }
     found.dedup_by_key(|(kind, _)| *kind);
     found.into_iter().map(|(kind, why)| (kind, format!("clip `{}` {why}", clip.path))).collect()
+}
+
+/// How many frames the file at `path` has, which no manifest names yet; or why it cannot be a clip of a flock of this
+/// `form`.
+pub(crate) fn frames(path: &Path, form: &Form) -> Result<FrameCount, String> {
+    open(path).map_err(|(_, why)| why)?;
+    let probe = video::probe(path).map_err(|error| format!("cannot be shown: {}", chain(&error)))?;
+    let found = other_form(&probe, form, probe.frames).or_else(|| undecodable(path, probe.frames));
+    found.map_or(Ok(probe.frames), |(_, why)| Err(why))
+}
+
+/// How a clip differs from the `form` and the `frames` that it should have.
+fn other_form(probe: &Probe, form: &Form, frames: FrameCount) -> Option<Finding> {
+    let differences = probe.differences(form, frames);
+    let told = differences.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+    (!differences.is_empty()).then(|| (FaultKind::WrongClip, format!("has another form: {told}")))
 }
 
 /// The file at `path`, if it is one and has bytes.
@@ -130,10 +141,10 @@ fn other_bytes(file: File, expected: ClipHash) -> Option<Finding> {
 }
 
 /// How the clip at `path` fails to decode. One thread each: the clips are many.
-fn undecodable(path: &Path, clip: &Clip) -> Option<Finding> {
+fn undecodable(path: &Path, frames: FrameCount) -> Option<Finding> {
     let why = match video::decodes(path, NonZero::<usize>::MIN) {
-        Ok(found) if found == clip.frames => return None,
-        Ok(found) => format!("yields {found} frames when decoded (expected {})", clip.frames),
+        Ok(found) if found == frames => return None,
+        Ok(found) => format!("yields {found} frames when decoded (expected {frames})"),
         Err(damage) => format!("does not decode cleanly: {damage}"),
     };
     Some((FaultKind::DamagedClip, why))

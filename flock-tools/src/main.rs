@@ -6,13 +6,19 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use report::{Exit, Fatal};
 
+mod arguments;
 mod balance;
 mod check;
 mod clips;
+mod curate;
 mod demo;
+mod draft;
+mod manual;
 mod now;
 mod open;
+mod places;
 mod render;
 mod report;
 mod save;
@@ -30,23 +36,45 @@ struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Add(curate::add::Args),
     Balance(balance::Args),
     Check(check::Args),
+    Completions(manual::completions::Args),
     Demo(demo::Args),
+    Drop(curate::drop::Args),
+    Link(curate::link::Args),
+    Man(manual::man::Args),
+    New(curate::new::Args),
+    Rename(curate::rename::Args),
     Render(render::Args),
     Share(share::Args),
     Simulate(simulate::Args),
+    Unlink(curate::unlink::Args),
     Walk(walk::Args),
+    Want(curate::want::Args),
 }
 
 fn main() -> ExitCode {
-    report::finish(Args::try_parse().map(|args| match args.command {
+    report::finish(Args::try_parse().map(run))
+}
+
+fn run(args: Args) -> Result<Exit, Fatal> {
+    match args.command {
+        Command::Add(args) => curate::add::run(&args),
         Command::Balance(args) => balance::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Completions(args) => manual::completions::run(&args),
         Command::Demo(args) => demo::run(&args),
+        Command::Drop(args) => curate::drop::run(&args),
+        Command::Link(args) => curate::link::run(&args),
+        Command::Man(args) => manual::man::run(&args),
+        Command::New(args) => curate::new::run(&args),
+        Command::Rename(args) => curate::rename::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Share(args) => share::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Unlink(args) => curate::unlink::run(&args),
         Command::Walk(args) => walk::run(&args),
-    }))
+        Command::Want(args) => curate::want::run(&args),
+    }
 }

@@ -17,17 +17,42 @@ use std::path::{Path, PathBuf};
 pub(crate) fn whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let before = fs::metadata(&path).ok();
-    let mut part = path.clone().into_os_string();
+    put(&path, |part| write(part, bytes, before.as_ref()))
+}
+
+/// Copies the file `from` to `to`: whatever happens, there is nothing, what was there before, or all of it.
+///
+/// # Errors
+/// What the kernel says.
+pub(crate) fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    put(to, |part| {
+        fs::copy(from, part)?;
+        File::open(part)?.sync_all()
+    })
+}
+
+/// Brings to the disk what the folder of `path` calls its files.
+///
+/// # Errors
+/// What the kernel says.
+pub(crate) fn names(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
+}
+
+/// Has `write` make a file beside `path`, and gives it that name.
+fn put(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
+    let mut part = path.to_owned().into_os_string();
     part.push(".part");
     let part = PathBuf::from(part);
     // What a power cut left there, if anything.
     let _ = fs::remove_file(&part);
-    let saved = write(&part, bytes, before.as_ref()).and_then(|()| fs::rename(&part, &path));
-    if saved.is_err() {
+    let put = write(&part).and_then(|()| fs::rename(&part, path));
+    if put.is_err() {
         let _ = fs::remove_file(&part);
     }
-    saved?;
-    File::open(path.parent().unwrap_or(Path::new("/")))?.sync_all()
+    put?;
+    names(path)
 }
 
 fn write(part: &Path, bytes: &[u8], before: Option<&Metadata>) -> io::Result<()> {

@@ -5,6 +5,7 @@
 //!
 //! Start at [`Manifest::read`].
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use timing::{FrameCount, Rate};
@@ -25,13 +26,13 @@ const TRANSITION: &str = "[[transition]]";
 /// The only format there is.
 const FORMAT: u32 = 1;
 /// Smallest and largest side of a picture: H.264 level 5.2 ends at 4096, its encoders want 16.
-const SIDE: (u32, u32) = (16, 4096);
+pub const SIDES_PX: RangeInclusive<u32> = 16..=4096;
 /// Most frames of a clip: over a day at 30 per second.
-const MOST_FRAMES: u32 = 4_000_000;
+pub const MOST_FRAMES: u32 = 4_000_000;
 /// Most loops per visit.
-const MOST_REPEATS: u32 = 10_000;
+pub const MOST_REPEATS: u32 = 10_000;
 /// Fastest rate, per second.
-const FASTEST: u32 = 240;
+pub const FASTEST_FPS: u32 = 240;
 
 /// A flock as written.
 #[derive(Clone, Debug, PartialEq)]
@@ -172,11 +173,11 @@ fn head(table: &mut Table<'_, '_>) -> Result<Manifest, ManifestError> {
 fn size(table: &mut Table<'_, '_>) -> Result<(u32, u32), ManifestError> {
     let entry = table.required("size")?;
     let (width, height) = entry.pair()?;
-    let fine = |side: u32| (SIDE.0..=SIDE.1).contains(&side) && side.is_multiple_of(2);
+    let fine = |side: u32| SIDES_PX.contains(&side) && side.is_multiple_of(2);
     if fine(width) && fine(height) {
         Ok((width, height))
     } else {
-        Err(entry.refused(format!("an even width and height from {} to {}", SIDE.0, SIDE.1)))
+        Err(entry.refused(format!("an even width and height from {} to {}", SIDES_PX.start(), SIDES_PX.end())))
     }
 }
 
@@ -185,8 +186,8 @@ fn fps(table: &mut Table<'_, '_>) -> Result<Rate, ManifestError> {
     let (num, den) = entry.pair()?;
     Rate::new(num.into(), den.into())
         .ok()
-        .filter(|rate| rate.num() / rate.den() <= FASTEST && rate.num() >= rate.den())
-        .ok_or_else(|| entry.refused(format!("numerator and denominator of a rate from 1 to {FASTEST} per second")))
+        .filter(|rate| rate.num() / rate.den() <= FASTEST_FPS && rate.num() >= rate.den())
+        .ok_or_else(|| entry.refused(format!("numerator and denominator of a rate from 1 to {FASTEST_FPS} per second")))
 }
 
 fn sheep(mut table: Table<'_, '_>) -> Result<Sheep, ManifestError> {

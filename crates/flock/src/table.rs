@@ -85,6 +85,7 @@ impl ManifestError {
             Self::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
                 Some("a flock is a folder with a file `flock.toml`")
             }
+            Self::Missing { key: "sheep", .. } => Some("a flock has at least one; `flock add` puts it in"),
             Self::Missing { .. }
             | Self::Read { .. }
             | Self::Syntax { .. }

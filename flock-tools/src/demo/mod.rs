@@ -14,9 +14,10 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use flock::ClipHash;
+use flock::{ClipHash, ClipPath};
 use plan::{Edition, Plan};
 
+use crate::arguments;
 use crate::render::make::{Effort, Outcome, make};
 use crate::render::{failed, options};
 use crate::report::{self, Exit, Fatal};
@@ -38,7 +39,7 @@ pub(crate) struct Args {
     #[arg(long)]
     small: bool,
     /// Width and height in pixels, both even
-    #[arg(long, value_name = "WxH", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", value_parser = arguments::size)]
     size: Option<(u32, u32)>,
     /// Samples per pixel
     #[arg(long, value_name = "N", value_parser = options::samples)]
@@ -55,6 +56,15 @@ pub(crate) struct Args {
     /// Keep the rendered frames, so that another --crf needs no rendering: 1.4 MB each at 1280x720
     #[arg(long)]
     keep_frames: bool,
+    /// Answer with one JSON document: {"clips": [...]}
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(serde::Serialize)]
+struct Answer {
+    /// Where they lie in the folder.
+    clips: Vec<ClipPath>,
 }
 
 /// The flock could not be written down. Its clips are finished.
@@ -82,6 +92,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     };
     let written = manifest::write(&plan, &hashes, &args.dir);
     written.map_err(|source| Fatal::new(Exit::Unreadable, Unwritten { path: args.dir.clone(), source }))?;
+    if args.json {
+        report::json(&Answer { clips: plan.clips.into_iter().map(|clip| clip.path).collect() })?;
+    }
     Ok(Exit::Fine)
 }
 

@@ -24,13 +24,6 @@ pub(crate) fn cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
-/// `WxH`: even sides of a clip.
-pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
-    let side = |text: &str| text.parse().ok().filter(|side: &u32| (16..=4096).contains(side) && side.is_multiple_of(2));
-    let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
-    sides.ok_or_else(|| "wanted an even width and height from 16 to 4096, such as 1280x720".into())
-}
-
 /// Samples per pixel.
 pub(crate) fn samples(text: &str) -> Result<f64, String> {
     within(text, 0.01, 1e7)
@@ -93,10 +86,6 @@ mod tests {
 
     #[test]
     fn numbers_outside_their_ranges_are_refused() {
-        assert_eq!(size("1280x720"), Ok((1280, 720)));
-        for bad in ["1280", "1281x720", "0x0", "8192x16", "1280x720x2", "x"] {
-            assert!(size(bad).is_err(), "{bad}");
-        }
         for bad in ["0", "-1", "NaN", "inf", "1e9", ""] {
             assert!(samples(bad).is_err(), "{bad}");
             assert!(rate_factor(bad).is_err(), "{bad}");

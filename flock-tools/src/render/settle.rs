@@ -5,17 +5,17 @@
 //!
 //! Start at [`settle`].
 
-use std::fs::{self, OpenOptions};
+use std::fs::OpenOptions;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use flock::{Clip, ClipHash, Edit, FILE_NAME, Manifest};
+use flock::{Clip, ClipHash, FILE_NAME, Manifest};
 
 use super::bench::{WORKSHOP, hash_of, recorded};
 use super::order::shown;
 use super::plan::Shows;
+use crate::draft::Draft;
 use crate::report::{Exit, Fatal};
-use crate::{open, save};
 
 /// Held while the manifest is edited.
 const LOCK: &str = "lock";
@@ -38,26 +38,23 @@ pub(crate) fn settle(folder: &Path) -> Result<(), Fatal> {
     if !folder.join(WORKSHOP).is_dir() {
         return Ok(());
     }
-    // Others that render this flock write hashes, too.
+    // Others that render this flock write hashes, too, and on machines where a folder cannot be locked.
     let lock = OpenOptions::new().write(true).create(true).truncate(false).open(folder.join(WORKSHOP).join(LOCK));
     let lock = lock.map_err(unsettled)?;
     lock.lock().map_err(unsettled)?;
-    let manifest = open::manifest(folder)?;
-    let due = due(folder, &manifest);
+    let mut draft = Draft::take(folder)?;
+    let due = due(folder, draft.edit.manifest());
     if due.is_empty() {
         return Ok(());
     }
-    let path = folder.join(FILE_NAME);
-    let text = fs::read_to_string(&path).map_err(unsettled)?;
-    let mut edit = Edit::parse(text, &path).map_err(open::refused)?;
     for (shows, clip) in due {
         let edited = match &shows {
-            Shows::Loop(id) => edit.set_loop(id, clip),
-            Shows::Transition(from, to) => edit.set_transition_clip(from, to, clip),
+            Shows::Loop(id) => draft.edit.set_loop(id, clip),
+            Shows::Transition(from, to) => draft.edit.set_transition_clip(from, to, clip),
         };
         edited.map_err(|error| Fatal::new(Exit::Malformed, error))?;
     }
-    save::whole(&path, edit.text().as_bytes()).map_err(unsettled)
+    draft.save()
 }
 
 /// The clips whose hash stands in no manifest or is another one, as they are to stand there.

@@ -16,6 +16,8 @@ mod tests;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
+use timing::Rate;
+
 use crate::manifest::{Clip, Manifest, Sheep, Transition};
 use crate::names::{ClipPath, SheepId};
 use crate::table::ManifestError;
@@ -110,6 +112,15 @@ impl Edit {
         let (sheep, transitions) = (origins(Kind::Sheep), origins(Kind::Transition));
         assert_eq!((sheep.len(), transitions.len()), (manifest.sheep.len(), manifest.transitions.len()), "entries");
         Ok(Self { text, layout, manifest, sheep, transitions, changes: BTreeMap::new(), lookup: None })
+    }
+
+    /// The manifest of a flock without sheep, of clips of `size` (width and height in pixels) and `fps` frames per
+    /// second.
+    pub fn blank(name: &str, size: (u32, u32), fps: Rate) -> Self {
+        let text = render::head(name, size, fps);
+        let manifest = Manifest { name: name.to_owned(), size, fps, sheep: Vec::new(), transitions: Vec::new() };
+        let (layout, sheep, transitions) = (Layout::of(&text), Vec::new(), Vec::new());
+        Self { text, layout, manifest, sheep, transitions, changes: BTreeMap::new(), lookup: None }
     }
 
     /// What the text will mean.

@@ -77,7 +77,7 @@ fn change_entry(
                 let Some(anchor) = fields.iter().filter(before).max_by_key(|field| place(field)) else { continue };
                 let key = keys[*key as usize];
                 let (at, lead) = if headed {
-                    (anchor.end, format!("{newline}{}", indent(text, anchor.key.start)))
+                    (line_end(text, anchor.end), format!("{newline}{}", indent(text, anchor.key.start)))
                 } else {
                     (anchor.value.end, ", ".to_owned())
                 };
@@ -119,8 +119,12 @@ fn cut_below(text: &str, mut spans: Vec<Range<usize>>, splice: &mut Splice) {
 /// Cuts the entries of an array that do not stay.
 fn cut_in_array(text: &str, entries: &Entries, stays: &[bool], splice: &mut Splice) {
     for (at, span) in entries.spans.iter().enumerate().filter(|(at, _)| !stays[*at]) {
-        let behind = comma(text, entries.gap(at)).map_or(span.end, |comma| skip_blanks(text, comma.end));
-        splice.cut(line_if_alone(text, span.start..behind));
+        let end = comma(text, entries.gap(at)).map_or(span.end, |comma| comma.end);
+        let start = blanks_before(text, span.start);
+        // The last of a line takes the blanks before it, every other one those behind it.
+        let ends_line = at + 1 == entries.spans.len() && !text[..start].ends_with('\n');
+        let cut = if ends_line { start..end } else { span.start..skip_blanks(text, end) };
+        splice.cut(line_if_alone(text, cut));
     }
     // An array that ended without a comma ends without one again.
     if let Some(last) = stays.iter().rposition(|stays| *stays)
@@ -141,6 +145,7 @@ fn with_gap(text: &str, span: Range<usize>) -> Range<usize> {
     let below = text[lines.end..].lines().next().map(str::trim);
     match below {
         Some("") if above.is_empty() => lines.end = next_line(text, lines.end),
+        None if !text.ends_with('\n') => lines.start -= newline_before(text, lines.start),
         None if above.is_empty() => lines.start = line_start(text, lines.start.saturating_sub(1)),
         Some(_) | None => {}
     }
@@ -271,6 +276,12 @@ fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |end| end + 1)
 }
 
+/// Where the line of `at` ends, before its line end.
+fn line_end(text: &str, at: usize) -> usize {
+    let line = text[at..].split('\n').next().unwrap_or_default();
+    at + line.strip_suffix('\r').unwrap_or(line).len()
+}
+
 /// Where the line after that of `at` starts, or the end.
 fn next_line(text: &str, at: usize) -> usize {
     text[at..].find('\n').map_or(text.len(), |end| at + end + 1)
@@ -297,8 +308,13 @@ fn whole_line(text: &str, span: Range<usize>) -> Range<usize> {
     if text[..end].ends_with('\n') || start == 0 {
         return start..end;
     }
-    let newline = if text[..start].ends_with("\r\n") { 2 } else { 1 };
-    start - newline..end
+    start - newline_before(text, start)..end
+}
+
+/// How many bytes the line end before `at` has, if there is one.
+fn newline_before(text: &str, at: usize) -> usize {
+    let before = &text[..at];
+    usize::from(before.ends_with('\n')) + usize::from(before.ends_with("\r\n"))
 }
 
 /// `span`, or its whole line if there is nothing else on it.
@@ -308,15 +324,15 @@ fn line_if_alone(text: &str, span: Range<usize>) -> Range<usize> {
     if alone && text[..end].ends_with('\n') { start..end } else { span }
 }
 
-/// Behind the comment lines that follow the line end at `at`, unless they lead up to the next entry's header.
+/// Behind the comment lines that follow the line of `at`, unless they lead up to the next entry's header.
 fn end_of_notes(text: &str, at: usize) -> usize {
-    let mut end = at;
+    let entry = line_end(text, at);
+    let mut end = entry;
     let mut next = next_line(text, at);
     while text[next..].trim_start_matches([' ', '\t']).starts_with('#') {
-        let line = text[next..].split('\n').next().unwrap_or_default();
-        end = next + line.trim_end_matches('\r').len();
+        end = line_end(text, next);
         next = next_line(text, next);
     }
     let blank = text[next..].lines().next().is_none_or(|line| line.trim().is_empty());
-    if blank { end } else { at }
+    if blank { end } else { entry }
 }

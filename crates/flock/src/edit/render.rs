@@ -5,6 +5,8 @@
 //!
 //! Start at [`sheep`] and [`transition`].
 
+use timing::Rate;
+
 use crate::manifest::{Clip, Sheep, Transition};
 
 /// A key and its value as written.
@@ -14,6 +16,12 @@ pub(super) type Pair = (&'static str, String);
 pub(super) const SHEEP_KEYS: &[&str] = &["id", "frames", "clip", "hash", "genome", "want", "repeat"];
 /// The keys of a transition, in the order in which they are written.
 pub(super) const TRANSITION_KEYS: &[&str] = &["from", "to", "frames", "clip", "hash", "weight"];
+
+/// What a manifest begins with.
+pub(super) fn head(name: &str, (width, height): (u32, u32), fps: Rate) -> String {
+    let (name, num, den) = (quoted(name), fps.num(), fps.den());
+    format!("format = 1\nname = {name}\nsize = [{width}, {height}]\nfps = [{num}, {den}]\n")
+}
 
 /// The keys of `sheep` with their values; those that stand at their default are left out.
 pub(super) fn sheep(sheep: &Sheep) -> Vec<Pair> {

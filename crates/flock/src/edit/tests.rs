@@ -6,12 +6,13 @@ mod hands;
 
 use std::path::Path;
 
-use timing::FrameCount;
+use timing::{FrameCount, Rate};
 
 use super::Edit;
 use crate::manifest::{Clip, Manifest, Sheep, Transition};
 use crate::names::{ClipHash, ClipPath, SheepId};
 
+const HEAD: &str = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n";
 const ODD: &str = include_str!("tests/odd.toml");
 
 fn id(text: &str) -> SheepId {
@@ -170,7 +171,7 @@ fn a_clip_brings_its_frames_and_its_hash_and_takes_the_old_hash_away() {
 
 #[test]
 fn entries_in_arrays_are_edited_in_their_arrays() {
-    let head = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n";
+    let head = HEAD;
     let lines = format!(
         "{head}sheep = [ # all\n  {{id = \"a\"}}, # first\n  {{id = \"b\", want = 2}}, # second\n]\n\
          transition = [{{from=\"a\", to=\"b\", frames=1, clip=\"x\"}}, {{from=\"b\", to=\"a\", frames=1, clip=\"y\"}}]\n"
@@ -195,7 +196,7 @@ fn entries_in_arrays_are_edited_in_their_arrays() {
 
 #[test]
 fn the_first_sheep_finds_its_place() {
-    let head = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n";
+    let head = HEAD;
     let block = "\n[[sheep]]\nid = \"a\"\nframes = 768\nclip = \"loops/a.mp4\"\n";
     let add = |edit: &mut Edit| edit.add_sheep(sheep("a")).unwrap();
     assert_eq!(after(head, add), format!("{head}{block}"));
@@ -204,6 +205,15 @@ fn the_first_sheep_finds_its_place() {
     assert_eq!(inline, format!("{head}sheep = [{{ id = \"a\", frames = 768, clip = \"loops/a.mp4\" }}]"));
     let windows = head.replace('\n', "\r\n");
     assert_eq!(after(&windows, add), format!("{head}{block}").replace('\n', "\r\n"));
+}
+
+#[test]
+fn a_blank_flock_is_what_it_was_asked_to_be() {
+    let mut blank = Edit::blank("it's \"so\"\n🐑", (64, 48), Rate::new(30_000, 1001).unwrap());
+    assert_eq!(edit(&blank.text()).manifest(), blank.manifest());
+    assert_eq!(Edit::blank("x", (64, 64), Rate::new(30, 1).unwrap()).text(), HEAD);
+    blank.add_sheep(sheep("a")).unwrap();
+    assert_eq!(edit(&blank.text()).manifest(), blank.manifest());
 }
 
 #[test]

@@ -249,6 +249,27 @@ proptest! {
     }
 
     #[test]
+    fn what_is_added_and_dropped_again_leaves_no_trace(
+        count in 1usize..7,
+        arcs in prop::collection::btree_set((0usize..6, 0usize..6), 1..12),
+        tape in prop::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let flock = flock(count, &arcs.into_iter().collect::<Vec<_>>());
+        let text = written(&flock, &tape);
+        let mut added = edit(&text);
+        added.add_sheep(sheep("new")).unwrap();
+        added.add_transition(transition("s0", "new")).unwrap();
+        let mut dropped = edit(&added.text());
+        dropped.drop_sheep(&id("new")).unwrap();
+        // A blank line may be left where none parted its neighbours.
+        let lines = |text: &str| {
+            let lines = text.lines().map(str::trim_end).filter(|line| !line.is_empty());
+            lines.map(str::to_owned).collect::<Vec<_>>()
+        };
+        prop_assert_eq!(lines(&dropped.text()), lines(&text));
+    }
+
+    #[test]
     fn setting_weights_and_wants_changes_the_bytes_of_these_values_and_no_others(
         count in 1usize..7,
         arcs in prop::collection::btree_set((0usize..6, 0usize..6), 0..12),

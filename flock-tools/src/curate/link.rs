@@ -1,0 +1,67 @@
+//! `flock link`: one transition more.
+//!
+//! Owns the command. The clip may be there already, or be rendered later.
+
+use std::path::PathBuf;
+
+use flock::{MOST_FRAMES, SheepId, Transition};
+
+use super::Desk;
+use super::files::{self, Incoming};
+use crate::arguments;
+use crate::places;
+use crate::report::{Exit, Fatal};
+
+/// Frames of a transition that is yet to be rendered, unless told otherwise: 13 seconds at 30 per second.
+const FRAMES: u32 = 384;
+
+/// Add a transition from one sheep to another
+///
+/// With --clip, the clip is taken into the flock's folder if it is in the flock's form, and its hash is written down.
+/// Without, its place is named, and `flock render` makes it from both genomes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the transition is in the flock
+  1  the clip is not in the flock's form, or another file is in its place; nothing was changed
+  2  the command line or the manifest is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    /// Folder of the flock
+    dir: PathBuf,
+    /// The sheep where it starts
+    #[arg(value_parser = SheepId::new)]
+    from: SheepId,
+    /// The sheep where it ends; the same one is allowed
+    #[arg(value_parser = SheepId::new)]
+    to: SheepId,
+    /// Its clip, in the flock's form
+    #[arg(long, value_name = "FILE")]
+    clip: Option<PathBuf>,
+    #[arg(long, value_name = "N", conflicts_with = "clip")]
+    #[arg(help = format!("Frames of a clip that is yet to be rendered [default: {FRAMES}]"))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    frames: Option<u32>,
+    /// How readily the walk takes it, relative to the others from the same sheep
+    #[arg(long, value_name = "W", default_value_t = 1.0, value_parser = arguments::positive)]
+    weight: f64,
+    /// Replace another file that is in the clip's place
+    #[arg(long)]
+    force: bool,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let (from, to) = (args.from.clone(), args.to.clone());
+    let mut desk = Desk::at(&args.dir)?;
+    let place = |ending: &str| places::of_transition(&from, &to, ending);
+    let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
+    let (clip, incoming) = files::clip(&desk, &wish, place)?;
+    let (frames, path) = (clip.frames, clip.path.clone());
+    let transition = Transition { from: args.from.clone(), to: args.to.clone(), clip, weight: args.weight };
+    desk.edit(|edit| edit.add_transition(transition))?;
+    Incoming::bring_all(incoming.into_iter(), &args.dir, args.force)?;
+    desk.save()?.tell(&format!("linked `{from}` to `{to}`: `{path}`, {frames} frames"), args.json)
+}

@@ -1,0 +1,240 @@
+//! Curating a flock: the commands that edit its manifest.
+//!
+//! Owns what they have in common: the flock is taken, edited, judged, saved, and what the edit did to the balance is
+//! told. An edit breaks a flock if a sheep that was shown no longer would be; adding never does, since a sheep that is
+//! not yet linked is merely not shown. Never owns an edit: each command has its own module.
+//!
+//! Start at [`Desk`].
+
+pub(crate) mod add;
+pub(crate) mod drop;
+mod files;
+pub(crate) mod link;
+pub(crate) mod new;
+pub(crate) mod rename;
+pub(crate) mod unlink;
+pub(crate) mod want;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, SheepId};
+
+use crate::draft::Draft;
+use crate::report::{self, Exit, Fatal};
+
+/// So many faults are told after an edit; `flock check` tells all.
+const TOLD: usize = 3;
+/// Worst ratios closer than this are told as the same.
+const SAME: f64 = 1e-9;
+
+/// A flock that is being edited by one command.
+struct Desk {
+    folder: PathBuf,
+    draft: Draft,
+    before: Standing,
+}
+
+/// How a flock stands, by its manifest alone.
+struct Standing {
+    /// The sheep that the walk plays.
+    shown: BTreeSet<SheepId>,
+    /// `None` while a sheep is never shown.
+    worst_ratio: Option<f64>,
+    faults: Vec<Fault>,
+    /// Every file that the manifest names.
+    files: BTreeSet<ClipPath>,
+}
+
+/// What a command did to a flock.
+struct Effect {
+    folder: PathBuf,
+    before: Standing,
+    after: Standing,
+}
+
+/// The answer with `--json`.
+#[derive(serde::Serialize)]
+struct Answer<'a> {
+    /// Whether the manifest was saved: not if the edit was refused.
+    changed: bool,
+    /// `null` while a sheep is never shown, here and below.
+    worst_ratio_before: Option<f64>,
+    worst_ratio_after: Option<f64>,
+    /// Those of the manifest after the edit: clips are not looked at.
+    faults: &'a [Fault],
+    /// Sheep that were shown and no longer are.
+    no_longer_shown: Vec<&'a SheepId>,
+    /// Files that the manifest named, names no longer, and that are still there.
+    unreferenced: Vec<&'a ClipPath>,
+    /// Files that the manifest now names and that are not there yet.
+    missing: Vec<&'a ClipPath>,
+}
+
+/// An edit that was refused.
+#[derive(Debug, thiserror::Error)]
+enum Refused {
+    #[error("{edit}, the flock would have no sheep")]
+    Empty { edit: String },
+    #[error("{edit}, {count} sheep that the walk shows would no longer be shown, `{first}` first")]
+    Unshown { edit: String, count: usize, first: SheepId },
+}
+
+/// A file that could not be deleted.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot delete `{path}`")]
+struct Undeleted {
+    path: PathBuf,
+    source: io::Error,
+}
+
+impl Desk {
+    /// Takes the flock in `folder`, which may be without sheep.
+    fn at(folder: &Path) -> Result<Self, Fatal> {
+        let draft = Draft::take(folder)?;
+        let before = Standing::of(draft.edit.manifest());
+        Ok(Self { folder: folder.to_owned(), draft, before })
+    }
+
+    /// The manifest as edited so far.
+    fn manifest(&self) -> &Manifest {
+        self.draft.edit.manifest()
+    }
+
+    /// Makes an edit.
+    fn edit(&mut self, edit: impl FnOnce(&mut Edit) -> Result<(), EditError>) -> Result<(), Fatal> {
+        edit(&mut self.draft.edit).map_err(|error| Fatal::new(Exit::Malformed, error))
+    }
+
+    /// Ends the command if the edits break the flock, unless they are forced. `edit` begins the sentence.
+    fn refuse_breaking(&self, edit: &str, force: bool, json: bool) -> Result<(), Fatal> {
+        let after = Standing::of(self.manifest());
+        let lost = lost(&self.before, &after, self.manifest());
+        let edit = edit.to_owned();
+        let refused = match lost.first() {
+            _ if force => return Ok(()),
+            _ if self.manifest().sheep.is_empty() => Refused::Empty { edit },
+            Some(first) => Refused::Unshown { edit, count: lost.len(), first: (*first).clone() },
+            None => return Ok(()),
+        };
+        if json {
+            report::json(&Answer {
+                changed: false,
+                worst_ratio_before: self.before.worst_ratio,
+                worst_ratio_after: after.worst_ratio,
+                faults: &after.faults,
+                no_longer_shown: lost,
+                unreferenced: Vec::new(),
+                missing: Vec::new(),
+            })?;
+        }
+        Err(Fatal::new(Exit::No, refused).hint("--force does it all the same"))
+    }
+
+    /// Saves the manifest.
+    fn save(self) -> Result<Effect, Fatal> {
+        let after = Standing::of(self.manifest());
+        self.draft.save()?;
+        Ok(Effect { folder: self.folder, before: self.before, after })
+    }
+}
+
+impl Standing {
+    fn of(manifest: &Manifest) -> Self {
+        let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
+        let files = manifest.clips().map(|clip| &clip.path).chain(genomes).cloned().collect();
+        let flock = Flock::new(manifest.clone());
+        let faults = flock.faults().to_vec();
+        let shown =
+            flock.graph().sheep().filter(|_| flock.is_walkable()).map(|sheep| flock.id(sheep).clone()).collect();
+        let worst_ratio = FlockShares::of(&flock).filter(|_| flock.is_walkable()).and_then(|shares| shares.worst_ratio);
+        Self { shown, worst_ratio, faults, files }
+    }
+}
+
+impl Effect {
+    /// Deletes the files that the manifest no longer names.
+    fn delete_files(&self) -> Result<(), Fatal> {
+        for path in self.unreferenced() {
+            let path = path.inside(&self.folder);
+            fs::remove_file(&path).map_err(|source| Fatal::new(Exit::Unreadable, Undeleted { path, source }))?;
+        }
+        Ok(())
+    }
+
+    /// Tells what was `done`, what it did to the balance, and what the flock still lacks.
+    fn tell(&self, done: &str, json: bool) -> Result<Exit, Fatal> {
+        let (unreferenced, missing) = (self.unreferenced(), self.missing());
+        if json {
+            report::json(&Answer {
+                changed: true,
+                worst_ratio_before: self.before.worst_ratio,
+                worst_ratio_after: self.after.worst_ratio,
+                faults: &self.after.faults,
+                no_longer_shown: self.before.shown.difference(&self.after.shown).collect(),
+                unreferenced,
+                missing,
+            })?;
+            return Ok(Exit::Fine);
+        }
+        report::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;
+        for path in missing {
+            report::note(&format!("note: `{path}` is not there yet; `flock render` makes it"));
+        }
+        for path in unreferenced {
+            report::note(&format!("note: `{path}` is no longer named, and still there"));
+        }
+        for fault in self.after.faults.iter().take(TOLD) {
+            report::note(&format!("note: {}", fault.message));
+        }
+        if let Some(more) = self.after.faults.len().checked_sub(TOLD).filter(|more| *more > 0) {
+            report::note(&format!("note: and {more} more, which `flock check` names"));
+        }
+        Ok(Exit::Fine)
+    }
+
+    fn unreferenced(&self) -> Vec<&ClipPath> {
+        let gone = self.before.files.difference(&self.after.files);
+        gone.filter(|path| path.inside(&self.folder).is_file()).collect()
+    }
+
+    fn missing(&self) -> Vec<&ClipPath> {
+        let new = self.after.files.difference(&self.before.files);
+        new.filter(|path| !path.inside(&self.folder).exists()).collect()
+    }
+}
+
+/// The sheep of `manifest` that were shown `before` and are not `after`.
+fn lost<'a>(before: &'a Standing, after: &'a Standing, manifest: &Manifest) -> Vec<&'a SheepId> {
+    let there: BTreeSet<&SheepId> = manifest.sheep.iter().map(|sheep| &sheep.id).collect();
+    before.shown.difference(&after.shown).filter(|id| there.contains(id)).collect()
+}
+
+/// What became of the worst ratio, in one line.
+fn balance(before: Option<f64>, after: Option<f64>) -> String {
+    let now = after.map_or("none while a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
+    let was = match (before, after) {
+        (Some(before), Some(after)) if (before - after).abs() < SAME * after => ", as before".to_owned(),
+        (Some(before), _) => format!(", was {before:.3}"),
+        (None, Some(_)) => ", the first".to_owned(),
+        (None, None) => String::new(),
+    };
+    format!("worst ratio of visits and want: {now}{was}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_balance_is_told_with_what_it_was() {
+        let told = |before, after| balance(before, after).split_once(": ").unwrap().1.to_owned();
+        assert_eq!(told(None, None), "none while a sheep is never shown");
+        assert_eq!(told(Some(2.0), None), "none while a sheep is never shown, was 2.000");
+        assert_eq!(told(None, Some(1.25)), "1.250, the first");
+        assert_eq!(told(Some(2.0), Some(1.25)), "1.250, was 2.000");
+        assert_eq!(told(Some(1.25), Some(1.25 + 1e-12)), "1.250, as before");
+    }
+}

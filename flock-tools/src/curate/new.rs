@@ -1,0 +1,104 @@
+//! `flock new`: a flock without sheep.
+//!
+//! Owns the first manifest. Never touches a folder that has something in it.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use flock::{Edit, FILE_NAME};
+use timing::Rate;
+
+use crate::arguments;
+use crate::places;
+use crate::report::{self, Exit, Fatal};
+use crate::save;
+
+/// What a manifest says to somebody who opens it.
+const GREETING: &str =
+    "# A flock: sheep, and the transitions between them. `flock add` and `flock link` put them in below.\n";
+
+/// Start a flock: a folder with a manifest, and a place for genomes, loops and transitions
+///
+/// All clips of a flock have one size and one rate, which are decided here.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the flock is there, without sheep
+  1  the folder is not empty; nothing was changed
+  2  the command line is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    /// The folder; made where it is missing
+    dir: PathBuf,
+    /// What the flock is called [default: as its folder]
+    #[arg(long)]
+    name: Option<String>,
+    /// Width and height in pixels, both even
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = arguments::size)]
+    size: (u32, u32),
+    /// Frames per second
+    #[arg(long, value_name = "N[/D]", default_value = "30", value_parser = arguments::rate)]
+    fps: Rate,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(serde::Serialize)]
+struct Answer {
+    changed: bool,
+    name: String,
+}
+
+/// Why no flock was started.
+#[derive(Debug, thiserror::Error)]
+enum Unstarted {
+    #[error("folder `{folder}` is not empty: it has `{found}`")]
+    NotEmpty { folder: PathBuf, found: String },
+    #[error("cannot write `{path}`")]
+    Write { path: PathBuf, source: io::Error },
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let name = args.name.clone().unwrap_or_else(|| name_of(&args.dir));
+    let text = format!("{GREETING}{}", Edit::blank(&name, args.size, args.fps).text());
+    start(&args.dir, &text).map_err(|error| {
+        let exit = if matches!(error, Unstarted::NotEmpty { .. }) { Exit::No } else { Exit::Unreadable };
+        Fatal::new(exit, error)
+    })?;
+    if args.json {
+        report::json(&Answer { changed: true, name })?;
+    } else {
+        let (width, height) = args.size;
+        let line = format!("flock `{name}` is there, {width}x{height} at {} frames per second", args.fps);
+        report::lines([line])?;
+        report::note("note: it has no sheep yet; `flock add` puts them in");
+    }
+    Ok(Exit::Fine)
+}
+
+/// Makes the folders and, last, the manifest.
+fn start(folder: &Path, text: &str) -> Result<(), Unstarted> {
+    let cannot = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Unstarted::Write { path, source }
+    };
+    fs::create_dir_all(folder).map_err(cannot(folder))?;
+    if let Some(found) = fs::read_dir(folder).map_err(cannot(folder))?.next() {
+        let found = found.map_err(cannot(folder))?.file_name().to_string_lossy().into_owned();
+        return Err(Unstarted::NotEmpty { folder: folder.to_owned(), found });
+    }
+    for name in places::FOLDERS {
+        let path = folder.join(name);
+        fs::create_dir(&path).map_err(cannot(&path))?;
+    }
+    let path = folder.join(FILE_NAME);
+    save::whole(&path, text.as_bytes()).map_err(cannot(&path))
+}
+
+/// The name of a folder, as people call it.
+fn name_of(folder: &Path) -> String {
+    let whole = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    whole.file_name().map_or_else(|| "flock".to_owned(), |name| name.to_string_lossy().into_owned())
+}

@@ -1,0 +1,120 @@
+//! `flock rename`: another id for a sheep.
+//!
+//! Owns the command and the order of its steps. A file that bears the id gets its new name first and loses its old one
+//! last, so that the manifest names files that are there at every moment in between.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use flock::{Clip, ClipPath, Edit, EditError, SheepId};
+
+use super::Desk;
+use super::files;
+use crate::places;
+use crate::report::{Exit, Fatal};
+use crate::save;
+
+/// Give a sheep another id
+///
+/// Its transitions follow, and so do the names of its genome and clips where they are named after it. In the manifest,
+/// only these ids and paths change.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the sheep is renamed
+  1  another file bears the new name; nothing was changed
+  2  the command line or the manifest is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    /// Folder of the flock
+    dir: PathBuf,
+    /// Its id
+    #[arg(value_parser = SheepId::new)]
+    old: SheepId,
+    /// Its new id
+    #[arg(value_parser = SheepId::new)]
+    new: SheepId,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Why a file was not renamed.
+#[derive(Debug, thiserror::Error)]
+enum Unmoved {
+    #[error("cannot rename `{old}` to `{new}`")]
+    Move { old: PathBuf, new: PathBuf, source: io::Error },
+    #[error("`{old}` cannot be renamed to `{new}`, which is another file")]
+    Taken { old: PathBuf, new: PathBuf },
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let Args { old, new, .. } = args;
+    let mut desk = Desk::at(&args.dir)?;
+    let mut moves = BTreeMap::new();
+    desk.edit(|edit| {
+        edit.rename(old, new)?;
+        moves = rename_paths(edit, old, new)?;
+        Ok(())
+    })?;
+    let there: Vec<_> = moves.iter().filter(|(old, _)| old.inside(&args.dir).exists()).collect();
+    for (old, new) in &there {
+        bear(&old.inside(&args.dir), &new.inside(&args.dir))?;
+    }
+    let count = there.len();
+    let effect = desk.save()?;
+    effect.delete_files()?;
+    let files = match count {
+        0 => String::new(),
+        1 => ", and 1 file".to_owned(),
+        count => format!(", and {count} files"),
+    };
+    effect.tell(&format!("renamed `{old}` to `{new}`{files}"), args.json)
+}
+
+/// Names the files of the sheep, now called `new`, after it where they are named after `old`; tells which they are.
+fn rename_paths(edit: &mut Edit, old: &SheepId, new: &SheepId) -> Result<BTreeMap<ClipPath, ClipPath>, EditError> {
+    let mut moves = BTreeMap::new();
+    let mut renamed = |path: &ClipPath| {
+        let to = places::renamed(path, old, new)?;
+        moves.insert(path.clone(), to.clone());
+        Some(to)
+    };
+    let mut moved = |clip: &Clip| Some(Clip { path: renamed(&clip.path)?, ..clip.clone() });
+    let manifest = edit.manifest().clone();
+    for sheep in manifest.sheep.iter().filter(|sheep| sheep.id == *new) {
+        if let Some(clip) = sheep.clip.as_ref().and_then(&mut moved) {
+            edit.set_loop(new, clip)?;
+        }
+    }
+    for t in manifest.transitions.iter().filter(|t| t.from == *new || t.to == *new) {
+        if let Some(clip) = moved(&t.clip) {
+            edit.set_transition_clip(&t.from, &t.to, clip)?;
+        }
+    }
+    for genome in manifest.sheep.iter().filter(|sheep| sheep.id == *new).filter_map(|sheep| sheep.genome.as_ref()) {
+        if let Some(genome) = renamed(genome) {
+            edit.set_genome(new, genome)?;
+        }
+    }
+    Ok(moves)
+}
+
+/// Lets the file `old` bear the name `new` too.
+fn bear(old: &Path, new: &Path) -> Result<(), Fatal> {
+    let (from, to) = (old.to_owned(), new.to_owned());
+    let cannot = |source| Fatal::new(Exit::Unreadable, Unmoved::Move { old: from.clone(), new: to.clone(), source });
+    if new.exists() {
+        // What an earlier run left, if it is the same.
+        let same = files::same_bytes(old, new).map_err(cannot)?;
+        let taken = Unmoved::Taken { old: old.to_owned(), new: new.to_owned() };
+        return if same { Ok(()) } else { Err(Fatal::new(Exit::No, taken)) };
+    }
+    match fs::hard_link(old, new) {
+        Ok(()) => save::names(new).map_err(cannot),
+        // A stick's file system has no links.
+        Err(_) => save::copy(old, new).map_err(cannot),
+    }
+}

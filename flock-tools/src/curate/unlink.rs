@@ -1,0 +1,53 @@
+//! `flock unlink`: one transition fewer.
+//!
+//! Owns the command. Never deletes a clip unless told to.
+
+use std::path::PathBuf;
+
+use flock::SheepId;
+
+use super::Desk;
+use crate::report::{Exit, Fatal};
+
+/// Take a transition out of a flock
+///
+/// Refused if a sheep that is shown would then no longer be. The clip stays where it is, unless --delete-files is
+/// given. In the manifest, the transition's lines go and the comments around them stay.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the transition is gone
+  1  it would break the flock; nothing was changed
+  2  the command line or the manifest is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    /// Folder of the flock
+    dir: PathBuf,
+    /// The sheep where it starts
+    #[arg(value_parser = SheepId::new)]
+    from: SheepId,
+    /// The sheep where it ends
+    #[arg(value_parser = SheepId::new)]
+    to: SheepId,
+    /// Delete its clip too, unless something else names it
+    #[arg(long)]
+    delete_files: bool,
+    /// Do it even if that breaks the flock
+    #[arg(long)]
+    force: bool,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let Args { from, to, .. } = args;
+    let mut desk = Desk::at(&args.dir)?;
+    desk.edit(|edit| edit.drop_transition(from, to))?;
+    desk.refuse_breaking(&format!("without the transition from `{from}` to `{to}`"), args.force, args.json)?;
+    let effect = desk.save()?;
+    if args.delete_files {
+        effect.delete_files()?;
+    }
+    effect.tell(&format!("unlinked `{from}` from `{to}`"), args.json)
+}

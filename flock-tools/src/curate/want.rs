@@ -1,0 +1,43 @@
+//! `flock want`: how often a sheep is wished.
+//!
+//! Owns the command. What it does to the shares is nothing: `flock balance` brings them to the wants.
+
+use std::path::PathBuf;
+
+use flock::SheepId;
+
+use super::Desk;
+use crate::arguments;
+use crate::report::{Exit, Fatal};
+
+/// Set how often a sheep is wished, relative to the others
+///
+/// The walk does not change: `flock balance` finds the weights that bring it there. Only the manifest is read and
+/// written, and in it only this one number.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the want is set
+  1  does not occur
+  2  the command line or the manifest is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    /// Folder of the flock
+    dir: PathBuf,
+    /// The sheep
+    #[arg(value_parser = SheepId::new)]
+    id: SheepId,
+    /// Its wished share relative to the others': 2 is twice as often as 1
+    #[arg(value_parser = arguments::positive)]
+    want: f64,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let mut desk = Desk::at(&args.dir)?;
+    let before = desk.manifest().sheep.iter().find(|sheep| sheep.id == args.id).map_or(1.0, |sheep| sheep.want);
+    desk.edit(|edit| edit.set_want(&args.id, args.want))?;
+    desk.save()?.tell(&format!("`{}` has want {}, was {before}", args.id, args.want), args.json)
+}

@@ -1,0 +1,31 @@
+//! `flock completions`: the shell finishes the artist's words.
+//!
+//! Owns the command. The scripts are clap's.
+
+use clap_complete::Shell;
+
+use super::command_line;
+use crate::report::{self, Exit, Fatal};
+
+/// Print what a shell needs to complete the words of `flock`
+///
+/// For bash, put the output into ~/.local/share/bash-completion/completions/flock; for zsh, into a file `_flock` in a
+/// folder of its `fpath`; for fish, into ~/.config/fish/completions/flock.fish.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the script is printed
+  1  does not occur
+  2  the command line is wrong
+  3  the script could not be written")]
+pub(crate) struct Args {
+    /// The shell
+    shell: Shell,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut command_line(), "flock", &mut script);
+    report::lines([String::from_utf8_lossy(&script).trim_end().to_owned()])?;
+    Ok(Exit::Fine)
+}

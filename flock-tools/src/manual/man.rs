@@ -1,0 +1,102 @@
+//! `flock man`: a page for every command.
+//!
+//! Owns the command. The pages are clap's.
+
+use std::fs;
+use std::io;
+use std::iter;
+use std::path::PathBuf;
+
+use clap_mangen::Man;
+
+use super::command_line;
+use crate::report::{self, Exit, Fatal};
+
+/// What stands at the foot of every page.
+const MANUAL: &str = "Dreams in High Fidelity";
+/// What clap puts above the exit statuses.
+const EXITS: &str = ".SH EXTRA\nExit status:\n";
+
+/// Write man pages into a folder: `flock.1` and one for every command
+///
+/// Read them with `man DIR/flock-add.1`, or put them into a folder `man1` of the manual's path.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the pages are written
+  1  does not occur
+  2  the command line is wrong
+  3  a page could not be written")]
+pub(crate) struct Args {
+    /// The folder; made where it is missing
+    dir: PathBuf,
+    /// Answer with one JSON document: {"pages": [...]}
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(serde::Serialize)]
+struct Answer {
+    /// The pages' files, in the order of the commands.
+    pages: Vec<PathBuf>,
+}
+
+/// A page that could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write `{path}`")]
+struct Unwritten {
+    path: PathBuf,
+    source: io::Error,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let pages = write(args).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+    if args.json {
+        report::json(&Answer { pages })?;
+    } else {
+        report::lines(pages.iter().map(|page| page.display().to_string()))?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn write(args: &Args) -> Result<Vec<PathBuf>, Unwritten> {
+    let cannot = |path: &PathBuf| {
+        let path = path.clone();
+        move |source| Unwritten { path, source }
+    };
+    fs::create_dir_all(&args.dir).map_err(cannot(&args.dir))?;
+    let whole = command_line().disable_help_subcommand(true);
+    let commands = whole.get_subcommands().filter(|command| command.get_name() != "help");
+    let source = format!("flock {}", whole.get_version().unwrap_or_default());
+    let pages = iter::once(&whole).chain(commands).map(|command| {
+        let page = Man::new(command.clone()).source(&source).manual(MANUAL);
+        let path = args.dir.join(page.get_filename());
+        let mut text = Vec::new();
+        page.render(&mut text).map_err(cannot(&path))?;
+        fs::write(&path, with_exits(&String::from_utf8_lossy(&text))).map_err(cannot(&path))?;
+        Ok(path)
+    });
+    pages.collect()
+}
+
+/// The page `text` with the exit statuses under the heading that manuals have for them.
+fn with_exits(text: &str) -> String {
+    let Some((above, exits)) = text.split_once(EXITS) else { return text.to_owned() };
+    let exits = exits.lines().map(|line| match line.trim_start().split_once("  ") {
+        Some((code, meaning)) => format!(".TP\n.B {code}\n{meaning}\n"),
+        None => format!("{line}\n"),
+    });
+    format!("{above}.SH EXIT STATUS\n{}", exits.collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exit_statuses_stand_where_a_manual_has_them() {
+        let page = format!(".SH OPTIONS\nx\n{EXITS}  0  it is fine\n  1  it is not\n");
+        let told = ".SH OPTIONS\nx\n.SH EXIT STATUS\n.TP\n.B 0\nit is fine\n.TP\n.B 1\nit is not\n";
+        assert_eq!(with_exits(&page), told);
+    }
+}
