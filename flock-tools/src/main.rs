@@ -24,6 +24,7 @@ mod report;
 mod save;
 mod share;
 mod simulate;
+mod still;
 mod walk;
 
 /// The artist's tools for flocks of animated flames
@@ -49,6 +50,7 @@ enum Command {
     Render(render::Args),
     Share(share::Args),
     Simulate(simulate::Args),
+    Still(still::Args),
     Unlink(curate::unlink::Args),
     Walk(walk::Args),
     Want(curate::want::Args),
@@ -73,6 +75,7 @@ fn run(args: Args) -> Result<Exit, Fatal> {
         Command::Render(args) => render::run(&args),
         Command::Share(args) => share::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Still(args) => still::run(&args),
         Command::Unlink(args) => curate::unlink::run(&args),
         Command::Walk(args) => walk::run(&args),
         Command::Want(args) => curate::want::run(&args),

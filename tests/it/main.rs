@@ -20,5 +20,6 @@ mod rendering;
 mod resume;
 mod shortage;
 mod status_page;
+mod stills;
 mod trace;
 mod unit;

@@ -8,12 +8,18 @@ mod bred;
 
 use flame::genome::{Genome, TemporalShape};
 use flame::variations::{Kind, Variation};
-use flame::{Demand, Image, Loop, RenderError, Renderer, Settings};
+use flame::{Demand, Filter, Image, Loop, RenderError, Renderer, Settings};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-const SMALL: Settings =
-    Settings { size: Some([64, 48]), spp: Some(50.0), supersample: Some(2), temporal_samples: Some(4), seed: 5 };
+const SMALL: Settings = Settings {
+    size: Some([64, 48]),
+    spp: Some(50.0),
+    supersample: Some(2),
+    temporal_samples: Some(4),
+    filter: Filter::Variance,
+    seed: 5,
+};
 
 fn xaos() -> Genome {
     Genome::parse(include_str!("genomes/xaos.flam3")).unwrap()

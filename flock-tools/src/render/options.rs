@@ -8,6 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
+use flame::Demand;
+
 use crate::report::{Exit, Fatal};
 
 /// What a machine lacks to render.
@@ -22,6 +24,13 @@ enum Lack {
 /// As many threads as there are cores.
 pub(crate) fn cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
+}
+
+/// `WxH`: the sides of a picture.
+pub(crate) fn any_size(text: &str) -> Result<[u32; 2], String> {
+    let side = |text: &str| text.parse().ok().filter(|side: &u32| (1..=32_768).contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| Some([side(width)?, side(height)?]));
+    sides.ok_or_else(|| "wanted a width and height from 1 to 32768, such as 1280x720".into())
 }
 
 /// Samples per pixel.
@@ -44,15 +53,36 @@ pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
 }
 
 /// How many frames of `bytes` each can be rendered at once in the memory that is free: `threads` at most.
+///
+/// # Errors
+/// [`Fatal`] where there is no room for one.
 pub(crate) fn at_once(threads: NonZeroUsize, bytes: u64) -> Result<NonZeroUsize, Fatal> {
-    let Some(free) = fs::read_to_string("/proc/meminfo").ok().and_then(|text| available(&text)) else {
-        return Ok(threads);
-    };
+    room(threads, bytes, bytes, free())
+}
+
+/// How many threads can render one frame that takes `demand` in the memory that is free: `threads` at most.
+///
+/// # Errors
+/// [`Fatal`] where there is no room for one.
+pub(crate) fn fitting(threads: NonZeroUsize, demand: &Demand) -> Result<NonZeroUsize, Fatal> {
+    room(threads, demand.bytes, demand.bytes_per_thread, free())
+}
+
+/// How many fit into `free` bytes where the first takes `first` and every other one `next`: `most` at most.
+fn room(most: NonZeroUsize, first: u64, next: u64, free: Option<u64>) -> Result<NonZeroUsize, Fatal> {
+    let Some(free) = free else { return Ok(most) };
     // A twentieth is left to others.
-    let room = free / 20 * 19 / bytes.max(1);
-    let fitting = NonZeroUsize::new(usize::try_from(room).unwrap_or(usize::MAX));
-    let lack = || Fatal::new(Exit::Unreadable, Lack::Memory { needed: bytes / 1_000_000, free: free / 1_000_000 });
-    Ok(fitting.ok_or_else(|| lack().hint("smaller with --supersample 1"))?.min(threads))
+    let Some(rest) = (free / 20 * 19).checked_sub(first) else {
+        let lack = Lack::Memory { needed: first / 1_000_000, free: free / 1_000_000 };
+        return Err(Fatal::new(Exit::Unreadable, lack).hint("a smaller size or --supersample takes less"));
+    };
+    let more = usize::try_from(rest / next.max(1)).unwrap_or(usize::MAX);
+    Ok(most.min(NonZeroUsize::MIN.saturating_add(more)))
+}
+
+/// Bytes of memory that are free, as far as the kernel tells.
+fn free() -> Option<u64> {
+    available(&fs::read_to_string("/proc/meminfo").ok()?)
 }
 
 fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
@@ -79,9 +109,11 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_into_memory_is_not_begun() {
-        let threads = NonZeroUsize::new(64).unwrap();
-        assert_eq!(at_once(threads, 1).unwrap(), threads);
-        assert!(at_once(threads, u64::MAX / 2).is_err());
+        let many = NonZeroUsize::new(64).unwrap();
+        let fit = |first, next| room(many, first, next, Some(1_000)).ok().map(NonZeroUsize::get);
+        assert_eq!([fit(950, 1_000), fit(950, 0), fit(350, 200), fit(0, 1)], [Some(1), Some(1), Some(4), Some(64)]);
+        assert_eq!(fit(951, 1), None);
+        assert_eq!(room(many, 1, 1, None).unwrap(), many);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //!
 //! Start at [`Turning`], then [`ClipPlan`]; `make.rs` turns plans into files.
 
-use flame::{Demand, Flame, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
+use flame::{Demand, Filter, Flame, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
 use flock::{ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
 use video::{Form, Quality, Yuv420p};
@@ -91,6 +91,7 @@ impl Look {
             spp: self.spp,
             supersample: self.supersample,
             temporal_samples: self.temporal_samples,
+            filter: Filter::Variance,
             seed: self.seed,
         }
     }

@@ -15,6 +15,7 @@ mod estimator;
 mod filter;
 mod histogram;
 mod plan;
+mod spread;
 mod tonemap;
 mod view;
 
@@ -43,8 +44,24 @@ pub struct Settings {
     pub supersample: Option<u32>,
     /// Moments in a frame, 1 or more. 1 switches motion blur off.
     pub temporal_samples: Option<u32>,
+    /// How the noise of few samples is smoothed, as far as the genome's estimator allows.
+    pub filter: Filter,
     /// The same seed gives the same pixels on any number of threads.
     pub seed: u64,
+}
+
+/// How the noise of few samples is smoothed. How far, the genome says: `estimator_radius`, `estimator_minimum`,
+/// `estimator_curve`; a radius of 0 switches every filter off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// Not at all.
+    None,
+    /// Cells are averaged with neighbours that differ by no more than chance. What is known stays sharp: with many
+    /// samples the filter goes to nothing.
+    #[default]
+    Variance,
+    /// As flam3 does: every cell is spread by a kernel that narrows with its density, whatever its neighbours are.
+    Flam3,
 }
 
 /// What a frame takes to be rendered.
@@ -110,7 +127,7 @@ impl Renderer {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(RenderError::Stopped);
             }
-            Ok(tonemap::develop(histogram, &shot.view, &shot.genome, shot.light))
+            Ok(tonemap::develop(histogram, &shot.view, &shot.genome, shot.light, settings.filter))
         })
     }
 }

@@ -15,6 +15,9 @@ use crate::variations::{Compiled, Needs, Point, bad, needs};
 /// Table entries per palette entry where colours are blended: an eighth of a step is below what a byte shows.
 const BLEND_STEPS: usize = 8;
 
+/// Widest density estimation, in pixels: each cell looks at all others within.
+const WIDEST_ESTIMATE: f64 = 100.0;
+
 /// A genome ready to be iterated.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
@@ -178,6 +181,11 @@ pub(crate) fn lost(x: f64, y: f64) -> bool {
 fn check(genome: &Genome) -> Result<(), RenderError> {
     let (sampling, tone) = (&genome.sampling, &genome.tone);
     within("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
+    for (name, radius) in
+        [("estimator_radius", sampling.estimator_radius), ("estimator_minimum", sampling.estimator_minimum)]
+    {
+        within(name, radius, radius <= WIDEST_ESTIMATE, "at most 100 pixels")?;
+    }
     within("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
     let finals = genome.final_xform.iter().map(|xform| ("the final transform".to_owned(), xform));
     let numbered = genome.xforms.iter().enumerate().map(|(i, xform)| (format!("transform {i}"), xform));

@@ -10,8 +10,10 @@
 
 use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut};
 
+use super::Filter;
 use super::estimator;
 use super::histogram::{self, Sums, UNIT};
+use super::spread::Spread;
 use super::view::View;
 use crate::genome::palette::{from_hsv, to_hsv};
 use crate::genome::{Genome, Tone};
@@ -27,20 +29,26 @@ const WHITE: f64 = 256.0 / 255.0;
 ///
 /// * `sums` — `[height][width][4]` of `view.cells`: linear red, green, blue and density.
 /// * `light` — how open the shutter was on average, `0.0..=1.0`.
-pub(crate) fn develop(sums: Sums, view: &View, genome: &Genome, light: f64) -> Image {
+/// * `smoothing` — how noise is smoothed, where the genome's estimator has a radius.
+pub(crate) fn develop(sums: Sums, view: &View, genome: &Genome, light: f64, smoothing: Filter) -> Image {
     let cells_per_pixel = (view.supersample * view.supersample) as f64;
     let expected = view.area() * view.samples_per_pixel(&genome.sampling) * light * f64::from(UNIT);
     let gain = genome.tone.brightness * GAIN;
     let mut cells = histogram::map(&sums, view.cells[0], |sum| sum.map(|channel| channel as f32));
     drop(sums);
-    if genome.sampling.estimator_radius > 0.0 {
+    let smoothing = if genome.sampling.estimator_radius > 0.0 { smoothing } else { Filter::None };
+    if smoothing == Filter::Variance {
         cells = estimator::smoothed(&cells, view, &genome.sampling);
     }
+    let kernels = (smoothing == Filter::Flam3).then(|| Spread::new(&cells, view, &genome.sampling));
     cells.par_chunks_mut(view.cells[0]).flatten().filter(|cell| cell[3] > 0.0).for_each(|cell| {
         let density = f64::from(cell[3]);
         let scale = gain * (density * cells_per_pixel / expected).ln_1p() / density;
         *cell = cell.map(|channel| (f64::from(channel) * scale) as f32);
     });
+    if let Some(spread) = kernels {
+        cells = spread.apply(&cells);
+    }
     let [width, height] = view.size;
     let mut pixels = vec![[0.0; 3]; width * height];
     pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
