@@ -33,6 +33,10 @@ pub(super) fn aligned(from: &Genome, to: &Genome) -> [Genome; 2] {
     for xform in pair.iter_mut().flat_map(|genome| &mut genome.xforms).filter(|_| xaos) {
         xform.chaos.resize(count, 1.0);
     }
+    for xform in pair.iter_mut().flat_map(|genome| &mut genome.xforms) {
+        // Below 0 is never chosen, as 0 is; on the way to another weight it must not count longer.
+        xform.weight = xform.weight.max(0.0);
+    }
     let [from, to] = &mut pair;
     let firsts = from.xforms.iter_mut().chain(&mut from.final_xform);
     for (a, b) in firsts.zip(to.xforms.iter_mut().chain(&mut to.final_xform)) {

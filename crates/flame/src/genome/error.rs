@@ -27,6 +27,14 @@ pub enum GenomeError {
         /// How many there are.
         found: usize,
     },
+    /// Elements lie in elements without end.
+    #[error("line {line}: more than {most} elements lie in one another")]
+    Deep {
+        /// Line of the first one that lies too deep, from 1.
+        line: u32,
+        /// How many may.
+        most: usize,
+    },
     /// Colours are given in a form that makes no sense.
     #[error("line {line}: palette `{element}` has {found}, expected {expected}")]
     Palette {

@@ -5,6 +5,7 @@
 //!
 //! Start at [`Genome::parse_all`].
 
+use std::collections::HashMap;
 use std::str::FromStr;
 
 use roxmltree::{Document, Node};
@@ -13,6 +14,9 @@ use super::{
     Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteMode, Space, TemporalShape, Xform,
 };
 use crate::variations::{Kind, Variation};
+
+/// How deep elements may lie in others: genealogies are a nested element for each generation.
+const MOST_DEEP: usize = 1000;
 
 /// What an attribute's value turned out to be.
 pub(super) enum Read {
@@ -31,6 +35,9 @@ impl Genome {
     /// [`GenomeError`] names line, attribute and value. A text without flames is an empty list.
     pub fn parse_all(text: &str) -> Result<Vec<Genome>, GenomeError> {
         let document = Document::parse(text).map_err(|error| GenomeError::Xml { reason: error.to_string() })?;
+        if let Some(deep) = too_deep(&document) {
+            return Err(GenomeError::Deep { line: line(deep), most: MOST_DEEP });
+        }
         document.descendants().filter(|node| node.has_tag_name("flame")).map(genome).collect()
     }
 
@@ -45,6 +52,16 @@ impl Genome {
             (last, rest) => Err(GenomeError::Count { found: rest + usize::from(last.is_some()) }),
         }
     }
+}
+
+/// The first element that lies too deep in others, if there is one.
+fn too_deep<'a>(document: &'a Document<'a>) -> Option<Node<'a, 'a>> {
+    let mut depths = HashMap::new();
+    document.descendants().filter(Node::is_element).find(|node| {
+        let above = node.parent().and_then(|parent| depths.get(&parent.id()).copied()).unwrap_or(0);
+        depths.insert(node.id(), above + 1);
+        above >= MOST_DEEP
+    })
 }
 
 fn genome(node: Node) -> Result<Genome, GenomeError> {

@@ -165,6 +165,9 @@ impl Shot {
         for moment in &moments {
             let mut then = motion.at(frame + moment.offset);
             settings.apply_to(&mut then);
+            // All moments of a frame fall into one histogram, though the genome may change its form between them.
+            then.camera = then.camera.resized(genome.camera.size);
+            then.sampling = genome.sampling;
             plans.push(Plan::new(&then, View::new(&then)?, moment.light)?);
         }
         let light = moments.iter().map(|moment| moment.light).sum::<f64>() / moments.len() as f64;

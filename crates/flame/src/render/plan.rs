@@ -64,6 +64,8 @@ impl Plan {
     pub(crate) fn new(genome: &Genome, view: View, light: f64) -> Result<Plan, RenderError> {
         check(genome)?;
         let genome = genome.with_symmetry();
+        let count = genome.xforms.len();
+        within("xform", count as f64, count <= Genome::MOST_XFORMS, "at most 256 transforms, symmetries included")?;
         let palette = genome.palette.as_ref().ok_or(RenderError::NoPalette)?;
         let used: Vec<usize> = (0..genome.xforms.len()).filter(|i| genome.xforms[*i].weight > 0.0).collect();
         if used.is_empty() {

@@ -84,7 +84,8 @@ fn expose([red, green, blue, density]: [f64; 4], tone: &Tone) -> [f32; 3] {
     std::array::from_fn(|i| {
         let plain = [red, green, blue][i].max(0.0).powf(power);
         let value = lit[i] + (1.0 - tone.vibrancy) * WHITE * plain + (1.0 - covered) * tone.background[i];
-        value.clamp(0.0, 1.0) as f32
+        // Where gamma or brightness ran away, what is no number is dark.
+        if value > 0.0 { value.min(1.0) as f32 } else { 0.0 }
     })
 }
 

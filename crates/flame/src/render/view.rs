@@ -12,6 +12,9 @@ use crate::genome::{Affine, Genome, Sampling};
 /// Most cells a histogram may have: 48 bytes each.
 const MOST_CELLS: f64 = 1e9;
 
+/// Widest spatial filter, in cells: each pixel looks at all of them, in both directions.
+const WIDEST_FILTER: usize = 1024;
+
 /// Most samples of a frame: a year of a hundred cores. No sum of a cell overflows before.
 const MOST_SAMPLES: f64 = 1e15;
 
@@ -42,11 +45,14 @@ impl View {
     pub(crate) fn new(genome: &Genome) -> Result<View, RenderError> {
         let camera = &genome.camera;
         let sampling = &genome.sampling;
-        within("scale", camera.scale, camera.scale > 0.0, "a number above 0")?;
+        let scale_is_fine = camera.scale > 0.0 && camera.scale.is_finite();
+        within("scale", camera.scale, scale_is_fine, "a finite number above 0")?;
         within("supersample", sampling.supersample.into(), (1..=64).contains(&sampling.supersample), "1 to 64")?;
         within("filter", sampling.filter_radius, (0.0..=64.0).contains(&sampling.filter_radius), "0 to 64 pixels")?;
         let supersample = sampling.supersample as usize;
         let spatial = Spatial::new(sampling.filter_shape, sampling.filter_radius, supersample);
+        let wide = spatial.width();
+        within("filter", wide as f64, wide <= WIDEST_FILTER, "a radius and a supersample of at most 1024 cells")?;
         let rim = (spatial.width() - supersample) / 2;
         let cells = camera.size.map(|pixels| pixels as usize * supersample + 2 * rim);
         let count = cells[0] as f64 * cells[1] as f64;
@@ -69,7 +75,7 @@ impl View {
     /// [`RenderError::Range`] where there are none, or more than anyone can wait for.
     pub(crate) fn samples(&self, sampling: &Sampling) -> Result<u64, RenderError> {
         let samples = (self.samples_per_pixel(sampling) * (self.size[0] * self.size[1]) as f64).ceil();
-        within("quality", sampling.quality, (1.0..=MOST_SAMPLES).contains(&samples), "1 to 1e15 samples in a frame")?;
+        within("samples", samples, (1.0..=MOST_SAMPLES).contains(&samples), "1 to 1e15 in a frame")?;
         Ok(samples as u64)
     }
 
