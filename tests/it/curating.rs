@@ -274,16 +274,29 @@ fn files_stay_unless_told_otherwise_and_are_named() {
 
 #[test]
 fn a_full_disk_loses_nothing() {
-    let table = Table::of(&odd());
     // No file may grow: to a program that is the same as a full disk.
-    let mut shell = Command::new("bash");
-    shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::flock());
-    let said = output(shell.arg("want").arg(table.folder()).args(["b", "7"]));
-    let error = String::from_utf8(said.stderr).unwrap();
-    assert_eq!(said.status.code(), Some(3), "{error}");
-    assert!(error.contains("cannot save `") && error.contains("flock.toml`"), "{error}");
+    let full = |table: &Table, command: &str, words: &[&str]| {
+        let mut shell = Command::new("bash");
+        shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::flock()).arg(command);
+        let said = output(shell.arg(table.folder()).args(words));
+        let error = String::from_utf8(said.stderr).unwrap();
+        assert_eq!(said.status.code(), Some(3), "{error}");
+        assert!(error.contains("cannot save `") && error.contains("flock.toml`"), "{error}");
+    };
+    let table = Table::of(&odd());
+    full(&table, "want", &["b", "7"]);
     assert_eq!(table.manifest(), odd());
     assert_eq!(fs::read_dir(table.folder()).unwrap().count(), 1, "no half file is left");
+    let table = Table::new();
+    table.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
+    table.fine(&["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4")]);
+    let before = table.manifest();
+    full(&table, "rename", &["ram", "goat"]);
+    assert_eq!(table.manifest(), before);
+    assert_eq!(table.fine(&["check"], &[]).lines().last(), Some("no faults"));
+    let said = table.fine(&["rename", "ram", "goat"], &[]);
+    assert!(said.starts_with("renamed `ram` to `goat`, and 2 files\n"), "{said}");
+    assert_eq!(fs::read_dir(table.folder().join("loops")).unwrap().count(), 1, "the old name is gone");
 }
 
 #[test]

@@ -249,6 +249,32 @@ proptest! {
     }
 
     #[test]
+    fn whatever_is_still_a_manifest_after_some_slips_of_the_pen_can_be_edited(
+        count in 1usize..4,
+        arcs in prop::collection::btree_set((0usize..4, 0usize..4), 0..6),
+        tape in prop::collection::vec(any::<u8>(), 0..150),
+        slips in prop::collection::vec((any::<prop::sample::Index>(), 0usize..2, "[\\[\\]{}=,#\"'\r\n .a1]{0,2}"), 1..4),
+    ) {
+        let mut text = written(&flock(count, &arcs.into_iter().collect::<Vec<_>>()), &tape);
+        for (at, gone, new) in slips {
+            let places: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
+            let place = at.index(places.len());
+            let end = places.get(place + gone).copied().unwrap_or(text.len());
+            text.replace_range(places[place]..end, &new);
+        }
+        if let Ok(mut edit) = Edit::parse(text.clone(), Path::new("flock.toml")) {
+            prop_assert_eq!(edit.text(), text);
+            for at in 0..edit.manifest().sheep.len() {
+                let id = edit.manifest().sheep[at].id.clone();
+                edit.set_want(&id, 0.125).unwrap();
+            }
+            edit.add_sheep(sheep("new")).unwrap();
+            let read = Manifest::parse(&edit.text(), Path::new("flock.toml"));
+            prop_assert_eq!(&read.unwrap(), edit.manifest());
+        }
+    }
+
+    #[test]
     fn what_is_added_and_dropped_again_leaves_no_trace(
         count in 1usize..7,
         arcs in prop::collection::btree_set((0usize..6, 0usize..6), 1..12),
