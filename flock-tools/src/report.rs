@@ -55,8 +55,14 @@ pub(crate) fn finish(ended: Result<Result<Exit, Fatal>, clap::Error>) -> ExitCod
         Ok(Err(fatal)) => fail(&fatal),
         Err(usage) => {
             // Help asked for is data and fine; clap knows which stream each goes to.
-            let printed = usage.print();
-            if usage.use_stderr() || printed.is_err() { Exit::Malformed } else { Exit::Fine }
+            match usage.print() {
+                _ if usage.use_stderr() => Exit::Malformed,
+                // Whoever read the first lines has enough.
+                Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                    fail(&Fatal::new(Exit::Unreadable, Unwritten { source: error }))
+                }
+                Ok(()) | Err(_) => Exit::Fine,
+            }
         }
     };
     ExitCode::from(exit as u8)

@@ -14,7 +14,7 @@ use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use timing::FrameCount;
+use timing::{FrameCount, Rate};
 
 /// Encoder threads. x264's output depends on their number: a fixed one gives the same clip on every machine.
 const THREADS: &str = "4";
@@ -23,6 +23,9 @@ const THREADS: &str = "4";
 /// refuses one.
 const PRESETS: [&str; 10] =
     ["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow", "placebo"];
+
+/// Most ticks of a second, and of a frame.
+const MOST_TICKS: u32 = 1_000_000_000;
 
 /// How good and how large a clip becomes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +73,14 @@ pub enum EncodeError {
         path: PathBuf,
         /// What was asked for.
         found: String,
+    },
+    /// MP4 and ffmpeg count a second in ticks of at most 31 bits.
+    #[error("cannot encode clip `{path}`: {found} frames per second, whose numbers are above {MOST_TICKS}")]
+    Rate {
+        /// The clip.
+        path: PathBuf,
+        /// What was asked for.
+        found: Rate,
     },
     /// A picture is not of the form's size.
     #[error("frame {frame} of clip `{path}` has {found_width}x{found_height} pixels (expected {width}x{height})")]
@@ -123,19 +134,31 @@ impl Drop for Part {
 }
 
 impl Encoder {
+    /// Whether a clip `path` can be made so, as far as that can be told before there is a frame.
+    ///
+    /// # Errors
+    /// [`EncodeError::Factor`], [`EncodeError::Preset`] or [`EncodeError::Rate`].
+    pub fn check(path: &Path, form: &Form, quality: Quality<'_>) -> Result<(), EncodeError> {
+        let path = || path.to_owned();
+        if !PRESETS.contains(&quality.preset) {
+            return Err(EncodeError::Preset { path: path(), found: quality.preset.to_owned() });
+        }
+        if !(quality.crf > 0.0 && quality.crf <= 51.0) {
+            return Err(EncodeError::Factor { path: path(), found: quality.crf });
+        }
+        if form.fps.num().max(form.fps.den()) > MOST_TICKS {
+            return Err(EncodeError::Rate { path: path(), found: form.fps });
+        }
+        Ok(())
+    }
+
     /// Starts the clip `path` in the flock's form. It is written to `PATH.part` first.
     ///
     /// # Errors
     /// [`EncodeError`] if x264 does not know the preset, or the file cannot be created.
     pub fn create(path: &Path, form: &Form, quality: Quality<'_>) -> Result<Self, EncodeError> {
         raw::hush();
-        if !PRESETS.contains(&quality.preset) {
-            let (path, found) = (path.to_owned(), quality.preset.to_owned());
-            return Err(EncodeError::Preset { path, found });
-        }
-        if !(quality.crf > 0.0 && quality.crf <= 51.0) {
-            return Err(EncodeError::Factor { path: path.to_owned(), found: quality.crf });
-        }
+        Self::check(path, form, quality)?;
         let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, error);
         let mut name: OsString = path.as_os_str().to_owned();
         name.push(".part");
@@ -203,13 +226,16 @@ impl Encoder {
         let failed = |error| EncodeError::encode(&self.path, "write a packet", error);
         let base = self.output.stream(0).map_or(time_base(&self.form), |stream| stream.time_base());
         let mut packet = Packet::empty();
-        while self.video.receive_packet(&mut packet).is_ok() {
+        loop {
+            match self.video.receive_packet(&mut packet) {
+                Err(ffmpeg::Error::Eof | ffmpeg::Error::Other { errno: ffmpeg::error::EAGAIN }) => return Ok(()),
+                taken => taken.map_err(|error| EncodeError::encode(&self.path, "take a packet", error))?,
+            }
             packet.set_stream(0);
             packet.set_duration(1);
             packet.rescale_ts(time_base(&self.form), base);
             packet.write_interleaved(&mut self.output).map_err(failed)?;
         }
-        Ok(())
     }
 }
 

@@ -14,7 +14,7 @@ use std::{io, slice, thread, vec};
 use flame::Renderer;
 use flock::{ClipHash, ClipPath};
 use indicatif::{ProgressBar, ProgressStyle};
-use video::EncodeError;
+use video::{EncodeError, Encoder};
 
 use super::bench::{Bench, Taken};
 use super::plan::{ClipPlan, Look};
@@ -104,6 +104,10 @@ pub(crate) fn make(
     effort: &Effort,
     finished: &(dyn Fn(&ClipPlan, ClipHash) + Sync),
 ) -> Result<Yield, MakeError> {
+    if let Some(clip) = clips.first() {
+        // Before days of rendering, not after.
+        Encoder::check(&clip.path.inside(folder), &look.form, look.quality).map_err(MakeError::Encode)?;
+    }
     let shift = Shift {
         look,
         folder,

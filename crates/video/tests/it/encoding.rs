@@ -44,6 +44,27 @@ fn our_clips_are_in_the_form_at_every_rate_and_preset() {
 }
 
 #[test]
+fn a_rate_comes_out_exactly_or_is_refused_before_the_first_frame() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("odd.mp4");
+    let with = |num, den| Form { fps: Rate::new(num, den).unwrap(), ..form() };
+    for (num, den) in [(999_999_937, 33_333_331), (240, 1), (1, 1), (1_000_000_000, 999_999_999)] {
+        let form = with(num, den);
+        let mut encoder = Encoder::create(&path, &form, GOOD).unwrap();
+        (0..5).for_each(|frame| encoder.push(&picture(frame)).unwrap());
+        assert_eq!(encoder.finish().unwrap(), FrameCount(5));
+        assert_eq!(probe(&path).unwrap().differences(&form, FrameCount(5)), [], "{num}/{den}");
+        fs::remove_file(&path).unwrap();
+    }
+    for (num, den) in [(4_294_967_291, 143_165_577), (4_294_967_291, 4_294_967_290)] {
+        let refused = Encoder::create(&path, &with(num, den), GOOD).err().unwrap();
+        assert!(matches!(refused, EncodeError::Rate { .. }), "{refused}");
+        assert!(refused.to_string().contains(&format!("{num}/{den}")), "{refused}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
 fn the_same_pictures_make_the_same_file() {
     let folder = TempDir::new().unwrap();
     let made = ["a.mp4", "b.mp4"].map(|name| {
