@@ -18,6 +18,7 @@ mod draft;
 mod manual;
 mod now;
 mod open;
+mod page;
 mod places;
 mod render;
 mod report;
@@ -48,6 +49,7 @@ enum Command {
     New(curate::new::Args),
     Rename(curate::rename::Args),
     Render(render::Args),
+    Report(page::Args),
     Share(share::Args),
     Simulate(simulate::Args),
     Still(still::Args),
@@ -73,6 +75,7 @@ fn run(args: Args) -> Result<Exit, Fatal> {
         Command::New(args) => curate::new::run(&args),
         Command::Rename(args) => curate::rename::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Report(args) => page::run(&args),
         Command::Share(args) => share::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Still(args) => still::run(&args),

@@ -17,6 +17,7 @@ mod manual;
 mod playing;
 mod programs;
 mod rendering;
+mod reporting;
 mod resume;
 mod shortage;
 mod status_page;

@@ -1,0 +1,141 @@
+//! `flock report DIR`: a flock as one page to look at.
+//!
+//! Owns the command: what is asked for, what is written where, and how it ends. What the page tells is `facts.rs`, how
+//! it becomes a file `html.rs`, how it looks `sheet/`; `dot.rs` and `graphml.rs` write the graph alone for other
+//! programs.
+//!
+//! Start at [`run`].
+
+mod colour;
+mod dot;
+mod facts;
+mod graphml;
+mod html;
+mod layout;
+mod picture;
+mod walked;
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use flock::{Fault, Flock, Sheep, SheepIx};
+
+use crate::open;
+use crate::report::{self, Exit, Fatal};
+use crate::save;
+use facts::{Facts, Figures, Sources, distinct_clips};
+use picture::Picture;
+use walked::Walked;
+
+/// The page's name where none is given.
+const FILE_NAME: &str = "report.html";
+
+/// Draw a flock as one page to look at: its graph, its shares, a day of its walk
+///
+/// One HTML file that needs nothing else, opens offline, and can be sent to anyone. Sheep stand where they stood in the
+/// last report, or close by: one transition more or less hardly moves them, weights and wants do not. Works without any
+/// clip, too.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the report is written
+  1  the report is written, and the flock has faults, which stand at its top
+  2  the command line or the manifest is wrong
+  3  a file could not be read or written")]
+#[expect(clippy::struct_excessive_bools, reason = "independent switches")]
+pub(crate) struct Args {
+    /// Folder of the flock
+    dir: PathBuf,
+    /// The file to write; if not given, report.html in the folder, and stdout for --dot and --graphml
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Which of the endless walks to show a day of
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Only what the manifest tells; no clip is opened
+    #[arg(long)]
+    no_pictures: bool,
+    /// Only the graph, for Graphviz
+    #[arg(long, conflicts_with_all = ["graphml", "json"])]
+    dot: bool,
+    /// Only the graph, for Gephi and its like
+    #[arg(long, conflicts_with = "json")]
+    graphml: bool,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// A report that could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write `{path}`")]
+struct Unwritten {
+    path: PathBuf,
+    source: io::Error,
+}
+
+#[derive(serde::Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    bytes: usize,
+    #[serde(flatten)]
+    figures: Figures,
+    faults: &'a [Fault],
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let flock = Arc::new(Flock::new(open::manifest(&args.dir)?));
+    if args.dot || args.graphml {
+        graph(args, &flock)?;
+    } else {
+        page(args, &flock)?;
+    }
+    Ok(if flock.faults().is_empty() { Exit::Fine } else { Exit::No })
+}
+
+/// Writes the graph alone.
+fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
+    let sources = Sources { flock, seed: args.seed, walked: None, pictures: &[], clips_there: None };
+    let facts = Facts::of(sources);
+    let lines = if args.dot { dot::lines(&facts) } else { graphml::lines(&facts) };
+    match &args.out {
+        Some(path) => write(path, &(lines.join("\n") + "\n")),
+        None => report::lines(lines),
+    }
+}
+
+fn page(args: &Args, flock: &Arc<Flock>) -> Result<(), Fatal> {
+    let pictures = if args.no_pictures { Vec::new() } else { pictures(&args.dir, flock) };
+    let there = |path: &&&str| args.dir.join(path).is_file();
+    let clips_there = (!args.no_pictures).then(|| distinct_clips(flock).keys().filter(there).count());
+    let walked = Walked::of(flock, args.seed);
+    let facts = Facts::of(Sources { flock, seed: args.seed, walked, pictures: &pictures, clips_there });
+    let text = html::page(&facts).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+    let path = args.out.clone().unwrap_or_else(|| args.dir.join(FILE_NAME));
+    write(&path, &text)?;
+    for fault in flock.faults() {
+        report::note(&fault.message);
+    }
+    if args.json {
+        return report::json(&Answer {
+            file: &path,
+            bytes: text.len(),
+            figures: facts.figures,
+            faults: flock.faults(),
+        });
+    }
+    report::lines([path.display().to_string()])
+}
+
+/// A picture of every sheep of the whole flock, where there is one to be had.
+fn pictures(folder: &Path, flock: &Flock) -> Vec<Option<Picture>> {
+    let written = |sheep: SheepIx| &flock.manifest().sheep[flock.whole().sheep_in_manifest(sheep)];
+    let sheep: Vec<&Sheep> = flock.whole().sheep().map(written).collect();
+    picture::all(folder, flock.manifest(), &sheep)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Fatal> {
+    let unwritten = |source| Fatal::new(Exit::Unreadable, Unwritten { path: path.to_owned(), source });
+    save::whole(path, text.as_bytes()).map_err(unwritten)
+}

@@ -1,0 +1,19 @@
+// Everything is drawn once, what depends on the width again when that changes.
+
+drawLight()
+drawHead()
+drawPanel()
+drawGraph()
+drawZoom()
+drawShares()
+drawReturns()
+drawDay()
+drawTable()
+looking.tellers.push(markShares)
+let drawn = innerWidth
+addEventListener('resize', () => {
+  if (innerWidth === drawn) return
+  drawn = innerWidth
+  drawGraph()
+  drawReturns()
+})
