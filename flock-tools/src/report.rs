@@ -6,6 +6,7 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use flock::SheepId;
 use serde::Serialize;
 
 /// The exit statuses of every command.
@@ -92,6 +93,11 @@ pub(crate) fn chain(error: &dyn Error) -> String {
 pub(crate) fn note(line: &str) {
     // Nobody is left to tell if stderr is closed.
     let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// How wide a column of these ids is, in characters.
+pub(crate) fn widest<'a>(ids: impl Iterator<Item = &'a SheepId>) -> usize {
+    ids.map(|id| id.as_str().len()).chain(["sheep".len()]).max().unwrap_or_default()
 }
 
 /// The answer as one JSON document.

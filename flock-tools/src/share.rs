@@ -56,23 +56,24 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 fn table(shares: &FlockShares) -> Vec<String> {
     let worst = shares.worst_ratio.map_or("a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
     let most = (shares.sheep.len() as f64).log2();
+    let wide = report::widest(shares.sheep.iter().map(|sheep| sheep.id));
     let mut lines = vec![
         format!("{:<32} {worst}", "worst ratio of visits and want"),
         format!("{:<32} {:.3} of {most:.3} bits", "entropy of the visits", shares.entropy_bits),
         format!("{:<32} {:.1} s", "mean step", 60.0 * shares.step_minutes),
         String::new(),
-        format!("{:<64} {:>9} {:>9} {:>9} {:>8} {:>12}", "sheep", "visits", "want", "time", "ratio", "return, min"),
+        format!("{:<wide$} {:>9} {:>9} {:>9} {:>8} {:>12}", "sheep", "visits", "want", "time", "ratio", "return, min"),
     ];
     let mut sheep: Vec<&SheepShare> = shares.sheep.iter().collect();
     sheep.sort_by(|a, b| b.off().total_cmp(&a.off()));
-    lines.extend(sheep.into_iter().map(row));
+    lines.extend(sheep.into_iter().map(|sheep| row(sheep, wide)));
     lines
 }
 
-fn row(sheep: &SheepShare) -> String {
+fn row(sheep: &SheepShare, wide: usize) -> String {
     let minutes = sheep.return_minutes.map_or("never".to_owned(), |minutes| format!("{minutes:.1}"));
     format!(
-        "{:<64} {:>8.3}% {:>8.3}% {:>8.3}% {:>8.3} {minutes:>12}",
+        "{:<wide$} {:>8.3}% {:>8.3}% {:>8.3}% {:>8.3} {minutes:>12}",
         sheep.id.as_str(),
         100.0 * sheep.visits,
         100.0 * sheep.want,

@@ -64,8 +64,10 @@ fn table(figures: &Simulation, steps: usize) -> Vec<String> {
     ];
     let mut lines: Vec<String> = rows.into_iter().map(|(name, value)| format!("{name:<32} {value}")).collect();
     lines.push(String::new());
-    lines.push(format!("{:<64} {:>10} {:>8}", "sheep", "visits", "share"));
-    let row = |sheep: &Visits| format!("{:<64} {:>10} {:>7.3}%", sheep.id.as_str(), sheep.count, 100.0 * sheep.visits);
+    let wide = report::widest(figures.sheep.iter().map(|sheep| &sheep.id));
+    lines.push(format!("{:<wide$} {:>10} {:>8}", "sheep", "visits", "share"));
+    let row =
+        |sheep: &Visits| format!("{:<wide$} {:>10} {:>7.3}%", sheep.id.as_str(), sheep.count, 100.0 * sheep.visits);
     lines.extend(figures.sheep.iter().map(row));
     lines
 }

@@ -23,4 +23,5 @@ mod shortage;
 mod status_page;
 mod stills;
 mod trace;
+mod tutorial;
 mod unit;

@@ -8,8 +8,15 @@
 use super::{files, metadata, quoted, read, root, section};
 
 /// The documents that a reader meets first.
-const DOCUMENTS: &[&str] =
-    &["README.md", "ARCHITECTURE.md", "STYLE.md", "CONTRIBUTING.md", "CHANGELOG.md", "image-build/README.md"];
+const DOCUMENTS: &[&str] = &[
+    "README.md",
+    "ARCHITECTURE.md",
+    "STYLE.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "docs/tutorial.md",
+    "image-build/README.md",
+];
 
 /// The entries, `key = value`, of the TOML `text` that have no comment on the line above.
 fn unexplained(text: &str) -> Vec<&str> {
