@@ -50,7 +50,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", default_value_t = SEED)]
     seed: u64,
     /// Threads to render with
-    #[arg(long, value_name = "T", default_value_t = options::cores())]
+    #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
     threads: NonZeroUsize,
     /// Which frame of the loop, from 0
     #[arg(long, value_name = "I", requires = "frames")]

@@ -96,5 +96,11 @@ fn a_still_that_cannot_be_is_refused_with_its_reason() {
     let error = String::from_utf8_lossy(&huge.stderr);
     assert_eq!(huge.status.code(), Some(2), "{error}");
     assert!(error.contains("expected 1 to 1e9 cells"), "{error}");
+    let limited =
+        format!("ulimit -v 1000000; exec \"$0\" still \"$1\" --out {}/c.png --size 6000x6000", folder.path().display());
+    let short = output(Command::new("sh").args(["-c", &limited]).arg(programs::flock()).arg(&orchid));
+    let error = String::from_utf8_lossy(&short.stderr);
+    assert_eq!(short.status.code(), Some(3), "{error}");
+    assert!(error.contains("MB of memory") && error.contains("hint: "), "{error}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing was written");
 }

@@ -51,7 +51,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = options::rate_factor)]
     crf: Option<f32>,
     /// Frames rendered at once, as far as memory goes
-    #[arg(long, value_name = "N", default_value_t = options::cores())]
+    #[arg(long, value_name = "N", default_value_t = options::cores(), value_parser = options::threads)]
     threads: NonZeroUsize,
     /// Keep the rendered frames, so that another --crf needs no rendering: 1.4 MB each at 1280x720
     #[arg(long)]

@@ -121,11 +121,12 @@ pub(crate) fn make(
     thread::scope(|scope| {
         let mut hands = Vec::new();
         for _ in 0..effort.threads.get() {
-            let hand = thread::Builder::new().spawn_scoped(scope, || shift.work());
-            hands.push(hand.map_err(|error| {
-                effort.stop.store(true, Ordering::Relaxed);
-                MakeError::Threads { reason: error.to_string() }
-            })?);
+            match thread::Builder::new().spawn_scoped(scope, || shift.work()) {
+                Ok(hand) => hands.push(hand),
+                Err(error) if hands.is_empty() => return Err(MakeError::Threads { reason: error.to_string() }),
+                // Those that are there do the work.
+                Err(_) => break,
+            }
         }
         let ended: Vec<_> =
             hands.into_iter().map(|hand| hand.join().expect("a panic while rendering is a bug")).collect();

@@ -68,7 +68,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 17.0, value_parser = options::rate_factor)]
     crf: f32,
     /// Frames rendered at once, as far as memory goes
-    #[arg(long, value_name = "T", default_value_t = options::cores())]
+    #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
     threads: NonZeroUsize,
     /// Which random numbers: the same give the same clips, whatever the threads
     #[arg(long, value_name = "S", default_value_t = SEED)]

@@ -4,13 +4,21 @@
 
 use std::fs;
 use std::num::NonZeroUsize;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use flame::Demand;
+use rustix::process::{Resource, getrlimit};
 
 use crate::report::{Exit, Fatal};
+
+/// Where control groups are found.
+const GROUPS: &str = "/sys/fs/cgroup";
+
+/// Most threads: more than any machine has cores.
+const MOST_THREADS: usize = 1024;
 
 /// What a machine lacks to render.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +39,12 @@ pub(crate) fn any_size(text: &str) -> Result<[u32; 2], String> {
     let side = |text: &str| text.parse().ok().filter(|side: &u32| (1..=32_768).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| Some([side(width)?, side(height)?]));
     sides.ok_or_else(|| "wanted a width and height from 1 to 32768, such as 1280x720".into())
+}
+
+/// Threads.
+pub(crate) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.parse().ok().filter(|number: &NonZeroUsize| number.get() <= MOST_THREADS);
+    number.ok_or_else(|| format!("wanted a whole number from 1 to {MOST_THREADS}"))
 }
 
 /// Samples per pixel.
@@ -80,9 +94,29 @@ fn room(most: NonZeroUsize, first: u64, next: u64, free: Option<u64>) -> Result<
     Ok(most.min(NonZeroUsize::MIN.saturating_add(more)))
 }
 
-/// Bytes of memory that are free, as far as the kernel tells.
+/// Bytes of memory that this process may still take, as far as the kernel tells: of the machine, of its control groups
+/// (a container's or a batch job's) and of its own limit.
 fn free() -> Option<u64> {
-    available(&fs::read_to_string("/proc/meminfo").ok()?)
+    let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| available(&text));
+    let own = getrlimit(Resource::As).current;
+    let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let group = Path::new(group(&groups)).ancestors().filter_map(|group| {
+        let file = |name| fs::read_to_string(Path::new(GROUPS).join(group).join(name)).ok();
+        allowance(&file("memory.max")?, &file("memory.stat")?)
+    });
+    group.chain(machine).chain(own).min()
+}
+
+/// The control group of this process by the text of `/proc/self/cgroup`, relative to [`GROUPS`].
+fn group(text: &str) -> &str {
+    text.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or_default()
+}
+
+/// Bytes that a control group leaves by the texts of its `memory.max` and `memory.stat`: what it holds of files can be
+/// dropped. `None` where it has no limit.
+fn allowance(most: &str, stat: &str) -> Option<u64> {
+    let held = stat.lines().find_map(|line| line.strip_prefix("anon "))?.parse().ok()?;
+    Some(most.trim().parse::<u64>().ok()?.saturating_sub(held))
 }
 
 fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
@@ -108,6 +142,16 @@ mod tests {
     }
 
     #[test]
+    fn a_control_group_leaves_its_limit_less_what_it_holds_of_memory() {
+        assert_eq!(allowance("5000\n", "anon 1200\nfile 3000\n"), Some(3800));
+        assert_eq!(allowance("1000\n", "anon 1200\n"), Some(0));
+        assert_eq!(allowance("max\n", "anon 1200\n"), None);
+        assert_eq!(group("12:memory:/old\n0::/slice/job\n"), "slice/job");
+        assert_eq!(group("0::/\n"), "");
+        assert!(free() > Some(0));
+    }
+
+    #[test]
     fn what_does_not_fit_into_memory_is_not_begun() {
         let many = NonZeroUsize::new(64).unwrap();
         let fit = |first, next| room(many, first, next, Some(1_000)).ok().map(NonZeroUsize::get);
@@ -121,6 +165,8 @@ mod tests {
         for bad in ["0", "-1", "NaN", "inf", "1e9", ""] {
             assert!(samples(bad).is_err(), "{bad}");
             assert!(rate_factor(bad).is_err(), "{bad}");
+            assert!(threads(bad).is_err(), "{bad}");
         }
+        assert_eq!((samples("1000000"), threads("1000000").ok()), (Ok(1e6), None));
     }
 }
