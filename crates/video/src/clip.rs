@@ -13,6 +13,7 @@ use crate::raw::{Demuxer, Packet};
 use rustix::fs::{Advice, fadvise};
 use std::fs::File;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use timing::{FrameCount, Rate};
 
@@ -30,6 +31,10 @@ pub struct Clip {
     size: (u32, u32),
     /// How many packets were handed out.
     read: u32,
+    /// The frames that are shown, all of them but in an excerpt.
+    part: Range<u32>,
+    /// How many frames of an excerpt have not been handed out; `None` where the file is read to its end.
+    left: Option<u32>,
 }
 
 /// Why a clip is not played.
@@ -102,7 +107,54 @@ impl Clip {
         let Opened { demuxer, first, probe, file } = opened;
         let start = if first.hidden() { 0 } else { first.pts().unwrap_or(0) };
         let (frames, size) = (probe.frames, probe.size);
-        Self { demuxer, file, first: Some(first), start, fps, frames, size, read: 0 }
+        let part = 0..frames.0;
+        Self { demuxer, file, first: Some(first), start, fps, frames, size, read: 0, part, left: None }
+    }
+
+    /// Only the frames `part` of this clip, as a clip of that length whose frames count from 0. It is read from the last
+    /// keyframe at or before them: what lies between is decoded and not shown, what comes after is not read.
+    ///
+    /// To be asked before the clip is played. Frames beyond its end are left out; what cannot be read shows as damage
+    /// when it is played.
+    #[must_use]
+    pub fn excerpt(mut self, part: Range<u32>) -> Self {
+        let end = part.end.min(self.frames.0);
+        self.part = part.start.min(end)..end;
+        self.left = Some(self.part.end - self.part.start);
+        let mut sought = false;
+        for keyframe in self.keyframes(self.part.start).into_iter().rev() {
+            if keyframe == 0 && !sought {
+                break;
+            }
+            sought = true;
+            // Where the container's times are shifted, a seek may land on a later keyframe.
+            let first = self.packet_at(keyframe);
+            let reached = |first: &Packet| self.number(first).is_some_and(|frame| frame <= self.part.start.into());
+            self.first = first.filter(reached);
+            if self.first.is_some() {
+                break;
+            }
+        }
+        self
+    }
+
+    /// The keyframes up to frame `last`, as frames of the clip: the pictures before one are shown before it, because
+    /// every GOP is closed.
+    fn keyframes(&self, last: u32) -> Vec<u32> {
+        let samples = self.demuxer.samples();
+        let shown = samples.iter().filter(|sample| sample.shown);
+        let keyed = shown.zip(0u32..).filter(|(sample, _)| sample.key).map(|(_, frame)| frame);
+        keyed.take_while(|frame| *frame <= last).collect()
+    }
+
+    /// The first packet from the keyframe `frame` on.
+    fn packet_at(&mut self, frame: u32) -> Option<Packet> {
+        let (num, den) = self.demuxer.time_base();
+        let up = i128::from(frame) * i128::from(self.fps.den()) * i128::from(den);
+        let ticks = up / (i128::from(num) * i128::from(self.fps.num()));
+        self.demuxer.seek(self.start.checked_add(i64::try_from(ticks).ok()?)?).ok()?;
+        let mut packet = Packet::new().ok()?;
+        self.demuxer.read(&mut packet).ok()?.then_some(packet)
     }
 
     /// Reads the whole file into the page cache, so that playing it never waits for storage.
@@ -120,7 +172,7 @@ impl Clip {
 
     /// How many frames it shows, by its header.
     pub fn frames(&self) -> FrameCount {
-        self.frames
+        FrameCount(self.part.end - self.part.start)
     }
 
     /// Visible width and height, by its first access unit.
@@ -131,6 +183,9 @@ impl Clip {
     /// The next packet, in start-code form, into `packet`. What is wrong with it goes to `blame`.
     pub(crate) fn next(&mut self, packet: &mut Packet, blame: &mut impl FnMut(Damage)) -> Next {
         let frame = self.read;
+        if self.left == Some(0) {
+            return Next::End;
+        }
         let read = match self.first.take() {
             Some(first) => {
                 *packet = first;
@@ -155,21 +210,29 @@ impl Clip {
     }
 
     /// Numbers a packet by the frame that it shows.
-    fn place(&self, packet: &Packet, blame: &mut impl FnMut(Damage)) -> Next {
-        let (num, den) = self.demuxer.time_base();
-        let ticks = i128::from(packet.pts().unwrap_or(i64::MIN)) - i128::from(self.start);
-        let up = ticks * i128::from(num) * i128::from(self.fps.num());
-        let down = i128::from(den) * i128::from(self.fps.den());
-        let frame = (2 * up + down).div_euclid(2 * down);
+    fn place(&mut self, packet: &Packet, blame: &mut impl FnMut(Damage)) -> Next {
+        let frame = self.number(packet).unwrap_or(i64::MIN);
         match u32::try_from(frame) {
-            Ok(frame) if frame < self.frames.0 => Next::Packet(frame),
+            Ok(frame) if self.part.contains(&frame) => {
+                self.left = self.left.map(|left| left.saturating_sub(1));
+                Next::Packet(frame - self.part.start)
+            }
+            Ok(frame) if frame < self.frames.0 => Next::Hidden,
             _ => {
-                let frame = i64::try_from(frame).unwrap_or(i64::MIN);
                 let reason = format!("the clip has frames 0 to {}", self.frames.0.saturating_sub(1));
                 blame(Damage::Misplaced { frame, reason });
                 Next::Hidden
             }
         }
+    }
+
+    /// The frame of the clip that a packet calls itself.
+    fn number(&self, packet: &Packet) -> Option<i64> {
+        let (num, den) = self.demuxer.time_base();
+        let ticks = i128::from(packet.pts().unwrap_or(i64::MIN)) - i128::from(self.start);
+        let up = ticks * i128::from(num) * i128::from(self.fps.num());
+        let down = i128::from(den) * i128::from(self.fps.den());
+        i64::try_from((2 * up + down).div_euclid(2 * down)).ok()
     }
 }
 

@@ -96,6 +96,8 @@ pub(crate) struct Sample {
     pub(crate) dts: i64,
     /// Whether it is shown: an edit list may cut it away.
     pub(crate) shown: bool,
+    /// Whether decoding can start there.
+    pub(crate) key: bool,
 }
 
 /// An open MP4 file and its one video stream.
@@ -188,8 +190,19 @@ impl Demuxer {
             bytes: u64::try_from(e.size()).unwrap_or(0),
             dts: e.timestamp,
             shown: e.flags() & av::AVINDEX_DISCARD_FRAME == 0,
+            key: e.flags() & av::AVINDEX_KEYFRAME != 0,
         };
         (0..count).filter_map(entry).map(sample).collect()
+    }
+
+    /// Goes to the keyframe at or before `time`, in ticks; where pictures are reordered it may be one after it.
+    pub(crate) fn seek(&mut self, time: i64) -> Result<(), Code> {
+        // SAFETY: context and stream are alive and exclusively ours.
+        let answer = unsafe {
+            let stream = (*self.stream.as_ptr()).index;
+            av::av_seek_frame(self.context.as_ptr(), stream, time, av::AVSEEK_FLAG_BACKWARD)
+        };
+        check(answer).map(drop)
     }
 
     /// The next packet of the video stream into `packet`; `false` at the end of the file.

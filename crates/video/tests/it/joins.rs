@@ -45,6 +45,31 @@ fn every_frame_of_every_clip_comes_once_in_order_and_bit_exact() {
 }
 
 #[test]
+fn an_excerpt_shows_just_its_frames_whatever_stands_before_and_after_it() {
+    let folder = TempDir::new().unwrap();
+    let made: Vec<PathBuf> = KINDS.iter().map(|(name, frames, how)| clip(folder.path(), name, *frames, how)).collect();
+    let hashes: Vec<Vec<String>> = made.iter().map(|path| framemd5(path)).collect();
+    // Tails and heads as at a join, middles, single frames; the last clip's keyframes are five frames apart.
+    let part = |frames: u32| [(frames - 1, frames), (0, 2), (frames / 2, frames / 2 + 1), (2, frames + 9), (0, frames)];
+    let whole = (0..KINDS.len()).flat_map(|kind| part(KINDS[kind].1).map(|(from, to)| (kind, from..to)));
+    let short_gop = (0..37).map(|from| (6, from..from + 3));
+    let parts: Vec<(usize, std::ops::Range<u32>)> = whole.chain(short_gop).collect();
+    let open = |(kind, part): &(usize, std::ops::Range<u32>)| {
+        Clip::open(&made[*kind], &form(), FrameCount(KINDS[*kind].1)).unwrap().excerpt(part.clone())
+    };
+    for threads in [1, 3] {
+        let played = play(parts.iter().map(open).collect::<Vec<_>>(), threads);
+        for (number, (kind, part)) in parts.iter().enumerate() {
+            let end = (part.end as usize).min(hashes[*kind].len());
+            let due = hashes[*kind].get(part.start as usize..end).unwrap_or_default();
+            let name = KINDS[*kind].0;
+            assert_eq!(played.hashes(number as u64), due, "{threads} threads, frames {part:?} of {name}");
+            assert_eq!(played.ends[number].2, [], "{threads} threads, frames {part:?} of {name}");
+        }
+    }
+}
+
+#[test]
 fn whole_clips_decode_cleanly() {
     let folder = TempDir::new().unwrap();
     for (name, frames, how) in KINDS {
