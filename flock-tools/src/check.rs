@@ -1,28 +1,37 @@
 //! `flock check`: is this flock fit to be shown?
 //!
 //! Owns the command and its answer. What the graph lacks is found by the flock crate, what the clips lack by
-//! `clips.rs`.
+//! `clips.rs`, how the clips meet by `joins/`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use flock::{Fault, Flock, forced_repeats};
+use flock::{ClipPath, Fault, FaultKind, Flock, Manifest, forced_repeats};
 
 use crate::clips;
+use crate::joins::{self, Figures, Join, Judged};
 use crate::open;
+use crate::progress;
 use crate::report::{self, Exit, Fatal};
 
 /// Tell every fault of a flock: names, graph and clips
 ///
-/// Every clip is opened, compared with the manifest and decoded from end to end.
+/// Every clip is opened, compared with the manifest and decoded from end to end. With --joins, the end of every clip is
+/// played into every clip that may follow it, and what does not meet, in value or in velocity, is named with figures.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock has no fault
   1  faults were found; each is named with its kind
   2  the command line or the manifest is wrong
-  3  the manifest could not be read, or the answer not written")]
+  3  the manifest could not be read, or the answer or the contact sheet not written")]
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
+    /// Judge every join too
+    #[arg(long)]
+    joins: bool,
+    /// Draw the frames around the worst joins, side by side, into this PNG file
+    #[arg(long, value_name = "FILE", requires = "joins")]
+    contact_sheet: Option<PathBuf>,
     /// Answer with one JSON document: {"ok": ..., "faults": [...]}
     #[arg(long)]
     json: bool,
@@ -31,20 +40,62 @@ pub(crate) struct Args {
 #[derive(serde::Serialize)]
 struct Answer {
     ok: bool,
-    faults: Vec<Fault>,
+    faults: Vec<Told>,
+}
+
+/// A fault as it is told: with the figures of its join, where it is one.
+#[derive(serde::Serialize)]
+struct Told {
+    #[serde(flatten)]
+    fault: Fault,
+    #[serde(flatten)]
+    join: Option<Meeting>,
+}
+
+/// What a `jump` tells besides.
+#[derive(serde::Serialize)]
+struct Meeting {
+    /// The clip that ends.
+    before: ClipPath,
+    /// The clip that begins.
+    after: ClipPath,
+    #[serde(flatten)]
+    figures: Figures,
+}
+
+/// Joins that could not be judged although no clip has a fault: the machine's doing.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot judge {count} joins, `{before}` into `{after}` first: {reason}")]
+struct Unseen {
+    count: usize,
+    before: ClipPath,
+    after: ClipPath,
+    reason: String,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
-    let mut found = flock.faults().to_vec();
-    found.extend(clips::faults(&args.dir, flock.manifest()));
+    let manifest = flock.manifest();
+    let of_graph = flock.faults().iter().cloned();
+    let plain = |fault| Told { fault, join: None };
+    let mut found: Vec<Told> = of_graph.chain(clips::faults(&args.dir, manifest)).map(plain).collect();
+    if args.joins {
+        let judged = judge(&args.dir, manifest);
+        if found.is_empty() {
+            all_seen(&judged)?;
+        }
+        found.extend(judged.jumps().map(told));
+        if let Some(sheet) = &args.contact_sheet {
+            joins::draw(&args.dir, manifest, &judged, sheet).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+        }
+    }
     tell_forced_repeats(&flock);
     let exit = if found.is_empty() { Exit::Fine } else { Exit::No };
     if args.json {
         report::json(&Answer { ok: found.is_empty(), faults: found })?;
     } else {
-        report::lines(found.iter().map(line))?;
+        report::lines(found.iter().map(|told| line(&told.fault)))?;
         report::note(&match found.len() {
             0 => "no faults".to_owned(),
             1 => "1 fault".to_owned(),
@@ -52,6 +103,38 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         });
     }
     Ok(exit)
+}
+
+/// Judges every join, showing the progress on a terminal.
+fn judge(folder: &Path, manifest: &Manifest) -> Judged {
+    let bar = progress::bar("judging joins", joins::count(manifest));
+    let judged = joins::judge(folder, manifest, |done| bar.inc(done as u64));
+    bar.finish_and_clear();
+    judged
+}
+
+/// That every join was judged.
+fn all_seen(judged: &Judged) -> Result<(), Fatal> {
+    let Some((place, reason)) = judged.unseen.first() else { return Ok(()) };
+    let (before, after) = (place.before.path.clone(), place.after.path.clone());
+    let unseen = Unseen { count: judged.unseen.len(), before, after, reason: reason.clone() };
+    Err(Fatal::new(Exit::Unreadable, unseen))
+}
+
+/// The fault of a join that jumps.
+fn told(join: &Join) -> Told {
+    let Join { place, figures } = join;
+    let (before, after) = (place.before.path.clone(), place.after.path.clone());
+    let message = format!("at sheep `{}` clip `{before}` does not meet `{after}`: {}", place.sheep, figures.told());
+    let fault = Fault {
+        kind: FaultKind::Jump,
+        sheep: Some(place.sheep.clone()),
+        from: place.between.as_ref().map(|(from, _)| from.clone()),
+        to: place.between.as_ref().map(|(_, to)| to.clone()),
+        clip: Some(place.transition().path.clone()),
+        message,
+    };
+    Told { fault, join: Some(Meeting { before, after, figures: *figures }) }
 }
 
 /// `kind: message`, the kind as in JSON.

@@ -6,16 +6,16 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, IsTerminal};
+use std::io;
 use std::num::NonZero;
 use std::path::Path;
 
 use flock::{Clip, ClipHash, Fault, FaultKind, Manifest, SheepId};
-use indicatif::{ProgressBar, ProgressStyle};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use timing::FrameCount;
 use video::{Form, Probe, ProbeError};
 
+use crate::progress;
 use crate::report::chain;
 
 /// A clip and whose it is.
@@ -47,7 +47,7 @@ pub(crate) fn faults(folder: &Path, manifest: &Manifest) -> Vec<Fault> {
         });
     }
     let form = Form { size: manifest.size, fps: manifest.fps };
-    let bar = progress(distinct.len() as u64);
+    let bar = progress::bar("checking clips", distinct.len());
     let look = |clip: &&Clip| {
         let found = look(folder, clip, &form);
         bar.inc(1);
@@ -158,15 +158,6 @@ fn kind_of(error: &ProbeError) -> FaultKind {
         | ProbeError::Read { .. }
         | ProbeError::Truncated { .. } => FaultKind::DamagedClip,
     }
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(clips: u64) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("checking clips {bar:40} {pos}/{len} {eta}");
-    ProgressBar::new(clips).with_style(style.expect("the template is well formed"))
 }
 
 #[cfg(test)]

@@ -15,17 +15,20 @@ mod clips;
 mod curate;
 mod demo;
 mod draft;
+mod joins;
 mod manual;
 mod now;
 mod open;
 mod page;
 mod places;
+mod progress;
 mod render;
 mod report;
 mod save;
 mod share;
 mod simulate;
 mod still;
+mod thumbnail;
 mod walk;
 
 /// The artist's tools for flocks of animated flames

@@ -25,6 +25,8 @@ pub enum FaultKind {
     DuplicateSheep,
     /// More than one transition for an ordered pair.
     DuplicateTransition,
+    /// A join that does not meet.
+    Jump,
     /// A clip that is not there, or no readable file.
     MissingClip,
     /// A part with cycles of its own that the walk never plays.

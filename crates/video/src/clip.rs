@@ -9,7 +9,7 @@ use crate::damage::Damage;
 use crate::form::{self, Difference, Form};
 use crate::nal;
 use crate::probe::{self, Opened, ProbeError};
-use crate::raw::{Demuxer, Packet};
+use crate::raw::{Code, Demuxer, Packet};
 use rustix::fs::{Advice, fadvise};
 use std::fs::File;
 use std::io;
@@ -186,14 +186,7 @@ impl Clip {
         if self.left == Some(0) {
             return Next::End;
         }
-        let read = match self.first.take() {
-            Some(first) => {
-                *packet = first;
-                Ok(true)
-            }
-            None => self.demuxer.read(packet),
-        };
-        match read {
+        match self.read(packet) {
             Ok(true) => (),
             Ok(false) => return Next::End,
             Err(code) => {
@@ -201,12 +194,32 @@ impl Clip {
                 return Next::End;
             }
         }
-        self.read += 1;
         let whole = packet.bytes_mut().is_ok_and(|bytes| nal::to_start_codes(bytes).is_ok());
         if !whole || packet.corrupt() {
             blame(Damage::Malformed { frame });
         }
         if packet.hidden() { Next::Hidden } else { self.place(packet, blame) }
+    }
+
+    /// Reads the next packet that is needed; `false` at the end of the file.
+    fn read(&mut self, packet: &mut Packet) -> Result<bool, Code> {
+        loop {
+            match self.first.take() {
+                Some(first) => *packet = first,
+                None if self.demuxer.read(packet)? => (),
+                None => return Ok(false),
+            }
+            self.read += 1;
+            if !self.passes_over(packet) {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Whether a packet is of no use to an excerpt: its picture is neither shown nor needed for another.
+    fn passes_over(&self, packet: &mut Packet) -> bool {
+        let shown = || self.number(packet).is_none_or(|frame| self.part.contains(&u32::try_from(frame).unwrap_or(0)));
+        self.left.is_some() && !shown() && packet.bytes_mut().is_ok_and(|bytes| nal::is_disposable(bytes))
     }
 
     /// Numbers a packet by the frame that it shows.

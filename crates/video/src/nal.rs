@@ -60,6 +60,13 @@ pub(crate) fn units(packet: &[u8]) -> impl Iterator<Item = Result<&[u8], Broken>
     })
 }
 
+/// Whether no other picture is decoded from this one: the reference count of all its slices is 0.
+pub(crate) fn is_disposable(packet: &[u8]) -> bool {
+    let slices = units(packet).flatten().filter(|unit| matches!(kind(unit), Kind::Slice | Kind::Idr));
+    let mut counts = slices.map(|unit| unit[0] >> 5 & 3).peekable();
+    counts.peek().is_some() && counts.all(|count| count == 0)
+}
+
 /// Turns every length field into a start code. From a broken one on, the rest becomes one last unit.
 ///
 /// # Errors
@@ -93,6 +100,19 @@ mod tests {
     fn units_are_told_apart() {
         let kinds: Vec<_> = units(&TWO).map(|unit| kind(unit.unwrap())).collect();
         assert_eq!(kinds, [Kind::Sps, Kind::Idr]);
+    }
+
+    #[test]
+    fn a_picture_is_disposable_if_none_of_its_slices_is_referred_to() {
+        for (packet, disposable) in [
+            (&[0, 0, 0, 1, 0x06, 0, 0, 0, 1, 0x01, 0, 0, 0, 1, 0x01][..], true),
+            (&[0, 0, 0, 1, 0x01, 0, 0, 0, 1, 0x21], false),
+            (&TWO, false),
+            (&[0, 0, 0, 1, 0x06], false),
+            (&[], false),
+        ] {
+            assert_eq!(is_disposable(packet), disposable, "{packet:?}");
+        }
     }
 
     #[test]
