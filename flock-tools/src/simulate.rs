@@ -9,6 +9,9 @@ use flock::{Simulation, Visits};
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 
+/// Most steps: 158 years of them. Each is remembered in a dozen bytes.
+const MOST_STEPS: usize = 100_000_000;
+
 /// Walk many steps and tell how even, how spaced and how varied they are
 ///
 /// Visits are fractions of all, the first one included. Return times run from the start of one visit to the start of the sheep's next;
@@ -27,6 +30,7 @@ pub(crate) struct Args {
     seed: u64,
     /// Transitions to take; a year of 50-second steps has 630000
     #[arg(long)]
+    #[arg(value_parser = steps)]
     steps: usize,
     /// Answer with one JSON document
     #[arg(long)]
@@ -43,6 +47,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         report::lines(table(&figures, args.steps))?;
     }
     Ok(Exit::Fine)
+}
+
+/// Steps that fit into memory.
+fn steps(text: &str) -> Result<usize, String> {
+    let steps = text.parse().ok().filter(|steps| *steps <= MOST_STEPS);
+    steps.ok_or_else(|| format!("wanted a whole number up to {MOST_STEPS}"))
 }
 
 fn table(figures: &Simulation, steps: usize) -> Vec<String> {

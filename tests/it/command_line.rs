@@ -102,6 +102,8 @@ fn what_cannot_be_read_and_what_cannot_be_meant_have_their_own_exit_codes() {
         assert_eq!(said.status.code(), Some(2), "{command}");
         assert!(said.stdout.is_empty(), "{command} writes complaints to standard error");
     }
+    let said = flock("simulate", "seven", &["--seed", "1", "--steps", "4000000000"]);
+    assert_eq!(said.status.code(), Some(2), "a simulation that no memory holds");
 }
 
 #[test]

@@ -15,6 +15,9 @@ use crate::runs::{Recent, WINDOW};
 
 /// The last visit of a sheep that was never visited.
 pub(crate) const NEVER: u64 = u64::MAX;
+/// Most steps: up to there every count is exact as a float, and credits are what they should be. A unit needs more than
+/// ten thousand million years for them.
+const MOST_STEPS: u64 = 1 << 53;
 /// What a saved place starts with; the last byte is the version.
 const MAGIC: &[u8; 8] = b"dreams\0\x01";
 
@@ -171,7 +174,7 @@ impl Place {
         let mut reader = Reader { bytes, at: MAGIC.len() };
         let hash = reader.array()?;
         let seed = u64::from_le_bytes(reader.array()?);
-        let step = reader.upto("steps", NEVER - 2)?;
+        let step = reader.upto("steps", MOST_STEPS)?;
         let since = reader.upto("the change of flocks", step)?;
         let place = reader.upto("the place", u64::from(u32::MAX))? as u32;
         let next = match reader.upto("loops played", u64::from(u32::MAX))? as u32 {

@@ -10,7 +10,7 @@ use super::{Itinerary, Showing, What};
 use crate::flock::Flock;
 use crate::graph::tests::manifest;
 use crate::manifest::Manifest;
-use crate::memory::{Place, PlaceError};
+use crate::memory::{NEVER, Place, PlaceError};
 use crate::names::{ClipPath, SheepId};
 
 /// A ring of `n` sheep with two chords each.
@@ -135,6 +135,25 @@ fn the_runs_walked_before_a_restart_are_remembered_beyond_the_window() {
     let mut resumed = Itinerary::resume(Arc::clone(through.flock()), &place).unwrap();
     resumed.next_clip();
     assert_eq!(clips(&mut resumed, 500), clips(&mut through, 500));
+}
+
+#[test]
+fn a_place_of_more_steps_than_can_be_counted_exactly_is_damaged() {
+    let mut path = start(ring(5), 7);
+    clips(&mut path, 50);
+    let place = path.place().unwrap();
+    let after = |step: u64| {
+        let mut memory = (*place.memory).clone();
+        let last = |seen: &u64| if *seen == NEVER { NEVER } else { step - (memory.step - seen) };
+        memory.last = memory.last.iter().map(last).collect();
+        memory.step = step;
+        Place::from_bytes(&Place { memory: Arc::new(memory), ..place.clone() }.to_bytes())
+    };
+    let mut old = Itinerary::resume(Arc::new(Flock::new(ring(5))), &after(1 << 53).unwrap()).unwrap();
+    assert_eq!(clips(&mut old, 50).len(), 50);
+    for step in [(1 << 53) + 1, u64::MAX - 3] {
+        assert!(matches!(after(step), Err(PlaceError::Damaged { .. })), "{step}");
+    }
 }
 
 #[test]
