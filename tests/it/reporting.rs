@@ -21,8 +21,14 @@ const PROBE: &str = r"<body><script>
   addEventListener('securitypolicyviolation', event => complaints.push('policy: ' + event.blockedURI))
   addEventListener('load', () => {
     const all = selector => [...document.querySelectorAll(selector)]
+    const sizes = () => all('.disc .share').map(disc => disc.getAttribute('r')).join(' ')
+    const asWritten = sizes()
+    all('.disc')[1].dispatchEvent(new MouseEvent('click', { bubbles: true }))
+    const chosen = document.querySelector('#panel .id').textContent
+    all('#weighing button')[1]?.click()
+    const asBalanced = sizes()
     const told = JSON.stringify({
-      complaints, name: document.querySelector('h1').textContent, title: document.title,
+      complaints, chosen, asWritten, asBalanced, name: document.querySelector('h1').textContent, title: document.title,
       lead: document.querySelector('#lead').textContent,
       faults: all('#faults:not([hidden]) li').map(item => item.textContent),
       images: document.images.length, broken: all('img').filter(image => !image.naturalWidth).length,
@@ -125,6 +131,20 @@ fn a_report_opens_without_a_network_in_either_light_and_its_pictures_are_there()
     let night = seen(&page, DESK_AT_NIGHT);
     assert_ne!(day["ground"], night["ground"], "a dark page on a dark system");
     assert_ne!(day["ink"], night["ink"]);
+}
+
+#[test]
+fn a_sheep_that_is_chosen_is_told_about_and_balancing_changes_the_shares() {
+    let text = bare(9, 2).replacen("frames = 384", "frames = 384\nweight = 9", 1);
+    let folder = written(&text);
+    let (_scratch, page) = report(folder.path(), 0);
+    let told = seen(&page, DESK);
+    assert_eq!(told["chosen"], "s.1");
+    let spread = |weights: &str| {
+        let sizes: Vec<f64> = told[weights].as_str().unwrap().split(' ').map(|size| size.parse().unwrap()).collect();
+        sizes.iter().copied().fold(0.0, f64::max) / sizes.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    assert!(spread("asBalanced") < spread("asWritten"), "balanced discs are more alike: {told}");
 }
 
 #[test]

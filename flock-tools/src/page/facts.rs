@@ -9,6 +9,7 @@ use std::collections::HashMap;
 
 use flock::{Fault, Flock, FlockShares, SheepIx};
 
+use super::balanced::Balanced;
 use super::colour::Colour;
 use super::layout::places;
 use super::picture::Picture;
@@ -28,6 +29,7 @@ pub(super) struct Facts<'f> {
     /// From, to, the fraction of all steps that take it, its frames.
     pub(super) transitions: Vec<(usize, usize, f64, u32)>,
     pub(super) day: Option<Day>,
+    pub(super) balanced: Option<Balanced>,
 }
 
 /// The figures of the whole flock.
@@ -83,6 +85,7 @@ pub(super) struct Sources<'f> {
     /// The seed of the walk, and the walk.
     pub(super) seed: u64,
     pub(super) walked: Option<Walked>,
+    pub(super) balanced: Option<Balanced>,
     /// One for each sheep of the whole flock, or none at all.
     pub(super) pictures: &'f [Option<Picture>],
     pub(super) clips_there: Option<usize>,
@@ -91,7 +94,7 @@ pub(super) struct Sources<'f> {
 impl<'f> Facts<'f> {
     /// The document of what `sources` say.
     pub(super) fn of(sources: Sources<'f>) -> Self {
-        let Sources { flock, seed, walked, pictures, clips_there } = sources;
+        let Sources { flock, seed, walked, balanced, pictures, clips_there } = sources;
         let (manifest, whole) = (flock.manifest(), flock.whole());
         let shares = FlockShares::of(flock);
         let transitions = transitions(flock, shares.as_ref());
@@ -120,6 +123,7 @@ impl<'f> Facts<'f> {
             sheep: sheep(flock, shares.as_ref(), &returns, pictures),
             transitions,
             day,
+            balanced,
         }
     }
 }

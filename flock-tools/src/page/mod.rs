@@ -6,6 +6,7 @@
 //!
 //! Start at [`run`].
 
+mod balanced;
 mod colour;
 mod dot;
 mod facts;
@@ -24,6 +25,7 @@ use flock::{Fault, Flock, Sheep, SheepIx};
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 use crate::save;
+use balanced::Balanced;
 use facts::{Facts, Figures, Sources, distinct_clips};
 use picture::Picture;
 use walked::Walked;
@@ -96,7 +98,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 
 /// Writes the graph alone.
 fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
-    let sources = Sources { flock, seed: args.seed, walked: None, pictures: &[], clips_there: None };
+    let sources = Sources { flock, seed: args.seed, walked: None, balanced: None, pictures: &[], clips_there: None };
     let facts = Facts::of(sources);
     let lines = if args.dot { dot::lines(&facts) } else { graphml::lines(&facts) };
     match &args.out {
@@ -110,7 +112,8 @@ fn page(args: &Args, flock: &Arc<Flock>) -> Result<(), Fatal> {
     let there = |path: &&&str| args.dir.join(path).is_file();
     let clips_there = (!args.no_pictures).then(|| distinct_clips(flock).keys().filter(there).count());
     let walked = Walked::of(flock, args.seed);
-    let facts = Facts::of(Sources { flock, seed: args.seed, walked, pictures: &pictures, clips_there });
+    let balanced = Balanced::of(flock);
+    let facts = Facts::of(Sources { flock, seed: args.seed, walked, balanced, pictures: &pictures, clips_there });
     let text = html::page(&facts).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let path = args.out.clone().unwrap_or_else(|| args.dir.join(FILE_NAME));
     write(&path, &text)?;

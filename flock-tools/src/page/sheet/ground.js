@@ -36,7 +36,7 @@ const digits = (number, most = 2) => number.toLocaleString('en', { maximumFracti
 
 function percent(part) {
   const value = 100 * part
-  return `${value === 0 ? 0 : value < 0.1 ? value.toPrecision(1) : value.toFixed(value < 10 ? 2 : 1)} %`
+  return `${value === 0 ? 0 : value < 0.1 ? value.toPrecision(1) : value.toFixed(value < 10 ? 2 : 1)}\u00a0%`
 }
 
 function minutes(time) {

@@ -26,7 +26,7 @@ function drawHead() {
     ['evenness', `${digits(2 ** figures.entropy_bits, 1)} of ${digits(figures.sheep)}`, `as varied as so many sheep that are shown equally often: ${digits(figures.entropy_bits, 3)} of ${digits(figures.most_bits, 3)} bits`],
     ['unique material', minutes(figures.material_seconds / 60), 'all clips, each once'],
     ['a sheep comes back after', Number.isFinite(middle) ? minutes(middle) : 'never', 'the sheep in the middle, on average'],
-    ['clips there', clips, `${flock.size.join(' × ')} at ${digits(SECOND)} frames per second`],
+    [figures.clips_there === null ? 'clips' : 'clips there', clips, `${flock.size.join(' × ')} at ${digits(SECOND)} frames per second`],
   ]
   $('#figures').append(...told.map(([name, value, meaning]) =>
     make('div', { title: meaning }, make('dt', {}, name), make('dd', {}, value))))

@@ -13,7 +13,8 @@ function drawReturns() {
   const soonest = Math.min(...sheep.map(one => one.returns?.soonest ?? Infinity))
   const few = sheep.length <= ROWS
   section.className = few ? 'half' : 'wide'
-  $('#returns .note').textContent = few
+  $('#returns .note').textContent = !Number.isFinite(soonest)
+    ? 'The mean time from one visit to the next, for every sheep.' : few
     ? `The dot is the mean time from one visit to the next, the line runs from the soonest to the longest in a walk of ${minutes(walkedMinutes())}.`
     : `The mean time from one visit to the next, for every sheep. In a walk of ${minutes(walkedMinutes())}, the soonest that any of them came back was after ${minutes(soonest)}.`
   $('#returns .chart').replaceChildren(few ? spans(back) : piles(back))

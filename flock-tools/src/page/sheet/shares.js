@@ -11,10 +11,10 @@ function drawShares() {
   $('#shares .note').textContent = `Bars to the right are shown more often than wished, bars to the left more seldom; the end of the scale is ${digits(2 ** widest, 1)} times.` + (never ? ` ${never} never shown.` : '')
   const row = at => shareRow(at, widest)
   $('#shares').className = order.length <= ROWS ? 'half' : 'wide'
-  if (order.length <= ROWS) return chart.append(make('div', { class: 'rows' }, ...order.map(row)))
+  if (order.length <= ROWS) return chart.replaceChildren(make('div', { class: 'rows' }, ...order.map(row)))
   const list = (title, part) => make('div', { class: 'one-sided' }, make('h3', {}, title),
     make('div', { class: 'rows' }, ...part.map(at => shareRow(at, widest, true))))
-  chart.append(skyline(order, widest), make('div', { class: 'two' },
+  chart.replaceChildren(skyline(order, widest), make('div', { class: 'two' },
     list('Most too often', order.slice(0, FURTHEST)), list('Most too seldom', order.slice(-FURTHEST).reverse())))
 }
 

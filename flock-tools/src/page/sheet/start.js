@@ -3,13 +3,14 @@
 drawLight()
 drawHead()
 drawPanel()
+drawWeighing()
 drawGraph()
 drawZoom()
 drawShares()
 drawReturns()
 drawDay()
 drawTable()
-looking.tellers.push(markShares)
+looking.tellers.push(markShares, markTable)
 let drawn = innerWidth
 addEventListener('resize', () => {
   if (innerWidth === drawn) return

@@ -18,11 +18,12 @@ function drawTable() {
   const rows = sheep.map((one, at) => make('tr', { 'data-at': at, ...looked(at) },
     make('th', { scope: 'row' }, make('span', { class: 'sheep' }, picture(at), make('span', { class: 'id' }, one.id))),
     ...columns.slice(1).map(([, , told]) => make('td', {}, String(told(one, at))))))
-  $('#all table').append(make('caption', {}, `The ${sheep.length} sheep of ${flock.name}`), make('thead', {}, make('tr', {}, ...head)), make('tbody', {}, ...rows))
-  sortBy(0, true)
-  looking.tellers.push(at => {
-    for (const row of rows) row.classList.toggle('here', Number(row.dataset.at) === at)
-  })
+  $('#all table').replaceChildren(make('caption', {}, `The ${sheep.length} sheep of ${flock.name}`), make('thead', {}, make('tr', {}, ...head)), make('tbody', {}, ...rows))
+  sortBy(sorted.by, sorted.up)
+}
+
+function markTable(at) {
+  for (const row of document.querySelectorAll('#all tbody tr')) row.classList.toggle('here', Number(row.dataset.at) === at)
 }
 
 function sortBy(column, up = sorted.by === column ? !sorted.up : column === 0) {
