@@ -26,7 +26,8 @@ check: ## everything that must hold before a change lands: form, lints, licences
 	cargo test --locked --release --workspace --no-fail-fast
 
 bench: ## measure the player beside ffmpeg, mpv and GStreamer on a real KMS device in a guest kernel
-	.ci/install play check bench
+	.ci/install play check bench unit
+	image-build/ffmpeg/build target/lib/dreams-player
 	cargo build --locked --release --workspace
 	tests/bench/run
 
