@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
 
 mod bad_clips;
+mod balancing;
 mod cadence;
 mod clips;
 mod command_line;

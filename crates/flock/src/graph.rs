@@ -178,6 +178,11 @@ impl Graph {
         self.weight[exit.index()]
     }
 
+    /// The weights of the transitions from `sheep` as written, in the order of their targets.
+    pub(crate) fn weights(&self, sheep: SheepIx) -> &[f64] {
+        &self.weight[self.row(sheep)]
+    }
+
     /// `p(exit)`: its weight divided by the weights of all exits of the same sheep.
     pub fn chance(&self, exit: Exit) -> f64 {
         self.chance[exit.index()]

@@ -17,18 +17,22 @@ mod tests;
 mod weights;
 
 use crate::flock::Flock;
-use crate::graph::{Exit, SheepIx};
+use crate::graph::{Exit, Graph, SheepIx};
 use crate::names::SheepId;
 
 use network::{Network, parts};
 use reach::Reach;
+use terms::Found;
 pub use terms::Terms;
-use weights::Written;
+use weights::{Written, may_be_ours};
 
 /// Seconds in a year.
 const YEAR_S: f64 = 365.25 * 86_400.0;
 /// A year counts no more steps than this, of 50 s: clips that are shorter do not thin out the floor.
 const MOST_STEPS_A_YEAR: f64 = 630_000.0;
+
+/// Where the wants alone count, weights that give every visit to this part of it are good as they stand.
+const STANDS: f64 = 5e-7;
 
 /// The nearest shares, and the weights that give them: the answer of `flock balance`.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -59,7 +63,8 @@ pub struct Weight<'f> {
     pub from: &'f SheepId,
     /// Where it ends.
     pub to: &'f SheepId,
-    /// The weight to write: those of a sheep's transitions are 1 in the mean. As it stands if it is not played.
+    /// The weight to write: those of a sheep's transitions are 1 in the mean. As it stands if it is not played, or if all
+    /// are good as they stand.
     pub weight: f64,
     /// The fraction of all steps that take it; 0 if it is not played.
     pub visits: f64,
@@ -90,7 +95,9 @@ pub struct Bottleneck<'f> {
 impl<'f> Balance<'f> {
     /// The balance of `flock`. `None` if it has no cycle to walk.
     ///
-    /// Only the part that is played can be balanced; what is wanted of the rest is part of the deficiency.
+    /// Only the part that is played can be balanced; what is wanted of the rest is part of the deficiency. Weights that
+    /// the balance of equal weights gave are kept, and so are any that serve the wants as well as can be where these
+    /// alone count: what is balanced and written is not balanced again.
     pub fn of(flock: &'f Flock, terms: Terms) -> Option<Self> {
         if !flock.is_walkable() {
             return None;
@@ -100,10 +107,8 @@ impl<'f> Balance<'f> {
         let wants = parts(&whole.sheep().map(want).collect::<Vec<_>>());
         let played: Vec<usize> =
             graph.sheep().filter_map(|sheep| whole.find(graph.id(sheep))).map(SheepIx::index).collect();
-        let network = Network::new(graph, &played.iter().map(|&at| wants[at]).collect::<Vec<_>>());
-        let steps_a_year = steps_a_year(flock, &network);
-        let found = terms.find(&network, steps_a_year);
-        let written = Written::new(graph, &found.flow, &found.visits, found.tolerance, found.least)?;
+        let own_wants: Vec<f64> = played.iter().map(|&at| wants[at]).collect();
+        let Answer { network, steps_a_year, found, written } = Answer::of(flock, &own_wants, terms)?;
         let mut sheep: Vec<Balanced> =
             whole.sheep().zip(&wants).map(|(at, &want)| Balanced { id: whole.id(at), visits: 0.0, want }).collect();
         for (ordinal, &at) in graph.sheep().zip(&played) {
@@ -124,6 +129,49 @@ impl<'f> Balance<'f> {
     }
 }
 
+/// What was found, before it is told by ids.
+struct Answer {
+    network: Network,
+    steps_a_year: f64,
+    found: Found,
+    written: Written,
+}
+
+impl Answer {
+    /// The answer for the part of `flock` that is played, of which `wants` are wanted.
+    fn of(flock: &Flock, wants: &[f64], terms: Terms) -> Option<Self> {
+        let (graph, shares) = (flock.graph(), flock.shares()?);
+        if terms.afresh || may_be_ours(graph) {
+            let equal = graph.reweighted(&vec![1.0; graph.exit_count()]);
+            let afresh = Self::counted_from(&equal, flock, wants, terms)?;
+            if afresh.written.stands(graph) {
+                return Some(Self { written: Written::standing(graph, shares), ..afresh });
+            }
+            if terms.afresh {
+                return Some(afresh);
+            }
+        }
+        let mut answer = Self::counted_from(graph, flock, wants, terms)?;
+        let near = |(sheep, visits): (SheepIx, &f64)| (shares.visits(sheep) / visits - 1.0).abs() <= STANDS;
+        if terms.fairness.is_infinite()
+            && graph.sheep().zip(&answer.found.visits).all(near)
+            && exits(flock).all(|exit| shares.taken(exit) >= answer.found.least)
+        {
+            answer.written = Written::standing(graph, shares);
+        }
+        Some(answer)
+    }
+
+    /// The answer when nearness counts from the weights of `graph`.
+    fn counted_from(graph: &Graph, flock: &Flock, wants: &[f64], terms: Terms) -> Option<Self> {
+        let network = Network::new(graph, wants);
+        let steps_a_year = steps_a_year(graph, flock, &network);
+        let found = terms.find(&network, steps_a_year);
+        let written = Written::new(graph, &found.flow, &found.visits, found.tolerance, found.least)?;
+        Some(Self { network, steps_a_year, found, written })
+    }
+}
+
 impl Balanced<'_> {
     /// How far its visits are from its want: the larger of visits/want and want/visits, at least 1, infinite if it is
     /// never visited.
@@ -132,9 +180,9 @@ impl Balanced<'_> {
     }
 }
 
-/// How many steps a year has by the flock's own clips if sheep get what they want; at most [`MOST_STEPS_A_YEAR`].
-fn steps_a_year(flock: &Flock, network: &Network) -> f64 {
-    let graph = flock.graph();
+/// How many steps a year has by the flock's own clips if sheep get what they want and leave by the chances of `graph`;
+/// at most [`MOST_STEPS_A_YEAR`].
+fn steps_a_year(graph: &Graph, flock: &Flock, network: &Network) -> f64 {
     let step_s = |sheep: SheepIx| {
         let on = |exit: Exit| graph.chance(exit) * flock.seconds(&flock.transition(exit).clip);
         flock.visit_seconds(sheep) + graph.exits(sheep).map(on).sum::<f64>()

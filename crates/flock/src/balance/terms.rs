@@ -31,6 +31,8 @@ pub struct Terms {
     pub fairness: f64,
     /// How often every transition is taken in a year at least, 0 or more.
     pub floor: f64,
+    /// Whether nearness counts from equal weights, whatever is written.
+    pub afresh: bool,
 }
 
 /// The circulation that fulfils some terms.
@@ -49,7 +51,7 @@ pub(super) struct Found {
 
 impl Default for Terms {
     fn default() -> Self {
-        Self { fairness: 3.0, floor: 12.0 }
+        Self { fairness: 3.0, floor: 12.0, afresh: false }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::graph::tests::manifest;
 use crate::manifest::Manifest;
 use crate::names::SheepId;
 
-const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0 };
+const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false };
 
 fn wanted(n: usize, arcs: &[(usize, usize, f64)], wants: &[f64]) -> Manifest {
     let mut manifest = manifest(n, arcs);
@@ -76,7 +76,7 @@ fn the_floor_is_held_by_the_weights_as_they_are_written() {
     let flock = Flock::new(manifest(9, &arcs));
     for floor in [0.5, 12.0, 500.0, 20_000.0] {
         for fairness in [0.3, 3.0, f64::INFINITY] {
-            let balance = Balance::of(&flock, Terms { fairness, floor }).unwrap();
+            let balance = Balance::of(&flock, Terms { fairness, floor, afresh: false }).unwrap();
             let least = balance.weights.iter().map(|weight| weight.visits).fold(1.0, f64::min) * 630_000.0;
             assert!(least >= floor && balance.least_plays >= floor, "{least} of {floor} at {fairness}");
         }

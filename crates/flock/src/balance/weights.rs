@@ -11,6 +11,10 @@ const DIGITS: [usize; 7] = [3, 4, 6, 8, 10, 13, 17];
 const LARGE: usize = 3000;
 /// The least chance that is written: below, a weight would be no normal number.
 const LEAST: f64 = 1e-290;
+/// Weights that differ by no more than this part are the same: another machine may round another way.
+const SAME: f64 = 1e-9;
+/// What rounding takes from the mean of a sheep's weights, or gives, at most.
+const ROUNDED: f64 = 0.01;
 
 /// Weights as they are written, and what the walk makes of them.
 #[derive(Clone, Debug)]
@@ -46,6 +50,27 @@ impl Written {
         }
         closest.map(|(_, written)| written)
     }
+
+    /// The weights of `graph` as they stand, whose shares are `shares`.
+    pub(super) fn standing(graph: &Graph, shares: &Shares) -> Self {
+        let exits = graph.sheep().flat_map(|sheep| graph.exits(sheep));
+        Self { weights: exits.map(|exit| graph.weight(exit)).collect(), shares: shares.clone() }
+    }
+
+    /// Whether these are the weights of `graph` as they stand.
+    pub(super) fn stands(&self, graph: &Graph) -> bool {
+        let exits = graph.sheep().flat_map(|sheep| graph.exits(sheep));
+        exits.zip(&self.weights).all(|(exit, weight)| (graph.weight(exit) / weight - 1.0).abs() <= SAME)
+    }
+}
+
+/// Whether the weights of `graph` may have been written by a balance: those of each sheep are 1 in the mean, and they
+/// are not all equal.
+pub(super) fn may_be_ours(graph: &Graph) -> bool {
+    let equal = |row: &[f64]| row.iter().all(|weight| (weight - row[0]).abs() <= SAME * row[0]);
+    let rows = || graph.sheep().map(|sheep| graph.weights(sheep)).filter(|row| !row.is_empty());
+    let ours = |row: &[f64]| (row.iter().sum::<f64>() / row.len() as f64 - 1.0).abs() <= ROUNDED;
+    rows().all(ours) && !rows().all(equal)
 }
 
 /// The weights of `flow`: chances, times the number of exits.

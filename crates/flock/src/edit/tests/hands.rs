@@ -32,6 +32,8 @@ impl Tape<'_> {
             self.of(&[key.to_owned(), key.to_owned(), format!("\"{key}\""), format!("'{key}'")].each_ref()).clone();
         let value = match value.strip_prefix('"').and_then(|value| value.strip_suffix('"')) {
             Some(bare) => self.of(&[value, &format!("'{bare}'"), &format!("\"\"\"{bare}\"\"\"")]).to_owned(),
+            None if value == "7.5" => self.of(&["7.5", "75e-1", "+7.50", "0.75_0E+1"]).to_owned(),
+            None if value == "4.0" => self.of(&["4.0", "4", "0x4", "4e0"]).to_owned(),
             None => value.to_owned(),
         };
         format!("{key}{}{value}", self.of(&[" = ", "=", "   =\t", "= "]))
@@ -195,8 +197,8 @@ fn flock(count: usize, arcs: &[(usize, usize)]) -> Manifest {
     }
     for (at, (from, to)) in arcs.iter().enumerate().filter(|(_, (from, to))| *from.max(to) < count) {
         let mut new = transition(&format!("s{from}"), &format!("s{to}"));
-        new.weight = [1.0, 7.5][at % 2];
-        new.clip.hash = ClipHash::of(&b"z"[..]).ok().filter(|_| at % 3 == 0);
+        new.weight = [1.0, 7.5, 4.0][at % 3];
+        new.clip.hash = ClipHash::of(&b"z"[..]).ok().filter(|_| at % 4 == 0);
         flock.transitions.push(new);
     }
     flock
@@ -206,6 +208,33 @@ fn written(flock: &Manifest, tape: &[u8]) -> String {
     let sheep: Vec<_> = flock.sheep.iter().map(render::sheep).collect();
     let transitions: Vec<_> = flock.transitions.iter().map(render::transition).collect();
     Tape(tape.iter()).manifest(&sheep, &transitions)
+}
+
+/// Whether `before` is `after` without the `marks`: where a value stood it may be any number, where none did there is
+/// neither the mark, nor its key, nor what parts them from the pair before.
+fn rest_is_same(before: &str, after: &str, marks: &[(String, bool)]) -> bool {
+    let mut places: Vec<_> =
+        marks.iter().map(|(mark, stood)| (after.find(mark).unwrap(), mark.len(), *stood)).collect();
+    places.sort_unstable();
+    let (mut old, mut new) = (before, 0);
+    for (at, length, stood) in places {
+        let kept = &after[new..at];
+        let kept = if stood { kept } else { without_key(kept) };
+        let Some(rest) = old.strip_prefix(kept) else { return false };
+        let digit = |letter: char| letter.is_ascii_alphanumeric() || "+-_.".contains(letter);
+        (old, new) = (if stood { rest.trim_start_matches(digit) } else { rest }, at + length);
+    }
+    old == &after[new..]
+}
+
+/// `text` without the key of a weight that it ends in, and what parts that from the pair before.
+fn without_key(text: &str) -> &str {
+    let text = &text[..text.rfind("weight").unwrap()];
+    if let Some(inline) = text.strip_suffix(", ") {
+        return inline;
+    }
+    let line = text.trim_end_matches([' ', '\t']).strip_suffix('\n').unwrap();
+    line.strip_suffix('\r').unwrap_or(line)
 }
 
 /// Whether `part` is `whole` with bytes taken out.
@@ -293,6 +322,30 @@ proptest! {
             lines.map(str::to_owned).collect::<Vec<_>>()
         };
         prop_assert_eq!(lines(&dropped.text()), lines(&text));
+    }
+
+    #[test]
+    fn setting_weights_changes_weights_and_nothing_else_whether_they_stood_there_or_not(
+        count in 1usize..7,
+        arcs in prop::collection::btree_set((0usize..6, 0usize..6), 0..12),
+        tape in prop::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let flock = flock(count, &arcs.into_iter().collect::<Vec<_>>());
+        let text = written(&flock, &tape);
+        let mark = |number: usize| 1_000_007.5 + 10_000.0 * number as f64;
+        let set = |edit: &mut Edit| for (number, t) in flock.transitions.iter().enumerate() {
+            edit.set_weight(&t.from, &t.to, mark(number)).unwrap();
+        };
+        let mut once = edit(&text);
+        set(&mut once);
+        let after = once.text();
+        let stood = |weight: f64| weight.to_bits() != 1.0_f64.to_bits();
+        let marks: Vec<(String, bool)> =
+            flock.transitions.iter().enumerate().map(|(at, t)| (number_of(mark(at)), stood(t.weight))).collect();
+        prop_assert!(rest_is_same(&text, &after, &marks), "{text}\n---\n{after}");
+        let mut twice = edit(&after);
+        set(&mut twice);
+        prop_assert_eq!(twice.text(), after);
     }
 
     #[test]

@@ -1,12 +1,15 @@
 //! `flock balance`: weights that give every sheep the share that is wanted.
 //!
 //! Owns the command and its answer's form. The weights, and the proof where wants can't be reached, are the flock
-//! crate's.
+//! crate's; they go into the manifest by `write.rs`.
+
+mod write;
 
 use std::path::PathBuf;
 
 use flock::{Balance, Balanced, Bottleneck, Flock, Terms};
 
+use crate::draft::Draft;
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 
@@ -15,10 +18,14 @@ use crate::report::{self, Exit, Fatal};
 /// Reaching the wants exactly silences transitions, so nearness to the wants is weighed against nearness to the weights
 /// as written, and no transition is played less than a floor. `--fairness inf --floor 0` serves the wants alone. Where no
 /// weights reach the wants, the answer is no, and names the sheep where they get stuck. Only the manifest is read.
+///
+/// With --write the weights go into the manifest, and nothing else in it changes. What is balanced stays as it is: the
+/// same command again changes nothing, unless the flock had weights of its own. Then it comes a little nearer to the wants
+/// each time; --afresh forgets those.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  some weights reach the wants exactly; the nearest under these terms are printed
-  1  no weights reach the wants; the nearest are printed, and where they get stuck
+  1  no weights reach the wants; the nearest are printed, and written if asked, and where they get stuck
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
@@ -30,24 +37,47 @@ pub(crate) struct Args {
     /// How often every transition is played in a year at least
     #[arg(long, value_name = "N", default_value_t = Terms::default().floor, value_parser = floor)]
     floor: f64,
+    /// Count nearness from equal weights, whatever is written
+    #[arg(long)]
+    afresh: bool,
+    /// Write the weights into the manifest
+    #[arg(long)]
+    write: bool,
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
 }
 
+/// The answer with `--json`.
+#[derive(serde::Serialize)]
+struct Answer<'a> {
+    #[serde(flatten)]
+    balance: &'a Balance<'a>,
+    /// With `--write`: whether any weight was another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    changed: Option<bool>,
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let flock = Flock::new(open::manifest(&args.dir)?);
-    let terms = Terms { fairness: args.fairness, floor: args.floor };
+    let draft = args.write.then(|| Draft::take(&args.dir)).transpose()?;
+    let manifest =
+        draft.as_ref().map_or_else(|| open::manifest(&args.dir), |draft| Ok(draft.edit.manifest().clone()))?;
+    let flock = Flock::new(manifest);
+    let terms = Terms { fairness: args.fairness, floor: args.floor, afresh: args.afresh };
     let Some(balance) = Balance::of(&flock, terms) else { return Err(open::no_cycle(&flock)) };
     let unplayed = flock.whole().len() - flock.graph().len();
     if unplayed > 0 {
         report::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
     }
+    let changed = draft.map(|draft| write::weights(draft, &balance)).transpose()?;
     if args.json {
-        report::json(&balance)?;
+        report::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0) })?;
     } else {
         report::lines(table(&balance))?;
+    }
+    if let Some(changed) = changed {
+        report::note(&write::told(changed, &flock));
     }
     if balance.least_plays < args.floor {
         report::note(&format!(

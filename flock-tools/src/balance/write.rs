@@ -1,0 +1,38 @@
+//! Balanced weights, written into the manifest.
+//!
+//! Owns what `--write` changes: weights, and of those only the ones that are others. A manifest in which every weight
+//! stands already is not touched. Never decides a weight: the flock crate does.
+
+use flock::{Balance, Flock, FlockShares};
+
+use crate::draft::Draft;
+use crate::report::{Exit, Fatal};
+
+/// Writes the weights of `balance` into `draft`, which it was found for; tells how many were others.
+///
+/// # Errors
+/// If the manifest cannot be saved. It is then as it was.
+pub(super) fn weights(mut draft: Draft, balance: &Balance<'_>) -> Result<usize, Fatal> {
+    let before: Vec<f64> = draft.edit.manifest().transitions.iter().map(|transition| transition.weight).collect();
+    for weight in &balance.weights {
+        let set = draft.edit.set_weight(weight.from, weight.to, weight.weight);
+        set.map_err(|error| Fatal::new(Exit::Malformed, error))?;
+    }
+    let after = draft.edit.manifest().transitions.iter().map(|transition| transition.weight);
+    let changed = before.into_iter().zip(after).filter(|(before, after)| before.to_bits() != after.to_bits()).count();
+    if changed > 0 {
+        draft.save()?;
+    }
+    Ok(changed)
+}
+
+/// What was written, in one line; `flock` is as it was.
+pub(super) fn told(changed: usize, flock: &Flock) -> String {
+    let all = flock.whole().exit_count();
+    if changed == 0 {
+        return format!("note: nothing to write, all {all} weights stand already");
+    }
+    let was = FlockShares::of(flock).and_then(|shares| shares.worst_ratio);
+    let was = was.map_or(String::new(), |ratio| format!("; the worst ratio of visits and want was {ratio:.3}"));
+    format!("note: wrote {changed} of {all} weights{was}")
+}
