@@ -3,11 +3,11 @@
 //! Owns [`Config`] and the reading of its file. Never acts on it. Every key explains itself in `config/player.toml`,
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
-use crate::settings::{Clock, LogLevel, ScreenChoice, StatusAddress};
+use crate::settings::{Clock, ScreenChoice, StatusAddress};
+use player::config_file::{self, ConfigError};
+use player::log_level::LogLevel;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, Unexpected};
-use std::fs;
-use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -66,41 +66,13 @@ impl Default for Config {
     }
 }
 
-/// Why a config was refused.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum ConfigError {
-    /// The text is no config: an unknown key, a value out of range, no TOML.
-    #[error("`{path}` line {line}, key `{key}`: {message}", path = path.display())]
-    Malformed { path: PathBuf, line: usize, key: String, message: String },
-    /// The file cannot be read.
-    #[error("cannot read config `{path}`", path = path.display())]
-    Read { path: PathBuf, source: io::Error },
-}
-
 impl Config {
     /// Reads the config at `path`. What it does not name keeps its default.
     ///
     /// # Errors
     /// [`ConfigError`], with line and key.
     pub(crate) fn load(path: &Path) -> Result<Self, ConfigError> {
-        let text = fs::read_to_string(path).map_err(|source| ConfigError::Read { path: path.to_owned(), source })?;
-        Self::parse(&text).map_err(|error| malformed(path, &text, &error))
-    }
-
-    fn parse(text: &str) -> Result<Self, toml::de::Error> {
-        toml::from_str(text)
-    }
-}
-
-fn malformed(path: &Path, text: &str, error: &toml::de::Error) -> ConfigError {
-    let at = error.span().map_or(0, |span| span.start);
-    let line = text[..at].matches('\n').count() + 1;
-    let key = text.lines().nth(line - 1).unwrap_or_default().split('=').next().unwrap_or_default().trim();
-    ConfigError::Malformed {
-        path: path.to_owned(),
-        line,
-        key: key.to_owned(),
-        message: error.message().trim().replace('\n', " "),
+        config_file::load(path)
     }
 }
 
@@ -134,7 +106,8 @@ fn prefetch_ms<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::{Config, malformed};
+    use super::Config;
+    use player::config_file::parse;
     use std::path::Path;
 
     const SAMPLE: &str = include_str!("../../config/player.toml");
@@ -149,13 +122,14 @@ pub(crate) mod tests {
     }
 
     fn refusal(text: &str) -> String {
-        malformed(Path::new("player.toml"), text, &Config::parse(text).unwrap_err()).to_string()
+        parse::<Config>(Path::new("player.toml"), text).unwrap_err().to_string()
     }
 
     #[test]
     fn the_sample_is_the_default() {
-        assert_eq!(Config::parse(SAMPLE).unwrap(), Config::default());
-        assert_eq!(Config::parse("").unwrap(), Config::default());
+        let read = |text| parse::<Config>(Path::new("player.toml"), text).unwrap();
+        assert_eq!(read(SAMPLE), Config::default());
+        assert_eq!(read(""), Config::default());
     }
 
     #[test]
@@ -166,7 +140,7 @@ pub(crate) mod tests {
         assert_eq!(keys_of_the_sample(), known);
         assert!(known.len() <= 20, "{} keys are too many to explain to an installer", known.len());
         let everything = SAMPLE.replace("# seed", "seed").replace("# clips", "clips").replace("# trace", "trace");
-        assert!(Config::parse(&everything).unwrap().seed.is_some());
+        assert!(parse::<Config>(Path::new("player.toml"), &everything).unwrap().seed.is_some());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! Owns the subscriber. Never writes a line itself.
 
-use crate::settings::LogLevel;
+use crate::log_level::LogLevel;
 use std::env;
 use std::io::{self, IsTerminal};
 use tracing::level_filters::LevelFilter;
@@ -11,7 +11,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 /// Opens the journal if systemd gave us one (it says so in `JOURNAL_STREAM`), else standard error. Lines less urgent
 /// than `level` are left out.
-pub(crate) fn open(level: LogLevel) {
+pub fn open(level: LogLevel) {
     let registry = tracing_subscriber::registry().with(LevelFilter::from_level(level.0));
     let journal = env::var_os("JOURNAL_STREAM").and_then(|_| tracing_journald::layer().ok());
     let terminal = journal.is_none().then(|| {

@@ -9,9 +9,7 @@ mod config;
 mod decoder;
 mod faults;
 mod glass;
-mod journal;
 mod library;
-mod now;
 mod options;
 mod pace;
 mod place;
@@ -30,6 +28,7 @@ mod turn;
 
 use clap::Parser;
 use options::Options;
+use player::journal;
 use report::Fatal;
 use std::process::ExitCode;
 

@@ -3,9 +3,11 @@
 //! Owns the options and their help. Every key of the config is an option of the same name, which a test holds;
 //! an option wins over the config.
 
-use crate::config::{AHEAD, CLIPS, Config, ConfigError, PREFETCH_MS, SEED, THREADS};
-use crate::settings::{Clock, LogLevel, ScreenChoice, StatusAddress};
+use crate::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
+use crate::settings::{Clock, ScreenChoice, StatusAddress};
 use clap::{Parser, value_parser};
+use player::config_file::ConfigError;
+use player::log_level::LogLevel;
 use std::path::PathBuf;
 
 /// What every command of the house says at the end of its help. `report::Exit` has the same four.

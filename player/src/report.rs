@@ -1,27 +1,16 @@
-//! How the program ends: its exit codes, and the one place where an error is printed.
+//! Why the player ends.
 //!
-//! Owns [`Exit`] and [`Fatal`]. What goes wrong while playing is no error but a fault, in `faults.rs`.
+//! Owns [`Fatal`] and which exit code belongs to it. What goes wrong while playing is no error but a fault, in `faults.rs`.
 
-use crate::config::ConfigError;
 use flock::ManifestError;
+use player::config_file::ConfigError;
+use player::ending::fail;
 use screen::ScreenError;
-use std::error::Error;
-use std::io::{self, Write};
+use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The exit codes of every program of the house.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Exit {
-    /// Fine.
-    Fine = 0,
-    /// The answer is no.
-    No = 1,
-    /// Bad usage, or a malformed file.
-    Wrong = 2,
-    /// A file or a device could not be opened, read or written.
-    Unread = 3,
-}
+pub(crate) use player::ending::{Exit, chain};
 
 /// Why the player does not play.
 #[derive(Debug, thiserror::Error)]
@@ -84,31 +73,17 @@ impl Fatal {
 pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::from(Exit::Fine as u8),
-        Err(fatal) => fail(&fatal),
+        Err(fatal) => {
+            fail(&fatal, fatal.hint());
+            ExitCode::from(fatal.exit() as u8)
+        }
     }
-}
-
-fn fail(fatal: &Fatal) -> ExitCode {
-    // Nobody is left to tell if standard error is closed.
-    writeln!(io::stderr(), "error: {}\n\nhint: {}", chain(fatal), fatal.hint()).ok();
-    ExitCode::from(fatal.exit() as u8)
-}
-
-/// The error and everything that caused it, on one line.
-pub(crate) fn chain(error: &dyn Error) -> String {
-    let mut said = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        said = format!("{said}: {error}");
-        cause = error.source();
-    }
-    said
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Exit, Fatal, chain};
-    use crate::config::ConfigError;
+    use player::config_file::ConfigError;
     use std::io;
 
     #[test]

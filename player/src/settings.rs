@@ -43,18 +43,11 @@ pub(crate) enum StatusAddress {
     Unix(PathBuf),
 }
 
-/// The least urgent log line that is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct LogLevel(pub(crate) tracing::Level);
-
 /// Why a setting was refused.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum SettingError {
     #[error("`{0}` is no clock: `vblank` or `free`")]
     Clock(String),
-    #[error("`{0}` is no log level: `error`, `warn`, `info`, `debug` or `trace`")]
-    Level(String),
     #[error("`{0}` is not a loopback address and port, `off` or `unix:PATH`: the page is for this machine only")]
     Status(String),
     #[error("`{0}` is no screen: `auto`, `kms[:DEVICE]` or `virtual[:WxH@HZ]`, as in `virtual:1280x720@60`")]
@@ -124,16 +117,6 @@ impl FromStr for StatusAddress {
     }
 }
 
-impl FromStr for LogLevel {
-    type Err = SettingError;
-
-    fn from_str(text: &str) -> Result<Self, SettingError> {
-        let known = ["error", "warn", "info", "debug", "trace"].contains(&text);
-        let level = text.parse().ok().filter(|_| known);
-        level.map(Self).ok_or_else(|| SettingError::Level(text.to_owned()))
-    }
-}
-
 macro_rules! from_string {
     ($($setting:ty),*) => {$(
         impl TryFrom<String> for $setting {
@@ -145,7 +128,7 @@ macro_rules! from_string {
         }
     )*};
 }
-from_string!(ScreenChoice, Clock, StatusAddress, LogLevel);
+from_string!(ScreenChoice, Clock, StatusAddress);
 
 impl fmt::Display for StatusAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

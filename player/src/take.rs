@@ -2,10 +2,10 @@
 //!
 //! Owns the choice between a KMS display and the virtual screen. Never drives it: `show.rs` does.
 
-use crate::now::now;
 use crate::report::chain;
 use crate::settings::ScreenChoice;
 use crate::show::Piece;
+use player::now::now;
 use screen::{KmsScreen, KmsSettings, Screen, ScreenError, VirtualScreen};
 use std::path::PathBuf;
 use timing::Rate;

@@ -17,6 +17,11 @@ pub(crate) fn player() -> PathBuf {
     fresh("dreams-player")
 }
 
+/// `dreams-update` as `make check` built it.
+pub(crate) fn updater() -> PathBuf {
+    fresh("dreams-update")
+}
+
 /// `flock` as `make check` built it.
 pub(crate) fn flock() -> PathBuf {
     fresh("flock")

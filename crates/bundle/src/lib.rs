@@ -33,7 +33,7 @@ pub use seal::{Letter, Seal, SignError, Unverified, path as seal_path};
 pub use secret::SecretKey;
 pub use source::{STATEMENTS, Source};
 pub use store::{
-    Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, LocalDisk, Plan, STARTS, Scrubbed,
-    Shortfall, State, Store, StoreError, Trial, Verdict, Wanted, plan,
+    Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, Judge, LocalDisk, Plan, Playing,
+    STARTS, Scrubbed, Shortfall, State, Store, StoreError, Trial, Verdict, Wanted, plan,
 };
 pub use trust::{Learned, Statement, Trust, statements};

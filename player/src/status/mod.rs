@@ -13,12 +13,12 @@ mod server;
 
 use crate::faults::Faults;
 use crate::glass::Glass;
-use crate::now::now;
 use crate::report::chain;
 use crate::settings::StatusAddress;
 use facts::Facts;
 use flock::Flock;
 use http::Answer;
+use player::now::now;
 use rustix::process::setpriority_process;
 use server::Server;
 use std::fs;

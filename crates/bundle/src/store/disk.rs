@@ -128,14 +128,27 @@ pub trait Disk: Send {
     /// # Errors
     /// What the disk says.
     fn room(&self) -> io::Result<u64>;
+
+    /// Waits until nobody else changes the state of the store, and lets nobody do so while the result lives; `None` on
+    /// a disk that nobody else reaches.
+    ///
+    /// # Errors
+    /// What the disk says.
+    fn hold(&self) -> io::Result<Option<File>>;
+
+    /// Whether somebody plays the generation in this folder.
+    ///
+    /// # Errors
+    /// What the disk says.
+    fn is_played(&self, folder: &str) -> io::Result<bool>;
 }
 
-/// A folder on a real disk, locked against a second updater.
+/// A folder on a real disk, locked against a second updater. The player may judge meanwhile.
 #[derive(Debug)]
 pub struct LocalDisk {
     root: Root,
-    /// Held for the lock on it.
-    _lock: File,
+    /// Held for the lock on it; `None` beside an updater.
+    _lock: Option<File>,
 }
 
 impl LocalDisk {
@@ -148,7 +161,19 @@ impl LocalDisk {
         let root = Root::open(path)?;
         let lock = File::from(root.at("lock", OFlags::RDWR | OFlags::CREATE, 0o644)?);
         rustix::fs::flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
-        Ok(Self { root, _lock: lock })
+        Ok(Self { root, _lock: Some(lock) })
+    }
+
+    /// Opens the folder at `path`, which must be there, beside an updater that may be at work on it.
+    pub(crate) fn beside(path: &Path) -> io::Result<Self> {
+        Ok(Self { root: Root::open(path)?, _lock: None })
+    }
+
+    /// Opens a folder and says that it is played for as long as the result lives.
+    pub(crate) fn play(&self, folder: &str) -> io::Result<File> {
+        let folder = File::from(self.root.folder(folder)?);
+        rustix::fs::flock(&folder, FlockOperation::LockShared)?;
+        Ok(folder)
     }
 }
 
@@ -248,6 +273,23 @@ impl Disk for LocalDisk {
     fn room(&self) -> io::Result<u64> {
         let status = rustix::fs::fstatvfs(&self.root)?;
         Ok(status.f_bavail.saturating_mul(status.f_frsize))
+    }
+
+    fn hold(&self) -> io::Result<Option<File>> {
+        let file = File::from(self.root.at("state.lock", OFlags::RDWR | OFlags::CREATE, 0o644)?);
+        rustix::fs::flock(&file, FlockOperation::LockExclusive)?;
+        Ok(Some(file))
+    }
+
+    fn is_played(&self, folder: &str) -> io::Result<bool> {
+        let folder = match self.root.folder(folder) {
+            Err(error) if error.kind() == io::ErrorKind::NotADirectory => return Ok(false),
+            folder => folder?,
+        };
+        match rustix::fs::flock(&folder, FlockOperation::NonBlockingLockExclusive) {
+            Err(rustix::io::Errno::WOULDBLOCK) => Ok(true),
+            locked => Ok(locked.map(|()| false)?),
+        }
     }
 }
 

@@ -49,7 +49,7 @@ impl Store {
         let letter = seal.letter();
         let (flock, sequence) = (letter.flock.clone(), letter.sequence);
         let generation = Generation { number, flock, signer: seal.signer(), sequence, seal: seal.id() };
-        self.become_(self.state.clone().installed(generation.clone()))?;
+        self.change(|state| state.installed(generation.clone()))?;
         Ok(generation)
     }
 

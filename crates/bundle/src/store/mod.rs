@@ -23,6 +23,7 @@
 mod disk;
 mod install;
 mod intake;
+mod judge;
 mod plan;
 mod slots;
 mod state;
@@ -41,6 +42,7 @@ use crate::trust::{Learned, Trust, statements};
 
 pub use disk::{Append, Disk, Frozen, LocalDisk};
 pub use intake::Intake;
+pub use judge::{Judge, Playing};
 pub use plan::{Held, Plan, Shortfall, Wanted, plan};
 pub use state::{Admission, Consent, Generation, STARTS, State, Trial, Verdict};
 pub use upkeep::Scrubbed;
@@ -128,6 +130,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::Disk`].
     pub fn open(disk: Box<dyn Disk>, pinned: Trust) -> Result<Self, StoreError> {
+        let _held = disk.hold().map_err(at("hold the state of", ""))?;
         for folder in ["objects", INCOMING, GENERATIONS] {
             disk.make_folder(folder).map_err(at("make folder", folder))?;
         }
@@ -149,7 +152,7 @@ impl Store {
             }
         }
         store.stand()?;
-        store.follow()?;
+        follow(&*store.disk, &store.state)?;
         Ok(store)
     }
 
@@ -169,20 +172,23 @@ impl Store {
     /// # Errors
     /// [`StoreError::Disk`] if it could not be kept; it was not learned then.
     pub fn learn(&mut self, file: &[u8]) -> Result<Vec<Learned>, StoreError> {
-        let (mut trust, mut state, mut news) = (self.trust.clone(), self.state.clone(), Vec::new());
+        let (mut trust, mut texts, mut news) = (self.trust.clone(), Vec::new(), Vec::new());
         for statement in statements(file) {
             let Ok(text) = std::str::from_utf8(statement) else { continue };
-            let full = state.statements.len() >= limits::STATEMENT_COUNT;
+            let full = self.state.statements.len() + texts.len() >= limits::STATEMENT_COUNT;
             match trust.learn(statement) {
                 Ok(learned @ (Learned::Trusted(_) | Learned::Revoked(_))) if !full => {
-                    state.statements.push(text.to_owned());
+                    texts.push(text.to_owned());
                     news.push(learned);
                 }
                 Ok(_) | Err(_) => {}
             }
         }
         if !news.is_empty() {
-            self.become_(state)?;
+            self.change(|mut state| {
+                state.statements.extend(texts);
+                state
+            })?;
         }
         Ok(news)
     }
@@ -216,13 +222,17 @@ impl Store {
         self.disk.room().map_err(at("measure the room of", ""))
     }
 
-    /// The player begins to play what is current. A trial that was begun too often is lost by that.
+    /// Whoever plays begins to play what is current. A trial that was begun too often is lost by that.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
     pub fn started(&mut self) -> Result<Verdict, StoreError> {
-        let (state, verdict) = self.state.clone().started();
-        self.become_(state)?;
+        let mut verdict = Verdict::Open;
+        self.change(|state| {
+            let (state, said) = state.started();
+            verdict = said;
+            state
+        })?;
         Ok(verdict)
     }
 
@@ -231,7 +241,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::Disk`]; the trial goes on then.
     pub fn won(&mut self) -> Result<(), StoreError> {
-        self.become_(self.state.clone().won())
+        self.change(State::won)
     }
 
     /// The generation on trial does not play: the last good one comes back, and the bundle is marked bad.
@@ -239,7 +249,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::Disk`].
     pub fn lost(&mut self) -> Result<(), StoreError> {
-        self.become_(self.state.clone().lost())
+        self.change(State::lost)
     }
 
     /// The last good generation is beyond repair: the one before it comes back, if there is one.
@@ -247,7 +257,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::Disk`].
     pub fn good_is_gone(&mut self) -> Result<(), StoreError> {
-        self.become_(self.state.clone().good_is_gone())
+        self.change(State::good_is_gone)
     }
 
     /// Gives up the reserve, the generation before the last good one, for its room. [`Store::collect`] frees it.
@@ -255,11 +265,19 @@ impl Store {
     /// # Errors
     /// [`StoreError::Disk`].
     pub fn give_up_reserve(&mut self) -> Result<(), StoreError> {
-        self.become_(self.state.clone().without_reserve())
+        self.change(State::without_reserve)
     }
 
-    /// Writes the state down, and then makes the disk follow.
-    fn become_(&mut self, state: State) -> Result<(), StoreError> {
+    /// Changes the state as it stands now, writes it down, and then makes the disk follow.
+    fn change(&mut self, change: impl FnOnce(State) -> State) -> Result<(), StoreError> {
+        let held = self.disk.hold().map_err(at("hold the state of", ""))?;
+        if held.is_some()
+            && let (slots, Read::State { state, .. }) = Slots::read(&*self.disk)
+        {
+            // The player may have judged since.
+            (self.slots, self.state) = (slots, *state);
+        }
+        let state = change(self.state.clone());
         if state == self.state {
             return Ok(());
         }
@@ -269,7 +287,7 @@ impl Store {
             return Err(error);
         }
         self.trust = trusting(&self.pinned, &self.state.statements);
-        self.follow()
+        follow(&*self.disk, &self.state)
     }
 
     fn write(&mut self) -> Result<(), StoreError> {
@@ -295,28 +313,6 @@ impl Store {
             self.write()?;
         }
         Ok(())
-    }
-
-    /// Makes the link say what the state says.
-    fn follow(&self) -> Result<(), StoreError> {
-        let wanted = self.state.playing().map(|generation| flock_folder(generation.number));
-        let found = self.disk.pointed(CURRENT).map_err(at("read link", CURRENT))?;
-        if wanted == found {
-            return Ok(());
-        }
-        let switch = || -> io::Result<()> {
-            match &wanted {
-                Some(target) => {
-                    let temporary = format!("{CURRENT}.new");
-                    self.disk.remove(&temporary)?;
-                    self.disk.point(&temporary, target)?;
-                    self.disk.rename(&temporary, CURRENT)?;
-                }
-                None => self.disk.remove(CURRENT)?,
-            }
-            self.disk.sync_folder("")
-        };
-        switch().map_err(at("switch", CURRENT))
     }
 
     fn held(&self, id: &ObjectId, size: u64) -> Result<Held, StoreError> {
@@ -373,6 +369,28 @@ impl std::fmt::Debug for Store {
         let keys: Vec<_> = self.trust.keys().map(PublicKey::id).collect();
         f.debug_struct("Store").field("state", &self.state).field("keys", &keys).finish_non_exhaustive()
     }
+}
+
+/// Makes the link say what the state says.
+fn follow(disk: &dyn Disk, state: &State) -> Result<(), StoreError> {
+    let wanted = state.playing().map(|generation| flock_folder(generation.number));
+    let found = disk.pointed(CURRENT).map_err(at("read link", CURRENT))?;
+    if wanted == found {
+        return Ok(());
+    }
+    let switch = || -> io::Result<()> {
+        match &wanted {
+            Some(target) => {
+                let temporary = format!("{CURRENT}.new");
+                disk.remove(&temporary)?;
+                disk.point(&temporary, target)?;
+                disk.rename(&temporary, CURRENT)?;
+            }
+            None => disk.remove(CURRENT)?,
+        }
+        disk.sync_folder("")
+    };
+    switch().map_err(at("switch", CURRENT))
 }
 
 /// Whom the owner trusts, and whom they vouched for since.

@@ -30,8 +30,7 @@ pub struct Scrubbed {
 }
 
 impl Store {
-    /// Removes what no kept generation needs, nor the bundle that is being fetched. To be called when the player has
-    /// changed over to what is current, or before more is fetched.
+    /// Removes what no kept generation needs, nor the player now, nor the bundle that is being fetched.
     ///
     /// # Errors
     /// [`StoreError`]; nothing that is needed was removed.
@@ -40,7 +39,10 @@ impl Store {
         for name in self.disk.list(GENERATIONS).map_err(at("list", GENERATIONS))? {
             if plain(&name).is_none_or(|number| !kept.contains(&number)) {
                 let path = format!("{GENERATIONS}/{name}");
-                self.remove_tree(&path)?;
+                // What is still on the glass goes when the player has changed over.
+                if !self.disk.is_played(&path).map_err(at("look at", &path))? {
+                    self.remove_tree(&path)?;
+                }
             }
         }
         let mut needed: BTreeSet<ObjectId> = BTreeSet::new();

@@ -2,7 +2,8 @@
 
 use crate::press::{fetch, flock, key, playing, press, store, trust, unit, verified};
 use bundle::{
-    Admission, Consent, Learned, LocalDisk, Refused, STARTS, Sequence, Statement, Store, StoreError, Trust, Verdict,
+    Admission, CURRENT, Consent, Learned, LocalDisk, Playing, Refused, STARTS, Sequence, Statement, Store, StoreError,
+    Trust, Verdict,
 };
 use std::fs;
 use std::os::unix::fs::MetadataExt;
@@ -195,4 +196,64 @@ fn a_second_updater_waits_outside() {
     assert_eq!(LocalDisk::open(folder.path()).unwrap_err().kind(), std::io::ErrorKind::WouldBlock);
     drop(first);
     LocalDisk::open(folder.path()).unwrap();
+}
+
+#[test]
+fn the_player_judges_while_an_updater_is_at_work_and_neither_forgets_what_the_other_wrote() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let current = unit_folder.path().join(CURRENT);
+    assert_eq!(Playing::of(&current).unwrap_err().kind(), std::io::ErrorKind::NotFound);
+    let mut store = store(unit_folder.path());
+    press(stick.path(), &flock(3, 0), &[], 1, "artist");
+    update(&mut store, stick.path());
+    let first = Playing::of(&current).unwrap().unwrap();
+    let judge = first.judge().unwrap();
+    assert!(judge.is_on_trial(1) && !judge.is_on_trial(2));
+    assert_eq!(judge.started(1).unwrap(), Verdict::Open);
+    judge.lost(7).unwrap();
+    judge.won(1).unwrap();
+    assert!(!judge.is_on_trial(1));
+    // The updater still holds the lock, and knows nothing of it.
+    press(stick.path(), &flock(3, 1), &[], 2, "artist");
+    update(&mut store, stick.path());
+    assert_eq!(store.state().good.as_ref().map(|good| good.number), Some(1));
+    assert!(first.is_over() && first.folder().join("flock.toml").exists());
+    let second = Playing::of(&current).unwrap().unwrap();
+    assert_eq!(second.number(), 2);
+    for _ in 0..STARTS {
+        assert_eq!(judge.started(2).unwrap(), Verdict::Open);
+    }
+    assert_eq!(judge.started(2).unwrap(), Verdict::Lost);
+    assert!(second.is_over() && !first.is_over());
+    assert_eq!(playing(unit_folder.path()), Some(flock(3, 0)));
+}
+
+#[test]
+fn what_is_on_the_glass_stays_on_the_disk_until_the_player_has_changed_over() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut store = store(unit_folder.path());
+    press(stick.path(), &flock(3, 0), &[], 1, "artist");
+    update(&mut store, stick.path());
+    let shown = Playing::of(&unit_folder.path().join(CURRENT)).unwrap().unwrap();
+    // Replaced before its trial was over: nothing else keeps it.
+    press(stick.path(), &flock(3, 1), &[], 2, "artist");
+    update(&mut store, stick.path());
+    store.collect(None).unwrap();
+    assert!(shown.folder().join("loops/0.mp4").exists());
+    let folder = shown.folder();
+    drop(shown);
+    store.collect(None).unwrap();
+    assert!(!folder.exists());
+}
+
+#[test]
+fn a_flock_in_a_plain_folder_is_no_generation() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(Playing::of(folder.path()).unwrap().is_none());
+    fs::create_dir(folder.path().join(CURRENT)).unwrap();
+    assert!(Playing::of(&folder.path().join(CURRENT)).unwrap().is_none());
+    let linked = folder.path().join("linked");
+    fs::create_dir(&linked).unwrap();
+    std::os::unix::fs::symlink("../somewhere/else", linked.join(CURRENT)).unwrap();
+    assert!(Playing::of(&linked.join(CURRENT)).unwrap().is_none());
 }

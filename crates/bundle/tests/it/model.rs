@@ -313,6 +313,14 @@ impl Disk for ModelDisk {
     fn room(&self) -> io::Result<u64> {
         Ok(self.step()?.room)
     }
+
+    fn hold(&self) -> io::Result<Option<std::fs::File>> {
+        Ok(None)
+    }
+
+    fn is_played(&self, _folder: &str) -> io::Result<bool> {
+        Ok(false)
+    }
 }
 
 /// A file that grows.

@@ -7,6 +7,7 @@ use crate::model::{ModelDisk, Trouble};
 use crate::press::{Files, flock, press, trust, unit, verified};
 use bundle::{Admission, Append, CURRENT, Consent, Disk, Frozen, Refused, Sequence, Store, StoreError, Verified};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::sync::OnceLock;
 
@@ -273,6 +274,14 @@ impl Disk for Careless {
 
     fn room(&self) -> io::Result<u64> {
         self.disk.room()
+    }
+
+    fn hold(&self) -> io::Result<Option<File>> {
+        self.disk.hold()
+    }
+
+    fn is_played(&self, folder: &str) -> io::Result<bool> {
+        self.disk.is_played(folder)
     }
 }
 

@@ -4,8 +4,8 @@
 //! server is all that a test needs. Never waits.
 
 use super::{ANSWERING_NS, ASKING_NS, MOST_CLIENTS, Server};
-use crate::now::now;
 use crate::status::http::{Answer, LONGEST_HEAD};
+use player::now::now;
 use std::fmt::Write as _;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};

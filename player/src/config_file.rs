@@ -1,0 +1,60 @@
+//! Settings in a file of TOML.
+//!
+//! Owns the reading, and errors with file, line and key. Never knows a key: each program has its own, in `config.rs`.
+
+use serde::de::DeserializeOwned;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why settings were refused.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The text is no config: an unknown key, a value out of range, no TOML.
+    #[error("`{path}` line {line}, key `{key}`: {message}", path = path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: usize,
+        /// The key of that line.
+        key: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The file cannot be read.
+    #[error("cannot read config `{path}`", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the world says.
+        source: io::Error,
+    },
+}
+
+/// Reads the settings in the file at `path`. What it does not name keeps its default.
+///
+/// # Errors
+/// [`ConfigError`], with line and key.
+pub fn load<C: DeserializeOwned>(path: &Path) -> Result<C, ConfigError> {
+    let text = fs::read_to_string(path).map_err(|source| ConfigError::Read { path: path.to_owned(), source })?;
+    parse(path, &text)
+}
+
+/// Reads the settings in `text`, which errors say lies at `path`.
+///
+/// # Errors
+/// [`ConfigError::Malformed`].
+pub fn parse<C: DeserializeOwned>(path: &Path, text: &str) -> Result<C, ConfigError> {
+    toml::from_str(text).map_err(|error: toml::de::Error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let line = text[..at].matches('\n').count() + 1;
+        let key = text.lines().nth(line - 1).unwrap_or_default().split('=').next().unwrap_or_default().trim();
+        ConfigError::Malformed {
+            path: path.to_owned(),
+            line,
+            key: key.to_owned(),
+            message: error.message().trim().replace('\n', " "),
+        }
+    })
+}

@@ -1,0 +1,61 @@
+//! What the updater tells people in front of the picture: one sentence, and how far it is.
+//!
+//! Owns the small file through which it reaches the player, written whole or not at all. It is for the moment: it need
+//! not outlive a power cut. Never drawn here: the player does.
+
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Bytes of the file that are read, at most.
+const LARGEST: u64 = 4 << 10;
+
+/// What is told.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Notice {
+    /// One plain sentence, or two.
+    pub text: String,
+    /// How far a work in progress is, in thousandths; `None` when it has ended, well or not.
+    pub thousandths: Option<u16>,
+}
+
+impl Notice {
+    /// Puts it where the player looks.
+    ///
+    /// # Errors
+    /// What the world says; what was told before stands.
+    pub fn tell(&self, path: &Path) -> io::Result<()> {
+        let temporary = PathBuf::from(format!("{}.new", path.display()));
+        fs::write(&temporary, serde_json::to_vec(self).map_err(io::Error::other)?)?;
+        fs::rename(temporary, path)
+    }
+
+    /// What is told at `path`; `None` if nothing is, or nothing that makes sense.
+    pub fn read(path: &Path) -> Option<Self> {
+        let mut text = String::new();
+        File::open(path).ok()?.take(LARGEST).read_to_string(&mut text).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Notice;
+    use std::fs;
+
+    #[test]
+    fn what_is_told_is_read_and_rubbish_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notice");
+        assert_eq!(Notice::read(&path), None);
+        let notice = Notice { text: "The new flock is coming in.".to_owned(), thousandths: Some(371) };
+        notice.tell(&path).unwrap();
+        assert_eq!(Notice::read(&path), Some(notice));
+        for rubbish in [&b"\xff"[..], b"{}", b"", &[b' '; 9000]] {
+            fs::write(&path, rubbish).unwrap();
+            assert_eq!(Notice::read(&path), None);
+        }
+    }
+}

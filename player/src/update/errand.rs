@@ -1,0 +1,192 @@
+//! One update, from the first look at the source to the switch of generations.
+//!
+//! Owns the order: nothing is believed before it was verified, nothing is fetched that is refused, is here or does not
+//! fit, and what plays is not touched until everything else is on the disk. Each step may fail or be the last; the
+//! next errand goes on from there.
+//!
+//! Start at [`run`].
+
+use crate::answer::{Answer, Outcome};
+use crate::fetch::Fetcher;
+use crate::options::Order;
+use crate::pace::Pace;
+use crate::progress::Progress;
+use crate::report::{Fatal, Told};
+use crate::words;
+use bundle::{Admission, Folder, LocalDisk, Refused, Source, Store, StoreError, Trust, Unverified, Verified, Wanted};
+use player::ending::chain;
+use player::now::now;
+use std::io::{self, ErrorKind, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tracing::{info, warn};
+
+/// How many units a message names for which a source has bundles.
+const NAMED: usize = 3;
+
+/// Does what was ordered, and tells people in front of the picture how it goes.
+///
+/// # Errors
+/// [`Fatal`]. What plays is what played before.
+pub(crate) fn run(order: Order) -> Result<Told, Fatal> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&stop);
+    ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;
+    let ended = update(&order, &stop);
+    let said = match &ended {
+        Ok(answer) => words::of_outcome(answer.outcome).map(str::to_owned),
+        Err(fatal) => Some(words::of_fatal(fatal)),
+    };
+    if let Some(said) = said {
+        Progress::new(order.card).ended(&said);
+    }
+    Ok(Told { answer: ended?, json: order.json })
+}
+
+fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
+    let trust = Trust::read(&order.config.keys).map_err(Fatal::Keys)?;
+    let mut store = open(order, trust)?;
+    let pace = Pace::new(order.config.bandwidth_kib, now());
+    if order.scrub {
+        scrub(&store, stop)?;
+    }
+    let mut folder = Folder::open(&order.source).map_err(Fatal::Source)?;
+    let unverified = match Unverified::open(&mut folder, &order.unit) {
+        Ok(unverified) => Some(unverified),
+        Err(Refused::Read { source, .. }) if source.kind() == ErrorKind::NotFound => {
+            is_for_nobody(order, &folder)?;
+            None
+        }
+        Err(refused) => return Err(Fatal::Refused(refused)),
+    };
+    let progress = Progress::new(order.card.clone());
+    let mut fetcher = Fetcher { source: &mut folder, pace, progress, stop, objects: 0, bytes: 0 };
+    let outcome = match unverified {
+        None => Outcome::NoBundle,
+        Some(unverified) => take(order, &mut store, unverified, &mut fetcher)?,
+    };
+    let (mended, missing) = mend(&store, &mut fetcher)?;
+    let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
+    let answer = Answer::of(outcome, store.state().playing());
+    Ok(Answer { fetched, fetched_bytes, mended, missing, ..answer })
+}
+
+fn open(order: &Order, trust: Trust) -> Result<Store, Fatal> {
+    let path = &order.config.store;
+    let disk = LocalDisk::open(path).map_err(|source| {
+        if source.kind() == ErrorKind::WouldBlock {
+            Fatal::Busy { store: path.clone() }
+        } else {
+            Fatal::Store(StoreError::Disk { doing: "open", path: path.display().to_string(), source })
+        }
+    })?;
+    Ok(Store::open(Box::new(disk), trust)?)
+}
+
+/// Fine if the folder has no bundle for any unit at all.
+fn is_for_nobody(order: &Order, folder: &Folder) -> Result<(), Fatal> {
+    let mut units = folder.seals().unwrap_or_default();
+    if units.is_empty() {
+        return Ok(());
+    }
+    units.truncate(NAMED);
+    Err(Fatal::ForOthers { path: order.source.clone(), units, unit: order.unit.clone() })
+}
+
+/// Installs the bundle behind `unverified`, if it is news.
+fn take(order: &Order, store: &mut Store, unverified: Unverified, fetcher: &mut Fetcher<'_>) -> Result<Outcome, Fatal> {
+    if store.is_no_news(&unverified) {
+        return Ok(Outcome::NoNews);
+    }
+    for learned in store.learn(&statements(fetcher.source)?)? {
+        info!(?learned, "learned about a key");
+    }
+    let seal = unverified.verify(store.trust()).map_err(Fatal::Refused)?;
+    match store.admit(&seal, &order.unit, order.consent).map_err(Fatal::Refused)? {
+        Admission::New => {}
+        Admission::OnTrial | Admission::Plays => return Ok(Outcome::NoNews),
+    }
+    let letter = seal.letter();
+    info!(flock = letter.flock, sequence = letter.sequence.0, signer = %seal.signer(), "bundle is taken in");
+    let bundle = seal.fetch(fetcher.source).map_err(Fatal::Refused)?;
+    make_room(order, store, &bundle)?;
+    let plan = store.plan(&bundle)?;
+    fetcher.progress.begins(plan.bytes, plan.bytes - plan.to_fetch(), now());
+    let (toml, clips): (Vec<&Wanted>, Vec<&Wanted>) =
+        plan.wanted.iter().partition(|wanted| wanted.path.as_str() == flock::FILE_NAME);
+    // What the flock says is looked at before anything large is fetched.
+    toml.into_iter().try_for_each(|wanted| fetcher.fetch(store, wanted))?;
+    store.flock(&bundle)?;
+    clips.into_iter().try_for_each(|wanted| fetcher.fetch(store, wanted))?;
+    let generation = store.install(&bundle)?;
+    info!(flock = generation.flock, sequence = generation.sequence.0, generation = generation.number, "installed");
+    Ok(Outcome::Installed)
+}
+
+/// What keys say about keys; nothing if the source has no such file.
+fn statements(source: &mut dyn Source) -> Result<Vec<u8>, Fatal> {
+    let limit = bundle::limits::STATEMENTS;
+    let read = source.small(bundle::STATEMENTS, limit).and_then(|reader| {
+        let mut bytes = Vec::new();
+        reader.take(limit).read_to_end(&mut bytes).map(|_| bytes)
+    });
+    match read {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        read => read.map_err(|source| Fatal::Read { name: bundle::STATEMENTS.to_owned(), source }),
+    }
+}
+
+/// Removes what nobody needs, and if that is not enough the reserve, until the bundle fits.
+fn make_room(order: &Order, store: &mut Store, bundle: &Verified) -> Result<(), Fatal> {
+    let reserve = order.config.reserve_mib << 20;
+    let shortfall = |store: &Store| -> Result<_, Fatal> { Ok(store.plan(bundle)?.shortfall(store.room()?, reserve)) };
+    tidy(store, bundle);
+    if shortfall(store)?.is_some() && store.state().before.is_some() {
+        info!("the flock before the last good one is given up for its room");
+        store.give_up_reserve()?;
+        tidy(store, bundle);
+    }
+    shortfall(store)?.map_or(Ok(()), |shortfall| Err(Fatal::Room(shortfall)))
+}
+
+fn tidy(store: &Store, bundle: &Verified) {
+    if let Err(error) = store.collect(Some(bundle)) {
+        warn!(error = chain(&error), "the store is not tidied up");
+    }
+}
+
+/// Reads every byte that is kept, and takes out what is damaged.
+fn scrub(store: &Store, stop: &AtomicBool) -> Result<(), Fatal> {
+    let found = store.scrub(|_| !stop.load(Ordering::Relaxed))?;
+    for damaged in &found.damaged {
+        warn!(clip = damaged.path.as_str(), "a damaged file was taken out");
+    }
+    for generation in &found.unlisted {
+        warn!(generation = generation.number, "a generation is damaged: nobody knows what it should consist of");
+    }
+    info!(whole = found.whole, damaged = found.damaged.len(), "the store was read through");
+    if stop.load(Ordering::Relaxed) { Err(Fatal::Stopped) } else { Ok(()) }
+}
+
+/// Fetches what the kept flocks lack, as far as the source has it; returns how many objects it had, and had not.
+fn mend(store: &Store, fetcher: &mut Fetcher<'_>) -> Result<(usize, usize), Fatal> {
+    let lacking = match store.missing() {
+        Ok(lacking) => lacking,
+        Err(error) => {
+            warn!(error = chain(&error), "nobody knows what the store lacks");
+            return Ok((0, 0));
+        }
+    };
+    let (mut mended, mut missing) = (0, 0);
+    for wanted in &lacking {
+        match fetcher.fetch(store, wanted) {
+            Ok(()) => mended += 1,
+            Err(Fatal::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => missing += 1,
+            Err(fatal) => return Err(fatal),
+        }
+    }
+    if mended > 0 {
+        store.mend()?;
+    }
+    Ok((mended, missing))
+}

@@ -1,0 +1,129 @@
+//! The command line of `dreams-update`.
+//!
+//! Owns the options and their help, and what they make of the settings. Never acts on them: `errand.rs` does.
+
+use crate::config::Config;
+use crate::report::Fatal;
+use bundle::{Consent, UnitId};
+use clap::Parser;
+use player::config_file;
+use std::fs;
+use std::path::PathBuf;
+
+/// What every command of the house says at the end of its help. `report.rs` has the same four.
+const EXIT_STATUS: &str = "\
+Exit status:
+  0  a flock was installed, or there was nothing new
+  1  the answer is no: the bundle is refused, or there is no room for it
+  2  the command line, the config or a key is wrong
+  3  the source or the store could not be read or written; another attempt goes on from there";
+
+/// Bring this unit a flock, from a stick or a server, whole or not at all
+#[derive(Debug, Default, Parser)]
+#[command(name = "dreams-update", version, after_help = EXIT_STATUS)]
+pub(crate) struct Options {
+    /// Where bundles lie: a folder, as `flock publish` made it
+    #[arg(value_name = "SOURCE")]
+    source: PathBuf,
+    /// Read settings from this file; options win over it
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Where the flocks of this unit are kept
+    #[arg(long, value_name = "DIR")]
+    store: Option<PathBuf>,
+    /// Whom this unit trusts: a folder of public keys, or one of them
+    #[arg(long, value_name = "DIR")]
+    keys: Option<PathBuf>,
+    /// What this unit is called
+    #[arg(long, value_name = "NAME", value_parser = UnitId::new)]
+    unit: Option<UnitId>,
+    /// Take the bundle also if it is older than what this unit has played, or did not play on it
+    #[arg(long)]
+    allow_older: bool,
+    /// First read every byte that is kept; take out what is damaged, and fetch it again
+    #[arg(long)]
+    scrub: bool,
+    /// Tell people in front of the picture, through this file, how far it is
+    #[arg(long, value_name = "FILE")]
+    card: Option<PathBuf>,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is to be done.
+#[derive(Debug)]
+pub(crate) struct Order {
+    pub(crate) config: Config,
+    pub(crate) unit: UnitId,
+    pub(crate) source: PathBuf,
+    pub(crate) consent: Consent,
+    pub(crate) scrub: bool,
+    pub(crate) card: Option<PathBuf>,
+    pub(crate) json: bool,
+}
+
+impl Options {
+    /// What is to be done: the defaults, then the config, then the options.
+    ///
+    /// # Errors
+    /// [`Fatal`] if the config is refused, or the unit has no name.
+    pub(crate) fn order(self) -> Result<Order, Fatal> {
+        let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
+        let unit = self.unit.or_else(|| config.unit.clone()).map_or_else(host_name, Ok)?;
+        Ok(Order {
+            config: Config {
+                store: self.store.unwrap_or(config.store),
+                keys: self.keys.unwrap_or(config.keys),
+                ..config
+            },
+            unit,
+            source: self.source,
+            consent: if self.allow_older { Consent::Any } else { Consent::Newer },
+            scrub: self.scrub,
+            card: self.card,
+            json: self.json,
+        })
+    }
+}
+
+/// What the machine calls itself.
+fn host_name() -> Result<UnitId, Fatal> {
+    let path = "/proc/sys/kernel/hostname";
+    let name = fs::read_to_string(path).map_err(|source| Fatal::Host { path: path.into(), source })?;
+    UnitId::new(&name.trim().to_lowercase()).map_err(Fatal::Nameless)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EXIT_STATUS, Options};
+    use bundle::Consent;
+    use clap::Parser;
+    use player::ending::Exit;
+    use std::io::Write;
+
+    #[test]
+    fn an_option_wins_over_the_updaters_config() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        writeln!(file, "unit = \"stairs\"\nstore = \"/a\"\nkeys = \"/b\"").unwrap();
+        let path = file.path().to_str().unwrap();
+        let options = ["dreams-update", "/media", "--config", path, "--unit", "lobby", "--store", "/c"];
+        let order = Options::parse_from(options).order().unwrap();
+        assert_eq!((order.unit.as_str(), order.consent), ("lobby", Consent::Newer));
+        let config = order.config;
+        assert_eq!((config.store.to_str(), config.keys.to_str()), (Some("/c"), Some("/b")));
+        assert_eq!(
+            Options::parse_from(["dreams-update", "/media", "--config", path]).order().unwrap().unit.as_str(),
+            "stairs"
+        );
+        assert!(Options::try_parse_from(["dreams-update", "/media", "--unit", "The Lobby"]).is_err());
+    }
+
+    #[test]
+    fn the_updaters_help_names_every_exit_code() {
+        for exit in [Exit::Fine, Exit::No, Exit::Wrong, Exit::Unread] {
+            assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
+        }
+        assert_eq!(EXIT_STATUS.lines().count(), 5);
+    }
+}

@@ -1,0 +1,90 @@
+//! What people in front of the picture are told: one plain sentence, or two.
+//!
+//! Owns those sentences. They name no file system, no digest and no key: whoever needs these reads the log.
+
+use crate::answer::Outcome;
+use crate::report::Fatal;
+use bundle::{Refused, StoreError};
+
+/// While a flock is coming in.
+pub(crate) const COMING: &str = "A new flock is coming in.";
+
+/// What to say of an update that ended so; `None` if there is nothing to say.
+pub(crate) fn of_outcome(outcome: Outcome) -> Option<&'static str> {
+    match outcome {
+        Outcome::Installed => Some("The new flock is here. You may remove the stick."),
+        Outcome::NoNews => Some("This flock is here already. You may remove the stick."),
+        // Whatever it holds, it is not for us.
+        Outcome::NoBundle => None,
+    }
+}
+
+/// What was wrong.
+pub(crate) fn of_fatal(fatal: &Fatal) -> String {
+    match fatal {
+        Fatal::Busy { .. } => "Another update is at work. Please wait, and then put the stick in again.".to_owned(),
+        Fatal::ForOthers { units, unit, .. } => {
+            format!("This stick is for {}. This frame is {unit}.", units.join(", "))
+        }
+        Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped => AGAIN.to_owned(),
+        Fatal::Refused(refused) => of_refused(refused),
+        Fatal::Room(shortfall) => {
+            let megabytes = shortfall.needed.saturating_sub(shortfall.room).div_ceil(1_000_000);
+            format!("There is no room for this flock: {megabytes} MB more are needed.")
+        }
+        Fatal::Store(StoreError::Damaged { name, .. } | StoreError::TooLong { name, .. }) => {
+            format!("This stick is damaged: {name} is not what it should be.")
+        }
+        Fatal::Store(StoreError::Incomplete { name, .. }) => format!("This stick is damaged: {name} is not whole."),
+        Fatal::Store(_) => "The memory of this frame does not take the flock. The picture goes on.".to_owned(),
+        Fatal::Config(_)
+        | Fatal::Host { .. }
+        | Fatal::Keys(_)
+        | Fatal::Nameless(_)
+        | Fatal::Signals(_)
+        | Fatal::Unwritten(_) => "This frame is not set up to take flocks. The picture goes on.".to_owned(),
+    }
+}
+
+const AGAIN: &str = "The stick could not be read to its end. Put it in again, and the rest follows.";
+
+fn of_refused(refused: &Refused) -> String {
+    match refused {
+        Refused::ForOthers { addressees, unit } => format!("This stick is for {addressees}. This frame is {unit}."),
+        Refused::MarkedBad { .. } => "This flock was tried here before, and did not play.".to_owned(),
+        Refused::Older { sequence, floor, .. } => {
+            format!("This flock is number {sequence}. This frame has already played number {floor}.")
+        }
+        Refused::Read { .. } => AGAIN.to_owned(),
+        Refused::Forged { .. }
+        | Refused::NotSigned { .. }
+        | Refused::RevokedKey { .. }
+        | Refused::UnknownKey { .. } => "This flock is not signed by anybody whom this frame trusts.".to_owned(),
+        Refused::Damaged { .. }
+        | Refused::Line { .. }
+        | Refused::MissingFile { .. }
+        | Refused::Name { .. }
+        | Refused::NotAFlock { .. }
+        | Refused::Order { .. }
+        | Refused::TooLarge { .. }
+        | Refused::TooMany { .. } => "This flock is damaged, or was made wrongly.".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{of_fatal, of_outcome};
+    use crate::answer::Outcome;
+    use crate::report::Fatal;
+    use bundle::{Shortfall, UnitId};
+
+    #[test]
+    fn people_are_told_in_plain_words() {
+        let unit = UnitId::new("lobby").unwrap();
+        let others = Fatal::ForOthers { path: "/media".into(), units: vec!["attic".into(), "stairs".into()], unit };
+        assert_eq!(of_fatal(&others), "This stick is for attic, stairs. This frame is lobby.");
+        let room = Fatal::Room(Shortfall { needed: 5_000_000_001, room: 1_000_000_000 });
+        assert_eq!(of_fatal(&room), "There is no room for this flock: 4001 MB more are needed.");
+        assert_eq!(of_outcome(Outcome::NoBundle), None, "a stick with holiday photographs is nobody's business");
+    }
+}

@@ -1,0 +1,99 @@
+//! A press for bundles: flocks, signed and laid into folders, as sticks and servers have them.
+//!
+//! Owns the keys of the claims' artists. The clips may be rubbish: an updater does not look inside.
+//!
+//! Start at [`Press::bundle`].
+
+use bundle::{
+    Addressees, Contents, FileEntry, FilePath, Folder, Letter, ObjectId, SecretKey, Sequence, Statement, UnitId,
+};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// The files of a flock, by path.
+pub(crate) type Files = BTreeMap<String, Vec<u8>>;
+
+/// Keys, and a folder of those that units trust.
+pub(crate) struct Press {
+    folder: TempDir,
+    artist: SecretKey,
+    stranger: SecretKey,
+}
+
+impl Press {
+    /// A press with keys of its own; units trust the artist's.
+    pub(crate) fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let key = |name: &str| SecretKey::create(&folder.path().join(name), "").unwrap();
+        let (artist, stranger) = (key("artist"), key("stranger"));
+        let trusted = folder.path().join("trusted");
+        fs::create_dir(&trusted).unwrap();
+        fs::write(trusted.join("artist.pub"), artist.public().to_text()).unwrap();
+        Self { folder, artist, stranger }
+    }
+
+    /// The folder of trusted keys.
+    pub(crate) fn keys(&self) -> std::path::PathBuf {
+        self.folder.path().join("trusted")
+    }
+
+    /// Lays a bundle of `files` into `folder`, signed by the artist, for `units`, or for all if there are none.
+    pub(crate) fn bundle(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
+        signed(&self.artist, folder, files, units, sequence);
+    }
+
+    /// The same, signed by somebody whom no unit knows.
+    pub(crate) fn forgery(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
+        signed(&self.stranger, folder, files, units, sequence);
+    }
+
+    /// Lays out the artist's word that the stranger may be trusted.
+    pub(crate) fn vouch(&self, folder: &Path) {
+        let word = Statement::Trust(self.stranger.public()).sign(&self.artist).unwrap();
+        Folder::create(folder).unwrap().add_statements(&[word]).unwrap();
+    }
+}
+
+/// Lays a bundle of `files`, signed with `key`, into `folder`.
+fn signed(key: &SecretKey, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
+    let entry = |(path, bytes): (&String, &Vec<u8>)| FileEntry {
+        path: FilePath::new(path).unwrap(),
+        id: ObjectId::of(bytes),
+        size: bytes.len() as u64,
+    };
+    let contents = Contents::new(files.iter().map(entry).collect()).unwrap();
+    let list = contents.to_text().into_bytes();
+    let to = Folder::create(folder).unwrap();
+    for bytes in files.values().chain([&list]) {
+        to.put(&ObjectId::of(bytes), bytes.len() as u64, &mut &bytes[..], folder, &mut |_| ()).unwrap();
+    }
+    let letter = Letter {
+        flock: "aurora".to_owned(),
+        addressees: Addressees::of(units.iter().map(|name| UnitId::new(name).unwrap())),
+        sequence: Sequence(sequence),
+        created: "1970-01-01T00:00:00Z".to_owned(),
+        contents: ObjectId::of(&list),
+        contents_size: list.len() as u64,
+    };
+    to.put_seal(&letter.addressees, &letter.sign(key).unwrap()).unwrap();
+}
+
+/// A flock of so many sheep, each with a loop of `bytes` bytes of rubbish; those below `edition` differ from edition to
+/// edition.
+pub(crate) fn rubbish(sheep: usize, bytes: usize, edition: usize) -> Files {
+    let mut toml = "format = 1\nname = \"aurora\"\nsize = [64, 64]\nfps = [30, 1]\n".to_owned();
+    let mut files = Files::new();
+    for at in 0..sheep {
+        let clip = format!("loops/{at}.mp4");
+        write!(toml, "[[sheep]]\nid = \"{at}\"\nframes = 9\nclip = \"{clip}\"\n").unwrap();
+        let seed = format!("clip {at} of edition {}", if at < edition { edition } else { 0 });
+        let mut content = vec![0; bytes];
+        blake3::Hasher::new().update(seed.as_bytes()).finalize_xof().fill(&mut content);
+        files.insert(clip, content);
+    }
+    files.insert("flock.toml".to_owned(), toml.into_bytes());
+    files
+}
