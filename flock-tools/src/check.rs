@@ -105,6 +105,22 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     Ok(exit)
 }
 
+/// Every fault of the flock in `folder`: of its graph, its clips and its joins.
+///
+/// # Errors
+/// If a join could not be judged although no clip has a fault.
+pub(crate) fn every_fault(folder: &Path, flock: &Flock) -> Result<Vec<Fault>, Fatal> {
+    let manifest = flock.manifest();
+    let mut found = flock.faults().to_vec();
+    found.extend(clips::faults(folder, manifest));
+    let judged = judge(folder, manifest);
+    if found.is_empty() {
+        all_seen(&judged)?;
+    }
+    found.extend(judged.jumps().map(|join| told(join).fault));
+    Ok(found)
+}
+
 /// Judges every join, showing the progress on a terminal.
 fn judge(folder: &Path, manifest: &Manifest) -> Judged {
     let bar = progress::bar("judging joins", joins::count(manifest));
@@ -138,7 +154,7 @@ fn told(join: &Join) -> Told {
 }
 
 /// `kind: message`, the kind as in JSON.
-fn line(fault: &Fault) -> String {
+pub(crate) fn line(fault: &Fault) -> String {
     let kind = serde_json::to_value(fault.kind).expect("a kind is a word");
     format!("{}: {}", kind.as_str().unwrap_or_default(), fault.message)
 }

@@ -10,6 +10,7 @@ use report::{Exit, Fatal};
 
 mod arguments;
 mod balance;
+mod bundles;
 mod check;
 mod clips;
 mod curate;
@@ -47,9 +48,11 @@ enum Command {
     Completions(manual::completions::Args),
     Demo(demo::Args),
     Drop(curate::drop::Args),
+    Keygen(bundles::keygen::Args),
     Link(curate::link::Args),
     Man(manual::man::Args),
     New(curate::new::Args),
+    Pack(bundles::pack::Args),
     Rename(curate::rename::Args),
     Render(render::Args),
     Report(page::Args),
@@ -57,6 +60,7 @@ enum Command {
     Simulate(simulate::Args),
     Still(still::Args),
     Unlink(curate::unlink::Args),
+    Verify(bundles::verify::Args),
     Walk(walk::Args),
     Want(curate::want::Args),
 }
@@ -73,9 +77,11 @@ fn run(args: Args) -> Result<Exit, Fatal> {
         Command::Completions(args) => manual::completions::run(&args),
         Command::Demo(args) => demo::run(&args),
         Command::Drop(args) => curate::drop::run(&args),
+        Command::Keygen(args) => bundles::keygen::run(&args),
         Command::Link(args) => curate::link::run(&args),
         Command::Man(args) => manual::man::run(&args),
         Command::New(args) => curate::new::run(&args),
+        Command::Pack(args) => bundles::pack::run(&args),
         Command::Rename(args) => curate::rename::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Report(args) => page::run(&args),
@@ -83,6 +89,7 @@ fn run(args: Args) -> Result<Exit, Fatal> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Still(args) => still::run(&args),
         Command::Unlink(args) => curate::unlink::run(&args),
+        Command::Verify(args) => bundles::verify::run(&args),
         Command::Walk(args) => walk::run(&args),
         Command::Want(args) => curate::want::run(&args),
     }

@@ -1,9 +1,9 @@
 //! The only reader of clocks among the artist's tools.
 //!
-//! Owns [`Stopwatch`]; everything else takes times as arguments. Never tells the date: nothing that the tools make
-//! depends on it.
+//! Owns [`Stopwatch`], and the date that stands in a bundle for people to read; everything else takes times as
+//! arguments. Nothing that the tools make depends on the date.
 
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
@@ -30,6 +30,16 @@ impl Stopwatch {
     pub(crate) fn cpu(&self) -> Duration {
         cpu().saturating_sub(self.cpu)
     }
+}
+
+/// The time, to the second, as `2026-03-01T12:00:00Z`.
+#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+pub(crate) fn date() -> String {
+    /// The last second that has four digits of year.
+    const LAST: u64 = 253_402_300_799;
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let seconds = Duration::from_secs(since.as_secs().min(LAST));
+    humantime::format_rfc3339_seconds(SystemTime::UNIX_EPOCH + seconds).to_string()
 }
 
 fn cpu() -> Duration {

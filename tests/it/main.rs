@@ -4,6 +4,7 @@
 
 mod bad_clips;
 mod balancing;
+mod bundles;
 mod cadence;
 mod clips;
 mod command_line;

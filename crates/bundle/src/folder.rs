@@ -127,7 +127,7 @@ impl Folder {
     }
 
     /// Puts in the file at `from`: shares its blocks, or links it, or copies it, whatever works first. `moved` is told
-    /// of bytes as they are copied.
+    /// of bytes as they are copied or looked at.
     ///
     /// # Errors
     /// [`FolderError`]; the object is not there then.
@@ -147,14 +147,16 @@ impl Folder {
         if size <= self.largest {
             self.room_for(&path)?;
             let temporary = temporary(&path);
-            if self.clone(&file, &temporary).is_ok() {
+            let how = if self.clone(&file, &temporary).is_ok() {
+                Some(Put::Cloned)
+            } else {
+                self.clear(&temporary)?;
+                self.link(from, &temporary).is_ok().then_some(Put::Linked)
+            };
+            if let Some(how) = how {
+                self.vouch(id, &temporary, from, moved)?;
                 self.rename(&temporary, &path)?;
-                return Ok(Put::Cloned);
-            }
-            self.clear(&temporary)?;
-            if self.link(from, &temporary).is_ok() {
-                self.rename(&temporary, &path)?;
-                return Ok(Put::Linked);
+                return Ok(how);
             }
         }
         self.put(id, size, &mut file, from, moved)
@@ -179,16 +181,16 @@ impl Folder {
         self.room_for(&path)?;
         let mut hasher = blake3::Hasher::new();
         let parts: Vec<(String, u64)> = parts(&path, size, self.largest);
-        for (part, length) in &parts {
-            self.copy(&temporary(part), *length, from, name, &mut hasher, moved)?;
-        }
-        let found = ObjectId::new(*hasher.finalize().as_bytes());
-        if found != *id {
+        let copy =
+            |(part, length): &(String, u64)| self.copy(&temporary(part), *length, from, name, &mut hasher, moved);
+        let copied = parts.iter().try_for_each(copy).and_then(|()| unchanged(id, &hasher, name));
+        if copied.is_err() {
+            // The room that a half takes is worth more than the half.
             for (part, _) in &parts {
-                self.clear(&temporary(part))?;
+                self.clear(&temporary(part)).ok();
             }
-            return Err(FolderError::Changed { path: name.to_owned(), expected: *id, found });
         }
+        copied?;
         // The first part last: while it is missing, so is the object.
         for (part, _) in parts.iter().rev() {
             self.rename(&temporary(part), part)?;
@@ -303,11 +305,37 @@ impl Folder {
             moved(count as u64);
             rest -= count as u64;
         }
-        Ok(())
+        // Its name must not reach the disk before it does: a resumed writer would take it for whole.
+        file.sync_data().map_err(self.unwritten(to))
     }
 
+    /// Makes sure that what was cloned or linked to `temporary` is what it should be, and on the disk.
+    fn vouch(
+        &self,
+        id: &ObjectId,
+        temporary: &str,
+        name: &Path,
+        moved: &mut dyn FnMut(u64),
+    ) -> Result<(), FolderError> {
+        let mut hasher = blake3::Hasher::new();
+        let mut look = || -> io::Result<()> {
+            let file = self.root.file(temporary)?;
+            hasher.update_reader(&file)?;
+            file.sync_data()
+        };
+        let looked = look().map_err(|source| FolderError::Read { path: name.to_owned(), source });
+        let vouched = looked.and_then(|()| unchanged(id, &hasher, name));
+        if vouched.is_err() {
+            self.clear(temporary)?;
+        }
+        moved(hasher.count());
+        vouched
+    }
+
+    /// A new file. What a kill left under its name goes, and is never written to: it may be a link to an artist's clip.
     fn new_file(&self, path: &str) -> io::Result<File> {
-        Ok(File::from(self.root.at(path, OFlags::WRONLY | OFlags::CREATE | OFlags::TRUNC, 0o644)?))
+        self.remove(path)?;
+        Ok(File::from(self.root.at(path, OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL, 0o644)?))
     }
 
     fn replace(&self, path: &str, bytes: &[u8]) -> Result<(), FolderError> {
@@ -332,13 +360,15 @@ impl Folder {
     }
 
     fn clear(&self, path: &str) -> Result<(), FolderError> {
-        let remove = || -> io::Result<()> {
-            let (folder, name) = self.root.parent(path)?;
-            Ok(rustix::fs::unlinkat(folder, name, AtFlags::empty())?)
-        };
-        match remove() {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(self.unwritten(path)(error)),
-            Ok(()) | Err(_) => Ok(()),
+        self.remove(path).map_err(self.unwritten(path))
+    }
+
+    /// Removes the file at `path`, if there is one.
+    fn remove(&self, path: &str) -> io::Result<()> {
+        let (folder, name) = self.root.parent(path)?;
+        match rustix::fs::unlinkat(folder, name, AtFlags::empty()) {
+            Ok(()) | Err(rustix::io::Errno::NOENT) => Ok(()),
+            Err(error) => Err(error.into()),
         }
     }
 
@@ -418,6 +448,12 @@ impl AsFd for Folder {
     fn as_fd(&self) -> std::os::fd::BorrowedFd<'_> {
         self.root.as_fd()
     }
+}
+
+/// That what was hashed of `name` is the object `id`.
+fn unchanged(id: &ObjectId, hasher: &blake3::Hasher, name: &Path) -> Result<(), FolderError> {
+    let found = ObjectId::new(*hasher.finalize().as_bytes());
+    if found == *id { Ok(()) } else { Err(FolderError::Changed { path: name.to_owned(), expected: *id, found }) }
 }
 
 /// The files that an object of `size` bytes takes, with their lengths.

@@ -1,0 +1,107 @@
+//! The number of a key's last bundle, kept beside the key.
+//!
+//! Owns that no two bundles of a key get the same number, and none a lower one than before: units take only what is
+//! newer. A number is spent before its bundle is signed, so one may be skipped, never given twice. Two machines that
+//! share a key should share this file.
+//!
+//! Start at [`Counter::take`].
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use bundle::Sequence;
+
+use crate::report::{Exit, Fatal};
+use crate::save;
+
+/// What the file's name ends in, beside the key.
+const ENDING: &str = "sequence";
+
+/// The counter of one key, in the hands of one command.
+#[derive(Debug)]
+pub(super) struct Counter {
+    path: PathBuf,
+    last: u64,
+    /// The key's file, locked while it is open: a second command that signs with this key waits.
+    _lock: Option<File>,
+}
+
+/// Why there is no next number.
+#[derive(Debug, thiserror::Error)]
+enum Uncounted {
+    #[error("`{path}`: wanted the number of the key's last bundle, found `{found}`")]
+    Malformed { path: PathBuf, found: String },
+    #[error("sequence {asked} is not above {last}, the last one of this key")]
+    NotAbove { asked: Sequence, last: u64 },
+    #[error("cannot read `{path}`")]
+    Read { path: PathBuf, source: io::Error },
+    #[error("this key has used up all numbers")]
+    UsedUp,
+    #[error("cannot save `{path}`")]
+    Write { path: PathBuf, source: io::Error },
+}
+
+impl Counter {
+    /// Takes the counter of the key in the file `key`; waits while another command has it.
+    pub(super) fn take(key: &Path) -> Result<Self, Fatal> {
+        // Where a file system knows no locks, two that sign at once are the artist's to avoid.
+        let lock = File::open(key).ok().filter(|key| key.lock().is_ok());
+        let path = key.with_extension(ENDING);
+        let last = match fs::read_to_string(&path) {
+            Ok(text) => text.trim_end().parse().map_err(|_| {
+                let found = text.chars().take(40).collect();
+                Fatal::new(Exit::Malformed, Uncounted::Malformed { path: path.clone(), found })
+            })?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => 0,
+            Err(source) => return Err(Fatal::new(Exit::Unreadable, Uncounted::Read { path, source })),
+        };
+        Ok(Self { path, last, _lock: lock })
+    }
+
+    /// A bundle of this key has been seen: nothing below it is given any more.
+    pub(super) fn seen(&mut self, sequence: Sequence) {
+        self.last = self.last.max(sequence.0);
+    }
+
+    /// Spends the next number, or the one that is `asked` for.
+    pub(super) fn spend(&mut self, asked: Option<Sequence>) -> Result<Sequence, Fatal> {
+        let next = self.last.checked_add(1).ok_or_else(|| Fatal::new(Exit::No, Uncounted::UsedUp))?;
+        let sequence = asked.unwrap_or(Sequence(next));
+        if sequence.0 < next {
+            return Err(Fatal::new(Exit::No, Uncounted::NotAbove { asked: sequence, last: self.last }));
+        }
+        let unsaved = |source| Fatal::new(Exit::Unreadable, Uncounted::Write { path: self.path.clone(), source });
+        save::whole(&self.path, format!("{sequence}\n").as_bytes()).map_err(unsaved)?;
+        self.last = sequence.0;
+        Ok(sequence)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_go_up_whatever_is_seen_and_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let key = folder.path().join("artist.key");
+        fs::write(&key, "").unwrap();
+        let mut counter = Counter::take(&key).unwrap();
+        assert_eq!(counter.spend(None).unwrap(), Sequence(1));
+        assert_eq!(counter.spend(Some(Sequence(5))).unwrap(), Sequence(5));
+        assert!(counter.spend(Some(Sequence(5))).is_err());
+        drop(counter);
+        let mut counter = Counter::take(&key).unwrap();
+        counter.seen(Sequence(3));
+        assert_eq!(counter.spend(None).unwrap(), Sequence(6));
+        counter.seen(Sequence(9));
+        assert_eq!(counter.spend(None).unwrap(), Sequence(10));
+        assert_eq!(fs::read_to_string(folder.path().join("artist.sequence")).unwrap(), "10\n");
+        counter.seen(Sequence(u64::MAX));
+        assert!(counter.spend(None).is_err());
+        drop(counter);
+        fs::write(folder.path().join("artist.sequence"), "ten").unwrap();
+        assert!(Counter::take(&key).is_err());
+    }
+}

@@ -1,0 +1,132 @@
+//! `flock keygen`: the keys that sign, and what one says about another.
+//!
+//! Owns the command. The key's form is minisign's, and the bundle crate writes it. Never signs a bundle: `pack` does.
+
+use std::fs::OpenOptions;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use bundle::{KeyId, PublicKey, SecretKey, Statement};
+
+use super::{passphrase, unusable};
+use crate::report::{self, Exit, Fatal};
+
+/// What the public key's file ends in.
+const PUBLIC: &str = "pub";
+/// What the file ends in by which one key takes in another.
+const TRUSTED: &str = "trusted";
+/// What the file ends in by which a key is called back.
+const REVOKED: &str = "revoked";
+
+/// Make a key that signs bundles; have an old key take in a new one, or call one back
+///
+/// The secret key goes into FILE, locked by a passphrase and readable by you alone; the public key beside it, with the
+/// ending `.pub`: that is what a unit is given. Both are minisign's. With --signed-by, the old key vouches for the new
+/// one in a statement with the ending `.trusted`; with --revoke, a key is called back by itself, or by the one that
+/// took it in, in a statement with the ending `.revoked`. `flock pack --statement` sends them to the units.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the key, or the statement, is written
+  1  the key that signs does not open, or others can read it; or the passphrase is empty
+  2  the command line is wrong, or a file is no key
+  3  a file could not be read or written, or is there already")]
+pub(crate) struct Args {
+    /// The new secret key's file
+    #[arg(required_unless_present = "revoke", conflicts_with = "revoke")]
+    file: Option<PathBuf>,
+    /// The secret key that vouches for the new one, or calls one back
+    #[arg(long, value_name = "KEY")]
+    signed_by: Option<PathBuf>,
+    /// Call back the key in this public key's file
+    #[arg(long, value_name = "PUB", requires = "signed_by")]
+    revoke: Option<PathBuf>,
+    /// Take the new key's passphrase from the first line of this file
+    #[arg(long, value_name = "FILE", conflicts_with = "revoke")]
+    passphrase_file: Option<PathBuf>,
+    /// Take the passphrase of the key that signs from the first line of this file
+    #[arg(long, value_name = "FILE", requires = "signed_by")]
+    signer_passphrase_file: Option<PathBuf>,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// The answer with `--json`.
+#[derive(Default, serde::Serialize)]
+struct Answer {
+    id: Option<KeyId>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    secret: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    public: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    statement: Option<PathBuf>,
+}
+
+/// A file that could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write `{path}`")]
+struct Unwritten {
+    path: PathBuf,
+    source: io::Error,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let signer = || match &args.signed_by {
+        Some(key) => passphrase::known(key, args.signer_passphrase_file.as_deref()).map(Some),
+        None => Ok(None),
+    };
+    let answer = match (&args.file, &args.revoke) {
+        (Some(file), _) => make(file, args.passphrase_file.as_deref(), signer()?.as_ref())?,
+        (None, Some(public)) => {
+            let revoked = PublicKey::read(public).map_err(unusable)?;
+            let statement = signer()?.map(|key| say(&Statement::Revoke(revoked.id()), &key, public, REVOKED));
+            Answer { id: Some(revoked.id()), statement: statement.transpose()?, ..Answer::default() }
+        }
+        (None, None) => Answer::default(),
+    };
+    if args.json {
+        report::json(&answer)?;
+    } else {
+        let id = answer.id.map(|id| format!("key         {id}"));
+        let line = |what: &str, path: &PathBuf| format!("{what:<12}{}", path.display());
+        let files = [("secret key", &answer.secret), ("public key", &answer.public), ("statement", &answer.statement)];
+        let files = files.iter().filter_map(|(what, path)| path.as_ref().map(|path| line(what, path)));
+        report::lines(id.into_iter().chain(files))?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// A new key in `file`, which `signer` vouches for.
+fn make(file: &Path, passphrase_file: Option<&Path>, signer: Option<&SecretKey>) -> Result<Answer, Fatal> {
+    let public = file.with_extension(PUBLIC);
+    let others = [&public, &file.with_extension(TRUSTED)];
+    if let Some(taken) = others.into_iter().find(|path| path.exists() || *path == file) {
+        let source = io::ErrorKind::AlreadyExists.into();
+        return Err(Fatal::new(Exit::Unreadable, Unwritten { path: taken.clone(), source }));
+    }
+    let passphrase = passphrase::new(file, passphrase_file)?;
+    let key = SecretKey::create(file, &passphrase).map_err(unusable)?.public();
+    write(&public, key.to_text().as_bytes())?;
+    let vouched = signer.map(|signer| say(&Statement::Trust(key.clone()), signer, file, TRUSTED));
+    let statement = vouched.transpose()?;
+    Ok(Answer { id: Some(key.id()), secret: Some(file.to_owned()), public: Some(public), statement })
+}
+
+/// Has `key` say `statement`, in a file named after `about`.
+fn say(statement: &Statement, key: &SecretKey, about: &Path, ending: &str) -> Result<PathBuf, Fatal> {
+    let path = about.with_extension(ending);
+    write(&path, &statement.sign(key).map_err(unusable)?)?;
+    Ok(path)
+}
+
+/// Writes a new file.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Fatal> {
+    let write = || -> io::Result<()> {
+        let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    };
+    write().map_err(|source| Fatal::new(Exit::Unreadable, Unwritten { path: path.to_owned(), source }))
+}

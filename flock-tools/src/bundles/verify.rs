@@ -1,0 +1,106 @@
+//! `flock verify`: would its units take this bundle?
+//!
+//! Owns the command and its answer. What is wrong is found by `shelf.rs`.
+
+use std::path::PathBuf;
+
+use bundle::{KeyId, Sequence, Trust, UnitId};
+use indicatif::DecimalBytes;
+
+use super::shelf::{self, Fault, Found, Kind};
+use super::unusable;
+use crate::report::{self, Exit, Fatal};
+
+/// Tell whether bundles are what a trusted key signed, whole and undamaged, and name everything that is not
+///
+/// Signatures first, then the lists of files, then every byte of every file, on all cores.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  every bundle would be taken in
+  1  something is forged, damaged or missing, or is for others; each is named
+  2  the command line or a key is wrong
+  3  something could not be read")]
+pub(crate) struct Args {
+    /// Folder of the bundles: on a disk, on a stick, under a web server
+    bundle: PathBuf,
+    /// The public key to trust, or a folder of such keys
+    #[arg(long, value_name = "PUB")]
+    trust: PathBuf,
+    /// Look only at what this unit would be given; may be repeated
+    #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
+    units: Vec<UnitId>,
+    /// Answer with one JSON document: {"ok": ..., "bundles": [...], "faults": [...]}
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(serde::Serialize)]
+struct Answer<'a> {
+    ok: bool,
+    bundles: Vec<Told<'a>>,
+    faults: &'a [Fault],
+}
+
+/// A bundle whose seal and list are good.
+#[derive(serde::Serialize)]
+struct Told<'a> {
+    seal: &'a str,
+    flock: &'a str,
+    /// Empty if it is for every unit.
+    units: Vec<String>,
+    sequence: Sequence,
+    created: &'a str,
+    signer: KeyId,
+    files: usize,
+    bytes: u64,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let trust = Trust::read(&args.trust).map_err(unusable)?;
+    let found = shelf::read(&args.bundle, &trust, &args.units)?;
+    let faults = shelf::faults(&args.bundle, &found);
+    let bundles = found.iter().filter_map(told).collect();
+    let exit = match &faults[..] {
+        [] => Exit::Fine,
+        faults if faults.iter().all(|fault| fault.kind == Kind::Unreadable) => Exit::Unreadable,
+        _ => Exit::No,
+    };
+    if args.json {
+        report::json(&Answer { ok: faults.is_empty(), bundles, faults: &faults })?;
+    } else {
+        report::lines(bundles.iter().map(line).chain(faults.iter().map(|fault| fault.message.clone())))?;
+        report::note(&match faults.len() {
+            0 => "no faults".to_owned(),
+            1 => "1 fault".to_owned(),
+            count => format!("{count} faults"),
+        });
+    }
+    Ok(exit)
+}
+
+fn told(found: &Found) -> Option<Told<'_>> {
+    let bundle = found.bundle.as_ref().ok()?;
+    let letter = bundle.seal().letter();
+    let units = match &letter.addressees {
+        bundle::Addressees::Anyone => Vec::new(),
+        bundle::Addressees::Units(units) => units.iter().map(ToString::to_string).collect(),
+    };
+    Some(Told {
+        seal: &found.seal,
+        flock: &letter.flock,
+        units,
+        sequence: letter.sequence,
+        created: &letter.created,
+        signer: bundle.seal().signer(),
+        files: bundle.contents().files().len(),
+        bytes: bundle.contents().objects().iter().map(|file| file.size).sum(),
+    })
+}
+
+fn line(told: &Told<'_>) -> String {
+    let Told { seal, flock, units, sequence, created, signer, files, bytes } = told;
+    let units = if units.is_empty() { "every unit".to_owned() } else { units.join(", ") };
+    let size = DecimalBytes(*bytes);
+    format!("`{seal}`: `{flock}` for {units}, sequence {sequence} of {created}, key {signer}, {files} files, {size}")
+}
