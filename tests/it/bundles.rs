@@ -210,6 +210,8 @@ fn whatever_is_tampered_with_is_named() {
     let said = studio.says(1, &["verify", "bundle", "--trust", "artist.pub"]);
     assert!(said.contains("the bundle is for `lobby`, this unit is `attic`"), "{said}");
     fs::remove_file(studio.at("bundle/seals/attic.seal")).unwrap();
+    // What no unit could be called, another system has left there.
+    fs::write(studio.at("bundle/seals/._lobby.seal"), "whatever").unwrap();
     studio.verify(0);
     let list = text.lines().last().unwrap().rsplit(' ').next().unwrap();
     replace(&studio.at("bundle/objects").join(&list[..2]).join(&list[2..]), b"dreams contents 1\n");

@@ -19,6 +19,7 @@ mod manual;
 mod playing;
 mod press;
 mod programs;
+mod publishing;
 mod rendering;
 mod reporting;
 mod resume;

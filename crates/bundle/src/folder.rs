@@ -6,6 +6,8 @@
 //!
 //! Start at [`Folder::create`] and [`Folder::open`].
 
+mod upkeep;
+
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::os::fd::AsFd;
@@ -18,6 +20,8 @@ use crate::limits;
 use crate::names::{Addressees, ObjectId};
 use crate::seal;
 use crate::source::{STATEMENTS, Source};
+
+pub use upkeep::Swept;
 
 /// What `statfs` calls FAT.
 const FAT: i64 = 0x4d44;

@@ -25,7 +25,7 @@ mod store;
 mod trust;
 
 pub use contents::{Contents, FileEntry, Verified};
-pub use folder::{Folder, FolderError, Put};
+pub use folder::{Folder, FolderError, Put, Swept};
 pub use key::{KeyError, KeyId, PublicKey};
 pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId};
 pub use refused::{Part, Refused};

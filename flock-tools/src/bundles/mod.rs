@@ -7,10 +7,13 @@
 //! Start at [`pack`].
 
 mod counter;
+pub(crate) mod diff;
+mod fleet;
 pub(crate) mod keygen;
 mod listing;
 pub(crate) mod pack;
 mod passphrase;
+pub(crate) mod publish;
 mod shelf;
 pub(crate) mod verify;
 

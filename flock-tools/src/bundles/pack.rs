@@ -28,7 +28,7 @@ use crate::report::{self, Exit, Fatal};
 /// Check a flock, and sign it as a bundle that travels to its units
 ///
 /// The flock is checked as `flock check --joins` does, and refused if it has a fault. The bundle is a folder: copy it
-/// to a stick or a web server. Clips are shared with the flock where the disk can do that, so leave them unchanged:
+/// to a stick or a web server, or let `flock publish` do it. Clips are shared with the flock where the disk can do that, so leave them unchanged:
 /// make new ones in new files, as all commands here do. Several bundles
 /// may lie in one folder, one for each unit, and share what they have in common. Each bundle of a key gets a higher
 /// number than the one before; the last one stands in a file beside the key.

@@ -10,18 +10,23 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, FileEntry, Folder, NameError, ObjectId, Refused, STATEMENTS, Source, Trust, UnitId, Unverified,
-    Verified, limits, seal_path, statements,
+    Addressees, FileEntry, Folder, ObjectId, Refused, STATEMENTS, Source, Trust, UnitId, Unverified, Verified, limits,
+    seal_path, statements,
 };
 use flock::FILE_NAME;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::unmoved;
 use crate::progress;
 use crate::report::{Exit, Fatal, chain};
 
+/// Where all seals lie.
+const SEALS: &str = "seals";
+
 /// A seal, and what became of it.
 pub(super) struct Found {
+    /// The unit that it lies there for; `None` for every unit.
+    pub(super) unit: Option<UnitId>,
     /// Where it lies in the folder.
     pub(super) seal: String,
     /// What it vouches for, or why a unit would refuse it.
@@ -74,33 +79,71 @@ enum Absent {
     Unit { path: PathBuf, unit: UnitId },
 }
 
+/// A bundle that has to be good and is not.
+#[derive(Debug, thiserror::Error)]
+#[error("`{seal}` in `{path}` is refused")]
+struct Bad {
+    path: PathBuf,
+    seal: String,
+    source: Box<Refused>,
+}
+
+/// Whether the folder at `path` is one of bundles.
+pub(super) fn is_one(path: &Path) -> bool {
+    path.join(SEALS).is_dir()
+}
+
 /// Reads every seal in the folder at `path`, or those that `units` would be given, and what they vouch for. `pinned`
-/// are the keys to trust; what they say there about others counts, as it would on a unit.
+/// are the keys to trust; what they say there about others counts, as it would on a unit. There must be one.
 pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<Found>, Fatal> {
     let mut folder = Folder::open(path).map_err(unmoved)?;
-    let trust = learned(&mut folder, pinned);
-    let stems = folder.seals().map_err(unmoved)?;
-    let everybody = Addressees::Anyone.stems()[0];
-    let wanted: BTreeSet<String> = if units.is_empty() {
-        stems.into_iter().collect()
+    let there = there(&folder)?;
+    let wanted: BTreeSet<Option<UnitId>> = if units.is_empty() {
+        there
     } else {
         let given = |unit: &UnitId| {
-            let stem = [unit.as_str(), everybody].into_iter().find(|stem| stems.iter().any(|there| there == stem));
-            let absent = || Absent::Unit { path: path.to_owned(), unit: unit.clone() };
-            stem.map(str::to_owned).ok_or_else(|| Fatal::new(Exit::No, absent()))
+            let found = [Some(unit.clone()), None].into_iter().find(|addressee| there.contains(addressee));
+            found.ok_or_else(|| Fatal::new(Exit::No, Absent::Unit { path: path.to_owned(), unit: unit.clone() }))
         };
         units.iter().map(given).collect::<Result<_, _>>()?
     };
     if wanted.is_empty() {
         return Err(Fatal::new(Exit::No, Absent::Bundle { path: path.to_owned() }));
     }
-    let found = |stem: String| {
-        let unit = if stem == everybody { Ok(None) } else { UnitId::new(&stem).map(Some) };
-        let seal = seal_path(&stem);
-        let bundle = unit.map_err(misnamed).and_then(|unit| bundle(&mut folder, &trust, unit.as_ref()));
-        Found { seal, bundle: bundle.map_err(Box::new) }
+    Ok(find(&mut folder, pinned, wanted))
+}
+
+/// The same, of whatever lies there, if anything does.
+pub(super) fn read_all(path: &Path, pinned: &Trust) -> Result<Vec<Found>, Fatal> {
+    let mut folder = Folder::open(path).map_err(unmoved)?;
+    let wanted = if is_one(path) { there(&folder)? } else { BTreeSet::new() };
+    Ok(find(&mut folder, pinned, wanted))
+}
+
+/// What was `found` in the folder at `path`, all of which must be good.
+pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<UnitId>, Verified)>, Fatal> {
+    let good = |Found { unit, seal, bundle }: Found| match bundle {
+        Ok(bundle) => Ok((unit, bundle)),
+        Err(source) => {
+            let exit = if source.is_of_the_world() { Exit::Unreadable } else { Exit::No };
+            Err(Fatal::new(exit, Bad { path: path.to_owned(), seal, source }))
+        }
     };
-    Ok(wanted.into_iter().map(found).collect())
+    found.into_iter().map(good).collect()
+}
+
+/// Those of `objects` in the folder at `path` that are not what they are called, every byte looked at, on all cores.
+/// Shows its progress on a terminal.
+pub(super) fn damaged(path: &Path, objects: &[(ObjectId, u64)]) -> Vec<(ObjectId, u64)> {
+    let bar = progress::bytes("reading back", objects.iter().map(|(_, size)| size).sum());
+    let look = |folder: &mut Option<Folder>, (id, size): &(ObjectId, u64)| {
+        let found = folder.as_mut().and_then(|folder| hash(folder, id, *size).ok());
+        bar.inc(*size);
+        (found != Some((*id, *size))).then_some((*id, *size))
+    };
+    let damaged = objects.par_iter().map_init(|| Folder::open(path).ok(), look).flatten_iter().collect();
+    bar.finish_and_clear();
+    damaged
 }
 
 /// Everything that is wrong with what was `found` in the folder at `path`, every byte of it looked at, on all cores.
@@ -130,16 +173,42 @@ pub(super) fn faults(path: &Path, found: &[Found]) -> Vec<Fault> {
     faults
 }
 
+/// Whom the seals in `folder` are there for. What no unit could be called is not ours.
+fn there(folder: &Folder) -> Result<BTreeSet<Option<UnitId>>, Fatal> {
+    let stems = folder.seals().map_err(unmoved)?;
+    let everybody = Addressees::Anyone;
+    let addressee = |stem: &String| match UnitId::new(stem) {
+        Ok(unit) => Some(Some(unit)),
+        Err(_) => everybody.stems().contains(&stem.as_str()).then_some(None),
+    };
+    Ok(stems.iter().filter_map(addressee).collect())
+}
+
+/// Reads the seals for these units, and what they vouch for.
+fn find(folder: &mut Folder, pinned: &Trust, wanted: BTreeSet<Option<UnitId>>) -> Vec<Found> {
+    let trust = learned(folder, pinned);
+    let found = |unit: Option<UnitId>| {
+        let addressees = Addressees::of(unit.clone());
+        let seal = seal_path(addressees.stems().first().copied().unwrap_or_default());
+        Found { bundle: bundle(folder, &trust, unit.as_ref()).map_err(Box::new), seal, unit }
+    };
+    wanted.into_iter().map(found).collect()
+}
+
+/// What keys say in the folder about keys; nothing where there are no statements.
+pub(super) fn said(folder: &mut Folder) -> Vec<u8> {
+    let mut said = Vec::new();
+    let reader = folder.small(STATEMENTS, limits::STATEMENTS);
+    let read = reader.and_then(|reader| reader.take(limits::STATEMENTS).read_to_end(&mut said));
+    if read.is_ok() { said } else { Vec::new() }
+}
+
 /// Whom the keys in `pinned` have taken in or called back by what lies in the folder.
 fn learned(folder: &mut Folder, pinned: &Trust) -> Trust {
     let mut trust = pinned.clone();
-    let mut said = Vec::new();
-    let reader = folder.small(STATEMENTS, limits::STATEMENTS);
-    // Where there are none, nobody has said anything; what somebody said who may not is passed over.
-    if reader.and_then(|reader| reader.take(limits::STATEMENTS).read_to_end(&mut said)).is_ok() {
-        for statement in statements(&said) {
-            trust.learn(statement).ok();
-        }
+    for statement in statements(&said(folder)) {
+        // What somebody said who may not say it is passed over.
+        trust.learn(statement).ok();
     }
     trust
 }
@@ -155,15 +224,11 @@ fn bundle(folder: &mut Folder, trust: &Trust, unit: Option<&UnitId>) -> Result<V
     }
 }
 
-fn misnamed(source: NameError) -> Refused {
-    Refused::Read { part: bundle::Part::Seal, source: io::Error::new(io::ErrorKind::InvalidFilename, source) }
-}
-
 fn refusal(seal: &str, refused: &Refused) -> Fault {
     let is = |kind| matches!(refused, Refused::Read { source, .. } if source.kind() == kind);
     let kind = if is(io::ErrorKind::NotFound) {
         Kind::Missing
-    } else if refused.is_of_the_world() && !is(io::ErrorKind::InvalidFilename) {
+    } else if refused.is_of_the_world() {
         Kind::Unreadable
     } else {
         Kind::Refused
@@ -196,7 +261,7 @@ fn flock_fault(path: &Path, seal: &str, bundle: &Verified) -> Option<Fault> {
 
 /// How the content of `file` is not there as it was signed.
 fn object_fault(folder: Option<&mut Folder>, file: &FileEntry) -> Option<Fault> {
-    let (kind, why) = match folder.map(|folder| hash(folder, file)) {
+    let (kind, why) = match folder.map(|folder| hash(folder, &file.id, file.size)) {
         Some(Ok((found, size))) if size == file.size && found == file.id => return None,
         Some(Ok((found, size))) if size == file.size => {
             (Kind::Damaged, format!("is damaged (expected {}, found {found})", file.id))
@@ -212,6 +277,7 @@ fn object_fault(folder: Option<&mut Folder>, file: &FileEntry) -> Option<Fault> 
     Some(Fault { kind, seal: None, path: Some(file.path.to_string()), object: Some(object), message })
 }
 
-fn hash(folder: &mut Folder, file: &FileEntry) -> io::Result<(ObjectId, u64)> {
-    ObjectId::of_reader(folder.object(&file.id, file.size, 0)?.take(file.size + 1))
+/// The digest and the size of what is there of an object; no more than a byte beyond its end is read.
+fn hash(folder: &mut Folder, id: &ObjectId, size: u64) -> io::Result<(ObjectId, u64)> {
+    ObjectId::of_reader(folder.object(id, size, 0)?.take(size + 1))
 }

@@ -1,0 +1,129 @@
+//! `fleet.toml`: what was published for which unit, and where.
+//!
+//! Owns the table: a row for each unit, kept by `flock publish`, so that the artist knows what hangs where. Nothing
+//! depends on it: it can be lost.
+//!
+//! ```toml
+//! [[unit]]
+//! id = "lobby"                          # or `all`, for the bundle for every unit
+//! flock = "aurora"
+//! sequence = 7
+//! key = "8A1F5C9E0D2B4371"
+//! to = "/media/stick"
+//! published = "2026-03-01T12:00:00Z"
+//! place = "Hotel Adler, by the stairs"  # the artist's own words, kept
+//! ```
+//!
+//! Start at [`Fleet::read`].
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::report::{Exit, Fatal};
+use crate::save;
+
+/// The file's name, beside the bundles.
+pub(super) const FILE_NAME: &str = "fleet.toml";
+/// What stands at its top.
+const HEADING: &str = "# What was published for which unit, and where. `flock publish` keeps it; `place` is yours.\n";
+
+/// The table.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Fleet {
+    #[serde(default, rename = "unit")]
+    pub(super) rows: Vec<Row>,
+}
+
+/// What a unit was given last.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Row {
+    pub(super) id: String,
+    pub(super) flock: String,
+    pub(super) sequence: u64,
+    pub(super) key: String,
+    pub(super) to: String,
+    pub(super) published: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) place: Option<String>,
+}
+
+/// Why the table cannot be kept.
+#[derive(Debug, thiserror::Error)]
+enum Unkept {
+    #[error("`{path}` is no table of units")]
+    Malformed { path: PathBuf, source: Box<toml::de::Error> },
+    #[error("cannot read `{path}`")]
+    Read { path: PathBuf, source: io::Error },
+    #[error("cannot save `{path}`")]
+    Write { path: PathBuf, source: io::Error },
+}
+
+impl Fleet {
+    /// Reads the table at `path`; an empty one if there is none.
+    pub(super) fn read(path: &Path) -> Result<Self, Fatal> {
+        let path = path.to_owned();
+        match fs::read_to_string(&path) {
+            Ok(text) => toml::from_str(&text)
+                .map_err(|error| Fatal::new(Exit::Malformed, Unkept::Malformed { path, source: Box::new(error) })),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(source) => Err(Fatal::new(Exit::Unreadable, Unkept::Read { path, source })),
+        }
+    }
+
+    /// Takes down what a unit was given; its place stays.
+    pub(super) fn note(&mut self, row: Row) {
+        match self.rows.iter_mut().find(|there| there.id == row.id) {
+            Some(there) => *there = Row { place: there.place.take(), ..row },
+            None => self.rows.push(row),
+        }
+        self.rows.sort_by(|a, b| a.id.cmp(&b.id));
+    }
+
+    /// Saves the table at `path`, whole or not at all.
+    pub(super) fn save(&self, path: &Path) -> Result<(), Fatal> {
+        let unsaved = |source| Fatal::new(Exit::Unreadable, Unkept::Write { path: path.to_owned(), source });
+        let text = toml::to_string(self).map_err(|error| unsaved(io::Error::other(error)))?;
+        save::whole(path, format!("{HEADING}\n{text}").as_bytes()).map_err(unsaved)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(id: &str, sequence: u64) -> Row {
+        let text = |text: &str| text.to_owned();
+        Row {
+            id: text(id),
+            flock: text("it's \"so\""),
+            sequence,
+            key: text("8A1F5C9E0D2B4371"),
+            to: text("/media/stick"),
+            published: text("2026-03-01T12:00:00Z"),
+            place: None,
+        }
+    }
+
+    #[test]
+    fn a_table_reads_back_as_it_was_saved_and_places_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(FILE_NAME);
+        let mut fleet = Fleet::read(&path).unwrap();
+        assert_eq!(fleet, Fleet::default());
+        fleet.note(row("stairs", 1));
+        fleet.note(Row { place: Some("Hotel Adler".into()), ..row("lobby", 2) });
+        fleet.note(row("lobby", 3));
+        fleet.save(&path).unwrap();
+        let read = Fleet::read(&path).unwrap();
+        assert_eq!(read, fleet);
+        let told: Vec<_> = read.rows.iter().map(|row| (&*row.id, row.sequence, row.place.as_deref())).collect();
+        assert_eq!(told, [("lobby", 3, Some("Hotel Adler")), ("stairs", 1, None)]);
+        for bad in ["unit = 3", "[[unit]]\nid = \"lobby\"\n", "[[units]]\n"] {
+            fs::write(&path, bad).unwrap();
+            assert!(Fleet::read(&path).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! `flock publish`: bundles on their way to a stick, or to a web server's folder.
+//!
+//! Owns the command and its order: seals and lists are verified, and that all fits, before anything is written; then
+//! content, checked on its way and all of it on the disk; then what keys say; seals last. Whoever reads there meanwhile,
+//! or after the stick was pulled, finds the bundle of before or the new one. What is there is not written again.
+//!
+//! Start at [`run`].
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use bundle::{Addressees, Folder, ObjectId, Put, Sequence, Source, Swept, Trust, UnitId, Verified, statements};
+use indicatif::DecimalBytes;
+
+use super::fleet::{self, Fleet, Row};
+use super::{shelf, unmoved, unusable};
+use crate::now;
+use crate::progress;
+use crate::report::{self, Exit, Fatal};
+
+/// Lay bundles out on a stick, or in a folder for any web server: only what is new, safely in any order
+///
+/// Give the stick's mount point, or the server's folder: units look for bundles right there. Interrupted at any moment
+/// it leaves the bundles of before; given again it goes on where it was. What each unit was given is written down in
+/// `fleet.toml` beside the bundles.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  everything is there, on the disk; the stick may be pulled
+  1  a bundle is refused or damaged, or a newer one of its key lies there for the same unit; what lay there still holds
+  2  the command line, a key or `fleet.toml` is wrong
+  3  a file could not be read or written, or there is no room; given again it goes on from there")]
+pub(crate) struct Args {
+    /// Folder of the bundles, as `flock pack` made it
+    bundle: PathBuf,
+    /// Where to: a folder that is there
+    to: PathBuf,
+    /// The public key to trust, or a folder of such keys
+    #[arg(long, value_name = "PUB")]
+    trust: PathBuf,
+    /// Only what this unit would be given; may be repeated [default: all that lies in the folder]
+    #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
+    units: Vec<UnitId>,
+    /// Read back what lies there already, and replace what is damaged
+    #[arg(long)]
+    check: bool,
+    /// Afterwards remove content that no bundle there needs any more
+    #[arg(long)]
+    prune: bool,
+    /// The table of units [default: fleet.toml beside the bundles]
+    #[arg(long, value_name = "FILE")]
+    fleet: Option<PathBuf>,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// The answer with `--json`.
+#[derive(serde::Serialize)]
+struct Answer {
+    units: Vec<Row>,
+    /// Objects that were not there.
+    new_objects: usize,
+    /// What they take.
+    new_bytes: u64,
+    /// Objects that were there, and stay.
+    kept_objects: usize,
+    /// Objects that were there and damaged, and were replaced.
+    replaced_objects: usize,
+    /// What `--prune` removed.
+    pruned_files: usize,
+    pruned_bytes: u64,
+}
+
+/// Why nothing is published.
+#[derive(Debug, thiserror::Error)]
+enum Unpublished {
+    #[error("`{path}` has no room: {needed} needed, {room} free")]
+    NoRoom { path: PathBuf, needed: DecimalBytes, room: DecimalBytes },
+    #[error("for {unit} sequence {there} of the same key lies in `{path}`, this is {sequence}")]
+    Older { path: PathBuf, unit: String, sequence: Sequence, there: Sequence },
+    #[error("cannot tell what `{seal}` in `{path}` needs")]
+    Unknown { path: PathBuf, seal: String },
+}
+
+/// What is to be published: a seal's place, and what it vouches for.
+type Bundles = Vec<(Option<UnitId>, Verified)>;
+
+/// What is to be written.
+struct Freight {
+    /// Every object and every list that is not there, with its size.
+    new: Vec<(ObjectId, u64)>,
+    kept: usize,
+    replaced: usize,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let trust = Trust::read(&args.trust).map_err(unusable)?;
+    let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
+    let mut fleet = Fleet::read(&table)?;
+    let bundles = shelf::bundles(&args.bundle, shelf::read(&args.bundle, &trust, &args.units)?)?;
+    let to = Folder::open(&args.to).map_err(unmoved)?;
+    // One writer at a time; where a file system knows no locks, that is the artist's to see to.
+    let _lock = File::open(&args.to).ok().filter(|folder| folder.lock().is_ok());
+    refuse_older(args, &trust, &bundles)?;
+    to.sweep(|_| true).map_err(unmoved)?;
+    let freight = freight(args, &to, &bundles)?;
+    let sent = send(args, &to, &bundles, &freight)?;
+    let pruned = if args.prune { prune(args, &trust, &to)? } else { Swept::default() };
+    let rows: Vec<Row> = bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
+    for row in &rows {
+        fleet.note(row.clone());
+    }
+    fleet.save(&table)?;
+    let answer = Answer {
+        units: rows,
+        new_objects: freight.new.len(),
+        new_bytes: sent,
+        kept_objects: freight.kept,
+        replaced_objects: freight.replaced,
+        pruned_files: pruned.files,
+        pruned_bytes: pruned.bytes,
+    };
+    if args.json {
+        report::json(&answer)?;
+    } else {
+        report::lines(told(&answer))?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// Ends the command if a bundle of the same key that is no older, but another one, lies there for the same unit.
+fn refuse_older(args: &Args, trust: &Trust, bundles: &Bundles) -> Result<(), Fatal> {
+    let there = shelf::read_all(&args.to, trust)?;
+    for (unit, bundle) in bundles {
+        let twin = there.iter().filter(|found| found.unit == *unit).find_map(|found| found.bundle.as_ref().ok());
+        let (seal, Some(twin)) = (bundle.seal(), twin.map(Verified::seal)) else { continue };
+        let (sequence, there) = (seal.letter().sequence, twin.letter().sequence);
+        if twin.signer() == seal.signer() && there >= sequence && twin.id() != seal.id() {
+            let unit = addressee(unit.as_ref());
+            return Err(Fatal::new(Exit::No, Unpublished::Older { path: args.to.clone(), unit, sequence, there }));
+        }
+    }
+    Ok(())
+}
+
+/// What has to be written, which must fit.
+fn freight(args: &Args, to: &Folder, bundles: &Bundles) -> Result<Freight, Fatal> {
+    let mut objects: BTreeMap<ObjectId, u64> = BTreeMap::new();
+    for (_, bundle) in bundles {
+        let letter = bundle.seal().letter();
+        objects.insert(letter.contents, letter.contents_size);
+        objects.extend(bundle.contents().files().iter().map(|file| (file.id, file.size)));
+    }
+    let (held, mut new): (Vec<_>, Vec<_>) = objects.into_iter().partition(|(id, size)| to.holds(id, *size));
+    let damaged = if args.check { shelf::damaged(&args.to, &held) } else { Vec::new() };
+    for (id, _) in &damaged {
+        to.discard(id).map_err(unmoved)?;
+    }
+    let (kept, replaced) = (held.len() - damaged.len(), damaged.len());
+    new.extend(damaged);
+    let (needed, room) = (new.iter().map(|(_, size)| size).sum::<u64>(), to.room().map_err(unmoved)?);
+    // A disk that shares or links needs less; only what must be copied has to fit.
+    if needed > room && !shares(&args.bundle, &args.to) {
+        let (needed, room) = (DecimalBytes(needed), DecimalBytes(room));
+        let fatal = Fatal::new(Exit::Unreadable, Unpublished::NoRoom { path: args.to.clone(), needed, room });
+        return Err(fatal.hint("--prune removes what no bundle there needs any more, once the new ones are there"));
+    }
+    Ok(Freight { new, kept, replaced })
+}
+
+/// Whether two folders lie on the same disk.
+fn shares(one: &Path, other: &Path) -> bool {
+    let disk = |path: &Path| fs::metadata(path).map(|status| std::os::unix::fs::MetadataExt::dev(&status)).ok();
+    disk(one).is_some() && disk(one) == disk(other)
+}
+
+/// Writes it all, seals last. Returns the bytes that were not there before. Shows its progress on a terminal.
+fn send(args: &Args, to: &Folder, bundles: &Bundles, freight: &Freight) -> Result<u64, Fatal> {
+    let mut from = Folder::open(&args.bundle).map_err(unmoved)?;
+    let total = freight.new.iter().map(|(_, size)| size).sum();
+    let bar = progress::bytes("publishing", total);
+    for (id, size) in &freight.new {
+        let before = bar.position();
+        put(&mut from, to, id, *size, &mut |bytes| bar.inc(bytes))?;
+        bar.set_position(before + size);
+    }
+    bar.finish_and_clear();
+    let said = shelf::said(&mut from);
+    let said: Vec<Vec<u8>> = statements(&said).into_iter().map(<[u8]>::to_vec).collect();
+    to.add_statements(&said).map_err(unmoved)?;
+    for (unit, bundle) in bundles {
+        to.put_seal(&Addressees::of(unit.clone()), bundle.seal().bytes()).map_err(unmoved)?;
+    }
+    Ok(total)
+}
+
+/// Puts one object into `to`.
+fn put(from: &mut Folder, to: &Folder, id: &ObjectId, size: u64, moved: &mut dyn FnMut(u64)) -> Result<Put, Fatal> {
+    let path = from.path().join(id.path());
+    if path.exists() {
+        return to.put_file(id, size, &path, moved).map_err(unmoved);
+    }
+    let mut reader =
+        from.object(id, size, 0).map_err(|source| unmoved(bundle::FolderError::Read { path: path.clone(), source }))?;
+    to.put(id, size, &mut reader, &path, moved).map_err(unmoved)
+}
+
+/// Removes what no bundle there needs.
+fn prune(args: &Args, trust: &Trust, to: &Folder) -> Result<Swept, Fatal> {
+    let mut needed: BTreeSet<ObjectId> = BTreeSet::new();
+    for found in shelf::read_all(&args.to, trust)? {
+        let Ok(bundle) = found.bundle else {
+            let unknown = Unpublished::Unknown { path: args.to.clone(), seal: found.seal };
+            return Err(Fatal::new(Exit::No, unknown).hint("the bundles are published; nothing was pruned"));
+        };
+        needed.insert(bundle.seal().letter().contents);
+        needed.extend(bundle.contents().files().iter().map(|file| file.id));
+    }
+    to.sweep(|id| needed.contains(id)).map_err(unmoved)
+}
+
+fn row(args: &Args, unit: Option<&UnitId>, bundle: &Verified) -> Row {
+    let (seal, to) = (bundle.seal(), fs::canonicalize(&args.to).unwrap_or_else(|_| args.to.clone()));
+    Row {
+        id: unit.map_or_else(|| Addressees::Anyone.to_string(), ToString::to_string),
+        flock: seal.letter().flock.clone(),
+        sequence: seal.letter().sequence.0,
+        key: seal.signer().to_string(),
+        to: to.display().to_string(),
+        published: now::date(),
+        place: None,
+    }
+}
+
+fn addressee(unit: Option<&UnitId>) -> String {
+    unit.map_or_else(|| "every unit".to_owned(), |unit| format!("unit `{unit}`"))
+}
+
+fn told(answer: &Answer) -> Vec<String> {
+    let Answer { units, new_objects, new_bytes, kept_objects, replaced_objects, pruned_files, pruned_bytes } = answer;
+    let mut lines: Vec<String> =
+        units.iter().map(|row| format!("{}: `{}`, sequence {}", row.id, row.flock, row.sequence)).collect();
+    lines.push(format!("{new_objects} objects written, {}; {kept_objects} were there", DecimalBytes(*new_bytes)));
+    if *replaced_objects > 0 {
+        lines.push(format!("{replaced_objects} of them were there, damaged, and were replaced"));
+    }
+    if *pruned_files > 0 {
+        lines.push(format!("{pruned_files} files removed, {}", DecimalBytes(*pruned_bytes)));
+    }
+    lines
+}
