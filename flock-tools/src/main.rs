@@ -16,6 +16,7 @@ mod clips;
 mod curate;
 mod demo;
 mod draft;
+mod import;
 mod joins;
 mod manual;
 mod now;
@@ -49,6 +50,7 @@ enum Command {
     Demo(demo::Args),
     Diff(bundles::diff::Args),
     Drop(curate::drop::Args),
+    Import(import::Args),
     Keygen(bundles::keygen::Args),
     Link(curate::link::Args),
     Man(manual::man::Args),
@@ -80,6 +82,7 @@ fn run(args: Args) -> Result<Exit, Fatal> {
         Command::Demo(args) => demo::run(&args),
         Command::Diff(args) => bundles::diff::run(&args),
         Command::Drop(args) => curate::drop::run(&args),
+        Command::Import(args) => import::run(&args),
         Command::Keygen(args) => bundles::keygen::run(&args),
         Command::Link(args) => curate::link::run(&args),
         Command::Man(args) => manual::man::run(&args),

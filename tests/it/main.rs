@@ -14,6 +14,7 @@ mod glass;
 mod guest;
 mod hot_plug;
 mod house;
+mod importing;
 mod joins;
 mod manual;
 mod playing;

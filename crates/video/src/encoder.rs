@@ -157,6 +157,20 @@ impl Encoder {
     /// # Errors
     /// [`EncodeError`] if x264 does not know the preset, or the file cannot be created.
     pub fn create(path: &Path, form: &Form, quality: Quality<'_>) -> Result<Self, EncodeError> {
+        Self::create_tagged(path, form, quality, &[])
+    }
+
+    /// Starts a clip as [`Encoder::create`] does, with tags, `(key, value)`, that tell of its origin: title, artist,
+    /// copyright, or any other. They stand in the file as they are, under the keys that they have.
+    ///
+    /// # Errors
+    /// As [`Encoder::create`].
+    pub fn create_tagged(
+        path: &Path,
+        form: &Form,
+        quality: Quality<'_>,
+        tags: &[(String, String)],
+    ) -> Result<Self, EncodeError> {
         raw::hush();
         Self::check(path, form, quality)?;
         let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, error);
@@ -173,7 +187,12 @@ impl Encoder {
         let mut stream = output.add_stream_with(&video).map_err(at("add the stream"))?;
         stream.set_time_base(time_base(form));
         stream.set_avg_frame_rate(time_base(form).invert());
-        let header = Dictionary::from_iter([("movflags", "+faststart"), ("fflags", "+bitexact")]);
+        // `use_metadata_tags`: any key, where MP4 without it knows but a dozen, and a licence is none of them.
+        let flags = if tags.is_empty() { "+faststart" } else { "+faststart+use_metadata_tags" };
+        // What C would end before its end cannot be told.
+        let told = tags.iter().filter(|(key, value)| !key.contains('\0') && !value.contains('\0'));
+        output.set_metadata(told.map(|(key, value)| (key.as_str(), value.as_str())).collect());
+        let header = Dictionary::from_iter([("movflags", flags), ("fflags", "+bitexact")]);
         output.write_header_with(header).map_err(at("write the header"))?;
         Ok(Self { path: path.to_owned(), part, form: *form, video, output, pushed: 0 })
     }

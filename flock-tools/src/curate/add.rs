@@ -14,7 +14,7 @@ use crate::places;
 use crate::report::{self, Exit, Fatal};
 
 /// Frames of a loop that is yet to be rendered, unless told otherwise: 26 seconds at 30 per second.
-const FRAMES: u32 = 768;
+pub(crate) const FRAMES: u32 = 768;
 
 /// Add a sheep: from a genome, a loop or both
 ///

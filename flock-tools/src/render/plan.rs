@@ -41,7 +41,7 @@ pub(crate) struct Look {
 }
 
 /// Which part of the graph a clip shows.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Shows {
     /// A sheep's loop.
     Loop(SheepId),

@@ -34,11 +34,21 @@ impl Genome {
     /// # Errors
     /// [`GenomeError`] names line, attribute and value. A text without flames is an empty list.
     pub fn parse_all(text: &str) -> Result<Vec<Genome>, GenomeError> {
+        Ok(Self::split(text)?.into_iter().map(|(genome, _)| genome).collect())
+    }
+
+    /// Reads every `<flame>` as [`Genome::parse_all`] does, each with its own part of the text, byte for byte: what a
+    /// file of this one flame would hold.
+    ///
+    /// # Errors
+    /// As [`Genome::parse_all`].
+    pub fn split(text: &str) -> Result<Vec<(Genome, &str)>, GenomeError> {
         let document = Document::parse(text).map_err(|error| GenomeError::Xml { reason: error.to_string() })?;
         if let Some(deep) = too_deep(&document) {
             return Err(GenomeError::Deep { line: line(deep), most: MOST_DEEP });
         }
-        document.descendants().filter(|node| node.has_tag_name("flame")).map(genome).collect()
+        let flames = document.descendants().filter(|node| node.has_tag_name("flame"));
+        flames.map(|node| Ok((genome(node)?, &text[node.range()]))).collect()
     }
 
     /// Reads the one flame of a text.

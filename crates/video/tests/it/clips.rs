@@ -62,6 +62,11 @@ pub(crate) fn hash(frame: &Frame) -> String {
             md5.update(&row[..width]);
         }
     }
+    hex(md5)
+}
+
+/// A digest as ffmpeg writes it.
+pub(crate) fn hex(md5: Md5) -> String {
     let digits = md5.finalize().into_iter().flat_map(|byte| [byte >> 4, byte & 15]);
     digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
 }

@@ -8,4 +8,5 @@
 mod clips;
 mod damage;
 mod encoding;
+mod foreign;
 mod joins;
