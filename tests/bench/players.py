@@ -18,22 +18,24 @@ import sys
 
 FRAMES = 1000
 OURS = "dreams-player"
+FFMPEG, MPV, KMSSINK = "ffmpeg decode only", "mpv --vo=drm", "gstreamer kmssink"
+# In the guest's memory: each line written to the machine outside stops the whole guest, and no peer writes any.
+TRACE = "/tmp/trace.jsonl"
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
-def commands(folder, player, trace):
+def commands(folder, player):
     """One command line for each contestant, every decoder with one thread."""
     clip = f"{folder}/flock/clip.mp4"
     card = "/dev/dri/by-driver/vkms"
     return {
-        "ffmpeg decode only": ["ffmpeg", "-v", "error", "-nostdin", "-threads", "1", "-i", clip, "-f", "null", "-"],
-        "mpv --vo=drm": ["mpv", "--no-config", "--really-quiet", "--vo=drm", f"--drm-device={card}", "--drm-mode=1280x720",
-                         "--no-audio", "--hwdec=no", "--vd-lavc-threads=1", clip],
-        "gstreamer kmssink": ["gst-launch-1.0", "-q", "filesrc", f"location={clip}", "!", "qtdemux", "!", "h264parse", "!",
-                              "avdec_h264", "max-threads=1", "!", "kmssink", "driver-name=vkms", "force-modesetting=true",
-                              "skip-vsync=true"],
+        FFMPEG: ["ffmpeg", "-v", "error", "-nostdin", "-threads", "1", "-i", clip, "-f", "null", "-"],
         OURS: [player, "--flock", f"{folder}/flock", "--screen", f"kms:{card}", "--threads", "1", "--seed", "1",
-               "--clips", "1", "--status", "off", "--state", "/tmp/state", "--trace", trace],
+               "--clips", "1", "--status", "off", "--state", "/tmp/state", "--trace", TRACE],
+        MPV: ["mpv", "--no-config", "--really-quiet", "--vo=drm", f"--drm-device={card}", "--drm-mode=1280x720", "--no-audio",
+              "--hwdec=no", "--vd-lavc-threads=1", clip],
+        KMSSINK: ["gst-launch-1.0", "-q", "filesrc", f"location={clip}", "!", "qtdemux", "!", "h264parse", "!", "avdec_h264",
+                  "max-threads=1", "!", "kmssink", "driver-name=vkms", "force-modesetting=true", "skip-vsync=true"],
     }
 
 
@@ -52,31 +54,28 @@ def in_guest(command):
 def contest(folder, command):
     """One run of `command`: processor seconds of its guest, and what `contestant.py` tells."""
     answer = f"{folder}/contestant.json"
-    cpu_s = in_guest(["python3", f"{HERE}/contestant.py", answer] + command)
+    cpu_s = in_guest(["python3", f"{HERE}/contestant.py", answer, TRACE] + command)
     with open(answer) as told:
         return {"cpu_s": cpu_s, **json.load(told)}
 
 
-def starts(folder, command, trace, rounds):
+def starts(folder, command, rounds):
     """Milliseconds from exec to the first flip: of a cold start, and of `rounds` more."""
     answer = f"{folder}/starts.json"
-    in_guest(["python3", f"{HERE}/starts.py", answer, str(rounds), trace] + command)
+    in_guest(["python3", f"{HERE}/starts.py", answer, str(rounds), TRACE] + command)
     with open(answer) as told:
         return json.load(told)
 
 
-def must_be_whole(trace):
+def must_be_whole(result):
     """Ends the measuring if the player did not show every frame."""
-    with open(trace) as lines:
-        flips = sum(json.loads(line)["event"] == "flip" for line in lines)
-    if flips != FRAMES:
-        sys.exit(f"the player showed {flips} frames, wanted {FRAMES}")
+    if result["flips"] != FRAMES:
+        sys.exit(f"the player showed {result['flips']} frames, wanted {FRAMES}")
 
 
 def measure(folder, player, rounds):
     """Medians over `rounds`, contestants by turns."""
-    trace = f"{folder}/trace.jsonl"
-    contestants = commands(folder, player, trace)
+    contestants = commands(folder, player)
     runs = {name: [] for name in contestants}
     for turn in range(rounds):
         idle = contest(folder, ["true"])["cpu_s"]
@@ -84,23 +83,29 @@ def measure(folder, player, rounds):
             result = contest(folder, command)
             result["cpu_s"] -= idle
             if name == OURS:
-                must_be_whole(trace)
+                must_be_whole(result)
             runs[name].append(result)
             print(f"round {turn + 1}: {name:20} {result['cpu_s']:7.2f} s", flush=True)
     median = {name: {key: statistics.median(r[key] for r in results) for key in results[0]} for name, results in runs.items()}
-    runs["starts"] = starts(folder, contestants[OURS], trace, rounds)
+    runs["starts"] = starts(folder, contestants[OURS], rounds)
     median[OURS]["first_flip_ms"] = statistics.median(runs["starts"]["first_flip_ms"])
     return runs, median
 
 
-def promises(median):
-    """What the project promises, as name, figure, bound."""
-    ours, ffmpeg = median[OURS], median["ffmpeg decode only"]
-    mpv, gst = median["mpv --vo=drm"], median["gstreamer kmssink"]
+def promises(runs, median):
+    """What the project promises, as name, figure, bound.
+
+    Processor time is compared within each round, and the median taken of those: what slows a machine down for a
+    minute then weighs on both.
+    """
+    def over(peer):
+        return statistics.median(our["cpu_s"] / their["cpu_s"] for our, their in zip(runs[OURS], runs[peer]))
+
+    ours, mpv = median[OURS], median[MPV]
     return [
-        ("processor time over decode only", ours["cpu_s"] / ffmpeg["cpu_s"], 1.10),
-        ("processor time over mpv", ours["cpu_s"] / mpv["cpu_s"], 0.6),
-        ("processor time over kmssink", ours["cpu_s"] / gst["cpu_s"], 0.6),
+        ("processor time over decode only", over(FFMPEG), 1.10),
+        ("processor time over mpv", over(MPV), 0.6),
+        ("processor time over kmssink", over(KMSSINK), 0.6),
         ("peak memory, MB", ours["peak_mb"], 70),
         ("peak memory over mpv's", ours["peak_mb"] / mpv["peak_mb"], 1.0),
         ("exec to first flip, ms", ours["first_flip_ms"], 300),
@@ -115,7 +120,7 @@ def main():
     for name, row in median.items():
         first = f"{row['first_flip_ms']:.0f}" if "first_flip_ms" in row else "-"
         print(f"{name:22}{row['cpu_s']:>22.2f}{row['peak_mb']:>10.1f}{first:>15}")
-    kept = promises(median)
+    kept = promises(runs, median)
     print()
     for name, figure, bound in kept:
         print(f"{name:34}{figure:>8.2f}  at most {bound:<6} {'kept' if figure <= bound else 'MISSED'}")

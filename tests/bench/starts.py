@@ -1,7 +1,7 @@
 """Starts the player again and again in one guest, and tells how long each took from exec to the first flip.
 
 starts.py ANSWER ROUNDS TRACE COMMAND... writes {"cold": ms, "first_flip_ms": [ms, ...]} as JSON; COMMAND must write its
-trace to TRACE. The first start reads 137 libraries from the machine outside; a unit has them in its page cache after
+trace to TRACE. The first start reads the libraries from the machine outside; a unit has them in its page cache after
 the first start too, and boots from a file system made for it: so that one is told apart. Each run is ended by SIGTERM.
 """
 
