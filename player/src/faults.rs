@@ -79,6 +79,11 @@ impl Faults {
         }
     }
 
+    /// Another flock is played: what was told of the clips of the one before may be told again.
+    pub(crate) fn renew(&self) {
+        self.lock().causes.clear();
+    }
+
     /// Tells that something went wrong, as often as it does. It is news only the first time.
     pub(crate) fn tell(&self, kind: Kind, message: String) {
         let mut told = self.lock();

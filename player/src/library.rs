@@ -1,13 +1,18 @@
 //! The library thread: chooses the next clip, opens it and reads it into memory, long before its join.
 //!
 //! Owns the walk and what happens when a clip is bad: it is struck for the run, told once, and the path goes on
-//! around it: another transition, else the loop again, else nothing, and the last frame stays lit. Never decodes.
+//! around it: another transition, else the loop again, else nothing, and the last frame stays lit. How the path goes
+//! over to another flock stands in `library/change.rs`. Never decodes.
+
+mod change;
 
 use crate::decoder::{Order, Report};
 use crate::faults::{Faults, Kind};
+use crate::generation::Generation;
 use crate::glass::Glass;
 use crate::report::{Fatal, chain};
 use crate::turn::Turn;
+use change::Change;
 use flock::{ClipHash, ClipPath, Flock, Itinerary, Leg, Place};
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -21,6 +26,8 @@ use timing::{FrameCount, Nanos};
 use tracing::{debug, info, warn};
 use video::{Clip, ClipError, Form, ProbeError};
 
+pub(crate) use change::Successor;
+
 /// How long to wait, when nothing can be played, before all clips get another chance: storage may come back.
 const REPRIEVE: Duration = Duration::from_secs(30);
 
@@ -32,8 +39,12 @@ const FRESH_BITS: u32 = 53;
 
 /// The walk, and where its clips are.
 pub(crate) struct Library {
-    /// The flock's folder.
-    pub(crate) folder: PathBuf,
+    /// Where the flock to be played is said to be.
+    pub(crate) source: PathBuf,
+    /// The one that is played.
+    pub(crate) generation: Generation,
+    /// What is known of the one that is to be played instead.
+    pub(crate) successor: Successor,
     pub(crate) form: Form,
     pub(crate) itinerary: Itinerary,
     /// How many clips to order; `None` for no end.
@@ -69,41 +80,43 @@ impl Library {
     ///
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn open(self, orders: SyncSender<Order>, reports: Receiver<Report>) -> Result<JoinHandle<()>, Fatal> {
+    pub(crate) fn open(
+        self,
+        orders: SyncSender<Order>,
+        reports: Receiver<Report>,
+    ) -> Result<JoinHandle<Closing>, Fatal> {
         let work = move || self.work(&orders, &reports);
         let thread = thread::Builder::new().name("library".to_owned()).spawn(work);
         thread.map_err(|source| Fatal::Thread { name: "library", source })
     }
 
-    fn work(mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>) {
+    fn work(mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>) -> Closing {
         let mut unauthentic: Option<ClipPath> = None;
         let mut ended = Ends::default();
         let mut number = 1;
         loop {
             self.forgive_the_missing();
             let Some(leg) = self.itinerary.next_leg() else {
-                self.faults.once(Kind::Barren, "flock", "no clip of the flock can be played".to_owned());
-                if self.clips.is_some() || !ended.wait(orders, reports, &self.glass) {
-                    return;
+                if self.wait_for_something(&mut ended, orders, reports) {
+                    continue;
                 }
-                self.struck = Struck::default();
-                self.itinerary.forgive();
-                continue;
+                return Closing::Complete;
             };
-            // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
-            // does not go back to before a clip that is shown.
-            let mut bad: Vec<_> = unauthentic.take().into_iter().collect();
-            bad.extend(reports.try_iter().filter_map(|report| ended.learn(&report, &self.glass)));
-            if self.clips.is_some_and(|clips| number > clips + ended.mute) && ended.count + 1 < number {
-                // Clips without a picture do not count: how many there are is known when all have ended.
-                if orders.send(Order::Rest).is_err() {
-                    return;
+            match self.change(&leg) {
+                Change::Stay => {}
+                Change::Changed => {
+                    unauthentic = None;
+                    continue;
                 }
-                while ended.count + 1 < number {
-                    let Ok(report) = reports.recv() else { return };
-                    bad.extend(ended.learn(&report, &self.glass));
+                Change::Restart => {
+                    self.glass.plan(self.turn(number, leg));
+                    return Closing::AnotherForm;
                 }
             }
+            // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
+            // does not go back to before a clip that is shown.
+            let Some(mut bad) = self.hear(&mut ended, number, orders, reports) else { return Closing::Complete };
+            bad.extend(unauthentic.take());
             for clip in &bad {
                 self.strike(clip, false);
             }
@@ -112,15 +125,16 @@ impl Library {
             }
             if self.clips.is_some_and(|clips| number > clips + ended.mute) {
                 // Never played, but where the path goes on: the place to keep when the run has ended.
-                return self.glass.plan(turn(number, leg));
+                self.glass.plan(self.turn(number, leg));
+                return Closing::Complete;
             }
             if let Some(clip) = self.admit(&leg, number) {
                 let path = leg.clip.path.clone();
                 let hash = leg.clip.hash;
-                let turn = turn(number, leg);
+                let turn = self.turn(number, leg);
                 self.glass.plan(Arc::clone(&turn));
                 if orders.send(Order::Play(clip, turn)).is_err() {
-                    return;
+                    return Closing::Complete;
                 }
                 if number == 1 {
                     self.glass.await_opening();
@@ -131,8 +145,62 @@ impl Library {
         }
     }
 
-    /// Takes a bad clip out of the path.
+    /// There is nothing to play. Whether there may be something by now; `false` if the run is over.
+    fn wait_for_something(&mut self, ended: &mut Ends, orders: &SyncSender<Order>, reports: &Receiver<Report>) -> bool {
+        self.faults.once(Kind::Barren, "flock", "no clip of the flock can be played".to_owned());
+        self.generation.failed();
+        if self.change_from_nothing() {
+            return true;
+        }
+        if self.clips.is_some() || !ended.wait(orders, reports, &self.glass) {
+            return false;
+        }
+        self.struck = Struck::default();
+        self.itinerary.forgive();
+        true
+    }
+
+    /// The bad ones among the clips that have ended before turn `number`; `None` if the run is over.
+    fn hear(
+        &mut self,
+        ended: &mut Ends,
+        number: u64,
+        orders: &SyncSender<Order>,
+        reports: &Receiver<Report>,
+    ) -> Option<Vec<ClipPath>> {
+        let mut bad: Vec<_> = reports.try_iter().filter_map(|report| self.learn(ended, &report)).collect();
+        if self.clips.is_some_and(|clips| number > clips + ended.mute) && ended.count + 1 < number {
+            // Clips without a picture do not count: how many there are is known when all have ended.
+            orders.send(Order::Rest).ok()?;
+            while ended.count + 1 < number {
+                bad.extend(self.learn(ended, &reports.recv().ok()?));
+            }
+        }
+        Some(bad)
+    }
+
+    /// Counts the end of a clip; returns the clip if it is bad, and of the flock that is played.
+    fn learn(&mut self, ended: &mut Ends, report: &Report) -> Option<ClipPath> {
+        let bad = ended.learn(report, &self.glass);
+        if !Arc::ptr_eq(&report.turn.flock, &self.generation.flock) {
+            return None;
+        }
+        if bad.is_none() && report.frames > FrameCount(0) {
+            self.generation.joined();
+        }
+        bad
+    }
+
+    fn turn(&self, number: u64, leg: Leg) -> Arc<Turn> {
+        let (clip, frames) = (leg.clip.path, leg.clip.frames);
+        Arc::new(Turn { number, clip, frames, place: leg.place, flock: Arc::clone(&self.generation.flock) })
+    }
+
+    /// Takes a bad clip out of the path. One that is missing may come back, and is nobody's fault.
     fn strike(&mut self, clip: &ClipPath, is_missing: bool) {
+        if !is_missing {
+            self.generation.failed();
+        }
         self.itinerary.strike(clip);
         if is_missing {
             self.struck.missing = Some((self.now)());
@@ -158,7 +226,7 @@ impl Library {
     /// picture comes first.
     fn admit(&mut self, leg: &Leg, number: u64) -> Option<Clip> {
         let path = &leg.clip.path;
-        let file = path.inside(&self.folder);
+        let file = path.inside(&self.generation.folder);
         let open = || Clip::open(&file, &self.form, leg.clip.frames);
         let opened = self.patiently(path, open, ClipError::is_shortage);
         let mut is_missing = false;
@@ -186,7 +254,7 @@ impl Library {
     /// Whether the clip's bytes are those of the manifest's hash, where it has one. Reading them pages them in.
     fn is_authentic(&self, path: &ClipPath, hash: Option<ClipHash>) -> bool {
         let Some(expected) = hash else { return true };
-        let hashed = || File::open(path.inside(&self.folder)).and_then(ClipHash::of);
+        let hashed = || File::open(path.inside(&self.generation.folder)).and_then(ClipHash::of);
         let message = match self.patiently(path, hashed, video::is_shortage) {
             Ok(found) if found == expected => return true,
             Ok(found) => {
@@ -216,6 +284,15 @@ impl Library {
             }
         }
     }
+}
+
+/// Why no more clips are ordered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Closing {
+    /// The run is over.
+    Complete,
+    /// The flock that is to be played now is of another size or rate: the screen has to be taken anew.
+    AnotherForm,
 }
 
 /// What is struck, beside the path's own strikes.
@@ -259,10 +336,6 @@ impl Ends {
             }
         }
     }
-}
-
-fn turn(number: u64, leg: Leg) -> Arc<Turn> {
-    Arc::new(Turn { number, clip: leg.clip.path, frames: leg.clip.frames, place: leg.place })
 }
 
 fn kind(error: &ClipError) -> Kind {

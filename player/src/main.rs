@@ -8,6 +8,7 @@ mod card;
 mod config;
 mod decoder;
 mod faults;
+mod generation;
 mod glass;
 mod library;
 mod options;

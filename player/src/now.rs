@@ -1,9 +1,10 @@
 //! The only reader of the clock in the player and the updater.
 //!
-//! Owns [`now`]; everything else takes the time as an argument. Monotonic: a unit's date may jump.
+//! Owns [`now`], and for the updater the machine's age and its date; everything else takes the time as an argument.
+//! What must not err goes by the first two: a unit's date may jump, or be 1970.
 
 use std::sync::LazyLock;
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 use timing::Nanos;
 
 /// Nanoseconds since the first call. By the standard library and not `rustix`, which insists on a vDSO that knows
@@ -13,4 +14,16 @@ pub fn now() -> Nanos {
     static FIRST: LazyLock<Instant> = LazyLock::new(Instant::now);
     let elapsed = Instant::now().saturating_duration_since(*FIRST).as_nanos();
     Nanos(u64::try_from(elapsed).unwrap_or(u64::MAX))
+}
+
+/// Seconds since the machine was started, asleep or not.
+pub fn up_s() -> u64 {
+    let age = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
+    u64::try_from(age.tv_sec).unwrap_or_default()
+}
+
+/// Seconds since 1970, as the machine's clock has it, which may be wrong.
+#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+pub fn clock_s() -> u64 {
+    SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |date| date.as_secs())
 }

@@ -31,6 +31,8 @@ pub(crate) enum Fatal {
     Thread { name: &'static str, source: io::Error },
     #[error("{played} of {wanted} clips were played, then no clip of `{flock}` could be", flock = flock.display())]
     TooFew { flock: PathBuf, wanted: u64, played: u64 },
+    #[error("the new flock cannot be shown here, the one before comes back")]
+    Trial(#[source] ScreenError),
     #[error("cannot write trace `{path}`", path = path.display())]
     Trace { path: PathBuf, source: io::Error },
 }
@@ -38,7 +40,7 @@ pub(crate) enum Fatal {
 impl Fatal {
     fn exit(&self) -> Exit {
         match self {
-            Self::NothingToPlay { .. } | Self::TooFew { .. } => Exit::No,
+            Self::NothingToPlay { .. } | Self::TooFew { .. } | Self::Trial(_) => Exit::No,
             Self::Config(ConfigError::Read { source, .. }) | Self::Flock(ManifestError::Read { source, .. })
                 if source.kind() == io::ErrorKind::InvalidData =>
             {
@@ -62,6 +64,7 @@ impl Fatal {
             Self::Flock(_) => "`flock check DIR` names every fault of a flock; `--flock DIR` names another one",
             Self::NothingToPlay { .. } | Self::TooFew { .. } => "`flock check DIR` says what is wrong with each clip",
             Self::Screen(ScreenError::Size { .. }) => "choose a screen at least as large as the flock's pictures",
+            Self::Trial(_) => "start again",
             Self::Screen(_) => "`--screen virtual` plays without a display",
             Self::Decoder(_) | Self::Signals(_) | Self::Thread { .. } => "the machine is out of threads or memory",
             Self::Trace { .. } => "`--trace FILE` needs a folder that exists and may be written",

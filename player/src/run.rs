@@ -9,8 +9,9 @@
 use crate::config::Config;
 use crate::decoder::{Frames, Workshop};
 use crate::faults::{Faults, Kind};
+use crate::generation::Generation;
 use crate::glass::Glass;
-use crate::library::{self, Library, Struck};
+use crate::library::{self, Closing, Library, Struck, Successor};
 use crate::place::Slots;
 use crate::report::{Exit, Fatal, chain};
 use crate::saver::Saver;
@@ -18,10 +19,12 @@ use crate::scribe::{Note, Scribe};
 use crate::settings::{Clock, ScreenChoice};
 use crate::show::{Ears, Ended, Piece, Show};
 use crate::{status, take};
-use flock::{Flock, Itinerary, Manifest, Place};
+use flock::{Itinerary, ManifestError, Place};
 use player::now::now;
+use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
+use std::path::Path;
 use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,23 +44,43 @@ const GRACE: Duration = Duration::from_millis(850);
 /// [`Fatal`], if it cannot begin or go on.
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
-    let manifest = Manifest::read(&config.flock)?;
+    let generation = begun(&config.flock)?;
+    let trial = generation.trial();
+    perform(config, generation, &stop).map_err(|fatal| match (fatal, trial) {
+        (Fatal::Screen(error @ ScreenError::Size { .. }), Some(trial)) if trial.lost(&chain(&error)) => {
+            Fatal::Trial(error)
+        }
+        (fatal, _) => fatal,
+    })
+}
+
+/// The flock to play, begun.
+fn begun(path: &Path) -> Result<Generation, ManifestError> {
+    loop {
+        let mut generation = Generation::open(path)?;
+        if generation.begin() {
+            return Ok(generation);
+        }
+    }
+}
+
+fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result<(), Fatal> {
+    let flock = Arc::clone(&generation.flock);
     let is_free = config.clock == Clock::Free && !matches!(config.screen, ScreenChoice::Kms(_));
-    let piece = Piece { fps: manifest.fps, size: manifest.size, free: is_free };
-    let flock = Arc::new(Flock::new(manifest));
+    let piece = Piece { fps: flock.manifest().fps, size: flock.manifest().size, free: is_free };
 
     let (scribe, scribing) = Scribe::start(config.trace.as_deref(), is_free)?;
     let faults = Faults::new(scribe.clone());
     let glass = Arc::new(Glass::default());
     let (slots, saved) = memory(config, &faults);
     let itinerary = library::path(&flock, saved, config.seed);
-    let (frames, studio) = open_studio(config, piece, itinerary, &faults, &glass)?;
+    let (frames, studio) = open_studio(config, piece, generation, itinerary, &faults, &glass)?;
     let screen = take::screen(&config.screen, piece)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
     status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
 
     let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);
-    let ears = Ears { scribe: scribe.clone(), faults: faults.clone(), saver, glass: &glass, stop: &stop, watchdog };
+    let ears = Ears { scribe: scribe.clone(), faults: faults.clone(), saver, glass: &glass, stop, watchdog };
     let (ended, saver) = Show::new(screen, frames, piece, ears).run()?;
 
     let next = ended.turn.as_ref().filter(|_| ended.finished).and_then(|turn| glass.after(turn.number));
@@ -106,7 +129,7 @@ fn memory(config: &Config, faults: &Faults) -> (Option<Slots>, Option<Place>) {
 
 /// The threads that make frames, to be asked at the end how it went.
 struct Studio {
-    library: JoinHandle<()>,
+    library: JoinHandle<Closing>,
     decoder: JoinHandle<Result<(), SessionError>>,
 }
 
@@ -114,6 +137,7 @@ struct Studio {
 fn open_studio(
     config: &Config,
     piece: Piece,
+    generation: Generation,
     itinerary: Itinerary,
     faults: &Faults,
     glass: &Arc<Glass>,
@@ -121,7 +145,9 @@ fn open_studio(
     let (orders, inbox) = sync_channel(1);
     let (reports, ends) = channel();
     let library = Library {
-        folder: config.flock.clone(),
+        source: config.flock.clone(),
+        generation,
+        successor: Successor::default(),
         form: Form { size: piece.size, fps: piece.fps },
         itinerary,
         clips: config.clips,
@@ -148,7 +174,9 @@ fn verdict(config: &Config, ended: &Ended, studio: Studio) -> Result<(), Fatal> 
         return Ok(());
     }
     studio.decoder.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-    studio.library.join().unwrap_or_else(|panic| resume_unwind(panic));
+    if studio.library.join().unwrap_or_else(|panic| resume_unwind(panic)) == Closing::AnotherForm {
+        return Ok(());
+    }
     let played = ended.turn.as_ref().map_or(0, |_| ended.tally.joins + 1);
     let flock = config.flock.clone();
     match config.clips {

@@ -4,7 +4,7 @@
 //! `decoder.rs` the pictures, `show.rs` lights them.
 
 use crate::card::Card;
-use flock::{ClipPath, Place};
+use flock::{ClipPath, Flock, Place};
 use screen::Picture;
 use std::sync::Arc;
 use timing::FrameCount;
@@ -20,6 +20,8 @@ pub(crate) struct Turn {
     pub(crate) frames: FrameCount,
     /// Where the walk stands: resumed from here it plays this clip first.
     pub(crate) place: Place,
+    /// The flock that it is of.
+    pub(crate) flock: Arc<Flock>,
 }
 
 /// A picture to light: cheap to clone, its pixels are shared.
@@ -73,10 +75,12 @@ pub(crate) mod tests {
              [[sheep]]\nid = \"one\"\nframes = {frames}\nclip = \"loop.mp4\"\n"
         );
         let manifest = Manifest::parse(&text, Path::new("flock.toml")).unwrap();
-        let mut itinerary = Itinerary::start(Arc::new(Flock::new(manifest)), 1);
+        let flock = Arc::new(Flock::new(manifest));
+        let mut itinerary = Itinerary::start(Arc::clone(&flock), 1);
         let turn = |number| {
             let leg = itinerary.next_leg().unwrap();
-            Arc::new(Turn { number, clip: leg.clip.path, frames: leg.clip.frames, place: leg.place })
+            let (clip, frames, flock) = (leg.clip.path, leg.clip.frames, Arc::clone(&flock));
+            Arc::new(Turn { number, clip, frames, place: leg.place, flock })
         };
         (1..=count).map(turn).collect()
     }

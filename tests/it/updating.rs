@@ -38,10 +38,10 @@ impl Unit {
         self.path("stick")
     }
 
-    /// `dreams-update SOURCE`, with a card and a JSON answer.
-    pub(crate) fn update_from(&self, source: &Path) -> Command {
+    /// `dreams-update SOURCE`, or without one, with a card and a JSON answer.
+    pub(crate) fn update_from(&self, source: Option<&Path>) -> Command {
         let mut command = Command::new(programs::updater());
-        command.arg(source).args(["--json", "--unit", "lobby"]);
+        command.args(["--json", "--unit", "lobby"]).args(source);
         for (option, value) in [("--store", "store"), ("--card", "card")] {
             command.arg(option).arg(self.path(value));
         }
@@ -51,7 +51,7 @@ impl Unit {
 
     /// Updates from the stick.
     pub(crate) fn update(&self, options: &[&str]) -> Output {
-        output(self.update_from(&self.stick()).args(options))
+        output(self.update_from(Some(&self.stick())).args(options))
     }
 
     /// Updates from the stick, which must work; returns the answer.
@@ -115,7 +115,7 @@ fn a_stick_brings_a_flock_and_the_next_one_only_what_is_new() {
     let answer = unit.updated(&[]);
     assert_eq!((answer["sequence"].as_u64(), answer["fetched_bytes"].as_u64()), (Some(2), Some(30_000)));
     assert_eq!(unit.playing(), Some(two));
-    let plain = output(unit.update_from(&unit.stick()).arg("--scrub"));
+    let plain = output(unit.update_from(Some(&unit.stick())).arg("--scrub"));
     assert_eq!(plain.status.code(), Some(0), "every byte of the store is what it should be");
     assert_eq!(json(&plain)["missing"], 0);
 }

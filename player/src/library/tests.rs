@@ -2,9 +2,10 @@
 //!
 //! Owns the claims on what happens when a clip is bad, and on where a path begins.
 
-use super::{Library, Struck, path};
+use super::{Library, Struck, Successor, path};
 use crate::decoder::{Order, Report};
 use crate::faults::Faults;
+use crate::generation::Generation;
 use crate::glass::Glass;
 use crate::scribe::{Note, Scribe};
 use crate::turn::Turn;
@@ -77,11 +78,14 @@ struct Work {
 }
 
 fn work(folder: &Path, clips: Option<u64>) -> Work {
-    let flock = flock(folder);
+    let generation = Generation::open(folder).unwrap();
+    let flock = Arc::clone(&generation.flock);
     let (scribe, told) = Scribe::on_a_shelf();
     let glass = Arc::new(Glass::default());
     let library = Library {
-        folder: folder.to_owned(),
+        source: folder.to_owned(),
+        generation,
+        successor: Successor::default(),
         form: Form { size: SIZE, fps: flock.manifest().fps },
         itinerary: Itinerary::start(flock, 1),
         clips,

@@ -72,11 +72,12 @@ pub(crate) struct SheepFacts {
 }
 
 impl Facts {
-    /// The state now, `uptime_ns` after the run began.
+    /// The state now, `uptime_ns` after the run began with `flock`.
     pub(crate) fn gather(flock: &Arc<Flock>, glass: &Glass, faults: &Faults, uptime_ns: u64) -> Self {
         let view = glass.view();
-        let (manifest, tally) = (flock.manifest(), view.tally);
         let turn = view.shown.as_ref().and_then(|shown| shown.turn.as_ref());
+        let flock = turn.map_or(flock, |turn| &turn.flock);
+        let (manifest, tally) = (flock.manifest(), view.tally);
         let on_glass = view.shown.as_ref().map(|shown| GlassFacts {
             clip: turn.map_or(CARD, |turn| turn.clip.as_str()).to_owned(),
             frame: shown.frame,

@@ -41,6 +41,7 @@ const NICENESS: i32 = 15;
 
 /// All that the page can tell.
 pub(crate) struct Page {
+    /// The one at hand when the run began.
     flock: Arc<Flock>,
     glass: Arc<Glass>,
     faults: Faults,

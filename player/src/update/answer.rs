@@ -14,8 +14,10 @@ pub(crate) enum Outcome {
     Installed,
     /// What the source has plays already.
     NoNews,
-    /// The source has no bundle at all.
+    /// The source has no bundle for this unit.
     NoBundle,
+    /// It is not yet time to look, or there is nowhere to look.
+    NotNow,
 }
 
 /// What was done.
@@ -58,6 +60,7 @@ impl fmt::Display for Answer {
             Outcome::Installed => write!(f, "installed `{flock}` {sequence}")?,
             Outcome::NoNews => write!(f, "no news: `{flock}` {sequence} plays")?,
             Outcome::NoBundle => write!(f, "no bundle there")?,
+            Outcome::NotNow => write!(f, "nothing was looked for")?,
         }
         if self.fetched > 0 {
             write!(f, ", {} files fetched, {} bytes", self.fetched, self.fetched_bytes)?;

@@ -3,6 +3,7 @@
 //! Owns [`Config`]. Never acts on it. Every key explains itself in `config/update.toml`, which a test holds equal to
 //! [`Config::default`].
 
+use crate::schedule::Window;
 use bundle::UnitId;
 use player::log_level::LogLevel;
 use serde::Deserialize;
@@ -10,6 +11,8 @@ use serde::de::{Deserializer, Error as _, Unexpected};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+/// Minutes between two looks, about.
+pub(crate) const EVERY_MINUTES: RangeInclusive<u64> = 1..=60 * 24 * 31;
 /// Bytes a second, in KiB, that an update may take; 0 for no limit.
 pub(crate) const BANDWIDTH_KIB: RangeInclusive<u64> = 0..=1 << 24;
 /// Room that stays free, in MiB.
@@ -23,6 +26,11 @@ pub(crate) struct Config {
     pub(crate) keys: PathBuf,
     #[serde(deserialize_with = "unit")]
     pub(crate) unit: Option<UnitId>,
+    pub(crate) url: Option<String>,
+    #[serde(deserialize_with = "every_minutes")]
+    pub(crate) every_minutes: u64,
+    pub(crate) window: Option<Window>,
+    pub(crate) proxy: Option<String>,
     #[serde(deserialize_with = "bandwidth_kib")]
     pub(crate) bandwidth_kib: u64,
     #[serde(deserialize_with = "reserve_mib")]
@@ -36,6 +44,10 @@ impl Default for Config {
             store: "/var/lib/dreams/store".into(),
             keys: "/etc/dreams/keys".into(),
             unit: None,
+            url: None,
+            every_minutes: 360,
+            window: None,
+            proxy: None,
             bandwidth_kib: 0,
             reserve_mib: 256,
             log: LogLevel(tracing::Level::INFO),
@@ -54,6 +66,10 @@ fn within<'de, D: Deserializer<'de>>(from: D, range: &RangeInclusive<u64>) -> Re
 fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Error> {
     let name = String::deserialize(from)?;
     UnitId::new(&name).map(Some).map_err(D::Error::custom)
+}
+
+fn every_minutes<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
+    within(from, &EVERY_MINUTES)
 }
 
 fn bandwidth_kib<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
@@ -97,6 +113,9 @@ mod tests {
         let uncommented: String = SAMPLE.lines().map(|line| line.trim_start_matches("# ").to_owned() + "\n").collect();
         let left_out = |key: &str| uncommented.lines().find(|line| line.starts_with(&format!("{key} = "))).unwrap();
         assert!(read(left_out("unit")).unwrap().unit.is_some());
+        assert!(read(left_out("url")).unwrap().url.is_some());
+        assert!(read(left_out("window")).unwrap().window.is_some());
+        assert!(read(left_out("proxy")).unwrap().proxy.is_some());
     }
 
     #[test]

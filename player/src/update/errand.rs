@@ -9,13 +9,15 @@
 use crate::answer::{Answer, Outcome};
 use crate::fetch::Fetcher;
 use crate::options::Order;
+use crate::origin::Origin;
 use crate::pace::Pace;
 use crate::progress::Progress;
 use crate::report::{Fatal, Told};
+use crate::schedule::{Schedule, is_clock_wrong};
 use crate::words;
-use bundle::{Admission, Folder, LocalDisk, Refused, Source, Store, StoreError, Trust, Unverified, Verified, Wanted};
-use player::ending::chain;
-use player::now::now;
+use bundle::{Admission, LocalDisk, Refused, Source, Store, StoreError, Trust, Unverified, Verified, Wanted};
+use player::ending::{Exit, chain};
+use player::now::{clock_s, now, up_s};
 use std::io::{self, ErrorKind, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,7 +34,7 @@ pub(crate) fn run(order: Order) -> Result<Told, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
     ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;
-    let ended = update(&order, &stop);
+    let ended = in_time(&order, &stop);
     let said = match &ended {
         Ok(answer) => words::of_outcome(answer.outcome).map(str::to_owned),
         Err(fatal) => Some(words::of_fatal(fatal)),
@@ -43,6 +45,22 @@ pub(crate) fn run(order: Order) -> Result<Told, Fatal> {
     Ok(Told { answer: ended?, json: order.json })
 }
 
+/// Updates if it is time, and remembers when that is next.
+fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
+    let Some(path) = &order.schedule else { return update(order, stop) };
+    let schedule = Schedule::read(path);
+    if order.source.is_none() || !schedule.is_due(up_s(), clock_s(), order.config.window) {
+        return Ok(Answer::of(Outcome::NotNow, None));
+    }
+    let ended = update(order, stop);
+    let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unread);
+    let next = schedule.after(is_failure, up_s(), order.config.every_minutes * 60, rand::random());
+    if let Err(error) = next.write(path) {
+        warn!(path = %path.display(), error = chain(&error), "nobody remembers when the next look is due");
+    }
+    ended
+}
+
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let trust = Trust::read(&order.config.keys).map_err(Fatal::Keys)?;
     let mut store = open(order, trust)?;
@@ -50,17 +68,21 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     if order.scrub {
         scrub(&store, stop)?;
     }
-    let mut folder = Folder::open(&order.source).map_err(Fatal::Source)?;
-    let unverified = match Unverified::open(&mut folder, &order.unit) {
+    let Some(place) = &order.source else {
+        let missing = store.missing().map_or(0, |missing| missing.len());
+        return Ok(Answer { missing, ..Answer::of(Outcome::NotNow, store.state().playing()) });
+    };
+    let mut source = Origin::open(place, order.config.proxy.as_deref(), is_clock_wrong(clock_s()))?;
+    let unverified = match Unverified::open(&mut source, &order.unit) {
         Ok(unverified) => Some(unverified),
-        Err(Refused::Read { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            is_for_nobody(order, &folder)?;
+        Err(Refused::Read { source: error, .. }) if error.kind() == ErrorKind::NotFound => {
+            is_for_nobody(order, place, &source)?;
             None
         }
         Err(refused) => return Err(Fatal::Refused(refused)),
     };
     let progress = Progress::new(order.card.clone());
-    let mut fetcher = Fetcher { source: &mut folder, pace, progress, stop, objects: 0, bytes: 0 };
+    let mut fetcher = Fetcher { source: &mut source, pace, progress, stop, objects: 0, bytes: 0 };
     let outcome = match unverified {
         None => Outcome::NoBundle,
         Some(unverified) => take(order, &mut store, unverified, &mut fetcher)?,
@@ -83,14 +105,14 @@ fn open(order: &Order, trust: Trust) -> Result<Store, Fatal> {
     Ok(Store::open(Box::new(disk), trust)?)
 }
 
-/// Fine if the folder has no bundle for any unit at all.
-fn is_for_nobody(order: &Order, folder: &Folder) -> Result<(), Fatal> {
-    let mut units = folder.seals().unwrap_or_default();
+/// Fine if the source has no bundle for any unit at all.
+fn is_for_nobody(order: &Order, place: &str, source: &Origin) -> Result<(), Fatal> {
+    let mut units = source.units();
     if units.is_empty() {
         return Ok(());
     }
     units.truncate(NAMED);
-    Err(Fatal::ForOthers { path: order.source.clone(), units, unit: order.unit.clone() })
+    Err(Fatal::ForOthers { place: place.to_owned(), units, unit: order.unit.clone() })
 }
 
 /// Installs the bundle behind `unverified`, if it is news.

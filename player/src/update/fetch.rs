@@ -3,6 +3,7 @@
 //! Owns going on after an interruption, the limits of speed and patience, and that no byte is read twice. Whether what
 //! arrived is what was signed, the store decides. Never chooses what to fetch: `errand.rs` does.
 
+use crate::origin::Origin;
 use crate::pace::Pace;
 use crate::progress::Progress;
 use crate::report::Fatal;
@@ -12,16 +13,19 @@ use player::now::now;
 use std::io::{ErrorKind, Read};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::time::Duration;
 use tracing::{debug, warn};
 
 /// How much is read at a time.
 const CHUNK: u64 = 256 << 10;
 /// How often an object is tried without any progress.
-const TRIES: u32 = 3;
+const TRIES: u32 = 5;
+/// How long a server is left in peace after the first failure; it doubles with each further one.
+const PEACE: Duration = Duration::from_millis(250);
 
 /// Who fetches, and within which limits.
 pub(crate) struct Fetcher<'e> {
-    pub(crate) source: &'e mut dyn Source,
+    pub(crate) source: &'e mut Origin,
     pub(crate) pace: Pace,
     pub(crate) progress: Progress,
     pub(crate) stop: &'e AtomicBool,
@@ -60,6 +64,9 @@ impl Fetcher<'_> {
                 return Err(trouble);
             }
             warn!(clip = wanted.path.as_str(), error = chain(&trouble), "object is tried again");
+            if self.source.is_far() && tries > 0 {
+                thread::park_timeout(PEACE * 2u32.pow(tries - 1));
+            }
         }
     }
 

@@ -9,9 +9,12 @@ mod config;
 mod errand;
 mod fetch;
 mod options;
+mod origin;
 mod pace;
 mod progress;
 mod report;
+mod schedule;
+mod server;
 mod words;
 
 use clap::Parser;

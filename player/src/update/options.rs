@@ -22,9 +22,10 @@ Exit status:
 #[derive(Debug, Default, Parser)]
 #[command(name = "dreams-update", version, after_help = EXIT_STATUS)]
 pub(crate) struct Options {
-    /// Where bundles lie: a folder, as `flock publish` made it
+    /// Where bundles lie: a folder, as `flock publish` made it, or the address of one on a web server; without it, the
+    /// `url` of the settings
     #[arg(value_name = "SOURCE")]
-    source: PathBuf,
+    source: Option<String>,
     /// Read settings from this file; options win over it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -40,6 +41,9 @@ pub(crate) struct Options {
     /// Take the bundle also if it is older than what this unit has played, or did not play on it
     #[arg(long)]
     allow_older: bool,
+    /// Only look if it is time, and remember in this file when that is next
+    #[arg(long, value_name = "FILE")]
+    schedule: Option<PathBuf>,
     /// First read every byte that is kept; take out what is damaged, and fetch it again
     #[arg(long)]
     scrub: bool,
@@ -56,8 +60,10 @@ pub(crate) struct Options {
 pub(crate) struct Order {
     pub(crate) config: Config,
     pub(crate) unit: UnitId,
-    pub(crate) source: PathBuf,
+    /// `None` if there is nowhere to look.
+    pub(crate) source: Option<String>,
     pub(crate) consent: Consent,
+    pub(crate) schedule: Option<PathBuf>,
     pub(crate) scrub: bool,
     pub(crate) card: Option<PathBuf>,
     pub(crate) json: bool,
@@ -71,6 +77,10 @@ impl Options {
     pub(crate) fn order(self) -> Result<Order, Fatal> {
         let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
         let unit = self.unit.or_else(|| config.unit.clone()).map_or_else(host_name, Ok)?;
+        let source = self.source.or_else(|| config.url.clone());
+        if source.is_none() && self.schedule.is_none() && !self.scrub {
+            return Err(Fatal::Nowhere);
+        }
         Ok(Order {
             config: Config {
                 store: self.store.unwrap_or(config.store),
@@ -78,8 +88,9 @@ impl Options {
                 ..config
             },
             unit,
-            source: self.source,
+            source,
             consent: if self.allow_older { Consent::Any } else { Consent::Newer },
+            schedule: self.schedule,
             scrub: self.scrub,
             card: self.card,
             json: self.json,

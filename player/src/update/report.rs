@@ -20,18 +20,22 @@ pub(crate) struct Told {
 /// Why nothing was installed. What plays is what played before.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Fatal {
+    #[error("`{address}` is no address of a web server")]
+    Address { address: String },
     #[error("another update is at work on `{store}`", store = store.display())]
     Busy { store: PathBuf },
     #[error(transparent)]
     Config(#[from] ConfigError),
-    #[error("`{source_path}` has bundles for `{}`, none for `{unit}`", .units.join("`, `"), source_path = path.display())]
-    ForOthers { path: PathBuf, units: Vec<String>, unit: UnitId },
+    #[error("`{place}` has bundles for `{}`, none for `{unit}`", .units.join("`, `"))]
+    ForOthers { place: String, units: Vec<String>, unit: UnitId },
     #[error("cannot read the machine's name in `{path}`", path = path.display())]
     Host { path: PathBuf, source: io::Error },
     #[error(transparent)]
     Keys(KeyError),
     #[error("this unit has no name of its own")]
     Nameless(#[source] NameError),
+    #[error("there is nowhere to look for a flock")]
+    Nowhere,
     #[error("cannot read `{name}` from the source")]
     Read { name: String, source: io::Error },
     #[error(transparent)]
@@ -59,7 +63,9 @@ impl From<StoreError> for Fatal {
 impl Fatal {
     pub(crate) fn exit(&self) -> Exit {
         match self {
-            Self::Config(ConfigError::Malformed { .. }) | Self::Nameless(_) => Exit::Wrong,
+            Self::Address { .. } | Self::Config(ConfigError::Malformed { .. }) | Self::Nameless(_) | Self::Nowhere => {
+                Exit::Wrong
+            }
             Self::ForOthers { .. } | Self::Room(_) => Exit::No,
             Self::Refused(refused) if !refused.is_of_the_world() => Exit::No,
             Self::Keys(error) if !matches!(error, KeyError::Read { .. }) => Exit::Wrong,
@@ -79,6 +85,9 @@ impl Fatal {
 
     fn hint(&self) -> &'static str {
         match self {
+            Self::Address { .. } | Self::Nowhere => {
+                "name a folder, or an address as `https://example.org/flocks`, here or as `url` in the config"
+            }
             Self::Busy { .. } => "it ends by itself; start again then",
             Self::Config(_) => "every key is explained in `config/update.toml`",
             Self::ForOthers { .. } | Self::Refused(Refused::ForOthers { .. }) => {

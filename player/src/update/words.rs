@@ -15,7 +15,7 @@ pub(crate) fn of_outcome(outcome: Outcome) -> Option<&'static str> {
         Outcome::Installed => Some("The new flock is here. You may remove the stick."),
         Outcome::NoNews => Some("This flock is here already. You may remove the stick."),
         // Whatever it holds, it is not for us.
-        Outcome::NoBundle => None,
+        Outcome::NoBundle | Outcome::NotNow => None,
     }
 }
 
@@ -37,10 +37,12 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
         }
         Fatal::Store(StoreError::Incomplete { name, .. }) => format!("This stick is damaged: {name} is not whole."),
         Fatal::Store(_) => "The memory of this frame does not take the flock. The picture goes on.".to_owned(),
-        Fatal::Config(_)
+        Fatal::Address { .. }
+        | Fatal::Config(_)
         | Fatal::Host { .. }
         | Fatal::Keys(_)
         | Fatal::Nameless(_)
+        | Fatal::Nowhere
         | Fatal::Signals(_)
         | Fatal::Unwritten(_) => "This frame is not set up to take flocks. The picture goes on.".to_owned(),
     }
@@ -81,7 +83,8 @@ mod tests {
     #[test]
     fn people_are_told_in_plain_words() {
         let unit = UnitId::new("lobby").unwrap();
-        let others = Fatal::ForOthers { path: "/media".into(), units: vec!["attic".into(), "stairs".into()], unit };
+        let others =
+            Fatal::ForOthers { place: "/media".to_owned(), units: vec!["attic".into(), "stairs".into()], unit };
         assert_eq!(of_fatal(&others), "This stick is for attic, stairs. This frame is lobby.");
         let room = Fatal::Room(Shortfall { needed: 5_000_000_001, room: 1_000_000_000 });
         assert_eq!(of_fatal(&room), "There is no room for this flock: 4001 MB more are needed.");

@@ -1,0 +1,169 @@
+//! The player goes over to another flock: at a join, with every frame, on the same path; and back, if it does not play.
+//!
+//! Owns the claims on the player and the updater together: the real programs, on a virtual screen that flips as fast
+//! as frames come. What an update installs is in `updating.rs`.
+
+use crate::flocks::{Flock, Plan, SMALL};
+use crate::playing::{Playing, Running};
+use crate::press::Files;
+use crate::trace::{Flip, Trace};
+use crate::updating::Unit;
+use rustix::process::Signal;
+use serde_json::Value;
+use std::fs;
+
+/// Options of a player that flips as fast as it can.
+const FREE: [&str; 9] = ["--screen", "virtual", "--clock", "free", "--hash", "--status", "off", "--seed", "5"];
+/// More joins than win a trial: the player counts a clip when the next but few are chosen.
+const JOINS: usize = 60;
+
+/// The flock with its clips in the folder `edition`, so that a trace tells one edition from another.
+fn edition(flock: &Flock, edition: &str) -> Files {
+    let toml = fs::read_to_string(flock.folder.join("flock.toml")).unwrap();
+    let toml = toml.replace("clip = \"", &format!("clip = \"{edition}/"));
+    let clip = |name: &String| (format!("{edition}/{name}"), fs::read(flock.folder.join(name)).unwrap());
+    let mut files: Files = flock.shows.keys().map(clip).collect();
+    files.insert("flock.toml".to_owned(), toml.into_bytes());
+    files
+}
+
+/// A unit that plays the edition `one` of the flock, and has proved that it does.
+fn unit_with(flock: &Flock) -> (Unit, Playing) {
+    let unit = Unit::new();
+    unit.press.bundle(&unit.stick(), &edition(flock, "one"), &[], 1);
+    unit.updated(&[]);
+    let playing = Playing::of(&unit.path("store/current")).with(&FREE);
+    let mut running = playing.start();
+    await_joins(&mut running, JOINS);
+    running.signal(Signal::TERM);
+    running.end_within(10);
+    assert_eq!(state(&unit)["good"]["number"], 1, "the first flock has proved itself");
+    (unit, playing)
+}
+
+/// Waits for so many joins.
+fn await_joins(running: &mut Running, count: usize) {
+    for _ in 0..count {
+        running.await_line_with("\"join\"");
+        running.await_lines(1);
+    }
+}
+
+/// What the store of the unit knows.
+fn state(unit: &Unit) -> Value {
+    let text = fs::read_to_string(unit.path("store/state.0")).unwrap();
+    serde_json::from_str(text.split_once('\n').unwrap().1).unwrap()
+}
+
+/// Edition and clip of a flip.
+fn named(flip: &Flip) -> (&str, &str) {
+    flip.clip.split_once('/').expect("every clip lies in the folder of its edition")
+}
+
+/// The clips of a trace, each once for each time that it was played, the last perhaps not to its end; every frame of each
+/// is there, once and in order.
+fn played<'t>(flock: &Flock, trace: &'t Trace) -> Vec<(&'t str, &'t str)> {
+    let mut clips = Vec::new();
+    let mut rest = &trace.flips[..];
+    while let Some(first) = rest.first() {
+        let (edition, clip) = named(first);
+        let shows = &flock.shows[clip];
+        let count = shows.len().min(rest.len());
+        for (frame, flip) in rest[..count].iter().enumerate() {
+            let found = (named(flip), flip.frame, flip.hash.as_deref());
+            assert_eq!(found, ((edition, clip), frame as u64, Some(&*shows[frame])), "after {clips:?}");
+        }
+        clips.push((edition, clip));
+        rest = &rest[count..];
+    }
+    clips
+}
+
+#[test]
+fn the_player_goes_over_to_a_new_flock_at_a_join_with_every_frame_and_on_the_same_path() {
+    let flock = SMALL.flock();
+    let (unit, playing) = unit_with(&flock);
+    let mut running = playing.start();
+    running.await_line_with("\"join\"");
+    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    assert_eq!(unit.updated(&[])["outcome"], "installed");
+    running.await_line_with("\"to\":\"two/");
+    await_joins(&mut running, JOINS);
+    running.signal(Signal::TERM);
+    let (code, trace) = running.end_within(10);
+    assert_eq!((code, trace.faults.len()), (Some(0), 0), "{:?}", trace.faults);
+    let clips = played(&flock, &trace);
+    let went_over = clips.iter().position(|(edition, _)| *edition == "two").unwrap();
+    assert!(went_over > 0 && clips[went_over..].iter().all(|(edition, _)| *edition == "two"));
+    let walk = flock.walk("5", 400);
+    let path: Vec<&str> = clips.iter().map(|(_, clip)| *clip).collect();
+    let found = walk.windows(path.len()).any(|walked| walked == path);
+    assert!(found, "the path goes on as the walk has it: {path:?}");
+    let known = state(&unit);
+    assert_eq!((&known["good"]["number"], &known["trial"]), (&2.into(), &Value::Null), "it has proved itself");
+}
+
+#[test]
+fn a_new_flock_that_does_not_play_gives_way_to_the_one_before_and_is_marked_bad() {
+    let flock = SMALL.flock();
+    let (unit, playing) = unit_with(&flock);
+    let mut bad = edition(&flock, "two");
+    for loops in ["two/s0.mp4", "two/s2.mp4"] {
+        bad.insert(loops.to_owned(), b"no clip".to_vec());
+    }
+    let mut running = playing.start();
+    running.await_line_with("\"join\"");
+    unit.press.bundle(&unit.stick(), &bad, &[], 2);
+    unit.updated(&[]);
+    running.await_line_with("\"fault\"");
+    running.await_line_with("\"to\":\"one/");
+    running.await_line_with("\"join\"");
+    running.signal(Signal::TERM);
+    let (code, trace) = running.end_within(10);
+    assert_eq!(code, Some(0));
+    assert_eq!(trace.end.as_ref().map(|end| (end.late, end.repeated, end.skipped)), Some((0, 0, 0)));
+    assert_eq!(played(&flock, &trace).last().unwrap().0, "one");
+    assert_eq!(state(&unit)["bad"].as_array().unwrap().len(), 1);
+    let said = unit.update(&[]);
+    assert_eq!(said.status.code(), Some(1));
+    assert_eq!(unit.card().as_deref(), Some("This flock was tried here before, and did not play."));
+}
+
+#[test]
+fn a_new_flock_that_ends_the_player_again_and_again_gives_way_to_the_one_before() {
+    let flock = SMALL.flock();
+    let (unit, playing) = unit_with(&flock);
+    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    unit.updated(&[]);
+    for start in 1..=4 {
+        let mut running = playing.start();
+        running.await_line_with("\"flip\"");
+        running.signal(Signal::KILL);
+        let (_, trace) = running.end_within(10);
+        let expected = if start <= 3 { "two" } else { "one" };
+        assert_eq!(named(&trace.flips[0]).0, expected, "at start {start}");
+    }
+    assert_eq!(state(&unit)["good"]["number"], 1);
+}
+
+#[test]
+fn for_a_flock_of_another_size_the_player_ends_its_run_and_the_next_one_goes_on_with_it() {
+    let small = SMALL.flock();
+    let smaller = Plan { name: "smaller", size: (160, 120), ..SMALL }.flock();
+    let (unit, playing) = unit_with(&small);
+    let mut running = playing.start();
+    running.await_line_with("\"join\"");
+    unit.press.bundle(&unit.stick(), &edition(&smaller, "two"), &[], 2);
+    unit.updated(&[]);
+    let (code, trace) = running.end_within(20);
+    assert_eq!((code, trace.faults.len()), (Some(0), 0));
+    let before = played(&small, &trace);
+    let mut running = playing.start();
+    running.await_line_with("\"join\"");
+    running.signal(Signal::TERM);
+    let (_, trace) = running.end_within(10);
+    let after = played(&smaller, &trace);
+    let path: Vec<&str> = before.iter().chain(&after).map(|(_, clip)| *clip).collect();
+    assert!(small.walk("5", 400).windows(path.len()).any(|walked| walked == path), "{path:?}");
+    assert_eq!(after[0].0, "two");
+}

@@ -1,0 +1,150 @@
+//! A flock travels over the network: from any web server, and whatever that answers.
+//!
+//! Owns the claims on `dreams-update` with an address: what it asks for, how often, and what it does not believe. The
+//! servers stand in `web.rs`.
+
+use crate::press::rubbish;
+use crate::programs::output;
+use crate::updating::{Unit, object};
+use crate::web::{Manners, Web};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// The largest answer to a look without news.
+const SMALL: u64 = 64 << 10;
+
+/// Updates from an address; returns the exit code and the answer, if there is one.
+fn fetch(unit: &Unit, url: &str, options: &[&str]) -> (Option<i32>, Value) {
+    let said = output(unit.update_from(Some(Path::new(url))).args(options));
+    (said.status.code(), serde_json::from_slice(&said.stdout).unwrap_or_default())
+}
+
+#[test]
+fn a_look_without_news_costs_one_small_request_however_large_the_flock() {
+    let unit = Unit::new();
+    unit.press.bundle(&unit.stick(), &rubbish(1_125, 100, 0), &["lobby"], 1);
+    unit.updated(&[]);
+    let web = Web::serve(&unit.stick(), Manners::Good);
+    let (code, answer) = fetch(&unit, &web.url(), &[]);
+    assert_eq!((code, &answer["outcome"]), (Some(0), &"no-news".into()));
+    let (asked, sent) = web.heard();
+    assert_eq!(asked, ["seals/lobby.seal"]);
+    assert!(sent < SMALL, "{sent} bytes were sent");
+}
+
+#[test]
+fn a_server_that_dies_at_every_chunk_costs_time_and_no_byte_twice() {
+    let unit = Unit::new();
+    let (one, two) = (rubbish(6, 300_000, 0), rubbish(6, 300_000, 3));
+    unit.press.bundle(&unit.stick(), &one, &[], 1);
+    let web = Web::serve(&unit.stick(), Manners::Dies(70_000));
+    let (code, answer) = fetch(&unit, &web.url(), &[]);
+    assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
+    let content: usize = one.values().map(Vec::len).sum();
+    assert_eq!(answer["fetched_bytes"], content);
+    assert_eq!(unit.playing(), Some(one));
+    let papers = |sent: u64, content: u64| sent.checked_sub(content).expect("all of the content was sent");
+    assert!(papers(web.heard().1, content as u64) < 4_000, "beside the content, only seal and list");
+
+    unit.press.bundle(&unit.stick(), &two, &[], 2);
+    let (_, answer) = fetch(&unit, &web.url(), &[]);
+    assert_eq!(answer["fetched_bytes"], 900_000, "only what is new");
+    assert!(papers(web.heard().1, 900_000) < 4_000);
+    assert_eq!(unit.playing(), Some(two));
+}
+
+#[test]
+fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next_good_answer() {
+    let unit = Unit::new();
+    let (one, two) = (rubbish(3, 5_000, 0), rubbish(3, 5_000, 1));
+    unit.press.bundle(&unit.stick(), &one, &["lobby"], 1);
+    unit.updated(&[]);
+    unit.press.bundle(&unit.stick(), &two, &["lobby"], 2);
+    let elsewhere = Web::serve(&unit.stick(), Manners::Portal);
+    let web = Web::serve(&unit.stick(), Manners::Good);
+    let cases = [
+        (Manners::Portal, 3),
+        (Manners::Redirects(elsewhere.url()), 3),
+        (Manners::Redirects(web.url()), 3),
+        (Manners::Fails, 3),
+        (Manners::Refuses, 3),
+        (Manners::Dies(0), 3),
+        (Manners::Dies(100), 3),
+        (Manners::PromisesMore, 3),
+        (Manners::PromisesLess, 1),
+        (Manners::Endless, 1),
+    ];
+    for (manners, code) in cases {
+        web.behave(manners.clone());
+        let (found, answer) = fetch(&unit, &web.url(), &[]);
+        assert_eq!((found, answer), (Some(code), Value::Null), "{manners:?}");
+        assert_eq!(unit.playing().as_ref(), Some(&one), "{manners:?}");
+        assert!(web.heard().0.len() < 20, "{manners:?}: it is not asked for ever");
+    }
+    let (code, _) = fetch(&unit, "http://127.0.0.1:9", &[]);
+    assert_eq!(code, Some(3), "nobody listens there");
+    // Elsewhere is fine, if what lies there is ours.
+    elsewhere.behave(Manners::Good);
+    web.behave(Manners::Redirects(elsewhere.url()));
+    let (code, answer) = fetch(&unit, &format!("{}/", web.url()), &[]);
+    assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
+    assert_eq!(unit.playing(), Some(two));
+}
+
+#[test]
+fn a_part_is_taken_for_what_it_is() {
+    for (manners, code, sent) in [
+        (Manners::Good, 0, 4_000),
+        (Manners::Whole, 0, 5_000),
+        (Manners::WrongPart, 3, 0),
+        // A part that is not what it says: all of it once more.
+        (Manners::LyingPart, 0, 4_001 + 5_000),
+    ] {
+        let unit = Unit::new();
+        let files = rubbish(1, 5_000, 0);
+        unit.press.bundle(&unit.stick(), &files, &[], 1);
+        let clip = &files["loops/0.mp4"];
+        let incoming = unit.path("store/incoming");
+        fs::create_dir_all(&incoming).unwrap();
+        fs::write(incoming.join(bundle::ObjectId::of(clip).to_string()), &clip[..1_000]).unwrap();
+        let web = Web::serve(&unit.stick(), manners.clone());
+        let (found, _) = fetch(&unit, &web.url(), &[]);
+        let (asked, all) = web.heard();
+        assert_eq!(found, Some(code), "{manners:?}");
+        if code == 0 {
+            let papers = all - files["flock.toml"].len() as u64 - sent;
+            assert!(papers < 1_500, "{manners:?}: {papers} bytes more than expected were sent for {asked:?}");
+            assert_eq!(unit.playing().as_ref(), Some(&files), "{manners:?}");
+        } else {
+            assert!(asked.iter().filter(|path| **path == object(clip)).count() < 10, "{asked:?}");
+            web.behave(Manners::Good);
+            let (found, answer) = fetch(&unit, &web.url(), &[]);
+            assert_eq!((found, answer["fetched_bytes"].as_u64()), (Some(0), Some(4_000)), "what was there stayed");
+        }
+    }
+}
+
+#[test]
+fn a_unit_looks_for_news_when_it_is_time_and_not_before() {
+    let unit = Unit::new();
+    unit.press.bundle(&unit.stick(), &rubbish(2, 500, 0), &["lobby"], 1);
+    let web = Web::serve(&unit.stick(), Manners::Good);
+    let config = unit.path("update.toml");
+    fs::write(&config, format!("url = \"{}\"\nevery_minutes = 60\n", web.url())).unwrap();
+    let look = || {
+        let mut command = unit.update_from(None);
+        let said = output(command.arg("--config").arg(&config).arg("--schedule").arg(unit.path("schedule")));
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        serde_json::from_slice::<Value>(&said.stdout).unwrap()["outcome"].clone()
+    };
+    assert_eq!(look(), "installed");
+    web.heard();
+    assert_eq!(look(), "not-now");
+    assert_eq!(web.heard().0, [""; 0]);
+    fs::remove_file(unit.path("schedule")).unwrap();
+    assert_eq!(look(), "no-news");
+    fs::write(&config, "").unwrap();
+    fs::remove_file(unit.path("schedule")).unwrap();
+    assert_eq!(look(), "not-now", "there is nowhere to look, and that is fine");
+}
