@@ -4,20 +4,21 @@
 
 use std::path::PathBuf;
 
-use flock::{Fault, Flock, FlockShares, SheepShare};
+use flock::{Fault, Flock, FlockShares, Shares, SheepShare};
 
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 
 /// Tell how often every sheep is shown in the long run, against how often it should be
 ///
-/// Exact figures of the walk that a unit plays, by visits and by the time that loops are lit. A sheep's mean return
+/// Exact figures of the walk that a unit plays, by visits and by the time that loops are lit, with a proof of how near
+/// they are to the truth; where there is none, that is said. A sheep's mean return
 /// runs from the start of one visit to the start of its next. Sheep that are never shown have no share, and are named as
 /// the faults that they are. Only the manifest is read.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the shares are printed, and everything in the flock is shown
-  1  the flock has faults, each named; the shares are those of the part that is played
+  1  the flock has faults, each named: the shares are those of the part that is played; or they could not be proved
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
@@ -44,12 +45,27 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     for fault in faults {
         report::note(&fault.message);
     }
+    let is_proved = shares.off_by.is_some_and(|part| part <= Shares::PROVED);
+    if !is_proved {
+        report::note(&unproved(shares.off_by));
+    }
     if args.json {
         report::json(&Answer { shares, faults })?;
     } else {
         report::lines(table(&shares))?;
     }
-    Ok(if faults.is_empty() { Exit::Fine } else { Exit::No })
+    Ok(if faults.is_empty() && is_proved { Exit::Fine } else { Exit::No })
+}
+
+/// What has to be said of shares that are an estimate.
+fn unproved(off_by: Option<f64>) -> String {
+    match off_by {
+        Some(part) => format!("the shares are an estimate: each may be off by {:.3}% of itself", 100.0 * part),
+        None => {
+            "the shares are an estimate, and nothing could be proved of them: they differ by more than numbers can tell"
+                .to_owned()
+        }
+    }
 }
 
 /// The sheep, those furthest from their wants first.

@@ -26,6 +26,9 @@ pub struct FlockShares<'f> {
     pub entropy_bits: f64,
     /// The mean time from one visit's start to the next one's, any sheep's, in minutes.
     pub step_minutes: f64,
+    /// By which part of itself any sheep's visits may be off, at most, as proved; `None` if nothing could be proved.
+    /// Above [`Shares::PROVED`](crate::Shares::PROVED) the figures are an estimate and no more.
+    pub off_by: Option<f64>,
 }
 
 /// One sheep's part of a walk.
@@ -85,6 +88,7 @@ impl<'f> FlockShares<'f> {
             worst_ratio: worst.is_finite().then_some(worst),
             entropy_bits: shares.entropy_bits(),
             step_minutes: step_s / MINUTE_S,
+            off_by: Some(shares.off_by()).filter(|part| part.is_finite()),
             transitions: transitions(flock),
             sheep,
         })

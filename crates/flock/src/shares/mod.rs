@@ -1,0 +1,90 @@
+//! How often each sheep is visited, and each transition taken, in the long run.
+//!
+//! Owns the stationary distribution of the chances of one strongly connected class, and the proof of how near the
+//! figures are to it. Never knows wants or clips: `flock_shares.rs` does.
+//!
+//! Start at [`Shares::of`]; which method finds them is decided in `solve.rs`, the proof is in `proof.rs`.
+
+mod chain;
+mod dense;
+#[cfg(test)]
+mod exact;
+mod parts;
+mod proof;
+mod reduce;
+mod solve;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use crate::graph::{Exit, Graph, SheepIx};
+use crate::structure::Structure;
+use chain::Chain;
+
+/// The long-run fractions of a walk on one strongly connected class, by the ordinals of its graph.
+///
+/// A step is one transition and the visit that it leads to. In the long run the walk's visits are the stationary
+/// distribution of the chances `p`, whatever steers it: its credits keep `|taken - p * visits|` bounded for ever.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shares {
+    visits: Vec<f64>,
+    taken: Vec<f64>,
+    off_by: f64,
+}
+
+/// Why a graph has no shares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SharesError {
+    /// Where a walk ends up depends on where it begins.
+    #[error("the graph falls into {found} strongly connected classes, shares are those of one")]
+    Classes {
+        /// How many there are.
+        found: usize,
+    },
+}
+
+impl Shares {
+    /// The largest part by which shares may be off and still be called proved.
+    pub const PROVED: f64 = 1e-6;
+
+    /// The shares of the walk on `graph`. A single sheep without exits has all visits.
+    ///
+    /// Deterministic: the same graph gives the same bits on every machine.
+    ///
+    /// # Errors
+    /// [`SharesError::Classes`] unless every sheep of `graph` can be come to from every other; an empty graph has no
+    /// class at all.
+    pub fn of(graph: &Graph) -> Result<Self, SharesError> {
+        let found = Structure::of(graph).class_count();
+        if found != 1 {
+            return Err(SharesError::Classes { found });
+        }
+        let solved = solve::solve(&Chain::of(graph));
+        let visits = solved.visits;
+        let of_exits = |sheep: SheepIx| graph.exits(sheep).map(move |exit| (sheep, exit));
+        let taken = graph.sheep().flat_map(of_exits).map(|(sheep, exit)| visits[sheep.index()] * graph.chance(exit));
+        Ok(Self { taken: taken.collect(), visits, off_by: solved.off_by })
+    }
+
+    /// The fraction of visits that `sheep` gets; all of them sum to 1.
+    pub fn visits(&self, sheep: SheepIx) -> f64 {
+        self.visits[sheep.index()]
+    }
+
+    /// The fraction of steps that take `exit`; all of them sum to 1.
+    pub fn taken(&self, exit: Exit) -> f64 {
+        self.taken[exit.index()]
+    }
+
+    /// By which part of itself any share may be off, at most: proved, rounding included. Infinite where nothing could
+    /// be proved; above [`Shares::PROVED`] the shares are an estimate and no more.
+    pub fn off_by(&self) -> f64 {
+        self.off_by
+    }
+
+    /// How evenly the visits are spread: the entropy of their distribution, in bits; the most that `n` sheep can have
+    /// is `log2 n`.
+    pub fn entropy_bits(&self) -> f64 {
+        -self.visits.iter().filter(|&&share| share > 0.0).map(|share| share * share.log2()).sum::<f64>()
+    }
+}
