@@ -31,8 +31,9 @@ bench: ## measure the player beside ffmpeg, mpv and GStreamer on a real KMS devi
 	cargo build --locked --release --workspace
 	tests/bench/run
 
-soak: ## the long claims: a day of playing in virtual time, a year of walking
+soak: ## the long claims: a day of playing in virtual time, a year of walking, shares against long walks
 	.ci/install play check
 	cargo build --locked --release --workspace
 	cargo run --locked --release --package flock --example year
+	cargo run --locked --release --package flock --example agreement
 	tests/soak/run

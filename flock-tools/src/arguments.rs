@@ -1,9 +1,33 @@
-//! Words of the command line that are sizes, rates and numbers.
+//! Words of the command line that are sizes, rates and numbers, and those that several commands take.
 //!
-//! Owns how they are read and what is said of those that cannot be. Never knows which option they belong to.
+//! Owns how they are read and what is said of those that cannot be.
+
+use std::path::PathBuf;
 
 use flock::{FASTEST_FPS, SIDES_PX};
 use timing::Rate;
+
+/// Most steps: 158 years of them. A simulation remembers each in a dozen bytes.
+const MOST_STEPS: usize = 100_000_000;
+
+/// Which walk, and how much of it.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Stretch {
+    /// Folder of the flock
+    pub(crate) dir: PathBuf,
+    /// Which of the endless walks: the same seed and flock give the same walk
+    #[arg(long)]
+    pub(crate) seed: u64,
+    /// Transitions to take; a year of 50-second steps has 630000
+    #[arg(long, value_parser = steps)]
+    pub(crate) steps: usize,
+}
+
+/// `630000`: steps of a walk.
+fn steps(text: &str) -> Result<usize, String> {
+    let steps = text.parse().ok().filter(|steps| *steps <= MOST_STEPS);
+    steps.ok_or_else(|| format!("wanted a whole number up to {MOST_STEPS}"))
+}
 
 /// `1280x720`: width and height in pixels, both even.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {

@@ -2,20 +2,18 @@
 //!
 //! Owns the answer's form. The figures are the flock crate's.
 
-use std::path::PathBuf;
-
 use flock::{Simulation, Visits};
 
+use crate::arguments::Stretch;
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 
-/// Most steps: 158 years of them. Each is remembered in a dozen bytes.
-const MOST_STEPS: usize = 100_000_000;
-
 /// Walk many steps and tell how even, how spaced and how varied they are
 ///
-/// Visits are fractions of all, the first one included. Return times run from the start of one visit to the start of the sheep's next;
-/// a repeat is a run of transitions that was walked before. Only the manifest is read.
+/// Visits are fractions of all, the first one included; beside them stands what `flock share` predicts, and how far from
+/// it chance may have led the walk: four standard deviations, as the walk itself shows them. Return times run from the
+/// start of one visit to the start of the sheep's next; a repeat is a run of transitions that was walked before. Only
+/// the manifest is read.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the figures are printed
@@ -23,15 +21,8 @@ const MOST_STEPS: usize = 100_000_000;
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
-    /// Folder of the flock
-    dir: PathBuf,
-    /// Which of the endless walks: the same seed and flock give the same walk
-    #[arg(long)]
-    seed: u64,
-    /// Transitions to take; a year of 50-second steps has 630000
-    #[arg(long)]
-    #[arg(value_parser = steps)]
-    steps: usize,
+    #[command(flatten)]
+    stretch: Stretch,
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
@@ -39,20 +30,15 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let flock = open::walkable(&args.dir)?;
-    let figures = Simulation::run(&flock, args.seed, args.steps).expect("the flock can be walked");
+    let Stretch { dir, seed, steps } = &args.stretch;
+    let flock = open::walkable(dir)?;
+    let figures = Simulation::run(&flock, *seed, *steps).expect("the flock can be walked");
     if args.json {
         report::json(&figures)?;
     } else {
-        report::lines(table(&figures, args.steps))?;
+        report::lines(table(&figures, *steps))?;
     }
     Ok(Exit::Fine)
-}
-
-/// Steps that fit into memory.
-fn steps(text: &str) -> Result<usize, String> {
-    let steps = text.parse().ok().filter(|steps| *steps <= MOST_STEPS);
-    steps.ok_or_else(|| format!("wanted a whole number up to {MOST_STEPS}"))
 }
 
 fn table(figures: &Simulation, steps: usize) -> Vec<String> {
@@ -63,6 +49,7 @@ fn table(figures: &Simulation, steps: usize) -> Vec<String> {
         ("steps", steps.to_string()),
         ("screen time", format!("{:.1} h", figures.minutes / 60.0)),
         ("worst ratio of visits and want", worst),
+        ("sheep outside their bounds", format!("{} of {}", figures.outside, figures.sheep.len())),
         ("most visits off the due", format!("{:.1}", figures.most_off)),
         ("shortest return", minutes(figures.min_return_minutes)),
         ("5th percentile of returns", minutes(figures.p05_return_minutes)),
@@ -75,9 +62,13 @@ fn table(figures: &Simulation, steps: usize) -> Vec<String> {
     let mut lines: Vec<String> = rows.into_iter().map(|(name, value)| format!("{name:<32} {value}")).collect();
     lines.push(String::new());
     let wide = report::widest(figures.sheep.iter().map(|sheep| &sheep.id));
-    lines.push(format!("{:<wide$} {:>10} {:>8}", "sheep", "visits", "share"));
-    let row =
-        |sheep: &Visits| format!("{:<wide$} {:>10} {:>7.3}%", sheep.id.as_str(), sheep.count, 100.0 * sheep.visits);
+    lines.push(format!("{:<wide$} {:>10} {:>8} {:>10} {:>9}", "sheep", "visits", "share", "predicted", "within"));
+    let row = |sheep: &Visits| {
+        let (share, predicted) = (100.0 * sheep.visits, 100.0 * sheep.predicted);
+        let bound = sheep.bound.map_or("-".to_owned(), |bound| format!("{:.3}%", 100.0 * bound));
+        let outside = if sheep.is_within() { "" } else { "  outside" };
+        format!("{:<wide$} {:>10} {share:>7.3}% {predicted:>9.3}% {bound:>9}{outside}", sheep.id.as_str(), sheep.count)
+    };
     lines.extend(figures.sheep.iter().map(row));
     lines
 }

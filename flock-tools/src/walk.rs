@@ -2,10 +2,9 @@
 //!
 //! Owns the printing. Never chooses: the itinerary here is the player's own.
 
-use std::path::PathBuf;
-
 use flock::{Itinerary, What};
 
+use crate::arguments::Stretch;
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 
@@ -20,14 +19,8 @@ use crate::report::{self, Exit, Fatal};
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
-    /// Folder of the flock
-    dir: PathBuf,
-    /// Which of the endless walks: the same seed and flock give the same walk
-    #[arg(long)]
-    seed: u64,
-    /// Transitions to take
-    #[arg(long)]
-    steps: usize,
+    #[command(flatten)]
+    stretch: Stretch,
     /// Answer with one JSON document: {"clips": [...]}
     #[arg(long)]
     json: bool,
@@ -40,8 +33,8 @@ struct Answer {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let flock = open::walkable(&args.dir)?;
-    let clips = clips(Itinerary::start(flock, args.seed), args.steps);
+    let Stretch { dir, seed, steps } = &args.stretch;
+    let clips = clips(Itinerary::start(open::walkable(dir)?, *seed), *steps);
     if args.json {
         report::json(&Answer { clips: clips.collect() })?;
     } else {

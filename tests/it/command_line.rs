@@ -134,6 +134,18 @@ fn a_walk_meets_end_to_end() {
 }
 
 #[test]
+fn a_simulation_comes_to_what_the_shares_predict() {
+    let simulated = json(&flock("simulate", "seven", &["--seed", "1", "--steps", "20000", "--json"]));
+    let shares = json(&flock("share", "seven", &["--json"]));
+    assert_eq!(of_sheep(&simulated, "predicted"), of_sheep(&shares, "visits"));
+    assert_eq!(simulated["outside"], 0);
+    for (id, bound) in of_sheep(&simulated, "bound") {
+        // Of 20,000 steps: a walk that throws dice could be off by ten times as much.
+        assert!(bound.is_some_and(|bound| (0.0..0.002).contains(&bound)), "{id}: {bound:?}");
+    }
+}
+
+#[test]
 fn a_simulation_tells_visits_returns_and_repeats() {
     let said = flock("simulate", "seven", &["--seed", "1", "--steps", "20000", "--json"]);
     assert_eq!(said.status.code(), Some(0));

@@ -26,6 +26,7 @@ mod shares;
 mod simulation;
 mod structure;
 mod table;
+mod tally;
 mod walk;
 
 pub use balance::{Balance, Balanced, Bottleneck, Terms, Weight};
@@ -43,4 +44,5 @@ pub use shares::{Shares, SharesError};
 pub use simulation::{FirstRepeat, Simulation, Visits};
 pub use structure::Structure;
 pub use table::ManifestError;
+pub use tally::Tally;
 pub use walk::{Step, Walk};

@@ -1,7 +1,7 @@
-//! What a walk of many steps amounts to: shares reached, returns, repeats.
+//! What a walk of many steps amounts to: shares reached against shares predicted, returns, repeats.
 //!
 //! Owns the figures of `flock simulate` and of the walk's claims. Never walks itself but in [`Simulation::run`]; any
-//! list of exits can be judged, a memoryless one too.
+//! list of exits can be judged, a memoryless one too. How far shares may be off by chance is told in `tally.rs`.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,6 +10,7 @@ use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
 use crate::manifest::Sheep;
 use crate::names::SheepId;
+use crate::tally::Tally;
 use crate::walk::Walk;
 
 /// Seconds in a minute.
@@ -20,6 +21,8 @@ const MINUTE_S: f64 = 60.0;
 pub struct Simulation {
     /// Visits of every sheep of the manifest, in the order of their ids.
     pub sheep: Vec<Visits>,
+    /// How many sheep are further from what was predicted than their bounds allow: none, if the prediction is right.
+    pub outside: usize,
     /// The worst of visits/want and want/visits, as fractions of all; `None` if a sheep was never visited.
     pub worst_ratio: Option<f64>,
     /// The shortest time from one visit's start to the next of the same sheep; `None` if none came back.
@@ -47,6 +50,17 @@ pub struct Visits {
     pub visits: f64,
     /// The visits themselves, the walk's first one included.
     pub count: u64,
+    /// The fraction that the shares predict; 0 if it is not played.
+    pub predicted: f64,
+    /// How far from that chance may have led the walk, by four standard deviations; `None` if too few steps tell.
+    pub bound: Option<f64>,
+}
+
+impl Visits {
+    /// Whether the walk is as near to what was predicted as chance allows, as far as can be told.
+    pub fn is_within(&self) -> bool {
+        self.bound.is_none_or(|bound| (self.visits - self.predicted).abs() <= bound)
+    }
 }
 
 /// After how many steps a run of 2, 3 or 4 was complete that had been walked before; `None` if none was.
@@ -72,7 +86,7 @@ impl Simulation {
     /// The figures of the walk that starts at `start` and takes `exits`.
     pub fn of(flock: &Flock, start: SheepIx, exits: &[Exit]) -> Self {
         let graph = flock.graph();
-        let mut log = Log::new(flock);
+        let mut log = Log::new(flock, exits.len() as u64 + 1);
         log.visit(flock, start);
         for &exit in exits {
             log.elapsed_s += flock.seconds(&flock.transition(exit).clip);
@@ -83,8 +97,10 @@ impl Simulation {
         let returns = &log.returns_s;
         let minutes = |s: f64| s / MINUTE_S;
         let mean = returns.iter().sum::<f64>() / returns.len() as f64;
+        let sheep = visits_by_id(flock, &log.tally);
         Self {
-            worst_ratio: worst_ratio(flock, &log.visits),
+            outside: sheep.iter().filter(|sheep| !sheep.is_within()).count(),
+            worst_ratio: worst_ratio(flock, &log.tally),
             min_return_minutes: returns.first().copied().map(minutes),
             p05_return_minutes: returns.get(returns.len() / 20).copied().map(minutes),
             mean_return_minutes: (!returns.is_empty()).then(|| minutes(mean)),
@@ -96,7 +112,7 @@ impl Simulation {
             },
             longest_repeat: longest_repeat(exits),
             minutes: minutes(log.elapsed_s),
-            sheep: visits_by_id(flock, &log.visits),
+            sheep,
         }
     }
 }
@@ -104,8 +120,7 @@ impl Simulation {
 /// The books of a walk, by the ordinals of the part that is played.
 struct Log {
     elapsed_s: f64,
-    steps: u64,
-    visits: Vec<u64>,
+    tally: Tally,
     /// When each sheep's last visit began, and which visit of all it was.
     last: Vec<Option<(f64, u64)>>,
     returns_s: Vec<f64>,
@@ -113,10 +128,10 @@ struct Log {
 }
 
 impl Log {
-    fn new(flock: &Flock) -> Self {
+    fn new(flock: &Flock, steps: u64) -> Self {
         let n = flock.graph().len();
-        let (visits, last) = (vec![0; n], vec![None; n]);
-        Self { elapsed_s: 0.0, steps: 0, visits, last, returns_s: Vec::new(), most_off: 0.0 }
+        let (tally, last) = (Tally::new(n, steps), vec![None; n]);
+        Self { elapsed_s: 0.0, tally, last, returns_s: Vec::new(), most_off: 0.0 }
     }
 
     fn visit(&mut self, flock: &Flock, sheep: SheepIx) {
@@ -126,16 +141,15 @@ impl Log {
         if let Some((then_s, _)) = self.last[at] {
             self.returns_s.push(self.elapsed_s - then_s);
         }
-        self.last[at] = Some((self.elapsed_s, self.steps));
-        self.visits[at] += 1;
-        self.steps += 1;
+        self.last[at] = Some((self.elapsed_s, self.tally.steps()));
+        self.tally.visit(sheep);
         self.look(flock, sheep);
         self.elapsed_s += flock.visit_seconds(sheep);
     }
 
     fn look(&mut self, flock: &Flock, sheep: SheepIx) {
-        let due = self.steps as f64 * flock.share(sheep);
-        self.most_off = self.most_off.max((due - self.visits[sheep.index()] as f64).abs());
+        let due = self.tally.steps() as f64 * flock.share(sheep);
+        self.most_off = self.most_off.max((due - self.tally.visits(sheep) as f64).abs());
     }
 
     fn settle(&mut self, flock: &Flock) {
@@ -146,11 +160,19 @@ impl Log {
 }
 
 /// Visits of all sheep of the manifest: those outside the part that is played have none.
-fn visits_by_id(flock: &Flock, visits: &[u64]) -> Vec<Visits> {
-    let total: u64 = visits.iter().sum();
+fn visits_by_id(flock: &Flock, tally: &Tally) -> Vec<Visits> {
+    let total = tally.steps() as f64;
     let visits = |sheep: &Sheep| {
-        let count = flock.graph().find(&sheep.id).map_or(0, |at| visits[at.index()]);
-        Visits { id: sheep.id.clone(), visits: count as f64 / total as f64, count }
+        let played = flock.graph().find(&sheep.id);
+        let count = played.map_or(0, |at| tally.visits(at));
+        let bound = played.map_or(0.0, |at| tally.bound(at) / total);
+        Visits {
+            id: sheep.id.clone(),
+            visits: count as f64 / total,
+            count,
+            predicted: played.map_or(0.0, |at| flock.share(at)),
+            bound: Some(bound).filter(|bound| bound.is_finite()),
+        }
     };
     let mut all: Vec<Visits> = flock.manifest().sheep.iter().map(visits).collect();
     all.sort_by(|a, b| a.id.cmp(&b.id));
@@ -158,12 +180,11 @@ fn visits_by_id(flock: &Flock, visits: &[u64]) -> Vec<Visits> {
     all
 }
 
-fn worst_ratio(flock: &Flock, visits: &[u64]) -> Option<f64> {
+fn worst_ratio(flock: &Flock, tally: &Tally) -> Option<f64> {
     let wants: f64 = flock.manifest().sheep.iter().map(|sheep| sheep.want).sum();
-    let total: u64 = visits.iter().sum();
     let ratio = |sheep: &Sheep| {
-        let had = flock.graph().find(&sheep.id).map_or(0, |at| visits[at.index()]);
-        let ratio = (had as f64 / total as f64) / (sheep.want / wants);
+        let had = flock.graph().find(&sheep.id).map_or(0, |at| tally.visits(at));
+        let ratio = (had as f64 / tally.steps() as f64) / (sheep.want / wants);
         ratio.max(1.0 / ratio)
     };
     let worst = flock.manifest().sheep.iter().map(ratio).fold(1.0, f64::max);

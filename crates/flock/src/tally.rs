@@ -1,0 +1,126 @@
+//! Visits of a long walk, and how far chance may have led them from their due.
+//!
+//! Owns the bounds of `flock simulate`. What is due is nowhere used for them: a prediction that is wrong does not widen
+//! the bound that it is held against.
+//!
+//! The steered walk owes what it did not do, and pays. So the visits of a sheep follow a straight line through time: they
+//! start with the walk, soon are so and so many ahead or behind of it, and from then on only sway. The line is fitted to
+//! the counts at 64 moments. Its slope is the sheep's share; where it starts is what it is ahead; what the counts sway
+//! around it, one standard deviation, is `s`. However long the walk is, it is off by no more than what it is ahead and
+//! `4 s`. One visit more is allowed, since visits are whole. (A walk without memory errs anew at every step, and goes
+//! astray from any line by the square root of its length: for such a walk these bounds do not hold.)
+
+use crate::graph::SheepIx;
+
+/// At so many moments the counts are looked at: what they sway is then known to a tenth.
+const MOMENTS: u64 = 64;
+/// A bound is so many standard deviations wide: one of 16,000 sheep lies outside by chance.
+const SIGMAS: f64 = 4.0;
+
+/// Visits of every sheep by the ordinals of its graph.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    visits: Vec<u64>,
+    sums: Vec<Sums>,
+    steps: u64,
+    every: u64,
+}
+
+/// Sums over moments, whole numbers: differences of them lose nothing.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    visits: i128,
+    squares: i128,
+    /// Of the visits, each times the number of its moment.
+    moments: i128,
+}
+
+impl Tally {
+    /// Nothing counted yet, of `sheep` sheep; `steps` visits will come.
+    pub fn new(sheep: usize, steps: u64) -> Self {
+        let (visits, sums) = (vec![0; sheep], vec![Sums::default(); sheep]);
+        Self { visits, sums, steps: 0, every: (steps / MOMENTS).max(1) }
+    }
+
+    /// Counts a visit of `sheep`.
+    pub fn visit(&mut self, sheep: SheepIx) {
+        self.visits[sheep.index()] += 1;
+        self.steps += 1;
+        if self.steps.is_multiple_of(self.every) {
+            let moment = i128::from(self.steps / self.every);
+            for (sums, &visits) in self.sums.iter_mut().zip(&self.visits) {
+                let visits = i128::from(visits);
+                sums.visits += visits;
+                sums.squares += visits * visits;
+                sums.moments += visits * moment;
+            }
+        }
+    }
+
+    /// Visits of `sheep` so far.
+    pub fn visits(&self, sheep: SheepIx) -> u64 {
+        self.visits[sheep.index()]
+    }
+
+    /// Visits of all sheep so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// How far the visits of `sheep` may be from their due by chance, in visits, if the walk was steered. Infinite if there
+    /// were too few moments to tell.
+    pub fn bound(&self, sheep: SheepIx) -> f64 {
+        let (n, sums) = (i128::from(self.steps / self.every), self.sums[sheep.index()]);
+        if n < 3 {
+            return f64::INFINITY;
+        }
+        // The moments are 1 to n: n squared times their variance, the visits' and what they have in common.
+        let of_moments = n * n * (n * n - 1) / 12;
+        let of_visits = n * sums.squares - sums.visits * sums.visits;
+        let common = n * sums.moments - sums.visits * (n * (n + 1) / 2);
+        let left = (of_visits * of_moments - common * common) as f64 / of_moments as f64 / n as f64;
+        let sway = (left / (n - 2) as f64).sqrt();
+        let ahead = (sums.visits * of_moments - common * (n * (n + 1) / 2)) as f64 / (n * of_moments) as f64;
+        ahead.abs() + SIGMAS * sway + 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The bound of a sheep whose counts at the 64 moments are `counts`, 1000 steps apart.
+    fn bound(counts: impl Fn(u64) -> u64) -> f64 {
+        let mut tally = Tally::new(2, 64_000);
+        for moment in 1..=64 {
+            let due = counts(moment);
+            for step in 0..1000 {
+                let is_first = tally.visits(SheepIx(0)) < due && step < 999;
+                tally.visit(SheepIx(u32::from(!is_first)));
+            }
+            assert_eq!(tally.visits(SheepIx(0)), due);
+        }
+        tally.bound(SheepIx(0))
+    }
+
+    #[test]
+    fn a_steady_sheep_has_a_bound_of_one_visit_and_what_it_is_ahead_widens_it() {
+        assert!((bound(|moment| 100 * moment) - 1.0).abs() < 1e-9);
+        assert!((bound(|moment| 100 * moment + 7) - 8.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_a_sheep_sways_widens_its_bound_fourfold() {
+        let sways = bound(|moment| 100 * moment + 6 * (moment % 2));
+        // Three to either side of a line that is three ahead.
+        assert!((sways - (3.0 + 4.0 * 3.0 + 1.0)).abs() < 0.5, "{sways}");
+    }
+
+    #[test]
+    fn a_few_steps_tell_nothing() {
+        let mut tally = Tally::new(1, 2);
+        tally.visit(SheepIx(0));
+        tally.visit(SheepIx(0));
+        assert!(tally.bound(SheepIx(0)).is_infinite());
+    }
+}
