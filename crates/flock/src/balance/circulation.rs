@@ -255,10 +255,13 @@ fn own_price(log_sum: f64, fixed: f64, scarcity: f64, want: f64, fairness: f64) 
     let aim = (want / scarcity - fixed).max(1e-3 * want / scarcity);
     let least = |x: f64| x.max(-MOST_FALL * scarcity * fairness);
     let mut x = least(aim.ln() - log_sum);
+    let log_fixed = fixed.ln();
     for _ in 0..SWEEP_STEPS {
-        let (flow, scarce) = ((log_sum + x).exp(), scarcity + x / fairness);
-        let value = (flow + fixed).ln() + scarce.ln() - want.ln();
-        let slope = flow / (flow + fixed) + 1.0 / (fairness * scarce);
+        // In logarithms: flows may be too small to be numbers.
+        let (log_flow, scarce) = (log_sum + x, scarcity + x / fairness);
+        let over = log_fixed - log_flow;
+        let value = log_flow.max(log_fixed) + (-over.abs()).exp().ln_1p() + scarce.ln() - want.ln();
+        let slope = 1.0 / (1.0 + over.exp()) + 1.0 / (fairness * scarce);
         let next = (x - value / slope).clamp(x - MOST_FALL * scarce * fairness, x + MOST_RISE);
         if (next - x).abs() <= 1e-14 * (1.0 + x.abs()) {
             return next;

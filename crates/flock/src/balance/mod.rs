@@ -7,6 +7,7 @@
 //! proof in `reach.rs`.
 
 mod circulation;
+mod exact;
 mod network;
 mod reach;
 mod solve;

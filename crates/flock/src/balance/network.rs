@@ -19,8 +19,11 @@ pub(super) struct Network {
     pub(super) want: Vec<f64>,
 }
 
-/// No want counts for less than this part of the largest.
-const LEAST_WANT: f64 = 1e-200;
+/// No want counts for less than this part of the largest: a visit in millions of years.
+const LEAST_WANT: f64 = 1e-12;
+/// No weight counts for less than this part of the largest, in logarithms (1e-15): what is further apart than that is
+/// apart, and prices must stay numbers.
+const LEAST_PRIOR: f64 = -34.5;
 
 impl Network {
     /// The network of `graph`, whose sheep are wanted as often as `wants` say, relative to each other.
@@ -91,6 +94,9 @@ impl Network {
     /// Makes the parts of the weights sum to 1. In logarithms, for weights may be hundreds of decades apart.
     fn normalise(&mut self) {
         let most = self.prior.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        for prior in &mut self.prior {
+            *prior = prior.max(most + LEAST_PRIOR);
+        }
         let total = most + self.prior.iter().map(|prior| (prior - most).exp()).sum::<f64>().ln();
         for prior in &mut self.prior {
             *prior -= total;

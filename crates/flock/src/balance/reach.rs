@@ -16,7 +16,7 @@ use crate::structure::classes;
 const WHOLE: f64 = (1u128 << 100) as f64;
 /// Wants count as reachable if each has to give way by no more than this part of it: they come from floating-point
 /// numbers, and are not better than that.
-const GIVE: i128 = 1_000_000_000;
+pub(super) const GIVE: i128 = 1_000_000_000;
 /// Not reached by the search.
 const FAR: u32 = u32::MAX;
 
@@ -32,12 +32,14 @@ pub(super) struct Reach {
 }
 
 /// A flow from rows (sheep as they are left) to columns (sheep as they are entered).
-struct Transport<'n> {
+pub(super) struct Transport<'n> {
     network: &'n Network,
     /// Transitions sorted by where they end, and where each sheep's start.
     entries: Vec<u32>,
     first_entry: Vec<u32>,
-    flow: Vec<i128>,
+    pub(super) flow: Vec<i128>,
+    /// What each transition can carry at most.
+    limits: Vec<i128>,
     /// What rows have yet to send, what columns can yet take.
     unsent: Vec<i128>,
     room: Vec<i128>,
@@ -51,17 +53,16 @@ impl Reach {
     /// What the transitions of `network` can carry of its wants. `hint` is a circulation: the search starts there.
     pub(super) fn of(network: &Network, hint: &[f64]) -> Self {
         let n = network.len();
-        let mut transport = Transport::new(network, hint);
-        transport.fill();
-        let missing: i128 = transport.unsent.iter().sum();
+        let wants = network.want.iter().map(|&want| units(want)).collect();
+        let mut transport = Transport::new(network, wants, vec![i128::MAX; network.arcs()], hint);
+        let missing = transport.fill();
         let bottleneck = transport.stuck();
         let mut reachable = missing == 0;
         if !reachable && missing <= WHOLE as i128 / GIVE {
             for sheep in 0..n {
                 transport.room[sheep] += units(network.want[sheep]) / GIVE;
             }
-            transport.fill();
-            reachable = transport.unsent.iter().all(|&unsent| unsent == 0);
+            reachable = transport.fill() == 0;
         }
         if reachable {
             return Self { deficiency: 0.0, bottleneck: Vec::new(), carries: transport.carriers() };
@@ -71,12 +72,13 @@ impl Reach {
 }
 
 /// A share in whole units.
-fn units(share: f64) -> i128 {
+pub(super) fn units(share: f64) -> i128 {
     (share * WHOLE) as i128
 }
 
 impl<'n> Transport<'n> {
-    fn new(network: &'n Network, hint: &[f64]) -> Self {
+    /// Nothing but what `hint` sends, of `wants` from every row and to every column, along transitions with `limits`.
+    pub(super) fn new(network: &'n Network, wants: Vec<i128>, limits: Vec<i128>, hint: &[f64]) -> Self {
         let n = network.len();
         let mut first_entry = vec![0; n + 1];
         for &to in &network.to {
@@ -92,12 +94,12 @@ impl<'n> Transport<'n> {
             entries[*at as usize] = arc as u32;
             *at += 1;
         }
-        let wants: Vec<i128> = network.want.iter().map(|&want| units(want)).collect();
         let mut transport = Self {
             network,
             entries,
             first_entry,
             flow: vec![0; network.arcs()],
+            limits,
             unsent: wants.clone(),
             room: wants,
             distance: vec![FAR; 2 * n],
@@ -130,14 +132,14 @@ impl<'n> Transport<'n> {
     /// Sends up to `amount` along one transition.
     fn send(&mut self, arc: usize, amount: i128) {
         let (from, to) = self.network.ends(arc);
-        let amount = amount.min(self.unsent[from]).min(self.room[to]);
+        let amount = amount.min(self.limits[arc] - self.flow[arc]).min(self.unsent[from]).min(self.room[to]);
         self.flow[arc] += amount;
         self.unsent[from] -= amount;
         self.room[to] -= amount;
     }
 
-    /// Sends all that can be sent.
-    fn fill(&mut self) {
+    /// Sends all that can be sent; returns what cannot.
+    pub(super) fn fill(&mut self) -> i128 {
         let n = self.network.len();
         while self.measure() {
             for row in 0..n {
@@ -151,6 +153,7 @@ impl<'n> Transport<'n> {
                 }
             }
         }
+        self.unsent.iter().sum()
     }
 
     /// Measures how far every node is from a column with room. Whether any row with something to send reaches one.
@@ -170,8 +173,9 @@ impl<'n> Transport<'n> {
             }
             if node >= n {
                 for at in self.first_entry[node - n]..self.first_entry[node - n + 1] {
-                    let row = self.network.from[self.entries[at as usize] as usize] as usize;
-                    if self.distance[row] == FAR {
+                    let arc = self.entries[at as usize] as usize;
+                    let row = self.network.from[arc] as usize;
+                    if self.distance[row] == FAR && self.flow[arc] < self.limits[arc] {
                         self.distance[row] = beyond;
                         open.push_back(row);
                         if self.unsent[row] > 0 {
@@ -205,7 +209,7 @@ impl<'n> Transport<'n> {
                 while self.next[node] < self.network.first[node + 1] {
                     let arc = self.next[node];
                     let column = n + self.network.to[arc as usize] as usize;
-                    if self.distance[column] == nearer {
+                    if self.distance[column] == nearer && self.flow[arc as usize] < self.limits[arc as usize] {
                         step = Some((arc, column));
                         break;
                     }
@@ -240,9 +244,12 @@ impl<'n> Transport<'n> {
 
     /// Sends as much as `path` from `row` can bear.
     fn augment(&mut self, row: usize, path: &[u32]) {
-        let back = path.iter().skip(1).step_by(2).map(|&arc| self.flow[arc as usize]);
+        let bears = |(step, &arc): (usize, &u32)| {
+            let (flow, limit) = (self.flow[arc as usize], self.limits[arc as usize]);
+            if step % 2 == 0 { limit - flow } else { flow }
+        };
         let last = self.network.ends(path[path.len() - 1] as usize).1;
-        let amount = back.fold(self.unsent[row].min(self.room[last]), i128::min);
+        let amount = path.iter().enumerate().map(bears).fold(self.unsent[row].min(self.room[last]), i128::min);
         for (step, &arc) in path.iter().enumerate() {
             self.flow[arc as usize] += if step % 2 == 0 { amount } else { -amount };
         }

@@ -4,6 +4,7 @@
 //! Never searches itself: `solve.rs` does.
 
 use super::circulation::Circulation;
+use super::exact;
 use super::network::Network;
 use super::reach::Reach;
 use super::solve::{EXACT, fairest, nearest, settle};
@@ -72,7 +73,12 @@ impl Terms {
             let flow = carried(&state);
             return Found { visits: visits(network, &flow), flow, least, tolerance, reach };
         }
-        let mut flow = unfloored(network, &reach);
+        let near = unfloored(network, &reach);
+        let exact = (reach.deficiency == 0.0).then(|| exact::circulation(network, &near)).flatten();
+        if let Some(flow) = exact {
+            return Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach };
+        }
+        let mut flow = near;
         blend(network, &mut flow, &carried(&soft));
         Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach }
     }

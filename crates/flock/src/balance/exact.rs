@@ -1,0 +1,112 @@
+//! A circulation that meets the wants in whole units.
+//!
+//! Owns the last step where the wants alone count: what a search in floating point has found is put right to the unit,
+//! so that sheep keep their shares however nearly the flock falls apart. Never looks for the nearest circulation.
+//!
+//! Start at [`circulation`].
+
+use super::network::Network;
+use super::reach::{GIVE, Transport, units};
+
+/// No visits move by more than this part so that silent transitions carry something.
+const SILENT: f64 = 1e-7;
+
+/// A circulation near `flow`, which is one nearly: every sheep is visited as often as it is wanted, to a billionth of
+/// that, and every transition carries something, the silent ones hardly anything. `None` if there is none.
+///
+/// `network` is one strongly connected class. Rows and columns are equal to the last unit, and so the walk's shares
+/// follow from the weights alone.
+pub(super) fn circulation(network: &Network, flow: &[f64]) -> Option<Vec<f64>> {
+    // A sheep may be visited a little less than the most that it may: what is missing passes it by, from row to column.
+    let mut arcs: Vec<(u32, u32, f64)> =
+        (0..network.arcs()).map(|arc| (network.from[arc], network.to[arc], network.prior[arc])).collect();
+    let mut order: Vec<usize> = (0..arcs.len()).collect();
+    arcs.extend((0..network.len() as u32).map(|sheep| (sheep, sheep, 0.0)));
+    let bypass = arcs.len() - network.len()..arcs.len();
+    order.extend(bypass.clone());
+    order.sort_by_key(|&arc| arcs[arc].0);
+    let wide = network.with_arcs(&order.iter().map(|&arc| arcs[arc]).collect::<Vec<_>>());
+    let most = |arc: usize| {
+        if bypass.contains(&arc) { 2 * (units(network.want[arc - bypass.start]) / GIVE) } else { i128::MAX }
+    };
+    let part = |arc: usize| {
+        if bypass.contains(&arc) { network.want[arc - bypass.start] / GIVE as f64 } else { flow[arc] }
+    };
+    let hint: Vec<f64> = order.iter().map(|&arc| part(arc)).collect();
+    let limits = order.iter().map(|&arc| most(arc)).collect();
+    let wants = network.want.iter().map(|&want| units(want) + units(want) / GIVE).collect();
+    let mut transport = Transport::new(&wide, wants, limits, &hint);
+    if transport.fill() > 0 {
+        return None;
+    }
+    let mut carried = vec![0; network.arcs()];
+    for (&arc, &units) in order.iter().zip(&transport.flow) {
+        if !bypass.contains(&arc) {
+            carried[arc] = units;
+        }
+    }
+    enliven(network, &mut carried);
+    let whole = carried.iter().sum::<i128>() as f64;
+    Some(carried.into_iter().map(|units| units as f64 / whole).collect())
+}
+
+/// Lets every transition of `network` carry something, by closed ways that lead through those that do not.
+fn enliven(network: &Network, carried: &mut [i128]) {
+    let throughput = |flow: &[i128]| -> Vec<i128> {
+        (0..network.len()).map(|sheep| flow[network.exits(sheep)].iter().sum()).collect()
+    };
+    let (visits, most) = (throughput(carried), throughput(&closed_ways(network, |_| true)));
+    let bearable = |(visits, ways): (&i128, &i128)| (SILENT * *visits as f64) as i128 / ways;
+    let amount = visits.iter().zip(&most).map(bearable).min().unwrap_or(1).max(1);
+    let ways = closed_ways(network, |arc| carried[arc] < amount);
+    for (carried, ways) in carried.iter_mut().zip(ways) {
+        *carried += amount * ways;
+    }
+}
+
+/// How often each transition lies on the closed ways from the first sheep through each of those `wanted`.
+fn closed_ways(network: &Network, wanted: impl Fn(usize) -> bool) -> Vec<i128> {
+    let n = network.len();
+    let mut ways = vec![0; network.arcs()];
+    let (mut there, mut back) = (vec![0; n], vec![0; n]);
+    for arc in (0..network.arcs()).filter(|&arc| wanted(arc)) {
+        let (from, to) = network.ends(arc);
+        ways[arc] += 1;
+        there[from] += 1;
+        back[to] += 1;
+    }
+    let mut entries = vec![Vec::new(); n];
+    (0..network.arcs()).for_each(|arc| entries[network.to[arc] as usize].push(arc));
+    let exits = |sheep: usize| network.exits(sheep).collect::<Vec<_>>();
+    for (arc, sheep, nearer) in tree(n, exits, |arc| network.to[arc] as usize).into_iter().rev() {
+        ways[arc] += there[sheep];
+        there[nearer] += there[sheep];
+    }
+    for (arc, sheep, nearer) in
+        tree(n, |sheep| entries[sheep].clone(), |arc| network.from[arc] as usize).into_iter().rev()
+    {
+        ways[arc] += back[sheep];
+        back[nearer] += back[sheep];
+    }
+    ways
+}
+
+/// The shortest ways between the first sheep and all others: for each sheep the transition on its way, the sheep itself
+/// and the next nearer one, the nearest first.
+fn tree(n: usize, arcs: impl Fn(usize) -> Vec<usize>, other: impl Fn(usize) -> usize) -> Vec<(usize, usize, usize)> {
+    let (mut met, mut tree, mut open) = (vec![false; n], Vec::with_capacity(n), vec![0]);
+    met[0] = true;
+    let mut next = 0;
+    while next < open.len() {
+        let nearer = open[next];
+        next += 1;
+        for arc in arcs(nearer) {
+            let sheep = other(arc);
+            if !std::mem::replace(&mut met[sheep], true) {
+                tree.push((arc, sheep, nearer));
+                open.push(sheep);
+            }
+        }
+    }
+    tree
+}

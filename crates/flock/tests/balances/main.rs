@@ -1,0 +1,130 @@
+//! The balance on ten thousand flocks of every shape: it ends, in numbers, and does what it says.
+//!
+//! Owns the claims that hold for every flock without faults. The flocks are made in `graphs.rs`, judged by `flow.rs`.
+#![forbid(unsafe_code)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
+
+mod flow;
+mod graphs;
+
+use std::num::NonZeroUsize;
+use std::panic::{self, AssertUnwindSafe};
+use std::thread;
+
+use flock::{Balance, Edit, Flock, Manifest, SheepIx, Terms};
+use graphs::Chance;
+
+const FLOCKS: u64 = 10_000;
+const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false };
+/// How near a want that can be reached is reached, as a part of it.
+const REACHED: f64 = 1e-6;
+
+/// Tries `claim` on every flock, on all cores; each that breaks it is told on stderr.
+fn every_flock(claim: impl Fn(u64, &Flock) + Sync) {
+    let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get) as u64;
+    let holds = |at: &u64| panic::catch_unwind(AssertUnwindSafe(|| claim(*at, &graphs::flock(*at)))).is_ok();
+    let holds = &holds;
+    let broken: Vec<u64> = thread::scope(|scope| {
+        let part = |core: u64| (core..FLOCKS).step_by(cores as usize).filter(|at| !holds(at)).collect::<Vec<_>>();
+        let parts: Vec<_> = (0..cores).map(|core| scope.spawn(move || part(core))).collect();
+        parts.into_iter().flat_map(|part| part.join().unwrap()).collect()
+    });
+    assert!(broken.is_empty(), "{} flocks break it: {:?}", broken.len(), &broken[..broken.len().min(20)]);
+}
+
+/// Terms of every kind.
+fn terms(number: u64) -> Terms {
+    let mut chance = Chance::new(number ^ 0x5eed);
+    let fairness = chance.of(&[1e-3, 0.1, 1.0, 3.0, 3.0, 3.0, 30.0, 1e3, 1e6, f64::INFINITY]);
+    let floor = chance.of(&[0.0, 1e-3, 1.0, 12.0, 12.0, 12.0, 500.0, 1e5, 1e9]);
+    Terms { fairness, floor, afresh: chance.below(8) == 0 }
+}
+
+/// What one step makes of the visits under the weights that were found.
+fn step(flock: &Flock, balance: &Balance<'_>) -> Vec<f64> {
+    let graph = flock.graph();
+    let mut after = vec![0.0; graph.len()];
+    let mut weights = balance.weights.iter().map(|weight| weight.weight);
+    for from in graph.sheep() {
+        let own: Vec<f64> = weights.by_ref().take(graph.exits(from).len()).collect();
+        let total: f64 = own.iter().sum();
+        for (exit, weight) in graph.exits(from).zip(own) {
+            after[graph.target(exit).index()] += balance.sheep[from.index()].visits * weight / total;
+        }
+    }
+    after
+}
+
+#[test]
+fn a_balance_ends_in_weights_and_in_the_visits_that_they_give() {
+    every_flock(|number, flock| {
+        for terms in [terms(number), FAIREST] {
+            let balance = Balance::of(flock, terms).unwrap();
+            let told = || format!("flock {number}, {terms:?}");
+            assert!(
+                balance.weights.iter().all(|weight| weight.weight.is_normal() && weight.weight > 0.0),
+                "{}",
+                told()
+            );
+            assert!(balance.sheep.iter().all(|sheep| (0.0..=1.0).contains(&sheep.visits)), "{}", told());
+            let worst = balance.worst_ratio.unwrap_or_else(|| panic!("a sheep is never shown: {}", told()));
+            assert!(worst >= 1.0 && worst.is_finite() && balance.least_plays.is_finite(), "{worst}: {}", told());
+            assert!((0.0..1.0).contains(&balance.deficiency), "{}: {}", balance.deficiency, told());
+            assert_eq!(balance.reachable, balance.bottleneck.is_none(), "{}", told());
+            let moved: f64 = step(flock, &balance)
+                .iter()
+                .zip(&balance.sheep)
+                .map(|(after, sheep)| (after - sheep.visits).abs())
+                .sum();
+            assert!(moved < 1e-12, "visits move by {moved}: {}", told());
+        }
+    });
+}
+
+#[test]
+fn wants_that_some_weights_reach_are_reached_and_all_others_are_proved_not_to_be() {
+    every_flock(|number, flock| {
+        let balance = Balance::of(flock, FAIREST).unwrap();
+        let wants: Vec<f64> = balance.sheep.iter().map(|sheep| sheep.want).collect();
+        let carried = flow::carried(flock, &wants);
+        if balance.reachable {
+            assert!(carried > 1.0 - 1e-8, "flock {number}: only {carried} can be carried");
+            let off = balance.sheep.iter().map(|sheep| (sheep.visits / sheep.want - 1.0).abs()).fold(0.0, f64::max);
+            assert!(off <= REACHED, "flock {number}: a sheep is {off} off its want");
+            return;
+        }
+        assert!((1.0 - carried - balance.deficiency).abs() < 1e-9, "flock {number}: {carried} {}", balance.deficiency);
+        let proof = balance.bottleneck.as_ref().unwrap();
+        let ix = |ids: &[&flock::SheepId]| ids.iter().map(|id| flock.graph().find(id).unwrap()).collect::<Vec<_>>();
+        let (stuck, followers) = (ix(&proof.sheep), ix(&proof.followers));
+        assert_eq!(flow::followers(flock, &stuck), followers, "flock {number}");
+        let want = |set: &[SheepIx]| set.iter().map(|sheep| wants[sheep.index()]).sum::<f64>();
+        let missing = want(&stuck) - want(&followers);
+        assert!(missing > 0.0 && (missing - balance.deficiency).abs() < 1e-9, "flock {number}: {missing}");
+    });
+}
+
+#[test]
+fn what_is_balanced_and_written_is_balanced() {
+    every_flock(|number, flock| {
+        let afresh = terms(number);
+        for terms in [Terms { afresh: true, ..afresh }, FAIREST] {
+            let first = Balance::of(flock, terms).unwrap();
+            if !terms.afresh && !first.reachable {
+                continue;
+            }
+            let written = Flock::new(rewritten(flock.manifest(), &first));
+            let second = Balance::of(&written, terms).unwrap();
+            assert_eq!(first.weights, second.weights, "flock {number}, {terms:?}");
+        }
+    });
+}
+
+/// `manifest` with the weights of `balance`.
+fn rewritten(manifest: &Manifest, balance: &Balance<'_>) -> Manifest {
+    let mut edit = Edit::blank(&manifest.name, manifest.size, manifest.fps);
+    manifest.sheep.iter().for_each(|sheep| edit.add_sheep(sheep.clone()).unwrap());
+    manifest.transitions.iter().for_each(|transition| edit.add_transition(transition.clone()).unwrap());
+    balance.weights.iter().for_each(|weight| edit.set_weight(weight.from, weight.to, weight.weight).unwrap());
+    Edit::parse(edit.text(), "flock.toml".as_ref()).unwrap().manifest().clone()
+}
