@@ -1,0 +1,9 @@
+//! The target `seal` of `targets.rs`, in the fuzzer's hands.
+//! Never says what must hold: that file does.
+#![no_main]
+
+mod targets;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+    targets::seal(data);
+});
