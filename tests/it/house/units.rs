@@ -1,11 +1,12 @@
 //! What the unit files promise the appliance.
 //!
 //! Owns the claims about `systemd/`: that systemd understands every line, that little of the machine lies open to the
-//! player, and that a restart is tried exactly where it can help. Never starts a service: the image's tests do.
+//! player and the updater, and that a stick is mounted as something that strangers bring. Never starts a service: the image's tests do.
 //!
 //! Start at [`judge`].
 
 use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// systemd's own measure of what lies open to a service: 0 nothing, 100 everything. It calls up to 19 `OK`.
@@ -17,12 +18,7 @@ const YOUNG_KEYS: [&str; 2] = ["RestartSteps", "RestartMaxDelaySec"];
 /// The programs of the unit file need not be installed: `/bin/true` stands in for each.
 fn judge(name: &str, text: &str, arguments: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(name);
-    let line = |line: &str| match line.strip_prefix("ExecStart=/usr/bin/dreams-") {
-        Some(_) => "ExecStart=/bin/true\n".to_owned(),
-        None => format!("{line}\n"),
-    };
-    fs::write(&path, text.lines().map(line).collect::<String>()).unwrap();
+    let path = laid(folder.path(), name, text);
     let output = Command::new("systemd-analyze").args(arguments).arg(&path).output().expect("systemd-analyze starts");
     let is_young = |line: &&str| YOUNG_KEYS.iter().any(|key| line.contains(&format!("Unknown key '{key}'")));
     let said = String::from_utf8(output.stderr).unwrap();
@@ -31,6 +27,27 @@ fn judge(name: &str, text: &str, arguments: &[&str]) -> String {
         faults.push_str(&String::from_utf8(output.stdout).unwrap());
     }
     faults
+}
+
+/// The same for a timer, beside the service that it calls.
+fn judge_timer(name: &str, text: &str, service: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let called = laid(folder.path(), service, &super::read(&format!("systemd/{service}")));
+    let timer = laid(folder.path(), name, text);
+    let output =
+        Command::new("systemd-analyze").args(["verify", "--man=no"]).arg(&timer).arg(&called).output().unwrap();
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// Lays a unit file into `folder`, with `/bin/true` for its programs.
+fn laid(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    let line = |line: &str| match line.strip_prefix("ExecStart=/usr/bin/dreams-") {
+        Some(_) => "ExecStart=/bin/true\n".to_owned(),
+        None => format!("{line}\n"),
+    };
+    fs::write(&path, text.lines().map(line).collect::<String>()).unwrap();
+    path
 }
 
 fn player() -> String {
@@ -43,8 +60,27 @@ fn systemd_understands_every_line_of_every_service() {
         let name = path.rsplit('/').next().unwrap();
         assert_eq!(judge(name, &text, &["verify", "--man=no"]), "", "`{path}`");
     }
+    for (path, text) in super::files(".timer") {
+        let name = path.rsplit('/').next().unwrap();
+        let service = name.replace(".timer", ".service");
+        assert_eq!(judge_timer(name, &text, &service), "", "`{path}`");
+    }
     let misspelt = player().replace("WatchdogSec", "WatchdogSecs");
     assert!(judge("dreams-player.service", &misspelt, &["verify", "--man=no"]).contains("WatchdogSecs"));
+}
+
+#[test]
+fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_is() {
+    let rules = super::read("systemd/60-dreams-update.rules");
+    assert!(rules.contains("ENV{SYSTEMD_WANTS}+=\"dreams-update@%k.service\""));
+    let kinds = "vfat|exfat|ext4";
+    assert!(rules.contains(&format!("ENV{{ID_FS_TYPE}}==\"{kinds}\"")));
+    let text = super::read("systemd/dreams-update@.service");
+    let mounts: Vec<&str> = text.lines().filter(|line| line.contains("/usr/bin/mount ")).collect();
+    let options = "-o ro,nosuid,nodev,noexec,nosymfollow ";
+    let [mount] = mounts[..] else { panic!("one mount: {mounts:?}") };
+    assert!(mount.contains(options) && mount.contains(&format!("-t {} ", kinds.replace('|', ","))), "{mount}");
+    assert!(text.contains("BindsTo=dev-%i.device") && text.contains("PrivateNetwork=yes"));
 }
 
 #[test]
@@ -57,10 +93,13 @@ fn a_unit_waits_for_its_display_and_its_page_may_stand_back() {
 }
 
 #[test]
-fn little_of_the_machine_lies_open_to_the_player() {
+fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     let threshold = format!("--threshold={EXPOSED_AT_MOST}");
     let measure = ["security", "--offline=true", "--no-pager", &threshold];
     assert_eq!(judge("dreams-player.service", &player(), &measure), "");
+    for unit in ["dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {
+        assert_eq!(judge(unit, &super::read(&format!("systemd/{unit}")), &measure), "", "{unit}");
+    }
     let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");
     assert_ne!(judge("dreams-player.service", &open, &measure), "");
 }
