@@ -43,6 +43,7 @@ pub(crate) struct Config {
     #[serde(deserialize_with = "prefetch_ms")]
     pub(crate) prefetch_ms: u64,
     pub(crate) status: StatusAddress,
+    pub(crate) card: PathBuf,
     pub(crate) log: LogLevel,
 }
 
@@ -61,6 +62,7 @@ impl Default for Config {
             ahead: 8,
             prefetch_ms: 4_000,
             status: StatusAddress::Host("127.0.0.1:7180".to_owned()),
+            card: "/run/dreams-update/card".into(),
             log: LogLevel(tracing::Level::INFO),
         }
     }

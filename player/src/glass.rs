@@ -3,6 +3,7 @@
 //! Owns the view that the flip thread shares with the status page. The flip thread never waits for it: while
 //! someone copies the view, an update is left out, and the next flip brings it.
 
+use crate::placard::Placard;
 use crate::tally::Tally;
 use crate::turn::{Shown, Turn};
 use screen::Lit;
@@ -29,6 +30,8 @@ pub(crate) struct View {
 pub(crate) struct Glass {
     view: Mutex<View>,
     plan: Mutex<VecDeque<Arc<Turn>>>,
+    /// What people are told over the picture.
+    placard: Mutex<Option<Arc<Placard>>>,
     /// Whether the first picture is on the glass, and word of it.
     is_open: Mutex<bool>,
     opened: Condvar,
@@ -45,6 +48,16 @@ impl Glass {
     pub(crate) fn await_opening(&self) {
         let closed = self.opened.wait_timeout_while(hold(&self.is_open), CURTAIN, |is_open| !*is_open);
         drop(closed);
+    }
+
+    /// Tells people something over the picture from the next frame on, or nothing more.
+    pub(crate) fn tell(&self, placard: Option<Arc<Placard>>) {
+        *hold(&self.placard) = placard;
+    }
+
+    /// What people are told. It is held for the moment of a copy only.
+    pub(crate) fn placard(&self) -> Option<Arc<Placard>> {
+        hold(&self.placard).clone()
     }
 
     /// Shows what a flip brought, unless someone is looking at this very moment.

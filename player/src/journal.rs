@@ -20,6 +20,8 @@ pub fn open(level: LogLevel) {
             .with_ansi(io::stderr().is_terminal())
             .with_target(false)
             .without_time()
+            // A terminal that takes no line takes no complaint about that either.
+            .log_internal_errors(false)
     });
     registry.with(journal).with(terminal).init();
 }

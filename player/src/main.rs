@@ -13,6 +13,7 @@ mod glass;
 mod library;
 mod options;
 mod pace;
+mod placard;
 mod place;
 mod playback;
 mod report;
@@ -26,6 +27,7 @@ mod take;
 mod tally;
 mod trace;
 mod turn;
+mod usher;
 
 use clap::Parser;
 use options::Options;

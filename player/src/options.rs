@@ -61,6 +61,9 @@ pub(crate) struct Options {
     /// Where the status page is: `off`, a loopback `HOST:PORT` or `unix:PATH`
     #[arg(long, value_name = "ADDRESS")]
     status: Option<StatusAddress>,
+    /// Where the updater says what people are to be told over the picture
+    #[arg(long, value_name = "FILE")]
+    card: Option<PathBuf>,
     /// The least urgent log line that is kept: `error`, `warn`, `info`, `debug` or `trace`
     #[arg(long, value_name = "LEVEL")]
     log: Option<LogLevel>,
@@ -86,6 +89,7 @@ impl Options {
             ahead: self.ahead.unwrap_or(config.ahead),
             prefetch_ms: self.prefetch_ms.unwrap_or(config.prefetch_ms),
             status: self.status.unwrap_or(config.status),
+            card: self.card.unwrap_or(config.card),
             log: self.log.unwrap_or(config.log),
         })
     }

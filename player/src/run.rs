@@ -18,6 +18,7 @@ use crate::saver::Saver;
 use crate::scribe::{Note, Scribe};
 use crate::settings::{Clock, ScreenChoice};
 use crate::show::{Ears, Ended, Piece, Show};
+use crate::usher::Usher;
 use crate::{status, take};
 use flock::{Itinerary, ManifestError, Place};
 use player::now::now;
@@ -77,6 +78,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let (frames, studio) = open_studio(config, piece, generation, itinerary, &faults, &glass)?;
     let screen = take::screen(&config.screen, piece)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
+    Usher::new(&config.card, piece.size).start(Arc::clone(&glass), now)?;
     status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
 
     let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);

@@ -1,8 +1,8 @@
 //! The flip thread: brings frames to the glass, each at its vblank.
 //!
 //! Owns the screen and the two frames that matter: the one that is lit and the one that follows. Never opens, reads
-//! or writes a file, and takes no memory for a frame: only at joins, when a screen comes, for the words about a fault and for
-//! the fault card. What happens next is decided in
+//! or writes a file, and takes no memory for a frame: only at joins, when a screen comes, for the words about a fault, for
+//! the fault card and for the first frame that bears a placard. What happens next is decided in
 //! `playback.rs`, when in `pace.rs`; frames come from `decoder.rs`; what happened goes to `scribe.rs`.
 //!
 //! Start at [`Show::run`].
@@ -11,6 +11,7 @@ use crate::card::Card;
 use crate::faults::{Faults, Kind};
 use crate::glass::Glass;
 use crate::pace::Pace;
+use crate::placard::Overlaid;
 use crate::playback::{Effect, Event, Kept, Next, Playback};
 use crate::report::Fatal;
 use crate::saver::Saver;
@@ -106,6 +107,8 @@ pub(crate) struct Show<'a, F> {
     finished: bool,
     fed: Option<Nanos>,
     tally: Tally,
+    /// The picture with what people are told.
+    overlaid: Overlaid,
 }
 
 impl<'a, F: Supply> Show<'a, F> {
@@ -128,6 +131,7 @@ impl<'a, F: Supply> Show<'a, F> {
             finished: false,
             fed: None,
             tally: Tally::default(),
+            overlaid: Overlaid::default(),
         };
         show.back();
         if show.lit.is_some() {
@@ -365,23 +369,27 @@ impl<'a, F: Supply> Show<'a, F> {
         }
     }
 
+    fn stage_next(&mut self) -> Result<(), Fatal> {
+        stage(&mut *self.screen, self.next.as_ref(), self.ears.glass, &mut self.overlaid)
+    }
+
     fn act(&mut self, effect: Effect) -> Result<(), Fatal> {
         match effect {
             Effect::Wait | Effect::End => {}
-            Effect::Stage => stage(&mut *self.screen, self.next.as_ref())?,
+            Effect::Stage => self.stage_next()?,
             Effect::Commit => self.screen.commit(),
             Effect::Light => {
-                stage(&mut *self.screen, self.next.as_ref())?;
+                self.stage_next()?;
                 self.screen.commit();
             }
             Effect::Relight => {
-                stage(&mut *self.screen, self.shown.as_ref())?;
+                stage(&mut *self.screen, self.shown.as_ref(), self.ears.glass, &mut self.overlaid)?;
                 self.screen.commit();
             }
             Effect::LightCard => {
                 let still = Still::Drawn(Arc::new(Card::draw(self.piece.size)));
                 self.next = Some(Shown { still, turn: None, frame: 0, index: 0, hash: None });
-                stage(&mut *self.screen, self.next.as_ref())?;
+                self.stage_next()?;
                 self.screen.commit();
             }
             Effect::AwaitDue => self.ask(),
@@ -390,8 +398,14 @@ impl<'a, F: Supply> Show<'a, F> {
     }
 }
 
-fn stage(screen: &mut dyn Screen, shown: Option<&Shown>) -> Result<(), Fatal> {
-    Ok(shown.map_or(Ok(()), |shown| screen.stage(&shown.still.picture()))?)
+/// Stages what is shown, with what people are told over it.
+fn stage(screen: &mut dyn Screen, shown: Option<&Shown>, glass: &Glass, overlaid: &mut Overlaid) -> Result<(), Fatal> {
+    let Some(shown) = shown else { return Ok(()) };
+    let picture = shown.still.picture();
+    Ok(match glass.placard() {
+        Some(placard) => screen.stage(&placard.over(&picture, overlaid)),
+        None => screen.stage(&picture),
+    }?)
 }
 
 #[cfg(test)]

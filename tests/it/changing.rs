@@ -116,8 +116,7 @@ fn a_new_flock_that_does_not_play_gives_way_to_the_one_before_and_is_marked_bad(
     unit.press.bundle(&unit.stick(), &bad, &[], 2);
     unit.updated(&[]);
     running.await_line_with("\"fault\"");
-    running.await_line_with("\"to\":\"one/");
-    running.await_line_with("\"join\"");
+    await_joins(&mut running, JOINS);
     running.signal(Signal::TERM);
     let (code, trace) = running.end_within(10);
     assert_eq!(code, Some(0));

@@ -29,6 +29,7 @@ mod resume;
 mod shortage;
 mod status_page;
 mod stills;
+mod telling;
 mod trace;
 mod tutorial;
 mod unit;

@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// An answer of the page: its head and its body.
-struct Answer {
+pub(crate) struct Answer {
     head: String,
-    body: Vec<u8>,
+    pub(crate) body: Vec<u8>,
 }
 
 impl Answer {
@@ -25,7 +25,7 @@ impl Answer {
 }
 
 /// Asks the page on `socket`; HTTP 1.0, so that the body comes as it is.
-fn ask(socket: &Path, request: &str) -> Answer {
+pub(crate) fn ask(socket: &Path, request: &str) -> Answer {
     let mut stream = UnixStream::connect(socket).unwrap();
     write!(stream, "{request} HTTP/1.0\r\nHost: unit\r\nConnection: close\r\n\r\n").unwrap();
     let mut all = Vec::new();
@@ -104,7 +104,7 @@ fn the_page_shows_its_picture_in_a_browser_without_a_complaint() {
 }
 
 /// The RGB bytes of a picture, as `ffmpeg` decodes it.
-fn pixels(picture: &[u8], kind: &str) -> Vec<u8> {
+pub(crate) fn pixels(picture: &[u8], kind: &str) -> Vec<u8> {
     let file = tempfile::Builder::new().suffix(&format!(".{kind}")).tempfile().unwrap();
     fs::write(file.path(), picture).unwrap();
     let mut ffmpeg = Command::new("ffmpeg");

@@ -13,6 +13,7 @@ mod server;
 
 use crate::faults::Faults;
 use crate::glass::Glass;
+use crate::placard::Overlaid;
 use crate::report::chain;
 use crate::settings::StatusAddress;
 use facts::Facts;
@@ -64,7 +65,11 @@ impl Page {
             "/status.json" => Answer::of("application/json", json(&self.facts())),
             "/metrics" => Answer::of(metrics::KIND, metrics::text(&self.facts()).into_bytes()),
             "/screen.jpg" => match self.glass.view().shown {
-                Some(shown) => Answer::of("image/jpeg", jpeg::encode(&shown.still.picture())),
+                Some(shown) => {
+                    let (picture, mut overlaid) = (shown.still.picture(), Overlaid::default());
+                    let picture = self.glass.placard().map_or(picture, |placard| placard.over(&picture, &mut overlaid));
+                    Answer::of("image/jpeg", jpeg::encode(&picture))
+                }
                 None => Answer::refusal("503 Service Unavailable", "nothing is lit yet"),
             },
             _ => Answer::refusal("404 Not Found", "no such page"),

@@ -1,0 +1,120 @@
+//! The usher: a thread that looks for what people are to be told, and for how long.
+//!
+//! Owns where a notice comes from and when it goes again: a minute after it was last told, at the latest. The flip thread
+//! never waits for it. Never writes the notice: the updater does.
+//!
+//! Start at [`Usher::start`].
+
+use crate::glass::Glass;
+use crate::placard::Placard;
+use crate::report::Fatal;
+use player::notice::Notice;
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+use timing::Nanos;
+
+/// Between two looks.
+const OFTEN: Duration = Duration::from_millis(500);
+/// How long a notice is shown that is not told again.
+const SHOWN: Duration = Duration::from_mins(1);
+
+/// Which telling it was: every one is a new file.
+type Telling = (u64, i64, i64);
+
+/// What a look brings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Seen {
+    /// What is shown may stay.
+    Nothing,
+    /// It was shown long enough.
+    Over,
+    /// This is to be shown from now on; `None` for what makes no sense, or has no room.
+    Told(Option<Placard>),
+}
+
+/// What is shown, and since when.
+#[derive(Debug)]
+pub(crate) struct Usher {
+    path: PathBuf,
+    size: (u32, u32),
+    /// What was found when the run began is old news.
+    known: Option<Telling>,
+    since: Option<Nanos>,
+}
+
+impl Usher {
+    /// An usher for notices at `path`, over pictures of this size.
+    pub(crate) fn new(path: &Path, size: (u32, u32)) -> Self {
+        Self { path: path.to_owned(), size, known: telling(path), since: None }
+    }
+
+    /// Starts the thread, which shows what it finds on `glass` for as long as the process lives.
+    ///
+    /// # Errors
+    /// [`Fatal`] if the thread cannot be started.
+    pub(crate) fn start(mut self, glass: Arc<Glass>, now: fn() -> Nanos) -> Result<(), Fatal> {
+        let work = move || {
+            loop {
+                match self.look(now()) {
+                    Seen::Nothing => {}
+                    Seen::Told(placard) => glass.tell(placard.map(Arc::new)),
+                    Seen::Over => glass.tell(None),
+                }
+                thread::park_timeout(OFTEN);
+            }
+        };
+        let thread = thread::Builder::new().name("usher".to_owned()).spawn(work);
+        thread.map(drop).map_err(|source| Fatal::Thread { name: "usher", source })
+    }
+
+    /// Looks what is to be shown at `now`.
+    fn look(&mut self, now: Nanos) -> Seen {
+        let found = telling(&self.path);
+        if found.is_some() && found != self.known {
+            (self.known, self.since) = (found, Some(now));
+            return Seen::Told(Notice::read(&self.path).and_then(|notice| Placard::draw(&notice, self.size)));
+        }
+        let is_over = |since| u128::from(now.since(since)) >= SHOWN.as_nanos();
+        if self.since.take_if(|since| is_over(*since)).is_some() { Seen::Over } else { Seen::Nothing }
+    }
+}
+
+fn telling(path: &Path) -> Option<Telling> {
+    let status = fs::metadata(path).ok()?;
+    Some((status.ino(), status.mtime(), status.mtime_nsec()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SHOWN, Seen, Usher};
+    use player::notice::Notice;
+    use timing::Nanos;
+
+    #[test]
+    fn a_notice_is_shown_when_it_is_told_and_goes_after_a_minute() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("card");
+        let tell = |text: &str| Notice { text: text.to_owned(), thousandths: None }.tell(&path).unwrap();
+        let minute = u64::try_from(SHOWN.as_nanos()).unwrap();
+        tell("Yesterday.");
+        let mut usher = Usher::new(&path, (640, 480));
+        assert_eq!(usher.look(Nanos(0)), Seen::Nothing, "that was before our time");
+        tell("Now.");
+        let now = usher.look(Nanos(1));
+        assert!(matches!(now, Seen::Told(Some(_))));
+        assert_eq!(usher.look(Nanos(2)), Seen::Nothing);
+        tell("Then.");
+        let then = usher.look(Nanos(3));
+        assert!(matches!(then, Seen::Told(Some(_))) && then != now);
+        assert_eq!(usher.look(Nanos(2 + minute)), Seen::Nothing);
+        assert_eq!(usher.look(Nanos(3 + minute)), Seen::Over);
+        assert_eq!(usher.look(Nanos(4 + minute)), Seen::Nothing);
+        std::fs::write(folder.path().join("new"), "rubbish").unwrap();
+        std::fs::rename(folder.path().join("new"), &path).unwrap();
+        assert_eq!(usher.look(Nanos(5 + minute)), Seen::Told(None), "what makes no sense is not shown");
+    }
+}
