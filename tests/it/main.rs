@@ -4,6 +4,7 @@
 
 mod bad_clips;
 mod balancing;
+mod broken_updates;
 mod bundles;
 mod cadence;
 mod changing;

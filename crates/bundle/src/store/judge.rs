@@ -92,7 +92,7 @@ impl Judge {
     pub fn is_on_trial(&self, number: u64) -> bool {
         match Slots::read(&self.disk).1 {
             Read::State { state, .. } => on_trial(&state, number),
-            Read::Nothing | Read::Damaged => false,
+            Read::Nothing | Read::Damaged | Read::Unread(_) => false,
         }
     }
 

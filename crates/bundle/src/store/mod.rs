@@ -146,6 +146,7 @@ impl Store {
                     store.write()?;
                 }
             }
+            Read::Unread(error) => return Err(at("read the state of", "")(error)),
             Read::Damaged => {
                 store.rebuild()?;
                 store.write()?;
@@ -329,7 +330,7 @@ impl Store {
         for name in self.disk.list(GENERATIONS).map_err(at("list", GENERATIONS))? {
             let Some(number) = crate::names::plain(&name) else { continue };
             self.state.newest = self.state.newest.max(number);
-            let Some(generation) = self.vouched(number) else { continue };
+            let Some(generation) = self.vouched(number)? else { continue };
             let floor = self.state.floors.entry(generation.signer).or_insert(generation.sequence);
             *floor = generation.sequence.max(*floor);
             let plays = pointed.as_deref() == Some(&flock_folder(number));
@@ -346,21 +347,33 @@ impl Store {
         Ok(())
     }
 
-    /// The generation in the folder `number`, as far as its signature can tell.
-    fn vouched(&mut self, number: u64) -> Option<Generation> {
+    /// The generation in the folder `number`, as far as its signature can tell; `None` if it cannot.
+    fn vouched(&mut self, number: u64) -> Result<Option<Generation>, StoreError> {
         let folder = generation_folder(number);
-        let said = self.disk.read(&format!("{folder}/statements"), limits::STATEMENTS).unwrap_or_default();
+        let said = self.paper(&format!("{folder}/statements"), limits::STATEMENTS)?.unwrap_or_default();
         for statement in statements(&said) {
             let text = String::from_utf8_lossy(statement);
             if matches!(self.trust.learn(statement), Ok(Learned::Trusted(_) | Learned::Revoked(_))) {
                 self.state.statements.push(text.into_owned());
             }
         }
-        let bytes = self.disk.read(&format!("{folder}/seal"), limits::SEAL).ok()?;
-        let seal = Unverified::new(bytes).verify(&self.trust).ok()?;
+        let bytes = self.paper(&format!("{folder}/seal"), limits::SEAL)?;
+        let Some(Ok(seal)) = bytes.map(|bytes| Unverified::new(bytes).verify(&self.trust)) else { return Ok(None) };
         let (letter, id) = (seal.letter(), seal.id());
         let (flock, signer, sequence) = (letter.flock.clone(), seal.signer(), letter.sequence);
-        Some(Generation { number, flock, signer, sequence, seal: id })
+        Ok(Some(Generation { number, flock, signer, sequence, seal: id }))
+    }
+
+    /// What lies at `path`; `None` if there is nothing, or nothing that can be what it should.
+    fn paper(&self, path: &str, limit: u64) -> Result<Option<Vec<u8>>, StoreError> {
+        match self.disk.read(path, limit) {
+            Ok(bytes) => Ok(Some(bytes)),
+            // A disk that does not answer may do so later: nothing is given up for that.
+            Err(error) if error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) => {
+                Err(at("read", path)(error))
+            }
+            Err(_) => Ok(None),
+        }
     }
 }
 

@@ -29,6 +29,8 @@ pub(crate) enum Read {
     Nothing,
     /// There is something, but nothing whole.
     Damaged,
+    /// Nothing whole was found, and the disk did not give everything: there may be a state.
+    Unread(io::Error),
     /// The newest whole state; whether both slots say so.
     State { state: Box<State>, both: bool },
 }
@@ -36,16 +38,21 @@ pub(crate) enum Read {
 impl Slots {
     /// Reads the newest whole state.
     ///
-    /// # Errors
-    /// Never: what cannot be read is not whole.
+    /// What cannot be read is not whole, as long as the other slot is.
     pub(crate) fn read(disk: &dyn Disk) -> (Self, Read) {
         let mut newest: Option<(u64, State)> = None;
-        let (mut missing, mut agreeing) = (0, 0);
+        let (mut missing, mut agreeing, mut unread) = (0, 0, None);
         for slot in SLOTS {
             let bytes = match disk.read(slot, limits::STATE) {
                 Ok(bytes) => bytes,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                    missing += 1;
+                    continue;
+                }
+                // Larger than any state is as good as torn.
+                Err(error) if error.kind() == io::ErrorKind::FileTooLarge => continue,
                 Err(error) => {
-                    missing += usize::from(error.kind() == io::ErrorKind::NotFound);
+                    unread = Some(error);
                     continue;
                 }
             };
@@ -64,7 +71,7 @@ impl Slots {
                 (Self { number }, Read::State { state: Box::new(state), both: agreeing == SLOTS.len() })
             }
             None if missing == SLOTS.len() => (Self::default(), Read::Nothing),
-            None => (Self::default(), Read::Damaged),
+            None => (Self::default(), unread.map_or(Read::Damaged, Read::Unread)),
         }
     }
 
@@ -125,7 +132,7 @@ mod tests {
     fn read(disk: &LocalDisk) -> (u64, bool) {
         match Slots::read(disk).1 {
             Read::State { state, both } => (state.newest, both),
-            Read::Nothing | Read::Damaged => panic!("no state"),
+            Read::Nothing | Read::Damaged | Read::Unread(_) => panic!("no state"),
         }
     }
 

@@ -1,0 +1,182 @@
+//! Whatever breaks in the middle of an update: the process, the disk, the stick.
+//!
+//! Owns the claims that the unit keeps a whole flock, old or new, that it says so in one sentence, and that the next
+//! attempt completes the update. `strace` breaks things: it kills the real program at a system call, or makes the call
+//! fail, one call after the other. What the order of calls promises across a power cut is shown in `crates/bundle`.
+//!
+//! Start at [`Breakage`].
+
+use crate::press::{Files, rubbish};
+use crate::programs::{output, succeed};
+use crate::updating::{Unit, object};
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The calls that change the disk.
+const CHANGES: [&str; 7] = ["write", "fsync", "renameat", "linkat", "mkdirat", "unlinkat", "symlinkat"];
+/// Exit code of a program whose libraries cannot be read.
+const NOT_STARTED: i32 = 127;
+
+/// A unit that plays `old`, with a stick that brings `new`, to be broken in many ways.
+struct Breakage {
+    unit: Unit,
+    old: Files,
+    new: Files,
+}
+
+impl Breakage {
+    fn new() -> Self {
+        let (unit, old, new) = (Unit::new(), rubbish(3, 9_000, 0), rubbish(3, 9_000, 2));
+        unit.press.bundle(&unit.stick(), &old, &[], 1);
+        unit.updated(&[]);
+        unit.press.bundle(&unit.stick(), &new, &[], 2);
+        fs::rename(unit.path("store"), unit.path("kept")).unwrap();
+        Self { unit, old, new }
+    }
+
+    /// The unit as it was before the update.
+    fn reset(&self) {
+        fs::remove_dir_all(self.unit.path("store")).ok();
+        fs::remove_file(self.unit.path("card")).ok();
+        succeed(Command::new("cp").arg("-a").arg(self.unit.path("kept")).arg(self.unit.path("store")));
+    }
+
+    /// The update, under `strace` with these options.
+    fn strace(&self, options: &[&str]) -> Output {
+        let update = self.unit.update_from(Some(&self.unit.stick()));
+        let mut command = Command::new("strace");
+        command.args(["-f", "-qq", "-o"]).arg(self.unit.path("strace")).args(options);
+        output(command.arg(update.get_program()).args(update.get_args()))
+    }
+
+    /// How often an update that nothing breaks makes this call.
+    fn steps(&self, call: &str) -> usize {
+        self.reset();
+        let said = self.strace(&["-e", &format!("trace={call}")]);
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        let log = fs::read_to_string(self.unit.path("strace")).unwrap();
+        let thread = log.split_once(' ').expect("each line begins with a thread").0;
+        let is_call = |line: &&str| line.starts_with(thread) && line.contains(&format!(" {call}("));
+        log.lines().filter(is_call).count()
+    }
+
+    /// Breaks the update at the `step`th such call, in this way.
+    fn broken(&self, call: &str, how: &str, step: &str) -> Output {
+        self.reset();
+        let injected = format!("inject={call}:{how}:when={step}");
+        self.strace(&["-e", &format!("trace={call}"), "-e", &injected])
+    }
+
+    /// What plays is whole, old or new; and the next attempt completes the update.
+    fn recovers(&self, case: &str) {
+        let playing = self.unit.playing();
+        assert!(playing.as_ref() == Some(&self.old) || playing.as_ref() == Some(&self.new), "{case}");
+        let answer = self.unit.updated(&[]);
+        assert_eq!(self.unit.playing().as_ref(), Some(&self.new), "{case}: {answer}");
+        assert_eq!(self.unit.updated(&["--scrub"])["missing"], 0, "{case}: the store is whole");
+    }
+}
+
+#[test]
+fn an_updater_killed_at_every_step_leaves_a_whole_flock_and_the_next_one_goes_on() {
+    let breakage = Breakage::new();
+    let mut killed = 0;
+    for call in CHANGES {
+        for step in 1..=breakage.steps(call) {
+            let case = format!("killed at {call} {step}");
+            let said = breakage.broken(call, "signal=KILL", &step.to_string());
+            assert_eq!(said.status.code(), None, "{case}");
+            breakage.recovers(&case);
+            killed += 1;
+        }
+    }
+    assert!(killed > 50, "only {killed} steps were seen");
+}
+
+#[test]
+fn a_disk_that_is_full_from_any_write_on_costs_nothing_but_the_update() {
+    let breakage = Breakage::new();
+    for call in ["write", "linkat", "mkdirat", "symlinkat"] {
+        for step in 1..=breakage.steps(call) {
+            let case = format!("full from {call} {step} on");
+            let said = breakage.broken(call, "error=ENOSPC", &format!("{step}+"));
+            let error = String::from_utf8_lossy(&said.stderr);
+            assert!(matches!(said.status.code(), Some(0 | 3)), "{case}: {:?} {error}", said.status);
+            breakage.recovers(&case);
+        }
+    }
+}
+
+#[test]
+fn a_disk_that_fails_at_any_sync_costs_nothing_but_the_update() {
+    let breakage = Breakage::new();
+    for call in ["fsync", "renameat"] {
+        for step in 1..=breakage.steps(call) {
+            let case = format!("{call} {step} fails");
+            let said = breakage.broken(call, "error=EIO", &step.to_string());
+            assert!(matches!(said.status.code(), Some(0 | 3)), "{case}: {:?}", said.status);
+            breakage.recovers(&case);
+        }
+    }
+}
+
+#[test]
+fn a_stick_that_cannot_be_read_at_any_read_or_from_any_on_is_told_in_one_sentence_and_read_again() {
+    let breakage = Breakage::new();
+    let steps = breakage.steps("read");
+    for step in 1..=steps {
+        for (case, when) in [("fails once", step.to_string()), ("is gone", format!("{step}+"))] {
+            let case = format!("{case} at read {step} of {steps}");
+            let said = breakage.broken("read", "error=EIO", &when);
+            let code = said.status.code();
+            assert!(matches!(code, Some(0..=3 | NOT_STARTED)), "{case}: {:?}", said.status);
+            let told = breakage.unit.card();
+            assert!(told.as_ref().is_none_or(|told| told.lines().count() == 1), "{case}: {told:?}");
+            breakage.recovers(&case);
+        }
+    }
+}
+
+#[test]
+fn a_stick_of_ten_thousand_strange_files_leads_nowhere() {
+    let unit = Unit::new();
+    let (stick, secret) = (unit.stick(), unit.path("secret"));
+    fs::write(&secret, "the host's own").unwrap();
+    for at in 0..10_000 {
+        fs::write(stick.join(format!("{at}\u{301} \n'$(reboot)'.mp4")), "").unwrap();
+    }
+    fs::create_dir_all(stick.join("seals")).unwrap();
+    for at in 0..200 {
+        fs::write(stick.join(format!("seals/attic{at:03}.seal")), "rubbish").unwrap();
+    }
+    let said = unit.update(&[]);
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert_eq!(said.status.code(), Some(1), "{error}");
+    assert_eq!(unit.card().as_deref(), Some("This stick is for attic000, attic001, attic002. This frame is lobby."));
+    assert!(error.len() < 600, "it names a few of them: {error}");
+    // Ways out of the stick, in every place where something is read.
+    let good = rubbish(2, 3_000, 0);
+    let clip = object(&good["loops/1.mp4"]);
+    let ways = [("seals/all.seal", "secret"), ("seals", ""), (&*clip, "secret"), ("objects", "store")];
+    for (way, target) in ways {
+        fs::remove_dir_all(&stick).unwrap();
+        unit.press.bundle(&stick, &good, &[], 1);
+        link(&stick.join(way), &unit.path(target));
+        let said = unit.update(&[]);
+        assert_eq!(said.status.code(), Some(3), "{way}: {}", String::from_utf8_lossy(&said.stderr));
+        assert_eq!(unit.playing(), None, "{way}");
+    }
+    assert_eq!(fs::read_to_string(&secret).unwrap(), "the host's own");
+}
+
+/// Puts a symbolic link in the place of what lies at `path`.
+fn link(path: &Path, target: &Path) {
+    if path.is_dir() {
+        fs::remove_dir_all(path).unwrap();
+    } else {
+        fs::remove_file(path).unwrap();
+    }
+    symlink(target, path).unwrap();
+}
