@@ -1,9 +1,10 @@
 //! Balanced weights go into the manifest, as an artist writes it.
 //!
-//! Owns the claims on `flock balance --write`: what it changes, what it leaves alone, that it keeps its promise. Never
-//! looks at how weights are found: the flock crate's own tests do.
+//! Owns the claims on `flock balance --write` and `--suggest`: what is changed, what is left alone, that promises are
+//! kept. Never looks at how weights are found: the flock crate's own tests do.
 
 use crate::command_line::json;
+use crate::flocks::SMALL;
 use crate::programs::{self, output};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -209,4 +210,51 @@ fn a_manifest_that_cannot_be_saved_is_as_it_was() {
     assert_eq!((said.status.code(), error.contains("cannot save `")), (Some(3), true), "{error}");
     assert_eq!(table.manifest(), text);
     assert!(said.stdout.is_empty(), "nothing is promised");
+}
+
+#[test]
+fn what_is_suggested_comes_true_by_command() {
+    let table = Table::of(&format!("{HEAD}{SHEEP}{TRANSITIONS}"));
+    let answer = table.answers("balance", &["--suggest", "2"]);
+    let word = |value: &Value| value.as_str().unwrap().to_owned();
+    let number = |value: &Value| value.as_f64().unwrap();
+    let (add, remove) = (answer["add"].as_array().unwrap(), answer["remove"].as_array().unwrap());
+    assert_eq!(add.len(), 2, "{answer}");
+    assert!(number(&add[1]["worst_ratio"]) < number(&answer["worst_ratio"]), "{answer}");
+    for (suggestions, command) in [(remove, "unlink"), (add, "link")] {
+        let table = Table::of(&table.manifest());
+        for one in suggestions {
+            let (from, to) = (word(&one["from"]), word(&one["to"]));
+            let (weight, frames) = (one["weight"].to_string(), one["frames"].to_string());
+            let how: &[&str] = if command == "link" { &["--weight", &weight, "--frames", &frames] } else { &[] };
+            let done = table.flock(command, &[&[from.as_str(), &to], how].concat());
+            assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+            let now = table.answers("balance", &[]);
+            assert_eq!(now["worst_ratio"], one["worst_ratio"], "{command} {from} {to}");
+        }
+    }
+    assert!(add.iter().chain(remove).all(|one| number(&one["seconds"]) > 0.0), "{answer}");
+    assert!(add[0]["cpu_hours"].is_null() && add[0]["bytes"].is_null(), "no genome, no clip: {answer}");
+}
+
+#[test]
+fn a_suggestion_tells_what_its_clip_will_take() {
+    // The small flock, but its first sheep is wished more often.
+    let scratch = tempfile::tempdir().unwrap();
+    for file in fs::read_dir(&SMALL.flock().folder).unwrap().map(Result::unwrap) {
+        fs::copy(file.path(), scratch.path().join(file.file_name())).unwrap();
+    }
+    let manifest = scratch.path().join("flock.toml");
+    let text = fs::read_to_string(&manifest).unwrap().replacen("id = \"s0\"", "id = \"s0\"\nwant = 3.0", 1);
+    fs::write(&manifest, text).unwrap();
+    let suggest = |words: &[&str]| {
+        let mut balance = Command::new(programs::flock());
+        output(balance.arg("balance").arg(scratch.path()).args(["--suggest", "1"]).args(words))
+    };
+    let said = suggest(&["--json"]);
+    let answer = json(&said);
+    let new = answer["add"].as_array().unwrap().iter().chain(answer["remove"].as_array().unwrap()).next();
+    let bytes = new.expect("five sheep have something to improve")["bytes"].as_f64().unwrap();
+    assert!(bytes > 100.0, "{answer}");
+    assert!(String::from_utf8(suggest(&[]).stdout).unwrap().contains("Each is the best one after those above it"));
 }

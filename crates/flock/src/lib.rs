@@ -29,7 +29,7 @@ mod table;
 mod tally;
 mod walk;
 
-pub use balance::{Balance, Balanced, Bottleneck, Terms, Weight};
+pub use balance::{Balance, Balanced, Bottleneck, Suggestion, Suggestions, Terms, Weight};
 pub use edit::{Edit, EditError};
 pub use faults::{Fault, FaultKind, forced_repeats};
 pub use flock::Flock;

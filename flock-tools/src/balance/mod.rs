@@ -1,17 +1,20 @@
 //! `flock balance`: weights that give every sheep the share that is wanted.
 //!
-//! Owns the command and its answer's form. The weights, and the proof where wants can't be reached, are the flock
-//! crate's; they go into the manifest by `write.rs`.
+//! Owns the command and its answer's form. The weights, the proof where wants can't be reached, and what would help are
+//! the flock crate's. Weights go into the manifest by `write.rs`; what help costs is `cost.rs`'s.
 
-mod write;
+pub(crate) mod cost;
+mod suggest;
+pub(crate) mod write;
 
 use std::path::PathBuf;
 
-use flock::{Balance, Balanced, Bottleneck, Flock, Terms};
+use flock::{Balance, Balanced, Bottleneck, Flock, Suggestions, Terms};
 
 use crate::draft::Draft;
 use crate::open;
 use crate::report::{self, Exit, Fatal};
+use suggest::Advice;
 
 /// Find weights that give every sheep the share that is wanted, or as near as the transitions allow
 ///
@@ -22,6 +25,9 @@ use crate::report::{self, Exit, Fatal};
 /// With --write the weights go into the manifest, and nothing else in it changes. What is balanced stays as it is: the
 /// same command again changes nothing, unless the flock had weights of its own. Then it comes a little nearer to the wants
 /// each time; --afresh forgets those.
+///
+/// With --suggest, transitions that would help most if added, or if removed, are told, with what the balance would then
+/// be and what it costs: each is the best one after those before it. Sheep that are not played are joined first.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  some weights reach the wants exactly; the nearest under these terms are printed
@@ -43,6 +49,9 @@ pub(crate) struct Args {
     /// Write the weights into the manifest
     #[arg(long)]
     write: bool,
+    /// Tell up to K transitions to add, and up to K to remove
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    suggest: Option<u16>,
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
@@ -56,6 +65,9 @@ struct Answer<'a> {
     /// With `--write`: whether any weight was another one.
     #[serde(skip_serializing_if = "Option::is_none")]
     changed: Option<bool>,
+    /// With `--suggest`.
+    #[serde(flatten)]
+    advice: Option<Advice>,
 }
 
 /// Runs the command.
@@ -71,10 +83,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         report::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
     }
     let changed = draft.map(|draft| write::weights(draft, &balance)).transpose()?;
+    let advice = args.suggest.and_then(|count| {
+        let now = if args.write { write::written(&flock, &balance) } else { flock.clone() };
+        let suggestions = Suggestions::of(&now, terms, usize::from(count))?;
+        Some(Advice::new(&suggestions, &now, &args.dir))
+    });
     if args.json {
-        report::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0) })?;
+        report::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0), advice })?;
     } else {
-        report::lines(table(&balance))?;
+        report::lines(table(&balance).into_iter().chain(advice.iter().flat_map(Advice::table)))?;
     }
     if let Some(changed) = changed {
         report::note(&write::told(changed, &flock));

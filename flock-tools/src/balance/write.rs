@@ -26,6 +26,17 @@ pub(super) fn weights(mut draft: Draft, balance: &Balance<'_>) -> Result<usize, 
     Ok(changed)
 }
 
+/// `flock` with the weights of `balance`.
+pub(crate) fn written(flock: &Flock, balance: &Balance<'_>) -> Flock {
+    let whole = flock.whole();
+    let mut manifest = flock.manifest().clone();
+    let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
+    for (exit, weight) in exits.zip(&balance.weights) {
+        manifest.transitions[whole.transition_in_manifest(exit)].weight = weight.weight;
+    }
+    Flock::new(manifest)
+}
+
 /// What was written, in one line; `flock` is as it was.
 pub(super) fn told(changed: usize, flock: &Flock) -> String {
     let all = flock.whole().exit_count();

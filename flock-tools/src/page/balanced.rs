@@ -6,6 +6,8 @@
 
 use flock::{Balance, Flock, FlockShares, SheepId, Terms};
 
+use crate::balance::write::written;
+
 /// The flock under the weights that `flock balance` finds with its default terms.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct Balanced {
@@ -33,7 +35,7 @@ impl Balanced {
     /// The balance of `flock`. `None` if it has no cycle to walk.
     pub(super) fn of(flock: &Flock) -> Option<Self> {
         let balance = Balance::of(flock, Terms::default())?;
-        let balanced = reweighted(flock, &balance);
+        let balanced = written(flock, &balance);
         let shares = FlockShares::of(&balanced)?;
         let sheep = shares.sheep.iter().map(|one| (one.visits, one.return_minutes, one.minutes_a_day));
         Some(Self {
@@ -43,17 +45,6 @@ impl Balanced {
             stuck: stuck(&balance),
         })
     }
-}
-
-/// `flock` as it is with the weights of `balance`.
-fn reweighted(flock: &Flock, balance: &Balance<'_>) -> Flock {
-    let whole = flock.whole();
-    let mut manifest = flock.manifest().clone();
-    let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
-    for (exit, weight) in exits.zip(&balance.weights) {
-        manifest.transitions[whole.transition_in_manifest(exit)].weight = weight.weight;
-    }
-    Flock::new(manifest)
 }
 
 fn stuck(balance: &Balance<'_>) -> Option<Stuck> {

@@ -6,11 +6,11 @@
 //! Start at [`run`].
 
 mod bench;
-mod estimate;
+pub(crate) mod estimate;
 mod frames;
 pub(crate) mod make;
 pub(crate) mod options;
-mod order;
+pub(crate) mod order;
 pub(crate) mod plan;
 mod settle;
 #[cfg(test)]
@@ -65,7 +65,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     temporal_samples: Option<u32>,
     /// x264's constant rate factor, to 51: smaller is finer and larger
-    #[arg(long, value_name = "N", default_value_t = 17.0, value_parser = options::rate_factor)]
+    #[arg(long, value_name = "N", default_value_t = plan::CRF, value_parser = options::rate_factor)]
     crf: f32,
     /// Frames rendered at once, as far as memory goes
     #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]

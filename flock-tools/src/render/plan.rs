@@ -20,6 +20,9 @@ pub(crate) const SEED: u64 = 1;
 /// x264's preset for everything that we render: a frame costs so much more than its encoding.
 pub(crate) const PRESET: &str = "slower";
 
+/// x264's constant rate factor, unless told otherwise.
+pub(crate) const CRF: f32 = 17.0;
+
 /// What a pixel takes on its way from the renderer to the encoder.
 const BYTES_ON_THE_WAY: u64 = 24;
 
@@ -84,6 +87,12 @@ impl Shows {
 }
 
 impl Look {
+    /// Clips of `form` as `flock render` makes them unless told otherwise: everything else is the genomes'.
+    pub(crate) fn of_genomes(form: Form) -> Self {
+        let quality = Quality { crf: CRF, preset: PRESET, max_bits_per_second: None };
+        Self { form, spp: None, supersample: None, temporal_samples: None, seed: SEED, quality }
+    }
+
     /// What the renderer is told.
     pub(crate) fn settings(&self) -> Settings {
         Settings {

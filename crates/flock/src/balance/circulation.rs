@@ -72,6 +72,19 @@ impl Circulation {
         new
     }
 
+    /// The same prices in `network`, which has the same sheep and other transitions.
+    pub(super) fn resumed(&self, network: &Network) -> Self {
+        let n = network.len();
+        let mut resumed = Self::new(network, self.fairness, self.floor);
+        (resumed.scarcity, resumed.prices) = (self.scarcity.clone(), self.prices.clone());
+        for arc in 0..network.arcs() {
+            let (from, to) = network.ends(arc);
+            resumed.log_flow[arc] += self.prices[from] + self.prices[n + to];
+        }
+        resumed.measure(network);
+        resumed
+    }
+
     /// What flows through `sheep`, by its prices.
     pub(super) fn throughput(&self, network: &Network, sheep: usize) -> f64 {
         network.want[sheep] / self.scarcity[sheep]

@@ -4,13 +4,16 @@
 //! the walk makes of them. Never writes a manifest: the tools do.
 //!
 //! Start at [`Balance::of`]; what fairness and floor mean is told in `terms.rs`, the method in `circulation.rs`, the
-//! proof in `reach.rs`.
+//! proof in `reach.rs`. What would make a balance better is told by [`Suggestions`].
 
 mod circulation;
 mod exact;
+mod join;
 mod network;
 mod reach;
+mod sketch;
 mod solve;
+mod suggest;
 mod system;
 mod terms;
 #[cfg(test)]
@@ -23,6 +26,7 @@ use crate::names::SheepId;
 
 use network::{Network, parts};
 use reach::Reach;
+pub use suggest::{Suggestion, Suggestions};
 use terms::Found;
 pub use terms::Terms;
 use weights::{Written, may_be_ours};

@@ -82,6 +82,11 @@ impl Terms {
         blend(network, &mut flow, &carried(&soft));
         Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach }
     }
+
+    /// The search that [`Terms::find`] ends with, for a finite fairness and with floors as far as a year has steps.
+    pub(super) fn outline(self, network: &Network, steps_a_year: f64) -> Circulation {
+        floored(network, self.fairness, self.floor / steps_a_year).0
+    }
 }
 
 /// The nearest circulation in which, after normalising, every transition carries `floor`; and the floor itself, lower

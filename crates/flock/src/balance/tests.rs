@@ -1,7 +1,7 @@
 //! Balances that are known by hand, and what holds for every balance.
 //!
 //! Owns the claims on what a balance is. Never looks into the search: its parts have their own tests.
-use super::{Balance, Terms};
+use super::{Balance, Suggestions, Terms};
 use crate::flock::Flock;
 use crate::graph::tests::manifest;
 use crate::manifest::Manifest;
@@ -81,4 +81,41 @@ fn the_floor_is_held_by_the_weights_as_they_are_written() {
             assert!(least >= floor && balance.least_plays >= floor, "{least} of {floor} at {fairness}");
         }
     }
+}
+
+/// The transitions that are suggested, as `s0>s1`, and the worst ratio after each.
+fn told(suggestions: &[super::Suggestion]) -> Vec<(String, Option<f64>)> {
+    suggestions.iter().map(|one| (format!("{}>{}", one.from, one.to), one.worst_ratio)).collect()
+}
+
+#[test]
+fn the_way_past_a_hub_is_suggested() {
+    // A leaf that is wanted as much as the hub, another one hardly.
+    let star = [(0, 1, 1.0), (0, 2, 1.0), (1, 0, 1.0), (2, 0, 1.0)];
+    let flock = Flock::new(wanted(3, &star, &[1.0, 1.0, 1.0]));
+    let before = Balance::of(&flock, Terms::default()).unwrap().worst_ratio.unwrap();
+    let suggestions = Suggestions::of(&flock, Terms::default(), 1).unwrap();
+    let (way, worst) = told(&suggestions.add).remove(0);
+    assert!(["s1>s2", "s2>s1"].contains(&way.as_str()), "{way}");
+    assert!(worst.unwrap() < 0.9 * before, "{worst:?} {before}");
+    assert!(suggestions.remove.is_empty(), "every transition is needed: {suggestions:?}");
+}
+
+#[test]
+fn parts_that_are_not_played_are_joined_first_by_as_few_transitions_as_can_be() {
+    // A pair that is played; a way out of it and a way into it, whose ends are joined by one; and a part by itself.
+    let arcs = [(0, 1, 1.0), (1, 0, 1.0), (1, 2, 1.0), (2, 3, 1.0), (4, 5, 1.0), (5, 0, 1.0), (6, 6, 1.0)];
+    let flock = Flock::new(manifest(7, &arcs));
+    let suggestions = Suggestions::of(&flock, Terms::default(), 4).unwrap();
+    let add = told(&suggestions.add);
+    assert_eq!(add[0], ("s3>s4".to_owned(), None));
+    assert!(add[1].0.ends_with(">s6") && add[1].1.is_none(), "{add:?}");
+    assert!(add[2].0.starts_with("s6>") && add[2].1.is_some(), "{add:?}");
+}
+
+#[test]
+fn what_is_perfect_gets_no_advice() {
+    let ring: Vec<_> = (0..5).map(|at| (at, (at + 1) % 5, 1.0)).collect();
+    let suggestions = Suggestions::of(&Flock::new(manifest(5, &ring)), Terms::default(), 3).unwrap();
+    assert_eq!((suggestions.add.len(), suggestions.remove.len()), (0, 0));
 }

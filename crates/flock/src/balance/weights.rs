@@ -85,7 +85,7 @@ fn weights(graph: &Graph, flow: &[f64]) -> Vec<f64> {
 }
 
 /// `number` with so many significant decimal digits.
-fn rounded(number: f64, digits: usize) -> f64 {
+pub(super) fn rounded(number: f64, digits: usize) -> f64 {
     format!("{number:.*e}", digits - 1).parse().expect("a printed number is a number")
 }
 

@@ -11,7 +11,7 @@ use std::num::NonZeroUsize;
 use std::panic::{self, AssertUnwindSafe};
 use std::thread;
 
-use flock::{Balance, Edit, Flock, Manifest, SheepIx, Terms};
+use flock::{Balance, Clip, ClipPath, Edit, Flock, Manifest, SheepIx, Suggestions, Terms, Transition};
 use graphs::Chance;
 
 const FLOCKS: u64 = 10_000;
@@ -116,6 +116,35 @@ fn what_is_balanced_and_written_is_balanced() {
             let written = Flock::new(rewritten(flock.manifest(), &first));
             let second = Balance::of(&written, terms).unwrap();
             assert_eq!(first.weights, second.weights, "flock {number}, {terms:?}");
+        }
+    });
+}
+
+#[test]
+fn suggestions_keep_their_word() {
+    every_flock(|number, flock| {
+        // One in ten: each has several balances to find.
+        if number % 10 > 0 {
+            return;
+        }
+        let terms = terms(number);
+        let suggestions = Suggestions::of(flock, terms, 2).unwrap();
+        let mut added = flock.manifest().clone();
+        for new in &suggestions.add {
+            assert_ne!(new.from, new.to, "flock {number}");
+            let path = ClipPath::new("new").unwrap();
+            let clip = Clip { path, frames: new.frames, hash: None };
+            added.transitions.push(Transition { from: new.from.clone(), to: new.to.clone(), clip, weight: new.weight });
+            let after = Flock::new(added.clone());
+            assert!(after.faults().is_empty(), "flock {number}: the transition is new");
+            assert_eq!(Balance::of(&after, terms).unwrap().worst_ratio, new.worst_ratio, "flock {number}");
+        }
+        let mut removed = flock.manifest().clone();
+        for old in &suggestions.remove {
+            removed.transitions.retain(|transition| (&transition.from, &transition.to) != (&old.from, &old.to));
+            let after = Flock::new(removed.clone());
+            assert!(after.faults().is_empty(), "flock {number}: all sheep are still played");
+            assert_eq!(Balance::of(&after, terms).unwrap().worst_ratio, old.worst_ratio, "flock {number}");
         }
     });
 }

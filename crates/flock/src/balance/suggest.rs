@@ -1,0 +1,139 @@
+//! The transitions whose adding, and those whose removal, improve the balance most.
+//!
+//! Owns the choice, one at a time: each suggestion is found with those before it in place, and its effect is what
+//! `flock balance` would then say. Never knows what a clip costs to render: the tools do.
+//!
+//! Start at [`Suggestions::of`]; how a change is tried before it is made is told in `sketch.rs`.
+//!
+//! # Source
+//! Candidates are the pairs with the highest prices of leaving plus entering (the gain of the first flow along a new
+//! transition, by duality), and those whose first flow lowers the worst ratios most (by the adjoint of the Newton
+//! system). The best few are tried.
+
+use timing::FrameCount;
+
+use super::sketch::{Change, Sketch};
+use super::terms::Terms;
+use super::weights::rounded;
+use super::{Balance, join};
+use crate::flock::Flock;
+use crate::graph::SheepIx;
+use crate::manifest::{Clip, Manifest, Transition};
+use crate::names::{ClipPath, SheepId};
+
+/// A change that makes the balance better by no more than this part of it is none.
+const GAIN: f64 = 1e-6;
+
+/// What to change about a flock's transitions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suggestions {
+    /// Transitions to add, in this order; each is the best one after those before it.
+    pub add: Vec<Suggestion>,
+    /// Transitions to remove, in this order, with none added; each is the best one after those before it.
+    pub remove: Vec<Suggestion>,
+}
+
+/// A transition to add or to remove.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suggestion {
+    /// Where it starts.
+    pub from: SheepId,
+    /// Where it ends.
+    pub to: SheepId,
+    /// The balance's worst ratio once this and all before it are done, if the flock is then balanced on the same terms;
+    /// `None` while a sheep is never visited.
+    pub worst_ratio: Option<f64>,
+    /// How long its clip is: of one to add, as long as the flock's transitions are in the middle.
+    pub frames: FrameCount,
+    /// The weight that it has, or that it is counted with: that of its sheep's other exits in the mean.
+    pub weight: f64,
+}
+
+/// Which changes are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Add,
+    Remove,
+}
+
+impl Suggestions {
+    /// Up to `count` transitions to add to `flock` and as many to remove, for balances on `terms`. Fewer where no other
+    /// improves the balance. `None` if the flock has no cycle to walk.
+    ///
+    /// Sheep that are not played come first: they are joined to those that are, by as few transitions as we can. No
+    /// transition is suggested from a sheep to itself, and no removal after which a sheep would no longer be played.
+    pub fn of(flock: &Flock, terms: Terms, count: usize) -> Option<Self> {
+        flock.is_walkable().then(|| Self {
+            add: sequence(flock, terms, count, Way::Add),
+            remove: sequence(flock, terms, count, Way::Remove),
+        })
+    }
+}
+
+/// The best changes of one kind, one after the other.
+fn sequence(flock: &Flock, terms: Terms, count: usize, way: Way) -> Vec<Suggestion> {
+    let mut suggestions = Vec::new();
+    let mut now = flock.clone();
+    while suggestions.len() < count {
+        let found = match way {
+            Way::Add => join::missing(&now).or_else(|| best(&now, terms, way)),
+            Way::Remove => best(&now, terms, way),
+        };
+        let Some((from, to)) = found else { break };
+        let Some((suggestion, next)) = changed(&now, terms, way, from, to) else { break };
+        suggestions.push(suggestion);
+        now = next;
+    }
+    suggestions
+}
+
+/// The change that makes the part of `flock` that is played better than any other that was tried.
+fn best(flock: &Flock, terms: Terms, way: Way) -> Option<(SheepId, SheepId)> {
+    let sketch = Sketch::of(flock, terms);
+    let changes = match way {
+        Way::Add => sketch.additions(),
+        Way::Remove => sketch.removals(),
+    };
+    let tried = changes.into_iter().filter_map(|change| Some((sketch.after(change)?, change)));
+    let (badness, change) = tried.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    let (Change::Add { from, to } | Change::Remove { from, to }) = change;
+    let id = |at: usize| flock.id(SheepIx(at as u32)).clone();
+    (badness < (1.0 - GAIN) * sketch.badness()).then(|| (id(from), id(to)))
+}
+
+/// `flock` after a change, and what that does to its balance.
+fn changed(flock: &Flock, terms: Terms, way: Way, from: SheepId, to: SheepId) -> Option<(Suggestion, Flock)> {
+    let mut manifest = flock.manifest().clone();
+    let (frames, weight) = match way {
+        Way::Add => {
+            let (frames, weight) = (usual_frames(&manifest), usual_weight(&manifest, &from));
+            let path = ClipPath::new("transition").expect("a plain name");
+            let clip = Clip { path, frames, hash: None };
+            manifest.transitions.push(Transition { from: from.clone(), to: to.clone(), clip, weight });
+            (frames, weight)
+        }
+        Way::Remove => {
+            let gone = manifest.transitions.iter().position(|t| t.from == from && t.to == to)?;
+            let (frames, weight) = (manifest.transitions[gone].clip.frames, manifest.transitions[gone].weight);
+            manifest.transitions.retain(|t| t.from != from || t.to != to);
+            (frames, weight)
+        }
+    };
+    let next = Flock::new(manifest);
+    let worst_ratio = Balance::of(&next, terms)?.worst_ratio;
+    Some((Suggestion { from, to, worst_ratio, frames, weight }, next))
+}
+
+/// The length of the transition in the middle.
+fn usual_frames(manifest: &Manifest) -> FrameCount {
+    let mut frames: Vec<u32> = manifest.transitions.iter().map(|transition| transition.clip.frames.0).collect();
+    frames.sort_unstable();
+    FrameCount(frames.get(frames.len() / 2).copied().unwrap_or(1))
+}
+
+/// The weight of the exits of `from` in the mean, to two digits; 1 if it has none.
+fn usual_weight(manifest: &Manifest, from: &SheepId) -> f64 {
+    let own: Vec<f64> = manifest.transitions.iter().filter(|t| t.from == *from).map(|t| t.weight).collect();
+    let mean = own.iter().map(|weight| weight / own.len() as f64).sum::<f64>();
+    if own.is_empty() { 1.0 } else { rounded(mean, 2) }
+}

@@ -1,0 +1,89 @@
+//! What to add and what to remove, as `flock balance --suggest` tells it.
+//!
+//! Owns the answer's form. The choice is the flock crate's, the cost `cost.rs`'s.
+
+use std::path::Path;
+
+use flock::{Flock, SheepId, Suggestion, Suggestions};
+
+use super::cost::{self, Cost};
+use crate::report;
+
+/// The part of the answer that is asked for by `--suggest`.
+#[derive(serde::Serialize)]
+pub(super) struct Advice {
+    /// Each is the best one after those before it.
+    add: Vec<Advised>,
+    /// Each is the best one after those before it, with none added.
+    remove: Vec<Advised>,
+}
+
+/// A transition to add or to remove.
+#[derive(serde::Serialize)]
+struct Advised {
+    from: SheepId,
+    to: SheepId,
+    /// The balance's once this and those before it are done; `null` while a sheep is never shown.
+    worst_ratio: Option<f64>,
+    /// What it is counted with, or what it has.
+    weight: f64,
+    #[serde(flatten)]
+    cost: Cost,
+}
+
+impl Advice {
+    /// `suggestions` for `flock`, which lies in `folder`, with their costs.
+    pub(super) fn new(suggestions: &Suggestions, flock: &Flock, folder: &Path) -> Self {
+        let rendered = cost::of_rendering(&suggestions.add, flock, folder);
+        let saved = cost::of_keeping(&suggestions.remove, flock, folder);
+        let advised = |(suggestion, cost): (&Suggestion, Cost)| {
+            let Suggestion { from, to, worst_ratio, weight, .. } = suggestion.clone();
+            Advised { from, to, worst_ratio, weight, cost }
+        };
+        Self {
+            add: suggestions.add.iter().zip(rendered).map(advised).collect(),
+            remove: suggestions.remove.iter().zip(saved).map(advised).collect(),
+        }
+    }
+
+    /// The same for people.
+    pub(super) fn table(&self) -> Vec<String> {
+        let told = self.add.iter().chain(&self.remove);
+        let wide = report::widest(told.flat_map(|advised| [&advised.from, &advised.to]));
+        let mut lines = Vec::new();
+        for (word, advised, none) in [
+            ("add", &self.add, "No transition more makes the balance better."),
+            ("remove", &self.remove, "No transition less makes the balance better."),
+        ] {
+            lines.push(String::new());
+            if advised.is_empty() {
+                lines.push(none.to_owned());
+                continue;
+            }
+            lines.push(format!(
+                "{word:<6} {:<wide$} {:<wide$} {:>11} {:>8} {:>8} {:>10} {:>8}",
+                "from", "to", "worst ratio", "frames", "seconds", "CPU hours", "MB"
+            ));
+            lines.extend(advised.iter().enumerate().map(|(at, advised)| advised.row(at + 1, wide)));
+        }
+        lines.push(String::new());
+        lines.push(
+            "Each is the best one after those above it; the worst ratio is that of the balance with all of them."
+                .to_owned(),
+        );
+        lines
+    }
+}
+
+impl Advised {
+    fn row(&self, place: usize, wide: usize) -> String {
+        let Cost { frames, seconds, cpu_hours, bytes } = self.cost;
+        let worst = self.worst_ratio.map_or("never".to_owned(), |ratio| format!("{ratio:.3}"));
+        let hours = cpu_hours.map_or("-".to_owned(), |hours| format!("{hours:.2}"));
+        let megabytes = bytes.map_or("-".to_owned(), |bytes| format!("{:.1}", bytes / 1e6));
+        let (from, to) = (self.from.as_str(), self.to.as_str());
+        format!(
+            "{place:<6} {from:<wide$} {to:<wide$} {worst:>11} {frames:>8} {seconds:>8.1} {hours:>10} {megabytes:>8}"
+        )
+    }
+}
