@@ -95,6 +95,11 @@ impl Circulation {
         self.flow.iter().map(|flow| flow + self.floor).sum()
     }
 
+    /// Whether all flows and throughputs are numbers.
+    pub(super) fn is_sound(&self) -> bool {
+        self.flow.iter().chain(&self.scarcity).all(|number| number.is_finite()) && self.mass() > 0.0
+    }
+
     /// By how much each row and column is above its sheep's throughput; its largest part of a throughput.
     pub(super) fn excess(&self, network: &Network) -> (Vec<f64>, f64) {
         let n = network.len();

@@ -17,6 +17,19 @@ const SILENT: f64 = 1e-7;
 /// `network` is one strongly connected class. Rows and columns are equal to the last unit, and so the walk's shares
 /// follow from the weights alone.
 pub(super) fn circulation(network: &Network, flow: &[f64]) -> Option<Vec<f64>> {
+    let mut carried = in_units(network, flow)?;
+    enliven(network, &mut carried);
+    let whole = carried.iter().sum::<i128>() as f64;
+    Some(carried.into_iter().map(|units| units as f64 / whole).collect())
+}
+
+/// Whether there is such a circulation, but for the silent transitions.
+pub(super) fn is_there(network: &Network, flow: &[f64]) -> bool {
+    in_units(network, flow).is_some()
+}
+
+/// What each transition carries in whole units, the silent ones nothing.
+fn in_units(network: &Network, flow: &[f64]) -> Option<Vec<i128>> {
     // A sheep may be visited a little less than the most that it may: what is missing passes it by, from row to column.
     let mut arcs: Vec<(u32, u32, f64)> =
         (0..network.arcs()).map(|arc| (network.from[arc], network.to[arc], network.prior[arc])).collect();
@@ -45,9 +58,7 @@ pub(super) fn circulation(network: &Network, flow: &[f64]) -> Option<Vec<f64>> {
             carried[arc] = units;
         }
     }
-    enliven(network, &mut carried);
-    let whole = carried.iter().sum::<i128>() as f64;
-    Some(carried.into_iter().map(|units| units as f64 / whole).collect())
+    Some(carried)
 }
 
 /// Lets every transition of `network` carry something, by closed ways that lead through those that do not.

@@ -9,6 +9,7 @@
 
 use std::collections::VecDeque;
 
+use super::exact;
 use super::network::Network;
 use crate::structure::classes;
 
@@ -58,7 +59,7 @@ impl Reach {
         let missing = transport.fill();
         let bottleneck = transport.stuck();
         let mut reachable = missing == 0;
-        if !reachable && missing <= WHOLE as i128 / GIVE {
+        if !reachable && missing <= WHOLE as i128 / GIVE && exact::is_there(network, hint) {
             for sheep in 0..n {
                 transport.room[sheep] += units(network.want[sheep]) / GIVE;
             }

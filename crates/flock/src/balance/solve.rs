@@ -32,7 +32,8 @@ const STEPS: usize = 80;
 /// A search also ends when so many steps in a row bring nothing.
 const PATIENCE: usize = 4;
 
-/// The nearest circulation in `network` for `fairness` (finite) with at least `floor` along every transition.
+/// The nearest circulation in `network` for `fairness` (finite) with at least `floor` along every transition; for a lower
+/// fairness where numbers end before that.
 pub(super) fn nearest(network: &Network, fairness: f64, floor: f64) -> Circulation {
     let mut state = Circulation::new(network, fairness.min(FIRST), floor);
     for _ in 0..SWEEPS {
@@ -40,15 +41,20 @@ pub(super) fn nearest(network: &Network, fairness: f64, floor: f64) -> Circulati
             break;
         }
     }
+    let mut sound = state.clone();
     while state.fairness < fairness {
         settle(network, &mut state, ON_THE_WAY);
+        if !state.is_sound() {
+            return sound;
+        }
+        sound.clone_from(&state);
         let right: Vec<f64> = state.strain(network).into_iter().map(|strain| -strain).collect();
         let (relief, _) = System::new(network, &state).solve(&right, 1e-3);
         let most = (state.fairness * RISE).min(fairness) - state.fairness;
         state.lead(network, &relief, most);
     }
     settle(network, &mut state, EXACT);
-    state
+    if state.is_sound() { state } else { sound }
 }
 
 /// The limit of infinite fairness: the wants alone count, and of the circulations that serve them best the nearest one.

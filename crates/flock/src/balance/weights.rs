@@ -9,8 +9,8 @@ use crate::shares::Shares;
 const DIGITS: [usize; 7] = [3, 4, 6, 8, 10, 13, 17];
 /// Flocks of more sheep get a single try: the shares of a large flock are not for nothing.
 const LARGE: usize = 3000;
-/// The least chance that is written: below, a weight would be no normal number.
-const LEAST: f64 = 1e-290;
+/// The least chance that is written: shares multiply chances, and must stay numbers.
+const LEAST: f64 = 1e-40;
 /// Weights that differ by no more than this part are the same: another machine may round another way.
 const SAME: f64 = 1e-9;
 /// What rounding takes from the mean of a sheep's weights, or gives, at most.
