@@ -159,6 +159,7 @@ impl Answer {
         let mut answer = Self::counted_from(graph, flock, wants, terms)?;
         let near = |(sheep, visits): (SheepIx, &f64)| (shares.visits(sheep) / visits - 1.0).abs() <= STANDS;
         if terms.fairness.is_infinite()
+            && shares.off_by().is_finite()
             && graph.sheep().zip(&answer.found.visits).all(near)
             && exits(flock).all(|exit| shares.taken(exit) >= answer.found.least)
         {
