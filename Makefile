@@ -25,11 +25,11 @@ check: ## everything that must hold before a change lands: form, lints, licences
 	cargo build --locked --release --workspace
 	cargo test --locked --release --workspace --no-fail-fast
 
-bench: ## measure the player beside ffmpeg, mpv and GStreamer in a guest kernel, bundles beside b3sum, rsync and casync
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, bundles or display for one part
 	.ci/install play check bench unit
 	image-build/ffmpeg/build target/lib/dreams-player
 	cargo build --locked --release --workspace
-	tests/bench/run
+	tests/bench/run $(what)
 
 soak: ## the long claims: a day of playing in virtual time, a year of walking, shares against long walks
 	.ci/install play check
