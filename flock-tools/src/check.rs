@@ -5,12 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
-use flock::{ClipPath, Fault, FaultKind, Flock, Manifest, forced_repeats};
+use flock::{ClipPath, Fault, FaultKind, Flock, forced_repeats};
 
 use crate::clips;
 use crate::joins::{self, Figures, Join, Judged};
 use crate::open;
-use crate::progress;
 use crate::report::{self, Exit, Fatal};
 
 /// Tell every fault of a flock: names, graph and clips
@@ -81,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let plain = |fault| Told { fault, join: None };
     let mut found: Vec<Told> = of_graph.chain(clips::faults(&args.dir, manifest)).map(plain).collect();
     if args.joins {
-        let judged = judge(&args.dir, manifest);
+        let judged = joins::judge_with_bar(&args.dir, manifest);
         if found.is_empty() {
             all_seen(&judged)?;
         }
@@ -113,20 +112,12 @@ pub(crate) fn every_fault(folder: &Path, flock: &Flock) -> Result<Vec<Fault>, Fa
     let manifest = flock.manifest();
     let mut found = flock.faults().to_vec();
     found.extend(clips::faults(folder, manifest));
-    let judged = judge(folder, manifest);
+    let judged = joins::judge_with_bar(folder, manifest);
     if found.is_empty() {
         all_seen(&judged)?;
     }
     found.extend(judged.jumps().map(|join| told(join).fault));
     Ok(found)
-}
-
-/// Judges every join, showing the progress on a terminal.
-fn judge(folder: &Path, manifest: &Manifest) -> Judged {
-    let bar = progress::bar("judging joins", joins::count(manifest));
-    let judged = joins::judge(folder, manifest, |done| bar.inc(done as u64));
-    bar.finish_and_clear();
-    judged
 }
 
 /// That every join was judged.

@@ -36,6 +36,8 @@ const PROBE: &str = r"<body><script>
       discs: all('.disc').length, pictured: all('.disc image').length, arrows: all('.arrows path').length,
       unplaced: all('.disc').filter(disc => !/^translate\([\d.]+ [\d.]+\)$/.test(disc.getAttribute('transform'))).length,
       rows: all('tbody tr').map(row => row.textContent), lanes: all('.lane').filter(lane => lane.style.background.includes('gradient')).length,
+      pairs: all('#joins:not([hidden]) .pair').map(pair => [pair.querySelectorAll('img').length, pair.classList.contains('jumps'), pair.textContent]),
+      joins: document.querySelector('#joins:not([hidden]) .note')?.textContent ?? null,
       ground: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
       foreign: all('[data-foreign]').length, wide: document.documentElement.scrollWidth > innerWidth,
       asked: performance.getEntriesByType('resource').map(entry => entry.name).filter(name => !name.startsWith('data:')),
@@ -131,6 +133,31 @@ fn a_report_opens_without_a_network_in_either_light_and_its_pictures_are_there()
     let night = seen(&page, DESK_AT_NIGHT);
     assert_ne!(day["ground"], night["ground"], "a dark page on a dark system");
     assert_ne!(day["ink"], night["ink"]);
+}
+
+#[test]
+fn the_worst_joins_are_shown_with_their_frames_and_figures() {
+    // Colour bars into others of another hue: nothing meets.
+    let (_scratch, page) = report(&SMALL.flock().folder, 0);
+    let told = seen(&page, DESK);
+    let pairs = told["pairs"].as_array().unwrap();
+    assert_eq!(pairs.len(), 6, "{told}");
+    assert!(pairs.iter().all(|pair| pair[0] == 2 && pair[1] == true), "{told}");
+    let first = pairs[0][2].as_str().unwrap();
+    assert!(first.contains(".mp4") && first.contains("jumps, ") && first.contains("dB PSNR across it"), "{first}");
+    assert!(told["joins"].as_str().unwrap().contains("join"), "{told}");
+
+    let demo = programs::repository().join("flock-tools/demo/small");
+    let (_scratch, page) = report(&demo, 0);
+    let told = seen(&page, DESK_AT_NIGHT);
+    assert!(told["joins"].as_str().unwrap().starts_with("All 35 joins meet"), "{told}");
+    assert!(told["pairs"].as_array().unwrap().iter().all(|pair| pair[1] == false), "{told}");
+    let scratch = tempfile::tempdir().unwrap();
+    let page = scratch.path().join("page.html");
+    let said = flock(&["report", "--no-joins", "--json", "--out", page.to_str().unwrap()], &demo);
+    let answer: Value = serde_json::from_slice(&said.stdout).unwrap();
+    assert_eq!((said.status.code(), &answer["jumps"]), (Some(0), &Value::Null));
+    assert_eq!(seen(&page, DESK)["joins"], Value::Null);
 }
 
 #[test]

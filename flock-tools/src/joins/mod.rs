@@ -19,6 +19,7 @@ use flock::{Clip, Manifest};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use video::{Form, Yuv420p};
 
+use crate::progress;
 use sheet::Sheet;
 
 pub(crate) use figures::Figures;
@@ -91,6 +92,14 @@ pub(crate) fn judge(folder: &Path, manifest: &Manifest, done: impl Fn(usize) + S
         }
     }
     judged.joins.sort_by(|a, b| b.figures.severity.total_cmp(&a.figures.severity));
+    judged
+}
+
+/// As [`judge`], with its progress shown on a terminal.
+pub(crate) fn judge_with_bar(folder: &Path, manifest: &Manifest) -> Judged {
+    let bar = progress::bar("judging joins", count(manifest));
+    let judged = judge(folder, manifest, |done| bar.inc(done as u64));
+    bar.finish_and_clear();
     judged
 }
 

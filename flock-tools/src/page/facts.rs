@@ -11,6 +11,7 @@ use flock::{Fault, Flock, FlockShares, SheepIx};
 
 use super::balanced::Balanced;
 use super::colour::Colour;
+use super::joins::Joins;
 use super::layout::places;
 use super::picture::Picture;
 use super::walked::{Spread, Walked};
@@ -30,6 +31,7 @@ pub(super) struct Facts<'f> {
     pub(super) transitions: Vec<(usize, usize, f64, u32)>,
     pub(super) day: Option<Day>,
     pub(super) balanced: Option<Balanced>,
+    pub(super) joins: Option<Joins>,
 }
 
 /// The figures of the whole flock.
@@ -86,6 +88,7 @@ pub(super) struct Sources<'f> {
     pub(super) seed: u64,
     pub(super) walked: Option<Walked>,
     pub(super) balanced: Option<Balanced>,
+    pub(super) joins: Option<Joins>,
     /// One for each sheep of the whole flock, or none at all.
     pub(super) pictures: &'f [Option<Picture>],
     pub(super) clips_there: Option<usize>,
@@ -94,7 +97,7 @@ pub(super) struct Sources<'f> {
 impl<'f> Facts<'f> {
     /// The document of what `sources` say.
     pub(super) fn of(sources: Sources<'f>) -> Self {
-        let Sources { flock, seed, walked, balanced, pictures, clips_there } = sources;
+        let Sources { flock, seed, walked, balanced, joins, pictures, clips_there } = sources;
         let (manifest, whole) = (flock.manifest(), flock.whole());
         let shares = FlockShares::of(flock);
         let transitions = transitions(flock, shares.as_ref());
@@ -124,6 +127,7 @@ impl<'f> Facts<'f> {
             transitions,
             day,
             balanced,
+            joins,
         }
     }
 }

@@ -12,6 +12,7 @@ mod dot;
 mod facts;
 mod graphml;
 mod html;
+mod joins;
 mod layout;
 mod picture;
 mod walked;
@@ -27,17 +28,19 @@ use crate::report::{self, Exit, Fatal};
 use crate::save;
 use balanced::Balanced;
 use facts::{Facts, Figures, Sources, distinct_clips};
+use joins::Joins;
 use picture::Picture;
 use walked::Walked;
 
 /// The page's name where none is given.
 const FILE_NAME: &str = "report.html";
 
-/// Draw a flock as one page to look at: its graph, its shares, a day of its walk
+/// Draw a flock as one page to look at: its graph, its shares, a day of its walk, its joins
 ///
 /// One HTML file that needs nothing else, opens offline, and can be sent to anyone. Sheep stand where they stood in the
 /// last report, or close by: one transition more or less hardly moves them, weights and wants do not. Works without any
-/// clip, too.
+/// clip, too. Where there are clips, every join is judged as `flock check --joins` does it, and the worst are shown: of
+/// each clip that takes the decoding of its end and of a few frames of its beginning.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the report is written
@@ -54,6 +57,9 @@ pub(crate) struct Args {
     /// Which of the endless walks to show a day of
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
+    /// Do not judge the joins, which decodes the ends of all clips
+    #[arg(long)]
+    no_joins: bool,
     /// Only what the manifest tells; no clip is opened
     #[arg(long)]
     no_pictures: bool,
@@ -82,6 +88,8 @@ struct Answer<'a> {
     bytes: usize,
     #[serde(flatten)]
     figures: Figures,
+    /// Joins that jump; `null` where none was judged.
+    jumps: Option<usize>,
     faults: &'a [Fault],
 }
 
@@ -98,7 +106,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 
 /// Writes the graph alone.
 fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
-    let sources = Sources { flock, seed: args.seed, walked: None, balanced: None, pictures: &[], clips_there: None };
+    let sources =
+        Sources { flock, seed: args.seed, walked: None, balanced: None, joins: None, pictures: &[], clips_there: None };
     let facts = Facts::of(sources);
     let lines = if args.dot { dot::lines(&facts) } else { graphml::lines(&facts) };
     match &args.out {
@@ -113,7 +122,10 @@ fn page(args: &Args, flock: &Arc<Flock>) -> Result<(), Fatal> {
     let clips_there = (!args.no_pictures).then(|| distinct_clips(flock).keys().filter(there).count());
     let walked = Walked::of(flock, args.seed);
     let balanced = Balanced::of(flock);
-    let facts = Facts::of(Sources { flock, seed: args.seed, walked, balanced, pictures: &pictures, clips_there });
+    let joins = if args.no_joins || clips_there.unwrap_or(0) == 0 { None } else { Joins::of(&args.dir, flock) };
+    let jumps = joins.as_ref().map(|joins| joins.jumps);
+    let facts =
+        Facts::of(Sources { flock, seed: args.seed, walked, balanced, joins, pictures: &pictures, clips_there });
     let text = html::page(&facts).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let path = args.out.clone().unwrap_or_else(|| args.dir.join(FILE_NAME));
     write(&path, &text)?;
@@ -125,6 +137,7 @@ fn page(args: &Args, flock: &Arc<Flock>) -> Result<(), Fatal> {
             file: &path,
             bytes: text.len(),
             figures: facts.figures,
+            jumps,
             faults: flock.faults(),
         });
     }

@@ -9,6 +9,7 @@ drawZoom()
 drawShares()
 drawReturns()
 drawDay()
+drawJoins()
 drawTable()
 looking.tellers.push(markShares, markTable)
 let drawn = innerWidth
