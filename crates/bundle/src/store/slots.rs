@@ -158,6 +158,21 @@ mod tests {
     }
 
     #[test]
+    fn what_the_disk_does_not_give_is_not_taken_for_damage() {
+        let folder = tempfile::tempdir().unwrap();
+        let disk = LocalDisk::open(folder.path()).unwrap();
+        Slots::default().write(&disk, &state(1)).unwrap();
+        for (at, slot) in SLOTS.iter().enumerate() {
+            // A folder gives no bytes, as a bad sector.
+            fs::remove_file(folder.path().join(slot)).unwrap();
+            fs::create_dir(folder.path().join(slot)).unwrap();
+            let read = Slots::read(&disk).1;
+            let is_known = matches!(&read, Read::State { state, both: false } if state.newest == 1);
+            assert_eq!((is_known, matches!(read, Read::Unread(_))), (at == 0, at == 1), "{slot}");
+        }
+    }
+
+    #[test]
     fn a_flipped_bit_anywhere_and_a_cut_anywhere_are_seen() {
         let whole = written(7, &state(9)).unwrap();
         assert_eq!(parse(&whole), Some((7, state(9))));
