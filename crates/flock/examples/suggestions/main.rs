@@ -41,16 +41,20 @@ struct Row {
 }
 
 fn main() -> ExitCode {
+    let rows = rows();
+    let held = rows.iter().filter(|row| row.rules.iter().all(|&rule| row.suggested <= rule + SAME)).count();
+    tell(&rows, held);
+    if held == rows.len() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Every flock's row, worked out on all cores.
+fn rows() -> Vec<Row> {
     let (next, rows) = (AtomicU64::new(0), Mutex::new(Vec::new()));
     let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get);
     thread::scope(|scope| {
         for _ in 0..cores {
             scope.spawn(|| {
-                loop {
-                    let flock = next.fetch_add(1, Ordering::Relaxed);
-                    if flock >= FLOCKS {
-                        break;
-                    }
+                while let Some(flock) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&flock| flock < FLOCKS) {
                     let row = compared(flock);
                     rows.lock().expect("no thread panics").push(row);
                 }
@@ -59,9 +63,7 @@ fn main() -> ExitCode {
     });
     let mut rows = rows.into_inner().expect("no thread panics");
     rows.sort_by_key(|row| row.flock);
-    let held = rows.iter().filter(|row| row.rules.iter().all(|&rule| row.suggested <= rule + SAME)).count();
-    tell(&rows, held);
-    if held == rows.len() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    rows
 }
 
 /// The worst ratio of `pairs` once balanced.
