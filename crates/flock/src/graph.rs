@@ -64,8 +64,15 @@ impl Graph {
         let ids: Vec<SheepId> = order.iter().map(|&at| manifest.sheep[at as usize].id.clone()).collect();
         let ordinal: HashMap<&SheepId, u32> = ids.iter().zip(0..).collect();
         let mut arcs: Vec<Arc> = Vec::with_capacity(manifest.transitions.len());
+        // Transitions from one sheep mostly stand together: it is looked up once for all of them.
+        let mut last: Option<(&SheepId, Option<u32>)> = None;
         for (written, transition) in (0..).zip(&manifest.transitions) {
-            if let (Some(&from), Some(&to)) = (ordinal.get(&transition.from), ordinal.get(&transition.to)) {
+            let from = match last {
+                Some((id, from)) if *id == transition.from => from,
+                _ => ordinal.get(&transition.from).copied(),
+            };
+            last = Some((&transition.from, from));
+            if let (Some(from), Some(&to)) = (from, ordinal.get(&transition.to)) {
                 arcs.push(Arc { from, to, weight: transition.weight, written });
             }
         }
