@@ -40,7 +40,7 @@ pub(super) fn named(path: &Path) -> Named {
     let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
         return Named::Odd("its name is not UTF-8".to_owned());
     };
-    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+    let (stem, ending) = name.rsplit_once('.').filter(|(stem, _)| !stem.is_empty()).unwrap_or((name, ""));
     match ending.to_ascii_lowercase().as_str() {
         TOMBSTONE => Named::Tombstone,
         PARTIAL if stem.contains('=') => Named::Odd("it was not fetched to its end".to_owned()),
