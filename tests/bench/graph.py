@@ -14,6 +14,8 @@ import statistics
 import subprocess
 import sys
 
+# The interpreter that Debian's packages of the peers are for, whatever `python3` is here.
+PYTHON = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
 LARGE = {"sheep": 100_000, "exits": 10}
 SMALL = {"sheep": 300, "exits": 4}
@@ -68,9 +70,9 @@ def our_visits(answer):
 def peer(folder, name, ours):
     """One peer's run on the large flock, and how far its shares are from ours, in total."""
     answer = f"{folder}/{name}.json"
-    run = measure([sys.executable, f"{HERE}/peers.py", name, f"{folder}/large/flock.toml"], answer)
+    run = measure([PYTHON, f"{HERE}/peers.py", name, f"{folder}/large/flock.toml"], answer)
     with open(answer) as text:
-        told = json.load(text)
+        told = json.loads(text.read() or sys.exit(f"{name} gave no answer"))
     visits = told.pop("visits")
     return {**run, **told, "off": sum(abs(visits[sheep] - share) for sheep, share in ours.items())}
 
