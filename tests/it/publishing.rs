@@ -194,6 +194,18 @@ fn what_no_bundle_needs_any_more_goes_when_asked() {
     assert!(said.contains("cannot tell what `seals/attic.seal` in `stick` needs"), "{said}");
 }
 
+/// A studio with a bundle in `old`, and in `bundle` the one after it, of which every clip is another.
+fn two_editions() -> Studio {
+    let studio = studio();
+    studio.pack(&["--unit", "lobby"]);
+    output(Command::new("cp").arg("-r").arg(studio.at("bundle")).arg(studio.at("old")));
+    for (at, clip) in clips(&studio).iter().enumerate() {
+        change(&studio, clip, 2, 20_000 * (at + 1));
+    }
+    studio.pack(&["--unit", "lobby"]);
+    studio
+}
+
 /// Runs `script` with a fresh file system of the options `mount` on the studio's folder `stick`.
 fn on_a_small_disk(studio: &Studio, mount: &str, script: &str) -> Output {
     let prepared = format!("mount -t tmpfs -o {mount} none stick || exit 77; ulimit -c 0; {script}");
@@ -215,13 +227,7 @@ fn lines(said: &Output) -> String {
 
 #[test]
 fn a_publish_killed_at_any_file_leaves_the_bundle_of_before_and_goes_on_where_it_was() {
-    let studio = studio();
-    studio.pack(&["--unit", "lobby"]);
-    output(Command::new("cp").arg("-r").arg(studio.at("bundle")).arg(studio.at("old")));
-    for (at, clip) in clips(&studio).iter().enumerate() {
-        change(&studio, clip, 2, 20_000 * (at + 1));
-    }
-    studio.pack(&["--unit", "lobby"]);
+    let studio = two_editions();
     // A file that grows beyond a limit is the end of who writes it: SIGXFSZ, at one file after another.
     let script = "
         \"$FLOCK\" publish old stick --trust artist.pub > /dev/null || exit 1
@@ -252,13 +258,7 @@ fn a_publish_killed_at_any_file_leaves_the_bundle_of_before_and_goes_on_where_it
 
 #[test]
 fn a_disk_without_room_is_told_before_anything_is_written_and_one_that_fills_up_loses_nothing() {
-    let studio = studio();
-    studio.pack(&["--unit", "lobby"]);
-    output(Command::new("cp").arg("-r").arg(studio.at("bundle")).arg(studio.at("old")));
-    for (at, clip) in clips(&studio).iter().enumerate() {
-        change(&studio, clip, 2, 20_000 * (at + 1));
-    }
-    studio.pack(&["--unit", "lobby"]);
+    let studio = two_editions();
     let script = "
         \"$FLOCK\" publish old stick --trust artist.pub > /dev/null || exit 1
         find stick -type f | wc -l
