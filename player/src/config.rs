@@ -4,10 +4,10 @@
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
 use crate::settings::{Clock, ScreenChoice, StatusAddress};
-use player::config_file::{self, ConfigError};
+use player::config_file::{self, ConfigError, within};
 use player::log_level::LogLevel;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error as _, Unexpected};
+use serde::de::Deserializer;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -76,14 +76,6 @@ impl Config {
     pub(crate) fn load(path: &Path) -> Result<Self, ConfigError> {
         config_file::load(path)
     }
-}
-
-fn within<'de, D: Deserializer<'de>>(from: D, range: &RangeInclusive<u64>) -> Result<u64, D::Error> {
-    let number = i64::deserialize(from)?;
-    u64::try_from(number).ok().filter(|number| range.contains(number)).ok_or_else(|| {
-        let expected = format!("a number from {} to {}", range.start(), range.end());
-        D::Error::invalid_value(Unexpected::Signed(number), &expected.as_str())
-    })
 }
 
 fn seed<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {

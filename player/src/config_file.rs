@@ -2,9 +2,11 @@
 //!
 //! Owns the reading, and errors with file, line and key. Never knows a key: each program has its own, in `config.rs`.
 
-use serde::de::DeserializeOwned;
+use serde::Deserialize;
+use serde::de::{DeserializeOwned, Deserializer, Error as _, Unexpected};
 use std::fs;
 use std::io;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Why settings were refused.
@@ -30,6 +32,18 @@ pub enum ConfigError {
         /// What the world says.
         source: io::Error,
     },
+}
+
+/// Reads a number that lies in `range`.
+///
+/// # Errors
+/// The deserializer's, with the number and both ends of the range.
+pub fn within<'de, D: Deserializer<'de>>(from: D, range: &RangeInclusive<u64>) -> Result<u64, D::Error> {
+    let number = i64::deserialize(from)?;
+    u64::try_from(number).ok().filter(|number| range.contains(number)).ok_or_else(|| {
+        let expected = format!("a number from {} to {}", range.start(), range.end());
+        D::Error::invalid_value(Unexpected::Signed(number), &expected.as_str())
+    })
 }
 
 /// Reads the settings in the file at `path`. What it does not name keeps its default.

@@ -5,9 +5,10 @@
 
 use crate::schedule::Window;
 use bundle::UnitId;
+use player::config_file::within;
 use player::log_level::LogLevel;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error as _, Unexpected};
+use serde::de::{Deserializer, Error as _};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -53,14 +54,6 @@ impl Default for Config {
             log: LogLevel(tracing::Level::INFO),
         }
     }
-}
-
-fn within<'de, D: Deserializer<'de>>(from: D, range: &RangeInclusive<u64>) -> Result<u64, D::Error> {
-    let number = i64::deserialize(from)?;
-    u64::try_from(number).ok().filter(|number| range.contains(number)).ok_or_else(|| {
-        let expected = format!("a number from {} to {}", range.start(), range.end());
-        D::Error::invalid_value(Unexpected::Signed(number), &expected.as_str())
-    })
 }
 
 fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Error> {
