@@ -8,8 +8,6 @@ use crate::glass::Glass;
 use crate::report::{Fatal, chain};
 use crate::show::{Given, Supply};
 use crate::turn::{Shown, Still, Turn};
-use md5::{Digest, Md5};
-use screen::Picture;
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::sync::Arc;
@@ -61,26 +59,32 @@ impl Workshop {
         (prefetch_ms * u64::from(fps.num())).div_ceil(1_000 * u64::from(fps.den()))
     }
 
+    /// A shelf for frames, with room for as many as are to be ready, and whoever takes them from there.
+    pub(crate) fn shelf(self) -> (SyncSender<Given>, Frames) {
+        // One more lies in the decoder's hand, waiting for its place on the shelf.
+        let (shelf, frames) = sync_channel(self.ahead.saturating_sub(1));
+        (shelf, Frames(frames))
+    }
+
     /// Starts the thread. It ends when the orders do, and then says why if it had to end before.
     ///
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
     pub(crate) fn open(
         self,
+        frames: SyncSender<Given>,
         orders: Receiver<Order>,
         reports: Sender<Report>,
         faults: Faults,
         glass: Arc<Glass>,
-    ) -> Result<(Frames, JoinHandle<Result<(), SessionError>>), Fatal> {
-        // One more lies in the decoder's hand, waiting for its place on the shelf.
-        let (frames, shelf) = sync_channel(self.ahead.saturating_sub(1));
+    ) -> Result<JoinHandle<Result<(), SessionError>>, Fatal> {
         let decode = move || {
             let session = Session::new(self.threads)?;
             let (turns, rest) = (VecDeque::new(), None);
             Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults, glass }.work()
         };
         let thread = thread::Builder::new().name("decoder".to_owned()).spawn(decode);
-        Ok((Frames(shelf), thread.map_err(|source| Fatal::Thread { name: "decoder", source })?))
+        thread.map_err(|source| Fatal::Thread { name: "decoder", source })
     }
 }
 
@@ -186,7 +190,7 @@ impl Bench {
         let (number, index) = (frame.in_clip(), self.made);
         self.made += 1;
         let still = Still::Decoded(frame);
-        let hash = self.workshop.is_hashed.then(|| md5(&still.picture()));
+        let hash = self.workshop.is_hashed.then(|| still.md5());
         self.frames.send(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)?;
         if index == 0 {
             self.glass.await_opening();
@@ -206,25 +210,15 @@ impl Bench {
     }
 }
 
-/// The MD5 of a picture's visible planes, as ffmpeg's framemd5 has it.
-fn md5(picture: &Picture<'_>) -> [u8; 16] {
-    let mut md5 = Md5::new();
-    for row in (0..3).flat_map(|plane| picture.rows(plane)) {
-        md5.update(row);
-    }
-    md5.finalize().into()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Order, Workshop, md5};
+    use super::{Order, Workshop};
     use crate::faults::Faults;
     use crate::glass::Glass;
     use crate::library::tests::{SIZE, encode};
     use crate::scribe::Scribe;
     use crate::show::{Given, Supply};
     use crate::turn::tests::turns;
-    use screen::Picture;
     use std::num::NonZero;
     use std::path::Path;
     use std::sync::Arc;
@@ -265,7 +259,8 @@ mod tests {
             let faults = Faults::new(Scribe::on_a_shelf().0);
             let glass = Arc::new(Glass::default());
             glass.open();
-            let (mut frames, decoder) = workshop.open(inbox, reports, faults.clone(), glass).unwrap();
+            let (shelf, mut frames) = workshop.shelf();
+            let decoder = workshop.open(shelf, inbox, reports, faults.clone(), glass).unwrap();
             let (good, bad) = (good.clone(), bad.clone());
             let library = thread::spawn(move || {
                 let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };
@@ -283,7 +278,7 @@ mod tests {
             });
             let shown: Vec<_> = std::iter::from_fn(|| match frames.next(Duration::from_secs(20)) {
                 Given::Frame(frame) => Some((frame.turn.unwrap().number, frame.frame)),
-                Given::Nothing | Given::Barren | Given::Finished => None,
+                Given::Opening(_) | Given::Nothing | Given::Barren | Given::Finished => None,
             })
             .collect();
             assert_eq!(shown, [(61, 0), (61, 1)], "{threads} threads");
@@ -291,16 +286,6 @@ mod tests {
             decoder.join().unwrap().unwrap();
             assert_eq!(faults.count(), 1, "one clip is bad");
         }
-    }
-
-    #[test]
-    fn padding_is_not_hashed() {
-        let tight = Picture { width: 4, height: 2, planes: [b"abcdefgh", b"ij", b"kl"], strides: [4, 2, 2] };
-        let padded = Picture { planes: [b"abcd..efgh", b"ij..", b"kl.."], strides: [6, 4, 4], ..tight };
-        assert_eq!(md5(&tight), md5(&padded));
-        // `printf abcdefghijkl | md5sum`
-        let expected = 0x9fc9_d606_9120_30dc_a865_82ed_6259_5cf7_u128;
-        assert_eq!(u128::from_be_bytes(md5(&tight)), expected);
     }
 
     #[test]

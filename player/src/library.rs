@@ -10,6 +10,7 @@ use crate::decoder::{Order, Report};
 use crate::faults::{Faults, Kind};
 use crate::generation::Generation;
 use crate::glass::Glass;
+use crate::herald::Herald;
 use crate::report::{Fatal, chain};
 use crate::turn::Turn;
 use change::Change;
@@ -55,6 +56,8 @@ pub(crate) struct Library {
     pub(crate) now: fn() -> Nanos,
     /// Empty at the start.
     pub(crate) struck: Struck,
+    /// Brings the opening; `None` once it was sent.
+    pub(crate) herald: Option<Herald>,
 }
 
 /// The path of this run: where it was left, unless another seed is asked for; else a fresh one.
@@ -133,6 +136,9 @@ impl Library {
                 let hash = leg.clip.hash;
                 let turn = self.turn(number, leg);
                 self.glass.plan(Arc::clone(&turn));
+                if number == 1 {
+                    self.announce(&turn);
+                }
                 if orders.send(Order::Play(clip, turn)).is_err() {
                     return Closing::Complete;
                 }
@@ -142,6 +148,15 @@ impl Library {
                 }
                 number += 1;
             }
+        }
+    }
+
+    /// Sends the herald ahead of the run's first clip. Where there is one processor only, two decoders at a time would
+    /// take twice as long to the first picture: so the clip itself is ordered after this.
+    fn announce(&mut self, turn: &Arc<Turn>) {
+        let file = turn.clip.inside(&self.generation.folder);
+        if let (Some(herald), Ok(clip)) = (self.herald.take(), Clip::open(&file, &self.form, turn.frames)) {
+            herald.announce(clip, Arc::clone(turn));
         }
     }
 

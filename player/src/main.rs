@@ -10,6 +10,7 @@ mod decoder;
 mod faults;
 mod generation;
 mod glass;
+mod herald;
 mod library;
 mod options;
 mod pace;

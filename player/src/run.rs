@@ -11,6 +11,7 @@ use crate::decoder::{Frames, Workshop};
 use crate::faults::{Faults, Kind};
 use crate::generation::Generation;
 use crate::glass::Glass;
+use crate::herald::Herald;
 use crate::library::{self, Closing, Library, Struck, Successor};
 use crate::place::Slots;
 use crate::report::{Exit, Fatal, chain};
@@ -146,6 +147,14 @@ fn open_studio(
 ) -> Result<(Frames, Studio), Fatal> {
     let (orders, inbox) = sync_channel(1);
     let (reports, ends) = channel();
+    let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
+    let workshop = Workshop {
+        threads,
+        ahead: usize::try_from(config.ahead).unwrap_or(usize::MAX),
+        prefetch: Workshop::frames_in(config.prefetch_ms, piece.fps),
+        is_hashed: config.hash,
+    };
+    let (shelf, frames) = workshop.shelf();
     let library = Library {
         source: config.flock.clone(),
         generation,
@@ -157,16 +166,10 @@ fn open_studio(
         glass: Arc::clone(glass),
         now,
         struck: Struck::default(),
+        herald: Some(Herald { frames: shelf.clone(), is_hashed: config.hash }),
     };
     let library = library.open(orders, ends)?;
-    let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
-    let workshop = Workshop {
-        threads,
-        ahead: usize::try_from(config.ahead).unwrap_or(usize::MAX),
-        prefetch: Workshop::frames_in(config.prefetch_ms, piece.fps),
-        is_hashed: config.hash,
-    };
-    let (frames, decoder) = workshop.open(inbox, reports, faults.clone(), Arc::clone(glass))?;
+    let decoder = workshop.open(shelf, inbox, reports, faults.clone(), Arc::clone(glass))?;
     Ok((frames, Studio { library, decoder }))
 }
 

@@ -38,6 +38,8 @@ pub(crate) trait Supply {
 /// What a supply gives.
 #[derive(Debug)]
 pub(crate) enum Given {
+    /// The first frame of the run, ahead of the stream, which brings it again.
+    Opening(Shown),
     /// The next frame.
     Frame(Shown),
     /// Nothing yet.
@@ -105,6 +107,8 @@ pub(crate) struct Show<'a, F> {
     /// The screen is back and nothing was lit on it since.
     returned: bool,
     finished: bool,
+    /// The opening: it stays lit until the stream has more, and that is nobody's lateness.
+    opening: Option<Shown>,
     fed: Option<Nanos>,
     tally: Tally,
     /// The picture with what people are told.
@@ -129,6 +133,7 @@ impl<'a, F: Supply> Show<'a, F> {
             asked: None,
             returned: false,
             finished: false,
+            opening: None,
             fed: None,
             tally: Tally::default(),
             overlaid: Overlaid::default(),
@@ -181,6 +186,15 @@ impl<'a, F: Supply> Show<'a, F> {
             return Some(Event::Ready);
         }
         match self.supply.next(patience) {
+            Given::Opening(_) if self.shown.is_some() => None,
+            Given::Opening(frame) => {
+                self.opening = Some(frame.clone());
+                self.next = Some(frame);
+                Some(Event::Ready)
+            }
+            Given::Frame(frame) if self.opening.as_ref().is_some_and(|opening| opening.is(&frame)) => {
+                self.look(patience)
+            }
             Given::Frame(frame) => {
                 self.next = Some(frame);
                 Some(Event::Ready)
@@ -316,8 +330,9 @@ impl<'a, F: Supply> Show<'a, F> {
         }
         self.returned = false;
         let late = pace.map_or(0, |pace| pace.flipped(vblank));
-        self.tally.late += u64::from(late);
         let before = self.shown.take();
+        let late = if before.is_some() && self.opening.take().is_some() { 0 } else { late };
+        self.tally.late += u64::from(late);
         self.shown = self.next.take();
         self.join(before.as_ref());
         late
@@ -325,7 +340,8 @@ impl<'a, F: Supply> Show<'a, F> {
 
     /// The counters, with the frame that is awaited now as late as it is.
     fn tally_now(&self) -> Tally {
-        let overdue = self.lit.as_ref().map_or(0, |(_, pace)| pace.overdue(self.vblank));
+        let pace = self.lit.as_ref().filter(|_| self.opening.is_none());
+        let overdue = pace.map_or(0, |(_, pace)| pace.overdue(self.vblank));
         Tally { late: self.tally.late + u64::from(overdue), ..self.tally }
     }
 

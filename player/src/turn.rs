@@ -5,6 +5,7 @@
 
 use crate::card::Card;
 use flock::{ClipPath, Flock, Place};
+use md5::{Digest, Md5};
 use screen::Picture;
 use std::sync::Arc;
 use timing::FrameCount;
@@ -39,6 +40,14 @@ pub(crate) struct Shown {
     pub(crate) hash: Option<[u8; 16]>,
 }
 
+impl Shown {
+    /// Whether `other` is the same frame of the same turn.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        let number = |shown: &Self| shown.turn.as_ref().map(|turn| turn.number);
+        number(self).is_some() && (number(self), self.frame) == (number(other), other.frame)
+    }
+}
+
 /// Where pixels come from.
 #[derive(Clone, Debug)]
 pub(crate) enum Still {
@@ -59,12 +68,26 @@ impl Still {
             Self::Drawn(card) => card.picture(),
         }
     }
+
+    /// The MD5 of its visible planes, as ffmpeg's framemd5 has it.
+    pub(crate) fn md5(&self) -> [u8; 16] {
+        md5(&self.picture())
+    }
+}
+
+fn md5(picture: &Picture<'_>) -> [u8; 16] {
+    let mut md5 = Md5::new();
+    for row in (0..3).flat_map(|plane| picture.rows(plane)) {
+        md5.update(row);
+    }
+    md5.finalize().into()
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::{Card, Shown, Still, Turn};
+    use super::{Card, Shown, Still, Turn, md5};
     use flock::{Flock, Itinerary, Manifest};
+    use screen::Picture;
     use std::path::Path;
     use std::sync::Arc;
 
@@ -96,5 +119,15 @@ pub(crate) mod tests {
             hash: None,
         };
         in_clips.enumerate().map(shown).collect()
+    }
+
+    #[test]
+    fn padding_is_not_hashed() {
+        let tight = Picture { width: 4, height: 2, planes: [b"abcdefgh", b"ij", b"kl"], strides: [4, 2, 2] };
+        let padded = Picture { planes: [b"abcd..efgh", b"ij..", b"kl.."], strides: [6, 4, 4], ..tight };
+        assert_eq!(md5(&tight), md5(&padded));
+        // `printf abcdefghijkl | md5sum`
+        let expected = 0x9fc9_d606_9120_30dc_a865_82ed_6259_5cf7_u128;
+        assert_eq!(u128::from_be_bytes(md5(&tight)), expected);
     }
 }

@@ -93,6 +93,7 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
         glass: Arc::clone(&glass),
         now: || Nanos(CLOCK.load(Ordering::Relaxed)),
         struck: Struck::default(),
+        herald: None,
     };
     // Orders come one by one, so that a bad clip told between two of them is known for the second next.
     let (sender, orders) = sync_channel(0);

@@ -147,6 +147,14 @@ impl Evening {
         self
     }
 
+    /// The first frame is given once more, as the opening, before frame `index`.
+    fn opened(mut self, index: usize) -> Self {
+        let Some((_, Given::Frame(first))) = self.things.first() else { panic!("no frame comes first") };
+        let opening = Given::Opening(first.clone());
+        self.things.insert(index, (0, opening));
+        self
+    }
+
     fn with(mut self, vblank: u32, incident: Event) -> Self {
         self.incidents.push((vblank, incident));
         self
@@ -227,6 +235,40 @@ fn a_frame_that_never_comes_is_late_all_the_while() {
     let expected = (40 - 5)..=(40 - 5 + 1) + (300 - 103 + 1);
     assert!(expected.contains(&late) && late > 200, "{late}");
     assert!(late.abs_diff(shown) <= 1, "{late} in the end, {shown} on the page");
+}
+
+#[test]
+fn an_opening_is_lit_at_once_and_the_stream_goes_on_from_it() {
+    // The stream comes at vblank 20: it is taken up at once.
+    for (stream, expected) in
+        [(0, vec![1, 3, 5, 7]), (20, vec![1, 21, 23, 25]), (200, vec![1, 62, 123, 184, 201, 203, 205])]
+    {
+        let seen = Evening::of(30, &turns(2, 2)).delayed(0, stream).opened(0).watch();
+        assert_eq!(seen.vblanks(), expected, "a stream from vblank {stream} on");
+        let repeated = expected.len() as u64 - 4;
+        assert_eq!(seen.ended.tally, Tally { flips: 4 + repeated, late: 0, repeated, skipped: 0, joins: 1 });
+        let mut told: Vec<_> = seen.notes.iter().filter_map(told).filter(|told| told != "ready").collect();
+        told.dedup();
+        assert_eq!(told, ["start", "flip 0", "flip 1", "join 1-2", "flip 0", "flip 1"]);
+        assert_eq!(seen.late_on_glass, 0);
+    }
+}
+
+#[test]
+fn an_opening_that_comes_after_the_stream_is_not_shown() {
+    let seen = Evening::of(30, &turns(1, 3)).opened(2).watch();
+    assert_eq!(seen.glow, [(1, 1), (3, 2), (5, 3)]);
+}
+
+#[test]
+fn an_opening_whose_clip_gives_no_more_stays_lit_until_another_clip_plays() {
+    let turns = turns(2, 2);
+    let mut evening = Evening::of(30, &turns).delayed(0, 30);
+    evening.things.drain(..2);
+    let opening = frames(&turns[..1]).swap_remove(0);
+    evening.things.insert(0, (0, Given::Opening(opening)));
+    let seen = evening.watch();
+    assert_eq!((seen.lights(), seen.ended.tally.late), (vec![1, 3, 4], 0));
 }
 
 #[test]
