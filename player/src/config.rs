@@ -50,7 +50,7 @@ pub(crate) struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            flock: "/var/lib/dreams/flock".into(),
+            flock: "/var/lib/dreams/store/current".into(),
             screen: ScreenChoice::Auto,
             clock: Clock::Vblank,
             state: "/var/lib/dreams/state".into(),

@@ -8,6 +8,7 @@
 
 mod facts;
 mod layers;
+mod layout;
 mod licences;
 mod sources;
 mod tokens;

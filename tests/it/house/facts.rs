@@ -16,6 +16,7 @@ const DOCUMENTS: &[&str] = &[
     "CHANGELOG.md",
     "docs/tutorial.md",
     "image-build/README.md",
+    "systemd/README.md",
 ];
 
 /// The entries, `key = value`, of the TOML `text` that have no comment on the line above.

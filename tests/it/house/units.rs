@@ -93,6 +93,36 @@ fn a_unit_waits_for_its_display_and_its_page_may_stand_back() {
 }
 
 #[test]
+fn the_player_waits_for_nothing_that_a_picture_does_not_need() {
+    let text = player();
+    let wants = |key: &str| text.lines().filter_map(|line| line.strip_prefix(key)).collect::<Vec<_>>();
+    assert_eq!(wants("After="), ["var-lib-dreams.mount"], "and that may fail");
+    for key in ["Requires=", "BindsTo=", "Requisite=", "RequiresMountsFor=", "Wants="] {
+        assert_eq!(wants(key), [""; 0], "`{key}`");
+    }
+    // Each of these asks for disks, or for all that a system usually has before a service.
+    for key in ["StateDirectory=", "CacheDirectory=", "LogsDirectory=", "PrivateTmp="] {
+        assert_eq!(wants(key), [""; 0], "`{key}`");
+    }
+    assert_eq!(wants("DefaultDependencies="), ["no"]);
+    assert_eq!(wants("WantedBy="), ["sysinit.target"]);
+}
+
+#[test]
+fn the_picture_comes_before_whatever_else_the_unit_does() {
+    let has = |text: &str, wanted: &str| text.lines().any(|line| line == wanted);
+    for wanted in ["OOMScoreAdjust=-900", "MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000"] {
+        assert!(has(&player(), wanted), "{wanted}");
+    }
+    for unit in ["dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {
+        let text = super::read(&format!("systemd/{unit}"));
+        for wanted in ["OOMScoreAdjust=500", "MemoryMax=256M", "CPUWeight=idle", "IOWeight=1"] {
+            assert!(has(&text, wanted), "{wanted} in {unit}");
+        }
+    }
+}
+
+#[test]
 fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     let threshold = format!("--threshold={EXPOSED_AT_MOST}");
     let measure = ["security", "--offline=true", "--no-pager", &threshold];

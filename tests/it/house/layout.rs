@@ -1,0 +1,127 @@
+//! What lies where on a unit.
+//!
+//! Owns the claims about `systemd/layout`, the one list of files, and about `systemd/install`, which lays them out. Never
+//! looks into a unit file: [`super::units`] does.
+//!
+//! Start at [`Row`].
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// A line of the list.
+#[derive(Debug)]
+pub(super) struct Row {
+    edition: String,
+    mode: String,
+    from: String,
+    pub(super) to: String,
+}
+
+/// The lines of the list.
+pub(super) fn layout() -> Vec<Row> {
+    let text = super::read("systemd/layout");
+    let lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
+    let row = |line: &str| {
+        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        let [edition, mode, from, to] =
+            <[String; 4]>::try_from(words).unwrap_or_else(|_| panic!("four words, found `{line}`"));
+        Row { edition, mode, from, to }
+    };
+    lines.map(row).collect()
+}
+
+/// What `systemd/install` with `edition` lays under `root`, with a text of its own for each program: what it says on
+/// standard error, and every file and link.
+fn installed(edition: &str, root: &Path) -> BTreeSet<String> {
+    let built = tempfile::tempdir().unwrap();
+    for program in layout().iter().filter_map(|row| row.from.strip_prefix("built:")) {
+        fs::write(built.path().join(program), program).unwrap();
+    }
+    let mut install = Command::new(super::root().join("systemd/install"));
+    install.arg(edition).arg(root).env("BUILT", built.path());
+    let said = install.output().unwrap();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let mut found = BTreeSet::new();
+    list(root, root, &mut found);
+    found
+}
+
+fn list(folder: &Path, root: &Path, found: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && !path.is_symlink() {
+            list(&path, root, found);
+        } else {
+            found.insert(format!("/{}", path.strip_prefix(root).unwrap().to_str().unwrap()));
+        }
+    }
+}
+
+fn places(edition: &str) -> BTreeSet<String> {
+    let wanted = |row: &Row| row.edition == "all" || row.edition == edition;
+    layout().into_iter().filter(wanted).map(|row| row.to).collect()
+}
+
+#[test]
+fn whatever_is_made_for_a_unit_is_in_the_list_of_what_lies_on_it() {
+    let rows = layout();
+    let ours = ["systemd", "systemd/image", "config"].map(|folder| (folder, super::root().join(folder)));
+    for (folder, path) in ours {
+        for entry in fs::read_dir(path).unwrap().map(Result::unwrap).filter(|entry| entry.path().is_file()) {
+            let from = format!("{folder}/{}", entry.file_name().to_str().unwrap());
+            let is_about_it = ["README.md", "layout", "install"].iter().any(|name| from == format!("systemd/{name}"));
+            let times = rows.iter().filter(|row| row.from == from).count();
+            assert_eq!(times, usize::from(!is_about_it), "`{from}` in `systemd/layout`");
+        }
+    }
+    let places: BTreeSet<_> = rows.iter().map(|row| &row.to).collect();
+    assert_eq!(places.len(), rows.len(), "no two lie in the same place");
+}
+
+#[test]
+fn a_machine_that_somebody_else_looks_after_gets_the_files_and_no_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let found = installed("package", folder.path());
+    assert_eq!(found, places("package"));
+    let is_ours = |place: &String| place.contains("dreams");
+    assert!(found.iter().all(is_ours), "nothing of that machine's own is replaced: {found:?}");
+    let program = folder.path().join("usr/bin/dreams-player");
+    assert_eq!(fs::read_to_string(program).unwrap(), "dreams-player");
+}
+
+#[test]
+fn a_units_own_system_gets_its_user_its_services_and_a_silent_display_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let timer = folder.path().join("usr/lib/systemd/system/fstrim.timer");
+    fs::create_dir_all(timer.parent().unwrap()).unwrap();
+    fs::write(timer, "[Timer]\nOnCalendar=weekly\n\n[Install]\nWantedBy=timers.target\n").unwrap();
+    let found = installed("image", folder.path());
+    assert!(found.is_superset(&places("image")));
+    let read = |path: &str| fs::read_to_string(folder.path().join(path)).unwrap();
+    let user = read("etc/passwd").lines().find(|line| line.starts_with("dreams:")).map(str::to_owned);
+    assert_eq!(user.as_deref(), Some("dreams:x:880:880:Dreams in High Fidelity:/:/usr/sbin/nologin"));
+    for wanted in [
+        "sysinit.target.wants/dreams-player.service",
+        "timers.target.wants/dreams-update.timer",
+        "timers.target.wants/dreams-scrub.timer",
+        "timers.target.wants/fstrim.timer",
+    ] {
+        assert!(found.contains(&format!("/etc/systemd/system/{wanted}")), "{wanted}: {found:?}");
+    }
+    let getty = folder.path().join("etc/systemd/system/getty@.service");
+    assert_eq!(fs::read_link(getty).unwrap(), Path::new("/dev/null"));
+}
+
+#[test]
+fn only_files_that_programs_read_or_run_are_laid_out() {
+    for row in layout() {
+        let (is_link, is_program) = (row.mode == "link", row.from.starts_with("built:"));
+        let is_named = ["all", "image"].contains(&row.edition.as_str());
+        let is_right = (is_link && row.from == "/dev/null" && row.edition == "image")
+            || (is_program && row.mode == "0755" && row.to.starts_with("/usr/bin/"))
+            || (!is_program && row.mode == "0644" && super::root().join(&row.from).is_file());
+        assert!(is_named && is_right, "{row:?}");
+    }
+}
