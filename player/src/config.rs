@@ -27,6 +27,7 @@ pub(crate) const CLIPS: RangeInclusive<u64> = 1..=u32::MAX as u64;
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Config {
     pub(crate) flock: PathBuf,
+    pub(crate) spare: PathBuf,
     pub(crate) screen: ScreenChoice,
     pub(crate) clock: Clock,
     pub(crate) state: PathBuf,
@@ -51,6 +52,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             flock: "/var/lib/dreams/store/current".into(),
+            spare: "/usr/share/dreams/flock".into(),
             screen: ScreenChoice::Auto,
             clock: Clock::Vblank,
             state: "/var/lib/dreams/state".into(),

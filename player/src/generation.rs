@@ -23,6 +23,8 @@ pub(crate) struct Generation {
     pub(crate) folder: PathBuf,
     /// `None` for a plain folder.
     playing: Option<Playing>,
+    /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
+    awaited: Option<PathBuf>,
     trial: Option<Trial>,
 }
 
@@ -35,6 +37,18 @@ pub(crate) struct Trial {
 }
 
 impl Generation {
+    /// The flock at `path`; while there is none that can be read, the one at `spare`, if that can be.
+    ///
+    /// # Errors
+    /// [`ManifestError`] of what is at `path`.
+    pub(crate) fn open_or(path: &Path, spare: &Path) -> Result<Self, ManifestError> {
+        Self::open(path).or_else(|error| {
+            let Ok(standing_in) = Self::open(spare) else { return Err(error) };
+            warn!(error = chain(&error), spare = %spare.display(), "the flock cannot be read: another one stands in");
+            Ok(Self { awaited: Some(path.to_owned()), ..standing_in })
+        })
+    }
+
     /// The flock at `path`: a folder, or the `current` of a store. A generation on trial that no player can read, or
     /// that was begun too often, has lost, and the one that comes back is opened.
     ///
@@ -46,13 +60,13 @@ impl Generation {
                 // Whatever becomes of a link on the way, the clips are those of one flock.
                 let folder = path.canonicalize().unwrap_or_else(|_| path.to_owned());
                 let flock = Arc::new(Flock::new(Manifest::read(path)?));
-                return Ok(Self { flock, folder, playing: None, trial: None });
+                return Ok(Self { flock, folder, playing: None, awaited: None, trial: None });
             };
             let trial = Trial::of(&playing);
             match (Manifest::read(&playing.folder()), trial) {
                 (Ok(manifest), trial) => {
                     let (flock, folder) = (Arc::new(Flock::new(manifest)), playing.folder());
-                    return Ok(Self { flock, folder, playing: Some(playing), trial });
+                    return Ok(Self { flock, folder, playing: Some(playing), awaited: None, trial });
                 }
                 (Err(error), Some(trial)) if trial.lost(&chain(&error)) => {}
                 (Err(error), _) => return Err(error),
@@ -79,7 +93,8 @@ impl Generation {
 
     /// Whether another flock is to be played by now.
     pub(crate) fn is_over(&self) -> bool {
-        self.playing.as_ref().is_some_and(Playing::is_over)
+        let has_come = |path: &PathBuf| path.join(flock::FILE_NAME).is_file();
+        self.playing.as_ref().is_some_and(Playing::is_over) || self.awaited.as_ref().is_some_and(has_come)
     }
 
     /// A clip of it was played to its end, as it should be.

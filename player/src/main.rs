@@ -24,6 +24,7 @@ mod scribe;
 mod settings;
 mod show;
 mod status;
+mod still;
 mod take;
 mod tally;
 mod trace;
@@ -41,7 +42,8 @@ fn main() -> ExitCode {
 }
 
 fn play(options: Options) -> Result<(), Fatal> {
+    let still = options.still;
     let config = options.settings()?; // what this unit was told
     journal::open(config.log); // where it speaks
-    run::play(&config) // what it is for
+    if still { still::hold(&config) } else { run::play(&config) } // what it is for
 }

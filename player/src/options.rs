@@ -25,9 +25,15 @@ pub(crate) struct Options {
     /// Read settings from this file; options win over it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Play nothing: light a still picture, and hold it whatever happens; the last resort of a unit
+    #[arg(long)]
+    pub(crate) still: bool,
     /// The flock to play: a folder with `flock.toml`
     #[arg(long, value_name = "DIR")]
     flock: Option<PathBuf>,
+    /// The flock that stands in while there is none to be read at `flock`
+    #[arg(long, value_name = "DIR")]
+    spare: Option<PathBuf>,
     /// What to light: `auto`, `kms[:DEVICE]` or `virtual[:WxH@HZ]`
     #[arg(long, value_name = "SCREEN")]
     screen: Option<ScreenChoice>,
@@ -78,6 +84,7 @@ impl Options {
         let config = self.config.as_deref().map(Config::load).transpose()?.unwrap_or_default();
         Ok(Config {
             flock: self.flock.unwrap_or(config.flock),
+            spare: self.spare.unwrap_or(config.spare),
             screen: self.screen.unwrap_or(config.screen),
             clock: self.clock.unwrap_or(config.clock),
             state: self.state.unwrap_or(config.state),
@@ -108,7 +115,9 @@ mod tests {
     fn every_key_of_the_config_is_an_option() {
         let command = Options::command();
         let options = command.get_arguments().filter_map(|option| option.get_long());
-        let options: Vec<_> = options.map(|long| long.replace('-', "_")).filter(|long| long != "config").collect();
+        let options: Vec<_> = options.map(|long| long.replace('-', "_")).collect();
+        let options: Vec<_> =
+            options.into_iter().filter(|long| !["config", "still"].contains(&long.as_str())).collect();
         assert_eq!(options, keys_of_the_sample());
     }
 

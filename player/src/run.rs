@@ -26,7 +26,6 @@ use player::now::now;
 use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
-use std::path::Path;
 use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,7 +35,7 @@ use std::time::Duration;
 use video::{Form, SessionError};
 
 /// How often the watchdog hears of us in the time that it allows.
-const FEEDINGS: u32 = 3;
+pub(crate) const FEEDINGS: u32 = 3;
 /// How long a run may take to end once it is told to: less than the second that is promised.
 const GRACE: Duration = Duration::from_millis(850);
 
@@ -46,7 +45,7 @@ const GRACE: Duration = Duration::from_millis(850);
 /// [`Fatal`], if it cannot begin or go on.
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
-    let generation = begun(&config.flock)?;
+    let generation = begun(config)?;
     let trial = generation.trial();
     perform(config, generation, &stop).map_err(|fatal| match (fatal, trial) {
         (Fatal::Screen(error @ ScreenError::Size { .. }), Some(trial)) if trial.lost(&chain(&error)) => {
@@ -57,9 +56,9 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
 }
 
 /// The flock to play, begun.
-fn begun(path: &Path) -> Result<Generation, ManifestError> {
+fn begun(config: &Config) -> Result<Generation, ManifestError> {
     loop {
-        let mut generation = Generation::open(path)?;
+        let mut generation = Generation::open_or(&config.flock, &config.spare)?;
         if generation.begin() {
             return Ok(generation);
         }
@@ -100,7 +99,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
 
 /// A flag that SIGINT, SIGTERM and SIGHUP raise. Whoever has not ended [`GRACE`] later waits for a disk or a reader that
 /// does not answer, and is ended: the place was kept at the last join, and the trace is whole as far as it was read.
-fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
+pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
     let end = move || {

@@ -18,7 +18,7 @@ const FREE: [&str; 9] = ["--screen", "virtual", "--clock", "free", "--hash", "--
 const JOINS: usize = 60;
 
 /// The flock with its clips in the folder `edition`, so that a trace tells one edition from another.
-fn edition(flock: &Flock, edition: &str) -> Files {
+pub(crate) fn edition(flock: &Flock, edition: &str) -> Files {
     let toml = fs::read_to_string(flock.folder.join("flock.toml")).unwrap();
     let toml = toml.replace("clip = \"", &format!("clip = \"{edition}/"));
     let clip = |name: &String| (format!("{edition}/{name}"), fs::read(flock.folder.join(name)).unwrap());
@@ -42,7 +42,7 @@ fn unit_with(flock: &Flock) -> (Unit, Playing) {
 }
 
 /// Waits for so many joins.
-fn await_joins(running: &mut Running, count: usize) {
+pub(crate) fn await_joins(running: &mut Running, count: usize) {
     for _ in 0..count {
         running.await_line_with("\"join\"");
         running.await_lines(1);
@@ -62,7 +62,7 @@ fn named(flip: &Flip) -> (&str, &str) {
 
 /// The clips of a trace, each once for each time that it was played, the last perhaps not to its end; every frame of each
 /// is there, once and in order.
-fn played<'t>(flock: &Flock, trace: &'t Trace) -> Vec<(&'t str, &'t str)> {
+pub(crate) fn played<'t>(flock: &Flock, trace: &'t Trace) -> Vec<(&'t str, &'t str)> {
     let mut clips = Vec::new();
     let mut rest = &trace.flips[..];
     while let Some(first) = rest.first() {

@@ -19,6 +19,7 @@ mod hot_plug;
 mod house;
 mod importing;
 mod joins;
+mod last_resort;
 mod manual;
 mod playing;
 mod press;

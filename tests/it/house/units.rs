@@ -20,7 +20,6 @@ fn judge(name: &str, text: &str, arguments: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = laid(folder.path(), name, text);
     let output = Command::new("systemd-analyze").args(arguments).arg(&path).output().expect("systemd-analyze starts");
-    let is_young = |line: &&str| YOUNG_KEYS.iter().any(|key| line.contains(&format!("Unknown key '{key}'")));
     let said = String::from_utf8(output.stderr).unwrap();
     let mut faults: String = said.lines().filter(|line| !is_young(line)).collect();
     if !output.status.success() {
@@ -36,7 +35,13 @@ fn judge_timer(name: &str, text: &str, service: &str) -> String {
     let timer = laid(folder.path(), name, text);
     let output =
         Command::new("systemd-analyze").args(["verify", "--man=no"]).arg(&timer).arg(&called).output().unwrap();
-    String::from_utf8(output.stderr).unwrap()
+    let said = String::from_utf8(output.stderr).unwrap();
+    said.lines().filter(|line| !is_young(line)).collect()
+}
+
+/// Whether `line` complains of a key that this systemd is too old for.
+fn is_young(line: &str) -> bool {
+    YOUNG_KEYS.iter().any(|key| line.contains(&format!("Unknown key '{key}'")))
 }
 
 /// Lays a unit file into `folder`, with `/bin/true` for its programs.
@@ -62,7 +67,8 @@ fn systemd_understands_every_line_of_every_service() {
     }
     for (path, text) in super::files(".timer") {
         let name = path.rsplit('/').next().unwrap();
-        let service = name.replace(".timer", ".service");
+        let named = text.lines().find_map(|line| line.strip_prefix("Unit="));
+        let service = named.map_or_else(|| name.replace(".timer", ".service"), str::to_owned);
         assert_eq!(judge_timer(name, &text, &service), "", "`{path}`");
     }
     let misspelt = player().replace("WatchdogSec", "WatchdogSecs");
@@ -109,6 +115,28 @@ fn the_player_waits_for_nothing_that_a_picture_does_not_need() {
 }
 
 #[test]
+fn a_still_picture_takes_over_from_a_player_that_fails_and_gives_way_to_it_again() {
+    let has = |text: &str, wanted: &str| text.lines().any(|line| line == wanted);
+    assert!(has(&player(), "OnFailure=dreams-still.service") && has(&player(), "Restart=always"));
+    assert!(has(&player(), "StartLimitIntervalSec=3min") && has(&player(), "StartLimitBurst=6"));
+    let still = super::read("systemd/dreams-still.service");
+    for wanted in [
+        "ExecStart=/usr/bin/dreams-player --still --screen kms",
+        "Conflicts=dreams-player.service shutdown.target",
+        "After=dreams-player.service",
+        "Wants=dreams-again.timer",
+        "Restart=always",
+        "StartLimitIntervalSec=0",
+    ] {
+        assert!(has(&still, wanted), "{wanted}");
+    }
+    let again = super::read("systemd/dreams-again.timer");
+    for wanted in ["Unit=dreams-player.service", "OnActiveSec=5min", "PartOf=dreams-still.service"] {
+        assert!(has(&again, wanted), "{wanted}");
+    }
+}
+
+#[test]
 fn the_picture_comes_before_whatever_else_the_unit_does() {
     let has = |text: &str, wanted: &str| text.lines().any(|line| line == wanted);
     for wanted in ["OOMScoreAdjust=-900", "MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000"] {
@@ -127,7 +155,7 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     let threshold = format!("--threshold={EXPOSED_AT_MOST}");
     let measure = ["security", "--offline=true", "--no-pager", &threshold];
     assert_eq!(judge("dreams-player.service", &player(), &measure), "");
-    for unit in ["dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {
+    for unit in ["dreams-still.service", "dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {
         assert_eq!(judge(unit, &super::read(&format!("systemd/{unit}")), &measure), "", "{unit}");
     }
     let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");
