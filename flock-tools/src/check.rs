@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use flock::{ClipPath, Fault, FaultKind, Flock, forced_repeats};
 
 use crate::clips;
+use crate::decoder::Video;
 use crate::joins::{self, Figures, Join, Judged};
 use crate::open;
 use crate::report::{self, Exit, Fatal};
@@ -73,20 +74,22 @@ struct Unseen {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let manifest = flock.manifest();
     let of_graph = flock.faults().iter().cloned();
     let plain = |fault| Told { fault, join: None };
-    let mut found: Vec<Told> = of_graph.chain(clips::faults(&args.dir, manifest)).map(plain).collect();
+    let mut found: Vec<Told> = of_graph.chain(clips::faults(&args.dir, manifest, video)?).map(plain).collect();
     if args.joins {
-        let judged = joins::judge_with_bar(&args.dir, manifest);
+        let decoder = video.decoder()?;
+        let judged = decoder.judge(&args.dir, manifest);
         if found.is_empty() {
             all_seen(&judged)?;
         }
         found.extend(judged.jumps().map(told));
         if let Some(sheet) = &args.contact_sheet {
-            joins::draw(&args.dir, manifest, &judged, sheet).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+            let drawn = joins::draw(&args.dir, manifest, &judged, sheet, decoder);
+            drawn.map_err(|error| Fatal::new(Exit::Unreadable, error))?;
         }
     }
     tell_forced_repeats(&flock);
@@ -111,7 +114,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 pub(crate) fn every_fault(folder: &Path, flock: &Flock) -> Result<Vec<Fault>, Fatal> {
     let manifest = flock.manifest();
     let mut found = flock.faults().to_vec();
-    found.extend(clips::faults(folder, manifest));
+    found.extend(clips::faults(folder, manifest, Video::here())?);
     let judged = joins::judge_with_bar(folder, manifest);
     if found.is_empty() {
         all_seen(&judged)?;

@@ -15,8 +15,9 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use timing::FrameCount;
 use video::{Form, Probe, ProbeError};
 
+use crate::decoder::{Decoder, Video};
 use crate::progress;
-use crate::report::chain;
+use crate::report::{Fatal, chain};
 
 /// A clip and whose it is.
 struct Owned<'a> {
@@ -26,10 +27,14 @@ struct Owned<'a> {
 }
 
 /// What a look at a file found.
-type Finding = (FaultKind, String);
+pub(crate) type Finding = (FaultKind, String);
 
 /// Every fault of the clips of the flock in `folder`, in the order of the manifest. Shows its progress on a terminal.
-pub(crate) fn faults(folder: &Path, manifest: &Manifest) -> Vec<Fault> {
+/// Where no clip is there, none is decoded.
+///
+/// # Errors
+/// If a clip is there, and nothing to decode it.
+pub(crate) fn faults(folder: &Path, manifest: &Manifest, video: Video) -> Result<Vec<Fault>, Fatal> {
     let loops = manifest.sheep.iter().filter_map(|sheep| {
         let clip = sheep.clip.as_ref()?;
         Some(Owned { clip, sheep: Some(&sheep.id), between: None })
@@ -46,20 +51,30 @@ pub(crate) fn faults(folder: &Path, manifest: &Manifest) -> Vec<Fault> {
             distinct.len() - 1
         });
     }
-    let form = Form { size: manifest.size, fps: manifest.fps };
-    let bar = progress::bar("checking clips", distinct.len());
-    let look = |clip: &&Clip| {
-        let found = look(folder, clip, &form);
-        bar.inc(1);
-        found
+    let gone = |clip: &&Clip| open(&clip.path.inside(folder)).err().map(|finding| vec![named(clip, finding)]);
+    let findings: Vec<Vec<Finding>> = match distinct.iter().map(gone).collect() {
+        Some(all_gone) => all_gone,
+        None => looked_at(folder, manifest, &distinct, video.decoder()?),
     };
-    let findings: Vec<Vec<Finding>> = distinct.par_iter().map(look).collect();
-    bar.finish_and_clear();
     let mut faults = Vec::new();
     for owned in &owned {
         faults.extend(findings[first[owned.clip]].iter().map(|finding| fault(owned, finding)));
     }
-    faults
+    Ok(faults)
+}
+
+/// What is wrong with each of `clips`, on all cores.
+fn looked_at(folder: &Path, manifest: &Manifest, clips: &[&Clip], decoder: &dyn Decoder) -> Vec<Vec<Finding>> {
+    let form = Form { size: manifest.size, fps: manifest.fps };
+    let bar = progress::bar("checking clips", clips.len());
+    let look = |clip: &&Clip| {
+        let found = look(folder, clip, &form, decoder);
+        bar.inc(1);
+        found
+    };
+    let findings = clips.par_iter().map(look).collect();
+    bar.finish_and_clear();
+    findings
 }
 
 fn fault(owned: &Owned<'_>, (kind, message): &Finding) -> Fault {
@@ -75,23 +90,37 @@ fn fault(owned: &Owned<'_>, (kind, message): &Finding) -> Fault {
 
 /// What is wrong with `clip`, each kind once: that it is not there, that its bytes are not those that were shipped,
 /// that it has another form, that it does not decode.
-fn look(folder: &Path, clip: &Clip, form: &Form) -> Vec<Finding> {
+fn look(folder: &Path, clip: &Clip, form: &Form, decoder: &dyn Decoder) -> Vec<Finding> {
     let path = clip.path.inside(folder);
-    let file = match open(&path) {
-        Ok(file) => file,
-        Err((kind, why)) => return vec![(kind, format!("clip `{}` {why}", clip.path))],
-    };
     let mut found: Vec<Finding> = Vec::new();
-    found.extend(clip.hash.and_then(|expected| other_bytes(file, expected)));
-    match video::probe(&path) {
-        Err(error) => found.push((kind_of(&error), format!("cannot be shown: {}", chain(&error)))),
-        Ok(probe) => found.extend(other_form(&probe, form, clip.frames)),
+    match open(&path) {
+        Err(finding) => found.push(finding),
+        Ok(file) => match clip.hash.and_then(|expected| other_bytes(file, expected)) {
+            // What is damaged may have another form besides; that it does not decode is said already.
+            Some(damage) => {
+                let more = decoder.faults(&path, clip, form);
+                found.extend(more.into_iter().filter(|(kind, _)| *kind != FaultKind::DamagedClip));
+                found.insert(0, damage);
+            }
+            None => found.extend(decoder.faults(&path, clip, form)),
+        },
     }
-    if found.is_empty() {
-        found.extend(undecodable(&path, clip.frames));
-    }
-    found.dedup_by_key(|(kind, _)| *kind);
-    found.into_iter().map(|(kind, why)| (kind, format!("clip `{}` {why}", clip.path))).collect()
+    found.into_iter().map(|finding| named(clip, finding)).collect()
+}
+
+/// `finding` as a sentence about `clip`.
+fn named(clip: &Clip, (kind, why): Finding) -> Finding {
+    (kind, format!("clip `{}` {why}", clip.path))
+}
+
+/// What is wrong with the clip in the file at `path`, one thing only: that it is no video, that it has another form, or
+/// that it does not decode.
+pub(crate) fn decoded(path: &Path, clip: &Clip, form: &Form) -> Vec<Finding> {
+    let found = match video::probe(path) {
+        Err(error) => Some((kind_of(&error), format!("cannot be shown: {}", chain(&error)))),
+        Ok(probe) => other_form(&probe, form, clip.frames).or_else(|| undecodable(path, clip.frames)),
+    };
+    found.into_iter().collect()
 }
 
 /// How many frames the file at `path` has, which no manifest names yet; or why it cannot be a clip of a flock of this
@@ -196,7 +225,7 @@ mod tests {
                  [[sheep]]\nid = \"a\"\nframes = {FRAMES}\nclip = \"a.mp4\"\n{hash}"
             );
             let manifest = Manifest::parse(&text, Path::new("flock.toml")).unwrap();
-            let found = faults(self.folder.path(), &manifest);
+            let found = faults(self.folder.path(), &manifest, Video::here()).unwrap();
             for fault in &found {
                 assert!(fault.message.contains("a.mp4"), "{}", fault.message);
                 assert_eq!(fault.sheep.as_ref().unwrap().as_str(), "a");

@@ -6,7 +6,8 @@
 use crate::programs::{self, output};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn fixture(defect: &str) -> PathBuf {
@@ -231,5 +232,33 @@ fn every_command_says_what_its_exit_codes_mean() {
         for code in ["  0  ", "  1  ", "  2  ", "  3  "] {
             assert!(help.contains(code), "{command} explains {code}: {help}");
         }
+    }
+}
+
+#[test]
+fn what_opens_no_clip_loads_no_ffmpeg_and_what_does_is_handed_over() {
+    let flock = programs::flock();
+    let loads_ffmpeg = |program: &Path| {
+        let said = programs::succeed(Command::new(program).env("LD_TRACE_LOADED_OBJECTS", "1"));
+        String::from_utf8(said).unwrap().contains("libavcodec.so")
+    };
+    assert!(!loads_ffmpeg(&flock), "`flock` is linked with ffmpeg");
+    assert!(loads_ffmpeg(&flock.with_file_name("flock-video")), "`flock-video` is not");
+    // By itself it does what it can, and names what it lacks before it has said or written anything.
+    let alone = tempfile::tempdir().unwrap();
+    let program = alone.path().join("flock");
+    fs::copy(&flock, &program).unwrap();
+    let small = programs::repository().join("flock-tools/demo/small");
+    let page = alone.path().join("page.html");
+    let run = |words: &[&str]| output(Command::new(&program).args(words).arg(&small));
+    for words in [&["share"][..], &["report", "--no-pictures", "--out", page.to_str().unwrap()]] {
+        assert_eq!(run(words).status.code(), Some(0), "{words:?}");
+    }
+    fs::remove_file(&page).unwrap();
+    for words in [&["check"][..], &["report", "--out", page.to_str().unwrap()], &["render", "--dry-run"]] {
+        let said = run(words);
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert_eq!((said.status.code(), said.stdout.len(), page.exists()), (Some(3), 0, false), "{words:?}");
+        assert!(error.starts_with("error: cannot start") && error.contains("it belongs beside `flock`"), "{error}");
     }
 }

@@ -22,8 +22,9 @@ pub(crate) fn updater() -> PathBuf {
     fresh("dreams-update")
 }
 
-/// `flock` as `make check` built it.
+/// `flock` as `make check` built it, beside the program that it hands over to.
 pub(crate) fn flock() -> PathBuf {
+    fresh("flock-video");
     fresh("flock")
 }
 

@@ -10,6 +10,7 @@ use flock::{MOST_FRAMES, MOST_REPEATS, Sheep, SheepId};
 use super::Desk;
 use super::files::{self, Incoming};
 use crate::arguments;
+use crate::decoder::Video;
 use crate::places;
 use crate::report::{self, Exit, Fatal};
 
@@ -63,13 +64,13 @@ pub(crate) struct Args {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
     let id = &args.id;
     let mut desk = Desk::at(&args.dir)?;
     let genome = args.genome.as_deref().map(|file| files::genome(&desk, file, id)).transpose()?;
     let place = |ending: &str| places::of_loop(id, ending);
     let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
-    let clip = (!args.no_loop).then(|| files::clip(&desk, &wish, place)).transpose()?;
+    let clip = (!args.no_loop).then(|| files::clip(&desk, &wish, place, video)).transpose()?;
     let mut parts = Vec::new();
     parts.extend(clip.iter().map(|(clip, _)| format!("loop `{}`, {} frames", clip.path, clip.frames)));
     parts.extend(genome.iter().map(|genome| format!("genome `{}`", genome.path)));

@@ -15,7 +15,7 @@ use timing::FrameCount;
 use video::Form;
 
 use super::Desk;
-use crate::clips;
+use crate::decoder::Video;
 use crate::places;
 use crate::report::{Exit, Fatal};
 use crate::save;
@@ -70,6 +70,7 @@ pub(super) fn clip(
     desk: &Desk,
     wish: &Wish,
     place: impl Fn(&str) -> ClipPath,
+    video: Video,
 ) -> Result<(Clip, Option<Incoming>), Fatal> {
     let usual = place(places::CLIP);
     let there = usual.inside(&desk.folder);
@@ -84,7 +85,7 @@ pub(super) fn clip(
     let unreadable = |source| Fatal::new(Exit::Unreadable, Untaken::Read { path: file.to_owned(), source });
     let hash = File::open(file).and_then(ClipHash::of).map_err(unreadable)?;
     let form = Form { size: desk.manifest().size, fps: desk.manifest().fps };
-    let frames = clips::frames(file, &form).map_err(|why| {
+    let frames = video.decoder()?.frames(file, &form).map_err(|why| {
         let refused = Untaken::OtherForm { path: file.to_owned(), why };
         Fatal::new(Exit::No, refused).hint("`flock import` brings clips into the flock's form")
     })?;

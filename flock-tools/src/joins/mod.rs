@@ -19,6 +19,7 @@ use flock::{Clip, Manifest};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use video::{Form, Yuv420p};
 
+use crate::decoder::Decoder;
 use crate::progress;
 use sheet::Sheet;
 
@@ -116,10 +117,16 @@ pub(crate) struct Undrawn {
 ///
 /// # Errors
 /// [`Undrawn`].
-pub(crate) fn draw(folder: &Path, manifest: &Manifest, judged: &Judged, path: &Path) -> Result<(), Undrawn> {
+pub(crate) fn draw(
+    folder: &Path,
+    manifest: &Manifest,
+    judged: &Judged,
+    path: &Path,
+    decoder: &dyn Decoder,
+) -> Result<(), Undrawn> {
     let mut sheet = Sheet::new();
     for join in judged.joins.iter().take(ON_A_SHEET) {
-        if let Ok(frames) = join.pictures(folder, manifest) {
+        if let Ok(frames) = decoder.meeting(join, folder, manifest) {
             sheet.add(join, &frames);
         }
     }
@@ -138,6 +145,7 @@ fn form(manifest: &Manifest) -> Form {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::decoder::Ffmpeg;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     fn demo() -> (PathBuf, Manifest) {
@@ -173,7 +181,7 @@ mod tests {
         assert!(judged.unseen[0].1.contains("gone.mp4"), "{:?}", judged.unseen);
 
         let sheet = tempfile::NamedTempFile::new().unwrap();
-        draw(&folder, &manifest, &judged, sheet.path()).unwrap();
+        draw(&folder, &manifest, &judged, sheet.path(), &Ffmpeg).unwrap();
         let drawn = png::Decoder::new(io::BufReader::new(std::fs::File::open(sheet.path()).unwrap()));
         let size = drawn.read_info().unwrap().info().size();
         assert_eq!(size, (1344, 8 + 2 * (2 * 24 + 180 + 16)));

@@ -1,6 +1,6 @@
 //! The manual, made from the same source as the help.
 //!
-//! Owns the commands that write completions and man pages. Never holds a word of either: both are what `main.rs` and
+//! Owns the commands that write completions and man pages. Never holds a word of either: both are what `lib.rs` and
 //! the commands tell clap.
 
 pub(crate) mod completions;

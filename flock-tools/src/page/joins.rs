@@ -7,10 +7,11 @@
 
 use std::path::Path;
 
-use flock::{Flock, Manifest, SheepIx};
+use flock::{Flock, SheepIx};
 
 use super::picture::{Picture, Pixels};
-use crate::joins::{self, Join};
+use crate::decoder::Decoder;
+use crate::joins::Join;
 use crate::thumbnail;
 
 /// So many joins are shown: two rows on a desk.
@@ -50,10 +51,10 @@ struct Shown {
 
 impl Joins {
     /// Judges the joins of `flock` in `folder`; `None` where none can be.
-    pub(super) fn of(folder: &Path, flock: &Flock) -> Option<Self> {
+    pub(super) fn of(folder: &Path, flock: &Flock, decoder: &dyn Decoder) -> Option<Self> {
         let manifest = flock.manifest();
-        let judged = joins::judge_with_bar(folder, manifest);
-        let shown = |join: &Join| Shown::of(join, folder, flock, manifest);
+        let judged = decoder.judge(folder, manifest);
+        let shown = |join: &Join| Shown::of(join, folder, flock, decoder);
         (!judged.joins.is_empty()).then(|| Self {
             judged: judged.joins.len(),
             jumps: judged.jumps().count(),
@@ -64,9 +65,10 @@ impl Joins {
 }
 
 impl Shown {
-    fn of(join: &Join, folder: &Path, flock: &Flock, manifest: &Manifest) -> Option<Self> {
+    fn of(join: &Join, folder: &Path, flock: &Flock, decoder: &dyn Decoder) -> Option<Self> {
+        let manifest = flock.manifest();
         let Join { place, figures } = join;
-        let frames = join.pictures(folder, manifest).ok()?;
+        let frames = decoder.meeting(join, folder, manifest).ok()?;
         // The last two of the one clip, or its only one, and then the first ones of the other.
         let first = place.before.frames.0.min(2) as usize;
         let picture = |at: usize| {

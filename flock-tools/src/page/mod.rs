@@ -23,6 +23,7 @@ use std::sync::Arc;
 
 use flock::{Fault, Flock, Sheep, SheepIx};
 
+use crate::decoder::{Decoder, Video};
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 use crate::save;
@@ -31,6 +32,8 @@ use facts::{Facts, Figures, Sources, distinct_clips};
 use joins::Joins;
 use picture::Picture;
 use walked::Walked;
+
+pub(crate) use picture::{Pixels, first_frame};
 
 /// The page's name where none is given.
 const FILE_NAME: &str = "report.html";
@@ -94,12 +97,12 @@ struct Answer<'a> {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
     let flock = Arc::new(Flock::new(open::manifest(&args.dir)?));
     if args.dot || args.graphml {
         graph(args, &flock)?;
     } else {
-        page(args, &flock)?;
+        page(args, &flock, video)?;
     }
     Ok(if flock.faults().is_empty() { Exit::Fine } else { Exit::No })
 }
@@ -116,13 +119,16 @@ fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
     }
 }
 
-fn page(args: &Args, flock: &Arc<Flock>) -> Result<(), Fatal> {
-    let pictures = if args.no_pictures { Vec::new() } else { pictures(&args.dir, flock) };
+fn page(args: &Args, flock: &Arc<Flock>, video: Video) -> Result<(), Fatal> {
     let there = |path: &&&str| args.dir.join(path).is_file();
     let clips_there = (!args.no_pictures).then(|| distinct_clips(flock).keys().filter(there).count());
+    // Where no clip is there, none is opened.
+    let decoder = clips_there.filter(|&clips| clips > 0).map(|_| video.decoder()).transpose()?;
+    let pictures = if args.no_pictures { Vec::new() } else { pictures(&args.dir, flock, decoder) };
     let walked = Walked::of(flock, args.seed);
     let balanced = Balanced::of(flock);
-    let joins = if args.no_joins || clips_there.unwrap_or(0) == 0 { None } else { Joins::of(&args.dir, flock) };
+    let judging = decoder.filter(|_| !args.no_joins);
+    let joins = judging.and_then(|decoder| Joins::of(&args.dir, flock, decoder));
     let jumps = joins.as_ref().map(|joins| joins.jumps);
     let facts =
         Facts::of(Sources { flock, seed: args.seed, walked, balanced, joins, pictures: &pictures, clips_there });
@@ -145,10 +151,10 @@ fn page(args: &Args, flock: &Arc<Flock>) -> Result<(), Fatal> {
 }
 
 /// A picture of every sheep of the whole flock, where there is one to be had.
-fn pictures(folder: &Path, flock: &Flock) -> Vec<Option<Picture>> {
+fn pictures(folder: &Path, flock: &Flock, decoder: Option<&dyn Decoder>) -> Vec<Option<Picture>> {
     let written = |sheep: SheepIx| &flock.manifest().sheep[flock.whole().sheep_in_manifest(sheep)];
     let sheep: Vec<&Sheep> = flock.whole().sheep().map(written).collect();
-    picture::all(folder, flock.manifest(), &sheep)
+    picture::all(folder, flock.manifest(), &sheep, decoder)
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Fatal> {

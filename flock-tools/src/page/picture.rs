@@ -18,6 +18,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use video::{Form, Frame, Poll, Session, Yuv420p};
 
 use super::colour::Colour;
+use crate::decoder::Decoder;
 
 /// Pixels that all pictures of a page may have together, and the widest that one is.
 const PIXELS: f64 = 8.5e6;
@@ -41,21 +42,26 @@ pub(super) struct Picture {
 }
 
 /// Red, green and blue of a small picture.
-pub(super) struct Pixels {
+pub(crate) struct Pixels {
     pub(super) size: (u32, u32),
     pub(super) rgb: Vec<u8>,
 }
 
 /// The pictures of `sheep` of the flock in `folder`, in their order. Uses all cores.
-pub(super) fn all(folder: &Path, manifest: &Manifest, sheep: &[&Sheep]) -> Vec<Option<Picture>> {
+pub(super) fn all(
+    folder: &Path,
+    manifest: &Manifest,
+    sheep: &[&Sheep],
+    decoder: Option<&dyn Decoder>,
+) -> Vec<Option<Picture>> {
     let size = size(manifest.size, sheep.len());
     let form = Form { size: manifest.size, fps: manifest.fps };
     let most = BYTES / sheep.len().max(1);
     let of = |sheep: &&Sheep| {
-        let own = sheep.clip.as_ref().and_then(|clip| first_frame(folder, clip, &form, size));
+        let frame = |clip: &Clip| decoder?.first_frame(folder, clip, &form, size);
+        let own = sheep.clip.as_ref().and_then(frame);
         let leaves = |transition: &&Transition| sheep.clip.is_none() && transition.from == sheep.id;
-        let passed =
-            || manifest.transitions.iter().filter(leaves).find_map(|t| first_frame(folder, &t.clip, &form, size));
+        let passed = || manifest.transitions.iter().filter(leaves).find_map(|transition| frame(&transition.clip));
         let pixels = own.or_else(passed).or_else(|| still(folder, sheep, size))?;
         Picture::of(&pixels, most)
     };
@@ -127,7 +133,7 @@ fn shrink(plane: &[u8], stride: usize, full: (usize, usize), small: (usize, usiz
 }
 
 /// The first frame of `clip`, if it is there and in the flock's form.
-fn first_frame(folder: &Path, clip: &Clip, form: &Form, size: (u32, u32)) -> Option<Pixels> {
+pub(crate) fn first_frame(folder: &Path, clip: &Clip, form: &Form, size: (u32, u32)) -> Option<Pixels> {
     let opened = video::Clip::open(&clip.path.inside(folder), form, clip.frames).ok()?;
     let mut session = Session::new(NonZero::<usize>::MIN).ok()?;
     session.push(opened);
