@@ -1,13 +1,13 @@
 //! What lies where on a unit.
 //!
-//! Owns the claims about `systemd/layout`, the one list of files, and about `systemd/install`, which lays them out. Never
-//! looks into a unit file: [`super::units`] does.
+//! Owns the claims about `systemd/layout`, the one list of files, about `systemd/install`, which lays them out, and about
+//! `systemd/package`, which makes a Debian package of them. Never looks into a unit file: [`super::units`] does.
 //!
 //! Start at [`Row`].
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A line of the list.
@@ -71,7 +71,8 @@ fn whatever_is_made_for_a_unit_is_in_the_list_of_what_lies_on_it() {
     for (folder, path) in ours {
         for entry in fs::read_dir(path).unwrap().map(Result::unwrap).filter(|entry| entry.path().is_file()) {
             let from = format!("{folder}/{}", entry.file_name().to_str().unwrap());
-            let is_about_it = ["README.md", "layout", "install"].iter().any(|name| from == format!("systemd/{name}"));
+            let is_about_it =
+                ["README.md", "layout", "install", "package"].iter().any(|name| from == format!("systemd/{name}"));
             let times = rows.iter().filter(|row| row.from == from).count();
             assert_eq!(times, usize::from(!is_about_it), "`{from}` in `systemd/layout`");
         }
@@ -123,5 +124,56 @@ fn only_files_that_programs_read_or_run_are_laid_out() {
             || (is_program && row.mode == "0755" && row.to.starts_with("/usr/bin/"))
             || (!is_program && row.mode == "0644" && super::root().join(&row.from).is_file());
         assert!(is_named && is_right, "{row:?}");
+    }
+}
+
+/// The Debian package with `/bin/true` for the programs.
+fn package(folder: &Path) -> PathBuf {
+    let built = tempfile::tempdir().unwrap();
+    for program in layout().iter().filter_map(|row| row.from.strip_prefix("built:")) {
+        fs::copy("/bin/true", built.path().join(program)).unwrap();
+    }
+    let mut package = Command::new(super::root().join("systemd/package"));
+    let said = package.arg(folder).env("BUILT", built.path()).env("SOURCE_DATE_EPOCH", "1754697600").output().unwrap();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    fs::read_dir(folder).unwrap().next().unwrap().unwrap().path()
+}
+
+/// What `dpkg-deb` with `arguments` says of `package`.
+fn dpkg(arguments: &[&str], package: &Path) -> String {
+    let said = Command::new("dpkg-deb").args(&arguments[..1]).arg(package).args(&arguments[1..]).output().unwrap();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    String::from_utf8(said.stdout).unwrap()
+}
+
+#[test]
+fn the_debian_package_holds_what_the_list_says_and_is_the_same_bytes_every_time() {
+    let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let [one, two] = folders.each_ref().map(|folder| package(folder.path()));
+    assert_eq!(fs::read(&one).unwrap(), fs::read(two).unwrap());
+    let listed = dpkg(&["--contents"], &one);
+    let files = listed.lines().filter(|line| !line.starts_with('d'));
+    let mut found = BTreeSet::new();
+    for line in files {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let place = words[5].trim_start_matches('.');
+        let row = layout().into_iter().find(|row| row.to == place).unwrap_or_else(|| panic!("{line}"));
+        let mode = if row.mode == "0755" { "-rwxr-xr-x" } else { "-rw-r--r--" };
+        assert_eq!((words[0], words[1]), (mode, "root/root"), "{line}");
+        found.insert(place.to_owned());
+    }
+    assert_eq!(found, places("package"));
+
+    let control = dpkg(&["--field"], &one);
+    assert!(control.contains("Package: dreams\n") && control.contains("Depends: libc6"), "{control}");
+    let settings: Vec<_> = found.iter().filter(|place| place.starts_with("/etc/")).map(String::as_str).collect();
+    let info = |name: &str| dpkg(&["--info", name], &one);
+    assert_eq!(info("conffiles").lines().collect::<Vec<_>>(), settings, "what an owner changed is kept");
+    let preset = super::read("systemd/dreams.preset");
+    let enabled: Vec<_> = preset.lines().filter_map(|line| line.strip_prefix("enable ")).collect();
+    assert!(info("postinst").contains(&format!("systemctl preset {}\n", enabled.join(" "))));
+    for script in ["postinst", "prerm", "postrm"] {
+        let said = Command::new("sh").args(["-n", "-c", &info(script)]).output().unwrap();
+        assert!(said.status.success(), "{script}: {}", String::from_utf8_lossy(&said.stderr));
     }
 }
