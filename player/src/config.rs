@@ -3,6 +3,7 @@
 //! Owns [`Config`] and the reading of its file. Never acts on it. Every key explains itself in `config/player.toml`,
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
+use crate::hours::{Brightness, Day, Hours, Zone};
 use crate::settings::{Clock, ScreenChoice, StatusAddress};
 use player::config_file::{self, ConfigError, within};
 use player::log_level::LogLevel;
@@ -29,6 +30,9 @@ pub(crate) struct Config {
     pub(crate) flock: PathBuf,
     pub(crate) spare: PathBuf,
     pub(crate) screen: ScreenChoice,
+    pub(crate) hours: Option<Hours>,
+    pub(crate) brightness: Brightness,
+    pub(crate) timezone: Option<Zone>,
     pub(crate) clock: Clock,
     pub(crate) state: PathBuf,
     #[serde(deserialize_with = "seed")]
@@ -54,6 +58,9 @@ impl Default for Config {
             flock: "/var/lib/dreams/store/current".into(),
             spare: "/usr/share/dreams/flock".into(),
             screen: ScreenChoice::Auto,
+            hours: None,
+            brightness: Brightness::full(),
+            timezone: None,
             clock: Clock::Vblank,
             state: "/var/lib/dreams/state".into(),
             seed: None,
@@ -77,6 +84,11 @@ impl Config {
     /// [`ConfigError`], with line and key.
     pub(crate) fn load(path: &Path) -> Result<Self, ConfigError> {
         config_file::load(path)
+    }
+
+    /// What it says about the days of the unit.
+    pub(crate) fn day(&self) -> Day {
+        Day { hours: self.hours, brightness: self.brightness.clone(), zone: self.timezone.clone() }
     }
 }
 
@@ -135,14 +147,19 @@ pub(crate) mod tests {
         let known: Vec<_> = known.map(|key| key.trim_matches('`').to_owned()).collect();
         assert_eq!(keys_of_the_sample(), known);
         assert!(known.len() <= 20, "{} keys are too many to explain to an installer", known.len());
-        let everything = SAMPLE.replace("# seed", "seed").replace("# clips", "clips").replace("# trace", "trace");
-        assert!(parse::<Config>(Path::new("player.toml"), &everything).unwrap().seed.is_some());
+        let left_out = ["hours", "timezone", "seed", "clips", "trace"];
+        let everything = left_out.iter().fold(SAMPLE.to_owned(), |text, key| {
+            assert!(text.contains(&format!("\n# {key} = ")), "{key}");
+            text.replace(&format!("\n# {key} = "), &format!("\n{key} = "))
+        });
+        let config = parse::<Config>(Path::new("player.toml"), &everything).unwrap();
+        assert!(config.seed.is_some() && config.hours.is_some() && config.timezone.is_some());
     }
 
     #[test]
     fn an_unknown_key_is_named_with_file_and_line() {
-        let said = refusal("hash = true\nbrightness = 3\n");
-        assert!(said.starts_with("`player.toml` line 2, key `brightness`: unknown field `brightness`"), "{said}");
+        let said = refusal("hash = true\ncolour = 3\n");
+        assert!(said.starts_with("`player.toml` line 2, key `colour`: unknown field `colour`"), "{said}");
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use crate::placard::Placard;
 use crate::tally::Tally;
 use crate::turn::{Shown, Turn};
-use screen::Lit;
+use screen::{Light, Lit};
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -32,6 +32,8 @@ pub(crate) struct Glass {
     plan: Mutex<VecDeque<Arc<Turn>>>,
     /// What people are told over the picture.
     placard: Mutex<Option<Arc<Placard>>>,
+    /// How bright the picture is to be; `None` before anybody said.
+    light: Mutex<Option<Light>>,
     /// Whether the first picture is on the glass, and word of it.
     is_open: Mutex<bool>,
     opened: Condvar,
@@ -58,6 +60,16 @@ impl Glass {
     /// What people are told. It is held for the moment of a copy only.
     pub(crate) fn placard(&self) -> Option<Arc<Placard>> {
         hold(&self.placard).clone()
+    }
+
+    /// Has the picture be as bright as this.
+    pub(crate) fn set_light(&self, light: Light) {
+        *hold(&self.light) = Some(light);
+    }
+
+    /// How bright the picture is to be. It is held for the moment of a copy only.
+    pub(crate) fn light(&self) -> Light {
+        hold(&self.light).unwrap_or(Light::FULL)
     }
 
     /// Shows what a flip brought, unless someone is looking at this very moment.

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod config_file;
+pub mod day;
 pub mod ending;
 pub mod journal;
 pub mod log_level;

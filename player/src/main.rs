@@ -11,6 +11,8 @@ mod faults;
 mod generation;
 mod glass;
 mod herald;
+mod hours;
+mod lamp;
 mod library;
 mod options;
 mod pace;

@@ -4,6 +4,7 @@
 //! an option wins over the config.
 
 use crate::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
+use crate::hours::{Brightness, Hours, Zone};
 use crate::settings::{Clock, ScreenChoice, StatusAddress};
 use clap::{Parser, value_parser};
 use player::config_file::ConfigError;
@@ -37,6 +38,15 @@ pub(crate) struct Options {
     /// What to light: `auto`, `kms[:DEVICE]` or `virtual[:WxH@HZ]`
     #[arg(long, value_name = "SCREEN")]
     screen: Option<ScreenChoice>,
+    /// When the picture is lit, in local time, as `08:00-23:00`; at other times the display sleeps
+    #[arg(long, value_name = "FROM-TO")]
+    hours: Option<Hours>,
+    /// How bright it is: a percentage, or some with their times, as `07:00 100, 20:00 40`
+    #[arg(long, value_name = "PERCENT")]
+    brightness: Option<Brightness>,
+    /// The time zone of the unit, as `Europe/Zurich`
+    #[arg(long, value_name = "ZONE")]
+    timezone: Option<Zone>,
     /// What makes the virtual screen's vblanks: `vblank` (time) or `free` (it flips as fast as frames come)
     #[arg(long, value_name = "CLOCK")]
     clock: Option<Clock>,
@@ -86,6 +96,9 @@ impl Options {
             flock: self.flock.unwrap_or(config.flock),
             spare: self.spare.unwrap_or(config.spare),
             screen: self.screen.unwrap_or(config.screen),
+            hours: self.hours.or(config.hours),
+            brightness: self.brightness.unwrap_or(config.brightness),
+            timezone: self.timezone.or(config.timezone),
             clock: self.clock.unwrap_or(config.clock),
             state: self.state.unwrap_or(config.state),
             seed: self.seed.or(config.seed),

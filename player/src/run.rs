@@ -20,9 +20,9 @@ use crate::scribe::{Note, Scribe};
 use crate::settings::{Clock, ScreenChoice};
 use crate::show::{Ears, Ended, Piece, Show};
 use crate::usher::Usher;
-use crate::{status, take};
+use crate::{lamp, status, take};
 use flock::{Itinerary, ManifestError, Place};
-use player::now::now;
+use player::now::{clock_s, now};
 use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
@@ -78,6 +78,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let (frames, studio) = open_studio(config, piece, generation, itinerary, &faults, &glass)?;
     let screen = take::screen(&config.screen, piece)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
+    lamp::start(config.day(), Arc::clone(&glass), clock_s)?;
     Usher::new(&config.card, piece.size).start(Arc::clone(&glass), now)?;
     status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
 

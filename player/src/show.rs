@@ -18,7 +18,7 @@ use crate::saver::Saver;
 use crate::scribe::{Note, Scribe};
 use crate::tally::Tally;
 use crate::turn::{Shown, Still, Turn};
-use screen::{Lit, Screen};
+use screen::{Light, Lit, Screen};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -110,6 +110,8 @@ pub(crate) struct Show<'a, F> {
     /// The opening: it stays lit until the stream has more, and that is nobody's lateness.
     opening: Option<Shown>,
     fed: Option<Nanos>,
+    /// What the screen was told.
+    light: Light,
     tally: Tally,
     /// The picture with what people are told.
     overlaid: Overlaid,
@@ -135,6 +137,7 @@ impl<'a, F: Supply> Show<'a, F> {
             finished: false,
             opening: None,
             fed: None,
+            light: Light::FULL,
             tally: Tally::default(),
             overlaid: Overlaid::default(),
         };
@@ -167,6 +170,7 @@ impl<'a, F: Supply> Show<'a, F> {
         if self.ears.stop.load(Ordering::Relaxed) {
             return Some(Event::Stop);
         }
+        self.dim();
         match self.playback {
             Playback::Dark => self.look(PATIENCE).or_else(|| self.listen(Duration::ZERO)),
             Playback::Lit(Next::Missing) | Playback::Holding if self.piece.free => self.look(PATIENCE),
@@ -243,6 +247,13 @@ impl<'a, F: Supply> Show<'a, F> {
                 self.settle();
                 Some(Event::Lost)
             }
+            // The night is nobody's fault; for all else it is as if the screen were gone.
+            screen::Event::Asleep => {
+                self.ears.glass.lit(None);
+                self.asked = None;
+                self.settle();
+                Some(Event::Lost)
+            }
             screen::Event::Back => {
                 self.back();
                 Some(Event::Back)
@@ -260,6 +271,15 @@ impl<'a, F: Supply> Show<'a, F> {
                 }
                 None
             }
+        }
+    }
+
+    /// Tells the screen how bright it is to be, if that is news.
+    fn dim(&mut self) {
+        let light = self.ears.glass.light();
+        if light != self.light {
+            self.light = light;
+            self.screen.set_light(light);
         }
     }
 

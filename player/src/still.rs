@@ -75,7 +75,7 @@ fn keep(mut screen: Box<dyn Screen>, card: &Card, often: Duration, stop: &Atomic
             }
             Event::Recovered { .. } => light(&mut *screen, card),
             Event::Lost { .. } => is_away = true,
-            Event::Vblank { .. } => {}
+            Event::Vblank { .. } | Event::Asleep => {}
             Event::Idle => quiet += QUIET,
         }
         if quiet >= often {
@@ -102,7 +102,7 @@ fn light(screen: &mut dyn Screen, card: &Card) {
 #[cfg(test)]
 mod tests {
     use super::{Card, NotifyState, keep};
-    use screen::{Event, Lit, Picture, Screen, ScreenError};
+    use screen::{Event, Light, Lit, Picture, Screen, ScreenError};
     use std::cell::RefCell;
     use std::collections::VecDeque;
     use std::rc::Rc;
@@ -134,6 +134,8 @@ mod tests {
         }
 
         fn notify_at(&mut self, _: Vblank) {}
+
+        fn set_light(&mut self, _: Light) {}
 
         fn next_event(&mut self, _: Duration) -> Event {
             self.told += 1;

@@ -10,17 +10,17 @@ use std::collections::HashMap;
 use std::fs;
 
 /// Clips so short that most come round again within the vblanks looked at.
-const SHORT: Plan = Plan { name: "short", size: (640, 480), fps: (30, 1), sheep: 3, frames: 2 };
+pub(crate) const SHORT: Plan = Plan { name: "short", size: (640, 480), fps: (30, 1), sheep: 3, frames: 2 };
 
 /// Vblanks looked at: composing each costs a guest a tenth of a second.
 const LOOKS: usize = 150;
 
-/// Plays while another process reads the checksums of what is scanned out. Returns the checksum of every vblank.
-fn scanned_out(playing: &Playing) -> HashMap<u32, String> {
+/// Plays while another process reads the checksums of what is scanned out at so many vblanks. Returns these.
+pub(crate) fn scanned_out(playing: &Playing, looks: usize) -> HashMap<u32, String> {
     let list = playing.path("scanned-out");
     let crc = "/sys/kernel/debug/dri/vkms/crtc-0/crc";
     let player = shell_words(&playing.command());
-    let read = format!("head -n {LOOKS} {crc}/data > {}", list.display());
+    let read = format!("head -n {looks} {crc}/data > {}", list.display());
     let text = format!("{player} & sleep 1; echo auto > {crc}/control; {read}; wait");
     succeed_in_virtual_time(120, &script(&text));
     let text = fs::read_to_string(list).unwrap();
@@ -36,7 +36,7 @@ fn scanned_out(playing: &Playing) -> HashMap<u32, String> {
 fn every_frame_of_the_trace_is_on_the_glass_for_all_its_vblanks() {
     let flock = SHORT.flock();
     let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--hash", "--clips", "40"]);
-    let glass = scanned_out(&playing);
+    let glass = scanned_out(&playing, LOOKS);
     let trace = playing.trace();
     let mut looks: HashMap<&str, &str> = HashMap::new();
     let mut frames: HashMap<&str, &str> = HashMap::new();

@@ -21,6 +21,7 @@ mod importing;
 mod joins;
 mod last_resort;
 mod manual;
+mod night;
 mod playing;
 mod press;
 mod programs;

@@ -52,7 +52,7 @@ fn the_trace_tells_what_is_lit_and_closes_with_its_counts() {
 fn every_refusal_has_its_exit_code_and_names_what_it_refuses() {
     let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
     let config = scratch.path().join("player.toml");
-    fs::write(&config, "hash = true\nbrightness = 3\n").unwrap();
+    fs::write(&config, "hash = true\ncolour = 3\n").unwrap();
     let config = config.to_str().unwrap();
     let small = SMALL.flock().folder;
     let small = small.to_str().unwrap();
@@ -60,7 +60,7 @@ fn every_refusal_has_its_exit_code_and_names_what_it_refuses() {
     let malformed = malformed.to_str().unwrap();
     let cases: [(&[&str], i32, &[&str]); 7] = [
         (&["--no-such-option"], 2, &["--no-such-option"]),
-        (&["--config", config], 2, &["player.toml", "line 2", "`brightness`"]),
+        (&["--config", config], 2, &["player.toml", "line 2", "`colour`"]),
         (&["--config", "no/such.toml"], 3, &["no/such.toml"]),
         (&["--flock", malformed, "--screen", "virtual"], 2, &["unknown-key/flock.toml", "line 8", "`colour`"]),
         (&["--flock", "no/such/flock", "--screen", "virtual"], 3, &["no/such/flock"]),

@@ -98,7 +98,7 @@ impl Show {
                     self.screen.commit();
                 }
                 Event::Vblank { .. } => self.screen.commit(),
-                Event::Idle => {}
+                Event::Asleep | Event::Idle => {}
             }
         }
         self.report()

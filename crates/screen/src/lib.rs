@@ -16,5 +16,5 @@ mod virtual_screen;
 
 pub use kms::{KmsScreen, KmsSettings};
 pub use picture::Picture;
-pub use screen::{Event, Lit, Screen, ScreenError};
+pub use screen::{Event, Light, Lit, Screen, ScreenError};
 pub use virtual_screen::{Pace, VirtualScreen};

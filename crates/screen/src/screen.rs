@@ -22,6 +22,23 @@ pub struct Lit {
     pub refresh: Rate,
 }
 
+/// How bright a screen is to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// Not at all: the display sleeps, and draws the power of a display that sleeps.
+    Off,
+    /// As bright as so many thousandths of every sample make it, 1000 at most. A screen that cannot be dimmed has all.
+    On {
+        /// Of each sample, after everything else.
+        thousandths: u16,
+    },
+}
+
+impl Light {
+    /// As the picture is.
+    pub const FULL: Self = Self::On { thousandths: 1000 };
+}
+
 /// What a screen tells its player.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
@@ -46,6 +63,9 @@ pub enum Event {
         /// One sentence for the log: what was seen.
         reason: String,
     },
+    /// The display sleeps, as [`Light::Off`] has asked. Pending flips will not come; after a [`Light::On`] comes
+    /// [`Event::Back`], or [`Event::Lost`] if there is nothing to light by then.
+    Asleep,
     /// There is a mode again; [`Screen::lit`] tells it. Nothing is lit until the next [`Screen::commit`]: re-stage.
     Back,
     /// A flip or vblank event was lost or a commit failed for a while; the screen repaired itself and the picture
@@ -101,6 +121,10 @@ pub trait Screen {
     /// it lights the same picture again. At most one commit is in flight: a second before its flip is ignored, and
     /// what is staged stays staged. Without effect while nothing is lit.
     fn commit(&mut self);
+
+    /// Makes it as bright as `light` from the next flip on, or lets it sleep from the next [`Screen::next_event`] on. It is
+    /// [`Light::FULL`] until this is called, and stays as it was told across whatever happens.
+    fn set_light(&mut self, light: Light);
 
     /// Asks for an [`Event::Vblank`] at `vblank`, or at once if that is past; a later call replaces it. Without effect
     /// while nothing is lit, and before the first flip.

@@ -5,7 +5,7 @@
 
 use crate::beat::Beat;
 use crate::picture::OwnedPicture;
-use crate::{Event, Lit, Picture, Screen, ScreenError};
+use crate::{Event, Light, Lit, Picture, Screen, ScreenError};
 use rustix::event::{Timespec, poll};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
@@ -35,6 +35,9 @@ pub struct VirtualScreen {
     /// The committed picture, and the vblank at which it flips.
     committed: Option<(OwnedPicture, u64)>,
     asked: Option<u64>,
+    is_asleep: bool,
+    /// That it sleeps, or is back, is still to be told.
+    turned: bool,
     /// A picture that left the glass: its memory serves the next one.
     spare: Option<OwnedPicture>,
 }
@@ -59,6 +62,8 @@ impl VirtualScreen {
             staged: None,
             committed: None,
             asked: None,
+            is_asleep: false,
+            turned: false,
             spare: None,
         }
     }
@@ -96,7 +101,7 @@ impl VirtualScreen {
 
 impl Screen for VirtualScreen {
     fn lit(&self) -> Option<Lit> {
-        Some(Lit {
+        (!self.is_asleep).then(|| Lit {
             screen: "virtual".to_owned(),
             mode: format!("{}x{}@{}", self.size.0, self.size.1, self.refresh),
             size: self.size,
@@ -107,6 +112,9 @@ impl Screen for VirtualScreen {
 
     fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError> {
         picture.check(self.size)?;
+        if self.is_asleep {
+            return Ok(());
+        }
         let mut held = self.staged.take().or_else(|| self.spare.take()).unwrap_or_default();
         held.copy_from(picture);
         self.staged = Some(held);
@@ -115,19 +123,36 @@ impl Screen for VirtualScreen {
 
     fn commit(&mut self) {
         if self.committed.is_none()
+            && !self.is_asleep
             && let Some(picture) = self.staged.take().or_else(|| self.shown.clone())
         {
             self.committed = Some((picture, self.current() + 1));
         }
     }
 
+    /// It sleeps and wakes as a display does; how bright a picture in memory is, nobody sees.
+    fn set_light(&mut self, light: Light) {
+        let sleeps = light == Light::Off;
+        self.turned |= sleeps != self.is_asleep;
+        self.is_asleep = sleeps;
+        if sleeps {
+            (self.staged, self.committed, self.asked) = (None, None, None);
+        }
+    }
+
     fn notify_at(&mut self, vblank: Vblank) {
         let current = self.current();
         let ahead = vblank.since(Vblank(current as u32));
+        if self.is_asleep {
+            return;
+        }
         self.asked = Some(current.saturating_add_signed(i64::from(ahead)));
     }
 
     fn next_event(&mut self, timeout: Duration) -> Event {
+        if std::mem::take(&mut self.turned) {
+            return if self.is_asleep { Event::Asleep } else { Event::Back };
+        }
         let Some(due) = self.due() else {
             pause(timeout);
             return Event::Idle;
@@ -231,6 +256,27 @@ mod tests {
         screen.commit();
         screen.next_event(Duration::ZERO);
         assert_eq!(shown_luma(&screen), Some(2));
+    }
+
+    #[test]
+    fn a_screen_that_sleeps_shows_nothing_new_until_it_is_woken() {
+        for pace in [Pace::Free, Pace::Timer] {
+            let mut screen = VirtualScreen::new((4, 2), hz(60), pace, ticking);
+            screen.stage(&grey(&[1; 8])).unwrap();
+            screen.commit();
+            screen.set_light(Light::Off);
+            assert_eq!((screen.next_event(Duration::ZERO), screen.lit()), (Event::Asleep, None));
+            screen.stage(&grey(&[2; 8])).unwrap();
+            screen.commit();
+            screen.notify_at(Vblank(7));
+            assert_eq!(screen.next_event(Duration::ZERO), Event::Idle);
+            screen.set_light(Light::FULL);
+            assert_eq!(screen.next_event(Duration::ZERO), Event::Back);
+            screen.stage(&grey(&[3; 8])).unwrap();
+            screen.commit();
+            while !matches!(screen.next_event(Duration::ZERO), Event::Flip { .. }) {}
+            assert_eq!(shown_luma(&screen), Some(3));
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::scribe::{Note, Scribe};
 use crate::tally::Tally;
 use crate::turn::tests::{frames, turns};
 use crate::turn::{Shown, Turn};
-use screen::{Event, Lit, Picture, Screen, ScreenError};
+use screen::{Event, Light, Lit, Picture, Screen, ScreenError};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -44,7 +44,7 @@ struct FakeScreen {
 impl FakeScreen {
     fn happen(&mut self, incident: Event) -> Event {
         (self.flip, self.asked) = (None, None);
-        self.is_lit = !matches!(incident, Event::Lost { .. });
+        self.is_lit = !matches!(incident, Event::Lost { .. } | Event::Asleep);
         incident
     }
 }
@@ -68,6 +68,10 @@ impl Screen for FakeScreen {
     fn commit(&mut self) {
         assert!(self.flip.is_none(), "one commit in flight");
         self.flip = self.is_lit.then_some(self.now.get() + 1);
+    }
+
+    fn set_light(&mut self, _: Light) {
+        panic!("nobody has said how bright it is to be");
     }
 
     fn notify_at(&mut self, vblank: Vblank) {
@@ -324,6 +328,18 @@ fn an_unplugged_screen_gets_its_last_frame_back_and_nothing_is_skipped() {
     let seen = Evening::of(30, &turns(2, 3)).with(6, lost()).with(500, Event::Back).watch();
     assert_eq!(seen.glow, [(1, 1), (3, 2), (5, 3), (501, 3), (503, 4), (505, 5), (507, 6)]);
     assert_eq!(seen.ended.tally, Tally { flips: 7, late: 0, repeated: 1, skipped: 0, joins: 1 });
+}
+
+#[test]
+fn a_night_is_nobodys_fault_and_costs_no_frame() {
+    for dusk in 1..9 {
+        let seen = Evening::of(30, &turns(2, 3)).with(dusk, Event::Asleep).with(5_000, Event::Back).watch();
+        let mut lights = seen.lights();
+        lights.dedup();
+        assert_eq!(lights, [1, 2, 3, 4, 5, 6], "dusk at vblank {dusk}");
+        assert_eq!((seen.ended.tally.late, seen.ended.tally.skipped), (0, 0));
+        assert!(!seen.notes.iter().any(|note| matches!(note, Note::Fault(_))), "dusk at vblank {dusk}");
+    }
 }
 
 #[test]

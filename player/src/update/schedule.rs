@@ -6,6 +6,7 @@
 //!
 //! Start at [`Schedule::is_due`].
 
+use player::day::{self, DAY_MIN, is_clock_wrong};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io;
@@ -14,17 +15,10 @@ use std::str::FromStr;
 
 /// The first wait after a failure, in seconds; it doubles with each further one.
 const AGAIN_S: u64 = 60;
-/// A clock that shows less cannot be right: 2026-01-01, in seconds since 1970.
-const FOUNDED_S: u64 = 1_767_225_600;
-const DAY_MIN: u64 = 24 * 60;
-
-/// Hours of the day, in UTC: from the first minute to before the last, over midnight if that is less.
+/// Hours of the day, in UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
-pub(crate) struct Window {
-    from_min: u64,
-    to_min: u64,
-}
+pub(crate) struct Window(day::Window);
 
 /// A text that is no window.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -78,19 +72,9 @@ impl Schedule {
     }
 }
 
-/// Whether a clock that shows `clock_s` seconds since 1970 cannot be right.
-pub(crate) fn is_clock_wrong(clock_s: u64) -> bool {
-    clock_s < FOUNDED_S
-}
-
 impl Window {
     fn includes(self, clock_s: u64) -> bool {
-        let now = clock_s / 60 % DAY_MIN;
-        if self.from_min <= self.to_min {
-            (self.from_min..self.to_min).contains(&now)
-        } else {
-            now >= self.from_min || now < self.to_min
-        }
+        self.0.includes(clock_s / 60 % DAY_MIN)
     }
 }
 
@@ -98,18 +82,7 @@ impl FromStr for Window {
     type Err = NoWindow;
 
     fn from_str(text: &str) -> Result<Self, NoWindow> {
-        let minutes = |time: &str| {
-            let (hours, minutes) = time.split_once(':')?;
-            let digits =
-                hours.len() == 2 && minutes.len() == 2 && time.bytes().all(|b| b.is_ascii_digit() || b == b':');
-            let (hours, minutes) = (hours.parse::<u64>().ok()?, minutes.parse::<u64>().ok()?);
-            (digits && hours < 24 && minutes < 60).then_some(hours * 60 + minutes)
-        };
-        let times = text.split_once('-').and_then(|(from, to)| Some((minutes(from)?, minutes(to)?)));
-        match times {
-            Some((from_min, to_min)) if from_min != to_min => Ok(Self { from_min, to_min }),
-            Some(_) | None => Err(NoWindow(text.to_owned())),
-        }
+        day::Window::parse(text).map(Self).ok_or_else(|| NoWindow(text.to_owned()))
     }
 }
 
@@ -123,7 +96,8 @@ impl TryFrom<String> for Window {
 
 #[cfg(test)]
 mod tests {
-    use super::{FOUNDED_S, Schedule, Window};
+    use super::{Schedule, Window};
+    use player::day::FOUNDED_S;
 
     const HOUR: u64 = 3_600;
 

@@ -3,9 +3,10 @@
 //! Owns the attempts: open the card, survey it, take the best way that the kernel accepts in a test commit, make its
 //! buffers, and light the first picture. Never removes what is on the glass before that first picture is ready.
 
-use super::card::{BufferSpec, How, Id, Kms, Source, Survey};
+use super::card::{BufferSpec, How, Id, Kms, Survey};
 use super::choose::{Candidate, Framebuffers, candidates};
 use super::ladder::{self, Rung, Trouble};
+use super::light::{self, Ramp};
 use super::plan::Plan;
 use super::recovery::destroy;
 use super::ring::Ring;
@@ -124,6 +125,7 @@ impl<K: Kms> KmsScreen<K> {
             Ok(plan) => {
                 let (ring, flight) = (Ring::new(painted), Flight::Landed);
                 tracing::info!(connector = plan.connector, ?way, ?size, "chose a way to light the picture");
+                let ramp = Ramp::new(&mut self.kms, &plan, self.light);
                 Ok(Output {
                     plan,
                     mode,
@@ -134,11 +136,12 @@ impl<K: Kms> KmsScreen<K> {
                     beat: None,
                     gave_up_at: None,
                     failed_in_a_row: 0,
+                    ramp,
                 })
             }
             Err(error) => {
                 destroy(&mut self.kms, painted);
-                self.kms.destroy_mode(mode);
+                self.kms.destroy_blob(mode);
                 Err(error)
             }
         }
@@ -175,7 +178,7 @@ impl<K: Kms> KmsScreen<K> {
         let Phase::Up(output) = &mut self.phase else { return };
         let Some(source) = output.ring.pending().map(|painted| painted.buffer.source) else { return };
         let first = !output.lit;
-        let outcome = lit(&mut self.kms, &output.plan, source, first).and_then(|()| {
+        let outcome = light::lit(&mut self.kms, output, source, first).and_then(|()| {
             // From here on the framebuffer is bound, whatever else may be wrong.
             output.lit = true;
             if output.plan.colours_stand(&self.kms.survey()?) {
@@ -230,18 +233,4 @@ impl<K: Kms> KmsScreen<K> {
 
 fn is_unsupported(error: &io::Error) -> bool {
     error.raw_os_error() == Some(Errno::OPNOTSUPP.raw_os_error())
-}
-
-/// Commits `source` with all its surroundings. The `first` time it is tested before, and tried without setting the mode
-/// where that is set already: then nothing flashes.
-fn lit(kms: &mut impl Kms, plan: &Plan, source: Source, first: bool) -> io::Result<()> {
-    let request = plan.light(source);
-    if first {
-        kms.commit(How::Test, &request)?;
-    }
-    let settled = if first && plan.same_mode { kms.commit(How::Settle, &request) } else { Err(Errno::INVAL.into()) };
-    match settled {
-        Err(error) if Trouble::of(&error) == Trouble::Refused => kms.commit(How::Modeset, &request),
-        settled => settled,
-    }
 }

@@ -262,8 +262,14 @@ pub trait Kms {
     /// What the kernel says.
     fn create_mode(&mut self, mode: &Mode) -> io::Result<Id>;
 
-    /// Frees a blob.
-    fn destroy_mode(&mut self, blob: Id);
+    /// Makes a blob of `ramp`, what becomes of each sample: red, green, blue and nothing, from dark to bright.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    fn create_ramp(&mut self, ramp: &[[u16; 4]]) -> io::Result<Id>;
+
+    /// Frees a blob. What was set by it stays set.
+    fn destroy_blob(&mut self, blob: Id);
 
     /// Sets all of `request`, or nothing.
     ///

@@ -102,7 +102,13 @@ impl Kms for Device {
         Ok(Id(u64::from(blob) as u32))
     }
 
-    fn destroy_mode(&mut self, blob: Id) {
+    fn create_ramp(&mut self, ramp: &[[u16; 4]]) -> io::Result<Id> {
+        let card = self.card()?;
+        let blob = uninterrupted(|| card.create_property_blob(ramp))?;
+        Ok(Id(u64::from(blob) as u32))
+    }
+
+    fn destroy_blob(&mut self, blob: Id) {
         if let Some(card) = &self.card {
             let _ = card.destroy_property_blob(blob.0.into());
         }

@@ -13,15 +13,15 @@ use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
 /// Plays 30 frames per second: a flip, a vblank waited for, a commit, a flip.
-struct Player {
-    screen: KmsScreen<Scripted>,
-    flips: Vec<Nanos>,
-    events: Vec<Event>,
+pub(super) struct Player {
+    pub(super) screen: KmsScreen<Scripted>,
+    pub(super) flips: Vec<Nanos>,
+    pub(super) events: Vec<Event>,
     frame: u8,
 }
 
 impl Player {
-    fn on(card: Scripted) -> Self {
+    pub(super) fn on(card: Scripted) -> Self {
         let settings =
             KmsSettings { device: Some("scripted".into()), size: (64, 48), fps: Rate::new(30, 1).unwrap(), now };
         let screen = KmsScreen::on(card, settings).unwrap();
@@ -38,7 +38,7 @@ impl Player {
         self.screen.stage(&picture).unwrap();
     }
 
-    fn play(&mut self, until: Nanos) {
+    pub(super) fn play(&mut self, until: Nanos) {
         while now() < until {
             let event = self.screen.next_event(Duration::from_nanos(until.since(now())));
             match &event {
@@ -52,13 +52,13 @@ impl Player {
                     self.stage();
                     self.screen.commit();
                 }
-                Event::Lost { .. } | Event::Idle => {}
+                Event::Lost { .. } | Event::Asleep | Event::Idle => {}
             }
             self.events.push(event);
         }
     }
 
-    fn longest_pause_ms(&self) -> u64 {
+    pub(super) fn longest_pause_ms(&self) -> u64 {
         self.flips.windows(2).map(|pair| pair[1].since(pair[0]) / MS).max().unwrap_or(u64::MAX)
     }
 
@@ -71,16 +71,21 @@ impl Player {
         }
     }
 
-    fn lost(&self) -> Vec<&str> {
+    pub(super) fn lost(&self) -> Vec<&str> {
         let reasons = self.events.iter().filter_map(|event| match event {
             Event::Lost { reason } => Some(reason.as_str()),
-            Event::Flip { .. } | Event::Vblank { .. } | Event::Back | Event::Recovered { .. } | Event::Idle => None,
+            Event::Flip { .. }
+            | Event::Vblank { .. }
+            | Event::Back
+            | Event::Recovered { .. }
+            | Event::Asleep
+            | Event::Idle => None,
         });
         reasons.collect()
     }
 }
 
-fn at(ms: u64) -> Nanos {
+pub(super) fn at(ms: u64) -> Nanos {
     Nanos(ms * MS)
 }
 
@@ -101,7 +106,7 @@ fn survives(fault: Fault, quirk: Option<Quirk>) {
 }
 
 /// Cards that take the buffers in one framebuffer, and in one each.
-const CARDS: [Option<Quirk>; 2] = [None, Some(Quirk::NoWindow)];
+pub(super) const CARDS: [Option<Quirk>; 2] = [None, Some(Quirk::NoWindow)];
 
 const KINDS: [(Kind, [u32; 3]); 4] =
     [(Kind::Test, [0, 1, 2]), (Kind::Light, [0, 1, 2]), (Kind::Flip, [0, 1, 40]), (Kind::Darken, [0, 1, 1])];

@@ -6,7 +6,7 @@
 //! [`Event`].
 //!
 //! Start at [`KmsScreen`]. From dark to ready: `bring_up.rs`, by the taste of `choose.rs`. When something fails:
-//! `recovery.rs`, by the rules of `ladder.rs`. The kernel is behind `card.rs`; `device.rs` is the real one.
+//! `recovery.rs`, by the rules of `ladder.rs`. How bright, and the night: `light.rs`. The kernel is behind `card.rs`; `device.rs` is the real one.
 
 mod bring_up;
 mod card;
@@ -16,7 +16,10 @@ mod device;
 mod fault_matrix;
 mod in_formats;
 mod ladder;
+mod light;
 mod memory;
+#[cfg(test)]
+mod night;
 mod plan;
 mod properties;
 mod recovery;
@@ -32,9 +35,10 @@ pub(crate) use device::Device;
 
 use crate::beat::Beat;
 use crate::paint::{blacken, paint};
-use crate::{Event, Lit, Picture, Screen, ScreenError};
-use card::{Buffer, Happening, How, Id};
+use crate::{Event, Light, Lit, Picture, Screen, ScreenError};
+use card::{Buffer, Happening, Id};
 use choose::{Candidate, mode_size};
+use light::Ramp;
 use plan::Plan;
 use ring::Ring;
 use std::collections::VecDeque;
@@ -66,9 +70,13 @@ pub struct KmsScreen<K: Kms = Device> {
     /// Attempts to light something since the last flip.
     tries: u32,
     notices: VecDeque<Event>,
+    /// As bright as it is to be.
+    light: Light,
 }
 
 enum Phase {
+    /// Nothing is to be lit.
+    Asleep,
     /// Nothing can be lit; the next attempt is at `retry`.
     Dark { retry: Nanos },
     /// Buffers stand.
@@ -90,6 +98,7 @@ struct Output {
     gave_up_at: Option<Vblank>,
     /// Flips that went wrong since the last that brought another picture.
     failed_in_a_row: u32,
+    ramp: Ramp,
 }
 
 /// A buffer, and the size of the picture in it: around it, it is black.
@@ -151,7 +160,8 @@ impl<K: Kms> KmsScreen<K> {
     fn on(mut kms: K, settings: KmsSettings) -> Result<Self, ScreenError> {
         kms.open().map_err(|source| ScreenError::Open { device: kms.name(), source })?;
         let phase = Phase::Dark { retry: (settings.now)() };
-        let mut screen = Self { kms, settings, phase, refused: Vec::new(), tries: 0, notices: VecDeque::new() };
+        let mut screen =
+            Self { kms, settings, phase, refused: Vec::new(), tries: 0, notices: VecDeque::new(), light: Light::FULL };
         screen.attempt();
         // Lit from the start is no news.
         screen.notices.retain(|notice| *notice != Event::Back);
@@ -165,13 +175,15 @@ impl<K: Kms> KmsScreen<K> {
     fn period(&self) -> Duration {
         match &self.phase {
             Phase::Up(output) => Duration::from_nanos(output.plan.refresh.span_ns(1)),
-            Phase::Dark { .. } => Duration::ZERO,
+            Phase::Asleep | Phase::Dark { .. } => Duration::ZERO,
         }
     }
 
     /// The earliest time at which something must be done without being told.
     fn wake(&self) -> Option<Nanos> {
         let output = match &self.phase {
+            // Long ago: whoever looks at the clock after this must not find it still to come.
+            Phase::Asleep => return (self.light != Light::Off).then_some(Nanos(0)),
             Phase::Dark { retry } => return Some(*retry),
             Phase::Up(output) => output,
         };
@@ -191,6 +203,7 @@ impl<K: Kms> KmsScreen<K> {
             return;
         }
         let flight = match &self.phase {
+            Phase::Asleep => return self.rise(),
             Phase::Dark { .. } => return self.attempt(),
             Phase::Up(output) => output.flight,
         };
@@ -214,7 +227,7 @@ impl<K: Kms> KmsScreen<K> {
         let Some(source) = output.ring.pending().map(|painted| painted.buffer.source) else { return };
         let deadline = deadline.unwrap_or(now.after(ladder::patience(period).as_nanos() as u64));
         let from = output.vblank(&mut self.kms, now).ok().map(|(vblank, _)| vblank);
-        match self.kms.commit(How::Flip, &output.plan.flip(source)) {
+        match light::flip(&mut self.kms, output, source) {
             Ok(()) => {
                 let deadline = now.after(ladder::patience(period).as_nanos() as u64);
                 output.flight = Flight::Flying { from, deadline };
@@ -311,6 +324,11 @@ impl<K: Kms> Screen for KmsScreen<K> {
         }
     }
 
+    fn set_light(&mut self, light: Light) {
+        self.light = light;
+        self.dim();
+    }
+
     fn notify_at(&mut self, vblank: Vblank) {
         let (now, period) = (self.now(), self.period());
         let Phase::Up(output) = &mut self.phase else { return };
@@ -335,6 +353,10 @@ impl<K: Kms> Screen for KmsScreen<K> {
         loop {
             if let Some(notice) = self.notices.pop_front() {
                 return notice;
+            }
+            if self.light == Light::Off && !matches!(self.phase, Phase::Asleep) {
+                self.sleep();
+                continue;
             }
             self.act();
             if !self.notices.is_empty() {

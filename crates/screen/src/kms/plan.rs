@@ -18,11 +18,35 @@ pub(crate) struct Plan {
     pub(crate) refresh: Rate,
     /// The CRTC drives this mode to this connector already: no mode need be set, and nothing flashes.
     pub(crate) same_mode: bool,
+    /// How it can be dimmed; `None` if it cannot.
+    pub(crate) dimmer: Option<Dimmer>,
     light: Request,
     darken: Request,
     /// The properties that say what the plane shows: the framebuffer, and its first row.
     fb: Id,
     top: Id,
+}
+
+/// The property of a CRTC that says what becomes of each sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Dimmer {
+    crtc: Id,
+    property: Id,
+    /// How many entries its ramp has, at least 2.
+    pub(crate) entries: u16,
+}
+
+impl Dimmer {
+    fn of(crtc: &Crtc) -> Option<Self> {
+        let property = crtc.properties.get("GAMMA_LUT").filter(|property| property.mutable)?.id;
+        let entries = u16::try_from(crtc.properties.value("GAMMA_LUT_SIZE")).ok().filter(|entries| *entries >= 2)?;
+        Some(Self { crtc: crtc.id, property, entries })
+    }
+
+    /// Has the CRTC go by the ramp in `blob`, or by none.
+    pub(crate) fn set(self, request: &mut Request, blob: Option<Id>) {
+        request.0.push((self.crtc, self.property, blob.map_or(0, |blob| blob.0.into())));
+    }
 }
 
 impl Plan {
@@ -58,6 +82,7 @@ impl Plan {
             connector: connector.name.clone(),
             crtc: crtc.index,
             refresh: refresh(&way.mode)?,
+            dimmer: Dimmer::of(crtc),
             same_mode: driven && crtc.mode == Some(way.mode),
             light,
             darken,

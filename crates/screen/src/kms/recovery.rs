@@ -132,10 +132,14 @@ impl<K: Kms> KmsScreen<K> {
     fn go_dark(&mut self, reason: String, tidy: bool) {
         let pause = if self.tries == 0 { Duration::ZERO } else { ladder::pause(self.tries) };
         let retry = self.now().after(pause.as_nanos() as u64);
+        if matches!(self.phase, Phase::Asleep) {
+            // It sleeps on, and whoever wakes it opens the card.
+            return self.kms.close();
+        }
         let phase = std::mem::replace(&mut self.phase, Phase::Dark { retry });
         let tidied = match phase {
             Phase::Up(output) => tidy && self.tidy(*output),
-            Phase::Dark { .. } => tidy,
+            Phase::Asleep | Phase::Dark { .. } => tidy,
         };
         if !tidied {
             self.kms.close();
@@ -145,7 +149,7 @@ impl<K: Kms> KmsScreen<K> {
     }
 
     /// Frees an output; false if the CRTC could not be switched off.
-    fn tidy(&mut self, output: Output) -> bool {
+    pub(super) fn tidy(&mut self, output: Output) -> bool {
         if output.lit
             && let Err(error) = self.kms.commit(How::Modeset, output.plan.darken())
         {
@@ -153,7 +157,8 @@ impl<K: Kms> KmsScreen<K> {
             return false;
         }
         destroy(&mut self.kms, output.ring.into_buffers());
-        self.kms.destroy_mode(output.mode);
+        self.kms.destroy_blob(output.mode);
+        output.ramp.free(&mut self.kms);
         self.drop_stale_flips();
         true
     }

@@ -74,6 +74,8 @@ pub(crate) enum Quirk {
     NoTallFramebuffers,
     /// It shows a framebuffer from its first row on, or not at all.
     NoWindow,
+    /// It takes no ramp with a flip.
+    StiffRamp,
     /// It moves the window within a framebuffer only where a mode may be set.
     StiffWindow,
 }
@@ -110,6 +112,8 @@ pub(crate) struct Scripted {
     values: BTreeMap<(Id, &'static str), u64>,
     pub(crate) fbs: BTreeMap<Id, Vec<u8>>,
     pub(crate) blobs: BTreeSet<Id>,
+    /// The red of every ramp that ever was, by its blob.
+    ramps: BTreeMap<u64, Vec<u16>>,
     next_id: u32,
     /// What is scanned out.
     pub(crate) glass: Option<Source>,
@@ -139,6 +143,7 @@ impl Scripted {
             values: BTreeMap::new(),
             fbs: BTreeMap::new(),
             blobs: BTreeSet::new(),
+            ramps: BTreeMap::new(),
             next_id: 1000,
             glass: None,
             pending: None,
@@ -151,6 +156,7 @@ impl Scripted {
         for (name, value) in [("FB_ID", FOREIGN_FB), ("CRTC_ID", u64::from(CRTC.0))] {
             card.values.insert((OVERLAY, name), value);
         }
+        card.values.insert((CRTC, "GAMMA_LUT_SIZE"), 256);
         card.values.insert((PRIMARY, "rotation"), 4);
         card.values.insert((PRIMARY, "COLOR_RANGE"), 1);
         card
@@ -163,6 +169,17 @@ impl Scripted {
 
     pub(crate) fn value(&self, plane: Id, name: &'static str) -> u64 {
         self.values.get(&(plane, name)).copied().unwrap_or(0)
+    }
+
+    /// What the CRTC makes of the brightest sample.
+    pub(crate) fn brightest(&self) -> u16 {
+        let ramp = self.ramps.get(&self.value(CRTC, "GAMMA_LUT"));
+        ramp.and_then(|ramp| ramp.last().copied()).unwrap_or(u16::MAX)
+    }
+
+    /// Whether the CRTC drives the display.
+    pub(crate) fn is_on(&self) -> bool {
+        self.value(CRTC, "ACTIVE") == 1
     }
 
     /// The ids of the two planes: the primary, and the overlay left behind.
@@ -338,7 +355,15 @@ impl Kms for Scripted {
         Ok(blob)
     }
 
-    fn destroy_mode(&mut self, blob: Id) {
+    fn create_ramp(&mut self, ramp: &[[u16; 4]]) -> io::Result<Id> {
+        self.usable(false)?;
+        let blob = self.id();
+        self.blobs.insert(blob);
+        self.ramps.insert(u64::from(blob.0), ramp.iter().map(|entry| entry[0]).collect());
+        Ok(blob)
+    }
+
+    fn destroy_blob(&mut self, blob: Id) {
         assert!(self.blobs.remove(&blob), "a blob was removed twice");
     }
 
@@ -372,7 +397,12 @@ impl Kms for Scripted {
         match kind {
             Kind::Test => return Ok(()),
             Kind::Flip => {
-                assert_eq!(request.0.len(), 2, "a flip sets what the plane shows and nothing else");
+                let is_dimmed = wanted("GAMMA_LUT").is_some();
+                let count = 2 + usize::from(is_dimmed);
+                assert_eq!(request.0.len(), count, "a flip sets what the plane shows, how bright, and nothing else");
+                if is_dimmed && self.quirk == Some(Quirk::StiffRamp) {
+                    return Err(Errno::INVAL.into());
+                }
                 if let Some(flip) = &self.pending {
                     // After the watchdog has barked we may ask; the kernel says so.
                     assert!(self.current() >= flip.vblank + 3, "two commits in flight");

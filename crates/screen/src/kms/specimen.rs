@@ -12,7 +12,7 @@ pub(crate) type PropertyRow = (&'static str, &'static str, &'static [(&'static s
 
 /// Which object kinds (`n` connector, `c` CRTC, `p` primary, `o` overlay) have which property, and what it takes.
 /// Its id is 100 and its place in this list.
-pub(crate) const SCHEMA: [PropertyRow; 24] = [
+pub(crate) const SCHEMA: [PropertyRow; 25] = [
     ("ncpo", "", &[]),
     ("npo", "CRTC_ID", &[]),
     ("n", "link-status", &[("Good", 0), ("Bad", 1)]),
@@ -20,6 +20,7 @@ pub(crate) const SCHEMA: [PropertyRow; 24] = [
     ("c", "MODE_ID", &[]),
     ("c", "VRR_ENABLED", &[]),
     ("c", "GAMMA_LUT", &[]),
+    ("c", "GAMMA_LUT_SIZE", &[]),
     ("p", "type", &[("Overlay", 0), ("Primary", 1), ("Cursor", 2)]),
     ("po", "FB_ID", &[]),
     ("po", "SRC_X", &[]),
@@ -46,7 +47,7 @@ pub(crate) fn properties(kind: char, value: impl Fn(&'static str) -> u64) -> Pro
         id: Id(100 + index as u32),
         name: name.to_owned(),
         value: if name == "type" { 1 } else { value(name) },
-        mutable: !["type", "zpos", "IN_FORMATS"].contains(&name),
+        mutable: !["type", "zpos", "IN_FORMATS", "GAMMA_LUT_SIZE"].contains(&name),
         values: match choices {
             [] if name == "alpha" => Values::UpTo { max: 0xffff },
             [] => Values::Other,

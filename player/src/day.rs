@@ -1,0 +1,47 @@
+//! Times of the day.
+//!
+//! Owns their spelling, which of them lie between two others, and which clocks cannot be right. Never reads a clock, never
+//! knows a time zone: whoever asks brings the minute.
+
+/// Minutes of a day.
+pub const DAY_MIN: u64 = 24 * 60;
+/// A clock that shows less cannot be right: 2026-01-01, in seconds since 1970.
+pub const FOUNDED_S: u64 = 1_767_225_600;
+
+/// From the first minute to before the last, over midnight if that is less.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    from_min: u64,
+    to_min: u64,
+}
+
+impl Window {
+    /// The window that `text` spells, as `02:00-05:30`; `None` if it spells none, or an empty one.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (from, to) = text.split_once('-')?;
+        let (from_min, to_min) = (minute(from)?, minute(to)?);
+        (from_min != to_min).then_some(Self { from_min, to_min })
+    }
+
+    /// Whether `minute` of a day lies in it.
+    pub fn includes(self, minute: u64) -> bool {
+        if self.from_min <= self.to_min {
+            (self.from_min..self.to_min).contains(&minute)
+        } else {
+            minute >= self.from_min || minute < self.to_min
+        }
+    }
+}
+
+/// The minute of the day that `text` spells, as `07:30`.
+pub fn minute(text: &str) -> Option<u64> {
+    let (hours, minutes) = text.split_once(':')?;
+    let digits = hours.len() == 2 && minutes.len() == 2 && text.bytes().all(|b| b.is_ascii_digit() || b == b':');
+    let (hours, minutes) = (hours.parse::<u64>().ok()?, minutes.parse::<u64>().ok()?);
+    (digits && hours < 24 && minutes < 60).then_some(hours * 60 + minutes)
+}
+
+/// Whether a clock that shows `clock_s` seconds since 1970 cannot be right.
+pub fn is_clock_wrong(clock_s: u64) -> bool {
+    clock_s < FOUNDED_S
+}

@@ -1,0 +1,296 @@
+//! The hours of the picture, and how bright it is in them.
+//!
+//! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness goes gently from
+//! step to step. A clock that cannot be right decides nothing: then it is day. By local time: an hour that the clocks leave
+//! out is over at once, and one that they repeat is kept both times. Never reads a clock, never dims anything: `lamp.rs` does.
+//!
+//! Start at [`Day::light`].
+
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use player::day::{self, DAY_MIN, Window, is_clock_wrong};
+use screen::Light;
+use serde::Deserialize;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+/// How long the way from one brightness to the next takes, where there is time for it.
+const FADE_S: u64 = 600;
+const DAY_S: u64 = DAY_MIN * 60;
+/// Darker than the first nobody sees whether it works.
+const PERCENT: RangeInclusive<u16> = 1..=100;
+/// More steps than hours help nobody.
+const STEPS: RangeInclusive<usize> = 1..=24;
+
+/// When the picture is lit, in local time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Hours(Window);
+
+/// How bright it is: one brightness for all the day, or from each of these times on.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Brightness {
+    /// Minute of the day, and percent; in the order of the day, no two at the same time.
+    steps: Vec<(u64, u16)>,
+}
+
+/// The time zone of the unit.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Zone(TimeZone);
+
+/// A text that is none of them.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum NoHours {
+    #[error(
+        "`{0}` is no brightness: a percentage from 1 to 100, or some with their times, as in `07:00 100, 20:00 40`"
+    )]
+    Brightness(String),
+    #[error("`{0}` are no hours: two times of the day, as in `08:00-23:00`")]
+    Hours(String),
+    #[error("`{0}` is no time zone: its name, as in `Europe/Zurich`")]
+    Zone(String),
+}
+
+/// What a unit was told about its days.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Day {
+    /// `None` for always.
+    pub(crate) hours: Option<Hours>,
+    pub(crate) brightness: Brightness,
+    /// `None` for the machine's own.
+    pub(crate) zone: Option<Zone>,
+}
+
+impl Day {
+    /// How bright the picture is to be when the clock shows `clock_s` seconds since 1970.
+    pub(crate) fn light(&self, clock_s: u64) -> Light {
+        let Some(second) = self.local_second(clock_s) else {
+            return Light::On { thousandths: self.brightness.brightest() };
+        };
+        if self.hours.is_some_and(|hours| !hours.0.includes(second / 60)) {
+            return Light::Off;
+        }
+        Light::On { thousandths: self.brightness.at(second) }
+    }
+
+    /// The second of the local day; `None` if the clock cannot be right.
+    fn local_second(&self, clock_s: u64) -> Option<u64> {
+        let clock = i64::try_from(clock_s).ok().filter(|_| !is_clock_wrong(clock_s))?;
+        let zone = self.zone.as_ref().map_or_else(TimeZone::system, |zone| zone.0.clone());
+        let time = Timestamp::from_second(clock).ok()?.to_zoned(zone).time();
+        let [hour, minute, second] =
+            [time.hour(), time.minute(), time.second()].map(|part| u64::from(part.unsigned_abs()));
+        Some(hour * 3_600 + minute * 60 + second)
+    }
+}
+
+impl Brightness {
+    /// Always as bright as can be.
+    pub(crate) fn full() -> Self {
+        Self { steps: vec![(0, *PERCENT.end())] }
+    }
+
+    fn brightest(&self) -> u16 {
+        self.steps.iter().map(|(_, percent)| percent * 10).max().unwrap_or(1_000)
+    }
+
+    /// Thousandths at `second` of the day. After each step's time the way leads evenly there from the step before.
+    fn at(&self, second: u64) -> u16 {
+        let count = self.steps.len();
+        // Before the day's first step, the last one of yesterday holds.
+        let reached = self.steps.iter().rposition(|(minute, _)| minute * 60 <= second).unwrap_or(count - 1);
+        let (minute, to) = self.steps[reached];
+        let (_, from) = self.steps[(reached + count - 1) % count];
+        let (next, _) = self.steps[(reached + 1) % count];
+        let since = (second + DAY_S - minute * 60) % DAY_S;
+        let way = FADE_S.min(if count == 1 { DAY_S } else { (next * 60 + DAY_S - minute * 60) % DAY_S });
+        let (from, to) = (u64::from(from) * 10, u64::from(to) * 10);
+        let gone = since.min(way);
+        ((from * (way - gone) + to * gone) / way) as u16
+    }
+}
+
+impl FromStr for Hours {
+    type Err = NoHours;
+
+    fn from_str(text: &str) -> Result<Self, NoHours> {
+        Window::parse(text).map(Self).ok_or_else(|| NoHours::Hours(text.to_owned()))
+    }
+}
+
+impl FromStr for Brightness {
+    type Err = NoHours;
+
+    fn from_str(text: &str) -> Result<Self, NoHours> {
+        let wrong = || NoHours::Brightness(text.to_owned());
+        let percent = |text: &str| {
+            let digits = text.bytes().all(|byte| byte.is_ascii_digit());
+            text.parse().ok().filter(|percent| digits && PERCENT.contains(percent))
+        };
+        if let Some(percent) = percent(text) {
+            return Ok(Self { steps: vec![(0, percent)] });
+        }
+        let step = |step: &str| {
+            let (time, value) = step.trim().split_once(' ')?;
+            Some((day::minute(time)?, percent(value.trim())?))
+        };
+        let mut steps: Vec<(u64, u16)> = text.split(',').map(step).collect::<Option<_>>().ok_or_else(wrong)?;
+        steps.sort_unstable();
+        let is_twice = steps.windows(2).any(|pair| pair[0].0 == pair[1].0);
+        if is_twice || !STEPS.contains(&steps.len()) { Err(wrong()) } else { Ok(Self { steps }) }
+    }
+}
+
+impl FromStr for Zone {
+    type Err = NoHours;
+
+    fn from_str(text: &str) -> Result<Self, NoHours> {
+        TimeZone::get(text).map(Self).map_err(|_| NoHours::Zone(text.to_owned()))
+    }
+}
+
+macro_rules! from_string {
+    ($($setting:ty),*) => {$(
+        impl TryFrom<String> for $setting {
+            type Error = NoHours;
+
+            fn try_from(text: String) -> Result<Self, NoHours> {
+                text.parse()
+            }
+        }
+    )*};
+}
+from_string!(Brightness, Hours, Zone);
+
+#[cfg(test)]
+mod tests {
+    use super::{Brightness, DAY_S, Day, Hours, NoHours, Zone};
+    use proptest::prelude::*;
+    use screen::Light;
+
+    /// 2026-07-01 00:00 in UTC, in seconds since 1970.
+    const JULY_S: u64 = 1_782_864_000;
+    const ON: Light = Light::FULL;
+
+    fn day(hours: &str, brightness: &str, zone: &str) -> Day {
+        Day {
+            hours: Some(hours.parse::<Hours>().unwrap()),
+            brightness: brightness.parse().unwrap(),
+            zone: Some(zone.parse().unwrap()),
+        }
+    }
+
+    /// Seconds since 1970 of a local time in a zone; of the first, where there are two.
+    fn clock(local: &str, zone: &str) -> u64 {
+        let local: jiff::civil::DateTime = local.parse().unwrap();
+        local.in_tz(zone).unwrap().timestamp().as_second().unsigned_abs()
+    }
+
+    #[test]
+    fn the_display_sleeps_outside_its_hours_by_local_time() {
+        let zurich = "Europe/Zurich";
+        for (hours, time, light) in [
+            ("08:00-23:00", "07:59:59", Light::Off),
+            ("08:00-23:00", "08:00:00", ON),
+            ("08:00-23:00", "22:59:59", ON),
+            ("08:00-23:00", "23:00:00", Light::Off),
+            ("18:00-02:00", "17:59:59", Light::Off),
+            ("18:00-02:00", "23:59:59", ON),
+            ("18:00-02:00", "00:00:00", ON),
+            ("18:00-02:00", "01:59:59", ON),
+            ("18:00-02:00", "02:00:00", Light::Off),
+        ] {
+            for date in ["2026-01-15", "2026-07-15"] {
+                let clock = clock(&format!("{date}T{time}"), zurich);
+                assert_eq!(day(hours, "100", zurich).light(clock), light, "{hours} at {date} {time}");
+            }
+        }
+    }
+
+    #[test]
+    fn hours_hold_on_the_days_when_the_clocks_change() {
+        let zurich = "Europe/Zurich";
+        // Over the night of the change, for each minute that its clocks show.
+        for (noon, hours_of_night) in [("2026-03-28T12:00:00", 23), ("2026-10-24T12:00:00", 25)] {
+            let (from, hours) = (clock(noon, zurich), day("02:30-06:00", "100", zurich));
+            let lit = (0..hours_of_night * 60).filter(|minute| hours.light(from + minute * 60) == ON).count();
+            // In March the clocks go from 2 to 3; in October the half hour after half past two comes twice.
+            assert_eq!(lit, if hours_of_night == 23 { 180 } else { 240 });
+            let day = day("08:00-23:00", "100", zurich);
+            let lit = (0..hours_of_night * 60).filter(|minute| day.light(from + minute * 60) == ON).count();
+            assert_eq!(lit, 15 * 60, "a day is as long as it always is");
+        }
+    }
+
+    #[test]
+    fn a_clock_that_was_never_set_means_day() {
+        let night = day("08:00-09:00", "07:00 80, 20:00 40", "UTC");
+        for clock in [0, 1, 86_400 * 365 * 30, 1_767_225_599, u64::MAX] {
+            assert_eq!(night.light(clock), Light::On { thousandths: 800 }, "{clock}");
+        }
+        assert_eq!(night.light(JULY_S), Light::Off);
+        let machines = Day { hours: None, brightness: Brightness::full(), zone: None };
+        assert_eq!(machines.light(JULY_S), ON, "whatever the machine's own zone");
+    }
+
+    #[test]
+    fn brightness_goes_gently_from_step_to_step() {
+        let steps: Brightness = "20:00 40, 07:00 100".parse().unwrap();
+        let at = |hour: u64, minute: u64, second: u64| steps.at(hour * 3_600 + minute * 60 + second);
+        assert_eq!([at(6, 59, 59), at(7, 0, 0), at(7, 5, 0), at(7, 10, 0)], [400, 400, 700, 1000]);
+        assert_eq!([at(19, 59, 59), at(20, 0, 0), at(20, 1, 0), at(20, 10, 0)], [1000, 1000, 940, 400]);
+        assert_eq!([at(23, 59, 59), at(0, 0, 0)], [400, 400], "over midnight");
+        let late: Brightness = "23:55 50, 12:00 100".parse().unwrap();
+        assert_eq!([late.at(DAY_S - 60), late.at(0), late.at(60)], [800, 750, 700], "a way leads over midnight");
+    }
+
+    #[test]
+    fn what_is_no_setting_is_refused_by_name() {
+        for wrong in ["", "08:00", "8:00-9:00", "08:00-24:00", "08:00-08:00", "08:00-09:00 "] {
+            assert_eq!(wrong.parse::<Hours>(), Err(NoHours::Hours(wrong.to_owned())));
+        }
+        for wrong in ["", "0", "101", "+5", "07:00", "07:00 0", "07:00 50,", "07:00 50, 07:00 60", "50, 07:00 60"] {
+            assert_eq!(wrong.parse::<Brightness>(), Err(NoHours::Brightness(wrong.to_owned())), "{wrong}");
+        }
+        for wrong in ["", "Zurich", "Europe/Nowhere", "../../etc/passwd"] {
+            assert_eq!(wrong.parse::<Zone>(), Err(NoHours::Zone(wrong.to_owned())));
+        }
+        for (line, zone) in [("UTC", "UTC"), ("America/New_York", "America/New_York")] {
+            assert!(line.parse::<Zone>().is_ok(), "{zone}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn brightness_never_leaps_and_never_leaves_its_steps(
+            steps in prop::collection::btree_map(0..1_440_u64, 1..=100_u16, 1..24),
+        ) {
+            let spelt: Vec<_> = steps.iter().map(|(min, percent)| format!("{:02}:{:02} {percent}", min / 60, min % 60)).collect();
+            let brightness: Brightness = spelt.join(", ").parse().unwrap();
+            let values: Vec<u16> = (0..DAY_S).map(|second| brightness.at(second)).collect();
+            let (least, most) = (steps.values().min().unwrap() * 10, steps.values().max().unwrap() * 10);
+            prop_assert!(values.iter().all(|value| (least..=most).contains(value)));
+            let last = values[values.len() - 1];
+            let leap = values.windows(2).map(|pair| pair[0].abs_diff(pair[1])).chain([last.abs_diff(values[0])]).max();
+            // From one to a hundred percent within the shortest time between two steps, a minute.
+            prop_assert!(leap <= Some(17), "{leap:?}");
+        }
+
+        #[test]
+        fn the_light_is_a_function_of_the_local_time_alone(
+            from in 0..1_440_u64, length in 1..1_440_u64, clock in JULY_S..JULY_S + 400 * DAY_S,
+            zone in prop::sample::select(vec!["UTC", "Europe/Zurich", "America/St_Johns", "Australia/Lord_Howe", "Asia/Kathmandu"]),
+        ) {
+            let to = (from + length) % 1_440;
+            let spelt = format!("{:02}:{:02}-{:02}:{:02}", from / 60, from % 60, to / 60, to % 60);
+            let local = jiff::Timestamp::from_second(clock.cast_signed()).unwrap().in_tz(zone).unwrap();
+            let minute = u64::from(local.hour().unsigned_abs()) * 60 + u64::from(local.minute().unsigned_abs());
+            let is_day = (minute + 1_440 - from) % 1_440 < length;
+            prop_assert_eq!(day(&spelt, "100", zone).light(clock) == ON, is_day);
+        }
+    }
+}
