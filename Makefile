@@ -1,8 +1,8 @@
-# The five things one does here. `make` alone says what they are.
+# The six things one does here. `make` alone says what they are.
 # What a target needs from the distribution it installs itself, once: the lists lie in .ci/packages.
 
 .DEFAULT_GOAL := help
-.PHONY: help play check bench soak
+.PHONY: help play check bench soak crash
 
 player := target/release/dreams-player
 # Where a player that was started from here keeps its place in the path.
@@ -37,3 +37,8 @@ soak: ## the long claims: a day of playing in virtual time, a year of walking, s
 	cargo run --locked --release --package flock --example year
 	cargo run --locked --release --package flock --example agreement
 	tests/soak/run
+
+crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
+	.ci/install play check
+	cargo build --locked --release --workspace
+	tests/crash/run

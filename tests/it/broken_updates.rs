@@ -6,9 +6,9 @@
 //!
 //! Start at [`Breakage`].
 
-use crate::press::{Files, rubbish};
 use crate::programs::{output, succeed};
 use crate::updating::{Unit, object};
+use claims::press::{Files, rubbish};
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;

@@ -5,9 +5,9 @@
 
 use crate::flocks::{Flock, Plan, SMALL};
 use crate::playing::{Playing, Running};
-use crate::press::Files;
 use crate::trace::{Flip, Trace};
 use crate::updating::Unit;
+use claims::press::Files;
 use rustix::process::Signal;
 use serde_json::Value;
 use std::fs;

@@ -3,10 +3,10 @@
 //! Owns the claims on `dreams-update` with an address: what it asks for, how often, and what it does not believe. The
 //! servers stand in `web.rs`.
 
-use crate::press::rubbish;
 use crate::programs::output;
 use crate::updating::{Unit, object};
-use crate::web::{Manners, Web};
+use claims::press::rubbish;
+use claims::web::{Manners, Web};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -36,9 +36,18 @@ impl Drop for Place {
 /// Runs `command` in a guest whose time is virtual, for at most `limit_s` seconds of this machine's time.
 /// What the guest's console showed is the output; its exit status is the command's.
 pub(crate) fn in_virtual_time(limit_s: u32, command: &Command) -> Output {
+    in_time("virtual", limit_s, command)
+}
+
+/// The same in a guest whose time is this machine's.
+pub(crate) fn in_real_time(limit_s: u32, command: &Command) -> Output {
+    in_time("real", limit_s, command)
+}
+
+fn in_time(time: &str, limit_s: u32, command: &Command) -> Output {
     let _place = Place::take();
     let mut run = Command::new(programs::repository().join("tests/vkms/run"));
-    run.args(["--time", "virtual", "--limit", &limit_s.to_string(), "--"]);
+    run.args(["--time", time, "--limit", &limit_s.to_string(), "--"]);
     run.arg(command.get_program()).args(command.get_args());
     programs::output(&mut run)
 }

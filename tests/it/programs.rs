@@ -28,6 +28,11 @@ pub(crate) fn flock() -> PathBuf {
     fresh("flock")
 }
 
+/// The crash laboratory, `crash`.
+pub(crate) fn laboratory() -> PathBuf {
+    fresh("crash")
+}
+
 /// The repository's folder.
 pub(crate) fn repository() -> PathBuf {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -4,9 +4,9 @@
 
 use crate::flocks::JOINS;
 use crate::playing::Playing;
-use crate::press::rubbish;
 use crate::status_page::{ask, pixels};
 use crate::updating::Unit;
+use claims::press::rubbish;
 
 /// The picture's size, and where a placard may be: the lowest quarter of it.
 const SIZE: (usize, usize) = (640, 480);

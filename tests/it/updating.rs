@@ -6,8 +6,8 @@
 //! Start at [`Unit`].
 
 use crate::command_line::json;
-use crate::press::{Files, Press, rubbish};
 use crate::programs::{self, output};
+use claims::press::{Files, Press, files_in, rubbish};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ impl Unit {
     pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir_in(programs::claims_folder()).unwrap();
         fs::create_dir(folder.path().join("stick")).unwrap();
-        Self { folder, press: Press::new() }
+        Self { folder, press: Press::with_new_keys() }
     }
 
     /// The folder in which everything else lies.
@@ -71,23 +71,7 @@ impl Unit {
     /// The flock that plays, as the player would find it.
     pub(crate) fn playing(&self) -> Option<Files> {
         let current = self.path("store").join(bundle::CURRENT);
-        let mut files = Files::new();
-        current.exists().then(|| walk(&current, "", &mut files))?;
-        Some(files)
-    }
-}
-
-/// Everything beneath `folder`, from `at` on.
-fn walk(folder: &Path, at: &str, files: &mut Files) {
-    for entry in fs::read_dir(folder.join(at)).unwrap() {
-        let entry = entry.unwrap();
-        let name = entry.file_name().into_string().unwrap();
-        let path = if at.is_empty() { name } else { format!("{at}/{name}") };
-        if entry.file_type().unwrap().is_dir() {
-            walk(folder, &path, files);
-        } else {
-            files.insert(path, fs::read(entry.path()).unwrap());
-        }
+        current.exists().then(|| files_in(&current).unwrap())
     }
 }
 

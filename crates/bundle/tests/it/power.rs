@@ -3,12 +3,12 @@
 //! A unit's life is three updates: one that plays, one that does not, one that does. It is ended at each operation, by a
 //! power cut in many forms, by a kill, by an error; then looked at, and then lived to its end.
 
+use crate::careless::{Careless, Carelessness};
 use crate::model::{ModelDisk, Trouble};
 use crate::press::{Files, flock, press, trust, unit, verified};
-use bundle::{Admission, Append, CURRENT, Consent, Disk, Frozen, Refused, Sequence, Store, StoreError, Verified};
+use bundle::{Admission, CURRENT, Consent, Disk, Refused, Sequence, Store, StoreError, Verified};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, ErrorKind, Read};
+use std::io::ErrorKind;
 use std::sync::OnceLock;
 
 /// What a unit has told its owner.
@@ -168,29 +168,15 @@ fn a_full_disk_and_a_failing_one_at_every_operation_cost_neither_picture_nor_pro
     }
 }
 
-/// A disk that forgets something on purpose, to show that the tests above would notice.
-struct Careless {
-    disk: ModelDisk,
-    carelessness: Carelessness,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Carelessness {
-    NoFileSync,
-    NoFolderSync,
-    WritesInPlace,
-}
-
-struct NoSync<'d>(Box<dyn Append + 'd>);
-
 #[test]
 fn a_missing_sync_and_a_write_in_place_would_be_noticed() {
-    for carelessness in [Carelessness::NoFileSync, Carelessness::NoFolderSync, Carelessness::WritesInPlace] {
+    for carelessness in Carelessness::ALL {
         let mut faults: BTreeMap<String, usize> = BTreeMap::new();
         for at in 0..length() {
             let disk = ModelDisk::new(Some((at, Trouble::Death)));
             let mut told = Vec::new();
-            live(Box::new(Careless { disk: disk.clone(), carelessness }), &mut told).ok();
+            let careless = Careless { disk: disk.clone(), carelessness, meanwhile: |_| () };
+            live(Box::new(careless), &mut told).ok();
             for seed in 0..10 {
                 let checked = check(&disk.after_a_power_cut(seed), &told);
                 *faults.entry(checked.err().unwrap_or_default()).or_default() += 1;
@@ -199,104 +185,5 @@ fn a_missing_sync_and_a_write_in_place_would_be_noticed() {
         faults.remove("");
         let caught: usize = faults.values().sum();
         assert!(caught >= 5, "{carelessness:?} was caught {caught} times");
-    }
-}
-
-impl Disk for Careless {
-    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
-        let file = self.disk.append(path)?;
-        Ok(if self.carelessness == Carelessness::NoFileSync { Box::new(NoSync(file)) } else { file })
-    }
-
-    fn rename(&self, from: &str, to: &str) -> io::Result<()> {
-        if self.carelessness != Carelessness::WritesInPlace {
-            return self.disk.rename(from, to);
-        }
-        if let Some(target) = self.disk.pointed(from)? {
-            self.disk.remove(to)?;
-            return self.disk.point(to, &target);
-        }
-        let bytes = self.disk.read(from, u64::MAX)?;
-        self.disk.remove(to)?;
-        let mut file = self.disk.append(to)?;
-        file.write_all(&bytes)?;
-        file.sync()?;
-        self.disk.remove(from)
-    }
-
-    fn sync_folder(&self, path: &str) -> io::Result<()> {
-        if self.carelessness == Carelessness::NoFolderSync { Ok(()) } else { self.disk.sync_folder(path) }
-    }
-
-    fn freeze(&self, path: &str) -> io::Result<Frozen> {
-        if self.carelessness == Carelessness::NoFileSync { Ok(Frozen::ReadOnly) } else { self.disk.freeze(path) }
-    }
-
-    fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
-        self.disk.read(path, limit)
-    }
-
-    fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
-        self.disk.open(path)
-    }
-
-    fn length(&self, path: &str) -> io::Result<Option<u64>> {
-        self.disk.length(path)
-    }
-
-    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
-        self.disk.list(folder)
-    }
-
-    fn make_folder(&self, path: &str) -> io::Result<()> {
-        self.disk.make_folder(path)
-    }
-
-    fn link(&self, from: &str, to: &str) -> io::Result<()> {
-        self.disk.link(from, to)
-    }
-
-    fn remove(&self, path: &str) -> io::Result<()> {
-        self.disk.remove(path)
-    }
-
-    fn remove_folder(&self, path: &str) -> io::Result<()> {
-        self.disk.remove_folder(path)
-    }
-
-    fn point(&self, path: &str, target: &str) -> io::Result<()> {
-        self.disk.point(path, target)
-    }
-
-    fn pointed(&self, path: &str) -> io::Result<Option<String>> {
-        self.disk.pointed(path)
-    }
-
-    fn room(&self) -> io::Result<u64> {
-        self.disk.room()
-    }
-
-    fn hold(&self) -> io::Result<Option<File>> {
-        self.disk.hold()
-    }
-
-    fn is_played(&self, folder: &str) -> io::Result<bool> {
-        self.disk.is_played(folder)
-    }
-}
-
-impl io::Write for NoSync<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl Append for NoSync<'_> {
-    fn sync(&mut self) -> io::Result<()> {
-        Ok(())
     }
 }

@@ -14,7 +14,7 @@ use std::thread::{self, JoinHandle};
 
 /// How a server behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Manners {
+pub enum Manners {
     /// As it should.
     Good,
     /// It sends so many bytes of each body, and dies.
@@ -42,7 +42,7 @@ pub(crate) enum Manners {
 }
 
 /// A server at work. It ends when dropped.
-pub(crate) struct Web {
+pub struct Web {
     address: SocketAddr,
     inside: Arc<Inside>,
     thread: Option<JoinHandle<()>>,
@@ -58,7 +58,7 @@ struct Inside {
 
 impl Web {
     /// Serves what lies in `folder`.
-    pub(crate) fn serve(folder: &Path, manners: Manners) -> Self {
+    pub fn serve(folder: &Path, manners: Manners) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         let inside = Arc::new(Inside {
@@ -83,17 +83,17 @@ impl Web {
     }
 
     /// Its address.
-    pub(crate) fn url(&self) -> String {
+    pub fn url(&self) -> String {
         format!("http://{}", self.address)
     }
 
     /// Behaves so from now on.
-    pub(crate) fn behave(&self, manners: Manners) {
+    pub fn behave(&self, manners: Manners) {
         *self.inside.manners.lock().unwrap() = manners;
     }
 
     /// What was asked for since the last time, and how many bytes of bodies were sent.
-    pub(crate) fn heard(&self) -> (Vec<String>, u64) {
+    pub fn heard(&self) -> (Vec<String>, u64) {
         (std::mem::take(&mut *self.inside.asked.lock().unwrap()), self.inside.sent.swap(0, Ordering::Relaxed))
     }
 }

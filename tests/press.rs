@@ -10,14 +10,15 @@ use bundle::{
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// The files of a flock, by path.
-pub(crate) type Files = BTreeMap<String, Vec<u8>>;
+pub type Files = BTreeMap<String, Vec<u8>>;
 
 /// Keys, and a folder of those that units trust.
-pub(crate) struct Press {
+pub struct Press {
     folder: TempDir,
     artist: SecretKey,
     stranger: SecretKey,
@@ -25,7 +26,7 @@ pub(crate) struct Press {
 
 impl Press {
     /// A press with keys of its own; units trust the artist's.
-    pub(crate) fn new() -> Self {
+    pub fn with_new_keys() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let key = |name: &str| SecretKey::create(&folder.path().join(name), "").unwrap();
         let (artist, stranger) = (key("artist"), key("stranger"));
@@ -36,22 +37,22 @@ impl Press {
     }
 
     /// The folder of trusted keys.
-    pub(crate) fn keys(&self) -> std::path::PathBuf {
+    pub fn keys(&self) -> PathBuf {
         self.folder.path().join("trusted")
     }
 
     /// Lays a bundle of `files` into `folder`, signed by the artist, for `units`, or for all if there are none.
-    pub(crate) fn bundle(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
+    pub fn bundle(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
         signed(&self.artist, folder, files, units, sequence);
     }
 
     /// The same, signed by somebody whom no unit knows.
-    pub(crate) fn forgery(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
+    pub fn forgery(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
         signed(&self.stranger, folder, files, units, sequence);
     }
 
     /// Lays out the artist's word that the stranger may be trusted.
-    pub(crate) fn vouch(&self, folder: &Path) {
+    pub fn vouch(&self, folder: &Path) {
         let word = Statement::Trust(self.stranger.public()).sign(&self.artist).unwrap();
         Folder::create(folder).unwrap().add_statements(&[word]).unwrap();
     }
@@ -83,7 +84,7 @@ fn signed(key: &SecretKey, folder: &Path, files: &Files, units: &[&str], sequenc
 
 /// A flock of so many sheep, each with a loop of `bytes` bytes of rubbish; those below `edition` differ from edition to
 /// edition.
-pub(crate) fn rubbish(sheep: usize, bytes: usize, edition: usize) -> Files {
+pub fn rubbish(sheep: usize, bytes: usize, edition: usize) -> Files {
     let mut toml = "format = 1\nname = \"aurora\"\nsize = [64, 64]\nfps = [30, 1]\n".to_owned();
     let mut files = Files::new();
     for at in 0..sheep {
@@ -96,4 +97,31 @@ pub(crate) fn rubbish(sheep: usize, bytes: usize, edition: usize) -> Files {
     }
     files.insert("flock.toml".to_owned(), toml.into_bytes());
     files
+}
+
+/// Every file beneath `folder`.
+///
+/// # Errors
+/// What the disk says.
+pub fn files_in(folder: &Path) -> io::Result<Files> {
+    let mut files = Files::new();
+    walk(folder, "", &mut files)?;
+    Ok(files)
+}
+
+fn walk(folder: &Path, at: &str, files: &mut Files) -> io::Result<()> {
+    for entry in fs::read_dir(folder.join(at))? {
+        let entry = entry?;
+        let name = entry
+            .file_name()
+            .into_string()
+            .map_err(|name| io::Error::other(format!("`{}` is no text", name.display())))?;
+        let path = if at.is_empty() { name } else { format!("{at}/{name}") };
+        if entry.file_type()?.is_dir() {
+            walk(folder, &path, files)?;
+        } else {
+            files.insert(path, fs::read(entry.path())?);
+        }
+    }
+    Ok(())
 }

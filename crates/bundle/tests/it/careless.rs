@@ -1,0 +1,131 @@
+//! Disks that forget something on purpose, to show that whoever looks for lost flocks would notice.
+//!
+//! Owns the carelessness, on top of any other disk. The crash laboratory of `tests/crash` has it on a real one.
+
+use bundle::{Append, Disk, Frozen};
+use std::fs::File;
+use std::io::{self, Read};
+
+/// A disk that forgets something.
+pub(crate) struct Careless<D> {
+    pub(crate) disk: D,
+    pub(crate) carelessness: Carelessness,
+    /// What else happens on the disk between taking something away and putting another in its place.
+    pub(crate) meanwhile: fn(&D),
+}
+
+/// What it forgets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Carelessness {
+    NoFileSync,
+    NoFolderSync,
+    WritesInPlace,
+}
+
+impl Carelessness {
+    /// All kinds of it.
+    pub(crate) const ALL: [Self; 3] = [Self::NoFileSync, Self::NoFolderSync, Self::WritesInPlace];
+}
+
+struct NoSync<'d>(Box<dyn Append + 'd>);
+
+impl<D: Disk> Disk for Careless<D> {
+    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+        let file = self.disk.append(path)?;
+        Ok(if self.carelessness == Carelessness::NoFileSync { Box::new(NoSync(file)) } else { file })
+    }
+
+    fn rename(&self, from: &str, to: &str) -> io::Result<()> {
+        if self.carelessness != Carelessness::WritesInPlace {
+            return self.disk.rename(from, to);
+        }
+        if let Some(target) = self.disk.pointed(from)? {
+            self.disk.remove(to)?;
+            (self.meanwhile)(&self.disk);
+            return self.disk.point(to, &target);
+        }
+        let bytes = self.disk.read(from, 1 << 30)?;
+        self.disk.remove(to)?;
+        (self.meanwhile)(&self.disk);
+        let mut file = self.disk.append(to)?;
+        file.write_all(&bytes)?;
+        file.sync()?;
+        self.disk.remove(from)
+    }
+
+    fn sync_folder(&self, path: &str) -> io::Result<()> {
+        if self.carelessness == Carelessness::NoFolderSync { Ok(()) } else { self.disk.sync_folder(path) }
+    }
+
+    fn freeze(&self, path: &str) -> io::Result<Frozen> {
+        if self.carelessness == Carelessness::NoFileSync { Ok(Frozen::ReadOnly) } else { self.disk.freeze(path) }
+    }
+
+    fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
+        self.disk.read(path, limit)
+    }
+
+    fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
+        self.disk.open(path)
+    }
+
+    fn length(&self, path: &str) -> io::Result<Option<u64>> {
+        self.disk.length(path)
+    }
+
+    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
+        self.disk.list(folder)
+    }
+
+    fn make_folder(&self, path: &str) -> io::Result<()> {
+        self.disk.make_folder(path)
+    }
+
+    fn link(&self, from: &str, to: &str) -> io::Result<()> {
+        self.disk.link(from, to)
+    }
+
+    fn remove(&self, path: &str) -> io::Result<()> {
+        self.disk.remove(path)
+    }
+
+    fn remove_folder(&self, path: &str) -> io::Result<()> {
+        self.disk.remove_folder(path)
+    }
+
+    fn point(&self, path: &str, target: &str) -> io::Result<()> {
+        self.disk.point(path, target)
+    }
+
+    fn pointed(&self, path: &str) -> io::Result<Option<String>> {
+        self.disk.pointed(path)
+    }
+
+    fn room(&self) -> io::Result<u64> {
+        self.disk.room()
+    }
+
+    fn hold(&self) -> io::Result<Option<File>> {
+        self.disk.hold()
+    }
+
+    fn is_played(&self, folder: &str) -> io::Result<bool> {
+        self.disk.is_played(folder)
+    }
+}
+
+impl io::Write for NoSync<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Append for NoSync<'_> {
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,105 @@
+//! What a disk was told to do, in order: writes, flushes, and marks of what was reported meanwhile.
+//!
+//! Owns reading the log that QEMU's `blklogwrites` keeps, which is that of Linux' dm-log-writes. Never decides what a
+//! power cut leaves of it: `cuts.rs` does.
+//!
+//! Start at [`BlockLog::read`].
+
+use std::ops::Range;
+
+/// The first eight bytes of every log.
+const MAGIC: u64 = 0x006a_7366_7773_6872;
+/// Bytes of a sector, on every disk here.
+pub(crate) const SECTOR: usize = 512;
+const FLUSH: u64 = 1;
+const DISCARD: u64 = 4;
+
+/// One thing that the disk was told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Entry {
+    /// Where on the disk its bytes belong.
+    pub(crate) at: usize,
+    /// Where in the log they lie; empty for a mere flush.
+    pub(crate) bytes: Range<usize>,
+    /// Everything before it is on the disk when it is done.
+    pub(crate) is_flush: bool,
+}
+
+/// A recorded life of a disk.
+#[derive(Debug)]
+pub(crate) struct BlockLog {
+    /// The disk as it was before.
+    pub(crate) base: Vec<u8>,
+    pub(crate) entries: Vec<Entry>,
+    log: Vec<u8>,
+}
+
+impl BlockLog {
+    /// Reads `log`, kept of a disk that held `base`.
+    pub(crate) fn read(base: Vec<u8>, log: Vec<u8>) -> Self {
+        let word = |at: usize| u64::from_le_bytes(log[at..at + 8].try_into().expect("eight bytes"));
+        let count = word(16);
+        assert_eq!((word(0), word(8), word(24) as u32 as usize), (MAGIC, 1, SECTOR), "this is no log of blocks");
+        let (mut entries, mut at) = (Vec::new(), SECTOR);
+        for _ in 0..count {
+            let (sector, sectors, flags) = (word(at), word(at + 8) as usize, word(at + 16));
+            at += SECTOR;
+            // Whoever discards must not rely on it, so that it changes nothing here.
+            let length = if flags & DISCARD == 0 { sectors * SECTOR } else { 0 };
+            entries.push(Entry { at: sector as usize * SECTOR, bytes: at..at + length, is_flush: flags & FLUSH != 0 });
+            at += length;
+        }
+        Self { base, entries, log }
+    }
+
+    /// Writes those sectors of the entry to `disk` for which `keeps` says so.
+    pub(crate) fn apply(&self, entry: &Entry, disk: &mut [u8], mut keeps: impl FnMut(usize) -> bool) {
+        for (sector, bytes) in self.log[entry.bytes.clone()].chunks(SECTOR).enumerate() {
+            let at = entry.at + sector * SECTOR;
+            if keeps(sector) {
+                disk[at..at + bytes.len()].copy_from_slice(bytes);
+            }
+        }
+    }
+
+    /// How many flushes there are.
+    pub(crate) fn flushes(&self) -> usize {
+        self.entries.iter().filter(|entry| entry.is_flush).count()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::{BlockLog, DISCARD, FLUSH, MAGIC, SECTOR};
+
+    /// A log of these entries: sector, what each byte of it is, how many sectors, flags.
+    pub(crate) fn log(disk_sectors: usize, entries: &[(u64, u8, u64, u64)]) -> BlockLog {
+        let sector = |words: &[u64]| {
+            let mut sector: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            sector.resize(SECTOR, 0);
+            sector
+        };
+        let mut bytes = sector(&[MAGIC, 1, entries.len() as u64, SECTOR as u64]);
+        for (at, byte, sectors, flags) in entries {
+            bytes.extend(sector(&[*at, *sectors, *flags, 0]));
+            if flags & DISCARD == 0 {
+                bytes.resize(bytes.len() + *sectors as usize * SECTOR, *byte);
+            }
+        }
+        BlockLog::read(vec![0; disk_sectors * SECTOR], bytes)
+    }
+
+    #[test]
+    fn a_log_is_read_as_it_was_kept() {
+        let log = log(8, &[(2, 7, 3, 0), (0, 0, 0, FLUSH), (4, 0, 2, DISCARD), (7, 9, 1, 0)]);
+        let told = |at: usize| (log.entries[at].at / SECTOR, log.entries[at].bytes.len() / SECTOR);
+        assert_eq!([told(0), told(1), told(2), told(3)], [(2, 3), (0, 0), (4, 0), (7, 1)]);
+        assert!(log.entries[1].is_flush && log.flushes() == 1);
+        let mut disk = log.base.clone();
+        for entry in &log.entries {
+            log.apply(entry, &mut disk, |sector| sector != 1);
+        }
+        let sectors: Vec<u8> = disk.chunks(SECTOR).map(|sector| sector[0]).collect();
+        assert_eq!(sectors, [0, 0, 7, 0, 7, 0, 0, 9]);
+    }
+}

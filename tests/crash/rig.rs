@@ -1,0 +1,240 @@
+//! Disks to be recorded and disks to be looked at.
+//!
+//! Owns the devices: a recorded disk is QEMU's `blklogwrites` behind the kernel's network block device, a disk after a
+//! cut lies in memory behind a loop device. QEMU does not record that a write must be on the disk when it is done
+//! (FUA); so there is a loop device before the recorded disk as well, which knows no such writes: the kernel flushes
+//! instead. Never knows what is on the disks but ext4.
+//!
+//! Start at [`Recording::of`] and [`Disk::new`].
+
+use crate::block_log::BlockLog;
+use rustix::event::{Timespec, poll};
+use rustix::io::Errno;
+use rustix::mount::{MountFlags, UnmountFlags, mount, unmount};
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader};
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use tempfile::TempDir;
+
+/// The size of every disk; its file system ends before that, and the marks lie behind it.
+const DISK: u64 = 16 << 20;
+const FILE_SYSTEM: u64 = 15 << 20;
+const BLOCK: usize = 4096;
+/// Milliseconds that anything is waited for, at most.
+const TICKS: usize = 10_000;
+/// Recordings so far. Each has a device of its own, so that none meets what is left of the one before.
+static RECORDINGS: AtomicUsize = AtomicUsize::new(0);
+
+/// A loop device with a disk in memory, and where it is mounted.
+pub(crate) struct Disk {
+    file: File,
+    device: String,
+    folder: TempDir,
+}
+
+/// A disk at work, of which everything is recorded.
+pub(crate) struct Recording {
+    folder: TempDir,
+    base: Vec<u8>,
+    device: String,
+    before: String,
+    server: Child,
+    marks: u64,
+}
+
+/// Runs a command of the system, which must succeed; returns what it says.
+fn run(program: &str, words: &[&str]) -> String {
+    let said =
+        Command::new(program).args(words).output().unwrap_or_else(|error| panic!("cannot run {program}: {error}"));
+    assert!(said.status.success(), "{program} {words:?}: {}", String::from_utf8_lossy(&said.stderr));
+    String::from_utf8(said.stdout).expect("systems speak UTF-8")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("paths here are plain")
+}
+
+impl Disk {
+    /// The disk on loop device `number`.
+    pub(crate) fn new(number: usize) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("disk");
+        let file = File::options().read(true).write(true).create_new(true).open(&path).unwrap();
+        file.set_len(DISK).unwrap();
+        fs::create_dir(folder.path().join("mounted")).unwrap();
+        let device = format!("/dev/loop{number}");
+        run("losetup", &[&device, text(&path)]);
+        Self { file, device, folder }
+    }
+
+    /// Gives it a new file system, has it filled, and returns its bytes.
+    pub(crate) fn made(&self, fill: impl FnOnce(&Path)) -> Vec<u8> {
+        self.load(&[]);
+        let kib = (FILE_SYSTEM >> 10).to_string();
+        run(
+            "mkfs.ext4",
+            &[
+                "-q",
+                "-F",
+                "-b",
+                &BLOCK.to_string(),
+                "-E",
+                "nodiscard,lazy_itable_init=0",
+                &self.device,
+                &format!("{kib}k"),
+            ],
+        );
+        let mounted = self.mount().unwrap();
+        fill(&mounted);
+        self.unmount();
+        let mut bytes = vec![0; DISK as usize];
+        self.file.read_exact_at(&mut bytes, 0).unwrap();
+        bytes
+    }
+
+    /// Makes it what `bytes` say, zero behind them. Only while it is not mounted.
+    pub(crate) fn load(&self, bytes: &[u8]) {
+        self.file.set_len(0).unwrap();
+        self.file.set_len(DISK).unwrap();
+        for (block, bytes) in bytes.chunks(BLOCK).enumerate().filter(|(_, bytes)| bytes.iter().any(|byte| *byte != 0)) {
+            self.file.write_all_at(bytes, (block * BLOCK) as u64).unwrap();
+        }
+    }
+
+    /// Mounts it; its journal is replayed.
+    pub(crate) fn mount(&self) -> Result<PathBuf, String> {
+        let folder = self.folder.path().join("mounted");
+        mount(&self.device, &folder, "ext4", MountFlags::NOATIME, None)
+            .map_err(|error| format!("cannot be mounted: {error}"))?;
+        Ok(folder)
+    }
+
+    /// Waits until nobody is in its way: a process that is just being started has for a moment all files of this one.
+    pub(crate) fn unmount(&self) {
+        let folder = self.folder.path().join("mounted");
+        await_that("nobody uses the disk", || match unmount(&folder, UnmountFlags::empty()) {
+            Err(Errno::BUSY) => false,
+            done => done.map(|()| true).unwrap(),
+        });
+    }
+
+    /// What ext4 found to be wrong with itself since it was mounted. Then the cut was none that a disk may leave.
+    pub(crate) fn errors(&self) -> u64 {
+        let name = self.device.trim_start_matches("/dev/");
+        let count = fs::read_to_string(format!("/sys/fs/ext4/{name}/errors_count")).unwrap();
+        count.trim().parse().unwrap()
+    }
+}
+
+impl Recording {
+    /// Records what `live` does with a disk that holds `base`, with or without somebody else who syncs all the time.
+    pub(crate) fn of(base: Vec<u8>, is_noisy: bool, live: impl FnOnce(&Path, &mut dyn FnMut())) -> BlockLog {
+        let mut recording = Self::new(base);
+        let mounted = recording.folder.path().join("mounted");
+        mount(&recording.before, &mounted, "ext4", MountFlags::NOATIME, None).unwrap();
+        let is_over = AtomicBool::new(!is_noisy);
+        thread::scope(|scope| {
+            scope.spawn(|| noise(&mounted, &is_over));
+            let _silence = Silence(&is_over);
+            live(&mounted, &mut || recording.mark());
+        });
+        unmount(&mounted, UnmountFlags::empty()).unwrap();
+        recording.ended()
+    }
+
+    fn new(base: Vec<u8>) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let device = format!("/dev/nbd{}", RECORDINGS.fetch_add(1, Ordering::Relaxed));
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("disk"), &base).unwrap();
+        fs::write(path("log"), "").unwrap();
+        fs::create_dir(path("mounted")).unwrap();
+        let options = format!(
+            "driver=blklogwrites,file.driver=file,file.filename={},log.driver=file,log.filename={},log-sector-size=512",
+            text(&path("disk")),
+            text(&path("log"))
+        );
+        let mut server = Command::new("qemu-nbd")
+            .args(["--verbose", "--connect", &device, "--socket", text(&path("socket")), "--image-opts", &options])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap_or_else(|error| panic!("cannot run qemu-nbd: {error}"));
+        let said = BufReader::new(server.stderr.take().expect("it is piped")).lines().map_while(Result::ok);
+        let said: Vec<String> = said.take_while(|line| !line.contains("now connected")).collect();
+        assert!(server.try_wait().unwrap().is_none(), "{said:?}");
+        let size = format!("/sys/block/{}/size", device.trim_start_matches("/dev/"));
+        await_that("the kernel knows how large the disk is", || fs::read_to_string(&size).unwrap().trim() != "0");
+        let before = run("losetup", &["--find", "--show", "--direct-io=on", &device]).trim().to_owned();
+        Self { folder, base, device, before, server, marks: 0 }
+    }
+
+    /// Marks the log, behind everything that is done: a sector behind the file system is written, and nothing flushed.
+    fn mark(&mut self) {
+        let sector = FILE_SYSTEM / crate::block_log::SECTOR as u64 + self.marks;
+        run(
+            "dd",
+            &[
+                "if=/dev/zero",
+                &format!("of={}", self.device),
+                "bs=512",
+                "count=1",
+                &format!("seek={sector}"),
+                "oflag=direct",
+                "conv=notrunc",
+            ],
+        );
+        self.marks += 1;
+    }
+
+    fn ended(mut self) -> BlockLog {
+        run("losetup", &["--detach", &self.before]);
+        run("qemu-nbd", &["--disconnect", &self.device]);
+        self.server.wait().unwrap();
+        BlockLog::read(self.base, fs::read(self.folder.path().join("log")).unwrap())
+    }
+}
+
+/// Asks every millisecond whether `is_so`: nobody tells of it.
+fn await_that(what: &str, mut is_so: impl FnMut() -> bool) {
+    let tick = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
+    for _ in 0..TICKS {
+        if is_so() {
+            return;
+        }
+        poll(&mut [], Some(&tick)).unwrap();
+    }
+    panic!("it does not come to pass that {what}");
+}
+
+impl BlockLog {
+    /// The entries that are marks.
+    pub(crate) fn marks(&self) -> Vec<usize> {
+        let is_mark = |at: &usize| self.entries[*at].at as u64 >= FILE_SYSTEM;
+        (0..self.entries.len()).filter(is_mark).collect()
+    }
+}
+
+/// Ends the noise, however a life ends.
+struct Silence<'n>(&'n AtomicBool);
+
+impl Drop for Silence<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Syncs a file again and again, so that the journal commits whatever else is under way.
+fn noise(folder: &Path, is_over: &AtomicBool) {
+    let mut count = 0u64;
+    while !is_over.load(Ordering::Relaxed) {
+        let file = File::options().create(true).write(true).truncate(false).open(folder.join("noise")).unwrap();
+        file.write_all_at(&count.to_le_bytes(), 0).unwrap();
+        file.sync_all().unwrap();
+        count += 1;
+    }
+}

@@ -1,0 +1,21 @@
+//! The power fails, at the level of the disk's blocks.
+//!
+//! Owns the claim that the crash laboratory of `tests/crash` finds nothing, and that it would.
+
+use crate::guest::in_real_time;
+use crate::programs;
+use std::process::Command;
+
+/// States of the disk that are looked at here; `make crash` looks at twenty times as many.
+const CUTS: u32 = 500;
+
+#[test]
+fn a_disk_that_loses_and_tears_what_was_not_flushed_leaves_a_whole_flock_and_the_update_completes() {
+    let mut laboratory = Command::new(programs::laboratory());
+    laboratory.arg(programs::updater()).arg(CUTS.to_string());
+    let said = in_real_time(900, &laboratory);
+    let (found, error) = (String::from_utf8_lossy(&said.stdout), String::from_utf8_lossy(&said.stderr));
+    assert!(said.status.success(), "{found}{error}");
+    assert_eq!(found.matches(", 0 wrong").count(), 4, "{found}");
+    assert_eq!(found.matches("must be caught").count(), 3, "{found}");
+}
