@@ -118,12 +118,20 @@ fn parts(figures: &[f64]) -> Vec<f64> {
 
 fn transitions(flock: &Flock) -> Vec<TransitionShare<'_>> {
     let (whole, graph) = (flock.whole(), flock.graph());
-    let played: Vec<_> = whole.sheep().map(|sheep| graph.find(whole.id(sheep))).collect();
+    // Where all is played, the two are one.
+    let is_played_in_part = graph.len() < whole.len();
+    let in_part = whole.sheep().filter(|_| is_played_in_part);
+    let played: Vec<_> = in_part.map(|sheep| graph.find(whole.id(sheep))).collect();
     let mut all = Vec::with_capacity(whole.exit_count());
     for from in whole.sheep() {
-        for to in whole.exits(from).map(|exit| whole.target(exit)) {
-            let exit = played[from.index()].zip(played[to.index()]).and_then(|(from, to)| graph.between(from, to));
-            let visits = exit.zip(flock.shares()).map_or(0.0, |(exit, shares)| shares.taken(exit));
+        for exit in whole.exits(from) {
+            let to = whole.target(exit);
+            let own = if is_played_in_part {
+                played[from.index()].zip(played[to.index()]).and_then(|(from, to)| graph.between(from, to))
+            } else {
+                Some(exit)
+            };
+            let visits = own.zip(flock.shares()).map_or(0.0, |(exit, shares)| shares.taken(exit));
             all.push(TransitionShare { from: whole.id(from), to: whole.id(to), visits });
         }
     }

@@ -74,7 +74,10 @@ impl ClipPath {
     pub fn new(text: &str) -> Result<Self, NameError> {
         let part_is_fine = |part: &[u8]| !matches!(part, b"" | b"." | b"..");
         let char_is_fine = |c: char| !c.is_control() && c != '\\';
-        if text.as_bytes().split(|&b| b == b'/').all(part_is_fine) && text.chars().all(char_is_fine) {
+        let byte_is_fine = |b: u8| (0x20..0x7f).contains(&b) && b != b'\\';
+        // Almost every path is plain ASCII, and there may be a million.
+        let chars_are_fine = text.bytes().all(byte_is_fine) || text.chars().all(char_is_fine);
+        if chars_are_fine && text.as_bytes().split(|&b| b == b'/').all(part_is_fine) {
             Ok(Self(text.into()))
         } else {
             Err(NameError::Path { found: text.to_owned() })

@@ -44,13 +44,6 @@ pub(crate) enum Scalar<'t> {
     Text(&'t str),
 }
 
-/// What one line of a table says.
-enum Line<'t> {
-    Header(&'t str),
-    Entry(PlainEntry<'t>),
-    Nothing,
-}
-
 impl<'t> Blocks<'t> {
     /// Splits `text` into its head, which is TOML of any form, and its tables. `None` if it has characters that TOML
     /// forbids somewhere.
@@ -74,24 +67,31 @@ impl<'t> Blocks<'t> {
 
     /// Reads the next table into `block`. `Some(false)` at the end of the text, `None` where it is not plain.
     pub(crate) fn next(&mut self, block: &mut Block<'t>) -> Option<bool> {
+        let bytes = self.text.as_bytes();
         block.entries.clear();
         let mut begun = false;
-        while let Some(line) = line_at(self.text, self.at) {
-            let start = self.at;
-            match read(line, start)? {
-                Line::Header(_) if begun => return Some(true),
-                Line::Header(name) => {
-                    (block.name, block.at) = (name, start);
-                    begun = true;
+        loop {
+            let at = behind(bytes, self.at, is_blank);
+            self.at = match bytes.get(at) {
+                None => return Some(begun),
+                Some(b'\n' | b'#') => line_end(bytes, at)?,
+                Some(b'[') if begun => return Some(true),
+                Some(b'[') => {
+                    let (name, end) = header(self.text, at)?;
+                    (block.name, block.at, begun) = (name, at, true);
+                    line_end(bytes, end)?
                 }
-                Line::Entry(_) if !begun => return None,
-                Line::Entry(entry) if block.entries.iter().any(|other| other.key == entry.key) => return None,
-                Line::Entry(entry) => block.entries.push(entry),
-                Line::Nothing => {}
-            }
-            self.at += line.len() + 1;
+                Some(_) if !begun => return None,
+                Some(_) => {
+                    let (entry, end) = entry(self.text, at)?;
+                    if block.entries.iter().any(|other| other.key == entry.key) {
+                        return None;
+                    }
+                    block.entries.push(entry);
+                    line_end(bytes, end)?
+                }
+            };
         }
-        Some(begun)
     }
 }
 
@@ -108,56 +108,78 @@ fn line_at(text: &str, at: usize) -> Option<&str> {
     Some(rest.split_once('\n').map_or(rest, |(line, _)| line)).filter(|line| !line.is_empty() || !rest.is_empty())
 }
 
-/// What `line`, which starts at `start`, says. `None` if it is not plain.
-fn read(line: &str, start: usize) -> Option<Line<'_>> {
-    let blank = [' ', '\t'];
-    let said = line.trim_start_matches(blank);
-    if said.is_empty() || said.starts_with('#') {
-        return Some(Line::Nothing);
+/// The first place from `at` on whose byte is none of those `within`.
+fn behind(bytes: &[u8], at: usize, within: impl Fn(u8) -> bool) -> usize {
+    let rest = bytes.get(at..).unwrap_or_default();
+    at + rest.iter().position(|&byte| !within(byte)).unwrap_or(rest.len())
+}
+
+fn is_blank(byte: u8) -> bool {
+    byte == b' ' || byte == b'\t'
+}
+
+/// Whether a key with this byte needs no quotes.
+fn is_bare(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-'
+}
+
+/// Where the next line starts, if nothing but a comment comes before the end of the one that `at` lies in.
+fn line_end(bytes: &[u8], at: usize) -> Option<usize> {
+    let at = behind(bytes, at, is_blank);
+    match bytes.get(at) {
+        None => Some(at),
+        Some(b'\n') => Some(at + 1),
+        Some(b'#') => Some((behind(bytes, at, |byte| byte != b'\n') + 1).min(bytes.len())),
+        Some(_) => None,
     }
-    if let Some(header) = said.strip_prefix("[[") {
-        let (name, rest) = header.split_once("]]")?;
-        return (is_bare(name) && is_over(rest)).then_some(Line::Header(name));
+}
+
+/// What stands between the brackets at `at`, and where they end.
+fn header(text: &str, at: usize) -> Option<(&str, usize)> {
+    let bytes = text.as_bytes();
+    let end = behind(bytes, at + 2, is_bare);
+    let name = text.get(at + 2..end).filter(|name| !name.is_empty())?;
+    (bytes[at..].starts_with(b"[[") && bytes[end..].starts_with(b"]]")).then_some((name, end + 2))
+}
+
+/// The entry whose key stands at `start`, and where it ends.
+fn entry(text: &str, start: usize) -> Option<(PlainEntry<'_>, usize)> {
+    let bytes = text.as_bytes();
+    let end = behind(bytes, start, is_bare);
+    let key = text.get(start..end).filter(|key| !key.is_empty())?;
+    let equals = behind(bytes, end, is_blank);
+    if bytes.get(equals) != Some(&b'=') {
+        return None;
     }
-    let (key, rest) = said.split_once('=')?;
-    let key = key.trim_end_matches(blank);
-    let value = rest.trim_start_matches(blank);
-    let at = start + line.len() - value.len();
-    let (value, rest) = if let Some(text) = value.strip_prefix('"') {
-        let (text, rest) = text.split_once('"')?;
-        (Scalar::Text(text).filter(!text.contains('\\'))?, rest)
+    let at = behind(bytes, equals + 1, is_blank);
+    let (value, end) = if bytes.get(at) == Some(&b'"') {
+        let end = behind(bytes, at + 1, |byte| !matches!(byte, b'"' | b'\\' | b'\n'));
+        let closed = bytes.get(end) == Some(&b'"');
+        (Scalar::Text(text.get(at + 1..end).filter(|_| closed)?), end + 1)
     } else {
-        let end = value.find(|c: char| blank.contains(&c) || c == '#').unwrap_or(value.len());
-        let (number, rest) = value.split_at(end);
-        (Scalar::Number(number).filter(is_number(number))?, rest)
+        let end = behind(bytes, at, |byte| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'+' | b'-'));
+        (Scalar::Number(text.get(at..end).filter(|number| is_number(number))?), end)
     };
-    (is_bare(key) && is_over(rest)).then_some(Line::Entry(PlainEntry { key, value, at }))
-}
-
-impl Scalar<'_> {
-    fn filter(self, fine: bool) -> Option<Self> {
-        fine.then_some(self)
-    }
-}
-
-/// Whether `key` needs no quotes.
-fn is_bare(key: &str) -> bool {
-    !key.is_empty() && key.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
-}
-
-/// Whether nothing but a comment comes behind a value.
-fn is_over(rest: &str) -> bool {
-    let rest = rest.trim_start_matches([' ', '\t']);
-    rest.is_empty() || rest.starts_with('#')
+    Some((PlainEntry { key, value, at }, end))
 }
 
 /// Whether `text` is a plain decimal number.
 fn is_number(text: &str) -> bool {
-    let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, "0"));
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    digits(whole)
-        && (whole.len() == 1 || !whole.starts_with('0'))
-        && digits(fraction)
-        && digits(exponent.strip_prefix(['+', '-']).unwrap_or(exponent))
+    let bytes = text.as_bytes();
+    let digits = |from: usize| behind(bytes, from, |byte| byte.is_ascii_digit());
+    let mut end = digits(0);
+    if end == 0 || (end > 1 && bytes[0] == b'0') {
+        return false;
+    }
+    for mark in [&b"."[..], b"eE"] {
+        if bytes.get(end).is_some_and(|byte| mark.contains(byte)) {
+            let is_signed = mark.len() > 1 && matches!(bytes.get(end + 1), Some(b'+' | b'-'));
+            let first = end + 1 + usize::from(is_signed);
+            end = digits(first);
+            if end == first {
+                return false;
+            }
+        }
+    }
+    end == bytes.len()
 }

@@ -95,6 +95,9 @@ impl ManifestError {
     }
 }
 
+/// Most keys that a table has.
+const MOST_KEYS: usize = 8;
+
 /// One table of the file, read key by key. What is left at [`Table::finish`] is unknown.
 pub(crate) struct Table<'t, 'i> {
     source: Source<'t>,
@@ -102,7 +105,10 @@ pub(crate) struct Table<'t, 'i> {
     /// Where it starts, in bytes from the start of the text.
     at: usize,
     entries: Entries<'t, 'i>,
-    asked: Vec<&'static str>,
+    /// The keys that were asked for: the first `count` of these, of which `found` stand there.
+    asked: [&'static str; MOST_KEYS],
+    count: usize,
+    found: usize,
     /// Behind the plain entry that was found last.
     next: usize,
 }
@@ -151,25 +157,22 @@ impl Source<'_> {
 impl<'t, 'i> Table<'t, 'i> {
     /// The table that the TOML parser found.
     pub(crate) fn new(source: Source<'t>, name: &'static str, table: &'t Spanned<DeTable<'i>>) -> Self {
-        Self {
-            source,
-            name,
-            at: table.span().start,
-            entries: Entries::Parsed(table.get_ref()),
-            asked: Vec::new(),
-            next: 0,
-        }
+        Self::of(source, name, table.span().start, Entries::Parsed(table.get_ref()))
     }
 
     /// The table that stands there in plain form.
     pub(crate) fn plain(source: Source<'t>, name: &'static str, block: &'t Block<'t>) -> Self {
-        let entries = Entries::Plain(&block.entries);
-        Self { source, name, at: block.at, entries, asked: Vec::with_capacity(8), next: 0 }
+        Self::of(source, name, block.at, Entries::Plain(&block.entries))
+    }
+
+    fn of(source: Source<'t>, name: &'static str, at: usize, entries: Entries<'t, 'i>) -> Self {
+        Self { source, name, at, entries, asked: [""; MOST_KEYS], count: 0, found: 0, next: 0 }
     }
 
     /// The value of `key`, if it stands there.
     pub(crate) fn optional(&mut self, key: &'static str) -> Option<Entry<'t, 'i>> {
-        self.asked.push(key);
+        self.asked[self.count] = key;
+        self.count += 1;
         let value = match self.entries {
             Entries::Parsed(entries) => Value::Parsed(entries.get(key)?),
             Entries::Plain(entries) => {
@@ -181,6 +184,7 @@ impl<'t, 'i> Table<'t, 'i> {
                 Value::Plain(entries[at])
             }
         };
+        self.found += 1;
         Some(Entry { source: self.source, key, value })
     }
 
@@ -197,8 +201,11 @@ impl<'t, 'i> Table<'t, 'i> {
 
     /// Refuses keys that were not asked for.
     pub(crate) fn finish(self) -> Result<(), ManifestError> {
-        let unknown = |key: &str| !self.asked.contains(&key);
+        let asked = &self.asked[..self.count];
+        let unknown = |key: &str| !asked.contains(&key);
         let found = match self.entries {
+            // Each key was asked for once: as many as were found are known.
+            Entries::Plain(entries) if entries.len() == self.found => None,
             Entries::Parsed(entries) => {
                 let keys = entries.keys().map(|key| (key.span().start, key.get_ref().as_ref()));
                 keys.filter(|&(_, key)| unknown(key)).min()
@@ -206,7 +213,7 @@ impl<'t, 'i> Table<'t, 'i> {
             Entries::Plain(entries) => entries.iter().map(|entry| (entry.at, entry.key)).find(|&(_, key)| unknown(key)),
         };
         let Some((at, key)) = found else { return Ok(()) };
-        let known = self.asked.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let known = asked.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
         let (path, line) = (self.source.path.to_owned(), self.source.line(at));
         Err(ManifestError::UnknownKey { path, line, key: key.to_owned(), table: self.name, known })
     }
@@ -279,10 +286,7 @@ impl<'t, 'i> Entry<'t, 'i> {
         let refused = || self.refused(format!("tables, each headed {name}"));
         let Value::Parsed(value) = &self.value else { return Err(refused()) };
         let table = |value: &'t Spanned<DeValue<'i>>| match value.get_ref().as_table() {
-            Some(entries) => {
-                let (at, entries) = (value.span().start, Entries::Parsed(entries));
-                Ok(Table { source: self.source, name, at, entries, asked: Vec::new(), next: 0 })
-            }
+            Some(entries) => Ok(Table::of(self.source, name, value.span().start, Entries::Parsed(entries))),
             None => Err(refused()),
         };
         value.get_ref().as_array().ok_or_else(refused)?.iter().map(table).collect()
