@@ -37,6 +37,7 @@ const PROBE: &str = r"<body><script>
       unplaced: all('.disc').filter(disc => !/^translate\([\d.]+ [\d.]+\)$/.test(disc.getAttribute('transform'))).length,
       rows: all('tbody tr').map(row => row.textContent), lanes: all('.lane').filter(lane => lane.style.background.includes('gradient')).length,
       pairs: all('#joins:not([hidden]) .pair').map(pair => [pair.querySelectorAll('img').length, pair.classList.contains('jumps'), pair.textContent]),
+      suggested: all('#suggested:not([hidden]) li').map(item => item.textContent),
       joins: document.querySelector('#joins:not([hidden]) .note')?.textContent ?? null,
       ground: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
       foreign: all('[data-foreign]').length, wide: document.documentElement.scrollWidth > innerWidth,
@@ -172,6 +173,46 @@ fn a_sheep_that_is_chosen_is_told_about_and_balancing_changes_the_shares() {
         sizes.iter().copied().fold(0.0, f64::max) / sizes.iter().copied().fold(f64::INFINITY, f64::min)
     };
     assert!(spread("asBalanced") < spread("asWritten"), "balanced discs are more alike: {told}");
+}
+
+#[test]
+fn transitions_that_would_help_are_told_with_what_they_cost() {
+    let folder = tempfile::tempdir().unwrap();
+    let demo = programs::repository().join("flock-tools/demo/small");
+    programs::succeed(Command::new("cp").arg("-r").arg(&demo).arg(folder.path().join("small")));
+    let small = folder.path().join("small");
+    programs::succeed(Command::new(programs::flock()).arg("want").arg(&small).args(["orchid", "6"]));
+    let (_scratch, page) = report(&small, 0);
+    let told = seen(&page, DESK);
+    let suggested: Vec<&str> =
+        told["suggested"].as_array().unwrap().iter().map(|item| item.as_str().unwrap()).collect();
+    assert!(!suggested.is_empty(), "{told}");
+    let costs = |told: &&str| told.contains(" billion samples to render, about ") && told.ends_with(" MB");
+    assert!(suggested.iter().all(costs), "by the genomes' samples and the clips' sizes: {suggested:?}");
+    // Without genomes and clips what is left is the length; a large flock is searched when it is asked for.
+    let bare = |sheep| written(&bare(sheep, 2).replacen("clip = \"s0.mp4\"", "clip = \"s0.mp4\"\nwant = 40", 1));
+    for (sheep, words, count) in
+        [(40, &[][..], 5), (40, &["--suggest", "1"], 1), (101, &[], 0), (101, &["--suggest", "2"], 2)]
+    {
+        let folder = bare(sheep);
+        let page = folder.path().join("page.html");
+        let said = flock(&[&["report", "--out", page.to_str().unwrap()], words].concat(), folder.path());
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        let told = seen(&page, DESK);
+        let suggested = told["suggested"].as_array().unwrap();
+        assert_eq!(suggested.len(), count, "{sheep} {words:?}: {suggested:?}");
+        // Which they are is what `flock balance` says.
+        let said = flock(&["balance", "--suggest", "5", "--json"], folder.path());
+        let balance: Value = serde_json::from_slice(&said.stdout).unwrap();
+        for (told, add) in suggested.iter().zip(balance["add"].as_array().unwrap()) {
+            let (from, to) = (add["from"].as_str().unwrap(), add["to"].as_str().unwrap());
+            let (told, ratio) = (told.as_str().unwrap(), add["worst_ratio"].as_f64().unwrap());
+            assert!(told.starts_with(&format!("{from} to {to}: worst ratio ")), "{told}, {add}");
+            assert!(told.ends_with("; 384 frames, 12.8 s"), "{told}");
+            let number = told.split("ratio ").nth(1).unwrap().split(';').next().unwrap();
+            assert!((number.parse::<f64>().unwrap() / ratio - 1.0).abs() < 0.02, "{told}, {ratio}");
+        }
+    }
 }
 
 #[test]

@@ -19,26 +19,39 @@ const LOOKED_AT: usize = 256;
 
 /// What a clip costs.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
-pub(super) struct Cost {
+pub(crate) struct Cost {
     pub(super) frames: u32,
     /// How long it is lit.
     pub(super) seconds: f64,
-    /// Processor time to render it; `null` where a genome is missing, and for what is there already.
+    /// What the renderer draws for it; `null` where a genome is missing, and for what is there already.
+    pub(super) samples: Option<f64>,
+    /// Processor time to render it, as measured on a few frames; `null` as above, and where nothing is measured.
     pub(super) cpu_hours: Option<f64>,
     /// Its size, or what it will be if it is like the clips that are there; `null` where there are none.
     pub(super) bytes: Option<f64>,
 }
 
-/// What rendering the transitions `new` to the flock in `folder` costs.
+/// How transitions would be rendered.
+struct Planned {
+    look: Look,
+    plans: Vec<ClipPlan>,
+}
+
+/// What rendering the transitions `new` to the flock in `folder` costs; a measurement on a few frames tells what their
+/// samples take.
 pub(super) fn of_rendering(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
-    let per_frame = bytes_a_frame(flock.manifest(), folder);
-    let hours = cpu_hours(new, flock.manifest(), folder);
-    let cost = |(new, cpu_hours): (&Suggestion, Option<f64>)| Cost {
-        cpu_hours,
-        bytes: per_frame.map(|bytes| (bytes * f64::from(new.frames.0)).round()),
-        ..plain(new, flock)
-    };
-    new.iter().zip(hours).map(cost).collect()
+    let planned = Planned::new(new, flock.manifest(), folder);
+    let mut costs = planned.costs(new, flock, folder);
+    let second = planned.seconds_a_sample();
+    for cost in &mut costs {
+        cost.cpu_hours = cost.samples.zip(second).map(|(samples, seconds)| samples * seconds / 3600.0);
+    }
+    costs
+}
+
+/// The same without the measurement: equal for equal flocks.
+pub(crate) fn foreseen(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
+    Planned::new(new, flock.manifest(), folder).costs(new, flock, folder)
 }
 
 /// What keeping the transitions `old` of the flock in `folder` costs.
@@ -52,11 +65,12 @@ pub(super) fn of_keeping(old: &[Suggestion], flock: &Flock, folder: &Path) -> Ve
     old.iter().map(cost).collect()
 }
 
-fn plain(suggestion: &Suggestion, flock: &Flock) -> Cost {
+/// What the length of a suggested transition costs.
+pub(crate) fn plain(suggestion: &Suggestion, flock: &Flock) -> Cost {
     let fps = flock.manifest().fps;
     let frames = suggestion.frames.0;
     let seconds = f64::from(frames) * f64::from(fps.den()) / f64::from(fps.num());
-    Cost { frames, seconds, cpu_hours: None, bytes: None }
+    Cost { frames, seconds, samples: None, cpu_hours: None, bytes: None }
 }
 
 /// What a frame of the clips in `folder` takes in the mean.
@@ -72,31 +86,54 @@ fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
     (frames > 0.0).then(|| bytes / frames)
 }
 
-/// Processor hours to render each of `new`, by the genomes' own quality; a measurement on a few frames tells what their
-/// samples cost. A genome that cannot be rendered is `flock render`'s to refuse.
-fn cpu_hours(new: &[Suggestion], manifest: &Manifest, folder: &Path) -> Vec<Option<f64>> {
-    if new.is_empty() {
-        return Vec::new();
+impl Planned {
+    /// By the genomes' own quality. A genome that cannot be rendered is `flock render`'s to refuse.
+    fn new(new: &[Suggestion], manifest: &Manifest, folder: &Path) -> Self {
+        let look = Look::of_genomes(Form { size: manifest.size, fps: manifest.fps });
+        let ends: Vec<SheepId> = new.iter().flat_map(|new| [new.from.clone(), new.to.clone()]).collect();
+        if ends.is_empty() {
+            return Self { look, plans: Vec::new() };
+        }
+        let transition = |new: &Suggestion| Transition {
+            from: new.from.clone(),
+            to: new.to.clone(),
+            clip: Clip {
+                path: places::of_transition(&new.from, &new.to, places::CLIP),
+                frames: new.frames,
+                hash: None,
+            },
+            weight: new.weight,
+        };
+        let with = Manifest { transitions: new.iter().map(transition).collect(), ..manifest.clone() };
+        let order = Order::new(folder, &with, &Wanted { sheep: &ends, again: true }, &look);
+        let clips = order.map(|order| order.clips).unwrap_or_default();
+        let plans = clips.into_iter().filter(|clip| matches!(clip.shows, Shows::Transition(..))).collect();
+        Self { look, plans }
     }
-    let look = Look::of_genomes(Form { size: manifest.size, fps: manifest.fps });
-    let ends: Vec<SheepId> = new.iter().flat_map(|new| [new.from.clone(), new.to.clone()]).collect();
-    let transition = |new: &Suggestion| Transition {
-        from: new.from.clone(),
-        to: new.to.clone(),
-        clip: Clip { path: places::of_transition(&new.from, &new.to, places::CLIP), frames: new.frames, hash: None },
-        weight: new.weight,
-    };
-    let with = Manifest { transitions: new.iter().map(transition).collect(), ..manifest.clone() };
-    let order = Order::new(folder, &with, &Wanted { sheep: &ends, again: true }, &look);
-    let clips = order.map(|order| order.clips).unwrap_or_default();
-    let plans: Vec<ClipPlan> = clips.into_iter().filter(|clip| matches!(clip.shows, Shows::Transition(..))).collect();
-    let Ok(seconds) = estimate::cpu_seconds(&plans, &look) else { return vec![None; new.len()] };
-    let samples =
-        |plan: &ClipPlan| plan.demand(&look).map_or(0.0, |demand| demand.samples as f64) * f64::from(plan.frames.0);
-    let all: f64 = plans.iter().map(samples).sum();
-    let of = |new: &Suggestion| {
-        let own = |plan: &&ClipPlan| plan.shows == Shows::Transition(new.from.clone(), new.to.clone());
-        plans.iter().find(own).map(|plan| seconds / 3600.0 * samples(plan) / all)
-    };
-    new.iter().map(of).collect()
+
+    /// What each of `new` costs, but for processor time.
+    fn costs(&self, new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
+        let per_frame = bytes_a_frame(flock.manifest(), folder);
+        let cost = |new: &Suggestion| {
+            let own = |plan: &&ClipPlan| plan.shows == Shows::Transition(new.from.clone(), new.to.clone());
+            Cost {
+                samples: self.plans.iter().find(own).and_then(|plan| self.samples(plan)),
+                bytes: per_frame.map(|bytes| (bytes * f64::from(new.frames.0)).round()),
+                ..plain(new, flock)
+            }
+        };
+        new.iter().map(cost).collect()
+    }
+
+    /// The samples of all frames of `plan`, if it can be rendered.
+    fn samples(&self, plan: &ClipPlan) -> Option<f64> {
+        plan.demand(&self.look).ok().map(|demand| demand.samples as f64 * f64::from(plan.frames.0))
+    }
+
+    /// Processor seconds that a sample takes in the mean, measured.
+    fn seconds_a_sample(&self) -> Option<f64> {
+        let samples: f64 = self.plans.iter().map(|plan| self.samples(plan)).sum::<Option<f64>>()?;
+        let seconds = estimate::cpu_seconds(&self.plans, &self.look).ok()?;
+        (samples > 0.0).then(|| seconds / samples)
+    }
 }

@@ -77,7 +77,7 @@ impl Advice {
 
 impl Advised {
     fn row(&self, place: usize, wide: usize) -> String {
-        let Cost { frames, seconds, cpu_hours, bytes } = self.cost;
+        let Cost { frames, seconds, cpu_hours, bytes, .. } = self.cost;
         let worst = self.worst_ratio.map_or("never".to_owned(), |ratio| format!("{ratio:.3}"));
         let hours = cpu_hours.map_or("-".to_owned(), |hours| format!("{hours:.2}"));
         let megabytes = bytes.map_or("-".to_owned(), |bytes| format!("{:.1}", bytes / 1e6));

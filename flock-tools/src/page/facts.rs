@@ -14,6 +14,7 @@ use super::colour::Colour;
 use super::joins::Joins;
 use super::layout::places;
 use super::picture::Picture;
+use super::suggested::Suggested;
 use super::walked::{Spread, Walked};
 
 /// A page's document. Sheep are named by their place in `sheep`.
@@ -31,6 +32,7 @@ pub(super) struct Facts<'f> {
     pub(super) transitions: Vec<(usize, usize, f64, u32)>,
     pub(super) day: Option<Day>,
     pub(super) balanced: Option<Balanced>,
+    pub(super) suggested: Option<Suggested>,
     pub(super) joins: Option<Joins>,
 }
 
@@ -88,6 +90,7 @@ pub(super) struct Sources<'f> {
     pub(super) seed: u64,
     pub(super) walked: Option<Walked>,
     pub(super) balanced: Option<Balanced>,
+    pub(super) suggested: Option<Suggested>,
     pub(super) joins: Option<Joins>,
     /// One for each sheep of the whole flock, or none at all.
     pub(super) pictures: &'f [Option<Picture>],
@@ -97,7 +100,7 @@ pub(super) struct Sources<'f> {
 impl<'f> Facts<'f> {
     /// The document of what `sources` say.
     pub(super) fn of(sources: Sources<'f>) -> Self {
-        let Sources { flock, seed, walked, balanced, joins, pictures, clips_there } = sources;
+        let Sources { flock, seed, walked, balanced, suggested, joins, pictures, clips_there } = sources;
         let (manifest, whole) = (flock.manifest(), flock.whole());
         let shares = FlockShares::of(flock);
         let transitions = transitions(flock, shares.as_ref());
@@ -127,6 +130,7 @@ impl<'f> Facts<'f> {
             transitions,
             day,
             balanced,
+            suggested,
             joins,
         }
     }

@@ -10,7 +10,7 @@ use super::facts::Facts;
 const PAGE: &str = include_str!("sheet/page.html");
 const LOOK: &str = include_str!("sheet/look.css");
 /// In this order; a file uses what those before it define.
-const CODE: [&str; 11] = [
+const CODE: [&str; 12] = [
     include_str!("sheet/ground.js"),
     include_str!("sheet/head.js"),
     include_str!("sheet/graph.js"),
@@ -21,6 +21,7 @@ const CODE: [&str; 11] = [
     include_str!("sheet/joins.js"),
     include_str!("sheet/table.js"),
     include_str!("sheet/weighing.js"),
+    include_str!("sheet/suggested.js"),
     include_str!("sheet/start.js"),
 ];
 

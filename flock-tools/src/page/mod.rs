@@ -15,6 +15,7 @@ mod html;
 mod joins;
 mod layout;
 mod picture;
+mod suggested;
 mod walked;
 
 use std::io;
@@ -31,6 +32,7 @@ use balanced::Balanced;
 use facts::{Facts, Figures, Sources, distinct_clips};
 use joins::Joins;
 use picture::Picture;
+use suggested::Suggested;
 use walked::Walked;
 
 pub(crate) use picture::{Pixels, first_frame};
@@ -66,6 +68,13 @@ pub(crate) struct Args {
     /// Only what the manifest tells; no clip is opened
     #[arg(long)]
     no_pictures: bool,
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(0..=1000))]
+    #[arg(help = format!(
+        "Tell up to K transitions that would help most if added [default: {}, or none above {} sheep: it takes its time]",
+        suggested::USUAL,
+        suggested::MOST_SHEEP
+    ))]
+    suggest: Option<u16>,
     /// Only the graph, for Graphviz
     #[arg(long, conflicts_with_all = ["graphml", "json"])]
     dot: bool,
@@ -109,9 +118,16 @@ pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
 
 /// Writes the graph alone.
 fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
-    let sources =
-        Sources { flock, seed: args.seed, walked: None, balanced: None, joins: None, pictures: &[], clips_there: None };
-    let facts = Facts::of(sources);
+    let facts = Facts::of(Sources {
+        flock,
+        seed: args.seed,
+        walked: None,
+        balanced: None,
+        suggested: None,
+        joins: None,
+        pictures: &[],
+        clips_there: None,
+    });
     let lines = if args.dot { dot::lines(&facts) } else { graphml::lines(&facts) };
     match &args.out {
         Some(path) => write(path, &(lines.join("\n") + "\n")),
@@ -127,11 +143,21 @@ fn page(args: &Args, flock: &Arc<Flock>, video: Video) -> Result<(), Fatal> {
     let pictures = if args.no_pictures { Vec::new() } else { pictures(&args.dir, flock, decoder) };
     let walked = Walked::of(flock, args.seed);
     let balanced = Balanced::of(flock);
+    let folder = Some(args.dir.as_path()).filter(|_| !args.no_pictures);
+    let suggested = Suggested::of(flock, folder, args.suggest.map(usize::from));
     let judging = decoder.filter(|_| !args.no_joins);
     let joins = judging.and_then(|decoder| Joins::of(&args.dir, flock, decoder));
     let jumps = joins.as_ref().map(|joins| joins.jumps);
-    let facts =
-        Facts::of(Sources { flock, seed: args.seed, walked, balanced, joins, pictures: &pictures, clips_there });
+    let facts = Facts::of(Sources {
+        flock,
+        seed: args.seed,
+        walked,
+        balanced,
+        suggested,
+        joins,
+        pictures: &pictures,
+        clips_there,
+    });
     let text = html::page(&facts).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let path = args.out.clone().unwrap_or_else(|| args.dir.join(FILE_NAME));
     write(&path, &text)?;

@@ -70,6 +70,13 @@ impl Suggestions {
     }
 }
 
+impl Suggestion {
+    /// Up to `count` transitions to add to `flock`, as [`Suggestions::of`] tells them; in half the time.
+    pub fn to_add(flock: &Flock, terms: Terms, count: usize) -> Option<Vec<Self>> {
+        flock.is_walkable().then(|| sequence(flock, terms, count, Way::Add))
+    }
+}
+
 /// The best changes of one kind, one after the other.
 fn sequence(flock: &Flock, terms: Terms, count: usize, way: Way) -> Vec<Suggestion> {
     let mut suggestions = Vec::new();
