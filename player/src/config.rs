@@ -3,9 +3,9 @@
 //! Owns [`Config`] and the reading of its file. Never acts on it. Every key explains itself in `config/player.toml`,
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
-use crate::hours::{Brightness, Day, Hours, Zone};
 use crate::settings::{Clock, ScreenChoice, StatusAddress};
 use player::config_file::{self, ConfigError, within};
+use player::hours::{Brightness, Day, Hours, Zone};
 use player::log_level::LogLevel;
 use serde::Deserialize;
 use serde::de::Deserializer;
@@ -33,6 +33,7 @@ pub(crate) struct Config {
     pub(crate) hours: Option<Hours>,
     pub(crate) brightness: Brightness,
     pub(crate) timezone: Option<Zone>,
+    pub(crate) owner: PathBuf,
     pub(crate) clock: Clock,
     pub(crate) state: PathBuf,
     #[serde(deserialize_with = "seed")]
@@ -61,6 +62,7 @@ impl Default for Config {
             hours: None,
             brightness: Brightness::full(),
             timezone: None,
+            owner: "/var/lib/dreams/owner/dreams.toml".into(),
             clock: Clock::Vblank,
             state: "/var/lib/dreams/state".into(),
             seed: None,

@@ -6,9 +6,9 @@
 //!
 //! Start at [`Day::light`].
 
+use crate::day::{self, DAY_MIN, Window, is_clock_wrong};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use player::day::{self, DAY_MIN, Window, is_clock_wrong};
 use screen::Light;
 use serde::Deserialize;
 use std::ops::RangeInclusive;
@@ -25,12 +25,12 @@ const STEPS: RangeInclusive<usize> = 1..=24;
 /// When the picture is lit, in local time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
-pub(crate) struct Hours(Window);
+pub struct Hours(Window);
 
 /// How bright it is: one brightness for all the day, or from each of these times on.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
-pub(crate) struct Brightness {
+pub struct Brightness {
     /// Minute of the day, and percent; in the order of the day, no two at the same time.
     steps: Vec<(u64, u16)>,
 }
@@ -38,34 +38,38 @@ pub(crate) struct Brightness {
 /// The time zone of the unit.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
-pub(crate) struct Zone(TimeZone);
+pub struct Zone(TimeZone);
 
 /// A text that is none of them.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum NoHours {
+pub enum NoHours {
+    /// For a brightness.
     #[error(
         "`{0}` is no brightness: a percentage from 1 to 100, or some with their times, as in `07:00 100, 20:00 40`"
     )]
     Brightness(String),
+    /// For hours.
     #[error("`{0}` are no hours: two times of the day, as in `08:00-23:00`")]
     Hours(String),
+    /// For a time zone.
     #[error("`{0}` is no time zone: its name, as in `Europe/Zurich`")]
     Zone(String),
 }
 
 /// What a unit was told about its days.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Day {
-    /// `None` for always.
-    pub(crate) hours: Option<Hours>,
-    pub(crate) brightness: Brightness,
-    /// `None` for the machine's own.
-    pub(crate) zone: Option<Zone>,
+pub struct Day {
+    /// When the picture is lit; `None` for always.
+    pub hours: Option<Hours>,
+    /// How bright it is in them.
+    pub brightness: Brightness,
+    /// By which local time; `None` for the machine's own.
+    pub zone: Option<Zone>,
 }
 
 impl Day {
     /// How bright the picture is to be when the clock shows `clock_s` seconds since 1970.
-    pub(crate) fn light(&self, clock_s: u64) -> Light {
+    pub fn light(&self, clock_s: u64) -> Light {
         let Some(second) = self.local_second(clock_s) else {
             return Light::On { thousandths: self.brightness.brightest() };
         };
@@ -88,7 +92,7 @@ impl Day {
 
 impl Brightness {
     /// Always as bright as can be.
-    pub(crate) fn full() -> Self {
+    pub fn full() -> Self {
         Self { steps: vec![(0, *PERCENT.end())] }
     }
 

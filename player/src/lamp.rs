@@ -1,13 +1,17 @@
 //! The lamp: a thread that sees to it that the picture is as bright as the hour wants it.
 //!
-//! Owns when it looks: every second. What the hour wants is `hours.rs`; the flip thread takes it from the glass and tells
-//! the screen. Never touches a screen.
+//! Owns when it looks, every second, and that what the owner of the unit has set goes before what the config says. What
+//! the hour wants is `player::hours`; the flip thread takes it from the glass and tells the screen. Never touches a screen.
 //!
-//! Start at [`start`].
+//! Start at [`Lamp::start`].
 
 use crate::glass::Glass;
-use crate::hours::Day;
 use crate::report::Fatal;
+use crate::usher::{Telling, telling};
+use player::hours::Day;
+use player::owner::Owner;
+use screen::Light;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
@@ -15,18 +19,87 @@ use std::time::Duration;
 /// Between two looks.
 const OFTEN: Duration = Duration::from_secs(1);
 
-/// Makes `glass` as bright as `day` wants it at `clock`, now and for as long as the process lives.
-///
-/// # Errors
-/// [`Fatal`] if the thread cannot be started.
-pub(crate) fn start(day: Day, glass: Arc<Glass>, clock: fn() -> u64) -> Result<(), Fatal> {
-    glass.set_light(day.light(clock()));
-    let work = move || {
-        loop {
-            thread::park_timeout(OFTEN);
-            glass.set_light(day.light(clock()));
+/// What the unit was told about its days, and by whom.
+#[derive(Debug)]
+pub(crate) struct Lamp {
+    config: Day,
+    owner: PathBuf,
+    /// Which of the owner's settings `day` is made of.
+    known: Option<Telling>,
+    day: Day,
+}
+
+impl Lamp {
+    /// A lamp that goes by `config`, and by what the file `owner` has instead.
+    pub(crate) fn new(config: Day, owner: &Path) -> Self {
+        Self { day: config.clone(), config, owner: owner.to_owned(), known: None }
+    }
+
+    /// Makes `glass` as bright as it is to be at `clock`, now and for as long as the process lives.
+    ///
+    /// # Errors
+    /// [`Fatal`] if the thread cannot be started.
+    pub(crate) fn start(mut self, glass: Arc<Glass>, clock: fn() -> u64) -> Result<(), Fatal> {
+        glass.set_light(self.look(clock()));
+        let work = move || {
+            loop {
+                thread::park_timeout(OFTEN);
+                glass.set_light(self.look(clock()));
+            }
+        };
+        let thread = thread::Builder::new().name("lamp".to_owned()).spawn(work);
+        thread.map(drop).map_err(|source| Fatal::Thread { name: "lamp", source })
+    }
+
+    /// How bright it is to be when the clock shows `clock_s`.
+    fn look(&mut self, clock_s: u64) -> Light {
+        let found = telling(&self.owner);
+        if found != self.known {
+            self.known = found;
+            let owner = Owner::kept(&self.owner);
+            self.day = Day {
+                hours: owner.hours.or(self.config.hours),
+                brightness: owner.brightness.unwrap_or_else(|| self.config.brightness.clone()),
+                zone: owner.timezone.or_else(|| self.config.zone.clone()),
+            };
         }
-    };
-    let thread = thread::Builder::new().name("lamp".to_owned()).spawn(work);
-    thread.map(drop).map_err(|source| Fatal::Thread { name: "lamp", source })
+        self.day.light(clock_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lamp;
+    use crate::config::Config;
+    use screen::Light;
+    use std::fs;
+
+    /// 2026-07-01 12:00 in UTC.
+    const NOON_S: u64 = 1_782_907_200;
+
+    #[test]
+    fn what_the_owner_keeps_goes_before_the_config_from_then_on_and_no_longer() {
+        let folder = tempfile::tempdir().unwrap();
+        let owner = folder.path().join("dreams.toml");
+        let keep = |text: &str| {
+            fs::write(folder.path().join("new"), text).unwrap();
+            fs::rename(folder.path().join("new"), &owner).unwrap();
+        };
+        let mut config = Config::default().day();
+        config.zone = Some("UTC".parse().unwrap());
+        config.brightness = "60".parse().unwrap();
+        let mut lamp = Lamp::new(config, &owner);
+        let light = |thousandths| Light::On { thousandths };
+        assert_eq!(lamp.look(NOON_S), light(600));
+        keep("hours = \"20:00-23:00\"");
+        assert_eq!(lamp.look(NOON_S), Light::Off);
+        keep("hours = \"20:00-23:00\"\ntimezone = \"Asia/Tokyo\"\nbrightness = \"30\"");
+        assert_eq!(lamp.look(NOON_S), light(300), "nine in the evening");
+        keep("brightness = \"40\"");
+        assert_eq!(lamp.look(NOON_S), light(400));
+        keep("of another version");
+        assert_eq!(lamp.look(NOON_S), light(600));
+        fs::remove_file(&owner).unwrap();
+        assert_eq!(lamp.look(NOON_S), light(600));
+    }
 }

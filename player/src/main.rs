@@ -11,7 +11,6 @@ mod faults;
 mod generation;
 mod glass;
 mod herald;
-mod hours;
 mod lamp;
 mod library;
 mod options;

@@ -4,10 +4,10 @@
 //! an option wins over the config.
 
 use crate::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
-use crate::hours::{Brightness, Hours, Zone};
 use crate::settings::{Clock, ScreenChoice, StatusAddress};
 use clap::{Parser, value_parser};
 use player::config_file::ConfigError;
+use player::hours::{Brightness, Hours, Zone};
 use player::log_level::LogLevel;
 use std::path::PathBuf;
 
@@ -47,6 +47,9 @@ pub(crate) struct Options {
     /// The time zone of the unit, as `Europe/Zurich`
     #[arg(long, value_name = "ZONE")]
     timezone: Option<Zone>,
+    /// The settings of the unit's owner, as `dreams-owner` keeps them: their hours, brightness and time zone win
+    #[arg(long, value_name = "FILE")]
+    owner: Option<PathBuf>,
     /// What makes the virtual screen's vblanks: `vblank` (time) or `free` (it flips as fast as frames come)
     #[arg(long, value_name = "CLOCK")]
     clock: Option<Clock>,
@@ -99,6 +102,7 @@ impl Options {
             hours: self.hours.or(config.hours),
             brightness: self.brightness.unwrap_or(config.brightness),
             timezone: self.timezone.or(config.timezone),
+            owner: self.owner.unwrap_or(config.owner),
             clock: self.clock.unwrap_or(config.clock),
             state: self.state.unwrap_or(config.state),
             seed: self.seed.or(config.seed),

@@ -12,6 +12,7 @@ use crate::faults::{Faults, Kind};
 use crate::generation::Generation;
 use crate::glass::Glass;
 use crate::herald::Herald;
+use crate::lamp::Lamp;
 use crate::library::{self, Closing, Library, Struck, Successor};
 use crate::place::Slots;
 use crate::report::{Exit, Fatal, chain};
@@ -20,7 +21,7 @@ use crate::scribe::{Note, Scribe};
 use crate::settings::{Clock, ScreenChoice};
 use crate::show::{Ears, Ended, Piece, Show};
 use crate::usher::Usher;
-use crate::{lamp, status, take};
+use crate::{status, take};
 use flock::{Itinerary, ManifestError, Place};
 use player::now::{clock_s, now};
 use screen::ScreenError;
@@ -78,8 +79,8 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let (frames, studio) = open_studio(config, piece, generation, itinerary, &faults, &glass)?;
     let screen = take::screen(&config.screen, piece)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
-    lamp::start(config.day(), Arc::clone(&glass), clock_s)?;
-    Usher::new(&config.card, piece.size).start(Arc::clone(&glass), now)?;
+    Lamp::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
+    Usher::new(&config.card, piece.size, clock_s()).start(Arc::clone(&glass), now)?;
     status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
 
     let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);

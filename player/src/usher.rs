@@ -23,7 +23,7 @@ const OFTEN: Duration = Duration::from_millis(500);
 const SHOWN: Duration = Duration::from_mins(1);
 
 /// Which telling it was: every one is a new file.
-type Telling = (u64, i64, i64);
+pub(crate) type Telling = (u64, i64, i64);
 
 /// What a look brings.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,15 +41,16 @@ enum Seen {
 pub(crate) struct Usher {
     path: PathBuf,
     size: (u32, u32),
-    /// What was found when the run began is old news.
+    /// What was told long before the run began is old news.
     known: Option<Telling>,
     since: Option<Nanos>,
 }
 
 impl Usher {
-    /// An usher for notices at `path`, over pictures of this size.
-    pub(crate) fn new(path: &Path, size: (u32, u32)) -> Self {
-        Self { path: path.to_owned(), size, known: telling(path), since: None }
+    /// An usher for notices at `path`, over pictures of this size, when the clock shows `clock_s` seconds since 1970.
+    pub(crate) fn new(path: &Path, size: (u32, u32), clock_s: u64) -> Self {
+        let is_old = |&(_, at_s, _): &Telling| u64::try_from(at_s).is_ok_and(|at_s| at_s + SHOWN.as_secs() <= clock_s);
+        Self { path: path.to_owned(), size, known: telling(path).filter(is_old), since: None }
     }
 
     /// Starts the thread, which shows what it finds on `glass` for as long as the process lives.
@@ -83,7 +84,8 @@ impl Usher {
     }
 }
 
-fn telling(path: &Path) -> Option<Telling> {
+/// Which telling, or keeping, the file at `path` is.
+pub(crate) fn telling(path: &Path) -> Option<Telling> {
     let status = fs::metadata(path).ok()?;
     Some((status.ino(), status.mtime(), status.mtime_nsec()))
 }
@@ -101,8 +103,10 @@ mod tests {
         let tell = |text: &str| Notice { text: text.to_owned(), thousandths: None }.tell(&path).unwrap();
         let minute = u64::try_from(SHOWN.as_nanos()).unwrap();
         tell("Yesterday.");
-        let mut usher = Usher::new(&path, (640, 480));
+        let mut usher = Usher::new(&path, (640, 480), u64::MAX);
         assert_eq!(usher.look(Nanos(0)), Seen::Nothing, "that was before our time");
+        let mut newcomer = Usher::new(&path, (640, 480), 0);
+        assert!(matches!(newcomer.look(Nanos(0)), Seen::Told(Some(_))), "that was just now");
         tell("Now.");
         let now = usher.look(Nanos(1));
         assert!(matches!(now, Seen::Told(Some(_))));

@@ -23,6 +23,7 @@ mod joins;
 mod last_resort;
 mod manual;
 mod night;
+mod owning;
 mod playing;
 mod programs;
 mod publishing;

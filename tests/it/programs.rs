@@ -22,6 +22,11 @@ pub(crate) fn updater() -> PathBuf {
     fresh("dreams-update")
 }
 
+/// `dreams-owner` as `make check` built it.
+pub(crate) fn owner() -> PathBuf {
+    fresh("dreams-owner")
+}
+
 /// `flock` as `make check` built it, beside the program that it hands over to.
 pub(crate) fn flock() -> PathBuf {
     fresh("flock-video");

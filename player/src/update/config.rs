@@ -27,6 +27,7 @@ pub(crate) struct Config {
     pub(crate) keys: PathBuf,
     #[serde(deserialize_with = "unit")]
     pub(crate) unit: Option<UnitId>,
+    pub(crate) owner: PathBuf,
     pub(crate) url: Option<String>,
     #[serde(deserialize_with = "every_minutes")]
     pub(crate) every_minutes: u64,
@@ -45,6 +46,7 @@ impl Default for Config {
             store: "/var/lib/dreams/store".into(),
             keys: "/etc/dreams/keys".into(),
             unit: None,
+            owner: "/var/lib/dreams/owner/dreams.toml".into(),
             url: None,
             every_minutes: 360,
             window: None,

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::report::{Fatal, Told};
 use crate::schedule::Schedule;
 use crate::words;
-use bundle::{Admission, LocalDisk, Refused, Source, Store, StoreError, Trust, Unverified, Verified, Wanted};
+use bundle::{Admission, KeyError, LocalDisk, Refused, Source, Store, StoreError, Trust, Unverified, Verified, Wanted};
 use player::day::is_clock_wrong;
 use player::ending::{Exit, chain};
 use player::now::{clock_s, now, up_s};
@@ -63,8 +63,7 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
 }
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
-    let trust = Trust::read(&order.config.keys).map_err(Fatal::Keys)?;
-    let mut store = open(order, trust)?;
+    let mut store = open(order, trust(order)?)?;
     let pace = Pace::new(order.config.bandwidth_kib, now());
     if order.scrub {
         scrub(&store, stop)?;
@@ -92,6 +91,17 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
     let answer = Answer::of(outcome, store.state().playing());
     Ok(Answer { fetched, fetched_bytes, mended, missing, ..answer })
+}
+
+/// Whom this unit trusts: by its config, and by its owner.
+fn trust(order: &Order) -> Result<Trust, Fatal> {
+    let owners = &order.owners_keys;
+    match Trust::read(&order.config.keys) {
+        Ok(trust) if owners.is_empty() => Ok(trust),
+        Ok(trust) => Ok(Trust::of(trust.keys().chain(owners).cloned())),
+        Err(KeyError::Read { .. }) if !owners.is_empty() => Ok(Trust::of(owners.iter().cloned())),
+        Err(error) => Err(Fatal::Keys(error)),
+    }
 }
 
 fn open(order: &Order, trust: Trust) -> Result<Store, Fatal> {

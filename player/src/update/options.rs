@@ -4,9 +4,10 @@
 
 use crate::config::Config;
 use crate::report::Fatal;
-use bundle::{Consent, UnitId};
+use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
 use player::config_file;
+use player::owner::Owner;
 use std::fs;
 use std::path::PathBuf;
 
@@ -59,6 +60,8 @@ pub(crate) struct Options {
 #[derive(Debug)]
 pub(crate) struct Order {
     pub(crate) config: Config,
+    /// Whom the owner trusts besides.
+    pub(crate) owners_keys: Vec<PublicKey>,
     pub(crate) unit: UnitId,
     /// `None` if there is nowhere to look.
     pub(crate) source: Option<String>,
@@ -76,8 +79,9 @@ impl Options {
     /// [`Fatal`] if the config is refused, or the unit has no name.
     pub(crate) fn order(self) -> Result<Order, Fatal> {
         let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
-        let unit = self.unit.or_else(|| config.unit.clone()).map_or_else(host_name, Ok)?;
-        let source = self.source.or_else(|| config.url.clone());
+        let owner = Owner::kept(&config.owner);
+        let unit = self.unit.or(owner.unit).or_else(|| config.unit.clone()).map_or_else(host_name, Ok)?;
+        let source = self.source.or(owner.url).or_else(|| config.url.clone());
         if source.is_none() && self.schedule.is_none() && !self.scrub {
             return Err(Fatal::Nowhere);
         }
@@ -85,8 +89,10 @@ impl Options {
             config: Config {
                 store: self.store.unwrap_or(config.store),
                 keys: self.keys.unwrap_or(config.keys),
+                proxy: owner.proxy.or(config.proxy),
                 ..config
             },
+            owners_keys: owner.keys,
             unit,
             source,
             consent: if self.allow_older { Consent::Any } else { Consent::Newer },

@@ -155,7 +155,13 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     let threshold = format!("--threshold={EXPOSED_AT_MOST}");
     let measure = ["security", "--offline=true", "--no-pager", &threshold];
     assert_eq!(judge("dreams-player.service", &player(), &measure), "");
-    for unit in ["dreams-still.service", "dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {
+    for unit in [
+        "dreams-still.service",
+        "dreams-owner@.service",
+        "dreams-update@.service",
+        "dreams-update.service",
+        "dreams-scrub.service",
+    ] {
         assert_eq!(judge(unit, &super::read(&format!("systemd/{unit}")), &measure), "", "{unit}");
     }
     let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");

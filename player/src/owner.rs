@@ -1,0 +1,219 @@
+//! What the owner of a unit has set, in one small file that is edited on any computer.
+//!
+//! Owns [`Owner`], the reading of its file `dreams.toml` and what it means to the network. Every key explains itself in
+//! `config/dreams.toml`. Never acts on it: `dreams-owner` takes the file in, the player and the updater go by what it kept.
+//!
+//! Start at [`Owner::read`].
+
+use crate::config_file::{ConfigError, parse};
+use crate::hours::{Brightness, Hours, Zone};
+use bundle::{PublicKey, UnitId};
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _};
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::net::IpAddr;
+use std::path::Path;
+
+/// What the owner's file is called.
+pub const FILE_NAME: &str = "dreams.toml";
+/// Bytes of it that are read, at most: an owner's words, and no more.
+const LARGEST: u64 = 64 << 10;
+
+/// What an owner may set. What is not set is as the unit's own configs have it.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Owner {
+    /// What the unit is called.
+    #[serde(deserialize_with = "unit")]
+    pub unit: Option<UnitId>,
+    /// Whom it trusts, besides those whom it trusts anyway.
+    #[serde(deserialize_with = "keys")]
+    pub keys: Vec<PublicKey>,
+    /// Where it looks for flocks.
+    #[serde(deserialize_with = "url")]
+    pub url: Option<String>,
+    /// Through which proxy.
+    #[serde(deserialize_with = "url")]
+    pub proxy: Option<String>,
+    /// When the picture is lit.
+    pub hours: Option<Hours>,
+    /// How bright it is.
+    pub brightness: Option<Brightness>,
+    /// By which local time.
+    pub timezone: Option<Zone>,
+    /// Its address on a network by cable, with the length of its prefix; `None` for what DHCP says.
+    #[serde(deserialize_with = "address")]
+    pub address: Option<(IpAddr, u8)>,
+    /// The way out of that network.
+    pub gateway: Option<IpAddr>,
+    /// Whom it asks for names.
+    pub dns: Vec<IpAddr>,
+}
+
+impl Owner {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// [`ConfigError`], with line and key.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        Self::parse(path, &text_of(path)?)
+    }
+
+    /// What `dreams-owner` has kept at `path`: nothing, if it has kept nothing or what this version does not understand.
+    pub fn kept(path: &Path) -> Self {
+        Self::read(path).unwrap_or_default()
+    }
+
+    /// Reads `text`, which errors say lies at `path`.
+    ///
+    /// # Errors
+    /// [`ConfigError::Malformed`].
+    pub fn parse(path: &Path, text: &str) -> Result<Self, ConfigError> {
+        let owner: Self = parse(path, text)?;
+        if owner.gateway.is_some() && owner.address.is_none() {
+            let key = "gateway";
+            let line = text.lines().position(|line| line.trim_start().starts_with(key)).map_or(1, |line| line + 1);
+            let message = "there is a gateway, and no `address` of our own".to_owned();
+            return Err(ConfigError::Malformed { path: path.to_owned(), line, key: key.to_owned(), message });
+        }
+        Ok(owner)
+    }
+
+    /// What systemd's network manager is told of it; `None` if it need not be told anything.
+    pub fn network(&self) -> Option<String> {
+        if self.address.is_none() && self.dns.is_empty() {
+            return None;
+        }
+        let mut text = "# From the owner's dreams.toml.\n[Match]\nType=ether\n\n[Network]\n".to_owned();
+        match self.address {
+            None => text.push_str("DHCP=yes\n"),
+            Some((address, length)) => {
+                writeln!(text, "DHCP=no\nAddress={address}/{length}").expect("memory can be written");
+            }
+        }
+        for (key, addresses) in [("Gateway", self.gateway.as_slice()), ("DNS", &self.dns)] {
+            for address in addresses {
+                writeln!(text, "{key}={address}").expect("memory can be written");
+            }
+        }
+        // Nothing is offered to the network, and nobody's questions are answered.
+        text.push_str("LLMNR=no\nMulticastDNS=no\nLLDP=no\nEmitLLDP=no\n");
+        Some(text)
+    }
+}
+
+/// The text of the file at `path`, as far as an owner may write.
+///
+/// # Errors
+/// [`ConfigError::Read`], also if it is longer or no text.
+pub fn text_of(path: &Path) -> Result<String, ConfigError> {
+    let read = || {
+        let mut text = String::new();
+        File::open(path)?.take(LARGEST + 1).read_to_string(&mut text)?;
+        if text.len() as u64 > LARGEST { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(text) }
+    };
+    read().map_err(|source| ConfigError::Read { path: path.to_owned(), source })
+}
+
+fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Error> {
+    UnitId::new(&String::deserialize(from)?).map(Some).map_err(D::Error::custom)
+}
+
+fn keys<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<PublicKey>, D::Error> {
+    let lines = Vec::<String>::deserialize(from)?;
+    let key = |line: &String| {
+        let wrong = || D::Error::custom(format!("`{line}` is no public key: the second line of a file `NAME.pub`"));
+        PublicKey::parse(line).ok_or_else(wrong)
+    };
+    lines.iter().map(key).collect()
+}
+
+fn url<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
+    let text = String::deserialize(from)?;
+    let is_address = ["http://", "https://"].iter().any(|scheme| text.starts_with(scheme) && text.len() > scheme.len());
+    let wrong = || D::Error::custom(format!("`{text}` is no address: it begins with `https://` or `http://`"));
+    if is_address { Ok(Some(text)) } else { Err(wrong()) }
+}
+
+fn address<'de, D: Deserializer<'de>>(from: D) -> Result<Option<(IpAddr, u8)>, D::Error> {
+    let text = String::deserialize(from)?;
+    let read = || {
+        let (address, length) = text.split_once('/')?;
+        let (address, length): (IpAddr, u8) = (address.parse().ok()?, length.parse().ok()?);
+        (length >= 1 && length <= if address.is_ipv4() { 32 } else { 128 }).then_some((address, length))
+    };
+    let wrong = || D::Error::custom(format!("`{text}` is no address with its prefix, as in `192.0.2.7/24`"));
+    read().map(Some).ok_or_else(wrong)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Owner;
+    use std::path::Path;
+
+    const SAMPLE: &str = include_str!("../../config/dreams.toml");
+
+    fn read(text: &str) -> Result<Owner, String> {
+        Owner::parse(Path::new("dreams.toml"), text).map_err(|error| error.to_string())
+    }
+
+    /// The keys that the sample explains, all left out by a leading `# `.
+    fn keys_of_the_sample() -> Vec<(String, String)> {
+        let entry = |line: &str| {
+            let line = line.strip_prefix("# ")?;
+            let (key, _) = line.split_once(" = ")?;
+            key.chars().all(|c| c.is_ascii_lowercase()).then(|| (key.to_owned(), line.to_owned()))
+        };
+        SAMPLE.lines().filter_map(entry).collect()
+    }
+
+    #[test]
+    fn the_owners_sample_sets_nothing_and_explains_every_key_and_no_other() {
+        assert_eq!(read(SAMPLE).unwrap(), Owner::default());
+        assert_eq!(read("").unwrap(), Owner::default());
+        let refused = read("colour = 1").unwrap_err();
+        let known = refused.split("expected one of ").nth(1).unwrap().split(", ");
+        let known: Vec<_> = known.map(|key| key.trim_matches('`').to_owned()).collect();
+        let explained = keys_of_the_sample();
+        assert_eq!(explained.iter().map(|(key, _)| key.clone()).collect::<Vec<_>>(), known);
+        let all = explained.iter().map(|(_, line)| line.as_str()).collect::<Vec<_>>().join("\n");
+        let owner = read(&all).unwrap();
+        assert!(owner.unit.is_some() && owner.hours.is_some() && owner.brightness.is_some() && owner.url.is_some());
+        assert_eq!((owner.keys.len(), owner.dns.len()), (1, 1));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_by_line_and_key() {
+        for (text, said) in [
+            ("\nhours = \"8-23\"", "`dreams.toml` line 2, key `hours`: `8-23` are no hours"),
+            ("timezone = \"Zurich\"", "line 1, key `timezone`: `Zurich` is no time zone"),
+            ("unit = \"The Lobby\"", "line 1, key `unit`"),
+            ("keys = [\"rubbish\"]", "`rubbish` is no public key"),
+            ("url = \"example.org\"", "`example.org` is no address"),
+            ("address = \"192.0.2.7\"", "`192.0.2.7` is no address with its prefix"),
+            ("address = \"192.0.2.7/33\"", "`192.0.2.7/33` is no address with its prefix"),
+            ("dns = [\"example.org\"]", "line 1, key `dns`"),
+            (
+                "unit = \"lobby\"\ngateway = \"192.0.2.1\"",
+                "line 2, key `gateway`: there is a gateway, and no `address`",
+            ),
+            ("hour = 1", "unknown field `hour`"),
+        ] {
+            let refused = read(text).unwrap_err();
+            assert!(refused.contains(said), "{refused}");
+        }
+    }
+
+    #[test]
+    fn the_network_is_told_what_the_owner_set_and_no_more() {
+        assert_eq!(read("unit = \"lobby\"").unwrap().network(), None);
+        let dhcp = read("dns = [\"192.0.2.53\"]").unwrap().network().unwrap();
+        assert!(dhcp.contains("[Network]\nDHCP=yes\nDNS=192.0.2.53\n"), "{dhcp}");
+        let fixed = "address = \"192.0.2.7/24\"\ngateway = \"192.0.2.1\"\ndns = [\"192.0.2.53\", \"2001:db8::53\"]";
+        let told = read(fixed).unwrap().network().unwrap();
+        let wanted = "DHCP=no\nAddress=192.0.2.7/24\nGateway=192.0.2.1\nDNS=192.0.2.53\nDNS=2001:db8::53\nLLMNR=no\n";
+        assert!(told.contains(wanted), "{told}");
+    }
+}
