@@ -38,3 +38,4 @@ mod trace;
 mod tutorial;
 mod unit;
 mod updating;
+mod watching_over;
