@@ -162,10 +162,11 @@ impl Log {
 /// Visits of all sheep of the manifest: those outside the part that is played have none.
 fn visits_by_id(flock: &Flock, tally: &Tally) -> Vec<Visits> {
     let total = tally.steps() as f64;
+    let bounds = tally.bounds(|sheep| flock.share(sheep));
     let visits = |sheep: &Sheep| {
         let played = flock.graph().find(&sheep.id);
         let count = played.map_or(0, |at| tally.visits(at));
-        let bound = played.map_or(0.0, |at| tally.bound(at) / total);
+        let bound = played.map_or(0.0, |at| bounds[at.index()] / total);
         Visits {
             id: sheep.id.clone(),
             visits: count as f64 / total,

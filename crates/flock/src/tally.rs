@@ -1,7 +1,7 @@
 //! Visits of a long walk, and how far chance may have led them from their due.
 //!
-//! Owns the bounds of `flock simulate`. What is due is nowhere used for them: a prediction that is wrong does not widen
-//! the bound that it is held against.
+//! Owns the bounds of `flock simulate`. What is due to a sheep is nowhere used for its own: a prediction that is wrong
+//! does not widen the bound that it is held against.
 //!
 //! The steered walk owes what it did not do, and pays. So the visits of a sheep follow a straight line through time: they
 //! start with the walk, soon are so and so many ahead or behind of it, and from then on only sway. The line is fitted to
@@ -9,6 +9,11 @@
 //! around it, one standard deviation, is `s`. However long the walk is, it is off by no more than what it is ahead and
 //! `4 s`. One visit more is allowed, since visits are whole. (A walk without memory errs anew at every step, and goes
 //! astray from any line by the square root of its length: for such a walk these bounds do not hold.)
+//!
+//! A flock that nearly falls apart is walked in spells: for long nothing is shown of one part, and then nothing else. One
+//! spell may be a tenth of another, so a few of them tell neither a line nor what sways around it. A sheep that was away
+//! between two moments has no bound before its eighth spell. What such sheep had, or should have had, the others have too
+//! little or too much of: their bounds are wider by their parts of that.
 
 use crate::graph::SheepIx;
 
@@ -16,12 +21,15 @@ use crate::graph::SheepIx;
 const MOMENTS: u64 = 64;
 /// A bound is so many standard deviations wide: one of 16,000 sheep lies outside by chance.
 const SIGMAS: f64 = 4.0;
+/// Spells of a sheep that comes in spells, before its counts tell anything.
+const SPELLS: u32 = 8;
 
 /// Visits of every sheep by the ordinals of its graph.
 #[derive(Clone, Debug)]
 pub struct Tally {
     visits: Vec<u64>,
     sums: Vec<Sums>,
+    spells: Vec<Spells>,
     steps: u64,
     every: u64,
 }
@@ -35,11 +43,24 @@ struct Sums {
     moments: i128,
 }
 
+/// When a sheep was there, as far as the moments tell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Spells {
+    /// Its visits up to the latest moment.
+    visits: u64,
+    /// How often it came, the first time included.
+    count: u32,
+    /// Whether it was visited between the latest two moments.
+    is_there: bool,
+    /// Whether it was once not.
+    was_away: bool,
+}
+
 impl Tally {
     /// Nothing counted yet, of `sheep` sheep; `steps` visits will come.
     pub fn new(sheep: usize, steps: u64) -> Self {
-        let (visits, sums) = (vec![0; sheep], vec![Sums::default(); sheep]);
-        Self { visits, sums, steps: 0, every: (steps / MOMENTS).max(1) }
+        let (visits, sums, spells) = (vec![0; sheep], vec![Sums::default(); sheep], vec![Spells::default(); sheep]);
+        Self { visits, sums, spells, steps: 0, every: (steps / MOMENTS).max(1) }
     }
 
     /// Counts a visit of `sheep`.
@@ -48,7 +69,8 @@ impl Tally {
         self.steps += 1;
         if self.steps.is_multiple_of(self.every) {
             let moment = i128::from(self.steps / self.every);
-            for (sums, &visits) in self.sums.iter_mut().zip(&self.visits) {
+            for ((sums, spells), &visits) in self.sums.iter_mut().zip(&mut self.spells).zip(&self.visits) {
+                spells.look(visits);
                 let visits = i128::from(visits);
                 sums.visits += visits;
                 sums.squares += visits * visits;
@@ -67,9 +89,22 @@ impl Tally {
         self.steps
     }
 
-    /// How far the visits of `sheep` may be from their due by chance, in visits, if the walk was steered. Infinite if there
-    /// were too few moments to tell.
-    pub fn bound(&self, sheep: SheepIx) -> f64 {
+    /// How far the visits of each sheep may be from their due by chance, in visits, if the walk was steered. Infinite where
+    /// there were too few moments, or spells, to tell; `share` is what was due to such sheep, as a part of all visits.
+    pub fn bounds(&self, share: impl Fn(SheepIx) -> f64) -> Vec<f64> {
+        let all = self.steps as f64;
+        let sheep = || (0..self.visits.len() as u32).map(SheepIx);
+        let untold = sheep().filter(|sheep| !self.spells[sheep.index()].tell());
+        let untold: f64 = untold.map(|sheep| (share(sheep) * all).max(self.visits(sheep) as f64)).sum();
+        let bound = |sheep: SheepIx| {
+            let own = self.spells[sheep.index()].tell().then(|| self.bound(sheep));
+            own.map_or(f64::INFINITY, |own| own + untold * self.visits(sheep) as f64 / all)
+        };
+        sheep().map(bound).collect()
+    }
+
+    /// That of `sheep`, whatever others did.
+    fn bound(&self, sheep: SheepIx) -> f64 {
         let (n, sums) = (i128::from(self.steps / self.every), self.sums[sheep.index()]);
         if n < 3 {
             return f64::INFINITY;
@@ -82,6 +117,21 @@ impl Tally {
         let sway = (left / (n - 2) as f64).sqrt();
         let ahead = (sums.visits * of_moments - common * (n * (n + 1) / 2)) as f64 / (n * of_moments) as f64;
         ahead.abs() + SIGMAS * sway + 1.0
+    }
+}
+
+impl Spells {
+    /// Takes in how many visits there were up to a moment.
+    fn look(&mut self, visits: u64) {
+        let came = visits > self.visits;
+        self.count += u32::from(came && !self.is_there);
+        self.was_away |= !came;
+        (self.is_there, self.visits) = (came, visits);
+    }
+
+    /// Whether its counts can tell what they sway.
+    fn tell(&self) -> bool {
+        !self.was_away || self.count >= SPELLS
     }
 }
 
@@ -122,5 +172,23 @@ mod tests {
         tally.visit(SheepIx(0));
         tally.visit(SheepIx(0));
         assert!(tally.bound(SheepIx(0)).is_infinite());
+    }
+
+    #[test]
+    fn a_few_spells_tell_nothing_and_widen_what_others_may_be_off() {
+        // Of 64 stretches of 1000 steps the first sheep has `spells` whole ones, far apart.
+        let tallied = |spells: u64| {
+            let mut tally = Tally::new(2, 64_000);
+            for step in 0..64_000u64 {
+                let (stretch, each) = (step / 1000, 64 / spells);
+                tally.visit(SheepIx(u32::from(stretch % each != 0 || stretch / each >= spells)));
+            }
+            tally.bounds(|sheep| [0.1, 0.9][sheep.index()])
+        };
+        let [first, second] = tallied(7)[..] else { panic!("two sheep") };
+        // It had 7000 visits, of which the other, with 57 of 64 parts, may have lacked its part.
+        assert!(first.is_infinite() && second > 7000.0 * 57.0 / 64.0, "{first} {second}");
+        let [first, second] = tallied(8)[..] else { panic!("two sheep") };
+        assert!(first < 4000.0 && second < 4000.0, "{first} {second}");
     }
 }

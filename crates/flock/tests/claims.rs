@@ -53,7 +53,8 @@ fn shares_agree_with_walks_that_do_not_know_them() {
 #[test]
 fn shares_agree_with_the_units_own_walk_to_a_few_visits() {
     let (mut errors, mut drifting) = (Errors::default(), Errors::default());
-    for seed in (0..agreement::FLOCKS).step_by(9) {
+    // The tenth nearly falls apart: in so few steps the walk hardly comes into its smaller part, and cannot tell.
+    for seed in (0..agreement::FLOCKS).step_by(9).chain([10]) {
         let flock = agreement::flock(seed);
         let tally = agreement::steered(&flock, seed, 100_000);
         let bounds = agreement::steered_bounds(&flock, &tally);

@@ -154,16 +154,16 @@ pub(crate) fn memoryless_bounds(flock: &Flock, steps: u64) -> Vec<f64> {
     graph.sheep().map(bound).collect()
 }
 
-/// The bounds of a steered walk, in visits.
+/// The bounds of a steered walk, in visits; infinite where it is too short to tell.
 pub(crate) fn steered_bounds(flock: &Flock, tally: &Tally) -> Vec<f64> {
-    flock.graph().sheep().map(|sheep| tally.bound(sheep)).collect()
+    tally.bounds(|sheep| flock.share(sheep))
 }
 
 impl Errors {
     /// Adds those of a walk on `flock`, against the bounds of its sheep.
     pub(crate) fn add(&mut self, flock: &Flock, tally: &Tally, bounds: &[f64]) {
         let mut is_outside = false;
-        for (sheep, &bound) in flock.graph().sheep().zip(bounds) {
+        for (sheep, &bound) in flock.graph().sheep().zip(bounds).filter(|(_, bound)| bound.is_finite()) {
             let off = tally.visits(sheep) as f64 - tally.steps() as f64 * flock.share(sheep);
             if off.abs() > self.most.0 {
                 self.most = (off.abs(), bound);
