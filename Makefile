@@ -31,12 +31,13 @@ bench: ## measure what is promised about speed beside our peers; what=graph, sug
 	cargo build --locked --release --workspace
 	tests/bench/run $(what)
 
-soak: ## the long claims: a day of playing in virtual time, a year of walking, shares against long walks
+soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks
 	.ci/install play check
 	cargo build --locked --release --workspace
 	cargo run --locked --release --package flock --example year
 	cargo run --locked --release --package flock --example agreement
 	tests/soak/run
+	tests/soak/update
 
 crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
 	.ci/install play check

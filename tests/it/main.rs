@@ -4,6 +4,7 @@
 
 mod bad_clips;
 mod balancing;
+mod beside;
 mod broken_updates;
 mod bundles;
 mod cadence;
