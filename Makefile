@@ -1,8 +1,8 @@
-# The six things one does here. `make` alone says what they are.
+# What one does here. `make` alone says what they are.
 # What a target needs from the distribution it installs itself, once: the lists lie in .ci/packages.
 
 .DEFAULT_GOAL := help
-.PHONY: help play check bench soak crash
+.PHONY: help play check bench soak crash image boot
 
 player := target/release/dreams-player
 # Where a player that was started from here keeps its place in the path.
@@ -18,11 +18,13 @@ play: ## build the player and show the demo flock on the best screen there is; C
 	$(player) --flock flock-tools/demo/small --state $(state)
 
 check: ## everything that must hold before a change lands: form, lints, licences, all tests
-	.ci/install play check
+	.ci/install play check unit image
 	cargo fmt --check
 	cargo clippy --locked --release --workspace --all-targets -- --deny warnings
 	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
 	cargo build --locked --release --workspace
+	image-build/ffmpeg/build target/lib/dreams-player
+	image-build/build target/image --profile bench
 	cargo test --locked --release --workspace --no-fail-fast
 
 bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, bundles or display for one part
@@ -43,3 +45,13 @@ crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
 	.ci/install play check
 	cargo build --locked --release --workspace
 	tests/crash/run
+
+image: ## build the bootable image of a unit; profile=bench for one with a shell on the serial port
+	.ci/install play unit image
+	image-build/ffmpeg/build target/lib/dreams-player
+	cargo build --locked --release --package player
+	image-build/build target/image --profile $(or $(profile),unit)
+
+boot: ## start the image under QEMU: in a window, or without a display a picture of it in target/image/boot.png
+	$(MAKE) image profile=bench
+	image-build/boot target/image

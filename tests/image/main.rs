@@ -1,0 +1,14 @@
+//! Claims about the image of a unit, tried on a whole machine: from power to art, and back to art whatever happens.
+//!
+//! Owns its own folder of claims, since a machine under QEMU takes all processors for minutes. The image is the one of
+//! the profile `bench`, which `make check` has made: that of a wall, with a shell on the serial port.
+//!
+//! Start at [`starting`]; what a machine is, says [`machine`].
+#![forbid(unsafe_code)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
+
+mod machine;
+mod monitor;
+mod picture;
+mod serial;
+mod starting;
