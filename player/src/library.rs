@@ -151,12 +151,13 @@ impl Library {
         }
     }
 
-    /// Sends the herald ahead of the run's first clip. Where there is one processor only, two decoders at a time would
-    /// take twice as long to the first picture: so the clip itself is ordered after this.
+    /// Sends the herald ahead of the run's first clip, and waits until his picture is lit. Where there is one processor
+    /// only, a stream that came up meanwhile would double the time to that picture.
     fn announce(&mut self, turn: &Arc<Turn>) {
         let file = turn.clip.inside(&self.generation.folder);
         if let (Some(herald), Ok(clip)) = (self.herald.take(), Clip::open(&file, &self.form, turn.frames)) {
             herald.announce(clip, Arc::clone(turn));
+            self.glass.await_opening();
         }
     }
 
