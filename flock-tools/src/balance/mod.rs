@@ -91,7 +91,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     if args.json {
         report::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0), advice })?;
     } else {
-        report::lines(table(&balance).into_iter().chain(advice.iter().flat_map(Advice::table)))?;
+        report::lines(table(&balance).chain(advice.iter().flat_map(Advice::table)))?;
     }
     if let Some(changed) = changed {
         report::note(&write::told(changed, &flock));
@@ -120,7 +120,7 @@ fn floor(text: &str) -> Result<f64, String> {
 }
 
 /// The proof first, then the sheep, those furthest from their wants first, then the weights.
-fn table(balance: &Balance) -> Vec<String> {
+fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     let worst = balance.worst_ratio.map_or("a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
     let reach =
         if balance.reachable { "some weights reach them".to_owned() } else { "no weights reach them".to_owned() };
@@ -133,19 +133,18 @@ fn table(balance: &Balance) -> Vec<String> {
     if let Some(bottleneck) = &balance.bottleneck {
         lines.extend(proof(balance, bottleneck));
     }
+    let width = report::widest(balance.sheep.iter().map(|sheep| sheep.id));
     lines.push(String::new());
-    lines.push(format!("{:<64} {:>9} {:>9} {:>8}", "sheep", "visits", "want", "ratio"));
+    lines.push(format!("{:<width$} {:>9} {:>9} {:>8}", "sheep", "visits", "want", "ratio"));
     let mut sheep: Vec<&Balanced> = balance.sheep.iter().collect();
     sheep.sort_by(|a, b| b.off().total_cmp(&a.off()));
-    lines.extend(sheep.into_iter().map(row));
-    lines.push(String::new());
-    lines.push(format!("{:<64} {:<64} {:>12} {:>9}", "from", "to", "weight", "visits"));
-    lines.extend(
-        balance.weights.iter().map(|t| {
-            format!("{:<64} {:<64} {:>12} {:>8.3}%", t.from.as_str(), t.to.as_str(), t.weight, 100.0 * t.visits)
-        }),
-    );
-    lines
+    let sheep = sheep.into_iter().map(move |sheep| row(sheep, width));
+    let heading = format!("{:<width$} {:<width$} {:>12} {:>9}", "from", "to", "weight", "visits");
+    let weights = balance.weights.iter().map(move |t| {
+        let (from, to, visits) = (t.from.as_str(), t.to.as_str(), 100.0 * t.visits);
+        format!("{from:<width$} {to:<width$} {:>12} {visits:>8.3}%", t.weight)
+    });
+    lines.into_iter().chain(sheep).chain([String::new(), heading]).chain(weights)
 }
 
 /// The bottleneck in a form that can be checked by hand.
@@ -171,9 +170,9 @@ fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
     ]
 }
 
-fn row(sheep: &Balanced) -> String {
+fn row(sheep: &Balanced, width: usize) -> String {
     format!(
-        "{:<64} {:>8.3}% {:>8.3}% {:>8.3}",
+        "{:<width$} {:>8.3}% {:>8.3}% {:>8.3}",
         sheep.id.as_str(),
         100.0 * sheep.visits,
         100.0 * sheep.want,
