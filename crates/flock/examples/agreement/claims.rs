@@ -37,6 +37,8 @@ pub(crate) struct Errors {
     flocks: usize,
     /// Flocks with a sheep further off than its bound.
     pub(crate) outside: usize,
+    /// Sheep of which the walk was too short to tell.
+    untold: usize,
     /// The most visits that a sheep was off its due, and its bound then.
     pub(crate) most: (f64, f64),
 }
@@ -163,7 +165,8 @@ impl Errors {
     /// Adds those of a walk on `flock`, against the bounds of its sheep.
     pub(crate) fn add(&mut self, flock: &Flock, tally: &Tally, bounds: &[f64]) {
         let mut is_outside = false;
-        for (sheep, &bound) in flock.graph().sheep().zip(bounds).filter(|(_, bound)| bound.is_finite()) {
+        let told = |(_, bound): &(SheepIx, &f64)| bound.is_finite();
+        for (sheep, &bound) in flock.graph().sheep().zip(bounds).filter(told) {
             let off = tally.visits(sheep) as f64 - tally.steps() as f64 * flock.share(sheep);
             if off.abs() > self.most.0 {
                 self.most = (off.abs(), bound);
@@ -173,6 +176,7 @@ impl Errors {
         }
         self.flocks += 1;
         self.outside += usize::from(is_outside);
+        self.untold += bounds.iter().filter(|bound| bound.is_infinite()).count();
     }
 
     /// How many sheep there are.
@@ -193,6 +197,9 @@ impl Errors {
     /// The claims that they break, of walks whose errors are of the given size, in standard deviations.
     pub(crate) fn broken(&self, sizes: Range<f64>) -> Vec<String> {
         let mut broken = Vec::new();
+        if self.untold > 2 {
+            broken.push(format!("the walks are too short to tell of {} sheep, at most 2", self.untold));
+        }
         if self.outside > 2 {
             broken.push(format!(
                 "{} of {} flocks, {} sheep, have one outside, at most 2",
