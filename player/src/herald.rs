@@ -1,18 +1,15 @@
 //! The opening: the first picture of the run, made ahead of the stream.
 //!
-//! A decoder that will never see an end gives the first picture only when it has seen as many packets as may be
-//! reordered, and those at the head of a clip are its largest. So the first packet is decoded once more, by a session
-//! that is told to end there: the picture is the same to the bit, and it is on the glass while the stream comes up.
-//! Owns that session and nothing that lasts. Never speaks of damage: the stream meets the same packet and tells.
+//! Owns how it comes to the shelf, before the stream's frames. The stream brings it again. Never speaks of damage: the
+//! stream meets the same packet and tells.
 //!
 //! Called by `library.rs`, which has nothing else to do until there is a picture; `show.rs` lights what it gives.
 
 use crate::show::Given;
 use crate::turn::{Shown, Still, Turn};
-use std::num::NonZero;
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
-use video::{Clip, Poll, Session};
+use video::Clip;
 
 /// Who brings the opening.
 #[derive(Debug)]
@@ -24,24 +21,13 @@ pub(crate) struct Herald {
 }
 
 impl Herald {
-    /// Decodes the first frame of `clip`, whose turn is the run's first, and lays it on the shelf; if there is no room,
-    /// the stream has come already. Without a whole picture there is no opening, and the stream comes all the same.
-    pub(crate) fn announce(self, clip: Clip, turn: Arc<Turn>) {
-        let Some(frame) = opening(clip) else { return };
+    /// Lays the first frame of `clip`, whose turn is the run's first, on the shelf; if there is no room, the stream has come
+    /// already. Without a whole picture there is no opening, and the stream comes all the same.
+    pub(crate) fn announce(self, clip: &Clip, turn: Arc<Turn>) {
+        let Some(frame) = video::opening(clip) else { return };
         let still = Still::Decoded(frame);
         let hash = self.is_hashed.then(|| still.md5());
         self.frames.try_send(Given::Opening(Shown { still, turn: Some(turn), frame: 0, index: 0, hash })).ok();
-    }
-}
-
-/// The clip's first frame, if it is whole.
-fn opening(clip: Clip) -> Option<video::Frame> {
-    let mut session = Session::new(NonZero::<usize>::MIN).ok()?;
-    session.push(clip.excerpt(0..1));
-    session.finish();
-    match session.poll() {
-        Poll::Frame(frame) => (!frame.damaged() && frame.in_clip() == 0).then_some(frame),
-        Poll::Starved | Poll::ClipEnd { .. } | Poll::Finished | Poll::Failed(_) => None,
     }
 }
 
@@ -65,7 +51,7 @@ mod tests {
     fn announced(path: &Path, room: usize) -> Option<Given> {
         let (frames, shelf) = sync_channel(room);
         let turn = Arc::clone(&turns(1, 2)[0]);
-        Herald { frames, is_hashed: true }.announce(open(path), turn);
+        Herald { frames, is_hashed: true }.announce(&open(path), turn);
         shelf.try_recv().ok()
     }
 

@@ -137,7 +137,7 @@ impl Library {
                 let turn = self.turn(number, leg);
                 self.glass.plan(Arc::clone(&turn));
                 if number == 1 {
-                    self.announce(&turn);
+                    self.announce(&clip, &turn);
                 }
                 if orders.send(Order::Play(clip, turn)).is_err() {
                     return Closing::Complete;
@@ -153,9 +153,8 @@ impl Library {
 
     /// Sends the herald ahead of the run's first clip, and waits until his picture is lit. Where there is one processor
     /// only, a stream that came up meanwhile would double the time to that picture.
-    fn announce(&mut self, turn: &Arc<Turn>) {
-        let file = turn.clip.inside(&self.generation.folder);
-        if let (Some(herald), Ok(clip)) = (self.herald.take(), Clip::open(&file, &self.form, turn.frames)) {
+    fn announce(&mut self, clip: &Clip, turn: &Arc<Turn>) {
+        if let Some(herald) = self.herald.take() {
             herald.announce(clip, Arc::clone(turn));
             self.glass.await_opening();
         }

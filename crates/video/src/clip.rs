@@ -180,6 +180,13 @@ impl Clip {
         self.size
     }
 
+    /// A copy of the packet that shows the first frame, in start-code form, as long as none was handed out.
+    pub(crate) fn opening(&self) -> Option<Packet> {
+        let mut packet = self.first.as_ref()?.twin().ok()?;
+        let is_whole = !packet.hidden() && !packet.corrupt() && self.number(&packet) == Some(0);
+        (is_whole && nal::to_start_codes(packet.bytes_mut().ok()?).is_ok()).then_some(packet)
+    }
+
     /// The next packet, in start-code form, into `packet`. What is wrong with it goes to `blame`.
     pub(crate) fn next(&mut self, packet: &mut Packet, blame: &mut impl FnMut(Damage)) -> Next {
         let frame = self.read;

@@ -28,5 +28,5 @@ pub use foreign::{About, Foreign, ForeignError, ForeignPicture};
 pub use form::{Difference, Form};
 pub use frame::Frame;
 pub use probe::{Probe, ProbeError, decodes, is_shortage, probe};
-pub use session::{ClipNumber, Poll, Session, SessionError};
+pub use session::{ClipNumber, Poll, Session, SessionError, opening};
 pub use yuv::{PictureError, Yuv420p};

@@ -241,6 +241,14 @@ impl Packet {
         NonNull::new(unsafe { av::av_packet_alloc() }).map(Self).ok_or(Code::NO_MEMORY)
     }
 
+    /// Another one of the same bytes, which are copied only if one of the two is changed.
+    pub(crate) fn twin(&self) -> Result<Self, Code> {
+        let twin = Self::new()?;
+        // SAFETY: both were allocated in `new` and are freed only in `drop`; the twin is ours alone and holds nothing.
+        check(unsafe { av::av_packet_ref(twin.0.as_ptr(), self.0.as_ptr()) })?;
+        Ok(twin)
+    }
+
     /// Gives its bytes back.
     pub(crate) fn clear(&mut self) {
         // SAFETY: allocated in `new`, freed only in `drop`.

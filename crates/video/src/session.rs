@@ -64,6 +64,30 @@ pub enum Poll {
     Failed(SessionError),
 }
 
+/// The first frame of `clip`, which has not been played: to the bit what a session will give for it, and at once. A session
+/// gives its first frame only when it has seen as many packets as may be reordered, and those at the head of a clip are its
+/// largest. `None` if it is not whole, of which the session will tell.
+pub fn opening(clip: &Clip) -> Option<Frame> {
+    const CLIP: ClipNumber = ClipNumber(0);
+    let mut packet = clip.opening()?;
+    packet.set_tag(Some(0));
+    let mut decoder = Decoder::new(1).ok()?;
+    let Sent::Taken = decoder.send(&packet, CLIP.0) else { return None };
+    decoder.send_end();
+    let Received::Picture(picture) = decoder.receive() else { return None };
+    let is_sound = picture.size() == clip.size() && picture.is_yuv420p();
+    let damaged = picture.damaged() || decoder.complaints(CLIP.0) > 0;
+    let last = clip.frames() == FrameCount(1);
+    (is_sound && !damaged).then(|| Frame {
+        picture: Arc::new(picture),
+        index: FrameIndex(0),
+        clip: CLIP,
+        in_clip: 0,
+        last,
+        damaged,
+    })
+}
+
 /// One endless decoder. Frames come in order, each once, each with its clip.
 pub struct Session {
     decoder: Decoder,
