@@ -4,15 +4,16 @@
 //!
 //! Start at [`Press::bundle`].
 
-use bundle::{
-    Addressees, Contents, FileEntry, FilePath, Folder, Letter, ObjectId, SecretKey, Sequence, Statement, UnitId,
-};
+use bundle::{Folder, SecretKey, Statement};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
+
+#[path = "../crates/bundle/tests/it/folders.rs"]
+mod folders;
 
 /// The files of a flock, by path.
 pub type Files = BTreeMap<String, Vec<u8>>;
@@ -43,12 +44,12 @@ impl Press {
 
     /// Lays a bundle of `files` into `folder`, signed by the artist, for `units`, or for all if there are none.
     pub fn bundle(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
-        signed(&self.artist, folder, files, units, sequence);
+        folders::lay(&self.artist, folder, files, units, sequence);
     }
 
     /// The same, signed by somebody whom no unit knows.
     pub fn forgery(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
-        signed(&self.stranger, folder, files, units, sequence);
+        folders::lay(&self.stranger, folder, files, units, sequence);
     }
 
     /// Lays out the artist's word that the stranger may be trusted.
@@ -56,30 +57,6 @@ impl Press {
         let word = Statement::Trust(self.stranger.public()).sign(&self.artist).unwrap();
         Folder::create(folder).unwrap().add_statements(&[word]).unwrap();
     }
-}
-
-/// Lays a bundle of `files`, signed with `key`, into `folder`.
-fn signed(key: &SecretKey, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
-    let entry = |(path, bytes): (&String, &Vec<u8>)| FileEntry {
-        path: FilePath::new(path).unwrap(),
-        id: ObjectId::of(bytes),
-        size: bytes.len() as u64,
-    };
-    let contents = Contents::new(files.iter().map(entry).collect()).unwrap();
-    let list = contents.to_text().into_bytes();
-    let to = Folder::create(folder).unwrap();
-    for bytes in files.values().chain([&list]) {
-        to.put(&ObjectId::of(bytes), bytes.len() as u64, &mut &bytes[..], folder, &mut |_| ()).unwrap();
-    }
-    let letter = Letter {
-        flock: "aurora".to_owned(),
-        addressees: Addressees::of(units.iter().map(|name| UnitId::new(name).unwrap())),
-        sequence: Sequence(sequence),
-        created: "1970-01-01T00:00:00Z".to_owned(),
-        contents: ObjectId::of(&list),
-        contents_size: list.len() as u64,
-    };
-    to.put_seal(&letter.addressees, &letter.sign(key).unwrap()).unwrap();
 }
 
 /// A flock of so many sheep, each with a loop of `bytes` bytes of rubbish; those below `edition` differ from edition to
@@ -104,24 +81,5 @@ pub fn rubbish(sheep: usize, bytes: usize, edition: usize) -> Files {
 /// # Errors
 /// What the disk says.
 pub fn files_in(folder: &Path) -> io::Result<Files> {
-    let mut files = Files::new();
-    walk(folder, "", &mut files)?;
-    Ok(files)
-}
-
-fn walk(folder: &Path, at: &str, files: &mut Files) -> io::Result<()> {
-    for entry in fs::read_dir(folder.join(at))? {
-        let entry = entry?;
-        let name = entry
-            .file_name()
-            .into_string()
-            .map_err(|name| io::Error::other(format!("`{}` is no text", name.display())))?;
-        let path = if at.is_empty() { name } else { format!("{at}/{name}") };
-        if entry.file_type()?.is_dir() {
-            walk(folder, &path, files)?;
-        } else {
-            files.insert(path, fs::read(entry.path())?);
-        }
-    }
-    Ok(())
+    folders::files_in(folder)
 }

@@ -4,6 +4,7 @@
 
 mod careless;
 mod corpus;
+mod folders;
 mod forgery;
 mod installing;
 mod model;

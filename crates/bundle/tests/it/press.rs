@@ -1,9 +1,7 @@
 //! A press for bundles: small flocks, signed and laid into folders.
 
-use bundle::{
-    Addressees, Contents, FileEntry, FilePath, Folder, Letter, LocalDisk, ObjectId, SecretKey, Sequence, Store, Trust,
-    UnitId, Unverified, Verified,
-};
+use crate::folders::{files_in, lay};
+use bundle::{Folder, LocalDisk, SecretKey, Store, Trust, UnitId, Unverified, Verified};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -48,26 +46,7 @@ pub(crate) fn flock(sheep: usize, edition: usize) -> Files {
 
 /// Presses a bundle of `files` into `folder`.
 pub(crate) fn press(folder: &Path, files: &Files, units: &[&str], sequence: u64, who: &'static str) {
-    let entry = |(path, bytes): (&String, &Vec<u8>)| FileEntry {
-        path: FilePath::new(path).unwrap(),
-        id: ObjectId::of(bytes),
-        size: bytes.len() as u64,
-    };
-    let contents = Contents::new(files.iter().map(entry).collect()).unwrap();
-    let list = contents.to_text().into_bytes();
-    let to = Folder::create(folder).unwrap();
-    for bytes in files.values().chain([&list]) {
-        to.put(&ObjectId::of(bytes), bytes.len() as u64, &mut &bytes[..], folder, &mut |_| ()).unwrap();
-    }
-    let letter = Letter {
-        flock: "aurora".to_owned(),
-        addressees: Addressees::of(units.iter().map(|name| unit(name))),
-        sequence: Sequence(sequence),
-        created: "2026-03-01T12:00:00Z".to_owned(),
-        contents: ObjectId::of(&list),
-        contents_size: list.len() as u64,
-    };
-    to.put_seal(&letter.addressees, &letter.sign(key(who)).unwrap()).unwrap();
+    lay(key(who), folder, files, units, sequence);
 }
 
 /// Opens what lies in `folder` for the unit `lobby`.
@@ -98,20 +77,6 @@ pub(crate) fn fetch(store: &Store, folder: &Path, bundle: &Verified) -> u64 {
 
 /// The flock that plays, as the player would find it.
 pub(crate) fn playing(store: &Path) -> Option<Files> {
-    fn walk(folder: &Path, at: &str, files: &mut Files) {
-        for entry in std::fs::read_dir(folder.join(at)).unwrap() {
-            let entry = entry.unwrap();
-            let name = entry.file_name().into_string().unwrap();
-            let path = if at.is_empty() { name } else { format!("{at}/{name}") };
-            if entry.file_type().unwrap().is_dir() {
-                walk(folder, &path, files);
-            } else {
-                files.insert(path, std::fs::read(entry.path()).unwrap());
-            }
-        }
-    }
     let current = store.join(bundle::CURRENT);
-    let mut files = Files::new();
-    current.exists().then(|| walk(&current, "", &mut files))?;
-    Some(files)
+    current.exists().then(|| files_in(&current).unwrap())
 }
