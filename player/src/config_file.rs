@@ -2,6 +2,7 @@
 //!
 //! Owns the reading, and errors with file, line and key. Never knows a key: each program has its own, in `config.rs`.
 
+use bundle::UnitId;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Unexpected};
 use std::fs;
@@ -32,6 +33,28 @@ pub enum ConfigError {
         /// What the world says.
         source: io::Error,
     },
+}
+
+/// Has serde read settings from a string, as [`FromStr`](std::str::FromStr) does, whose error is named first.
+#[macro_export]
+macro_rules! from_string {
+    ($error:ty: $($setting:ty),*) => {$(
+        impl TryFrom<String> for $setting {
+            type Error = $error;
+
+            fn try_from(text: String) -> Result<Self, $error> {
+                text.parse()
+            }
+        }
+    )*};
+}
+
+/// Reads the name of a unit.
+///
+/// # Errors
+/// The deserializer's, with what it is not.
+pub fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Error> {
+    UnitId::new(&String::deserialize(from)?).map(Some).map_err(D::Error::custom)
 }
 
 /// Reads a number that lies in `range`.

@@ -155,18 +155,7 @@ impl FromStr for Zone {
     }
 }
 
-macro_rules! from_string {
-    ($($setting:ty),*) => {$(
-        impl TryFrom<String> for $setting {
-            type Error = NoHours;
-
-            fn try_from(text: String) -> Result<Self, NoHours> {
-                text.parse()
-            }
-        }
-    )*};
-}
-from_string!(Brightness, Hours, Zone);
+crate::from_string!(NoHours: Brightness, Hours, Zone);
 
 #[cfg(test)]
 mod tests {

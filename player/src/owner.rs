@@ -5,7 +5,7 @@
 //!
 //! Start at [`Owner::read`].
 
-use crate::config_file::{ConfigError, parse};
+use crate::config_file::{ConfigError, parse, unit};
 use crate::hours::{Brightness, Hours, Zone};
 use bundle::{PublicKey, UnitId};
 use serde::Deserialize;
@@ -115,10 +115,6 @@ pub fn text_of(path: &Path) -> Result<String, ConfigError> {
         if text.len() as u64 > LARGEST { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(text) }
     };
     read().map_err(|source| ConfigError::Read { path: path.to_owned(), source })
-}
-
-fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Error> {
-    UnitId::new(&String::deserialize(from)?).map(Some).map_err(D::Error::custom)
 }
 
 fn keys<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<PublicKey>, D::Error> {

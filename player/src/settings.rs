@@ -117,18 +117,7 @@ impl FromStr for StatusAddress {
     }
 }
 
-macro_rules! from_string {
-    ($($setting:ty),*) => {$(
-        impl TryFrom<String> for $setting {
-            type Error = SettingError;
-
-            fn try_from(text: String) -> Result<Self, SettingError> {
-                text.parse()
-            }
-        }
-    )*};
-}
-from_string!(ScreenChoice, Clock, StatusAddress);
+player::from_string!(SettingError: ScreenChoice, Clock, StatusAddress);
 
 impl fmt::Display for StatusAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

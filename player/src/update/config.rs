@@ -5,10 +5,10 @@
 
 use crate::schedule::Window;
 use bundle::UnitId;
-use player::config_file::within;
+use player::config_file::{unit, within};
 use player::log_level::LogLevel;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error as _};
+use serde::de::Deserializer;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -56,11 +56,6 @@ impl Default for Config {
             log: LogLevel(tracing::Level::INFO),
         }
     }
-}
-
-fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Error> {
-    let name = String::deserialize(from)?;
-    UnitId::new(&name).map(Some).map_err(D::Error::custom)
 }
 
 fn every_minutes<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
