@@ -2,13 +2,21 @@
 //!
 //! Owns the claims on a unit that nobody disturbs: what it shows, what it is made of, what it offers to the network.
 
-use crate::machine::Unit;
+use crate::machine::{Unit, image};
 use crate::picture::Look;
 
 /// Whether an address of `/proc/net/tcp` and its like is this machine's own.
 fn is_loopback(address: &str) -> bool {
     let host = address.split(':').next().unwrap();
     host.ends_with("7F") || host == "00000000000000000000000001000000" || host == "0000000000000000FFFF00000100007F"
+}
+
+#[test]
+fn the_system_is_small() {
+    let mb = |file: std::path::PathBuf| std::fs::metadata(file).unwrap().len() as f64 / 1e6;
+    let root = mb(image().join("root.img"));
+    let initramfs = mb(image().with_file_name("initramfs").join("initramfs"));
+    assert!(root <= 180.0 && initramfs <= 3.0, "a root of {root} MB, an initramfs of {initramfs} MB");
 }
 
 #[test]
