@@ -5,11 +5,12 @@
 //!
 //! Start at [`Clip::open`].
 
+use crate::code::Code;
 use crate::damage::Damage;
 use crate::form::{self, Difference, Form};
 use crate::nal;
 use crate::probe::{self, Opened, ProbeError};
-use crate::raw::{Code, Demuxer, Packet};
+use crate::raw::{Demuxer, Packet};
 use rustix::fs::{Advice, fadvise};
 use std::fs::File;
 use std::io;

@@ -8,6 +8,7 @@
 #![deny(unsafe_code)]
 
 mod clip;
+mod code;
 mod damage;
 mod encoder;
 mod foreign;

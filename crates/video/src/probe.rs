@@ -6,10 +6,11 @@
 //! Next: `form.rs` compares a probe with the flock's form.
 
 use crate::clip::Clip;
+use crate::code::Code;
 use crate::damage::Damage;
 use crate::form::COLOUR;
 use crate::nal::{self, Kind};
-use crate::raw::{Code, Demuxer, Packet};
+use crate::raw::{Demuxer, Packet};
 use crate::session::{Poll, Session};
 use crate::sps::Sps;
 use rustix::io::Errno;

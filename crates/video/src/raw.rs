@@ -8,53 +8,21 @@
 //! Next: `probe.rs` and `clip.rs` read packets with it, `session.rs` decodes them.
 #![allow(unsafe_code)]
 
+use crate::code::{Code, check};
 use ffmpeg_next::ffi as av;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::fmt;
-use std::io;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::ptr::{self, NonNull};
 use std::slice;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// What ffmpeg answered, as its own negative number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Code(c_int);
-
-impl Code {
-    /// Out of memory: the only answer of a decoder that is not the clip's fault.
-    pub(crate) const NO_MEMORY: Self = Self(av::AVERROR(av::ENOMEM));
-    /// A path or number that ffmpeg cannot take.
-    pub(crate) const INVALID: Self = Self(av::AVERROR(av::EINVAL));
-
-    /// The system's error behind it, if it is one.
-    pub(crate) fn system(self) -> Option<io::Error> {
-        (-4_095..0).contains(&self.0).then(|| io::Error::from_raw_os_error(-self.0))
-    }
-}
-
-impl fmt::Display for Code {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = [0u8; 96];
-        // SAFETY: `text` is writable for the length given; ffmpeg always ends it with a 0 within that length.
-        unsafe { av::av_strerror(self.0, text.as_mut_ptr().cast(), text.len()) };
-        let text = CStr::from_bytes_until_nul(&text).map_or("unknown error".into(), CStr::to_string_lossy);
-        f.write_str(&text)
-    }
-}
-
-impl std::error::Error for Code {}
-
-impl From<Code> for String {
-    fn from(code: Code) -> Self {
-        code.to_string()
-    }
-}
-
-/// `Ok` with ffmpeg's answer unless it is negative.
-fn check(answer: c_int) -> Result<c_int, Code> {
-    if answer < 0 { Err(Code(answer)) } else { Ok(answer) }
+/// What ffmpeg says of its own negative number.
+pub(crate) fn words_for(answer: c_int) -> String {
+    let mut text = [0u8; 96];
+    // SAFETY: `text` is writable for the length given; ffmpeg always ends it with a 0 within that length.
+    unsafe { av::av_strerror(answer, text.as_mut_ptr().cast(), text.len()) };
+    CStr::from_bytes_until_nul(&text).map_or("unknown error".into(), CStr::to_string_lossy).into_owned()
 }
 
 /// A path as ffmpeg's file protocol takes it, so that no name is mistaken for an address of another protocol.
@@ -136,7 +104,7 @@ impl Demuxer {
             let is_video = |s: &*mut av::AVStream| (*(**s).codecpar).codec_type == av::AVMediaType::AVMEDIA_TYPE_VIDEO;
             let Some(stream) = streams.iter().copied().find(is_video).and_then(NonNull::new) else {
                 av::avformat_close_input(&mut context.as_ptr());
-                return Err(Code(av::AVERROR_STREAM_NOT_FOUND));
+                return Err(Code::of(av::AVERROR_STREAM_NOT_FOUND));
             };
             for other in streams.iter().filter(|s| **s != stream.as_ptr()) {
                 (**other).discard = av::AVDiscard::AVDISCARD_ALL;
@@ -416,7 +384,7 @@ impl Decoder {
         let context = unsafe {
             let codec = av::avcodec_find_decoder(av::AVCodecID::AV_CODEC_ID_H264);
             if codec.is_null() {
-                return Err(Code(av::AVERROR_DECODER_NOT_FOUND));
+                return Err(Code::of(av::AVERROR_DECODER_NOT_FOUND));
             }
             (NonNull::new(av::avcodec_alloc_context3(codec)).ok_or(Code::NO_MEMORY)?, codec)
         };
@@ -458,7 +426,7 @@ impl Decoder {
         match answer {
             answer if answer >= 0 => Sent::Taken,
             answer if answer == av::AVERROR(av::EAGAIN) => Sent::Full,
-            answer => Sent::Failed(Code(answer)),
+            answer => Sent::Failed(Code::of(answer)),
         }
     }
 
@@ -483,7 +451,7 @@ impl Decoder {
                 answer if answer >= 0 => Received::Picture(picture),
                 answer if answer == av::AVERROR(av::EAGAIN) => Received::Hungry,
                 av::AVERROR_EOF => Received::End,
-                answer => Received::Failed(Code(answer)),
+                answer => Received::Failed(Code::of(answer)),
             }
         }
     }

@@ -8,9 +8,10 @@
 //! Start at [`Session::poll`].
 
 use crate::clip::{Clip, Next};
+use crate::code::Code;
 use crate::damage::Damage;
 use crate::frame::Frame;
-use crate::raw::{Code, Decoder, Packet, Picture, Received, Sent};
+use crate::raw::{Decoder, Packet, Picture, Received, Sent};
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::sync::Arc;
