@@ -6,7 +6,7 @@ first flip. Never judges pace: a busy machine spoils it; the ratios carry over.
 Processor seconds are those of the whole guest, counted by the machine that it runs on, less those of a guest that does
 nothing. The guest's own figure will not do: its clock ticks a hundred times a second, and what works for 8 ms after
 each vblank is billed 6.7 or 10 ms, as the ticks happen to fall. Wall time and memory
-are taken inside, by `contestant.py`, starts by `starts.py`.
+are taken inside, by `contestant.py`, starts by `starts.py`; `steady.py` keeps the machine the same for all.
 """
 
 import json
@@ -15,6 +15,8 @@ import resource
 import statistics
 import subprocess
 import sys
+
+import steady
 
 FRAMES = 1000
 OURS = "dreams-player"
@@ -115,7 +117,8 @@ def promises(runs, median):
 def main():
     folder, player = sys.argv[1:3]
     rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 5
-    runs, median = measure(folder, player, rounds)
+    with steady.machine():
+        runs, median = measure(folder, player, rounds)
     print(f"\n{'median of ' + str(rounds):22}{'CPU s / 1,000 frames':>22}{'peak MB':>10}{'first flip ms':>15}")
     for name, row in median.items():
         first = f"{row['first_flip_ms']:.0f}" if "first_flip_ms" in row else "-"
