@@ -6,9 +6,10 @@
 //!
 //! Start at [`Cuts::next`].
 
-use crate::block_log::BlockLog;
+use crate::block_log::{BlockLog, SECTOR};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::collections::BTreeSet;
 
 /// How many writes in a hundred survive that were not flushed; one of these for each cut.
 const SURVIVING: [u32; 5] = [0, 10, 50, 90, 100];
@@ -29,7 +30,12 @@ pub(crate) struct Cuts<'l> {
     flushed: Vec<u8>,
     /// How many entries that is.
     done: usize,
+    /// What was left before.
+    known: BTreeSet<State>,
 }
+
+/// What is left: of how many entries all, of which later ones which sectors, and how many reports were told by then.
+type State = (usize, Vec<(usize, Vec<bool>)>, usize);
 
 impl<'l> Cuts<'l> {
     /// So many cuts, spread over the whole log; a quarter of them right behind the entries `reports`: what was reported
@@ -46,7 +52,7 @@ impl<'l> Cuts<'l> {
             });
         }
         places.sort_unstable_by(|a, b| b.cmp(a));
-        Self { log, random, places, flushed: log.base.clone(), done: 0 }
+        Self { log, random, places, flushed: log.base.clone(), done: 0, known: BTreeSet::new() }
     }
 
     fn chance(&mut self, percent: u32) -> bool {
@@ -55,23 +61,44 @@ impl<'l> Cuts<'l> {
 }
 
 impl Cuts<'_> {
-    /// Makes `disk` what the next cut leaves. Returns behind how many entries that was; `None` if there are no more.
-    pub(crate) fn next(&mut self, disk: &mut Vec<u8>) -> Option<usize> {
-        let (log, place) = (self.log, self.places.pop()?);
-        let flush = (self.done..place).rev().find(|at| log.entries[*at].is_flush);
-        for entry in &log.entries[self.done..flush.unwrap_or(self.done)] {
-            log.apply(entry, &mut self.flushed, |_| true);
-        }
-        self.done = flush.unwrap_or(self.done);
-        disk.clone_from(&self.flushed);
-        let surviving = SURVIVING[self.random.next_u32() as usize % SURVIVING.len()];
-        for entry in &log.entries[self.done..place] {
-            if self.chance(surviving) {
-                let is_torn = entry.at >= UNTORN && self.chance(TORN);
-                log.apply(entry, disk, |_| !is_torn || self.chance(50));
+    /// Makes `disk` what the next cut leaves that leaves something else than those before. Returns how many of `reports`
+    /// were told by then; `None` if there are no more cuts.
+    pub(crate) fn next(&mut self, reports: &[usize], disk: &mut Vec<u8>) -> Option<usize> {
+        let log = self.log;
+        loop {
+            let place = self.places.pop()?;
+            let flush = (self.done..place).rev().find(|at| log.entries[*at].is_flush);
+            for entry in &log.entries[self.done..flush.unwrap_or(self.done)] {
+                log.apply(entry, &mut self.flushed, |_| true);
+            }
+            self.done = flush.unwrap_or(self.done);
+            let told = reports.iter().filter(|report| **report < place).count();
+            let survivors = self.survivors(place);
+            if self.known.insert((self.done, survivors.clone(), told)) {
+                disk.clone_from(&self.flushed);
+                for (at, keeps) in survivors {
+                    log.apply(&log.entries[at], disk, |sector| keeps[sector]);
+                }
+                return Some(told);
             }
         }
-        Some(place)
+    }
+
+    /// Which sectors survive of the entries that were not flushed before `place`.
+    fn survivors(&mut self, place: usize) -> Vec<(usize, Vec<bool>)> {
+        let mut survivors = Vec::new();
+        let surviving = SURVIVING[self.random.next_u32() as usize % SURVIVING.len()];
+        for at in self.done..place {
+            let (begins, sectors) = (self.log.entries[at].at, self.log.entries[at].bytes.len() / SECTOR);
+            if sectors > 0 && self.chance(surviving) {
+                let is_torn = begins >= UNTORN && self.chance(TORN);
+                let keeps: Vec<bool> = (0..sectors).map(|_| !is_torn || self.chance(50)).collect();
+                if keeps.contains(&true) {
+                    survivors.push((at, keeps));
+                }
+            }
+        }
+        survivors
     }
 }
 
@@ -84,18 +111,20 @@ mod tests {
 
     const FLUSH: u64 = 1;
 
-    /// So many cuts: where they are, and what they leave.
+    /// What so many cuts leave, by the number of entries before them.
     fn all(log: &BlockLog, count: usize) -> Vec<(usize, Vec<u8>)> {
         let (mut cuts, mut disk) = (Cuts::of(log, &[], count, 1), Vec::new());
-        std::iter::from_fn(|| cuts.next(&mut disk).map(|place| (place, disk.clone()))).collect()
+        let every: Vec<usize> = (0..log.entries.len()).collect();
+        std::iter::from_fn(|| cuts.next(&every, &mut disk).map(|place| (place, disk.clone()))).collect()
     }
 
     #[test]
-    fn what_was_flushed_is_there_and_of_the_rest_any_part() {
+    fn what_was_flushed_is_there_and_of_the_rest_any_part_and_nothing_comes_twice() {
         let log = log(11, &[(8, 1, 1, 0), (0, 0, 0, FLUSH), (9, 2, 2, 0), (8, 3, 1, 0), (0, 0, 0, FLUSH)]);
         let mut seen: Vec<BTreeSet<[u8; 3]>> = vec![BTreeSet::new(); 6];
         for (place, disk) in all(&log, 30_000) {
-            seen[place].insert([8, 9, 10].map(|sector| disk[sector * SECTOR]));
+            let is_new = seen[place].insert([8, 9, 10].map(|sector| disk[sector * SECTOR]));
+            assert!(is_new, "{place} entries");
         }
         let those = |disks: &[[u8; 3]]| disks.iter().copied().collect::<BTreeSet<_>>();
         assert_eq!(seen[0], those(&[[0, 0, 0]]));

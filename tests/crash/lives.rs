@@ -31,8 +31,7 @@ const EDITIONS: u64 = 3;
 /// Clips of the flock. Of those of edition `n` the first `2 n` are its own.
 const CLIPS: usize = 6;
 const CLIP_BYTES: usize = 30_000;
-/// A careless life gets so many cuts, and must be caught so often, at least.
-const CARELESS_CUTS: usize = 400;
+/// A careless life must be caught so often, at least.
 const CAUGHT: usize = 3;
 /// Faults that are told of one life.
 const TOLD: usize = 3;
@@ -47,8 +46,8 @@ pub(crate) struct Edition {
 /// The laboratory.
 pub(crate) struct Lab {
     updater: String,
-    /// Shared by the whole lives.
-    cuts: usize,
+    /// Different ones, in the whole lives.
+    states: usize,
     press: Press,
     pub(crate) editions: Vec<Edition>,
     disks: [Disk; 2],
@@ -56,6 +55,14 @@ pub(crate) struct Lab {
     base: Vec<u8>,
     folder: TempDir,
     door: Mutex<()>,
+}
+
+/// What was found in a life.
+struct Found {
+    /// Different states of the disk that were looked at.
+    states: usize,
+    /// What did not hold, and how often.
+    faults: BTreeMap<String, usize>,
 }
 
 /// How a flock comes.
@@ -66,10 +73,10 @@ enum Way {
 }
 
 impl Lab {
-    /// `UPDATER CUTS`: the updater, and how many cuts its lives get.
+    /// `UPDATER STATES`: the updater, and how many states of its disk are looked at.
     pub(crate) fn from(mut words: impl Iterator<Item = String>) -> Self {
-        let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER CUTS"));
-        let (updater, cuts) = (word("the updater"), word("the number of cuts").parse().unwrap());
+        let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER STATES"));
+        let (updater, states) = (word("the updater"), word("the number of states").parse().unwrap());
         let (press, folder) = (Press::with_new_keys(), tempfile::tempdir().unwrap());
         let edition = |number: u64| {
             let stick = folder.path().join(number.to_string());
@@ -81,7 +88,7 @@ impl Lab {
         fs::write(folder.path().join(SETTINGS), "reserve_mib = 0\n").unwrap();
         let editions = (1..=EDITIONS).map(edition).collect();
         let disks = [Disk::new(0), Disk::new(1)];
-        let mut lab = Self { updater, cuts, press, editions, disks, base: Vec::new(), folder, door: Mutex::new(()) };
+        let mut lab = Self { updater, states, press, editions, disks, base: Vec::new(), folder, door: Mutex::new(()) };
         lab.base =
             lab.disks[0].made(|mounted| lab.brought(&mounted.join("store"), &lab.editions[0], Way::Stick, &mut || ()));
         lab
@@ -96,17 +103,21 @@ impl Lab {
     pub(crate) fn whole_lives(&self) -> bool {
         let mut holds = true;
         let lives = [(Way::Stick, false), (Way::Stick, true), (Way::Http, false), (Way::Http, true)];
-        let cuts = self.cuts.div_ceil(lives.len());
         for (way, is_noisy) in lives {
-            let log = Recording::of(self.base.clone(), is_noisy, |mounted, report| {
-                for edition in &self.editions[1..] {
-                    self.brought(&mounted.join("store"), edition, way, report);
-                }
-            });
             let last = self.editions.last().expect("there are some").source(way);
-            let faults = self.cut(&log, cuts, Some(&last));
-            println!("{way:?}, {}: {}", if is_noisy { "noise" } else { "quiet" }, told(&log, cuts, &faults));
-            holds &= faults.is_empty();
+            // A life has only so many states: another one has others, since nothing takes the same time twice.
+            let mut missing = self.states.div_ceil(lives.len());
+            while missing > 0 {
+                let log = Recording::of(self.base.clone(), is_noisy, |mounted, report| {
+                    for edition in &self.editions[1..] {
+                        self.brought(&mounted.join("store"), edition, way, report);
+                    }
+                });
+                let found = self.cut(&log, missing, Some(&last));
+                println!("{way:?}, {}: {}", if is_noisy { "noise" } else { "quiet" }, found.told(&log));
+                holds &= found.faults.is_empty();
+                missing = missing.saturating_sub(found.states);
+            }
         }
         holds
     }
@@ -122,34 +133,38 @@ impl Lab {
                     self.brought_carelessly(&mounted.join("store"), edition, carelessness, report);
                 }
             });
-            let faults = self.cut(&log, CARELESS_CUTS, None);
-            println!("{carelessness:?}, which must be caught: {}", told(&log, CARELESS_CUTS, &faults));
-            proves &= faults.values().sum::<usize>() >= CAUGHT;
+            let found = self.cut(&log, careless_cuts(carelessness), None);
+            println!("{carelessness:?}, which must be caught: {}", found.told(&log));
+            proves &= found.faults.values().sum::<usize>() >= CAUGHT;
         }
         proves
     }
 
-    /// Cuts through a life, on all disks at once. Returns what did not hold, and how often.
-    fn cut(&self, log: &BlockLog, cuts: usize, completes: Option<&str>) -> BTreeMap<String, usize> {
-        let (cuts, reports) = (cuts.div_ceil(self.disks.len()), log.marks());
-        let judged = |(seed, device): (usize, &Disk)| {
-            let (mut disk, mut faults) = (Vec::new(), Vec::new());
-            let mut cuts = Cuts::of(log, &reports, cuts, seed as u64);
-            while let Some(place) = cuts.next(&mut disk) {
+    /// Cuts through a life, and looks at each different state once, on all disks at once.
+    fn cut(&self, log: &BlockLog, cuts: usize, completes: Option<&str>) -> Found {
+        let reports = log.marks();
+        let cuts = Mutex::new(Cuts::of(log, &reports, cuts, 0));
+        let judged = |device: &Disk| {
+            let (mut disk, mut states, mut faults) = (Vec::new(), 0, Vec::new());
+            let next = |disk: &mut Vec<u8>| cuts.lock().unwrap().next(&reports, disk);
+            while let Some(told) = next(&mut disk) {
                 device.load(&disk);
-                let told = reports.iter().filter(|report| **report < place).count();
+                states += 1;
                 faults.extend(judge::after(self, device, told, completes).err());
             }
-            faults
+            (states, faults)
         };
-        let mut faults = BTreeMap::new();
+        let mut found = Found { states: 0, faults: BTreeMap::new() };
         thread::scope(|scope| {
-            let at_work: Vec<_> = self.disks.iter().enumerate().map(|disk| scope.spawn(move || judged(disk))).collect();
-            for fault in at_work.into_iter().flat_map(|worker| worker.join().unwrap()) {
-                *faults.entry(fault).or_default() += 1;
+            let at_work: Vec<_> = self.disks.iter().map(|disk| scope.spawn(|| judged(disk))).collect();
+            for (states, faults) in at_work.into_iter().map(|worker| worker.join().unwrap()) {
+                found.states += states;
+                for fault in faults {
+                    *found.faults.entry(fault).or_default() += 1;
+                }
             }
         });
-        faults
+        found
     }
 
     /// Brings the edition by the updater, reports it, and has the player find that it plays.
@@ -223,14 +238,25 @@ impl Edition {
     }
 }
 
-/// What was found in a life, and the faults that came first.
-fn told(log: &BlockLog, cuts: usize, faults: &BTreeMap<String, usize>) -> String {
-    let (wrong, length) = (faults.values().sum::<usize>(), log.entries.len());
-    let mut told = format!("{cuts} cuts at {length} writes and {} flushes, {wrong} wrong", log.flushes());
-    for (fault, count) in faults.iter().take(TOLD) {
-        write!(told, "\n  {count} times {fault}").expect("a text takes everything");
+/// How many cuts a careless life gets: some things are seldom caught.
+fn careless_cuts(carelessness: Carelessness) -> usize {
+    match carelessness {
+        Carelessness::NoFileSync => 100,
+        Carelessness::NoFolderSync => 200,
+        Carelessness::WritesInPlace => 400,
     }
-    told
+}
+
+impl Found {
+    /// As a line, and the faults that came first.
+    fn told(&self, log: &BlockLog) -> String {
+        let (wrong, writes, flushes) = (self.faults.values().sum::<usize>(), log.entries.len(), log.flushes());
+        let mut told = format!("{} states, of {writes} writes and {flushes} flushes, {wrong} wrong", self.states);
+        for (fault, count) in self.faults.iter().take(TOLD) {
+            write!(told, "\n  {count} times {fault}").expect("a text takes everything");
+        }
+        told
+    }
 }
 
 /// Somebody else on the same disk writes something, and syncs it.

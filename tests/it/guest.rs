@@ -39,7 +39,8 @@ pub(crate) fn in_virtual_time(limit_s: u32, command: &Command) -> Output {
     in_time("virtual", limit_s, command)
 }
 
-/// The same in a guest whose time is this machine's.
+/// The same in a guest whose time is this machine's, and which has one processor: two of a guest wait for each other
+/// whenever this machine takes one away.
 pub(crate) fn in_real_time(limit_s: u32, command: &Command) -> Output {
     in_time("real", limit_s, command)
 }
@@ -47,7 +48,7 @@ pub(crate) fn in_real_time(limit_s: u32, command: &Command) -> Output {
 fn in_time(time: &str, limit_s: u32, command: &Command) -> Output {
     let _place = Place::take();
     let mut run = Command::new(programs::repository().join("tests/vkms/run"));
-    run.args(["--time", time, "--limit", &limit_s.to_string(), "--"]);
+    run.args(["--time", time, "--cpus", "1", "--limit", &limit_s.to_string(), "--"]);
     run.arg(command.get_program()).args(command.get_args());
     programs::output(&mut run)
 }
