@@ -1,7 +1,8 @@
 //! Files beneath a folder, and nowhere else.
 //!
 //! Owns opening: the kernel itself follows no symbolic link, crosses no mount and never leaves the folder, whatever
-//! stands in a path (`openat2`). Only plain files are opened, and of these only as much is read as was asked for.
+//! stands in a path (`openat2`; where that is not to be had, one folder after the other is opened, to the same end). Only
+//! plain files are opened, and of these only as much is read as was asked for.
 //!
 //! Start at [`Root`].
 
@@ -11,6 +12,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::path::Path;
 
 use rustix::fs::{AtFlags, CWD, Mode, OFlags, ResolveFlags};
+use rustix::io::Errno;
 
 /// A folder that nothing opened through it can leave.
 #[derive(Debug)]
@@ -33,7 +35,32 @@ impl Root {
         let confined =
             ResolveFlags::BENEATH | ResolveFlags::NO_SYMLINKS | ResolveFlags::NO_MAGICLINKS | ResolveFlags::NO_XDEV;
         let flags = flags | OFlags::CLOEXEC | OFlags::NOFOLLOW;
-        Ok(rustix::fs::openat2(&self.0, path, flags, Mode::from_raw_mode(mode), confined)?)
+        match rustix::fs::openat2(&self.0, path, flags, Mode::from_raw_mode(mode), confined) {
+            // systemd's `RestrictSUIDSGID=` cannot look into its arguments, and says that there is no such call.
+            Err(Errno::NOSYS) => self.part_by_part(path, flags, mode),
+            opened => Ok(opened?),
+        }
+    }
+
+    /// The same without that call: no part of the path may be a link, lead upwards or lie on another file system.
+    fn part_by_part(&self, path: &str, flags: OFlags, mode: u32) -> io::Result<OwnedFd> {
+        if path.starts_with('/') || path.split('/').any(|part| part == "..") {
+            return Err(Errno::XDEV.into());
+        }
+        let device = rustix::fs::fstat(&self.0)?.st_dev;
+        let here = |opened: OwnedFd| {
+            let is_here = rustix::fs::fstat(&opened)?.st_dev == device;
+            if is_here { Ok(opened) } else { Err(io::Error::from(Errno::XDEV)) }
+        };
+        let (folders, name) = path.rsplit_once('/').unwrap_or(("", path));
+        let way = OFlags::PATH | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+        let mut folder: Option<OwnedFd> = None;
+        for part in folders.split('/').filter(|part| !part.is_empty()) {
+            let at = folder.as_ref().map_or(self.0.as_fd(), OwnedFd::as_fd);
+            folder = Some(here(rustix::fs::openat(at, part, way, Mode::empty())?)?);
+        }
+        let at = folder.as_ref().map_or(self.0.as_fd(), OwnedFd::as_fd);
+        here(rustix::fs::openat(at, name, flags, Mode::from_raw_mode(mode))?)
     }
 
     /// Opens the folder at `path`; the root itself if it is empty.
@@ -45,7 +72,7 @@ impl Root {
     pub(crate) fn parent<'p>(&self, path: &'p str) -> io::Result<(OwnedFd, &'p str)> {
         let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
         if matches!(name, "" | "." | "..") {
-            return Err(io::Error::from(rustix::io::Errno::INVAL));
+            return Err(io::Error::from(Errno::INVAL));
         }
         Ok((self.folder(folder)?, name))
     }
@@ -125,7 +152,13 @@ mod tests {
             ["link", "near", "up/secret", "../secret", "sub/../../secret", absolute, "pipe", "sub", "", ".", "no"]
         {
             assert!(root.file(path).is_err(), "{path}");
+            let by_parts = root.part_by_part(path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOFOLLOW, 0);
+            assert!(by_parts.and_then(|file| plain(file.into())).is_err(), "{path}");
         }
+        let by_parts = |path| root.part_by_part(path, OFlags::RDONLY | OFlags::NOFOLLOW, 0).map(File::from);
+        assert_eq!(read_all(by_parts("sub/fine").unwrap(), 4).unwrap(), b"fine");
+        assert!(by_parts(".").unwrap().metadata().unwrap().is_dir());
+        assert_eq!(by_parts("up/in/sub/fine").unwrap_err().raw_os_error(), Some(Errno::NOTDIR.raw_os_error()));
         for path in ["..", "sub/..", "", "up/x"] {
             assert!(root.parent(path).is_err(), "{path}");
         }
