@@ -77,10 +77,17 @@ fn systemd_understands_every_line_of_every_service() {
 
 #[test]
 fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_is() {
-    let rules = super::read("systemd/60-dreams-update.rules");
+    let rules = super::read("systemd/80-dreams-update.rules");
     assert!(rules.contains("ENV{SYSTEMD_WANTS}+=\"dreams-update@%k.service\""));
     let kinds = "vfat|exfat|ext4";
     assert!(rules.contains(&format!("ENV{{ID_FS_TYPE}}==\"{kinds}\"")));
+    // Rules are run in the order of their names.
+    let layout = super::read("systemd/layout");
+    let ours = layout.split_whitespace().filter_map(|word| word.strip_prefix("/usr/lib/udev/rules.d/"));
+    assert!(
+        ours.clone().count() == 2 && ours.clone().all(|name| name > "60-persistent-storage.rules"),
+        "what is on it is known"
+    );
     let text = super::read("systemd/dreams-update@.service");
     let mounts: Vec<&str> = text.lines().filter(|line| line.contains("/usr/bin/mount ")).collect();
     let options = "-o ro,nosuid,nodev,noexec,nosymfollow ";
@@ -144,9 +151,12 @@ fn the_picture_comes_before_whatever_else_the_unit_does() {
     }
     for unit in ["dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {
         let text = super::read(&format!("systemd/{unit}"));
-        for wanted in ["OOMScoreAdjust=500", "MemoryMax=256M", "CPUWeight=idle", "IOWeight=1"] {
+        for wanted in ["OOMScoreAdjust=500", "MemoryMax=256M", "IOWeight=1"] {
             assert!(has(&text, wanted), "{wanted} in {unit}");
         }
+        // Where somebody waits, a fiftieth of what the player has; else nothing that the player could use.
+        let weight = if unit == "dreams-update@.service" { "CPUWeight=20" } else { "CPUWeight=idle" };
+        assert!(has(&text, weight), "{weight} in {unit}");
     }
 }
 
