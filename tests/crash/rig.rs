@@ -28,7 +28,9 @@ const BLOCK: usize = 4096;
 const STRETCH: usize = 16 * BLOCK;
 /// Milliseconds that anything is waited for, at most.
 const TICKS: usize = 10_000;
-/// Recordings so far. Each has a device of its own, so that none meets what is left of the one before.
+/// How many network block devices the kernel has.
+const DEVICES: usize = 16;
+/// Recordings so far. They take turns with the devices, so that none meets what is left of the one before.
 static RECORDINGS: AtomicUsize = AtomicUsize::new(0);
 
 /// A loop device with a disk in memory, and where it is mounted.
@@ -154,7 +156,7 @@ impl Recording {
 
     fn new(base: Vec<u8>) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let device = format!("/dev/nbd{}", RECORDINGS.fetch_add(1, Ordering::Relaxed));
+        let device = format!("/dev/nbd{}", RECORDINGS.fetch_add(1, Ordering::Relaxed) % DEVICES);
         let path = |name: &str| folder.path().join(name);
         fs::write(path("disk"), &base).unwrap();
         fs::write(path("log"), "").unwrap();
