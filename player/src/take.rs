@@ -6,13 +6,17 @@ use crate::report::chain;
 use crate::settings::ScreenChoice;
 use crate::show::Piece;
 use player::now::now;
-use screen::{KmsScreen, KmsSettings, Screen, ScreenError, VirtualScreen};
+use screen::{Keeper, KmsScreen, KmsSettings, Screen, ScreenError, VirtualScreen};
+use sd_notify::NotifyState;
+use std::os::fd::BorrowedFd;
 use std::path::PathBuf;
 use timing::Rate;
-use tracing::info;
+use tracing::{info, warn};
 
 /// The refresh of a virtual screen that nobody described.
 const REFRESH_HZ: u64 = 60;
+/// What the card is called that systemd keeps for us.
+const KEPT: &str = "card";
 
 /// Takes the screen that was asked for. A display asked for by name may be dark for now: it is waited for. With a
 /// free clock any screen is the virtual one, since no display has such a clock.
@@ -44,7 +48,25 @@ fn display(piece: Piece) -> Option<Box<dyn Screen>> {
 }
 
 fn settings(device: Option<PathBuf>, piece: Piece) -> KmsSettings {
-    KmsSettings { device, size: piece.size, fps: piece.fps, now }
+    KmsSettings { device, size: piece.size, fps: piece.fps, now, keeper: keeper() }
+}
+
+/// systemd, if it has started us and keeps descriptors (`FileDescriptorStoreMax=`): whatever becomes of us, the last frame
+/// stays until its next start of us lights another.
+fn keeper() -> Keeper {
+    let kept = sd_notify::listen_fds_with_names().ok().into_iter().flatten();
+    let kept = kept.filter(|(_, name)| name == KEPT).map(|(number, _)| number).last();
+    Keeper { kept, keep }
+}
+
+fn keep(card: Option<BorrowedFd<'_>>) {
+    let told = match card {
+        Some(card) => sd_notify::notify_with_fds(&[NotifyState::FdStore, NotifyState::FdName(KEPT)], &[card]),
+        None => sd_notify::notify(&[NotifyState::FdStoreRemove, NotifyState::FdName(KEPT)]),
+    };
+    if let Err(error) = told {
+        warn!(error = chain(&error), "nobody keeps the picture where the player falls");
+    }
 }
 
 fn virtual_screen(mode: Option<((u32, u32), Rate)>, piece: Piece) -> Box<dyn Screen> {

@@ -5,7 +5,7 @@
 //! MILLISECONDS, whichever comes first. `missed` counts the vblanks by which frames came later than their cadence.
 #![expect(clippy::print_stdout, reason = "its output is its purpose")]
 
-use screen::{Event, KmsScreen, KmsSettings, Picture, Screen, ScreenError};
+use screen::{Event, Keeper, KmsScreen, KmsSettings, Picture, Screen, ScreenError};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use timing::{Cadence, Nanos, Rate, Vblank};
@@ -19,7 +19,7 @@ fn main() -> Result<(), ScreenError> {
     let size = (number(width) as u32, number(height) as u32);
     let fps = Rate::new(number(&argument(3, "60")), 1).expect("a rate is not 0");
     let device = (device != "any").then(|| device.into());
-    let screen = KmsScreen::open(KmsSettings { device, size, fps, now })?;
+    let screen = KmsScreen::open(KmsSettings { device, size, fps, now, keeper: Keeper::NOBODY })?;
     let until = now().after(number(&argument(4, "3600000")) * 1_000_000);
     println!("{}", Show::new(screen, size, fps).run(number(&argument(1, "600")), until));
     Ok(())

@@ -14,7 +14,7 @@ mod picture;
 mod screen;
 mod virtual_screen;
 
-pub use kms::{KmsScreen, KmsSettings};
+pub use kms::{Keeper, KmsScreen, KmsSettings};
 pub use picture::Picture;
 pub use screen::{Event, Light, Lit, Screen, ScreenError};
 pub use virtual_screen::{Pace, VirtualScreen};

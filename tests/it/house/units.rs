@@ -146,7 +146,9 @@ fn a_still_picture_takes_over_from_a_player_that_fails_and_gives_way_to_it_again
 #[test]
 fn the_picture_comes_before_whatever_else_the_unit_does() {
     let has = |text: &str, wanted: &str| text.lines().any(|line| line == wanted);
-    for wanted in ["OOMScoreAdjust=-900", "MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000"] {
+    for wanted in
+        ["OOMScoreAdjust=-900", "MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000", "FileDescriptorStoreMax=1"]
+    {
         assert!(has(&player(), wanted), "{wanted}");
     }
     for unit in ["dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {

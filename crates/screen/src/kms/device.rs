@@ -8,13 +8,14 @@ use super::card::{
     Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Request, Source, Survey,
 };
 use super::in_formats::formats_with;
-use super::memory::Memory;
+use super::memory::{Memory, inherited};
 use super::properties::PropertyCache;
 use super::uevents::Uevents;
 use crate::paint::{Format, Layout};
 use drm::control::atomic::AtomicModeReq;
 use drm::control::{
-    AtomicCommitFlags, Device as Control, Mode, ResourceHandles, connector, crtc, from_u32, plane, property,
+    AtomicCommitFlags, Device as Control, Mode, ResourceHandles, connector, crtc, framebuffer, from_u32, plane,
+    property,
 };
 use drm::{ClientCapability, Device as Basic, DriverCapability, VblankWaitFlags, VblankWaitTarget};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -22,7 +23,8 @@ use rustix::io::Errno;
 use std::collections::{HashMap, VecDeque};
 use std::fs::{File, OpenOptions};
 use std::io;
-use std::os::fd::{AsFd, BorrowedFd};
+use std::ops::RangeInclusive;
+use std::os::fd::{AsFd, BorrowedFd, RawFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -32,18 +34,33 @@ use timing::{Nanos, Vblank};
 pub struct Device {
     /// The one that was asked for; `None` for the first that can light something.
     asked: Option<PathBuf>,
+    keeper: Keeper,
     card: Option<Card>,
     uevents: Option<Uevents>,
     happenings: VecDeque<Happening>,
 }
 
+/// Whoever keeps a card open where this process ends without its doing: then the last frame stays on the glass.
+#[derive(Clone, Copy, Debug)]
+pub struct Keeper {
+    /// The number of an open descriptor of a card that was kept so, which nobody else here has or closes.
+    pub kept: Option<RawFd>,
+    /// Keeps this card from now on, or none.
+    pub keep: fn(Option<BorrowedFd<'_>>),
+}
+
+impl Keeper {
+    /// Nobody: with the process goes the picture.
+    pub const NOBODY: Self = Self { kept: None, keep: |_| {} };
+}
+
 impl Device {
     /// The card at `path`, or the first that can light something; not yet opened.
-    pub fn new(path: Option<PathBuf>) -> Self {
+    pub fn new(path: Option<PathBuf>, keeper: Keeper) -> Self {
         let uevents = Uevents::subscribe()
             .inspect_err(|error| tracing::warn!(%error, "no hot-plug events from the kernel, looking now and then"))
             .ok();
-        Self { asked: path, card: None, uevents, happenings: VecDeque::new() }
+        Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new() }
     }
 
     fn card(&mut self) -> io::Result<&mut Card> {
@@ -58,23 +75,38 @@ impl Kms for Device {
     }
 
     fn open(&mut self) -> io::Result<()> {
-        if self.card.is_none() {
-            self.card = Some(match &self.asked {
-                Some(path) => Card::open(path)?,
-                None => Card::first()?,
-            });
+        if self.card.is_some() {
+            return Ok(());
         }
+        if let Some(kept) = self.keeper.kept.take() {
+            match Card::adopt(inherited(kept).into(), self.asked.as_deref()) {
+                Ok(card) => {
+                    self.card = Some(card);
+                    return Ok(());
+                }
+                Err(error) => {
+                    tracing::info!(%error, "the card that was kept open is of no use");
+                    (self.keeper.keep)(None);
+                }
+            }
+        }
+        self.card = Some(match &self.asked {
+            Some(path) => Card::open(path)?,
+            None => Card::first()?,
+        });
         Ok(())
     }
 
     fn close(&mut self) {
-        self.card = None;
+        if self.card.take().is_some_and(|card| card.is_kept) {
+            (self.keeper.keep)(None);
+        }
         self.happenings.clear();
     }
 
     fn take_master(&mut self) -> io::Result<()> {
         let card = self.card()?;
-        uninterrupted(|| card.acquire_master_lock())
+        if card.left.is_some() { card.is_master() } else { uninterrupted(|| card.acquire_master_lock()) }
     }
 
     fn survey(&mut self) -> io::Result<Survey> {
@@ -128,8 +160,16 @@ impl Kms for Device {
             How::Modeset => AtomicCommitFlags::ALLOW_MODESET,
             How::Flip => AtomicCommitFlags::NONBLOCK | AtomicCommitFlags::PAGE_FLIP_EVENT,
         };
+        let keep = self.keeper.keep;
         let card = self.card()?;
-        uninterrupted(|| card.atomic_commit(flags, atomic.clone()))
+        uninterrupted(|| card.atomic_commit(flags, atomic.clone()))?;
+        if matches!(how, How::Settle | How::Modeset) {
+            card.free_what_was_left();
+            if !std::mem::replace(&mut card.is_kept, true) {
+                keep(Some(card.as_fd()));
+            }
+        }
+        Ok(())
     }
 
     fn shown(&mut self, plane: Id) -> io::Result<Option<Source>> {
@@ -190,6 +230,21 @@ struct Card {
     properties: PropertyCache,
     /// Whether the kernel takes modifiers with a framebuffer.
     modifiers: bool,
+    /// If the card comes from a process before: the framebuffers that it left, of which one may be on the glass.
+    left: Option<Vec<framebuffer::Handle>>,
+    /// Whether it stays open without us.
+    is_kept: bool,
+}
+
+/// Buffers that a process before may have left, by their numbers: it has some three.
+const LEFT: RangeInclusive<u32> = 1..=64;
+
+/// The cards of this machine, the first one first.
+fn cards() -> io::Result<Vec<PathBuf>> {
+    let mut paths: Vec<PathBuf> = std::fs::read_dir("/dev/dri")?.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("card")));
+    paths.sort_by_cached_key(|path| (path.as_os_str().len(), path.clone()));
+    Ok(paths)
 }
 
 impl AsFd for Card {
@@ -206,9 +261,37 @@ impl Card {
     fn open(path: &Path) -> io::Result<Self> {
         let nonblocking = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
         let file = OpenOptions::new().read(true).write(true).custom_flags(nonblocking).open(path)?;
+        Self::of(file, path.to_owned())
+    }
+
+    /// Takes over `file` from a process before, whose last frame may be on the glass; it must be the one `asked` for.
+    fn adopt(file: File, asked: Option<&Path>) -> io::Result<Self> {
+        let device = |path: &Path| rustix::fs::stat(path).map(|stat| stat.st_rdev).ok();
+        let ours = rustix::fs::fstat(&file)?.st_rdev;
+        let mut nodes = asked.map_or_else(cards, |asked| Ok(vec![asked.to_owned()]))?.into_iter();
+        let path = nodes.find(|path| device(path) == Some(ours)).ok_or(Errno::NODEV)?;
+        // Its numbers mean nothing to us, and are to be had again. Framebuffers hold on to their buffers.
+        for handle in LEFT {
+            drm_ffi::gem::close(file.as_fd(), handle).ok();
+        }
+        let mut card = Self::of(file, path)?;
+        card.left = Some(card.resource_handles()?.framebuffers().to_vec());
+        card.is_kept = true;
+        Ok(card)
+    }
+
+    fn of(file: File, path: PathBuf) -> io::Result<Self> {
         let properties = PropertyCache::default();
-        let mut card =
-            Self { buffers: HashMap::new(), gbm: None, path: path.to_owned(), file, properties, modifiers: false };
+        let mut card = Self {
+            buffers: HashMap::new(),
+            gbm: None,
+            path,
+            file,
+            properties,
+            modifiers: false,
+            left: None,
+            is_kept: false,
+        };
         card.set_client_capability(ClientCapability::UniversalPlanes, true)?;
         card.set_client_capability(ClientCapability::Atomic, true)?;
         card.resource_handles()?;
@@ -222,12 +305,8 @@ impl Card {
 
     /// The first card with a display plugged in, else the first card at all.
     fn first() -> io::Result<Self> {
-        let mut paths: Vec<PathBuf> =
-            std::fs::read_dir("/dev/dri")?.filter_map(|entry| Some(entry.ok()?.path())).collect();
-        paths.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("card")));
-        paths.sort_by_cached_key(|path| (path.as_os_str().len(), path.clone()));
         let mut dark = Err(Errno::NODEV.into());
-        for path in paths {
+        for path in cards()? {
             let opened = Self::open(&path).and_then(|mut card| card.survey().map(|survey| (card, survey)));
             match opened {
                 Ok((card, survey)) => {
@@ -242,6 +321,22 @@ impl Card {
             }
         }
         dark
+    }
+
+    /// Fine if the card may be committed to. Whoever opened it is gone, so it can be asked, but not taken.
+    fn is_master(&self) -> io::Result<()> {
+        match uninterrupted(|| drm_ffi::auth::auth_magic_token(self.as_fd(), 0)) {
+            // Nobody has that token: the question came so far.
+            Err(error) if error.raw_os_error() != Some(Errno::INVAL.raw_os_error()) => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// Frees what a process before has left, now that another frame is on the glass.
+    fn free_what_was_left(&mut self) {
+        for framebuffer in self.left.as_mut().map(std::mem::take).unwrap_or_default() {
+            self.destroy_framebuffer(framebuffer).ok();
+        }
     }
 
     /// Whether the card has a GPU, and so a `renderD*` beside it.

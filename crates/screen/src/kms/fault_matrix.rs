@@ -5,7 +5,7 @@
 
 use super::choose::Framebuffers;
 use super::scripted::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
-use super::{KmsScreen, KmsSettings, Phase};
+use super::{Keeper, KmsScreen, KmsSettings, Phase};
 use crate::{Event, Picture, Screen};
 use proptest::prelude::*;
 use rustix::io::Errno;
@@ -22,8 +22,13 @@ pub(super) struct Player {
 
 impl Player {
     pub(super) fn on(card: Scripted) -> Self {
-        let settings =
-            KmsSettings { device: Some("scripted".into()), size: (64, 48), fps: Rate::new(30, 1).unwrap(), now };
+        let settings = KmsSettings {
+            device: Some("scripted".into()),
+            size: (64, 48),
+            fps: Rate::new(30, 1).unwrap(),
+            now,
+            keeper: Keeper::NOBODY,
+        };
         let screen = KmsScreen::on(card, settings).unwrap();
         let mut player = Self { screen, flips: Vec::new(), events: Vec::new(), frame: 0 };
         player.stage();

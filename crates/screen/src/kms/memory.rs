@@ -9,7 +9,7 @@ use memmap2::{MmapMut, MmapOptions};
 use rustix::ioctl::{Setter, ioctl, opcode};
 use std::fs::File;
 use std::io;
-use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd, RawFd};
 
 /// `DMA_BUF_IOCTL_SYNC` of `linux/dma-buf.h`; its argument is one `u64` of flags.
 const DMA_BUF_SYNC: rustix::ioctl::Opcode = opcode::write::<u64>(b'b', 0);
@@ -119,6 +119,12 @@ impl Memory {
             }
         }
     }
+}
+
+/// The open descriptor `number`, which whoever started this program has left to us.
+pub(super) fn inherited(number: RawFd) -> OwnedFd {
+    // SAFETY: a `Keeper` tells the number of a descriptor that nobody else here has, and `Device` asks once.
+    unsafe { OwnedFd::from_raw_fd(number) }
 }
 
 fn gem_handle(object: &BufferObject<()>) -> u32 {

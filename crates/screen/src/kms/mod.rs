@@ -32,6 +32,7 @@ mod uevents;
 
 pub(crate) use card::Kms;
 pub(crate) use device::Device;
+pub use device::Keeper;
 
 use crate::beat::Beat;
 use crate::paint::{blacken, paint};
@@ -58,6 +59,8 @@ pub struct KmsSettings {
     pub fps: Rate,
     /// The monotonic clock. Any origin will do: the times in events are the kernel's own (`CLOCK_MONOTONIC`).
     pub now: fn() -> Nanos,
+    /// Who keeps the last frame on the glass if this process falls.
+    pub keeper: Keeper,
 }
 
 /// A display on a KMS card.
@@ -151,7 +154,7 @@ impl KmsScreen<Device> {
     /// # Errors
     /// [`ScreenError::Open`] if there is no such card, or it is no KMS card.
     pub fn open(settings: KmsSettings) -> Result<Self, ScreenError> {
-        Self::on(Device::new(settings.device.clone()), settings)
+        Self::on(Device::new(settings.device.clone(), settings.keeper), settings)
     }
 }
 
