@@ -89,6 +89,7 @@ def every_command(folder, flock):
     small = f"{folder}/small"
     commands = {
         "share": ["share", small], "check": ["check", small], "balance": ["balance", small],
+        "balance --suggest": ["balance", small, "--suggest", "5"],
         "walk": ["walk", small, "--seed", "1", "--steps", "72"],
         "simulate": ["simulate", small, "--seed", "1", "--steps", "1000"],
         "report": ["report", small, "--no-pictures", "--out", f"{folder}/small.html"],

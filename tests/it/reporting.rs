@@ -192,7 +192,7 @@ fn transitions_that_would_help_are_told_with_what_they_cost() {
     // Without genomes and clips what is left is the length; a large flock is searched when it is asked for.
     let bare = |sheep| written(&bare(sheep, 2).replacen("clip = \"s0.mp4\"", "clip = \"s0.mp4\"\nwant = 40", 1));
     for (sheep, words, count) in
-        [(40, &[][..], 5), (40, &["--suggest", "1"], 1), (101, &[], 0), (101, &["--suggest", "2"], 2)]
+        [(40, &[][..], 5), (40, &["--suggest", "1"], 1), (201, &[], 0), (201, &["--suggest", "2"], 2)]
     {
         let folder = bare(sheep);
         let page = folder.path().join("page.html");

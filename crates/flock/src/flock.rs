@@ -4,6 +4,8 @@
 //!
 //! Start at [`Flock::new`].
 
+use std::sync::OnceLock;
+
 use crate::faults::{Fault, faults};
 use crate::graph::{Exit, Graph, SheepIx};
 use crate::manifest::{Clip, Manifest, Sheep, Transition};
@@ -25,8 +27,8 @@ pub struct Flock {
     /// Everything that the manifest names, if some of it is not played.
     whole: Option<Graph>,
     faults: Vec<Fault>,
-    /// `None` only where there is nothing to show.
-    shares: Option<Shares>,
+    /// Found when they are asked for. `None` only where there is nothing to show.
+    shares: OnceLock<Option<Shares>>,
     hash: [u8; 32],
 }
 
@@ -48,8 +50,8 @@ impl Flock {
             Some(played) => (played, Some(whole)),
             None => (whole, None),
         };
-        let (shares, hash) = (Shares::of(&graph).ok(), hash(&graph));
-        Self { manifest, graph, whole, faults, shares, hash }
+        let hash = hash(&graph);
+        Self { manifest, graph, whole, faults, shares: OnceLock::new(), hash }
     }
 
     /// As written.
@@ -79,12 +81,12 @@ impl Flock {
 
     /// The fraction of visits that `sheep` gets in the long run; all of them sum to 1.
     pub fn share(&self, sheep: SheepIx) -> f64 {
-        self.shares.as_ref().map_or(0.0, |shares| shares.visits(sheep))
+        self.shares().map_or(0.0, |shares| shares.visits(sheep))
     }
 
     /// The shares of the part that is played. `None` if the flock has neither a cycle nor a loop to show.
     pub fn shares(&self) -> Option<&Shares> {
-        self.shares.as_ref()
+        self.shares.get_or_init(|| Shares::of(&self.graph).ok()).as_ref()
     }
 
     /// How long `clip` is lit, in seconds.

@@ -13,8 +13,8 @@ use crate::balance::cost::{self, Cost};
 
 /// How many are told, unless somebody says.
 pub(super) const USUAL: usize = 5;
-/// Above so many sheep none, unless somebody says: the search would take longer than all the rest of the page.
-pub(super) const MOST_SHEEP: usize = 100;
+/// Above so many sheep none, unless somebody says: the search would take as long as all the rest of the page.
+pub(super) const MOST_SHEEP: usize = 200;
 
 /// The transitions, each the best one after those before it.
 #[derive(Debug, serde::Serialize)]

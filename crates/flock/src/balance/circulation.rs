@@ -10,6 +10,8 @@
 //! `f = floor + prior * exp(a + b)`, `n = want / (1 + (a + b) / fairness)`: a smooth convex problem, solved by Newton.
 //! Proportional fairness after Kelly, Maulloo & Tan (1998).
 
+use std::ops::Range;
+
 use super::network::Network;
 
 /// Prices may rise a flow by so many times e in one step at most.
@@ -22,8 +24,15 @@ const MOST_FALL: f64 = 0.9;
 const FLAT: f64 = 0.3;
 /// Tries for the length of a step.
 const TRIES: usize = 30;
-/// Newton steps of one sheep's own equation.
+/// Newton steps of one sheep's own equation, and what another one may bring at most: its neighbours change as well.
 const SWEEP_STEPS: usize = 12;
+const SWEPT: f64 = 1e-6;
+/// A sweep leaves a row or column as it is that is right to this part of its throughput.
+const RIGHT: f64 = 1e-3;
+/// Sums of flows that have all their digits.
+const SUMS: Range<f64> = 1e-250..1e250;
+/// The search for a price starts from the one there is where the row is off by less than this part.
+const NEAR: f64 = 0.3;
 /// Below this relative error a full step is taken unseen: slopes are rounding there.
 const CLOSE: f64 = 1e-7;
 
@@ -115,27 +124,23 @@ impl Circulation {
         (excess, worst)
     }
 
-    /// Sets each sheep's two prices in turn to what makes its own row and column right. Returns the largest change of
-    /// a price, or of the logarithm of a throughput.
+    /// Sets each sheep's two prices in turn to what makes its own row and column right, but for those that nearly are.
+    /// Returns the largest change of a price, or of the logarithm of a throughput.
     pub(super) fn sweep(&mut self, network: &Network) -> f64 {
         let n = network.len();
         let mut moved = 0.0f64;
         let mut change = vec![0.0; n];
+        let mut sums = self.sums[..n].to_vec();
         for side in 0..2 {
             let ends = if side == 0 { &network.from } else { &network.to };
-            let mut most = vec![f64::NEG_INFINITY; n];
-            for (&log, &at) in self.log_flow.iter().zip(ends) {
-                most[at as usize] = most[at as usize].max(log);
-            }
-            let mut sum = vec![0.0; n];
-            for (&log, &at) in self.log_flow.iter().zip(ends) {
-                sum[at as usize] += (log - most[at as usize]).exp();
-            }
+            let log_sums = self.log_sums(ends, &sums);
             for at in 0..n {
                 let fixed = self.floor * f64::from(self.degrees[side * n + at]);
-                let log_sum = most[at] + sum[at].ln();
-                let by = own_price(log_sum, fixed, self.scarcity[at], network.want[at], self.fairness);
+                let by = own_price(log_sums[at], fixed, self.scarcity[at], network.want[at], self.fairness);
                 change[at] = by;
+                if by == 0.0 {
+                    continue;
+                }
                 let before = self.scarcity[at];
                 self.scarcity[at] += by / self.fairness;
                 moved = moved.max(by.abs()).max((self.scarcity[at] / before).ln().abs());
@@ -144,9 +149,33 @@ impl Circulation {
             for (log, &at) in self.log_flow.iter_mut().zip(ends) {
                 *log += change[at as usize];
             }
+            if side == 0 {
+                let times: Vec<f64> = change.iter().map(|by| by.exp()).collect();
+                sums.fill(0.0);
+                for (flow, (&from, &to)) in self.flow.iter().zip(network.from.iter().zip(&network.to)) {
+                    sums[to as usize] += flow * times[from as usize];
+                }
+            }
         }
         self.measure(network);
         moved
+    }
+
+    /// The logarithms of `sums`, which are of the flows that share their entry in `ends`; of the flows themselves where a
+    /// sum is too small or too large to be right.
+    fn log_sums(&self, ends: &[u32], sums: &[f64]) -> Vec<f64> {
+        if sums.iter().all(|sum| SUMS.contains(sum)) {
+            return sums.iter().map(|sum| sum.ln()).collect();
+        }
+        let mut most = vec![f64::NEG_INFINITY; sums.len()];
+        for (&log, &at) in self.log_flow.iter().zip(ends) {
+            most[at as usize] = most[at as usize].max(log);
+        }
+        let mut parts = vec![0.0; sums.len()];
+        for (&log, &at) in self.log_flow.iter().zip(ends) {
+            parts[at as usize] += (log - most[at as usize]).exp();
+        }
+        most.iter().zip(parts).map(|(most, part): (&f64, f64)| most + part.ln()).collect()
     }
 
     /// Moves all prices along `direction`, as far as that brings the balance nearer. Returns the part of it taken.
@@ -268,11 +297,17 @@ impl Circulation {
     }
 }
 
-/// By how much one price must change: the `x` with `e^(log_sum + x) + fixed = want / (scarcity + x / fairness)`.
+/// By how much one price must change: the `x` with `e^(log_sum + x) + fixed = want / (scarcity + x / fairness)`; 0 if
+/// that is nearly so.
 fn own_price(log_sum: f64, fixed: f64, scarcity: f64, want: f64, fairness: f64) -> f64 {
-    let aim = (want / scarcity - fixed).max(1e-3 * want / scarcity);
+    let through = want / scarcity;
+    let off = (log_sum.exp() + fixed) / through - 1.0;
+    if off.abs() <= RIGHT {
+        return 0.0;
+    }
+    let aim = (through - fixed).max(1e-3 * through);
     let least = |x: f64| x.max(-MOST_FALL * scarcity * fairness);
-    let mut x = least(aim.ln() - log_sum);
+    let mut x = if off.abs() < NEAR { 0.0 } else { least(aim.ln() - log_sum) };
     let log_fixed = fixed.ln();
     for _ in 0..SWEEP_STEPS {
         // In logarithms: flows may be too small to be numbers.
@@ -281,7 +316,7 @@ fn own_price(log_sum: f64, fixed: f64, scarcity: f64, want: f64, fairness: f64) 
         let value = log_flow.max(log_fixed) + (-over.abs()).exp().ln_1p() + scarce.ln() - want.ln();
         let slope = 1.0 / (1.0 + over.exp()) + 1.0 / (fairness * scarce);
         let next = (x - value / slope).clamp(x - MOST_FALL * scarce * fairness, x + MOST_RISE);
-        if (next - x).abs() <= 1e-14 * (1.0 + x.abs()) {
+        if (next - x).abs() <= SWEPT * (1.0 + x.abs()) {
             return next;
         }
         x = next;

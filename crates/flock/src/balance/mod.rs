@@ -24,6 +24,7 @@ use crate::flock::Flock;
 use crate::graph::{Exit, Graph, SheepIx};
 use crate::names::SheepId;
 
+use circulation::Circulation;
 use network::{Network, parts};
 use reach::Reach;
 pub use suggest::{Suggestion, Suggestions};
@@ -38,6 +39,10 @@ const MOST_STEPS_A_YEAR: f64 = 630_000.0;
 
 /// Where the wants alone count, weights that give every visit to this part of it are good as they stand.
 const STANDS: f64 = 5e-7;
+
+/// Up to this worst ratio a search ends where it should wherever it begins. Far above, its end is told by rounding, and so
+/// by its way.
+const TAME: f64 = 1000.0;
 
 /// The nearest shares, and the weights that give them: the answer of `flock balance`.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -104,34 +109,58 @@ impl<'f> Balance<'f> {
     /// the balance of equal weights gave are kept, and so are any that serve the wants as well as can be where these
     /// alone count: what is balanced and written is not balanced again.
     pub fn of(flock: &'f Flock, terms: Terms) -> Option<Self> {
-        if !flock.is_walkable() {
-            return None;
-        }
-        let (graph, whole) = (flock.graph(), flock.whole());
-        let want = |sheep: SheepIx| flock.manifest().sheep[whole.sheep_in_manifest(sheep)].want;
-        let wants = parts(&whole.sheep().map(want).collect::<Vec<_>>());
-        let played: Vec<usize> =
-            graph.sheep().filter_map(|sheep| whole.find(graph.id(sheep))).map(SheepIx::index).collect();
-        let own_wants: Vec<f64> = played.iter().map(|&at| wants[at]).collect();
-        let Answer { network, steps_a_year, found, written } = Answer::of(flock, &own_wants, terms)?;
-        let mut sheep: Vec<Balanced> =
-            whole.sheep().zip(&wants).map(|(at, &want)| Balanced { id: whole.id(at), visits: 0.0, want }).collect();
-        for (ordinal, &at) in graph.sheep().zip(&played) {
-            sheep[at].visits = written.shares.visits(ordinal);
-        }
-        let worst = sheep.iter().map(Balanced::off).fold(1.0, f64::max);
-        let deficiency = deficiency(&sheep, &played, &found.reach);
+        let (sheep, played, answer) = visits(flock, terms, None)?;
+        let Answer { network, steps_a_year, found, written } = answer;
+        let reach = found.reach.unwrap_or_else(|| Reach::of(&network, &found.flow));
+        let deficiency = deficiency(&sheep, &played, &reach);
         Some(Self {
             reachable: deficiency == 0.0,
             deficiency,
-            worst_ratio: worst.is_finite().then_some(worst),
+            worst_ratio: worst(&sheep),
             weights: weights(flock, &written),
-            bottleneck: (deficiency > 0.0).then(|| bottleneck(flock, &network, &found.reach)),
+            bottleneck: (deficiency > 0.0).then(|| bottleneck(flock, &network, &reach)),
             least_plays: steps_a_year * exits(flock).map(|exit| written.shares.taken(exit)).fold(1.0, f64::min),
             steps_a_year,
             sheep,
         })
     }
+
+    /// The worst ratio that [`Balance::of`] tells, found sooner from `near`: a circulation with the same sheep, for the
+    /// same terms.
+    fn worst_ratio_near(flock: &Flock, terms: Terms, near: &Circulation) -> Option<f64> {
+        let told = |near| visits(flock, terms, near).and_then(|(sheep, ..)| worst(&sheep));
+        told(Some(near)).filter(|worst| *worst <= TAME).or_else(|| told(None))
+    }
+}
+
+/// What becomes of every sheep, which of them are played, and the answer for these. `None` if there is no cycle to walk.
+fn visits<'f>(
+    flock: &'f Flock,
+    terms: Terms,
+    near: Option<&Circulation>,
+) -> Option<(Vec<Balanced<'f>>, Vec<usize>, Answer)> {
+    if !flock.is_walkable() {
+        return None;
+    }
+    let (graph, whole) = (flock.graph(), flock.whole());
+    let want = |sheep: SheepIx| flock.manifest().sheep[whole.sheep_in_manifest(sheep)].want;
+    let wants = parts(&whole.sheep().map(want).collect::<Vec<_>>());
+    let played: Vec<usize> =
+        graph.sheep().filter_map(|sheep| whole.find(graph.id(sheep))).map(SheepIx::index).collect();
+    let own_wants: Vec<f64> = played.iter().map(|&at| wants[at]).collect();
+    let answer = Answer::of(flock, &own_wants, terms, near)?;
+    let mut sheep: Vec<Balanced> =
+        whole.sheep().zip(&wants).map(|(at, &want)| Balanced { id: whole.id(at), visits: 0.0, want }).collect();
+    for (ordinal, &at) in graph.sheep().zip(&played) {
+        sheep[at].visits = answer.written.shares.visits(ordinal);
+    }
+    Some((sheep, played, answer))
+}
+
+/// The worst ratio of all; `None` if a sheep is never visited.
+fn worst(sheep: &[Balanced]) -> Option<f64> {
+    let worst = sheep.iter().map(Balanced::off).fold(1.0, f64::max);
+    worst.is_finite().then_some(worst)
 }
 
 /// What was found, before it is told by ids.
@@ -143,36 +172,44 @@ struct Answer {
 }
 
 impl Answer {
-    /// The answer for the part of `flock` that is played, of which `wants` are wanted.
-    fn of(flock: &Flock, wants: &[f64], terms: Terms) -> Option<Self> {
-        let (graph, shares) = (flock.graph(), flock.shares()?);
+    /// The answer for the part of `flock` that is played, of which `wants` are wanted; `near` as in [`Terms::find`].
+    fn of(flock: &Flock, wants: &[f64], terms: Terms, near: Option<&Circulation>) -> Option<Self> {
+        let graph = flock.graph();
         if terms.afresh || may_be_ours(graph) {
             let equal = graph.reweighted(&vec![1.0; graph.exit_count()]);
-            let afresh = Self::counted_from(&equal, flock, wants, terms)?;
+            let afresh = Self::counted_from(&equal, flock, wants, terms, near.filter(|_| terms.afresh))?;
             if afresh.written.stands(graph) {
-                return Some(Self { written: Written::standing(graph, shares), ..afresh });
+                return Some(Self { written: Written::standing(graph, flock.shares()?), ..afresh });
             }
             if terms.afresh {
                 return Some(afresh);
             }
         }
-        let mut answer = Self::counted_from(graph, flock, wants, terms)?;
-        let near = |(sheep, visits): (SheepIx, &f64)| (shares.visits(sheep) / visits - 1.0).abs() <= STANDS;
-        if terms.fairness.is_infinite()
-            && shares.off_by().is_finite()
-            && graph.sheep().zip(&answer.found.visits).all(near)
-            && exits(flock).all(|exit| shares.taken(exit) >= answer.found.least)
-        {
-            answer.written = Written::standing(graph, shares);
+        let mut answer = Self::counted_from(graph, flock, wants, terms, near)?;
+        if terms.fairness.is_infinite() {
+            let shares = flock.shares()?;
+            let near = |(sheep, visits): (SheepIx, &f64)| (shares.visits(sheep) / visits - 1.0).abs() <= STANDS;
+            if shares.off_by().is_finite()
+                && graph.sheep().zip(&answer.found.visits).all(near)
+                && exits(flock).all(|exit| shares.taken(exit) >= answer.found.least)
+            {
+                answer.written = Written::standing(graph, shares);
+            }
         }
         Some(answer)
     }
 
     /// The answer when nearness counts from the weights of `graph`.
-    fn counted_from(graph: &Graph, flock: &Flock, wants: &[f64], terms: Terms) -> Option<Self> {
+    fn counted_from(
+        graph: &Graph,
+        flock: &Flock,
+        wants: &[f64],
+        terms: Terms,
+        near: Option<&Circulation>,
+    ) -> Option<Self> {
         let network = Network::new(graph, wants);
         let steps_a_year = steps_a_year(graph, flock, &network);
-        let found = terms.find(&network, steps_a_year);
+        let found = terms.find(&network, steps_a_year, near);
         let written = Written::new(graph, &found.flow, &found.visits, found.tolerance, found.least)?;
         Some(Self { network, steps_a_year, found, written })
     }

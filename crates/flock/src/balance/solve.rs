@@ -9,6 +9,8 @@ use super::system::System;
 
 /// A search ends when every row and column is this near to its sheep's throughput, as a part of it.
 pub(super) const EXACT: f64 = 1e-12;
+/// A search that was cut short is taken if it came as near as this.
+const AT_REST: f64 = 1e-10;
 /// On the way to a higher fairness this is near enough.
 const ON_THE_WAY: f64 = 1e-2;
 /// The first fairness, from which higher ones are led to.
@@ -55,6 +57,15 @@ pub(super) fn nearest(network: &Network, fairness: f64, floor: f64) -> Circulati
     }
     settle(network, &mut state, EXACT);
     if state.is_sound() { state } else { sound }
+}
+
+/// The same from `near`, a circulation of that fairness in a network with the same sheep. `None` if it does not come to
+/// rest from there.
+pub(super) fn resumed(near: &Circulation, network: &Network, floor: f64) -> Option<Circulation> {
+    let mut state = near.resumed(network);
+    state.floor = floor;
+    let error = settle(network, &mut state, EXACT);
+    (error <= AT_REST && state.is_sound()).then_some(state)
 }
 
 /// The limit of infinite fairness: the wants alone count, and of the circulations that serve them best the nearest one.

@@ -8,11 +8,14 @@
 //! # Source
 //! Candidates are the pairs with the highest prices of leaving plus entering (the gain of the first flow along a new
 //! transition, by duality), and those whose first flow lowers the worst ratios most (by the adjoint of the Newton
-//! system). The best few are tried.
+//! system). The best few are tried. Each search goes on from the balance that the one before it ended in.
+
+use std::panic::resume_unwind;
+use std::thread;
 
 use timing::FrameCount;
 
-use super::sketch::{Change, Sketch};
+use super::sketch::{Change, Sketch, TRIES};
 use super::terms::Terms;
 use super::weights::rounded;
 use super::{Balance, join};
@@ -63,53 +66,63 @@ impl Suggestions {
     /// Sheep that are not played come first: they are joined to those that are, by as few transitions as we can. No
     /// transition is suggested from a sheep to itself, and no removal after which a sheep would no longer be played.
     pub fn of(flock: &Flock, terms: Terms, count: usize) -> Option<Self> {
-        flock.is_walkable().then(|| Self {
-            add: sequence(flock, terms, count, Way::Add),
-            remove: sequence(flock, terms, count, Way::Remove),
-        })
+        if !flock.is_walkable() {
+            return None;
+        }
+        let sketch = Sketch::of(flock, terms);
+        let (add, remove) = thread::scope(|scope| {
+            let remove = scope.spawn(|| sequence(flock, terms, count, Way::Remove, sketch.clone()));
+            (sequence(flock, terms, count, Way::Add, sketch.clone()), remove.join())
+        });
+        Some(Self { add, remove: remove.unwrap_or_else(|panic| resume_unwind(panic)) })
     }
 }
 
 impl Suggestion {
     /// Up to `count` transitions to add to `flock`, as [`Suggestions::of`] tells them; in half the time.
     pub fn to_add(flock: &Flock, terms: Terms, count: usize) -> Option<Vec<Self>> {
-        flock.is_walkable().then(|| sequence(flock, terms, count, Way::Add))
+        flock.is_walkable().then(|| sequence(flock, terms, count, Way::Add, Sketch::of(flock, terms)))
     }
 }
 
-/// The best changes of one kind, one after the other.
-fn sequence(flock: &Flock, terms: Terms, count: usize, way: Way) -> Vec<Suggestion> {
+/// The best changes of one kind, one after the other; `sketch` is that of `flock`.
+fn sequence(flock: &Flock, terms: Terms, count: usize, way: Way, sketch: Sketch) -> Vec<Suggestion> {
     let mut suggestions = Vec::new();
-    let mut now = flock.clone();
+    let (mut now, mut sketch) = (flock.clone(), sketch);
     while suggestions.len() < count {
-        let found = match way {
-            Way::Add => join::missing(&now).or_else(|| best(&now, terms, way)),
-            Way::Remove => best(&now, terms, way),
+        let missing = if way == Way::Add { join::missing(&now) } else { None };
+        let found = match missing {
+            Some((from, to)) => {
+                changed(&now, way, from, to).map(|(change, next)| (change, Sketch::of(&next, terms), next))
+            }
+            None => best(&now, way, &sketch),
         };
-        let Some((from, to)) = found else { break };
-        let Some((suggestion, next)) = changed(&now, terms, way, from, to) else { break };
-        suggestions.push(suggestion);
-        now = next;
+        let Some((suggestion, outline, next)) = found else { break };
+        let worst_ratio = Balance::worst_ratio_near(&next, terms, outline.circulation());
+        suggestions.push(Suggestion { worst_ratio, ..suggestion });
+        (now, sketch) = (next, outline);
     }
     suggestions
 }
 
 /// The change that makes the part of `flock` that is played better than any other that was tried.
-fn best(flock: &Flock, terms: Terms, way: Way) -> Option<(SheepId, SheepId)> {
-    let sketch = Sketch::of(flock, terms);
-    let changes = match way {
-        Way::Add => sketch.additions(),
-        Way::Remove => sketch.removals(),
-    };
-    let tried = changes.into_iter().filter_map(|change| Some((sketch.after(change)?, change)));
-    let (badness, change) = tried.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+fn best(flock: &Flock, way: Way, sketch: &Sketch) -> Option<(Suggestion, Sketch, Flock)> {
+    let better = |(_, after): &(Change, Sketch)| after.badness() < (1.0 - GAIN) * sketch.badness();
+    let (change, outline) = TRIES.iter().find_map(|&tries| {
+        let changes = match way {
+            Way::Add => sketch.additions(tries),
+            Way::Remove => sketch.removals(tries),
+        };
+        sketch.best(changes).filter(better)
+    })?;
     let (Change::Add { from, to } | Change::Remove { from, to }) = change;
     let id = |at: usize| flock.id(SheepIx(at as u32)).clone();
-    (badness < (1.0 - GAIN) * sketch.badness()).then(|| (id(from), id(to)))
+    let (suggestion, next) = changed(flock, way, id(from), id(to))?;
+    Some((suggestion, outline, next))
 }
 
-/// `flock` after a change, and what that does to its balance.
-fn changed(flock: &Flock, terms: Terms, way: Way, from: SheepId, to: SheepId) -> Option<(Suggestion, Flock)> {
+/// `flock` after a change, and the change as it is told but for its effect.
+fn changed(flock: &Flock, way: Way, from: SheepId, to: SheepId) -> Option<(Suggestion, Flock)> {
     let mut manifest = flock.manifest().clone();
     let (frames, weight) = match way {
         Way::Add => {
@@ -126,9 +139,7 @@ fn changed(flock: &Flock, terms: Terms, way: Way, from: SheepId, to: SheepId) ->
             (frames, weight)
         }
     };
-    let next = Flock::new(manifest);
-    let worst_ratio = Balance::of(&next, terms)?.worst_ratio;
-    Some((Suggestion { from, to, worst_ratio, frames, weight }, next))
+    Some((Suggestion { from, to, worst_ratio: None, frames, weight }, Flock::new(manifest)))
 }
 
 /// The length of the transition in the middle.

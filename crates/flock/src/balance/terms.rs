@@ -7,7 +7,7 @@ use super::circulation::Circulation;
 use super::exact;
 use super::network::Network;
 use super::reach::Reach;
-use super::solve::{EXACT, fairest, nearest, settle};
+use super::solve::{EXACT, fairest, nearest, resumed, settle};
 
 /// The highest fairness short of infinity; above, shares differ from the fairest by a millionth at most.
 const HIGHEST: f64 = 1e6;
@@ -46,8 +46,8 @@ pub(super) struct Found {
     pub(super) least: f64,
     /// How near visits should be when weights are rounded, as a part of them.
     pub(super) tolerance: f64,
-    /// Whether the wants can be met.
-    pub(super) reach: Reach,
+    /// Whether the wants can be met, if the search had to know.
+    pub(super) reach: Option<Reach>,
 }
 
 impl Default for Terms {
@@ -57,42 +57,47 @@ impl Default for Terms {
 }
 
 impl Terms {
-    /// The circulation in `network` that fulfils these terms, with so many steps in a year.
-    pub(super) fn find(self, network: &Network, steps_a_year: f64) -> Found {
+    /// The circulation in `network` that fulfils these terms, with so many steps in a year. `near` is one of a network with
+    /// the same sheep: the search is shorter from there, its end is the same.
+    pub(super) fn find(self, network: &Network, steps_a_year: f64, near: Option<&Circulation>) -> Found {
         if self.fairness <= HIGHEST {
-            let (state, least) = floored(network, self.fairness, self.floor / steps_a_year);
+            let (state, least) = floored(network, self.fairness, self.floor / steps_a_year, near);
             let flow = carried(&state);
-            let reach = Reach::of(network, &flow);
-            return Found { visits: visits(network, &flow), flow, least, tolerance: TOLERANCE, reach };
+            return Found { visits: visits(network, &flow), flow, least, tolerance: TOLERANCE, reach: None };
         }
         let soft = nearest(network, Self::default().fairness, 0.0);
         let reach = Reach::of(network, &carried(&soft));
         let tolerance = FAIREST_TOLERANCE;
         if self.floor > 0.0 {
-            let (state, least) = floored(network, f64::INFINITY, self.floor / steps_a_year);
+            let (state, least) = floored(network, f64::INFINITY, self.floor / steps_a_year, None);
             let flow = carried(&state);
-            return Found { visits: visits(network, &flow), flow, least, tolerance, reach };
+            return Found { visits: visits(network, &flow), flow, least, tolerance, reach: Some(reach) };
         }
         let near = unfloored(network, &reach);
         let exact = (reach.deficiency == 0.0).then(|| exact::circulation(network, &near)).flatten();
         if let Some(flow) = exact {
-            return Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach };
+            return Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach: Some(reach) };
         }
         let mut flow = near;
         blend(network, &mut flow, &carried(&soft));
-        Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach }
+        Found { visits: visits(network, &flow), flow, least: 0.0, tolerance, reach: Some(reach) }
     }
 
     /// The search that [`Terms::find`] ends with, for a finite fairness and with floors as far as a year has steps.
     pub(super) fn outline(self, network: &Network, steps_a_year: f64) -> Circulation {
-        floored(network, self.fairness, self.floor / steps_a_year).0
+        floored(network, self.fairness, self.floor / steps_a_year, None).0
     }
 }
 
 /// The nearest circulation in which, after normalising, every transition carries `floor`; and the floor itself, lower
 /// where so much can't be.
-fn floored(network: &Network, fairness: f64, floor: f64) -> (Circulation, f64) {
-    let search = |floor| if fairness.is_finite() { nearest(network, fairness, floor) } else { fairest(network, floor) };
+fn floored(network: &Network, fairness: f64, floor: f64, near: Option<&Circulation>) -> (Circulation, f64) {
+    let near = near.filter(|near| near.fairness.total_cmp(&fairness).is_eq());
+    let search = |floor| match near.and_then(|near| resumed(near, network, floor)) {
+        Some(found) => found,
+        None if fairness.is_finite() => nearest(network, fairness, floor),
+        None => fairest(network, floor),
+    };
     // Rounded weights must not fall below the floor.
     let aim = floor * (1.0 + TOLERANCE);
     if aim * (network.arcs() as f64) < 1.0 {

@@ -66,6 +66,14 @@ impl Shares {
         Ok(Self { taken: taken.collect(), visits, off_by: solved.off_by })
     }
 
+    /// What a few sweeps over `graph`, one class, make of `shares`: those of the graph where a walk soon forgets where it
+    /// began, something between the two where it does not.
+    pub(crate) fn swept(graph: &Graph, shares: &[f64]) -> Vec<f64> {
+        let mut shares = shares.to_vec();
+        sweep::some(&Chain::of(graph), &mut shares);
+        shares
+    }
+
     /// The fraction of visits that `sheep` gets; all of them sum to 1.
     pub fn visits(&self, sheep: SheepIx) -> f64 {
         self.visits[sheep.index()]
@@ -85,6 +93,6 @@ impl Shares {
     /// How evenly the visits are spread: the entropy of their distribution, in bits; the most that `n` sheep can have
     /// is `log2 n`.
     pub fn entropy_bits(&self) -> f64 {
-        -self.visits.iter().filter(|&&share| share > 0.0).map(|share| share * share.log2()).sum::<f64>()
+        0.0 - self.visits.iter().filter(|&&share| share > 0.0).map(|share| share * share.log2()).sum::<f64>()
     }
 }

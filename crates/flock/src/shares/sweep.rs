@@ -32,6 +32,14 @@ pub(super) fn sweep(chain: &Chain, shares: &mut [f64]) -> f64 {
     moved
 }
 
+/// Sweeps `shares` as often as there are sweeps between two looks.
+pub(super) fn some(chain: &Chain, shares: &mut [f64]) {
+    for _ in 0..LOOK {
+        sweep(chain, shares);
+    }
+    normalise(shares);
+}
+
 /// Sweeps `shares` until nothing moves; whether it came to that.
 pub(super) fn settle(chain: &Chain, shares: &mut [f64]) -> bool {
     let (mut before, mut slow) = (f64::INFINITY, 0);
