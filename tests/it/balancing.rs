@@ -258,3 +258,26 @@ fn a_suggestion_tells_what_its_clip_will_take() {
     assert!(bytes > 100.0, "{answer}");
     assert!(String::from_utf8(suggest(&[]).stdout).unwrap().contains("Each is the best one after those above it"));
 }
+
+#[test]
+fn what_is_not_played_is_told_apart_from_what_is_stuck() {
+    let sheep = |id: &str| format!("[[sheep]]\nid = \"{id}\"\nframes = 30\nclip = \"{id}.mp4\"\n");
+    let transition = |ends: &str| {
+        let (from, to) = ends.split_at(1);
+        format!("[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\nframes = 30\nclip = \"{ends}.mp4\"\n")
+    };
+    // `a` and `b` both lead to `c` alone; nothing leads to `d`.
+    let parts = ["a", "b", "c", "d"].map(sheep).into_iter().chain(["ac", "bc", "ca", "cb", "da"].map(transition));
+    let head = "format = 1\nname = \"odd\"\nsize = [64, 64]\nfps = [30, 1]\n".to_owned();
+    let table = Table::of(&parts.fold(head, |text, part| text + &part));
+    let said = table.flock("balance", &[]);
+    let told = String::from_utf8(said.stdout).unwrap();
+    assert_eq!(said.status.code(), Some(1));
+    assert!(told.contains("\nNot played: 1 sheep are wanted 25.000% and get nothing.\nthese  d\n"), "{told}");
+    let stuck =
+        "\nStuck: 2 sheep are wanted 50.000%, all 1 sheep that they lead to only 25.000%.\nthese  a b\nlead to  c\n";
+    assert!(told.contains(stuck), "{told}");
+    let answer = table.answers("balance", &[]);
+    assert_eq!(answer["bottleneck"], serde_json::json!(["a", "b", "d"]));
+    assert!((answer["deficiency"].as_f64().unwrap() - 0.5).abs() < 1e-9, "{}", answer["deficiency"]);
+}

@@ -161,6 +161,8 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
         said.contains("size is `1280x720` (expected `320x240`)") && said.contains("hint: `flock import`"),
         "{said}"
     );
+    let said = table.says(2, &["want", "ram"], &["-3"]);
+    assert!(said.contains("wanted a finite number above 0"), "{said}");
     for (code, command, words) in [
         (3, ["add", "x"], ["--loop", "no/such.mp4"]),
         (2, ["add", "x"], ["--genome", "/etc/passwd"]),
@@ -250,6 +252,9 @@ fn a_renamed_sheep_brings_its_files_along() {
     for gone in ["loops/ram.mp4", "transitions/ram=ewe.mp4", "transitions/ewe=ram.mp4"] {
         assert!(!at(gone).exists(), "{gone}");
     }
+    let answer = table.answers(0, "rename", &["goat", "ram"]);
+    assert_eq!(answer["no_longer_shown"], serde_json::json!([]), "it is shown by another id");
+    table.fine(&["rename", "ram", "goat"], &[]);
     fs::write(at("loops/lamb.mp4"), "another film").unwrap();
     let before = table.manifest();
     let said = table.says(1, &["rename", "goat", "lamb"], &[]);

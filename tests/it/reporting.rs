@@ -39,6 +39,7 @@ const PROBE: &str = r"<body><script>
       pairs: all('#joins:not([hidden]) .pair').map(pair => [pair.querySelectorAll('img').length, pair.classList.contains('jumps'), pair.textContent]),
       suggested: all('#suggested:not([hidden]) li').map(item => item.textContent),
       joins: document.querySelector('#joins:not([hidden]) .note')?.textContent ?? null,
+      shares: document.querySelector('#shares .note').textContent,
       ground: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
       foreign: all('[data-foreign]').length, wide: document.documentElement.scrollWidth > innerWidth,
       asked: performance.getEntriesByType('resource').map(entry => entry.name).filter(name => !name.startsWith('data:')),
@@ -146,7 +147,9 @@ fn the_worst_joins_are_shown_with_their_frames_and_figures() {
     assert!(pairs.iter().all(|pair| pair[0] == 2 && pair[1] == true), "{told}");
     let first = pairs[0][2].as_str().unwrap();
     assert!(first.contains(".mp4") && first.contains("jumps, ") && first.contains("dB PSNR across it"), "{first}");
-    assert!(told["joins"].as_str().unwrap().contains("join"), "{told}");
+    let joins = told["joins"].as_str().unwrap();
+    assert!(joins.contains(" joins jump. Below are the worst: "), "{joins}");
+    assert!(told["shares"].as_str().unwrap().starts_with("Bars to the right are "), "{told}");
 
     let demo = programs::repository().join("flock-tools/demo/small");
     let (_scratch, page) = report(&demo, 0);
@@ -224,6 +227,7 @@ fn three_hundred_sheep_without_a_clip_are_drawn_on_a_desk_and_on_a_phone() {
         assert_eq!((&told["discs"], &told["unplaced"]), (&300.into(), &0.into()));
         assert!(told["arrows"].as_u64().unwrap() > 1000 && told["lanes"] == 24);
         assert_eq!(told["rows"].as_array().unwrap().len(), 300);
+        assert!(told["shares"].as_str().unwrap().starts_with("Bars upwards are "), "{}", told["shares"]);
     }
 }
 

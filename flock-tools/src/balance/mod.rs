@@ -9,7 +9,7 @@ pub(crate) mod write;
 
 use std::path::PathBuf;
 
-use flock::{Balance, Balanced, Bottleneck, Flock, Suggestions, Terms};
+use flock::{Balance, Balanced, Bottleneck, Flock, SheepId, Suggestions, Terms};
 
 use crate::draft::Draft;
 use crate::open;
@@ -38,10 +38,10 @@ pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
     /// How much the wants count beside the weights as written: above 0, or `inf`
-    #[arg(long, value_name = "L", default_value_t = Terms::default().fairness, value_parser = fairness)]
+    #[arg(long, value_name = "L", default_value_t = Terms::default().fairness, allow_negative_numbers = true, value_parser = fairness)]
     fairness: f64,
     /// How often every transition is played in a year at least
-    #[arg(long, value_name = "N", default_value_t = Terms::default().floor, value_parser = floor)]
+    #[arg(long, value_name = "N", default_value_t = Terms::default().floor, allow_negative_numbers = true, value_parser = floor)]
     floor: f64,
     /// Count nearness from equal weights, whatever is written
     #[arg(long)]
@@ -147,27 +147,33 @@ fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     lines.into_iter().chain(sheep).chain([String::new(), heading]).chain(weights)
 }
 
-/// The bottleneck in a form that can be checked by hand.
+/// The bottleneck in a form that can be checked by hand: first what is not played and so gets nothing.
 fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
-    let list = |ids: &[&flock::SheepId]| ids.iter().map(|id| id.as_str()).collect::<Vec<_>>().join(" ");
-    let want = |ids: &[&flock::SheepId]| {
-        let of = |id: &&flock::SheepId| {
-            balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).map_or(0.0, |at| balance.sheep[at].want)
-        };
-        100.0 * ids.iter().map(of).sum::<f64>()
-    };
-    vec![
-        String::new(),
-        format!(
+    let list = |ids: &[&SheepId]| ids.iter().map(|id| id.as_str()).collect::<Vec<_>>().join(" ");
+    let told = |id: &&SheepId| balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).map(|at| &balance.sheep[at]);
+    let want =
+        |ids: &[&SheepId]| 100.0 * ids.iter().flat_map(told).map(|sheep| sheep.want).fold(0.0, |all, want| all + want);
+    let played = |id: &&SheepId| told(id).is_ok_and(|sheep| sheep.visits > 0.0);
+    let (stuck, unplayed): (Vec<&SheepId>, Vec<&SheepId>) = bottleneck.sheep.iter().partition(|id| played(id));
+    let mut lines = Vec::new();
+    if !unplayed.is_empty() {
+        let (count, wanted) = (unplayed.len(), want(&unplayed));
+        lines.extend([String::new(), format!("Not played: {count} sheep are wanted {wanted:.3}% and get nothing.")]);
+        lines.push(format!("these  {}", list(&unplayed)));
+    }
+    if !stuck.is_empty() {
+        lines.push(String::new());
+        lines.push(format!(
             "Stuck: {} sheep are wanted {:.3}%, all {} sheep that they lead to only {:.3}%.",
-            bottleneck.sheep.len(),
-            want(&bottleneck.sheep),
+            stuck.len(),
+            want(&stuck),
             bottleneck.followers.len(),
             want(&bottleneck.followers)
-        ),
-        format!("these  {}", list(&bottleneck.sheep)),
-        format!("lead to  {}", list(&bottleneck.followers)),
-    ]
+        ));
+        lines.push(format!("these  {}", list(&stuck)));
+        lines.push(format!("lead to  {}", list(&bottleneck.followers)));
+    }
+    lines
 }
 
 fn row(sheep: &Balanced, width: usize) -> String {

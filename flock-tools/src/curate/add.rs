@@ -49,7 +49,7 @@ pub(crate) struct Args {
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
     frames: Option<u32>,
     /// Its wished share relative to the others'
-    #[arg(long, value_name = "W", default_value_t = 1.0, value_parser = arguments::positive)]
+    #[arg(long, value_name = "W", default_value_t = 1.0, allow_negative_numbers = true, value_parser = arguments::positive)]
     want: f64,
     /// Loops per visit
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -43,7 +43,7 @@ pub(crate) struct Args {
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
     frames: Option<u32>,
     /// How readily the walk takes it, relative to the others from the same sheep
-    #[arg(long, value_name = "W", default_value_t = 1.0, value_parser = arguments::positive)]
+    #[arg(long, value_name = "W", default_value_t = 1.0, allow_negative_numbers = true, value_parser = arguments::positive)]
     weight: f64,
     /// Replace another file that is in the clip's place
     #[arg(long)]

@@ -39,6 +39,8 @@ struct Desk {
 
 /// How a flock stands, by its manifest alone.
 struct Standing {
+    /// All its sheep.
+    there: BTreeSet<SheepId>,
     /// The sheep that the walk plays.
     shown: BTreeSet<SheepId>,
     /// `None` while a sheep is never shown.
@@ -65,7 +67,7 @@ struct Answer<'a> {
     worst_ratio_after: Option<f64>,
     /// Those of the manifest after the edit: clips are not looked at.
     faults: &'a [Fault],
-    /// Sheep that were shown and no longer are.
+    /// Sheep of the flock that were shown and no longer are.
     no_longer_shown: Vec<&'a SheepId>,
     /// Files that the manifest named, names no longer, and that are still there.
     unreferenced: Vec<&'a ClipPath>,
@@ -111,7 +113,7 @@ impl Desk {
     /// Ends the command if the edits break the flock, unless they are forced. `edit` begins the sentence.
     fn refuse_breaking(&self, edit: &str, force: bool, json: bool) -> Result<(), Fatal> {
         let after = Standing::of(self.manifest());
-        let lost = lost(&self.before, &after, self.manifest());
+        let lost = lost(&self.before, &after);
         let edit = edit.to_owned();
         let refused = match lost.first() {
             _ if force => return Ok(()),
@@ -150,7 +152,8 @@ impl Standing {
         let shown =
             flock.graph().sheep().filter(|_| flock.is_walkable()).map(|sheep| flock.id(sheep).clone()).collect();
         let worst_ratio = FlockShares::of(&flock).filter(|_| flock.is_walkable()).and_then(|shares| shares.worst_ratio);
-        Self { shown, worst_ratio, faults, files }
+        let there = manifest.sheep.iter().map(|sheep| sheep.id.clone()).collect();
+        Self { there, shown, worst_ratio, faults, files }
     }
 }
 
@@ -173,7 +176,7 @@ impl Effect {
                 worst_ratio_before: self.before.worst_ratio,
                 worst_ratio_after: self.after.worst_ratio,
                 faults: &self.after.faults,
-                no_longer_shown: self.before.shown.difference(&self.after.shown).collect(),
+                no_longer_shown: lost(&self.before, &self.after),
                 unreferenced,
                 missing,
             })?;
@@ -206,10 +209,9 @@ impl Effect {
     }
 }
 
-/// The sheep of `manifest` that were shown `before` and are not `after`.
-fn lost<'a>(before: &'a Standing, after: &'a Standing, manifest: &Manifest) -> Vec<&'a SheepId> {
-    let there: BTreeSet<&SheepId> = manifest.sheep.iter().map(|sheep| &sheep.id).collect();
-    before.shown.difference(&after.shown).filter(|id| there.contains(id)).collect()
+/// The sheep that were shown `before` and are not `after`, although they are there.
+fn lost<'a>(before: &'a Standing, after: &'a Standing) -> Vec<&'a SheepId> {
+    before.shown.difference(&after.shown).filter(|id| after.there.contains(*id)).collect()
 }
 
 /// What became of the worst ratio, in one line.

@@ -27,7 +27,7 @@ pub(crate) struct Args {
     #[arg(value_parser = SheepId::new)]
     id: SheepId,
     /// Its wished share relative to the others': 2 is twice as often as 1
-    #[arg(value_parser = arguments::positive)]
+    #[arg(allow_negative_numbers = true, value_parser = arguments::positive)]
     want: f64,
     /// Answer with one JSON document
     #[arg(long)]

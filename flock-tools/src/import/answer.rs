@@ -103,11 +103,12 @@ impl Answer {
             + self.genomes.iter().filter(|flamed| flamed.state == "stood").count();
         for (count, what) in [
             (stood, "in the flock already"),
-            (self.tombstones, "only a name: they were voted down or deleted"),
+            (self.tombstones, "only a name: voted down or deleted"),
             (others, "of kinds that are not imported"),
         ] {
             if count > 0 {
-                report::note(&format!("note: {count} files passed over, {what}"));
+                let files = if count == 1 { "file" } else { "files" };
+                report::note(&format!("note: {count} {files} passed over, {what}"));
             }
         }
         if self.interrupted {

@@ -4,10 +4,10 @@ function drawJoins() {
   const joins = flock.joins
   if (!joins) return
   $('#joins').hidden = false
-  const found = joins.jumps ? `${spoken(joins.jumps, 'join')} of ${digits(joins.judged)} ${joins.jumps === 1 ? 'jumps' : 'jump'}.`
+  const found = joins.jumps ? `${digits(joins.jumps)} of ${spoken(joins.judged, 'join')} ${joins.jumps === 1 ? 'jumps' : 'jump'}.`
     : joins.judged === 1 ? 'The one join meets.' : `All ${digits(joins.judged)} joins meet, in value and in velocity.`
   const unseen = joins.unseen ? ` ${spoken(joins.unseen, 'join')} could not be judged: flock check tells why.` : ''
-  $('#joins .note').textContent = `${found}${unseen} Below are those that come nearest to a jump: the last frame of the one clip, the first of the next, and how much of what is allowed they take.`
+  $('#joins .note').textContent = `${found}${unseen} Below are ${joins.jumps ? 'the worst' : 'those that come nearest to a jump'}: the last frame of the one clip, the first of the next, and how much of what is allowed they take.`
   $('#joins .pairs').replaceChildren(...joins.worst.map(pairOf))
 }
 

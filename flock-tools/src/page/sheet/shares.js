@@ -8,7 +8,8 @@ function drawShares() {
   const chart = $('#shares .chart')
   const widest = Math.max(0.5, ...sheep.map(one => Math.min(4, Math.abs(Math.log2(ratio(one) || 1 / 16)))))
   const never = sheep.filter(one => !one.visits).length
-  $('#shares .note').textContent = `Bars to the right are shown more often than wished, bars to the left more seldom; the end of the scale is ${digits(2 ** widest, 1)} times.` + (never ? ` ${never} never shown.` : '')
+  const [more, less] = order.length <= ROWS ? ['to the right', 'to the left'] : ['upwards', 'downwards']
+  $('#shares .note').textContent = `Bars ${more} are shown more often than wished, bars ${less} more seldom; the end of the scale is ${digits(2 ** widest, 1)} times.` + (never ? ` ${never} never shown.` : '')
   const row = at => shareRow(at, widest)
   $('#shares').className = order.length <= ROWS ? 'half' : 'wide'
   if (order.length <= ROWS) return chart.replaceChildren(make('div', { class: 'rows' }, ...order.map(row)))
