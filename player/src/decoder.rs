@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
-use timing::{FrameCount, Rate};
+use timing::FrameCount;
 use video::{Clip, ClipNumber, Poll, Session, SessionError};
 
 /// What the library orders.
@@ -47,18 +47,13 @@ pub(crate) struct Workshop {
     pub(crate) threads: NonZero<usize>,
     /// Frames decoded ahead.
     pub(crate) ahead: usize,
-    /// How many frames beyond the clip being decoded are to lie ready in opened clips.
-    pub(crate) prefetch: u64,
+    /// For how long the opened clips beyond the one being decoded are to last.
+    pub(crate) prefetch_ms: u64,
     /// Whether every frame is hashed.
     pub(crate) is_hashed: bool,
 }
 
 impl Workshop {
-    /// How many frames `prefetch_ms` are at `fps`, rounded up.
-    pub(crate) fn frames_in(prefetch_ms: u64, fps: Rate) -> u64 {
-        (prefetch_ms * u64::from(fps.num())).div_ceil(1_000 * u64::from(fps.den()))
-    }
-
     /// A shelf for frames, with room for as many as are to be ready, and whoever takes them from there.
     pub(crate) fn shelf(self) -> (SyncSender<Given>, Frames) {
         // One more lies in the decoder's hand, waiting for its place on the shelf.
@@ -134,7 +129,7 @@ impl Bench {
     fn work(mut self) -> Result<(), SessionError> {
         let mut may_order = true;
         loop {
-            while may_order && self.rest.is_none() && self.prefetched() < self.workshop.prefetch {
+            while may_order && self.rest.is_none() && self.prefetched_ms() < self.workshop.prefetch_ms {
                 match self.orders.try_recv() {
                     Ok(order) => self.take(order),
                     Err(TryRecvError::Empty) => break,
@@ -172,9 +167,13 @@ impl Bench {
         self.turns.len() - self.session.queued().min(self.turns.len()) > MUTE + self.workshop.threads.get()
     }
 
-    /// How many frames lie in opened clips beyond the one being decoded.
-    fn prefetched(&self) -> u64 {
-        self.turns.iter().skip(1).map(|(_, turn)| u64::from(turn.frames.0)).sum()
+    /// For how long the opened clips beyond the one being decoded will last.
+    fn prefetched_ms(&self) -> u64 {
+        let lasts_ms = |turn: &Turn| {
+            let fps = turn.flock.manifest().fps;
+            1_000 * u64::from(turn.frames.0) * u64::from(fps.den()) / u64::from(fps.num())
+        };
+        self.turns.iter().skip(1).map(|(_, turn)| lasts_ms(turn)).sum()
     }
 
     fn take(&mut self, order: Order) {
@@ -255,7 +254,7 @@ mod tests {
             let (orders, inbox) = sync_channel(1);
             let (reports, ends) = channel();
             let workshop =
-                Workshop { threads: NonZero::new(threads).unwrap(), ahead: 8, prefetch: 2, is_hashed: false };
+                Workshop { threads: NonZero::new(threads).unwrap(), ahead: 8, prefetch_ms: 60, is_hashed: false };
             let faults = Faults::new(Scribe::on_a_shelf().0);
             let glass = Arc::new(Glass::default());
             glass.open();
@@ -286,11 +285,5 @@ mod tests {
             decoder.join().unwrap().unwrap();
             assert_eq!(faults.count(), 1, "one clip is bad");
         }
-    }
-
-    #[test]
-    fn prefetched_time_is_rounded_up_to_whole_frames() {
-        assert_eq!(Workshop::frames_in(2_000, Rate::new(30, 1).unwrap()), 60);
-        assert_eq!(Workshop::frames_in(2_000, Rate::new(24_000, 1_001).unwrap()), 48);
     }
 }

@@ -96,6 +96,12 @@ impl Glass {
         hold(&self.view).clone()
     }
 
+    /// The size of the picture on the glass.
+    pub(crate) fn size(&self) -> Option<(u32, u32)> {
+        let view = hold(&self.view);
+        view.shown.as_ref().map(|shown| shown.still.picture()).map(|picture| (picture.width, picture.height))
+    }
+
     /// Adds a turn to the plan, and forgets those that are over.
     pub(crate) fn plan(&self, turn: Arc<Turn>) {
         let on_glass = hold(&self.view).shown.as_ref().and_then(|shown| Some(shown.turn.as_ref()?.number));

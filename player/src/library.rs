@@ -13,7 +13,6 @@ use crate::glass::Glass;
 use crate::herald::Herald;
 use crate::report::{Fatal, chain};
 use crate::turn::Turn;
-use change::Change;
 use flock::{ClipHash, ClipPath, Flock, Itinerary, Leg, Place};
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -27,7 +26,7 @@ use timing::{FrameCount, Nanos};
 use tracing::{debug, info, warn};
 use video::{Clip, ClipError, Form, ProbeError};
 
-pub(crate) use change::Successor;
+pub(crate) use change::{Successor, form};
 
 /// How long to wait, when nothing can be played, before all clips get another chance: storage may come back.
 const REPRIEVE: Duration = Duration::from_secs(30);
@@ -47,6 +46,8 @@ pub(crate) struct Library {
     /// What is known of the one that is to be played instead.
     pub(crate) successor: Successor,
     pub(crate) form: Form,
+    /// The next clip is of another form than those before.
+    pub(crate) is_reformed: bool,
     pub(crate) itinerary: Itinerary,
     /// How many clips to order; `None` for no end.
     pub(crate) clips: Option<u64>,
@@ -83,17 +84,13 @@ impl Library {
     ///
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn open(
-        self,
-        orders: SyncSender<Order>,
-        reports: Receiver<Report>,
-    ) -> Result<JoinHandle<Closing>, Fatal> {
+    pub(crate) fn open(self, orders: SyncSender<Order>, reports: Receiver<Report>) -> Result<JoinHandle<()>, Fatal> {
         let work = move || self.work(&orders, &reports);
         let thread = thread::Builder::new().name("library".to_owned()).spawn(work);
         thread.map_err(|source| Fatal::Thread { name: "library", source })
     }
 
-    fn work(mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>) -> Closing {
+    fn work(mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>) {
         let mut unauthentic: Option<ClipPath> = None;
         let mut ended = Ends::default();
         let mut number = 1;
@@ -103,22 +100,15 @@ impl Library {
                 if self.wait_for_something(&mut ended, orders, reports) {
                     continue;
                 }
-                return Closing::Complete;
+                return;
             };
-            match self.change(&leg) {
-                Change::Stay => {}
-                Change::Changed => {
-                    unauthentic = None;
-                    continue;
-                }
-                Change::Restart => {
-                    self.glass.plan(self.turn(number, leg));
-                    return Closing::AnotherForm;
-                }
+            if self.change(&leg) {
+                unauthentic = None;
+                continue;
             }
             // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
             // does not go back to before a clip that is shown.
-            let Some(mut bad) = self.hear(&mut ended, number, orders, reports) else { return Closing::Complete };
+            let Some(mut bad) = self.hear(&mut ended, number, orders, reports) else { return };
             bad.extend(unauthentic.take());
             for clip in &bad {
                 self.strike(clip, false);
@@ -129,7 +119,7 @@ impl Library {
             if self.clips.is_some_and(|clips| number > clips + ended.mute) {
                 // Never played, but where the path goes on: the place to keep when the run has ended.
                 self.glass.plan(self.turn(number, leg));
-                return Closing::Complete;
+                return;
             }
             if let Some(clip) = self.admit(&leg, number) {
                 let path = leg.clip.path.clone();
@@ -139,8 +129,11 @@ impl Library {
                 if number == 1 {
                     self.announce(&clip, &turn);
                 }
-                if orders.send(Order::Play(clip, turn)).is_err() {
-                    return Closing::Complete;
+                // What follows is for a decoder of its own.
+                let is_reformed = std::mem::take(&mut self.is_reformed);
+                let rest = is_reformed.then_some(Order::Rest);
+                if rest.into_iter().chain([Order::Play(clip, turn)]).any(|order| orders.send(order).is_err()) {
+                    return;
                 }
                 if number == 1 {
                     self.glass.await_opening();
@@ -299,15 +292,6 @@ impl Library {
             }
         }
     }
-}
-
-/// Why no more clips are ordered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Closing {
-    /// The run is over.
-    Complete,
-    /// The flock that is to be played now is of another size or rate: the screen has to be taken anew.
-    AnotherForm,
 }
 
 /// What is struck, beside the path's own strikes.

@@ -42,6 +42,13 @@ impl Pace {
         self.cadence = self.cadence.moved_to(self.frames, refresh);
     }
 
+    /// From the next frame on they come at another rate, and the screen has `refresh` vblanks a second: what is owed is
+    /// carried over, and the lit frame keeps its time.
+    pub(crate) fn goes_on(&mut self, frames: Rate, refresh: Rate) {
+        self.frames = frames;
+        self.moved_to(refresh);
+    }
+
     /// The screen was away and shows the last frame again since `vblank`: it stays lit for its time, and the time
     /// without a screen is nobody's lateness.
     pub(crate) fn resumed(&mut self, vblank: Vblank) {
@@ -104,6 +111,15 @@ mod tests {
             assert_eq!(pace.flipped(Vblank(vblank)), 0);
             assert_eq!(pace.eve(), Some(Vblank(vblank)));
         }
+    }
+
+    #[test]
+    fn another_rate_holds_from_its_first_frame_on_and_that_one_comes_in_its_time() {
+        let mut pace = Pace::new(rate(30, 1), rate(60, 1));
+        assert_eq!(pace.flipped(Vblank(10)), 0);
+        pace.goes_on(rate(20, 1), rate(60, 1));
+        assert_eq!((pace.eve(), pace.flipped(Vblank(12))), (Some(Vblank(11)), 0));
+        assert_eq!(pace.eve(), Some(Vblank(14)));
     }
 
     #[test]

@@ -27,6 +27,8 @@ const DIM: u8 = 70;
 /// A notice, drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Placard {
+    /// The size of the pictures that it was drawn for.
+    picture: (u32, u32),
     /// The first pixel across and down, even.
     at: (u32, u32),
     /// Pixels across and down, even.
@@ -63,7 +65,7 @@ impl Placard {
             return None;
         }
         let at = (2 * margin, (height - size.1 - 2 * margin) & !1);
-        let mut placard = Self { at, size, luma: vec![PANE; (size.0 * size.1) as usize] };
+        let mut placard = Self { picture: (width, height), at, size, luma: vec![PANE; (size.0 * size.1) as usize] };
         for (row, line) in lines.iter().enumerate() {
             for (column, letter) in line.iter().enumerate() {
                 let left = margin + column as u32 * pitch;
@@ -83,8 +85,8 @@ impl Placard {
     pub(crate) fn over<'a>(&self, picture: &Picture<'a>, into: &'a mut Overlaid) -> Picture<'a> {
         let (left, top) = (self.at.0 as usize, self.at.1 as usize);
         let (across, down) = (self.size.0 as usize, self.size.1 as usize);
-        let (width, height) = (picture.width as usize, picture.height as usize);
-        if left + across > width || top + down > height {
+        let width = picture.width as usize;
+        if (picture.width, picture.height) != self.picture {
             return *picture;
         }
         for (plane, bytes) in into.planes.iter_mut().enumerate() {

@@ -13,7 +13,7 @@ use crate::generation::Generation;
 use crate::glass::Glass;
 use crate::herald::Herald;
 use crate::lamp::Lamp;
-use crate::library::{self, Closing, Library, Struck, Successor};
+use crate::library::{self, Library, Struck, Successor};
 use crate::place::Slots;
 use crate::report::{Exit, Fatal, chain};
 use crate::saver::Saver;
@@ -33,7 +33,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{channel, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
-use video::{Form, SessionError};
+use video::SessionError;
 
 /// How often the watchdog hears of us in the time that it allows.
 pub(crate) const FEEDINGS: u32 = 3;
@@ -76,11 +76,11 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let glass = Arc::new(Glass::default());
     let (slots, saved) = memory(config, &faults);
     let itinerary = library::path(&flock, saved, config.seed);
-    let (frames, studio) = open_studio(config, piece, generation, itinerary, &faults, &glass)?;
+    let (frames, studio) = open_studio(config, generation, itinerary, &faults, &glass)?;
     let screen = take::screen(&config.screen, piece)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
     Lamp::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
-    Usher::new(&config.card, piece.size, clock_s()).start(Arc::clone(&glass), now)?;
+    Usher::new(&config.card, clock_s()).start(Arc::clone(&glass), now)?;
     status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
 
     let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);
@@ -133,14 +133,13 @@ fn memory(config: &Config, faults: &Faults) -> (Option<Slots>, Option<Place>) {
 
 /// The threads that make frames, to be asked at the end how it went.
 struct Studio {
-    library: JoinHandle<Closing>,
+    library: JoinHandle<()>,
     decoder: JoinHandle<Result<(), SessionError>>,
 }
 
 /// Starts library and decoder.
 fn open_studio(
     config: &Config,
-    piece: Piece,
     generation: Generation,
     itinerary: Itinerary,
     faults: &Faults,
@@ -152,15 +151,17 @@ fn open_studio(
     let workshop = Workshop {
         threads,
         ahead: usize::try_from(config.ahead).unwrap_or(usize::MAX),
-        prefetch: Workshop::frames_in(config.prefetch_ms, piece.fps),
+        prefetch_ms: config.prefetch_ms,
         is_hashed: config.hash,
     };
     let (shelf, frames) = workshop.shelf();
+    let form = library::form(&generation.flock);
     let library = Library {
         source: config.flock.clone(),
         generation,
         successor: Successor::default(),
-        form: Form { size: piece.size, fps: piece.fps },
+        form,
+        is_reformed: false,
         itinerary,
         clips: config.clips,
         faults: faults.clone(),
@@ -180,9 +181,7 @@ fn verdict(config: &Config, ended: &Ended, studio: Studio) -> Result<(), Fatal> 
         return Ok(());
     }
     studio.decoder.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-    if studio.library.join().unwrap_or_else(|panic| resume_unwind(panic)) == Closing::AnotherForm {
-        return Ok(());
-    }
+    studio.library.join().unwrap_or_else(|panic| resume_unwind(panic));
     let played = ended.turn.as_ref().map_or(0, |_| ended.tally.joins + 1);
     let flock = config.flock.clone();
     match config.clips {

@@ -1,8 +1,8 @@
 //! The flip thread: brings frames to the glass, each at its vblank.
 //!
 //! Owns the screen and the two frames that matter: the one that is lit and the one that follows. Never opens, reads
-//! or writes a file, and takes no memory for a frame: only at joins, when a screen comes, for the words about a fault, for
-//! the fault card and for the first frame that bears a placard. What happens next is decided in
+//! or writes a file, and takes no memory for a frame: only at joins, when a screen comes or is fitted, for the words about
+//! a fault, for the fault card and for the first frame that bears a placard. What happens next is decided in
 //! `playback.rs`, when in `pace.rs`; frames come from `decoder.rs`; what happened goes to `scribe.rs`.
 //!
 //! Start at [`Show::run`].
@@ -18,6 +18,7 @@ use crate::saver::Saver;
 use crate::scribe::{Note, Scribe};
 use crate::tally::Tally;
 use crate::turn::{Shown, Still, Turn};
+use flock::Flock;
 use screen::{Light, Lit, Screen};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -63,7 +64,7 @@ pub(crate) struct Ears<'a> {
     pub(crate) watchdog: Option<Duration>,
 }
 
-/// What is to be shown, and how.
+/// What is to be shown, and how; size and rate until a flock of others comes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     /// The flock's frames per second.
@@ -97,6 +98,10 @@ pub(crate) struct Show<'a, F> {
     /// The frame on the glass, and the one that follows it.
     shown: Option<Shown>,
     next: Option<Shown>,
+    /// The flock of the frame that was staged last.
+    flock: Option<Arc<Flock>>,
+    /// The rate of those of another form that the screen was fitted to, and of which none is on the glass yet.
+    fitted: Option<Rate>,
     /// The newest vblank that the screen told of, and that of the last flip.
     vblank: Vblank,
     flipped: Vblank,
@@ -129,6 +134,8 @@ impl<'a, F: Supply> Show<'a, F> {
             lit: None,
             shown: None,
             next: None,
+            flock: None,
+            fitted: None,
             vblank: Vblank(0),
             flipped: Vblank(0),
             looked: false,
@@ -327,6 +334,9 @@ impl<'a, F: Supply> Show<'a, F> {
         };
         (self.vblank, self.flipped) = (vblank, vblank);
         (self.looked, self.asked) = (false, None);
+        if let Some(fps) = self.fitted.take_if(|_| is_new) {
+            self.goes_on(vblank, fps);
+        }
         let late = self.count(vblank, is_new);
         let shown = self.shown.as_ref()?;
         let turn = shown.turn.clone();
@@ -405,7 +415,34 @@ impl<'a, F: Supply> Show<'a, F> {
         }
     }
 
+    /// Fits the screen to the next frame, where that is of a flock of another size or rate.
+    fn fit(&mut self) {
+        let Some(turn) = self.next.as_ref().and_then(|next| next.turn.as_ref()) else { return };
+        let form = |flock: &Flock| (flock.manifest().size, flock.manifest().fps);
+        let before = self.flock.replace(Arc::clone(&turn.flock));
+        let (size, fps) = form(&turn.flock);
+        if before.is_some_and(|before| form(&before) != (size, fps)) {
+            self.piece.size = size;
+            self.screen.fit(size, fps);
+            self.fitted = Some(fps);
+        }
+    }
+
+    /// The first frame of another form is on the glass: it came in its time, unless a mode had to be set for it.
+    fn goes_on(&mut self, vblank: Vblank, fps: Rate) {
+        self.piece.fps = fps;
+        let Some((lit, (known, pace))) = self.screen.lit().map(Arc::new).zip(self.lit.as_mut()) else { return };
+        if known.mode != lit.mode {
+            pace.resumed(vblank);
+        }
+        pace.goes_on(fps, lit.refresh);
+        *known = Arc::clone(&lit);
+        self.ears.glass.lit(Some(&lit));
+        self.ears.scribe.note(Note::Start { lit, fps });
+    }
+
     fn stage_next(&mut self) -> Result<(), Fatal> {
+        self.fit();
         stage(&mut *self.screen, self.next.as_ref(), self.ears.glass, &mut self.overlaid)
     }
 

@@ -109,7 +109,7 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::time::Duration;
-    use timing::{Nanos, Vblank};
+    use timing::{Nanos, Rate, Vblank};
 
     /// A screen that tells what is written down for it, and raises `stop` after that.
     struct Scripted {
@@ -134,6 +134,8 @@ mod tests {
         }
 
         fn notify_at(&mut self, _: Vblank) {}
+
+        fn fit(&mut self, _: (u32, u32), _: Rate) {}
 
         fn set_light(&mut self, _: Light) {}
 

@@ -70,8 +70,10 @@ fn keep(card: Option<BorrowedFd<'_>>) {
 }
 
 fn virtual_screen(mode: Option<((u32, u32), Rate)>, piece: Piece) -> Box<dyn Screen> {
-    let house = || (piece.size, Rate::new(REFRESH_HZ, 1).expect("60 Hz is a rate"));
-    let (size, refresh) = mode.unwrap_or_else(house);
     let pace = if piece.free { screen::Pace::Free } else { screen::Pace::Timer };
-    Box::new(VirtualScreen::new(size, refresh, pace, now))
+    let to_measure = || {
+        let refresh = Rate::new(REFRESH_HZ, 1).expect("60 Hz is a rate");
+        VirtualScreen::new(piece.size, refresh, pace, now).to_measure()
+    };
+    Box::new(mode.map_or_else(to_measure, |(size, refresh)| VirtualScreen::new(size, refresh, pace, now)))
 }

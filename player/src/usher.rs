@@ -40,17 +40,18 @@ enum Seen {
 #[derive(Debug)]
 pub(crate) struct Usher {
     path: PathBuf,
-    size: (u32, u32),
+    /// Of the pictures that the notice is laid over; `None` before the first.
+    size: Option<(u32, u32)>,
     /// What was told long before the run began is old news.
     known: Option<Telling>,
     since: Option<Nanos>,
 }
 
 impl Usher {
-    /// An usher for notices at `path`, over pictures of this size, when the clock shows `clock_s` seconds since 1970.
-    pub(crate) fn new(path: &Path, size: (u32, u32), clock_s: u64) -> Self {
+    /// An usher for notices at `path`, when the clock shows `clock_s` seconds since 1970.
+    pub(crate) fn new(path: &Path, clock_s: u64) -> Self {
         let is_old = |&(_, at_s, _): &Telling| u64::try_from(at_s).is_ok_and(|at_s| at_s + SHOWN.as_secs() <= clock_s);
-        Self { path: path.to_owned(), size, known: telling(path).filter(is_old), since: None }
+        Self { path: path.to_owned(), size: None, known: telling(path).filter(is_old), since: None }
     }
 
     /// Starts the thread, which shows what it finds on `glass` for as long as the process lives.
@@ -60,7 +61,7 @@ impl Usher {
     pub(crate) fn start(mut self, glass: Arc<Glass>, now: fn() -> Nanos) -> Result<(), Fatal> {
         let work = move || {
             loop {
-                match self.look(now()) {
+                match self.look(glass.size(), now()) {
                     Seen::Nothing => {}
                     Seen::Told(placard) => glass.tell(placard.map(Arc::new)),
                     Seen::Over => glass.tell(None),
@@ -72,15 +73,25 @@ impl Usher {
         thread.map(drop).map_err(|source| Fatal::Thread { name: "usher", source })
     }
 
-    /// Looks what is to be shown at `now`.
-    fn look(&mut self, now: Nanos) -> Seen {
+    /// Looks what is to be shown at `now`, over pictures of this size.
+    fn look(&mut self, size: Option<(u32, u32)>, now: Nanos) -> Seen {
+        let Some(size) = size else { return Seen::Nothing };
         let found = telling(&self.path);
+        if self.size.replace(size) != Some(size) && self.since.is_some() {
+            return Seen::Told(self.drawn(size));
+        }
         if found.is_some() && found != self.known {
             (self.known, self.since) = (found, Some(now));
-            return Seen::Told(Notice::read(&self.path).and_then(|notice| Placard::draw(&notice, self.size)));
+            return Seen::Told(self.drawn(size));
         }
         let is_over = |since| u128::from(now.since(since)) >= SHOWN.as_nanos();
         if self.since.take_if(|since| is_over(*since)).is_some() { Seen::Over } else { Seen::Nothing }
+    }
+}
+
+impl Usher {
+    fn drawn(&self, size: (u32, u32)) -> Option<Placard> {
+        Notice::read(&self.path).and_then(|notice| Placard::draw(&notice, size))
     }
 }
 
@@ -96,6 +107,8 @@ mod tests {
     use player::notice::Notice;
     use timing::Nanos;
 
+    const SIZE: Option<(u32, u32)> = Some((640, 480));
+
     #[test]
     fn a_notice_is_shown_when_it_is_told_and_goes_after_a_minute() {
         let folder = tempfile::tempdir().unwrap();
@@ -103,22 +116,30 @@ mod tests {
         let tell = |text: &str| Notice { text: text.to_owned(), thousandths: None }.tell(&path).unwrap();
         let minute = u64::try_from(SHOWN.as_nanos()).unwrap();
         tell("Yesterday.");
-        let mut usher = Usher::new(&path, (640, 480), u64::MAX);
-        assert_eq!(usher.look(Nanos(0)), Seen::Nothing, "that was before our time");
-        let mut newcomer = Usher::new(&path, (640, 480), 0);
-        assert!(matches!(newcomer.look(Nanos(0)), Seen::Told(Some(_))), "that was just now");
+        let mut usher = Usher::new(&path, u64::MAX);
+        assert_eq!(usher.look(SIZE, Nanos(0)), Seen::Nothing, "that was before our time");
+        assert_eq!(Usher::new(&path, 0).look(None, Nanos(0)), Seen::Nothing, "there is no picture to lay it over");
+        let mut newcomer = Usher::new(&path, 0);
+        assert!(matches!(newcomer.look(SIZE, Nanos(0)), Seen::Told(Some(_))), "that was just now");
         tell("Now.");
-        let now = usher.look(Nanos(1));
+        let now = usher.look(SIZE, Nanos(1));
         assert!(matches!(now, Seen::Told(Some(_))));
-        assert_eq!(usher.look(Nanos(2)), Seen::Nothing);
+        assert_eq!(usher.look(SIZE, Nanos(2)), Seen::Nothing);
         tell("Then.");
-        let then = usher.look(Nanos(3));
+        let then = usher.look(SIZE, Nanos(3));
         assert!(matches!(then, Seen::Told(Some(_))) && then != now);
-        assert_eq!(usher.look(Nanos(2 + minute)), Seen::Nothing);
-        assert_eq!(usher.look(Nanos(3 + minute)), Seen::Over);
-        assert_eq!(usher.look(Nanos(4 + minute)), Seen::Nothing);
+        assert_eq!(usher.look(SIZE, Nanos(2 + minute)), Seen::Nothing);
+        assert_eq!(usher.look(SIZE, Nanos(3 + minute)), Seen::Over);
+        assert_eq!(usher.look(SIZE, Nanos(4 + minute)), Seen::Nothing);
+        tell("Larger.");
+        let larger = Some((1280, 960));
+        let small = usher.look(SIZE, Nanos(5));
+        let large = usher.look(larger, Nanos(6));
+        assert!(matches!(large, Seen::Told(Some(_))) && large != small, "drawn anew for pictures of another size");
+        assert_eq!(usher.look(larger, Nanos(4 + minute)), Seen::Nothing);
+        assert_eq!(usher.look(larger, Nanos(5 + minute)), Seen::Over);
         std::fs::write(folder.path().join("new"), "rubbish").unwrap();
         std::fs::rename(folder.path().join("new"), &path).unwrap();
-        assert_eq!(usher.look(Nanos(5 + minute)), Seen::Told(None), "what makes no sense is not shown");
+        assert_eq!(usher.look(larger, Nanos(6 + minute)), Seen::Told(None), "what makes no sense is not shown");
     }
 }

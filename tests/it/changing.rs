@@ -146,23 +146,35 @@ fn a_new_flock_that_ends_the_player_again_and_again_gives_way_to_the_one_before(
 }
 
 #[test]
-fn for_a_flock_of_another_size_the_player_ends_its_run_and_the_next_one_goes_on_with_it() {
+fn a_flock_of_another_size_or_rate_takes_over_in_the_same_run_with_every_frame_and_on_the_same_path() {
     let small = SMALL.flock();
-    let smaller = Plan { name: "smaller", size: (160, 120), ..SMALL }.flock();
+    let larger = Plan { name: "larger", size: (480, 360), fps: (20, 1), ..SMALL }.flock();
     let (unit, playing) = unit_with(&small);
     let mut running = playing.start();
     running.await_line_with("\"join\"");
-    unit.press.bundle(&unit.stick(), &edition(&smaller, "two"), &[], 2);
+    unit.press.bundle(&unit.stick(), &edition(&larger, "two"), &[], 2);
     unit.updated(&[]);
-    let (code, trace) = running.end_within(20);
-    assert_eq!((code, trace.faults.len()), (Some(0), 0));
-    let before = played(&small, &trace);
-    let mut running = playing.start();
-    running.await_line_with("\"join\"");
+    running.await_line_with("\"to\":\"two/");
+    await_joins(&mut running, JOINS);
+    unit.press.bundle(&unit.stick(), &edition(&small, "three"), &[], 3);
+    unit.updated(&[]);
+    running.await_line_with("\"to\":\"three/");
     running.signal(Signal::TERM);
-    let (_, trace) = running.end_within(10);
-    let after = played(&smaller, &trace);
-    let path: Vec<&str> = before.iter().chain(&after).map(|(_, clip)| *clip).collect();
-    assert!(small.walk("5", 400).windows(path.len()).any(|walked| walked == path), "{path:?}");
-    assert_eq!(after[0].0, "two");
+    let (code, trace) = running.end_within(10);
+    assert_eq!((code, trace.faults.len()), (Some(0), 0), "{:?}", trace.faults);
+    let modes: Vec<&str> = trace.starts.iter().map(|start| &*start.mode).collect();
+    assert_eq!(modes, ["320x240@60", "480x360@60", "320x240@60"]);
+    let mut editions: Vec<Trace> = Vec::new();
+    for flip in trace.flips {
+        if editions.last().is_none_or(|trace| named(&trace.flips[0]).0 != named(&flip).0) {
+            editions.push(Trace::default());
+        }
+        editions.last_mut().unwrap().flips.push(flip);
+    }
+    let [one, two, three] = &editions[..] else { panic!("{} editions were played", editions.len()) };
+    let clips = [(&small, one), (&larger, two), (&small, three)].map(|(flock, trace)| played(flock, trace));
+    let path: Vec<&str> = clips.iter().flatten().map(|(_, clip)| *clip).collect();
+    let walk = small.walk("5", 800);
+    assert!(walk.windows(path.len()).any(|walked| walked == path), "the path goes on as the walk has it: {path:?}");
+    assert_eq!(state(&unit)["good"]["number"], 2, "it has proved itself");
 }

@@ -16,6 +16,7 @@ mod curating;
 mod fetching;
 mod flocks;
 mod glass;
+mod forms;
 mod guest;
 mod hot_plug;
 mod house;

@@ -12,7 +12,7 @@ use std::path::Path;
 /// Everything that one run of the player told.
 #[derive(Debug, Default)]
 pub(crate) struct Trace {
-    /// What was lit, once for every mode.
+    /// What was lit, once for every mode and every form of the pictures.
     pub(crate) starts: Vec<Start>,
     /// Frames in the order of their arrival on the glass.
     pub(crate) flips: Vec<Flip>,

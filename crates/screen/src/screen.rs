@@ -122,6 +122,10 @@ pub trait Screen {
     /// what is staged stays staged. Without effect while nothing is lit.
     fn commit(&mut self);
 
+    /// From the next picture that is staged on, pictures are of `size` and come at `fps`: they go over to the glass as every
+    /// other, and a mode is set only where another one is better for them.
+    fn fit(&mut self, size: (u32, u32), fps: Rate);
+
     /// Makes it as bright as `light` from the next flip on, or lets it sleep from the next [`Screen::next_event`] on. It is
     /// [`Light::FULL`] until this is called, and stays as it was told across whatever happens.
     fn set_light(&mut self, light: Light);

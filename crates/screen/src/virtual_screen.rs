@@ -24,6 +24,8 @@ pub enum Pace {
 #[derive(Debug)]
 pub struct VirtualScreen {
     size: (u32, u32),
+    /// It has the size of the pictures, whatever that is.
+    is_to_measure: bool,
     refresh: Rate,
     pace: Pace,
     now: fn() -> Nanos,
@@ -53,6 +55,7 @@ impl VirtualScreen {
         };
         Self {
             size,
+            is_to_measure: false,
             refresh,
             pace,
             now,
@@ -66,6 +69,13 @@ impl VirtualScreen {
             turned: false,
             spare: None,
         }
+    }
+
+    /// The same screen, which will always have the size of its pictures.
+    #[must_use]
+    pub fn to_measure(mut self) -> Self {
+        self.is_to_measure = true;
+        self
     }
 
     /// The picture on the glass: the last one whose flip was reported; `None` before the first.
@@ -127,6 +137,12 @@ impl Screen for VirtualScreen {
             && let Some(picture) = self.staged.take().or_else(|| self.shown.clone())
         {
             self.committed = Some((picture, self.current() + 1));
+        }
+    }
+
+    fn fit(&mut self, size: (u32, u32), _: Rate) {
+        if self.is_to_measure {
+            self.size = size;
         }
     }
 

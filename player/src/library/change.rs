@@ -2,30 +2,20 @@
 //!
 //! Owns when: at a join, at the same sheep if both flocks have it; which is waited for, but not for ever. What was shown
 //! and walked lately is carried over (`flock::Itinerary`), so that the path goes on. A flock of another size or rate
-//! needs the screen to be taken anew: the run ends for that, and the place is kept.
+//! is decoded by a session of its own; what the screen makes of it is `show.rs`'s.
 //!
 //! Start at [`Library::change`].
 
 use super::{Library, Struck, path};
 use crate::generation::Generation;
 use crate::report::chain;
-use flock::{Flock, Itinerary, Leg, Manifest, Place, SheepId, What};
+use flock::{Flock, Itinerary, Leg, Place, SheepId, What};
 use std::sync::Arc;
 use tracing::{info, warn};
+use video::Form;
 
 /// How many joins are waited for one at a sheep that the new flock has, too.
 const PATIENCE: u32 = 64;
-
-/// What becomes of the path at a join.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Change {
-    /// Another flock is played now: draw again.
-    Changed,
-    /// Another flock is to be played, which this run cannot show.
-    Restart,
-    /// It goes on.
-    Stay,
-}
 
 /// The flock that is to be played instead.
 #[derive(Debug, Default)]
@@ -41,14 +31,14 @@ pub(crate) struct Successor {
 
 impl Library {
     /// Goes over to the flock that is to be played by now, if there is another and `leg`, the next one, begins where that
-    /// can be.
-    pub(super) fn change(&mut self, leg: &Leg) -> Change {
+    /// can be. Whether it did: another leg is to be drawn then.
+    pub(super) fn change(&mut self, leg: &Leg) -> bool {
         self.successor.place = Some(leg.place.clone());
         if !self.generation.is_over() {
             self.successor = Successor { place: self.successor.place.take(), ..Successor::default() };
-            return Change::Stay;
+            return false;
         }
-        let Some(next) = self.awaited() else { return Change::Stay };
+        let Some(next) = self.awaited() else { return false };
         let here = match &leg.clip.what {
             What::Loop { sheep } => sheep,
             What::Transition { from, .. } => from,
@@ -56,12 +46,7 @@ impl Library {
         if !has(&next, here) && shares_a_sheep(&next, &self.generation.flock) && self.successor.waited < PATIENCE {
             self.successor.waited += 1;
             self.successor.generation = Some(next);
-            return Change::Stay;
-        }
-        let manifest = next.flock.manifest();
-        if (manifest.size, manifest.fps) != (self.form.size, self.form.fps) {
-            info!("the new flock is of another size or rate: the player begins anew");
-            return Change::Restart;
+            return false;
         }
         self.go_over(next, Some(&leg.place))
     }
@@ -73,12 +58,8 @@ impl Library {
             return false;
         }
         let Some(next) = self.awaited() else { return false };
-        let Manifest { size, fps, .. } = next.flock.manifest();
-        if (*size, *fps) != (self.form.size, self.form.fps) {
-            return false;
-        }
         let place = self.successor.place.take();
-        self.go_over(next, place.as_ref()) == Change::Changed
+        self.go_over(next, place.as_ref())
     }
 
     /// The flock that is to be played by now, opened.
@@ -98,9 +79,9 @@ impl Library {
         }
     }
 
-    fn go_over(&mut self, mut next: Generation, place: Option<&Place>) -> Change {
+    fn go_over(&mut self, mut next: Generation, place: Option<&Place>) -> bool {
         if !next.begin() {
-            return Change::Stay;
+            return false;
         }
         let flock = Arc::clone(&next.flock);
         let carried = place.map(|place| Itinerary::resume(Arc::clone(&flock), place));
@@ -114,8 +95,16 @@ impl Library {
         self.generation = next;
         self.struck = Struck::default();
         self.successor = Successor::default();
-        Change::Changed
+        let form = form(&flock);
+        self.is_reformed |= form != self.form;
+        self.form = form;
+        true
     }
+}
+
+/// What the clips of `flock` are to be.
+pub(crate) fn form(flock: &Flock) -> Form {
+    Form { size: flock.manifest().size, fps: flock.manifest().fps }
 }
 
 /// Whether the sheep is among those that are played.

@@ -87,6 +87,7 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
         generation,
         successor: Successor::default(),
         form: Form { size: SIZE, fps: flock.manifest().fps },
+        is_reformed: false,
         itinerary: Itinerary::start(flock, 1),
         clips,
         faults: Faults::new(scribe),

@@ -70,6 +70,10 @@ impl Screen for FakeScreen {
         self.flip = self.is_lit.then_some(self.now.get() + 1);
     }
 
+    fn fit(&mut self, _: (u32, u32), _: Rate) {
+        panic!("all pictures are of one form");
+    }
+
     fn set_light(&mut self, _: Light) {
         panic!("nobody has said how bright it is to be");
     }

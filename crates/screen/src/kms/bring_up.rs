@@ -65,12 +65,12 @@ impl<K: Kms> KmsScreen<K> {
                 pause = LOOK;
                 if self.settings.device.is_none() {
                     // The display may come at another card.
-                    self.kms.close();
+                    self.close();
                 }
             }
             Unlit::NoWay => self.refused.clear(),
             Unlit::Failed(error) if Trouble::of(error) == Trouble::Busy => {}
-            Unlit::Failed(_) => self.kms.close(),
+            Unlit::Failed(_) => self.close(),
         }
         self.tries = self.tries.saturating_add(1);
         self.phase = Phase::Dark { retry: self.now().after(pause.as_nanos() as u64) };
@@ -100,20 +100,25 @@ impl<K: Kms> KmsScreen<K> {
         if ways.is_empty() {
             return Err(Unlit::NoDisplay);
         }
+        self.accepted(&survey, ways)?.ok_or(Unlit::NoWay)
+    }
+
+    /// The first of `ways` that the kernel accepts, with its buffers.
+    pub(super) fn accepted(&mut self, survey: &Survey, ways: Vec<Candidate>) -> io::Result<Option<Output>> {
         for way in ways {
             if self.refused.contains(&way) {
                 continue;
             }
-            match self.build(&survey, way) {
-                Ok(output) => return Ok(output),
+            match self.build(survey, way) {
+                Ok(output) => return Ok(Some(output)),
                 Err(error) if Trouble::of(&error) == Trouble::Refused => {
                     tracing::debug!(?way, %error, "the kernel refuses this way");
                     self.refused.push(way);
                 }
-                Err(error) => return Err(error.into()),
+                Err(error) => return Err(error),
             }
         }
-        Err(Unlit::NoWay)
+        Ok(None)
     }
 
     /// Makes the buffers of `way`, and asks the kernel whether it would light them. Leaves nothing behind on failure.
@@ -128,6 +133,7 @@ impl<K: Kms> KmsScreen<K> {
                 let ramp = Ramp::new(&mut self.kms, &plan, self.light);
                 Ok(Output {
                     plan,
+                    survey: survey.clone(),
                     mode,
                     ring,
                     lit: false,
@@ -137,6 +143,7 @@ impl<K: Kms> KmsScreen<K> {
                     gave_up_at: None,
                     failed_in_a_row: 0,
                     ramp,
+                    has_colours: false,
                 })
             }
             Err(error) => {
@@ -181,7 +188,8 @@ impl<K: Kms> KmsScreen<K> {
         let outcome = light::lit(&mut self.kms, output, source, first).and_then(|()| {
             // From here on the framebuffer is bound, whatever else may be wrong.
             output.lit = true;
-            if output.plan.colours_stand(&self.kms.survey()?) {
+            output.has_colours = output.has_colours || output.plan.colours_stand(&self.kms.survey()?);
+            if output.has_colours {
                 return Ok(());
             }
             tracing::warn!(format = output.plan.way.format.format.name(), "the plane did not keep our colour matrix");
@@ -210,7 +218,10 @@ impl<K: Kms> KmsScreen<K> {
         output.flight = Flight::Landed;
         output.failed_in_a_row += u32::from(!first);
         let now = (self.settings.now)();
-        if first && self.kms.vblank(output.plan.crtc).is_err_and(|error| is_unsupported(&error)) {
+        if first
+            && output.beat.is_none()
+            && self.kms.vblank(output.plan.crtc).is_err_and(|error| is_unsupported(&error))
+        {
             tracing::info!("the driver has no vblanks, counting our own");
             output.beat = Some(Beat::new(now, output.plan.refresh));
         }
@@ -219,6 +230,7 @@ impl<K: Kms> KmsScreen<K> {
             // The events of flips before this may yet come.
             output.gave_up_at = Some(*vblank);
         }
+        self.retire();
         self.drop_stale_flips();
         self.notices.push_back(match since {
             Ok((vblank, at)) if first => Event::Flip { vblank, at },

@@ -17,20 +17,17 @@ pub(super) struct Player {
     pub(super) screen: KmsScreen<Scripted>,
     pub(super) flips: Vec<Nanos>,
     pub(super) events: Vec<Event>,
+    /// Size and rate of the pictures to come.
+    pub(super) form: ((u32, u32), Rate),
     frame: u8,
 }
 
 impl Player {
     pub(super) fn on(card: Scripted) -> Self {
-        let settings = KmsSettings {
-            device: Some("scripted".into()),
-            size: (64, 48),
-            fps: Rate::new(30, 1).unwrap(),
-            now,
-            keeper: Keeper::NOBODY,
-        };
+        let form @ (size, fps) = ((64, 48), Rate::new(30, 1).unwrap());
+        let settings = KmsSettings { device: Some("scripted".into()), size, fps, now, keeper: Keeper::NOBODY };
         let screen = KmsScreen::on(card, settings).unwrap();
-        let mut player = Self { screen, flips: Vec::new(), events: Vec::new(), frame: 0 };
+        let mut player = Self { screen, flips: Vec::new(), events: Vec::new(), form, frame: 0 };
         player.stage();
         player.screen.commit();
         player
@@ -38,8 +35,11 @@ impl Player {
 
     fn stage(&mut self) {
         self.frame = self.frame.wrapping_add(1);
-        let (luma, chroma) = (vec![self.frame; 64 * 48], vec![128; 32 * 24]);
-        let picture = Picture { width: 64, height: 48, planes: [&luma, &chroma, &chroma], strides: [64, 32, 32] };
+        let ((width, height), fps) = self.form;
+        let [pixels, row, half] = [width * height, width, width / 2].map(|count| count as usize);
+        let (luma, chroma) = (vec![self.frame; pixels], vec![128; pixels / 4]);
+        let picture = Picture { width, height, planes: [&luma, &chroma, &chroma], strides: [row, half, half] };
+        self.screen.fit((width, height), fps);
         self.screen.stage(&picture).unwrap();
     }
 
@@ -68,7 +68,7 @@ impl Player {
     }
 
     /// How many framebuffers the way that is lit takes.
-    fn framebuffers(&self) -> usize {
+    pub(super) fn framebuffers(&self) -> usize {
         let Phase::Up(output) = &self.screen.phase else { panic!("the screen is up") };
         match output.plan.way.framebuffers {
             Framebuffers::Shared => 1,

@@ -74,19 +74,27 @@ impl<K: Kms> KmsScreen<K> {
     /// Goes by the light that was told.
     pub(super) fn dim(&mut self) {
         if let (Phase::Up(output), Light::On { .. }) = (&mut self.phase, self.light) {
-            output.ramp.renew(&mut self.kms, &output.plan, self.light);
+            for output in [output].into_iter().chain(&mut self.coming) {
+                output.ramp.renew(&mut self.kms, &output.plan, self.light);
+            }
         }
     }
 
     /// Switches the display off and frees its buffers. The card stays ours, so that nobody lights it with words.
     pub(super) fn sleep(&mut self) {
-        if let Phase::Up(mut output) = std::mem::replace(&mut self.phase, Phase::Asleep) {
+        self.forget_coming();
+        let up = match std::mem::replace(&mut self.phase, Phase::Asleep) {
+            Phase::Up(output) => Some(output),
+            Phase::Asleep | Phase::Dark { .. } => None,
+        };
+        if let Some(mut output) = up.or_else(|| self.leaving.take()) {
             // What the boot left there goes, too.
             output.lit = true;
             if !self.tidy(*output) {
-                self.kms.close();
+                self.close();
             }
         }
+        self.retire();
         self.notices.push_back(Event::Asleep);
     }
 

@@ -6,10 +6,11 @@
 //! [`Event`].
 //!
 //! Start at [`KmsScreen`]. From dark to ready: `bring_up.rs`, by the taste of `choose.rs`. When something fails:
-//! `recovery.rs`, by the rules of `ladder.rs`. How bright, and the night: `light.rs`. The kernel is behind `card.rs`; `device.rs` is the real one.
+//! `recovery.rs`, by the rules of `ladder.rs`. Pictures of another form: `change_over.rs`. How bright, and the night: `light.rs`. The kernel is behind `card.rs`; `device.rs` is the real one.
 
 mod bring_up;
 mod card;
+mod change_over;
 mod choose;
 mod device;
 #[cfg(test)]
@@ -37,7 +38,7 @@ pub use device::Keeper;
 use crate::beat::Beat;
 use crate::paint::{blacken, paint};
 use crate::{Event, Light, Lit, Picture, Screen, ScreenError};
-use card::{Buffer, Happening, Id};
+use card::{Buffer, Happening, Id, Survey};
 use choose::{Candidate, mode_size};
 use light::Ramp;
 use plan::Plan;
@@ -53,7 +54,7 @@ use timing::{Nanos, Rate, Vblank};
 pub struct KmsSettings {
     /// The card, as `/dev/dri/card0`; `None` for the first that can light something.
     pub device: Option<PathBuf>,
-    /// The pictures' width and height in pixels, even.
+    /// The pictures' width and height in pixels, even; of the first ones.
     pub size: (u32, u32),
     /// The pictures' rate: a refresh that is a multiple of it is preferred.
     pub fps: Rate,
@@ -75,6 +76,10 @@ pub struct KmsScreen<K: Kms = Device> {
     notices: VecDeque<Event>,
     /// As bright as it is to be.
     light: Light,
+    /// How pictures of another form will be lit, from the next commit on.
+    coming: Option<Box<Output>>,
+    /// What may be on the glass until the output that took its place is lit.
+    leaving: Option<Box<Output>>,
 }
 
 enum Phase {
@@ -89,6 +94,8 @@ enum Phase {
 /// A way to light pictures, with its buffers.
 struct Output {
     plan: Plan,
+    /// What the card had to choose from.
+    survey: Survey,
     mode: Id,
     ring: Ring<Painted>,
     /// A picture of ours is on the glass.
@@ -102,6 +109,8 @@ struct Output {
     /// Flips that went wrong since the last that brought another picture.
     failed_in_a_row: u32,
     ramp: Ramp,
+    /// The plane is known to keep our colours.
+    has_colours: bool,
 }
 
 /// A buffer, and the size of the picture in it: around it, it is black.
@@ -163,8 +172,17 @@ impl<K: Kms> KmsScreen<K> {
     fn on(mut kms: K, settings: KmsSettings) -> Result<Self, ScreenError> {
         kms.open().map_err(|source| ScreenError::Open { device: kms.name(), source })?;
         let phase = Phase::Dark { retry: (settings.now)() };
-        let mut screen =
-            Self { kms, settings, phase, refused: Vec::new(), tries: 0, notices: VecDeque::new(), light: Light::FULL };
+        let mut screen = Self {
+            kms,
+            settings,
+            phase,
+            refused: Vec::new(),
+            tries: 0,
+            notices: VecDeque::new(),
+            light: Light::FULL,
+            coming: None,
+            leaving: None,
+        };
         screen.attempt();
         // Lit from the start is no news.
         screen.notices.retain(|notice| *notice != Event::Back);
@@ -296,6 +314,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
 
     fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError> {
         let Phase::Up(output) = &mut self.phase else { return Ok(()) };
+        let output = self.coming.as_mut().unwrap_or(output);
         let (mode, ours) = (mode_size(&output.plan.way.mode), self.settings.size);
         picture.check((mode.0.max(ours.0), mode.1.max(ours.1)))?;
         let Some(Painted { buffer, picture: held }) = output.ring.stage() else { return Ok(()) };
@@ -316,6 +335,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
 
     fn commit(&mut self) {
         let now = self.now();
+        self.change_over();
         let Phase::Up(output) = &mut self.phase else { return };
         if output.flight != Flight::Landed || output.ring.commit().is_none() {
             return;
@@ -325,6 +345,10 @@ impl<K: Kms> Screen for KmsScreen<K> {
         } else {
             output.flight = Flight::Lighting { next: now, since: now };
         }
+    }
+
+    fn fit(&mut self, size: (u32, u32), fps: Rate) {
+        self.prepare_for(size, fps);
     }
 
     fn set_light(&mut self, light: Light) {

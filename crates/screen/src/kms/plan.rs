@@ -11,6 +11,8 @@ use timing::Rate;
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(crate) way: Candidate,
+    /// Of the pictures that it is for.
+    pub(crate) size: (u32, u32),
     /// `HDMI-A-1`.
     pub(crate) connector: String,
     /// The CRTC's index, which vblank calls count by.
@@ -79,6 +81,7 @@ impl Plan {
         let driven = crtc.properties.value("ACTIVE") == 1 && connector.properties.object("CRTC_ID") == Some(crtc.id);
         Some(Self {
             way,
+            size,
             connector: connector.name.clone(),
             crtc: crtc.index,
             refresh: refresh(&way.mode)?,

@@ -87,7 +87,8 @@ impl<K: Kms> KmsScreen<K> {
         };
         let now = self.now();
         let Phase::Up(output) = &mut self.phase else { return };
-        let way = &output.plan.way;
+        output.survey = survey;
+        let (way, survey) = (&output.plan.way, &output.survey);
         let connector = survey.connectors.iter().find(|connector| connector.id == way.connector);
         let Some(connector) = connector.filter(|found| found.connected && found.modes.contains(&way.mode)) else {
             let reason = format!("the display at {} of {} was unplugged", output.plan.connector, self.kms.name());
@@ -134,15 +135,16 @@ impl<K: Kms> KmsScreen<K> {
         let retry = self.now().after(pause.as_nanos() as u64);
         if matches!(self.phase, Phase::Asleep) {
             // It sleeps on, and whoever wakes it opens the card.
-            return self.kms.close();
+            return self.close();
         }
+        self.forget_coming();
         let phase = std::mem::replace(&mut self.phase, Phase::Dark { retry });
         let tidied = match phase {
             Phase::Up(output) => tidy && self.tidy(*output),
             Phase::Asleep | Phase::Dark { .. } => tidy,
         };
         if !tidied {
-            self.kms.close();
+            self.close();
         }
         self.tries = self.tries.saturating_add(1);
         self.notices.push_back(Event::Lost { reason });
@@ -156,9 +158,7 @@ impl<K: Kms> KmsScreen<K> {
             tracing::debug!(%error, "cannot switch the CRTC off, closing the card");
             return false;
         }
-        destroy(&mut self.kms, output.ring.into_buffers());
-        self.kms.destroy_blob(output.mode);
-        output.ramp.free(&mut self.kms);
+        free(&mut self.kms, output);
         self.drop_stale_flips();
         true
     }
@@ -171,6 +171,13 @@ impl<K: Kms> KmsScreen<K> {
             }
         }
     }
+}
+
+/// Frees an output that no plane shows.
+pub(super) fn free(kms: &mut impl Kms, output: Output) {
+    destroy(kms, output.ring.into_buffers());
+    kms.destroy_blob(output.mode);
+    output.ramp.free(kms);
 }
 
 /// Frees buffers that no plane shows, with their framebuffers.

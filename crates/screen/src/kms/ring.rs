@@ -26,6 +26,11 @@ impl<B> Ring<B> {
         self.buffers.get_mut(slot)
     }
 
+    /// Whether a buffer is staged.
+    pub(crate) fn is_staged(&self) -> bool {
+        self.staged.is_some()
+    }
+
     /// Moves the staged buffer into the commit; without one, what is on the glass is committed again.
     pub(crate) fn commit(&mut self) -> Option<&B> {
         self.pending = self.pending.or_else(|| self.staged.take()).or_else(|| self.glass.last().copied());

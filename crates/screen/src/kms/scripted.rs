@@ -112,6 +112,8 @@ pub(crate) struct Scripted {
     values: BTreeMap<(Id, &'static str), u64>,
     pub(crate) fbs: BTreeMap<Id, Vec<u8>>,
     pub(crate) blobs: BTreeSet<Id>,
+    /// Every mode that ever was, by its blob.
+    made: BTreeMap<u64, Mode>,
     /// The red of every ramp that ever was, by its blob.
     ramps: BTreeMap<u64, Vec<u16>>,
     next_id: u32,
@@ -143,6 +145,7 @@ impl Scripted {
             values: BTreeMap::new(),
             fbs: BTreeMap::new(),
             blobs: BTreeSet::new(),
+            made: BTreeMap::new(),
             ramps: BTreeMap::new(),
             next_id: 1000,
             glass: None,
@@ -187,8 +190,13 @@ impl Scripted {
         (PRIMARY, OVERLAY)
     }
 
+    /// The mode that is set.
+    pub(crate) fn mode(&self) -> Option<Mode> {
+        self.made.get(&self.value(CRTC, "MODE_ID")).copied().filter(|_| self.is_on())
+    }
+
     fn period(&self) -> u64 {
-        self.modes.first().and_then(refresh).map_or(20 * MS, |rate| rate.span_ns(1))
+        self.mode().as_ref().or(self.modes.first()).and_then(refresh).map_or(20 * MS, |rate| rate.span_ns(1))
     }
 
     fn begins(&self, vblank: u64) -> Nanos {
@@ -314,7 +322,7 @@ impl Kms for Scripted {
             crtcs: 1,
             properties: properties('n', |name| self.value(CONNECTOR, name)),
         };
-        let mode = self.modes.first().copied().filter(|_| self.value(CRTC, "ACTIVE") == 1);
+        let mode = self.mode();
         let properties_of = |kind, id| properties(kind, |name| self.value(id, name));
         let crtc = Crtc { id: CRTC, index: 0, mode, properties: properties_of('c', CRTC) };
         let planes = [(PRIMARY, 'p'), (OVERLAY, 'o')].map(|(id, kind)| plane(id, properties_of(kind, id)));
@@ -348,10 +356,11 @@ impl Kms for Scripted {
         Ok(())
     }
 
-    fn create_mode(&mut self, _: &Mode) -> io::Result<Id> {
+    fn create_mode(&mut self, mode: &Mode) -> io::Result<Id> {
         self.usable(false)?;
         let blob = self.id();
         self.blobs.insert(blob);
+        self.made.insert(u64::from(blob.0), *mode);
         Ok(blob)
     }
 
