@@ -5,7 +5,7 @@
 //! Start at [`Web::serve`].
 
 use std::fs;
-use std::io::{self, BufRead, BufReader, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -52,6 +52,8 @@ struct Inside {
     folder: PathBuf,
     manners: Mutex<Manners>,
     asked: Mutex<Vec<String>>,
+    /// What was sent here.
+    posted: Mutex<Vec<String>>,
     sent: AtomicU64,
     is_over: AtomicBool,
 }
@@ -65,6 +67,7 @@ impl Web {
             folder: folder.to_owned(),
             manners: Mutex::new(manners),
             asked: Mutex::default(),
+            posted: Mutex::default(),
             sent: AtomicU64::new(0),
             is_over: AtomicBool::new(false),
         });
@@ -90,6 +93,11 @@ impl Web {
     /// Behaves so from now on.
     pub fn behave(&self, manners: Manners) {
         *self.inside.manners.lock().unwrap() = manners;
+    }
+
+    /// What was sent here by POST since the last time.
+    pub fn received(&self) -> Vec<String> {
+        std::mem::take(&mut *self.inside.posted.lock().unwrap())
     }
 
     /// What was asked for since the last time, and how many bytes of bodies were sent.
@@ -122,7 +130,7 @@ struct Reply<'b> {
 impl Inside {
     fn answer(&self, visitor: &TcpStream) -> io::Result<()> {
         let mut reader = BufReader::new(visitor);
-        let (mut line, mut from) = (String::new(), 0);
+        let (mut line, mut from, mut length) = (String::new(), 0, 0);
         reader.read_line(&mut line)?;
         let path = line.split(' ').nth(1).unwrap_or_default().trim_start_matches('/').to_owned();
         loop {
@@ -135,6 +143,22 @@ impl Inside {
             if let Some(range) = header.strip_prefix("range: bytes=") {
                 from = range.trim_end_matches('-').parse().unwrap();
             }
+            if let Some(posted) = header.strip_prefix("content-length: ") {
+                length = posted.parse().unwrap();
+            }
+        }
+        if line.starts_with("POST ") {
+            let mut body = String::new();
+            reader.take(length).read_to_string(&mut body)?;
+            self.posted.lock().unwrap().push(body);
+            let received = Reply {
+                status: "204 No Content",
+                headers: String::new(),
+                promised: None,
+                body: b"",
+                is_endless: false,
+            };
+            return self.send(visitor, &received);
         }
         self.asked.lock().unwrap().push(path.clone());
         let manners = self.manners.lock().unwrap().clone();

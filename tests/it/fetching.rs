@@ -34,6 +34,39 @@ fn a_look_without_news_costs_one_small_request_however_large_the_flock() {
 }
 
 #[test]
+fn a_unit_tells_how_it_is_only_where_its_owner_says_and_after_a_look_that_was_due() {
+    let unit = Unit::new();
+    unit.press.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    let (web, home) = (Web::serve(&unit.stick(), Manners::Good), Web::serve(&unit.stick(), Manners::Good));
+    // The player's status page, as far as the updater sees it.
+    fs::write(unit.stick().join("status.json"), "{\"flock\": \"aurora\"}").unwrap();
+    let page = web.url().replace("http://", "");
+    let config = unit.path("update.toml").display().to_string();
+    let schedule = |name: &str| unit.path(name).display().to_string();
+    let look = |url: &str, name: &str| fetch(&unit, url, &["--config", &config, "--schedule", &schedule(name)]).0;
+    fs::write(&config, format!("status = \"{page}\"\n")).unwrap();
+    assert_eq!((look(&web.url(), "quiet"), home.received().len()), (Some(0), 0), "off by default");
+
+    fs::write(&config, format!("status = \"{page}\"\nreport_to = \"{}/units\"\n", home.url())).unwrap();
+    assert_eq!(look(&web.url(), "one"), Some(0));
+    assert_eq!(look(&web.url(), "one"), Some(0), "that was not due");
+    let told: Vec<Value> = home.received().iter().map(|text| serde_json::from_str(text).unwrap()).collect();
+    let [told] = &told[..] else { panic!("it is told once a look: {told:?}") };
+    let found = (&told["unit"], &told["update"]["outcome"], &told["error"], &told["status"]["flock"]);
+    assert_eq!(found, (&"lobby".into(), &"no-news".into(), &Value::Null, &"aurora".into()));
+
+    web.behave(Manners::Portal);
+    assert_eq!(look(&web.url(), "two"), Some(3));
+    let told: Value = serde_json::from_str(&home.received()[0]).unwrap();
+    assert!(told["error"].as_str().is_some_and(|error| error.contains("portal")), "{told}");
+    assert!(told["update"].is_null() && told["status"].is_null(), "{told}");
+
+    drop(home);
+    web.behave(Manners::Good);
+    assert_eq!(look(&web.url(), "three"), Some(0), "that nobody listens stops nothing");
+}
+
+#[test]
 fn a_server_that_dies_at_every_chunk_costs_time_and_no_byte_twice() {
     let unit = Unit::new();
     let (one, two) = (rubbish(6, 300_000, 0), rubbish(6, 300_000, 3));

@@ -8,10 +8,13 @@
 use crate::command_line::json;
 use crate::programs::{self, output};
 use claims::press::{Files, Press, files_in, rubbish};
+use rustix::fs::{FlockOperation, flock};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
 /// A unit called `lobby`, with its store and a stick.
@@ -102,6 +105,49 @@ fn a_stick_brings_a_flock_and_the_next_one_only_what_is_new() {
     let plain = output(unit.update_from(Some(&unit.stick())).arg("--scrub"));
     assert_eq!(plain.status.code(), Some(0), "every byte of the store is what it should be");
     assert_eq!(json(&plain)["missing"], 0);
+}
+
+#[test]
+fn a_stick_put_in_while_another_one_is_read_waits_for_its_turn_and_is_not_lost() {
+    let unit = Unit::new();
+    let (one, two) = (rubbish(20, 30_000, 0), rubbish(20, 30_000, 1));
+    unit.press.bundle(&unit.stick(), &one, &[], 1);
+    unit.press.bundle(&unit.path("second"), &two, &[], 2);
+    // Half a megabyte at 100 KiB a second: long enough that the second one comes meanwhile.
+    let slow = unit.path("update.toml");
+    fs::write(&slow, "bandwidth_kib = 100\n").unwrap();
+    let mut first = unit.update_from(Some(&unit.stick())).arg("--config").arg(slow).spawn().unwrap();
+    while unit.card().is_none() {
+        std::thread::yield_now();
+    }
+    let answer = output(&mut unit.update_from(Some(&unit.path("second"))));
+    assert_eq!(answer.status.code(), Some(0), "{}", String::from_utf8_lossy(&answer.stderr));
+    assert!(first.try_wait().unwrap().is_some_and(|ended| ended.success()), "the first one was read to its end before");
+    let answer = json(&answer);
+    let found = (answer["outcome"].as_str(), answer["sequence"].as_u64(), answer["fetched"].as_u64());
+    assert_eq!(found, (Some("installed"), Some(2), Some(1)), "only what the first one did not have");
+    assert_eq!(unit.playing(), Some(two));
+}
+
+#[test]
+fn a_stick_that_waits_for_another_ends_when_it_is_pulled_and_a_look_on_a_schedule_does_not_wait() {
+    let unit = Unit::new();
+    unit.press.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    fs::create_dir(unit.path("store")).unwrap();
+    let lock = fs::File::create(unit.path("store/lock")).unwrap();
+    flock(&lock, FlockOperation::LockExclusive).unwrap();
+    let said = unit.update(&["--schedule", unit.path("schedule").to_str().unwrap()]);
+    assert_eq!(said.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("another update is at work"));
+
+    let mut waiting = unit.update_from(Some(&unit.stick())).stderr(Stdio::piped()).spawn().unwrap();
+    let mut told = BufReader::new(waiting.stderr.take().unwrap());
+    let mut line = String::new();
+    told.read_line(&mut line).unwrap();
+    assert!(line.contains("waited for"), "{line}");
+    kill_process(Pid::from_child(&waiting), Signal::TERM).unwrap();
+    assert_eq!(waiting.wait().unwrap().code(), Some(3));
+    assert_eq!(unit.playing(), None);
 }
 
 /// A stick that is refused.

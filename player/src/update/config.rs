@@ -37,6 +37,8 @@ pub(crate) struct Config {
     pub(crate) bandwidth_kib: u64,
     #[serde(deserialize_with = "reserve_mib")]
     pub(crate) reserve_mib: u64,
+    pub(crate) report_to: Option<String>,
+    pub(crate) status: String,
     pub(crate) log: LogLevel,
 }
 
@@ -53,6 +55,8 @@ impl Default for Config {
             proxy: None,
             bandwidth_kib: 0,
             reserve_mib: 256,
+            report_to: None,
+            status: "127.0.0.1:7180".to_owned(),
             log: LogLevel(tracing::Level::INFO),
         }
     }
@@ -106,6 +110,10 @@ mod tests {
         assert!(read(left_out("url")).unwrap().url.is_some());
         assert!(read(left_out("window")).unwrap().window.is_some());
         assert!(read(left_out("proxy")).unwrap().proxy.is_some());
+        assert!(read(left_out("report_to")).unwrap().report_to.is_some());
+        let players = include_str!("../../../config/player.toml");
+        let status = format!("status = \"{}\"", Config::default().status);
+        assert!(players.lines().any(|line| line == status), "the player's status page is where it is looked for");
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! Start at [`run`].
 
 use crate::answer::{Answer, Outcome};
+use crate::bulletin;
 use crate::fetch::Fetcher;
 use crate::options::Order;
 use crate::origin::Origin;
@@ -22,8 +23,12 @@ use player::now::{clock_s, now, up_s};
 use std::io::{self, ErrorKind, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 use tracing::{info, warn};
 
+/// Between two looks whether another update has ended.
+const TURN: Duration = Duration::from_millis(250);
 /// How many units a message names for which a source has bundles.
 const NAMED: usize = 3;
 
@@ -50,10 +55,12 @@ pub(crate) fn run(order: Order) -> Result<Told, Fatal> {
 fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let Some(path) = &order.schedule else { return update(order, stop) };
     let schedule = Schedule::read(path);
-    if order.source.is_none() || !schedule.is_due(up_s(), clock_s(), order.config.window) {
+    let is_idle = order.source.is_none() && order.config.report_to.is_none();
+    if is_idle || !schedule.is_due(up_s(), clock_s(), order.config.window) {
         return Ok(Answer::of(Outcome::NotNow, None));
     }
     let ended = update(order, stop);
+    bulletin::send(order, ended.as_ref());
     let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unread);
     let next = schedule.after(is_failure, up_s(), order.config.every_minutes * 60, rand::random());
     if let Err(error) = next.write(path) {
@@ -63,7 +70,7 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
 }
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
-    let mut store = open(order, trust(order)?)?;
+    let mut store = open(order, trust(order)?, stop)?;
     let pace = Pace::new(order.config.bandwidth_kib, now());
     if order.scrub {
         scrub(&store, stop)?;
@@ -104,15 +111,29 @@ fn trust(order: &Order) -> Result<Trust, Fatal> {
     }
 }
 
-fn open(order: &Order, trust: Trust) -> Result<Store, Fatal> {
+/// Opens the store. Another updater that is at work on it is waited for: whoever put in a second stick need not do so
+/// again. Only who looks on a schedule comes back later.
+fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> {
     let path = &order.config.store;
-    let disk = LocalDisk::open(path).map_err(|source| {
-        if source.kind() == ErrorKind::WouldBlock {
-            Fatal::Busy { store: path.clone() }
-        } else {
-            Fatal::Store(StoreError::Disk { doing: "open", path: path.display().to_string(), source })
+    let mut is_told = false;
+    let disk = loop {
+        match LocalDisk::open(path) {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                if order.schedule.is_some() {
+                    return Err(Fatal::Busy { store: path.clone() });
+                }
+                if stop.load(Ordering::Relaxed) {
+                    return Err(Fatal::Stopped);
+                }
+                if !std::mem::replace(&mut is_told, true) {
+                    info!("another update is at work, and waited for");
+                }
+                thread::park_timeout(TURN);
+            }
+            disk => break disk,
         }
-    })?;
+    };
+    let disk = disk.map_err(|source| StoreError::Disk { doing: "open", path: path.display().to_string(), source })?;
     Ok(Store::open(Box::new(disk), trust)?)
 }
 

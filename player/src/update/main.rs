@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod answer;
+mod bulletin;
 mod config;
 mod errand;
 mod fetch;

@@ -20,7 +20,7 @@ const CONNECT: Duration = Duration::from_secs(15);
 /// How long a server may say nothing.
 const SILENCE: Duration = Duration::from_secs(30);
 /// How long anything small may take as a whole, however steadily it drips.
-const SMALL: Duration = Duration::from_mins(5);
+pub(crate) const SMALL: Duration = Duration::from_mins(5);
 /// Redirects in a row.
 const REDIRECTS: u32 = 5;
 
@@ -38,25 +38,7 @@ impl Server {
     /// # Errors
     /// [`Fatal::Address`] if one of them is no address.
     pub(crate) fn new(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Self, Fatal> {
-        let refused = |address: &str| Fatal::Address { address: address.to_owned() };
-        let rest = url.strip_prefix("https://").or_else(|| url.strip_prefix("http://"));
-        if rest.is_none_or(|rest| rest.is_empty() || rest.starts_with('/') || url.contains(['?', '#', ' '])) {
-            return Err(refused(url));
-        }
-        let proxy = proxy.map(|proxy| Proxy::new(proxy).map_err(|_| refused(proxy))).transpose()?;
-        let config = Agent::config_builder()
-            .proxy(proxy)
-            .https_only(url.starts_with("https://"))
-            .http_status_as_error(false)
-            .max_redirects(REDIRECTS)
-            .accept_encoding("identity")
-            .user_agent(concat!("dreams-update/", env!("CARGO_PKG_VERSION")))
-            .timeout_resolve(Some(CONNECT))
-            .timeout_connect(Some(CONNECT))
-            .timeout_recv_response(Some(SILENCE))
-            .timeout_per_read(Some(SILENCE))
-            .tls_config(TlsConfig::builder().disable_verification(is_clock_wrong).build());
-        Ok(Self { agent: config.build().new_agent(), url: url.trim_end_matches('/').to_owned() })
+        Ok(Self { agent: agent(url, proxy, is_clock_wrong)?, url: url.trim_end_matches('/').to_owned() })
     }
 
     /// Asks for the file at `path`, from byte `from` on, in at most `within` if that is set.
@@ -102,6 +84,32 @@ impl Source for Server {
         io::copy(&mut reader.by_ref().take(from - begins), &mut io::sink())?;
         Ok(Box::new(reader))
     }
+}
+
+/// Who asks at `url`, through `proxy`. With `is_clock_wrong`, certificates are not judged.
+///
+/// # Errors
+/// [`Fatal::Address`] if one of them is no address.
+pub(crate) fn agent(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Agent, Fatal> {
+    let refused = |address: &str| Fatal::Address { address: address.to_owned() };
+    let rest = url.strip_prefix("https://").or_else(|| url.strip_prefix("http://"));
+    if rest.is_none_or(|rest| rest.is_empty() || rest.starts_with('/') || url.contains(['?', '#', ' '])) {
+        return Err(refused(url));
+    }
+    let proxy = proxy.map(|proxy| Proxy::new(proxy).map_err(|_| refused(proxy))).transpose()?;
+    let config = Agent::config_builder()
+        .proxy(proxy)
+        .https_only(url.starts_with("https://"))
+        .http_status_as_error(false)
+        .max_redirects(REDIRECTS)
+        .accept_encoding("identity")
+        .user_agent(concat!("dreams-update/", env!("CARGO_PKG_VERSION")))
+        .timeout_resolve(Some(CONNECT))
+        .timeout_connect(Some(CONNECT))
+        .timeout_recv_response(Some(SILENCE))
+        .timeout_per_read(Some(SILENCE))
+        .tls_config(TlsConfig::builder().disable_verification(is_clock_wrong).build());
+    Ok(config.build().new_agent())
 }
 
 /// The first byte of a `Content-Range: bytes 5-9/10`.

@@ -22,7 +22,7 @@ pub(crate) fn of_outcome(outcome: Outcome) -> Option<&'static str> {
 /// What was wrong.
 pub(crate) fn of_fatal(fatal: &Fatal) -> String {
     match fatal {
-        Fatal::Busy { .. } => "Another update is at work. Please wait, and then put the stick in again.".to_owned(),
+        Fatal::Busy { .. } => "Another update is at work. Please wait.".to_owned(),
         Fatal::ForOthers { units, unit, .. } => {
             format!("This stick is for {}. This frame is {unit}.", units.join(", "))
         }
