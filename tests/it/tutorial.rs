@@ -17,13 +17,13 @@ const MARK: &str = "\u{1}";
 
 /// A command of the tutorial, and what stands below it.
 #[derive(Debug, PartialEq)]
-struct Step {
-    command: String,
-    shows: Vec<String>,
+pub(crate) struct Step {
+    pub(crate) command: String,
+    pub(crate) shows: Vec<String>,
 }
 
 /// The steps of a document, in order.
-fn steps(document: &str) -> Vec<Step> {
+pub(crate) fn steps(document: &str) -> Vec<Step> {
     let mut steps: Vec<Step> = Vec::new();
     let mut within = false;
     for line in document.lines() {
@@ -39,12 +39,31 @@ fn steps(document: &str) -> Vec<Step> {
 }
 
 /// Whether the lines are those shown; `...` stands for any.
-fn matches(shown: &[String], lines: &[&str]) -> bool {
+pub(crate) fn is_shown(shown: &[String], lines: &[&str]) -> bool {
     match shown.split_first() {
         None => lines.is_empty(),
-        Some((first, rest)) if first == "..." => (0..=lines.len()).any(|skipped| matches(rest, &lines[skipped..])),
-        Some((first, rest)) => lines.first() == Some(&first.as_str()) && matches(rest, &lines[1..]),
+        Some((first, rest)) if first == "..." => (0..=lines.len()).any(|skipped| is_shown(rest, &lines[skipped..])),
+        Some((first, rest)) => lines.first() == Some(&first.as_str()) && is_shown(rest, &lines[1..]),
     }
+}
+
+/// The step as a script runs it: what it prints ends with a mark and its status.
+pub(crate) fn marked(step: &Step) -> String {
+    format!("{}\nstatus=$?; printf '{MARK}%d\\n' $status; (exit $status)\n", step.command)
+}
+
+/// What each of so many steps printed, and its status.
+pub(crate) fn printed(said: &str, steps: usize) -> Vec<(Vec<&str>, &str)> {
+    let mut parts = said.split(MARK);
+    let mut before = parts.next().unwrap_or_default();
+    let mut all = Vec::new();
+    for part in parts {
+        let (status, rest) = part.split_once('\n').unwrap();
+        all.push((before.lines().collect(), status));
+        before = rest;
+    }
+    assert_eq!(all.len(), steps, "not every step ended: {said}");
+    all
 }
 
 #[test]
@@ -54,19 +73,15 @@ fn the_tutorials_commands_print_what_it_shows() {
     assert!(steps.len() >= 15, "only {} steps were read", steps.len());
     let copy = tempfile::tempdir().unwrap();
     symlink(repository().join("flock-tools"), copy.path().join("flock-tools")).unwrap();
-    let marked = |step: &Step| format!("{}\nstatus=$?; printf '{MARK}%d\\n' $status; (exit $status)\n", step.command);
     let script = steps.iter().map(marked).collect::<Vec<_>>().concat();
     let mut bash = Command::new("bash");
     let path = format!("{}:{}", flock.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
     bash.current_dir(copy.path()).env("PATH", path).env("NO_COLOR", "1").args(["-c", &format!("exec 2>&1\n{script}")]);
     let said = String::from_utf8(programs::output(&mut bash).stdout).unwrap();
-    let mut left = said.as_str();
-    for (at, Step { command, shows }) in steps.iter().enumerate() {
-        let (printed, rest) = left.split_once(MARK).unwrap_or_else(|| panic!("`{command}` did not end: {left}"));
-        let (status, rest) = rest.split_once('\n').unwrap();
-        left = rest;
-        let lines: Vec<&str> = printed.lines().collect();
-        assert!(matches(shows, &lines), "`{command}` is shown as\n{}\nand prints\n{printed}", shows.join("\n"));
+    let printed = printed(&said, steps.len());
+    for (at, (Step { command, shows }, (lines, status))) in steps.iter().zip(printed).enumerate() {
+        let (as_shown, as_printed) = (shows.join("\n"), lines.join("\n"));
+        assert!(is_shown(shows, &lines), "`{command}` is shown as\n{as_shown}\nand prints\n{as_printed}");
         let told = steps.get(at + 1).is_some_and(|next| next.command == "echo $?");
         assert!(status == "0" || told, "`{command}` ends with {status} and the tutorial does not tell");
     }
@@ -88,6 +103,6 @@ fn a_step_that_prints_something_else_is_found() {
     let shows = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
     assert_eq!(steps[0], Step { command: "one".into(), shows: shows(&["x", "..."]) });
     assert_eq!((steps.len(), steps[1].shows.len()), (2, 0));
-    assert!(matches(&steps[0].shows, &["x"]) && matches(&steps[0].shows, &["x", "y", "z"]));
-    assert!(!matches(&steps[0].shows, &["y"]) && !matches(&steps[1].shows, &["y"]));
+    assert!(is_shown(&steps[0].shows, &["x"]) && is_shown(&steps[0].shows, &["x", "y", "z"]));
+    assert!(!is_shown(&steps[0].shows, &["y"]) && !is_shown(&steps[1].shows, &["y"]));
 }
