@@ -2,6 +2,8 @@
 //! Never says what must hold: that file does.
 #![no_main]
 
+#[path = "../crates/bundle/tests/it/folders.rs"]
+mod folders;
 mod targets;
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {

@@ -13,8 +13,10 @@ use std::sync::OnceLock;
 
 use bundle::{
     Addressees, Letter, ObjectId, PublicKey, Refused, SecretKey, Sequence, Source, Trust, UnitId, Unverified, Verified,
-    limits, seal_path, statements,
+    limits, statements,
 };
+
+use crate::folders;
 
 /// The comment that minisign writes in front of a signature.
 const UNTRUSTED: &str = "signature from minisign secret key";
@@ -146,20 +148,10 @@ fn wares() -> &'static Stall {
     WARES.get_or_init(|| {
         let toml = b"format = 1\nname = \"fuzz\"\nsize = [64, 64]\nfps = [30, 1]\n\
                      [[sheep]]\nid = \"a\"\nframes = 9\nclip = \"a.mp4\"\n";
-        let clip = b"a clip ".repeat(9);
-        let line = |bytes: &[u8], path: &str| format!("{} {} {path}\n", ObjectId::of(bytes), bytes.len());
-        let list = format!("dreams contents 1\n{}{}", line(&clip, "a.mp4"), line(toml, "flock.toml")).into_bytes();
-        let letter = Letter {
-            flock: "fuzz".to_owned(),
-            addressees: Addressees::of([UnitId::new("lobby").unwrap()]),
-            sequence: Sequence(7),
-            created: "2026-03-01T12:00:00Z".to_owned(),
-            contents: ObjectId::of(&list),
-            contents_size: list.len() as u64,
-        };
-        let seal = letter.sign(artist()).unwrap();
-        let objects = [toml.to_vec(), clip, list].map(|bytes| (ObjectId::of(&bytes).path(), bytes));
-        Stall(objects.into_iter().chain([(seal_path("lobby"), seal)]).collect())
+        let files = [("flock.toml".to_owned(), toml.to_vec()), ("a.mp4".to_owned(), b"a clip ".repeat(9))];
+        let folder = tempfile::tempdir().unwrap();
+        folders::lay(artist(), folder.path(), &files.into(), &["lobby"], 7);
+        Stall(folders::files_in(folder.path()).unwrap())
     })
 }
 
