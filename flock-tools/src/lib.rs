@@ -93,6 +93,7 @@ fn answer(command: Command, video: Video) -> Result<Exit, Fatal> {
         Command::Link(args) => curate::link::run(&args, video),
         Command::Man(args) => manual::man::run(&args),
         Command::New(args) => curate::new::run(&args),
+        Command::Pack(args) if args.system => bundles::system::pack(&args),
         Command::Pack(args) => video.decoder()?.pack(&args),
         Command::Publish(args) => bundles::publish::run(&args),
         Command::Rename(args) => curate::rename::run(&args),

@@ -37,6 +37,7 @@ mod sending;
 mod shortage;
 mod status_page;
 mod stills;
+mod systems;
 mod telling;
 mod trace;
 mod tutorial;

@@ -6,6 +6,7 @@
 //!
 //! Start at [`Folder::create`] and [`Folder::open`].
 
+mod seals;
 mod upkeep;
 
 use std::fs::{self, File};
@@ -17,8 +18,7 @@ use rustix::fs::{AtFlags, CWD, Mode, OFlags};
 
 use crate::beneath::{self, Root};
 use crate::limits;
-use crate::names::{Addressees, ObjectId};
-use crate::seal;
+use crate::names::ObjectId;
 use crate::source::{STATEMENTS, Source};
 
 pub use upkeep::Swept;
@@ -114,22 +114,6 @@ impl Folder {
         self.whole(&id.path(), size)
     }
 
-    /// The stems of all seals that lie here, sorted.
-    ///
-    /// # Errors
-    /// [`FolderError::Read`].
-    pub fn seals(&self) -> Result<Vec<String>, FolderError> {
-        let path = self.path.join("seals");
-        let unread = |source| FolderError::Read { path: path.clone(), source };
-        let mut stems = Vec::new();
-        for entry in fs::read_dir(&path).map_err(unread)? {
-            let name = entry.map_err(unread)?.file_name();
-            stems.extend(name.to_str().and_then(|name| name.strip_suffix(".seal")).map(str::to_owned));
-        }
-        stems.sort();
-        Ok(stems)
-    }
-
     /// Puts in the file at `from`: shares its blocks, or links it, or copies it, whatever works first. `moved` is told
     /// of bytes as they are copied or looked at.
     ///
@@ -208,19 +192,6 @@ impl Folder {
     /// [`FolderError::Write`].
     pub fn sync(&self) -> Result<(), FolderError> {
         rustix::fs::syncfs(&self.root).map_err(|error| self.unwritten("")(error.into()))
-    }
-
-    /// Lays the seal out for each of its addressees, in one step each. Everything that it vouches for must be there:
-    /// this is what readers look for.
-    ///
-    /// # Errors
-    /// [`FolderError::Write`].
-    pub fn put_seal(&self, addressees: &Addressees, bytes: &[u8]) -> Result<(), FolderError> {
-        self.sync()?;
-        for stem in addressees.stems() {
-            self.replace(&seal::path(stem), bytes)?;
-        }
-        self.sync()
     }
 
     /// Lays out these statements about keys, beside those that lie there.

@@ -3,7 +3,7 @@
 //! Owns the bundle: a folder that lies equally well on a stick and on any static web server. A signed [`Seal`] says
 //! for whom it is and names the list of files, the list names the files by their content, and nothing is believed
 //! before it was checked: [`Unverified::verify`] leads to a [`Seal`], [`Seal::fetch`] to a [`Verified`] bundle, and
-//! only that has files. Owns also the store of a unit, shared by its generations. No archives, no compression.
+//! only that has files. A [`System`] travels in the same way. Owns also the store of a unit, shared by its generations. No archives, no compression.
 //! Never opens a socket, never mounts, never reads a clock.
 //!
 //! Start at [`Unverified`], then [`Store`].
@@ -22,18 +22,20 @@ mod secret;
 mod signed;
 mod source;
 mod store;
+mod system;
 mod trust;
 
 pub use contents::{Contents, FileEntry, Verified};
 pub use folder::{Folder, FolderError, Put, Swept};
 pub use key::{KeyError, KeyId, PublicKey};
-pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId};
+pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId, Version};
 pub use refused::{Part, Refused};
 pub use seal::{Letter, Seal, SignError, Unverified, path as seal_path};
 pub use secret::SecretKey;
 pub use source::{STATEMENTS, Source};
 pub use store::{
     Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, Judge, LocalDisk, Plan, Playing,
-    STARTS, Scrubbed, Shortfall, State, Store, StoreError, Trial, Verdict, Wanted, plan,
+    STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Verdict, Wanted, plan,
 };
+pub use system::{Release, System, UnverifiedSystem, copy_object, path as system_path};
 pub use trust::{Learned, Statement, Trust, statements};

@@ -25,6 +25,10 @@ pub const FILE: u64 = 64 << 30;
 pub const TOTAL: u64 = 4 << 40;
 /// Bytes of `flock.toml`.
 pub const FLOCK_TOML: u64 = 16 << 20;
+/// Bytes of each half of a system.
+pub const SYSTEM: u64 = 1 << 30;
+/// Numbers of a system's version.
+pub const VERSION: usize = 4;
 /// Bytes of a public key's file.
 pub const PUBLIC_KEY: u64 = 1 << 10;
 /// Bytes of a secret key's file.

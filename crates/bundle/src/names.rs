@@ -1,4 +1,4 @@
-//! Names that were checked once and are safe ever after: units, the files of a flock, objects, sequences.
+//! Names that were checked once and are safe ever after: units, the files of a flock, objects, sequences, versions.
 //!
 //! Owns their rules and how they are written. Never looks at the disk.
 //!
@@ -42,6 +42,10 @@ pub struct ObjectId([u8; 32]);
 #[serde(transparent)]
 pub struct Sequence(pub u64);
 
+/// The version of a system: 1 to 4 whole numbers with dots between them. The newer, the higher.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Version(Vec<u64>);
+
 /// Why a text is no such name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
@@ -66,6 +70,12 @@ pub enum NameError {
     /// A unit's name with other characters, or too long, or empty, or kept for all.
     #[error("wanted 1 to 64 of `a-z 0-9 . _ -`, a letter or digit first, and not `all`, found `{found}`")]
     Unit {
+        /// As given, cut short.
+        found: String,
+    },
+    /// No version of a system.
+    #[error("wanted 1 to 4 whole numbers with dots between them, found `{found}`")]
+    Version {
         /// As given, cut short.
         found: String,
     },
@@ -132,6 +142,11 @@ impl FilePath {
             && text.split('/').all(part_is_fine)
             && text.chars().all(char_is_fine);
         if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: cut(text) }) }
+    }
+
+    /// A file beside which there is no other: its name is a plain word of ours.
+    pub(crate) fn word(word: &'static str) -> Self {
+        Self(word.to_owned())
     }
 
     /// The path as text.
@@ -210,6 +225,18 @@ impl Sequence {
     }
 }
 
+impl Version {
+    /// Reads whole numbers with dots between them, each without leading zeros.
+    ///
+    /// # Errors
+    /// [`NameError::Version`] if `text` has another form.
+    pub fn parse(text: &str) -> Result<Self, NameError> {
+        let numbers: Option<Vec<u64>> = text.split('.').take(limits::VERSION + 1).map(plain).collect();
+        let numbers = numbers.filter(|numbers| numbers.len() <= limits::VERSION);
+        numbers.map(Self).ok_or_else(|| NameError::Version { found: cut(text) })
+    }
+}
+
 /// The number in `text`, if it is written as we write it: digits only, no leading zeros.
 pub(crate) fn plain(text: &str) -> Option<u64> {
     let canonical = text.bytes().all(|b| b.is_ascii_digit()) && (text == "0" || !text.starts_with('0'));
@@ -249,6 +276,19 @@ impl fmt::Display for ObjectId {
 impl fmt::Display for Sequence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
+    }
+}
+
+impl fmt::Display for Version {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let numbers: Vec<String> = self.0.iter().map(ToString::to_string).collect();
+        f.write_str(&numbers.join("."))
+    }
+}
+
+impl serde::Serialize for Version {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 
@@ -320,6 +360,16 @@ mod tests {
         assert_eq!(Sequence::parse("7"), Ok(Sequence(7)));
         for bad in ["", "0", "07", "+7", "-7", "7 ", "18446744073709551616"] {
             assert!(Sequence::parse(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_version_has_one_spelling_and_is_higher_if_it_is_newer() {
+        let version = |text| Version::parse(text).unwrap();
+        assert_eq!(version("0.10.2").to_string(), "0.10.2");
+        assert!(version("0.2.0") < version("0.10.0") && version("0.10.0") < version("0.10.0.1"));
+        for bad in ["", ".", "1.", "v1", "1.02", "1.2.3.4.5", "1.-2", "1.2-rc1", "99999999999999999999"] {
+            assert!(Version::parse(bad).is_err(), "{bad}");
         }
     }
 

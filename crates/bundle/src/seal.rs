@@ -84,14 +84,7 @@ impl Unverified {
     /// [`Refused::Read`], or [`Refused::TooLarge`].
     pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Self, Refused> {
         let stem = addressees.stems().first().copied().unwrap_or_default();
-        let read = source.small(&path(stem), limits::SEAL).and_then(|reader| beneath::read_all(reader, limits::SEAL));
-        read.map(Self).map_err(|error| {
-            if error.kind() == std::io::ErrorKind::FileTooLarge {
-                Refused::TooLarge { part: Part::Seal, limit: limits::SEAL }
-            } else {
-                Refused::Read { part: Part::Seal, source: error }
-            }
-        })
+        read(source, &path(stem)).map(Self)
     }
 
     /// The seal in `bytes`, wherever they come from.
@@ -136,10 +129,7 @@ impl Letter {
     }
 
     fn to_text(&self) -> String {
-        let units = match &self.addressees {
-            Addressees::Anyone => EVERYBODY.to_owned(),
-            units @ Addressees::Units(_) => units.to_string(),
-        };
+        let units = named(&self.addressees);
         format!(
             "{HEADING}\nflock {}\nunits {units}\nsequence {}\ncreated {}\ncontents {} {}\n",
             self.flock, self.sequence, self.created, self.contents_size, self.contents
@@ -249,12 +239,33 @@ impl Seal {
     }
 }
 
+/// The bytes of the seal that `source` has at `path`.
+pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refused> {
+    let read = source.small(path, limits::SEAL).and_then(|reader| beneath::read_all(reader, limits::SEAL));
+    read.map_err(|error| {
+        if error.kind() == std::io::ErrorKind::FileTooLarge {
+            Refused::TooLarge { part: Part::Seal, limit: limits::SEAL }
+        } else {
+            Refused::Read { part: Part::Seal, source: error }
+        }
+    })
+}
+
 /// Where the seal for the unit with this stem lies in a bundle.
 pub fn path(stem: &str) -> String {
     format!("seals/{stem}.seal")
 }
 
-fn addressees(value: &str, lines: &Lines<'_>, wanted: &'static str) -> Result<Addressees, Refused> {
+/// How a seal says for whom it is.
+pub(crate) fn named(addressees: &Addressees) -> String {
+    match addressees {
+        Addressees::Anyone => EVERYBODY.to_owned(),
+        units @ Addressees::Units(_) => units.to_string(),
+    }
+}
+
+/// For whom a seal is that says so in `value`.
+pub(crate) fn addressees(value: &str, lines: &Lines<'_>, wanted: &'static str) -> Result<Addressees, Refused> {
     if value == EVERYBODY {
         return Ok(Addressees::Anyone);
     }
@@ -273,7 +284,7 @@ fn addressees(value: &str, lines: &Lines<'_>, wanted: &'static str) -> Result<Ad
 }
 
 /// Whether `text` has the form of a time, to the second, in UTC.
-fn is_time(text: &str) -> bool {
+pub(crate) fn is_time(text: &str) -> bool {
     const FORM: &[u8] = b"0000-00-00T00:00:00Z";
     let fits = |(found, form): (u8, &u8)| if *form == b'0' { found.is_ascii_digit() } else { found == *form };
     text.len() == FORM.len() && text.bytes().zip(FORM).all(fits)

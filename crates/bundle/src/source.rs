@@ -5,6 +5,7 @@
 //!
 //! ```text
 //! seals/lobby.seal        for the unit `lobby`; `all.seal` for every other
+//! systems/lobby.seal      the same of systems
 //! objects/3f/a91c...      content, by its digest: the lists of files, the files
 //! statements              what keys say about keys, if there is anything
 //! ```
@@ -20,8 +21,8 @@ pub const STATEMENTS: &str = "statements";
 
 /// A place that has bundles.
 pub trait Source {
-    /// Opens the small file at `path`, one of [`seal_path`](crate::seal_path) and [`STATEMENTS`]. At most `limit`
-    /// bytes and one more will be read.
+    /// Opens the small file at `path`, one of [`seal_path`](crate::seal_path), [`system_path`](crate::system_path) and
+    /// [`STATEMENTS`]. At most `limit` bytes and one more will be read.
     ///
     /// # Errors
     /// What the world says; [`io::ErrorKind::NotFound`] if there is no such file.

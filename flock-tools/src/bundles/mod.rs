@@ -1,4 +1,4 @@
-//! Bundles: how a flock is signed, sent to its units, and looked at on the way.
+//! Bundles: how a flock, or a system, is signed, sent to its units, and looked at on the way.
 //!
 //! Owns what these commands have in common: how an error of a key, of a bundle or of a folder ends a command. What a
 //! bundle is, the bundle crate says; each command has its own module here. Never opens a socket: what is published is
@@ -15,6 +15,7 @@ pub(crate) mod pack;
 mod passphrase;
 pub(crate) mod publish;
 mod shelf;
+pub(crate) mod system;
 pub(crate) mod verify;
 
 use bundle::{FolderError, KeyError, Refused, SignError};

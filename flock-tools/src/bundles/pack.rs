@@ -36,34 +36,37 @@ use crate::report::{self, Exit, Fatal};
 #[command(after_help = "Exit status:
   0  the bundle is there
   1  the flock has faults, each of which is named; or the key does not open, or others can read it
-  2  the command line, the manifest or the key is wrong
+  2  the command line, the manifest, the system or the key is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
     /// Folder of the flock
-    dir: PathBuf,
+    pub(super) dir: PathBuf,
     /// Folder of the bundle; made if it is not there
-    bundle: PathBuf,
+    pub(super) bundle: PathBuf,
+    /// The folder is no flock but a system, as `make image` leaves it
+    #[arg(long, conflicts_with = "allow_jumps")]
+    pub(crate) system: bool,
     /// The secret key that signs
     #[arg(long, value_name = "KEY")]
-    key: PathBuf,
+    pub(super) key: PathBuf,
     /// A unit that it is for; may be repeated [default: every unit that trusts the key]
     #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
-    units: Vec<UnitId>,
+    pub(super) units: Vec<UnitId>,
     /// The bundle's number, above all earlier ones of this key [default: the next]
     #[arg(long, value_name = "N", value_parser = Sequence::parse)]
-    sequence: Option<Sequence>,
+    pub(super) sequence: Option<Sequence>,
     /// A statement about keys, as `flock keygen` writes it, that is to travel along; may be repeated
     #[arg(long = "statement", value_name = "FILE")]
-    statements: Vec<PathBuf>,
+    pub(super) statements: Vec<PathBuf>,
     /// Pack it even if joins jump
     #[arg(long)]
     allow_jumps: bool,
     /// Take the passphrase from the first line of this file
     #[arg(long, value_name = "FILE")]
-    passphrase_file: Option<PathBuf>,
+    pub(super) passphrase_file: Option<PathBuf>,
     /// Answer with one JSON document
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 /// The answer with `--json`.
@@ -223,7 +226,7 @@ fn seal(
 }
 
 /// The bytes of the statement in the file `path`.
-fn statement(path: &Path) -> Result<Vec<u8>, Fatal> {
+pub(super) fn statement(path: &Path) -> Result<Vec<u8>, Fatal> {
     let unread = |source| Fatal::new(Exit::Unreadable, Unpacked::Read { path: path.to_owned(), source });
     let bytes = fs::read(path).map_err(unread)?;
     if bundle::statements(&bytes) == [&bytes[..]] {

@@ -10,11 +10,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use bundle::{Addressees, Folder, ObjectId, Put, Sequence, Source, Swept, Trust, UnitId, Verified, statements};
+use bundle::{Addressees, Folder, ObjectId, Put, Sequence, Source, Swept, System, Trust, UnitId, Verified, statements};
 use indicatif::DecimalBytes;
 
 use super::fleet::{self, Fleet, Row};
-use super::{shelf, unmoved, unusable};
+use super::{shelf, system, unmoved, unusable};
 use crate::now;
 use crate::progress;
 use crate::report::{self, Exit, Fatal};
@@ -59,6 +59,7 @@ pub(crate) struct Args {
 #[derive(serde::Serialize)]
 struct Answer {
     units: Vec<Row>,
+    systems: Vec<String>,
     /// Objects that were not there.
     new_objects: usize,
     /// What they take.
@@ -83,8 +84,13 @@ enum Unpublished {
     Unknown { path: PathBuf, seal: String },
 }
 
-/// What is to be published: a seal's place, and what it vouches for.
-type Bundles = Vec<(Option<UnitId>, Verified)>;
+/// What is to be published: each seal's place, and what it vouches for.
+struct Cargo {
+    bundles: Vec<(Option<UnitId>, Verified)>,
+    systems: Systems,
+}
+
+type Systems = Vec<(Option<UnitId>, System)>;
 
 /// What is to be written.
 struct Freight {
@@ -99,22 +105,25 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let trust = Trust::read(&args.trust).map_err(unusable)?;
     let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
     let mut fleet = Fleet::read(&table)?;
-    let bundles = shelf::bundles(&args.bundle, shelf::read(&args.bundle, &trust, &args.units)?)?;
+    let systems = systems(&args.bundle, system::read(&args.bundle, &trust, &args.units)?)?;
+    let found = shelf::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let cargo = Cargo { bundles: shelf::bundles(&args.bundle, found)?, systems };
     let to = Folder::open(&args.to).map_err(unmoved)?;
     // One writer at a time; where a file system knows no locks, that is the artist's to see to.
     let _lock = File::open(&args.to).ok().filter(|folder| folder.lock().is_ok());
-    refuse_older(args, &trust, &bundles)?;
+    refuse_older(args, &trust, &cargo)?;
     to.sweep(|_| true).map_err(unmoved)?;
-    let freight = freight(args, &to, &bundles)?;
-    let sent = send(args, &to, &bundles, &freight)?;
+    let freight = freight(args, &to, &cargo)?;
+    let sent = send(args, &to, &cargo, &freight)?;
     let pruned = if args.prune { prune(args, &trust, &to)? } else { Swept::default() };
-    let rows: Vec<Row> = bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
+    let rows: Vec<Row> = cargo.bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
     for row in &rows {
         fleet.note(row.clone());
     }
     fleet.save(&table)?;
     let answer = Answer {
         units: rows,
+        systems: cargo.systems.iter().map(|(unit, system)| system::line(unit.as_ref(), system)).collect(),
         new_objects: freight.new.len(),
         new_bytes: sent,
         kept_objects: freight.kept,
@@ -130,29 +139,52 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     Ok(Exit::Fine)
 }
 
+/// The systems that were `found` in the folder at `path`, all of which must be good.
+fn systems(path: &Path, found: Vec<system::Found>) -> Result<Systems, Fatal> {
+    let good = |system::Found { unit, seal, system }: system::Found| match system {
+        Ok(system) => Ok((unit, system)),
+        Err(source) => Err(shelf::bad(path, seal, source)),
+    };
+    found.into_iter().map(good).collect()
+}
+
 /// Ends the command if a bundle of the same key that is no older, but another one, lies there for the same unit.
-fn refuse_older(args: &Args, trust: &Trust, bundles: &Bundles) -> Result<(), Fatal> {
+fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> {
+    let older = |unit: Option<&UnitId>, sequence, there| {
+        let unit = addressee(unit);
+        Err(Fatal::new(Exit::No, Unpublished::Older { path: args.to.clone(), unit, sequence, there }))
+    };
     let there = shelf::read_all(&args.to, trust)?;
-    for (unit, bundle) in bundles {
+    for (unit, bundle) in &cargo.bundles {
         let twin = there.iter().filter(|found| found.unit == *unit).find_map(|found| found.bundle.as_ref().ok());
         let (seal, Some(twin)) = (bundle.seal(), twin.map(Verified::seal)) else { continue };
         let (sequence, there) = (seal.letter().sequence, twin.letter().sequence);
         if twin.signer() == seal.signer() && there >= sequence && twin.id() != seal.id() {
-            let unit = addressee(unit.as_ref());
-            return Err(Fatal::new(Exit::No, Unpublished::Older { path: args.to.clone(), unit, sequence, there }));
+            return older(unit.as_ref(), sequence, there);
+        }
+    }
+    let there = system::read(&args.to, trust, &[])?;
+    for (unit, system) in &cargo.systems {
+        let twin = there.iter().filter(|found| found.unit == *unit).find_map(|found| found.system.as_ref().ok());
+        let Some(twin) = twin.filter(|twin| twin.signer() == system.signer() && *twin != system) else { continue };
+        let (sequence, there) = (system.release().sequence, twin.release().sequence);
+        if there >= sequence {
+            return older(unit.as_ref(), sequence, there);
         }
     }
     Ok(())
 }
 
 /// What has to be written, which must fit.
-fn freight(args: &Args, to: &Folder, bundles: &Bundles) -> Result<Freight, Fatal> {
+fn freight(args: &Args, to: &Folder, cargo: &Cargo) -> Result<Freight, Fatal> {
     let mut objects: BTreeMap<ObjectId, u64> = BTreeMap::new();
-    for (_, bundle) in bundles {
+    for (_, bundle) in &cargo.bundles {
         let letter = bundle.seal().letter();
         objects.insert(letter.contents, letter.contents_size);
         objects.extend(bundle.contents().files().iter().map(|file| (file.id, file.size)));
     }
+    let halves = cargo.systems.iter().flat_map(|(_, system)| system.halves());
+    objects.extend(halves.map(|half| (half.id, half.size)));
     let (held, mut new): (Vec<_>, Vec<_>) = objects.into_iter().partition(|(id, size)| to.holds(id, *size));
     let damaged = if args.check { shelf::damaged(&args.to, &held) } else { Vec::new() };
     for (id, _) in &damaged {
@@ -177,7 +209,7 @@ fn shares(one: &Path, other: &Path) -> bool {
 }
 
 /// Writes it all, seals last. Returns the bytes that were not there before. Shows its progress on a terminal.
-fn send(args: &Args, to: &Folder, bundles: &Bundles, freight: &Freight) -> Result<u64, Fatal> {
+fn send(args: &Args, to: &Folder, cargo: &Cargo, freight: &Freight) -> Result<u64, Fatal> {
     let mut from = Folder::open(&args.bundle).map_err(unmoved)?;
     let total = freight.new.iter().map(|(_, size)| size).sum();
     let bar = progress::bytes("publishing", total);
@@ -190,7 +222,10 @@ fn send(args: &Args, to: &Folder, bundles: &Bundles, freight: &Freight) -> Resul
     let said = shelf::said(&mut from);
     let said: Vec<Vec<u8>> = statements(&said).into_iter().map(<[u8]>::to_vec).collect();
     to.add_statements(&said).map_err(unmoved)?;
-    for (unit, bundle) in bundles {
+    for (unit, system) in &cargo.systems {
+        to.put_system(&Addressees::of(unit.clone()), system.bytes()).map_err(unmoved)?;
+    }
+    for (unit, bundle) in &cargo.bundles {
         to.put_seal(&Addressees::of(unit.clone()), bundle.seal().bytes()).map_err(unmoved)?;
     }
     Ok(total)
@@ -210,13 +245,18 @@ fn put(from: &mut Folder, to: &Folder, id: &ObjectId, size: u64, moved: &mut dyn
 /// Removes what no bundle there needs.
 fn prune(args: &Args, trust: &Trust, to: &Folder) -> Result<Swept, Fatal> {
     let mut needed: BTreeSet<ObjectId> = BTreeSet::new();
+    let unknown = |seal| {
+        let unknown = Unpublished::Unknown { path: args.to.clone(), seal };
+        Fatal::new(Exit::No, unknown).hint("the bundles are published; nothing was pruned")
+    };
     for found in shelf::read_all(&args.to, trust)? {
-        let Ok(bundle) = found.bundle else {
-            let unknown = Unpublished::Unknown { path: args.to.clone(), seal: found.seal };
-            return Err(Fatal::new(Exit::No, unknown).hint("the bundles are published; nothing was pruned"));
-        };
+        let bundle = found.bundle.map_err(|_| unknown(found.seal))?;
         needed.insert(bundle.seal().letter().contents);
         needed.extend(bundle.contents().files().iter().map(|file| file.id));
+    }
+    for found in system::read(&args.to, trust, &[])? {
+        let system = found.system.map_err(|_| unknown(found.seal))?;
+        needed.extend(system.halves().map(|half| half.id));
     }
     to.sweep(|id| needed.contains(id)).map_err(unmoved)
 }
@@ -239,9 +279,11 @@ fn addressee(unit: Option<&UnitId>) -> String {
 }
 
 fn told(answer: &Answer) -> Vec<String> {
-    let Answer { units, new_objects, new_bytes, kept_objects, replaced_objects, pruned_files, pruned_bytes } = answer;
+    let Answer { units, systems, new_objects, new_bytes, kept_objects, replaced_objects, pruned_files, pruned_bytes } =
+        answer;
     let mut lines: Vec<String> =
         units.iter().map(|row| format!("{}: `{}`, sequence {}", row.id, row.flock, row.sequence)).collect();
+    lines.extend(systems.iter().cloned());
     lines.push(format!("{new_objects} objects written, {}; {kept_objects} were there", DecimalBytes(*new_bytes)));
     if *replaced_objects > 0 {
         lines.push(format!("{replaced_objects} of them were there, damaged, and were replaced"));

@@ -16,7 +16,7 @@ use bundle::{
 use flock::FILE_NAME;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use super::unmoved;
+use super::{system, unmoved};
 use crate::progress;
 use crate::report::{Exit, Fatal, chain};
 
@@ -113,6 +113,16 @@ pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<
     Ok(find(&mut folder, pinned, wanted))
 }
 
+/// The same; there need be none if `there_are_systems` for these units.
+pub(super) fn read_beside(
+    path: &Path,
+    pinned: &Trust,
+    units: &[UnitId],
+    there_are_systems: bool,
+) -> Result<Vec<Found>, Fatal> {
+    if there_are_systems && !is_one(path) { Ok(Vec::new()) } else { read(path, pinned, units) }
+}
+
 /// The same, of whatever lies there, if anything does.
 pub(super) fn read_all(path: &Path, pinned: &Trust) -> Result<Vec<Found>, Fatal> {
     let mut folder = Folder::open(path).map_err(unmoved)?;
@@ -124,12 +134,15 @@ pub(super) fn read_all(path: &Path, pinned: &Trust) -> Result<Vec<Found>, Fatal>
 pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<UnitId>, Verified)>, Fatal> {
     let good = |Found { unit, seal, bundle }: Found| match bundle {
         Ok(bundle) => Ok((unit, bundle)),
-        Err(source) => {
-            let exit = if source.is_of_the_world() { Exit::Unreadable } else { Exit::No };
-            Err(Fatal::new(exit, Bad { path: path.to_owned(), seal, source }))
-        }
+        Err(source) => Err(bad(path, seal, source)),
     };
     found.into_iter().map(good).collect()
+}
+
+/// The end of a command that needs what the `seal` in the folder at `path` vouches for.
+pub(super) fn bad(path: &Path, seal: String, source: Box<Refused>) -> Fatal {
+    let exit = if source.is_of_the_world() { Exit::Unreadable } else { Exit::No };
+    Fatal::new(exit, Bad { path: path.to_owned(), seal, source })
 }
 
 /// Those of `objects` in the folder at `path` that are not what they are called, every byte looked at, on all cores.
@@ -148,10 +161,17 @@ pub(super) fn damaged(path: &Path, objects: &[(ObjectId, u64)]) -> Vec<(ObjectId
 
 /// Everything that is wrong with what was `found` in the folder at `path`, every byte of it looked at, on all cores.
 /// Shows its progress on a terminal.
-pub(super) fn faults(path: &Path, found: &[Found]) -> Vec<Fault> {
+pub(super) fn faults(path: &Path, found: &[Found], systems: &[system::Found]) -> Vec<Fault> {
+    let mut halves: Vec<FileEntry> = Vec::new();
     let mut faults: Vec<Fault> = Vec::new();
     let mut objects: Vec<&FileEntry> = Vec::new();
     let mut seen: BTreeSet<ObjectId> = BTreeSet::new();
+    for (seal, system) in systems.iter().map(|found| (&found.seal, &found.system)) {
+        match system {
+            Ok(system) => halves.extend(system.halves()),
+            Err(refused) => faults.push(refusal(seal, refused)),
+        }
+    }
     for Found { seal, bundle, .. } in found {
         match bundle {
             Ok(bundle) => {
@@ -161,6 +181,7 @@ pub(super) fn faults(path: &Path, found: &[Found]) -> Vec<Fault> {
             Err(refused) => faults.push(refusal(seal, refused)),
         }
     }
+    objects.extend(halves.iter().filter(|half| seen.insert(half.id)));
     let bar = progress::bytes("verifying", objects.iter().map(|file| file.size).sum());
     let look = |folder: &mut Option<Folder>, file: &FileEntry| {
         let fault = object_fault(folder.as_mut(), file);
@@ -175,13 +196,17 @@ pub(super) fn faults(path: &Path, found: &[Found]) -> Vec<Fault> {
 
 /// Whom the seals in `folder` are there for. What no unit could be called is not ours.
 fn there(folder: &Folder) -> Result<BTreeSet<Option<UnitId>>, Fatal> {
-    let stems = folder.seals().map_err(unmoved)?;
+    Ok(addressed(&folder.seals().map_err(unmoved)?))
+}
+
+/// Whom files with these stems are there for.
+pub(super) fn addressed(stems: &[String]) -> BTreeSet<Option<UnitId>> {
     let everybody = Addressees::Anyone;
     let addressee = |stem: &String| match UnitId::new(stem) {
         Ok(unit) => Some(Some(unit)),
         Err(_) => everybody.stems().contains(&stem.as_str()).then_some(None),
     };
-    Ok(stems.iter().filter_map(addressee).collect())
+    stems.iter().filter_map(addressee).collect()
 }
 
 /// Reads the seals for these units, and what they vouch for.
@@ -204,7 +229,7 @@ pub(super) fn said(folder: &mut Folder) -> Vec<u8> {
 }
 
 /// Whom the keys in `pinned` have taken in or called back by what lies in the folder.
-fn learned(folder: &mut Folder, pinned: &Trust) -> Trust {
+pub(super) fn learned(folder: &mut Folder, pinned: &Trust) -> Trust {
     let mut trust = pinned.clone();
     for statement in statements(&said(folder)) {
         // What somebody said who may not say it is passed over.

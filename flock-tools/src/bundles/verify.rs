@@ -8,7 +8,7 @@ use bundle::{KeyId, Sequence, Trust, UnitId};
 use indicatif::DecimalBytes;
 
 use super::shelf::{self, Fault, Found, Kind};
-use super::unusable;
+use super::{system, unusable};
 use crate::report::{self, Exit, Fatal};
 
 /// Tell whether bundles are what a trusted key signed, whole and undamaged, and name everything that is not
@@ -29,7 +29,7 @@ pub(crate) struct Args {
     /// Look only at what this unit would be given; may be repeated
     #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
     units: Vec<UnitId>,
-    /// Answer with one JSON document: {"ok": ..., "bundles": [...], "faults": [...]}
+    /// Answer with one JSON document: {"ok": ..., "bundles": [...], "systems": [...], "faults": [...]}
     #[arg(long)]
     json: bool,
 }
@@ -38,6 +38,7 @@ pub(crate) struct Args {
 struct Answer<'a> {
     ok: bool,
     bundles: Vec<Told<'a>>,
+    systems: Vec<String>,
     faults: &'a [Fault],
 }
 
@@ -58,8 +59,11 @@ struct Told<'a> {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let trust = Trust::read(&args.trust).map_err(unusable)?;
-    let found = shelf::read(&args.bundle, &trust, &args.units)?;
-    let faults = shelf::faults(&args.bundle, &found);
+    let systems = system::read(&args.bundle, &trust, &args.units)?;
+    let found = shelf::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let faults = shelf::faults(&args.bundle, &found, &systems);
+    let good = systems.iter().filter_map(|found| Some((found.unit.as_ref(), found.system.as_ref().ok()?)));
+    let systems: Vec<String> = good.map(|(unit, system)| system::line(unit, system)).collect();
     let bundles = found.iter().filter_map(told).collect();
     let exit = match &faults[..] {
         [] => Exit::Fine,
@@ -67,9 +71,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         _ => Exit::No,
     };
     if args.json {
-        report::json(&Answer { ok: faults.is_empty(), bundles, faults: &faults })?;
+        report::json(&Answer { ok: faults.is_empty(), bundles, systems, faults: &faults })?;
     } else {
-        report::lines(bundles.iter().map(line).chain(faults.iter().map(|fault| fault.message.clone())))?;
+        report::lines(bundles.iter().map(line).chain(systems).chain(faults.iter().map(|fault| fault.message.clone())))?;
         report::note(&match faults.len() {
             0 => "no faults".to_owned(),
             1 => "1 fault".to_owned(),

@@ -2,7 +2,7 @@
 //!
 //! Owns the fields of the JSON document and the line that says the same. Never decides anything.
 
-use bundle::Generation;
+use bundle::{Generation, Version};
 use serde::Serialize;
 use std::fmt;
 
@@ -20,10 +20,25 @@ pub(crate) enum Outcome {
     NotNow,
 }
 
+/// What became of a system that the source has.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum SystemOutcome {
+    /// This version is here, and is written next.
+    Staged(Version),
+    /// It runs, or a newer one does; or it had its chance.
+    NoNews,
+    /// The source has none, or this unit takes none.
+    None,
+    /// This version lies in the other slot, and is started next.
+    Written(Version),
+}
+
 /// What was done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Answer {
     pub(crate) outcome: Outcome,
+    pub(crate) system: SystemOutcome,
     /// The flock that plays now, and its number among those of its key; none on a unit without a flock.
     pub(crate) flock: Option<String>,
     pub(crate) sequence: Option<u64>,
@@ -42,6 +57,7 @@ impl Answer {
     pub(crate) fn of(outcome: Outcome, playing: Option<&Generation>) -> Self {
         Self {
             outcome,
+            system: SystemOutcome::None,
             flock: playing.map(|playing| playing.flock.clone()),
             sequence: playing.map(|playing| playing.sequence.0),
             generation: playing.map(|playing| playing.number),
@@ -61,6 +77,12 @@ impl fmt::Display for Answer {
             Outcome::NoNews => write!(f, "no news: `{flock}` {sequence} plays")?,
             Outcome::NoBundle => write!(f, "no bundle there")?,
             Outcome::NotNow => write!(f, "nothing was looked for")?,
+        }
+        match &self.system {
+            SystemOutcome::Staged(version) => write!(f, ", system {version} is here")?,
+            SystemOutcome::NoNews => write!(f, ", no news of the system")?,
+            SystemOutcome::None => {}
+            SystemOutcome::Written(version) => write!(f, ", system {version} is started next")?,
         }
         if self.fetched > 0 {
             write!(f, ", {} files fetched, {} bytes", self.fetched, self.fetched_bytes)?;

@@ -28,6 +28,7 @@ pub(crate) struct Config {
     #[serde(deserialize_with = "unit")]
     pub(crate) unit: Option<UnitId>,
     pub(crate) owner: PathBuf,
+    pub(crate) system: PathBuf,
     pub(crate) url: Option<String>,
     #[serde(deserialize_with = "every_minutes")]
     pub(crate) every_minutes: u64,
@@ -49,6 +50,7 @@ impl Default for Config {
             keys: "/etc/dreams/keys".into(),
             unit: None,
             owner: "/var/lib/dreams/owner/dreams.toml".into(),
+            system: "/usr/lib/os-release".into(),
             url: None,
             every_minutes: 360,
             window: None,

@@ -6,7 +6,7 @@
 //!
 //! Start at [`run`].
 
-use crate::answer::{Answer, Outcome};
+use crate::answer::{Answer, Outcome, SystemOutcome};
 use crate::bulletin;
 use crate::fetch::Fetcher;
 use crate::options::Order;
@@ -15,6 +15,8 @@ use crate::pace::Pace;
 use crate::progress::Progress;
 use crate::report::{Fatal, Told};
 use crate::schedule::Schedule;
+use crate::slot;
+use crate::system;
 use crate::words;
 use bundle::{Admission, KeyError, LocalDisk, Refused, Source, Store, StoreError, Trust, Unverified, Verified, Wanted};
 use player::day::is_clock_wrong;
@@ -42,7 +44,7 @@ pub(crate) fn run(order: Order) -> Result<Told, Fatal> {
     ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;
     let ended = in_time(&order, &stop);
     let said = match &ended {
-        Ok(answer) => words::of_outcome(answer.outcome).map(str::to_owned),
+        Ok(answer) => words::of_answer(answer.outcome, &answer.system).map(str::to_owned),
         Err(fatal) => Some(words::of_fatal(fatal)),
     };
     if let Some(said) = said {
@@ -71,6 +73,10 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let mut store = open(order, trust(order)?, stop)?;
+    if let Some((device, boot)) = &order.slot {
+        let system = slot::write(order, &store, device, boot)?;
+        return Ok(Answer { system, ..Answer::of(Outcome::NotNow, store.state().playing()) });
+    }
     let pace = Pace::new(order.config.bandwidth_kib, now());
     if order.scrub {
         scrub(&store, stop)?;
@@ -80,24 +86,19 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
         return Ok(Answer { missing, ..Answer::of(Outcome::NotNow, store.state().playing()) });
     };
     let mut source = Origin::open(place, order.config.proxy.as_deref(), is_clock_wrong(clock_s()))?;
-    let unverified = match Unverified::open(&mut source, &order.unit) {
-        Ok(unverified) => Some(unverified),
-        Err(Refused::Read { source: error, .. }) if error.kind() == ErrorKind::NotFound => {
-            is_for_nobody(order, place, &source)?;
-            None
-        }
-        Err(refused) => return Err(Fatal::Refused(refused)),
-    };
     let progress = Progress::new(order.card.clone());
     let mut fetcher = Fetcher { source: &mut source, pace, progress, stop, objects: 0, bytes: 0 };
-    let outcome = match unverified {
-        None => Outcome::NoBundle,
-        Some(unverified) => take(order, &mut store, unverified, &mut fetcher)?,
+    let taken = take(order, &mut store, place, &mut fetcher);
+    // What keeps one from coming need not keep the other, unless it is the source.
+    let system = match &taken {
+        Err(fatal) if fatal.exit() == Exit::Unread => SystemOutcome::None,
+        Ok(_) | Err(_) => system::take(order, &mut store, &mut fetcher)?,
     };
+    let outcome = taken?;
     let (mended, missing) = mend(&store, &mut fetcher)?;
     let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
     let answer = Answer::of(outcome, store.state().playing());
-    Ok(Answer { fetched, fetched_bytes, mended, missing, ..answer })
+    Ok(Answer { system, fetched, fetched_bytes, mended, missing, ..answer })
 }
 
 /// Whom this unit trusts: by its config, and by its owner.
@@ -147,14 +148,20 @@ fn is_for_nobody(order: &Order, place: &str, source: &Origin) -> Result<(), Fata
     Err(Fatal::ForOthers { place: place.to_owned(), units, unit: order.unit.clone() })
 }
 
-/// Installs the bundle behind `unverified`, if it is news.
-fn take(order: &Order, store: &mut Store, unverified: Unverified, fetcher: &mut Fetcher<'_>) -> Result<Outcome, Fatal> {
+/// Installs the flock that lies at `place` for this unit, if it is news.
+fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>) -> Result<Outcome, Fatal> {
+    let unverified = match Unverified::open(fetcher.source, &order.unit) {
+        Ok(unverified) => unverified,
+        Err(Refused::Read { source: error, .. }) if error.kind() == ErrorKind::NotFound => {
+            is_for_nobody(order, place, fetcher.source)?;
+            return Ok(Outcome::NoBundle);
+        }
+        Err(refused) => return Err(Fatal::Refused(refused)),
+    };
     if store.is_no_news(&unverified) {
         return Ok(Outcome::NoNews);
     }
-    for learned in store.learn(&statements(fetcher.source)?)? {
-        info!(?learned, "learned about a key");
-    }
+    learn(store, fetcher.source)?;
     let seal = unverified.verify(store.trust()).map_err(Fatal::Refused)?;
     match store.admit(&seal, &order.unit, order.consent).map_err(Fatal::Refused)? {
         Admission::New => {}
@@ -175,6 +182,14 @@ fn take(order: &Order, store: &mut Store, unverified: Unverified, fetcher: &mut 
     let generation = store.install(&bundle)?;
     info!(flock = generation.flock, sequence = generation.sequence.0, generation = generation.number, "installed");
     Ok(Outcome::Installed)
+}
+
+/// Learns what keys say there about keys.
+pub(crate) fn learn(store: &mut Store, source: &mut dyn Source) -> Result<(), Fatal> {
+    for learned in store.learn(&statements(source)?)? {
+        info!(?learned, "learned about a key");
+    }
+    Ok(())
 }
 
 /// What keys say about keys; nothing if the source has no such file.

@@ -1,4 +1,4 @@
-//! `dreams-update`: brings a unit a flock, from a stick or a server, whole or not at all.
+//! `dreams-update`: brings a unit a flock or a system, from a stick or a server, whole or not at all.
 //!
 //! Owns nothing but the order: options, settings, log, errand. Start at `errand.rs`, which is an update from its first
 //! look to the switch; what arrives, and in which order it reaches the disk, is decided in `crates/bundle`.
@@ -16,6 +16,8 @@ mod progress;
 mod report;
 mod schedule;
 mod server;
+mod slot;
+mod system;
 mod words;
 
 use clap::Parser;

@@ -14,12 +14,12 @@ use std::path::PathBuf;
 /// What every command of the house says at the end of its help. `report.rs` has the same four.
 const EXIT_STATUS: &str = "\
 Exit status:
-  0  a flock was installed, or there was nothing new
+  0  a flock or a system was taken in, or there was nothing new
   1  the answer is no: the bundle is refused, or there is no room for it
   2  the command line, the config or a key is wrong
-  3  the source or the store could not be read or written; another attempt goes on from there";
+  3  the source, the store or the slot could not be read or written; another attempt goes on from there";
 
-/// Bring this unit a flock, from a stick or a server, whole or not at all
+/// Bring this unit a flock or a system, from a stick or a server, whole or not at all
 #[derive(Debug, Default, Parser)]
 #[command(name = "dreams-update", version, after_help = EXIT_STATUS)]
 pub(crate) struct Options {
@@ -45,6 +45,12 @@ pub(crate) struct Options {
     /// Only look if it is time, and remember in this file when that is next
     #[arg(long, value_name = "FILE")]
     schedule: Option<PathBuf>,
+    /// Write the system that has come to this slot, which must not be the one that runs, and nothing else
+    #[arg(long, value_name = "DEVICE", requires = "boot", conflicts_with_all = ["source", "schedule", "scrub"])]
+    slot: Option<PathBuf>,
+    /// The folder of the boot loader's partition, for that slot
+    #[arg(long, value_name = "DIR", requires = "slot")]
+    boot: Option<PathBuf>,
     /// First read every byte that is kept; take out what is damaged, and fetch it again
     #[arg(long)]
     scrub: bool,
@@ -67,6 +73,8 @@ pub(crate) struct Order {
     pub(crate) source: Option<String>,
     pub(crate) consent: Consent,
     pub(crate) schedule: Option<PathBuf>,
+    /// The slot that a system is to be written to, and where the boot loader finds what to start.
+    pub(crate) slot: Option<(PathBuf, PathBuf)>,
     pub(crate) scrub: bool,
     pub(crate) card: Option<PathBuf>,
     pub(crate) json: bool,
@@ -82,7 +90,8 @@ impl Options {
         let owner = Owner::kept(&config.owner);
         let unit = self.unit.or(owner.unit).or_else(|| config.unit.clone()).map_or_else(host_name, Ok)?;
         let source = self.source.or(owner.url).or_else(|| config.url.clone());
-        if source.is_none() && self.schedule.is_none() && !self.scrub {
+        let slot = self.slot.zip(self.boot);
+        if source.is_none() && self.schedule.is_none() && !self.scrub && slot.is_none() {
             return Err(Fatal::Nowhere);
         }
         Ok(Order {
@@ -97,6 +106,7 @@ impl Options {
             source,
             consent: if self.allow_older { Consent::Any } else { Consent::Newer },
             schedule: self.schedule,
+            slot,
             scrub: self.scrub,
             card: self.card,
             json: self.json,

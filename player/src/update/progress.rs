@@ -17,6 +17,8 @@ const OFTEN: Duration = Duration::from_millis(500);
 #[derive(Debug)]
 pub(crate) struct Progress {
     card: Option<PathBuf>,
+    /// What is coming.
+    coming: &'static str,
     total: u64,
     done: u64,
     told: Option<Nanos>,
@@ -25,7 +27,7 @@ pub(crate) struct Progress {
 impl Progress {
     /// Tells through `card`, or nobody.
     pub(crate) fn new(card: Option<PathBuf>) -> Self {
-        Self { card, total: 0, done: 0, told: None }
+        Self { card, coming: words::COMING, total: 0, done: 0, told: None }
     }
 
     /// There are `total` bytes, of which `done` are here.
@@ -34,13 +36,18 @@ impl Progress {
         self.moved(0, now);
     }
 
+    /// A system comes next.
+    pub(crate) fn is_of_a_system(&mut self) {
+        self.coming = words::SYSTEM_COMING;
+    }
+
     /// `bytes` more are here.
     pub(crate) fn moved(&mut self, bytes: u64, now: Nanos) {
         self.done = self.done.saturating_add(bytes).min(self.total);
         if self.told.is_none_or(|told| u128::from(now.since(told)) >= OFTEN.as_nanos()) {
             self.told = Some(now);
             let thousandths = u128::from(self.done) * 1_000 / u128::from(self.total.max(1));
-            self.tell(words::COMING, u16::try_from(thousandths).ok());
+            self.tell(self.coming, u16::try_from(thousandths).ok());
         }
     }
 

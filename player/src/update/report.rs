@@ -44,6 +44,8 @@ pub(crate) enum Fatal {
     Room(Shortfall),
     #[error("cannot listen for signals")]
     Signals(#[source] ctrlc::Error),
+    #[error("cannot {doing} `{path}`", path = path.display())]
+    Slot { doing: &'static str, path: PathBuf, source: io::Error },
     #[error(transparent)]
     Source(FolderError),
     #[error("told to stop")]
@@ -76,6 +78,7 @@ impl Fatal {
             | Self::Read { .. }
             | Self::Refused(_)
             | Self::Signals(_)
+            | Self::Slot { .. }
             | Self::Source(_)
             | Self::Stopped
             | Self::Store(_)
@@ -106,6 +109,7 @@ impl Fatal {
             Self::Read { .. } | Self::Source(_) | Self::Stopped => {
                 "what was fetched stays; the next attempt goes on from there"
             }
+            Self::Slot { .. } => "the disk may be failing; the system that runs goes on",
             Self::Signals(_) | Self::Unwritten(_) => "nothing is wrong with the unit's flock",
             Self::Store(_) => "the store's disk may be full or failing; what plays goes on",
         }

@@ -2,20 +2,30 @@
 //!
 //! Owns those sentences. They name no file system, no digest and no key: whoever needs these reads the log.
 
-use crate::answer::Outcome;
+use crate::answer::{Outcome, SystemOutcome};
 use crate::report::Fatal;
 use bundle::{Refused, StoreError};
 
 /// While a flock is coming in.
 pub(crate) const COMING: &str = "A new flock is coming in.";
+/// While a system is coming in.
+pub(crate) const SYSTEM_COMING: &str = "A new system is coming in.";
 
 /// What to say of an update that ended so; `None` if there is nothing to say.
-pub(crate) fn of_outcome(outcome: Outcome) -> Option<&'static str> {
-    match outcome {
-        Outcome::Installed => Some("The new flock is here. You may remove the stick."),
-        Outcome::NoNews => Some("This flock is here already. You may remove the stick."),
+pub(crate) fn of_answer(outcome: Outcome, system: &SystemOutcome) -> Option<&'static str> {
+    match (outcome, system) {
+        (_, SystemOutcome::Written(_)) => None,
+        (Outcome::Installed, SystemOutcome::Staged(_)) => {
+            Some("The new flock is here, and a new system for the next start. You may remove the stick.")
+        }
+        (_, SystemOutcome::Staged(_)) => Some("A new system is here for the next start. You may remove the stick."),
+        (Outcome::Installed, _) => Some("The new flock is here. You may remove the stick."),
+        (Outcome::NoNews, _) => Some("This flock is here already. You may remove the stick."),
+        (Outcome::NoBundle, SystemOutcome::NoNews) => {
+            Some("This frame has had this system already. You may remove the stick.")
+        }
         // Whatever it holds, it is not for us.
-        Outcome::NoBundle | Outcome::NotNow => None,
+        (Outcome::NoBundle | Outcome::NotNow, _) => None,
     }
 }
 
@@ -36,6 +46,7 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
             format!("This stick is damaged: {name} is not what it should be.")
         }
         Fatal::Store(StoreError::Incomplete { name, .. }) => format!("This stick is damaged: {name} is not whole."),
+        Fatal::Slot { .. } => "The new system cannot be written. The picture goes on.".to_owned(),
         Fatal::Store(_) => "The memory of this frame does not take the flock. The picture goes on.".to_owned(),
         Fatal::Address { .. }
         | Fatal::Config(_)
@@ -75,10 +86,10 @@ fn of_refused(refused: &Refused) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{of_fatal, of_outcome};
-    use crate::answer::Outcome;
+    use super::{of_answer, of_fatal};
+    use crate::answer::{Outcome, SystemOutcome};
     use crate::report::Fatal;
-    use bundle::{Shortfall, UnitId};
+    use bundle::{Shortfall, UnitId, Version};
 
     #[test]
     fn people_are_told_in_plain_words() {
@@ -88,6 +99,11 @@ mod tests {
         assert_eq!(of_fatal(&others), "This stick is for attic, stairs. This frame is lobby.");
         let room = Fatal::Room(Shortfall { needed: 5_000_000_001, room: 1_000_000_000 });
         assert_eq!(of_fatal(&room), "There is no room for this flock: 4001 MB more are needed.");
-        assert_eq!(of_outcome(Outcome::NoBundle), None, "a stick with holiday photographs is nobody's business");
+        let nothing = of_answer(Outcome::NoBundle, &SystemOutcome::None);
+        assert_eq!(nothing, None, "a stick with holiday photographs is nobody's business");
+        let version = Version::parse("0.2.0").unwrap();
+        assert!(
+            of_answer(Outcome::NoNews, &SystemOutcome::Staged(version)).unwrap().starts_with("A new system is here")
+        );
     }
 }

@@ -47,9 +47,9 @@ fn is_young(line: &str) -> bool {
 /// Lays a unit file into `folder`, with `/bin/true` for its programs.
 fn laid(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
-    let line = |line: &str| match line.strip_prefix("ExecStart=/usr/bin/dreams-") {
-        Some(_) => "ExecStart=/bin/true\n".to_owned(),
-        None => format!("{line}\n"),
+    let line = |line: &str| match line.split_once("/usr/bin/dreams-") {
+        Some((key, _)) if key.starts_with("Exec") => format!("{key}/bin/true\n"),
+        Some(_) | None => format!("{line}\n"),
     };
     fs::write(&path, text.lines().map(line).collect::<String>()).unwrap();
     path
@@ -176,6 +176,8 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     ] {
         assert_eq!(judge(unit, &super::read(&format!("systemd/{unit}")), &measure), "", "{unit}");
     }
+    let writer = super::read("image-build/system/usr/lib/systemd/system/dreams-system.service");
+    assert_eq!(judge("dreams-system.service", &writer, &measure), "");
     let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");
     assert_ne!(judge("dreams-player.service", &open, &measure), "");
 }

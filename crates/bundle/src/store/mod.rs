@@ -13,6 +13,7 @@
 //! generations/12/flock/...               the flock, as the player opens it
 //! current -> generations/12/flock        what the player opens
 //! state.0, state.1                       what is known, twice
+//! system/...                             what is known of systems
 //! ```
 //!
 //! An update: [`Store::admit`], [`Store::plan`], [`Store::intake`] for each object, [`Store::install`]; then
@@ -27,6 +28,7 @@ mod judge;
 mod plan;
 mod slots;
 mod state;
+mod systems;
 mod upkeep;
 
 use std::io;
@@ -45,6 +47,7 @@ pub use intake::Intake;
 pub use judge::{Judge, Playing};
 pub use plan::{Held, Plan, Shortfall, Wanted, plan};
 pub use state::{Admission, Consent, Generation, STARTS, State, Trial, Verdict};
+pub use systems::SystemAdmission;
 pub use upkeep::Scrubbed;
 
 /// The link that says which flock plays.

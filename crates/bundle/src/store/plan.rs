@@ -61,9 +61,17 @@ pub struct Shortfall {
 ///
 /// # Errors
 /// The first one of `held`.
-pub fn plan<E>(contents: &Contents, mut held: impl FnMut(&FileEntry) -> Result<Held, E>) -> Result<Plan, E> {
+pub fn plan<E>(contents: &Contents, held: impl FnMut(&FileEntry) -> Result<Held, E>) -> Result<Plan, E> {
+    plan_of(contents.objects(), held)
+}
+
+/// The same, of these `files`, none of which is there twice.
+pub(crate) fn plan_of<'f, E>(
+    files: impl IntoIterator<Item = &'f FileEntry>,
+    mut held: impl FnMut(&FileEntry) -> Result<Held, E>,
+) -> Result<Plan, E> {
     let mut plan = Plan::default();
-    for file in contents.objects() {
+    for file in files {
         plan.objects += 1;
         plan.bytes += file.size;
         let have = match held(file)? {

@@ -14,6 +14,7 @@ use crate::store::install::link_all;
 use crate::store::plan::Wanted;
 use crate::store::state::Generation;
 use crate::store::{GENERATIONS, INCOMING, Store, StoreError, at, flock_folder};
+use crate::system::System;
 
 /// How much is read between two looks at the pace.
 const CHUNK: usize = 256 << 10;
@@ -30,7 +31,8 @@ pub struct Scrubbed {
 }
 
 impl Store {
-    /// Removes what no kept generation needs, nor the player now, nor the bundle that is being fetched.
+    /// Removes what no kept generation needs, nor the player now, nor the bundle that is being fetched, nor a staged
+    /// system.
     ///
     /// # Errors
     /// [`StoreError`]; nothing that is needed was removed.
@@ -54,6 +56,7 @@ impl Store {
         if let Some(bundle) = fetching {
             need(bundle.contents());
         }
+        needed.extend(self.staged()?.iter().flat_map(System::halves).map(|half| half.id));
         for folder in self.disk.list("objects").map_err(at("list", "objects"))? {
             let folder = format!("objects/{folder}");
             for name in self.disk.list(&folder).map_err(at("list", &folder))? {

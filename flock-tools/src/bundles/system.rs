@@ -1,0 +1,248 @@
+//! `flock pack --system`: from what `make image` left to a system that travels.
+//!
+//! Owns the order, and that the two halves belong to each other: what the firmware starts names the root that it was
+//! made with, and says which version it is. Owns also how systems that lie in a folder of bundles are read, as their
+//! units would read them. Never builds one.
+//!
+//! Start at [`pack`].
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+
+use bundle::{
+    Addressees, Folder, ObjectId, Refused, Release, SecretKey, Sequence, System, Trust, UnitId, UnverifiedSystem,
+    Version, limits, system_path,
+};
+use indicatif::DecimalBytes;
+
+use super::counter::Counter;
+use super::pack::Args;
+use super::{passphrase, refused, shelf, unmoved, unsigned};
+use crate::now;
+use crate::progress;
+use crate::report::{self, Exit, Fatal};
+
+/// What `make image` leaves of a system: what the firmware starts, and the verified root.
+const START: &str = "dreams.efi";
+const ROOT: &str = "root.img";
+/// The words of its command line that tell its version, and the root that it was made with: slot, blocks, and more.
+const VERSION: &[u8] = b"dreams.version=";
+const MADE_WITH: &[u8] = b"dreams.root=";
+/// A block of the root; behind the last one stands the superblock of the tree of hashes, and in it, here, the slot.
+const BLOCK: u64 = 4096;
+const SLOT_AT: u64 = 16;
+
+/// A system's seal that lies in a folder, and what became of it.
+pub(super) struct Found {
+    /// The unit that it lies there for; `None` for every unit.
+    pub(super) unit: Option<UnitId>,
+    /// Where it lies in the folder.
+    pub(super) seal: String,
+    /// What it vouches for, or why a unit would refuse it.
+    pub(super) system: Result<System, Box<Refused>>,
+}
+
+/// Why a folder is no system.
+#[derive(Debug, thiserror::Error)]
+enum Unsound {
+    #[error("`{root}` is not the root that `{start}` was made with", root = .root.display(), start = .start.display())]
+    Apart { start: PathBuf, root: PathBuf },
+    #[error("`{path}` does not say what system it starts", path = .path.display())]
+    Mute { path: PathBuf },
+    #[error("cannot read `{path}`", path = .path.display())]
+    Read { path: PathBuf, source: io::Error },
+    #[error("`{path}` has {bytes} bytes, more than {} that a slot could have", limits::SYSTEM, path = .path.display())]
+    TooLarge { path: PathBuf, bytes: u64 },
+    #[error("`{path}` says that it is a version which is none", path = .path.display())]
+    Unversioned { path: PathBuf, source: bundle::NameError },
+}
+
+/// The answer with `--json`.
+#[derive(serde::Serialize)]
+struct Packed {
+    #[serde(rename = "packed")]
+    is_done: bool,
+    version: Version,
+    /// Empty if it is for every unit.
+    units: Vec<String>,
+    sequence: Sequence,
+    signer: bundle::KeyId,
+    bytes: u64,
+}
+
+/// Signs the system in the folder that `args` name.
+pub(crate) fn pack(args: &Args) -> Result<Exit, Fatal> {
+    let statements = args.statements.iter().map(|path| super::pack::statement(path)).collect::<Result<Vec<_>, _>>()?;
+    let key = passphrase::known(&args.key, args.passphrase_file.as_deref())?;
+    let (start, root) = (args.dir.join(START), args.dir.join(ROOT));
+    let version = version(&start, &root).map_err(unsound)?;
+    let folder = Folder::create(&args.bundle).map_err(unmoved)?;
+    let halves = [put(&folder, &start)?, put(&folder, &root)?];
+    let mut counter = Counter::take(&args.key)?;
+    for sequence in sequences(&args.bundle, &Trust::of([key.public()])) {
+        counter.seen(sequence);
+    }
+    let release = Release {
+        version,
+        addressees: Addressees::of(args.units.iter().cloned()),
+        sequence: counter.spend(args.sequence)?,
+        created: now::date(),
+        start: halves[0],
+        root: halves[1],
+    };
+    seal(&folder, &release, &key)?;
+    folder.add_statements(&statements).map_err(unmoved)?;
+    let packed = Packed {
+        is_done: true,
+        version: release.version,
+        units: args.units.iter().map(ToString::to_string).collect(),
+        sequence: release.sequence,
+        signer: key.public().id(),
+        bytes: release.start.1 + release.root.1,
+    };
+    if args.json {
+        report::json(&packed)?;
+    } else {
+        let Packed { version, sequence, signer, bytes, .. } = &packed;
+        let units = if packed.units.is_empty() { "every unit".to_owned() } else { packed.units.join(", ") };
+        let size = DecimalBytes(*bytes);
+        report::lines([format!("packed system {version} for {units}: sequence {sequence}, key {signer}, {size}")])?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// Signs it, makes sure that a unit would take it, and lays the seal out.
+fn seal(folder: &Folder, release: &Release, key: &SecretKey) -> Result<(), Fatal> {
+    let bytes = release.sign(key).map_err(unsigned)?;
+    UnverifiedSystem::new(bytes.clone()).verify(&Trust::of([key.public()])).map_err(refused)?;
+    folder.put_system(&release.addressees, &bytes).map_err(unmoved)
+}
+
+/// Every number that was given to a flock or a system in the folder at `path`.
+fn sequences(path: &Path, trust: &Trust) -> Vec<Sequence> {
+    let flocks = shelf::read_all(path, trust).unwrap_or_default();
+    let flocks = flocks.iter().filter_map(|found| found.bundle.as_ref().ok());
+    let flocks: Vec<_> = flocks.map(|bundle| bundle.seal().letter().sequence).collect();
+    let systems = read(path, trust, &[]).unwrap_or_default();
+    let systems = systems.iter().filter_map(|found| found.system.as_ref().ok());
+    flocks.into_iter().chain(systems.map(|system| system.release().sequence)).collect()
+}
+
+/// The version that `start` says it is, if `root` is what it was made with.
+fn version(start: &Path, root: &Path) -> Result<Version, Unsound> {
+    let unread = |path: &Path| {
+        let path = path.to_owned();
+        |source| Unsound::Read { path, source }
+    };
+    let bytes = fs::metadata(start).map_err(unread(start))?.len();
+    if bytes > limits::SYSTEM {
+        return Err(Unsound::TooLarge { path: start.to_owned(), bytes });
+    }
+    let said = fs::read(start).map_err(unread(start))?;
+    let mute = || Unsound::Mute { path: start.to_owned() };
+    let text = word(&said, VERSION).ok_or_else(mute)?;
+    let version = Version::parse(text).map_err(|source| Unsound::Unversioned { path: start.to_owned(), source })?;
+    let mut words = word(&said, MADE_WITH).ok_or_else(mute)?.split(':');
+    let (slot, blocks) = words.next().zip(words.next()).ok_or_else(mute)?;
+    let blocks: u64 = blocks.parse().map_err(|_| mute())?;
+    let mut found = [0; 16];
+    let at = blocks.saturating_mul(BLOCK).saturating_add(SLOT_AT);
+    let read = File::open(root).and_then(|file| file.read_exact_at(&mut found, at));
+    read.or_else(|error| if error.kind() == io::ErrorKind::UnexpectedEof { Ok(()) } else { Err(error) })
+        .map_err(unread(root))?;
+    if !slot.bytes().eq(found.iter().flat_map(|byte| format!("{byte:02x}").into_bytes())) {
+        return Err(Unsound::Apart { start: start.to_owned(), root: root.to_owned() });
+    }
+    Ok(version)
+}
+
+/// What stands behind `key` in `bytes`, up to where the word ends.
+fn word<'b>(bytes: &'b [u8], key: &[u8]) -> Option<&'b str> {
+    let at = bytes.windows(key.len()).position(|window| window == key)? + key.len();
+    let end = bytes[at..].iter().position(|byte| byte.is_ascii_whitespace() || *byte == 0)?;
+    std::str::from_utf8(&bytes[at..at + end]).ok()
+}
+
+/// Puts the file at `path` into `folder`; what it is there. Shows its progress on a terminal.
+fn put(folder: &Folder, path: &Path) -> Result<(ObjectId, u64), Fatal> {
+    let unread = |source| unsound(Unsound::Read { path: path.to_owned(), source });
+    let (id, size) = File::open(path).and_then(ObjectId::of_reader).map_err(unread)?;
+    if size > limits::SYSTEM {
+        return Err(unsound(Unsound::TooLarge { path: path.to_owned(), bytes: size }));
+    }
+    let bar = progress::bytes("packing", size);
+    folder.put_file(&id, size, path, &mut |bytes| bar.inc(bytes)).map_err(unmoved)?;
+    bar.finish_and_clear();
+    Ok((id, size))
+}
+
+fn unsound(error: Unsound) -> Fatal {
+    let is_of_the_world = matches!(error, Unsound::Read { .. });
+    Fatal::new(if is_of_the_world { Exit::Unreadable } else { Exit::Malformed }, error)
+}
+
+/// Reads every system's seal in the folder at `path`, or those that `units` would be given.
+pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<Found>, Fatal> {
+    let mut folder = Folder::open(path).map_err(unmoved)?;
+    let there = shelf::addressed(&folder.systems().map_err(unmoved)?);
+    let given = |unit: &UnitId| [Some(unit.clone()), None].into_iter().find(|addressee| there.contains(addressee));
+    let wanted: BTreeSet<_> = if units.is_empty() { there.clone() } else { units.iter().filter_map(given).collect() };
+    let trust = shelf::learned(&mut folder, pinned);
+    let found = |unit: Option<UnitId>| {
+        let addressees = Addressees::of(unit.clone());
+        let seal = system_path(addressees.stems().first().copied().unwrap_or_default());
+        let missing = || Refused::Read { part: bundle::Part::Seal, source: io::ErrorKind::NotFound.into() };
+        let read = UnverifiedSystem::addressed(&mut folder, &addressees).and_then(|read| read.ok_or_else(missing));
+        let system = read.and_then(|unverified| unverified.verify(&trust)).and_then(|system| {
+            let (addressees, unit) = (&system.release().addressees, unit.as_ref());
+            match unit.filter(|unit| !addressees.include(unit)) {
+                Some(unit) => Err(Refused::ForOthers { addressees: addressees.clone(), unit: unit.clone() }),
+                None => Ok(system),
+            }
+        });
+        Found { unit, seal, system: system.map_err(Box::new) }
+    };
+    Ok(wanted.into_iter().map(found).collect())
+}
+
+/// What a system that is there is called in an answer.
+pub(super) fn line(unit: Option<&UnitId>, system: &System) -> String {
+    let Release { version, sequence, created, start, root, .. } = system.release();
+    let (unit, size) = (unit.map_or("every unit", UnitId::as_str), DecimalBytes(start.1 + root.1));
+    format!("system {version} for {unit}, sequence {sequence} of {created}, key {}, {size}", system.signer())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BLOCK, ROOT, START, version};
+    use std::fs;
+    use std::path::Path;
+
+    fn lay(folder: &Path, says: &str, slot: u8) {
+        fs::write(folder.join(START), format!("MZ\0{says}\0")).unwrap();
+        let mut root = vec![1; 2 * BLOCK as usize];
+        root.extend([0; 16]);
+        root.extend([slot; 16]);
+        fs::write(folder.join(ROOT), root).unwrap();
+    }
+
+    #[test]
+    fn only_halves_that_were_made_with_each_other_are_a_system() {
+        let folder = tempfile::tempdir().unwrap();
+        let found = || version(&folder.path().join(START), &folder.path().join(ROOT)).map_err(|e| e.to_string());
+        let slot = "07".repeat(16);
+        lay(folder.path(), &format!("quiet dreams.version=0.2.0 dreams.root={slot}:2:salt:hash rw"), 7);
+        assert_eq!(found().unwrap().to_string(), "0.2.0");
+        lay(folder.path(), &format!("quiet dreams.version=0.2.0 dreams.root={slot}:2:salt:hash rw"), 8);
+        assert!(found().unwrap_err().contains("is not the root that"));
+        lay(folder.path(), &format!("dreams.version=0.2.0 dreams.root={slot}:9999:salt:hash "), 7);
+        assert!(found().unwrap_err().contains("is not the root that"));
+        lay(folder.path(), "dreams.version=next dreams.root=a:2:b:c ", 7);
+        assert!(found().unwrap_err().contains("a version which is none"));
+        lay(folder.path(), "a kernel of somebody else", 7);
+        assert!(found().unwrap_err().contains("does not say"));
+    }
+}
