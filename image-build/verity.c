@@ -1,9 +1,11 @@
 /* Sets up the verified root: what `dmsetup create root --readonly --table ...` does, in a hundredth of its size.
  *
- *   verity SECTORS PARAMETERS   makes /dev/dm-0 of so many sectors by the kernel's `verity` target
+ *   verity SECTORS PARAMETERS   makes /dev/dm-0 of so many sectors by the kernel's `verity` target; where it is there
+ *                               already, in use or not, it goes by these parameters from now on
  *
  * Exit status: 0 it is there; 1 the kernel refused.
  */
+#include <errno.h>
 #include <fcntl.h>
 #include <linux/dm-ioctl.h>
 #include <stdlib.h>
@@ -35,11 +37,11 @@ int main(int count, char **words)
 
 	if (count != 3 || control < 0 || strlen(words[2]) >= sizeof(request.parameters))
 		return 1;
-	if (!ask(control, DM_DEV_CREATE, 0))
+	if (!ask(control, DM_DEV_CREATE, 0) && errno != EBUSY)
 		return 1;
 	request.target.length = strtoull(words[1], NULL, 10);
 	strcpy(request.target.target_type, "verity");
 	strcpy(request.parameters, words[2]);
 	/* A table that is loaded comes into force when the device is resumed. */
-	return !(ask(control, DM_TABLE_LOAD, DM_READONLY_FLAG) && ask(control, DM_DEV_SUSPEND, 0));
+	return !(ask(control, DM_TABLE_LOAD, DM_READONLY_FLAG) && ask(control, DM_DEV_SUSPEND, DM_SKIP_LOCKFS_FLAG));
 }
