@@ -1,38 +1,33 @@
-//! A unit: its disk, and a machine that starts from it.
+//! A machine that runs a unit's system.
 //!
-//! Owns the copies of the image, QEMU's command line, and the looks on the glass. QEMU emulates every instruction,
-//! so that it runs anywhere; its clock is this machine's. Never judges: the claims do.
+//! Owns QEMU's command line, what is done to a machine from outside, and the looks on the glass. QEMU emulates every
+//! instruction, so that it runs anywhere; its clock is this machine's. Never judges: the claims do.
 //!
-//! Start at [`Unit::new`] and [`Unit::start`].
+//! Start at [`Machine`]; a unit and its disk are in `unit.rs`.
 
+use crate::gallery::Gallery;
 use crate::monitor::Monitor;
+use crate::now::now;
 use crate::picture::Look;
+use crate::programs::repository;
 use crate::serial::Serial;
 use serde_json::json;
 use std::fs;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use tempfile::TempDir;
 
-/// The disk that a unit is given: larger than the image, which is to take all of it.
-const DISK_MIB: u64 = 1_200;
 /// The firmware of Debian's `ovmf`.
 const FIRMWARE: &str = "/usr/share/OVMF/OVMF_CODE_4M.fd";
-const VARIABLES: &str = "/usr/share/OVMF/OVMF_VARS_4M.fd";
-/// Between two looks at the glass.
+/// Between two looks at the glass where nothing is claimed of it.
 pub(crate) const PAUSE: Duration = Duration::from_millis(200);
+/// The longest that anything may take.
+const PATIENCE: Duration = Duration::from_mins(10);
 
-/// One at a time: each takes all processors.
+/// One machine at a time: each takes all processors.
 static TURN: Mutex<()> = Mutex::new(());
-
-/// A unit that can be started, again and again.
-pub(crate) struct Unit {
-    folder: TempDir,
-    _turn: MutexGuard<'static, ()>,
-}
 
 /// A unit that runs. It loses its power when this is dropped.
 pub(crate) struct Machine {
@@ -40,67 +35,18 @@ pub(crate) struct Machine {
     monitor: Monitor,
     pub(crate) serial: Serial,
     shot: PathBuf,
+    /// What may hang on the glass.
+    galleries: Vec<&'static Gallery>,
+    /// Where in them the last look was.
+    near: usize,
+    has_shown_art: bool,
+    _turn: MutexGuard<'static, ()>,
 }
 
-/// The repository's folder.
-pub(crate) fn repository() -> PathBuf {
-    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
-    tests.parent().expect("tests/ lies in the repository").to_owned()
-}
-
-/// What `image-build/build` made for the bench.
-pub(crate) fn image() -> PathBuf {
-    let image = repository().join("target/image").join(concat!("bench-", env!("CARGO_PKG_VERSION")));
-    assert!(image.is_dir(), "`{}` is missing: `make image profile=bench` makes it", image.display());
-    image
-}
-
-/// Runs `command`, which must succeed.
-pub(crate) fn succeed(command: &mut Command) {
-    let said = command.output().unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"));
-    assert!(said.status.success(), "{command:?}: {}", String::from_utf8_lossy(&said.stderr));
-}
-
-impl Unit {
-    /// A unit as it comes out of its box.
-    pub(crate) fn new() -> Self {
-        let folder = tempfile::tempdir_in(repository().join("target")).unwrap();
-        let unit = Self { folder, _turn: TURN.lock().unwrap_or_else(PoisonError::into_inner) };
-        succeed(Command::new("cp").arg("--sparse=always").arg(image().join("disk.img")).arg(unit.disk()));
-        let disk = fs::File::options().write(true).open(unit.disk()).unwrap();
-        disk.set_len(DISK_MIB << 20).unwrap();
-        fs::copy(VARIABLES, unit.path("variables")).unwrap();
-        unit
-    }
-
-    /// Its disk.
-    pub(crate) fn disk(&self) -> PathBuf {
-        self.path("disk.img")
-    }
-
-    /// A file beside it.
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// Gives it power.
-    pub(crate) fn start(&self) -> Machine {
-        let drive = |file: &Path, what: &str| format!("format=raw,file={},{what}", file.display());
-        let (serial, monitor) = (Socket::new(self.path("serial")), Socket::new(self.path("monitor")));
-        let mut qemu = Command::new("qemu-system-x86_64");
-        qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35", "-smp", "2", "-m", "1024"]);
-        qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-vga,xres=1280,yres=720"]);
-        qemu.args(["-device", "qemu-xhci,id=xhci", "-device", "virtio-rng-pci"]);
-        qemu.args(["-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net"]);
-        qemu.args(["-chardev", &serial.argument("serial"), "-serial", "chardev:serial"]);
-        qemu.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
-        qemu.args(["-drive", &drive(Path::new(FIRMWARE), "if=pflash,readonly=on")]);
-        qemu.args(["-drive", &drive(&self.path("variables"), "if=pflash")]);
-        qemu.args(["-drive", &drive(&self.disk(), "if=none,id=disk"), "-device", "virtio-blk-pci,drive=disk"]);
-        let qemu = qemu.spawn().expect("QEMU starts");
-        let (serial, monitor) = (Serial::new(serial.accept()), Monitor::new(monitor.accept()));
-        Machine { qemu, monitor, serial, shot: self.path("shot.ppm") }
-    }
+/// The flock that is part of every unit's system.
+fn built_in() -> &'static Gallery {
+    static BUILT_IN: LazyLock<Gallery> = LazyLock::new(|| Gallery::of(&repository().join("flock-tools/demo/small")));
+    &BUILT_IN
 }
 
 /// A socket to which QEMU connects.
@@ -125,37 +71,132 @@ impl Socket {
 }
 
 impl Machine {
+    /// A machine with the disk `disk` in QEMU's `format`, its other things in `folder`; waking from `state` if there is one.
+    pub(crate) fn start(folder: &Path, disk: &Path, format: &str, state: Option<&Path>) -> Self {
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        // Before its clock runs.
+        let galleries = vec![built_in()];
+        let drive = |file: &Path, what: &str| format!("file={},{what}", file.display());
+        let (serial, monitor) = (Socket::new(folder.join("serial")), Socket::new(folder.join("monitor")));
+        let mut qemu = Command::new("qemu-system-x86_64");
+        qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35", "-smp", "2", "-m", "1024"]);
+        qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-vga,xres=1280,yres=720"]);
+        qemu.args(["-device", "qemu-xhci,id=xhci", "-device", "virtio-rng-pci"]);
+        qemu.args(["-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net"]);
+        qemu.args(["-chardev", &serial.argument("serial"), "-serial", "chardev:serial"]);
+        qemu.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
+        qemu.args(["-drive", &drive(Path::new(FIRMWARE), "if=pflash,format=raw,readonly=on")]);
+        qemu.args(["-drive", &drive(&folder.join("variables"), "if=pflash,format=raw")]);
+        // A QEMU that is killed loses nothing that it was given: this machine's kernel has it.
+        qemu.args(["-drive", &drive(disk, &format!("if=none,id=disk,cache=unsafe,format={format}"))]);
+        qemu.args(["-device", "virtio-blk-pci,drive=disk"]);
+        if let Some(state) = state {
+            qemu.args(["-incoming", &format!("exec:cat {}", state.display())]);
+        }
+        let qemu = qemu.spawn().expect("QEMU starts");
+        let (serial, monitor) = (Serial::new(serial.accept()), Monitor::new(monitor.accept()));
+        let shot = folder.join("shot.ppm");
+        let mut machine = Self { qemu, monitor, serial, shot, galleries, near: 0, has_shown_art: false, _turn: turn };
+        if state.is_some() {
+            machine.await_status("paused");
+            machine.monitor.ask("cont", &json!({}));
+        }
+        machine
+    }
+
+    /// Stops it and leaves all that it has in mind in `state`. Its disk is then as it was left; it runs no more.
+    pub(crate) fn freeze(mut self, state: &Path) {
+        self.monitor.ask("stop", &json!({}));
+        self.monitor.ask("migrate", &json!({ "uri": format!("exec:cat > {}", state.display()) }));
+        self.await_status("postmigrate");
+    }
+
+    fn await_status(&mut self, wanted: &str) {
+        let end = now() + PATIENCE;
+        while self.monitor.ask("query-status", &json!({}))["status"] != wanted {
+            assert!(now() < end, "the machine is not `{wanted}`");
+            self.serial.pass(Duration::from_millis(20));
+        }
+    }
+
     /// What is on the glass; `None` while the display is off.
     pub(crate) fn look(&mut self) -> Option<Look> {
         let shot = json!({ "filename": self.shot });
-        self.monitor.try_to("screendump", &shot).ok().map(|_| Look::at(&self.shot))
+        self.monitor.try_to("screendump", &shot).ok()?;
+        let look = Look::new(&self.shot, now(), &self.galleries, &mut self.near);
+        self.has_shown_art |= look.is_art();
+        if self.has_shown_art && !look.is_art() {
+            fs::copy(&self.shot, repository().join("target/image/odd.ppm")).unwrap();
+        }
+        Some(look)
     }
 
-    /// Waits until the player has shown so many frames. Every look at the glass on the way, the last one included.
-    pub(crate) fn await_flips(&mut self, flips: u32) -> Vec<Look> {
-        let command = format!("until [ \"$(dreams-flips)\" -ge {flips} ]; do sleep 0.5; done; echo SHOWN");
-        self.serial.send(&command);
+    /// Looks at the glass every `pause` until its serial port says what `is_it`. All looks, the last one included.
+    pub(crate) fn watch(&mut self, pause: Duration, is_it: impl Fn(&str) -> bool) -> Vec<Look> {
+        let end = now() + PATIENCE;
         let mut looks = Vec::new();
-        for _ in 0..3_000 {
+        while now() < end {
+            let next = now() + pause;
             looks.extend(self.look());
-            if self.serial.line(PAUSE).is_some_and(|line| line == "SHOWN") {
-                self.serial.until("DONE ", 60);
-                return looks;
+            loop {
+                match self.serial.line(next.saturating_sub(now())) {
+                    Some(line) if is_it(&line) => return looks,
+                    Some(_) => {}
+                    None => break,
+                }
             }
         }
-        panic!("no {flips} flips in ten minutes; on the glass: {:?}", looks.last());
+        panic!(
+            "what was awaited is not said in ten minutes; on the glass: {:?}; {}",
+            looks.last(),
+            self.serial.lately()
+        );
     }
 
-    /// Waits for its shell, looking at the glass.
-    pub(crate) fn await_shell(&mut self) -> Vec<Look> {
+    /// Looks at the glass every `pause` while its shell runs `command`, which must succeed.
+    pub(crate) fn watch_while(&mut self, pause: Duration, command: &str) -> Vec<Look> {
+        self.serial.send(command);
+        let looks = self.watch(pause, |line| line.starts_with("DONE "));
+        assert_eq!(self.serial.status(), 0, "`{command}`: {}", self.serial.lately());
+        looks
+    }
+
+    /// Looks at the glass every `pause` until what is there is what `is_it`. All looks, the last one included.
+    pub(crate) fn watch_for(&mut self, pause: Duration, mut is_it: impl FnMut(&Look) -> bool) -> Vec<Look> {
+        let end = now() + PATIENCE;
         let mut looks = Vec::new();
-        for _ in 0..3_000 {
+        while now() < end {
+            let next = now() + pause;
             looks.extend(self.look());
-            if self.serial.line(PAUSE).is_some_and(|line| line.contains("BENCH")) {
+            if looks.last().is_some_and(&mut is_it) {
                 return looks;
             }
+            self.wait(next.saturating_sub(now()));
         }
-        panic!("no shell in ten minutes; on the glass: {:?}", looks.last());
+        panic!(
+            "what was awaited is not shown in ten minutes; on the glass: {:?}; {}",
+            looks.last(),
+            self.serial.lately()
+        );
+    }
+
+    /// Looks at the glass every `pause` until the picture has moved on so many times.
+    pub(crate) fn watch_move(&mut self, pause: Duration, mut times: u32) -> Vec<Look> {
+        let mut before = None;
+        self.watch_for(pause, |look| {
+            let has_moved = look.is_art() && before.is_some() && before != look.place;
+            before.clone_from(&look.place);
+            times -= u32::from(has_moved);
+            times == 0
+        })
+    }
+
+    /// Lets this much time pass.
+    pub(crate) fn wait(&mut self, time: Duration) {
+        let end = now() + time;
+        while now() < end {
+            self.serial.pass(end.saturating_sub(now()));
+        }
     }
 
     /// Has its shell run `command`, which must succeed; what it says.

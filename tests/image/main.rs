@@ -5,10 +5,17 @@
 //!
 //! Start at [`starting`]; what a machine is, says [`machine`].
 #![forbid(unsafe_code)]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
+mod gallery;
 mod machine;
 mod monitor;
+mod now;
 mod picture;
+mod player;
+#[path = "../it/programs.rs"]
+#[allow(dead_code, reason = "`it` needs the rest")]
+mod programs;
 mod serial;
 mod starting;
+mod unit;

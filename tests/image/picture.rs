@@ -1,32 +1,26 @@
 //! What is on the glass of a machine, and whether it is art.
 //!
-//! Owns the judgement: art has many colours and lights a good part of the glass; a console, a firmware's words and a
-//! dark screen do not. Never touches a machine.
+//! Owns the reading of QEMU's pictures; what art is, `gallery.rs` says. Never touches a machine.
 
-use std::collections::HashSet;
+use crate::gallery::{Gallery, Place, SIZE, Samples};
 use std::fs;
 use std::path::Path;
-
-/// Colours that no text has, and every frame of the built-in flock.
-const COLOURS: usize = 500;
-/// One pixel of so many must be lit.
-const LIT: usize = 20;
-/// Every so manieth pixel is looked at.
-const STEP: usize = 7;
+use std::time::Duration;
 
 /// What a look at the glass has shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Look {
-    width: usize,
-    height: usize,
-    /// How many colours are there, and how many pixels are not dark, of those looked at.
-    colours: usize,
-    lit: usize,
+    /// When it was.
+    pub(crate) at: Duration,
+    /// The frame that was there, if it was one.
+    pub(crate) place: Option<Place>,
+    /// Else, what it was: its pixels across and down, and its brightest sample.
+    pub(crate) other: Option<((usize, usize), u8)>,
 }
 
 impl Look {
-    /// Judges a binary PPM, as QEMU writes it.
-    pub(crate) fn at(path: &Path) -> Self {
+    /// Judges a binary PPM, as QEMU writes it, by what may hang there. `near` is where in the gallery the last one was.
+    pub(crate) fn new(path: &Path, at: Duration, galleries: &[&Gallery], near: &mut usize) -> Self {
         let bytes = fs::read(path).unwrap();
         let mut ends = bytes.iter().enumerate().filter(|(_, byte)| byte.is_ascii_whitespace()).map(|(at, _)| at);
         // `P6`, width, height, 255: four words.
@@ -34,37 +28,35 @@ impl Look {
         let head = std::str::from_utf8(&bytes[..end]).unwrap();
         let words: Vec<_> = head.split_whitespace().collect();
         assert_eq!((words[0], words[3]), ("P6", "255"), "{head}");
-        let (width, height) = (words[1].parse().unwrap(), words[2].parse().unwrap());
-        Self::of(width, height, &bytes[end + 1..])
+        let size = (words[1].parse().unwrap(), words[2].parse().unwrap());
+        let pixels = &bytes[end + 1..];
+        assert_eq!(pixels.len(), size.0 * size.1 * 3);
+        let brightest = pixels.iter().step_by(7).copied().max().unwrap_or_default();
+        let mut place = None;
+        // Whatever is as dark as this is no frame; that spares looking through all of them while a machine starts.
+        if size == SIZE && brightest > 24 {
+            let samples = Samples::of(|x, y| pixels[(y * SIZE.0 + x) * 3..][..3].try_into().expect("three bytes"));
+            place = galleries.iter().find_map(|gallery| gallery.find(&samples, near));
+        }
+        Self { at, other: place.is_none().then_some((size, brightest)), place }
     }
 
-    /// Judges `pixels`, three bytes each.
-    fn of(width: usize, height: usize, pixels: &[u8]) -> Self {
-        assert_eq!(pixels.len(), width * height * 3);
-        let lit = || pixels.chunks_exact(3).step_by(STEP).filter(|pixel| pixel.iter().any(|value| *value > 24));
-        Self { width, height, colours: lit().collect::<HashSet<_>>().len(), lit: lit().count() }
-    }
-
-    /// Whether it is a frame of a flock.
+    /// Whether it is a frame of a flock, whole.
     pub(crate) fn is_art(&self) -> bool {
-        self.colours >= COLOURS && self.lit * LIT * STEP >= self.width * self.height
+        self.place.is_some()
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::Look;
-
-    fn look(of: impl Fn(usize) -> [u8; 3]) -> Look {
-        let pixels: Vec<_> = (0..320 * 200).flat_map(of).collect();
-        Look::of(320, 200, &pixels)
+/// The looks from the first lit frame on, all of which must be art. `how_often` they were taken a second, at least.
+pub(crate) fn only_art(looks: &[Look], how_often: f64) -> &[Look] {
+    let first = looks.iter().position(Look::is_art).expect("art is lit");
+    let since = &looks[first..];
+    for (number, look) in since.iter().enumerate() {
+        assert!(look.is_art(), "look {number} after the first lit frame, see `target/image/odd.ppm`: {:?}", look.other);
     }
-
-    #[test]
-    fn black_and_text_and_few_colours_are_no_art() {
-        assert!(!look(|_| [0; 3]).is_art());
-        assert!(!look(|at| if at % 5 == 0 { [170; 3] } else { [0; 3] }).is_art());
-        assert!(!look(|at| if at < 2_000 { [(at % 251) as u8, (at % 83) as u8, 90] } else { [0; 3] }).is_art());
-        assert!(look(|at| [(at % 251) as u8, (at % 83) as u8, 90]).is_art());
-    }
+    let seconds = since[since.len() - 1].at.saturating_sub(since[0].at).as_secs_f64();
+    let often = since.len() as f64 / seconds;
+    println!("{} looks before the first lit frame, {} in {seconds:.1} s from it on: all art", first, since.len());
+    assert!(often >= how_often, "looked only {often:.1} times a second");
+    since
 }

@@ -8,6 +8,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
+/// The longest that a command may say nothing.
+const SILENCE: Duration = Duration::from_mins(5);
+
 /// The port.
 pub(crate) struct Serial {
     to: UnixStream,
@@ -39,20 +42,21 @@ impl Serial {
         Some(line)
     }
 
-    /// The lines up to one that begins with `word`, which comes within so many seconds of silence.
-    pub(crate) fn until(&mut self, word: &str, seconds: u64) -> Vec<String> {
-        let mut lines = Vec::new();
-        loop {
-            let Some(line) = self.line(Duration::from_secs(seconds)) else {
-                let lately = self.said.iter().rev().take(20).rev().cloned().collect::<Vec<_>>().join("\n");
-                panic!("no `{word}` for {seconds} s; lately: {lately}");
-            };
-            let is_it = line.starts_with(word);
-            lines.push(line);
-            if is_it {
-                return lines;
-            }
-        }
+    /// Lets this much time pass, or as much as goes by until the next line.
+    pub(crate) fn pass(&mut self, time: Duration) {
+        self.line(time);
+    }
+
+    /// What was said lately.
+    pub(crate) fn lately(&self) -> String {
+        let from = self.said.len().saturating_sub(20);
+        format!("it said lately: {}", self.said[from..].join("\n"))
+    }
+
+    /// The exit status that the shell has told last.
+    pub(crate) fn status(&self) -> i32 {
+        let told = self.said.iter().rev().find_map(|line| line.strip_prefix("DONE "));
+        told.and_then(|status| status.parse().ok()).expect("a status was told")
     }
 
     /// Has the shell run `command`, without waiting.
@@ -63,8 +67,13 @@ impl Serial {
     /// Has the shell run `command`; what it says, and its exit status.
     pub(crate) fn run(&mut self, command: &str) -> (String, i32) {
         self.send(command);
-        let mut lines = self.until("DONE ", 300);
-        let status = lines.pop().and_then(|line| line["DONE ".len()..].parse().ok()).expect("a status");
-        (lines.join("\n"), status)
+        let mut lines = Vec::new();
+        loop {
+            match self.line(SILENCE) {
+                Some(line) if line.starts_with("DONE ") => return (lines.join("\n"), self.status()),
+                Some(line) => lines.push(line),
+                None => panic!("`{command}` says nothing any more; {}", self.lately()),
+            }
+        }
     }
 }

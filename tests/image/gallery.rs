@@ -1,0 +1,189 @@
+//! Every frame of a flock, as it looks on the glass.
+//!
+//! Owns what a look at the glass is held against: whatever is not a whole frame of the flock, from its first row to its
+//! last, is no art, be it black, text, or half of each of two frames. Only a placard may lie over it, where placards lie.
+//! `ffmpeg` is the witness for what the clips show. Never touches a machine.
+//!
+//! Start at [`Gallery::of`] and [`Gallery::find`].
+
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+
+/// The glass, in pixels.
+pub(crate) const SIZE: (usize, usize) = (1280, 720);
+/// Every so manieth column and row is looked at: finer than letters are high.
+const STEP: (usize, usize) = (20, 6);
+/// The player's colours are integers: off by one step, and rounded.
+const TOLERANCE: u8 = 2;
+/// Where a placard may lie: left, top, right and bottom.
+const PLACARD: [usize; 4] = [16, 600, 752, 704];
+/// The greys of a placard's pane, letters and line.
+const GREYS: [u8; 3] = [16, 63, 203];
+/// So many looked-at pixels of these greys are a placard.
+const PANE: usize = 60;
+
+/// What was looked at of a picture: red, green and blue, row by row.
+#[derive(Clone, PartialEq, Eq)]
+pub(crate) struct Samples(Vec<[u8; 3]>);
+
+/// The frames of one flock.
+pub(crate) struct Gallery {
+    frames: Vec<Frame>,
+}
+
+struct Frame {
+    place: Place,
+    samples: Samples,
+}
+
+/// Which frame it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub(crate) flock: Arc<str>,
+    pub(crate) clip: Arc<str>,
+    pub(crate) frame: usize,
+    /// Whether a placard lies over it.
+    pub(crate) has_placard: bool,
+}
+
+/// The pixels that are looked at, as column and row.
+fn grid() -> impl Iterator<Item = (usize, usize)> {
+    (STEP.1 / 2..SIZE.1).step_by(STEP.1).flat_map(|y| (STEP.0 / 2..SIZE.0).step_by(STEP.0).map(move |x| (x, y)))
+}
+
+fn may_bear_placard((x, y): (usize, usize)) -> bool {
+    let [left, top, right, bottom] = PLACARD;
+    (left..right).contains(&x) && (top..bottom).contains(&y)
+}
+
+impl Samples {
+    /// Of a picture whose pixels `colour` tells.
+    pub(crate) fn of(colour: impl Fn(usize, usize) -> [u8; 3]) -> Self {
+        Self(grid().map(|(x, y)| colour(x, y)).collect())
+    }
+
+    /// Of a picture as clips have it: three planes one behind the other, BT.709, limited range.
+    fn of_planes(planes: &[u8]) -> Self {
+        let (luma, chroma) = planes.split_at(SIZE.0 * SIZE.1);
+        let (blue, red) = chroma.split_at(SIZE.0 * SIZE.1 / 4);
+        Self::of(|x, y| {
+            let at = y / 2 * (SIZE.0 / 2) + x / 2;
+            let luma = (f64::from(luma[y * SIZE.0 + x]) - 16.0) * 255.0 / 219.0;
+            let [u, v] = [blue[at], red[at]].map(|sample| (f64::from(sample) - 128.0) * 255.0 / 224.0);
+            [luma + 1.5748 * v, luma - 0.187_324 * u - 0.468_124 * v, luma + 1.8556 * u]
+                .map(|light| light.round() as u8)
+        })
+    }
+
+    /// Whether they are those of `frame`, where `counts` says that they count.
+    fn are(&self, frame: &Self, counts: impl Fn((usize, usize)) -> bool) -> bool {
+        let alike = |ours: &[u8; 3], theirs: &[u8; 3]| {
+            ours.iter().zip(theirs).all(|(ours, theirs)| ours.abs_diff(*theirs) <= TOLERANCE)
+        };
+        // In columns: the rows of a dark border are alike in all frames.
+        let mut pairs = self.0.iter().zip(&frame.0).zip(grid());
+        pairs.all(|((ours, theirs), at)| alike(ours, theirs) || !counts(at))
+    }
+
+    fn have_placard(&self) -> bool {
+        let is_grey = |sample: &[u8; 3]| {
+            let [red, green, blue] = sample;
+            red.abs_diff(*green) <= 1 && green.abs_diff(*blue) <= 1 && GREYS.iter().any(|grey| grey.abs_diff(*red) <= 2)
+        };
+        let within = self.0.iter().zip(grid()).filter(|(_, at)| may_bear_placard(*at));
+        within.filter(|(sample, _)| is_grey(sample)).count() >= PANE
+    }
+}
+
+impl Gallery {
+    /// The frames of the flock in `folder`.
+    pub(crate) fn of(folder: &Path) -> Self {
+        let manifest = std::fs::read_to_string(folder.join("flock.toml")).unwrap();
+        let manifest: toml::Table = manifest.parse().unwrap();
+        let flock: Arc<str> = manifest["name"].as_str().unwrap().into();
+        let mut frames = Vec::new();
+        let items = ["sheep", "transition"].into_iter().flat_map(|list| manifest[list].as_array().unwrap());
+        for clip in items.filter_map(|item| item.get("clip")) {
+            let clip: Arc<str> = clip.as_str().unwrap().into();
+            for (frame, samples) in decoded(&folder.join(&*clip)).into_iter().enumerate() {
+                let place = Place { flock: Arc::clone(&flock), clip: Arc::clone(&clip), frame, has_placard: false };
+                frames.push(Frame { place, samples });
+            }
+        }
+        Self { frames }
+    }
+
+    /// Which of its frames `samples` are of; the first one from `near` on, which becomes the frame found.
+    pub(crate) fn find(&self, samples: &Samples, near: &mut usize) -> Option<Place> {
+        let order = || (0..self.frames.len()).map(|at| (at + *near) % self.frames.len());
+        let place = |found: usize| self.frames[found].place.clone();
+        if let Some(found) = order().find(|at| samples.are(&self.frames[*at].samples, |_| true)) {
+            *near = found;
+            return Some(place(found));
+        }
+        if !samples.have_placard() {
+            return None;
+        }
+        let found = order().find(|at| samples.are(&self.frames[*at].samples, |at| !may_bear_placard(at)))?;
+        *near = found;
+        Some(Place { has_placard: true, ..place(found) })
+    }
+}
+
+/// What every frame of `clip` looks like.
+fn decoded(clip: &Path) -> Vec<Samples> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(clip).stdout(Stdio::piped());
+    ffmpeg.args(["-an", "-pix_fmt", "yuv420p", "-fps_mode", "passthrough", "-f", "rawvideo", "-"]);
+    let mut running = ffmpeg.spawn().expect("ffmpeg starts");
+    let mut pictures = running.stdout.take().unwrap();
+    let mut planes = vec![0; SIZE.0 * SIZE.1 * 3 / 2];
+    let mut samples = Vec::new();
+    while pictures.read_exact(&mut planes).is_ok() {
+        samples.push(Samples::of_planes(&planes));
+    }
+    assert!(running.wait().unwrap().success() && !samples.is_empty(), "`{}` cannot be decoded", clip.display());
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Frame, Gallery, Place, SIZE, Samples};
+
+    fn picture(number: usize, x: usize, y: usize) -> [u8; 3] {
+        [(x / 5 + number * 40) as u8, (y / 3) as u8, 90]
+    }
+
+    fn gallery() -> Gallery {
+        let frame = |number| Frame {
+            place: Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_placard: false },
+            samples: Samples::of(|x, y| picture(number, x, y)),
+        };
+        Gallery { frames: (0..4).map(frame).collect() }
+    }
+
+    fn found(colour: impl Fn(usize, usize) -> [u8; 3]) -> Option<(usize, bool)> {
+        let place = gallery().find(&Samples::of(colour), &mut 2)?;
+        Some((place.frame, place.has_placard))
+    }
+
+    #[test]
+    fn a_frame_is_found_with_and_without_a_placard() {
+        assert_eq!(found(|x, y| picture(1, x, y)), Some((1, false)));
+        assert_eq!(found(|x, y| picture(3, x, y).map(|light| light.saturating_add(1))), Some((3, false)));
+        let pane = |x, y| (20..500).contains(&x) && (650..702).contains(&y);
+        assert_eq!(found(|x, y| if pane(x, y) { [16; 3] } else { picture(1, x, y) }), Some((1, true)));
+    }
+
+    #[test]
+    fn black_and_text_and_halves_of_two_frames_are_no_frame() {
+        assert_eq!(found(|_, _| [0; 3]), None);
+        let is_letter = |x: usize, y: usize| x < 300 && y < 16 && (x + y).is_multiple_of(3);
+        assert_eq!(found(|x, y| if is_letter(x, y) { [170; 3] } else { picture(2, x, y) }), None);
+        assert_eq!(found(|x, y| picture(if y < SIZE.1 / 2 { 1 } else { 2 }, x, y)), None);
+        let elsewhere = |x, y| (20..500).contains(&x) && (50..102).contains(&y);
+        assert_eq!(found(|x, y| if elsewhere(x, y) { [16; 3] } else { picture(1, x, y) }), None);
+    }
+}

@@ -1,0 +1,103 @@
+//! A unit: its disk, from the box or from a life before.
+//!
+//! Owns the copies of the image, and units that were frozen while they played, to be woken again and again within a second. Never looks at the glass.
+//!
+//! Start at [`Unit::new`], [`Unit::start`] and [`Frozen`].
+
+use crate::machine::Machine;
+use crate::programs::{repository, succeed};
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// The disk that a unit is given: larger than the image, which is to take all of it.
+const DISK_MIB: u64 = 1_200;
+/// The firmware's variables as they leave the factory, of Debian's `ovmf`.
+const VARIABLES: &str = "/usr/share/OVMF/OVMF_VARS_4M.fd";
+
+/// A unit that can be started, again and again.
+pub(crate) struct Unit {
+    folder: TempDir,
+    disk: PathBuf,
+    format: &'static str,
+}
+
+/// A unit that was stopped in the midst of its life.
+pub(crate) struct Frozen {
+    unit: Unit,
+}
+
+/// What `image-build/build` made for the bench.
+pub(crate) fn image() -> PathBuf {
+    let image = repository().join("target/image").join(concat!("bench-", env!("CARGO_PKG_VERSION")));
+    assert!(image.is_dir(), "`{}` is missing: `make image profile=bench` makes it", image.display());
+    image
+}
+
+/// Where units lie, and how their folders' names begin.
+fn shelf() -> PathBuf {
+    repository().join("target/image")
+}
+const LIFE: &str = "life-";
+
+fn folder() -> TempDir {
+    tempfile::Builder::new().prefix(LIFE).tempdir_in(shelf()).unwrap()
+}
+
+/// Clears away the units of claims before these: what is frozen outlives its claims.
+pub(crate) fn clear_shelf() {
+    for entry in fs::read_dir(shelf()).unwrap().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(LIFE) {
+            fs::remove_dir_all(entry.path()).unwrap();
+        }
+    }
+}
+
+impl Unit {
+    /// A unit as it comes out of its box.
+    pub(crate) fn new() -> Self {
+        let folder = folder();
+        let disk = folder.path().join("disk.img");
+        succeed(Command::new("cp").arg("--sparse=always").arg(image().join("disk.img")).arg(&disk));
+        fs::File::options().write(true).open(&disk).unwrap().set_len(DISK_MIB << 20).unwrap();
+        fs::copy(VARIABLES, folder.path().join("variables")).unwrap();
+        Self { folder, disk, format: "raw" }
+    }
+
+    /// A file beside its disk.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Gives it power.
+    pub(crate) fn start(&self) -> Machine {
+        Machine::start(self.folder.path(), &self.disk, self.format, None)
+    }
+
+    /// Stops `machine`, which is this unit's, to be woken later.
+    pub(crate) fn freeze(self, machine: Machine) -> Frozen {
+        machine.freeze(&self.path("state"));
+        Frozen { unit: self }
+    }
+}
+
+impl Frozen {
+    /// The unit as if its power had been cut when it was frozen.
+    fn off(&self) -> Unit {
+        let folder = folder();
+        let disk = folder.path().join("disk.qcow2");
+        let from = &self.unit.disk;
+        succeed(Command::new("qemu-img").args(["create", "-q", "-f", "qcow2", "-F", "raw", "-b"]).args([from, &disk]));
+        fs::copy(self.unit.path("variables"), folder.path().join("variables")).unwrap();
+        Unit { folder, disk, format: "qcow2" }
+    }
+
+    /// The unit, going on where it was frozen.
+    pub(crate) fn wake(&self) -> (Unit, Machine) {
+        let unit = self.off();
+        let state = self.unit.path("state");
+        let machine = Machine::start(unit.folder.path(), &unit.disk, unit.format, Some(&state));
+        (unit, machine)
+    }
+}
