@@ -42,7 +42,7 @@ const STANDS: f64 = 5e-7;
 
 /// Up to this worst ratio a search ends where it should wherever it begins. Far above, its end is told by rounding, and so
 /// by its way.
-const TAME: f64 = 1000.0;
+const TAME: f64 = 100.0;
 
 /// The nearest shares, and the weights that give them: the answer of `flock balance`.
 #[derive(Clone, Debug, serde::Serialize)]
