@@ -119,6 +119,11 @@ impl Machine {
         }
     }
 
+    /// Lets frames of `gallery` be art, too.
+    pub(crate) fn hang(&mut self, gallery: &'static Gallery) {
+        self.galleries.push(gallery);
+    }
+
     /// What is on the glass; `None` while the display is off.
     pub(crate) fn look(&mut self) -> Option<Look> {
         let shot = json!({ "filename": self.shot });
@@ -204,6 +209,21 @@ impl Machine {
         let (said, status) = self.serial.run(command);
         assert_eq!(status, 0, "`{command}`: {said}");
         said
+    }
+
+    /// Puts in a stick.
+    pub(crate) fn plug(&mut self, stick: &Path) {
+        let file = json!({ "driver": "file", "filename": stick, "read-only": true });
+        let node = json!({ "driver": "raw", "node-name": "stick", "read-only": true, "file": file });
+        self.monitor.ask("blockdev-add", &node);
+        let device =
+            json!({ "driver": "usb-storage", "id": "stick", "drive": "stick", "bus": "xhci.0", "removable": true });
+        self.monitor.ask("device_add", &device);
+    }
+
+    /// Pulls it.
+    pub(crate) fn pull(&mut self) {
+        self.monitor.ask("device_del", &json!({ "id": "stick" }));
     }
 }
 

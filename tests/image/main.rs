@@ -7,6 +7,10 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
+mod arriving;
+#[path = "../it/clips.rs"]
+#[allow(dead_code, reason = "`it` needs the rest")]
+mod clips;
 mod gallery;
 mod machine;
 mod monitor;
@@ -18,4 +22,5 @@ mod player;
 mod programs;
 mod serial;
 mod starting;
+mod stick;
 mod unit;

@@ -7,6 +7,7 @@
 
 use crate::machine::{Machine, PAUSE};
 use crate::picture::{Look, only_art};
+use crate::stick::Stick;
 use crate::unit::{Frozen, Unit, clear_shelf, image};
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -23,6 +24,8 @@ pub(crate) struct Playing {
     looks: Vec<Look>,
     /// As it plays.
     pub(crate) frozen: Frozen,
+    /// A stick that its owner trusts.
+    pub(crate) stick: Stick,
 }
 
 /// The unit that all claims here take over; it is started once.
@@ -30,13 +33,15 @@ pub(crate) fn playing() -> &'static Playing {
     static PLAYING: LazyLock<Playing> = LazyLock::new(|| {
         clear_shelf();
         let unit = Unit::new();
+        let stick = Stick::new(&unit.path(""));
+        unit.lay_for_owner(&stick.owner);
         let mut machine = unit.start();
         let mut looks = machine.watch(PAUSE, |line| line.contains("BENCH"));
         looks.extend(machine.watch_move(PAUSE, MOVES));
         // No wall has a machine as slow as this one: it would show nothing but the player from now on.
         machine.run("systemctl set-property --runtime dreams-player.service CPUWeight=20 && udevadm settle -t 240");
         is_as_it_should_be(&mut machine);
-        Playing { looks, frozen: unit.freeze(machine) }
+        Playing { looks, frozen: unit.freeze(machine), stick }
     });
     &PLAYING
 }
@@ -57,6 +62,8 @@ fn is_as_it_should_be(machine: &mut Machine) {
     assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
     assert_eq!(machine.run("ls /usr/sbin/agetty /usr/sbin/sshd /usr/bin/login 2> /dev/null; true"), "");
     listens_to_nobody(machine);
+    // What its owner has set is taken in, beside the player.
+    machine.run("until [ -e /var/lib/dreams/owner/dreams.toml ]; do sleep 1; done");
     println!("{}", machine.run("systemd-analyze blame | head -n 20"));
 }
 

@@ -1,13 +1,14 @@
 //! A unit: its disk, from the box or from a life before.
 //!
-//! Owns the copies of the image, and units that were frozen while they played, to be woken again and again within a second. Never looks at the glass.
+//! Owns the copies of the image, what its owner lays on it, and units that were frozen while they
+//! played, to be woken again and again within a second. Never looks at the glass.
 //!
 //! Start at [`Unit::new`], [`Unit::start`] and [`Frozen`].
 
 use crate::machine::Machine;
 use crate::programs::{repository, succeed};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
@@ -16,11 +17,16 @@ const DISK_MIB: u64 = 1_200;
 /// The firmware's variables as they leave the factory, of Debian's `ovmf`.
 const VARIABLES: &str = "/usr/share/OVMF/OVMF_VARS_4M.fd";
 
+/// The owner's partition, as `image-build/disk.sfdisk` counts them.
+const OWNER: u32 = 4;
+
 /// A unit that can be started, again and again.
 pub(crate) struct Unit {
     folder: TempDir,
     disk: PathBuf,
     format: &'static str,
+    /// A disk with the same partitions that can be read as it is.
+    table: PathBuf,
 }
 
 /// A unit that was stopped in the midst of its life.
@@ -62,12 +68,28 @@ impl Unit {
         succeed(Command::new("cp").arg("--sparse=always").arg(image().join("disk.img")).arg(&disk));
         fs::File::options().write(true).open(&disk).unwrap().set_len(DISK_MIB << 20).unwrap();
         fs::copy(VARIABLES, folder.path().join("variables")).unwrap();
-        Self { folder, disk, format: "raw" }
+        Self { folder, table: disk.clone(), disk, format: "raw" }
     }
 
     /// A file beside its disk.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
+    }
+
+    /// Where the partition `number` of its disk begins, in bytes.
+    fn begin(&self, number: u32) -> u64 {
+        let said = Command::new("sfdisk").arg("--json").arg(&self.table).output().unwrap();
+        let table: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+        let partitions = table["partitiontable"]["partitions"].as_array().unwrap();
+        let name = format!("disk.img{number}");
+        let found = partitions.iter().find(|part| part["node"].as_str().unwrap().ends_with(&name));
+        found.unwrap_or_else(|| panic!("no partition {number}"))["start"].as_u64().unwrap() * 512
+    }
+
+    /// Lays `file` onto its owner's partition, as any computer would.
+    pub(crate) fn lay_for_owner(&self, file: &Path) {
+        let partition = format!("{}@@{}", self.table.display(), self.begin(OWNER));
+        succeed(Command::new("mcopy").args(["-o", "-i", &partition]).arg(file).arg("::"));
     }
 
     /// Gives it power.
@@ -90,7 +112,7 @@ impl Frozen {
         let from = &self.unit.disk;
         succeed(Command::new("qemu-img").args(["create", "-q", "-f", "qcow2", "-F", "raw", "-b"]).args([from, &disk]));
         fs::copy(self.unit.path("variables"), folder.path().join("variables")).unwrap();
-        Unit { folder, disk, format: "qcow2" }
+        Unit { folder, disk, format: "qcow2", table: self.unit.table.clone() }
     }
 
     /// The unit, going on where it was frozen.
