@@ -11,6 +11,7 @@
 
 mod beneath;
 mod contents;
+mod envelope;
 mod folder;
 mod key;
 pub mod limits;
@@ -26,11 +27,12 @@ mod system;
 mod trust;
 
 pub use contents::{Contents, FileEntry, Verified};
+pub use envelope::SignError;
 pub use folder::{Folder, FolderError, Put, Swept};
 pub use key::{KeyError, KeyId, PublicKey};
 pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId, Version};
 pub use refused::{Part, Refused};
-pub use seal::{Letter, Seal, SignError, Unverified, path as seal_path};
+pub use seal::{Letter, Seal, Unverified, path as seal_path};
 pub use secret::SecretKey;
 pub use source::{STATEMENTS, Source};
 pub use store::{

@@ -17,12 +17,12 @@
 
 use std::io::Read;
 
-use crate::beneath;
 use crate::contents::{Contents, Verified};
-use crate::key::{KeyError, KeyId};
+use crate::envelope::{Address, SignError, object, opened, read, signed};
+use crate::key::KeyId;
 use crate::limits;
 use crate::lines::Lines;
-use crate::names::{Addressees, ObjectId, Sequence, UnitId, plain};
+use crate::names::{Addressees, ObjectId, Sequence, UnitId};
 use crate::refused::{Part, Refused};
 use crate::secret::SecretKey;
 use crate::signed::Signed;
@@ -31,8 +31,6 @@ use crate::trust::Trust;
 
 /// The first line of a seal.
 const HEADING: &str = "dreams seal 1";
-/// What `units` says of a seal for everybody.
-const EVERYBODY: &str = "*";
 
 /// The bytes of a seal, of which nothing is known yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,10 +100,7 @@ impl Unverified {
     /// # Errors
     /// [`Refused`] if nobody trusted signed it, or it says nothing that makes sense.
     pub fn verify(self, trust: &Trust) -> Result<Seal, Refused> {
-        if self.0.len() as u64 > limits::SEAL {
-            return Err(Refused::TooLarge { part: Part::Seal, limit: limits::SEAL });
-        }
-        let (signer, text) = trust.verify(&Part::Seal, &self.0, HEADING)?;
+        let (signer, text) = opened(&self.0, trust, HEADING)?;
         let letter = Letter::parse(text)?;
         Ok(Seal { letter, signer, bytes: self.0 })
     }
@@ -115,25 +110,18 @@ impl Letter {
     /// Signs the letter: the bytes of the seal's file.
     ///
     /// # Errors
-    /// [`Refused`] if it says what no unit would take; [`KeyError::Sign`] within.
+    /// [`Refused`] if it says what no unit would take; [`crate::KeyError::Sign`] within.
     pub fn sign(&self, key: &SecretKey) -> Result<Vec<u8>, SignError> {
         let text = self.to_text();
         let read = Self::parse(&text).map_err(SignError::Refused)?;
         debug_assert_eq!(&read, self, "a letter reads back as written");
         let comment = format!("flock {} sequence {}", self.flock, self.sequence);
-        let bytes = key.sign(&comment, &text).map_err(SignError::Key)?;
-        if bytes.len() as u64 > limits::SEAL {
-            return Err(SignError::Refused(Refused::TooLarge { part: Part::Seal, limit: limits::SEAL }));
-        }
-        Ok(bytes)
+        signed(key, &comment, &text)
     }
 
     fn to_text(&self) -> String {
-        let units = named(&self.addressees);
-        format!(
-            "{HEADING}\nflock {}\nunits {units}\nsequence {}\ncreated {}\ncontents {} {}\n",
-            self.flock, self.sequence, self.created, self.contents_size, self.contents
-        )
+        let address = Address::to_text(&self.addressees, self.sequence, &self.created);
+        format!("{HEADING}\nflock {}\n{address}contents {} {}\n", self.flock, self.contents_size, self.contents)
     }
 
     fn parse(text: &str) -> Result<Self, Refused> {
@@ -144,38 +132,15 @@ impl Letter {
         if !(1..=limits::FLOCK_NAME).contains(&flock.len()) || flock.chars().any(char::is_control) {
             return Err(lines.unlike(wanted, flock));
         }
-        let wanted = "`units` and `*`, or names in order";
-        let addressees = addressees(&lines.value("units", wanted).map(str::to_owned)?, &lines, wanted)?;
-        let sequence = lines.value("sequence", "`sequence` and a number")?;
-        let sequence = Sequence::parse(sequence).map_err(|error| lines.misnamed(error))?;
-        let wanted = "`created` and a time as 2026-03-01T12:00:00Z";
-        let created = lines.value("created", wanted)?;
-        if !is_time(created) {
-            return Err(lines.unlike(wanted, created));
-        }
-        let wanted = "`contents`, a size and a digest";
-        let contents = lines.value("contents", wanted)?;
-        let (size, id) = contents.split_once(' ').ok_or_else(|| lines.unlike(wanted, contents))?;
-        let contents_size = plain(size).ok_or_else(|| lines.unlike(wanted, contents))?;
+        let flock = flock.to_owned();
+        let Address { addressees, sequence, created } = Address::parse(&mut lines)?;
+        let (contents, contents_size) = object(&mut lines, "contents", "`contents`, a size and a digest")?;
         if contents_size > limits::CONTENTS {
             return Err(Refused::TooLarge { part: Part::Contents, limit: limits::CONTENTS });
         }
-        let contents = ObjectId::parse(id).map_err(|error| lines.misnamed(error))?;
         lines.end()?;
-        let (flock, created) = (flock.to_owned(), created.to_owned());
         Ok(Self { flock, addressees, sequence, created, contents, contents_size })
     }
-}
-
-/// Why a letter was not signed.
-#[derive(Debug, thiserror::Error)]
-pub enum SignError {
-    /// The key did not sign.
-    #[error("cannot seal the bundle")]
-    Key(#[source] KeyError),
-    /// No unit would take it.
-    #[error("no unit would take this bundle")]
-    Refused(#[source] Refused),
 }
 
 impl Seal {
@@ -239,53 +204,7 @@ impl Seal {
     }
 }
 
-/// The bytes of the seal that `source` has at `path`.
-pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refused> {
-    let read = source.small(path, limits::SEAL).and_then(|reader| beneath::read_all(reader, limits::SEAL));
-    read.map_err(|error| {
-        if error.kind() == std::io::ErrorKind::FileTooLarge {
-            Refused::TooLarge { part: Part::Seal, limit: limits::SEAL }
-        } else {
-            Refused::Read { part: Part::Seal, source: error }
-        }
-    })
-}
-
 /// Where the seal for the unit with this stem lies in a bundle.
 pub fn path(stem: &str) -> String {
     format!("seals/{stem}.seal")
-}
-
-/// How a seal says for whom it is.
-pub(crate) fn named(addressees: &Addressees) -> String {
-    match addressees {
-        Addressees::Anyone => EVERYBODY.to_owned(),
-        units @ Addressees::Units(_) => units.to_string(),
-    }
-}
-
-/// For whom a seal is that says so in `value`.
-pub(crate) fn addressees(value: &str, lines: &Lines<'_>, wanted: &'static str) -> Result<Addressees, Refused> {
-    if value == EVERYBODY {
-        return Ok(Addressees::Anyone);
-    }
-    let mut units: Vec<UnitId> = Vec::new();
-    for name in value.split(' ') {
-        if units.len() == limits::UNITS {
-            return Err(Refused::TooMany { part: Part::Seal, limit: limits::UNITS, things: "units" });
-        }
-        let unit = UnitId::new(name).map_err(|error| lines.misnamed(error))?;
-        if units.last().is_some_and(|last| *last >= unit) {
-            return Err(lines.unlike(wanted, value));
-        }
-        units.push(unit);
-    }
-    Ok(Addressees::Units(units))
-}
-
-/// Whether `text` has the form of a time, to the second, in UTC.
-pub(crate) fn is_time(text: &str) -> bool {
-    const FORM: &[u8] = b"0000-00-00T00:00:00Z";
-    let fits = |(found, form): (u8, &u8)| if *form == b'0' { found.is_ascii_digit() } else { found == *form };
-    text.len() == FORM.len() && text.bytes().zip(FORM).all(fits)
 }

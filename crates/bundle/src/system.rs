@@ -20,12 +20,12 @@
 use std::io::{self, ErrorKind};
 
 use crate::contents::FileEntry;
+use crate::envelope::{Address, SignError, object, opened, read, signed};
 use crate::key::KeyId;
 use crate::limits;
 use crate::lines::Lines;
-use crate::names::{Addressees, FilePath, ObjectId, Sequence, UnitId, Version, plain};
+use crate::names::{Addressees, FilePath, ObjectId, Sequence, UnitId, Version};
 use crate::refused::{Part, Refused};
-use crate::seal::{SignError, addressees, is_time, named, read};
 use crate::secret::SecretKey;
 use crate::source::Source;
 use crate::trust::Trust;
@@ -102,10 +102,7 @@ impl UnverifiedSystem {
     /// # Errors
     /// [`Refused`] if nobody trusted signed it, or it says nothing that makes sense.
     pub fn verify(self, trust: &Trust) -> Result<System, Refused> {
-        if self.0.len() as u64 > limits::SEAL {
-            return Err(Refused::TooLarge { part: Part::Seal, limit: limits::SEAL });
-        }
-        let (signer, text) = trust.verify(&Part::Seal, &self.0, HEADING)?;
+        let (signer, text) = opened(&self.0, trust, HEADING)?;
         let release = Release::parse(text)?;
         Ok(System { release, signer, bytes: self.0 })
     }
@@ -121,23 +118,15 @@ impl Release {
         let read = Self::parse(&text).map_err(SignError::Refused)?;
         debug_assert_eq!(&read, self, "a release reads back as written");
         let comment = format!("system {} sequence {}", self.version, self.sequence);
-        let bytes = key.sign(&comment, &text).map_err(SignError::Key)?;
-        if bytes.len() as u64 > limits::SEAL {
-            return Err(SignError::Refused(Refused::TooLarge { part: Part::Seal, limit: limits::SEAL }));
-        }
-        Ok(bytes)
+        signed(key, &comment, &text)
     }
 
     fn to_text(&self) -> String {
         let Self { version, addressees, sequence, created, start, root } = self;
+        let address = Address::to_text(addressees, *sequence, created);
         format!(
-            "{HEADING}\nversion {version}\nunits {}\nsequence {sequence}\ncreated {created}\n\
-             {START} {} {}\n{ROOT} {} {}\n",
-            named(addressees),
-            start.1,
-            start.0,
-            root.1,
-            root.0
+            "{HEADING}\nversion {version}\n{address}{START} {} {}\n{ROOT} {} {}\n",
+            start.1, start.0, root.1, root.0
         )
     }
 
@@ -146,15 +135,7 @@ impl Release {
         lines.exactly(HEADING)?;
         let version = lines.value("version", "`version` and a version")?;
         let version = Version::parse(version).map_err(|error| lines.misnamed(error))?;
-        let wanted = "`units` and `*`, or names in order";
-        let addressees = addressees(&lines.value("units", wanted).map(str::to_owned)?, &lines, wanted)?;
-        let sequence = lines.value("sequence", "`sequence` and a number")?;
-        let sequence = Sequence::parse(sequence).map_err(|error| lines.misnamed(error))?;
-        let wanted = "`created` and a time as 2026-03-01T12:00:00Z";
-        let created = lines.value("created", wanted)?.to_owned();
-        if !is_time(&created) {
-            return Err(lines.unlike(wanted, &created));
-        }
+        let Address { addressees, sequence, created } = Address::parse(&mut lines)?;
         let start = half(&mut lines, START, "`start`, a size and a digest")?;
         let root = half(&mut lines, ROOT, "`root`, a size and a digest")?;
         lines.end()?;
@@ -226,10 +207,7 @@ impl io::Write for Tee<'_> {
 }
 
 fn half(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refused> {
-    let value = lines.value(name, wanted)?;
-    let (size, id) = value.split_once(' ').ok_or_else(|| lines.unlike(wanted, value))?;
-    let size = plain(size).ok_or_else(|| lines.unlike(wanted, value))?;
-    let id = ObjectId::parse(id).map_err(|error| lines.misnamed(error))?;
+    let (id, size) = object(lines, name, wanted)?;
     if size > limits::SYSTEM {
         return Err(Refused::TooLarge { part: Part::Object(id), limit: limits::SYSTEM });
     }
