@@ -143,6 +143,23 @@ pub trait Disk: Send {
     fn is_played(&self, folder: &str) -> io::Result<bool>;
 }
 
+/// The folder that the file at `path` lies in.
+pub(crate) fn folder_of(path: &str) -> &str {
+    path.rsplit_once('/').map_or("", |(folder, _)| folder)
+}
+
+/// Has the file at `path` hold `bytes`: as a whole or not at all, and on the disk when this returns.
+pub(crate) fn replace(disk: &dyn Disk, path: &str, bytes: &[u8]) -> io::Result<()> {
+    let new = format!("{path}.new");
+    disk.remove(&new)?;
+    let mut file = disk.append(&new)?;
+    file.write_all(bytes)?;
+    file.sync()?;
+    drop(file);
+    disk.rename(&new, path)?;
+    disk.sync_folder(folder_of(path))
+}
+
 /// A folder on a real disk, locked against a second updater. The player may judge meanwhile.
 #[derive(Debug)]
 pub struct LocalDisk {

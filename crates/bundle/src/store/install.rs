@@ -12,7 +12,7 @@ use crate::beneath::read_all;
 use crate::contents::{Contents, Verified};
 use crate::limits;
 use crate::refused::Refused;
-use crate::store::disk::Disk;
+use crate::store::disk::{Disk, folder_of};
 use crate::store::state::Generation;
 use crate::store::{GENERATIONS, Store, StoreError, at, flock_folder, generation_folder};
 
@@ -118,8 +118,7 @@ pub(crate) fn link_all(disk: &dyn Disk, contents: &Contents, flock: &str) -> io:
 
 /// The folders that the objects of `contents` lie in.
 fn object_folders(contents: &Contents) -> BTreeSet<String> {
-    let folder = |path: String| path.rsplit_once('/').map(|(folder, _)| folder.to_owned());
-    contents.files().iter().filter_map(|file| folder(file.id.path())).collect()
+    contents.files().iter().map(|file| folder_of(&file.id.path()).to_owned()).collect()
 }
 
 fn remove_tree(disk: &dyn Disk, path: &str) -> io::Result<()> {

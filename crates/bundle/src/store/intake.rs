@@ -8,7 +8,7 @@
 use std::io;
 
 use crate::names::ObjectId;
-use crate::store::disk::{Append, Disk, Frozen};
+use crate::store::disk::{Append, Disk, Frozen, folder_of};
 use crate::store::plan::Wanted;
 use crate::store::{Store, StoreError, at, incoming};
 
@@ -100,7 +100,7 @@ impl Intake<'_> {
         let frozen = disk.freeze(&path).map_err(at("freeze", &path))?;
         let object = wanted.id.path();
         let publish = || -> io::Result<()> {
-            disk.make_folder(object.rsplit_once('/').unwrap_or_default().0)?;
+            disk.make_folder(folder_of(&object))?;
             disk.rename(&path, &object)
         };
         publish().map_err(at("keep", &object))?;

@@ -8,7 +8,7 @@ use std::io;
 
 use crate::limits;
 use crate::names::{ObjectId, plain};
-use crate::store::disk::Disk;
+use crate::store::disk::{Disk, replace};
 use crate::store::state::State;
 
 /// The two files.
@@ -84,14 +84,7 @@ impl Slots {
         self.number += 1;
         let bytes = written(self.number, state)?;
         for slot in SLOTS {
-            let temporary = format!("{slot}.new");
-            disk.remove(&temporary)?;
-            let mut file = disk.append(&temporary)?;
-            file.write_all(&bytes)?;
-            file.sync()?;
-            drop(file);
-            disk.rename(&temporary, slot)?;
-            disk.sync_folder("")?;
+            replace(disk, slot, &bytes)?;
         }
         Ok(())
     }

@@ -16,7 +16,7 @@ use std::io::{self, ErrorKind, Read};
 use crate::limits;
 use crate::names::{ObjectId, UnitId, Version};
 use crate::refused::Refused;
-use crate::store::disk::Disk;
+use crate::store::disk::{Disk, folder_of, replace};
 use crate::store::plan::{Plan, plan_of};
 use crate::store::state::Consent;
 use crate::store::{Store, StoreError, at};
@@ -88,17 +88,10 @@ impl Store {
         let lay = |disk: &dyn Disk| -> io::Result<()> {
             disk.make_folder(FOLDER)?;
             for half in system.halves() {
-                let path = half.id.path();
-                disk.sync_folder(path.rsplit_once('/').map_or("", |(folder, _)| folder))?;
+                disk.sync_folder(folder_of(&half.id.path()))?;
             }
             disk.sync_folder("objects")?;
-            let new = format!("{STAGED}.new");
-            disk.remove(&new)?;
-            let mut file = disk.append(&new)?;
-            file.write_all(system.bytes())?;
-            file.sync()?;
-            disk.rename(&new, STAGED)?;
-            disk.sync_folder(FOLDER)?;
+            replace(disk, STAGED, system.bytes())?;
             disk.sync_folder("")
         };
         lay(&*self.disk).map_err(at("stage", FOLDER))
