@@ -87,9 +87,7 @@ impl Usher {
         let is_over = |since| u128::from(now.since(since)) >= SHOWN.as_nanos();
         if self.since.take_if(|since| is_over(*since)).is_some() { Seen::Over } else { Seen::Nothing }
     }
-}
 
-impl Usher {
     fn drawn(&self, size: (u32, u32)) -> Option<Placard> {
         Notice::read(&self.path).and_then(|notice| Placard::draw(&notice, size))
     }
