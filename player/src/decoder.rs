@@ -1,19 +1,19 @@
 //! The decoder thread: turns clips into frames, ahead of the glass.
 //!
 //! Owns the one endless decoder session and keeps it fed with clips long before it needs them. Never opens a clip:
-//! `library.rs` does. The frames wait in a bounded channel for the flip thread, which is what holds this thread back.
+//! `library.rs` does. The frames wait on the shelf for the flip thread, which is what holds this thread back.
 
 use crate::faults::{Faults, Kind};
 use crate::glass::Glass;
 use crate::report::{Fatal, chain};
-use crate::show::{Given, Supply};
+use crate::shelf::Hand;
+use crate::show::Given;
 use crate::turn::{Shown, Still, Turn};
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
 use timing::FrameCount;
 use video::{Clip, ClipNumber, Poll, Session, SessionError};
 
@@ -45,8 +45,6 @@ const MUTE: usize = 24;
 pub(crate) struct Workshop {
     /// Decoder threads.
     pub(crate) threads: NonZero<usize>,
-    /// Frames decoded ahead.
-    pub(crate) ahead: usize,
     /// For how long the opened clips beyond the one being decoded are to last.
     pub(crate) prefetch_ms: u64,
     /// Whether every frame is hashed.
@@ -54,20 +52,13 @@ pub(crate) struct Workshop {
 }
 
 impl Workshop {
-    /// A shelf for frames, with room for as many as are to be ready, and whoever takes them from there.
-    pub(crate) fn shelf(self) -> (SyncSender<Given>, Frames) {
-        // One more lies in the decoder's hand, waiting for its place on the shelf.
-        let (shelf, frames) = sync_channel(self.ahead.saturating_sub(1));
-        (shelf, Frames(frames))
-    }
-
     /// Starts the thread. It ends when the orders do, and then says why if it had to end before.
     ///
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
     pub(crate) fn open(
         self,
-        frames: SyncSender<Given>,
+        frames: Hand,
         orders: Receiver<Order>,
         reports: Sender<Report>,
         faults: Faults,
@@ -83,21 +74,6 @@ impl Workshop {
     }
 }
 
-/// The frames that lie ready.
-#[derive(Debug)]
-pub(crate) struct Frames(Receiver<Given>);
-
-impl Supply for Frames {
-    fn next(&mut self, patience: Duration) -> Given {
-        let given = if patience.is_zero() {
-            self.0.try_recv().map_err(|error| matches!(error, TryRecvError::Disconnected))
-        } else {
-            self.0.recv_timeout(patience).map_err(|error| matches!(error, RecvTimeoutError::Disconnected))
-        };
-        given.unwrap_or_else(|is_over| if is_over { Given::Finished } else { Given::Nothing })
-    }
-}
-
 struct Bench {
     session: Session,
     orders: Receiver<Order>,
@@ -105,7 +81,7 @@ struct Bench {
     turns: VecDeque<(ClipNumber, Arc<Turn>)>,
     /// The session is to come to its end before more is ordered.
     rest: Option<Rest>,
-    frames: SyncSender<Given>,
+    frames: Hand,
     made: u64,
     workshop: Workshop,
     reports: Sender<Report>,
@@ -152,7 +128,7 @@ impl Bench {
                 Poll::ClipEnd { frames, damage, .. } => self.report(frames, damage.first()),
                 Poll::Finished if !may_order => return Ok(()),
                 Poll::Finished => {
-                    if self.rest.take() == Some(Rest::Barren) && self.frames.send(Given::Barren).is_err() {
+                    if self.rest.take() == Some(Rest::Barren) && self.frames.lay(Given::Barren).is_err() {
                         return Ok(());
                     }
                     self.session = Session::new(self.workshop.threads)?;
@@ -190,7 +166,7 @@ impl Bench {
         self.made += 1;
         let still = Still::Decoded(frame);
         let hash = self.workshop.is_hashed.then(|| still.md5());
-        self.frames.send(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)?;
+        self.frames.lay(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)?;
         if index == 0 {
             self.glass.await_opening();
         }
@@ -216,6 +192,7 @@ mod tests {
     use crate::glass::Glass;
     use crate::library::tests::{SIZE, encode};
     use crate::scribe::Scribe;
+    use crate::shelf::shelf;
     use crate::show::{Given, Supply};
     use crate::turn::tests::turns;
     use std::num::NonZero;
@@ -253,13 +230,12 @@ mod tests {
         for threads in [1, 4] {
             let (orders, inbox) = sync_channel(1);
             let (reports, ends) = channel();
-            let workshop =
-                Workshop { threads: NonZero::new(threads).unwrap(), ahead: 8, prefetch_ms: 60, is_hashed: false };
+            let workshop = Workshop { threads: NonZero::new(threads).unwrap(), prefetch_ms: 60, is_hashed: false };
             let faults = Faults::new(Scribe::on_a_shelf().0);
             let glass = Arc::new(Glass::default());
             glass.open();
-            let (shelf, mut frames) = workshop.shelf();
-            let decoder = workshop.open(shelf, inbox, reports, faults.clone(), glass).unwrap();
+            let (hand, mut frames) = shelf(8);
+            let decoder = workshop.open(hand, inbox, reports, faults.clone(), glass).unwrap();
             let (good, bad) = (good.clone(), bad.clone());
             let library = thread::spawn(move || {
                 let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };

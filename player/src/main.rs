@@ -23,6 +23,7 @@ mod run;
 mod saver;
 mod scribe;
 mod settings;
+mod shelf;
 mod show;
 mod status;
 mod still;

@@ -7,7 +7,7 @@
 //! `scribe.rs` and `saver.rs`, what is on the glass to `status`.
 
 use crate::config::Config;
-use crate::decoder::{Frames, Workshop};
+use crate::decoder::Workshop;
 use crate::faults::{Faults, Kind};
 use crate::generation::Generation;
 use crate::glass::Glass;
@@ -19,6 +19,7 @@ use crate::report::{Exit, Fatal, chain};
 use crate::saver::Saver;
 use crate::scribe::{Note, Scribe};
 use crate::settings::{Clock, ScreenChoice};
+use crate::shelf::{Frames, shelf};
 use crate::show::{Ears, Ended, Piece, Show};
 use crate::usher::Usher;
 use crate::{status, take};
@@ -148,13 +149,8 @@ fn open_studio(
     let (orders, inbox) = sync_channel(1);
     let (reports, ends) = channel();
     let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
-    let workshop = Workshop {
-        threads,
-        ahead: usize::try_from(config.ahead).unwrap_or(usize::MAX),
-        prefetch_ms: config.prefetch_ms,
-        is_hashed: config.hash,
-    };
-    let (shelf, frames) = workshop.shelf();
+    let workshop = Workshop { threads, prefetch_ms: config.prefetch_ms, is_hashed: config.hash };
+    let (hand, frames) = shelf(usize::try_from(config.ahead).unwrap_or(usize::MAX));
     let form = library::form(&generation.flock);
     let library = Library {
         source: config.flock.clone(),
@@ -168,10 +164,10 @@ fn open_studio(
         glass: Arc::clone(glass),
         now,
         struck: Struck::default(),
-        herald: Some(Herald { frames: shelf.clone(), is_hashed: config.hash }),
+        herald: Some(Herald { frames: hand.side(), is_hashed: config.hash }),
     };
     let library = library.open(orders, ends)?;
-    let decoder = workshop.open(shelf, inbox, reports, faults.clone(), Arc::clone(glass))?;
+    let decoder = workshop.open(hand, inbox, reports, faults.clone(), Arc::clone(glass))?;
     Ok((frames, Studio { library, decoder }))
 }
 
