@@ -11,6 +11,7 @@ are taken inside, by `contestant.py`, starts by `starts.py`; `steady.py` keeps t
 
 import json
 import os
+import re
 import resource
 import statistics
 import subprocess
@@ -21,7 +22,8 @@ import steady
 FRAMES = 1000
 OURS = "dreams-player"
 FFMPEG, MPV, KMSSINK = "ffmpeg decode only", "mpv --vo=drm", "gstreamer kmssink"
-# In the guest's memory: each line written to the machine outside stops the whole guest, and no peer writes any.
+# For the starts only: no peer writes a line for each frame, and no unit does. In the guest's memory: what is written to
+# the machine outside stops the whole guest.
 TRACE = "/tmp/trace.jsonl"
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -33,7 +35,7 @@ def commands(folder, player):
     return {
         FFMPEG: ["ffmpeg", "-v", "error", "-nostdin", "-threads", "1", "-i", clip, "-f", "null", "-"],
         OURS: [player, "--flock", f"{folder}/flock", "--screen", f"kms:{card}", "--threads", "1", "--seed", "1",
-               "--clips", "1", "--status", "off", "--state", "/tmp/state", "--trace", TRACE],
+               "--clips", "1", "--status", "off", "--state", "/tmp/state"],
         MPV: ["mpv", "--no-config", "--really-quiet", "--vo=drm", f"--drm-device={card}", "--drm-mode=1280x720", "--no-audio",
               "--hwdec=no", "--vd-lavc-threads=1", clip],
         KMSSINK: ["gst-launch-1.0", "-q", "filesrc", f"location={clip}", "!", "qtdemux", "!", "h264parse", "!", "avdec_h264",
@@ -56,7 +58,7 @@ def in_guest(command):
 def contest(folder, command):
     """One run of `command`: processor seconds of its guest, and what `contestant.py` tells."""
     answer = f"{folder}/contestant.json"
-    cpu_s = in_guest(["python3", f"{HERE}/contestant.py", answer, TRACE] + command)
+    cpu_s = in_guest(["python3", f"{HERE}/contestant.py", answer] + command)
     with open(answer) as told:
         return {"cpu_s": cpu_s, **json.load(told)}
 
@@ -64,15 +66,16 @@ def contest(folder, command):
 def starts(folder, command, rounds):
     """Milliseconds from exec to the first flip: of a cold start, and of `rounds` more."""
     answer = f"{folder}/starts.json"
-    in_guest(["python3", f"{HERE}/starts.py", answer, str(rounds), TRACE] + command)
+    in_guest(["python3", f"{HERE}/starts.py", answer, str(rounds), TRACE] + command + ["--trace", TRACE])
     with open(answer) as told:
         return json.load(told)
 
 
 def must_be_whole(result):
-    """Ends the measuring if the player did not show every frame."""
-    if result["flips"] != FRAMES:
-        sys.exit(f"the player showed {result['flips']} frames, wanted {FRAMES}")
+    """Ends the measuring if the player did not show every frame, by the last line of its log."""
+    flips = re.search(r"\bflips=(\d+)", result["said"])
+    if not flips or int(flips[1]) != FRAMES:
+        sys.exit(f"the player did not show {FRAMES} frames: {result['said']}")
 
 
 def measure(folder, player, rounds):
@@ -86,6 +89,7 @@ def measure(folder, player, rounds):
             result["cpu_s"] -= idle
             if name == OURS:
                 must_be_whole(result)
+            del result["said"]
             runs[name].append(result)
             print(f"round {turn + 1}: {name:20} {result['cpu_s']:7.2f} s", flush=True)
     median = {name: {key: statistics.median(r[key] for r in results) for key in results[0]} for name, results in runs.items()}
