@@ -7,8 +7,13 @@
 //! start with the walk, soon are so and so many ahead or behind of it, and from then on only sway. The line is fitted to
 //! the counts at 64 moments. Its slope is the sheep's share; where it starts is what it is ahead; what the counts sway
 //! around it, one standard deviation, is `s`. However long the walk is, it is off by no more than what it is ahead and
-//! `4 s`. One visit more is allowed, since visits are whole. (A walk without memory errs anew at every step, and goes
-//! astray from any line by the square root of its length: for such a walk these bounds do not hold.)
+//! `t s`: `t` is Student's, as likely to be exceeded as four standard deviations that are known. One visit more is
+//! allowed, since visits are whole. (A walk without memory errs anew at every step, and goes astray from any line by the
+//! square root of its length: for such a walk these bounds do not hold.)
+//!
+//! Counts that sway slowly tell `s` badly: where each is much like the one before, 64 of them are worth but a few. If `r`
+//! is how much alike two that follow each other are, `n` moments are worth `n (1 - r^2) / (1 + r^2)` (Bartlett 1935, for
+//! variances), and `t` has as many degrees of freedom, less the two of the line.
 //!
 //! A flock that nearly falls apart is walked in spells: for long nothing is shown of one part, and then nothing else. One
 //! spell may be a tenth of another, so a few of them tell neither a line nor what sways around it. A sheep that was away
@@ -16,10 +21,11 @@
 //! little or too much of: their bounds are wider by their parts of that.
 
 use crate::graph::SheepIx;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// At so many moments the counts are looked at: what they sway is then known to a tenth.
 const MOMENTS: u64 = 64;
-/// A bound is so many standard deviations wide: one of 16,000 sheep lies outside by chance.
+/// A bound is so wide as are so many standard deviations that are known: one of 16,000 sheep lies outside by chance.
 const SIGMAS: f64 = 4.0;
 /// Spells of a sheep that comes in spells, before its counts tell anything.
 const SPELLS: u32 = 8;
@@ -41,6 +47,11 @@ struct Sums {
     squares: i128,
     /// Of the visits, each times the number of its moment.
     moments: i128,
+    /// At the first moment, and at the latest.
+    first: i128,
+    last: i128,
+    /// Of the squares of what they grew from each moment to the next.
+    growths: i128,
 }
 
 /// When a sheep was there, as far as the moments tell.
@@ -70,11 +81,9 @@ impl Tally {
         if self.steps.is_multiple_of(self.every) {
             let moment = i128::from(self.steps / self.every);
             for ((sums, spells), &visits) in self.sums.iter_mut().zip(&mut self.spells).zip(&self.visits) {
+                let before = i128::from(spells.visits);
                 spells.look(visits);
-                let visits = i128::from(visits);
-                sums.visits += visits;
-                sums.squares += visits * visits;
-                sums.moments += visits * moment;
+                sums.look(moment, before, visits.into());
             }
         }
     }
@@ -114,10 +123,44 @@ impl Tally {
         let of_visits = n * sums.squares - sums.visits * sums.visits;
         let common = n * sums.moments - sums.visits * (n * (n + 1) / 2);
         let left = (of_visits * of_moments - common * common) as f64 / of_moments as f64 / n as f64;
-        let sway = (left / (n - 2) as f64).sqrt();
         let ahead = (sums.visits * of_moments - common * (n * (n + 1) / 2)) as f64 / (n * of_moments) as f64;
-        ahead.abs() + SIGMAS * sway + 1.0
+        let freedom = (sums.worth(n, common as f64 / of_moments as f64, left) - 2.0).max(1.0);
+        let sway = (left / (n - 2) as f64).sqrt();
+        ahead.abs() + student(freedom) * sway + 1.0
     }
+}
+
+impl Sums {
+    /// Takes in how many visits there were up to a moment, and up to the one before.
+    fn look(&mut self, moment: i128, before: i128, visits: i128) {
+        self.visits += visits;
+        self.squares += visits * visits;
+        self.moments += visits * moment;
+        if moment == 1 {
+            self.first = visits;
+        } else {
+            self.growths += (visits - before) * (visits - before);
+        }
+        self.last = visits;
+    }
+
+    /// How many moments that know nothing of each other the `n` moments are worth, whose squared distances from a line of
+    /// this `slope` sum up to `left`.
+    fn worth(&self, n: i128, slope: f64, left: f64) -> f64 {
+        let (steps, grown) = (n - 1, self.last - self.first);
+        let mean = grown as f64 / steps as f64;
+        // What the distances change from each moment to the next, squared: twice theirs if they know nothing of each other.
+        let changes =
+            (self.growths * steps - grown * grown) as f64 / steps as f64 + steps as f64 * (slope - mean).powi(2);
+        let alike = if left > 0.0 { (1.0 - changes / (2.0 * left)).max(0.0) } else { 0.0 };
+        n as f64 * (1.0 - alike * alike) / (1.0 + alike * alike)
+    }
+}
+
+/// What Student's `t` with so many degrees of freedom exceeds as seldom as a normal deviate exceeds [`SIGMAS`].
+fn student(freedom: f64) -> f64 {
+    let seldom = Normal::standard().sf(SIGMAS);
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| -t.inverse_cdf(seldom))
 }
 
 impl Spells {
@@ -160,10 +203,26 @@ mod tests {
     }
 
     #[test]
-    fn what_a_sheep_sways_widens_its_bound_fourfold() {
+    fn what_a_sheep_sways_widens_its_bound_fourfold_and_a_bit() {
         let sways = bound(|moment| 100 * moment + 6 * (moment % 2));
-        // Three to either side of a line that is three ahead.
-        assert!((sways - (3.0 + 4.0 * 3.0 + 1.0)).abs() < 0.5, "{sways}");
+        // Three to either side of a line that is three ahead; 62 degrees of freedom make four 4.29.
+        assert!((sways - (3.0 + 4.29 * 3.0 + 1.0)).abs() < 0.5, "{sways}");
+    }
+
+    #[test]
+    fn counts_that_sway_slowly_tell_less() {
+        // Three to either side again, after every moment; and as far, to and fro once in all.
+        let often = bound(|moment| 100 * moment + 6 * (moment % 2));
+        let once = bound(|moment| 100 * moment + (4.2 + 4.2 * (moment as f64 / 10.0).sin()) as u64);
+        assert!(once > 2.0 * often, "{often} {once}");
+    }
+
+    #[test]
+    fn student_is_gosset() {
+        // By numerical integration of the density.
+        for (freedom, t) in [(1.0, 10_050.4), (3.0, 32.616), (10.0, 6.567), (62.0, 4.292)] {
+            assert!((student(freedom) / t - 1.0).abs() < 1e-3, "{freedom}: {}", student(freedom));
+        }
     }
 
     #[test]
