@@ -4,6 +4,7 @@
 
 use std::error::Error;
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use flock::SheepId;
@@ -30,17 +31,24 @@ pub(crate) struct Fatal {
     hint: Option<String>,
 }
 
-/// An answer that could not be written.
+/// What could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the answer to stdout")]
-struct Unwritten {
-    source: io::Error,
+enum Unwritten {
+    #[error("cannot write the answer to stdout")]
+    Answer(#[source] io::Error),
+    #[error("cannot write `{path}`")]
+    File { path: PathBuf, source: io::Error },
 }
 
 impl Fatal {
     /// Ends with `exit` because of `error`.
     pub(crate) fn new(exit: Exit, error: impl Into<Box<dyn Error>>) -> Self {
         Self { exit, error: error.into(), hint: None }
+    }
+
+    /// Ends because the file or the folder at `path` cannot be written.
+    pub(crate) fn unwritten(path: &Path, source: io::Error) -> Self {
+        Self::new(Exit::Unreadable, Unwritten::File { path: path.to_owned(), source })
     }
 
     /// Adds what to do about it.
@@ -60,7 +68,7 @@ pub(crate) fn finish(ended: Result<Result<Exit, Fatal>, clap::Error>) -> ExitCod
                 _ if usage.use_stderr() => Exit::Malformed,
                 // Whoever read the first lines has enough.
                 Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-                    fail(&Fatal::new(Exit::Unreadable, Unwritten { source: error }))
+                    fail(&Fatal::new(Exit::Unreadable, Unwritten::Answer(error)))
                 }
                 Ok(()) | Err(_) => Exit::Fine,
             }
@@ -114,7 +122,7 @@ pub(crate) fn lines(lines: impl IntoIterator<Item = String>) -> Result<(), Fatal
     match written {
         // Whoever read the first lines has enough: `flock walk ... | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|source| Fatal::new(Exit::Unreadable, Unwritten { source })),
+        written => written.map_err(|source| Fatal::new(Exit::Unreadable, Unwritten::Answer(source))),
     }
 }
 

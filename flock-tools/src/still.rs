@@ -111,14 +111,6 @@ struct Unusable {
     source: Box<dyn std::error::Error>,
 }
 
-/// A picture that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write picture `{path}`")]
-struct Unwritten {
-    path: PathBuf,
-    source: io::Error,
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let genome = args.genome()?;
@@ -135,7 +127,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let image = renderer.render(&*motion, frame, &settings).map_err(|error| unusable(error.into()))?;
     let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
     let written = png(&image, args.bits).and_then(|bytes| save::whole(&args.out, &bytes));
-    written.map_err(|source| Fatal::new(Exit::Unreadable, Unwritten { path: args.out.clone(), source }))?;
+    written.map_err(|source| Fatal::unwritten(&args.out, source))?;
     let light: Vec<u8> = image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
     let checksum = ClipHash::of(&light[..]).expect("reading memory does not fail").to_string();
     let answer = Answer { samples: demand.samples, cpu_s, seconds, checksum };

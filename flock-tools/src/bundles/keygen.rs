@@ -63,14 +63,6 @@ struct Answer {
     statement: Option<PathBuf>,
 }
 
-/// A file that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write `{path}`")]
-struct Unwritten {
-    path: PathBuf,
-    source: io::Error,
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let signer = || match &args.signed_by {
@@ -100,11 +92,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 
 /// A new key in `file`, which `signer` vouches for.
 fn make(file: &Path, passphrase_file: Option<&Path>, signer: Option<&SecretKey>) -> Result<Answer, Fatal> {
-    let public = file.with_extension(PUBLIC);
-    let others = [&public, &file.with_extension(TRUSTED)];
-    if let Some(taken) = others.into_iter().find(|path| path.exists() || *path == file) {
-        let source = io::ErrorKind::AlreadyExists.into();
-        return Err(Fatal::new(Exit::Unreadable, Unwritten { path: taken.clone(), source }));
+    let (public, trusted) = (file.with_extension(PUBLIC), file.with_extension(TRUSTED));
+    let others = [&*public, &*trusted];
+    // Nobody thinks up a passphrase for a key that cannot be written.
+    let there = others.into_iter().chain([file]).find(|path| path.exists());
+    if let Some(taken) = there.or(others.contains(&file).then_some(file)) {
+        return Err(Fatal::unwritten(taken, io::ErrorKind::AlreadyExists.into()));
     }
     let passphrase = passphrase::new(file, passphrase_file)?;
     let key = SecretKey::create(file, &passphrase).map_err(unusable)?.public();
@@ -128,5 +121,5 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Fatal> {
         file.write_all(bytes)?;
         file.sync_all()
     };
-    write().map_err(|source| Fatal::new(Exit::Unreadable, Unwritten { path: path.to_owned(), source }))
+    write().map_err(|source| Fatal::unwritten(path, source))
 }

@@ -10,7 +10,6 @@ mod plan;
 #[cfg(test)]
 mod small_copy;
 
-use std::io;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -67,14 +66,6 @@ struct Answer {
     clips: Vec<ClipPath>,
 }
 
-/// The flock could not be written down. Its clips are finished.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write the flock in `{path}`")]
-struct Unwritten {
-    path: PathBuf,
-    source: io::Error,
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let plan = Plan::new(args.edition()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
@@ -91,7 +82,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         return Ok(Exit::No);
     };
     let written = manifest::write(&plan, &hashes, &args.dir);
-    written.map_err(|source| Fatal::new(Exit::Unreadable, Unwritten { path: args.dir.clone(), source }))?;
+    written.map_err(|source| Fatal::unwritten(&args.dir, source))?;
     if args.json {
         report::json(&Answer { clips: plan.clips.into_iter().map(|clip| clip.path).collect() })?;
     }

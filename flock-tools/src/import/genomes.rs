@@ -6,7 +6,6 @@
 //! Start at [`take`].
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use flame::Genome;
@@ -31,14 +30,6 @@ pub(super) struct Flamed {
     pub(super) genome: ClipPath,
     /// `added`: a sheep more; `given`: to a sheep that had none; `stood`: it had it already.
     pub(super) state: &'static str,
-}
-
-/// A genome's file that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write `{path}`")]
-struct Unwritten {
-    path: PathBuf,
-    source: io::Error,
 }
 
 /// Takes in every flame of the file `source` into the flock in `folder`: as the genome of the sheep that bears its name,
@@ -112,7 +103,7 @@ pub(super) fn take(
 fn write(path: &Path, text: &str) -> Result<(), Fatal> {
     let parent = path.parent().unwrap_or(Path::new("."));
     let written = fs::create_dir_all(parent).and_then(|()| save::whole(path, text.as_bytes()));
-    written.map_err(|source| Fatal::new(Exit::Unreadable, Unwritten { path: path.to_owned(), source }))
+    written.map_err(|source| Fatal::unwritten(path, source))
 }
 
 /// The id of a flame: its name, in the letters that an id may have; without one, the file's, and the flame's number

@@ -3,9 +3,8 @@
 //! Owns the command. The pages are clap's.
 
 use std::fs;
-use std::io;
 use std::iter;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap_mangen::Man;
 
@@ -40,17 +39,9 @@ struct Answer {
     pages: Vec<PathBuf>,
 }
 
-/// A page that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write `{path}`")]
-struct Unwritten {
-    path: PathBuf,
-    source: io::Error,
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let pages = write(args).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+    let pages = write(args)?;
     if args.json {
         report::json(&Answer { pages })?;
     } else {
@@ -59,10 +50,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     Ok(Exit::Fine)
 }
 
-fn write(args: &Args) -> Result<Vec<PathBuf>, Unwritten> {
-    let cannot = |path: &PathBuf| {
-        let path = path.clone();
-        move |source| Unwritten { path, source }
+fn write(args: &Args) -> Result<Vec<PathBuf>, Fatal> {
+    let cannot = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Fatal::unwritten(&path, source)
     };
     fs::create_dir_all(&args.dir).map_err(cannot(&args.dir))?;
     let whole = command_line().disable_help_subcommand(true);

@@ -18,7 +18,6 @@ mod picture;
 mod suggested;
 mod walked;
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -84,14 +83,6 @@ pub(crate) struct Args {
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
-}
-
-/// A report that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write `{path}`")]
-struct Unwritten {
-    path: PathBuf,
-    source: io::Error,
 }
 
 #[derive(serde::Serialize)]
@@ -184,6 +175,5 @@ fn pictures(folder: &Path, flock: &Flock, decoder: Option<&dyn Decoder>) -> Vec<
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Fatal> {
-    let unwritten = |source| Fatal::new(Exit::Unreadable, Unwritten { path: path.to_owned(), source });
-    save::whole(path, text.as_bytes()).map_err(unwritten)
+    save::whole(path, text.as_bytes()).map_err(|source| Fatal::unwritten(path, source))
 }
