@@ -98,11 +98,7 @@ pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
         report::json(&Answer { ok: found.is_empty(), faults: found })?;
     } else {
         report::lines(found.iter().map(|told| line(&told.fault)))?;
-        report::note(&match found.len() {
-            0 => "no faults".to_owned(),
-            1 => "1 fault".to_owned(),
-            count => format!("{count} faults"),
-        });
+        report::note(&report::count(found.len(), "fault"));
     }
     Ok(exit)
 }

@@ -103,6 +103,15 @@ pub(crate) fn note(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
+/// So many of a `thing`, whose plural ends in `s`: `no faults`, `1 fault`, `2 faults`.
+pub(crate) fn count(count: usize, thing: &str) -> String {
+    match count {
+        0 => format!("no {thing}s"),
+        1 => format!("1 {thing}"),
+        _ => format!("{count} {thing}s"),
+    }
+}
+
 /// How wide a column of these ids is, in characters.
 pub(crate) fn widest<'a>(ids: impl Iterator<Item = &'a SheepId>) -> usize {
     ids.map(|id| id.as_str().len()).chain(["sheep".len()]).max().unwrap_or_default()

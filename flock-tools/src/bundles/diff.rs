@@ -134,8 +134,9 @@ fn told(answer: &Answer) -> Vec<String> {
     let marked = [('+', added), ('~', changed), ('-', removed)];
     let mut lines: Vec<String> =
         marked.iter().flat_map(|(mark, paths)| paths.iter().map(move |path| format!("{mark} {path}"))).collect();
+    let (objects, files) = (report::count(*fetch_objects, "object"), report::count(*files, "file"));
     lines.push(format!(
-        "a unit would fetch {fetch_objects} objects, {}, of {files} files, {}; and the list of files, {}",
+        "a unit would fetch {objects}, {}, of {files}, {}; and the list of files, {}",
         DecimalBytes(*fetch_bytes),
         DecimalBytes(*bytes),
         DecimalBytes(*list_bytes as u64)

@@ -105,8 +105,8 @@ struct Moved {
 /// Why a flock was not packed.
 #[derive(Debug, thiserror::Error)]
 enum Unpacked {
-    #[error("flock `{name}` would not play as it should: {count} faults, `{first}` first")]
-    Faulty { name: String, count: usize, first: String },
+    #[error("flock `{name}` would not play as it should: {faults}, `{first}` first")]
+    Faulty { name: String, faults: String, first: String },
     #[error("`{path}` is no statement about keys")]
     NoStatement { path: PathBuf },
     #[error("cannot read `{path}`")]
@@ -127,7 +127,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
             report::lines(faults.iter().map(check::line))?;
         }
         let name = flock.manifest().name.clone();
-        let faulty = Unpacked::Faulty { name, count: faults.len(), first: check::line(first) };
+        let faulty = Unpacked::Faulty { name, faults: report::count(faults.len(), "fault"), first: check::line(first) };
         return Err(Fatal::new(Exit::No, faulty));
     }
     let contents = listing::contents(&args.dir, flock.manifest())?;
@@ -242,7 +242,7 @@ fn told(packed: &Packed) -> Vec<String> {
     let Moved { cloned, copied, kept, linked } = moved;
     vec![
         format!("packed `{flock}` for {units}: sequence {sequence}, key {signer}"),
-        format!("{files} files, {}", DecimalBytes(*bytes)),
+        format!("{}, {}", report::count(*files, "file"), DecimalBytes(*bytes)),
         format!("{} shared with the flock, {copied} copied, {kept} there already", cloned + linked),
     ]
 }

@@ -284,12 +284,13 @@ fn told(answer: &Answer) -> Vec<String> {
     let mut lines: Vec<String> =
         units.iter().map(|row| format!("{}: `{}`, sequence {}", row.id, row.flock, row.sequence)).collect();
     lines.extend(systems.iter().cloned());
-    lines.push(format!("{new_objects} objects written, {}; {kept_objects} were there", DecimalBytes(*new_bytes)));
+    let written = report::count(*new_objects, "object");
+    lines.push(format!("{written} written, {}; {kept_objects} there already", DecimalBytes(*new_bytes)));
     if *replaced_objects > 0 {
-        lines.push(format!("{replaced_objects} of them were there, damaged, and were replaced"));
+        lines.push(format!("{replaced_objects} of them in the place of what was damaged"));
     }
     if *pruned_files > 0 {
-        lines.push(format!("{pruned_files} files removed, {}", DecimalBytes(*pruned_bytes)));
+        lines.push(format!("{} removed, {}", report::count(*pruned_files, "file"), DecimalBytes(*pruned_bytes)));
     }
     lines
 }

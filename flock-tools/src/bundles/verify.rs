@@ -74,11 +74,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         report::json(&Answer { ok: faults.is_empty(), bundles, systems, faults: &faults })?;
     } else {
         report::lines(bundles.iter().map(line).chain(systems).chain(faults.iter().map(|fault| fault.message.clone())))?;
-        report::note(&match faults.len() {
-            0 => "no faults".to_owned(),
-            1 => "1 fault".to_owned(),
-            count => format!("{count} faults"),
-        });
+        report::note(&report::count(faults.len(), "fault"));
     }
     Ok(exit)
 }
@@ -106,5 +102,6 @@ fn line(told: &Told<'_>) -> String {
     let Told { seal, flock, units, sequence, created, signer, files, bytes } = told;
     let units = if units.is_empty() { "every unit".to_owned() } else { units.join(", ") };
     let size = DecimalBytes(*bytes);
-    format!("`{seal}`: `{flock}` for {units}, sequence {sequence} of {created}, key {signer}, {files} files, {size}")
+    let files = report::count(*files, "file");
+    format!("`{seal}`: `{flock}` for {units}, sequence {sequence} of {created}, key {signer}, {files}, {size}")
 }

@@ -13,7 +13,7 @@ use flock::{Clip, ClipPath, Edit, EditError, SheepId};
 use super::Desk;
 use super::files;
 use crate::places;
-use crate::report::{Exit, Fatal};
+use crate::report::{self, Exit, Fatal};
 use crate::save;
 
 /// Give a sheep another id
@@ -68,8 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     effect.delete_files()?;
     let files = match count {
         0 => String::new(),
-        1 => ", and 1 file".to_owned(),
-        count => format!(", and {count} files"),
+        count => format!(", and {}", report::count(count, "file")),
     };
     effect.tell(&format!("renamed `{old}` to `{new}`{files}"), args.json)
 }

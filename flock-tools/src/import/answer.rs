@@ -107,8 +107,7 @@ impl Answer {
             (others, "of kinds that are not imported"),
         ] {
             if count > 0 {
-                let files = if count == 1 { "file" } else { "files" };
-                report::note(&format!("note: {count} {files} passed over, {what}"));
+                report::note(&format!("note: {} passed over, {what}", report::count(count, "file")));
             }
         }
         if self.interrupted {
