@@ -282,6 +282,29 @@ fn a_disk_without_room_is_told_before_anything_is_written_and_one_that_fills_up_
 }
 
 #[test]
+fn what_nobody_needs_makes_room_for_what_comes_and_what_a_unit_may_need_stays() {
+    let studio = two_editions();
+    let script = "
+        \"$FLOCK\" publish old stick --trust artist.pub > /dev/null || exit 1
+        mkdir -p stick/objects/ab
+        head -c \"$1\" /dev/zero > stick/objects/ab/$(printf 'c%.0s' $(seq 62))
+        \"$FLOCK\" publish bundle stick --trust artist.pub; echo \"ended $?\"
+        \"$FLOCK\" publish bundle stick --trust artist.pub --prune; echo \"ended $?\"
+        \"$FLOCK\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'";
+    for (size, left, ended, holds, told) in [
+        ("5m", "3m", "ended 0", "holds 2", "hint: --prune removes"),
+        ("2m", "1m", "ended 3", "holds 1", "hint: the bundles there stay until the new ones are"),
+    ] {
+        let said = on_a_small_disk(&studio, &format!("size={size}"), &script.replace("\"$1\"", left));
+        let (out, text) = (String::from_utf8(said.stdout.clone()).unwrap(), lines(&said));
+        let states: Vec<&str> =
+            out.lines().filter(|line| line.starts_with("ended") || line.starts_with("holds")).collect();
+        assert_eq!(states, ["ended 3", ended, holds], "{text}");
+        assert!(text.contains(told), "{text}");
+    }
+}
+
+#[test]
 fn a_unit_fetches_what_differs_and_nothing_else() {
     let studio = studio();
     studio.pack(&["--unit", "lobby"]);

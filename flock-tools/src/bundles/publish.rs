@@ -91,6 +91,8 @@ struct Cargo {
 }
 
 type Systems = Vec<(Option<UnitId>, System)>;
+/// Objects, and how large they are.
+type Objects = BTreeMap<ObjectId, u64>;
 
 /// What is to be written.
 struct Freight {
@@ -98,6 +100,21 @@ struct Freight {
     new: Vec<(ObjectId, u64)>,
     kept: usize,
     replaced: usize,
+}
+
+impl Cargo {
+    /// Everything that is vouched for, and the lists that say so.
+    fn objects(&self) -> Objects {
+        let mut objects = Objects::new();
+        for (_, bundle) in &self.bundles {
+            let letter = bundle.seal().letter();
+            objects.insert(letter.contents, letter.contents_size);
+            objects.extend(bundle.contents().files().iter().map(|file| (file.id, file.size)));
+        }
+        let halves = self.systems.iter().flat_map(|(_, system)| system.halves());
+        objects.extend(halves.map(|half| (half.id, half.size)));
+        objects
+    }
 }
 
 /// Runs the command.
@@ -113,9 +130,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let _lock = File::open(&args.to).ok().filter(|folder| folder.lock().is_ok());
     refuse_older(args, &trust, &cargo)?;
     to.sweep(|_| true).map_err(unmoved)?;
-    let freight = freight(args, &to, &cargo)?;
+    let objects = cargo.objects();
+    let freight = freight(args, &to, &objects)?;
+    let mut pruned = make_room(args, &trust, &to, &objects, &freight)?;
     let sent = send(args, &to, &cargo, &freight)?;
-    let pruned = if args.prune { prune(args, &trust, &to)? } else { Swept::default() };
+    if args.prune {
+        let Swept { files, bytes } = prune(args, &trust, &to, &BTreeMap::new())?;
+        pruned = Swept { files: pruned.files + files, bytes: pruned.bytes + bytes };
+    }
     let rows: Vec<Row> = cargo.bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
     for row in &rows {
         fleet.note(row.clone());
@@ -175,31 +197,40 @@ fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> 
     Ok(())
 }
 
-/// What has to be written, which must fit.
-fn freight(args: &Args, to: &Folder, cargo: &Cargo) -> Result<Freight, Fatal> {
-    let mut objects: BTreeMap<ObjectId, u64> = BTreeMap::new();
-    for (_, bundle) in &cargo.bundles {
-        let letter = bundle.seal().letter();
-        objects.insert(letter.contents, letter.contents_size);
-        objects.extend(bundle.contents().files().iter().map(|file| (file.id, file.size)));
-    }
-    let halves = cargo.systems.iter().flat_map(|(_, system)| system.halves());
-    objects.extend(halves.map(|half| (half.id, half.size)));
-    let (held, mut new): (Vec<_>, Vec<_>) = objects.into_iter().partition(|(id, size)| to.holds(id, *size));
+/// What has to be written.
+fn freight(args: &Args, to: &Folder, objects: &Objects) -> Result<Freight, Fatal> {
+    let objects = objects.iter().map(|(id, size)| (*id, *size));
+    let (held, mut new): (Vec<_>, Vec<_>) = objects.partition(|(id, size)| to.holds(id, *size));
     let damaged = if args.check { shelf::damaged(&args.to, &held) } else { Vec::new() };
     for (id, _) in &damaged {
         to.discard(id).map_err(unmoved)?;
     }
     let (kept, replaced) = (held.len() - damaged.len(), damaged.len());
     new.extend(damaged);
-    let (needed, room) = (new.iter().map(|(_, size)| size).sum::<u64>(), to.room().map_err(unmoved)?);
-    // A disk that shares or links needs less; only what must be copied has to fit.
-    if needed > room && !shares(&args.bundle, &args.to) {
-        let (needed, room) = (DecimalBytes(needed), DecimalBytes(room));
-        let fatal = Fatal::new(Exit::Unreadable, Unpublished::NoRoom { path: args.to.clone(), needed, room });
-        return Err(fatal.hint("--prune removes what no bundle there needs any more, once the new ones are there"));
-    }
     Ok(Freight { new, kept, replaced })
+}
+
+/// Sees to it that the freight fits, with `--prune` by removing what is needed neither by the bundles there nor by the
+/// new ones.
+fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, freight: &Freight) -> Result<Swept, Fatal> {
+    let needed = freight.new.iter().map(|(_, size)| size).sum::<u64>();
+    let room = || to.room().map_err(unmoved);
+    // A disk that shares or links needs less; only what must be copied has to fit.
+    if needed <= room()? || shares(&args.bundle, &args.to) {
+        return Ok(Swept::default());
+    }
+    let pruned = if args.prune { prune(args, trust, to, objects)? } else { Swept::default() };
+    let room = room()?;
+    if needed <= room {
+        return Ok(pruned);
+    }
+    let (needed, room) = (DecimalBytes(needed), DecimalBytes(room));
+    let fatal = Fatal::new(Exit::Unreadable, Unpublished::NoRoom { path: args.to.clone(), needed, room });
+    Err(fatal.hint(if args.prune {
+        "the bundles there stay until the new ones are; give an empty stick, or empty this one"
+    } else {
+        "--prune removes what no bundle there needs any more"
+    }))
 }
 
 /// Whether two folders lie on the same disk.
@@ -242,12 +273,12 @@ fn put(from: &mut Folder, to: &Folder, id: &ObjectId, size: u64, moved: &mut dyn
     to.put(id, size, &mut reader, &path, moved).map_err(unmoved)
 }
 
-/// Removes what no bundle there needs.
-fn prune(args: &Args, trust: &Trust, to: &Folder) -> Result<Swept, Fatal> {
+/// Removes what no bundle there needs, and what is not among these `objects`.
+fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<Swept, Fatal> {
     let mut needed: BTreeSet<ObjectId> = BTreeSet::new();
     let unknown = |seal| {
         let unknown = Unpublished::Unknown { path: args.to.clone(), seal };
-        Fatal::new(Exit::No, unknown).hint("the bundles are published; nothing was pruned")
+        Fatal::new(Exit::No, unknown).hint("what cannot be read may need anything: nothing was pruned")
     };
     for found in shelf::read_all(&args.to, trust)? {
         let bundle = found.bundle.map_err(|_| unknown(found.seal))?;
@@ -258,7 +289,7 @@ fn prune(args: &Args, trust: &Trust, to: &Folder) -> Result<Swept, Fatal> {
         let system = found.system.map_err(|_| unknown(found.seal))?;
         needed.extend(system.halves().map(|half| half.id));
     }
-    to.sweep(|id| needed.contains(id)).map_err(unmoved)
+    to.sweep(|id| needed.contains(id) || objects.contains_key(id)).map_err(unmoved)
 }
 
 fn row(args: &Args, unit: Option<&UnitId>, bundle: &Verified) -> Row {
