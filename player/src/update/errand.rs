@@ -16,13 +16,14 @@ use crate::progress::Progress;
 use crate::report::{Fatal, Told};
 use crate::schedule::Schedule;
 use crate::slot;
+use crate::statements;
 use crate::system;
 use crate::words;
-use bundle::{Admission, KeyError, LocalDisk, Refused, Source, Store, StoreError, Trust, Unverified, Verified, Wanted};
+use bundle::{Admission, KeyError, LocalDisk, Refused, Store, StoreError, Trust, Unverified, Verified, Wanted};
 use player::day::is_clock_wrong;
 use player::ending::{Exit, chain};
 use player::now::{clock_s, now, up_s};
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -161,7 +162,7 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
     if store.is_no_news(&unverified) {
         return Ok(Outcome::NoNews);
     }
-    learn(store, fetcher.source)?;
+    statements::learn(store, fetcher.source)?;
     let seal = unverified.verify(store.trust()).map_err(Fatal::Refused)?;
     match store.admit(&seal, &order.unit, order.consent).map_err(Fatal::Refused)? {
         Admission::New => {}
@@ -182,27 +183,6 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
     let generation = store.install(&bundle)?;
     info!(flock = generation.flock, sequence = generation.sequence.0, generation = generation.number, "installed");
     Ok(Outcome::Installed)
-}
-
-/// Learns what keys say there about keys.
-pub(crate) fn learn(store: &mut Store, source: &mut dyn Source) -> Result<(), Fatal> {
-    for learned in store.learn(&statements(source)?)? {
-        info!(?learned, "learned about a key");
-    }
-    Ok(())
-}
-
-/// What keys say about keys; nothing if the source has no such file.
-fn statements(source: &mut dyn Source) -> Result<Vec<u8>, Fatal> {
-    let limit = bundle::limits::STATEMENTS;
-    let read = source.small(bundle::STATEMENTS, limit).and_then(|reader| {
-        let mut bytes = Vec::new();
-        reader.take(limit).read_to_end(&mut bytes).map(|_| bytes)
-    });
-    match read {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-        read => read.map_err(|source| Fatal::Read { name: bundle::STATEMENTS.to_owned(), source }),
-    }
 }
 
 /// Removes what nobody needs, and if that is not enough the reserve, until the bundle fits.

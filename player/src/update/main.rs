@@ -17,6 +17,7 @@ mod report;
 mod schedule;
 mod server;
 mod slot;
+mod statements;
 mod system;
 mod words;
 

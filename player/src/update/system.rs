@@ -6,10 +6,10 @@
 //! Start at [`take`].
 
 use crate::answer::SystemOutcome;
-use crate::errand;
 use crate::fetch::Fetcher;
 use crate::options::Order;
 use crate::report::Fatal;
+use crate::statements;
 use bundle::{Store, SystemAdmission, UnverifiedSystem, Version};
 use player::ending::chain;
 use player::now::now;
@@ -28,7 +28,7 @@ pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) 
     let Some(running) = running(&order.config.system) else { return Ok(SystemOutcome::None) };
     let found = UnverifiedSystem::open(fetcher.source, &order.unit).map_err(Fatal::Refused)?;
     let Some(unverified) = found else { return Ok(SystemOutcome::None) };
-    errand::learn(store, fetcher.source)?;
+    statements::learn(store, fetcher.source)?;
     let system = unverified.verify(store.trust()).map_err(Fatal::Refused)?;
     if store.admit_system(&system, &order.unit, &running, order.consent)? == SystemAdmission::Known {
         return Ok(SystemOutcome::NoNews);
