@@ -140,6 +140,29 @@ fn a_stick_that_cannot_be_read_at_any_read_or_from_any_on_is_told_in_one_sentenc
 }
 
 #[test]
+fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_could() {
+    let (unit, files) = (Unit::new(), rubbish(3, 9_000, 0));
+    unit.press.bundle(&unit.stick(), &files, &[], 1);
+    unit.updated(&[]);
+    fs::rename(unit.path("store"), unit.path("kept")).unwrap();
+    let breakage = Breakage { unit, old: files.clone(), new: files };
+    let clip = "loops/0.mp4";
+    for (call, how) in [("linkat", "signal=KILL"), ("linkat", "error=EIO"), ("renameat", "signal=KILL")] {
+        breakage.reset();
+        // As a look at every byte leaves what it finds damaged.
+        for name in [format!("current/{clip}"), object(&breakage.old[clip])] {
+            fs::remove_file(breakage.unit.path("store").join(name)).unwrap();
+        }
+        let injected = format!("inject={call}:{how}:when=1");
+        let said = breakage.strace(&["-e", &format!("trace={call}"), "-e", &injected]);
+        assert!(!said.status.success(), "{call} {how}");
+        assert_ne!(breakage.unit.playing().as_ref(), Some(&breakage.old), "{call} {how}");
+        let answer = breakage.unit.updated(&[]);
+        assert_eq!(breakage.unit.playing().as_ref(), Some(&breakage.old), "{call} {how}: {answer}");
+    }
+}
+
+#[test]
 fn a_stick_of_ten_thousand_strange_files_leads_nowhere() {
     let unit = Unit::new();
     let (stick, secret) = (unit.stick(), unit.path("secret"));

@@ -226,16 +226,18 @@ fn mend(store: &Store, fetcher: &mut Fetcher<'_>) -> Result<(usize, usize), Fata
             return Ok((0, 0));
         }
     };
-    let (mut mended, mut missing) = (0, 0);
+    let (mut mended, mut missing, mut trouble) = (0, 0, None);
     for wanted in &lacking {
         match fetcher.fetch(store, wanted) {
             Ok(()) => mended += 1,
             Err(Fatal::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => missing += 1,
-            Err(fatal) => return Err(fatal),
+            Err(fatal) => {
+                trouble = Some(fatal);
+                break;
+            }
         }
     }
-    if mended > 0 {
-        store.mend()?;
-    }
-    Ok((mended, missing))
+    // Also what an attempt before this one fetched, and was ended before it could put it back.
+    store.mend()?;
+    trouble.map_or(Ok((mended, missing)), Err)
 }

@@ -96,8 +96,8 @@ impl Store {
     }
 }
 
-/// Links every file of `contents` that is not there into the folder `flock`, and syncs it. Objects that are missing
-/// are left out.
+/// Links every file of `contents` that is not there into the folder `flock`, and syncs what is new. Objects that are
+/// missing are left out.
 pub(crate) fn link_all(disk: &dyn Disk, contents: &Contents, flock: &str) -> io::Result<()> {
     let mut folders = BTreeSet::from([flock.to_owned()]);
     for file in contents.files() {
@@ -107,13 +107,15 @@ pub(crate) fn link_all(disk: &dyn Disk, contents: &Contents, flock: &str) -> io:
     for folder in &folders {
         disk.make_folder(folder)?;
     }
+    let mut is_new = false;
     for file in contents.files() {
         let (object, name) = (file.id.path(), format!("{flock}/{}", file.path));
         if disk.length(&name)?.is_none() && disk.length(&object)? == Some(file.size) {
             disk.link(&object, &name)?;
+            is_new = true;
         }
     }
-    folders.iter().rev().try_for_each(|folder| disk.sync_folder(folder))
+    if is_new { folders.iter().rev().try_for_each(|folder| disk.sync_folder(folder)) } else { Ok(()) }
 }
 
 /// The folders that the objects of `contents` lie in.
