@@ -30,6 +30,7 @@ mod owning;
 mod playing;
 mod programs;
 mod publishing;
+mod pulling;
 mod rendering;
 mod reporting;
 mod resume;

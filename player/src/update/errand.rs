@@ -89,17 +89,25 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let mut source = Origin::open(place, order.config.proxy.as_deref(), is_clock_wrong(clock_s()))?;
     let progress = Progress::new(order.card.clone());
     let mut fetcher = Fetcher { source: &mut source, pace, progress, stop, objects: 0, bytes: 0 };
-    let taken = take(order, &mut store, place, &mut fetcher);
+    let brought = bring(order, &mut store, place, &mut fetcher);
+    let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
+    if brought.is_err() && fetched_bytes > 0 {
+        info!(fetched, fetched_bytes, "what was fetched stays");
+    }
+    Ok(Answer { fetched, fetched_bytes, ..brought? })
+}
+
+/// Brings what `place` has for this unit: a flock, a system, what the store lacks.
+fn bring(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>) -> Result<Answer, Fatal> {
+    let taken = take(order, store, place, fetcher);
     // What keeps one from coming need not keep the other, unless it is the source.
     let system = match &taken {
         Err(fatal) if fatal.exit() == Exit::Unread => SystemOutcome::None,
-        Ok(_) | Err(_) => system::take(order, &mut store, &mut fetcher)?,
+        Ok(_) | Err(_) => system::take(order, store, fetcher)?,
     };
     let outcome = taken?;
-    let (mended, missing) = mend(&store, &mut fetcher)?;
-    let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
-    let answer = Answer::of(outcome, store.state().playing());
-    Ok(Answer { system, fetched, fetched_bytes, mended, missing, ..answer })
+    let (mended, missing) = mend(store, fetcher)?;
+    Ok(Answer { system, mended, missing, ..Answer::of(outcome, store.state().playing()) })
 }
 
 /// Whom this unit trusts: by its config, and by its owner.
