@@ -1,8 +1,10 @@
-//! Whole-system claims live in `it/`, the crash laboratory in `crash/`: this is what both need.
+//! Whole-system claims live in `it/` and `image/`, the crash laboratory in `crash/`: this is what they share.
 //!
-//! Owns the press for bundles and the web server of bad manners. Never runs a program.
+//! Owns the press for bundles, the web server of bad manners, and what a power cut leaves of a disk. Never runs a program.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::missing_panics_doc, reason = "a claim fails by panicking")]
 
+pub mod block_log;
+pub mod cuts;
 pub mod press;
 pub mod web;

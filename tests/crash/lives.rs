@@ -5,12 +5,12 @@
 //!
 //! Start at [`Lab::whole_lives`].
 
-use crate::block_log::BlockLog;
 use crate::careless::{Careless, Carelessness};
-use crate::cuts::Cuts;
 use crate::judge;
-use crate::rig::{Disk, Recording};
+use crate::rig::{Disk, Recording, marks};
 use bundle::{CURRENT, Consent, Folder, LocalDisk, Playing, Source, Store, Trust, UnitId, Unverified};
+use claims::block_log::BlockLog;
+use claims::cuts::Cuts;
 use claims::press::{Files, Press, rubbish};
 use claims::web::{Manners, Web};
 use serde_json::Value;
@@ -142,7 +142,7 @@ impl Lab {
 
     /// Cuts through a life, and looks at each different state once, on all disks at once.
     fn cut(&self, log: &BlockLog, cuts: usize, completes: Option<&str>) -> Found {
-        let reports = log.marks();
+        let reports = marks(log);
         let cuts = Mutex::new(Cuts::of(log, &reports, cuts, 0));
         let judged = |device: &Disk| {
             let (mut disk, mut states, mut faults) = (Vec::new(), 0, Vec::new());

@@ -5,14 +5,12 @@
 //! included. Each such disk is mounted and looked at, and then the update has to complete by itself. Owns the lives
 //! that are recorded and what must hold after each cut. Needs root and devices of its own: `run` starts it in a guest.
 //!
-//! Start at [`lives`], then [`cuts::Cuts`] and [`judge`].
+//! Start at [`lives`], then [`claims::cuts::Cuts`] and [`judge`].
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a laboratory that breaks has failed")]
 
-mod block_log;
 #[path = "../../crates/bundle/tests/it/careless.rs"]
 mod careless;
-mod cuts;
 mod judge;
 mod lives;
 mod rig;

@@ -7,7 +7,7 @@
 //!
 //! Start at [`Recording::of`] and [`Disk::new`].
 
-use crate::block_log::BlockLog;
+use claims::block_log::BlockLog;
 use rustix::event::{Timespec, poll};
 use rustix::io::Errno;
 use rustix::mount::{MountFlags, UnmountFlags, mount, unmount};
@@ -183,7 +183,7 @@ impl Recording {
 
     /// Marks the log, behind everything that is done: a sector behind the file system is written, and nothing flushed.
     fn mark(&mut self) {
-        let sector = FILE_SYSTEM / crate::block_log::SECTOR as u64 + self.marks;
+        let sector = FILE_SYSTEM / claims::block_log::SECTOR as u64 + self.marks;
         run(
             "dd",
             &[
@@ -219,12 +219,10 @@ fn await_that(what: &str, mut is_so: impl FnMut() -> bool) {
     panic!("it does not come to pass that {what}");
 }
 
-impl BlockLog {
-    /// The entries that are marks.
-    pub(crate) fn marks(&self) -> Vec<usize> {
-        let is_mark = |at: &usize| self.entries[*at].at as u64 >= FILE_SYSTEM;
-        (0..self.entries.len()).filter(is_mark).collect()
-    }
+/// The entries of `log` that are marks.
+pub(crate) fn marks(log: &BlockLog) -> Vec<usize> {
+    let is_mark = |at: &usize| log.entries[*at].at as u64 >= FILE_SYSTEM;
+    (0..log.entries.len()).filter(is_mark).collect()
 }
 
 /// Ends the noise, however a life ends.

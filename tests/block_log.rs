@@ -10,33 +10,34 @@ use std::ops::Range;
 /// The first eight bytes of every log.
 const MAGIC: u64 = 0x006a_7366_7773_6872;
 /// Bytes of a sector, on every disk here.
-pub(crate) const SECTOR: usize = 512;
+pub const SECTOR: usize = 512;
 const FLUSH: u64 = 1;
 const DISCARD: u64 = 4;
 
 /// One thing that the disk was told.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Entry {
+pub struct Entry {
     /// Where on the disk its bytes belong.
-    pub(crate) at: usize,
+    pub at: usize,
     /// Where in the log they lie; empty for a mere flush.
-    pub(crate) bytes: Range<usize>,
+    pub bytes: Range<usize>,
     /// Everything before it is on the disk when it is done.
-    pub(crate) is_flush: bool,
+    pub is_flush: bool,
 }
 
 /// A recorded life of a disk.
 #[derive(Debug)]
-pub(crate) struct BlockLog {
+pub struct BlockLog {
     /// The disk as it was before.
-    pub(crate) base: Vec<u8>,
-    pub(crate) entries: Vec<Entry>,
+    pub base: Vec<u8>,
+    /// What it was told, in order.
+    pub entries: Vec<Entry>,
     log: Vec<u8>,
 }
 
 impl BlockLog {
     /// Reads `log`, kept of a disk that held `base`.
-    pub(crate) fn read(base: Vec<u8>, log: Vec<u8>) -> Self {
+    pub fn read(base: Vec<u8>, log: Vec<u8>) -> Self {
         let word = |at: usize| u64::from_le_bytes(log[at..at + 8].try_into().expect("eight bytes"));
         let count = word(16);
         assert_eq!((word(0), word(8), word(24) as u32 as usize), (MAGIC, 1, SECTOR), "this is no log of blocks");
@@ -53,8 +54,8 @@ impl BlockLog {
     }
 
     /// Writes those sectors of the entry to `disk` for which `keeps` says so.
-    pub(crate) fn apply(&self, entry: &Entry, disk: &mut [u8], mut keeps: impl FnMut(usize) -> bool) {
-        for (sector, bytes) in self.log[entry.bytes.clone()].chunks(SECTOR).enumerate() {
+    pub fn apply(&self, entry: &Entry, disk: &mut [u8], mut keeps: impl FnMut(usize) -> bool) {
+        for (sector, bytes) in self.bytes(entry).chunks(SECTOR).enumerate() {
             let at = entry.at + sector * SECTOR;
             if keeps(sector) {
                 disk[at..at + bytes.len()].copy_from_slice(bytes);
@@ -62,8 +63,13 @@ impl BlockLog {
         }
     }
 
+    /// The bytes of the entry.
+    pub fn bytes(&self, entry: &Entry) -> &[u8] {
+        &self.log[entry.bytes.clone()]
+    }
+
     /// How many flushes there are.
-    pub(crate) fn flushes(&self) -> usize {
+    pub fn flushes(&self) -> usize {
         self.entries.iter().filter(|entry| entry.is_flush).count()
     }
 }

@@ -4,12 +4,13 @@
 //! what was written since, each write is there or not, or some of its sectors are: disks keep writes in memory and
 //! choose their own order.
 //!
-//! Start at [`Cuts::next`].
+//! Start at [`Cuts::next`] and [`survivors`].
 
 use crate::block_log::{BlockLog, SECTOR};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// How many writes in a hundred survive that were not flushed; one of these for each cut.
 const SURVIVING: [u32; 5] = [0, 10, 50, 90, 100];
@@ -17,11 +18,12 @@ const SURVIVING: [u32; 5] = [0, 10, 50, 90, 100];
 const TORN: u32 = 10;
 /// How many entries a cut right behind another entry may be away from it.
 const BEHIND: usize = 4;
-/// What begins before this is not torn: ext4 writes its superblock in place, and trusts a disk with so much.
-const UNTORN: usize = 4096;
+/// What begins before this on its partition is not torn: ext4 writes its superblock in place, and trusts a disk with so
+/// much.
+pub const UNTORN: usize = 4096;
 
 /// Power cuts, one after the other through the life of a disk.
-pub(crate) struct Cuts<'l> {
+pub struct Cuts<'l> {
     log: &'l BlockLog,
     random: ChaCha8Rng,
     /// The cuts that are left, each behind so many entries; the latest first.
@@ -34,13 +36,16 @@ pub(crate) struct Cuts<'l> {
     known: BTreeSet<State>,
 }
 
+/// Entries of a log, and which sectors of each.
+pub type Survivors = Vec<(usize, Vec<bool>)>;
+
 /// What is left: of how many entries all, of which later ones which sectors, and how many reports were told by then.
-type State = (usize, Vec<(usize, Vec<bool>)>, usize);
+type State = (usize, Survivors, usize);
 
 impl<'l> Cuts<'l> {
     /// So many cuts, spread over the whole log; a quarter of them right behind the entries `reports`: what was reported
     /// then must be there at once.
-    pub(crate) fn of(log: &'l BlockLog, reports: &[usize], count: usize, seed: u64) -> Self {
+    pub fn of(log: &'l BlockLog, reports: &[usize], count: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let length = log.entries.len();
         let mut below = |count: usize| random.next_u32() as usize % count;
@@ -54,16 +59,12 @@ impl<'l> Cuts<'l> {
         places.sort_unstable_by(|a, b| b.cmp(a));
         Self { log, random, places, flushed: log.base.clone(), done: 0, known: BTreeSet::new() }
     }
-
-    fn chance(&mut self, percent: u32) -> bool {
-        self.random.next_u32() % 100 < percent
-    }
 }
 
 impl Cuts<'_> {
     /// Makes `disk` what the next cut leaves that leaves something else than those before. Returns how many of `reports`
     /// were told by then; `None` if there are no more cuts.
-    pub(crate) fn next(&mut self, reports: &[usize], disk: &mut Vec<u8>) -> Option<usize> {
+    pub fn next(&mut self, reports: &[usize], disk: &mut Vec<u8>) -> Option<usize> {
         let log = self.log;
         loop {
             let place = self.places.pop()?;
@@ -73,7 +74,7 @@ impl Cuts<'_> {
             }
             self.done = flush.unwrap_or(self.done);
             let told = reports.iter().filter(|report| **report < place).count();
-            let survivors = self.survivors(place);
+            let survivors = survivors(log, self.done..place, |at| at < UNTORN, &mut self.random);
             if self.known.insert((self.done, survivors.clone(), told)) {
                 disk.clone_from(&self.flushed);
                 for (at, keeps) in survivors {
@@ -83,23 +84,29 @@ impl Cuts<'_> {
             }
         }
     }
+}
 
-    /// Which sectors survive of the entries that were not flushed before `place`.
-    fn survivors(&mut self, place: usize) -> Vec<(usize, Vec<bool>)> {
-        let mut survivors = Vec::new();
-        let surviving = SURVIVING[self.random.next_u32() as usize % SURVIVING.len()];
-        for at in self.done..place {
-            let (begins, sectors) = (self.log.entries[at].at, self.log.entries[at].bytes.len() / SECTOR);
-            if sectors > 0 && self.chance(surviving) {
-                let is_torn = begins >= UNTORN && self.chance(TORN);
-                let keeps: Vec<bool> = (0..sectors).map(|_| !is_torn || self.chance(50)).collect();
-                if keeps.contains(&true) {
-                    survivors.push((at, keeps));
-                }
+/// Which sectors survive of these entries, none of which was flushed. `is_whole` says where none is torn.
+pub fn survivors(
+    log: &BlockLog,
+    entries: Range<usize>,
+    is_whole: impl Fn(usize) -> bool,
+    random: &mut ChaCha8Rng,
+) -> Survivors {
+    let surviving = SURVIVING[random.next_u32() as usize % SURVIVING.len()];
+    let mut chance = |percent: u32| random.next_u32() % 100 < percent;
+    let mut survivors = Vec::new();
+    for at in entries {
+        let (begins, sectors) = (log.entries[at].at, log.entries[at].bytes.len() / SECTOR);
+        if sectors > 0 && chance(surviving) {
+            let is_torn = !is_whole(begins) && chance(TORN);
+            let keeps: Vec<bool> = (0..sectors).map(|_| !is_torn || chance(50)).collect();
+            if keeps.contains(&true) {
+                survivors.push((at, keeps));
             }
         }
-        survivors
     }
+    survivors
 }
 
 #[cfg(test)]
