@@ -41,10 +41,13 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	tests/soak/run
 	tests/soak/update
 
-crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
-	.ci/install play check
+crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine whose player hangs
+	.ci/install play check unit image
 	cargo build --locked --release --workspace
 	tests/crash/run
+	image-build/ffmpeg/build target/lib/dreams-player
+	image-build/build target/image --profile bench
+	cargo test --locked --release --package claims --bench image-whole -- --nocapture
 
 image: ## build the bootable image of a unit; profile=bench for one with a shell on the serial port
 	.ci/install play unit image

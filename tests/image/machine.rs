@@ -5,6 +5,7 @@
 //!
 //! Start at [`Machine`]; a unit and its disk are in `unit.rs`.
 
+use crate::disk::Disk;
 use crate::gallery::Gallery;
 use crate::monitor::Monitor;
 use crate::now::now;
@@ -71,8 +72,8 @@ impl Socket {
 }
 
 impl Machine {
-    /// A machine with the disk `disk` in QEMU's `format`, its other things in `folder`; waking from `state` if there is one.
-    pub(crate) fn start(folder: &Path, disk: &Path, format: &str, state: Option<&Path>) -> Self {
+    /// A machine with this disk, its other things in `folder`; `more` are words of QEMU's.
+    pub(crate) fn start(folder: &Path, disk: &Disk, more: &[String]) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         // Before its clock runs.
         let galleries = vec![built_in()];
@@ -87,20 +88,19 @@ impl Machine {
         qemu.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
         qemu.args(["-drive", &drive(Path::new(FIRMWARE), "if=pflash,format=raw,readonly=on")]);
         qemu.args(["-drive", &drive(&folder.join("variables"), "if=pflash,format=raw")]);
-        // A QEMU that is killed loses nothing that it was given: this machine's kernel has it.
-        qemu.args(["-drive", &drive(disk, &format!("if=none,id=disk,cache=unsafe,format={format}"))]);
-        qemu.args(["-device", "virtio-blk-pci,drive=disk"]);
-        if let Some(state) = state {
-            qemu.args(["-incoming", &format!("exec:cat {}", state.display())]);
-        }
-        let qemu = qemu.spawn().expect("QEMU starts");
+        qemu.args(disk.words()).args(["-device", "virtio-blk-pci,drive=disk"]);
+        let qemu = qemu.args(more).spawn().expect("QEMU starts");
         let (serial, monitor) = (Serial::new(serial.accept()), Monitor::new(monitor.accept()));
         let shot = folder.join("shot.ppm");
-        let mut machine = Self { qemu, monitor, serial, shot, galleries, near: 0, has_shown_art: false, _turn: turn };
-        if state.is_some() {
-            machine.await_status("paused");
-            machine.monitor.ask("cont", &json!({}));
-        }
+        Self { qemu, monitor, serial, shot, galleries, near: 0, has_shown_art: false, _turn: turn }
+    }
+
+    /// A machine like that one, which goes on where `state` was left.
+    pub(crate) fn wake(folder: &Path, disk: &Disk, state: &Path) -> Self {
+        let from = ["-incoming".to_owned(), format!("exec:cat {}", state.display())];
+        let mut machine = Self::start(folder, disk, &from);
+        machine.await_status("paused");
+        machine.monitor.ask("cont", &json!({}));
         machine
     }
 
@@ -194,6 +194,11 @@ impl Machine {
             times -= u32::from(has_moved);
             times == 0
         })
+    }
+
+    /// Looks until its shell is there.
+    pub(crate) fn await_shell(&mut self) -> Vec<Look> {
+        self.watch(PAUSE, |line| line.contains("BENCH"))
     }
 
     /// Lets this much time pass.

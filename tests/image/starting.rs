@@ -6,8 +6,9 @@
 //! Start at [`playing`].
 
 use crate::machine::{Machine, PAUSE};
+use crate::path::Path;
 use crate::picture::{Look, only_art};
-use crate::stick::Stick;
+use crate::stick::{AUTUMN, Stick};
 use crate::unit::{Frozen, Unit, clear_shelf, image};
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -24,6 +25,8 @@ pub(crate) struct Playing {
     looks: Vec<Look>,
     /// As it plays.
     pub(crate) frozen: Frozen,
+    /// Where it is in its path then.
+    pub(crate) path: Path,
     /// A stick that its owner trusts.
     pub(crate) stick: Stick,
 }
@@ -36,12 +39,16 @@ pub(crate) fn playing() -> &'static Playing {
         let stick = Stick::new(&unit.path(""));
         unit.lay_for_owner(&stick.owner);
         let mut machine = unit.start();
-        let mut looks = machine.watch(PAUSE, |line| line.contains("BENCH"));
+        let mut looks = machine.await_shell();
         looks.extend(machine.watch_move(PAUSE, 3 * MOVES));
         // No wall has a machine as slow as this one: it would show nothing but the player from now on.
         machine.run("systemctl set-property --runtime dreams-player.service CPUWeight=20 && udevadm settle -t 240");
         is_as_it_should_be(&mut machine);
-        Playing { looks, frozen: unit.freeze(machine), stick }
+        let mut path = Path::told(&machine.run("dreams-status; echo"));
+        path.may_go_to(AUTUMN, &unit.path(AUTUMN));
+        machine.watch_move(PAUSE, 2).iter().for_each(|look| path.saw(look));
+        println!("frozen at {path}");
+        Playing { looks, frozen: unit.freeze(machine), path, stick }
     });
     &PLAYING
 }

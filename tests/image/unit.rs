@@ -5,6 +5,7 @@
 //!
 //! Start at [`Unit::new`], [`Unit::start`] and [`Frozen`].
 
+use crate::disk::Disk;
 use crate::machine::Machine;
 use crate::programs::{repository, succeed};
 use std::fs;
@@ -23,8 +24,7 @@ const OWNER: u32 = 4;
 /// A unit that can be started, again and again.
 pub(crate) struct Unit {
     folder: TempDir,
-    disk: PathBuf,
-    format: &'static str,
+    disk: Disk,
     /// A disk with the same partitions that can be read as it is.
     table: PathBuf,
 }
@@ -60,15 +60,27 @@ pub(crate) fn clear_shelf() {
     }
 }
 
+/// A disk that is `disk`, and keeps what is written to it in `file`.
+fn over(disk: &Path, file: &Path) -> Disk {
+    succeed(Command::new("qemu-img").args(["create", "-q", "-f", "qcow2", "-F", "raw", "-b"]).args([disk, file]));
+    Disk::new(file.to_owned(), "qcow2")
+}
+
 impl Unit {
     /// A unit as it comes out of its box.
     pub(crate) fn new() -> Self {
+        let unit = Self::with(&image().join("disk.img"), Path::new(VARIABLES));
+        fs::File::options().write(true).open(&unit.disk.file).unwrap().set_len(DISK_MIB << 20).unwrap();
+        unit
+    }
+
+    /// One with copies of these.
+    fn with(disk: &Path, variables: &Path) -> Self {
         let folder = folder();
-        let disk = folder.path().join("disk.img");
-        succeed(Command::new("cp").arg("--sparse=always").arg(image().join("disk.img")).arg(&disk));
-        fs::File::options().write(true).open(&disk).unwrap().set_len(DISK_MIB << 20).unwrap();
-        fs::copy(VARIABLES, folder.path().join("variables")).unwrap();
-        Self { folder, table: disk.clone(), disk, format: "raw" }
+        let copy = folder.path().join("disk.img");
+        succeed(Command::new("cp").arg("--sparse=always").args([disk, &copy]));
+        fs::copy(variables, folder.path().join("variables")).unwrap();
+        Self { folder, table: copy.clone(), disk: Disk::new(copy, "raw") }
     }
 
     /// A file beside its disk.
@@ -76,25 +88,30 @@ impl Unit {
         self.folder.path().join(name)
     }
 
-    /// Where the partition `number` of its disk begins, in bytes.
-    fn begin(&self, number: u32) -> u64 {
+    /// Where the partition `number` of its disk begins, in bytes; `None` if there is none yet.
+    fn find(&self, number: u32) -> Option<u64> {
         let said = Command::new("sfdisk").arg("--json").arg(&self.table).output().unwrap();
         let table: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
         let partitions = table["partitiontable"]["partitions"].as_array().unwrap();
         let name = format!("disk.img{number}");
         let found = partitions.iter().find(|part| part["node"].as_str().unwrap().ends_with(&name));
-        found.unwrap_or_else(|| panic!("no partition {number}"))["start"].as_u64().unwrap() * 512
+        found.map(|part| part["start"].as_u64().unwrap() * 512)
     }
 
     /// Lays `file` onto its owner's partition, as any computer would.
     pub(crate) fn lay_for_owner(&self, file: &Path) {
-        let partition = format!("{}@@{}", self.table.display(), self.begin(OWNER));
+        let partition = format!("{}@@{}", self.table.display(), self.find(OWNER).unwrap());
         succeed(Command::new("mcopy").args(["-o", "-i", &partition]).arg(file).arg("::"));
     }
 
     /// Gives it power.
     pub(crate) fn start(&self) -> Machine {
-        Machine::start(self.folder.path(), &self.disk, self.format, None)
+        Machine::start(self.folder.path(), &self.disk, &[])
+    }
+
+    /// Wakes it as it was `frozen`, which has the same disk.
+    pub(crate) fn wake(&self, frozen: &Frozen) -> Machine {
+        Machine::wake(self.folder.path(), &self.disk, &frozen.state())
     }
 
     /// Stops `machine`, which is this unit's, to be woken later.
@@ -108,18 +125,19 @@ impl Frozen {
     /// The unit as if its power had been cut when it was frozen.
     fn off(&self) -> Unit {
         let folder = folder();
-        let disk = folder.path().join("disk.qcow2");
-        let from = &self.unit.disk;
-        succeed(Command::new("qemu-img").args(["create", "-q", "-f", "qcow2", "-F", "raw", "-b"]).args([from, &disk]));
+        let disk = over(&self.unit.disk.file, &folder.path().join("disk.qcow2"));
         fs::copy(self.unit.path("variables"), folder.path().join("variables")).unwrap();
-        Unit { folder, disk, format: "qcow2", table: self.unit.table.clone() }
+        Unit { folder, disk, table: self.unit.table.clone() }
+    }
+
+    fn state(&self) -> PathBuf {
+        self.unit.path("state")
     }
 
     /// The unit, going on where it was frozen.
     pub(crate) fn wake(&self) -> (Unit, Machine) {
         let unit = self.off();
-        let state = self.unit.path("state");
-        let machine = Machine::start(unit.folder.path(), &unit.disk, unit.format, Some(&state));
+        let machine = unit.wake(self);
         (unit, machine)
     }
 }

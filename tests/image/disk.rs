@@ -1,0 +1,36 @@
+//! The disk of a machine.
+//!
+//! Owns how QEMU is told of it. Never writes to it.
+
+use std::path::PathBuf;
+
+/// A disk, in a file.
+#[derive(Debug)]
+pub(crate) struct Disk {
+    pub(crate) file: PathBuf,
+    /// QEMU's word for the form that it has.
+    pub(crate) format: &'static str,
+    /// Where QEMU writes down all that the disk is told, as `claims::block_log` reads it.
+    pub(crate) log: Option<PathBuf>,
+}
+
+impl Disk {
+    /// One in `file`, of whose writes nothing is told.
+    pub(crate) fn new(file: PathBuf, format: &'static str) -> Self {
+        Self { file, format, log: None }
+    }
+
+    /// QEMU's words for the node `disk`.
+    pub(crate) fn words(&self) -> Vec<String> {
+        // A QEMU that is killed loses nothing that it was given: this machine's kernel has it.
+        let node = |name: &str, words: &str| ["-blockdev".to_owned(), format!("node-name={name},{words}")];
+        let file = |file: &PathBuf| format!("driver=file,cache.no-flush=on,filename={}", file.display());
+        let form = format!("driver={},cache.no-flush=on,file=file", self.format);
+        let Some(log) = &self.log else {
+            return [node("file", &file(&self.file)), node("disk", &form)].concat();
+        };
+        let whole = "driver=blklogwrites,file=form,log=log,log-sector-size=512,log-super-update-interval=1";
+        let nodes = [("file", &file(&self.file)), ("form", &form), ("log", &file(log)), ("disk", &whole.to_owned())];
+        nodes.into_iter().flat_map(|(name, words)| node(name, words)).collect()
+    }
+}

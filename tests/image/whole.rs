@@ -1,0 +1,28 @@
+//! The claims of `main.rs` and those that take longer: `make crash` tries them, and no other target does.
+//!
+//! Owns no more than that list.
+//!
+//! Start at [`hanging`].
+#![forbid(unsafe_code)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
+
+mod arriving;
+#[path = "../it/clips.rs"]
+#[allow(dead_code, reason = "`it` needs the rest")]
+mod clips;
+mod disk;
+mod gallery;
+mod hanging;
+mod machine;
+mod monitor;
+mod now;
+mod path;
+mod picture;
+mod player;
+#[path = "../it/programs.rs"]
+#[allow(dead_code, reason = "`it` needs the rest")]
+mod programs;
+mod serial;
+mod starting;
+mod stick;
+mod unit;
