@@ -41,7 +41,7 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	tests/soak/run
 	tests/soak/update
 
-crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine whose player hangs
+crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times
 	.ci/install play check unit image
 	cargo build --locked --release --workspace
 	tests/crash/run

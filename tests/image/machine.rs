@@ -111,6 +111,11 @@ impl Machine {
         self.await_status("postmigrate");
     }
 
+    /// Stands still from now on; what it was just saying to its disk is said.
+    pub(crate) fn halt(&mut self) {
+        self.monitor.ask("stop", &json!({}));
+    }
+
     fn await_status(&mut self, wanted: &str) {
         let end = now() + PATIENCE;
         while self.monitor.ask("query-status", &json!({}))["status"] != wanted {

@@ -13,8 +13,10 @@ mod arriving;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
+mod cuts;
 mod disk;
 mod gallery;
+mod loss;
 mod machine;
 mod monitor;
 mod now;

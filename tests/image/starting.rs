@@ -6,12 +6,14 @@
 //! Start at [`playing`].
 
 use crate::machine::{Machine, PAUSE};
+use crate::now::now;
 use crate::path::Path;
 use crate::picture::{Look, only_art};
 use crate::stick::{AUTUMN, Stick};
 use crate::unit::{Frozen, Unit, clear_shelf, image};
 use std::path::PathBuf;
 use std::sync::LazyLock;
+use std::time::Duration;
 
 /// So many looks a second there must be, on a machine that does other things, too; `closely.rs` looks more often.
 pub(crate) const OFTEN: f64 = 1.0;
@@ -23,6 +25,8 @@ pub(crate) const MOVES: u32 = 20;
 pub(crate) struct Playing {
     /// How it looked on the way.
     looks: Vec<Look>,
+    /// How long it took to its first lit frame.
+    pub(crate) start: Duration,
     /// As it plays.
     pub(crate) frozen: Frozen,
     /// Where it is in its path then.
@@ -38,6 +42,7 @@ pub(crate) fn playing() -> &'static Playing {
         let unit = Unit::new();
         let stick = Stick::new(&unit.path(""));
         unit.lay_for_owner(&stick.owner);
+        let began = now();
         let mut machine = unit.start();
         let mut looks = machine.await_shell();
         looks.extend(machine.watch_move(PAUSE, 3 * MOVES));
@@ -47,8 +52,9 @@ pub(crate) fn playing() -> &'static Playing {
         let mut path = Path::told(&machine.run("dreams-status; echo"));
         path.may_go_to(AUTUMN, &unit.path(AUTUMN));
         machine.watch_move(PAUSE, 2).iter().for_each(|look| path.saw(look));
-        println!("frozen at {path}");
-        Playing { looks, frozen: unit.freeze(machine), path, stick }
+        let start = looks.iter().find(|look| look.is_art()).expect("art is lit").at.saturating_sub(began);
+        println!("lit after {start:.1?}; frozen at {path}");
+        Playing { looks, start, frozen: unit.freeze(machine), path, stick }
     });
     &PLAYING
 }

@@ -6,8 +6,10 @@
 //! Start at [`Unit::new`], [`Unit::start`] and [`Frozen`].
 
 use crate::disk::Disk;
+use crate::loss;
 use crate::machine::Machine;
 use crate::programs::{repository, succeed};
+use rand_chacha::ChaCha8Rng;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -18,8 +20,9 @@ const DISK_MIB: u64 = 1_200;
 /// The firmware's variables as they leave the factory, of Debian's `ovmf`.
 const VARIABLES: &str = "/usr/share/OVMF/OVMF_VARS_4M.fd";
 
-/// The owner's partition, as `image-build/disk.sfdisk` counts them.
+/// The owner's partition and that of the flocks, as `image-build/disk.sfdisk` counts them.
 const OWNER: u32 = 4;
+const DATA: u32 = 6;
 
 /// A unit that can be started, again and again.
 pub(crate) struct Unit {
@@ -114,6 +117,23 @@ impl Unit {
         Machine::wake(self.folder.path(), &self.disk, &frozen.state())
     }
 
+    /// Gives it power, or wakes it as it was `frozen`, which has the same disk. What its disk is told is recorded, and the
+    /// disk itself does not change, until the power goes and it is seen what that leaves: see [`Unit::lose`].
+    pub(crate) fn record(&self, frozen: Option<&Frozen>) -> Machine {
+        let log = self.path("log");
+        fs::write(&log, []).unwrap();
+        let disk = Disk { log: Some(log), ..over(&self.disk.file, &self.path("record.qcow2")) };
+        match frozen {
+            Some(frozen) => Machine::wake(self.folder.path(), &disk, &frozen.state()),
+            None => Machine::start(self.folder.path(), &disk, &[]),
+        }
+    }
+
+    /// Leaves on its disk what a power cut may have left of what was recorded: see [`loss::cut`].
+    pub(crate) fn lose(&self, random: &mut ChaCha8Rng) -> [usize; 2] {
+        loss::cut(&self.path("log"), &self.disk.file, self.find(DATA), random)
+    }
+
     /// Stops `machine`, which is this unit's, to be woken later.
     pub(crate) fn freeze(self, machine: Machine) -> Frozen {
         machine.freeze(&self.path("state"));
@@ -128,6 +148,11 @@ impl Frozen {
         let disk = over(&self.unit.disk.file, &folder.path().join("disk.qcow2"));
         fs::copy(self.unit.path("variables"), folder.path().join("variables")).unwrap();
         Unit { folder, disk, table: self.unit.table.clone() }
+    }
+
+    /// The same, with a disk of its own.
+    pub(crate) fn copy(&self) -> Unit {
+        Unit::with(&self.unit.disk.file, &self.unit.path("variables"))
     }
 
     fn state(&self) -> PathBuf {

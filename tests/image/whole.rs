@@ -2,7 +2,7 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hanging`].
+//! Start at [`hundred`] and [`hanging`].
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -10,9 +10,12 @@ mod arriving;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
+mod cuts;
 mod disk;
 mod gallery;
 mod hanging;
+mod hundred;
+mod loss;
 mod machine;
 mod monitor;
 mod now;

@@ -1,0 +1,147 @@
+//! The power goes, at any moment, and the unit comes back to its art.
+//!
+//! Owns the moments, and the life of a unit from one cut to the next. QEMU is killed. Then its disk has all that it was
+//! told, or, as the dice fall, what it had flushed and any part of the rest: that is what a disk may lose.
+//!
+//! Start at [`Life::goes_on`].
+
+use crate::machine::{Machine, PAUSE};
+use crate::now::now;
+use crate::path::Path;
+use crate::picture::{Look, only_art};
+use crate::starting::{MOVES, OFTEN, Playing, playing};
+use crate::unit::Unit;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::time::Duration;
+
+/// While what the power goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Moment {
+    /// It plays.
+    Play,
+    /// It starts, out of its box or not.
+    Start,
+    /// It takes in a flock from a stick.
+    Update,
+}
+
+/// A unit whose power goes again and again.
+pub(crate) struct Life {
+    unit: Unit,
+    /// Frozen as it plays, to be woken once; else it is off.
+    is_frozen: bool,
+    path: Option<Path>,
+    /// Of when its power goes.
+    moments: ChaCha8Rng,
+    /// Of what its disk loses then.
+    losses: ChaCha8Rng,
+}
+
+/// The longest that a unit has until its power goes, in parts of what a start takes here.
+fn longest(moment: Moment) -> f64 {
+    match moment {
+        Moment::Play => 0.5,
+        Moment::Start => 1.2,
+        Moment::Update => 0.8,
+    }
+}
+
+impl Life {
+    /// Of the unit that plays.
+    pub(crate) fn of_playing(seed: u64) -> Self {
+        let Playing { frozen, path, .. } = playing();
+        Self::of(frozen.copy(), Some(path.clone()), seed)
+    }
+
+    /// Of one that comes out of its box.
+    pub(crate) fn out_of_the_box(seed: u64) -> Self {
+        let unit = Unit::new();
+        unit.lay_for_owner(&playing().stick.owner);
+        Self::of(unit, None, seed)
+    }
+
+    fn of(unit: Unit, path: Option<Path>, seed: u64) -> Self {
+        let [moments, losses] = [seed, !seed].map(ChaCha8Rng::seed_from_u64);
+        Self { unit, is_frozen: path.is_some(), path, moments, losses }
+    }
+
+    /// It lives until its power goes, at some moment of these; and so on, and comes back to its art in the end.
+    pub(crate) fn goes_on(mut self, moments: &[Moment]) {
+        for moment in moments {
+            self.is_cut(*moment);
+        }
+        let mut machine = self.unit.start();
+        machine.hang(playing().stick.gallery);
+        let mut looks = machine.await_shell();
+        looks.extend(machine.watch_move(PAUSE, MOVES));
+        self.follows(false, &looks);
+        assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
+        let mount = machine.run("findmnt --noheadings --output FSTYPE,OPTIONS /var/lib/dreams");
+        assert!(mount.starts_with("ext4 rw,"), "{mount}");
+    }
+
+    fn is_cut(&mut self, moment: Moment) {
+        let loses = self.moments.next_u32().is_multiple_of(2);
+        let part = f64::from(self.moments.next_u32()) / f64::from(u32::MAX);
+        let is_woken = std::mem::take(&mut self.is_frozen) && moment != Moment::Start;
+        let woken = is_woken.then_some(&playing().frozen);
+        // All of its writes are kept, or what a cut leaves of them.
+        let mut machine = match woken {
+            _ if loses => self.unit.record(woken),
+            Some(frozen) => self.unit.wake(frozen),
+            None => self.unit.start(),
+        };
+        machine.hang(playing().stick.gallery);
+        let mut looks = Vec::new();
+        if moment != Moment::Start && !is_woken {
+            looks = machine.watch_for(PAUSE, Look::is_art);
+        }
+        if moment == Moment::Update {
+            machine.plug(&playing().stick.disk);
+        }
+        let time = playing().start.mul_f64(longest(moment) * part);
+        looks.extend(lives(&mut machine, time));
+        if loses {
+            machine.halt();
+        }
+        drop(machine);
+        self.follows(is_woken, &looks);
+        let lost = loses.then(|| self.unit.lose(&mut self.losses));
+        let lost = lost.map_or("nothing".to_owned(), |[all, left]| format!("{} of {all} late writes", all - left));
+        let path = self.path.as_ref().map(ToString::to_string).unwrap_or_default();
+        println!("cut {time:.1?} into {moment:?}, lost {lost}, lit {}: {path}", looks.iter().any(Look::is_art));
+    }
+
+    /// Holds what was seen against what may be, on a glass that was lit before or not.
+    fn follows(&mut self, was_lit: bool, looks: &[Look]) {
+        if looks.iter().any(Look::is_art) {
+            only_art(looks, OFTEN);
+        }
+        match &mut self.path {
+            Some(path) if was_lit => looks.iter().for_each(|look| path.saw(look)),
+            Some(path) => {
+                path.came_back_with(looks);
+            }
+            None => {}
+        }
+    }
+}
+
+/// What is on its glass while it is let live so long.
+fn lives(machine: &mut Machine, time: Duration) -> Vec<Look> {
+    let end = now() + time;
+    let mut looks = Vec::new();
+    while now() < end {
+        looks.extend(machine.look());
+        machine.wait(PAUSE.min(end.saturating_sub(now())));
+    }
+    looks
+}
+
+#[test]
+fn five_power_cuts_end_in_art() {
+    let starts = [Moment::Start; 4];
+    // By this seed all but the third lose what was not flushed, and the first start is cut about when its art comes.
+    Life::of_playing(138).goes_on(&[[Moment::Update].as_slice(), &starts].concat());
+}

@@ -1,0 +1,40 @@
+//! What a power cut takes from a disk: whatever it had not flushed may be lost, or torn.
+//!
+//! Owns the disk after the cut, made from the one before and all that was written since. Never chooses: `claims::cuts`
+//! does, as it does for the crash laboratory.
+
+use claims::block_log::{BlockLog, SECTOR};
+use claims::cuts::{UNTORN, survivors};
+use rand_chacha::ChaCha8Rng;
+use std::fs::{self, File};
+use std::ops::Range;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+
+/// Makes `disk`, on which all that is in `log` would have been written, what a power cut leaves of it. The file system
+/// that begins at `data` writes its superblock in place. Says how many writes there were that nothing had flushed, and
+/// how many of them are left.
+pub(crate) fn cut(log: &Path, disk: &Path, data: Option<u64>, random: &mut ChaCha8Rng) -> [usize; 2] {
+    let log = fs::read(log).unwrap();
+    if log.is_empty() {
+        // It was told nothing at all.
+        return [0, 0];
+    }
+    let log = BlockLog::read(Vec::new(), log);
+    let disk = File::options().write(true).open(disk).unwrap();
+    let write = |at: usize, keeps: &dyn Fn(usize) -> bool| {
+        let entry = &log.entries[at];
+        for (sector, bytes) in log.bytes(entry).chunks(SECTOR).enumerate().filter(|(sector, _)| keeps(*sector)) {
+            disk.write_all_at(bytes, (entry.at + sector * SECTOR) as u64).unwrap();
+        }
+    };
+    let flushed = log.entries.iter().rposition(|entry| entry.is_flush).unwrap_or(0);
+    (0..flushed).for_each(|at| write(at, &|_| true));
+    let superblock: Range<usize> = data.map_or(0..0, |data| data as usize..data as usize + UNTORN);
+    let since = flushed..log.entries.len();
+    let survivors = survivors(&log, since.clone(), |at| superblock.contains(&at), random);
+    for (at, keeps) in &survivors {
+        write(*at, &|sector| keeps[sector]);
+    }
+    [since.filter(|at| !log.entries[*at].bytes.is_empty()).count(), survivors.len()]
+}
