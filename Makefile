@@ -27,10 +27,11 @@ check: ## everything that must hold before a change lands: form, lints, licences
 	image-build/build target/image --profile bench
 	cargo test --locked --release --workspace --no-fail-fast
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, bundles or display for one part
-	.ci/install play check bench unit
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, bundles, display or boot for one part
+	.ci/install play check bench unit image
 	image-build/ffmpeg/build target/lib/dreams-player
 	cargo build --locked --release --workspace
+	image-build/build target/image --profile bench
 	tests/bench/run $(what)
 
 soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks
@@ -47,7 +48,7 @@ crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
 	tests/crash/run
 	image-build/ffmpeg/build target/lib/dreams-player
 	image-build/build target/image --profile bench
-	cargo test --locked --release --package claims --bench image-whole -- --nocapture
+	cargo test --locked --release --package claims --bench image-whole -- --nocapture --skip soon::
 
 image: ## build the bootable image of a unit; profile=bench for one with a shell on the serial port
 	.ci/install play unit image

@@ -163,6 +163,19 @@ impl Machine {
         );
     }
 
+    /// Waits until its serial port says `word`; what it says behind that.
+    pub(crate) fn await_word(&mut self, word: &str) -> String {
+        let end = now() + PATIENCE;
+        while now() < end {
+            let line = self.serial.line(end.saturating_sub(now()));
+            // The firmware moves about on the same line.
+            if let Some((_, rest)) = line.as_deref().and_then(|line| line.split_once(word)) {
+                return rest.trim().to_owned();
+            }
+        }
+        panic!("`{word}` is not said in ten minutes; {}", self.serial.lately());
+    }
+
     /// Looks at the glass every `pause` while its shell runs `command`, which must succeed.
     pub(crate) fn watch_while(&mut self, pause: Duration, command: &str) -> Vec<Look> {
         self.serial.send(command);

@@ -109,7 +109,12 @@ impl Unit {
 
     /// Gives it power.
     pub(crate) fn start(&self) -> Machine {
-        Machine::start(self.folder.path(), &self.disk, &[])
+        self.start_with(&[])
+    }
+
+    /// The same, with more words of QEMU's.
+    pub(crate) fn start_with(&self, more: &[String]) -> Machine {
+        Machine::start(self.folder.path(), &self.disk, more)
     }
 
     /// Wakes it as it was `frozen`, which has the same disk.

@@ -2,7 +2,7 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`] and [`hanging`].
+//! Start at [`hundred`] and [`hanging`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -26,6 +26,7 @@ mod player;
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
 mod serial;
+mod soon;
 mod starting;
 mod stick;
 mod unit;
