@@ -163,6 +163,22 @@ fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_c
 }
 
 #[test]
+fn a_stick_for_others_whose_list_cannot_be_read_is_told_so_and_is_not_taken_for_an_empty_one() {
+    let breakage = Breakage::new();
+    let stick = breakage.unit.stick();
+    fs::rename(stick.join("seals/all.seal"), stick.join("seals/attic.seal")).unwrap();
+    let seals = stick.join("seals").display().to_string();
+    let look = |more: &[&str]| {
+        breakage.reset();
+        let said = breakage.strace(&[&["-P", &*seals, "-e", "trace=getdents64"], more].concat());
+        (said.status.code(), breakage.unit.card().unwrap_or_default())
+    };
+    assert_eq!(look(&[]), (Some(1), "This stick is for attic. This frame is lobby.".to_owned()));
+    let again = "The stick could not be read to its end. Put it in again, and the rest follows.";
+    assert_eq!(look(&["-e", "inject=getdents64:error=EIO"]), (Some(3), again.to_owned()));
+}
+
+#[test]
 fn a_stick_of_ten_thousand_strange_files_leads_nowhere() {
     let unit = Unit::new();
     let (stick, secret) = (unit.stick(), unit.path("secret"));

@@ -7,6 +7,8 @@
 pub const SEAL: u64 = 16 << 10;
 /// Units that one seal names.
 pub const UNITS: usize = 128;
+/// Seals in one folder.
+pub const SEALS: usize = 10_000;
 /// Bytes of a unit's name.
 pub const UNIT_NAME: usize = 64;
 /// Bytes of a flock's name in a seal.

@@ -149,7 +149,7 @@ fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> 
 
 /// Fine if the source has no bundle for any unit at all.
 fn is_for_nobody(order: &Order, place: &str, source: &Origin) -> Result<(), Fatal> {
-    let mut units = source.units();
+    let mut units = source.units()?;
     if units.is_empty() {
         return Ok(());
     }

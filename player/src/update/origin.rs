@@ -4,8 +4,8 @@
 
 use crate::report::Fatal;
 use crate::server::Server;
-use bundle::{Folder, ObjectId, Source};
-use std::io::{self, Read};
+use bundle::{Folder, FolderError, ObjectId, Source};
+use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
 /// A place that has bundles.
@@ -31,11 +31,17 @@ impl Origin {
     }
 
     /// For whom it has bundles, as far as that can be seen.
-    pub(crate) fn units(&self) -> Vec<String> {
+    ///
+    /// # Errors
+    /// [`Fatal::Source`].
+    pub(crate) fn units(&self) -> Result<Vec<String>, Fatal> {
         match self {
-            Self::Folder(folder) => folder.seals().unwrap_or_default(),
+            Self::Folder(folder) => match folder.seals() {
+                Err(FolderError::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+                seals => seals.map_err(Fatal::Source),
+            },
             // A server shows no lists.
-            Self::Server(_) => Vec::new(),
+            Self::Server(_) => Ok(Vec::new()),
         }
     }
 

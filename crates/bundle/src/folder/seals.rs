@@ -7,6 +7,7 @@ use std::fs;
 use std::io;
 
 use super::{Folder, FolderError};
+use crate::limits;
 use crate::names::Addressees;
 use crate::{seal, system};
 
@@ -37,6 +38,10 @@ impl Folder {
         for entry in fs::read_dir(&path).map_err(unread)? {
             let name = entry.map_err(unread)?.file_name();
             stems.extend(name.to_str().and_then(|name| name.strip_suffix(".seal")).map(str::to_owned));
+            if stems.len() > limits::SEALS {
+                let many = io::Error::other(format!("there are more than {} seals", limits::SEALS));
+                return Err(unread(many));
+            }
         }
         stems.sort();
         Ok(stems)
@@ -65,5 +70,26 @@ impl Folder {
             self.replace(&path(stem), bytes)?;
         }
         self.sync()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::File;
+
+    #[test]
+    fn a_folder_with_more_seals_than_units_could_have_is_refused() {
+        let scratch = tempfile::tempdir().unwrap();
+        let folder = Folder::open(scratch.path()).unwrap();
+        assert!(
+            matches!(folder.seals(), Err(FolderError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound)
+        );
+        fs::create_dir(scratch.path().join("seals")).unwrap();
+        let lay = |number: usize| File::create(scratch.path().join(format!("seals/{number}.seal"))).map(drop).unwrap();
+        (0..limits::SEALS).for_each(lay);
+        assert_eq!(folder.seals().unwrap().len(), limits::SEALS);
+        lay(limits::SEALS);
+        assert!(folder.seals().unwrap_err().to_string().contains("seals"));
     }
 }
