@@ -1,13 +1,17 @@
 """Measures how fast a bundle is verified and what an update costs, beside b3sum, rsync and casync.
 
-bundles.py FOLDER FLOCK [ROUNDS]. Owns the measuring: seconds by the wall, bytes as each tool counts or stores them. The
-artist's side lies in memory where there is room, the other side on the disk, and every copy ends with its bytes on
-that disk. Answers in FOLDER/bundles.json. What a unit fetches over HTTP is measured elsewhere.
+bundles.py FOLDER FLOCK UPDATER [ROUNDS]. Owns the measuring: seconds by the wall, bytes as each tool counts or stores
+them; a unit's bytes are those that a web server sent it, every header included. The artist's side lies in memory where
+there is room, the other side on the disk, and every copy ends with its bytes on that disk. Answers in
+FOLDER/bundles.json.
 
 The clips are a few grey frames with megabytes of noise behind them, which MP4 readers pass over: as incompressible as
 film, and quickly made.
 """
 
+import contextlib
+import functools
+import http.server
 import json
 import os
 import random
@@ -17,10 +21,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
-SHEEP = 100
-CLIP_BYTES = 10_000_000
+# A ring, and one chord: 1,125 clips.
+SHEEP = 562
+CLIPS = 2 * SHEEP + 1
+CLIP_BYTES = 1_800_000
 # One clip in twenty changes.
 EVERY = 20
 
@@ -59,16 +66,16 @@ def clip(flock, number, edition, frames):
 
 
 def make(flock, frames):
-    """A ring of sheep; each clip is another file."""
+    """A ring of sheep, and a chord; each clip is another file."""
     os.makedirs(flock)
     with open(f"{flock}/flock.toml", "w") as toml:
         toml.write('format = 1\nname = "bench"\nsize = [64, 64]\nfps = [30, 1]\n')
         for at in range(SHEEP):
             toml.write(f'[[sheep]]\nid = "{at}"\nframes = 12\nclip = "{at}.mp4"\n')
-        for at in range(SHEEP):
-            ends = f'from = "{at}"\nto = "{(at + 1) % SHEEP}"\n'
+        for at in range(SHEEP + 1):
+            ends = f'from = "{at % SHEEP}"\nto = "{(at + 1 + at // SHEEP) % SHEEP}"\n'
             toml.write(f'[[transition]]\n{ends}frames = 12\nclip = "{SHEEP + at}.mp4"\n')
-    for number in range(2 * SHEEP):
+    for number in range(CLIPS):
         clip(flock, number, 0, frames)
 
 
@@ -133,8 +140,8 @@ def casync(studio, disk, edition):
 
 def publish(studio, disk, flock):
     """One edition by `flock pack` and `flock publish`: seconds, and bytes written."""
-    pack = [flock, "pack", "flock", "bundle", "--key", "artist.key", "--passphrase-file", "passphrase"]
-    packing = seconds(*pack, cwd=studio)
+    key = ["--key", "artist.key", "--passphrase-file", "passphrase"]
+    packing = seconds(flock, "pack", "flock", "bundle", "--unit", "lobby", *key, cwd=studio)
     os.makedirs(f"{disk}/published", exist_ok=True)
     words = [flock, "publish", "bundle", f"{disk}/published", "--trust", "artist.pub", "--json"]
     before = time.monotonic()
@@ -142,26 +149,81 @@ def publish(studio, disk, flock):
     return {"seconds": time.monotonic() - before, "artist_seconds": packing, "bytes": answer["new_bytes"]}
 
 
-def contest(studio, disk, flock, frames):
-    """Both editions by every tool, and how many bytes are new in the second."""
+class Counted:
+    """What a server sends to one visitor, counted."""
+
+    def __init__(self, to, heard):
+        self.to, self.heard = to, heard
+
+    def write(self, data):
+        """Sends it."""
+        self.heard["bytes"] += len(data)
+        return self.to.write(data)
+
+    def __getattr__(self, name):
+        return getattr(self.to, name)
+
+
+class Visit(http.server.SimpleHTTPRequestHandler):
+    """One visitor of the server."""
+
+    protocol_version = "HTTP/1.1"
+
+    def setup(self):
+        super().setup()
+        self.wfile = Counted(self.wfile, self.server.heard)
+
+    def log_message(self, *_):
+        """Says nothing."""
+
+    def log_request(self, *_):
+        self.server.heard["requests"] += 1
+
+
+@contextlib.contextmanager
+def serving(folder):
+    """A web server of what lies in `folder`: its address, and what it has heard and sent."""
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Visit, directory=folder))
+    server.heard = {"requests": 0, "bytes": 0}
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}", server.heard
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def unit(studio, disk, updater):
+    """A unit looks at the web server once: what it did, seconds until all is on its disk, requests and bytes."""
+    words = [updater, "--json", "--unit", "lobby", "--store", f"{disk}/store", "--keys", f"{studio}/artist.pub"]
+    with serving(f"{disk}/published") as (address, heard):
+        before = time.monotonic()
+        answer = json.loads(run(*words, address, stderr=subprocess.DEVNULL))
+        run("sync", "-f", disk)
+        return {"outcome": answer["outcome"], "seconds": time.monotonic() - before, **heard}
+
+
+def contest(studio, disk, flock, updater, frames):
+    """Both editions by every tool, how many bytes are new in the second, and a look of a unit that has both."""
     os.makedirs(disk)
     make(f"{studio}/flock", frames)
     with open(f"{studio}/passphrase", "w") as out:
         os.chmod(out.name, 0o600)
         out.write("bench\n")
     run(flock, "keygen", "artist.key", "--passphrase-file", "passphrase", cwd=studio)
-    tools = {"flock": [], "rsync": [], "casync": []}
+    tools = {"publish": [], "unit": [], "rsync": [], "casync": []}
     new = 0
     for edition in range(2):
         if edition:
-            shutil.copytree(f"{studio}/bundle", f"{studio}/before")
-            new = sum(clip(f"{studio}/flock", number, edition, frames) for number in range(0, 2 * SHEEP, EVERY))
-        tools["flock"].append(publish(studio, disk, flock))
+            new = sum(clip(f"{studio}/flock", number, edition, frames) for number in range(0, CLIPS, EVERY))
+        tools["publish"].append(publish(studio, disk, flock))
+        tools["unit"].append(unit(studio, disk, updater))
+        assert tools["unit"][-1]["outcome"] == "installed", tools["unit"]
         tools["rsync"].append(rsync(studio, disk))
         tools["casync"].append(casync(studio, disk, edition))
-    words = [flock, "diff", "before", "bundle", "--trust", "artist.pub", "--json"]
-    differ = json.loads(run(*words, cwd=studio))
-    return tools, new, differ["fetch_bytes"] + differ["list_bytes"]
+    look = unit(studio, disk, updater)
+    assert look["outcome"] == "no-news", look
+    return tools, new, look
 
 
 def memory(wanted):
@@ -171,12 +233,12 @@ def memory(wanted):
 
 
 def main():
-    folder, flock = sys.argv[1], os.path.abspath(sys.argv[2])
-    rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 7
+    folder, flock, updater = sys.argv[1], os.path.abspath(sys.argv[2]), os.path.abspath(sys.argv[3])
+    rounds = int(sys.argv[4]) if len(sys.argv) > 4 else 7
     disk = os.path.abspath(f"{folder}/bundles")
     shutil.rmtree(disk, ignore_errors=True)
-    with tempfile.TemporaryDirectory(dir=memory(5 * SHEEP * CLIP_BYTES) or folder) as studio:
-        tools, new, fetched = contest(studio, disk, flock, base(studio))
+    with tempfile.TemporaryDirectory(dir=memory(3 * CLIPS * CLIP_BYTES) or folder) as studio:
+        tools, new, look = contest(studio, disk, flock, updater, base(studio))
         verify, verified = verifying(studio, flock, rounds)
     shutil.rmtree(disk)
     for name, figure in verify.items():
@@ -187,7 +249,9 @@ def main():
         print(f"{update['seconds']:>11.2f}{update['bytes'] / 1e6:>10.1f}")
     reach = [
         ("verifying, of b3sum's speed", verify["b3sum"]["wall_s"] / verify["flock verify"]["wall_s"], ">=", 0.9),
-        ("a unit's bytes, of what is new", fetched / new, "<=", 1.01),
+        ("a unit's bytes, of what is new", tools["unit"][1]["bytes"] / new, "<=", 1.01),
+        ("requests of a look without news", look["requests"], "<=", 1),
+        ("kB of a look without news", look["bytes"] / 1000, "<=", 64),
     ]
     kept = [(figure >= bound) if sign == ">=" else (figure <= bound) for _, figure, sign, bound in reach]
     print()
@@ -195,8 +259,8 @@ def main():
         print(f"{name:34}{figure:>8.4f}  {sign} {bound:<6} {'kept' if held else 'MISSED'}")
     with open(f"{folder}/bundles.json", "w") as out:
         told = [{"promise": n, "figure": f, "bound": f"{s} {b}", "kept": k} for (n, f, s, b), k in zip(reach, kept)]
-        json.dump({"clips": 2 * SHEEP, "bytes": verified, "rounds": rounds, "verify": verify, "new_bytes": new,
-                   "fetched_bytes": fetched, "tools": tools, "reach": told}, out, indent=1)
+        json.dump({"clips": CLIPS, "bytes": verified, "rounds": rounds, "verify": verify, "new_bytes": new,
+                   "look": look, "tools": tools, "reach": told}, out, indent=1)
     return 0 if all(kept) else 1
 
 
