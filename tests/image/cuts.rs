@@ -108,7 +108,9 @@ impl Life {
         drop(machine);
         self.follows(is_woken, &looks);
         let lost = loses.then(|| self.unit.lose(&mut self.losses));
-        let lost = lost.map_or("nothing".to_owned(), |[all, left]| format!("{} of {all} late writes", all - left));
+        let lost = lost.map_or("nothing".to_owned(), |[all, late, left]| {
+            format!("{} of {late} late writes of {all}", late - left)
+        });
         let path = self.path.as_ref().map(ToString::to_string).unwrap_or_default();
         println!("cut {time:.1?} into {moment:?}, lost {lost}, lit {}: {path}", looks.iter().any(Look::is_art));
     }

@@ -12,13 +12,13 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 /// Makes `disk`, on which all that is in `log` would have been written, what a power cut leaves of it. The file system
-/// that begins at `data` writes its superblock in place. Says how many writes there were that nothing had flushed, and
-/// how many of them are left.
-pub(crate) fn cut(log: &Path, disk: &Path, data: Option<u64>, random: &mut ChaCha8Rng) -> [usize; 2] {
+/// that begins at `data` writes its superblock in place. Says how many writes there were, how many of
+/// them nothing had flushed, and how many of those are left.
+pub(crate) fn cut(log: &Path, disk: &Path, data: Option<u64>, random: &mut ChaCha8Rng) -> [usize; 3] {
     let log = fs::read(log).unwrap();
     if log.is_empty() {
         // It was told nothing at all.
-        return [0, 0];
+        return [0; 3];
     }
     let log = BlockLog::read(Vec::new(), log);
     let disk = File::options().write(true).open(disk).unwrap();
@@ -36,5 +36,6 @@ pub(crate) fn cut(log: &Path, disk: &Path, data: Option<u64>, random: &mut ChaCh
     for (at, keeps) in &survivors {
         write(*at, &|sector| keeps[sector]);
     }
-    [since.filter(|at| !log.entries[*at].bytes.is_empty()).count(), survivors.len()]
+    let writes = |entries: Range<usize>| entries.filter(|at| !log.entries[*at].bytes.is_empty()).count();
+    [writes(0..log.entries.len()), writes(since), survivors.len()]
 }

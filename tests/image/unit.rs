@@ -135,7 +135,7 @@ impl Unit {
     }
 
     /// Leaves on its disk what a power cut may have left of what was recorded: see [`loss::cut`].
-    pub(crate) fn lose(&self, random: &mut ChaCha8Rng) -> [usize; 2] {
+    pub(crate) fn lose(&self, random: &mut ChaCha8Rng) -> [usize; 3] {
         loss::cut(&self.path("log"), &self.disk.file, self.find(DATA), random)
     }
 
