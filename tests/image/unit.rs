@@ -11,6 +11,7 @@ use crate::machine::Machine;
 use crate::programs::{repository, succeed};
 use rand_chacha::ChaCha8Rng;
 use std::fs;
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -105,6 +106,12 @@ impl Unit {
     pub(crate) fn lay_for_owner(&self, file: &Path) {
         let partition = format!("{}@@{}", self.table.display(), self.find(OWNER).unwrap());
         succeed(Command::new("mcopy").args(["-o", "-i", &partition]).arg(file).arg("::"));
+    }
+
+    /// Writes `bytes` over the beginning of its disk of the flocks.
+    pub(crate) fn spoil(&self, bytes: &[u8]) {
+        let disk = fs::File::options().write(true).open(&self.disk.file).unwrap();
+        disk.write_all_at(bytes, self.find(DATA).unwrap()).unwrap();
     }
 
     /// Gives it power.

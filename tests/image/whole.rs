@@ -2,7 +2,7 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`] and [`hanging`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`damage`] and [`hanging`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -11,6 +11,7 @@ mod arriving;
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
 mod cuts;
+mod damage;
 mod disk;
 mod gallery;
 mod hanging;

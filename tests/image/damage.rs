@@ -1,0 +1,51 @@
+//! The disk of the flocks is damaged, and heals.
+//!
+//! Owns what is done to it while the machine is off, and what must be there again after the next start, with nobody near.
+
+use crate::machine::{Machine, PAUSE};
+use crate::picture::{Look, only_art};
+use crate::starting::{MOVES, OFTEN, Playing, playing};
+use crate::unit::Unit;
+
+const MIB: usize = 1 << 20;
+/// What the unit has taken in of its owner's settings.
+const KEPT: &str = "/var/lib/dreams/owner/dreams.toml";
+
+/// Bytes that mean nothing, the same in every run.
+fn rubbish(length: usize) -> Vec<u8> {
+    let mut bytes = vec![0; length];
+    blake3::Hasher::new().update(b"rubbish").finalize_xof().fill(&mut bytes);
+    bytes
+}
+
+/// Starts, to art and nothing else, on a disk of the flocks that takes what is written to it.
+fn heals(unit: &Unit) -> (Machine, Vec<Look>) {
+    let mut machine = unit.start();
+    let mut looks = machine.await_shell();
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+    only_art(&looks, OFTEN);
+    let mount = machine.run("findmnt --noheadings --output FSTYPE,OPTIONS /var/lib/dreams");
+    assert!(mount.starts_with("ext4") && mount.contains("rw,"), "{mount}");
+    machine.run("touch /var/lib/dreams/written && sync && [ -d /var/lib/dreams/state ]");
+    assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
+    (machine, looks)
+}
+
+#[test]
+fn a_disk_of_the_flocks_that_lost_its_superblock_keeps_all_else() {
+    let Playing { frozen, path, .. } = playing();
+    let unit = frozen.copy();
+    unit.spoil(&rubbish(4096));
+    let (mut machine, looks) = heals(&unit);
+    assert!(path.clone().came_back_with(&looks), "the path goes on");
+    machine.run(&format!("[ -s {KEPT} ]"));
+}
+
+#[test]
+fn a_disk_of_the_flocks_that_lost_its_folders_or_nearly_all_heals() {
+    for lost in [MIB, 300 * MIB] {
+        let unit = playing().frozen.copy();
+        unit.spoil(&rubbish(lost));
+        heals(&unit);
+    }
+}
