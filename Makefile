@@ -34,13 +34,14 @@ bench: ## measure what is promised about speed beside our peers; what=graph, sug
 	image-build/build target/image --profile bench
 	tests/bench/run $(what)
 
-soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks
-	.ci/install play check
+soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, the Debian package in a bare system
+	.ci/install play check image
 	cargo build --locked --release --workspace
 	cargo run --locked --release --package flock --example year
 	cargo run --locked --release --package flock --example agreement
 	tests/soak/run
 	tests/soak/update
+	tests/package/run
 
 crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times
 	.ci/install play check unit image
