@@ -59,4 +59,5 @@ image: ## build the bootable image of a unit; profile=bench for one with a shell
 
 boot: ## start the image under QEMU: in a window, or without a display a picture of it in target/image/boot.png
 	$(MAKE) image profile=bench
+	[ -z "$$DISPLAY$$WAYLAND_DISPLAY" ] || .ci/install window
 	image-build/boot target/image
