@@ -41,6 +41,10 @@ pub(crate) struct Machine {
     /// Where in them the last look was.
     near: usize,
     has_shown_art: bool,
+    /// Whether it stands still while it is looked at, so that the looks are as close in its own time as they are to be.
+    pub(crate) stands_still: bool,
+    /// For how long it stood still.
+    stood: Duration,
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -92,7 +96,18 @@ impl Machine {
         let qemu = qemu.args(more).spawn().expect("QEMU starts");
         let (serial, monitor) = (Serial::new(serial.accept()), Monitor::new(monitor.accept()));
         let shot = folder.join("shot.ppm");
-        Self { qemu, monitor, serial, shot, galleries, near: 0, has_shown_art: false, _turn: turn }
+        Self {
+            qemu,
+            monitor,
+            serial,
+            shot,
+            galleries,
+            near: 0,
+            has_shown_art: false,
+            stands_still: false,
+            stood: Duration::ZERO,
+            _turn: turn,
+        }
     }
 
     /// A machine like that one, which goes on where `state` was left.
@@ -132,8 +147,18 @@ impl Machine {
     /// What is on the glass; `None` while the display is off.
     pub(crate) fn look(&mut self) -> Option<Look> {
         let shot = json!({ "filename": self.shot });
-        self.monitor.try_to("screendump", &shot).ok()?;
-        let look = Look::new(&self.shot, now(), &self.galleries, &mut self.near);
+        if self.stands_still {
+            self.monitor.ask("stop", &json!({}));
+        }
+        let at = now();
+        let shown = self.monitor.try_to("screendump", &shot);
+        let at_its_time = at.saturating_sub(self.stood);
+        let look = shown.map(|_| Look::new(&self.shot, at_its_time, &self.galleries, &mut self.near));
+        if self.stands_still {
+            self.stood += now().saturating_sub(at);
+            self.monitor.ask("cont", &json!({}));
+        }
+        let look = look.ok()?;
         self.has_shown_art |= look.is_art();
         if self.has_shown_art && !look.is_art() {
             fs::copy(&self.shot, repository().join("target/image/odd.ppm")).unwrap();
@@ -146,8 +171,9 @@ impl Machine {
         let end = now() + PATIENCE;
         let mut looks = Vec::new();
         while now() < end {
-            let next = now() + pause;
+            let (began, stood) = (now(), self.stood);
             looks.extend(self.look());
+            let next = began + pause + self.stood.saturating_sub(stood);
             loop {
                 match self.serial.line(next.saturating_sub(now())) {
                     Some(line) if is_it(&line) => return looks,
@@ -189,8 +215,9 @@ impl Machine {
         let end = now() + PATIENCE;
         let mut looks = Vec::new();
         while now() < end {
-            let next = now() + pause;
+            let (began, stood) = (now(), self.stood);
             looks.extend(self.look());
+            let next = began + pause + self.stood.saturating_sub(stood);
             if looks.last().is_some_and(&mut is_it) {
                 return looks;
             }

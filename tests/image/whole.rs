@@ -2,7 +2,7 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`damage`] and [`hanging`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`closely`], [`damage`] and [`hanging`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -10,6 +10,7 @@ mod arriving;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
+mod closely;
 mod cuts;
 mod damage;
 mod disk;
