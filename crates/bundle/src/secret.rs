@@ -57,7 +57,9 @@ impl SecretKey {
         let malformed = || KeyError::Malformed { path: path.to_owned(), kind: "locked secret key" };
         let mode = fs::metadata(path).map_err(unread)?.mode() & 0o7777;
         if mode & OTHERS != 0 {
-            return Err(KeyError::Open { path: path.to_owned(), mode });
+            // A public key that was named by mistake is for everybody.
+            let is_public = PublicKey::read(path).is_ok();
+            return Err(if is_public { malformed() } else { KeyError::Open { path: path.to_owned(), mode } });
         }
         let bytes = beneath::read_file(path, limits::SECRET_KEY).map_err(unread)?;
         let text = String::from_utf8(bytes).map_err(|_| malformed())?;
@@ -151,5 +153,8 @@ pub(crate) mod tests {
             let refused = SecretKey::read(&path, || panic!("asked")).unwrap_err();
             assert!(matches!(refused, KeyError::Open { mode: found, .. } if found == mode), "{refused}");
         }
+        fs::write(&path, artist().public().to_text()).unwrap();
+        let refused = SecretKey::read(&path, || panic!("asked")).unwrap_err();
+        assert!(matches!(refused, KeyError::Malformed { .. }), "a public key is no secret: {refused}");
     }
 }
