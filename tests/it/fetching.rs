@@ -9,7 +9,11 @@ use claims::press::rubbish;
 use claims::web::{Manners, Web};
 use serde_json::Value;
 use std::fs;
+use std::io::{self, BufRead, BufReader, Write};
+use std::net::{TcpListener, TcpStream};
 use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::thread;
 
 /// The largest answer to a look without news.
 const SMALL: u64 = 64 << 10;
@@ -123,6 +127,53 @@ fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next
     let (code, answer) = fetch(&unit, &format!("{}/", web.url()), &[]);
     assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
     assert_eq!(unit.playing(), Some(two));
+}
+
+/// A proxy on this machine, as long as this process lives: its address, and where it was asked to connect to.
+fn proxy() -> (String, Arc<Mutex<Vec<String>>>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("http://{}", listener.local_addr().unwrap());
+    let asked: Arc<Mutex<Vec<String>>> = Arc::default();
+    let notes = Arc::clone(&asked);
+    thread::spawn(move || {
+        for visitor in listener.incoming().flatten() {
+            let mut reader = BufReader::new(visitor.try_clone().unwrap());
+            let mut line = String::new();
+            reader.read_line(&mut line).unwrap();
+            let place = line.strip_prefix("CONNECT ").unwrap().split(' ').next().unwrap().to_owned();
+            while line.trim() != "" {
+                line.clear();
+                reader.read_line(&mut line).unwrap();
+            }
+            let server = TcpStream::connect(&place).unwrap();
+            notes.lock().unwrap().push(place);
+            (&visitor).write_all(b"HTTP/1.1 200 Connected\r\n\r\n").unwrap();
+            let (mut to, mut from) = (server.try_clone().unwrap(), server);
+            thread::spawn(move || io::copy(&mut reader, &mut to).ok());
+            thread::spawn(move || io::copy(&mut from, &mut &visitor).ok());
+        }
+    });
+    (address, asked)
+}
+
+#[test]
+fn what_is_fetched_through_a_proxy_comes_from_nowhere_else() {
+    let unit = Unit::new();
+    let files = rubbish(3, 5_000, 0);
+    unit.press.bundle(&unit.stick(), &files, &[], 1);
+    let (web, (address, asked)) = (Web::serve(&unit.stick(), Manners::Good), proxy());
+    let config = unit.path("update.toml");
+    let look = |proxy: &str| {
+        fs::write(&config, format!("proxy = \"{proxy}\"\n")).unwrap();
+        fetch(&unit, &web.url(), &["--config", config.to_str().unwrap()]).0
+    };
+    assert_eq!(look("http://127.0.0.1:9"), Some(3), "nobody listens there, and nobody is asked without it");
+    assert_eq!(web.heard().0, [""; 0]);
+    assert_eq!(look(&address), Some(0));
+    assert_eq!(unit.playing(), Some(files));
+    let (requests, places) = (web.heard().0.len(), asked.lock().unwrap());
+    assert!(requests > 5 && places.len() == requests, "{places:?}");
+    assert!(places.iter().all(|place| web.url().ends_with(place.as_str())), "{places:?}");
 }
 
 #[test]
