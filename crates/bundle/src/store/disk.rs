@@ -276,8 +276,9 @@ impl Disk for LocalDisk {
 
     fn freeze(&self, path: &str) -> io::Result<Frozen> {
         let file = self.root.file(path)?;
-        rustix::fs::fchmod(&file, Mode::from_raw_mode(0o444))?;
+        // Only who may write to a file may have it verified.
         let sealed = fs_ioc_enable_verity(&file, VERITY_SHA256, VERITY_PAGE);
+        rustix::fs::fchmod(&file, Mode::from_raw_mode(0o444))?;
         file.sync_all()?;
         // It was read to be checked and will not be read soon: its pages serve the clips of the picture better.
         rustix::fs::fadvise(&file, 0, None, Advice::DontNeed)?;

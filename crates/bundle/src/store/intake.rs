@@ -44,8 +44,15 @@ impl Store {
                 disk.remove(&path).map_err(at("remove", &path))?;
             }
         }
-        let have = hasher.count();
-        let file = disk.append(&path).map_err(at("open", &path))?;
+        let file = match disk.append(&path) {
+            // It was frozen, and the power failed before it got its name: nobody can write to it, so it is begun again.
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+                hasher.reset();
+                disk.remove(&path).and_then(|()| disk.append(&path))
+            }
+            file => file,
+        };
+        let (file, have) = (file.map_err(at("open", &path))?, hasher.count());
         Ok(Intake { disk, wanted: wanted.clone(), path, file, hasher, have, unsynced: 0 })
     }
 }
