@@ -56,8 +56,10 @@ impl Life {
 
     /// Of one that comes out of its box.
     pub(crate) fn out_of_the_box(seed: u64) -> Self {
+        // The first that asks for what plays clears away the units of claims before.
+        let owner = &playing().stick.owner;
         let unit = Unit::new();
-        unit.lay_for_owner(&playing().stick.owner);
+        unit.lay_for_owner(owner);
         Self::of(unit, None, seed)
     }
 
