@@ -6,11 +6,12 @@
 //!
 //! Start at [`Breakage`].
 
+use crate::command_line::json;
 use crate::programs::{output, succeed};
 use crate::updating::{Unit, object};
 use claims::press::{Files, rubbish};
 use std::fs;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -160,6 +161,41 @@ fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_c
         let answer = breakage.unit.updated(&[]);
         assert_eq!(breakage.unit.playing().as_ref(), Some(&breakage.old), "{call} {how}: {answer}");
     }
+}
+
+/// `command` as a unit runs it: by one whom a file's mode keeps out.
+fn unprivileged(command: &Command) -> Command {
+    if !rustix::process::geteuid().is_root() {
+        let mut same = Command::new(command.get_program());
+        same.args(command.get_args());
+        return same;
+    }
+    let mut unprivileged = Command::new("setpriv");
+    unprivileged.arg("--bounding-set=-dac_override,-dac_read_search").arg(command.get_program());
+    unprivileged.args(command.get_args());
+    unprivileged
+}
+
+#[test]
+fn what_was_frozen_when_the_power_failed_is_taken_as_it_is_or_begun_again() {
+    let (unit, files) = (Unit::new(), rubbish(3, 9_000, 0));
+    unit.press.bundle(&unit.stick(), &files, &[], 1);
+    let frozen = |clip: &str, bytes: &[u8]| {
+        let part = unit.path("store/incoming").join(bundle::ObjectId::of(&files[clip]).to_string());
+        fs::create_dir_all(part.parent().unwrap()).unwrap();
+        fs::write(&part, bytes).unwrap();
+        fs::set_permissions(&part, fs::Permissions::from_mode(0o444)).unwrap();
+        let written = output(&mut unprivileged(Command::new("cp").arg("/dev/null").arg(&part)));
+        assert!(!written.status.success(), "`{clip}` can be written to");
+    };
+    frozen("loops/0.mp4", &files["loops/0.mp4"]);
+    frozen("loops/1.mp4", &[7; 9_000]);
+    frozen("loops/2.mp4", &files["loops/2.mp4"][..4_000]);
+    let said = output(&mut unprivileged(&unit.update_from(Some(&unit.stick()))));
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    let toml = files["flock.toml"].len();
+    assert_eq!(json(&said)["fetched_bytes"], 2 * 9_000 + toml, "what was whole is not read again");
+    assert_eq!(unit.playing(), Some(files));
 }
 
 #[test]

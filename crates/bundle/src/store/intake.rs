@@ -21,7 +21,8 @@ pub struct Intake<'s> {
     disk: &'s dyn Disk,
     wanted: Wanted,
     path: String,
-    file: Box<dyn Append + 's>,
+    /// `None` if all is there already, and nobody may write to it any more.
+    file: Option<Box<dyn Append + 's>>,
     hasher: blake3::Hasher,
     have: u64,
     unsynced: u64,
@@ -45,12 +46,16 @@ impl Store {
             }
         }
         let file = match disk.append(&path) {
-            // It was frozen, and the power failed before it got its name: nobody can write to it, so it is begun again.
+            // It was frozen, and the power failed before it got its name.
             Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
-                hasher.reset();
-                disk.remove(&path).and_then(|()| disk.append(&path))
+                if digest(&hasher) == wanted.id {
+                    Ok(None)
+                } else {
+                    hasher.reset();
+                    disk.remove(&path).and_then(|()| disk.append(&path)).map(Some)
+                }
             }
-            file => file,
+            file => file.map(Some),
         };
         let (file, have) = (file.map_err(at("open", &path))?, hasher.count());
         Ok(Intake { disk, wanted: wanted.clone(), path, file, hasher, have, unsynced: 0 })
@@ -78,8 +83,9 @@ impl Intake<'_> {
             self.throw_away()?;
             return Err(StoreError::TooLong { name: self.name(), size: self.wanted.size });
         }
+        let Some(file) = &mut self.file else { return Ok(()) };
         self.hasher.update(bytes);
-        self.file.write_all(bytes).map_err(at("write", &self.path))?;
+        file.write_all(bytes).map_err(at("write", &self.path))?;
         self.have += bytes.len() as u64;
         self.unsynced += bytes.len() as u64;
         if self.unsynced >= FLUSH_EVERY { self.sync() } else { Ok(()) }
@@ -95,7 +101,7 @@ impl Intake<'_> {
             self.sync()?;
             return Err(StoreError::Incomplete { name: self.name(), have: self.have, size: self.wanted.size });
         }
-        let found = ObjectId::new(*self.hasher.finalize().as_bytes());
+        let found = digest(&self.hasher);
         if found != self.wanted.id {
             self.throw_away()?;
             return Err(StoreError::Damaged { name: self.name(), expected: self.wanted.id, found });
@@ -117,7 +123,7 @@ impl Intake<'_> {
     fn sync(&mut self) -> Result<(), StoreError> {
         self.unsynced = 0;
         // When the disk fails here, nobody knows what it has: memory would read back what is lost.
-        let synced = self.file.sync();
+        let synced = self.file.as_mut().map_or(Ok(()), |file| file.sync());
         if synced.is_err() {
             self.throw_away()?;
         }
@@ -131,4 +137,9 @@ impl Intake<'_> {
     fn name(&self) -> String {
         self.wanted.path.to_string()
     }
+}
+
+/// Which object it is, if it ends here.
+fn digest(hasher: &blake3::Hasher) -> ObjectId {
+    ObjectId::new(*hasher.finalize().as_bytes())
 }
