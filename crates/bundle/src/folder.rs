@@ -6,6 +6,7 @@
 //!
 //! Start at [`Folder::create`] and [`Folder::open`].
 
+mod parts;
 mod seals;
 mod upkeep;
 
@@ -20,13 +21,12 @@ use crate::beneath::{self, Root};
 use crate::limits;
 use crate::names::ObjectId;
 use crate::source::{STATEMENTS, Source};
+use parts::{FAT_LARGEST, Parts, part_path, parts};
 
 pub use upkeep::Swept;
 
 /// What `statfs` calls FAT.
 const FAT: i64 = 0x4d44;
-/// The largest part that we write there; the file system ends at 4 GiB - 1.
-const FAT_LARGEST: u64 = 2 << 30;
 /// How much is copied at a time.
 const CHUNK: usize = 256 << 10;
 
@@ -366,56 +366,10 @@ impl Source for Folder {
                 Ok(Box::new(file))
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let mut parts = Parts { root: &self.root, path, next: 0, open: None };
-                parts.skip(from, size)?;
-                Ok(Box::new(parts))
+                Ok(Box::new(Parts::open(&self.root, path, from, size)?))
             }
             Err(error) => Err(error),
         }
-    }
-}
-
-/// The parts of an object, one after the other.
-struct Parts<'f> {
-    root: &'f Root,
-    path: String,
-    next: u32,
-    open: Option<File>,
-}
-
-impl Parts<'_> {
-    /// Begins at the byte `from` of `size`.
-    fn skip(&mut self, from: u64, size: u64) -> io::Result<()> {
-        let mut rest = from;
-        loop {
-            let mut file = self.root.file(&part_path(&self.path, self.next))?;
-            self.next += 1;
-            let length = file.metadata()?.len();
-            if rest < length || (rest == length && from == size) {
-                io::Seek::seek(&mut file, io::SeekFrom::Start(rest))?;
-                self.open = Some(file);
-                return Ok(());
-            }
-            rest -= length;
-        }
-    }
-}
-
-impl Read for Parts<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        while let Some(file) = &mut self.open {
-            let count = file.read(buffer)?;
-            if count > 0 || buffer.is_empty() {
-                return Ok(count);
-            }
-            self.open = match self.root.file(&part_path(&self.path, self.next)) {
-                Ok(file) if self.next < limits::PARTS => Some(file),
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                Ok(_) | Err(_) => None,
-            };
-            self.next += 1;
-        }
-        Ok(0)
     }
 }
 
@@ -429,20 +383,6 @@ impl AsFd for Folder {
 fn unchanged(id: &ObjectId, hasher: &blake3::Hasher, name: &Path) -> Result<(), FolderError> {
     let found = ObjectId::new(*hasher.finalize().as_bytes());
     if found == *id { Ok(()) } else { Err(FolderError::Changed { path: name.to_owned(), expected: *id, found }) }
-}
-
-/// The files that an object of `size` bytes takes, with their lengths.
-fn parts(path: &str, size: u64, largest: u64) -> Vec<(String, u64)> {
-    if size <= largest {
-        return vec![(path.to_owned(), size)];
-    }
-    let count = size.div_ceil(largest);
-    let part = |at: u64| (part_path(path, u32::try_from(at).unwrap_or(u32::MAX)), largest.min(size - at * largest));
-    (0..count).map(part).collect()
-}
-
-fn part_path(path: &str, part: u32) -> String {
-    format!("{path}.{part:03}")
 }
 
 fn temporary(path: &str) -> String {

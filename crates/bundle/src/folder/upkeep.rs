@@ -10,7 +10,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::folder::{Folder, FolderError, part_path, temporary};
+use crate::folder::parts::part_path;
+use crate::folder::{Folder, FolderError, temporary};
 use crate::limits;
 use crate::names::ObjectId;
 
