@@ -129,8 +129,9 @@ fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next
     assert_eq!(unit.playing(), Some(two));
 }
 
-/// A proxy on this machine, as long as this process lives: its address, and where it was asked to connect to.
-fn proxy() -> (String, Arc<Mutex<Vec<String>>>) {
+/// A proxy on this machine, as long as this process lives: its address, and where it was asked to connect to. One that
+/// `is_strict` connects to the port of `https://` alone, as many do.
+fn proxy(is_strict: bool) -> (String, Arc<Mutex<Vec<String>>>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = format!("http://{}", listener.local_addr().unwrap());
     let asked: Arc<Mutex<Vec<String>>> = Arc::default();
@@ -145,8 +146,12 @@ fn proxy() -> (String, Arc<Mutex<Vec<String>>>) {
                 line.clear();
                 reader.read_line(&mut line).unwrap();
             }
+            notes.lock().unwrap().push(place.clone());
+            if is_strict && !place.ends_with(":443") {
+                (&visitor).write_all(b"HTTP/1.1 403 Forbidden\r\n\r\n").unwrap();
+                continue;
+            }
             let server = TcpStream::connect(&place).unwrap();
-            notes.lock().unwrap().push(place);
             (&visitor).write_all(b"HTTP/1.1 200 Connected\r\n\r\n").unwrap();
             let (mut to, mut from) = (server.try_clone().unwrap(), server);
             thread::spawn(move || io::copy(&mut reader, &mut to).ok());
@@ -161,15 +166,22 @@ fn what_is_fetched_through_a_proxy_comes_from_nowhere_else() {
     let unit = Unit::new();
     let files = rubbish(3, 5_000, 0);
     unit.press.bundle(&unit.stick(), &files, &[], 1);
-    let (web, (address, asked)) = (Web::serve(&unit.stick(), Manners::Good), proxy());
+    let web = Web::serve(&unit.stick(), Manners::Good);
     let config = unit.path("update.toml");
     let look = |proxy: &str| {
         fs::write(&config, format!("proxy = \"{proxy}\"\n")).unwrap();
-        fetch(&unit, &web.url(), &["--config", config.to_str().unwrap()]).0
+        let mut look = unit.update_from(Some(Path::new(&web.url())));
+        let said = output(look.arg("--config").arg(&config));
+        (said.status.code(), String::from_utf8(said.stderr).unwrap())
     };
-    assert_eq!(look("http://127.0.0.1:9"), Some(3), "nobody listens there, and nobody is asked without it");
+    assert_eq!(look("http://127.0.0.1:9").0, Some(3), "nobody listens there, and nobody is asked without it");
+    let (strict, asked) = proxy(true);
+    let (code, said) = look(&strict);
+    assert!(code == Some(3) && said.contains("proxy") && said.contains("403"), "{code:?}: {said}");
+    assert!(!asked.lock().unwrap().is_empty());
     assert_eq!(web.heard().0, [""; 0]);
-    assert_eq!(look(&address), Some(0));
+    let (address, asked) = proxy(false);
+    assert_eq!(look(&address).0, Some(0));
     assert_eq!(unit.playing(), Some(files));
     let (requests, places) = (web.heard().0.len(), asked.lock().unwrap());
     assert!(requests > 5 && places.len() == requests, "{places:?}");
