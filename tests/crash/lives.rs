@@ -1,7 +1,8 @@
-//! The lives that are recorded: a unit that plays one flock is brought two more.
+//! The lives that are recorded: a unit that plays one edition of a flock is brought two more.
 //!
 //! Owns the editions, how each comes (by the real updater from a stick or over HTTP, or by one that is careless on
-//! purpose) and how many cuts each life gets. Says what it found, a line for each life.
+//! purpose) and how many cuts each life gets. No two lives have a flock of the same form: what the disk is told, and so
+//! what a power cut may leave of it, is another each time. Says what it found, a line for each life.
 //!
 //! Start at [`Lab::whole_lives`].
 
@@ -28,13 +29,19 @@ const UNIT: &str = "lobby";
 const SETTINGS: &str = "update.toml";
 /// Editions of the flock: the first one plays, the others come.
 const EDITIONS: u64 = 3;
-/// Clips of the flock. Of those of edition `n` the first `2 n` are its own.
-const CLIPS: usize = 6;
-const CLIP_BYTES: usize = 30_000;
+/// How many clips, of how many bytes each, a careless life's flock has.
+const CARELESS: Form = (6, 30_000);
+/// The least that a flock has of both, and how many numbers of clips there are before clips become longer, by a block.
+const LEAST: Form = (4, 10_000);
+const NUMBERS: usize = 7;
+const BLOCK: usize = 4096;
 /// A careless life must be caught so often, at least.
 const CAUGHT: usize = 3;
 /// Faults that are told of one life.
 const TOLD: usize = 3;
+
+/// How many clips a flock has, and how many bytes each of them. Of those of edition `n` the first `2 n` are its own.
+type Form = (usize, usize);
 
 /// One edition of the flock, on a stick and on a web server.
 pub(crate) struct Edition {
@@ -54,6 +61,8 @@ pub(crate) struct Lab {
     /// The disk of a unit that plays the first edition.
     base: Vec<u8>,
     folder: TempDir,
+    /// Where the editions lie.
+    shelf: TempDir,
     door: Mutex<()>,
 }
 
@@ -77,21 +86,28 @@ impl Lab {
     pub(crate) fn from(mut words: impl Iterator<Item = String>) -> Self {
         let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER STATES"));
         let (updater, states) = (word("the updater"), word("the number of states").parse().unwrap());
-        let (press, folder) = (Press::with_new_keys(), tempfile::tempdir().unwrap());
-        let edition = |number: u64| {
-            let stick = folder.path().join(number.to_string());
-            let files = rubbish(CLIPS, CLIP_BYTES, 2 * number as usize);
-            press.bundle(&stick, &files, &[], number);
-            Edition { files, web: Web::serve(&stick, Manners::Good), stick }
-        };
+        let (press, folder, shelf) =
+            (Press::with_new_keys(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         // The disks here are smaller than what a unit keeps free.
         fs::write(folder.path().join(SETTINGS), "reserve_mib = 0\n").unwrap();
-        let editions = (1..=EDITIONS).map(edition).collect();
         let disks = [Disk::new(0), Disk::new(1)];
-        let mut lab = Self { updater, states, press, editions, disks, base: Vec::new(), folder, door: Mutex::new(()) };
-        lab.base =
-            lab.disks[0].made(|mounted| lab.brought(&mounted.join("store"), &lab.editions[0], Way::Stick, &mut || ()));
-        lab
+        let door = Mutex::new(());
+        Self { updater, states, press, editions: Vec::new(), disks, base: Vec::new(), folder, shelf, door }
+    }
+
+    /// Has the artist make another flock, of this form, and the unit play its first edition.
+    fn raise(&mut self, (clips, bytes): Form) {
+        self.editions.clear();
+        self.shelf = tempfile::tempdir().unwrap();
+        let edition = |number: u64| {
+            let stick = self.shelf.path().join(number.to_string());
+            let files = rubbish(clips, bytes, 2 * number as usize);
+            self.press.bundle(&stick, &files, &[], number);
+            Edition { files, web: Web::serve(&stick, Manners::Good), stick }
+        };
+        self.editions = (1..=EDITIONS).map(edition).collect();
+        let bring = |mounted: &Path| self.brought(&mounted.join("store"), &self.editions[0], Way::Stick, &mut || ());
+        self.base = self.disks[0].made(bring);
     }
 
     /// Whom its units trust.
@@ -100,14 +116,16 @@ impl Lab {
     }
 
     /// Whether every cut through the lives of a unit leaves it a whole flock.
-    pub(crate) fn whole_lives(&self) -> bool {
+    pub(crate) fn whole_lives(&mut self) -> bool {
         let mut holds = true;
         let lives = [(Way::Stick, false), (Way::Stick, true), (Way::Http, false), (Way::Http, true)];
+        let mut forms = (0..).map(|life| (LEAST.0 + life % NUMBERS, LEAST.1 + life / NUMBERS * BLOCK));
         for (way, is_noisy) in lives {
-            let last = self.editions.last().expect("there are some").source(way);
-            // A life has only so many states: another one has others, since nothing takes the same time twice.
+            // A life has only so many states; another flock has others.
             let mut missing = self.states.div_ceil(lives.len());
             while missing > 0 {
+                self.raise(forms.next().expect("there is no end of forms"));
+                let last = self.editions.last().expect("there are some").source(way);
                 let log = Recording::of(self.base.clone(), is_noisy, |mounted, report| {
                     for edition in &self.editions[1..] {
                         self.brought(&mounted.join("store"), edition, way, report);
@@ -123,8 +141,9 @@ impl Lab {
     }
 
     /// Whether lives that forget something are caught.
-    pub(crate) fn careless_lives(&self) -> bool {
+    pub(crate) fn careless_lives(&mut self) -> bool {
         let mut proves = true;
+        self.raise(CARELESS);
         for carelessness in Carelessness::ALL {
             // Only a file that is not synced needs others that are to come to light.
             let is_noisy = carelessness == Carelessness::NoFileSync;

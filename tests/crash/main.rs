@@ -18,7 +18,7 @@ mod rig;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let lab = lives::Lab::from(std::env::args().skip(1)); // which updater, how many cuts
+    let mut lab = lives::Lab::from(std::env::args().skip(1)); // which updater, how many cuts
     let holds = lab.whole_lives(); // what is promised
     let proves = lab.careless_lives(); // that a broken promise would be noticed
     ExitCode::from(u8::from(!(holds && proves)))
