@@ -1,7 +1,7 @@
 //! The usher: a thread that looks for what people are to be told, and for how long.
 //!
-//! Owns where a notice comes from and when it goes again: a minute after it was last told, at the latest. The flip thread
-//! never waits for it. Never writes the notice: the updater does.
+//! Owns where a notice comes from and when it goes again: when it is taken back, and a minute after it was last told. The
+//! flip thread never waits for it. Never writes the notice: the updater does.
 //!
 //! Start at [`Usher::start`].
 
@@ -84,7 +84,7 @@ impl Usher {
             (self.known, self.since) = (found, Some(now));
             return Seen::Told(self.drawn(size));
         }
-        let is_over = |since| u128::from(now.since(since)) >= SHOWN.as_nanos();
+        let is_over = |since| found.is_none() || u128::from(now.since(since)) >= SHOWN.as_nanos();
         if self.since.take_if(|since| is_over(*since)).is_some() { Seen::Over } else { Seen::Nothing }
     }
 
@@ -139,5 +139,10 @@ mod tests {
         std::fs::write(folder.path().join("new"), "rubbish").unwrap();
         std::fs::rename(folder.path().join("new"), &path).unwrap();
         assert_eq!(usher.look(larger, Nanos(6 + minute)), Seen::Told(None), "what makes no sense is not shown");
+        tell("Wrong.");
+        assert!(matches!(usher.look(larger, Nanos(7 + minute)), Seen::Told(Some(_))));
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(usher.look(larger, Nanos(8 + minute)), Seen::Over, "it was taken back");
+        assert_eq!(usher.look(larger, Nanos(9 + minute)), Seen::Nothing);
     }
 }

@@ -18,6 +18,7 @@ mod disk;
 mod gallery;
 mod loss;
 mod machine;
+mod mistake;
 mod monitor;
 mod now;
 mod path;

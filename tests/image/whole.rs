@@ -19,6 +19,7 @@ mod hanging;
 mod hundred;
 mod loss;
 mod machine;
+mod mistake;
 mod monitor;
 mod now;
 mod path;

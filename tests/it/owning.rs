@@ -73,6 +73,10 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
         assert!(settings.read("network").is_some(), "the last good network stays");
     }
     assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
+    assert_eq!(settings.read("card"), None, "what was told of it is no longer so");
+    fs::write(settings.path("card"), r#"{"text":"A new flock is here.","thousandths":null}"#).unwrap();
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
+    assert!(settings.read("card").is_some(), "what others tell stays");
     assert_eq!(settings.read("network"), None, "what is no longer set is no longer told");
 
     fs::remove_file(settings.path("partition/dreams.toml")).unwrap();

@@ -53,7 +53,7 @@ enum Fatal {
 fn main() -> ExitCode {
     let options = Options::parse();
     let taken = take_in(&options);
-    let told = taken.inspect_err(|fatal| warn_people(fatal, &options.card));
+    let told = taken.inspect(|()| take_back(&options.card)).inspect_err(|fatal| warn_people(fatal, &options.card));
     let exit = told.and(tell_network(&options)).map_or_else(|fatal| ended(&fatal), |()| Exit::Fine);
     ExitCode::from(exit as u8)
 }
@@ -112,6 +112,14 @@ fn warn_people(fatal: &Fatal, card: &Path) {
     };
     if let Err(error) = (Notice { text, thousandths: None }).tell(card) {
         fail(&error, "nobody in front of the picture is told");
+    }
+}
+
+/// Whatever was told of the file is no longer so. What others tell stays.
+fn take_back(card: &Path) {
+    let is_ours = Notice::read(card).is_some_and(|notice| notice.text.starts_with(FILE_NAME));
+    if is_ours && let Err(error) = fs::remove_file(card) {
+        fail(&error, "what is told in front of the picture is no longer so");
     }
 }
 
