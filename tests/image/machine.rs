@@ -14,7 +14,7 @@ use crate::programs::repository;
 use crate::serial::Serial;
 use serde_json::json;
 use std::fs;
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::net::{UnixDatagram, UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -87,7 +87,9 @@ impl Machine {
         qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35", "-smp", "2", "-m", "1024"]);
         qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-vga,xres=1280,yres=720"]);
         qemu.args(["-device", "qemu-xhci,id=xhci", "-device", "virtio-rng-pci"]);
-        qemu.args(["-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net"]);
+        // A network with the world on one port; there are others.
+        qemu.args(["-netdev", "user,id=world", "-netdev", "hubport,id=port,hubid=0,netdev=world"]);
+        qemu.args(["-netdev", "hubport,id=net,hubid=0", "-device", "virtio-net-pci,netdev=net"]);
         qemu.args(["-chardev", &serial.argument("serial"), "-serial", "chardev:serial"]);
         qemu.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
         qemu.args(["-drive", &drive(Path::new(FIRMWARE), "if=pflash,format=raw,readonly=on")]);
@@ -259,6 +261,20 @@ impl Machine {
         let (said, status) = self.serial.run(command);
         assert_eq!(status, 0, "`{command}`: {said}");
         said
+    }
+
+    /// A cable to its network, in the place of the world: that answers for everybody.
+    pub(crate) fn wire(&mut self) -> UnixDatagram {
+        let [theirs, ours] = ["wire.qemu", "wire"].map(|end| self.shot.with_file_name(end));
+        let wire = UnixDatagram::bind(&ours).unwrap();
+        self.monitor.ask("netdev_del", &json!({ "id": "port" }));
+        let [local, remote] = [&theirs, &ours].map(|path| json!({ "type": "unix", "path": path }));
+        let end = json!({ "type": "dgram", "id": "wire", "local": local, "remote": remote });
+        self.monitor.ask("netdev_add", &end);
+        let port = json!({ "type": "hubport", "id": "neighbour", "hubid": 0, "netdev": "wire" });
+        self.monitor.ask("netdev_add", &port);
+        wire.connect(theirs).unwrap();
+        wire
     }
 
     /// Puts in a stick.

@@ -20,10 +20,12 @@ mod loss;
 mod machine;
 mod mistake;
 mod monitor;
+mod neighbour;
 mod now;
 mod path;
 mod picture;
 mod player;
+mod ports;
 #[path = "../it/programs.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
+mod all_ports;
 mod arriving;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
@@ -21,10 +22,12 @@ mod loss;
 mod machine;
 mod mistake;
 mod monitor;
+mod neighbour;
 mod now;
 mod path;
 mod picture;
 mod player;
+mod ports;
 #[path = "../it/programs.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
