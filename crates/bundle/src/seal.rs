@@ -32,7 +32,30 @@ use crate::trust::Trust;
 /// The first line of a seal.
 const HEADING: &str = "dreams seal 1";
 
-/// The bytes of a seal, of which nothing is known yet.
+/// The bytes of a seal, of which nothing is known yet. It leads to files by one way only:
+///
+/// ```
+/// # use bundle::{Contents, Refused, Source, Trust, Unverified};
+/// fn files(seal: Unverified, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refused> {
+///     Ok(seal.verify(trust)?.fetch(from)?.contents().clone())
+/// }
+/// ```
+///
+/// There is none around the signature, nor around the list of files:
+///
+/// ```compile_fail
+/// # use bundle::{Contents, Refused, Source, Trust, Unverified};
+/// fn files(seal: Unverified, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refused> {
+///     Ok(seal.fetch(from)?.contents().clone())
+/// }
+/// ```
+///
+/// ```compile_fail
+/// # use bundle::{Contents, Refused, Source, Trust, Unverified};
+/// fn files(seal: Unverified, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refused> {
+///     Ok(seal.verify(trust)?.contents().clone())
+/// }
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unverified(Vec<u8>);
 
