@@ -74,6 +74,8 @@ pub struct KmsScreen<K: Kms = Device> {
     /// Attempts to light something since the last flip.
     tries: u32,
     notices: VecDeque<Event>,
+    /// The newest vblank that the player was told of.
+    told: Vblank,
     /// As bright as it is to be.
     light: Light,
     /// How pictures of another form will be lit, from the next commit on.
@@ -180,6 +182,7 @@ impl<K: Kms> KmsScreen<K> {
             tries: 0,
             notices: VecDeque::new(),
             light: Light::FULL,
+            told: Vblank(0),
             coming: None,
             leaving: None,
         };
@@ -217,9 +220,8 @@ impl<K: Kms> KmsScreen<K> {
         flight.into_iter().chain(output.asked.map(|asked| asked.deadline)).min()
     }
 
-    /// Does what is due by now.
-    fn act(&mut self) {
-        let now = self.now();
+    /// Does what is due by `now`.
+    fn act(&mut self, now: Nanos) {
         if self.wake().is_none_or(|wake| wake > now) {
             return;
         }
@@ -334,7 +336,6 @@ impl<K: Kms> Screen for KmsScreen<K> {
     }
 
     fn commit(&mut self) {
-        let now = self.now();
         self.change_over();
         let Phase::Up(output) = &mut self.phase else { return };
         if output.flight != Flight::Landed || output.ring.commit().is_none() {
@@ -343,6 +344,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
         if output.lit {
             self.submit(None);
         } else {
+            let now = (self.settings.now)();
             output.flight = Flight::Lighting { next: now, since: now };
         }
     }
@@ -367,7 +369,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
             return;
         }
         let crtc = output.plan.crtc;
-        let ahead = self.kms.vblank(crtc).map_or(0, |(current, _)| vblank.since(current).max(0));
+        let ahead = vblank.since(self.told).max(0);
         let wait = period * ahead.cast_unsigned() + ladder::patience(period);
         output.asked = Some(Asked { vblank, deadline: now.after(wait.as_nanos() as u64) });
         if let Err(error) = self.kms.ask_vblank(crtc, vblank) {
@@ -376,20 +378,25 @@ impl<K: Kms> Screen for KmsScreen<K> {
     }
 
     fn next_event(&mut self, timeout: Duration) -> Event {
-        let end = self.now().after(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX));
+        let mut end = None;
         loop {
             if let Some(notice) = self.notices.pop_front() {
+                if let Event::Flip { vblank, .. } | Event::Vblank { vblank, .. } = notice {
+                    self.told = vblank;
+                }
                 return notice;
             }
             if self.light == Light::Off && !matches!(self.phase, Phase::Asleep) {
                 self.sleep();
                 continue;
             }
-            self.act();
+            // Once around: a system call where there is no vDSO.
+            let now = self.now();
+            let end = *end.get_or_insert(now.after(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX)));
+            self.act(now);
             if !self.notices.is_empty() {
                 continue;
             }
-            let now = self.now();
             let until = self.wake().map_or(end, |wake| wake.min(end));
             match self.kms.wait(Duration::from_nanos(until.since(now))) {
                 Ok(Some(happening)) => self.happened(happening),
