@@ -1,10 +1,12 @@
 //! What a unit does with bundles, in order: install, try, keep, go back, clean up, mend.
 
-use crate::press::{fetch, flock, key, playing, press, store, trust, unit, verified};
+use crate::folders::files_in;
+use crate::press::{Files, fetch, flock, key, playing, press, store, trust, unit, verified};
 use bundle::{
     Admission, CURRENT, Consent, Learned, LocalDisk, Playing, Refused, STARTS, Sequence, Statement, Store, StoreError,
     Trust, Verdict,
 };
+use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -62,6 +64,10 @@ fn a_lost_trial_brings_the_last_good_flock_back_and_is_remembered() {
     store.collect(None).unwrap();
     assert_eq!(playing(unit_folder.path()), Some(flock(3, 2)));
     assert_eq!(fs::read_dir(unit_folder.path().join("generations")).unwrap().count(), 2);
+    // Of the flock that lost nothing is left, but for what the two that stay have too.
+    let kept: BTreeSet<_> = [flock(3, 0), flock(3, 2)].into_iter().flat_map(Files::into_values).collect();
+    let there: Vec<_> = files_in(&unit_folder.path().join("objects")).unwrap().into_values().collect();
+    assert_eq!((there.len(), there.into_iter().collect()), (kept.len(), kept));
 }
 
 #[test]
