@@ -5,11 +5,17 @@
 use crate::machine::PAUSE;
 use crate::picture::{Look, only_art};
 use crate::starting::{MOVES, OFTEN, Playing, playing};
-use crate::stick::AUTUMN;
+use crate::stick::{AUTUMN, CLIPS};
 
 /// Whether the glass shows the flock of the stick, and nothing over it.
 pub(crate) fn is_autumn(look: &Look) -> bool {
     look.place.as_ref().is_some_and(|place| &*place.flock == AUTUMN && !place.has_placard)
+}
+
+/// Whether the kernel verifies each of these files as it is read, as `lsattr` tells.
+fn is_verified(objects: &str) {
+    let flags = objects.lines().map(|line| line.split(' ').next().unwrap_or_default());
+    assert!(flags.clone().count() > CLIPS && flags.clone().all(|flags| flags.contains('V')), "{objects}");
 }
 
 #[test]
@@ -22,6 +28,13 @@ fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
     let since = only_art(&looks, OFTEN);
     let places = || since.iter().filter_map(|look| look.place.as_ref());
     assert!(places().any(|place| place.has_placard && &*place.flock == "demo"), "the card is on the running picture");
+    // Photographs on FAT and a system on ext4 are nobody's business; what bears nothing is not even looked at.
+    for part in 1..=3 {
+        machine.run(&format!("until systemctl --quiet is-active dreams-update@sda{part}; do sleep 1; done"));
+    }
+    machine.run("! systemctl list-units --all --plain --no-legend 'dreams-update@*' | grep sda4");
+    machine.run("! grep /run/dreams-update/ /proc/mounts");
+    is_verified(&machine.run("find /var/lib/dreams/store/objects -type f -exec lsattr {} +"));
     machine.pull();
     only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
     machine.run("[ -L /var/lib/dreams/store/current ]");
