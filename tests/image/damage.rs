@@ -5,14 +5,14 @@
 use crate::machine::{Machine, PAUSE};
 use crate::picture::{Look, only_art};
 use crate::starting::{MOVES, OFTEN, Playing, playing};
-use crate::unit::Unit;
+use crate::unit::{DATA, Unit};
 
 const MIB: usize = 1 << 20;
 /// What the unit has taken in of its owner's settings.
 const KEPT: &str = "/var/lib/dreams/owner/dreams.toml";
 
 /// Bytes that mean nothing, the same in every run.
-fn rubbish(length: usize) -> Vec<u8> {
+pub(crate) fn rubbish(length: usize) -> Vec<u8> {
     let mut bytes = vec![0; length];
     blake3::Hasher::new().update(b"rubbish").finalize_xof().fill(&mut bytes);
     bytes
@@ -35,7 +35,7 @@ fn heals(unit: &Unit) -> (Machine, Vec<Look>) {
 fn a_disk_of_the_flocks_that_lost_its_superblock_keeps_all_else() {
     let Playing { frozen, path, .. } = playing();
     let unit = frozen.copy();
-    unit.spoil(&rubbish(4096));
+    unit.spoil(DATA, 0, &rubbish(4096));
     let (mut machine, looks) = heals(&unit);
     assert!(path.clone().came_back_with(&looks), "the path goes on");
     machine.run(&format!("[ -s {KEPT} ]"));
@@ -45,7 +45,7 @@ fn a_disk_of_the_flocks_that_lost_its_superblock_keeps_all_else() {
 fn a_disk_of_the_flocks_that_lost_its_folders_or_nearly_all_heals() {
     for lost in [MIB, 300 * MIB] {
         let unit = playing().frozen.copy();
-        unit.spoil(&rubbish(lost));
+        unit.spoil(DATA, 0, &rubbish(lost));
         heals(&unit);
     }
 }

@@ -277,6 +277,11 @@ impl Machine {
         wire
     }
 
+    /// Starts it anew, as its button would.
+    pub(crate) fn reset(&mut self) {
+        self.monitor.ask("system_reset", &json!({}));
+    }
+
     /// Puts in a stick.
     pub(crate) fn plug(&mut self, stick: &Path) {
         let file = json!({ "driver": "file", "filename": stick, "read-only": true });

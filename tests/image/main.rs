@@ -32,4 +32,5 @@ mod programs;
 mod serial;
 mod starting;
 mod stick;
+mod system;
 mod unit;

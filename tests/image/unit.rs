@@ -21,9 +21,10 @@ const DISK_MIB: u64 = 1_200;
 /// The firmware's variables as they leave the factory, of Debian's `ovmf`.
 const VARIABLES: &str = "/usr/share/OVMF/OVMF_VARS_4M.fd";
 
-/// The owner's partition and that of the flocks, as `image-build/disk.sfdisk` counts them.
+/// The second slot, the owner's partition and that of the flocks, as `image-build/disk.sfdisk` counts them.
+pub(crate) const SLOT_B: u32 = 3;
 const OWNER: u32 = 4;
-const DATA: u32 = 6;
+pub(crate) const DATA: u32 = 6;
 
 /// A unit that can be started, again and again.
 pub(crate) struct Unit {
@@ -108,10 +109,15 @@ impl Unit {
         succeed(Command::new("mcopy").args(["-o", "-i", &partition]).arg(file).arg("::"));
     }
 
-    /// Writes `bytes` over the beginning of its disk of the flocks.
-    pub(crate) fn spoil(&self, bytes: &[u8]) {
+    /// Writes `bytes` over what is in its partition of this number, from `at` on.
+    pub(crate) fn spoil(&self, number: u32, at: u64, bytes: &[u8]) {
         let disk = fs::File::options().write(true).open(&self.disk.file).unwrap();
-        disk.write_all_at(bytes, self.find(DATA).unwrap()).unwrap();
+        disk.write_all_at(bytes, self.find(number).unwrap() + at).unwrap();
+    }
+
+    /// The same unit once more. This one is off, and has a disk that can be read as it is.
+    pub(crate) fn copy(&self) -> Self {
+        Self::with(&self.disk.file, &self.path("variables"))
     }
 
     /// Gives it power.
@@ -164,7 +170,7 @@ impl Frozen {
 
     /// The same, with a disk of its own.
     pub(crate) fn copy(&self) -> Unit {
-        Unit::with(&self.unit.disk.file, &self.unit.path("variables"))
+        self.unit.copy()
     }
 
     fn state(&self) -> PathBuf {

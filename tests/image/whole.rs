@@ -2,7 +2,7 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`closely`], [`damage`] and [`hanging`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`closely`], [`damage`], [`hanging`] and [`slots`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -32,7 +32,9 @@ mod ports;
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
 mod serial;
+mod slots;
 mod soon;
 mod starting;
 mod stick;
+mod system;
 mod unit;

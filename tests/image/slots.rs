@@ -1,0 +1,79 @@
+//! A unit goes over to its next system, and leaves one that shows nothing or is damaged.
+//!
+//! Owns the claims on the two slots: who runs after which start, what the boot loader is told, and that neither the flock
+//! nor what the owner has set is touched by any of it. How the system came there is in `system.rs`.
+
+use crate::damage::rubbish;
+use crate::machine::{Machine, PAUSE};
+use crate::picture::{Look, only_art};
+use crate::starting::{MOVES, OFTEN, playing};
+use crate::system::{Coming, FETCH, NEXT, NOW, coming, kept, version};
+use crate::unit::{SLOT_B, Unit};
+
+/// How often the boot loader starts what it does not know to be good.
+const TRIES: usize = 3;
+
+/// Gives power to `unit`, which may show the flock of the stick.
+fn start(unit: &Unit) -> Machine {
+    let mut machine = unit.start();
+    machine.hang(playing().stick.gallery);
+    machine
+}
+
+/// Plays until this start has proved its system good, with all that was there before; the looks at that are added to
+/// `looks`.
+fn proves_good(machine: &mut Machine, mut looks: Vec<Look>) {
+    let Coming { path, kept: before, .. } = coming();
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+    let is_good = "[ \"$(systemctl show -P SubState dreams-good)\" = exited ]";
+    looks.extend(machine.watch_while(PAUSE, &format!("until {is_good}; do sleep 1; done")));
+    only_art(&looks, OFTEN);
+    assert!(path.clone().came_back_with(&looks), "the path goes on");
+    assert_eq!(&kept(machine), before, "the flock and the settings are as they were");
+    assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
+}
+
+/// What the boot loader has to start.
+fn entries(machine: &mut Machine) -> String {
+    let look = "mkdir -p /run/look && mount -o ro /dev/vda1 /run/look && ls /run/look/EFI/Linux; umount /run/look";
+    machine.run(look).split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_system_that_never_shows_a_picture_is_left_again_and_the_flock_is_untouched() {
+    let unit = coming().written.copy();
+    let mut machine = start(&unit);
+    for left in (0..TRIES).rev() {
+        machine.await_word("BENCH");
+        assert_eq!(version(&mut machine), NEXT);
+        assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}+{left}-{}.efi", TRIES - left));
+        // Before it can have shown a hundred frames.
+        machine.reset();
+    }
+    let looks = machine.await_shell();
+    assert_eq!(version(&mut machine), NOW, "the other one never showed a picture");
+    proves_good(&mut machine, looks);
+    machine.run(&format!("{FETCH} && [ ! -e /var/lib/dreams/store/system/staged ]"));
+}
+
+#[test]
+fn a_new_system_that_shows_its_picture_stays_until_its_root_is_damaged() {
+    let unit = coming().written.copy();
+    let mut machine = start(&unit);
+    let looks = machine.await_shell();
+    assert_eq!(version(&mut machine), NEXT);
+    proves_good(&mut machine, looks);
+    assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}.efi"), "it is good");
+    drop(machine);
+
+    // The beginning, which every start reads; and the middle, which is met on the way or never.
+    for (at, length) in [(0, 1 << 20), (40 << 20, 60 << 20)] {
+        let unit = unit.copy();
+        unit.spoil(SLOT_B, at, &rubbish(length));
+        let mut machine = start(&unit);
+        let looks = machine.watch_for(PAUSE, Look::is_art);
+        assert_eq!(version(&mut machine), NOW, "a damaged system gives way");
+        proves_good(&mut machine, looks);
+        assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}+0-1.efi"), "it is not asked again");
+    }
+}
