@@ -160,6 +160,15 @@ fn the_picture_comes_before_whatever_else_the_unit_does() {
         let weight = if unit == "dreams-update@.service" { "CPUWeight=20" } else { "CPUWeight=idle" };
         assert!(has(&text, weight), "{weight} in {unit}");
     }
+    // A unit's own system starts with the picture alone, and goes on when it is lit, or will not be.
+    let image = |unit: &str| super::read(&format!("image-build/system/usr/lib/systemd/system/{unit}"));
+    let first = "Wants=dreams-data.service dreams-player.service dreams-rest.service systemd-journald.socket";
+    assert!(has(&image("dreams.target"), first));
+    assert!(has(&image("dreams-rest.service"), "After=dreams-curtain.target"));
+    assert!(has(&image("dreams-rest.service"), "ExecStart=/usr/bin/systemctl start --no-block multi-user.target"));
+    for wanted in ["After=dreams-player.service", "JobTimeoutSec=45", "Before=systemd-journald.service"] {
+        assert!(has(&image("dreams-curtain.target"), wanted), "{wanted}");
+    }
 }
 
 #[test]
