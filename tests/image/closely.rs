@@ -1,11 +1,12 @@
 //! Looks so close to each other that nothing comes between them.
 //!
-//! Owns the claim on every moment of an update. The machine stands still while it is looked at, so that its own clock says
+//! Owns the claims on every moment of a start and of an update. The machine stands still while it is looked at, so that its own clock says
 //! how close the looks are.
 
 use crate::arriving::is_autumn;
 use crate::picture::only_art;
-use crate::starting::{MOVES, Playing, playing};
+use crate::starting::{MOVES, PROVEN, Playing, playing};
+use crate::unit::Unit;
 use std::time::Duration;
 
 /// Between two looks.
@@ -21,4 +22,17 @@ fn twenty_looks_a_second_at_an_update_show_art_and_nothing_else() {
     let mut looks = machine.watch_for(PAUSE, is_autumn);
     looks.extend(machine.watch_move(PAUSE, MOVES));
     only_art(&looks, 20.0);
+}
+
+#[test]
+fn ten_looks_a_second_at_a_start_show_art_and_nothing_else() {
+    let unit = Unit::new();
+    let mut machine = unit.start();
+    machine.stands_still = true;
+    let mut looks = machine.watch(2 * PAUSE, |line| line.contains("BENCH"));
+    looks.extend(machine.watch_while(2 * PAUSE, PROVEN));
+    looks.extend(
+        machine.watch_while(2 * PAUSE, "until systemctl --quiet is-active multi-user.target; do sleep 1; done"),
+    );
+    only_art(&looks, 10.0);
 }
