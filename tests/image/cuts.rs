@@ -10,7 +10,8 @@ use crate::now::now;
 use crate::path::Path;
 use crate::picture::{Look, only_art};
 use crate::starting::{MOVES, OFTEN, Playing, playing};
-use crate::unit::Unit;
+use crate::system::{Coming, FETCH, NEXT, NOW, Step, WRITE, coming, kept, version};
+use crate::unit::{Frozen, Unit};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::time::Duration;
@@ -24,26 +25,35 @@ pub(crate) enum Moment {
     Start,
     /// It takes in a flock from a stick.
     Update,
+    /// It fetches its next system.
+    Fetch,
+    /// It writes that to the slot that does not run.
+    Write,
 }
 
 /// A unit whose power goes again and again.
 pub(crate) struct Life {
     unit: Unit,
-    /// Frozen as it plays, to be woken once; else it is off.
-    is_frozen: bool,
+    /// As what it is woken, once; else it is off.
+    frozen: Option<&'static Frozen>,
     path: Option<Path>,
+    /// Which systems may run, and the flock and the settings that no cut may take, where one is on its way.
+    systems: Option<([&'static str; 2], &'static str)>,
     /// Of when its power goes.
     moments: ChaCha8Rng,
     /// Of what its disk loses then.
     losses: ChaCha8Rng,
 }
 
-/// The longest that a unit has until its power goes, in parts of what a start takes here.
-fn longest(moment: Moment) -> f64 {
+/// The longest that a unit has until its power goes.
+fn longest(moment: Moment) -> Duration {
+    let start = playing().start;
     match moment {
-        Moment::Play => 0.5,
-        Moment::Start => 1.2,
-        Moment::Update => 0.8,
+        Moment::Play => start.mul_f64(0.5),
+        Moment::Start => start.mul_f64(1.2),
+        Moment::Update => start.mul_f64(0.8),
+        Moment::Fetch => coming().fetching.time.mul_f64(1.1),
+        Moment::Write => coming().writing.time.mul_f64(1.1),
     }
 }
 
@@ -51,7 +61,19 @@ impl Life {
     /// Of the unit that plays.
     pub(crate) fn of_playing(seed: u64) -> Self {
         let Playing { frozen, path, .. } = playing();
-        Self::of(frozen.copy(), Some(path.clone()), seed)
+        Self::of(frozen.copy(), Some(frozen), Some(path), seed)
+    }
+
+    /// Of the unit that plays and is about to do `moment` of what brings its next system: to fetch, to write or to start it.
+    pub(crate) fn of_a_new_system(moment: Moment, seed: u64) -> Self {
+        let Coming { fetching, writing, written, path, kept, .. } = coming();
+        let of = |step: &'static Step| Self::of(step.frozen.copy(), Some(&step.frozen), Some(&step.path), seed);
+        let life = match moment {
+            Moment::Fetch => of(fetching),
+            Moment::Write => of(writing),
+            Moment::Play | Moment::Start | Moment::Update => Self::of(written.copy(), None, Some(path), seed),
+        };
+        Self { systems: Some(([NOW, NEXT], kept)), ..life }
     }
 
     /// Of one that comes out of its box.
@@ -60,12 +82,12 @@ impl Life {
         let owner = &playing().stick.owner;
         let unit = Unit::new();
         unit.lay_for_owner(owner);
-        Self::of(unit, None, seed)
+        Self::of(unit, None, None, seed)
     }
 
-    fn of(unit: Unit, path: Option<Path>, seed: u64) -> Self {
+    fn of(unit: Unit, frozen: Option<&'static Frozen>, path: Option<&Path>, seed: u64) -> Self {
         let [moments, losses] = [seed, !seed].map(ChaCha8Rng::seed_from_u64);
-        Self { unit, is_frozen: path.is_some(), path, moments, losses }
+        Self { unit, frozen, path: path.cloned(), systems: None, moments, losses }
     }
 
     /// It lives until its power goes, at some moment of these; and so on, and comes back to its art in the end.
@@ -81,13 +103,18 @@ impl Life {
         assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
         let mount = machine.run("findmnt --noheadings --output FSTYPE,OPTIONS /var/lib/dreams");
         assert!(mount.starts_with("ext4 rw,"), "{mount}");
+        if let Some((systems, before)) = self.systems {
+            let runs = version(&mut machine);
+            println!("system {runs} runs");
+            assert!(systems.contains(&&*runs) && kept(&mut machine) == before, "system {runs} runs, or a file is lost");
+        }
     }
 
     fn is_cut(&mut self, moment: Moment) {
         let loses = self.moments.next_u32().is_multiple_of(2);
         let part = f64::from(self.moments.next_u32()) / f64::from(u32::MAX);
-        let is_woken = std::mem::take(&mut self.is_frozen) && moment != Moment::Start;
-        let woken = is_woken.then_some(&playing().frozen);
+        let woken = self.frozen.take().filter(|_| moment != Moment::Start);
+        let is_woken = woken.is_some();
         // All of its writes are kept, or what a cut leaves of them.
         let mut machine = match woken {
             _ if loses => self.unit.record(woken),
@@ -99,10 +126,13 @@ impl Life {
         if moment != Moment::Start && !is_woken {
             looks = machine.watch_for(PAUSE, Look::is_art);
         }
-        if moment == Moment::Update {
-            machine.plug(&playing().stick.disk);
+        match moment {
+            Moment::Play | Moment::Start => {}
+            Moment::Update => machine.plug(&playing().stick.disk),
+            Moment::Fetch => machine.serial.send(&format!("{WRITE} && {FETCH}")),
+            Moment::Write => machine.serial.send(WRITE),
         }
-        let time = playing().start.mul_f64(longest(moment) * part);
+        let time = longest(moment).mul_f64(part);
         looks.extend(lives(&mut machine, time));
         if loses {
             machine.halt();

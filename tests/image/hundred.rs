@@ -1,25 +1,39 @@
 //! The power goes a hundred times.
 //!
-//! Owns how often, and in which lives: `cuts.rs` has the moments.
+//! Owns how often, and in which lives: `cuts.rs` has the moments. `CUTS` in the environment says how many cuts instead,
+//! and `SEED` which lives: the hundred can be had in pieces, each with a seed of its own.
 
 use crate::cuts::{Life, Moment};
+use crate::now::now;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::env;
+
+/// A number that the environment may say otherwise.
+fn number(name: &str, otherwise: u64) -> u64 {
+    env::var(name).map_or(otherwise, |number| number.parse().unwrap())
+}
 
 #[test]
 fn a_hundred_power_cuts_end_in_art() {
-    let mut random = ChaCha8Rng::seed_from_u64(11);
-    let (mut cuts, mut life) = (0, 0);
-    while cuts < 100 {
-        let first = [Moment::Play, Moment::Update, Moment::Start][random.next_u32() as usize % 3];
-        let mut moments = vec![first];
-        moments.extend((0..random.next_u32() % 3).map(|_| Moment::Start));
-        println!("life {life}, {cuts} cuts so far: {moments:?}");
-        match first {
-            Moment::Start => Life::out_of_the_box(life).goes_on(&moments),
-            Moment::Play | Moment::Update => Life::of_playing(life).goes_on(&moments),
-        }
-        cuts += moments.len();
-        life += 1;
+    let (wanted, seed) = (number("CUTS", 100), number("SEED", 11));
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut cuts = 0;
+    while cuts < wanted {
+        let life = random.next_u64();
+        let kinds = [Moment::Play, Moment::Update, Moment::Start, Moment::Fetch, Moment::Write, Moment::Start];
+        let kind = random.next_u32() as usize % kinds.len();
+        let more = u64::from(random.next_u32() % 3).min(wanted - cuts - 1);
+        let moments: Vec<_> = [kinds[kind]].into_iter().chain((0..more).map(|_| Moment::Start)).collect();
+        let unit = match (kind, kinds[kind]) {
+            (2, _) => Life::out_of_the_box(life),
+            (_, Moment::Play | Moment::Update) => Life::of_playing(life),
+            (_, moment) => Life::of_a_new_system(moment, life),
+        };
+        let began = now();
+        unit.goes_on(&moments);
+        cuts += 1 + more;
+        let time = now().saturating_sub(began).as_secs_f64() / (1 + more) as f64;
+        println!("{cuts} of {wanted} cuts with seed {seed} ended in art; {time:.1} s for each of {moments:?}");
     }
 }

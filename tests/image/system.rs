@@ -1,7 +1,7 @@
 //! The next system comes to a unit that plays.
 //!
-//! Owns how that system is made, signed and served, fetched and written. Leaves the unit that is to start it to the claims
-//! that disturb it. Whatever breaks while a slot is written is
+//! Owns how that system is made, signed and served, and the unit at each step of its way: about to fetch it, about to write
+//! it, about to start it. Leaves those to the claims that disturb them. Whatever breaks while a slot is written is
 //! tried in `tests/it/systems.rs`, too.
 //!
 //! Start at [`coming`].
@@ -34,9 +34,20 @@ const KEPT: &str = "cd /var/lib/dreams && find -H owner store/current -type f | 
 const IS_FETCHED: &str = "[ -e /var/lib/dreams/store/system/staged ]";
 const IS_WRITTEN: &str = "[ \"$(tr -d '\\0' < /dev/vda5 | cut -d ' ' -f 3)\" = 9.0.0 ]";
 
+/// A step of a unit on the way to its next system, before which it was frozen.
+pub(crate) struct Step {
+    pub(crate) frozen: Frozen,
+    /// Where it is in its path then.
+    pub(crate) path: Path,
+    /// How long the step takes.
+    pub(crate) time: Duration,
+}
+
 /// A unit to which its next system comes, while it plays a flock from its store.
 pub(crate) struct Coming {
     _web: Web,
+    pub(crate) fetching: Step,
+    pub(crate) writing: Step,
     /// It is off, and is to start that system.
     pub(crate) written: Unit,
     pub(crate) path: Path,
@@ -82,18 +93,19 @@ pub(crate) fn coming() -> &'static Coming {
             path.saw(&look);
         }
         let kept = kept(&mut machine);
-        let fetching = unit.freeze(machine);
+        let fetching = (unit.freeze(machine), path.clone());
 
-        let (unit, machine, fetch) = goes(&fetching, &mut path, &format!("{FETCH}; {IS_FETCHED}"));
-        let writing = unit.freeze(machine);
+        let (unit, machine, fetch) = goes(&fetching.0, &mut path, &format!("{FETCH}; {IS_FETCHED}"));
+        let writing = (unit.freeze(machine), path.clone());
 
         let is_over = "[ \"$(systemctl show -P ActiveState dreams-system)\" = inactive ]";
         let written = format!("{WRITE}; until {IS_WRITTEN} && {is_over}; do sleep 1; done");
-        let (written, machine, write) = goes(&writing, &mut path, &written);
+        let (written, machine, write) = goes(&writing.0, &mut path, &written);
         drop(machine);
 
         println!("the next system is fetched in {fetch:.1?}, and written in {write:.1?}");
-        Coming { _web: web, written, path, kept }
+        let step = |(frozen, path), time| Step { frozen, path, time };
+        Coming { _web: web, fetching: step(fetching, fetch), writing: step(writing, write), written, path, kept }
     });
     &COMING
 }
@@ -106,7 +118,7 @@ fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
     let mut looks = machine.watch_for(PAUSE, is_autumn);
     machine.pull();
     let is_proved = "journalctl --unit=dreams-player --output=cat | grep -q 'has proved itself'";
-    looks.extend(machine.watch_while(PAUSE, &format!("until {is_proved}; do sleep 1; done")));
+    looks.extend(machine.watch_while(PAUSE, &format!("until {is_proved}; do sleep 5; done")));
     machine.run("rm -f /run/dreams-update/schedule");
     looks
 }
