@@ -119,8 +119,18 @@ pub(crate) fn paint(bytes: &mut [u8], layout: &Layout, picture: &Picture<'_>) {
         Format::Yu12 => {
             for plane in 0..3 {
                 let half = u32::from(plane > 0);
-                for (out, row) in layout.rows(bytes, plane, top >> half, left >> half).zip(picture.rows(plane)) {
-                    out[..row.len()].copy_from_slice(row);
+                let (top, left, pitch) = (top >> half, left >> half, layout.pitches[plane] as usize);
+                match picture.packed(plane) {
+                    // Memory takes one large piece in half the time of its rows.
+                    Some(rows) if picture.strides[plane] == pitch => {
+                        let first = layout.offsets[plane] as usize + top as usize * pitch;
+                        bytes[first..][..rows.len()].copy_from_slice(rows);
+                    }
+                    _ => {
+                        for (out, row) in layout.rows(bytes, plane, top, left).zip(picture.rows(plane)) {
+                            out[..row.len()].copy_from_slice(row);
+                        }
+                    }
                 }
             }
         }

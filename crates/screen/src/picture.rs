@@ -21,17 +21,27 @@ pub struct Picture<'a> {
 impl<'a> Picture<'a> {
     /// The visible rows of plane `plane` (0 = Y, 1 = U, 2 = V), without padding, top to bottom.
     pub fn rows(&self, plane: usize) -> impl Iterator<Item = &'a [u8]> + use<'a> {
-        let half = u32::from(plane > 0);
-        let (width, height) = ((self.width >> half) as usize, (self.height >> half) as usize);
+        let (width, height) = self.extent(plane);
         self.planes[plane].chunks(self.strides[plane]).take(height).map(move |row| &row[..width])
+    }
+
+    /// The same in one piece, where no padding lies between the rows.
+    pub(crate) fn packed(&self, plane: usize) -> Option<&'a [u8]> {
+        let (width, height) = self.extent(plane);
+        (self.strides[plane] == width).then(|| &self.planes[plane][..width * height])
+    }
+
+    /// Visible samples across and down of plane `plane`.
+    fn extent(&self, plane: usize) -> (usize, usize) {
+        let half = u32::from(plane > 0);
+        ((self.width >> half) as usize, (self.height >> half) as usize)
     }
 
     /// Refuses a picture that is odd, empty, larger than `screen`, or whose planes are shorter than it says.
     pub(crate) fn check(&self, screen: (u32, u32)) -> Result<(), ScreenError> {
         let even = |n: u32| n > 0 && n.is_multiple_of(2);
         let filled = |plane: usize| {
-            let half = u32::from(plane > 0);
-            let (width, height) = ((self.width >> half) as usize, (self.height >> half) as usize);
+            let (width, height) = self.extent(plane);
             let stride = self.strides[plane];
             stride >= width && self.planes[plane].len() >= stride * (height - 1) + width
         };
