@@ -71,7 +71,7 @@ fn a_new_system_that_shows_its_picture_stays_until_its_root_is_damaged() {
         let unit = unit.copy();
         unit.spoil(SLOT_B, at, &rubbish(length));
         let mut machine = start(&unit);
-        let looks = machine.watch_for(PAUSE, Look::is_art);
+        let looks = machine.await_shell();
         assert_eq!(version(&mut machine), NOW, "a damaged system gives way");
         proves_good(&mut machine, looks);
         assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}+0-1.efi"), "it is not asked again");
