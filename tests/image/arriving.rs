@@ -38,5 +38,5 @@ fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
     machine.pull();
     only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
     machine.run("[ -L /var/lib/dreams/store/current ]");
-    machine.run("[ -z \"$(systemctl --failed --no-legend --plain)\" ]");
+    machine.is_well();
 }

@@ -1,11 +1,11 @@
 //! Looks so close to each other that nothing comes between them.
 //!
-//! Owns the claims on every moment of a start and of an update. The machine stands still while it is looked at, so that its own clock says
-//! how close the looks are.
+//! Owns the claims on every moment of a start and of an update. The machine stands still while it is looked at, so that its
+//! own clock says how close the looks are.
 
 use crate::arriving::is_autumn;
 use crate::picture::only_art;
-use crate::starting::{MOVES, PROVEN, Playing, playing};
+use crate::starting::{MOVES, PROVEN, Playing, UP, playing};
 use crate::unit::Unit;
 use std::time::Duration;
 
@@ -31,8 +31,6 @@ fn ten_looks_a_second_at_a_start_show_art_and_nothing_else() {
     machine.stands_still = true;
     let mut looks = machine.watch(2 * PAUSE, |line| line.contains("BENCH"));
     looks.extend(machine.watch_while(2 * PAUSE, PROVEN));
-    looks.extend(
-        machine.watch_while(2 * PAUSE, "until systemctl --quiet is-active multi-user.target; do sleep 1; done"),
-    );
+    looks.extend(machine.watch_while(2 * PAUSE, UP));
     only_art(&looks, 10.0);
 }

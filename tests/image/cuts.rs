@@ -100,7 +100,7 @@ impl Life {
         let mut looks = machine.await_shell();
         looks.extend(machine.watch_move(PAUSE, MOVES));
         self.follows(false, &looks);
-        assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
+        machine.is_well();
         let mount = machine.run("findmnt --noheadings --output FSTYPE,OPTIONS /var/lib/dreams");
         assert!(mount.starts_with("ext4 rw,"), "{mount}");
         if let Some((systems, before)) = self.systems {

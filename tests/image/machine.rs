@@ -263,6 +263,11 @@ impl Machine {
         said
     }
 
+    /// Has it say that none of its services has failed.
+    pub(crate) fn is_well(&mut self) {
+        assert_eq!(self.run("systemctl --failed --no-legend --plain"), "");
+    }
+
     /// A cable to its network, in the place of the world: that answers for everybody.
     pub(crate) fn wire(&mut self) -> UnixDatagram {
         let [theirs, ours] = ["wire.qemu", "wire"].map(|end| self.shot.with_file_name(end));

@@ -6,7 +6,7 @@
 use crate::damage::rubbish;
 use crate::machine::{Machine, PAUSE};
 use crate::picture::{Look, only_art};
-use crate::starting::{MOVES, OFTEN, playing};
+use crate::starting::{MOVES, OFTEN, PROVEN, playing};
 use crate::system::{Coming, FETCH, NEXT, NOW, coming, kept, version};
 use crate::unit::{SLOT_B, Unit};
 
@@ -25,12 +25,11 @@ fn start(unit: &Unit) -> Machine {
 fn proves_good(machine: &mut Machine, mut looks: Vec<Look>) {
     let Coming { path, kept: before, .. } = coming();
     looks.extend(machine.watch_move(PAUSE, MOVES));
-    let is_good = "[ \"$(systemctl show -P SubState dreams-good)\" = exited ]";
-    looks.extend(machine.watch_while(PAUSE, &format!("until {is_good}; do sleep 1; done")));
+    looks.extend(machine.watch_while(PAUSE, PROVEN));
     only_art(&looks, OFTEN);
     assert!(path.clone().came_back_with(&looks), "the path goes on");
     assert_eq!(&kept(machine), before, "the flock and the settings are as they were");
-    assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
+    machine.is_well();
 }
 
 /// What the boot loader has to start.

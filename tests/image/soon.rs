@@ -9,7 +9,7 @@
 
 use crate::machine::Machine;
 use crate::programs::{repository, succeed};
-use crate::starting::PROVEN;
+use crate::starting::{PROVEN, UP};
 use crate::unit::{Unit, image};
 use serde_json::{Value, json};
 use std::env;
@@ -122,7 +122,7 @@ impl Round {
         let idle_later = nothing(&unit, doing_nothing);
         let mut machine = unit.start_with(as_it_is);
         let (later, later_chain) = lit(&mut machine);
-        machine.run("until systemctl --quiet is-active multi-user.target; do sleep 1; done");
+        machine.run(UP);
         let mut said = |words: &str| json!(machine.run(words).lines().collect::<Vec<_>>());
         let analysis = json!({
             "time": said("systemd-analyze"),

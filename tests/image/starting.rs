@@ -25,6 +25,9 @@ pub(crate) const MOVES: u32 = 20;
 /// Waits until a start has proved itself: a hundred frames, and the next one counts anew.
 pub(crate) const PROVEN: &str = "until [ \"$(systemctl show -P SubState dreams-good)\" = exited ]; do sleep 1; done";
 
+/// Waits until all that comes up behind the picture is there.
+pub(crate) const UP: &str = "until systemctl --quiet is-active multi-user.target; do sleep 1; done";
+
 /// A unit that has started, out of its box, and plays.
 pub(crate) struct Playing {
     /// How it looked on the way.
@@ -76,7 +79,7 @@ fn is_as_it_should_be(machine: &mut Machine) {
     let size: u64 = machine.run("findmnt --noheadings --bytes --output SIZE /var/lib/dreams").trim().parse().unwrap();
     assert!(size > 400 << 20, "the disk of the flocks takes the rest of the disk, found {size} bytes");
     assert_eq!(machine.run("cat /proc/swaps | wc -l"), "1", "no swap");
-    assert_eq!(machine.run("systemctl --failed --no-legend --plain"), "");
+    machine.is_well();
     assert_eq!(machine.run("ls /usr/sbin/agetty /usr/sbin/sshd /usr/bin/login 2> /dev/null; true"), "");
     listens_to_nobody(machine);
     // What its owner has set is taken in, beside the player.
