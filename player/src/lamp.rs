@@ -52,7 +52,7 @@ impl Lamp {
     }
 
     /// How bright it is to be when the clock shows `clock_s`.
-    fn look(&mut self, clock_s: u64) -> Light {
+    pub(crate) fn look(&mut self, clock_s: u64) -> Light {
         let found = telling(&self.owner);
         if found != self.known {
             self.known = found;

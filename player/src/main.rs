@@ -10,6 +10,7 @@ mod decoder;
 mod faults;
 mod generation;
 mod glass;
+mod handover;
 mod herald;
 mod lamp;
 mod library;
@@ -18,6 +19,7 @@ mod pace;
 mod placard;
 mod place;
 mod playback;
+mod prelude;
 mod report;
 mod run;
 mod saver;
@@ -44,8 +46,12 @@ fn main() -> ExitCode {
 }
 
 fn play(options: Options) -> Result<(), Fatal> {
-    let still = options.still;
+    let (still, prelude) = (options.still, options.prelude);
     let config = options.settings()?; // what this unit was told
     journal::open(config.log); // where it speaks
-    if still { still::hold(&config) } else { run::play(&config) } // what it is for
+    match (prelude, still) {
+        (true, _) => prelude::play(&config),
+        (_, true) => still::hold(&config),
+        _ => run::play(&config), // what it is for
+    }
 }

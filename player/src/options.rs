@@ -29,6 +29,10 @@ pub(crate) struct Options {
     /// Play nothing: light a still picture, and hold it whatever happens; the last resort of a unit
     #[arg(long)]
     pub(crate) still: bool,
+    /// Play nothing: light the first picture of the path, say so, and hold it until a player takes the screen over; how a
+    /// unit starts
+    #[arg(long, conflicts_with = "still")]
+    pub(crate) prelude: bool,
     /// The flock to play: a folder with `flock.toml`
     #[arg(long, value_name = "DIR")]
     flock: Option<PathBuf>,
@@ -134,7 +138,7 @@ mod tests {
         let options = command.get_arguments().filter_map(|option| option.get_long());
         let options: Vec<_> = options.map(|long| long.replace('-', "_")).collect();
         let options: Vec<_> =
-            options.into_iter().filter(|long| !["config", "still"].contains(&long.as_str())).collect();
+            options.into_iter().filter(|long| !["config", "still", "prelude"].contains(&long.as_str())).collect();
         assert_eq!(options, keys_of_the_sample());
     }
 

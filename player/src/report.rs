@@ -21,6 +21,8 @@ pub(crate) enum Fatal {
     Decoder(#[from] video::SessionError),
     #[error(transparent)]
     Flock(#[from] ManifestError),
+    #[error("cannot hand the first picture over at `{socket}`", socket = socket.display())]
+    HandOver { socket: PathBuf, source: io::Error },
     #[error("none of the flock's clips in `{flock}` can be played", flock = flock.display())]
     NothingToPlay { flock: PathBuf },
     #[error(transparent)]
@@ -49,6 +51,7 @@ impl Fatal {
             }
             Self::Config(ConfigError::Read { .. })
             | Self::Decoder(_)
+            | Self::HandOver { .. }
             | Self::Flock(ManifestError::Read { .. })
             | Self::Screen(ScreenError::Open { .. })
             | Self::Signals(_)
@@ -67,6 +70,7 @@ impl Fatal {
             Self::Trial(_) => "start again",
             Self::Screen(_) => "`--screen virtual` plays without a display",
             Self::Decoder(_) | Self::Signals(_) | Self::Thread { .. } => "the machine is out of threads or memory",
+            Self::HandOver { .. } => "`--prelude` needs its folder, and that no other one is held",
             Self::Trace { .. } => "`--trace FILE` needs a folder that exists and may be written",
         }
     }

@@ -8,7 +8,7 @@ use crate::show::Piece;
 use player::now::now;
 use screen::{Keeper, KmsScreen, KmsSettings, Screen, ScreenError, VirtualScreen};
 use sd_notify::NotifyState;
-use std::os::fd::BorrowedFd;
+use std::os::fd::{AsFd, BorrowedFd, IntoRawFd, OwnedFd};
 use std::path::PathBuf;
 use timing::Rate;
 use tracing::{info, warn};
@@ -23,18 +23,22 @@ const KEPT: &str = "card";
 ///
 /// # Errors
 /// [`ScreenError`], if it was asked for by name and cannot be had.
-pub(crate) fn screen(choice: &ScreenChoice, piece: Piece) -> Result<Box<dyn Screen>, ScreenError> {
+pub(crate) fn screen(
+    choice: &ScreenChoice,
+    piece: Piece,
+    handed: Option<OwnedFd>,
+) -> Result<Box<dyn Screen>, ScreenError> {
     match choice {
         ScreenChoice::Auto if piece.free => Ok(virtual_screen(None, piece)),
-        ScreenChoice::Auto => Ok(display(piece).unwrap_or_else(|| virtual_screen(None, piece))),
-        ScreenChoice::Kms(device) => Ok(Box::new(KmsScreen::open(settings(device.clone(), piece))?)),
+        ScreenChoice::Auto => Ok(display(piece, handed).unwrap_or_else(|| virtual_screen(None, piece))),
+        ScreenChoice::Kms(device) => Ok(Box::new(KmsScreen::open(settings(device.clone(), piece, keeper(handed)))?)),
         ScreenChoice::Virtual(mode) => Ok(virtual_screen(*mode, piece)),
     }
 }
 
 /// A display that can be lit now.
-fn display(piece: Piece) -> Option<Box<dyn Screen>> {
-    match KmsScreen::open(settings(None, piece)) {
+fn display(piece: Piece, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
+    match KmsScreen::open(settings(None, piece, keeper(handed))) {
         Ok(screen) if screen.lit().is_some() => Some(Box::new(screen)),
         Ok(_) => {
             info!("no display can be lit now; `--screen kms` waits for one");
@@ -47,16 +51,21 @@ fn display(piece: Piece) -> Option<Box<dyn Screen>> {
     }
 }
 
-fn settings(device: Option<PathBuf>, piece: Piece) -> KmsSettings {
-    KmsSettings { device, size: piece.size, fps: piece.fps, now, keeper: keeper() }
+/// What a display is to show, and who keeps it.
+pub(crate) fn settings(device: Option<PathBuf>, piece: Piece, keeper: Keeper) -> KmsSettings {
+    KmsSettings { device, size: piece.size, fps: piece.fps, now, keeper }
 }
 
 /// systemd, if it has started us and keeps descriptors (`FileDescriptorStoreMax=`): whatever becomes of us, the last frame
-/// stays until its next start of us lights another.
-fn keeper() -> Keeper {
+/// stays until its next start of us lights another. It keeps a card that was `handed` to us from now on.
+fn keeper(handed: Option<OwnedFd>) -> Keeper {
+    let handed = handed.map(|card| {
+        keep(Some(card.as_fd()));
+        card.into_raw_fd()
+    });
     let kept = sd_notify::listen_fds_with_names().ok().into_iter().flatten();
     let kept = kept.filter(|(_, name)| name == KEPT).map(|(number, _)| number).last();
-    Keeper { kept, keep }
+    Keeper { kept: kept.or(handed), keep }
 }
 
 fn keep(card: Option<BorrowedFd<'_>>) {

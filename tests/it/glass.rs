@@ -17,11 +17,16 @@ const LOOKS: usize = 150;
 
 /// Plays while another process reads the checksums of what is scanned out at so many vblanks. Returns these.
 pub(crate) fn scanned_out(playing: &Playing, looks: usize) -> HashMap<u32, String> {
+    let player = shell_words(&playing.command());
+    scanned_out_while(playing, looks, &format!("{player} & player=$!; sleep 1"), "wait $player")
+}
+
+/// The same of any script: what it does before the first look, and beside the looks.
+pub(crate) fn scanned_out_while(playing: &Playing, looks: usize, before: &str, beside: &str) -> HashMap<u32, String> {
     let list = playing.path("scanned-out");
     let crc = "/sys/kernel/debug/dri/vkms/crtc-0/crc";
-    let player = shell_words(&playing.command());
     let read = format!("head -n {looks} {crc}/data > {}", list.display());
-    let text = format!("{player} & sleep 1; echo auto > {crc}/control; {read}; wait");
+    let text = format!("{before}; echo auto > {crc}/control; {read} & looks=$!; {beside}; wait $looks");
     succeed_in_virtual_time(120, &script(&text));
     let text = fs::read_to_string(list).unwrap();
     let line = |line: &str| {

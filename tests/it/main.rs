@@ -28,6 +28,7 @@ mod manual;
 mod night;
 mod owning;
 mod playing;
+mod prelude;
 mod programs;
 mod publishing;
 mod pulling;

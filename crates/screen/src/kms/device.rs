@@ -63,6 +63,10 @@ impl Device {
         Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new() }
     }
 
+    pub(super) fn as_fd(&self) -> Option<BorrowedFd<'_>> {
+        self.card.as_ref().map(AsFd::as_fd)
+    }
+
     fn card(&mut self) -> io::Result<&mut Card> {
         self.card.as_mut().ok_or_else(|| Errno::NODEV.into())
     }

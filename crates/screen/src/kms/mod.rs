@@ -45,6 +45,8 @@ use plan::Plan;
 use ring::Ring;
 use std::collections::VecDeque;
 use std::io;
+use std::mem::ManuallyDrop;
+use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
@@ -166,6 +168,14 @@ impl KmsScreen<Device> {
     /// [`ScreenError::Open`] if there is no such card, or it is no KMS card.
     pub fn open(settings: KmsSettings) -> Result<Self, ScreenError> {
         Self::on(Device::new(settings.device.clone(), settings.keeper), settings)
+    }
+
+    /// Leaves the card with what is on its glass to whoever gets it from the caller; `None` if it is not open. The picture
+    /// stays as long as anybody has the card open.
+    pub fn bequeath(self) -> Option<OwnedFd> {
+        // What belongs to the picture is not given back: the card's numbers will be others'.
+        let screen = ManuallyDrop::new(self);
+        screen.kms.as_fd()?.try_clone_to_owned().ok()
     }
 }
 

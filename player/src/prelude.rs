@@ -1,0 +1,110 @@
+//! The prelude: the first picture of the path, on the glass before anything else of the unit is up.
+//!
+//! Owns its short life: it lights the picture that the player would begin with, holds it, and hands card and place over to
+//! the player that comes. Plays nothing, writes nothing, keeps no place. Whatever is in its way, it ends, and leaves
+//! everything to the player, which knows what to do about it.
+//!
+//! Start at [`play`]; `image-build/system` says who starts it.
+
+use crate::config::Config;
+use crate::generation::Generation;
+use crate::handover;
+use crate::lamp::Lamp;
+use crate::library;
+use crate::place::Slots;
+use crate::report::{Exit, Fatal};
+use crate::settings::ScreenChoice;
+use crate::show::Piece;
+use crate::take;
+use crate::turn::Still;
+use flock::Place;
+use player::now::clock_s;
+use screen::{Event, Keeper, KmsScreen, Light, Screen, ScreenError};
+use std::io::{self, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::path::Path;
+use std::process;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+use tracing::info;
+
+/// The player waits so long for us at most: who has no picture by then ends, and lets go of the card.
+const PATIENCE: Duration = Duration::from_secs(15);
+/// How long the screen may say nothing before we look up.
+const QUIET: Duration = Duration::from_millis(250);
+
+/// Lights the first picture, says so on standard output, and holds it until somebody takes it over.
+///
+/// # Errors
+/// [`Fatal`], if there is no such picture, or no screen, or nobody to be heard.
+pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
+    let is_lit = Arc::new(AtomicBool::new(false));
+    end_in_time(Arc::clone(&is_lit))?;
+    let light = Lamp::new(config.day(), &config.owner).look(clock_s());
+    if light == Light::Off {
+        info!("it is night");
+        return Ok(());
+    }
+    let (place, still, piece) = begin(config)?;
+    let Some(card) = lit(&config.screen, piece, &still, light)? else {
+        info!("no display can be lit now");
+        return Ok(());
+    };
+    is_lit.store(true, Ordering::Relaxed);
+    // Whoever started us may be gone.
+    let tell = || drop(io::stdout().write_all(b"lit\n"));
+    let socket = Path::new(handover::SOCKET);
+    let given = handover::give(socket, card.as_fd(), &place.to_bytes(), tell);
+    given.map_err(|source| Fatal::HandOver { socket: socket.to_owned(), source })
+}
+
+fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
+    let wait = move || {
+        thread::park_timeout(PATIENCE);
+        if !is_lit.load(Ordering::Relaxed) {
+            process::exit(Exit::Unread as i32);
+        }
+    };
+    let thread = thread::Builder::new().name("deadline".to_owned()).spawn(wait);
+    thread.map(drop).map_err(|source| Fatal::Thread { name: "deadline", source })
+}
+
+/// What the player would begin with, and where in the path that is.
+fn begin(config: &Config) -> Result<(Place, Still, Piece), Fatal> {
+    let generation = Generation::open_or(&config.flock, &config.spare)?;
+    let kept = Slots::open(&config.state).ok().and_then(|(_, bytes)| Place::from_bytes(&bytes?).ok());
+    let flock = &generation.flock;
+    let leg = library::path(flock, kept, config.seed).next_leg();
+    let picture = leg.and_then(|leg| {
+        let file = leg.clip.path.inside(&generation.folder);
+        let clip = video::Clip::open(&file, &library::form(flock), leg.clip.frames).ok()?;
+        Some((leg.place, Still::Decoded(video::opening(&clip)?)))
+    });
+    let (place, still) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;
+    Ok((place, still, Piece { fps: flock.manifest().fps, size: flock.manifest().size, free: false }))
+}
+
+/// The card with the picture on its glass; `None` where nothing can be lit.
+fn lit(choice: &ScreenChoice, piece: Piece, still: &Still, light: Light) -> Result<Option<OwnedFd>, ScreenError> {
+    let device = match choice {
+        ScreenChoice::Kms(device) => device.clone(),
+        ScreenChoice::Auto => None,
+        ScreenChoice::Virtual(_) => return Ok(None),
+    };
+    let mut screen = KmsScreen::open(take::settings(device, piece, Keeper::NOBODY))?;
+    screen.set_light(light);
+    if screen.lit().is_none() {
+        return Ok(None);
+    }
+    screen.stage(&still.picture())?;
+    screen.commit();
+    loop {
+        match screen.next_event(QUIET) {
+            Event::Flip { .. } => return Ok(screen.bequeath()),
+            Event::Lost { .. } | Event::Asleep => return Ok(None),
+            Event::Vblank { .. } | Event::Back | Event::Recovered { .. } | Event::Idle => {}
+        }
+    }
+}
