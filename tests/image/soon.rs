@@ -44,8 +44,9 @@ const CHAIN: [(&str, &str, &str); 5] = [
     ("the player", "InactiveExitTimestampMonotonic dreams-player", "ActiveEnterTimestampMonotonic dreams-player"),
 ];
 
-/// What UEFI starts, taken apart: QEMU's words for a start of it without a boot loader.
-fn parts(folder: &Path) -> (Vec<String>, Vec<String>) {
+/// What UEFI starts, taken apart: QEMU's words for a start of it without a boot loader, as it is and doing nothing. The
+/// kernel's command line is the last of them.
+pub(crate) fn parts(folder: &Path) -> (Vec<String>, Vec<String>) {
     let part = |name: &str| {
         let file = folder.join(name);
         let section = format!("--only-section=.{name}");
@@ -78,7 +79,7 @@ fn nothing(unit: &Unit, words: &[String]) -> f64 {
 }
 
 /// Seconds from the kernel's start to what systemd calls `time`.
-fn seconds(machine: &mut Machine, time: &str) -> f64 {
+pub(crate) fn seconds(machine: &mut Machine, time: &str) -> f64 {
     if time.is_empty() {
         return 0.0;
     }

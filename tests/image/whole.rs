@@ -2,7 +2,7 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`closely`], [`damage`], [`hanging`] and [`slots`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`closely`], [`dark`], [`damage`], [`hanging`] and [`slots`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -14,6 +14,7 @@ mod clips;
 mod closely;
 mod cuts;
 mod damage;
+mod dark;
 mod disk;
 mod gallery;
 mod hanging;
