@@ -85,7 +85,7 @@ fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_
     let layout = super::read("systemd/layout");
     let ours = layout.split_whitespace().filter_map(|word| word.strip_prefix("/usr/lib/udev/rules.d/"));
     assert!(
-        ours.clone().count() == 2 && ours.clone().all(|name| name > "60-persistent-storage.rules"),
+        ours.clone().count() == 3 && ours.clone().all(|name| name > "60-persistent-storage.rules"),
         "what is on it is known"
     );
     let text = super::read("systemd/dreams-update@.service");

@@ -268,6 +268,10 @@ pub trait Kms {
     /// What the kernel says.
     fn create_ramp(&mut self, ramp: &[[u16; 4]]) -> io::Result<Id>;
 
+    /// Has the lamp behind the display at `connector` shine with so many thousandths of its power. `false` if there is
+    /// none, or it may not be set.
+    fn shine(&mut self, connector: &str, thousandths: u16) -> bool;
+
     /// Frees a blob. What was set by it stays set.
     fn destroy_blob(&mut self, blob: Id);
 

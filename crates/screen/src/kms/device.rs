@@ -9,6 +9,7 @@ use super::card::{
 };
 use super::in_formats::formats_with;
 use super::memory::{Memory, inherited};
+use super::nodes::{CONNECTORS, cards, has_render_node, shine};
 use super::properties::PropertyCache;
 use super::uevents::Uevents;
 use crate::paint::{Format, Layout};
@@ -150,6 +151,11 @@ impl Kms for Device {
         }
     }
 
+    fn shine(&mut self, connector: &str, thousandths: u16) -> bool {
+        let card = self.card.as_ref().map(|card| card.path.clone());
+        card.is_some_and(|card| shine(Path::new(CONNECTORS), &card, connector, thousandths))
+    }
+
     fn commit(&mut self, how: How, request: &Request) -> io::Result<()> {
         let mut atomic = AtomicModeReq::new();
         for &(object, property, value) in &request.0 {
@@ -243,14 +249,6 @@ struct Card {
 /// Buffers that a process before may have left, by their numbers: it has some three.
 const LEFT: RangeInclusive<u32> = 1..=64;
 
-/// The cards of this machine, the first one first.
-fn cards() -> io::Result<Vec<PathBuf>> {
-    let mut paths: Vec<PathBuf> = std::fs::read_dir("/dev/dri")?.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    paths.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("card")));
-    paths.sort_by_cached_key(|path| (path.as_os_str().len(), path.clone()));
-    Ok(paths)
-}
-
 impl AsFd for Card {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.file.as_fd()
@@ -300,7 +298,7 @@ impl Card {
         card.set_client_capability(ClientCapability::Atomic, true)?;
         card.resource_handles()?;
         card.modifiers = card.get_driver_capability(DriverCapability::AddFB2Modifiers).is_ok_and(|cap| cap == 1);
-        if card.has_render_node() {
+        if has_render_node(&card.file) {
             let gbm = card.file.as_fd().try_clone_to_owned().and_then(gbm::Device::new);
             card.gbm = gbm.inspect_err(|error| tracing::info!(%error, "no gbm here, taking dumb buffers")).ok();
         }
@@ -341,15 +339,6 @@ impl Card {
         for framebuffer in self.left.as_mut().map(std::mem::take).unwrap_or_default() {
             self.destroy_framebuffer(framebuffer).ok();
         }
-    }
-
-    /// Whether the card has a GPU, and so a `renderD*` beside it.
-    fn has_render_node(&self) -> bool {
-        let Ok(stat) = rustix::fs::fstat(&self.file) else { return false };
-        let (major, minor) = (rustix::fs::major(stat.st_rdev), rustix::fs::minor(stat.st_rdev));
-        let siblings = std::fs::read_dir(format!("/sys/dev/char/{major}:{minor}/device/drm"));
-        siblings
-            .is_ok_and(|nodes| nodes.flatten().any(|node| node.file_name().to_string_lossy().starts_with("renderD")))
     }
 
     /// Reads everything. A card that was taken away may still answer, to whoever holds it open; its node is gone.

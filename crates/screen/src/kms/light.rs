@@ -1,6 +1,7 @@
 //! How bright the picture is, and the night.
 //!
-//! Owns the ramp that dims a CRTC, and how it goes with lights and flips: a card that does not take it is lit without.
+//! Owns the choice of means: the lamp behind the display where there is one, else a ramp that dims a CRTC, and how that goes
+//! with lights and flips: a card that does not take it is lit without.
 //! A display that is to sleep is switched off in good order and its buffers are freed; woken, it is brought up as one that
 //! was plugged in. Never decides when: whoever calls `set_light` does.
 //!
@@ -54,9 +55,13 @@ impl Ramp {
     }
 }
 
-/// The kernel's copy of the ramp for `light`; `None` where none is needed, or can be had.
+/// The kernel's copy of the ramp for `light`; `None` where none is needed, or can be had. A display with a lamp of its own
+/// needs none.
 fn drawn(kms: &mut impl Kms, plan: &Plan, light: Light) -> Option<Id> {
     let Light::On { thousandths } = light else { return None };
+    if kms.shine(&plan.connector, thousandths) {
+        return None;
+    }
     let entries = plan.dimmer.filter(|_| thousandths < 1000)?.entries;
     let made = kms.create_ramp(&ramp(entries, thousandths));
     made.inspect_err(|error| tracing::debug!(%error, "cannot make a ramp")).ok()

@@ -21,6 +21,7 @@ mod light;
 mod memory;
 #[cfg(test)]
 mod night;
+mod nodes;
 mod plan;
 mod properties;
 mod recovery;

@@ -125,3 +125,17 @@ fn a_card_that_takes_no_ramp_shows_every_picture_without_one() {
     assert_eq!((player.screen.kms.brightest(), player.screen.kms.blobs.len()), (u16::MAX, 1));
     assert!(player.lost().is_empty() && player.longest_pause_ms() < 50, "{:?}", player.lost());
 }
+
+#[test]
+fn a_display_with_a_lamp_is_dimmed_by_it_and_its_samples_stay_as_they_are() {
+    let mut card = Scripted::new();
+    card.quirk = Some(Quirk::Lamp);
+    card.plugs.extend([(at(5000), false), (at(5500), true)]);
+    let mut player = Player::on(card);
+    for (until, thousandths) in [(2_000, 1000), (3_000, 999), (4_000, 300), (8_000, 500), (9_000, 1000)] {
+        player.screen.set_light(Light::On { thousandths });
+        player.play(at(until));
+        let card = &player.screen.kms;
+        assert_eq!((card.lamp, card.brightest(), card.blobs.len()), (thousandths, u16::MAX, 1));
+    }
+}

@@ -78,6 +78,8 @@ pub(crate) enum Quirk {
     StiffRamp,
     /// It moves the window within a framebuffer only where a mode may be set.
     StiffWindow,
+    /// There is a lamp behind its display.
+    Lamp,
 }
 
 /// A fault to come: at the `nth` commit of `kind`, and then for `ns`.
@@ -126,6 +128,8 @@ pub(crate) struct Scripted {
     spins: u32,
     /// Every lasting mode set.
     pub(crate) modesets: u32,
+    /// With so many thousandths the lamp shines.
+    pub(crate) lamp: u16,
 }
 
 impl Scripted {
@@ -155,6 +159,7 @@ impl Scripted {
             late: VecDeque::new(),
             spins: 0,
             modesets: 0,
+            lamp: 0,
         };
         for (name, value) in [("FB_ID", FOREIGN_FB), ("CRTC_ID", u64::from(CRTC.0))] {
             card.values.insert((OVERLAY, name), value);
@@ -370,6 +375,12 @@ impl Kms for Scripted {
         self.blobs.insert(blob);
         self.ramps.insert(u64::from(blob.0), ramp.iter().map(|entry| entry[0]).collect());
         Ok(blob)
+    }
+
+    fn shine(&mut self, _: &str, thousandths: u16) -> bool {
+        let has_lamp = self.quirk == Some(Quirk::Lamp);
+        self.lamp = if has_lamp { thousandths } else { 0 };
+        has_lamp
     }
 
     fn destroy_blob(&mut self, blob: Id) {
