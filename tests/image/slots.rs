@@ -63,6 +63,8 @@ fn a_new_system_that_shows_its_picture_stays_until_its_root_is_damaged() {
     assert_eq!(version(&mut machine), NEXT);
     proves_good(&mut machine, looks);
     assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}.efi"), "it is good");
+    let starts = machine.run("journalctl --directory=/var/lib/dreams/journal --list-boots --quiet --no-pager | wc -l");
+    assert!(starts.trim().parse::<u32>().unwrap() >= 2, "the log still knows of the start before, found {starts}");
     drop(machine);
 
     // The beginning, which every start reads; and the middle, which is met on the way or never.

@@ -84,6 +84,9 @@ fn is_as_it_should_be(machine: &mut Machine) {
     listens_to_nobody(machine);
     // What its owner has set is taken in, beside the player.
     machine.run("until [ -e /var/lib/dreams/owner/dreams.toml ]; do sleep 1; done");
+    // The log outlives a start: it goes over from memory to the disk.
+    machine.run("until [ -e /var/lib/dreams/journal/system.journal ]; do sleep 1; done");
+    assert_eq!(machine.run("findmnt --noheadings --output FSTYPE /var/log/journal/*"), "ext4");
     println!("{}", machine.run("systemd-analyze blame | head -n 20"));
 }
 
