@@ -49,7 +49,7 @@ pub(crate) struct Machine {
 }
 
 /// The flock that is part of every unit's system.
-fn built_in() -> &'static Gallery {
+pub(crate) fn built_in() -> &'static Gallery {
     static BUILT_IN: LazyLock<Gallery> = LazyLock::new(|| Gallery::of(&repository().join("flock-tools/demo/small")));
     &BUILT_IN
 }

@@ -27,21 +27,24 @@ const SYSTEMD: &str = "exec switch_root /new /usr/lib/systemd/systemd\n";
 const NOTHING: &str = r#"exec switch_root /new /bin/sh -c 'read up rest < /proc/uptime; echo "HERE $up" > /dev/ttyS0; read word < /dev/ttyS0'
 "#;
 
-/// Tells when `dreams-early` said that the first picture is lit.
-const LIT: &str = r"dmesg | sed -n 's/^\[ *\([0-9.]*\)\] dreams: the first picture is lit$/\1/p'";
+/// What `dreams-early` tells the kernel's log, when it is so.
+const BEGUN: &str = "dreams: the picture is begun";
+const LIT: &str = "dreams: the first picture is lit";
 
-/// What systemd does meanwhile and after it, in the order in which it begins: its name, and which of systemd's times begin
-/// and end it.
-const CHAIN: [(&str, &str, &str); 5] = [
-    ("kernel and initramfs", "", "UserspaceTimestampMonotonic"),
+/// What is timed on the way, in the order in which it begins: its name, and what begins and ends it, as `dreams-early` tells
+/// or as systemd calls it. From the second line to the fourth it goes on side by side, with systemd beside it.
+const CHAIN: [(&str, &str, &str); 7] = [
+    ("kernel and initramfs", "", BEGUN),
+    ("the display's driver", BEGUN, "dreams: the display is there"),
+    ("the disk of the flocks", BEGUN, "dreams: the flocks are there"),
+    ("the first picture, these two included", BEGUN, LIT),
     ("systemd begins", "UserspaceTimestampMonotonic", "UnitsLoadStartTimestampMonotonic"),
     ("systemd reads its units", "UnitsLoadStartTimestampMonotonic", "UnitsLoadFinishTimestampMonotonic"),
     (
-        "the first picture is awaited",
-        "InactiveExitTimestampMonotonic dreams-data",
-        "ActiveEnterTimestampMonotonic dreams-data",
+        "the player goes on from it",
+        "InactiveExitTimestampMonotonic dreams-player",
+        "ActiveEnterTimestampMonotonic dreams-player",
     ),
-    ("the player", "InactiveExitTimestampMonotonic dreams-player", "ActiveEnterTimestampMonotonic dreams-player"),
 ];
 
 /// What UEFI starts, taken apart: QEMU's words for a start of it without a boot loader, as it is and doing nothing. The
@@ -78,12 +81,16 @@ fn nothing(unit: &Unit, words: &[String]) -> f64 {
     unit.start_with(words).await_word("HERE ").parse().unwrap()
 }
 
-/// Seconds from the kernel's start to what systemd calls `time`.
+/// Seconds from the kernel's start to `time`, as [`CHAIN`] has it.
 pub(crate) fn seconds(machine: &mut Machine, time: &str) -> f64 {
     if time.is_empty() {
         return 0.0;
     }
-    machine.run(&format!("systemctl show -P {time}")).trim().parse::<f64>().unwrap() / 1e6
+    if !time.starts_with("dreams: ") {
+        return machine.run(&format!("systemctl show -P {time}")).trim().parse::<f64>().unwrap() / 1e6;
+    }
+    let told = machine.run(&format!(r"dmesg | sed -n 's/^\[ *\([0-9.]*\)\] {time}$/\1/p'"));
+    told.trim().parse().unwrap_or_else(|_| panic!("`{time}` is told once, found `{told}`"))
 }
 
 /// The start of a unit until its first frame is lit: the time of that, and the times on the way.
@@ -91,14 +98,12 @@ fn lit(machine: &mut Machine) -> (f64, Value) {
     machine.await_word("BENCH");
     // It plays with its own first frame, which is the one that was lit before.
     machine.run("systemctl start dreams-player.service");
-    let lit = machine.run(LIT);
-    let lit = lit.trim().parse().unwrap_or_else(|_| panic!("the first picture is lit once, found `{lit}`"));
     let chain = CHAIN.map(|(name, from, to)| {
         json!({
             "what": name, "from_s": seconds(machine, from), "to_s": seconds(machine, to),
         })
     });
-    (lit, json!(chain))
+    (seconds(machine, LIT), json!(chain))
 }
 
 fn median(times: &[f64]) -> f64 {

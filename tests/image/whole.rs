@@ -2,12 +2,13 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`closely`], [`dark`], [`damage`], [`hanging`] and [`slots`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`booting`], [`closely`], [`dark`], [`damage`], [`hanging`] and [`slots`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
 mod all_ports;
 mod arriving;
+mod booting;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
