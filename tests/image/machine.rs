@@ -263,9 +263,13 @@ impl Machine {
         said
     }
 
-    /// Has it say that none of its services has failed.
+    /// Has it say that none of its services has failed, and that systemd left none out to find an order.
     pub(crate) fn is_well(&mut self) {
         assert_eq!(self.run("systemctl --failed --no-legend --plain"), "");
+        assert_eq!(
+            self.run("journalctl --boot --identifier=systemd --output=cat | grep -i 'ordering cycle'; true"),
+            ""
+        );
     }
 
     /// A cable to its network, in the place of the world: that answers for everybody.
