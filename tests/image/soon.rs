@@ -21,8 +21,11 @@ use std::process::Command;
 const ROUNDS: usize = 5;
 /// The most that a start may take, as a multiple of one that does nothing.
 const AT_MOST: f64 = 1.5;
-/// How `image-build/init` ends.
-const SYSTEMD: &str = "exec switch_root /new /usr/lib/systemd/systemd\n";
+/// How `image-build/init` ends: with what the picture needs, and then systemd.
+const ALL: &str = "\
+chroot /new /usr/bin/nice -n -20 /usr/bin/dreams-early
+exec switch_root /new /usr/lib/systemd/systemd
+";
 /// How it ends where nothing is to be done: in the same root, by its smallest program.
 const NOTHING: &str = r#"exec switch_root /new /bin/sh -c 'read up rest < /proc/uptime; echo "HERE $up" > /dev/ttyS0; read word < /dev/ttyS0'
 "#;
@@ -61,8 +64,8 @@ pub(crate) fn parts(folder: &Path) -> (Vec<String>, Vec<String>) {
 
     // The kernel unpacks one behind the other: what comes later takes the place of what was there.
     let init = fs::read_to_string(repository().join("image-build/init")).unwrap();
-    assert!(init.ends_with(SYSTEMD), "`init` ends otherwise");
-    fs::write(folder.join("init"), init.replace(SYSTEMD, NOTHING)).unwrap();
+    assert!(init.ends_with(ALL), "`init` ends otherwise");
+    fs::write(folder.join("init"), init.replace(ALL, NOTHING)).unwrap();
     succeed(Command::new("chmod").arg("755").arg(folder.join("init")));
     let nothing = folder.join("nothing");
     let pack =
