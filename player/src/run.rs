@@ -11,7 +11,6 @@ use crate::decoder::Workshop;
 use crate::faults::{Faults, Kind};
 use crate::generation::Generation;
 use crate::glass::Glass;
-use crate::handover::{self, SOCKET};
 use crate::herald::Herald;
 use crate::lamp::Lamp;
 use crate::library::{self, Library, Struck, Successor};
@@ -29,7 +28,6 @@ use player::now::{clock_s, now};
 use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
-use std::path::Path;
 use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -77,11 +75,10 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let (scribe, scribing) = Scribe::start(config.trace.as_deref(), is_free)?;
     let faults = Faults::new(scribe.clone());
     let glass = Arc::new(Glass::default());
-    let (card, place) = handover::take(Path::new(SOCKET)).map(|handed| (handed.card, handed.place)).unzip();
-    let (slots, saved) = memory(config, place, &faults);
+    let (slots, saved) = memory(config, &faults);
     let itinerary = library::path(&flock, saved, config.seed);
     let (frames, studio) = open_studio(config, generation, itinerary, &faults, &glass)?;
-    let screen = take::screen(&config.screen, piece, card)?;
+    let screen = take::screen(&config.screen, piece)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
     Lamp::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
     Usher::new(&config.card, clock_s()).start(Arc::clone(&glass), now)?;
@@ -117,21 +114,20 @@ pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
     Ok(stop)
 }
 
-/// The slots for the walk's place, and the place that was `handed` over, else what they hold. Without them the picture
-/// comes all the same.
-fn memory(config: &Config, handed: Option<Vec<u8>>, faults: &Faults) -> (Option<Slots>, Option<Place>) {
-    let read = |bytes: Option<Vec<u8>>| {
-        bytes.map(|bytes| Place::from_bytes(&bytes)).transpose().unwrap_or_else(|error| {
-            faults.once(Kind::Place, "read", format!("the kept place is of no use: {}", chain(&error)));
-            None
-        })
-    };
+/// The slots for the walk's place and what they hold. Without them the picture comes all the same.
+fn memory(config: &Config, faults: &Faults) -> (Option<Slots>, Option<Place>) {
     match Slots::open(&config.state) {
-        Ok((slots, kept)) => (Some(slots), read(handed.or(kept))),
+        Ok((slots, bytes)) => {
+            let place = bytes.map(|bytes| Place::from_bytes(&bytes)).transpose().unwrap_or_else(|error| {
+                faults.once(Kind::Place, "read", format!("the kept place is of no use: {}", chain(&error)));
+                None
+            });
+            (Some(slots), place)
+        }
         Err(error) => {
             let state = config.state.display();
             faults.once(Kind::Place, "open", format!("cannot keep the walk's place in `{state}`: {}", chain(&error)));
-            (None, read(handed))
+            (None, None)
         }
     }
 }

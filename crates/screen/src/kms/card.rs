@@ -268,9 +268,12 @@ pub trait Kms {
     /// What the kernel says.
     fn create_ramp(&mut self, ramp: &[[u16; 4]]) -> io::Result<Id>;
 
-    /// Has the lamp behind the display at `connector` shine with so many thousandths of its power. `false` if there is
-    /// none, or it may not be set.
-    fn shine(&mut self, connector: &str, thousandths: u16) -> bool;
+    /// Finds the lamp behind the display at `connector`, in the place of one found before. `false` if there is none that may
+    /// be set.
+    fn find_lamp(&mut self, connector: &str) -> bool;
+
+    /// Has the lamp that was found shine with so many thousandths of its power; returns at once.
+    fn shine(&mut self, thousandths: u16);
 
     /// Frees a blob. What was set by it stays set.
     fn destroy_blob(&mut self, blob: Id);

@@ -4,12 +4,13 @@
 //! Never decides, never retries but after `EINTR`. Memory is mapped in `memory.rs`, properties are read in
 //! `properties.rs`. Start at [`Device::new`].
 
+use super::backlight::{Backlight, CONNECTORS};
 use super::card::{
     Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Request, Source, Survey,
 };
 use super::in_formats::formats_with;
 use super::memory::{Memory, inherited};
-use super::nodes::{CONNECTORS, cards, has_render_node, shine};
+use super::nodes::{cards, has_render_node};
 use super::properties::PropertyCache;
 use super::uevents::Uevents;
 use crate::paint::{Format, Layout};
@@ -39,6 +40,8 @@ pub struct Device {
     card: Option<Card>,
     uevents: Option<Uevents>,
     happenings: VecDeque<Happening>,
+    /// Behind the display that is lit.
+    lamp: Option<Backlight>,
 }
 
 /// Whoever keeps a card open where this process ends without its doing: then the last frame stays on the glass.
@@ -61,10 +64,11 @@ impl Device {
         let uevents = Uevents::subscribe()
             .inspect_err(|error| tracing::warn!(%error, "no hot-plug events from the kernel, looking now and then"))
             .ok();
-        Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new() }
+        Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new(), lamp: None }
     }
 
-    pub(super) fn as_fd(&self) -> Option<BorrowedFd<'_>> {
+    /// The open card.
+    pub(super) fn card_fd(&self) -> Option<BorrowedFd<'_>> {
         self.card.as_ref().map(AsFd::as_fd)
     }
 
@@ -151,9 +155,16 @@ impl Kms for Device {
         }
     }
 
-    fn shine(&mut self, connector: &str, thousandths: u16) -> bool {
-        let card = self.card.as_ref().map(|card| card.path.clone());
-        card.is_some_and(|card| shine(Path::new(CONNECTORS), &card, connector, thousandths))
+    fn find_lamp(&mut self, connector: &str) -> bool {
+        let card = self.card.as_ref().map(|card| card.path.as_path());
+        self.lamp = card.and_then(|card| Backlight::find(Path::new(CONNECTORS), card, connector));
+        self.lamp.is_some()
+    }
+
+    fn shine(&mut self, thousandths: u16) {
+        if let Some(lamp) = &self.lamp {
+            lamp.shine(thousandths);
+        }
     }
 
     fn commit(&mut self, how: How, request: &Request) -> io::Result<()> {

@@ -24,12 +24,25 @@ pub(super) struct Ramp {
     is_news: bool,
     /// The card does not take it: it is not tried again.
     is_refused: bool,
+    /// There is a lamp behind the display, which is dimmed instead.
+    has_lamp: bool,
 }
 
 impl Ramp {
     /// The ramp for `light` on an output that is yet to be lit.
     pub(super) fn new(kms: &mut impl Kms, plan: &Plan, light: Light) -> Self {
-        Self { blob: drawn(kms, plan, light), ..Self::default() }
+        let mut ramp = Self { has_lamp: kms.find_lamp(&plan.connector), ..Self::default() };
+        ramp.dim(kms, plan, light);
+        ramp
+    }
+
+    /// Goes by `light`: with the lamp at once, else with the next flip.
+    fn dim(&mut self, kms: &mut impl Kms, plan: &Plan, light: Light) {
+        match light {
+            Light::On { thousandths } if self.has_lamp => kms.shine(thousandths),
+            Light::On { thousandths } => self.blob = drawn(kms, plan, thousandths),
+            Light::Off => {}
+        }
     }
 
     /// Another one, from the next flip on. What the old one was set by may go: the CRTC has its own.
@@ -38,14 +51,15 @@ impl Ramp {
             return;
         }
         self.free(kms);
-        *self = Self { blob: drawn(kms, plan, light), is_news: true, is_refused: false };
+        (self.blob, self.is_news) = (None, true);
+        self.dim(kms, plan, light);
     }
 
     /// The card does not take it.
     fn refuse(&mut self, kms: &mut impl Kms) {
         tracing::warn!("this display cannot be dimmed");
         self.free(kms);
-        *self = Self { is_refused: true, ..Self::default() };
+        (self.blob, self.is_news, self.is_refused) = (None, false, true);
     }
 
     pub(super) fn free(self, kms: &mut impl Kms) {
@@ -55,13 +69,8 @@ impl Ramp {
     }
 }
 
-/// The kernel's copy of the ramp for `light`; `None` where none is needed, or can be had. A display with a lamp of its own
-/// needs none.
-fn drawn(kms: &mut impl Kms, plan: &Plan, light: Light) -> Option<Id> {
-    let Light::On { thousandths } = light else { return None };
-    if kms.shine(&plan.connector, thousandths) {
-        return None;
-    }
+/// The kernel's copy of the ramp for so many thousandths; `None` where none is needed, or can be had.
+fn drawn(kms: &mut impl Kms, plan: &Plan, thousandths: u16) -> Option<Id> {
     let entries = plan.dimmer.filter(|_| thousandths < 1000)?.entries;
     let made = kms.create_ramp(&ramp(entries, thousandths));
     made.inspect_err(|error| tracing::debug!(%error, "cannot make a ramp")).ok()

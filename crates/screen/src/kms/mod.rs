@@ -8,6 +8,7 @@
 //! Start at [`KmsScreen`]. From dark to ready: `bring_up.rs`, by the taste of `choose.rs`. When something fails:
 //! `recovery.rs`, by the rules of `ladder.rs`. Pictures of another form: `change_over.rs`. How bright, and the night: `light.rs`. The kernel is behind `card.rs`; `device.rs` is the real one.
 
+mod backlight;
 mod bring_up;
 mod card;
 mod change_over;
@@ -176,7 +177,7 @@ impl KmsScreen<Device> {
     pub fn bequeath(self) -> Option<OwnedFd> {
         // What belongs to the picture is not given back: the card's numbers will be others'.
         let screen = ManuallyDrop::new(self);
-        screen.kms.as_fd()?.try_clone_to_owned().ok()
+        screen.kms.card_fd()?.try_clone_to_owned().ok()
     }
 }
 

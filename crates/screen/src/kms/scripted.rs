@@ -377,10 +377,13 @@ impl Kms for Scripted {
         Ok(blob)
     }
 
-    fn shine(&mut self, _: &str, thousandths: u16) -> bool {
-        let has_lamp = self.quirk == Some(Quirk::Lamp);
-        self.lamp = if has_lamp { thousandths } else { 0 };
-        has_lamp
+    fn find_lamp(&mut self, _: &str) -> bool {
+        self.quirk == Some(Quirk::Lamp)
+    }
+
+    fn shine(&mut self, thousandths: u16) {
+        assert_eq!(self.quirk, Some(Quirk::Lamp), "a lamp that is not there was set");
+        self.lamp = thousandths;
     }
 
     fn destroy_blob(&mut self, blob: Id) {
