@@ -32,12 +32,21 @@ pub(crate) struct Handed {
     pub(crate) place: Vec<u8>,
 }
 
-/// Hands `card` and `place` to the first who comes to `socket`, and returns when they are on their way. Nobody gets less
-/// than both. `ready` is called when somebody may come.
+/// Hands `card` and `place` to the first who comes, and returns when they are on their way. Nobody gets less than both.
+/// `ready` is called when somebody may come.
 ///
 /// # Errors
 /// What the kernel says of the socket, or of sending.
-pub(crate) fn give(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> io::Result<()> {
+pub(crate) fn give(card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> io::Result<()> {
+    give_at(Path::new(SOCKET), card, place, ready)
+}
+
+/// Takes what is offered, if something is.
+pub(crate) fn take() -> Option<Handed> {
+    take_at(Path::new(SOCKET))
+}
+
+fn give_at(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> io::Result<()> {
     let listener = UnixListener::bind(socket)?;
     ready();
     let (mut taker, _) = listener.accept()?;
@@ -48,8 +57,7 @@ pub(crate) fn give(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: imp
     taker.write_all(&place[sent..])
 }
 
-/// Takes what is offered at `socket`, if something is.
-pub(crate) fn take(socket: &Path) -> Option<Handed> {
+fn take_at(socket: &Path) -> Option<Handed> {
     let giver = UnixStream::connect(socket).ok()?;
     taken(giver).inspect_err(|error| tracing::warn!(%error, "the first picture is not handed over")).ok()
 }
@@ -72,7 +80,7 @@ fn taken(mut giver: UnixStream) -> io::Result<Handed> {
 
 #[cfg(test)]
 mod tests {
-    use super::{give, take};
+    use super::{give_at, take_at};
     use std::fs::File;
     use std::io::{Read, Seek, Write};
     use std::os::fd::AsFd;
@@ -85,15 +93,15 @@ mod tests {
         for length in [1, 4_096, 4_097, 3_000_000] {
             let folder = tempfile::tempdir().unwrap();
             let socket = folder.path().join("card");
-            assert!(take(&socket).is_none(), "nobody is there yet");
+            assert!(take_at(&socket).is_none(), "nobody is there yet");
             let mut file = tempfile::tempfile().unwrap();
             file.write_all(b"glass").unwrap();
             let place: Vec<_> = (0..length).map(|at| (at % 251) as u8).collect();
             let (ready, is_ready) = channel();
             thread::scope(|scope| {
-                let given = scope.spawn(|| give(&socket, file.as_fd(), &place, || ready.send(()).unwrap()));
+                let given = scope.spawn(|| give_at(&socket, file.as_fd(), &place, || ready.send(()).unwrap()));
                 is_ready.recv().unwrap();
-                let handed = take(&socket).expect("it is offered");
+                let handed = take_at(&socket).expect("it is offered");
                 given.join().unwrap().unwrap();
                 assert!(handed.place == place, "{length} bytes went in, {} came out", handed.place.len());
                 let mut card = File::from(handed.card);
@@ -102,7 +110,7 @@ mod tests {
                 card.read_to_string(&mut text).unwrap();
                 assert_eq!(text, "glass");
             });
-            assert!(take(&socket).is_none(), "it is offered once");
+            assert!(take_at(&socket).is_none(), "it is offered once");
         }
     }
 
@@ -111,10 +119,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let socket = folder.path().join("card");
         let silent = UnixListener::bind(&socket).unwrap();
-        assert!(take(&socket).is_none());
+        assert!(take_at(&socket).is_none());
         let (mut taker, _) = silent.accept().unwrap();
         thread::scope(|scope| {
-            let taking = scope.spawn(|| take(&socket));
+            let taking = scope.spawn(|| take_at(&socket));
             // One who was given up on, and one who brings a place without a card.
             assert!(taker.write_all(b"late").is_err());
             silent.accept().unwrap().0.write_all(b"place").unwrap();

@@ -34,16 +34,7 @@ impl Slots {
     /// write next.
     pub(crate) fn open(dir: &Path) -> io::Result<(Self, Option<Vec<u8>>)> {
         fs::create_dir_all(dir)?;
-        let mut newest: Option<(usize, u64, Vec<u8>)> = None;
-        for (slot, name) in SLOTS.iter().enumerate() {
-            // A slot that the disk does not give back is as good as torn: the other one may be whole.
-            let Ok(bytes) = fs::read(dir.join(name)) else { continue };
-            if let Some((number, place)) = read(&bytes)
-                && newest.as_ref().is_none_or(|(_, best, _)| number > *best)
-            {
-                newest = Some((slot, number, place.to_vec()));
-            }
-        }
+        let newest = newest(dir);
         let (next, number) = newest.as_ref().map_or((0, 1), |(slot, number, _)| (1 - slot, number + 1));
         Ok((Self { dir: dir.to_owned(), next, number }, newest.map(|(_, _, place)| place)))
     }
@@ -78,6 +69,26 @@ impl Slots {
     }
 }
 
+/// The newest whole place in `dir`, for who keeps none there.
+pub(crate) fn kept(dir: &Path) -> Option<Vec<u8>> {
+    newest(dir).map(|(_, _, place)| place)
+}
+
+/// The slot of the newest whole place in `dir`, its number, and the place.
+fn newest(dir: &Path) -> Option<(usize, u64, Vec<u8>)> {
+    let mut newest: Option<(usize, u64, Vec<u8>)> = None;
+    for (slot, name) in SLOTS.iter().enumerate() {
+        // A slot that the disk does not give back is as good as torn: the other one may be whole.
+        let Ok(bytes) = fs::read(dir.join(name)) else { continue };
+        if let Some((number, place)) = read(&bytes)
+            && newest.as_ref().is_none_or(|(_, best, _)| number > *best)
+        {
+            newest = Some((slot, number, place.to_vec()));
+        }
+    }
+    newest
+}
+
 /// A slot's bytes.
 fn written(number: u64, place: &[u8]) -> Vec<u8> {
     let length = u32::try_from(place.len()).expect("a place is far smaller than 4 GiB");
@@ -103,7 +114,7 @@ fn read(bytes: &[u8]) -> Option<(u64, &[u8])> {
 
 #[cfg(test)]
 mod tests {
-    use super::{SLOTS, Slots, written};
+    use super::{SLOTS, Slots, kept, written};
     use std::fs;
 
     fn newest(dir: &std::path::Path) -> Option<Vec<u8>> {
@@ -114,12 +125,13 @@ mod tests {
     fn a_place_comes_back_after_any_number_of_saves() {
         let dir = tempfile::tempdir().unwrap();
         let state = dir.path().join("not/yet/there");
+        assert!(kept(&state).is_none() && !state.exists(), "who only reads makes no folder");
         assert_eq!(newest(&state), None);
         for step in 0..5u8 {
             let (mut slots, _) = Slots::open(&state).unwrap();
             slots.keep(&[step; 9]).unwrap();
             slots.keep(&[step, 1]).unwrap();
-            assert_eq!(newest(&state), Some(vec![step, 1]));
+            assert_eq!((newest(&state), kept(&state)), (Some(vec![step, 1]), Some(vec![step, 1])));
         }
     }
 

@@ -1,7 +1,7 @@
 //! The prelude: the first picture of the path, on the glass before anything else of the unit is up.
 //!
 //! Owns its short life: it lights the picture that the player would begin with, holds it, and hands card and place over to
-//! the player that comes. Plays nothing, writes nothing, keeps no place. Whatever is in its way, it ends, and leaves
+//! the player that comes. Plays nothing, keeps no place, begins no trial. Whatever is in its way, it ends, and leaves
 //! everything to the player, which knows what to do about it.
 //!
 //! Start at [`play`]; `image-build/system` says who starts it.
@@ -11,7 +11,7 @@ use crate::generation::Generation;
 use crate::handover;
 use crate::lamp::Lamp;
 use crate::library;
-use crate::place::Slots;
+use crate::place;
 use crate::report::{Exit, Fatal};
 use crate::settings::ScreenChoice;
 use crate::show::Piece;
@@ -22,7 +22,6 @@ use player::now::clock_s;
 use screen::{Event, Keeper, KmsScreen, Light, Screen, ScreenError};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, OwnedFd};
-use std::path::Path;
 use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -55,9 +54,7 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     is_lit.store(true, Ordering::Relaxed);
     // Whoever started us may be gone.
     let tell = || drop(io::stdout().write_all(b"lit\n"));
-    let socket = Path::new(handover::SOCKET);
-    let given = handover::give(socket, card.as_fd(), &place.to_bytes(), tell);
-    given.map_err(|source| Fatal::HandOver { socket: socket.to_owned(), source })
+    handover::give(card.as_fd(), &place.to_bytes(), tell).map_err(Fatal::HandOver)
 }
 
 fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
@@ -74,7 +71,7 @@ fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
 /// What the player would begin with, and where in the path that is.
 fn begin(config: &Config) -> Result<(Place, Still, Piece), Fatal> {
     let generation = Generation::open_or(&config.flock, &config.spare)?;
-    let kept = Slots::open(&config.state).ok().and_then(|(_, bytes)| Place::from_bytes(&bytes?).ok());
+    let kept = place::kept(&config.state).and_then(|bytes| Place::from_bytes(&bytes).ok());
     let flock = &generation.flock;
     let leg = library::path(flock, kept, config.seed).next_leg();
     let picture = leg.and_then(|leg| {

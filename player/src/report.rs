@@ -2,6 +2,7 @@
 //!
 //! Owns [`Fatal`] and which exit code belongs to it. What goes wrong while playing is no error but a fault, in `faults.rs`.
 
+use crate::handover::SOCKET;
 use flock::ManifestError;
 use player::config_file::ConfigError;
 use player::ending::fail;
@@ -21,8 +22,8 @@ pub(crate) enum Fatal {
     Decoder(#[from] video::SessionError),
     #[error(transparent)]
     Flock(#[from] ManifestError),
-    #[error("cannot hand the first picture over at `{socket}`", socket = socket.display())]
-    HandOver { socket: PathBuf, source: io::Error },
+    #[error("cannot hand the first picture over at `{SOCKET}`")]
+    HandOver(#[source] io::Error),
     #[error("none of the flock's clips in `{flock}` can be played", flock = flock.display())]
     NothingToPlay { flock: PathBuf },
     #[error(transparent)]
@@ -51,7 +52,7 @@ impl Fatal {
             }
             Self::Config(ConfigError::Read { .. })
             | Self::Decoder(_)
-            | Self::HandOver { .. }
+            | Self::HandOver(_)
             | Self::Flock(ManifestError::Read { .. })
             | Self::Screen(ScreenError::Open { .. })
             | Self::Signals(_)
@@ -70,7 +71,7 @@ impl Fatal {
             Self::Trial(_) => "start again",
             Self::Screen(_) => "`--screen virtual` plays without a display",
             Self::Decoder(_) | Self::Signals(_) | Self::Thread { .. } => "the machine is out of threads or memory",
-            Self::HandOver { .. } => "`--prelude` needs its folder, and that no other one is held",
+            Self::HandOver(_) => "`--prelude` needs its folder, and that no other one is held",
             Self::Trace { .. } => "`--trace FILE` needs a folder that exists and may be written",
         }
     }

@@ -15,7 +15,6 @@ use crate::show::Piece;
 use crate::take;
 use screen::{Event, Screen, ScreenError};
 use sd_notify::NotifyState;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -48,7 +47,7 @@ fn awaited(choice: &ScreenChoice, stop: &AtomicBool) -> Option<Box<dyn Screen>> 
     let fps = Rate::new(FPS, 1).expect("30 Hz is a rate");
     let mut is_told = false;
     while !stop.load(Ordering::Relaxed) {
-        let handed = handover::take(Path::new(handover::SOCKET)).map(|handed| handed.card);
+        let handed = handover::take().map(|handed| handed.card);
         match take::screen(choice, Piece { fps, size: SIZE, free: false }, handed) {
             Ok(screen) => return Some(screen),
             Err(error) if !is_told => warn!(error = chain(&error), "there is no screen to be opened yet"),
