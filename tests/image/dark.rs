@@ -13,9 +13,6 @@ use crate::unit::Unit;
 const UNPLUGGED: &str = " video=Virtual-1:d";
 const PLUG: &str = "echo on > /sys/class/drm/card0-Virtual-1/status";
 
-/// So many seconds after the kernel's start a unit is up, its picture or not: `dreams-curtain.target` waits for 45.
-const SOON_ENOUGH_S: f64 = 120.0;
-
 #[test]
 fn a_unit_without_a_display_comes_up_all_the_same_and_lights_one_that_is_plugged_in_later() {
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
@@ -27,7 +24,6 @@ fn a_unit_without_a_display_comes_up_all_the_same_and_lights_one_that_is_plugged
     machine.run(UP);
     let up = seconds(&mut machine, "ActiveEnterTimestampMonotonic multi-user.target");
     println!("up after {up:.1} s without a display");
-    assert!(up < SOON_ENOUGH_S, "up after {up} s");
     assert_eq!(machine.run("systemctl show -P ActiveState dreams-player"), "activating", "it waits for a display");
     machine.is_well();
     looks.extend(machine.look());

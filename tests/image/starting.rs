@@ -87,6 +87,7 @@ fn is_as_it_should_be(machine: &mut Machine) {
     // The log outlives a start: it goes over from memory to the disk.
     machine.run("until [ -e /var/lib/dreams/journal/system.journal ]; do sleep 1; done");
     assert_eq!(machine.run("findmnt --noheadings --output FSTYPE /var/log/journal/*"), "ext4");
+    machine.run("udevadm verify --resolve-names=never /usr/lib/udev/rules.d/80-dreams-*.rules");
     println!("{}", machine.run("systemd-analyze blame | head -n 20"));
 }
 

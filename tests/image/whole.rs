@@ -2,7 +2,8 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`booting`], [`closely`], [`dark`], [`damage`], [`hanging`] and [`slots`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`booting`], [`closely`], [`dark`], [`damage`], [`hanging`], [`lamp`] and [`slots`];
+//! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -20,6 +21,7 @@ mod disk;
 mod gallery;
 mod hanging;
 mod hundred;
+mod lamp;
 mod loss;
 mod machine;
 mod mistake;

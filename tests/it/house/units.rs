@@ -85,7 +85,8 @@ fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_
     let layout = super::read("systemd/layout");
     let ours = layout.split_whitespace().filter_map(|word| word.strip_prefix("/usr/lib/udev/rules.d/"));
     assert!(
-        ours.clone().count() == 3 && ours.clone().all(|name| name > "60-persistent-storage.rules"),
+        ours.clone().count() == super::files(".rules").len()
+            && ours.clone().all(|name| name > "60-persistent-storage.rules"),
         "what is on it is known"
     );
     let text = super::read("systemd/dreams-update@.service");
@@ -189,4 +190,33 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     assert_eq!(judge("dreams-system.service", &writer, &measure), "");
     let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");
     assert_ne!(judge("dreams-player.service", &open, &measure), "");
+}
+
+#[test]
+fn whoever_starts_the_prelude_makes_the_folder_where_it_hands_over_and_passes_its_words_on() {
+    let early = super::read("image-build/system/usr/bin/dreams-early");
+    let handover = super::read("player/src/handover.rs");
+    let socket = handover.split_once("SOCKET: &str = \"").and_then(|(_, rest)| rest.split_once('"')).unwrap().0;
+    let folder = socket.rsplit_once('/').unwrap().0;
+    for wanted in [format!("mkdir -m 750 {folder}\n"), format!("chown dreams:dreams {folder}\n")] {
+        assert!(early.contains(&wanted), "{wanted}");
+    }
+    let prelude = super::read("player/src/prelude.rs");
+    let word = prelude.split_once("write_all(b\"").and_then(|(_, rest)| rest.split_once("\\n\"")).unwrap().0;
+    let told = early.replace("$lit", word);
+    let measured = super::read("tests/image/soon.rs");
+    let words: Vec<_> = measured.split('"').filter(|text| text.starts_with("dreams: ") && text.len() > 8).collect();
+    assert!(words.len() >= 4, "only {words:?} were read");
+    for word in words {
+        assert!(told.contains(&format!("echo \"{word}\"")), "{word}");
+    }
+}
+
+#[test]
+fn the_documents_know_how_large_the_log_of_a_unit_may_be() {
+    let conf = super::read("systemd/image/journal.conf");
+    let size = conf.lines().find_map(|line| line.strip_prefix("SystemMaxUse=")?.strip_suffix('M')).unwrap();
+    for document in ["image-build/README.md", "CHANGELOG.md"] {
+        assert!(super::read(document).contains(&format!("in at most {size} MB of th")), "`{document}`");
+    }
 }
