@@ -22,6 +22,7 @@ mod guest;
 mod hot_plug;
 mod house;
 mod importing;
+mod installing;
 mod joins;
 mod last_resort;
 mod manual;

@@ -65,8 +65,10 @@ fn fresh(name: &str) -> PathBuf {
     let made: SystemTime =
         changed(&program).unwrap_or_else(|_| panic!("`{}` is not built: {remedy}", program.display()));
     let list = fs::read_to_string(program.with_extension("d")).unwrap_or_default();
-    for source in list.split_once(": ").map_or("", |(_, sources)| sources).split_whitespace() {
-        let newer = changed(Path::new(source)).is_ok_and(|time| time > made);
+    // A space within a name is escaped there.
+    let sources = list.split_once(": ").map_or("", |(_, sources)| sources).replace("\\ ", "\0");
+    for source in sources.split_whitespace().map(|source| source.replace('\0', " ")) {
+        let newer = changed(Path::new(&source)).is_ok_and(|time| time > made);
         assert!(!newer, "`{}` is older than `{source}`: {remedy}", program.display());
     }
     program
