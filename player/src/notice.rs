@@ -1,15 +1,48 @@
-//! What the updater tells people in front of the picture: one sentence, and how far it is.
+//! What people in front of the picture are told: one sentence, and how far a work is.
 //!
-//! Owns the small file through which it reaches the player, written whole or not at all. It is for the moment: it need
-//! not outlive a power cut. Never drawn here: the player does.
+//! Owns the small files through which a notice reaches the player, written whole or not at all: one for what is shown for
+//! a moment, and one for each cause whose notice is shown until the cause is gone. They need not outlive a power cut.
+//! Never draws: the player does.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// Bytes of the file that are read, at most.
 const LARGEST: u64 = 4 << 10;
+
+/// A cause whose notice stays until somebody removes the cause. Each has a file of its own, so that a notice that is
+/// shown for a moment replaces none of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lasting {
+    /// The owner's file is wrong.
+    Settings,
+}
+
+impl Lasting {
+    /// All causes, the most urgent first: only one notice has room on the picture.
+    pub const ALL: [Self; 1] = [Self::Settings];
+
+    /// The file of this cause, where notices for a moment are told at `card`.
+    pub fn path(self, card: &Path) -> PathBuf {
+        let cause = match self {
+            Self::Settings => "settings",
+        };
+        PathBuf::from(format!("{}.{cause}", card.display()))
+    }
+
+    /// Removes the notice of this cause from beside `card`, if there is one.
+    ///
+    /// # Errors
+    /// What the world says.
+    pub fn take_back(self, card: &Path) -> io::Result<()> {
+        match fs::remove_file(self.path(card)) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+            Ok(()) | Err(_) => Ok(()),
+        }
+    }
+}
 
 /// What is told.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

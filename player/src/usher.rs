@@ -1,14 +1,15 @@
 //! The usher: a thread that looks for what people are to be told, and for how long.
 //!
-//! Owns where a notice comes from and when it goes again: when it is taken back, and a minute after it was last told. The
-//! flip thread never waits for it. Never writes the notice: the updater does.
+//! Owns where a notice comes from and when it goes again. A notice for a moment goes when it is taken back, and a minute
+//! after it was last told. A [`Lasting`] one is shown whenever there is no other, until it is taken back. The flip thread
+//! never waits for it. Never writes a notice: the updater and `dreams-owner` do.
 //!
 //! Start at [`Usher::start`].
 
 use crate::glass::Glass;
 use crate::placard::Placard;
 use crate::report::Fatal;
-use player::notice::Notice;
+use player::notice::{Lasting, Notice};
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -19,7 +20,7 @@ use timing::Nanos;
 
 /// Between two looks.
 const OFTEN: Duration = Duration::from_millis(500);
-/// How long a notice is shown that is not told again.
+/// How long a notice for a moment is shown, if it is not told again.
 const SHOWN: Duration = Duration::from_mins(1);
 
 /// Which telling it was: every one is a new file.
@@ -30,7 +31,7 @@ pub(crate) type Telling = (u64, i64, i64);
 enum Seen {
     /// What is shown may stay.
     Nothing,
-    /// It was shown long enough.
+    /// Nothing is to be shown any more.
     Over,
     /// This is to be shown from now on; `None` for what makes no sense, or has no room.
     Told(Option<Placard>),
@@ -40,18 +41,19 @@ enum Seen {
 #[derive(Debug)]
 pub(crate) struct Usher {
     path: PathBuf,
-    /// Of the pictures that the notice is laid over; `None` before the first.
-    size: Option<(u32, u32)>,
-    /// What was told long before the run began is old news.
+    /// The telling for a moment that was seen last. One from long before the run began counts as seen.
     known: Option<Telling>,
+    /// When that was first seen; `None` if it is not to be shown any more.
     since: Option<Nanos>,
+    /// Which file is shown, which telling of it, and the size of the pictures that it is laid over.
+    shown: Option<(PathBuf, Telling, (u32, u32))>,
 }
 
 impl Usher {
     /// An usher for notices at `path`, when the clock shows `clock_s` seconds since 1970.
     pub(crate) fn new(path: &Path, clock_s: u64) -> Self {
         let is_old = |&(_, at_s, _): &Telling| u64::try_from(at_s).is_ok_and(|at_s| at_s + SHOWN.as_secs() <= clock_s);
-        Self { path: path.to_owned(), size: None, known: telling(path).filter(is_old), since: None }
+        Self { path: path.to_owned(), known: telling(path).filter(is_old), since: None, shown: None }
     }
 
     /// Starts the thread, which shows what it finds on `glass` for as long as the process lives.
@@ -76,20 +78,30 @@ impl Usher {
     /// Looks what is to be shown at `now`, over pictures of this size.
     fn look(&mut self, size: Option<(u32, u32)>, now: Nanos) -> Seen {
         let Some(size) = size else { return Seen::Nothing };
-        let found = telling(&self.path);
-        if self.size.replace(size) != Some(size) && self.since.is_some() {
-            return Seen::Told(self.drawn(size));
+        let wanted = self.for_a_moment(now).or_else(|| self.lasting()).map(|(path, telling)| (path, telling, size));
+        if wanted == self.shown {
+            return Seen::Nothing;
         }
-        if found.is_some() && found != self.known {
-            (self.known, self.since) = (found, Some(now));
-            return Seen::Told(self.drawn(size));
-        }
-        let is_over = |since| found.is_none() || u128::from(now.since(since)) >= SHOWN.as_nanos();
-        if self.since.take_if(|since| is_over(*since)).is_some() { Seen::Over } else { Seen::Nothing }
+        let drawn = |path: &Path| Notice::read(path).and_then(|notice| Placard::draw(&notice, size));
+        let seen = wanted.as_ref().map_or(Seen::Over, |(path, ..)| Seen::Told(drawn(path)));
+        self.shown = wanted;
+        seen
     }
 
-    fn drawn(&self, size: (u32, u32)) -> Option<Placard> {
-        Notice::read(&self.path).and_then(|notice| Placard::draw(&notice, size))
+    /// The notice that was told less than a minute before `now`.
+    fn for_a_moment(&mut self, now: Nanos) -> Option<(PathBuf, Telling)> {
+        let found = telling(&self.path);
+        if found.is_some() && found != self.known {
+            (self.known, self.since) = (found, Some(now));
+        }
+        self.since = self.since.filter(|since| u128::from(now.since(*since)) < SHOWN.as_nanos());
+        self.since.and(found).map(|telling| (self.path.clone(), telling))
+    }
+
+    /// The most urgent notice that stays until it is taken back.
+    fn lasting(&self) -> Option<(PathBuf, Telling)> {
+        let mut paths = Lasting::ALL.into_iter().map(|cause| cause.path(&self.path));
+        paths.find_map(|path| telling(&path).map(|telling| (path, telling)))
     }
 }
 
@@ -102,7 +114,7 @@ pub(crate) fn telling(path: &Path) -> Option<Telling> {
 #[cfg(test)]
 mod tests {
     use super::{SHOWN, Seen, Usher};
-    use player::notice::Notice;
+    use player::notice::{Lasting, Notice};
     use timing::Nanos;
 
     const SIZE: Option<(u32, u32)> = Some((640, 480));
@@ -144,5 +156,29 @@ mod tests {
         std::fs::remove_file(&path).unwrap();
         assert_eq!(usher.look(larger, Nanos(8 + minute)), Seen::Over, "it was taken back");
         assert_eq!(usher.look(larger, Nanos(9 + minute)), Seen::Nothing);
+    }
+    #[test]
+    fn what_is_wrong_is_shown_until_it_is_taken_back_and_again_after_what_is_told_for_a_moment() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("card");
+        let tell = |path: &std::path::Path, text: &str| Notice { text: text.to_owned(), thousandths: None }.tell(path);
+        let minute = u64::try_from(SHOWN.as_nanos()).unwrap();
+        tell(&Lasting::Settings.path(&path), "dreams.toml is wrong.").unwrap();
+        let mut usher = Usher::new(&path, u64::MAX);
+        let wrong = usher.look(SIZE, Nanos(0));
+        assert!(matches!(wrong, Seen::Told(Some(_))), "also if it was told long before this run: {wrong:?}");
+        assert_eq!(usher.look(SIZE, Nanos(100 * minute)), Seen::Nothing, "it stays");
+        tell(&path, "A new flock is here.").unwrap();
+        let news = usher.look(SIZE, Nanos(100 * minute + 1));
+        assert!(matches!(news, Seen::Told(Some(_))) && news != wrong);
+        assert_eq!(usher.look(SIZE, Nanos(100 * minute + 2)), Seen::Nothing);
+        assert_eq!(usher.look(SIZE, Nanos(101 * minute + 1)), wrong, "it comes back");
+        tell(&Lasting::Settings.path(&path), "dreams.toml is still wrong.").unwrap();
+        let still = usher.look(SIZE, Nanos(101 * minute + 2));
+        assert!(matches!(still, Seen::Told(Some(_))) && still != wrong);
+        Lasting::Settings.take_back(&path).unwrap();
+        assert_eq!(usher.look(SIZE, Nanos(101 * minute + 3)), Seen::Over);
+        Lasting::Settings.take_back(&path).expect("nothing is left to take back");
+        assert_eq!(usher.look(SIZE, Nanos(101 * minute + 4)), Seen::Nothing);
     }
 }

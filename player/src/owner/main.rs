@@ -9,7 +9,7 @@
 use clap::Parser;
 use player::config_file::ConfigError;
 use player::ending::{Exit, chain, fail};
-use player::notice::Notice;
+use player::notice::{Lasting, Notice};
 use player::owner::{FILE_NAME, Owner, text_of};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write as _};
@@ -36,7 +36,7 @@ struct Options {
     /// Where the network manager is told what they say of it
     #[arg(long, value_name = "FILE")]
     network: PathBuf,
-    /// Where people are told what is wrong
+    /// Where people are told: what is wrong is told beside it, until it is right
     #[arg(long, value_name = "FILE")]
     card: PathBuf,
 }
@@ -110,16 +110,15 @@ fn warn_people(fatal: &Fatal, card: &Path) {
         }
         Fatal::Write { .. } => "The memory of this frame does not take the settings. The picture goes on.".to_owned(),
     };
-    if let Err(error) = (Notice { text, thousandths: None }).tell(card) {
+    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Settings.path(card)) {
         fail(&error, "nobody in front of the picture is told");
     }
 }
 
-/// Whatever was told of the file is no longer so. What others tell stays.
+/// What was told of the file is no longer true.
 fn take_back(card: &Path) {
-    let is_ours = Notice::read(card).is_some_and(|notice| notice.text.starts_with(FILE_NAME));
-    if is_ours && let Err(error) = fs::remove_file(card) {
-        fail(&error, "what is told in front of the picture is no longer so");
+    if let Err(error) = Lasting::Settings.take_back(card) {
+        fail(&error, "people in front of the picture are still told what is no longer wrong");
     }
 }
 
