@@ -5,7 +5,7 @@
 
 use crate::settings::{Clock, ScreenChoice, StatusAddress};
 use player::config_file::{self, ConfigError, within};
-use player::hours::{Brightness, Day, Hours, Zone};
+use player::hours::{Brightness, Day, Hours, Night, Zone};
 use player::log_level::LogLevel;
 use serde::Deserialize;
 use serde::de::Deserializer;
@@ -31,6 +31,7 @@ pub(crate) struct Config {
     pub(crate) spare: PathBuf,
     pub(crate) screen: ScreenChoice,
     pub(crate) hours: Option<Hours>,
+    pub(crate) night: Night,
     pub(crate) brightness: Brightness,
     pub(crate) timezone: Option<Zone>,
     pub(crate) owner: PathBuf,
@@ -60,6 +61,7 @@ impl Default for Config {
             spare: "/usr/share/dreams/flock".into(),
             screen: ScreenChoice::Auto,
             hours: None,
+            night: Night::Off,
             brightness: Brightness::full(),
             timezone: None,
             owner: "/var/lib/dreams/owner/dreams.toml".into(),
@@ -90,7 +92,7 @@ impl Config {
 
     /// What it says about the days of the unit.
     pub(crate) fn day(&self) -> Day {
-        Day { hours: self.hours, brightness: self.brightness.clone(), zone: self.timezone.clone() }
+        Day { hours: self.hours, night: self.night, brightness: self.brightness.clone(), zone: self.timezone.clone() }
     }
 }
 

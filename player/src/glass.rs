@@ -6,7 +6,8 @@
 use crate::placard::Placard;
 use crate::tally::Tally;
 use crate::turn::{Shown, Turn};
-use screen::{Light, Lit};
+use player::hours::Lighting;
+use screen::{Lit, OutputSettings};
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -32,8 +33,10 @@ pub(crate) struct Glass {
     plan: Mutex<VecDeque<Arc<Turn>>>,
     /// What people are told over the picture.
     placard: Mutex<Option<Arc<Placard>>>,
-    /// How bright the picture is to be; `None` before anybody said.
-    light: Mutex<Option<Light>>,
+    /// What the hour wants; `None` before anybody said.
+    lighting: Mutex<Option<Lighting>>,
+    /// What the owner has set of the display; `None` before anybody said.
+    output: Mutex<Option<Arc<OutputSettings>>>,
     /// Whether the first picture is on the glass, and word of it.
     is_open: Mutex<bool>,
     opened: Condvar,
@@ -62,14 +65,29 @@ impl Glass {
         hold(&self.placard).clone()
     }
 
-    /// Has the picture be as bright as this.
-    pub(crate) fn set_light(&self, light: Light) {
-        *hold(&self.light) = Some(light);
+    /// Has the display be as the hour wants it.
+    pub(crate) fn set_lighting(&self, lighting: Lighting) {
+        *hold(&self.lighting) = Some(lighting);
     }
 
-    /// How bright the picture is to be. It is held for the moment of a copy only.
-    pub(crate) fn light(&self) -> Light {
-        hold(&self.light).unwrap_or(Light::FULL)
+    /// What the hour wants. It is held for the moment of a copy only.
+    pub(crate) fn lighting(&self) -> Lighting {
+        hold(&self.lighting).unwrap_or(Lighting::FULL)
+    }
+
+    /// Has the display go by what its owner has set.
+    pub(crate) fn set_output(&self, output: &Arc<OutputSettings>) {
+        *hold(&self.output) = Some(Arc::clone(output));
+    }
+
+    /// What the owner has set of the display. It is held for the moment of a copy only.
+    pub(crate) fn output(&self) -> Option<Arc<OutputSettings>> {
+        hold(&self.output).clone()
+    }
+
+    /// What people on site are to be told of the screen.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        hold(&self.view).lit.as_ref().map_or_else(Vec::new, |lit| lit.notes.clone())
     }
 
     /// Shows what a flip brought, unless someone is looking at this very moment.

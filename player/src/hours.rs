@@ -4,12 +4,11 @@
 //! step to step. A clock that cannot be right decides nothing: then it is day. By local time: an hour that the clocks leave
 //! out is over at once, and one that they repeat is kept both times. Never reads a clock, never dims anything: `lamp.rs` does.
 //!
-//! Start at [`Day::light`].
+//! Start at [`Day::lighting`].
 
 use crate::day::{self, DAY_MIN, Window, is_clock_wrong};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use screen::Light;
 use serde::Deserialize;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -35,6 +34,36 @@ pub struct Brightness {
     steps: Vec<(u64, u16)>,
 }
 
+/// What the display does at night.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub enum Night {
+    /// It is switched off.
+    #[default]
+    Off,
+    /// It stays on and shows black: for displays that light a box of their own when there is no signal.
+    Black,
+}
+
+/// What the hour wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lighting {
+    /// A display that is switched off.
+    Off,
+    /// A black picture.
+    Black,
+    /// The picture.
+    On {
+        /// Of the light that there is.
+        thousandths: u16,
+    },
+}
+
+impl Lighting {
+    /// The picture as it is.
+    pub const FULL: Self = Self::On { thousandths: 1000 };
+}
+
 /// The time zone of the unit.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
@@ -51,6 +80,9 @@ pub enum NoHours {
     /// For hours.
     #[error("`{0}` are no hours: two times of the day, as in `08:00-23:00`")]
     Hours(String),
+    /// For a night.
+    #[error("`{0}` is no night: `off` or `black`")]
+    Night(String),
     /// For a time zone.
     #[error("`{0}` is no time zone: its name, as in `Europe/Zurich`")]
     Zone(String),
@@ -61,6 +93,8 @@ pub enum NoHours {
 pub struct Day {
     /// When the picture is lit; `None` for always.
     pub hours: Option<Hours>,
+    /// What the display does at other times.
+    pub night: Night,
     /// How bright it is in them.
     pub brightness: Brightness,
     /// By which local time; `None` for the machine's own.
@@ -69,14 +103,17 @@ pub struct Day {
 
 impl Day {
     /// How bright the picture is to be when the clock shows `clock_s` seconds since 1970.
-    pub fn light(&self, clock_s: u64) -> Light {
+    pub fn lighting(&self, clock_s: u64) -> Lighting {
         let Some(second) = self.local_second(clock_s) else {
-            return Light::On { thousandths: self.brightness.brightest() };
+            return Lighting::On { thousandths: self.brightness.brightest() };
         };
         if self.hours.is_some_and(|hours| !hours.0.includes(second / 60)) {
-            return Light::Off;
+            return match self.night {
+                Night::Off => Lighting::Off,
+                Night::Black => Lighting::Black,
+            };
         }
-        Light::On { thousandths: self.brightness.at(second) }
+        Lighting::On { thousandths: self.brightness.at(second) }
     }
 
     /// The second of the local day; `None` if the clock cannot be right.
@@ -147,6 +184,18 @@ impl FromStr for Brightness {
     }
 }
 
+impl FromStr for Night {
+    type Err = NoHours;
+
+    fn from_str(text: &str) -> Result<Self, NoHours> {
+        match text {
+            "off" => Ok(Self::Off),
+            "black" => Ok(Self::Black),
+            _ => Err(NoHours::Night(text.to_owned())),
+        }
+    }
+}
+
 impl FromStr for Zone {
     type Err = NoHours;
 
@@ -155,21 +204,21 @@ impl FromStr for Zone {
     }
 }
 
-crate::from_string!(NoHours: Brightness, Hours, Zone);
+crate::from_string!(NoHours: Brightness, Hours, Night, Zone);
 
 #[cfg(test)]
 mod tests {
-    use super::{Brightness, DAY_S, Day, Hours, NoHours, Zone};
+    use super::{Brightness, DAY_S, Day, Hours, Lighting, Night, NoHours, Zone};
     use proptest::prelude::*;
-    use screen::Light;
 
     /// 2026-07-01 00:00 in UTC, in seconds since 1970.
     const JULY_S: u64 = 1_782_864_000;
-    const ON: Light = Light::FULL;
+    const ON: Lighting = Lighting::FULL;
 
     fn day(hours: &str, brightness: &str, zone: &str) -> Day {
         Day {
             hours: Some(hours.parse::<Hours>().unwrap()),
+            night: Night::Off,
             brightness: brightness.parse().unwrap(),
             zone: Some(zone.parse().unwrap()),
         }
@@ -185,21 +234,29 @@ mod tests {
     fn the_display_sleeps_outside_its_hours_by_local_time() {
         let zurich = "Europe/Zurich";
         for (hours, time, light) in [
-            ("08:00-23:00", "07:59:59", Light::Off),
+            ("08:00-23:00", "07:59:59", Lighting::Off),
             ("08:00-23:00", "08:00:00", ON),
             ("08:00-23:00", "22:59:59", ON),
-            ("08:00-23:00", "23:00:00", Light::Off),
-            ("18:00-02:00", "17:59:59", Light::Off),
+            ("08:00-23:00", "23:00:00", Lighting::Off),
+            ("18:00-02:00", "17:59:59", Lighting::Off),
             ("18:00-02:00", "23:59:59", ON),
             ("18:00-02:00", "00:00:00", ON),
             ("18:00-02:00", "01:59:59", ON),
-            ("18:00-02:00", "02:00:00", Light::Off),
+            ("18:00-02:00", "02:00:00", Lighting::Off),
         ] {
             for date in ["2026-01-15", "2026-07-15"] {
                 let clock = clock(&format!("{date}T{time}"), zurich);
-                assert_eq!(day(hours, "100", zurich).light(clock), light, "{hours} at {date} {time}");
+                assert_eq!(day(hours, "100", zurich).lighting(clock), light, "{hours} at {date} {time}");
             }
         }
+    }
+
+    #[test]
+    fn a_night_in_black_begins_and_ends_with_the_others() {
+        let black = Day { night: "black".parse().unwrap(), ..day("08:00-23:00", "40", "UTC") };
+        let at = |hour: u64| black.lighting(JULY_S + hour * 3_600);
+        assert_eq!([at(7), at(8), at(23)], [Lighting::Black, Lighting::On { thousandths: 400 }, Lighting::Black]);
+        assert_eq!(black.lighting(0), Lighting::On { thousandths: 400 }, "a clock that was never set");
     }
 
     #[test]
@@ -208,11 +265,11 @@ mod tests {
         // Over the night of the change, for each minute that its clocks show.
         for (noon, hours_of_night) in [("2026-03-28T12:00:00", 23), ("2026-10-24T12:00:00", 25)] {
             let (from, hours) = (clock(noon, zurich), day("02:30-06:00", "100", zurich));
-            let lit = (0..hours_of_night * 60).filter(|minute| hours.light(from + minute * 60) == ON).count();
+            let lit = (0..hours_of_night * 60).filter(|minute| hours.lighting(from + minute * 60) == ON).count();
             // In March the clocks go from 2 to 3; in October the half hour after half past two comes twice.
             assert_eq!(lit, if hours_of_night == 23 { 180 } else { 240 });
             let day = day("08:00-23:00", "100", zurich);
-            let lit = (0..hours_of_night * 60).filter(|minute| day.light(from + minute * 60) == ON).count();
+            let lit = (0..hours_of_night * 60).filter(|minute| day.lighting(from + minute * 60) == ON).count();
             assert_eq!(lit, 15 * 60, "a day is as long as it always is");
         }
     }
@@ -221,11 +278,11 @@ mod tests {
     fn a_clock_that_was_never_set_means_day() {
         let night = day("08:00-09:00", "07:00 80, 20:00 40", "UTC");
         for clock in [0, 1, 86_400 * 365 * 30, 1_767_225_599, u64::MAX] {
-            assert_eq!(night.light(clock), Light::On { thousandths: 800 }, "{clock}");
+            assert_eq!(night.lighting(clock), Lighting::On { thousandths: 800 }, "{clock}");
         }
-        assert_eq!(night.light(JULY_S), Light::Off);
-        let machines = Day { hours: None, brightness: Brightness::full(), zone: None };
-        assert_eq!(machines.light(JULY_S), ON, "whatever the machine's own zone");
+        assert_eq!(night.lighting(JULY_S), Lighting::Off);
+        let machines = Day { hours: None, night: Night::Off, brightness: Brightness::full(), zone: None };
+        assert_eq!(machines.lighting(JULY_S), ON, "whatever the machine's own zone");
     }
 
     #[test]
@@ -247,6 +304,7 @@ mod tests {
         for wrong in ["", "0", "101", "+5", "07:00", "07:00 0", "07:00 50,", "07:00 50, 07:00 60", "50, 07:00 60"] {
             assert_eq!(wrong.parse::<Brightness>(), Err(NoHours::Brightness(wrong.to_owned())), "{wrong}");
         }
+        assert_eq!("dark".parse::<Night>(), Err(NoHours::Night("dark".to_owned())));
         for wrong in ["", "Zurich", "Europe/Nowhere", "../../etc/passwd"] {
             assert_eq!(wrong.parse::<Zone>(), Err(NoHours::Zone(wrong.to_owned())));
         }
@@ -283,7 +341,7 @@ mod tests {
             let local = jiff::Timestamp::from_second(clock.cast_signed()).unwrap().in_tz(zone).unwrap();
             let minute = u64::from(local.hour().unsigned_abs()) * 60 + u64::from(local.minute().unsigned_abs());
             let is_day = (minute + 1_440 - from) % 1_440 < length;
-            prop_assert_eq!(day(&spelt, "100", zone).light(clock) == ON, is_day);
+            prop_assert_eq!(day(&spelt, "100", zone).lighting(clock) == ON, is_day);
         }
     }
 }

@@ -1,16 +1,17 @@
-//! The lamp: a thread that sees to it that the picture is as bright as the hour wants it.
+//! The lamp: a thread that sees to it that the display is as its owner and the hour want it.
 //!
 //! Owns when it looks, every second, and that what the owner of the unit has set goes before what the config says. What
-//! the hour wants is `player::hours`; the flip thread takes it from the glass and tells the screen. Never touches a screen.
+//! the hour wants is `player::hours`, what the owner has set `player::owner`; the flip thread takes it from the glass and
+//! tells the screen. Never touches a screen.
 //!
 //! Start at [`Lamp::start`].
 
 use crate::glass::Glass;
 use crate::report::Fatal;
 use crate::usher::{Telling, telling};
-use player::hours::Day;
+use player::hours::{Day, Lighting};
 use player::owner::Owner;
-use screen::Light;
+use screen::OutputSettings;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
@@ -27,24 +28,29 @@ pub(crate) struct Lamp {
     /// Which of the owner's settings `day` is made of.
     known: Option<Telling>,
     day: Day,
+    output: Arc<OutputSettings>,
 }
 
 impl Lamp {
     /// A lamp that goes by `config`, and by what the file `owner` has instead.
     pub(crate) fn new(config: Day, owner: &Path) -> Self {
-        Self { day: config.clone(), config, owner: owner.to_owned(), known: None }
+        Self { day: config.clone(), config, owner: owner.to_owned(), known: None, output: Arc::default() }
     }
 
-    /// Makes `glass` as bright as it is to be at `clock`, now and for as long as the process lives.
+    /// Has the display be as it is to be at `clock`, by way of `glass`, now and for as long as the process lives.
     ///
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
     pub(crate) fn start(mut self, glass: Arc<Glass>, clock: fn() -> u64) -> Result<(), Fatal> {
-        glass.set_light(self.look(clock()));
+        let mut look = move || {
+            glass.set_lighting(self.look(clock()));
+            glass.set_output(&self.output);
+        };
+        look();
         let work = move || {
             loop {
                 thread::park_timeout(OFTEN);
-                glass.set_light(self.look(clock()));
+                look();
             }
         };
         let thread = thread::Builder::new().name("lamp".to_owned()).spawn(work);
@@ -52,18 +58,25 @@ impl Lamp {
     }
 
     /// How bright it is to be when the clock shows `clock_s`.
-    pub(crate) fn look(&mut self, clock_s: u64) -> Light {
+    pub(crate) fn look(&mut self, clock_s: u64) -> Lighting {
         let found = telling(&self.owner);
         if found != self.known {
             self.known = found;
             let owner = Owner::kept(&self.owner);
+            self.output = Arc::new(owner.output());
             self.day = Day {
                 hours: owner.hours.or(self.config.hours),
+                night: owner.night.unwrap_or(self.config.night),
                 brightness: owner.brightness.unwrap_or_else(|| self.config.brightness.clone()),
                 zone: owner.timezone.or_else(|| self.config.zone.clone()),
             };
         }
-        self.day.light(clock_s)
+        self.day.lighting(clock_s)
+    }
+
+    /// What the owner had set of the display at the last look.
+    pub(crate) fn output(&self) -> &OutputSettings {
+        &self.output
     }
 }
 
@@ -71,7 +84,7 @@ impl Lamp {
 mod tests {
     use super::Lamp;
     use crate::config::Config;
-    use screen::Light;
+    use player::hours::Lighting;
     use std::fs;
 
     /// 2026-07-01 12:00 in UTC.
@@ -89,12 +102,14 @@ mod tests {
         config.zone = Some("UTC".parse().unwrap());
         config.brightness = "60".parse().unwrap();
         let mut lamp = Lamp::new(config, &owner);
-        let light = |thousandths| Light::On { thousandths };
+        let light = |thousandths| Lighting::On { thousandths };
         assert_eq!(lamp.look(NOON_S), light(600));
         keep("hours = \"20:00-23:00\"");
-        assert_eq!(lamp.look(NOON_S), Light::Off);
+        assert_eq!(lamp.look(NOON_S), Lighting::Off);
         keep("hours = \"20:00-23:00\"\ntimezone = \"Asia/Tokyo\"\nbrightness = \"30\"");
         assert_eq!(lamp.look(NOON_S), light(300), "nine in the evening");
+        keep("hours = \"20:00-23:00\"\nnight = \"black\"\nrotate = 90");
+        assert_eq!((lamp.look(NOON_S), lamp.output().rotation.degrees()), (Lighting::Black, 90));
         keep("brightness = \"40\"");
         assert_eq!(lamp.look(NOON_S), light(400));
         keep("of another version");

@@ -4,6 +4,7 @@
 //! `show.rs` (the flip thread) with `playback.rs` and `pace.rs` (what it decides).
 #![forbid(unsafe_code)]
 
+mod black;
 mod card;
 mod config;
 mod decoder;

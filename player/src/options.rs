@@ -7,7 +7,7 @@ use crate::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
 use crate::settings::{Clock, ScreenChoice, StatusAddress};
 use clap::{Parser, value_parser};
 use player::config_file::ConfigError;
-use player::hours::{Brightness, Hours, Zone};
+use player::hours::{Brightness, Hours, Night, Zone};
 use player::log_level::LogLevel;
 use std::path::PathBuf;
 
@@ -42,9 +42,12 @@ pub(crate) struct Options {
     /// What to light: `auto`, `kms[:DEVICE]` or `virtual[:WxH@HZ]`
     #[arg(long, value_name = "SCREEN")]
     screen: Option<ScreenChoice>,
-    /// When the picture is lit, in local time, as `08:00-23:00`; at other times the display sleeps
+    /// When the picture is lit, in local time, as `08:00-23:00`
     #[arg(long, value_name = "FROM-TO")]
     hours: Option<Hours>,
+    /// What the display does at other times: `off`, or `black` where it would light a box of its own
+    #[arg(long, value_name = "NIGHT")]
+    night: Option<Night>,
     /// How bright it is: a percentage, or some with their times, as `07:00 100, 20:00 40`
     #[arg(long, value_name = "PERCENT")]
     brightness: Option<Brightness>,
@@ -104,6 +107,7 @@ impl Options {
             spare: self.spare.unwrap_or(config.spare),
             screen: self.screen.unwrap_or(config.screen),
             hours: self.hours.or(config.hours),
+            night: self.night.unwrap_or(config.night),
             brightness: self.brightness.unwrap_or(config.brightness),
             timezone: self.timezone.or(config.timezone),
             owner: self.owner.unwrap_or(config.owner),

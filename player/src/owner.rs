@@ -6,15 +6,17 @@
 //! Start at [`Owner::read`].
 
 use crate::config_file::{ConfigError, parse, unit};
-use crate::hours::{Brightness, Hours, Zone};
+use crate::hours::{Brightness, Hours, Night, Zone};
 use bundle::{PublicKey, UnitId};
+use screen::{Margin, OutputSettings, RequestedMode, Rotation, SignalRange};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::net::IpAddr;
 use std::path::Path;
+use std::str::FromStr;
 
 /// What the owner's file is called.
 pub const FILE_NAME: &str = "dreams.toml";
@@ -43,6 +45,22 @@ pub struct Owner {
     pub brightness: Option<Brightness>,
     /// By which local time.
     pub timezone: Option<Zone>,
+    /// What the display does when it is not.
+    pub night: Option<Night>,
+    /// At which connector it is lit.
+    pub connector: Option<String>,
+    /// In which mode.
+    #[serde(deserialize_with = "mode")]
+    pub mode: Option<RequestedMode>,
+    /// How it is rotated.
+    #[serde(deserialize_with = "numbered")]
+    pub rotate: Rotation,
+    /// With which levels.
+    #[serde(deserialize_with = "spelled")]
+    pub range: SignalRange,
+    /// With which margin.
+    #[serde(deserialize_with = "numbered")]
+    pub margin: Margin,
     /// Its address on a network by cable, with the length of its prefix; `None` for what DHCP says.
     #[serde(deserialize_with = "address")]
     pub address: Option<(IpAddr, u8)>,
@@ -79,6 +97,12 @@ impl Owner {
             return Err(ConfigError::Malformed { path: path.to_owned(), line, key: key.to_owned(), message });
         }
         Ok(owner)
+    }
+
+    /// What it says about the display.
+    pub fn output(&self) -> OutputSettings {
+        let Self { connector, mode, rotate, range, margin, .. } = self;
+        OutputSettings { connector: connector.clone(), mode: *mode, rotation: *rotate, range: *range, margin: *margin }
     }
 
     /// What systemd's network manager is told of it; `None` if it need not be told anything.
@@ -133,6 +157,20 @@ fn url<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
     if is_address { Ok(Some(text)) } else { Err(wrong()) }
 }
 
+fn mode<'de, D: Deserializer<'de>>(from: D) -> Result<Option<RequestedMode>, D::Error> {
+    spelled(from).map(Some)
+}
+
+/// Reads a setting that is a word.
+fn spelled<'de, D: Deserializer<'de>, T: FromStr<Err: Display>>(from: D) -> Result<T, D::Error> {
+    String::deserialize(from)?.parse().map_err(D::Error::custom)
+}
+
+/// Reads a setting that is a number.
+fn numbered<'de, D: Deserializer<'de>, T: TryFrom<i64, Error: Display>>(from: D) -> Result<T, D::Error> {
+    i64::deserialize(from)?.try_into().map_err(D::Error::custom)
+}
+
 fn address<'de, D: Deserializer<'de>>(from: D) -> Result<Option<(IpAddr, u8)>, D::Error> {
     let text = String::deserialize(from)?;
     let read = || {
@@ -147,6 +185,7 @@ fn address<'de, D: Deserializer<'de>>(from: D) -> Result<Option<(IpAddr, u8)>, D
 #[cfg(test)]
 mod tests {
     use super::Owner;
+    use screen::OutputSettings;
     use std::path::Path;
 
     const SAMPLE: &str = include_str!("../../config/dreams.toml");
@@ -178,12 +217,18 @@ mod tests {
         let owner = read(&all).unwrap();
         assert!(owner.unit.is_some() && owner.hours.is_some() && owner.brightness.is_some() && owner.url.is_some());
         assert_eq!((owner.keys.len(), owner.dns.len()), (1, 1));
+        assert!(owner.night.is_some() && owner.output() != OutputSettings::default());
     }
 
     #[test]
     fn what_is_wrong_is_named_by_line_and_key() {
         for (text, said) in [
             ("\nhours = \"8-23\"", "`dreams.toml` line 2, key `hours`: `8-23` are no hours"),
+            ("night = \"dark\"", "line 1, key `night`: `dark` is no night: `off` or `black`"),
+            ("mode = \"1080p\"", "line 1, key `mode`: `1080p` is no mode"),
+            ("\nrotate = 45", "line 2, key `rotate`: `45` is no rotation: 0, 90, 180 or 270"),
+            ("range = \"tv\"", "line 1, key `range`: `tv` is no range: `auto`, `full` or `limited`"),
+            ("margin = 21", "line 1, key `margin`: `21` is no margin: a percentage from 0 to 20"),
             ("timezone = \"Zurich\"", "line 1, key `timezone`: `Zurich` is no time zone"),
             ("unit = \"The Lobby\"", "line 1, key `unit`"),
             ("keys = [\"rubbish\"]", "`rubbish` is no public key"),

@@ -1,6 +1,6 @@
 //! Which vblank the next frame is due at, and how late it was.
 //!
-//! Owns the cadence of the run: one error-diffused sequence from the first frame to the last, carried across joins.
+//! Owns the cadence of the run: one sequence from the first frame to the last, carried across joins.
 //! Pure arithmetic on the vblanks that flips bring; nothing is ever skipped to catch up, so a late frame moves all
 //! that follow. A flock faster than the screen is shown one frame a vblank: slower than it was made, but whole.
 

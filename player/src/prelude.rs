@@ -18,8 +18,9 @@ use crate::show::Piece;
 use crate::take;
 use crate::turn::Still;
 use flock::Place;
+use player::hours::Lighting;
 use player::now::clock_s;
-use screen::{Event, Keeper, KmsScreen, Light, Screen, ScreenError};
+use screen::{Event, Keeper, KmsScreen, Light, OutputSettings, Screen, ScreenError};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::process;
@@ -41,13 +42,14 @@ const QUIET: Duration = Duration::from_millis(250);
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let is_lit = Arc::new(AtomicBool::new(false));
     end_in_time(Arc::clone(&is_lit))?;
-    let light = Lamp::new(config.day(), &config.owner).look(clock_s());
-    if light == Light::Off {
+    let mut lamp = Lamp::new(config.day(), &config.owner);
+    let Lighting::On { thousandths } = lamp.look(clock_s()) else {
         info!("it is night");
         return Ok(());
-    }
+    };
+    let light = Light::On { thousandths };
     let (place, still, piece) = begin(config)?;
-    let Some(card) = lit(&config.screen, piece, &still, light)? else {
+    let Some(card) = lit(&config.screen, piece, lamp.output(), &still, light)? else {
         info!("no display can be lit now");
         return Ok(());
     };
@@ -84,13 +86,19 @@ fn begin(config: &Config) -> Result<(Place, Still, Piece), Fatal> {
 }
 
 /// The card with the picture on its glass; `None` where nothing can be lit.
-fn lit(choice: &ScreenChoice, piece: Piece, still: &Still, light: Light) -> Result<Option<OwnedFd>, ScreenError> {
+fn lit(
+    choice: &ScreenChoice,
+    piece: Piece,
+    output: &OutputSettings,
+    still: &Still,
+    light: Light,
+) -> Result<Option<OwnedFd>, ScreenError> {
     let device = match choice {
         ScreenChoice::Kms(device) => device.clone(),
         ScreenChoice::Auto => None,
         ScreenChoice::Virtual(_) => return Ok(None),
     };
-    let mut screen = KmsScreen::open(take::settings(device, piece, Keeper::NOBODY))?;
+    let mut screen = KmsScreen::open(take::settings(device, piece, output.clone(), Keeper::NOBODY))?;
     screen.set_light(light);
     if screen.lit().is_none() {
         return Ok(None);
@@ -101,7 +109,7 @@ fn lit(choice: &ScreenChoice, piece: Piece, still: &Still, light: Light) -> Resu
         match screen.next_event(QUIET) {
             Event::Flip { .. } => return Ok(screen.bequeath()),
             Event::Lost { .. } | Event::Asleep => return Ok(None),
-            Event::Vblank { .. } | Event::Back | Event::Recovered { .. } | Event::Idle => {}
+            Event::Vblank { .. } | Event::Back | Event::Changed | Event::Recovered { .. } | Event::Idle => {}
         }
     }
 }

@@ -26,6 +26,7 @@ use crate::usher::Usher;
 use crate::{status, take};
 use flock::{Itinerary, ManifestError, Place};
 use player::now::{clock_s, now};
+use player::owner::Owner;
 use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
@@ -81,7 +82,8 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let lit = lit.and_then(|bytes| Place::from_bytes(&bytes).ok());
     let itinerary = library::path(&flock, lit.or(saved), config.seed);
     let (frames, studio) = open_studio(config, generation, itinerary, &faults, &glass)?;
-    let screen = take::screen(&config.screen, piece, card)?;
+    let output = Owner::kept(&config.owner).output();
+    let screen = take::screen(&config.screen, piece, output, card)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
     Lamp::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
     Usher::new(&config.card, clock_s()).start(Arc::clone(&glass), now)?;

@@ -7,6 +7,9 @@
 //!
 //! Start at [`Show::run`].
 
+mod hour;
+
+use crate::black::Blackout;
 use crate::card::Card;
 use crate::faults::{Faults, Kind};
 use crate::glass::Glass;
@@ -19,7 +22,8 @@ use crate::scribe::{Note, Scribe};
 use crate::tally::Tally;
 use crate::turn::{Shown, Still, Turn};
 use flock::Flock;
-use screen::{Light, Lit, Screen};
+use player::hours::Lighting;
+use screen::{Lit, OutputSettings, Screen};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -115,8 +119,11 @@ pub(crate) struct Show<'a, F> {
     /// The opening: it stays lit until the stream has more, and that is nobody's lateness.
     opening: Option<Shown>,
     fed: Option<Nanos>,
-    /// What the screen was told.
-    light: Light,
+    /// What the screen was told of the light, and of its owner's settings.
+    lighting: Lighting,
+    output: Option<Arc<OutputSettings>>,
+    /// While the night is black.
+    blackout: Option<Blackout>,
     tally: Tally,
     /// The picture with what people are told.
     overlaid: Overlaid,
@@ -144,7 +151,9 @@ impl<'a, F: Supply> Show<'a, F> {
             finished: false,
             opening: None,
             fed: None,
-            light: Light::FULL,
+            lighting: Lighting::FULL,
+            output: None,
+            blackout: None,
             tally: Tally::default(),
             overlaid: Overlaid::default(),
         };
@@ -161,7 +170,7 @@ impl<'a, F: Supply> Show<'a, F> {
     /// [`Fatal`], if the flock's pictures do not fit the screen.
     pub(crate) fn run(mut self) -> Result<(Ended, Option<Saver>), Fatal> {
         while self.playback != Playback::Ended {
-            if let Some(event) = self.observe() {
+            if let Some(event) = self.observe()? {
                 let (playback, effect) = self.playback.on(event);
                 self.playback = playback;
                 self.act(effect)?;
@@ -173,12 +182,17 @@ impl<'a, F: Supply> Show<'a, F> {
     }
 
     /// Waits until something happens; `None` if that changes nothing.
-    fn observe(&mut self) -> Option<Event> {
+    fn observe(&mut self) -> Result<Option<Event>, Fatal> {
         if self.ears.stop.load(Ordering::Relaxed) {
-            return Some(Event::Stop);
+            return Ok(Some(Event::Stop));
         }
-        self.dim();
-        match self.playback {
+        if let Some(event) = self.go_by_the_owner()? {
+            return Ok(Some(event));
+        }
+        if self.blackout.is_some() {
+            return self.stay_black().map(|()| None);
+        }
+        Ok(match self.playback {
             Playback::Dark => self.look(PATIENCE).or_else(|| self.listen(Duration::ZERO)),
             Playback::Lit(Next::Missing) | Playback::Holding if self.piece.free => self.look(PATIENCE),
             Playback::Lit(Next::Missing) | Playback::Holding if !self.looked => {
@@ -188,7 +202,7 @@ impl<'a, F: Supply> Show<'a, F> {
             Playback::Lit(_) | Playback::Holding => self.watch(),
             Playback::Rising | Playback::Flying | Playback::Relighting | Playback::Away(_) => self.listen(QUIET),
             Playback::Ended => None,
-        }
+        })
     }
 
     /// Looks for the next frame.
@@ -270,23 +284,15 @@ impl<'a, F: Supply> Show<'a, F> {
                 (self.looked, self.asked) = (false, None);
                 Some(Event::Recovered)
             }
-            screen::Event::Idle => {
-                self.asked = None;
-                if matches!(self.playback, Playback::Away(_)) && self.fed.is_some() && self.ears.watchdog.is_some() {
-                    // Alive, and working towards a screen: not a reason to be restarted.
-                    self.ears.scribe.note(Note::Alive);
-                }
+            screen::Event::Changed => {
+                self.fitted.get_or_insert(self.piece.fps);
                 None
             }
-        }
-    }
-
-    /// Tells the screen how bright it is to be, if that is news.
-    fn dim(&mut self) {
-        let light = self.ears.glass.light();
-        if light != self.light {
-            self.light = light;
-            self.screen.set_light(light);
+            screen::Event::Idle => {
+                self.asked = None;
+                self.stay_alive(&screen::Event::Idle);
+                None
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! The last resort: a still picture on the screen, while the player itself cannot be had.
 //!
-//! Owns as little as that takes: a screen, a drawn picture, the words to systemd. Opens no flock, no file and no decoder,
-//! so that whatever is wrong with them is not wrong here. Never ends by itself: a screen that is not there is waited for.
+//! Owns as little as that takes: a screen, a drawn picture, the words to systemd. Opens no flock and no decoder, so that
+//! whatever is wrong with them is not wrong here; of files, only what the owner has set of the display. Never ends by itself: a screen that is not there is waited for.
 //!
 //! Start at [`hold`].
 
@@ -13,7 +13,8 @@ use crate::run::{FEEDINGS, stop_on_signals};
 use crate::settings::ScreenChoice;
 use crate::show::Piece;
 use crate::take;
-use screen::{Event, Screen, ScreenError};
+use player::owner::Owner;
+use screen::{Event, OutputSettings, Screen, ScreenError};
 use sd_notify::NotifyState;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -21,7 +22,7 @@ use std::time::Duration;
 use timing::Rate;
 use tracing::{info, warn};
 
-/// What the picture is drawn for: any screen can show it, in the middle if it is larger.
+/// What the picture is drawn for: it is scaled to any screen.
 const SIZE: (u32, u32) = (1280, 720);
 const FPS: u64 = 30;
 /// How long the screen may say nothing before we look up.
@@ -36,19 +37,20 @@ const PAUSE: Duration = Duration::from_secs(2);
 pub(crate) fn hold(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
     let often = sd_notify::watchdog_enabled().map_or(Duration::from_secs(1), |allowed| allowed / FEEDINGS);
-    let Some(screen) = awaited(&config.screen, &stop) else { return Ok(()) };
+    let output = Owner::kept(&config.owner).output();
+    let Some(screen) = awaited(&config.screen, &output, &stop) else { return Ok(()) };
     info!("a still picture is held until the player comes back");
     keep(screen, &Card::draw(SIZE), often, &stop, &|state| sd_notify::notify(&[state]).unwrap_or_default());
     Ok(())
 }
 
 /// The screen, as soon as there is one; `None` if somebody wants it to end before.
-fn awaited(choice: &ScreenChoice, stop: &AtomicBool) -> Option<Box<dyn Screen>> {
+fn awaited(choice: &ScreenChoice, output: &OutputSettings, stop: &AtomicBool) -> Option<Box<dyn Screen>> {
     let fps = Rate::new(FPS, 1).expect("30 Hz is a rate");
     let mut is_told = false;
     while !stop.load(Ordering::Relaxed) {
         let handed = handover::take().map(|handed| handed.card);
-        match take::screen(choice, Piece { fps, size: SIZE, free: false }, handed) {
+        match take::screen(choice, Piece { fps, size: SIZE, free: false }, output.clone(), handed) {
             Ok(screen) => return Some(screen),
             Err(error) if !is_told => warn!(error = chain(&error), "there is no screen to be opened yet"),
             Err(_) => {}
@@ -77,7 +79,7 @@ fn keep(mut screen: Box<dyn Screen>, card: &Card, often: Duration, stop: &Atomic
             }
             Event::Recovered { .. } => light(&mut *screen, card),
             Event::Lost { .. } => is_away = true,
-            Event::Vblank { .. } | Event::Asleep => {}
+            Event::Vblank { .. } | Event::Asleep | Event::Changed => {}
             Event::Idle => quiet += QUIET,
         }
         if quiet >= often {
@@ -104,7 +106,7 @@ fn light(screen: &mut dyn Screen, card: &Card) {
 #[cfg(test)]
 mod tests {
     use super::{Card, NotifyState, keep};
-    use screen::{Event, Light, Lit, Picture, Screen, ScreenError};
+    use screen::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
     use std::cell::RefCell;
     use std::collections::VecDeque;
     use std::rc::Rc;
@@ -140,6 +142,8 @@ mod tests {
         fn fit(&mut self, _: (u32, u32), _: Rate) {}
 
         fn set_light(&mut self, _: Light) {}
+
+        fn set_output(&mut self, _: &OutputSettings) {}
 
         fn next_event(&mut self, _: Duration) -> Event {
             self.told += 1;

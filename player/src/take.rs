@@ -6,7 +6,7 @@ use crate::report::chain;
 use crate::settings::ScreenChoice;
 use crate::show::Piece;
 use player::now::now;
-use screen::{Keeper, KmsScreen, KmsSettings, Screen, ScreenError, VirtualScreen};
+use screen::{Keeper, KmsScreen, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen};
 use sd_notify::NotifyState;
 use std::os::fd::{AsFd, BorrowedFd, IntoRawFd, OwnedFd};
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ const REFRESH_HZ: u64 = 60;
 /// What the card is called that systemd keeps for us.
 const KEPT: &str = "card";
 
-/// Takes the screen that was asked for. A display asked for by name may be dark for now: it is waited for. With a
+/// Takes the screen that was asked for, to be driven as `output` says. A display asked for by name may be dark for now: it is waited for. With a
 /// free clock any screen is the virtual one, since no display has such a clock.
 ///
 /// # Errors
@@ -26,19 +26,22 @@ const KEPT: &str = "card";
 pub(crate) fn screen(
     choice: &ScreenChoice,
     piece: Piece,
+    output: OutputSettings,
     handed: Option<OwnedFd>,
 ) -> Result<Box<dyn Screen>, ScreenError> {
     match choice {
         ScreenChoice::Auto if piece.free => Ok(virtual_screen(None, piece)),
-        ScreenChoice::Auto => Ok(display(piece, handed).unwrap_or_else(|| virtual_screen(None, piece))),
-        ScreenChoice::Kms(device) => Ok(Box::new(KmsScreen::open(settings(device.clone(), piece, keeper(handed)))?)),
+        ScreenChoice::Auto => Ok(display(piece, output, handed).unwrap_or_else(|| virtual_screen(None, piece))),
+        ScreenChoice::Kms(device) => {
+            Ok(Box::new(KmsScreen::open(settings(device.clone(), piece, output, keeper(handed)))?))
+        }
         ScreenChoice::Virtual(mode) => Ok(virtual_screen(*mode, piece)),
     }
 }
 
 /// A display that can be lit now.
-fn display(piece: Piece, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
-    match KmsScreen::open(settings(None, piece, keeper(handed))) {
+fn display(piece: Piece, output: OutputSettings, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
+    match KmsScreen::open(settings(None, piece, output, keeper(handed))) {
         Ok(screen) if screen.lit().is_some() => Some(Box::new(screen)),
         Ok(_) => {
             info!("no display can be lit now; `--screen kms` waits for one");
@@ -52,8 +55,8 @@ fn display(piece: Piece, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
 }
 
 /// What a display is to show, and who keeps it.
-pub(crate) fn settings(device: Option<PathBuf>, piece: Piece, keeper: Keeper) -> KmsSettings {
-    KmsSettings { device, size: piece.size, fps: piece.fps, now, keeper }
+pub(crate) fn settings(device: Option<PathBuf>, piece: Piece, output: OutputSettings, keeper: Keeper) -> KmsSettings {
+    KmsSettings { device, size: piece.size, fps: piece.fps, now, keeper, output }
 }
 
 /// systemd, if it has started us and keeps descriptors (`FileDescriptorStoreMax=`): whatever becomes of us, the last frame

@@ -96,6 +96,7 @@ mod tests {
             size: (640, 480),
             format: "YU12".to_owned(),
             refresh: Rate::new(60, 1).unwrap(),
+            notes: Vec::new(),
         };
         assert_eq!(
             line(&Note::Start { lit: Arc::new(lit), fps: Rate::new(24_000, 1_001).unwrap() }),

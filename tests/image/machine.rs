@@ -114,7 +114,7 @@ impl Machine {
 
     /// A machine like that one, which goes on where `state` was left.
     pub(crate) fn wake(folder: &Path, disk: &Disk, state: &Path) -> Self {
-        let from = ["-incoming".to_owned(), format!("exec:cat {}", state.display())];
+        let from = ["-incoming".to_owned(), format!("exec:cat '{}'", state.display())];
         let mut machine = Self::start(folder, disk, &from);
         machine.await_status("paused");
         machine.monitor.ask("cont", &json!({}));
@@ -124,7 +124,7 @@ impl Machine {
     /// Stops it and leaves all that it has in mind in `state`. Its disk is then as it was left; it runs no more.
     pub(crate) fn freeze(mut self, state: &Path) {
         self.monitor.ask("stop", &json!({}));
-        self.monitor.ask("migrate", &json!({ "uri": format!("exec:cat > {}", state.display()) }));
+        self.monitor.ask("migrate", &json!({ "uri": format!("exec:cat > '{}'", state.display()) }));
         self.await_status("postmigrate");
     }
 

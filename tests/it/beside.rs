@@ -5,7 +5,7 @@
 //! is not counted. `make soak` brings 5 GB.
 
 use crate::flocks::SMALL;
-use crate::guest::{script, succeed_in_virtual_time};
+use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::playing::Playing;
 use crate::programs::{player, repository, updater};
 use crate::trace::{Flip, Trace};
@@ -57,9 +57,9 @@ fn an_update_on_the_same_slow_disk_makes_no_frame_late() {
     let keys = playing.path("keys");
     fs::rename(press.keys(), &keys).unwrap();
     let programs = [player(), updater()].map(|program| program.parent().unwrap().to_owned());
-    let words = [&playing.path("guest"), &programs[0], &keys, &before, &update].map(|path| path.display().to_string());
+    let words = [&playing.path("guest"), &programs[0], &keys, &before, &update].map(|path| word(path));
     let beside = repository().join("tests/soak/beside");
-    let run = format!("{} {} 20 500 {SPEED}", beside.display(), words.join(" "));
+    let run = format!("{} {} 20 500 {SPEED}", word(&beside), words.join(" "));
     succeed_in_virtual_time(300, &script(&run));
 
     let trace = Trace::read(&playing.path("guest/trace"));

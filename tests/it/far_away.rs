@@ -3,7 +3,7 @@
 //! Owns the claims that take a clock: how long a server that says nothing is waited for, and what TLS is worth on a unit
 //! that woke in 1970. They run in a guest whose time is virtual, so that waiting costs nothing.
 
-use crate::guest::{script, succeed_in_virtual_time};
+use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::programs::{claims_folder, updater};
 use claims::press::{Press, rubbish};
 use std::fmt::Write as _;
@@ -40,10 +40,10 @@ fn ended(console: &str, case: &str) -> (u64, u64) {
 #[test]
 fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
     let folder = tempfile::tempdir_in(claims_folder()).unwrap();
-    let at = |name: &str| folder.path().join(name).display().to_string();
+    let at = |name: &str| folder.path().join(name);
     let press = Press::with_new_keys();
     for number in [1, 2] {
-        press.bundle(at(&number.to_string()).as_ref(), &rubbish(3, 5_000, number), &[], number as u64);
+        press.bundle(&at(&number.to_string()), &rubbish(3, 5_000, number), &[], number as u64);
     }
     std::fs::rename(press.keys(), at("keys")).unwrap();
     for (name, script) in [("server", SERVER), ("half", HALF), ("drip", DRIP)] {
@@ -52,22 +52,23 @@ fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
     let socat = |address: &str, does: &str| format!("socat {address},fork,reuseaddr {does} 2> /dev/null &\n");
     let tls = |port: u16, number: u16| {
         let address = format!("OPENSSL-LISTEN:{port},cert=/tmp/both.pem,verify=0");
-        socat(&address, &format!("EXEC:'bash {} {}'", at("server"), at(&number.to_string())))
+        socat(&address, &format!("EXEC:'bash server {number}'"))
     };
     let mut text = format!(
-        "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout /tmp/key -out /tmp/cert \
+        "cd {}\n\
+         openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout /tmp/key -out /tmp/cert \
          -subj /CN=localhost -addext subjectAltName=DNS:localhost -days 30 2> /dev/null\n\
          cat /tmp/key /tmp/cert > /tmp/both.pem\n\
-         look() {{ begun=$SECONDS status=0; {} --unit lobby --store /tmp/store --keys {} --card /tmp/card \"$2\" \
+         look() {{ begun=$SECONDS status=0; {} --unit lobby --store /tmp/store --keys keys --card /tmp/card \"$2\" \
          2>&1 || status=$?; echo \"$1: $status after $((SECONDS - begun))\"; }}\n",
-        updater().display(),
-        at("keys"),
+        word(folder.path()),
+        word(&updater()),
     );
     text += &tls(8441, 1);
     text += &tls(8442, 2);
     text += &socat("TCP-LISTEN:8001", "EXEC:'sleep 100000'");
-    text += &socat("TCP-LISTEN:8002", &format!("EXEC:'bash {}'", at("half")));
-    text += &socat("TCP-LISTEN:8003", &format!("EXEC:'bash {}'", at("drip")));
+    text += &socat("TCP-LISTEN:8002", "EXEC:'bash half'");
+    text += &socat("TCP-LISTEN:8003", "EXEC:'bash drip'");
     text += "sleep 1\n";
     for (case, clock, url) in [
         ("in 1970", "1970-01-01 00:05", "https://localhost:8441"),

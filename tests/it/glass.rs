@@ -4,7 +4,7 @@
 //! scans out and tells its checksum with the vblank it began at.
 
 use crate::flocks::Plan;
-use crate::guest::{script, shell_words, succeed_in_virtual_time};
+use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
 use crate::playing::{Playing, VKMS};
 use std::collections::HashMap;
 use std::fs;
@@ -25,7 +25,7 @@ pub(crate) fn scanned_out(playing: &Playing, looks: usize) -> HashMap<u32, Strin
 pub(crate) fn scanned_out_while(playing: &Playing, looks: usize, before: &str, beside: &str) -> HashMap<u32, String> {
     let list = playing.path("scanned-out");
     let crc = "/sys/kernel/debug/dri/vkms/crtc-0/crc";
-    let read = format!("head -n {looks} {crc}/data > {}", list.display());
+    let read = format!("head -n {looks} {crc}/data > {}", word(&list));
     let text = format!("{before}; echo auto > {crc}/control; {read} & looks=$!; {beside}; wait $looks");
     succeed_in_virtual_time(120, &script(&text));
     let text = fs::read_to_string(list).unwrap();

@@ -6,6 +6,7 @@
 //! Start at [`in_virtual_time`].
 
 use crate::programs;
+use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Condvar, Mutex};
 
@@ -67,6 +68,11 @@ pub(crate) fn script(text: &str) -> Command {
     let mut bash = Command::new("bash");
     bash.args(["-euc", text]);
     bash
+}
+
+/// `path` as a word of such a script, whatever is in it.
+pub(crate) fn word(path: &Path) -> String {
+    format!("'{}'", path.to_str().expect("claims use plain names").replace('\'', r"'\''"))
 }
 
 /// `command` as a line of such a script; `$name` in it still means the script's variable.

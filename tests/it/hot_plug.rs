@@ -4,7 +4,7 @@
 //! of our own that vkms makes from a description, since its cable can be pulled by writing a file.
 
 use crate::flocks::JOINS;
-use crate::guest::{script, shell_words, succeed_in_virtual_time};
+use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
 use crate::playing::{Playing, VKMS};
 use crate::resume::Random;
 use std::fmt::Write as _;
@@ -49,7 +49,7 @@ fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
     let flock = JOINS.flock();
     let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--screen", "kms:/dev/dri/$card"]);
     let log = playing.path("log");
-    let mut text = format!("{CARD}{HANDS}exec > {}\n", log.display());
+    let mut text = format!("{CARD}{HANDS}exec > {}\n", word(&log));
     writeln!(text, "{} &\nplayer=$!", shell_words(&playing.command())).unwrap();
     let mut random = Random(2);
     for time in 0..TIMES {
@@ -61,7 +61,7 @@ fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
     }
     text += "sleep 3; holds\nkill -TERM $player; wait $player\n";
     fs::write(playing.path("hands.sh"), &text).unwrap();
-    succeed_in_virtual_time(240, &script(&format!("bash -eu {}", playing.path("hands.sh").display())));
+    succeed_in_virtual_time(240, &script(&format!("bash -eu {}", word(&playing.path("hands.sh")))));
 
     let trace = playing.trace();
     let log = fs::read_to_string(log).unwrap();
@@ -89,8 +89,7 @@ fn a_player_started_before_its_display_lights_it_within_two_seconds() {
     let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--clips", "3", "--screen", "kms:/dev/dri/$card"]);
     let log = playing.path("log");
     let play = shell_words(&playing.command());
-    let text =
-        format!("{CARD}{HANDS}exec > {}\npull\n{play} &\nplayer=$!\nsleep 20; push; wait $player", log.display());
+    let text = format!("{CARD}{HANDS}exec > {}\npull\n{play} &\nplayer=$!\nsleep 20; push; wait $player", word(&log));
     succeed_in_virtual_time(60, &script(&text));
     let log = fs::read_to_string(log).unwrap();
     let push = log.lines().find_map(|line| line.strip_prefix("push ")).map(nanoseconds).unwrap();

@@ -33,14 +33,17 @@ fn a_thousand_joins_show_every_frame_once_and_in_time() {
     on_the_beat(&trace, (30, 1));
 }
 
-/// Holds every flip to its vblank: frame n of a run is lit at the vblank nearest to `n * refresh / fps` after the
-/// first, halves downwards, however many joins lie between; and the clock agrees with the counter.
+/// Holds every flip to its vblank, however many joins lie between; and the clock to the counter. Where the refresh is within
+/// 1 % of a whole multiple of the frame rate, every frame is lit for that many vblanks. Elsewhere frame n of a run is lit at
+/// the vblank nearest to `n * refresh / fps` after the first, halves downwards.
 pub(crate) fn on_the_beat(trace: &Trace, fps: (u64, u64)) {
     let refresh = trace.refresh();
     let (up, down) = (refresh.0 * fps.1, refresh.1 * fps.0);
+    let nearest = (up + down / 2) / down;
+    let is_locked = nearest > 0 && up.abs_diff(nearest * down) * 100 <= nearest * down;
     let first = &trace.flips[0];
     for (n, flip) in (0u64..).zip(&trace.flips) {
-        let due = (2 * n * up).saturating_sub(down).div_ceil(2 * down);
+        let due = if is_locked { n * nearest } else { (2 * n * up).saturating_sub(down).div_ceil(2 * down) };
         let lit = u64::from(flip.vblank.wrapping_sub(first.vblank));
         assert_eq!(lit, due, "frame {n} ({} {}) is lit that many vblanks after the first", flip.clip, flip.frame);
         assert_eq!(flip.late, 0, "frame {n} ({} {}) is late", flip.clip, flip.frame);

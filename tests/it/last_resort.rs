@@ -5,7 +5,7 @@
 
 use crate::changing::{await_joins, edition, played};
 use crate::flocks::SMALL;
-use crate::guest::{script, shell_words, succeed_in_virtual_time};
+use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
 use crate::playing::{Playing, VKMS};
 use crate::programs::{self, claims_folder};
 use crate::updating::Unit;
@@ -25,7 +25,7 @@ fn a_still_picture_is_held_on_a_display_that_comes_late_and_ends_when_it_is_told
         "mv /dev/dri /dev/away; {still} & sleep 10; mv /dev/away /dev/dri; sleep 5; echo auto > {crc}/control; \
          head -n 20 {crc}/data > {list}; kill %1; wait %1",
         still = shell_words(&still),
-        list = list.display()
+        list = word(&list)
     );
     succeed_in_virtual_time(120, &script(&text));
     let text = fs::read_to_string(list).unwrap();

@@ -4,7 +4,7 @@
 //! in the player's `owner.rs`.
 
 use crate::flocks::SMALL;
-use crate::guest::{script, shell_words, succeed_in_virtual_time};
+use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
 use crate::playing::{Playing, VKMS};
 use crate::programs::{self, claims_folder, output};
 use crate::updating::Unit;
@@ -99,8 +99,8 @@ fn the_player_goes_by_what_the_owner_sets_from_that_moment_on() {
         date -u -s '2026-07-01 12:00:00' > /dev/null; {player} & player=$!
         state; set_to 'hours = \"20:00-23:00\"'; state; set_to 'hours = 20'; state; set_to 'unit = \"lobby\"'; state
         kill $player; wait $player",
-        partition = settings.path("partition/dreams.toml").display(),
-        seen = settings.path("seen").display(),
+        partition = word(&settings.path("partition/dreams.toml")),
+        seen = word(&settings.path("seen")),
         owner = shell_words(&settings.taking()),
         player = shell_words(&playing.command())
     );

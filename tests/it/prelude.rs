@@ -5,7 +5,7 @@
 
 use crate::flocks::JOINS;
 use crate::glass::scanned_out_while;
-use crate::guest::shell_words;
+use crate::guest::{shell_words, word};
 use crate::playing::{Playing, VKMS};
 use crate::programs;
 use std::process::Command;
@@ -21,7 +21,7 @@ fn a_first_picture_is_held_until_the_player_goes_on_from_it() {
     let mut prelude = Command::new(programs::player());
     prelude.args(["--prelude", "--screen", VKMS, "--flock"]).arg(&flock.folder);
     prelude.arg("--state").arg(playing.path("state"));
-    let (prelude, player, said) = (shell_words(&prelude), shell_words(&playing.command()), said.display());
+    let (prelude, player, said) = (shell_words(&prelude), shell_words(&playing.command()), word(&said));
     let before = format!(
         "mount -t tmpfs run /run; mkdir /run/dreams-prelude; {prelude} > {said} & first=$!; \
          until [ \"$(cat {said})\" = lit ]; do sleep 0.1; done"

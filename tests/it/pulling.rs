@@ -3,7 +3,7 @@
 //! Owns the claim that this costs nothing but the time. The stick is a real block device, of a guest whose time is
 //! virtual, and it is gone each time; `pulling.py` is its other end. Reads that merely fail are in `broken_updates.rs`.
 
-use crate::guest::{script, succeed_in_virtual_time};
+use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::programs::{claims_folder, repository, succeed, updater};
 use claims::press::{Press, files_in, rubbish};
 use serde_json::Value;
@@ -41,11 +41,11 @@ fn a_stick_pulled_a_hundred_times_is_read_on_from_where_it_was_and_no_byte_twice
          echo; cat /tmp/card; exit $status' update {updater} --unit lobby --store /tmp/store --keys {keys} \
          --card /tmp/card --json /tmp/stick\n\
          rm -r {plays}; cp -r /tmp/store/current/ {plays}",
-        pulling = repository().join("tests/it/pulling.py").display(),
-        stick = at("stick").display(),
-        updater = updater().display(),
-        keys = at("keys").display(),
-        plays = at("bundle").display(),
+        pulling = word(&repository().join("tests/it/pulling.py")),
+        stick = word(&at("stick")),
+        updater = word(&updater()),
+        keys = word(&at("keys")),
+        plays = word(&at("bundle")),
     );
     let console = succeed_in_virtual_time(300, &script(&text));
 

@@ -5,7 +5,7 @@
 //! the image run it.
 
 use crate::flocks::SMALL;
-use crate::guest::{script, succeed_in_virtual_time};
+use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::playing::VKMS;
 use crate::programs::{self, claims_folder};
 use std::fs;
@@ -60,14 +60,14 @@ fn lay(folder: &Path, flock: &Path) {
     let (player, scratch) = (programs::player(), flock.parent().unwrap());
     let on_a_unit = "/usr/bin/dreams-player --config /etc/dreams/player.toml --screen kms";
     let here = format!(
-        "{player} --screen {VKMS} --status off --seed 1 --flock {flock} --state {state} --spare {none} --owner {none}",
+        "\"{player}\" --screen {VKMS} --status off --seed 1 --flock \"{flock}\" --state \"{scratch}/state\" \
+         --spare \"{scratch}/none\" --owner \"{scratch}/none\"",
         player = player.display(),
         flock = flock.display(),
-        state = scratch.join("state").display(),
-        none = scratch.join("none").display()
+        scratch = scratch.display()
     );
     let still =
-        ("/usr/bin/dreams-player --still --screen kms", format!("{} --still --screen {VKMS}", player.display()));
+        ("/usr/bin/dreams-player --still --screen kms", format!("\"{}\" --still --screen {VKMS}", player.display()));
     for name in ["dreams-player.service", "dreams-still.service", "dreams-again.timer"] {
         let text = fs::read_to_string(programs::repository().join("systemd").join(name)).unwrap();
         let is_kept =
@@ -84,11 +84,11 @@ fn told(acts: &str) -> String {
         (scratch.path().join("units"), scratch.path().join("told"), scratch.path().join("flock"));
     lay(&units, &flock);
     let text = format!(
-        "units={units} told={told} flock={flock} good={good}\nln -s $good $flock\n{MANAGER}{acts}",
-        units = units.display(),
-        told = told.display(),
-        flock = flock.display(),
-        good = SMALL.flock().folder.display()
+        "units={units} told={told} flock={flock} good={good}\nln -s \"$good\" \"$flock\"\n{MANAGER}{acts}",
+        units = word(&units),
+        told = word(&told),
+        flock = word(&flock),
+        good = word(&SMALL.flock().folder)
     );
     succeed_in_virtual_time(300, &script(&text));
     fs::read_to_string(told).unwrap()
@@ -106,10 +106,10 @@ fn a_player_that_is_killed_or_hangs_is_started_again() {
 
 #[test]
 fn a_player_without_a_flock_gives_way_to_a_still_picture_and_comes_back_when_there_is_one() {
-    for (what, spoil) in [("rubbish", "mkdir $flock; echo rubbish > $flock/flock.toml"), ("gone", "true")] {
+    for (what, spoil) in [("rubbish", r#"mkdir "$flock"; echo rubbish > "$flock/flock.toml""#), ("gone", "true")] {
         let acts = format!(
-            "sleep 5; rm $flock; {spoil}; kill -9 $(pid); sleep 100; tell {what}
-            rm -r -f $flock; sleep 60; ln -s $good $flock; sleep 20; tell mended
+            "sleep 5; rm \"$flock\"; {spoil}; kill -9 $(pid); sleep 100; tell {what}
+            rm -r -f \"$flock\"; sleep 60; ln -s \"$good\" \"$flock\"; sleep 20; tell mended
             until [ $(ctl is-active dreams-player) = active ]; do sleep 5; done; sleep 5; tell played"
         );
         let still = |when: &str| format!("{when}: player failed, still active, lit 1\n");

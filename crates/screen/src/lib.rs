@@ -8,13 +8,16 @@
 
 mod beat;
 mod convert;
+mod fit;
 mod kms;
+mod output;
 mod paint;
 mod picture;
 mod screen;
 mod virtual_screen;
 
 pub use kms::{Keeper, KmsScreen, KmsSettings};
+pub use output::{Margin, OutputError, OutputSettings, RequestedMode, Rotation, SignalRange};
 pub use picture::Picture;
 pub use screen::{Event, Light, Lit, Screen, ScreenError};
 pub use virtual_screen::{Pace, VirtualScreen};

@@ -109,12 +109,9 @@ pub(crate) fn blacken(bytes: &mut [u8], layout: &Layout) {
     }
 }
 
-/// Copies `picture` into the middle of an image laid out as `layout`; what does not fit is cut off evenly. What lies
-/// around it stays as it is.
-pub(crate) fn paint(bytes: &mut [u8], layout: &Layout, picture: &Picture<'_>) {
-    let picture = middle(picture, layout.size);
-    let left = (layout.size.0 - picture.width) / 4 * 2;
-    let top = (layout.size.1 - picture.height) / 4 * 2;
+/// Copies `picture` into an image laid out as `layout`, its first pixel at column `left` and row `top`, both even. It must
+/// fit there. What lies around it stays as it is.
+pub(crate) fn paint(bytes: &mut [u8], layout: &Layout, (left, top): (u32, u32), picture: &Picture<'_>) {
     match layout.format {
         Format::Yu12 => {
             for plane in 0..3 {
@@ -155,19 +152,6 @@ pub(crate) fn paint(bytes: &mut [u8], layout: &Layout, picture: &Picture<'_>) {
     }
 }
 
-/// The middle of `picture`, no larger than `limit`.
-fn middle<'a>(picture: &Picture<'a>, limit: (u32, u32)) -> Picture<'a> {
-    let (width, height) = (picture.width.min(limit.0 & !1), picture.height.min(limit.1 & !1));
-    let left = (picture.width - width) as usize / 4;
-    let top = (picture.height - height) as usize / 4;
-    // Offsets in chroma samples: the cut falls on whole 2x2 blocks.
-    let cut = |plane: usize, block: usize| {
-        let first = (top * picture.strides[plane] + left) * block;
-        &picture.planes[plane][first..]
-    };
-    Picture { width, height, planes: [cut(0, 2), cut(1, 1), cut(2, 1)], strides: picture.strides }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -176,11 +160,11 @@ mod tests {
     const PICTURE: Picture<'static> =
         Picture { width: 4, height: 2, planes: [&[1, 2, 3, 4, 5, 6, 7, 8], &[10, 20], &[30, 40]], strides: [4, 2, 2] };
 
-    fn painted(format: Format, size: (u32, u32), pitch: u32, picture: &Picture<'_>) -> Vec<u8> {
+    fn painted(format: Format, size: (u32, u32), pitch: u32, at: (u32, u32), picture: &Picture<'_>) -> Vec<u8> {
         let layout = Layout::new(format, size, pitch);
         let mut bytes = vec![0; layout.bytes()];
         blacken(&mut bytes, &layout);
-        paint(&mut bytes, &layout, picture);
+        paint(&mut bytes, &layout, at, picture);
         bytes
     }
 
@@ -191,22 +175,28 @@ mod tests {
 
     #[test]
     fn yuv_goes_through_unchanged() {
-        let three = painted(Format::Yu12, (4, 2), 4, &PICTURE);
+        let three = painted(Format::Yu12, (4, 2), 4, (0, 0), &PICTURE);
         assert_eq!(three, [1, 2, 3, 4, 5, 6, 7, 8, 10, 20, 30, 40]);
-        let two = painted(Format::Nv12, (4, 2), 6, &PICTURE);
+        let two = painted(Format::Nv12, (4, 2), 6, (0, 0), &PICTURE);
         assert_eq!(two, [1, 2, 3, 4, 16, 16, 5, 6, 7, 8, 16, 16, 10, 30, 20, 40, 128, 128]);
     }
 
     #[test]
-    fn a_small_picture_lies_in_the_middle_of_black() {
-        let bytes = painted(Format::Yu12, (8, 6), 8, &PICTURE);
+    fn a_picture_lies_where_it_is_told_to_and_all_around_it_is_black() {
+        let bytes = painted(Format::Yu12, (8, 6), 8, (2, 2), &PICTURE);
         let luma: Vec<_> = bytes[..48].chunks(8).collect();
         assert_eq!(luma[1], [16; 8]);
         assert_eq!(luma[2], [16, 16, 1, 2, 3, 4, 16, 16]);
         assert_eq!(luma[3], [16, 16, 5, 6, 7, 8, 16, 16]);
         assert_eq!(luma[4], [16; 8]);
         assert_eq!(bytes[48..60], [128, 128, 128, 128, 128, 10, 20, 128, 128, 128, 128, 128]);
-        let rgb = painted(Format::Xr24, (8, 6), 32, &Picture { planes: [&[235; 8], &[128; 2], &[128; 2]], ..PICTURE });
+        let rgb = painted(
+            Format::Xr24,
+            (8, 6),
+            32,
+            (2, 2),
+            &Picture { planes: [&[235; 8], &[128; 2], &[128; 2]], ..PICTURE },
+        );
         let white: Vec<_> =
             rgb.chunks(4).enumerate().filter(|(_, pixel)| *pixel == [255; 4]).map(|(at, _)| at).collect();
         assert_eq!(white, [18, 19, 20, 21, 26, 27, 28, 29]);
@@ -219,20 +209,11 @@ mod tests {
             let all = Layout::new(format, (4, 6), pitch);
             let mut bytes = vec![99; all.bytes()];
             blacken(&mut bytes, &all.part(2, 2));
-            paint(&mut bytes, &all.part(2, 2), &PICTURE);
-            let alone = painted(format, (4, 2), pitch, &PICTURE);
+            paint(&mut bytes, &all.part(2, 2), (0, 0), &PICTURE);
+            let alone = painted(format, (4, 2), pitch, (0, 0), &PICTURE);
             let touched: Vec<_> = bytes.iter().copied().filter(|&byte| byte != 99).collect();
             assert_eq!(touched, alone, "{format:?}");
             assert_eq!(bytes.len(), 3 * alone.len(), "{format:?}");
         }
-    }
-
-    #[test]
-    fn a_large_picture_shows_its_middle() {
-        let luma: Vec<u8> = (0..8 * 6).collect();
-        let chroma: Vec<u8> = (100..112).collect();
-        let large = Picture { width: 8, height: 6, planes: [&luma, &chroma, &chroma], strides: [8, 4, 4] };
-        let bytes = painted(Format::Yu12, (4, 2), 4, &large);
-        assert_eq!(bytes, [18, 19, 20, 21, 26, 27, 28, 29, 105, 106, 105, 106]);
     }
 }

@@ -32,7 +32,7 @@ impl<'a> Picture<'a> {
     }
 
     /// Visible samples across and down of plane `plane`.
-    fn extent(&self, plane: usize) -> (usize, usize) {
+    pub(crate) fn extent(&self, plane: usize) -> (usize, usize) {
         let half = u32::from(plane > 0);
         ((self.width >> half) as usize, (self.height >> half) as usize)
     }
@@ -69,6 +69,20 @@ impl OwnedPicture {
             bytes.clear();
             picture.rows(plane).for_each(|row| bytes.extend_from_slice(row));
         }
+    }
+
+    /// Becomes a picture of this size, whose samples are whatever they were.
+    pub(crate) fn resize(&mut self, size: (u32, u32)) {
+        self.size = size;
+        for (plane, bytes) in self.planes.iter_mut().enumerate() {
+            let half = u32::from(plane > 0);
+            bytes.resize((size.0 >> half) as usize * (size.1 >> half) as usize, 0);
+        }
+    }
+
+    /// The samples of plane `plane`, row by row.
+    pub(crate) fn plane_mut(&mut self, plane: usize) -> &mut [u8] {
+        &mut self.planes[plane]
     }
 
     pub(crate) fn view(&self) -> Picture<'_> {

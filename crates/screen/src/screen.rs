@@ -3,7 +3,7 @@
 //! Owns the [`Screen`] trait and its events. Never decides when a frame is due: the player's cadence does.
 //! Implementations: `kms/` (a real display) and `virtual_screen.rs` (a picture in memory).
 
-use crate::Picture;
+use crate::{OutputSettings, Picture};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
@@ -20,6 +20,8 @@ pub struct Lit {
     pub format: String,
     /// Exact vblanks per second.
     pub refresh: Rate,
+    /// What people on site are to be told of it, each as a sentence: what the screen does not do as its owner has set it.
+    pub notes: Vec<String>,
 }
 
 /// How bright a screen is to be.
@@ -75,6 +77,9 @@ pub enum Event {
         /// One sentence for the log: what was seen and which rung of the ladder helped.
         reason: String,
     },
+    /// Another way of lighting pictures takes the place of the one before, with the next [`Event::Flip`]: pictures of another
+    /// form, other settings of the owner, a better mode. [`Screen::lit`] tells it.
+    Changed,
     /// Nothing happened within the timeout.
     Idle,
 }
@@ -129,6 +134,10 @@ pub trait Screen {
     /// Makes it as bright as `light` from the next flip on, or lets it sleep from the next [`Screen::next_event`] on. It is
     /// [`Light::FULL`] until this is called, and stays as it was told across whatever happens.
     fn set_light(&mut self, light: Light);
+
+    /// Goes by other settings of the display's owner, as soon as it can. What it cannot do as they say, it does otherwise, and
+    /// [`Lit::notes`] tells.
+    fn set_output(&mut self, output: &OutputSettings);
 
     /// Asks for an [`Event::Vblank`] at `vblank`, or at once if that is past; a later call replaces it. Without effect
     /// while nothing is lit, and before the first flip.

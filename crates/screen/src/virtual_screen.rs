@@ -5,7 +5,7 @@
 
 use crate::beat::Beat;
 use crate::picture::OwnedPicture;
-use crate::{Event, Light, Lit, Picture, Screen, ScreenError};
+use crate::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
 use rustix::event::{Timespec, poll};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
@@ -117,6 +117,7 @@ impl Screen for VirtualScreen {
             size: self.size,
             format: "YU12".to_owned(),
             refresh: self.refresh,
+            notes: Vec::new(),
         })
     }
 
@@ -155,6 +156,9 @@ impl Screen for VirtualScreen {
             (self.staged, self.committed, self.asked) = (None, None, None);
         }
     }
+
+    /// A picture in memory is as it is.
+    fn set_output(&mut self, _: &OutputSettings) {}
 
     fn notify_at(&mut self, vblank: Vblank) {
         let current = self.current();

@@ -1,22 +1,28 @@
 //! For how many vblanks each frame stays lit.
 //!
-//! Owns the cadence: the mapping from a clip's rate to the screen's, by error diffusion. Pure arithmetic.
-//! Never reads a clock, never touches a screen. The error is carried across joins: resetting it at each clip
-//! would make the only hiccup that a viewer can see.
+//! Owns the cadence: the mapping from a clip's rate to the screen's. Pure arithmetic. Never reads a clock, never touches a
+//! screen. Where the screen's refresh is near a whole multiple of the clip's rate, every frame gets the same number of
+//! vblanks, and the run is so much slower or faster. Elsewhere the error is diffused and carried across joins: resetting it
+//! at each clip would make a visible hiccup.
 //!
-//! Start at [`Cadence::hold`]. The film-on-60-Hz case is drawn in the tests.
+//! Start at [`Cadence::hold`]. Real display modes are tabled in `cadence/modes.rs`.
+
+#[cfg(test)]
+mod modes;
 
 use crate::rate::{Rate, gcd};
 
-/// Error-diffused cadence of one stream on one screen.
+/// The cadence of one stream on one screen.
 ///
-/// The phase error is kept as an exact fraction of a vblank and stays within half a vblank for ever.
+/// Locked, every frame stays lit for the same number of vblanks. Diffused, the phase error is kept as an exact fraction of a
+/// vblank and stays within half a vblank for ever.
 ///
 /// # Source
-/// mpv's display-sync: `n = lrint(ratio + error)`, here in integers.
+/// mpv's display-sync: `n = lrint(ratio + error)`, here in integers; and its `video-sync=display-resample`, which changes the
+/// speed so that `n` is constant.
 #[derive(Clone, Debug)]
 pub struct Cadence {
-    /// Vblanks per frame as `up / down`, in lowest terms.
+    /// Vblanks per frame as `up / down`, in lowest terms; `down` is 1 where the two rates are locked.
     up: u64,
     down: u64,
     /// What is owed to the next frame, in `1 / down` vblanks; within `±down / 2`.
@@ -26,6 +32,9 @@ pub struct Cadence {
 impl Cadence {
     /// The cadence of `frames` per second on a screen of `refresh` vblanks per second.
     pub fn new(frames: Rate, refresh: Rate) -> Self {
+        if let Some(vblanks) = refresh.locked_to(frames) {
+            return Self { up: vblanks.into(), down: 1, owed: 0 };
+        }
         let up = u64::from(refresh.num()) * u64::from(frames.den());
         let down = u64::from(refresh.den()) * u64::from(frames.num());
         let divisor = gcd(up, down);
@@ -70,34 +79,53 @@ mod tests {
     }
 
     #[test]
-    fn whole_multiples_are_lit_evenly() {
-        assert_eq!(holds((30, 1), (60, 1), 4), [2, 2, 2, 2]);
-        assert_eq!(holds((20, 1), (60, 1), 4), [3, 3, 3, 3]);
-        assert_eq!(holds((25, 1), (50, 1), 3), [2, 2, 2]);
-    }
-
-    #[test]
     fn the_published_sequences_come_out() {
         assert_eq!(holds((25, 1), (60, 1), 5), [2, 3, 2, 3, 2]);
         assert_eq!(holds((23, 1), (60, 1), 16), [3, 2, 3, 2, 3, 3, 2, 3, 2, 3, 3, 2, 3, 3, 2, 3]);
         assert_eq!(holds((24, 1), (50, 1), 12).iter().sum::<u32>(), 25);
     }
 
+    #[test]
+    fn what_was_owed_is_dropped_where_the_rates_lock() {
+        let rate = |n, d| Rate::new(n, d).unwrap();
+        let mut film = Cadence::new(rate(24, 1), rate(60, 1));
+        film.hold();
+        let mut locked = film.moved_to(rate(24, 1), rate(48, 1));
+        assert_eq!([locked.hold(), locked.hold(), locked.hold()], [2, 2, 2]);
+    }
+
+    fn rates() -> impl Strategy<Value = (Rate, Rate)> {
+        let frames = (1u64..=120_000, prop_oneof![Just(1u64), Just(1_000), Just(1_001)]);
+        (frames, 20_000u64..=240_000)
+            .prop_map(|((fps, den), refresh)| (Rate::new(fps, den).unwrap(), Rate::new(refresh, 1_000).unwrap()))
+    }
+
     proptest! {
         #[test]
-        fn a_frame_is_never_more_than_half_a_vblank_off(
-            fps in 1u64..=120_000, den in prop_oneof![Just(1u64), Just(1_000), Just(1_001)], refresh in 20_000u64..=240_000,
-        ) {
-            let (frames, screen) = (Rate::new(fps, den).unwrap(), Rate::new(refresh, 1_000).unwrap());
+        fn a_frame_is_never_more_than_half_a_vblank_off_or_all_are_lit_equally_long((frames, screen) in rates()) {
             let mut cadence = Cadence::new(frames, screen);
             let mut lit = 0i128;
             for frame in 1..=500i128 {
-                lit += i128::from(cadence.hold());
+                let held = cadence.hold();
+                lit += i128::from(held);
                 // |lit - frame * refresh / fps| <= 1/2, without dividing.
                 let up = i128::from(screen.num()) * i128::from(frames.den());
                 let down = i128::from(screen.den()) * i128::from(frames.num());
-                prop_assert!((2 * (lit * down - frame * up)).abs() <= down, "frame {frame} lit {lit}");
+                match screen.locked_to(frames) {
+                    Some(vblanks) => prop_assert_eq!(held, vblanks),
+                    None => prop_assert!((2 * (lit * down - frame * up)).abs() <= down, "frame {} lit {}", frame, lit),
+                }
             }
+        }
+
+        #[test]
+        fn a_locked_run_is_a_hundredth_slower_or_faster_at_most(fps in 1u64..=240, times in 1u64..=8, off in 990u64..=1_010) {
+            let (frames, screen) = (Rate::new(fps, 1).unwrap(), Rate::new(fps * times * off, 1_000).unwrap());
+            let mut cadence = Cadence::new(frames, screen);
+            let vblanks: u64 = (0..1_000).map(|_| u64::from(cadence.hold())).sum();
+            prop_assert_eq!(vblanks, 1_000 * times);
+            let (took, wanted) = (screen.span_ns(vblanks) as f64, frames.span_ns(1_000) as f64);
+            prop_assert!((took / wanted - 1.0).abs() <= 0.010_11, "{} for {}", took, wanted);
         }
     }
 }

@@ -13,6 +13,11 @@ pub struct Rate {
     den: NonZeroU32,
 }
 
+/// How far a screen's refresh may be off a whole multiple of the frame rate, in percent, for every frame to stay lit for
+/// that many vblanks. A silent picture may run so much slower or faster; nobody sees it, and everybody sees a frame that is
+/// lit for a vblank more than the others.
+const LOCK_PERCENT: u128 = 1;
+
 /// Why two numbers are no rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{num}/{den}` is no rate: both numbers must be from 1 to 4294967295")]
@@ -51,11 +56,13 @@ impl Rate {
         u64::try_from(ns).unwrap_or(u64::MAX)
     }
 
-    /// Whether this rate is a whole multiple of `other`: every frame then stays lit equally long.
-    pub fn is_multiple_of(self, other: Self) -> bool {
-        let up = u64::from(self.num()) * u64::from(other.den());
-        let down = u64::from(self.den()) * u64::from(other.num());
-        up.is_multiple_of(down)
+    /// The whole number `n` for which this rate is within 1 % of `n` times `other`; `None` if there is none.
+    pub fn locked_to(self, other: Self) -> Option<u32> {
+        let up = u128::from(self.num()) * u128::from(other.den());
+        let down = u128::from(self.den()) * u128::from(other.num());
+        let nearest = (2 * up + down) / (2 * down);
+        let is_near = nearest > 0 && up.abs_diff(nearest * down) * 100 <= nearest * down * LOCK_PERCENT;
+        u32::try_from(nearest).ok().filter(|_| is_near)
     }
 }
 
@@ -89,12 +96,15 @@ mod tests {
     }
 
     #[test]
-    fn sixty_is_a_multiple_of_thirty_and_not_of_film() {
+    fn a_rate_locks_to_another_within_a_hundredth_of_a_multiple() {
         let hz = |n, d| Rate::new(n, d).unwrap();
-        assert!(hz(60, 1).is_multiple_of(hz(30, 1)));
-        assert!(!hz(60, 1).is_multiple_of(hz(24, 1)));
-        assert!(!hz(60, 1).is_multiple_of(hz(30_000, 1_001)));
-        assert!(hz(60_000, 1_001).is_multiple_of(hz(30_000, 1_001)));
+        assert_eq!(hz(60, 1).locked_to(hz(30, 1)), Some(2));
+        assert_eq!(hz(60_000, 1_001).locked_to(hz(30, 1)), Some(2));
+        assert_eq!(hz(60_600, 1_000).locked_to(hz(30, 1)), Some(2), "a hundredth is within");
+        assert_eq!(hz(60_601, 1_000).locked_to(hz(30, 1)), None);
+        assert_eq!(hz(60, 1).locked_to(hz(24, 1)), None);
+        assert_eq!(hz(30, 1).locked_to(hz(60, 1)), None, "half is no whole multiple");
+        assert_eq!(hz(1, u64::from(u32::MAX)).locked_to(hz(u64::from(u32::MAX), 1)), None);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::scribe::{Note, Scribe};
 use crate::tally::Tally;
 use crate::turn::tests::{frames, turns};
 use crate::turn::{Shown, Turn};
-use screen::{Event, Light, Lit, Picture, Screen, ScreenError};
+use screen::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -57,6 +57,7 @@ impl Screen for FakeScreen {
             size: (16, 16),
             format: "YU12".to_owned(),
             refresh: Rate::new(HZ, 1).unwrap(),
+            notes: Vec::new(),
         })
     }
 
@@ -76,6 +77,10 @@ impl Screen for FakeScreen {
 
     fn set_light(&mut self, _: Light) {
         panic!("nobody has said how bright it is to be");
+    }
+
+    fn set_output(&mut self, _: &OutputSettings) {
+        panic!("nobody has set anything of it");
     }
 
     fn notify_at(&mut self, vblank: Vblank) {

@@ -42,6 +42,8 @@ pub(crate) struct ScreenFacts {
     pub(crate) name: String,
     pub(crate) mode: String,
     pub(crate) format: String,
+    /// What people on site are to be told of it.
+    pub(crate) notes: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -87,6 +89,7 @@ impl Facts {
             name: lit.screen.clone(),
             mode: lit.mode.clone(),
             format: lit.format.clone(),
+            notes: lit.notes.clone(),
         });
         let next = glass.after(turn.map_or(0, |turn| turn.number)).map(|next| next.clip.as_str().to_owned());
         let latest = faults.latest().into_iter();

@@ -3,10 +3,12 @@
 //! Owns the attempts: open the card, survey it, take the best way that the kernel accepts in a test commit, make its
 //! buffers, and light the first picture. Never removes what is on the glass before that first picture is ready.
 
+use super::candidate::{Candidate, Framebuffers};
 use super::card::{BufferSpec, How, Id, Kms, Survey};
-use super::choose::{Candidate, Framebuffers, candidates};
+use super::choose::{Request, candidates};
+use super::dimming::Dimming;
 use super::ladder::{self, Rung, Trouble};
-use super::light::{self, Ramp};
+use super::light;
 use super::plan::Plan;
 use super::recovery::destroy;
 use super::ring::Ring;
@@ -96,11 +98,17 @@ impl<K: Kms> KmsScreen<K> {
             Trouble::Gone | Trouble::NotMaster | Trouble::Refused | Trouble::Broken => error,
         })?;
         let survey = self.kms.survey()?;
-        let ways = candidates(&survey, self.settings.size, self.settings.fps);
+        let ways = self.ways(&survey);
         if ways.is_empty() {
             return Err(Unlit::NoDisplay);
         }
         self.accepted(&survey, ways)?.ok_or(Unlit::NoWay)
+    }
+
+    /// Every way to light the pictures to come, best first.
+    pub(super) fn ways(&self, survey: &Survey) -> Vec<Candidate> {
+        let settings = &self.settings;
+        candidates(survey, Request { size: settings.size, fps: settings.fps, output: &settings.output })
     }
 
     /// The first of `ways` that the kernel accepts, with its buffers.
@@ -130,9 +138,10 @@ impl<K: Kms> KmsScreen<K> {
             Ok(plan) => {
                 let (ring, flight) = (Ring::new(painted), Flight::Landed);
                 tracing::info!(connector = plan.connector, ?way, ?size, "chose a way to light the picture");
-                let ramp = Ramp::new(&mut self.kms, &plan, self.light);
+                let dimming = Dimming::new(&mut self.kms, &plan, self.light);
                 Ok(Output {
                     plan,
+                    made_for: self.settings.output.clone(),
                     survey: survey.clone(),
                     mode,
                     ring,
@@ -142,7 +151,7 @@ impl<K: Kms> KmsScreen<K> {
                     beat: None,
                     gave_up_at: None,
                     failed_in_a_row: 0,
-                    ramp,
+                    dimming,
                     has_colours: false,
                 })
             }
@@ -161,16 +170,17 @@ impl<K: Kms> KmsScreen<K> {
         mode: Id,
         painted: &mut Vec<Painted>,
     ) -> io::Result<Plan> {
-        let plan = Plan::new(survey, way, self.settings.size, mode).ok_or(Errno::INVAL)?;
+        let (size, output) = (self.settings.size, &self.settings.output);
+        let plan = Plan::new(survey, way, size, mode, output).ok_or(Errno::INVAL)?;
         let count = match way.framebuffers {
             Framebuffers::Shared => BUFFERS,
             Framebuffers::Own => 1,
         };
-        let spec = BufferSpec { size: way.buffer_size(self.settings.size), format: way.format, count };
+        let spec = BufferSpec { size: way.buffer_size(size), format: way.format, count };
         while painted.len() < BUFFERS as usize {
             let is_first = painted.is_empty();
             let made = self.kms.create(spec)?;
-            painted.extend(made.iter().map(|&buffer| Painted { buffer, picture: (0, 0) }));
+            painted.extend(made.iter().map(|&buffer| Painted { buffer, area: None }));
             // Framebuffers that are alike are taken alike, but not every place in one.
             for buffer in made.iter().filter(|_| is_first) {
                 self.kms.commit(How::Test, &plan.light(buffer.source))?;
@@ -188,7 +198,9 @@ impl<K: Kms> KmsScreen<K> {
         let outcome = light::lit(&mut self.kms, output, source, first).and_then(|()| {
             // From here on the framebuffer is bound, whatever else may be wrong.
             output.lit = true;
-            output.has_colours = output.has_colours || output.plan.colours_stand(&self.kms.survey()?);
+            let (plane, survey) = (output.plan.way.plane, &output.survey);
+            output.has_colours =
+                output.has_colours || output.plan.colours_stand(&self.kms.plane_properties(plane)?, survey);
             if output.has_colours {
                 return Ok(());
             }
@@ -217,6 +229,7 @@ impl<K: Kms> KmsScreen<K> {
         output.ring.flipped();
         output.flight = Flight::Landed;
         output.failed_in_a_row += u32::from(!first);
+        self.cable.lights((self.settings.now)());
         let now = (self.settings.now)();
         if first
             && output.beat.is_none()

@@ -5,6 +5,7 @@
 
 use crate::paint::{Format, Layout};
 use drm::control::Mode;
+use rustix::io::Errno;
 use std::io;
 use std::time::Duration;
 use timing::{Nanos, Vblank};
@@ -38,7 +39,9 @@ pub enum Values {
     },
     /// One of these.
     Named(Vec<(String, u64)>),
-    /// An object, a blob, or bits.
+    /// The sum of some of these.
+    Bits(Vec<(String, u64)>),
+    /// An object or a blob.
     Other,
 }
 
@@ -68,23 +71,64 @@ impl Properties {
         let Values::Named(values) = &property.values else { return None };
         values.iter().find(|(named, _)| named == choice).map(|&(_, value)| (property.id, value))
     }
+
+    /// The choice that the enumeration `name` is set to now.
+    pub fn chosen(&self, name: &str) -> Option<&str> {
+        let property = self.get(name)?;
+        let Values::Named(values) = &property.values else { return None };
+        values.iter().find(|(_, value)| *value == property.value).map(|(named, _)| named.as_str())
+    }
+
+    /// The number behind the bit `bit` of `name`, if it may be set.
+    pub fn bit(&self, name: &str, bit: &str) -> Option<(Id, u64)> {
+        let property = self.get(name).filter(|property| property.mutable)?;
+        let Values::Bits(bits) = &property.values else { return None };
+        bits.iter().find(|(named, _)| named == bit).map(|&(_, value)| (property.id, value))
+    }
 }
 
-/// A socket of the card, with what is plugged in.
+/// Whether a display is plugged in, as far as its connector can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Plug {
+    /// One is.
+    In,
+    /// The connector cannot tell: VGA, for one, or a display that does not answer.
+    Unknown,
+    /// None is.
+    Out,
+}
+
+/// A connector of the card, with what is plugged in.
 #[derive(Clone, Debug)]
 pub struct Connector {
     /// Its id.
     pub id: Id,
     /// `HDMI-A-1`.
     pub name: String,
-    /// Something is plugged in; its modes may not be known yet.
-    pub connected: bool,
-    /// What the display takes.
+    /// Whether something is plugged in; its modes may not be known yet.
+    pub plug: Plug,
+    /// What the display takes, as far as it is known.
     pub modes: Vec<Mode>,
     /// Bit `n`: the CRTC of index `n` can drive it.
     pub crtcs: u32,
     /// `CRTC_ID`, `link-status` and others.
     pub properties: Properties,
+}
+
+impl Connector {
+    /// Whether it may bring light: something is plugged in that takes a mode, or it cannot tell.
+    pub fn may_light(&self) -> bool {
+        match self.plug {
+            Plug::In => !self.modes.is_empty(),
+            Plug::Unknown => true,
+            Plug::Out => false,
+        }
+    }
+
+    /// Whether its display needs the timings of a cathode-ray tube.
+    pub fn is_analogue(&self) -> bool {
+        ["VGA-", "DVI-A-", "Composite-", "SVIDEO-", "Component-", "TV-"].iter().any(|kind| self.name.starts_with(kind))
+    }
 }
 
 /// A scan-out engine.
@@ -125,7 +169,9 @@ pub struct PlaneFormat {
 /// All that a card has, at one moment.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
-    /// Its sockets, without writeback.
+    /// Its driver, as the kernel names it: `i915`.
+    pub driver: String,
+    /// Its connectors, without writeback.
     pub connectors: Vec<Connector>,
     /// Its scan-out engines, by index.
     pub crtcs: Vec<Crtc>,
@@ -151,6 +197,14 @@ pub struct Source {
     pub fb: Id,
     /// Its first row that is shown, even.
     pub top: u32,
+}
+
+impl Source {
+    /// What a plane with these properties shows.
+    pub fn of(plane: &Properties) -> Option<Self> {
+        let top = (plane.value("SRC_Y") >> 16) as u32;
+        plane.object("FB_ID").map(|fb| Self { fb, top })
+    }
 }
 
 /// A scan-out buffer: memory, and what the kernel knows it by.
@@ -194,7 +248,7 @@ pub enum How {
 }
 
 /// What a card tells by itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub enum Happening {
     /// A [`How::Flip`] is on the glass.
     Flip {
@@ -210,8 +264,12 @@ pub enum Happening {
         /// When it began, monotonic.
         at: Nanos,
     },
-    /// A cable or a card came or went: survey again.
+    /// A cable or a card came or went: probe the connectors.
     Hotplug,
+    /// A [`Kms::probe`] has ended: the connector as it is now.
+    Probed(Box<Connector>),
+    /// A [`Kms::probe`] has failed: the card may be gone.
+    ProbeFailed(Errno),
 }
 
 /// The kernel's side of a screen. Errors carry the kernel's error number; `EINTR` never comes out.
@@ -234,11 +292,21 @@ pub trait Kms {
     /// `EBUSY` or `EACCES` while another process is.
     fn take_master(&mut self) -> io::Result<()>;
 
-    /// Probes the connectors and reads everything.
+    /// Probes the connectors and reads everything. It takes as long as displays take to answer: never for a card that shows a
+    /// picture.
     ///
     /// # Errors
     /// What the kernel says.
     fn survey(&mut self) -> io::Result<Survey>;
+
+    /// Has `connector` probed by another thread. [`Happening::Probed`] follows, or [`Happening::ProbeFailed`].
+    fn probe(&mut self, connector: Id);
+
+    /// The properties of `plane` by the kernel's books.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    fn plane_properties(&mut self, plane: Id) -> io::Result<Properties>;
 
     /// Makes a framebuffer and allocates its buffers, of whatever colour.
     ///
@@ -262,18 +330,18 @@ pub trait Kms {
     /// What the kernel says.
     fn create_mode(&mut self, mode: &Mode) -> io::Result<Id>;
 
-    /// Makes a blob of `ramp`, what becomes of each sample: red, green, blue and nothing, from dark to bright.
+    /// Makes a blob of `bytes`, for a property that takes one.
     ///
     /// # Errors
     /// What the kernel says.
-    fn create_ramp(&mut self, ramp: &[[u16; 4]]) -> io::Result<Id>;
+    fn create_blob(&mut self, bytes: &[u8]) -> io::Result<Id>;
 
-    /// Finds the lamp behind the display at `connector`, in the place of one found before. `false` if there is none that may
-    /// be set.
-    fn find_lamp(&mut self, connector: &str) -> bool;
+    /// Finds the backlight of the display at `connector`, in the place of one found before. `false` if there is none that
+    /// may be set.
+    fn find_backlight(&mut self, connector: &str) -> bool;
 
-    /// Has the lamp that was found shine with so many thousandths of its power; returns at once.
-    fn shine(&mut self, thousandths: u16);
+    /// Sets the backlight that was found to so many thousandths of its power; returns at once.
+    fn set_backlight(&mut self, thousandths: u16);
 
     /// Frees a blob. What was set by it stays set.
     fn destroy_blob(&mut self, blob: Id);
@@ -283,12 +351,6 @@ pub trait Kms {
     /// # Errors
     /// What the kernel says.
     fn commit(&mut self, how: How, request: &Request) -> io::Result<()>;
-
-    /// What `plane` shows by the kernel's books.
-    ///
-    /// # Errors
-    /// What the kernel says.
-    fn shown(&mut self, plane: Id) -> io::Result<Option<Source>>;
 
     /// The present vblank of the CRTC of index `crtc`, and when it began.
     ///

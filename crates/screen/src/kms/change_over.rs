@@ -1,32 +1,63 @@
-//! From pictures of one form to those of another, without a dark moment.
+//! From one way to light pictures to another, without a dark moment: pictures of another form, other settings of the owner, a
+//! better mode that a display tells of late.
 //!
 //! Owns the output that is prepared while the other one is lit, and how it takes its place: with one commit, which sets a
 //! mode only if the new pictures have a better one. What was on the glass is freed when the new picture is there. A card
 //! that cannot do it goes on as it is: pictures of another size then lie in the middle. Never leaves the display: where
 //! another one would be better, the next start finds it.
 //!
-//! Start at [`KmsScreen::prepare_for`].
+//! Start at [`KmsScreen::prepare_better`].
 
+use super::candidate::Candidate;
 use super::card::Kms;
-use super::choose::{Candidate, candidates};
 use super::plan::Plan;
 use super::recovery::free;
 use super::{Flight, KmsScreen, Phase};
+use crate::Event;
+use crate::output::OutputSettings;
 use timing::Rate;
 
 impl<K: Kms> KmsScreen<K> {
     /// Prepares for pictures of `size` at `fps`.
     pub(super) fn prepare_for(&mut self, size: (u32, u32), fps: Rate) {
-        if (size, fps) == (self.settings.size, self.settings.fps) {
+        if (size, fps) != (self.settings.size, self.settings.fps) {
+            (self.settings.size, self.settings.fps) = (size, fps);
+            self.prepare_better();
+        }
+    }
+
+    /// Goes by other settings of the display's owner. Another connector is another display: the picture leaves this one.
+    pub(super) fn change_output(&mut self, output: &OutputSettings) {
+        if *output == self.settings.output {
             return;
         }
-        (self.settings.size, self.settings.fps) = (size, fps);
+        self.settings.output = output.clone();
+        // What was refused may be allowed now.
+        self.refused.clear();
+        let Phase::Up(lit) = &self.phase else {
+            if let Phase::Dark { retry } = &mut self.phase {
+                *retry = (self.settings.now)();
+            }
+            return;
+        };
+        let best = self.ways(&lit.survey).first().map(|way| way.connector);
+        if best.is_some_and(|connector| connector != lit.plan.way.connector) {
+            return self.leave("the display's owner has chosen another connector");
+        }
+        self.prepare_better();
+    }
+
+    /// Prepares the best way to light the pictures to come at the connector that is lit, if that is not as they are lit now.
+    pub(super) fn prepare_better(&mut self) {
         self.forget_coming();
         let Phase::Up(output) = &self.phase else { return };
         let (here, survey) = (output.plan.way, output.survey.clone());
+        let size = self.settings.size;
         let is_here = |way: &Candidate| (way.connector, way.crtc, way.plane) == (here.connector, here.crtc, here.plane);
-        let mut ways: Vec<Candidate> = candidates(&survey, size, fps).into_iter().filter(is_here).collect();
-        let stays = ways.iter().position(|way| is_same(&output.plan, way, size));
+        let mut ways: Vec<Candidate> = self.ways(&survey).into_iter().filter(is_here).collect();
+        // The same with other levels or another state of the connector is a commit that lights it anew.
+        let is_same = |way: &Candidate| is_same(&output.plan, way, size) && output.made_for == self.settings.output;
+        let stays = ways.iter().position(is_same);
         // What is not as good as what is lit need not be tried.
         ways.truncate(stays.unwrap_or(ways.len()));
         match self.accepted(&survey, ways) {
@@ -55,6 +86,7 @@ impl<K: Kms> KmsScreen<K> {
         coming.has_colours = output.has_colours && new.format.format.is_yuv() == old.format.format.is_yuv();
         coming.gave_up_at = output.gave_up_at;
         let before = std::mem::replace(output, coming);
+        self.notices.push_back(Event::Changed);
         if before.lit {
             self.leaving = Some(before);
         } else {
@@ -91,24 +123,25 @@ fn is_same(plan: &Plan, way: &Candidate, size: (u32, u32)) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::choose::mode_size;
-    use super::super::fault_matrix::{CARDS, Player, at};
+    use super::super::candidate::mode_size;
+    use super::super::scripted::families::generic::{GENERIC, UNSCALED};
+    use super::super::scripted::family::{Family, mode};
+    use super::super::scripted::fault_matrix::{CARDS, Player, at};
     use super::super::scripted::{Fault, Ill, Kind, MS, Scripted};
-    use super::super::specimen::mode;
     use drm::control::ModeFlags;
     use rustix::io::Errno;
     use timing::Rate;
 
     /// A card with a display that likes 64x48, and takes 32x24 as well.
-    fn card() -> Scripted {
-        let mut card = Scripted::new();
+    fn card(family: &'static Family) -> Scripted {
+        let mut card = Scripted::of(family);
         card.modes.push(mode((32, 24, 250, 80, 52, ModeFlags::empty(), false)));
         card
     }
 
     type Size = (u32, u32);
 
-    /// Forms that come one after the other, with the mode that each is lit by.
+    /// Forms that come one after the other, with the mode that each is lit by where the plane does not scale.
     fn forms() -> [((Size, Rate), Size); 7] {
         let hz = |rate| Rate::new(rate, 1).unwrap();
         [
@@ -124,12 +157,14 @@ mod tests {
 
     #[test]
     fn pictures_of_another_form_come_in_their_time_and_a_mode_is_set_only_for_a_better_one() {
-        for quirk in CARDS {
-            let mut card = card();
+        for (family, quirk) in [&UNSCALED, &GENERIC].into_iter().flat_map(|family| CARDS.map(|quirk| (family, quirk))) {
+            let mut card = card(family);
             card.quirk = quirk;
             let mut player = Player::on(card);
             player.play(at(2_000));
             for (second, (form, lit)) in (2..).zip(forms()) {
+                // A plane that scales lights them all in the panel's own mode.
+                let lit = if family.limits.shrinks > 0 { (64, 48) } else { lit };
                 let (before, set) = (player.screen.kms.mode(), player.screen.kms.modesets);
                 player.form = form;
                 player.play(at(1_000 * second + 1_000));
@@ -149,7 +184,7 @@ mod tests {
             for errno in [Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::NOMEM, Errno::IO] {
                 for (ns, quirk) in [0, 50 * MS, 400 * MS].into_iter().flat_map(|ns| CARDS.map(|quirk| (ns, quirk))) {
                     let fault = Fault { kind, nth, ill: Ill::Refused(errno), ns };
-                    let mut card = card().fail(fault);
+                    let mut card = card(&UNSCALED).fail(fault);
                     card.quirk = quirk;
                     let mut player = Player::on(card);
                     for (second, (form, _)) in (2..).zip(forms()) {
@@ -172,8 +207,8 @@ mod tests {
     #[test]
     fn a_cable_pulled_while_pictures_of_another_form_come_leaves_nothing_behind() {
         for moment in 0..40 {
-            let mut card = card();
-            card.plugs.extend([(at(2_000 + 2 * moment), false), (at(2_500 + moment), true)]);
+            let mut card = card(&UNSCALED);
+            card.plugs.extend([(at(2_000 + 2 * moment), false), (at(2_700 + moment), true)]);
             let mut player = Player::on(card);
             player.play(at(2_010));
             player.form = forms()[2].0;

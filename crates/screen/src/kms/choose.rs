@@ -1,100 +1,44 @@
 //! What to light: connector, CRTC, plane, mode, format, placement.
 //!
 //! Owns the order of preference, as pure functions of a survey. Never talks to the kernel: `bring_up.rs` tries the
-//! candidates in this order with a test commit, and takes the first that the kernel accepts.
+//! candidates in this order with a test commit, and takes the first that the kernel accepts. Which modes are tried is in
+//! `modes.rs`, where a candidate puts the picture in `candidate.rs`.
 //!
 //! Start at [`candidates`].
 
-use super::card::{Connector, Crtc, Id, Plane, PlaneFormat, Survey};
+use super::candidate::{Candidate, Framebuffers, Placement, mode_size};
+use super::card::{Connector, Crtc, Id, Plane, PlaneFormat, Plug, Survey};
+use super::modes::{Modes, is_near};
+use crate::output::{OutputSettings, Rotation, SignalRange};
 use crate::paint::Format;
-use drm::control::{Mode, ModeFlags, ModeTypeFlags};
+use drm::control::Mode;
 use timing::Rate;
 
-/// How many modes of one connector are tried before the next connector.
-const MODES_TRIED: usize = 3;
-/// How far a refresh may be off a multiple of the frame rate and still count as one: the pixel clock is in whole
-/// kilohertz, so 59.94 Hz of the mode lists is a few millionths off 60000/1001.
-const MULTIPLE_TOLERANCE: f64 = 200e-6;
+/// Pixels of a mode that pictures are scaled to by copying, if there is another way. Each frame costs processor time in
+/// proportion.
+const AFFORDABLE: u64 = 1920 * 1200;
 
-/// How the picture lies on the mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Placement {
-    /// Pixel by pixel.
-    Exact,
-    /// The plane scales it, its proportions kept, to fill the mode.
-    Scaled,
-    /// Unscaled in the middle of a black buffer of the mode's size.
-    Centred,
+/// What pictures are to be lit, and how their owner wants it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Request<'a> {
+    /// Pixels across and down, even.
+    pub(crate) size: (u32, u32),
+    /// Pictures a second.
+    pub(crate) fps: Rate,
+    /// What the owner has set.
+    pub(crate) output: &'a OutputSettings,
 }
 
-/// How many framebuffers the buffers lie in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Framebuffers {
-    /// One for all, one below the other. It stays on the plane, and a flip moves the plane's window. To atomic drivers
-    /// that is a flip as any other, event and damage included; those that map what they light at each flip, as vkms
-    /// does, find it mapped already.
-    Shared,
-    /// One each.
-    Own,
-}
-
-/// One way to light the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Candidate {
-    pub(crate) connector: Id,
-    pub(crate) crtc: Id,
-    pub(crate) plane: Id,
-    pub(crate) mode: Mode,
-    pub(crate) format: PlaneFormat,
-    pub(crate) placement: Placement,
-    pub(crate) framebuffers: Framebuffers,
-}
-
-impl Candidate {
-    /// The buffer's size for pictures of `size`.
-    pub(crate) fn buffer_size(&self, size: (u32, u32)) -> (u32, u32) {
-        match self.placement {
-            Placement::Exact | Placement::Scaled => size,
-            // Planes of 4:2:0 are even.
-            Placement::Centred => (mode_size(&self.mode).0 & !1, mode_size(&self.mode).1 & !1),
-        }
-    }
-
-    /// Where the whole buffer lands on the mode: left, top, width, height.
-    pub(crate) fn destination(&self, size: (u32, u32)) -> (u32, u32, u32, u32) {
-        let (width, height) = mode_size(&self.mode);
-        match self.placement {
-            Placement::Exact => (0, 0, width, height),
-            Placement::Centred => (0, 0, width & !1, height & !1),
-            Placement::Scaled => {
-                let wide = u64::from(width) * u64::from(size.1) > u64::from(height) * u64::from(size.0);
-                let fit =
-                    |across: u32, of: u32, by: u32| (u64::from(across) * u64::from(of) / u64::from(by)) as u32 & !1;
-                let (w, h) =
-                    if wide { (fit(height, size.0, size.1), height) } else { (width, fit(width, size.1, size.0)) };
-                ((width - w) / 4 * 2, (height - h) / 4 * 2, w, h)
-            }
-        }
-    }
-}
-
-/// Every way to light pictures of `size` at `fps`, best first; empty if nothing is plugged in.
-pub(crate) fn candidates(survey: &Survey, size: (u32, u32), fps: Rate) -> Vec<Candidate> {
-    let mut connectors: Vec<&Connector> =
-        survey.connectors.iter().filter(|connector| connector.connected && !connector.modes.is_empty()).collect();
-    connectors.sort_by_key(|connector| {
-        let exact = connector.modes.iter().any(|mode| mode_size(mode) == size);
-        (!exact, connector.properties.object("CRTC_ID").is_none(), connector.id)
-    });
+/// Every way to light what is requested, best first; empty if nothing is plugged in. In this order: the mode that was asked
+/// for; the panel's native one, if the plane scales to it; that of the picture's own size; the native one, scaled by
+/// copying; others.
+pub(crate) fn candidates(survey: &Survey, request: Request<'_>) -> Vec<Candidate> {
     let mut ways = Vec::new();
-    for connector in connectors {
-        for mode in modes(&connector.modes, size, fps).into_iter().take(MODES_TRIED) {
+    for connector in connectors(survey, request.output) {
+        for (mode, placement) in placed_modes(connector, request) {
             for crtc in crtcs(survey, connector) {
                 for plane in planes(survey, crtc) {
-                    let (connector, crtc) = (connector.id, crtc.id);
-                    ways.extend(images(plane, &mode, size).into_iter().map(|(format, placement, framebuffers)| {
-                        Candidate { connector, crtc, plane: plane.id, mode, format, placement, framebuffers }
-                    }));
+                    ways.extend(on_plane(connector, crtc, plane, mode, placement, request.output));
                 }
             }
         }
@@ -102,47 +46,118 @@ pub(crate) fn candidates(survey: &Survey, size: (u32, u32), fps: Rate) -> Vec<Ca
     ways
 }
 
-/// The modes, best first: progressive; the picture's own size; large enough for it; the display's preferred size;
-/// a refresh that is a multiple of `fps`; preferred; close to 60 Hz; large.
-fn modes(modes: &[Mode], size: (u32, u32), fps: Rate) -> Vec<Mode> {
-    let preferred = |mode: &Mode| mode.mode_type().contains(ModeTypeFlags::PREFERRED);
-    let native = modes.iter().find(|mode| preferred(mode)).map(mode_size);
-    let mut ranked: Vec<Mode> = modes.iter().copied().filter(|mode| refresh(mode).is_some()).collect();
-    ranked.sort_by_cached_key(|mode| {
-        let (width, height) = mode_size(mode);
-        let rate = refresh(mode).map_or(0.0, |rate| f64::from(rate.num()) / f64::from(rate.den()));
-        let woven = mode.flags().intersects(ModeFlags::INTERLACE | ModeFlags::DBLSCAN);
-        let exact = (width, height) == size;
-        let holds = width >= size.0 && height >= size.1;
-        let even = is_multiple(rate, f64::from(fps.num()) / f64::from(fps.den()));
-        let off_sixty_mhz = ((rate - 60.0).abs() * 1000.0) as u64;
-        let area = u64::from(width) * u64::from(height);
-        let native = native == Some((width, height));
-        (woven, !exact, !holds, !native, !even, !preferred(mode), off_sixty_mhz, u64::MAX - area)
+/// What of `output` the candidate that is lit does not do, each as a sentence.
+pub(crate) fn unmet(survey: &Survey, output: &OutputSettings, lit: &Candidate) -> Vec<String> {
+    let mut unmet = Vec::new();
+    let found = |id: Id| survey.connectors.iter().find(|connector| connector.id == id);
+    let lit_at = found(lit.connector).map_or("another", |connector| connector.name.as_str());
+    if let Some(wanted) = output.connector.as_deref().filter(|wanted| *wanted != lit_at) {
+        let names: Vec<_> = survey.connectors.iter().map(|connector| connector.name.as_str()).collect();
+        unmet.push(if names.contains(&wanted) {
+            format!("Nothing is plugged in at {wanted}. The picture is at {lit_at}.")
+        } else {
+            format!("There is no connector {wanted}. There are: {}.", names.join(", "))
+        });
+    }
+    let has_range = found(lit.connector).is_some_and(|connector| connector.properties.get("Broadcast RGB").is_some());
+    if output.range != SignalRange::Automatic && !has_range {
+        unmet.push(format!("The range of {lit_at} cannot be set to {}: its driver decides.", output.range));
+    }
+    if let Some(wanted) = output.mode.filter(|wanted| !is_near(&lit.mode, *wanted)) {
+        let (width, height) = mode_size(&lit.mode);
+        unmet.push(format!("The display does not take the mode {wanted}. It has {width}x{height}."));
+    }
+    unmet
+}
+
+/// The connectors that may have a display: the one that was asked for, then those that say so, then those that cannot tell.
+fn connectors<'a>(survey: &'a Survey, output: &OutputSettings) -> Vec<&'a Connector> {
+    let is_named = |connector: &Connector| output.connector.as_deref() == Some(connector.name.as_str());
+    // Who names a connector and its mode knows of a display that the connector does not see.
+    let is_forced = |connector: &Connector| is_named(connector) && output.mode.is_some();
+    let mut found: Vec<&Connector> =
+        survey.connectors.iter().filter(|connector| connector.plug != Plug::Out || is_forced(connector)).collect();
+    found.sort_by_key(|connector| {
+        let is_driven = connector.properties.object("CRTC_ID").is_some();
+        (
+            !is_named(connector) || connector.plug == Plug::Out,
+            connector.plug,
+            connector.modes.is_empty(),
+            !is_driven,
+            connector.id,
+        )
     });
-    ranked
+    found
 }
 
-fn is_multiple(refresh: f64, fps: f64) -> bool {
-    let times = (refresh / fps).round();
-    times >= 1.0 && (refresh / (times * fps) - 1.0).abs() <= MULTIPLE_TOLERANCE
+/// The modes to try at `connector`, each with who scales the picture to it.
+fn placed_modes(connector: &Connector, request: Request<'_>) -> Vec<(Mode, Placement)> {
+    let rotation = rotation(connector, request.output);
+    let modes = Modes::of(connector, rotation.of_size(request.size), request.fps, request.output.mode);
+    let is_affordable = |mode: &Mode| u64::from(mode_size(mode).0) * u64::from(mode_size(mode).1) <= AFFORDABLE;
+    let by_plane = |mode| (mode, Placement::ByPlane);
+    let by_copy = |mode| (mode, Placement::ByCopy);
+    let own = modes.native.into_iter().chain(modes.exact);
+    let (near, far): (Vec<Mode>, Vec<Mode>) = own.clone().chain(modes.others.iter().copied()).partition(is_affordable);
+    let mut placed: Vec<(Mode, Placement)> = Vec::new();
+    let asked_for = modes.requested.into_iter().flat_map(|mode| [by_plane(mode), by_copy(mode)]);
+    let rest = modes.others.into_iter().map(by_plane);
+    for way in asked_for.chain(own.map(by_plane)).chain(near.into_iter().map(by_copy)).chain(rest) {
+        if !placed.contains(&way) {
+            placed.push(way);
+        }
+    }
+    placed.extend(far.into_iter().map(by_copy));
+    placed
 }
 
-/// Pixels across and down.
-pub(crate) fn mode_size(mode: &Mode) -> (u32, u32) {
-    (u32::from(mode.size().0), u32::from(mode.size().1))
-}
-
-/// Vblanks per second from the pixel clock, exactly; `None` for a mode that makes no sense.
+/// How pictures are rotated to stand upright at `connector`: as its panel is built in, and then as the owner wants.
 ///
 /// # Source
-/// `drm_mode_vrefresh` in the kernel's `drm_modes.c`, without its rounding.
-pub(crate) fn refresh(mode: &Mode) -> Option<Rate> {
-    let (total, flags) = (u64::from(mode.hsync().2) * u64::from(mode.vsync().2), mode.flags());
-    let fields = if flags.contains(ModeFlags::INTERLACE) { 2 } else { 1 };
-    let doubled = if flags.contains(ModeFlags::DBLSCAN) { 2 } else { 1 };
-    let scans = u64::from(mode.vscan().max(1));
-    Rate::new(u64::from(mode.clock()) * 1000 * fields, total * doubled * scans).ok()
+/// `drm_client_rotation` of the kernel: its angles are counter-clockwise, ours are clockwise.
+fn rotation(connector: &Connector, output: &OutputSettings) -> Rotation {
+    let panel = match connector.properties.chosen("panel orientation") {
+        Some("Upside Down") => Rotation::Half,
+        Some("Left Side Up") => Rotation::Clockwise270,
+        Some("Right Side Up") => Rotation::Clockwise90,
+        _ => Rotation::None,
+    };
+    panel.then(output.rotation)
+}
+
+/// The ways to show pictures on `plane` in `mode`: rotated by the plane where it can, else while they are copied.
+fn on_plane(
+    connector: &Connector,
+    crtc: &Crtc,
+    plane: &Plane,
+    mode: Mode,
+    placement: Placement,
+    output: &OutputSettings,
+) -> Vec<Candidate> {
+    let rotation = rotation(connector, output);
+    let by_copy = (Rotation::None, rotation);
+    let by_plane = (rotation, Rotation::None);
+    let can_rotate = rotation != Rotation::None && plane_rotation(plane, rotation).is_some();
+    let rotations = match placement {
+        Placement::ByPlane if can_rotate => vec![by_plane, by_copy],
+        Placement::ByPlane | Placement::ByCopy => vec![by_copy],
+    };
+    let mut ways = Vec::new();
+    for (plane_rotation, copy_rotation) in rotations {
+        ways.extend(images(plane).into_iter().map(|(format, framebuffers)| Candidate {
+            connector: connector.id,
+            crtc: crtc.id,
+            plane: plane.id,
+            mode,
+            format,
+            placement,
+            framebuffers,
+            plane_rotation,
+            copy_rotation,
+            margin: output.margin,
+        }));
+    }
+    ways
 }
 
 /// The CRTCs that can drive `connector`, the one that does so first.
@@ -170,22 +185,17 @@ fn planes<'a>(survey: &'a Survey, crtc: &Crtc) -> Vec<&'a Plane> {
 }
 
 /// The buffers that `plane` may show, best first. YUV only where the plane says by which matrix it converts. RGB only in
-/// framebuffers of their own: some drivers that take nothing else (bochs, qxl) have no window to move, and do not say so.
-fn images(plane: &Plane, mode: &Mode, size: (u32, u32)) -> Vec<(PlaneFormat, Placement, Framebuffers)> {
+/// framebuffers of their own: drivers of firmware framebuffers and simple chips (simpledrm, bochs, qxl, cirrus, ast, mgag200)
+/// take nothing else, have no window to move, and do not say so.
+fn images(plane: &Plane) -> Vec<(PlaneFormat, Framebuffers)> {
     let coloured = colours(plane).is_some();
     let takes = |format: Format| plane.formats.iter().copied().find(|taken| taken.format == format);
-    let formats = || Format::ALL.into_iter().filter(move |format| coloured || !format.is_yuv()).filter_map(takes);
+    let formats = Format::ALL.into_iter().filter(|format| coloured || !format.is_yuv()).filter_map(takes);
     let framed = |format: PlaneFormat| {
         let shared = format.format.is_yuv().then_some(Framebuffers::Shared);
         shared.into_iter().chain([Framebuffers::Own]).map(move |framebuffers| (format, framebuffers))
     };
-    let placed =
-        |placement| formats().flat_map(framed).map(move |(format, framebuffers)| (format, placement, framebuffers));
-    if mode_size(mode) == size {
-        placed(Placement::Exact).collect()
-    } else {
-        placed(Placement::Scaled).chain(placed(Placement::Centred)).collect()
-    }
+    formats.flat_map(framed).collect()
 }
 
 /// The plane's settings for our colours, BT.709 and limited range, as (property, value); `None` if it has no such.
@@ -195,85 +205,20 @@ pub(crate) fn colours(plane: &Plane) -> Option<[(Id, u64); 2]> {
     Some([matrix, range])
 }
 
-#[cfg(test)]
-mod tests {
-    use super::super::specimen::{ModeRow, mode, plane, properties};
-    use super::*;
-
-    const P: ModeFlags = ModeFlags::empty();
-    const HD60: ModeRow = (1280, 720, 74_250, 1650, 750, P, false);
-    const HD5994: ModeRow = (1280, 720, 74_176, 1650, 750, P, false);
-    const HD50: ModeRow = (1280, 720, 74_250, 1980, 750, P, false);
-    const FULL60: ModeRow = (1920, 1080, 148_500, 2200, 1125, P, true);
-    const FULL_I: ModeRow = (1920, 1080, 74_250, 2200, 1125, ModeFlags::INTERLACE, false);
-    const WXGA60: ModeRow = (1366, 768, 85_500, 1792, 796, P, true);
-    const VGA: ModeRow = (640, 480, 25_200, 800, 525, P, false);
-
-    fn hz(n: u64, d: u64) -> Rate {
-        Rate::new(n, d).unwrap()
-    }
-
-    /// The best of `rows` for 1280x720 at `fps`, as text.
-    fn best(rows: &[ModeRow], fps: Rate) -> String {
-        let list: Vec<Mode> = rows.iter().map(|&row| mode(row)).collect();
-        let (size, rate) = (mode_size(&modes(&list, (1280, 720), fps)[0]), refresh(&modes(&list, (1280, 720), fps)[0]));
-        format!("{}x{}@{}", size.0, size.1, rate.unwrap())
-    }
-
-    #[test]
-    fn the_pictures_own_size_comes_first_then_a_multiple_of_its_rate() {
-        let all = [FULL60, HD5994, HD50, HD60, VGA, FULL_I];
-        assert_eq!(best(&all, hz(30, 1)), "1280x720@60");
-        assert_eq!(best(&all, hz(25, 1)), "1280x720@50");
-        assert_eq!(best(&all, hz(30_000, 1001)), "1280x720@148352/2475");
-        assert_eq!(best(&all, hz(24, 1)), "1280x720@60");
-    }
-
-    #[test]
-    fn without_it_the_displays_preferred_size_comes_first_and_interlace_last() {
-        assert_eq!(best(&[VGA, FULL_I, FULL60], hz(30, 1)), "1920x1080@60");
-        assert_eq!(best(&[VGA, WXGA60], hz(30, 1)), "1366x768@2671875/44576");
-        assert_eq!(best(&[FULL_I, VGA], hz(30, 1)), "640x480@60");
-    }
-
-    #[test]
-    fn refresh_counts_fields_and_doubled_lines() {
-        let rate = |row: ModeRow| refresh(&mode(row)).unwrap();
-        assert_eq!(rate(FULL_I), hz(60, 1));
-        assert_eq!(rate((640, 240, 25_200, 800, 525, ModeFlags::DBLSCAN, false)), hz(30, 1));
-        assert_eq!(refresh(&mode((640, 480, 0, 800, 525, P, false))), None);
-        assert_eq!(refresh(&mode((640, 480, 25_200, 0, 525, P, false))), None);
-    }
-
-    #[test]
-    fn a_plane_without_a_colour_matrix_gets_rgb() {
-        let (hd, size) = (mode(HD60), (1280, 720));
-        let formats = |kind| {
-            let images = images(&plane(Id(1), properties(kind, |_| 0)), &hd, size);
-            let named =
-                images.iter().map(|(format, _, framebuffers)| format!("{} {framebuffers:?}", format.format.name()));
-            named.collect::<Vec<_>>()
-        };
-        assert_eq!(formats('p'), ["YU12 Shared", "YU12 Own", "NV12 Shared", "NV12 Own", "XR24 Own"]);
-        assert_eq!(formats('o'), ["XR24 Own"]);
-    }
-
-    #[test]
-    fn another_size_is_scaled_in_proportion_or_centred() {
-        let way = |row, placement| Candidate {
-            connector: Id(1),
-            crtc: Id(2),
-            plane: Id(3),
-            mode: mode(row),
-            format: PlaneFormat { format: Format::Yu12, explicit: true },
-            placement,
-            framebuffers: Framebuffers::Own,
-        };
-        let size = (1280, 720);
-        assert_eq!(way(FULL60, Placement::Scaled).destination(size), (0, 0, 1920, 1080));
-        assert_eq!(way(VGA, Placement::Scaled).destination(size), (0, 60, 640, 360));
-        assert_eq!(way(FULL60, Placement::Scaled).destination((960, 1080)), (480, 0, 960, 1080));
-        assert_eq!(way(WXGA60, Placement::Centred).destination(size), (0, 0, 1366, 768));
-        assert_eq!(way(WXGA60, Placement::Centred).buffer_size(size), (1366, 768));
+/// The plane's setting for `rotation`, as (property, value); `None` if it cannot.
+pub(crate) fn plane_rotation(plane: &Plane, rotation: Rotation) -> Option<(Id, u64)> {
+    let bits = |names: &[&str]| {
+        let set = names.iter().map(|name| plane.properties.bit("rotation", name));
+        set.reduce(|all, bit| Some((all?.0, all?.1 | bit?.1))).flatten()
+    };
+    // The kernel's angles are counter-clockwise.
+    match rotation {
+        Rotation::None => bits(&["rotate-0"]),
+        Rotation::Clockwise90 => bits(&["rotate-270"]),
+        Rotation::Half => bits(&["rotate-180"]).or_else(|| bits(&["rotate-0", "reflect-x", "reflect-y"])),
+        Rotation::Clockwise270 => bits(&["rotate-90"]),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,23 +2,19 @@
 //!
 //! Owns the card's descriptor, its buffers and the uevent socket, and turns ioctls into the plain data of `card.rs`.
 //! Never decides, never retries but after `EINTR`. Memory is mapped in `memory.rs`, properties are read in
-//! `properties.rs`. Start at [`Device::new`].
+//! `properties.rs`, objects in `reading.rs`. Start at [`Device::new`].
 
 use super::backlight::{Backlight, CONNECTORS};
-use super::card::{
-    Buffer, BufferSpec, Connector, Crtc, Happening, How, Id, Kms, Plane, PlaneFormat, Request, Source, Survey,
-};
-use super::in_formats::formats_with;
+use super::card::{Buffer, BufferSpec, Connector, Happening, How, Id, Kms, Properties, Request, Source, Survey};
 use super::memory::{Memory, inherited};
 use super::nodes::{cards, has_render_node};
+use super::prober::Prober;
 use super::properties::PropertyCache;
+use super::reading::{handle, read_properties, read_survey, uninterrupted};
 use super::uevents::Uevents;
-use crate::paint::{Format, Layout};
+use crate::paint::Layout;
 use drm::control::atomic::AtomicModeReq;
-use drm::control::{
-    AtomicCommitFlags, Device as Control, Mode, ResourceHandles, connector, crtc, framebuffer, from_u32, plane,
-    property,
-};
+use drm::control::{AtomicCommitFlags, Device as Control, Mode, framebuffer, from_u32, plane, property};
 use drm::{ClientCapability, Device as Basic, DriverCapability, VblankWaitFlags, VblankWaitTarget};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -40,8 +36,8 @@ pub struct Device {
     card: Option<Card>,
     uevents: Option<Uevents>,
     happenings: VecDeque<Happening>,
-    /// Behind the display that is lit.
-    lamp: Option<Backlight>,
+    /// Of the display that is lit.
+    backlight: Option<Backlight>,
 }
 
 /// Whoever keeps a card open where this process ends without its doing: then the last frame stays on the glass.
@@ -64,7 +60,7 @@ impl Device {
         let uevents = Uevents::subscribe()
             .inspect_err(|error| tracing::warn!(%error, "no hot-plug events from the kernel, looking now and then"))
             .ok();
-        Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new(), lamp: None }
+        Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new(), backlight: None }
     }
 
     /// The open card.
@@ -89,7 +85,8 @@ impl Kms for Device {
         }
         if let Some(kept) = self.keeper.kept.take() {
             match Card::adopt(inherited(kept).into(), self.asked.as_deref()) {
-                Ok(card) => {
+                Ok(mut card) => {
+                    card.start_prober();
                     self.card = Some(card);
                     return Ok(());
                 }
@@ -99,10 +96,12 @@ impl Kms for Device {
                 }
             }
         }
-        self.card = Some(match &self.asked {
+        let mut card = match &self.asked {
             Some(path) => Card::open(path)?,
             None => Card::first()?,
-        });
+        };
+        card.start_prober();
+        self.card = Some(card);
         Ok(())
     }
 
@@ -143,10 +142,10 @@ impl Kms for Device {
         Ok(Id(u64::from(blob) as u32))
     }
 
-    fn create_ramp(&mut self, ramp: &[[u16; 4]]) -> io::Result<Id> {
+    fn create_blob(&mut self, bytes: &[u8]) -> io::Result<Id> {
         let card = self.card()?;
-        let blob = uninterrupted(|| card.create_property_blob(ramp))?;
-        Ok(Id(u64::from(blob) as u32))
+        let made = uninterrupted(|| drm_ffi::mode::create_property_blob(card.as_fd(), &mut bytes.to_vec()))?;
+        Ok(Id(made.blob_id))
     }
 
     fn destroy_blob(&mut self, blob: Id) {
@@ -155,15 +154,15 @@ impl Kms for Device {
         }
     }
 
-    fn find_lamp(&mut self, connector: &str) -> bool {
+    fn find_backlight(&mut self, connector: &str) -> bool {
         let card = self.card.as_ref().map(|card| card.path.as_path());
-        self.lamp = card.and_then(|card| Backlight::find(Path::new(CONNECTORS), card, connector));
-        self.lamp.is_some()
+        self.backlight = card.and_then(|card| Backlight::find(Path::new(CONNECTORS), card, connector));
+        self.backlight.is_some()
     }
 
-    fn shine(&mut self, thousandths: u16) {
-        if let Some(lamp) = &self.lamp {
-            lamp.shine(thousandths);
+    fn set_backlight(&mut self, thousandths: u16) {
+        if let Some(backlight) = &self.backlight {
+            backlight.set(thousandths);
         }
     }
 
@@ -193,10 +192,18 @@ impl Kms for Device {
         Ok(())
     }
 
-    fn shown(&mut self, plane: Id) -> io::Result<Option<Source>> {
-        let properties = self.card()?.properties_of(handle::<plane::Handle>(plane)?)?;
-        let top = (properties.value("SRC_Y") >> 16) as u32;
-        Ok(properties.object("FB_ID").map(|fb| Source { fb, top }))
+    fn probe(&mut self, connector: Id) {
+        match self.card.as_ref().map(|card| card.prober.as_ref()) {
+            Some(Some(prober)) => prober.ask(connector),
+            // The display is taken to be as it was.
+            Some(None) => tracing::debug!("there is nobody to probe the connector"),
+            None => self.happenings.push_back(Happening::ProbeFailed(Errno::NODEV)),
+        }
+    }
+
+    fn plane_properties(&mut self, plane: Id) -> io::Result<Properties> {
+        let card = self.card()?;
+        card.plane_properties(handle(plane)?)
     }
 
     fn vblank(&mut self, crtc: u32) -> io::Result<(Vblank, Nanos)> {
@@ -218,23 +225,32 @@ impl Kms for Device {
         }
         let timeout = Timespec::try_from(timeout.min(Duration::from_hours(1))).expect("an hour fits a timespec");
         let card = self.card.as_ref().map(|card| PollFd::new(card, PollFlags::IN));
+        let bell = self.card.as_ref().and_then(|card| card.prober.as_ref()).map(Prober::bell);
         let uevents = self.uevents.as_ref().map(|uevents| PollFd::new(uevents, PollFlags::IN));
-        let has_card = card.is_some();
-        let mut watched: Vec<_> = card.into_iter().chain(uevents).collect();
+        let has = [card.is_some(), bell.is_some(), uevents.is_some()];
+        let bell = bell.map(|bell| PollFd::from_borrowed_fd(bell, PollFlags::IN));
+        let mut watched: Vec<_> = card.into_iter().chain(bell).chain(uevents).collect();
         match poll(&mut watched, Some(&timeout)) {
             Ok(0) | Err(Errno::INTR) => return Ok(None),
             Ok(_) => {}
             Err(error) => return Err(error.into()),
         }
-        let seen: Vec<_> = watched.iter().map(PollFd::revents).collect();
-        if has_card && seen[0].intersects(PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL) {
+        let mut seen = watched.iter().map(PollFd::revents);
+        let [card, bell, uevents] =
+            has.map(|is_there| seen.by_ref().take(usize::from(is_there)).next().unwrap_or(PollFlags::empty()));
+        drop(watched);
+        if card.intersects(PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL) {
             return Err(Errno::NODEV.into());
         }
-        if let Some(card) = self.card.as_ref().filter(|_| seen[0].contains(PollFlags::IN)) {
-            card.read_events(&mut self.happenings)?;
+        if let Some(open) = self.card.as_ref().filter(|_| card.contains(PollFlags::IN)) {
+            open.read_events(&mut self.happenings)?;
         }
-        let told = !seen.last().copied().unwrap_or(PollFlags::empty()).is_empty();
-        if self.uevents.as_mut().is_some_and(|uevents| told && uevents.display_changed()) {
+        let prober = self.card.as_ref().and_then(|card| card.prober.as_ref()).filter(|_| !bell.is_empty());
+        while let Some(answer) = prober.and_then(Prober::answer) {
+            let found = |connector| Happening::Probed(Box::new(connector));
+            self.happenings.push_back(answer.map_or_else(Happening::ProbeFailed, found));
+        }
+        if self.uevents.as_mut().is_some_and(|source| !uevents.is_empty() && source.display_changed()) {
             self.happenings.push_back(Happening::Hotplug);
         }
         Ok(self.happenings.pop_front())
@@ -255,6 +271,8 @@ struct Card {
     left: Option<Vec<framebuffer::Handle>>,
     /// Whether it stays open without us.
     is_kept: bool,
+    /// Of the card that is used; `None` if its thread cannot be had.
+    prober: Option<Prober>,
 }
 
 /// Buffers that a process before may have left, by their numbers: it has some three.
@@ -304,6 +322,7 @@ impl Card {
             modifiers: false,
             left: None,
             is_kept: false,
+            prober: None,
         };
         card.set_client_capability(ClientCapability::UniversalPlanes, true)?;
         card.set_client_capability(ClientCapability::Atomic, true)?;
@@ -323,7 +342,7 @@ impl Card {
             let opened = Self::open(&path).and_then(|mut card| card.survey().map(|survey| (card, survey)));
             match opened {
                 Ok((card, survey)) => {
-                    if survey.connectors.iter().any(|connector| connector.connected && !connector.modes.is_empty()) {
+                    if survey.connectors.iter().any(Connector::may_light) {
                         return Ok(card);
                     }
                     if dark.is_err() {
@@ -334,6 +353,13 @@ impl Card {
             }
         }
         dark
+    }
+
+    fn start_prober(&mut self) {
+        let started = Prober::start(&self.file);
+        self.prober = started
+            .inspect_err(|error| tracing::warn!(%error, "cannot watch the connectors: a display that is unplugged goes unnoticed"))
+            .ok();
     }
 
     /// Fine if the card may be committed to. Whoever opened it is gone, so it can be asked, but not taken.
@@ -357,60 +383,17 @@ impl Card {
         if rustix::fs::stat(&self.path)?.st_rdev != rustix::fs::fstat(&self.file)?.st_rdev {
             return Err(Errno::NODEV.into());
         }
-        let resources = self.resource_handles()?;
-        let mut survey = Survey::default();
-        for &id in resources.connectors() {
-            survey.connectors.push(self.connector(id, &resources)?);
-        }
-        for (index, &id) in resources.crtcs().iter().enumerate() {
-            let mode = uninterrupted(|| self.get_crtc(id))?.mode();
-            let properties = self.properties_of(id)?;
-            survey.crtcs.push(Crtc { id: Id(id.into()), index: index as u32, mode, properties });
-        }
-        for id in self.plane_handles()? {
-            survey.planes.push(self.plane(id, &resources)?);
-        }
-        Ok(survey)
-    }
-
-    fn connector(&mut self, id: connector::Handle, resources: &ResourceHandles) -> io::Result<Connector> {
-        let info = uninterrupted(|| self.get_connector(id, true))?;
-        let mut crtcs = 0;
-        for &encoder in info.encoders() {
-            let able = uninterrupted(|| self.get_encoder(encoder))?.possible_crtcs();
-            crtcs |= mask(resources, &resources.filter_crtcs(able));
-        }
-        Ok(Connector {
-            id: Id(id.into()),
-            name: info.to_string(),
-            connected: info.state() == connector::State::Connected,
-            modes: info.modes().to_vec(),
-            crtcs,
-            properties: self.properties_of(id)?,
-        })
-    }
-
-    fn plane(&mut self, id: plane::Handle, resources: &ResourceHandles) -> io::Result<Plane> {
-        let info = uninterrupted(|| self.get_plane(id))?;
-        let properties = self.properties_of(id)?;
-        let blob = properties.value("IN_FORMATS");
-        let explicit = self.modifiers && blob != 0;
-        let fourccs = if explicit { formats_with(&self.get_property_blob(blob)?, 0) } else { info.formats().to_vec() };
-        let formats = Format::ALL.into_iter().filter(|format| fourccs.contains(&format.fourcc()));
-        Ok(Plane {
-            id: Id(id.into()),
-            crtcs: mask(resources, &resources.filter_crtcs(info.possible_crtcs())),
-            formats: formats.map(|format| PlaneFormat { format, explicit }).collect(),
-            properties,
-        })
-    }
-
-    fn properties_of<T: drm::control::ResourceHandle>(&mut self, object: T) -> io::Result<super::card::Properties> {
-        let values = uninterrupted(|| self.get_properties(object))?;
         let mut cache = std::mem::take(&mut self.properties);
-        let read = cache.read(self, &values);
+        let survey = read_survey(self, self.modifiers, &mut cache);
         self.properties = cache;
-        read
+        survey
+    }
+
+    fn plane_properties(&mut self, plane: plane::Handle) -> io::Result<Properties> {
+        let mut cache = std::mem::take(&mut self.properties);
+        let properties = read_properties(self, plane, &mut cache);
+        self.properties = cache;
+        properties
     }
 
     fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>> {
@@ -471,27 +454,6 @@ impl Card {
     }
 }
 
-/// Which of the card's CRTCs are among `able`, as bits by index.
-fn mask(resources: &ResourceHandles, able: &[crtc::Handle]) -> u32 {
-    let bits =
-        resources.crtcs().iter().enumerate().filter(|(_, crtc)| able.contains(crtc)).map(|(index, _)| 1 << index);
-    bits.fold(0, |mask, bit: u32| mask | bit)
-}
-
-fn handle<T: From<drm::control::RawResourceHandle>>(id: Id) -> io::Result<T> {
-    from_u32(id.0).ok_or_else(|| Errno::NOENT.into())
-}
-
 fn nanos(time: Duration) -> Nanos {
     Nanos(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX))
-}
-
-/// Calls again as long as a signal interrupts.
-fn uninterrupted<T>(mut call: impl FnMut() -> io::Result<T>) -> io::Result<T> {
-    loop {
-        match call() {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            done => return done,
-        }
-    }
 }

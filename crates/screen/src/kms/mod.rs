@@ -5,32 +5,35 @@
 //! [`Screen::next_event`]. Never busy-waits, never gives up: what a cable, a driver or another master does is an
 //! [`Event`].
 //!
-//! Start at [`KmsScreen`]. From dark to ready: `bring_up.rs`, by the taste of `choose.rs`. When something fails:
-//! `recovery.rs`, by the rules of `ladder.rs`. Pictures of another form: `change_over.rs`. How bright, and the night: `light.rs`. The kernel is behind `card.rs`; `device.rs` is the real one.
+//! Start at [`KmsScreen`]. From dark to ready: `bring_up.rs`, in the order of `choose.rs`. When something fails:
+//! `recovery.rs`, by the rules of `ladder.rs`; cables that come and go: `hot_plug.rs`. Another way to light pictures:
+//! `change_over.rs`. How bright, and the night: `dimming.rs` and `light.rs`. The kernel is behind `card.rs`; `device.rs` is the
+//! real one.
 
 mod backlight;
 mod bring_up;
+mod candidate;
 mod card;
 mod change_over;
 mod choose;
+mod cvt;
 mod device;
-#[cfg(test)]
-mod fault_matrix;
+mod dimming;
+mod hot_plug;
 mod in_formats;
 mod ladder;
 mod light;
 mod memory;
-#[cfg(test)]
-mod night;
+mod modes;
 mod nodes;
 mod plan;
+mod prober;
 mod properties;
+mod reading;
 mod recovery;
 mod ring;
 #[cfg(test)]
 mod scripted;
-#[cfg(test)]
-mod specimen;
 mod uevents;
 
 pub(crate) use card::Kms;
@@ -38,11 +41,14 @@ pub(crate) use device::Device;
 pub use device::Keeper;
 
 use crate::beat::Beat;
+use crate::fit::{Fitter, Fitting};
+use crate::output::OutputSettings;
 use crate::paint::{blacken, paint};
 use crate::{Event, Light, Lit, Picture, Screen, ScreenError};
+use candidate::{Candidate, Rect, mode_size};
 use card::{Buffer, Happening, Id, Survey};
-use choose::{Candidate, mode_size};
-use light::Ramp;
+use dimming::Dimming;
+use hot_plug::Cable;
 use plan::Plan;
 use ring::Ring;
 use std::collections::VecDeque;
@@ -52,6 +58,9 @@ use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
+
+/// The largest pictures that are taken: of 8K.
+const LARGEST_PICTURE: (u32, u32) = (8192, 8192);
 
 /// What to light, and where.
 #[derive(Clone, Debug)]
@@ -66,6 +75,8 @@ pub struct KmsSettings {
     pub now: fn() -> Nanos,
     /// Who keeps the last frame on the glass if this process falls.
     pub keeper: Keeper,
+    /// What the owner of the display has set.
+    pub output: OutputSettings,
 }
 
 /// A display on a KMS card.
@@ -86,6 +97,8 @@ pub struct KmsScreen<K: Kms = Device> {
     coming: Option<Box<Output>>,
     /// What may be on the glass until the output that took its place is lit.
     leaving: Option<Box<Output>>,
+    fitter: Fitter,
+    cable: Cable,
 }
 
 enum Phase {
@@ -100,6 +113,8 @@ enum Phase {
 /// A way to light pictures, with its buffers.
 struct Output {
     plan: Plan,
+    /// The settings of the display's owner by which it was made.
+    made_for: OutputSettings,
     /// What the card had to choose from.
     survey: Survey,
     mode: Id,
@@ -114,15 +129,15 @@ struct Output {
     gave_up_at: Option<Vblank>,
     /// Flips that went wrong since the last that brought another picture.
     failed_in_a_row: u32,
-    ramp: Ramp,
+    dimming: Dimming,
     /// The plane is known to keep our colours.
     has_colours: bool,
 }
 
-/// A buffer, and the size of the picture in it: around it, it is black.
+/// A buffer, and where the picture in it lies: around that, it is black.
 struct Painted {
     buffer: Buffer,
-    picture: (u32, u32),
+    area: Option<Rect>,
 }
 
 /// How far the pending commit is.
@@ -197,6 +212,8 @@ impl<K: Kms> KmsScreen<K> {
             told: Vblank(0),
             coming: None,
             leaving: None,
+            fitter: Fitter::default(),
+            cable: Cable::default(),
         };
         screen.attempt();
         // Lit from the start is no news.
@@ -229,7 +246,8 @@ impl<K: Kms> KmsScreen<K> {
             Flight::Flying { deadline, .. } => Some(deadline),
             Flight::Landing { at, .. } => Some(at),
         };
-        flight.into_iter().chain(output.asked.map(|asked| asked.deadline)).min()
+        let asked = output.asked.map(|asked| asked.deadline);
+        flight.into_iter().chain(asked).chain(self.cable.look_at()).min()
     }
 
     /// Does what is due by `now`.
@@ -240,6 +258,7 @@ impl<K: Kms> KmsScreen<K> {
         let flight = match &self.phase {
             Phase::Asleep => return self.rise(),
             Phase::Dark { .. } => return self.attempt(),
+            Phase::Up(_) if self.cable.look_at().is_some_and(|at| at <= now) => return self.probe(),
             Phase::Up(output) => output.flight,
         };
         match flight {
@@ -281,13 +300,14 @@ impl<K: Kms> KmsScreen<K> {
         // What was given up lies before this flip; measured from long ago the wrapped counter would call it the future.
         output.gave_up_at = output.gave_up_at.map(|_| vblank);
         self.tries = 0;
+        self.cable.lights((self.settings.now)());
         self.notices.push_back(Event::Flip { vblank, at });
     }
 
     fn happened(&mut self, happening: Happening) {
         let Phase::Up(output) = &mut self.phase else {
             if let (Happening::Hotplug, Phase::Dark { retry }) = (happening, &mut self.phase) {
-                *retry = (self.settings.now)();
+                *retry = self.cable.not_before((self.settings.now)());
             }
             return;
         };
@@ -308,7 +328,9 @@ impl<K: Kms> KmsScreen<K> {
                 }
             }
             Happening::Flip { .. } => tracing::debug!("a flip event came that nothing waits for"),
-            Happening::Hotplug => self.look_again(),
+            Happening::Hotplug => self.probe(),
+            Happening::Probed(connector) => self.probed(*connector),
+            Happening::ProbeFailed(errno) => self.card_failed(&errno.into()),
         }
     }
 }
@@ -323,23 +345,27 @@ impl<K: Kms> Screen for KmsScreen<K> {
             size: (width, height),
             format: output.plan.way.format.format.name().to_owned(),
             refresh: output.plan.refresh,
+            notes: output.plan.unmet.clone(),
         })
     }
 
     fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError> {
         let Phase::Up(output) = &mut self.phase else { return Ok(()) };
         let output = self.coming.as_mut().unwrap_or(output);
-        let (mode, ours) = (mode_size(&output.plan.way.mode), self.settings.size);
-        picture.check((mode.0.max(ours.0), mode.1.max(ours.1)))?;
-        let Some(Painted { buffer, picture: held }) = output.ring.stage() else { return Ok(()) };
-        let size = (picture.width, picture.height);
+        picture.check(LARGEST_PICTURE)?;
+        let Some(Painted { buffer, area: held }) = output.ring.stage() else { return Ok(()) };
+        let way = &output.plan.way;
+        let area = way.area((picture.width, picture.height), buffer.layout.size);
         // Around a picture that covers it all there is nothing to blacken.
-        let has_border = std::mem::replace(held, size) != size && size != buffer.layout.size;
+        let has_border = held.replace(area) != Some(area) && (area.width, area.height) != buffer.layout.size;
+        let (rotation, thousandths) = (way.copy_rotation, output.dimming.of_samples());
+        let fitting = Fitting { rotation, size: (area.width, area.height), thousandths };
+        let fitted = self.fitter.fit(picture, fitting);
         let written = self.kms.write(buffer.source, &mut |bytes| {
             if has_border {
                 blacken(bytes, &buffer.layout);
             }
-            paint(bytes, &buffer.layout, picture);
+            paint(bytes, &buffer.layout, (area.left, area.top), &fitted);
         });
         if let Err(error) = written {
             tracing::debug!(%error, "cannot write a scan-out buffer");
@@ -368,6 +394,10 @@ impl<K: Kms> Screen for KmsScreen<K> {
     fn set_light(&mut self, light: Light) {
         self.light = light;
         self.dim();
+    }
+
+    fn set_output(&mut self, output: &OutputSettings) {
+        self.change_output(output);
     }
 
     fn notify_at(&mut self, vblank: Vblank) {

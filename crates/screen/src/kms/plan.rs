@@ -3,9 +3,37 @@
 //! Owns the requests: light, flip, darken; and which properties that are not ours are put back to neutral, because a
 //! process before us may have left an overlay, a rotation or a colour matrix. Never commits them.
 
-use super::card::{Crtc, Id, Plane, Property, Request, Source, Survey, Values};
-use super::choose::{Candidate, colours, refresh};
+use super::candidate::Candidate;
+use super::card::{Connector, Crtc, Id, Plane, Properties, Property, Request, Source, Survey, Values};
+use super::choose::{colours, plane_rotation, unmet};
+use super::dimming::Dimmer;
+use super::modes::refresh;
+use crate::output::{OutputSettings, SignalRange};
 use timing::Rate;
+
+/// Bits of a colour channel that a cable is to carry at the least.
+const BITS_PER_CHANNEL: u64 = 8;
+/// What is put back to neutral on a connector, because another process may have left it otherwise, with the choices that are
+/// neutral, the best first. i915 has no `None` among its scaling modes.
+const NEUTRAL_CHOICES: [(&str, &[&str]); 7] = [
+    ("link-status", &["Good"]),
+    ("Colorspace", &["Default"]),
+    ("content type", &["No Data"]),
+    ("underscan", &["off"]),
+    ("scaling mode", &["None", "Full aspect"]),
+    ("aspect ratio", &["Automatic"]),
+    ("dithering mode", &["auto"]),
+];
+/// The same for numbers and blobs.
+const NEUTRAL_NUMBERS: [&str; 7] = [
+    "HDR_OUTPUT_METADATA",
+    "underscan hborder",
+    "underscan vborder",
+    "left margin",
+    "right margin",
+    "top margin",
+    "bottom margin",
+];
 
 /// All that it takes to light one candidate.
 #[derive(Clone, Debug)]
@@ -20,8 +48,10 @@ pub(crate) struct Plan {
     pub(crate) refresh: Rate,
     /// The CRTC drives this mode to this connector already: no mode need be set, and nothing flashes.
     pub(crate) same_mode: bool,
-    /// How it can be dimmed; `None` if it cannot.
+    /// How the CRTC can be dimmed; `None` if it cannot.
     pub(crate) dimmer: Option<Dimmer>,
+    /// What of its owner's settings it does not do, each as a sentence.
+    pub(crate) unmet: Vec<String>,
     light: Request,
     darken: Request,
     /// The properties that say what the plane shows: the framebuffer, and its first row.
@@ -29,46 +59,29 @@ pub(crate) struct Plan {
     top: Id,
 }
 
-/// The property of a CRTC that says what becomes of each sample.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Dimmer {
-    crtc: Id,
-    property: Id,
-    /// How many entries its ramp has, at least 2.
-    pub(crate) entries: u16,
-}
-
-impl Dimmer {
-    fn of(crtc: &Crtc) -> Option<Self> {
-        let property = crtc.properties.get("GAMMA_LUT").filter(|property| property.mutable)?.id;
-        let entries = u16::try_from(crtc.properties.value("GAMMA_LUT_SIZE")).ok().filter(|entries| *entries >= 2)?;
-        Some(Self { crtc: crtc.id, property, entries })
-    }
-
-    /// Has the CRTC go by the ramp in `blob`, or by none.
-    pub(crate) fn set(self, request: &mut Request, blob: Option<Id>) {
-        request.0.push((self.crtc, self.property, blob.map_or(0, |blob| blob.0.into())));
-    }
-}
-
 impl Plan {
-    /// The plan to light `way`, for pictures of `size`, with the mode in `blob`; `None` if the survey does not have it.
-    pub(crate) fn new(survey: &Survey, way: Candidate, size: (u32, u32), blob: Id) -> Option<Self> {
+    /// The plan to light `way`, for pictures of `size`, with the mode in `blob`, as far as it can be done as `output` says;
+    /// `None` if the survey does not have it.
+    pub(crate) fn new(
+        survey: &Survey,
+        way: Candidate,
+        size: (u32, u32),
+        blob: Id,
+        output: &OutputSettings,
+    ) -> Option<Self> {
         let connector = survey.connectors.iter().find(|connector| connector.id == way.connector)?;
         let crtc = survey.crtcs.iter().find(|crtc| crtc.id == way.crtc)?;
         let plane = survey.planes.iter().find(|plane| plane.id == way.plane)?;
         let (fb, top) = (plane.properties.get("FB_ID")?.id, plane.properties.get("SRC_Y")?.id);
 
         let mut light = Request::default();
-        light.set(connector.id, &connector.properties, "CRTC_ID", crtc.id.0.into());
-        light.choose(connector.id, &connector.properties, "link-status", "Good");
-        light.choose(connector.id, &connector.properties, "Colorspace", "Default");
-        light.set(connector.id, &connector.properties, "HDR_OUTPUT_METADATA", 0);
+        connect(&mut light, connector, crtc, output.range);
         light.set(crtc.id, &crtc.properties, "MODE_ID", blob.0.into());
         light.set(crtc.id, &crtc.properties, "ACTIVE", 1);
         for neutral in ["VRR_ENABLED", "CTM", "DEGAMMA_LUT", "GAMMA_LUT"] {
             light.set(crtc.id, &crtc.properties, neutral, 0);
         }
+        light.choose(crtc.id, &crtc.properties, "SCALING_FILTER", "Default");
         let mut darken = Request::default();
         clear_rivals(&mut light, survey, &way);
         place(&mut light, plane, crtc, &way, size);
@@ -85,7 +98,8 @@ impl Plan {
             connector: connector.name.clone(),
             crtc: crtc.index,
             refresh: refresh(&way.mode)?,
-            dimmer: Dimmer::of(crtc),
+            dimmer: Dimmer::of(&survey.driver, crtc),
+            unmet: unmet(survey, output, &way),
             same_mode: driven && crtc.mode == Some(way.mode),
             light,
             darken,
@@ -112,20 +126,49 @@ impl Plan {
         &self.darken
     }
 
-    /// Whether `survey` shows that the plane took our colour matrix and range; true for RGB.
-    pub(crate) fn colours_stand(&self, survey: &Survey) -> bool {
-        let plane = survey.planes.iter().find(|plane| plane.id == self.way.plane);
-        let stands = |plane: &Plane| {
-            let value = |id: Id| plane.properties.0.iter().find(|property| property.id == id).map(|found| found.value);
-            colours(plane).is_some_and(|set| set.iter().all(|&(id, wanted)| value(id) == Some(wanted)))
-        };
-        !self.way.format.format.is_yuv() || plane.is_some_and(stands)
+    /// Whether the `plane`, as the kernel tells of it, took our colour matrix and range; true for RGB.
+    pub(crate) fn colours_stand(&self, plane: &Properties, survey: &Survey) -> bool {
+        let known = survey.planes.iter().find(|known| known.id == self.way.plane);
+        let value = |id: Id| plane.0.iter().find(|property| property.id == id).map(|found| found.value);
+        let stands = |set: [(Id, u64); 2]| set.iter().all(|&(id, wanted)| value(id) == Some(wanted));
+        !self.way.format.format.is_yuv() || known.and_then(colours).is_some_and(stands)
     }
 }
 
 /// Pixels as the kernel counts them within a framebuffer, in 65536ths.
 fn fixed(pixels: u32) -> u64 {
     u64::from(pixels) << 16
+}
+
+/// Plugs the connector into the CRTC, puts it into a known state, and has it send the levels of `range`.
+fn connect(light: &mut Request, connector: &Connector, crtc: &Crtc, range: SignalRange) {
+    let (id, properties) = (connector.id, &connector.properties);
+    light.set(id, properties, "CRTC_ID", crtc.id.0.into());
+    for (name, neutral) in NEUTRAL_CHOICES {
+        let choice = neutral.iter().find(|choice| properties.choice(name, choice).is_some());
+        if let Some(choice) = choice {
+            light.choose(id, properties, name, choice);
+        }
+    }
+    for name in NEUTRAL_NUMBERS {
+        light.set(id, properties, name, 0);
+    }
+    // More bits do no harm; to ask for fewer than there are would set a mode where none need be set.
+    if let Some(Property { value, values: Values::UpTo { max }, .. }) = properties.get("max bpc")
+        && *value < BITS_PER_CHANNEL
+    {
+        light.set(id, properties, "max bpc", BITS_PER_CHANNEL.min(*max));
+    }
+    light.choose(id, properties, "Broadcast RGB", broadcast_rgb(range));
+}
+
+/// The choice of the property `Broadcast RGB` for `range`.
+fn broadcast_rgb(range: SignalRange) -> &'static str {
+    match range {
+        SignalRange::Automatic => "Automatic",
+        SignalRange::Full => "Full",
+        SignalRange::Limited => "Limited 16:235",
+    }
 }
 
 /// Empties every other plane that the CRTC shows, and unplugs every other connector from it.
@@ -145,31 +188,29 @@ fn clear_rivals(light: &mut Request, survey: &Survey, way: &Candidate) {
 
 /// Puts the buffer onto the mode, with our colours and all else neutral. `zpos` stays: nothing lies above or below.
 fn place(light: &mut Request, plane: &Plane, crtc: &Crtc, way: &Candidate, size: (u32, u32)) {
-    /// `DRM_MODE_ROTATE_0`: the picture upright.
-    const UPRIGHT: u64 = 1;
-    let (source, (left, top, width, height)) = (way.buffer_size(size), way.destination(size));
+    let (source, on_mode) = (way.buffer_size(size), way.destination(size));
     let values = [
         ("CRTC_ID", crtc.id.0.into()),
         ("SRC_X", 0),
         ("SRC_W", fixed(source.0)),
         ("SRC_H", fixed(source.1)),
-        ("CRTC_X", left.into()),
-        ("CRTC_Y", top.into()),
-        ("CRTC_W", width.into()),
-        ("CRTC_H", height.into()),
-        ("rotation", UPRIGHT),
+        ("CRTC_X", on_mode.left.into()),
+        ("CRTC_Y", on_mode.top.into()),
+        ("CRTC_W", on_mode.width.into()),
+        ("CRTC_H", on_mode.height.into()),
         ("FB_DAMAGE_CLIPS", 0),
     ];
     for (name, value) in values {
         light.set(plane.id, &plane.properties, name, value);
+    }
+    if let Some((id, value)) = plane_rotation(plane, way.plane_rotation) {
+        light.0.push((plane.id, id, value));
     }
     if let Some(Property { values: Values::UpTo { max }, .. }) = plane.properties.get("alpha") {
         light.set(plane.id, &plane.properties, "alpha", *max);
     }
     light.choose(plane.id, &plane.properties, "pixel blend mode", "None");
     light.choose(plane.id, &plane.properties, "SCALING_FILTER", "Default");
-    if way.format.format.is_yuv() {
-        let set = colours(plane).into_iter().flatten();
-        light.0.extend(set.map(|(id, value)| (plane.id, id, value)));
-    }
+    let set = colours(plane).into_iter().flatten();
+    light.0.extend(set.map(|(id, value)| (plane.id, id, value)));
 }

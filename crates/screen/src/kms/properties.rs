@@ -37,9 +37,9 @@ fn describe(card: &impl Control, id: Handle) -> io::Result<Property> {
             let named = choices.values().1.iter();
             Values::Named(named.map(|choice| (choice.name().to_string_lossy().into_owned(), choice.value())).collect())
         }
+        ValueType::Bitmask => Values::Bits(bits(card, id)?),
         ValueType::Unknown
         | ValueType::SignedRange(..)
-        | ValueType::Bitmask
         | ValueType::Blob
         | ValueType::Object
         | ValueType::CRTC
@@ -51,4 +51,17 @@ fn describe(card: &impl Control, id: Handle) -> io::Result<Property> {
     };
     let name = info.name().to_string_lossy().into_owned();
     Ok(Property { id: Id(id.into()), name, value: 0, mutable: info.mutable(), values })
+}
+
+/// The names of a bitmask's bits, with what each adds. `drm` has no call for them.
+fn bits(card: &impl Control, id: Handle) -> io::Result<Vec<(String, u64)>> {
+    let mut named = Vec::new();
+    // The kernel writes both, whatever is asked for.
+    drm_ffi::mode::get_property(card.as_fd(), id.into(), Some(&mut Vec::new()), Some(&mut named))?;
+    let bit = |bit: &drm_ffi::drm_mode_property_enum| {
+        let name = bit.name.iter().map(|letter| letter.cast_unsigned()).take_while(|letter| *letter != 0).collect();
+        let value = u32::try_from(bit.value).ok().and_then(|place| 1u64.checked_shl(place)).unwrap_or(0);
+        (String::from_utf8(name).unwrap_or_default(), value)
+    };
+    Ok(named.iter().map(bit).collect())
 }

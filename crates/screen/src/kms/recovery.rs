@@ -3,7 +3,7 @@
 //! Owns the deeds; `ladder.rs` decides which. Keeps two rules at every failure: a framebuffer that a plane may show
 //! is not removed before the CRTC is off, and nothing is tried again without a pause.
 
-use super::card::{Happening, How, Kms};
+use super::card::{Happening, How, Kms, Source};
 use super::ladder::{self, Rung, Trouble};
 use super::{Flight, KmsScreen, Output, Painted, Phase};
 use crate::Event;
@@ -34,7 +34,8 @@ impl<K: Kms> KmsScreen<K> {
         let pending = output.ring.pending().map(|painted| painted.buffer.source);
         let current = output.vblank(&mut self.kms, now).ok().map(|(vblank, _)| vblank);
         let moved = from.zip(current).is_some_and(|(from, current)| current.since(from) > 0);
-        let shown = self.kms.shown(output.plan.way.plane).ok().flatten();
+        let plane = self.kms.plane_properties(output.plan.way.plane).ok();
+        let shown = plane.as_ref().and_then(Source::of);
         match ladder::flip_overdue(moved, pending.is_some() && shown == pending, output.failed_in_a_row) {
             None => {
                 output.ring.presume_flipped();
@@ -79,27 +80,6 @@ impl<K: Kms> KmsScreen<K> {
         self.climb(Rung::AwaitCard, &reason);
     }
 
-    /// A cable or a card came or went.
-    pub(super) fn look_again(&mut self) {
-        let survey = match self.kms.survey() {
-            Ok(survey) => survey,
-            Err(error) => return self.card_failed(&error),
-        };
-        let now = self.now();
-        let Phase::Up(output) = &mut self.phase else { return };
-        output.survey = survey;
-        let (way, survey) = (&output.plan.way, &output.survey);
-        let connector = survey.connectors.iter().find(|connector| connector.id == way.connector);
-        let Some(connector) = connector.filter(|found| found.connected && found.modes.contains(&way.mode)) else {
-            let reason = format!("the display at {} of {} was unplugged", output.plan.connector, self.kms.name());
-            return self.leave(&reason);
-        };
-        let bad = connector.properties.choice("link-status", "Bad").map(|(_, value)| value);
-        if output.lit && bad == Some(connector.properties.value("link-status")) && output.ring.commit().is_some() {
-            output.flight = Flight::Lighting { next: now, since: now };
-        }
-    }
-
     /// Takes a rung of the ladder.
     pub(super) fn climb(&mut self, rung: Rung, reason: &str) {
         let now = self.now();
@@ -124,7 +104,7 @@ impl<K: Kms> KmsScreen<K> {
     }
 
     /// Gives the output up in good order: CRTC off, then buffers freed. The card stays open.
-    fn leave(&mut self, reason: &str) {
+    pub(super) fn leave(&mut self, reason: &str) {
         self.go_dark(reason.to_owned(), true);
     }
 
@@ -132,7 +112,8 @@ impl<K: Kms> KmsScreen<K> {
     /// fails, or is not to be tried, closing the card frees them all.
     fn go_dark(&mut self, reason: String, tidy: bool) {
         let pause = if self.tries == 0 { Duration::ZERO } else { ladder::pause(self.tries) };
-        let retry = self.now().after(pause.as_nanos() as u64);
+        let now = self.now();
+        let retry = now.after(pause.as_nanos() as u64).max(self.cable.goes_dark(now));
         if matches!(self.phase, Phase::Asleep) {
             // It sleeps on, and whoever wakes it opens the card.
             return self.close();
@@ -177,7 +158,7 @@ impl<K: Kms> KmsScreen<K> {
 pub(super) fn free(kms: &mut impl Kms, output: Output) {
     destroy(kms, output.ring.into_buffers());
     kms.destroy_blob(output.mode);
-    output.ramp.free(kms);
+    output.dimming.free(kms);
 }
 
 /// Frees buffers that no plane shows, with their framebuffers.

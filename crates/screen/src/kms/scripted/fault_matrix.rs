@@ -3,29 +3,36 @@
 //! Owns a small player on a scripted card. The rules that no run may break (no bound framebuffer removed, no mode set
 //! by a flip, no second commit in flight, no busy wait) are asserted by `scripted.rs` itself.
 
-use super::choose::Framebuffers;
-use super::scripted::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
-use super::{Keeper, KmsScreen, KmsSettings, Phase};
-use crate::{Event, Picture, Screen};
+use super::families::generic::UNCOUNTED;
+use super::family::mode;
+use super::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
+use crate::kms::candidate::Framebuffers;
+use crate::kms::{Keeper, KmsScreen, KmsSettings, Phase};
+use crate::{Event, OutputSettings, Picture, Screen};
 use proptest::prelude::*;
 use rustix::io::Errno;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
 /// Plays 30 frames per second: a flip, a vblank waited for, a commit, a flip.
-pub(super) struct Player {
-    pub(super) screen: KmsScreen<Scripted>,
-    pub(super) flips: Vec<Nanos>,
-    pub(super) events: Vec<Event>,
+pub(in crate::kms) struct Player {
+    pub(in crate::kms) screen: KmsScreen<Scripted>,
+    pub(in crate::kms) flips: Vec<Nanos>,
+    pub(in crate::kms) events: Vec<Event>,
     /// Size and rate of the pictures to come.
-    pub(super) form: ((u32, u32), Rate),
+    pub(in crate::kms) form: ((u32, u32), Rate),
     frame: u8,
 }
 
 impl Player {
-    pub(super) fn on(card: Scripted) -> Self {
-        let form @ (size, fps) = ((64, 48), Rate::new(30, 1).unwrap());
-        let settings = KmsSettings { device: Some("scripted".into()), size, fps, now, keeper: Keeper::NOBODY };
+    pub(in crate::kms) fn on(card: Scripted) -> Self {
+        Self::with(card, (64, 48), OutputSettings::default())
+    }
+
+    /// With pictures of `size`, and these settings of the display's owner.
+    pub(super) fn with(card: Scripted, size: (u32, u32), output: OutputSettings) -> Self {
+        let form @ (size, fps) = (size, Rate::new(30, 1).unwrap());
+        let settings = KmsSettings { device: Some("scripted".into()), size, fps, now, keeper: Keeper::NOBODY, output };
         let screen = KmsScreen::on(card, settings).unwrap();
         let mut player = Self { screen, flips: Vec::new(), events: Vec::new(), form, frame: 0 };
         player.stage();
@@ -37,13 +44,16 @@ impl Player {
         self.frame = self.frame.wrapping_add(1);
         let ((width, height), fps) = self.form;
         let [pixels, row, half] = [width * height, width, width / 2].map(|count| count as usize);
-        let (luma, chroma) = (vec![self.frame; pixels], vec![128; pixels / 4]);
+        // The upper half is the brighter one.
+        let level = 40 + self.frame % 60;
+        let luma: Vec<u8> = (0..pixels).map(|at| if at < pixels / 2 { level + 100 } else { level }).collect();
+        let chroma = vec![128; pixels / 4];
         let picture = Picture { width, height, planes: [&luma, &chroma, &chroma], strides: [row, half, half] };
         self.screen.fit((width, height), fps);
         self.screen.stage(&picture).unwrap();
     }
 
-    pub(super) fn play(&mut self, until: Nanos) {
+    pub(in crate::kms) fn play(&mut self, until: Nanos) {
         while now() < until {
             let event = self.screen.next_event(Duration::from_nanos(until.since(now())));
             match &event {
@@ -57,18 +67,18 @@ impl Player {
                     self.stage();
                     self.screen.commit();
                 }
-                Event::Lost { .. } | Event::Asleep | Event::Idle => {}
+                Event::Lost { .. } | Event::Asleep | Event::Changed | Event::Idle => {}
             }
             self.events.push(event);
         }
     }
 
-    pub(super) fn longest_pause_ms(&self) -> u64 {
+    pub(in crate::kms) fn longest_pause_ms(&self) -> u64 {
         self.flips.windows(2).map(|pair| pair[1].since(pair[0]) / MS).max().unwrap_or(u64::MAX)
     }
 
     /// How many framebuffers the way that is lit takes.
-    pub(super) fn framebuffers(&self) -> usize {
+    pub(in crate::kms) fn framebuffers(&self) -> usize {
         let Phase::Up(output) = &self.screen.phase else { panic!("the screen is up") };
         match output.plan.way.framebuffers {
             Framebuffers::Shared => 1,
@@ -76,7 +86,7 @@ impl Player {
         }
     }
 
-    pub(super) fn lost(&self) -> Vec<&str> {
+    pub(in crate::kms) fn lost(&self) -> Vec<&str> {
         let reasons = self.events.iter().filter_map(|event| match event {
             Event::Lost { reason } => Some(reason.as_str()),
             Event::Flip { .. }
@@ -84,34 +94,35 @@ impl Player {
             | Event::Back
             | Event::Recovered { .. }
             | Event::Asleep
+            | Event::Changed
             | Event::Idle => None,
         });
         reasons.collect()
     }
 }
 
-pub(super) fn at(ms: u64) -> Nanos {
+pub(in crate::kms) fn at(ms: u64) -> Nanos {
     Nanos(ms * MS)
 }
 
-/// Nine seconds with two pulls of the plug, and one fault.
+/// Ten seconds with two pulls of the plug, and one fault.
 fn survives(fault: Fault, quirk: Option<Quirk>) {
     let mut card = Scripted::new().fail(fault);
     card.quirk = quirk;
-    card.plugs.extend([(at(2003), false), (at(2303), true), (at(4000), false), (at(4200), true)]);
+    card.plugs.extend([(at(2003), false), (at(2403), true), (at(5000), false), (at(5400), true)]);
     let mut player = Player::on(card);
-    player.play(at(10_000));
+    player.play(at(11_000));
     let card = &player.screen.kms;
     let struck = card.struck.unwrap_or_else(|| panic!("{fault:?} never struck"));
     let pause = player.longest_pause_ms();
     assert!(pause <= 2000, "{fault:?} at {struck:?}: dark for {pause} ms, {:?}", player.events);
-    let steady = player.flips.iter().filter(|flip| **flip > at(9000)).count();
+    let steady = player.flips.iter().filter(|flip| **flip > at(10_000)).count();
     assert!(steady >= 29, "{fault:?}: {steady} flips in the last second");
     assert_eq!((card.fbs.len(), card.blobs.len()), (player.framebuffers(), 1), "{fault:?} left framebuffers or blobs");
 }
 
 /// Cards that take the buffers in one framebuffer, and in one each.
-pub(super) const CARDS: [Option<Quirk>; 2] = [None, Some(Quirk::NoWindow)];
+pub(in crate::kms) const CARDS: [Option<Quirk>; 2] = [None, Some(Quirk::NoWindow)];
 
 const KINDS: [(Kind, [u32; 3]); 4] =
     [(Kind::Test, [0, 1, 2]), (Kind::Light, [0, 1, 2]), (Kind::Flip, [0, 1, 40]), (Kind::Darken, [0, 1, 1])];
@@ -202,7 +213,7 @@ fn another_master_is_named_and_waited_for() {
 fn no_display_at_the_start_is_waited_for() {
     let mut card = Scripted::new();
     card.plugs.extend([(at(0), false), (at(3_600_000), true)]);
-    let _ = super::card::Kms::wait(&mut card, Duration::ZERO);
+    let _ = crate::kms::card::Kms::wait(&mut card, Duration::ZERO);
     let mut player = Player::on(card);
     assert_eq!(player.screen.lit(), None);
     player.play(at(3_600_000));
@@ -269,7 +280,7 @@ fn a_display_that_comes_back_smaller_is_lit_in_its_own_mode() {
     let mut player = Player::on(card);
     player.play(at(2500));
     let row = (48, 36, 250, 80, 52, drm::control::ModeFlags::empty(), true);
-    player.screen.kms.modes = vec![super::specimen::mode(row)];
+    player.screen.kms.modes = vec![mode(row)];
     player.screen.kms.plugs.push_back((at(2600), true));
     player.play(at(4000));
     assert_eq!(player.screen.lit().unwrap().size, (48, 36));
@@ -296,9 +307,7 @@ fn frames_flip_at_every_second_vblank_of_a_healthy_card() {
 
 #[test]
 fn a_card_without_vblanks_is_paced_by_our_own() {
-    let mut card = Scripted::new();
-    card.quirk = Some(Quirk::NoVblanks);
-    let mut player = Player::on(card);
+    let mut player = Player::on(Scripted::of(&UNCOUNTED));
     player.play(at(5000));
     assert!((118..=121).contains(&player.flips.len()), "{} flips in four seconds", player.flips.len());
     assert!(holds(&player).iter().all(|&held| held == 2), "{:?}", holds(&player));
@@ -309,7 +318,7 @@ fn a_player_that_was_late_itself_blames_no_flip() {
     let mut player = Player::on(Scripted::new());
     player.play(at(2000));
     for _ in 0..5 {
-        super::scripted::oversleep(300 * MS);
+        super::oversleep(300 * MS);
         player.play(now().after(100 * MS));
     }
     assert!(!player.events.iter().any(|event| matches!(event, Event::Recovered { .. })), "{:?}", player.events);
@@ -352,8 +361,9 @@ proptest! {
         }
         card.plugs.push_back((time, true));
         let mut player = Player::on(card);
-        player.play(time.after(4000 * MS));
-        let steady = player.flips.iter().filter(|flip| **flip > time.after(3000 * MS)).count();
+        // A cable that toggled that often is waited for.
+        player.play(time.after(16_000 * MS));
+        let steady = player.flips.iter().filter(|flip| **flip > time.after(15_000 * MS)).count();
         prop_assert!(steady >= 29, "{} flips in the last second: {:?}", steady, player.events);
         prop_assert_eq!((player.screen.kms.fbs.len(), player.screen.kms.blobs.len()), (player.framebuffers(), 1));
     }

@@ -1,10 +1,11 @@
 //! The night, and dimming, on a scripted card.
 //!
-//! Owns the claims of `light.rs` that take a card. The rules that no run may break are asserted by `scripted.rs` itself.
+//! Owns the claims of `light.rs` that take a card. The rules that no run may break are asserted by the card itself.
 
-use super::Phase;
+use super::families::generic::MATRIX;
 use super::fault_matrix::{CARDS, Player, at};
-use super::scripted::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
+use super::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
+use crate::kms::Phase;
 use crate::{Event, Light, Screen};
 use rustix::io::Errno;
 use std::time::Duration;
@@ -90,7 +91,7 @@ fn every_error_on_the_way_into_the_night_and_out_of_it_is_survived() {
 #[test]
 fn a_display_is_dimmed_with_a_flip_and_stays_dimmed_across_a_cable_that_is_pulled() {
     let mut card = Scripted::new();
-    card.plugs.extend([(at(5000), false), (at(5500), true)]);
+    card.plugs.extend([(at(5000), false), (at(5700), true)]);
     let mut player = Player::on(card);
     player.play(at(2000));
     let modesets = player.screen.kms.modesets;
@@ -113,7 +114,7 @@ fn a_display_is_dimmed_with_a_flip_and_stays_dimmed_across_a_cable_that_is_pulle
 }
 
 #[test]
-fn a_card_that_takes_no_ramp_shows_every_picture_without_one() {
+fn a_card_that_takes_no_ramp_has_its_samples_dimmed() {
     let mut card = Scripted::new();
     card.quirk = Some(Quirk::StiffRamp);
     let mut player = Player::on(card);
@@ -123,19 +124,33 @@ fn a_card_that_takes_no_ramp_shows_every_picture_without_one() {
         player.play(now().after(30 * MS));
     }
     assert_eq!((player.screen.kms.brightest(), player.screen.kms.blobs.len()), (u16::MAX, 1));
+    let Phase::Up(output) = &player.screen.phase else { panic!("the screen is up") };
+    assert_eq!(output.dimming.of_samples(), 801);
     assert!(player.lost().is_empty() && player.longest_pause_ms() < 50, "{:?}", player.lost());
 }
 
 #[test]
-fn a_display_with_a_lamp_is_dimmed_by_it_and_its_samples_stay_as_they_are() {
+fn a_card_with_a_matrix_and_no_ramp_is_dimmed_by_that() {
+    let mut player = Player::on(Scripted::of(&MATRIX));
+    for (second, thousandths) in [(2, 700), (3, 250), (4, 1000)] {
+        player.screen.set_light(Light::On { thousandths });
+        player.play(at(1_000 * second));
+        let expected = u32::from(u16::MAX) * u32::from(thousandths) / 1000;
+        assert!(u32::from(player.screen.kms.brightest()).abs_diff(expected) <= 1, "{thousandths}");
+    }
+    assert_eq!(player.screen.kms.modesets, 1);
+}
+
+#[test]
+fn a_display_with_a_backlight_is_dimmed_by_it_and_its_samples_stay_as_they_are() {
     let mut card = Scripted::new();
-    card.quirk = Some(Quirk::Lamp);
-    card.plugs.extend([(at(5000), false), (at(5500), true)]);
+    card.quirk = Some(Quirk::Backlight);
+    card.plugs.extend([(at(5000), false), (at(5700), true)]);
     let mut player = Player::on(card);
     for (until, thousandths) in [(2_000, 1000), (3_000, 999), (4_000, 300), (8_000, 500), (9_000, 1000)] {
         player.screen.set_light(Light::On { thousandths });
         player.play(at(until));
         let card = &player.screen.kms;
-        assert_eq!((card.lamp, card.brightest(), card.blobs.len()), (thousandths, u16::MAX, 1));
+        assert_eq!((card.backlight, card.brightest(), card.blobs.len()), (thousandths, u16::MAX, 1));
     }
 }
