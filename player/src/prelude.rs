@@ -20,7 +20,7 @@ use crate::turn::Still;
 use flock::Place;
 use player::hours::Lighting;
 use player::now::clock_s;
-use screen::{Event, Keeper, KmsScreen, Light, OutputSettings, Screen, ScreenError};
+use screen::{Display, Event, Keeper, Light, OutputSettings, Screen, ScreenError};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::process;
@@ -98,7 +98,7 @@ fn lit(
         ScreenChoice::Auto => None,
         ScreenChoice::Virtual(_) => return Ok(None),
     };
-    let mut screen = KmsScreen::open(take::settings(device, piece, output.clone(), Keeper::NOBODY))?;
+    let mut screen = Display::open(take::settings(device, piece, output.clone(), Keeper::NOBODY))?;
     screen.set_light(light);
     if screen.lit().is_none() {
         return Ok(None);

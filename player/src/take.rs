@@ -6,7 +6,7 @@ use crate::report::chain;
 use crate::settings::ScreenChoice;
 use crate::show::Piece;
 use player::now::now;
-use screen::{Keeper, KmsScreen, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen};
+use screen::{Display, Keeper, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen};
 use sd_notify::NotifyState;
 use std::os::fd::{AsFd, BorrowedFd, IntoRawFd, OwnedFd};
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub(crate) fn screen(
         ScreenChoice::Auto if piece.free => Ok(virtual_screen(None, piece)),
         ScreenChoice::Auto => Ok(display(piece, output, handed).unwrap_or_else(|| virtual_screen(None, piece))),
         ScreenChoice::Kms(device) => {
-            Ok(Box::new(KmsScreen::open(settings(device.clone(), piece, output, keeper(handed)))?))
+            Ok(Box::new(Display::open(settings(device.clone(), piece, output, keeper(handed)))?))
         }
         ScreenChoice::Virtual(mode) => Ok(virtual_screen(*mode, piece)),
     }
@@ -41,7 +41,7 @@ pub(crate) fn screen(
 
 /// A display that can be lit now.
 fn display(piece: Piece, output: OutputSettings, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
-    match KmsScreen::open(settings(None, piece, output, keeper(handed))) {
+    match Display::open(settings(None, piece, output, keeper(handed))) {
         Ok(screen) if screen.lit().is_some() => Some(Box::new(screen)),
         Ok(_) => {
             info!("no display can be lit now; `--screen kms` waits for one");

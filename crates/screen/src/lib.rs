@@ -1,4 +1,4 @@
-//! What is lit: a KMS display, or the virtual screen, behind one trait.
+//! What is lit: a KMS display, the firmware's framebuffer, or the virtual screen, behind one trait.
 //!
 //! Owns cards, modes, planes, buffers, atomic commits, flips and hot-plug. Never knows a video file: pictures
 //! come in as [`Picture`], and leave as light.
@@ -8,6 +8,8 @@
 
 mod beat;
 mod convert;
+mod display;
+mod firmware_screen;
 mod fit;
 mod kms;
 mod output;
@@ -16,6 +18,7 @@ mod picture;
 mod screen;
 mod virtual_screen;
 
+pub use display::Display;
 pub use kms::{Keeper, KmsScreen, KmsSettings};
 pub use output::{Margin, OutputError, OutputSettings, RequestedMode, Rotation, SignalRange};
 pub use picture::Picture;

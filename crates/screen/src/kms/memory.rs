@@ -1,18 +1,21 @@
-//! The memory behind a framebuffer, mapped for writing.
+//! The memory behind a framebuffer, mapped for writing; and what the kernel says of the firmware's.
 //!
-//! Owns every `unsafe` of this crate: two mappings, one descriptor, one ioctl, one field of a union. Never says what is written.
+//! Owns every `unsafe` of this crate: two mappings, one descriptor, three ioctls, one field of a union. Never says what is written.
 //! Start at [`Memory::allocate`].
 #![allow(unsafe_code)]
 
 use gbm::{BufferObject, BufferObjectFlags};
 use memmap2::{MmapMut, MmapOptions};
-use rustix::ioctl::{Setter, ioctl, opcode};
+use rustix::ioctl::{Getter, Setter, ioctl, opcode};
 use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd, RawFd};
 
 /// `DMA_BUF_IOCTL_SYNC` of `linux/dma-buf.h`; its argument is one `u64` of flags.
 const DMA_BUF_SYNC: rustix::ioctl::Opcode = opcode::write::<u64>(b'b', 0);
+/// `linux/fb.h`, where these numbers say nothing of their arguments.
+const FBIOGET_VSCREENINFO: rustix::ioctl::Opcode = 0x4600;
+const FBIOGET_FSCREENINFO: rustix::ioctl::Opcode = 0x4602;
 const SYNC_WRITE: u64 = 2;
 const SYNC_END: u64 = 4;
 
@@ -119,6 +122,48 @@ impl Memory {
             }
         }
     }
+}
+
+/// The firmware's framebuffer, as fbdev tells of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Framebuffer {
+    /// Pixels across and down.
+    pub(crate) size: (u32, u32),
+    /// Bytes from one row to the next.
+    pub(crate) pitch: u32,
+    /// Bits of a pixel.
+    pub(crate) bits: u32,
+    /// The first bit of each channel, and how many there are.
+    pub(crate) red: (u32, u32),
+    pub(crate) green: (u32, u32),
+    pub(crate) blue: (u32, u32),
+}
+
+/// What the kernel says of the framebuffer `file`.
+///
+/// # Errors
+/// It is none, or it is gone.
+///
+/// # Source
+/// `struct fb_var_screeninfo` and `struct fb_fix_screeninfo` of `linux/fb.h`.
+pub(crate) fn framebuffer(file: &File) -> io::Result<Framebuffer> {
+    // SAFETY: `FBIOGET_VSCREENINFO` fills the 160 bytes of its structure, all of numbers, and keeps no pointer.
+    let var = unsafe { ioctl(file, Getter::<FBIOGET_VSCREENINFO, [u32; 40]>::new()) }?;
+    // SAFETY: `FBIOGET_FSCREENINFO` fills the 80 bytes of its structure, and keeps no pointer. As eight-byte words they are
+    // aligned as it is.
+    let fix = unsafe { ioctl(file, Getter::<FBIOGET_FSCREENINFO, [u64; 10]>::new()) }?;
+    // `line_length` stands behind a name of 16 bytes, an address, four numbers and three halves.
+    let pitch = fix[6].to_ne_bytes();
+    let pitch = u32::from_ne_bytes([pitch[0], pitch[1], pitch[2], pitch[3]]);
+    let channel = |first: usize| (var[first], var[first + 1]);
+    Ok(Framebuffer {
+        size: (var[0], var[1]),
+        pitch,
+        bits: var[6],
+        red: channel(8),
+        green: channel(11),
+        blue: channel(14),
+    })
 }
 
 /// The open descriptor `number`, which whoever started this program has left to us.

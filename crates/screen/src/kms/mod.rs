@@ -36,9 +36,12 @@ mod ring;
 mod scripted;
 mod uevents;
 
+pub(crate) use candidate::fitted;
 pub(crate) use card::Kms;
 pub(crate) use device::Device;
 pub use device::Keeper;
+pub(crate) use memory::{Framebuffer, framebuffer};
+pub(crate) use uevents::Uevents;
 
 use crate::beat::Beat;
 use crate::fit::{Fitter, Fitting};

@@ -1,0 +1,248 @@
+//! The firmware's framebuffer: a display that no driver drives.
+//!
+//! Owns the picture's way into it, through fbdev (`/dev/fb0`): scaled, rotated, dimmed and converted by us, at 60 pictures a
+//! second at most, since it has no vblank. It cannot be switched off: at night it is black. It is written to, never mapped:
+//! once the display's own driver has come the kernel refuses to write, and memory that is mapped would be the driver's.
+//!
+//! Start at [`FirmwareScreen::open`]. Who takes its place is in `display.rs`; where pictures wait for their time, in
+//! `virtual_screen.rs`.
+
+use crate::fit::{Fitter, Fitting};
+use crate::kms::{Framebuffer, fitted, framebuffer};
+use crate::paint::{Format, Layout, blacken, paint};
+use crate::virtual_screen::{Pace, VirtualScreen};
+use crate::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
+use std::fs::{self, File};
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::FileExt;
+use std::time::Duration;
+use timing::{Nanos, Rate, Vblank};
+
+/// The framebuffer that the kernel takes over from the firmware.
+const DEVICE: &str = "/dev/fb0";
+/// Where the kernel says which driver it has.
+const NAME: &str = "/sys/class/graphics/fb0/name";
+/// What the names of framebuffers end in that a KMS driver emulates.
+const EMULATED: &str = "drmfb";
+/// Pictures a second, at most.
+const REFRESH_HZ: u64 = 60;
+/// All of the light, in thousandths.
+const FULL: u16 = 1000;
+
+/// How a pixel lies in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Packing {
+    /// Blue, green, red, nothing: as we convert to.
+    Bgrx,
+    /// Red, green, blue, nothing.
+    Rgbx,
+    /// Blue, green, red.
+    Bgr,
+    /// Five, six and five bits, red first, as a little-endian number.
+    Rgb565,
+}
+
+/// The framebuffer, as a screen.
+pub(crate) struct FirmwareScreen {
+    file: File,
+    name: String,
+    framebuffer: Framebuffer,
+    packing: Packing,
+    /// Where pictures wait for their vblank, which we make up.
+    queue: VirtualScreen,
+    output: OutputSettings,
+    thousandths: u16,
+    fitter: Fitter,
+    /// The picture as blue, green, red and nothing, and as it goes into the framebuffer.
+    converted: Vec<u8>,
+    packed: Vec<u8>,
+    /// The kernel has refused to write.
+    is_gone: bool,
+}
+
+impl FirmwareScreen {
+    /// The firmware's framebuffer, for pictures of `size`; `None` if there is none, or not one that we can fill.
+    pub(crate) fn open(size: (u32, u32), now: fn() -> Nanos, output: &OutputSettings) -> Option<Self> {
+        let name = fs::read_to_string(NAME).ok()?.trim().to_owned();
+        if name.ends_with(EMULATED) {
+            return None;
+        }
+        let opened =
+            File::options().write(true).read(true).open(DEVICE).and_then(|file| Ok((framebuffer(&file)?, file)));
+        let (framebuffer, file) =
+            opened.inspect_err(|error| tracing::warn!(%error, "cannot use the firmware's framebuffer")).ok()?;
+        let packing = packing(&framebuffer).or_else(|| {
+            tracing::warn!(?framebuffer, "the firmware's framebuffer has pixels of no known form");
+            None
+        })?;
+        let refresh = Rate::new(REFRESH_HZ, 1).expect("60 Hz is a rate");
+        Some(Self {
+            file,
+            name,
+            packing,
+            queue: VirtualScreen::new(size, refresh, Pace::Timer, now).to_measure(),
+            output: output.clone(),
+            thousandths: FULL,
+            fitter: Fitter::default(),
+            converted: Vec::new(),
+            packed: vec![0; framebuffer.pitch as usize * framebuffer.size.1 as usize],
+            framebuffer,
+            is_gone: false,
+        })
+    }
+
+    /// Whether the display's own driver has taken it.
+    pub(crate) fn is_gone(&self) -> bool {
+        self.is_gone
+    }
+
+    /// The open framebuffer, to hand over to somebody.
+    pub(crate) fn into_fd(self) -> OwnedFd {
+        self.file.into()
+    }
+
+    /// Puts the picture on the glass.
+    fn draw(&mut self) {
+        let size = (self.framebuffer.size.0 & !1, self.framebuffer.size.1 & !1);
+        let layout = Layout::new(Format::Xr24, size, size.0 * 4);
+        if self.converted.len() != layout.bytes() {
+            self.converted = vec![0; layout.bytes()];
+        }
+        blacken(&mut self.converted, &layout);
+        if let Some(picture) = self.queue.picture() {
+            let rotation = self.output.rotation;
+            let area = fitted(rotation.of_size((picture.width, picture.height)), size, self.output.margin);
+            let fitting = Fitting { rotation, size: (area.width, area.height), thousandths: self.thousandths };
+            let picture = self.fitter.fit(&picture, fitting);
+            paint(&mut self.converted, &layout, (area.left, area.top), &picture);
+        }
+        self.write(size);
+    }
+
+    fn draw_black(&mut self) {
+        self.converted.fill(0);
+        self.write((self.framebuffer.size.0 & !1, self.framebuffer.size.1 & !1));
+    }
+
+    fn write(&mut self, size: (u32, u32)) {
+        let rows = self.converted.chunks_exact(size.0 as usize * 4);
+        for (out, row) in self.packed.chunks_exact_mut(self.framebuffer.pitch as usize).zip(rows) {
+            pack(self.packing, row, out);
+        }
+        if let Err(error) = self.file.write_all_at(&self.packed, 0)
+            && !std::mem::replace(&mut self.is_gone, true)
+        {
+            tracing::info!(%error, "the firmware's framebuffer is gone");
+        }
+    }
+}
+
+/// How the pixels of `framebuffer` lie; `None` for a form that we do not write.
+fn packing(framebuffer: &Framebuffer) -> Option<Packing> {
+    match (framebuffer.bits, framebuffer.red, framebuffer.green, framebuffer.blue) {
+        (32, (16, 8), (8, 8), (0, 8)) => Some(Packing::Bgrx),
+        (32, (0, 8), (8, 8), (16, 8)) => Some(Packing::Rgbx),
+        (24, (16, 8), (8, 8), (0, 8)) => Some(Packing::Bgr),
+        (16, (11, 5), (5, 6), (0, 5)) => Some(Packing::Rgb565),
+        _ => None,
+    }
+}
+
+/// Packs a row of blue, green, red and nothing.
+fn pack(packing: Packing, row: &[u8], out: &mut [u8]) {
+    let pixels = row.chunks_exact(4);
+    match packing {
+        Packing::Bgrx => out[..row.len()].copy_from_slice(row),
+        Packing::Rgbx => {
+            out.chunks_exact_mut(4)
+                .zip(pixels)
+                .for_each(|(out, bgrx)| out.copy_from_slice(&[bgrx[2], bgrx[1], bgrx[0], 0]));
+        }
+        Packing::Bgr => out.chunks_exact_mut(3).zip(pixels).for_each(|(out, bgrx)| out.copy_from_slice(&bgrx[..3])),
+        Packing::Rgb565 => {
+            for (out, bgrx) in out.chunks_exact_mut(2).zip(pixels) {
+                let [blue, green, red] = [bgrx[0], bgrx[1], bgrx[2]].map(u16::from);
+                out.copy_from_slice(&((red >> 3) << 11 | (green >> 2) << 5 | blue >> 3).to_le_bytes());
+            }
+        }
+    }
+}
+
+impl Screen for FirmwareScreen {
+    fn lit(&self) -> Option<Lit> {
+        let lit = self.queue.lit()?;
+        let (width, height) = self.framebuffer.size;
+        Some(Lit {
+            screen: format!("firmware:{DEVICE} {} (no driver drives this display)", self.name),
+            mode: format!("{width}x{height}@{}", lit.refresh),
+            size: self.framebuffer.size,
+            format: format!("{:?}", self.packing),
+            ..lit
+        })
+    }
+
+    fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError> {
+        self.queue.stage(picture)
+    }
+
+    fn commit(&mut self) {
+        self.queue.commit();
+    }
+
+    fn fit(&mut self, size: (u32, u32), fps: Rate) {
+        self.queue.fit(size, fps);
+    }
+
+    fn set_light(&mut self, light: Light) {
+        match light {
+            Light::On { thousandths } => self.thousandths = thousandths.min(FULL),
+            Light::Off => self.draw_black(),
+        }
+        self.queue.set_light(light);
+    }
+
+    fn set_output(&mut self, output: &OutputSettings) {
+        self.output = output.clone();
+    }
+
+    fn notify_at(&mut self, vblank: Vblank) {
+        self.queue.notify_at(vblank);
+    }
+
+    fn next_event(&mut self, timeout: Duration) -> Event {
+        let event = self.queue.next_event(timeout);
+        if matches!(event, Event::Flip { .. }) {
+            self.draw();
+        }
+        event
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Framebuffer, Packing, pack, packing};
+
+    #[test]
+    fn pixels_are_packed_as_the_framebuffer_has_them() {
+        // Blue 1, green 2, red 255; and blue 255, green 128, red 8.
+        let row = [1, 2, 255, 99, 255, 128, 8, 99];
+        let packed = |packing, bytes: usize| {
+            let mut out = vec![7; bytes];
+            pack(packing, &row, &mut out);
+            out
+        };
+        assert_eq!(packed(Packing::Bgrx, 10), [1, 2, 255, 99, 255, 128, 8, 99, 7, 7], "what lies behind a row stays");
+        assert_eq!(packed(Packing::Rgbx, 8), [255, 2, 1, 0, 8, 128, 255, 0]);
+        assert_eq!(packed(Packing::Bgr, 6), [1, 2, 255, 255, 128, 8]);
+        assert_eq!(packed(Packing::Rgb565, 4), [0x00, 0xf8, 0x1f, 0x0c]);
+    }
+
+    #[test]
+    fn a_form_that_we_do_not_write_is_none() {
+        let usual = Framebuffer { size: (8, 8), pitch: 32, bits: 32, red: (16, 8), green: (8, 8), blue: (0, 8) };
+        assert_eq!(packing(&usual), Some(Packing::Bgrx));
+        assert_eq!(packing(&Framebuffer { red: (0, 8), blue: (16, 8), ..usual }), Some(Packing::Rgbx));
+        assert_eq!(packing(&Framebuffer { bits: 8, ..usual }), None);
+        assert_eq!(packing(&Framebuffer { red: (20, 10), ..usual }), None, "ten bits a channel");
+    }
+}
