@@ -12,6 +12,7 @@ mod layout;
 mod licences;
 mod sources;
 mod tokens;
+mod tracked;
 mod units;
 
 use std::fs;

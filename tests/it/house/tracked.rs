@@ -1,0 +1,108 @@
+//! Which kinds of files are tracked where.
+//!
+//! Owns the table, and the claim that it says neither too little nor too much: a note, a log or a scratch file that was added
+//! by mistake is found here.
+
+use super::root;
+use std::collections::BTreeSet;
+use std::fs;
+use std::process::Command;
+
+/// A script, whatever its name is: it begins with `#!`.
+const SCRIPT: &str = "#!";
+
+/// Folders, and the names that files in them or below them may have; the longest folder that fits counts. `*` stands for any
+/// letters.
+const KINDS: &[(&str, &[&str])] = &[
+    ("", &["*.md", "*.toml", "Cargo.lock", "LICENSE-*", "Makefile", ".gitignore"]),
+    (".cargo", &["config.toml", SCRIPT]),
+    (".ci", &["*.txt", SCRIPT]),
+    ("config", &["*.toml"]),
+    ("crates", &["Cargo.toml", "*.rs"]),
+    ("crates/flame/tests/genomes", &["*.flam3"]),
+    ("crates/flock/proptest-regressions", &["*.txt"]),
+    ("crates/flock/src/edit/tests", &["*.rs", "*.toml"]),
+    ("docs", &["*.md", "*.png"]),
+    ("flock-tools", &["Cargo.toml", "*.rs"]),
+    ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg"]),
+    ("flock-tools/src/page/sheet", &["*.css", "*.html", "*.js"]),
+    ("fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
+    ("fuzz/corpus", &["*"]),
+    ("image-build", &["README.md", "*.txt", "*.c", "*.sfdisk", SCRIPT]),
+    ("image-build/ffmpeg", &["*.patch", SCRIPT]),
+    ("image-build/system", &["*.conf", "*.network", "*.path", "*.service", "*.target", "disk", SCRIPT]),
+    ("player", &["Cargo.toml", "*.rs", "*.html"]),
+    (
+        "systemd",
+        &[
+            "README.md",
+            "layout",
+            "*.conf",
+            "*.preset",
+            "*.rules",
+            "*.service",
+            "*.sysusers",
+            "*.timer",
+            "*.tmpfiles",
+            SCRIPT,
+        ],
+    ),
+    ("tests", &["Cargo.toml", "*.rs", "*.py", SCRIPT]),
+    ("tests/fixtures", &["flock.toml"]),
+    ("tests/package", &["inside", SCRIPT]),
+    ("tests/vkms", &["*.config", SCRIPT]),
+];
+
+/// Whether a file's `name` is `pattern`, in which one `*` stands for any letters.
+fn is_named(name: &str, pattern: &str) -> bool {
+    match pattern.split_once('*') {
+        Some((begin, end)) => name.len() >= begin.len() + end.len() && name.starts_with(begin) && name.ends_with(end),
+        None => name == pattern,
+    }
+}
+
+/// The row of the table that `path` falls under, and the pattern in it that allows it.
+fn allowed(path: &str, is_script: bool) -> (usize, Option<usize>) {
+    let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+    let is_in = |row: &str| folder == row || !row.is_empty() && folder.starts_with(&format!("{row}/"));
+    let rows = KINDS.iter().enumerate().filter(|(_, (row, _))| is_in(row));
+    let (row, (_, patterns)) = rows.max_by_key(|(_, (row, _))| row.len()).unwrap_or((0, &KINDS[0]));
+    let fits = |pattern: &&str| if *pattern == SCRIPT { is_script } else { is_named(name, pattern) };
+    (row, patterns.iter().position(|pattern| fits(&pattern)))
+}
+
+/// Every tracked file, by its path from the root.
+fn tracked() -> Vec<String> {
+    let mut git = Command::new("git");
+    let said = git.args(["-c", "safe.directory=*", "ls-files", "-z"]).current_dir(root()).output().expect("git starts");
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    String::from_utf8(said.stdout).unwrap().split_terminator('\0').map(str::to_owned).collect()
+}
+
+#[test]
+fn only_files_of_the_kinds_that_belong_to_a_folder_are_tracked_in_it() {
+    let mut used = BTreeSet::new();
+    let mut strangers = Vec::new();
+    for path in tracked() {
+        let Ok(bytes) = fs::read(root().join(&path)) else { continue };
+        let (row, pattern) = allowed(&path, bytes.starts_with(SCRIPT.as_bytes()));
+        match pattern {
+            Some(pattern) => drop(used.insert((row, pattern))),
+            None => strangers.push(path),
+        }
+    }
+    assert!(strangers.is_empty(), "files of kinds that the table does not have there: {strangers:?}");
+    let all = KINDS.iter().enumerate().flat_map(|(row, (_, patterns))| (0..patterns.len()).map(move |at| (row, at)));
+    let unused: Vec<_> =
+        all.filter(|pair| !used.contains(pair)).map(|(row, at)| (KINDS[row].0, KINDS[row].1[at])).collect();
+    assert!(unused.is_empty(), "the table has kinds that no file is of: {unused:?}");
+}
+
+#[test]
+fn a_stray_note_is_found_wherever_it_lies() {
+    for path in
+        ["crates/flame/LEAD-NOTE.txt", "notes.txt", "tests/it/out.log", "image-build/scratch", "config/old.toml~"]
+    {
+        assert_eq!(allowed(path, false).1, None, "{path}");
+    }
+}
