@@ -54,7 +54,7 @@ pub(crate) fn playing() -> &'static Playing {
         let mut looks = machine.await_shell();
         looks.extend(machine.watch_move(PAUSE, 3 * MOVES));
         // No wall has a machine as slow as this one: it would show nothing but the player from now on.
-        machine.run("systemctl set-property --runtime dreams-player.service CPUWeight=20 && udevadm settle -t 240");
+        machine.run("systemctl set-property --runtime dreams.slice CPUWeight=20 && udevadm settle -t 240");
         is_as_it_should_be(&mut machine);
         let mut path = Path::told(&machine.run("dreams-status; echo"));
         path.may_go_to(AUTUMN, &unit.path(AUTUMN));

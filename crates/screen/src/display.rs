@@ -114,6 +114,7 @@ impl Waiting {
         self.look = now.after(if is_soon { SOON } else { SELDOM }.as_nanos() as u64);
         let mut card = KmsScreen::open(self.settings.clone()).ok().filter(|card| card.lit().is_some())?;
         card.set_light(self.light);
+        self.firmware.leave_console_to_the_card();
         Some(card)
     }
 }

@@ -8,8 +8,9 @@
 //! `virtual_screen.rs`.
 
 use crate::fit::{Fitter, Fitting};
-use crate::kms::{Framebuffer, fitted, framebuffer};
+use crate::kms::{Console, Switch, fitted};
 use crate::paint::{Format, Layout, blacken, paint};
+use crate::raw::{Framebuffer, framebuffer};
 use crate::virtual_screen::{Pace, VirtualScreen};
 use crate::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
 use std::fs::{self, File};
@@ -58,6 +59,9 @@ pub(crate) struct FirmwareScreen {
     packed: Vec<u8>,
     /// The kernel has refused to write.
     is_gone: bool,
+    /// That we were started on, by hand; and whether somebody looks at another one.
+    console: Option<Console>,
+    is_elsewhere: bool,
 }
 
 impl FirmwareScreen {
@@ -88,12 +92,19 @@ impl FirmwareScreen {
             packed: vec![0; framebuffer.pitch as usize * framebuffer.size.1 as usize],
             framebuffer,
             is_gone: false,
+            console: Console::take().ok().flatten(),
+            is_elsewhere: false,
         })
     }
 
     /// Whether the display's own driver has taken it.
     pub(crate) fn is_gone(&self) -> bool {
         self.is_gone
+    }
+
+    /// Leaves the console in graphics mode, for the card that takes the picture over, which has it as well.
+    pub(crate) fn leave_console_to_the_card(&mut self) {
+        std::mem::forget(self.console.take());
     }
 
     /// The open framebuffer, to hand over to somebody.
@@ -210,8 +221,14 @@ impl Screen for FirmwareScreen {
     }
 
     fn next_event(&mut self, timeout: Duration) -> Event {
+        while let Some(switch) = self.console.as_ref().and_then(Console::switch) {
+            self.is_elsewhere = switch == Switch::Away;
+            if let (Switch::Away, Some(console)) = (switch, &self.console) {
+                console.let_go();
+            }
+        }
         let event = self.queue.next_event(timeout);
-        if matches!(event, Event::Flip { .. }) {
+        if matches!(event, Event::Flip { .. }) && !self.is_elsewhere {
             self.draw();
         }
         event

@@ -15,6 +15,7 @@ mod kms;
 mod output;
 mod paint;
 mod picture;
+mod raw;
 mod screen;
 mod virtual_screen;
 

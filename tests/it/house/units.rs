@@ -147,10 +147,13 @@ fn a_still_picture_takes_over_from_a_player_that_fails_and_gives_way_to_it_again
 #[test]
 fn the_picture_comes_before_whatever_else_the_unit_does() {
     let has = |text: &str, wanted: &str| text.lines().any(|line| line == wanted);
-    for wanted in
-        ["OOMScoreAdjust=-900", "MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000", "FileDescriptorStoreMax=1"]
-    {
+    for wanted in ["OOMScoreAdjust=-900", "MemoryMin=256M", "Slice=dreams.slice", "FileDescriptorStoreMax=1"] {
         assert!(has(&player(), wanted), "{wanted}");
+    }
+    assert!(has(&super::read("systemd/dreams-still.service"), "Slice=dreams.slice"));
+    // Right below the root: memory is protected only as far as all that lies above is.
+    for wanted in ["MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000"] {
+        assert!(has(&super::read("systemd/dreams.slice"), wanted), "{wanted}");
     }
     for unit in ["dreams-update@.service", "dreams-update.service", "dreams-scrub.service"] {
         let text = super::read(&format!("systemd/{unit}"));

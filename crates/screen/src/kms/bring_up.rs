@@ -23,6 +23,8 @@ use std::time::Duration;
 const BUFFERS: u32 = 3;
 /// How often we look for a display although no event told of one: some drivers only find out when asked.
 const LOOK: Duration = Duration::from_secs(2);
+/// How often we look up while somebody looks at another console: its switch back is told.
+const ELSEWHERE: Duration = Duration::from_hours(1);
 
 /// Why nothing could be lit.
 pub(super) enum Unlit {
@@ -43,6 +45,10 @@ impl From<io::Error> for Unlit {
 impl<K: Kms> KmsScreen<K> {
     /// Tries to get from dark to ready; sets the time of the next attempt if that fails.
     pub(super) fn attempt(&mut self) {
+        if self.is_elsewhere {
+            self.phase = Phase::Dark { retry: self.now().after(ELSEWHERE.as_nanos() as u64) };
+            return;
+        }
         match self.prepare() {
             Ok(output) => {
                 self.phase = Phase::Up(Box::new(output));
@@ -229,7 +235,7 @@ impl<K: Kms> KmsScreen<K> {
         output.ring.flipped();
         output.flight = Flight::Landed;
         output.failed_in_a_row += u32::from(!first);
-        self.cable.lights((self.settings.now)());
+        self.cable.lights(self.settings.now);
         let now = (self.settings.now)();
         if first
             && output.beat.is_none()

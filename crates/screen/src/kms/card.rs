@@ -270,6 +270,10 @@ pub enum Happening {
     Probed(Box<Connector>),
     /// A [`Kms::probe`] has failed: the card may be gone.
     ProbeFailed(Errno),
+    /// Somebody switches to another console: close the card, then [`Kms::let_console_go`].
+    SwitchAway,
+    /// Somebody has switched back to our console.
+    SwitchBack,
 }
 
 /// The kernel's side of a screen. Errors carry the kernel's error number; `EINTR` never comes out.
@@ -285,6 +289,9 @@ pub trait Kms {
 
     /// Closes the card. The kernel then frees its framebuffers and buffers, and the glass goes dark.
     fn close(&mut self);
+
+    /// Lets the console have the display that somebody switches to.
+    fn let_console_go(&mut self);
 
     /// Becomes, or stays, the one process that may commit.
     ///

@@ -1,18 +1,19 @@
 //! A real KMS card, through the kernel.
 //!
 //! Owns the card's descriptor, its buffers and the uevent socket, and turns ioctls into the plain data of `card.rs`.
-//! Never decides, never retries but after `EINTR`. Memory is mapped in `memory.rs`, properties are read in
+//! Never decides, never retries but after `EINTR`. Memory is mapped in `raw.rs`, properties are read in
 //! `properties.rs`, objects in `reading.rs`. Start at [`Device::new`].
 
 use super::backlight::{Backlight, CONNECTORS};
 use super::card::{Buffer, BufferSpec, Connector, Happening, How, Id, Kms, Properties, Request, Source, Survey};
-use super::memory::{Memory, inherited};
+use super::console::{Console, Switch};
 use super::nodes::{cards, has_render_node};
 use super::prober::Prober;
 use super::properties::PropertyCache;
 use super::reading::{handle, read_properties, read_survey, uninterrupted};
 use super::uevents::Uevents;
 use crate::paint::Layout;
+use crate::raw::{Memory, inherited};
 use drm::control::atomic::AtomicModeReq;
 use drm::control::{AtomicCommitFlags, Device as Control, Mode, framebuffer, from_u32, plane, property};
 use drm::{ClientCapability, Device as Basic, DriverCapability, VblankWaitFlags, VblankWaitTarget};
@@ -38,6 +39,8 @@ pub struct Device {
     happenings: VecDeque<Happening>,
     /// Of the display that is lit.
     backlight: Option<Backlight>,
+    /// That we were started on, by hand. After the card, which is closed first.
+    console: Option<Console>,
 }
 
 /// Whoever keeps a card open where this process ends without its doing: then the last frame stays on the glass.
@@ -60,7 +63,7 @@ impl Device {
         let uevents = Uevents::subscribe()
             .inspect_err(|error| tracing::warn!(%error, "no hot-plug events from the kernel, looking now and then"))
             .ok();
-        Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new(), backlight: None }
+        Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new(), backlight: None, console: None }
     }
 
     /// The open card.
@@ -102,6 +105,10 @@ impl Kms for Device {
         };
         card.start_prober();
         self.card = Some(card);
+        if self.console.is_none() {
+            let taken = Console::take();
+            self.console = taken.inspect_err(|error| tracing::warn!(%error, "cannot take the console")).ok().flatten();
+        }
         Ok(())
     }
 
@@ -110,6 +117,12 @@ impl Kms for Device {
             (self.keeper.keep)(None);
         }
         self.happenings.clear();
+    }
+
+    fn let_console_go(&mut self) {
+        if let Some(console) = &self.console {
+            console.let_go();
+        }
     }
 
     fn take_master(&mut self) -> io::Result<()> {
@@ -224,33 +237,42 @@ impl Kms for Device {
             return Ok(Some(happening));
         }
         let timeout = Timespec::try_from(timeout.min(Duration::from_hours(1))).expect("an hour fits a timespec");
-        let card = self.card.as_ref().map(|card| PollFd::new(card, PollFlags::IN));
-        let bell = self.card.as_ref().and_then(|card| card.prober.as_ref()).map(Prober::bell);
-        let uevents = self.uevents.as_ref().map(|uevents| PollFd::new(uevents, PollFlags::IN));
-        let has = [card.is_some(), bell.is_some(), uevents.is_some()];
-        let bell = bell.map(|bell| PollFd::from_borrowed_fd(bell, PollFlags::IN));
-        let mut watched: Vec<_> = card.into_iter().chain(bell).chain(uevents).collect();
+        let prober = self.card.as_ref().and_then(|card| card.prober.as_ref());
+        // Any of them may be missing, so that each is known by its place among those that there are.
+        let sources = [
+            self.card.as_ref().map(AsFd::as_fd),
+            prober.map(Prober::bell),
+            self.uevents.as_ref().map(AsFd::as_fd),
+            self.console.as_ref().map(Console::bell),
+        ];
+        let has = sources.map(|source| source.is_some());
+        let watch = |source| PollFd::from_borrowed_fd(source, PollFlags::IN);
+        let mut watched: Vec<_> = sources.into_iter().flatten().map(watch).collect();
         match poll(&mut watched, Some(&timeout)) {
             Ok(0) | Err(Errno::INTR) => return Ok(None),
             Ok(_) => {}
             Err(error) => return Err(error.into()),
         }
         let mut seen = watched.iter().map(PollFd::revents);
-        let [card, bell, uevents] =
-            has.map(|is_there| seen.by_ref().take(usize::from(is_there)).next().unwrap_or(PollFlags::empty()));
-        drop(watched);
+        let mut next = |is_there| if is_there { seen.next().unwrap_or(PollFlags::empty()) } else { PollFlags::empty() };
+        let [card, probed, told, switched] = has.map(&mut next);
         if card.intersects(PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL) {
             return Err(Errno::NODEV.into());
         }
         if let Some(open) = self.card.as_ref().filter(|_| card.contains(PollFlags::IN)) {
             open.read_events(&mut self.happenings)?;
         }
-        let prober = self.card.as_ref().and_then(|card| card.prober.as_ref()).filter(|_| !bell.is_empty());
-        while let Some(answer) = prober.and_then(Prober::answer) {
+        while let Some(answer) = prober.filter(|_| !probed.is_empty()).and_then(Prober::answer) {
             let found = |connector| Happening::Probed(Box::new(connector));
             self.happenings.push_back(answer.map_or_else(Happening::ProbeFailed, found));
         }
-        if self.uevents.as_mut().is_some_and(|source| !uevents.is_empty() && source.display_changed()) {
+        while let Some(switch) = self.console.as_ref().filter(|_| !switched.is_empty()).and_then(Console::switch) {
+            self.happenings.push_back(match switch {
+                Switch::Away => Happening::SwitchAway,
+                Switch::Back => Happening::SwitchBack,
+            });
+        }
+        if self.uevents.as_mut().is_some_and(|source| !told.is_empty() && source.display_changed()) {
             self.happenings.push_back(Happening::Hotplug);
         }
         Ok(self.happenings.pop_front())

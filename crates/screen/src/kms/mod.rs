@@ -16,6 +16,7 @@ mod candidate;
 mod card;
 mod change_over;
 mod choose;
+mod console;
 mod cvt;
 mod device;
 mod dimming;
@@ -23,7 +24,6 @@ mod hot_plug;
 mod in_formats;
 mod ladder;
 mod light;
-mod memory;
 mod modes;
 mod nodes;
 mod plan;
@@ -38,9 +38,9 @@ mod uevents;
 
 pub(crate) use candidate::fitted;
 pub(crate) use card::Kms;
+pub(crate) use console::{Console, Switch};
 pub(crate) use device::Device;
 pub use device::Keeper;
-pub(crate) use memory::{Framebuffer, framebuffer};
 pub(crate) use uevents::Uevents;
 
 use crate::beat::Beat;
@@ -102,6 +102,8 @@ pub struct KmsScreen<K: Kms = Device> {
     leaving: Option<Box<Output>>,
     fitter: Fitter,
     cable: Cable,
+    /// Somebody looks at another console.
+    is_elsewhere: bool,
 }
 
 enum Phase {
@@ -217,6 +219,7 @@ impl<K: Kms> KmsScreen<K> {
             leaving: None,
             fitter: Fitter::default(),
             cable: Cable::default(),
+            is_elsewhere: false,
         };
         screen.attempt();
         // Lit from the start is no news.
@@ -303,16 +306,20 @@ impl<K: Kms> KmsScreen<K> {
         // What was given up lies before this flip; measured from long ago the wrapped counter would call it the future.
         output.gave_up_at = output.gave_up_at.map(|_| vblank);
         self.tries = 0;
-        self.cable.lights((self.settings.now)());
+        self.cable.lights(self.settings.now);
         self.notices.push_back(Event::Flip { vblank, at });
     }
 
     fn happened(&mut self, happening: Happening) {
-        let Phase::Up(output) = &mut self.phase else {
-            if let (Happening::Hotplug, Phase::Dark { retry }) = (happening, &mut self.phase) {
+        let output = match (&happening, &mut self.phase) {
+            (Happening::SwitchAway, _) => return self.leave_console(),
+            (Happening::SwitchBack, _) => return self.return_to_console(),
+            (Happening::Hotplug, Phase::Dark { retry }) => {
                 *retry = self.cable.not_before((self.settings.now)());
+                return;
             }
-            return;
+            (_, Phase::Asleep | Phase::Dark { .. }) => return,
+            (_, Phase::Up(output)) => output,
         };
         match happening {
             Happening::Flip { vblank, .. } if output.gave_up(vblank) => {
@@ -334,6 +341,7 @@ impl<K: Kms> KmsScreen<K> {
             Happening::Hotplug => self.probe(),
             Happening::Probed(connector) => self.probed(*connector),
             Happening::ProbeFailed(errno) => self.card_failed(&errno.into()),
+            Happening::SwitchAway | Happening::SwitchBack => {}
         }
     }
 }

@@ -131,6 +131,22 @@ impl<K: Kms> KmsScreen<K> {
         self.notices.push_back(Event::Lost { reason });
     }
 
+    /// Lets somebody else have the display, at another console.
+    pub(super) fn leave_console(&mut self) {
+        self.is_elsewhere = true;
+        self.go_dark("somebody looks at another console".to_owned(), false);
+        self.kms.let_console_go();
+    }
+
+    /// Has the display again.
+    pub(super) fn return_to_console(&mut self) {
+        self.is_elsewhere = false;
+        self.tries = 0;
+        if let Phase::Dark { retry } = &mut self.phase {
+            *retry = (self.settings.now)();
+        }
+    }
+
     /// Frees an output; false if the CRTC could not be switched off.
     pub(super) fn tidy(&mut self, output: Output) -> bool {
         if output.lit

@@ -8,7 +8,7 @@ use super::family::mode;
 use super::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
 use crate::kms::candidate::Framebuffers;
 use crate::kms::{Keeper, KmsScreen, KmsSettings, Phase};
-use crate::{Event, OutputSettings, Picture, Screen};
+use crate::{Event, Light, OutputSettings, Picture, Screen};
 use proptest::prelude::*;
 use rustix::io::Errno;
 use std::time::Duration;
@@ -196,6 +196,28 @@ fn a_kernel_that_cannot_tell_the_first_vblank_makes_nothing_late() {
     player.play(at(4000));
     assert!(player.flips.len() > 80);
     assert!(holds(&player).iter().all(|&held| held == 2), "{:?}", holds(&player));
+}
+
+#[test]
+fn whoever_looks_at_another_console_has_the_display_until_he_is_back() {
+    for night in [false, true] {
+        let mut card = Scripted::new();
+        card.switches.extend([(at(3_000), false), (at(20_000), true), (at(23_000), false), (at(23_010), true)]);
+        let mut player = Player::on(card);
+        player.play(at(2_000));
+        if night {
+            player.screen.set_light(Light::Off);
+            player.play(at(4_000));
+            player.screen.set_light(Light::FULL);
+        }
+        player.play(at(19_000));
+        let card = &player.screen.kms;
+        assert!(card.has_let_go && card.glass.is_none() && card.fbs.is_empty(), "nothing of ours is left");
+        assert!(!player.flips.iter().any(|flip| *flip > at(3_100)));
+        player.play(at(26_000));
+        let steady = player.flips.iter().filter(|flip| **flip > at(25_000)).count();
+        assert!(steady >= 29 && player.screen.kms.is_on(), "{steady} flips in the last second");
+    }
 }
 
 #[test]

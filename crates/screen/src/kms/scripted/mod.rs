@@ -147,6 +147,9 @@ pub(crate) struct Scripted {
     pub(crate) modesets: u32,
     /// How bright the backlight is, in thousandths.
     pub(crate) backlight: u16,
+    /// When somebody switches away from the console (false) and back.
+    pub(crate) switches: VecDeque<(Nanos, bool)>,
+    pub(crate) has_let_go: bool,
     /// When the probe that is asked for ends.
     probed_at: Option<Nanos>,
 }
@@ -189,6 +192,8 @@ impl Scripted {
             spins: 0,
             modesets: 0,
             backlight: 0,
+            switches: VecDeque::new(),
+            has_let_go: false,
             probed_at: None,
         };
         card.set_left();
@@ -324,6 +329,11 @@ impl Scripted {
             self.plug = if is_in { Plug::In } else { Plug::Out };
             self.happenings.push_back(Happening::Hotplug);
         }
+        while self.switches.front().is_some_and(|(at, _)| *at <= time) {
+            let is_back = self.switches.pop_front().is_some_and(|(_, is_back)| is_back);
+            self.has_let_go &= !is_back;
+            self.happenings.push_back(if is_back { Happening::SwitchBack } else { Happening::SwitchAway });
+        }
         if let Some((_, modes)) = self.late_modes.take_if(|(at, _)| *at <= time) {
             self.modes = modes;
             self.happenings.push_back(Happening::Hotplug);
@@ -371,7 +381,8 @@ impl Scripted {
         let vblanks = flip.chain(self.asked.iter().copied()).map(|vblank| self.begins(vblank));
         let told = self.plugs.front().map(|(at, _)| *at).into_iter().chain(self.late.front().map(|(at, _)| *at));
         let late = self.late_modes.as_ref().map(|(at, _)| *at).into_iter().chain(self.handover.map(|(at, _)| at));
-        vblanks.chain(told).chain(late).chain(self.probed_at).min()
+        let switched = self.switches.front().map(|(at, _)| *at);
+        vblanks.chain(told).chain(late).chain(switched).chain(self.probed_at).min()
     }
 }
 

@@ -1,12 +1,13 @@
-//! The memory behind a framebuffer, mapped for writing; and what the kernel says of the firmware's.
+//! What the compiler cannot check: the memory behind a framebuffer, mapped for writing, and calls that only the kernel's headers
+//! describe.
 //!
-//! Owns every `unsafe` of this crate: two mappings, one descriptor, three ioctls, one field of a union. Never says what is written.
+//! Owns every `unsafe` of this crate: two mappings, one descriptor, six ioctls, one field of a union. Never says what is written.
 //! Start at [`Memory::allocate`].
 #![allow(unsafe_code)]
 
 use gbm::{BufferObject, BufferObjectFlags};
 use memmap2::{MmapMut, MmapOptions};
-use rustix::ioctl::{Getter, Setter, ioctl, opcode};
+use rustix::ioctl::{Getter, IntegerSetter, Setter, ioctl, opcode};
 use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd, RawFd};
@@ -16,11 +17,22 @@ const DMA_BUF_SYNC: rustix::ioctl::Opcode = opcode::write::<u64>(b'b', 0);
 /// `linux/fb.h`, where these numbers say nothing of their arguments.
 const FBIOGET_VSCREENINFO: rustix::ioctl::Opcode = 0x4600;
 const FBIOGET_FSCREENINFO: rustix::ioctl::Opcode = 0x4602;
+/// `linux/kd.h` and `linux/vt.h`, likewise.
+const KDSETMODE: rustix::ioctl::Opcode = 0x4B3A;
+const VT_SETMODE: rustix::ioctl::Opcode = 0x5602;
+const VT_RELDISP: rustix::ioctl::Opcode = 0x5605;
+const KD_TEXT: usize = 0;
+const KD_GRAPHICS: usize = 1;
+const VT_AUTO: u8 = 0;
+const VT_PROCESS: u8 = 1;
+/// Answers to a console switch: it may happen; it has happened.
+pub(crate) const VT_ALLOWED: usize = 1;
+pub(crate) const VT_ACKNOWLEDGED: usize = 2;
 const SYNC_WRITE: u64 = 2;
 const SYNC_END: u64 = 4;
 
 /// An allocation that a card can scan out.
-pub(super) enum Memory {
+pub(crate) enum Memory {
     /// The kernel's own, on every KMS driver.
     Dumb { handle: u32, pitch: u32, map: MmapMut },
     /// The GPU driver's, through its dma-buf. Dropped in this order: mapping, descriptor, object.
@@ -33,7 +45,7 @@ impl Memory {
     ///
     /// # Errors
     /// What the kernel says about the dumb buffer.
-    pub(super) fn allocate(
+    pub(crate) fn allocate(
         card: &File,
         gbm: Option<&gbm::Device<OwnedFd>>,
         (width, height, bits): (u32, u32, u32),
@@ -82,7 +94,7 @@ impl Memory {
     }
 
     /// The GEM handle, to make a framebuffer of.
-    pub(super) fn handle(&self) -> u32 {
+    pub(crate) fn handle(&self) -> u32 {
         match self {
             Self::Dumb { handle, .. } => *handle,
             Self::Gbm { object, .. } => gem_handle(object),
@@ -90,7 +102,7 @@ impl Memory {
     }
 
     /// Bytes from one row to the next.
-    pub(super) fn pitch(&self) -> u32 {
+    pub(crate) fn pitch(&self) -> u32 {
         match self {
             Self::Dumb { pitch, .. } => *pitch,
             Self::Gbm { object, .. } => object.stride(),
@@ -101,7 +113,7 @@ impl Memory {
     ///
     /// # Errors
     /// The GPU driver does not hand it over.
-    pub(super) fn write(&mut self, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
+    pub(crate) fn write(&mut self, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
         match self {
             Self::Dumb { map, .. } => paint(map),
             Self::Gbm { map, dma_buf, .. } => {
@@ -114,7 +126,7 @@ impl Memory {
     }
 
     /// Unmaps and frees it. Its framebuffer must be gone.
-    pub(super) fn free(self, card: &File) {
+    pub(crate) fn free(self, card: &File) {
         if let Self::Dumb { handle, map, .. } = self {
             drop(map);
             if let Err(error) = drm_ffi::mode::dumbbuffer::destroy(card.as_fd(), handle) {
@@ -166,8 +178,45 @@ pub(crate) fn framebuffer(file: &File) -> io::Result<Framebuffer> {
     })
 }
 
+/// Has the kernel write nothing on the `console`, or text again.
+///
+/// # Errors
+/// It is no console.
+pub(crate) fn set_graphics(console: &File, is_graphics: bool) -> io::Result<()> {
+    let mode = if is_graphics { KD_GRAPHICS } else { KD_TEXT };
+    // SAFETY: `KDSETMODE` takes a number, and no pointer.
+    unsafe { ioctl(console, IntegerSetter::<KDSETMODE>::new_usize(mode)) }?;
+    Ok(())
+}
+
+/// Has the kernel ask this process, by these signals, before it switches away from the `console` and when it is back; or
+/// nobody.
+///
+/// # Errors
+/// It is no console.
+pub(crate) fn set_switching(console: &File, signals: Option<(i32, i32)>) -> io::Result<()> {
+    // `struct vt_mode`: two bytes, and three halves.
+    let (release, acquire) = signals.unwrap_or_default();
+    let [release, acquire] = [release, acquire].map(|signal| i16::try_from(signal).unwrap_or_default().to_ne_bytes());
+    let mode = if signals.is_some() { VT_PROCESS } else { VT_AUTO };
+    let vt_mode = [mode, 0, release[0], release[1], acquire[0], acquire[1], 0, 0];
+    // SAFETY: `VT_SETMODE` reads the eight bytes of its structure, and keeps no pointer.
+    unsafe { ioctl(console, Setter::<VT_SETMODE, [u8; 8]>::new(vt_mode)) }?;
+    Ok(())
+}
+
+/// Answers the kernel, which switches consoles.
+///
+/// # Errors
+/// It has not asked.
+pub(crate) fn answer_switch(console: &File, answer: usize) -> io::Result<()> {
+    // SAFETY: `VT_RELDISP` takes a number, and no pointer.
+    unsafe { ioctl(console, IntegerSetter::<VT_RELDISP>::new_usize(answer)) }?;
+    Ok(())
+}
+
 /// The open descriptor `number`, which whoever started this program has left to us.
-pub(super) fn inherited(number: RawFd) -> OwnedFd {
+pub(crate) fn inherited(number: RawFd) -> OwnedFd {
     // SAFETY: a `Keeper` tells the number of a descriptor that nobody else here has, and `Device` asks once.
     unsafe { OwnedFd::from_raw_fd(number) }
 }

@@ -1,0 +1,114 @@
+//! The text console that the player was started on, by hand.
+//!
+//! Owns that it is left in peace: while the picture is lit nothing is written over it (graphics mode); whoever switches to
+//! another console gets the display, and whoever comes back gets the picture; at the end the console is as it was. A player
+//! that is started by a service has no console, and needs none.
+//!
+//! Start at [`Console::take`].
+//!
+//! # Source
+//! `console_ioctl(4)`: `KDSETMODE`, `VT_SETMODE` with `VT_PROCESS`, `VT_RELDISP`.
+
+use crate::raw::{VT_ACKNOWLEDGED, VT_ALLOWED, answer_switch, set_graphics, set_switching};
+use rustix::event::{EventfdFlags, eventfd};
+use rustix::fs::{FileType, fstat, major, minor};
+use rustix::io::{read, write};
+use signal_hook::consts::{SIGUSR1, SIGUSR2};
+use signal_hook::iterator::{Handle, Signals};
+use std::fs::File;
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+
+/// The kernel's number for terminals, and for the first that is no console.
+const TTY_MAJOR: u32 = 4;
+const FIRST_SERIAL: u32 = 64;
+
+/// What somebody at the console wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Switch {
+    /// Another console: the display is to be let go, and [`Console::let_go`] called.
+    Away,
+    /// This one again.
+    Back,
+}
+
+/// The console, in graphics mode.
+pub(crate) struct Console {
+    file: File,
+    switches: Receiver<Switch>,
+    /// Readable while there may be a switch.
+    bell: OwnedFd,
+    signals: Handle,
+}
+
+impl Console {
+    /// The console on standard input, from now on in graphics mode; `None` if that is something else.
+    ///
+    /// # Errors
+    /// What the kernel says.
+    pub(crate) fn take() -> io::Result<Option<Self>> {
+        let input = io::stdin();
+        let stat = fstat(&input)?;
+        let is_device = FileType::from_raw_mode(stat.st_mode) == FileType::CharacterDevice;
+        let is_console = is_device && major(stat.st_rdev) == TTY_MAJOR && minor(stat.st_rdev) < FIRST_SERIAL;
+        if !is_console {
+            return Ok(None);
+        }
+        let file = File::from(input.as_fd().try_clone_to_owned()?);
+        let bell = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
+        let (ringing, (sender, switches)) = (bell.try_clone()?, channel());
+        let mut caught = Signals::new([SIGUSR1, SIGUSR2])?;
+        let signals = caught.handle();
+        let listen = move || {
+            for signal in caught.forever() {
+                let switch = if signal == SIGUSR1 { Switch::Away } else { Switch::Back };
+                if sender.send(switch).is_err() || write(&ringing, &1u64.to_ne_bytes()).is_err() {
+                    return;
+                }
+            }
+        };
+        thread::Builder::new().name("console".to_owned()).spawn(listen)?;
+        let console = Self { file, switches, bell, signals };
+        // In this order: from the first on, every switch is asked for.
+        set_switching(&console.file, Some((SIGUSR1, SIGUSR2)))?;
+        set_graphics(&console.file, true)?;
+        Ok(Some(console))
+    }
+
+    /// The next switch, if there is one.
+    pub(crate) fn switch(&self) -> Option<Switch> {
+        let mut count = [0; 8];
+        read(&self.bell, &mut count).ok();
+        let switch = self.switches.try_recv().ok()?;
+        if switch == Switch::Back
+            && let Err(error) = answer_switch(&self.file, VT_ACKNOWLEDGED)
+        {
+            tracing::warn!(%error, "cannot take the console back");
+        }
+        Some(switch)
+    }
+
+    /// Lets the other console have the display, which is not ours any more.
+    pub(crate) fn let_go(&self) {
+        if let Err(error) = answer_switch(&self.file, VT_ALLOWED) {
+            tracing::warn!(%error, "cannot leave the console");
+        }
+    }
+
+    /// Readable while there may be a switch.
+    pub(crate) fn bell(&self) -> BorrowedFd<'_> {
+        self.bell.as_fd()
+    }
+}
+
+impl Drop for Console {
+    fn drop(&mut self) {
+        self.signals.close();
+        let restored = set_graphics(&self.file, false).and_then(|()| set_switching(&self.file, None));
+        if let Err(error) = restored {
+            tracing::warn!(%error, "cannot leave the console as it was");
+        }
+    }
+}
