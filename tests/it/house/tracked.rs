@@ -68,7 +68,7 @@ fn allowed(path: &str, is_script: bool) -> (usize, Option<usize>) {
     let rows = KINDS.iter().enumerate().filter(|(_, (row, _))| is_in(row));
     let (row, (_, patterns)) = rows.max_by_key(|(_, (row, _))| row.len()).unwrap_or((0, &KINDS[0]));
     let fits = |pattern: &&str| if *pattern == SCRIPT { is_script } else { is_named(name, pattern) };
-    (row, patterns.iter().position(|pattern| fits(&pattern)))
+    (row, patterns.iter().position(fits))
 }
 
 /// Every tracked file, by its path from the root.
