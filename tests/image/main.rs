@@ -13,6 +13,7 @@ mod arriving;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
+mod closure;
 mod cuts;
 mod disk;
 mod gallery;
