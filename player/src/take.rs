@@ -6,7 +6,7 @@ use crate::report::chain;
 use crate::settings::ScreenChoice;
 use crate::show::Piece;
 use player::now::now;
-use screen::{Display, Keeper, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen};
+use screen::{Display, Keeper, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen, is_card};
 use sd_notify::NotifyState;
 use std::os::fd::{AsFd, BorrowedFd, IntoRawFd, OwnedFd};
 use std::path::PathBuf;
@@ -62,7 +62,7 @@ pub(crate) fn settings(device: Option<PathBuf>, piece: Piece, output: OutputSett
 /// systemd, if it has started us and keeps descriptors (`FileDescriptorStoreMax=`): whatever becomes of us, the last frame
 /// stays until its next start of us lights another. It keeps a card that was `handed` to us from now on.
 fn keeper(handed: Option<OwnedFd>) -> Keeper {
-    let handed = handed.map(|card| {
+    let handed = handed.filter(is_card).map(|card| {
         keep(Some(card.as_fd()));
         card.into_raw_fd()
     });

@@ -9,6 +9,7 @@
 use crate::firmware_screen::FirmwareScreen;
 use crate::kms::Uevents;
 use crate::{Event, Keeper, KmsScreen, KmsSettings, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
+use rustix::fs::{fstat, major};
 use std::os::fd::OwnedFd;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
@@ -18,6 +19,14 @@ const SOON: Duration = Duration::from_millis(100);
 const FOR: Duration = Duration::from_secs(10);
 /// How often otherwise.
 const SELDOM: Duration = Duration::from_secs(10);
+
+/// The major number of the nodes of KMS cards.
+const CARDS: u32 = 226;
+
+/// Whether this is an open node of a KMS card: its picture goes with the last descriptor. The framebuffer's stays.
+pub fn is_card(device: &OwnedFd) -> bool {
+    fstat(device).is_ok_and(|status| major(status.st_rdev) == CARDS)
+}
 
 /// The display of this machine.
 pub struct Display {

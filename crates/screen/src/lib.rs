@@ -19,7 +19,7 @@ mod raw;
 mod screen;
 mod virtual_screen;
 
-pub use display::Display;
+pub use display::{Display, is_card};
 pub use kms::{Keeper, KmsScreen, KmsSettings};
 pub use output::{Margin, OutputError, OutputSettings, RequestedMode, Rotation, SignalRange};
 pub use picture::Picture;
