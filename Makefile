@@ -34,7 +34,7 @@ bench: ## measure what is promised about speed beside our peers; what=graph, sug
 	image-build/build target/image --profile bench
 	tests/bench/run $(what)
 
-soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, the Debian package in a bare system, image and package made twice
+soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
 	.ci/install play check unit image
 	cargo build --locked --release --workspace
 	cargo run --locked --release --package flock --example year
@@ -43,6 +43,7 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	tests/soak/update
 	tests/package/run
 	tests/soak/twice target/twice
+	tests/soak/fresh target/fresh
 
 crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times
 	.ci/install play check unit image

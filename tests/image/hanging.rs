@@ -6,7 +6,7 @@ use crate::player::ends_and_comes_back;
 use crate::starting::{Playing, playing};
 
 /// Whatever it is told, it does nothing, not even end.
-const FREEZE: &str = "echo 1 > /sys/fs/cgroup/system.slice/dreams-player.service/cgroup.freeze";
+const FREEZE: &str = "echo 1 > /sys/fs/cgroup/$(systemctl show -P ControlGroup dreams-player)/cgroup.freeze";
 
 #[test]
 fn a_player_that_stops_or_hangs_is_brought_back_by_the_watchdog() {

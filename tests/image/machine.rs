@@ -289,6 +289,12 @@ impl Machine {
         self.monitor.ask("system_reset", &json!({}));
     }
 
+    /// Presses these keys at once, by QEMU's names.
+    pub(crate) fn press(&mut self, keys: &[&str]) {
+        let keys: Vec<_> = keys.iter().map(|key| json!({ "type": "qcode", "data": key })).collect();
+        self.monitor.ask("send-key", &json!({ "keys": keys }));
+    }
+
     /// Puts in a stick.
     pub(crate) fn plug(&mut self, stick: &Path) {
         let file = json!({ "driver": "file", "filename": stick, "read-only": true });

@@ -7,6 +7,9 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
+/// A picture without a brighter sample is no frame.
+const DARK: u8 = 24;
+
 /// What a look at the glass has shown.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
@@ -33,8 +36,8 @@ impl Look {
         assert_eq!(pixels.len(), size.0 * size.1 * 3);
         let brightest = pixels.iter().step_by(7).copied().max().unwrap_or_default();
         let mut place = None;
-        // Whatever is as dark as this is no frame; that spares looking through all of them while a machine starts.
-        if size == SIZE && brightest > 24 {
+        // That spares looking through all of them while a machine starts.
+        if size == SIZE && brightest > DARK {
             let samples = Samples::of(|x, y| pixels[(y * SIZE.0 + x) * 3..][..3].try_into().expect("three bytes"));
             place = galleries.iter().find_map(|gallery| gallery.find(&samples, near));
         }
@@ -44,6 +47,11 @@ impl Look {
     /// Whether it is a frame of a flock, whole.
     pub(crate) fn is_art(&self) -> bool {
         self.place.is_some()
+    }
+
+    /// Whether nothing is to be seen.
+    pub(crate) fn is_dark(&self) -> bool {
+        self.other.is_some_and(|(_, brightest)| brightest <= DARK)
     }
 }
 

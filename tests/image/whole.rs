@@ -2,7 +2,8 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`booting`], [`closely`], [`dark`], [`damage`], [`hanging`], [`lamp`] and [`slots`];
+//! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
+//! [`firmware`], [`hanging`], [`lamp`], [`memory`] and [`slots`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
@@ -14,16 +15,19 @@ mod booting;
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
 mod closely;
+mod console;
 mod cuts;
 mod damage;
 mod dark;
 mod disk;
+mod firmware;
 mod gallery;
 mod hanging;
 mod hundred;
 mod lamp;
 mod loss;
 mod machine;
+mod memory;
 mod mistake;
 mod monitor;
 mod neighbour;

@@ -14,6 +14,7 @@ const DOCUMENTS: &[&str] = &[
     "STYLE.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
+    "docs/hardware.md",
     "docs/tutorial.md",
     "image-build/README.md",
     "systemd/README.md",
