@@ -22,6 +22,7 @@ mod seal;
 mod secret;
 mod signed;
 mod source;
+mod start_file;
 mod store;
 mod system;
 mod trust;
@@ -35,6 +36,7 @@ pub use refused::{Part, Refused};
 pub use seal::{Letter, Seal, Unverified, path as seal_path};
 pub use secret::SecretKey;
 pub use source::{STATEMENTS, Source};
+pub use start_file::{StartFile, StartFileError, is_whole};
 pub use store::{
     Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, Judge, LocalDisk, Plan, Playing,
     STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Verdict, Wanted, plan,

@@ -13,8 +13,8 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, Folder, ObjectId, Refused, Release, SecretKey, Sequence, System, Trust, UnitId, UnverifiedSystem,
-    Version, limits, system_path,
+    Addressees, Folder, ObjectId, Refused, Release, SecretKey, Sequence, StartFile, StartFileError, System, Trust,
+    UnitId, UnverifiedSystem, Version, limits, system_path,
 };
 use indicatif::DecimalBytes;
 
@@ -28,9 +28,6 @@ use crate::report::{self, Exit, Fatal};
 /// What `make image` leaves of a system: what the firmware starts, and the verified root.
 const START: &str = "dreams.efi";
 const ROOT: &str = "root.img";
-/// The words of its command line that tell its version, and the root that it was made with: slot, blocks, and more.
-const VERSION: &[u8] = b"dreams.version=";
-const MADE_WITH: &[u8] = b"dreams.root=";
 /// A block of the root; behind the last one stands the superblock of the tree of hashes, and in it, here, the slot.
 const BLOCK: u64 = 4096;
 const SLOT_AT: u64 = 16;
@@ -50,14 +47,12 @@ pub(super) struct Found {
 enum Unsound {
     #[error("`{root}` is not the root that `{start}` was made with", root = .root.display(), start = .start.display())]
     Apart { start: PathBuf, root: PathBuf },
-    #[error("`{path}` does not say what system it starts", path = .path.display())]
-    Mute { path: PathBuf },
+    #[error("`{path}` is no start file", path = .path.display())]
+    NoStartFile { path: PathBuf, source: StartFileError },
     #[error("cannot read `{path}`", path = .path.display())]
     Read { path: PathBuf, source: io::Error },
     #[error("`{path}` has {bytes} bytes, more than {} that a slot could have", limits::SYSTEM, path = .path.display())]
     TooLarge { path: PathBuf, bytes: u64 },
-    #[error("`{path}` says that it is a version which is none", path = .path.display())]
-    Unversioned { path: PathBuf, source: bundle::NameError },
 }
 
 /// The answer with `--json`.
@@ -142,12 +137,8 @@ fn version(start: &Path, root: &Path) -> Result<Version, Unsound> {
         return Err(Unsound::TooLarge { path: start.to_owned(), bytes });
     }
     let said = fs::read(start).map_err(unread(start))?;
-    let mute = || Unsound::Mute { path: start.to_owned() };
-    let text = word(&said, VERSION).ok_or_else(mute)?;
-    let version = Version::parse(text).map_err(|source| Unsound::Unversioned { path: start.to_owned(), source })?;
-    let mut words = word(&said, MADE_WITH).ok_or_else(mute)?.split(':');
-    let (slot, blocks) = words.next().zip(words.next()).ok_or_else(mute)?;
-    let blocks: u64 = blocks.parse().map_err(|_| mute())?;
+    let no_start_file = |source| Unsound::NoStartFile { path: start.to_owned(), source };
+    let StartFile { version, slot, blocks, .. } = StartFile::read(&said).map_err(no_start_file)?;
     let mut found = [0; 16];
     let at = blocks.saturating_mul(BLOCK).saturating_add(SLOT_AT);
     let read = File::open(root).and_then(|file| file.read_exact_at(&mut found, at));
@@ -157,13 +148,6 @@ fn version(start: &Path, root: &Path) -> Result<Version, Unsound> {
         return Err(Unsound::Apart { start: start.to_owned(), root: root.to_owned() });
     }
     Ok(version)
-}
-
-/// What stands behind `key` in `bytes`, up to where the word ends.
-fn word<'b>(bytes: &'b [u8], key: &[u8]) -> Option<&'b str> {
-    let at = bytes.windows(key.len()).position(|window| window == key)? + key.len();
-    let end = bytes[at..].iter().position(|byte| byte.is_ascii_whitespace() || *byte == 0)?;
-    std::str::from_utf8(&bytes[at..at + end]).ok()
 }
 
 /// Puts the file at `path` into `folder`; what it is there. Shows its progress on a terminal.
@@ -217,7 +201,8 @@ pub(super) fn line(unit: Option<&UnitId>, system: &System) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BLOCK, ROOT, START, version};
+    use super::{BLOCK, ROOT, START, Unsound, version};
+    use std::error::Error;
     use std::fs;
     use std::path::Path;
 
@@ -232,7 +217,8 @@ mod tests {
     #[test]
     fn only_halves_that_were_made_with_each_other_are_a_system() {
         let folder = tempfile::tempdir().unwrap();
-        let found = || version(&folder.path().join(START), &folder.path().join(ROOT)).map_err(|e| e.to_string());
+        let said = |error: Unsound| format!("{error}: {}", error.source().map(ToString::to_string).unwrap_or_default());
+        let found = || version(&folder.path().join(START), &folder.path().join(ROOT)).map_err(said);
         let slot = "07".repeat(16);
         lay(folder.path(), &format!("quiet dreams.version=0.2.0 dreams.root={slot}:2:salt:hash rw"), 7);
         assert_eq!(found().unwrap().to_string(), "0.2.0");
