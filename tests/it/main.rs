@@ -26,6 +26,7 @@ mod installing;
 mod joins;
 mod last_resort;
 mod manual;
+mod mending;
 mod night;
 mod owning;
 mod playing;

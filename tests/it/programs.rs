@@ -27,6 +27,11 @@ pub(crate) fn owner() -> PathBuf {
     fresh("dreams-owner")
 }
 
+/// `dreams-mend` as `make check` built it.
+pub(crate) fn mender() -> PathBuf {
+    fresh("dreams-mend")
+}
+
 /// `flock` as `make check` built it, beside the program that it hands over to.
 pub(crate) fn flock() -> PathBuf {
     fresh("flock-video");

@@ -1,0 +1,68 @@
+//! The command line of `dreams-mend`.
+//!
+//! Owns the options and their help. Never acts on them.
+
+use bundle::Version;
+use clap::{Parser, ValueEnum};
+use std::path::PathBuf;
+
+/// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
+pub(crate) const EXIT_STATUS: &str = "\
+Exit status:
+  0  everything is whole, or whole again
+  1  something is damaged, and there is nothing to mend it from
+  2  the command line is wrong
+  3  a file or a device could not be read or written; another attempt goes on from there";
+
+/// How much is looked through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Look {
+    /// What the firmware starts, on both boot partitions
+    Boot,
+    /// That, and every byte of both slots
+    All,
+}
+
+/// Look through what this unit starts from, and mend what is damaged from what is whole
+#[derive(Debug, Parser)]
+#[command(name = "dreams-mend", version, after_help = EXIT_STATUS)]
+pub(crate) struct Options {
+    /// How much is looked through
+    #[arg(value_enum)]
+    pub(crate) look: Look,
+    /// The folder of the boot partition to which new systems are written
+    #[arg(long, value_name = "DIR")]
+    pub(crate) boot: PathBuf,
+    /// The folder of the spare boot partition, where there is one
+    #[arg(long, value_name = "DIR")]
+    pub(crate) spare: Option<PathBuf>,
+    /// A slot; there are two
+    #[arg(long, value_name = "DEVICE")]
+    pub(crate) slot: Vec<PathBuf>,
+    /// A folder with the boot loader as it lies on a boot partition
+    #[arg(long, value_name = "DIR")]
+    pub(crate) loader: PathBuf,
+    /// The version of the system that runs, which is a good one
+    #[arg(long, value_name = "VERSION", value_parser = Version::parse)]
+    pub(crate) running: Version,
+    /// Tell people in front of the picture, through this file, if something was damaged
+    #[arg(long, value_name = "FILE")]
+    pub(crate) card: Option<PathBuf>,
+    /// Answer with one JSON document
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EXIT_STATUS;
+    use player::ending::Exit;
+
+    #[test]
+    fn the_help_names_every_exit_code() {
+        for exit in [Exit::Fine, Exit::No, Exit::Wrong, Exit::Unread] {
+            assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
+        }
+        assert_eq!(EXIT_STATUS.lines().count(), 5);
+    }
+}

@@ -1,0 +1,86 @@
+//! How a look ends: its answer on standard output, or its error on standard error.
+//!
+//! Owns [`Fatal`], the answer, and what people in front of the picture are told.
+
+use player::ending::{Exit, chain, fail};
+use player::notice::Notice;
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use tracing::warn;
+
+/// What was found damaged, and what became of it.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct Answer {
+    /// Files and slots that were damaged, and are whole again.
+    pub(crate) mended: Vec<String>,
+    /// Files and slots that are damaged, and for which there is no copy that is whole.
+    pub(crate) lost: Vec<String>,
+}
+
+/// An answer, and in which form it is wanted.
+#[derive(Debug)]
+pub(crate) struct Told {
+    pub(crate) answer: Answer,
+    pub(crate) json: bool,
+}
+
+/// Why the look was not ended. What was whole before is whole.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Fatal {
+    #[error("cannot {doing} `{path}`", path = path.display())]
+    Disk { doing: &'static str, path: PathBuf, source: io::Error },
+    #[error("cannot write the answer to standard output")]
+    Unwritten(#[source] io::Error),
+}
+
+/// The error of trying `doing` on `path`.
+pub(crate) fn at(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Fatal {
+    let path = path.to_owned();
+    move |source| Fatal::Disk { doing, path, source }
+}
+
+/// Tells people in front of the picture, through the file `card`, if something was damaged.
+pub(crate) fn tell_people(answer: &Answer, card: Option<&Path>) {
+    let text = if !answer.lost.is_empty() {
+        "Part of this frame's own system is damaged. It goes on with the rest; its disk may be failing."
+    } else if !answer.mended.is_empty() {
+        "Part of this frame's own system was damaged, and is mended. Its disk may be failing."
+    } else {
+        return;
+    };
+    let notice = Notice { text: text.to_owned(), thousandths: None };
+    if let Some(card) = card
+        && let Err(error) = notice.tell(card)
+    {
+        warn!(error = chain(&error), "nobody in front of the picture is told");
+    }
+}
+
+/// Ends the program: with the answer, or with the error and what to do about it.
+pub(crate) fn finish(result: Result<Told, Fatal>) -> ExitCode {
+    let told = result.and_then(|told| tell(&told).map_err(Fatal::Unwritten).map(|()| told));
+    let exit = match told {
+        Ok(told) if told.answer.lost.is_empty() => Exit::Fine,
+        Ok(_) => Exit::No,
+        Err(fatal) => {
+            fail(&fatal, "the disk may be failing; the system that runs goes on");
+            Exit::Unread
+        }
+    };
+    ExitCode::from(exit as u8)
+}
+
+fn tell(told: &Told) -> io::Result<()> {
+    let Answer { mended, lost } = &told.answer;
+    let mut out = io::stdout();
+    if told.json {
+        return writeln!(out, "{}", serde_json::to_string_pretty(&told.answer).map_err(io::Error::other)?);
+    }
+    if mended.is_empty() && lost.is_empty() {
+        writeln!(out, "all is whole")?;
+    }
+    mended.iter().try_for_each(|what| writeln!(out, "mended  {what}"))?;
+    lost.iter().try_for_each(|what| writeln!(out, "lost    {what}"))
+}

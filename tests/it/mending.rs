@@ -1,0 +1,254 @@
+//! What a unit starts from is looked through, and what is damaged is mended from what is whole.
+//!
+//! Owns the claims on `dreams-mend`. Files stand for the slots, folders for the boot partitions, `veritysetup` makes the
+//! roots and `image-build/stamp` what the firmware starts; whole machines are in `tests/image`.
+//!
+//! Start at [`Frame`].
+
+use crate::command_line::json;
+use crate::programs::{self, output, repository, succeed};
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+const BLOCK: usize = 4096;
+/// Blocks of a root: its tree of hashes has two levels.
+const BLOCKS: usize = 300;
+const SLOT: u64 = 2 << 20;
+/// The calls that change a disk.
+const CHANGES: [&str; 5] = ["write", "pwrite64", "fsync", "rename", "unlink"];
+const ENTRIES: &str = "EFI/Linux";
+
+/// A unit that runs 0.2.0 from slot b; 0.1.0 lies in slot a.
+struct Frame {
+    folder: TempDir,
+}
+
+impl Frame {
+    fn new() -> Self {
+        let frame = Self { folder: tempfile::tempdir().unwrap() };
+        for (version, slot) in [("0.1.0", "a"), ("0.2.0", "b")] {
+            frame.make(version, slot);
+            for boot in ["boot", "spare"] {
+                let entries = frame.at(boot).join(ENTRIES);
+                fs::create_dir_all(&entries).unwrap();
+                fs::copy(frame.at(version), entries.join(format!("dreams_{version}.efi"))).unwrap();
+            }
+        }
+        for file in ["EFI/BOOT/BOOTX64.EFI", "EFI/systemd/systemd-bootx64.efi"] {
+            starts(&frame.at("loader").join(file), &format!("the loader {file}"));
+        }
+        fs::create_dir_all(frame.at("loader/loader")).unwrap();
+        fs::write(frame.at("loader/loader/loader.conf"), "timeout 0\n").unwrap();
+        for boot in ["boot", "spare"] {
+            succeed(Command::new("cp").arg("-a").arg(frame.at("loader/.")).arg(frame.at(boot)));
+        }
+        frame
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Makes a system: its root in a slot, and what the firmware starts in the file `version`.
+    fn make(&self, version: &str, slot: &str) {
+        let root: Vec<u8> =
+            (0..BLOCKS * BLOCK).map(|at| (at / 7 * usize::from(version.as_bytes()[2]) % 251) as u8).collect();
+        let (slot, size) = (self.at(slot), root.len().to_string());
+        fs::write(&slot, root).unwrap();
+        let salt = "5a".repeat(32);
+        let uuid = format!("00000000-0000-4000-8000-000000000{}", version.replace('.', ""));
+        let mut format = Command::new("veritysetup");
+        format.args(["format", "--hash-offset", &size, "--data-blocks", &BLOCKS.to_string()]);
+        let said = succeed(format.args(["--salt", &salt, "--uuid", &uuid]).args([&slot, &slot]));
+        let said = String::from_utf8(said).unwrap();
+        let hash = said.lines().find_map(|line| line.strip_prefix("Root hash:")).expect("it has a root").trim();
+        fs::File::options().write(true).open(&slot).unwrap().set_len(SLOT).unwrap();
+        let name = uuid.replace('-', "");
+        starts(&self.at(version), &format!("dreams.version={version} dreams.root={name}:{BLOCKS}:{salt}:{hash} gpt"));
+    }
+
+    fn command(&self, look: &str) -> Command {
+        let mut command = Command::new(programs::mender());
+        command.args([look, "--json", "--running", "0.2.0"]);
+        for (option, name) in [("--boot", "boot"), ("--spare", "spare"), ("--slot", "a"), ("--slot", "b")] {
+            command.arg(option).arg(self.at(name));
+        }
+        command.arg("--loader").arg(self.at("loader")).arg("--card").arg(self.at("card"));
+        command
+    }
+
+    /// Looks through, and ends with this status; what was mended, and what is lost.
+    fn looks(&self, look: &str, status: i32) -> [Vec<String>; 2] {
+        let said = output(&mut self.command(look));
+        assert_eq!(said.status.code(), Some(status), "{}", String::from_utf8_lossy(&said.stderr));
+        let found = json(&said);
+        ["mended", "lost"].map(|key| {
+            let names = found[key].as_array().unwrap().iter();
+            names.map(|name| self.below(Path::new(name.as_str().unwrap()))).collect()
+        })
+    }
+
+    fn below(&self, path: &Path) -> String {
+        path.strip_prefix(self.folder.path()).unwrap().to_str().unwrap().to_owned()
+    }
+
+    /// Writes rubbish over a few bytes of a file.
+    fn spoil(&self, name: &str, at: u64) {
+        let file = fs::File::options().write(true).open(self.at(name)).unwrap();
+        file.write_all_at(b"rubbish", at).unwrap();
+    }
+
+    /// All that the unit starts from.
+    fn all(&self) -> BTreeMap<String, Vec<u8>> {
+        let said =
+            succeed(Command::new("find").current_dir(&self.folder).args(["a", "b", "boot", "spare", "-type", "f"]));
+        let names = String::from_utf8(said).unwrap();
+        names.lines().map(|name| (name.to_owned(), fs::read(self.at(name)).unwrap())).collect()
+    }
+}
+
+/// Makes a file that a firmware could take for one to start: a head, another one where that says, and `words`.
+fn starts(path: &Path, words: &str) {
+    let mut bytes = vec![7; 20_000];
+    bytes[..2].copy_from_slice(b"MZ");
+    bytes[0x3c..0x40].copy_from_slice(&0x80_u32.to_le_bytes());
+    bytes[1_000..1_000 + words.len()].copy_from_slice(words.as_bytes());
+    bytes[1_000 + words.len()] = 0;
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, bytes).unwrap();
+    succeed(Command::new(repository().join("image-build/stamp")).arg(path));
+}
+
+#[test]
+fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
+    let frame = Frame::new();
+    let whole = frame.all();
+    assert_eq!(frame.looks("all", 0), [vec![], Vec::<String>::new()]);
+    assert!(!frame.at("card").exists(), "nobody is told anything");
+    let entry = |boot: &str| format!("{boot}/{ENTRIES}/dreams_0.2.0.efi");
+    for name in [entry("boot"), entry("spare"), "boot/EFI/BOOT/BOOTX64.EFI".into(), "spare/loader/loader.conf".into()] {
+        for at in [0, 0x28, 0x90, 1_005, 19_990] {
+            frame.spoil(&name, at);
+            assert_eq!(frame.looks("boot", 0), [vec![name.clone()], vec![]], "byte {at}");
+            assert!(frame.all() == whole, "byte {at} of {name}");
+            // A file of a few bytes grew by the rubbish.
+            if name.ends_with("conf") {
+                break;
+            }
+        }
+        fs::remove_file(frame.at(&name)).unwrap();
+        frame.looks("all", 0);
+        assert!(frame.all() == whole, "{name} was gone");
+    }
+    let card = fs::read_to_string(frame.at("card")).unwrap();
+    assert!(card.contains("was damaged, and is mended"), "{card}");
+}
+
+#[test]
+fn any_block_of_a_slot_that_is_damaged_is_mended_from_the_other_slot_if_that_holds_the_same() {
+    let frame = Frame::new();
+    // Out of its box, both hold the same.
+    fs::copy(frame.at("b"), frame.at("a")).unwrap();
+    for boot in ["boot", "spare"] {
+        fs::remove_file(frame.at(boot).join(ENTRIES).join("dreams_0.1.0.efi")).unwrap();
+    }
+    let whole = frame.all();
+    let block = |number: usize| (number * BLOCK) as u64;
+    // The first block and the last, the superblock's name and salt, the top of the tree and its end.
+    for at in [0, block(BLOCKS) - 7, block(BLOCKS) + 20, block(BLOCKS) + 90, block(BLOCKS + 1), block(BLOCKS + 4) + 100]
+    {
+        for slot in ["a", "b"] {
+            frame.spoil(slot, at);
+            assert_eq!(frame.looks("all", 0), [vec![slot.to_owned()], vec![]], "byte {at}");
+            assert!(frame.all() == whole, "byte {at} of {slot}");
+        }
+    }
+}
+
+#[test]
+fn a_slot_whose_system_is_lost_takes_in_the_one_that_runs_and_nothing_points_to_the_lost_one() {
+    let frame = Frame::new();
+    frame.spoil("a", 5_000);
+    let [mended, lost] = frame.looks("all", 0);
+    assert_eq!((mended, lost), (vec!["a".to_owned()], vec![]));
+    assert!(fs::read(frame.at("a")).unwrap()[..BLOCKS * BLOCK] == fs::read(frame.at("b")).unwrap()[..BLOCKS * BLOCK]);
+    let files = frame.all();
+    assert!(!files.keys().any(|name| name.contains("0.1.0")), "{:?}", files.keys());
+    assert_eq!(frame.looks("all", 0), [vec![], Vec::<String>::new()]);
+}
+
+#[test]
+fn what_runs_is_never_overwritten_by_something_else() {
+    let frame = Frame::new();
+    frame.spoil("b", 5_000);
+    let before = frame.all();
+    assert_eq!(frame.looks("all", 1), [vec![], vec!["b".to_owned()]]);
+    assert!(frame.all() == before, "the system that runs is damaged, and the other one is another system");
+}
+
+#[test]
+fn a_system_on_trial_has_no_spare_start_file_until_it_is_good() {
+    let frame = Frame::new();
+    let entry = |boot: &str, name: &str| frame.at(boot).join(ENTRIES).join(name);
+    fs::remove_file(entry("spare", "dreams_0.2.0.efi")).unwrap();
+    fs::rename(entry("boot", "dreams_0.2.0.efi"), entry("boot", "dreams_0.2.0+2-1.efi")).unwrap();
+    frame.looks("all", 0);
+    assert!(!entry("spare", "dreams_0.2.0.efi").exists() && entry("boot", "dreams_0.2.0+2-1.efi").exists());
+    fs::rename(entry("boot", "dreams_0.2.0+2-1.efi"), entry("boot", "dreams_0.2.0.efi")).unwrap();
+    assert_eq!(frame.looks("boot", 0), [vec![], Vec::<String>::new()], "it was not damaged");
+    assert_eq!(fs::read(entry("spare", "dreams_0.2.0.efi")).unwrap(), fs::read(frame.at("0.2.0")).unwrap());
+    // One that gave way is called so everywhere.
+    fs::rename(entry("boot", "dreams_0.1.0.efi"), entry("boot", "dreams_0.1.0+0-1.efi")).unwrap();
+    frame.looks("boot", 0);
+    assert!(!entry("spare", "dreams_0.1.0.efi").exists() && entry("spare", "dreams_0.1.0+0-1.efi").exists());
+}
+
+#[test]
+fn a_look_that_is_cut_short_at_any_step_leaves_what_runs_whole_and_the_next_one_ends_it() {
+    let frame = Frame::new();
+    let damage = || {
+        frame.spoil("a", 5_000);
+        frame.spoil(&format!("boot/{ENTRIES}/dreams_0.2.0.efi"), 1_005);
+        frame.spoil("spare/EFI/systemd/systemd-bootx64.efi", 3_000);
+    };
+    damage();
+    let kept = frame.all();
+    let reset = || {
+        for name in frame.all().into_keys().filter(|name| !kept.contains_key(name)) {
+            fs::remove_file(frame.at(&name)).unwrap();
+        }
+        for (name, bytes) in &kept {
+            fs::write(frame.at(name), bytes).unwrap();
+        }
+    };
+    let strace = |options: &[&str]| -> Output {
+        reset();
+        let look = frame.command("all");
+        let mut command = Command::new("strace");
+        command.args(["-f", "-qq", "-o"]).arg(frame.at("strace")).args(options);
+        output(command.arg(look.get_program()).args(look.get_args()))
+    };
+    frame.looks("all", 0);
+    let whole = frame.all();
+    let mut broken = 0;
+    for call in CHANGES {
+        strace(&["-e", &format!("trace={call}")]);
+        let log = fs::read_to_string(frame.at("strace")).unwrap();
+        let steps = log.lines().filter(|line| line.contains(&format!(" {call}("))).count();
+        for (step, how) in (1..=steps).flat_map(|step| [(step, "signal=KILL"), (step, "error=EIO")]) {
+            strace(&["-e", &format!("trace={call}"), "-e", &format!("inject={call}:{how}:when={step}")]);
+            let cut = frame.all();
+            let is = |name: &str| cut.get(name) == whole.get(name);
+            let start = |boot: &str| is(&format!("{boot}/{ENTRIES}/dreams_0.2.0.efi"));
+            assert!(is("b") && (start("boot") || start("spare")), "{how} at {call} {step}");
+            frame.looks("all", 0);
+            assert!(frame.all() == whole, "{how} at {call} {step}");
+            broken += 1;
+        }
+    }
+    assert!(broken > 40, "only {broken} steps were seen");
+}
