@@ -5,18 +5,11 @@
 use crate::machine::{Machine, PAUSE};
 use crate::picture::{Look, only_art};
 use crate::starting::{MOVES, OFTEN, Playing, playing};
-use crate::unit::{DATA, Unit};
+use crate::unit::{DATA, Unit, rubbish};
 
 const MIB: usize = 1 << 20;
 /// What the unit has taken in of its owner's settings.
 const KEPT: &str = "/var/lib/dreams/owner/dreams.toml";
-
-/// Bytes that mean nothing, the same in every run.
-pub(crate) fn rubbish(length: usize) -> Vec<u8> {
-    let mut bytes = vec![0; length];
-    blake3::Hasher::new().update(b"rubbish").finalize_xof().fill(&mut bytes);
-    bytes
-}
 
 /// Starts, to art and nothing else, on a disk of the flocks that takes what is written to it.
 fn heals(unit: &Unit) -> (Machine, Vec<Look>) {

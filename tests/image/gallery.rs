@@ -23,6 +23,11 @@ const PLACARD: [usize; 4] = [16, 600, 752, 704];
 const GREYS: [u8; 3] = [16, 63, 203];
 /// So many looked-at pixels of these greys are a placard.
 const PANE: usize = 60;
+/// A picture that was scaled is compared by the mean colours of cells: so many looked-at columns and rows make one.
+const CELL: (usize, usize) = (8, 10);
+/// How far the mean colour of a cell may be off: a pixel of a scaled picture is a mean of several pixels, and a looked-at
+/// pixel of the frame is one of them.
+const CELL_TOLERANCE: f32 = 16.0;
 
 /// What was looked at of a picture: red, green and blue, row by row.
 #[derive(Clone, PartialEq, Eq)]
@@ -36,6 +41,13 @@ pub(crate) struct Gallery {
 struct Frame {
     place: Place,
     samples: Samples,
+    cells: Vec<[f32; 3]>,
+}
+
+impl Frame {
+    fn new(place: Place, samples: Samples) -> Self {
+        Self { place, cells: samples.cells(), samples }
+    }
 }
 
 /// Which frame it is.
@@ -77,6 +89,19 @@ impl Samples {
         })
     }
 
+    /// The mean colours of the cells, row by row.
+    fn cells(&self) -> Vec<[f32; 3]> {
+        let across = SIZE.0.div_ceil(STEP.0);
+        let rows: Vec<_> = self.0.chunks(across).collect();
+        let cell = |rows: &[&[[u8; 3]]], column: usize| {
+            let samples = || rows.iter().flat_map(|row| &row[column..across.min(column + CELL.0)]);
+            let count = samples().count() as f32;
+            [0, 1, 2].map(|colour| samples().map(|sample| f32::from(sample[colour])).sum::<f32>() / count)
+        };
+        let columns = || (0..across).step_by(CELL.0);
+        rows.chunks(CELL.1).flat_map(|rows| columns().map(|column| cell(rows, column)).collect::<Vec<_>>()).collect()
+    }
+
     /// Whether they are those of `frame`, where `counts` says that they count.
     fn are(&self, frame: &Self, counts: impl Fn((usize, usize)) -> bool) -> bool {
         let alike = |ours: &[u8; 3], theirs: &[u8; 3]| {
@@ -109,7 +134,7 @@ impl Gallery {
             let clip: Arc<str> = clip.as_str().unwrap().into();
             for (frame, samples) in decoded(&folder.join(&*clip)).into_iter().enumerate() {
                 let place = Place { flock: Arc::clone(&flock), clip: Arc::clone(&clip), frame, has_placard: false };
-                frames.push(Frame { place, samples });
+                frames.push(Frame::new(place, samples));
             }
         }
         Self { frames }
@@ -129,6 +154,20 @@ impl Gallery {
         let found = order().find(|at| samples.are(&self.frames[*at].samples, |at| !may_bear_placard(at)))?;
         *near = found;
         Some(Place { has_placard: true, ..place(found) })
+    }
+
+    /// Which of its frames `samples` are most like, if these are of a frame that was scaled: each cell has nearly the colour
+    /// that it has in the frame.
+    pub(crate) fn find_scaled(&self, samples: &Samples) -> Option<Place> {
+        let cells = samples.cells();
+        let off = |frame: &Frame| {
+            let pairs = cells.iter().flatten().zip(frame.cells.iter().flatten());
+            let off = pairs.map(|(ours, theirs)| (ours - theirs).abs());
+            off.fold((0.0_f32, 0.0_f32), |(most, sum), off| (most.max(off), sum + off))
+        };
+        let fitting = self.frames.iter().map(|frame| (off(frame), frame)).filter(|((most, _), _)| *most <= CELL_TOLERANCE);
+        let best = fitting.min_by(|((_, one), _), ((_, other), _)| one.total_cmp(other))?;
+        Some(best.1.place.clone())
     }
 }
 
@@ -157,10 +196,9 @@ mod tests {
     }
 
     fn gallery() -> Gallery {
-        let frame = |number| Frame {
-            place: Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_placard: false },
-            samples: Samples::of(|x, y| picture(number, x, y)),
-        };
+        let place =
+            |number| Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_placard: false };
+        let frame = |number| Frame::new(place(number), Samples::of(|x, y| picture(number, x, y)));
         Gallery { frames: (0..4).map(frame).collect() }
     }
 
@@ -185,5 +223,18 @@ mod tests {
         assert_eq!(found(|x, y| picture(if y < SIZE.1 / 2 { 1 } else { 2 }, x, y)), None);
         let elsewhere = |x, y| (20..500).contains(&x) && (50..102).contains(&y);
         assert_eq!(found(|x, y| if elsewhere(x, y) { [16; 3] } else { picture(1, x, y) }), None);
+    }
+
+    #[test]
+    fn a_scaled_frame_is_found_and_nothing_else_is() {
+        let scaled = |colour: &dyn Fn(usize, usize) -> [u8; 3]| {
+            gallery().find_scaled(&Samples::of(colour)).map(|place| place.frame)
+        };
+        // Two pixels in one.
+        assert_eq!(scaled(&|x, y| picture(1, x / 2 * 2, y / 2 * 2)), Some(1));
+        assert_eq!(scaled(&|x, y| picture(3, x, y).map(|light| light.saturating_add(4))), Some(3));
+        assert_eq!(scaled(&|_, _| [0; 3]), None);
+        assert_eq!(scaled(&|x, y| if x < 320 && y < 32 { [170; 3] } else { picture(2, x, y) }), None, "letters");
+        assert_eq!(scaled(&|x, y| picture(if y < SIZE.1 / 2 { 1 } else { 2 }, x, y)), None);
     }
 }

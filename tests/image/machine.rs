@@ -7,6 +7,7 @@
 
 use crate::disk::Disk;
 use crate::gallery::Gallery;
+use crate::hardware::{Hardware, USUAL};
 use crate::monitor::Monitor;
 use crate::now::now;
 use crate::picture::Look;
@@ -76,17 +77,16 @@ impl Socket {
 }
 
 impl Machine {
-    /// A machine with this disk, its other things in `folder`; `more` are words of QEMU's.
-    pub(crate) fn start(folder: &Path, disk: &Disk, more: &[String]) -> Self {
+    /// A machine of these parts with this disk, its other things in `folder`; `more` are words of QEMU's.
+    pub(crate) fn start(folder: &Path, disk: &Disk, hardware: Hardware, more: &[String]) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         // Before its clock runs.
         let galleries = vec![built_in()];
         let drive = |file: &Path, what: &str| format!("file={},{what}", file.display());
         let (serial, monitor) = (Socket::new(folder.join("serial")), Socket::new(folder.join("monitor")));
         let mut qemu = Command::new("qemu-system-x86_64");
-        qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35", "-smp", "2", "-m", "1024"]);
-        qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-vga,xres=1280,yres=720"]);
-        qemu.args(["-device", "qemu-xhci,id=xhci", "-device", "virtio-rng-pci"]);
+        qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35", "-smp", "2"]);
+        qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-rng-pci"]);
         // A network with the world on one port; there are others.
         qemu.args(["-netdev", "user,id=world", "-netdev", "hubport,id=port,hubid=0,netdev=world"]);
         qemu.args(["-netdev", "hubport,id=net,hubid=0", "-device", "virtio-net-pci,netdev=net"]);
@@ -94,7 +94,7 @@ impl Machine {
         qemu.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
         qemu.args(["-drive", &drive(Path::new(FIRMWARE), "if=pflash,format=raw,readonly=on")]);
         qemu.args(["-drive", &drive(&folder.join("variables"), "if=pflash,format=raw")]);
-        qemu.args(disk.words()).args(["-device", "virtio-blk-pci,drive=disk"]);
+        qemu.args(disk.words()).args(hardware.words());
         let qemu = qemu.args(more).spawn().expect("QEMU starts");
         let (serial, monitor) = (Serial::new(serial.accept()), Monitor::new(monitor.accept()));
         let shot = folder.join("shot.ppm");
@@ -115,7 +115,7 @@ impl Machine {
     /// A machine like that one, which goes on where `state` was left.
     pub(crate) fn wake(folder: &Path, disk: &Disk, state: &Path) -> Self {
         let from = ["-incoming".to_owned(), format!("exec:cat '{}'", state.display())];
-        let mut machine = Self::start(folder, disk, &from);
+        let mut machine = Self::start(folder, disk, USUAL, &from);
         machine.await_status("paused");
         machine.monitor.ask("cont", &json!({}));
         machine
@@ -295,7 +295,7 @@ impl Machine {
         self.monitor.ask("send-key", &json!({ "keys": keys }));
     }
 
-    /// Puts in a stick.
+    /// Puts in a stick, to which nobody may write.
     pub(crate) fn plug(&mut self, stick: &Path) {
         let file = json!({ "driver": "file", "filename": stick, "read-only": true });
         let node = json!({ "driver": "raw", "node-name": "stick", "read-only": true, "file": file });

@@ -17,8 +17,10 @@ mod closure;
 mod cuts;
 mod disk;
 mod gallery;
+mod hardware;
 mod loss;
 mod machine;
+mod matrix;
 mod mistake;
 mod monitor;
 mod neighbour;
@@ -31,6 +33,8 @@ mod ports;
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
 mod serial;
+#[allow(dead_code, reason = "it is only measured from `whole.rs`")]
+mod soon;
 mod starting;
 mod stick;
 mod system;

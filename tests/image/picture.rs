@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-/// A picture without a brighter sample is no frame.
+/// Nothing that is as dark as this is a frame, and nothing around a frame is lighter.
 const DARK: u8 = 24;
 
 /// What a look at the glass has shown.
@@ -37,9 +37,15 @@ impl Look {
         let brightest = pixels.iter().step_by(7).copied().max().unwrap_or_default();
         let mut place = None;
         // That spares looking through all of them while a machine starts.
-        if size == SIZE && brightest > DARK {
-            let samples = Samples::of(|x, y| pixels[(y * SIZE.0 + x) * 3..][..3].try_into().expect("three bytes"));
+        let colour = |x: usize, y: usize| pixels[(y * size.0 + x) * 3..][..3].try_into().expect("three bytes");
+        if brightest > DARK && size == SIZE {
+            let samples = Samples::of(colour);
             place = galleries.iter().find_map(|gallery| gallery.find(&samples, near));
+        } else if brightest > DARK {
+            let glass = Glass::of(size);
+            let samples = Samples::of(|x, y| glass.pixel(x, y, colour));
+            let is_framed = glass.border().all(|(x, y)| colour(x, y).iter().all(|light: &u8| *light <= DARK));
+            place = galleries.iter().filter(|_| is_framed).find_map(|gallery| gallery.find_scaled(&samples));
         }
         Self { at, other: place.is_none().then_some((size, brightest)), place }
     }
@@ -52,6 +58,39 @@ impl Look {
     /// Whether nothing is to be seen.
     pub(crate) fn is_dark(&self) -> bool {
         self.other.is_some_and(|(_, brightest)| brightest <= DARK)
+    }
+}
+
+/// A glass of another size than the pictures: they are as large as fits, in the middle, and black is around them.
+struct Glass {
+    size: (usize, usize),
+    scale: f64,
+}
+
+impl Glass {
+    fn of(size: (usize, usize)) -> Self {
+        Self { size, scale: (size.0 as f64 / SIZE.0 as f64).min(size.1 as f64 / SIZE.1 as f64) }
+    }
+
+    /// Pixels to the left of the picture, and above it.
+    fn margins(&self) -> (f64, f64) {
+        let margin = |glass: usize, picture: usize| (glass as f64 - picture as f64 * self.scale) / 2.0;
+        (margin(self.size.0, SIZE.0), margin(self.size.1, SIZE.1))
+    }
+
+    /// The colour where the middle of this pixel of the picture is.
+    fn pixel(&self, x: usize, y: usize, colour: impl Fn(usize, usize) -> [u8; 3]) -> [u8; 3] {
+        let (left, top) = self.margins();
+        let place = |margin: f64, at: usize| (margin + (at as f64 + 0.5) * self.scale) as usize;
+        colour(place(left, x), place(top, y))
+    }
+
+    /// Pixels around the picture, not closer to it than a rounding.
+    fn border(&self) -> impl Iterator<Item = (usize, usize)> {
+        let ((left, top), (width, height)) = (self.margins(), self.size);
+        let is_outside = move |at: usize, margin: f64, size: usize| at.min(size - 1 - at) as f64 + 3.0 < margin;
+        let all = (0..height).step_by(3).flat_map(move |y| (0..width).step_by(3).map(move |x| (x, y)));
+        all.filter(move |(x, y)| is_outside(*x, left, width) || is_outside(*y, top, height))
     }
 }
 

@@ -3,12 +3,11 @@
 //! Owns the claims on the two slots: who runs after which start, what the boot loader is told, and that neither the flock
 //! nor what the owner has set is touched by any of it. How the system came there is in `system.rs`.
 
-use crate::damage::rubbish;
 use crate::machine::{Machine, PAUSE};
 use crate::picture::{Look, only_art};
 use crate::starting::{MOVES, OFTEN, PROVEN, playing};
 use crate::system::{Coming, FETCH, NEXT, NOW, coming, kept, version};
-use crate::unit::{SLOT_B, Unit};
+use crate::unit::{SLOT_B, Unit, rubbish};
 
 /// How often the boot loader starts what it does not know to be good.
 const TRIES: usize = 3;

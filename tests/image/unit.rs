@@ -6,6 +6,7 @@
 //! Start at [`Unit::new`], [`Unit::start`] and [`Frozen`].
 
 use crate::disk::Disk;
+use crate::hardware::{Hardware, USUAL};
 use crate::loss;
 use crate::machine::Machine;
 use crate::programs::{repository, succeed};
@@ -17,14 +18,17 @@ use std::process::Command;
 use tempfile::TempDir;
 
 /// The disk that a unit is given: larger than the image, which is to take all of it.
-const DISK_MIB: u64 = 1_200;
+const DISK_MIB: u64 = 1_400;
 /// The firmware's variables as they leave the factory, of Debian's `ovmf`.
 const VARIABLES: &str = "/usr/share/OVMF/OVMF_VARS_4M.fd";
 
-/// The second slot, the owner's partition and that of the flocks, as `image-build/disk.sfdisk` counts them.
+/// The partitions, as `image-build/disk.sfdisk` counts them.
+pub(crate) const BOOT: u32 = 1;
+pub(crate) const SLOT_A: u32 = 2;
 pub(crate) const SLOT_B: u32 = 3;
 const OWNER: u32 = 4;
 pub(crate) const DATA: u32 = 6;
+pub(crate) const SPARE: u32 = 7;
 
 /// A unit that can be started, again and again.
 pub(crate) struct Unit {
@@ -65,6 +69,13 @@ pub(crate) fn clear_shelf() {
     }
 }
 
+/// Bytes that mean nothing, the same in every run.
+pub(crate) fn rubbish(length: usize) -> Vec<u8> {
+    let mut bytes = vec![0; length];
+    blake3::Hasher::new().update(b"rubbish").finalize_xof().fill(&mut bytes);
+    bytes
+}
+
 /// A disk that is `disk`, and keeps what is written to it in `file`.
 fn over(disk: &Path, file: &Path) -> Disk {
     succeed(Command::new("qemu-img").args(["create", "-q", "-f", "qcow2", "-F", "raw", "-b"]).args([disk, file]));
@@ -74,8 +85,13 @@ fn over(disk: &Path, file: &Path) -> Disk {
 impl Unit {
     /// A unit as it comes out of its box.
     pub(crate) fn new() -> Self {
+        Self::of_size(DISK_MIB)
+    }
+
+    /// One with a disk of so many MiB.
+    pub(crate) fn of_size(disk_mib: u64) -> Self {
         let unit = Self::with(&image().join("disk.img"), Path::new(VARIABLES));
-        fs::File::options().write(true).open(&unit.disk.file).unwrap().set_len(DISK_MIB << 20).unwrap();
+        fs::File::options().write(true).open(&unit.disk.file).unwrap().set_len(disk_mib << 20).unwrap();
         unit
     }
 
@@ -115,6 +131,26 @@ impl Unit {
         disk.write_all_at(bytes, self.find(number).unwrap() + at).unwrap();
     }
 
+    /// Writes `bytes` over what is in the file of a boot partition, from `at` on.
+    pub(crate) fn spoil_file(&self, number: u32, file: &str, at: u64, bytes: &[u8]) {
+        let partition = format!("{}@@{}", self.disk.file.display(), self.find(number).unwrap());
+        let (copy, there) = (self.path("spoilt"), format!("::{file}"));
+        succeed(Command::new("mcopy").args(["-n", "-o", "-i", &partition, &there]).arg(&copy));
+        fs::File::options().write(true).open(&copy).unwrap().write_all_at(bytes, at).unwrap();
+        succeed(Command::new("mcopy").args(["-n", "-o", "-i", &partition]).arg(&copy).arg(&there));
+    }
+
+    /// Takes the entry of a partition out of the table of its disk, and leaves what lies there.
+    pub(crate) fn lose_entry(&self, number: u32) {
+        let disk = self.disk.file.to_str().unwrap();
+        succeed(Command::new("sfdisk").args(["--quiet", "--delete", disk, &number.to_string()]));
+    }
+
+    /// Where its disk lies, which can be read as it is.
+    pub(crate) fn disk(&self) -> &Path {
+        &self.disk.file
+    }
+
     /// The same unit once more. This one is off, and has a disk that can be read as it is.
     pub(crate) fn copy(&self) -> Self {
         Self::with(&self.disk.file, &self.path("variables"))
@@ -127,7 +163,18 @@ impl Unit {
 
     /// The same, with more words of QEMU's.
     pub(crate) fn start_with(&self, more: &[String]) -> Machine {
-        Machine::start(self.folder.path(), &self.disk, more)
+        self.start_as(USUAL, more)
+    }
+
+    /// The same, on a machine of these parts.
+    pub(crate) fn start_as(&self, hardware: Hardware, more: &[String]) -> Machine {
+        Machine::start(self.folder.path(), &self.disk, hardware, more)
+    }
+
+    /// Gives power to a machine whose firmware has forgotten all that it was told.
+    pub(crate) fn start_forgetful(&self) -> Machine {
+        fs::copy(VARIABLES, self.path("variables")).unwrap();
+        self.start()
     }
 
     /// Wakes it as it was `frozen`, which has the same disk.
@@ -143,7 +190,7 @@ impl Unit {
         let disk = Disk { log: Some(log), ..over(&self.disk.file, &self.path("record.qcow2")) };
         match frozen {
             Some(frozen) => Machine::wake(self.folder.path(), &disk, &frozen.state()),
-            None => Machine::start(self.folder.path(), &disk, &[]),
+            None => Machine::start(self.folder.path(), &disk, USUAL, &[]),
         }
     }
 

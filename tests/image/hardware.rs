@@ -1,0 +1,106 @@
+//! What a machine is made of: how its disk hangs on it, its display, its memory.
+//!
+//! Owns QEMU's words for each of them. Never starts a machine.
+
+/// Where the disk hangs: as QEMU's devices, the last of which takes the node `disk`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Bus {
+    Ahci,
+    Nvme,
+    Sd,
+    Uas,
+    UsbStorage,
+    VirtioBlk,
+    VirtioScsi,
+}
+
+/// The display, by QEMU's name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Display {
+    Bochs,
+    Cirrus,
+    None,
+    Qxl,
+    /// A framebuffer of the firmware's, and no card that a driver could be for.
+    Ramfb,
+    StandardVga,
+    Virtio,
+}
+
+/// A machine's parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Hardware {
+    pub(crate) bus: Bus,
+    pub(crate) display: Display,
+    pub(crate) memory_mib: u32,
+}
+
+/// What the claims of other files are tried on.
+pub(crate) const USUAL: Hardware = Hardware { bus: Bus::VirtioBlk, display: Display::Virtio, memory_mib: 1024 };
+
+impl Bus {
+    fn devices(self) -> &'static [&'static str] {
+        match self {
+            // The one that the machine has anyhow.
+            Self::Ahci => &["ide-hd,bus=ide.0"],
+            Self::Nvme => &["nvme,serial=unit"],
+            Self::Sd => &["sdhci-pci", "sd-card"],
+            Self::Uas => &["usb-uas,id=uas,bus=xhci.0", "scsi-hd,bus=uas.0"],
+            Self::UsbStorage => &["usb-storage,bus=xhci.0,port=2"],
+            Self::VirtioBlk => &["virtio-blk-pci"],
+            Self::VirtioScsi => &["virtio-scsi-pci,id=scsi", "scsi-hd,bus=scsi.0"],
+        }
+    }
+
+    /// How large a disk it takes, in MiB, if not any: cards are powers of two.
+    pub(crate) fn disk_mib(self) -> Option<u64> {
+        (self == Self::Sd).then_some(4_096)
+    }
+
+    /// Whether the firmware of Debian's `ovmf` reads it. It has no driver for QEMU's SD host, and of USB disks it knows the
+    /// older protocol only, QEMU's UAS disk the newer one only; UAS disks that one can buy know both.
+    pub(crate) fn is_read_by_firmware(self) -> bool {
+        !matches!(self, Self::Sd | Self::Uas)
+    }
+
+    /// Whether the kernel calls it so, of the names in `/sys/block`.
+    pub(crate) fn is_called(self, name: &str) -> bool {
+        let beginning = match self {
+            Self::Ahci | Self::Uas | Self::UsbStorage | Self::VirtioScsi => "sd",
+            Self::Nvme => "nvme",
+            Self::Sd => "mmcblk",
+            Self::VirtioBlk => "vd",
+        };
+        name.starts_with(beginning)
+    }
+}
+
+impl Display {
+    fn device(self) -> Option<&'static str> {
+        match self {
+            Self::Bochs => Some("bochs-display,xres=1280,yres=720"),
+            Self::Cirrus => Some("cirrus-vga"),
+            Self::None => None,
+            Self::Qxl => Some("qxl-vga,xres=1280,yres=720"),
+            Self::Ramfb => Some("ramfb"),
+            Self::StandardVga => Some("VGA,xres=1280,yres=720"),
+            Self::Virtio => Some("virtio-vga,xres=1280,yres=720"),
+        }
+    }
+}
+
+impl Hardware {
+    /// QEMU's words for it. The node `disk` is there already.
+    pub(crate) fn words(self) -> Vec<String> {
+        let mut words = vec!["-m".to_owned(), self.memory_mib.to_string()];
+        let mut device = |device: &str| words.extend(["-device".to_owned(), device.to_owned()]);
+        self.display.device().into_iter().for_each(&mut device);
+        device("qemu-xhci,id=xhci");
+        let (last, others) = self.bus.devices().split_last().expect("a disk is a device");
+        for other in others {
+            device(other);
+        }
+        device(&format!("{last},drive=disk"));
+        words
+    }
+}

@@ -1,0 +1,32 @@
+//! Other machines: each bus that a disk hangs on, each display that QEMU has, little memory and much.
+//!
+//! Owns which of them there are, and the claim that each shows its art. What QEMU 7.2 has not, no claim is made of: eMMC,
+//! UFS, Intel's VMD.
+
+use crate::hardware::{Bus, Display, Hardware, USUAL};
+use crate::machine::{Machine, PAUSE};
+use crate::picture::only_art;
+use crate::programs::repository;
+use crate::soon::parts;
+use crate::starting::{MOVES, OFTEN};
+use crate::unit::Unit;
+
+/// Starts a unit out of its box on a machine of these parts; it shows its art.
+pub(crate) fn shows_its_art(hardware: Hardware) {
+    let unit = hardware.bus.disk_mib().map_or_else(Unit::new, Unit::of_size);
+    let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
+    // What the firmware can't read, QEMU starts in its place.
+    let words = if hardware.bus.is_read_by_firmware() { Vec::new() } else { parts(folder.path()).0 };
+    let mut machine: Machine = unit.start_as(hardware, &words);
+    let mut looks = machine.await_shell();
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+    only_art(&looks, OFTEN);
+    let disk = machine.run("basename $(readlink -f /sys/class/block/dm-0/slaves/*/..)");
+    assert!(hardware.bus.is_called(&disk), "it runs from {disk} on {hardware:?}");
+    machine.is_well();
+}
+
+#[test]
+fn a_unit_on_nvme_and_a_bochs_display_shows_its_art() {
+    shows_its_art(Hardware { bus: Bus::Nvme, display: Display::Bochs, ..USUAL });
+}
