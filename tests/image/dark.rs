@@ -1,16 +1,22 @@
 //! A display that is not there when its unit starts.
 //!
-//! Owns the claim that the unit comes up all the same, and lights the display when it is plugged in.
+//! Owns the claims that the unit comes up all the same, lights the display when it is plugged in, and holds no start without
+//! one against its system.
 
+use crate::hardware::{Display, Hardware, USUAL};
 use crate::machine::PAUSE;
 use crate::picture::{Look, only_art};
 use crate::programs::repository;
 use crate::soon::{parts, seconds};
-use crate::starting::{MOVES, OFTEN, UP};
+use crate::starting::{MOVES, OFTEN, PROVEN, UP, playing};
+use crate::system::{NEXT, NOW, coming, version};
 use crate::unit::Unit;
 
 /// What the kernel is told of the socket: nothing is plugged in, whatever it says.
 const UNPLUGGED: &str = " video=Virtual-1:d";
+/// For its shell: it has said that this start is not counted.
+const EXCUSED: &str =
+    "until journalctl --boot --unit=dreams-good --output=cat | grep -q 'not counted'; do sleep 1; done";
 const PLUG: &str = "echo on > /sys/class/drm/card0-Virtual-1/status";
 
 #[test]
@@ -33,4 +39,33 @@ fn a_unit_without_a_display_comes_up_all_the_same_and_lights_one_that_is_plugged
     only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
     assert_eq!(machine.run("systemctl show -P ActiveState dreams-player"), "active");
     machine.is_well();
+}
+
+#[test]
+fn six_starts_without_a_display_are_not_held_against_a_system_good_or_on_trial() {
+    let unit = coming().written.copy();
+    let headless = Hardware { display: Display::None, ..USUAL };
+    for _ in 0..6 {
+        let mut machine = unit.start_as(headless, &[]);
+        machine.await_word("BENCH");
+        assert_eq!(version(&mut machine), NEXT, "on trial");
+        machine.run(EXCUSED);
+    }
+    let mut machine = unit.start();
+    machine.hang(playing().stick.gallery);
+    let mut looks = machine.await_shell();
+    looks.extend(machine.watch_while(PAUSE, PROVEN));
+    only_art(&looks, OFTEN);
+    assert_eq!(version(&mut machine), NEXT);
+    drop(machine);
+    for _ in 0..6 {
+        let mut machine = unit.start_as(headless, &[]);
+        machine.await_word("BENCH");
+        assert_eq!(version(&mut machine), NEXT, "a good one");
+        machine.run(EXCUSED);
+    }
+    let mut machine = unit.start();
+    machine.hang(playing().stick.gallery);
+    only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
+    assert_eq!(version(&mut machine), NEXT, "{NOW} is not asked");
 }

@@ -30,9 +30,8 @@ pub(crate) const FETCH: &str = "systemctl start dreams-update.service";
 pub(crate) const WRITE: &str = "systemctl start dreams-system.path";
 /// For its shell: the flock that it plays and what its owner has set, as one word.
 const KEPT: &str = "cd /var/lib/dreams && find -H owner store/current -type f | sort | xargs sha256sum | sha256sum";
-/// For its shell: whether the next system lies in the store, and which one was written last to a slot.
+/// For its shell: whether the next system lies in the store, to be written to a slot.
 const IS_FETCHED: &str = "[ -e /var/lib/dreams/store/system/staged ]";
-const WRITTEN: &str = "tr -d '\\0' < /dev/vda5 | cut -d ' ' -f 3";
 
 /// A step of a unit on the way to its next system, before which it was frozen.
 pub(crate) struct Step {
@@ -99,7 +98,7 @@ pub(crate) fn coming() -> &'static Coming {
         let writing = (unit.freeze(machine), path.clone());
 
         let is_over = "[ \"$(systemctl show -P ActiveState dreams-system)\" = inactive ]";
-        let written = format!("{WRITE}; until [ \"$({WRITTEN})\" = {NEXT} ] && {is_over}; do sleep 1; done");
+        let written = format!("{WRITE}; until ! {IS_FETCHED} && {is_over}; do sleep 1; done");
         let (written, machine, write) = goes(&writing.0, &mut path, &written);
         drop(machine);
 

@@ -18,9 +18,11 @@ mod closely;
 mod console;
 mod cuts;
 mod damage;
+mod damages;
 mod dark;
 mod disk;
 mod firmware;
+mod flocks_disk;
 mod gallery;
 mod hanging;
 mod hardware;
@@ -42,6 +44,7 @@ mod ports;
 #[path = "../it/programs.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
+mod redundant;
 mod serial;
 mod slots;
 mod soon;
@@ -49,3 +52,4 @@ mod starting;
 mod stick;
 mod system;
 mod unit;
+mod usb;

@@ -124,9 +124,14 @@ fn only_files_that_programs_read_or_run_are_laid_out() {
             && ["/dev/null", "/run/dreams-owner/wired.network"].contains(&&*row.from)
             && row.edition == "image")
             || (is_program && row.mode == "0755" && row.to.starts_with("/usr/bin/"))
+            || (row.mode == "0755" && row.to.starts_with("/usr/lib/dreams/") && is_script(&row.from))
             || (!is_program && row.mode == "0644" && super::root().join(&row.from).is_file());
         assert!(is_named && is_right, "{row:?}");
     }
+}
+
+fn is_script(from: &str) -> bool {
+    super::read(from).starts_with("#!/bin/sh\n")
 }
 
 /// The Debian package with `/bin/true` for the programs.

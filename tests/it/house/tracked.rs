@@ -30,7 +30,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("fuzz/corpus", &["*"]),
     ("image-build", &["README.md", "*.txt", "*.c", "*.sfdisk", SCRIPT]),
     ("image-build/ffmpeg", &["*.patch", SCRIPT]),
-    ("image-build/system", &["*.conf", "*.network", "*.path", "*.service", "*.target", "disk", SCRIPT]),
+    ("image-build/system", &["*.conf", "*.network", "*.path", "*.service", "*.target", "*.timer", "disk", SCRIPT]),
     ("player", &["Cargo.toml", "*.rs", "*.html"]),
     (
         "systemd",

@@ -31,7 +31,14 @@ fn judge(name: &str, text: &str, arguments: &[&str]) -> String {
 /// The same for a timer, beside the service that it calls.
 fn judge_timer(name: &str, text: &str, service: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let called = laid(folder.path(), service, &super::read(&format!("systemd/{service}")));
+    let file = match service.split_once('@') {
+        Some((template, _)) => format!("{template}@.service"),
+        None => service.to_owned(),
+    };
+    let services = super::files(".service");
+    let found = services.iter().find(|(path, _)| path.ends_with(&format!("/{file}")));
+    let (_, text_of_called) = found.unwrap_or_else(|| panic!("`{name}` calls `{service}`, which is not there"));
+    let called = laid(folder.path(), &file, text_of_called);
     let timer = laid(folder.path(), name, text);
     let output =
         Command::new("systemd-analyze").args(["verify", "--man=no"]).arg(&timer).arg(&called).output().unwrap();
