@@ -105,26 +105,30 @@ impl Owner {
         OutputSettings { connector: connector.clone(), mode: *mode, rotation: *rotate, range: *range, margin: *margin }
     }
 
-    /// What systemd's network manager is told of it; `None` if it need not be told anything.
+    /// What systemd's network manager is told of the cable, beside `80-dreams.network`; `None` if it need not be told
+    /// anything.
     pub fn network(&self) -> Option<String> {
         if self.address.is_none() && self.dns.is_empty() {
             return None;
         }
-        let mut text = "# From the owner's dreams.toml.\n[Match]\nType=ether\n\n[Network]\n".to_owned();
-        match self.address {
-            None => text.push_str("DHCP=yes\n"),
-            Some((address, length)) => {
-                writeln!(text, "DHCP=no\nAddress={address}/{length}").expect("memory can be written");
-            }
+        let mut text = "# From the owner's dreams.toml.\n[Network]\n".to_owned();
+        if let Some((address, length)) = self.address {
+            writeln!(text, "DHCP=no\nAddress={address}/{length}").expect("memory can be written");
         }
         for (key, addresses) in [("Gateway", self.gateway.as_slice()), ("DNS", &self.dns)] {
             for address in addresses {
                 writeln!(text, "{key}={address}").expect("memory can be written");
             }
         }
-        // Nothing is offered to the network, and nobody's questions are answered.
-        text.push_str("LLMNR=no\nMulticastDNS=no\nLLDP=no\nEmitLLDP=no\n");
         Some(text)
+    }
+
+    /// The host name of a unit that its owner has named: that name, with `-` for `_`, and without what no label of a host
+    /// name may begin or end with.
+    pub fn host_name(&self) -> Option<String> {
+        let name = self.unit.as_ref()?.as_str().replace('_', "-");
+        let labels = name.split('.').map(|label| label.trim_matches('-')).filter(|label| !label.is_empty());
+        Some(labels.collect::<Vec<_>>().join("."))
     }
 }
 
@@ -251,10 +255,21 @@ mod tests {
     fn the_network_is_told_what_the_owner_set_and_no_more() {
         assert_eq!(read("unit = \"lobby\"").unwrap().network(), None);
         let dhcp = read("dns = [\"192.0.2.53\"]").unwrap().network().unwrap();
-        assert!(dhcp.contains("[Network]\nDHCP=yes\nDNS=192.0.2.53\n"), "{dhcp}");
+        assert!(dhcp.ends_with("[Network]\nDNS=192.0.2.53\n"), "{dhcp}");
         let fixed = "address = \"192.0.2.7/24\"\ngateway = \"192.0.2.1\"\ndns = [\"192.0.2.53\", \"2001:db8::53\"]";
         let told = read(fixed).unwrap().network().unwrap();
-        let wanted = "DHCP=no\nAddress=192.0.2.7/24\nGateway=192.0.2.1\nDNS=192.0.2.53\nDNS=2001:db8::53\nLLMNR=no\n";
-        assert!(told.contains(wanted), "{told}");
+        let wanted = "DHCP=no\nAddress=192.0.2.7/24\nGateway=192.0.2.1\nDNS=192.0.2.53\nDNS=2001:db8::53\n";
+        assert!(told.ends_with(wanted), "{told}");
+    }
+
+    #[test]
+    fn the_units_name_becomes_a_host_name_that_every_network_takes() {
+        for (unit, host) in
+            [("lobby", "lobby"), ("room_7.west-wing", "room-7.west-wing"), ("7_.", "7"), ("a..-.b", "a.b")]
+        {
+            let owner = read(&format!("unit = \"{unit}\"")).unwrap();
+            assert_eq!(owner.host_name().as_deref(), Some(host), "{unit}");
+        }
+        assert_eq!(Owner::default().host_name(), None);
     }
 }

@@ -18,6 +18,7 @@ mod cuts;
 mod disk;
 mod gallery;
 mod hardware;
+mod lease;
 mod loss;
 mod machine;
 mod matrix;

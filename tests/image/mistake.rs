@@ -8,8 +8,10 @@ use crate::starting::{MOVES, OFTEN, playing};
 
 /// What the unit has taken in of its owner's settings.
 const KEPT: &str = "cat /var/lib/dreams/owner/dreams.toml";
+/// Lays what the owner may change open at /run/owner.
+pub(crate) const OPEN: &str = "mkdir -p /run/owner && mount /dev/vda4 /run/owner";
 /// As another computer would have it, and as every start of the unit takes it in.
-const TAKE_IN: &str = "umount /run/owner && systemctl start --no-block dreams-owner@vda4";
+pub(crate) const TAKE_IN: &str = "umount /run/owner && systemctl start --no-block dreams-owner@vda4";
 
 fn has_card(look: &Look) -> bool {
     look.place.as_ref().is_some_and(|place| place.has_placard)
@@ -20,7 +22,7 @@ fn what_is_wrong_in_the_owners_file_is_told_over_the_running_picture_until_it_is
     let (_unit, mut machine) = playing().frozen.wake();
     let before = machine.run(KEPT);
     let file = "/run/owner/dreams.toml";
-    machine.run(&format!("mkdir /run/owner && mount /dev/vda4 /run/owner && echo 'brightness = 400' >> {file}"));
+    machine.run(&format!("{OPEN} && echo 'brightness = 400' >> {file}"));
     machine.run(TAKE_IN);
     let mut looks = machine.watch_for(PAUSE, has_card);
     let card = machine.run("cat /run/dreams-update/card.settings; echo");

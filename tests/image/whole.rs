@@ -3,7 +3,7 @@
 //! Owns no more than that list.
 //!
 //! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`firmware`], [`hanging`], [`lamp`], [`memory`] and [`slots`];
+//! [`firmware`], [`hanging`], [`lamp`], [`memory`] [`slots`] and [`twins`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
@@ -28,6 +28,7 @@ mod hanging;
 mod hardware;
 mod hundred;
 mod lamp;
+mod lease;
 mod loss;
 mod machine;
 mod machines;
@@ -51,5 +52,6 @@ mod soon;
 mod starting;
 mod stick;
 mod system;
+mod twins;
 mod unit;
 mod usb;

@@ -27,6 +27,7 @@ mod joins;
 mod last_resort;
 mod manual;
 mod mending;
+mod naming;
 mod night;
 mod owning;
 mod playing;

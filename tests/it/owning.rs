@@ -34,7 +34,8 @@ impl Settings {
     fn taking(&self) -> Command {
         let mut owner = Command::new(programs::owner());
         owner.arg(self.path("partition")).arg("--keep").arg(self.path("kept"));
-        owner.arg("--network").arg(self.path("network")).arg("--card").arg(self.path("card"));
+        owner.arg("--network").arg(self.path("network")).arg("--name").arg(self.path("name"));
+        owner.arg("--card").arg(self.path("card"));
         owner
     }
 
@@ -80,6 +81,10 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
     assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
     assert_eq!(settings.told(), None, "what was told of it is no longer so");
     assert_eq!(settings.read("network"), None, "what is no longer set is no longer told");
+    assert_eq!(settings.read("name").as_deref(), Some("lobby\n"));
+    assert_eq!(settings.set("hours = \"08:00-23:00\"\n").0, Some(0));
+    assert_eq!(settings.read("name"), None, "nor is the name");
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
 
     fs::remove_file(settings.path("partition/dreams.toml")).unwrap();
     assert_eq!(output(&mut settings.taking()).status.code(), Some(0));

@@ -1,7 +1,7 @@
 //! `dreams-owner`: takes in what the owner of a unit has set.
 //!
-//! Owns the order: read the owner's file, keep it if it is right, tell people if it is not, and tell the network what the
-//! one that was kept says of it. What may be set is `player::owner`. Never changes the owner's file.
+//! Owns the order: read the owner's file, keep it if it is right, tell people if it is not, and tell the network and
+//! the host name's service what the one that was kept says of them. What may be set is `player::owner`. Never changes the owner's file.
 //!
 //! Start at [`take_in`].
 #![forbid(unsafe_code)]
@@ -36,6 +36,9 @@ struct Options {
     /// Where the network manager is told what they say of it
     #[arg(long, value_name = "FILE")]
     network: PathBuf,
+    /// Where the unit's host name is kept, if the owner has set one
+    #[arg(long, value_name = "FILE")]
+    name: PathBuf,
     /// Where people are told: what is wrong is told beside it, until it is right
     #[arg(long, value_name = "FILE")]
     card: PathBuf,
@@ -72,15 +75,19 @@ fn take_in(options: &Options) -> Result<(), Fatal> {
     replace(&options.keep, &text)
 }
 
-/// Tells the network manager what the kept settings say of it.
+/// Tells the network manager, and the service that sets the host name, what the kept settings say of it.
 fn tell_network(options: &Options) -> Result<(), Fatal> {
-    let text = Owner::kept(&options.keep).network();
+    let owner = Owner::kept(&options.keep);
+    tell(&options.network, owner.network())?;
+    tell(&options.name, owner.host_name().map(|name| name + "\n"))
+}
+
+/// Has the file at `path` hold `text` and no other; or not be there, if there is no text.
+fn tell(path: &Path, text: Option<String>) -> Result<(), Fatal> {
     match text {
-        Some(text) => replace(&options.network, &text),
-        None => match fs::remove_file(&options.network) {
-            Err(source) if source.kind() != ErrorKind::NotFound => {
-                Err(Fatal::Write { path: options.network.clone(), source })
-            }
+        Some(text) => replace(path, &text),
+        None => match fs::remove_file(path) {
+            Err(source) if source.kind() != ErrorKind::NotFound => Err(Fatal::Write { path: path.to_owned(), source }),
             Ok(()) | Err(_) => Ok(()),
         },
     }

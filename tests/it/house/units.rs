@@ -196,8 +196,10 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     ] {
         assert_eq!(judge(unit, &super::read(&format!("systemd/{unit}")), &measure), "", "{unit}");
     }
-    let writer = super::read("image-build/system/usr/lib/systemd/system/dreams-system.service");
-    assert_eq!(judge("dreams-system.service", &writer, &measure), "");
+    for unit in ["dreams-system.service", "dreams-name.service"] {
+        let text = super::read(&format!("image-build/system/usr/lib/systemd/system/{unit}"));
+        assert_eq!(judge(unit, &text, &measure), "", "{unit}");
+    }
     let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");
     assert_ne!(judge("dreams-player.service", &open, &measure), "");
 }
