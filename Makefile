@@ -7,6 +7,9 @@
 player := target/release/dreams-player
 # Where a player that was started from here keeps its place in the path.
 state := target/play
+# The programs that a unit gets, where `image-build/programs` lays them. What is tried and measured is these.
+unit := target/unit
+check bench soak crash: export DREAMS_PROGRAMS := $(CURDIR)/$(unit)/bin
 
 help: ## say what each target does
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -18,25 +21,26 @@ play: ## build the player and show the demo flock on the best screen there is; C
 	$(player) --flock flock-tools/demo/small --state $(state)
 
 check: ## everything that must hold before a change lands: form, lints, licences, all tests
-	.ci/install play check unit image
+	.ci/install play check image
 	cargo fmt --check
 	cargo clippy --locked --release --workspace --all-targets -- --deny warnings
 	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
-	cargo build --locked --release --workspace
-	image-build/ffmpeg/build target/lib/dreams-player
+	cargo build --locked --release --workspace --exclude player
+	image-build/programs $(unit)
 	image-build/build target/image --profile bench
 	cargo test --locked --release --workspace --no-fail-fast
 
 bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, bundles, display or boot for one part
-	.ci/install play check bench unit image
-	image-build/ffmpeg/build target/lib/dreams-player
-	cargo build --locked --release --workspace
+	.ci/install play check bench image
+	cargo build --locked --release --workspace --exclude player
+	image-build/programs $(unit)
 	image-build/build target/image --profile bench
 	tests/bench/run $(what)
 
 soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
-	.ci/install play check unit image
+	.ci/install play check image
 	cargo build --locked --release --workspace
+	image-build/programs $(unit)
 	cargo run --locked --release --package flock --example year
 	cargo run --locked --release --package flock --example agreement
 	tests/soak/run
@@ -46,18 +50,17 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	tests/soak/fresh target/fresh
 
 crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times
-	.ci/install play check unit image
-	cargo build --locked --release --workspace
+	.ci/install play check image
+	cargo build --locked --release --workspace --exclude player
+	image-build/programs $(unit)
 	tests/crash/run
-	image-build/ffmpeg/build target/lib/dreams-player
 	image-build/build target/image --profile bench
 	cargo test --locked --release --package claims --bench image-whole -- --nocapture --skip soon::
 
-image: ## build the bootable image of a unit; profile=bench for one with a shell on the serial port
-	.ci/install play unit image
-	image-build/ffmpeg/build target/lib/dreams-player
-	cargo build --locked --release --package player
-	image-build/build target/image --profile $(or $(profile),unit)
+image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; profile=bench for one with a shell on the serial port
+	.ci/install image
+	image-build/programs $(unit)
+	image-build/build target/image --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)')
 
 boot: ## start the image under QEMU: in a window, or without a display a picture of it in target/image/boot.png
 	$(MAKE) image profile=bench

@@ -9,10 +9,12 @@ use crate::machine::{Machine, PAUSE};
 use crate::now::now;
 use crate::path::Path;
 use crate::picture::{Look, only_art};
+use crate::programs::{repository, succeed};
 use crate::stick::{AUTUMN, Stick};
 use crate::unit::{Frozen, Unit, clear_shelf, image};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
+use std::process::Command;
 use std::sync::LazyLock;
 use std::time::Duration;
 
@@ -112,6 +114,20 @@ fn the_system_is_small() {
     let disk = std::fs::metadata(image().join("disk.img")).unwrap().blocks() as f64 * 512.0 / 1e6;
     let sizes = format!("a root of {root} MB, an initramfs of {initramfs} MB, {disk} MB of the disk");
     assert!(root <= 180.0 && initramfs <= 3.0 && disk <= 350.0, "{sizes}");
+}
+
+#[test]
+fn the_programs_of_a_unit_are_the_ones_that_are_tried() {
+    let (_unit, mut machine) = playing().frozen.wake();
+    let sum = |folder: &str, names: &str| format!("cd {folder} && sha256sum {names}");
+    let tried = std::env::var("DREAMS_PROGRAMS").map_or_else(|_| repository().join("target/unit/bin"), PathBuf::from);
+    for (folder, names) in [("bin", "dreams-player dreams-update dreams-owner"), ("lib/dreams-player", "*.so.*")] {
+        let there = machine.run(&sum(&format!("/usr/{folder}"), names));
+        let here = tried.with_file_name(folder);
+        let here = succeed(Command::new("sh").args(["-c", &sum(&format!("'{}'", here.display()), names)]));
+        assert_eq!(there, String::from_utf8(here).unwrap().trim());
+    }
+    assert!(machine.run("grep -c '^ffmpeg-source' /usr/share/dreams/packages").starts_with('1'));
 }
 
 #[test]

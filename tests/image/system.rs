@@ -64,7 +64,12 @@ fn served(stick: &Stick, unit: &Unit) -> Web {
     fs::write(&passphrase, "\n").unwrap();
     fs::set_permissions(&passphrase, fs::Permissions::from_mode(0o600)).unwrap();
     let mut pack = Command::new(programs::flock());
-    pack.arg("pack").arg(target.join(format!("bench-{NEXT}"))).arg(&outbox).args(["--system", "--sequence", "2"]);
+    pack.arg("pack").arg(target.join(format!("bench-{NEXT}"))).arg(&outbox).args([
+        "--system",
+        "--allow-untrusted",
+        "--sequence",
+        "2",
+    ]);
     succeed(pack.arg("--key").arg(&stick.key).arg("--passphrase-file").arg(&passphrase));
     Web::serve(&outbox, Manners::Good)
 }

@@ -1,6 +1,8 @@
 //! The programs under claim, and the commands that check them.
 //!
-//! Owns where the built programs lie, that they are newer than their sources, and running a command to its end.
+//! Owns where the built programs lie, that they are newer than their sources, and running a command to its end. A unit's
+//! programs lie where `$DREAMS_PROGRAMS` says: `make check` names those that the image holds. Without it they are those
+//! that `cargo build` made here.
 //! Never builds anything: `make check` builds first, and a missing or stale program is a loud failure here.
 //!
 //! Start at [`player`] and [`flock`].
@@ -14,17 +16,17 @@ use std::time::SystemTime;
 
 /// `dreams-player` as `make check` built it.
 pub(crate) fn player() -> PathBuf {
-    fresh("dreams-player")
+    fresh(&units().join("dreams-player"))
 }
 
 /// `dreams-update` as `make check` built it.
 pub(crate) fn updater() -> PathBuf {
-    fresh("dreams-update")
+    fresh(&units().join("dreams-update"))
 }
 
 /// `dreams-owner` as `make check` built it.
 pub(crate) fn owner() -> PathBuf {
-    fresh("dreams-owner")
+    fresh(&units().join("dreams-owner"))
 }
 
 /// `dreams-mend` as `make check` built it.
@@ -34,13 +36,13 @@ pub(crate) fn mender() -> PathBuf {
 
 /// `flock` as `make check` built it, beside the program that it hands over to.
 pub(crate) fn flock() -> PathBuf {
-    fresh("flock-video");
-    fresh("flock")
+    fresh(&built().join("flock-video"));
+    fresh(&built().join("flock"))
 }
 
 /// The crash laboratory, `crash`.
 pub(crate) fn laboratory() -> PathBuf {
-    fresh("crash")
+    fresh(&built().join("crash"))
 }
 
 /// The repository's folder.
@@ -55,6 +57,11 @@ fn built() -> PathBuf {
     me.parent().and_then(Path::parent).expect("a test binary lies in target/release/deps").to_owned()
 }
 
+/// The folder of a unit's programs.
+pub(crate) fn units() -> PathBuf {
+    std::env::var_os("DREAMS_PROGRAMS").map_or_else(built, PathBuf::from)
+}
+
 /// A folder for what claims build once and use again.
 pub(crate) fn claims_folder() -> PathBuf {
     let folder = built().parent().expect("release/ lies in the target folder").join("claims");
@@ -62,13 +69,12 @@ pub(crate) fn claims_folder() -> PathBuf {
     folder
 }
 
-/// The program `name`, newer than every source that its compiler's dependency list names.
-fn fresh(name: &str) -> PathBuf {
-    let program = built().join(name);
-    let remedy = "run `cargo build --release --workspace` first (`make check` does)";
+/// `program`, newer than every source that its compiler's dependency list names.
+fn fresh(program: &Path) -> PathBuf {
+    let remedy = "build it first, as `make check` does";
     let changed = |path: &Path| fs::metadata(path).and_then(|file| file.modified());
     let made: SystemTime =
-        changed(&program).unwrap_or_else(|_| panic!("`{}` is not built: {remedy}", program.display()));
+        changed(program).unwrap_or_else(|_| panic!("`{}` is not built: {remedy}", program.display()));
     let list = fs::read_to_string(program.with_extension("d")).unwrap_or_default();
     // A space within a name is escaped there.
     let sources = list.split_once(": ").map_or("", |(_, sources)| sources).replace("\\ ", "\0");
@@ -76,7 +82,7 @@ fn fresh(name: &str) -> PathBuf {
         let newer = changed(Path::new(&source)).is_ok_and(|time| time > made);
         assert!(!newer, "`{}` is older than `{source}`: {remedy}", program.display());
     }
-    program
+    program.to_owned()
 }
 
 /// Runs `command` to its end and hands over what it said.

@@ -3,11 +3,14 @@
 //! Owns the claim that its commands, in order, print what stands below them, and ask for the passphrases that it shows.
 //! They run at a terminal of their own, where the passphrases are typed. Never judges the prose.
 
-use crate::programs::{self, repository, succeed};
+use crate::programs::{self, output, repository, succeed};
+use crate::systems::make_halves;
 use crate::tutorial::{Step, is_shown, marked, printed, steps};
+use claims::press::Press;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Read, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
@@ -44,6 +47,26 @@ fn masked(text: &str) -> String {
         })
         .collect()
 }
+
+/// A `make` that makes an image as the Makefile says, but for the system itself: it only lays out whom that trusts, and
+/// halves that belong together. Its folder holds `made`, such halves.
+const MAKE: &str = r#"#!/bin/sh
+set -eu
+words=$("$REAL_MAKE" --dry-run --no-print-directory -C "$REPOSITORY" "$@" | sed -n 's/^image-build\/build //p')
+eval "set -- $words"
+folder=$1 version=0.1.0 more=
+shift
+while [ $# -gt 0 ]; do
+    case $1 in --profile) ;; --version) version=$2 ;; *) more="$more $1 $2" ;; esac
+    shift 2
+done
+mkdir -p "tree-$version/etc/dreams" "$folder"
+cp "$REPOSITORY/config/update.toml" "tree-$version/etc/dreams/"
+"$REPOSITORY/image-build/sender" "tree-$version" $more
+cp -r "$(dirname "$0")/made" "$folder/unit-$version"
+cp -r "tree-$version/etc/dreams/keys" "$folder/unit-$version/"
+echo made
+"#;
 
 /// Answers every prompt on the terminal; returns what it showed.
 fn typed(terminal: &mut Child) -> String {
@@ -84,9 +107,13 @@ fn the_guides_commands_print_what_it_shows_and_ask_for_what_it_tells() {
     }
     let script = format!("exec > said 2>&1\n{}", steps.iter().map(marked).collect::<Vec<_>>().concat());
     fs::write(at("script"), script.replace(STICK, "stick")).unwrap();
-    let path = format!("{}:{}", flock.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
+    lay_make(&at("tools"));
+    let path = std::env::var("PATH").unwrap_or_default();
+    let real_make = std::env::split_paths(&path).map(|folder| folder.join("make")).find(|make| make.is_file()).unwrap();
+    let path = format!("{}:{}:{path}", at("tools").display(), flock.parent().unwrap().display());
     let mut socat = Command::new("socat");
     socat.args(["-", "EXEC:bash script,pty,setsid,ctty,stderr,echo=0"]).current_dir(folder.path());
+    socat.env("REAL_MAKE", real_make).env("REPOSITORY", repository());
     socat.env("PATH", path).env("NO_COLOR", "1").stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut terminal = socat.spawn().unwrap();
     let shown = typed(&mut terminal);
@@ -105,6 +132,63 @@ fn the_guides_commands_print_what_it_shows_and_ask_for_what_it_tells() {
     let asked: Vec<&str> = shown.lines().map(|line| line.trim_matches('\r')).filter(|line| !line.is_empty()).collect();
     assert_eq!(asked, prompts, "the passphrases that are asked for");
     assert!(lies_on(&at("stick")), "what was published is a bundle");
+    is_taken_by_a_unit(folder.path());
+}
+
+/// Lays such a `make` and what it hands out into `folder`.
+fn lay_make(folder: &Path) {
+    make_halves(&folder.join("made"), "0.2.0");
+    fs::write(folder.join("make"), MAKE).unwrap();
+    fs::set_permissions(folder.join("make"), fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+/// A unit of the guide's image takes what lies on the guide's stick, and looks where the guide says.
+fn is_taken_by_a_unit(folder: &Path) {
+    for version in ["0.1.0", "0.2.0"] {
+        let settings = folder.join(format!("tree-{version}/etc/dreams"));
+        let config = fs::read_to_string(settings.join("update.toml")).unwrap();
+        assert!(config.contains("\nurl = \"https://example.org/flocks\"\n"), "{config}");
+        let mut update = Command::new(programs::updater());
+        update.arg("--config").arg(settings.join("update.toml")).arg("--keys").arg(settings.join("keys"));
+        update.args(["--unit", "lobby"]).arg("--store").arg(folder.join(format!("store-{version}")));
+        succeed(update.arg(folder.join("stick")));
+    }
+}
+
+#[test]
+fn wrong_keys_and_addresses_are_told_before_anything_is_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("tree/etc/dreams")).unwrap();
+    fs::copy(repository().join("config/update.toml"), at("tree/etc/dreams/update.toml")).unwrap();
+    let press = Press::with_new_keys();
+    let key = press.keys().join("artist.pub");
+    fs::create_dir(at("other")).unwrap();
+    fs::copy(&key, at("other/artist.pub")).unwrap();
+    fs::write(at("letter.pub"), "Dear Sir,\nRWhat a key\n").unwrap();
+    let told = |words: &[&str]| {
+        let said = output(Command::new(repository().join("image-build/sender")).arg(at("tree")).args(words));
+        (said.status.code(), String::from_utf8(said.stderr).unwrap())
+    };
+    let (key, other, letter) = (key.to_str().unwrap(), at("other/artist.pub"), at("letter.pub"));
+    for (words, code, said) in [
+        (vec!["--key", "/nowhere.pub"], 3, "cannot read the public key `/nowhere.pub`"),
+        (vec!["--key", key, "--key", letter.to_str().unwrap()], 2, "letter.pub` is no public key"),
+        (vec!["--key", key, "--key", other.to_str().unwrap()], 2, "two keys are called `artist.pub`"),
+        (vec!["--key", key, "--url", "example.org"], 2, "`example.org` is no address"),
+        (vec!["--key", key, "--url", "https://a\"b"], 2, "is no address"),
+        (vec!["--colour", "red"], 2, "`--colour` is no option"),
+    ] {
+        let (found, text) = told(&words);
+        assert!(found == Some(code) && text.contains(said), "{words:?}: {found:?} {text}");
+        assert!(!at("tree/etc/dreams/keys").exists(), "{words:?}");
+    }
+    let address = "http://10.0.0.7/a&b/*";
+    assert_eq!(told(&["--key", key, "--url", address]), (Some(0), String::new()));
+    let before = fs::read_to_string(repository().join("config/update.toml")).unwrap();
+    let after = fs::read_to_string(at("tree/etc/dreams/update.toml")).unwrap();
+    let line = |line: &str| if line.starts_with("# url = ") { format!("url = \"{address}\"") } else { line.to_owned() };
+    assert_eq!(after.lines().collect::<Vec<_>>(), before.lines().map(line).collect::<Vec<_>>());
 }
 
 /// Whether there is a bundle for the unit of the guide.

@@ -10,7 +10,7 @@ use crate::command_line::json;
 use crate::programs::{self, output};
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The calls that change a disk.
@@ -49,16 +49,9 @@ impl Frame {
     /// `make image` has made this version.
     fn made(&self, version: &str) {
         let folder = self.at(version);
-        fs::create_dir_all(&folder).unwrap();
-        let salt = version.as_bytes()[2];
-        let (blocks, mut root) = (3, vec![salt; 3 * 4096]);
-        root.extend([0; 16]);
-        root.extend([salt; 16]);
-        root.extend(vec![salt; 60_000]);
-        fs::write(folder.join("root.img"), root).unwrap();
-        let slot = format!("{salt:02x}").repeat(16);
-        let start = format!("MZ quiet dreams.version={version} dreams.root={slot}:{blocks}:salt:hash gpt {version}");
-        fs::write(folder.join("dreams.efi"), start.repeat(40)).unwrap();
+        make_halves(&folder, version);
+        fs::create_dir_all(folder.join("keys")).unwrap();
+        fs::copy(self.at("artist.pub"), folder.join("keys/artist.pub")).unwrap();
     }
 
     /// Signs this version, and lays it on the stick.
@@ -122,6 +115,20 @@ impl Frame {
         let text = fs::read_to_string(self.at("card")).unwrap();
         serde_json::from_str::<Value>(&text).unwrap()["text"].as_str().unwrap().to_owned()
     }
+}
+
+/// Halves of this version that belong together, in `folder`.
+pub(crate) fn make_halves(folder: &Path, version: &str) {
+    fs::create_dir_all(folder).unwrap();
+    let salt = version.as_bytes()[2];
+    let (blocks, mut root) = (3, vec![salt; 3 * 4096]);
+    root.extend([0; 16]);
+    root.extend([salt; 16]);
+    root.extend(vec![salt; 60_000]);
+    fs::write(folder.join("root.img"), root).unwrap();
+    let slot = format!("{salt:02x}").repeat(16);
+    let start = format!("MZ quiet dreams.version={version} dreams.root={slot}:{blocks}:salt:hash gpt {version}");
+    fs::write(folder.join("dreams.efi"), start.repeat(40)).unwrap();
 }
 
 #[test]
@@ -191,6 +198,20 @@ fn a_system_that_is_not_newer_or_not_ours_or_not_signed_is_not_taken() {
     let words = ["pack", "0.2.0", "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
     let said = frame.studio.says(2, &words);
     assert!(said.contains("is not the root that"), "{said}");
+}
+
+#[test]
+fn a_system_that_does_not_trust_whoever_signs_it_is_packed_only_if_that_is_asked_for() {
+    let frame = Frame::new();
+    let words = ["pack", "0.2.0", "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
+    fs::remove_file(frame.at("0.2.0/keys/artist.pub")).unwrap();
+    let said = frame.studio.says(2, &words);
+    assert!(said.contains("system `0.2.0` does not trust key") && said.contains("it trusts nobody"), "{said}");
+    frame.studio.says(0, &["keygen", "other.key", "--passphrase-file", "passphrase"]);
+    fs::copy(frame.at("other.pub"), frame.at("0.2.0/keys/other.pub")).unwrap();
+    assert!(!frame.studio.says(2, &words).contains("nobody"), "the key that it trusts is named");
+    assert!(!frame.at("outbox").exists(), "nothing was packed");
+    frame.studio.says(0, &[&words[..], &["--allow-untrusted"]].concat());
 }
 
 #[test]

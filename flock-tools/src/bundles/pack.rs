@@ -38,6 +38,7 @@ use crate::report::{self, Exit, Fatal};
   1  the flock has faults, each of which is named; or the key does not open, or others can read it
   2  the command line, the manifest, the system or the key is wrong
   3  a file could not be read or written")]
+#[expect(clippy::struct_excessive_bools, reason = "independent switches")]
 pub(crate) struct Args {
     /// Folder of the flock
     pub(super) dir: PathBuf,
@@ -58,6 +59,9 @@ pub(crate) struct Args {
     /// A statement about keys, as `flock keygen` writes it, that is to travel along; may be repeated
     #[arg(long = "statement", value_name = "FILE")]
     pub(super) statements: Vec<PathBuf>,
+    /// Pack a system that does not itself trust the key: its units do otherwise, as by their owners' word
+    #[arg(long, requires = "system")]
+    pub(super) allow_untrusted: bool,
     /// Pack it even if joins jump
     #[arg(long)]
     allow_jumps: bool,

@@ -13,7 +13,7 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, Folder, ObjectId, Refused, Release, SecretKey, Sequence, StartFile, StartFileError, System, Trust,
+    Addressees, Folder, KeyError, KeyId, ObjectId, PublicKey, Refused, Release, SecretKey, Sequence, StartFile, StartFileError, System, Trust,
     UnitId, UnverifiedSystem, Version, limits, system_path,
 };
 use indicatif::DecimalBytes;
@@ -25,9 +25,10 @@ use crate::now;
 use crate::progress;
 use crate::report::{self, Exit, Fatal};
 
-/// What `make image` leaves of a system: what the firmware starts, and the verified root.
+/// What `make image` leaves of a system: what the firmware starts, the verified root, and the public keys in that.
 const START: &str = "dreams.efi";
 const ROOT: &str = "root.img";
+const KEYS: &str = "keys";
 /// A block of the root; behind the last one stands the superblock of the tree of hashes, and in it, here, the slot.
 const BLOCK: u64 = 4096;
 const SLOT_AT: u64 = 16;
@@ -51,8 +52,12 @@ enum Unsound {
     NoStartFile { path: PathBuf, source: StartFileError },
     #[error("cannot read `{path}`", path = .path.display())]
     Read { path: PathBuf, source: io::Error },
+    #[error("system `{path}` does not trust key {key} that signs it, it trusts {trusted}", path = .path.display())]
+    Estranged { path: PathBuf, key: KeyId, trusted: String },
     #[error("`{path}` has {bytes} bytes, more than {} that a slot could have", limits::SYSTEM, path = .path.display())]
     TooLarge { path: PathBuf, bytes: u64 },
+    #[error("cannot tell whom system `{path}` trusts", path = .path.display())]
+    Unclear { path: PathBuf, source: KeyError },
 }
 
 /// The answer with `--json`.
@@ -64,7 +69,7 @@ struct Packed {
     /// Empty if it is for every unit.
     units: Vec<String>,
     sequence: Sequence,
-    signer: bundle::KeyId,
+    signer: KeyId,
     bytes: u64,
 }
 
@@ -74,6 +79,9 @@ pub(crate) fn pack(args: &Args) -> Result<Exit, Fatal> {
     let key = passphrase::known(&args.key, args.passphrase_file.as_deref())?;
     let (start, root) = (args.dir.join(START), args.dir.join(ROOT));
     let version = version(&start, &root).map_err(unsound)?;
+    if !args.allow_untrusted {
+        is_trusted(&args.dir, key.public().id())?;
+    }
     let folder = Folder::create(&args.bundle).map_err(unmoved)?;
     let halves = [put(&folder, &start)?, put(&folder, &root)?];
     let mut counter = Counter::take(&args.key)?;
@@ -114,6 +122,25 @@ fn seal(folder: &Folder, release: &Release, key: &SecretKey) -> Result<(), Fatal
     let bytes = release.sign(key).map_err(unsigned)?;
     UnverifiedSystem::new(bytes.clone()).verify(&Trust::of([key.public()])).map_err(refused)?;
     folder.put_system(&release.addressees, &bytes).map_err(unmoved)
+}
+
+/// Fine if the system in the folder `dir` trusts the key: else the units that start it would take nothing more from whoever
+/// signs it.
+fn is_trusted(dir: &Path, key: KeyId) -> Result<(), Fatal> {
+    let path = dir.join(KEYS);
+    let trust = if path.exists() { Trust::read(&path) } else { Ok(Trust::default()) };
+    let trust = trust.map_err(|source| unsound(Unsound::Unclear { path: dir.to_owned(), source }))?;
+    let known: Vec<_> = trust.keys().map(PublicKey::id).collect();
+    if known.contains(&key) {
+        return Ok(());
+    }
+    let trusted = if known.is_empty() { "nobody".to_owned() } else { listing(&known) };
+    let hint = "give `make image` its public key: keys=NAME.pub; or pack it with --allow-untrusted if the units trust it otherwise";
+    Err(unsound(Unsound::Estranged { path: dir.to_owned(), key, trusted }).hint(hint))
+}
+
+fn listing(keys: &[KeyId]) -> String {
+    keys.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// Every number that was given to a flock or a system in the folder at `path`.
