@@ -178,7 +178,10 @@ fn the_debian_package_holds_what_the_list_says_and_is_the_same_bytes_every_time(
     assert_eq!(info("conffiles").lines().collect::<Vec<_>>(), settings, "what an owner changed is kept");
     let preset = super::read("systemd/dreams.preset");
     let enabled: Vec<_> = preset.lines().filter_map(|line| line.strip_prefix("enable ")).collect();
-    assert!(info("postinst").contains(&format!("systemctl preset {}\n", enabled.join(" "))));
+    let postinst = info("postinst");
+    assert!(
+        postinst.contains(&format!("new=\"{}\"\n", enabled.join(" "))) && postinst.contains("systemctl preset $new\n")
+    );
     for script in ["postinst", "prerm", "postrm"] {
         let said = Command::new("sh").args(["-n", "-c", &info(script)]).output().unwrap();
         assert!(said.status.success(), "{script}: {}", String::from_utf8_lossy(&said.stderr));

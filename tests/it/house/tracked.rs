@@ -41,6 +41,7 @@ const KINDS: &[(&str, &[&str])] = &[
             "*.preset",
             "*.rules",
             "*.service",
+            "*.slice",
             "*.sysusers",
             "*.timer",
             "*.tmpfiles",

@@ -117,8 +117,9 @@ fn a_unit_waits_for_its_display_and_its_page_may_stand_back() {
 fn the_player_waits_for_nothing_that_a_picture_does_not_need() {
     let text = player();
     let wants = |key: &str| text.lines().filter_map(|line| line.strip_prefix(key)).collect::<Vec<_>>();
-    assert_eq!(wants("After="), ["var-lib-dreams.mount"], "and that may fail");
-    for key in ["Requires=", "BindsTo=", "Requisite=", "RequiresMountsFor=", "Wants="] {
+    assert_eq!(wants("After="), ["var-lib-dreams.mount", "modprobe@drm.service"], "and these may fail");
+    assert_eq!(wants("Wants="), ["modprobe@drm.service"], "at once, and without it if need be");
+    for key in ["Requires=", "BindsTo=", "Requisite=", "RequiresMountsFor="] {
         assert_eq!(wants(key), [""; 0], "`{key}`");
     }
     // Each of these asks for disks, or for all that a system usually has before a service.
@@ -138,7 +139,7 @@ fn a_still_picture_takes_over_from_a_player_that_fails_and_gives_way_to_it_again
     for wanted in [
         "ExecStart=/usr/bin/dreams-player --still --screen kms",
         "Conflicts=dreams-player.service shutdown.target",
-        "After=dreams-player.service",
+        "After=dreams-player.service modprobe@drm.service",
         "Wants=dreams-again.timer",
         "Restart=always",
         "StartLimitIntervalSec=0",
