@@ -78,6 +78,14 @@ pub fn load<C: DeserializeOwned>(path: &Path) -> Result<C, ConfigError> {
     parse(path, &text)
 }
 
+/// The key that `line` begins with; nothing if there is none, for it may be a secret that stands there instead.
+fn key_of(line: &str) -> &str {
+    let line = line.trim_start();
+    let (key, rest) =
+        line.split_at(line.find(|c: char| !c.is_ascii_alphanumeric() && !"_-.".contains(c)).unwrap_or(line.len()));
+    if rest.trim_start().starts_with(['=', ':']) { key } else { "" }
+}
+
 /// Reads the settings in `text`, which errors say lies at `path`.
 ///
 /// # Errors
@@ -86,7 +94,7 @@ pub fn parse<C: DeserializeOwned>(path: &Path, text: &str) -> Result<C, ConfigEr
     toml::from_str(text).map_err(|error: toml::de::Error| {
         let at = error.span().map_or(0, |span| span.start);
         let line = text[..at].matches('\n').count() + 1;
-        let key = text.lines().nth(line - 1).unwrap_or_default().split('=').next().unwrap_or_default().trim();
+        let key = key_of(text.lines().nth(line - 1).unwrap_or_default());
         ConfigError::Malformed {
             path: path.to_owned(),
             line,

@@ -15,3 +15,4 @@ pub mod log_level;
 pub mod notice;
 pub mod now;
 pub mod owner;
+pub mod wifi;

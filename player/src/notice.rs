@@ -18,16 +18,19 @@ const LARGEST: u64 = 4 << 10;
 pub enum Lasting {
     /// The owner's file is wrong.
     Settings,
+    /// The Wi-Fi does not take what stands there.
+    Wifi,
 }
 
 impl Lasting {
     /// All causes, the most urgent first: only one notice has room on the picture.
-    pub const ALL: [Self; 1] = [Self::Settings];
+    pub const ALL: [Self; 2] = [Self::Settings, Self::Wifi];
 
     /// The file of this cause, where notices for a moment are told at `card`.
     pub fn path(self, card: &Path) -> PathBuf {
         let cause = match self {
             Self::Settings => "settings",
+            Self::Wifi => "wifi",
         };
         PathBuf::from(format!("{}.{cause}", card.display()))
     }

@@ -7,11 +7,12 @@
 
 use crate::config_file::{ConfigError, parse, unit};
 use crate::hours::{Brightness, Hours, Night, Zone};
+use crate::wifi::{self, Country, Password, Wifi};
 use bundle::{PublicKey, UnitId};
 use screen::{Margin, OutputSettings, RequestedMode, Rotation, SignalRange};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
-use std::fmt::{Display, Write as _};
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::net::IpAddr;
@@ -20,6 +21,8 @@ use std::str::FromStr;
 
 /// What the owner's file is called.
 pub const FILE_NAME: &str = "dreams.toml";
+/// What a setting of a Wi-Fi lacks.
+const NO_WIFI: &str = "there is no `wifi` that it is for";
 /// Bytes of it that are read, at most: an owner's words, and no more.
 const LARGEST: u64 = 64 << 10;
 
@@ -68,6 +71,12 @@ pub struct Owner {
     pub gateway: Option<IpAddr>,
     /// Whom it asks for names.
     pub dns: Vec<IpAddr>,
+    /// What its Wi-Fi is called.
+    wifi: Option<wifi::Name>,
+    /// Its password; `None` for one that is open.
+    wifi_password: Option<Password>,
+    /// In which country it is.
+    wifi_country: Option<Country>,
 }
 
 impl Owner {
@@ -90,13 +99,22 @@ impl Owner {
     /// [`ConfigError::Malformed`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let owner: Self = parse(path, text)?;
-        if owner.gateway.is_some() && owner.address.is_none() {
-            let key = "gateway";
-            let line = text.lines().position(|line| line.trim_start().starts_with(key)).map_or(1, |line| line + 1);
-            let message = "there is a gateway, and no `address` of our own".to_owned();
-            return Err(ConfigError::Malformed { path: path.to_owned(), line, key: key.to_owned(), message });
-        }
-        Ok(owner)
+        let lacking = [
+            ("gateway", owner.gateway.is_some() && owner.address.is_none(), "there is no `address` that it is for"),
+            ("wifi_password", owner.wifi_password.is_some() && owner.wifi.is_none(), NO_WIFI),
+            ("wifi_country", owner.wifi_country.is_some() && owner.wifi.is_none(), NO_WIFI),
+        ];
+        let Some((key, _, message)) = lacking.into_iter().find(|(_, is_lacking, _)| *is_lacking) else {
+            return Ok(owner);
+        };
+        let line = text.lines().position(|line| line.trim_start().starts_with(key)).map_or(1, |line| line + 1);
+        Err(ConfigError::Malformed { path: path.to_owned(), line, key: key.to_owned(), message: message.to_owned() })
+    }
+
+    /// The Wi-Fi that it names.
+    pub fn wifi(&self) -> Option<Wifi> {
+        let Self { wifi_password: password, wifi_country: country, .. } = self;
+        self.wifi.clone().map(|name| Wifi { name, password: password.clone(), country: country.clone() })
     }
 
     /// What it says about the display.
@@ -107,20 +125,20 @@ impl Owner {
 
     /// What systemd's network manager is told of the cable, beside `80-dreams.network`; `None` if it need not be told
     /// anything.
-    pub fn network(&self) -> Option<String> {
-        if self.address.is_none() && self.dns.is_empty() {
-            return None;
-        }
-        let mut text = "# From the owner's dreams.toml.\n[Network]\n".to_owned();
-        if let Some((address, length)) = self.address {
-            writeln!(text, "DHCP=no\nAddress={address}/{length}").expect("memory can be written");
-        }
-        for (key, addresses) in [("Gateway", self.gateway.as_slice()), ("DNS", &self.dns)] {
-            for address in addresses {
-                writeln!(text, "{key}={address}").expect("memory can be written");
-            }
-        }
-        Some(text)
+    pub fn wired(&self) -> Option<String> {
+        let own = self.address.map(|(address, length)| format!("DHCP=no\nAddress={address}/{length}\n"));
+        let gateway = self.gateway.map(|gateway| format!("Gateway={gateway}\n"));
+        drop_in([own, gateway, self.names()])
+    }
+
+    /// The same of the Wi-Fi, beside `81-dreams-wifi.network`.
+    pub fn wireless(&self) -> Option<String> {
+        drop_in([self.names()])
+    }
+
+    fn names(&self) -> Option<String> {
+        let line = |address: &IpAddr| format!("DNS={address}\n");
+        (!self.dns.is_empty()).then(|| self.dns.iter().map(line).collect())
     }
 
     /// The host name of a unit that its owner has named: that name, with `-` for `_`, and without what no label of a host
@@ -130,6 +148,12 @@ impl Owner {
         let labels = name.split('.').map(|label| label.trim_matches('-')).filter(|label| !label.is_empty());
         Some(labels.collect::<Vec<_>>().join("."))
     }
+}
+
+/// What adds `lines` to a network of systemd's; `None` if there are none.
+fn drop_in<const N: usize>(lines: [Option<String>; N]) -> Option<String> {
+    let lines: String = lines.into_iter().flatten().collect();
+    (!lines.is_empty()).then(|| format!("# From the owner's dreams.toml.\n[Network]\n{lines}"))
 }
 
 /// The text of the file at `path`, as far as an owner may write.
@@ -203,7 +227,7 @@ mod tests {
         let entry = |line: &str| {
             let line = line.strip_prefix("# ")?;
             let (key, _) = line.split_once(" = ")?;
-            key.chars().all(|c| c.is_ascii_lowercase()).then(|| (key.to_owned(), line.to_owned()))
+            key.chars().all(|c| c.is_ascii_lowercase() || c == '_').then(|| (key.to_owned(), line.to_owned()))
         };
         SAMPLE.lines().filter_map(entry).collect()
     }
@@ -242,7 +266,7 @@ mod tests {
             ("dns = [\"example.org\"]", "line 1, key `dns`"),
             (
                 "unit = \"lobby\"\ngateway = \"192.0.2.1\"",
-                "line 2, key `gateway`: there is a gateway, and no `address`",
+                "line 2, key `gateway`: there is no `address` that it is for",
             ),
             ("hour = 1", "unknown field `hour`"),
         ] {
@@ -253,13 +277,18 @@ mod tests {
 
     #[test]
     fn the_network_is_told_what_the_owner_set_and_no_more() {
-        assert_eq!(read("unit = \"lobby\"").unwrap().network(), None);
-        let dhcp = read("dns = [\"192.0.2.53\"]").unwrap().network().unwrap();
-        assert!(dhcp.ends_with("[Network]\nDNS=192.0.2.53\n"), "{dhcp}");
+        let told = |text: &str| {
+            let owner = read(text).unwrap();
+            [owner.wired(), owner.wireless()]
+                .map(|lines| lines.map(|text| text.split_once("[Network]\n").unwrap().1.to_owned()))
+        };
+        assert_eq!(told("unit = \"lobby\""), [None, None]);
+        let names = Some("DNS=192.0.2.53\n".to_owned());
+        assert_eq!(told("dns = [\"192.0.2.53\"]"), [names.clone(), names]);
         let fixed = "address = \"192.0.2.7/24\"\ngateway = \"192.0.2.1\"\ndns = [\"192.0.2.53\", \"2001:db8::53\"]";
-        let told = read(fixed).unwrap().network().unwrap();
-        let wanted = "DHCP=no\nAddress=192.0.2.7/24\nGateway=192.0.2.1\nDNS=192.0.2.53\nDNS=2001:db8::53\n";
-        assert!(told.ends_with(wanted), "{told}");
+        let names = "DNS=192.0.2.53\nDNS=2001:db8::53\n".to_owned();
+        let wired = format!("DHCP=no\nAddress=192.0.2.7/24\nGateway=192.0.2.1\n{names}");
+        assert_eq!(told(fixed), [Some(wired), Some(names)]);
     }
 
     #[test]

@@ -13,7 +13,8 @@ pub(crate) const OPEN: &str = "mkdir -p /run/owner && mount /dev/vda4 /run/owner
 /// As another computer would have it, and as every start of the unit takes it in.
 pub(crate) const TAKE_IN: &str = "umount /run/owner && systemctl start --no-block dreams-owner@vda4";
 
-fn has_card(look: &Look) -> bool {
+/// Whether something is told over the picture.
+pub(crate) fn has_card(look: &Look) -> bool {
     look.place.as_ref().is_some_and(|place| place.has_placard)
 }
 

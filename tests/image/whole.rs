@@ -3,7 +3,7 @@
 //! Owns no more than that list.
 //!
 //! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`firmware`], [`hanging`], [`lamp`], [`memory`] [`slots`] and [`twins`];
+//! [`firmware`], [`hanging`], [`lamp`], [`memory`], [`slots`], [`twins`] and [`wifi`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
@@ -55,3 +55,4 @@ mod system;
 mod twins;
 mod unit;
 mod usb;
+mod wifi;

@@ -10,6 +10,7 @@ use crate::programs::{self, claims_folder, output};
 use crate::updating::Unit;
 use claims::press::rubbish;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -33,9 +34,9 @@ impl Settings {
     /// `dreams-owner` on the partition.
     fn taking(&self) -> Command {
         let mut owner = Command::new(programs::owner());
-        owner.arg(self.path("partition")).arg("--keep").arg(self.path("kept"));
-        owner.arg("--network").arg(self.path("network")).arg("--name").arg(self.path("name"));
-        owner.arg("--card").arg(self.path("card"));
+        owner.arg("take-in").arg(self.path("partition")).arg("--keep").arg(self.path("kept"));
+        owner.arg("--network").arg(self.path("")).arg("--name").arg(self.path("name"));
+        owner.arg("--wifi").arg(self.path("wifi.conf")).arg("--card").arg(self.path("card"));
         owner
     }
 
@@ -63,7 +64,7 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
     let good = "hours = \"08:00-23:00\"\naddress = \"192.0.2.7/24\"\n";
     assert_eq!(settings.set(good), (Some(0), String::new()));
     assert_eq!((settings.read("kept").as_deref(), settings.told()), (Some(good), None));
-    assert!(settings.read("network").unwrap().contains("Address=192.0.2.7/24"));
+    assert!(settings.read("wired.conf").unwrap().contains("Address=192.0.2.7/24"));
 
     let far_too_long = format!("# {}", "x".repeat(70_000));
     for (text, code, said, told) in [
@@ -76,11 +77,11 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
         let card = settings.told().unwrap();
         assert!(card.contains(told) && card.contains("The settings before it stay."), "{card}");
         assert_eq!(settings.read("kept").as_deref(), Some(good));
-        assert!(settings.read("network").is_some(), "the last good network stays");
+        assert!(settings.read("wired.conf").is_some(), "the last good network stays");
     }
     assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
     assert_eq!(settings.told(), None, "what was told of it is no longer so");
-    assert_eq!(settings.read("network"), None, "what is no longer set is no longer told");
+    assert_eq!(settings.read("wired.conf"), None, "what is no longer set is no longer told");
     assert_eq!(settings.read("name").as_deref(), Some("lobby\n"));
     assert_eq!(settings.set("hours = \"08:00-23:00\"\n").0, Some(0));
     assert_eq!(settings.read("name"), None, "nor is the name");
@@ -89,6 +90,36 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
     fs::remove_file(settings.path("partition/dreams.toml")).unwrap();
     assert_eq!(output(&mut settings.taking()).status.code(), Some(0));
     assert_eq!(settings.read("kept").as_deref(), Some("unit = \"lobby\"\n"), "a lost file takes no settings away");
+}
+
+#[test]
+fn a_password_is_kept_where_its_user_alone_reads_and_told_nowhere() {
+    let settings = Settings::new();
+    let text = "unit = \"lobby\"\nwifi = \"Home\"\nwifi_password = \"velvet under\"\ndns = [\"192.0.2.53\"]\n";
+    assert_eq!(settings.set(text), (Some(0), String::new()));
+    assert!(settings.read("wifi.conf").unwrap().contains("psk=\"velvet under\""));
+    let mode = |name: &str| fs::metadata(settings.path(name)).unwrap().permissions().mode() & 0o777;
+    assert_eq!((mode("wifi.conf"), mode("kept")), (0o600, 0o640));
+    let files = fs::read_dir(settings.path("")).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let holding: Vec<_> =
+        files.filter(|name| settings.read(name).is_some_and(|text| text.contains("velvet"))).collect();
+    assert_eq!(holding, ["wifi.conf"]);
+    assert!(settings.read("kept").unwrap().contains("wifi = \"Home\""), "the rest is for the player and the updater");
+    assert!(settings.read("wireless.conf").unwrap().contains("DNS=192.0.2.53"));
+
+    let (exit, error) = settings.set("wifi = \"Home\"\nwifi_password = \"velvet\"\n");
+    assert!(exit == Some(2) && error.contains("line 2, key `wifi_password`") && !error.contains("velvet"), "{error}");
+    let told = settings.told().unwrap();
+    assert!(told.contains("wrong in line 2, at wifi_password.") && !told.contains("velvet"), "{told}");
+    assert!(settings.read("wifi.conf").unwrap().contains("velvet under"), "the last good Wi-Fi stays");
+    let (exit, error) = settings.set("wifi = \"Home\"\nwifi_country = \"Switzerland\"\n");
+    assert!(exit == Some(2) && error.contains("line 2, key `wifi_country`: `Switzerland` is no country"), "{error}");
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
+    assert_eq!(
+        (settings.read("wifi.conf"), settings.read("wireless.conf")),
+        (None, None),
+        "what is no longer set is gone"
+    );
 }
 
 #[test]

@@ -121,7 +121,7 @@ fn only_files_that_programs_read_or_run_are_laid_out() {
         let (is_link, is_program) = (row.mode == "link", row.from.starts_with("built:"));
         let is_named = ["all", "image"].contains(&row.edition.as_str());
         let is_right = (is_link
-            && ["/dev/null", "/run/dreams-owner/wired.conf"].contains(&&*row.from)
+            && ["/dev/null", "/run/dreams-owner/wired.conf", "/run/dreams-owner/wireless.conf"].contains(&&*row.from)
             && row.edition == "image")
             || (is_program && row.mode == "0755" && row.to.starts_with("/usr/bin/"))
             || (row.mode == "0755" && row.to.starts_with("/usr/lib/dreams/") && is_script(&row.from))

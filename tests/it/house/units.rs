@@ -11,6 +11,8 @@ use std::process::Command;
 
 /// systemd's own measure of what lies open to a service: 0 nothing, 100 everything. It calls up to 19 `OK`.
 const EXPOSED_AT_MOST: &str = "15";
+/// The same for the service that sets up a radio: that is the machine's network.
+const RADIO_EXPOSED_AT_MOST: &str = "19";
 /// Keys that systemd knows since 254; Debian 12 has 252, reads over them, and restarts at an even pace.
 const YOUNG_KEYS: [&str; 2] = ["RestartSteps", "RestartMaxDelaySec"];
 
@@ -201,6 +203,9 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
         let text = super::read(&format!("image-build/system/usr/lib/systemd/system/{unit}"));
         assert_eq!(judge(unit, &text, &measure), "", "{unit}");
     }
+    let radio = format!("--threshold={RADIO_EXPOSED_AT_MOST}");
+    let measure_radio = ["security", "--offline=true", "--no-pager", &radio];
+    assert_eq!(judge("dreams-wifi@.service", &super::read("systemd/dreams-wifi@.service"), &measure_radio), "");
     let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");
     assert_ne!(judge("dreams-player.service", &open, &measure), "");
 }

@@ -1,0 +1,124 @@
+//! Connects a radio with the Wi-Fi that the owner has set, for as long as the radio is there.
+//!
+//! Owns the order: `wpa_supplicant` runs while there is a Wi-Fi to connect with, is started again when the settings change or
+//! it ends, and people are told what they can mend. A unit without such settings is left in peace.
+//!
+//! Start at [`run`].
+
+use crate::link::{Effect, Link, event};
+use crate::supplicant::Supplicant;
+use clap::Args;
+use player::ending::{chain, fail};
+use player::notice::{Lasting, Notice};
+use player::now::now;
+use player::owner::{FILE_NAME, Owner};
+use player::wifi::CONTROL;
+use std::fs;
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+/// Between two looks whether the settings have changed.
+const OFTEN: Duration = Duration::from_secs(2);
+/// How long a supplicant that ended is left alone.
+const PAUSE: Duration = Duration::from_secs(10);
+
+/// Connect a radio with the Wi-Fi that the owner has set
+#[derive(Debug, Args)]
+#[command(after_help = super::EXIT_STATUS)]
+pub(crate) struct Options {
+    /// The radio, as wlan0
+    interface: String,
+    /// Where the Wi-Fi is kept, with its password
+    #[arg(long, value_name = "FILE")]
+    wifi: PathBuf,
+    /// Where the last good settings are kept
+    #[arg(long, value_name = "FILE")]
+    keep: PathBuf,
+    /// Where people are told: what is wrong is told beside it, until it is right
+    #[arg(long, value_name = "FILE")]
+    card: PathBuf,
+    /// The folder in which `wpa_supplicant` is spoken to
+    #[arg(long, value_name = "FOLDER", default_value = CONTROL)]
+    control: PathBuf,
+}
+
+/// Which writing of the settings it is: every one is a new file.
+type Writing = (u64, i64, i64);
+
+/// Connects, again and again.
+pub(crate) fn run(options: &Options) -> ! {
+    let mut said = String::new();
+    loop {
+        take_back(&options.card);
+        let Some(writing) = writing(&options.wifi) else {
+            thread::park_timeout(OFTEN);
+            continue;
+        };
+        if let Err(error) = connect(options, writing) {
+            // The same thing again and again is said once.
+            let why = chain(&error);
+            if why != said {
+                fail(&error, "it is tried again and again");
+                said = why;
+            }
+            thread::park_timeout(PAUSE);
+        }
+    }
+}
+
+/// Connects with the settings of this `writing`, until there are others.
+fn connect(options: &Options, settings: Writing) -> io::Result<()> {
+    let mut supplicant = Supplicant::start(&options.interface, &options.wifi, &options.control)?;
+    let mark = options.wifi.with_extension("joined");
+    let is_known = fs::read_to_string(&mark).is_ok_and(|text| text == marked(settings));
+    let mut link = if is_known { Link::Known { refused: 0 } } else { Link::New { unseen_since: None } };
+    while writing(&options.wifi) == Some(settings) {
+        if let Some(status) = supplicant.ended()? {
+            return Err(io::Error::other(format!("`wpa_supplicant` has ended: {status}")));
+        }
+        let told = supplicant.told_within(OFTEN)?;
+        let Some(event) = told.as_deref().and_then(event) else { continue };
+        let (next, effect) = link.on(event, now());
+        link = next;
+        match effect {
+            Effect::Nothing => {}
+            Effect::TakeBack => {
+                take_back(&options.card);
+                // Without it a power cut only makes us believe less.
+                fs::write(&mark, marked(settings)).ok();
+            }
+            Effect::TellName => tell(options, "is not there. Its name stands in"),
+            Effect::TellPassword => tell(options, "does not take the password in"),
+        }
+    }
+    Ok(())
+}
+
+/// Tells people what is wrong with the Wi-Fi.
+fn tell(options: &Options, what: &str) {
+    let name = Owner::kept(&options.keep).wifi().map(|wifi| wifi.name.as_str().to_owned()).unwrap_or_default();
+    let text = format!("The Wi-Fi {name} {what} {FILE_NAME}.");
+    eprintln!("{text}");
+    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Wifi.path(&options.card)) {
+        fail(&error, "nobody in front of the picture is told");
+    }
+}
+
+fn take_back(card: &Path) {
+    if let Err(error) = Lasting::Wifi.take_back(card) {
+        eprintln!("{}", chain(&error));
+    }
+}
+
+/// What is written down of settings with which the Wi-Fi was joined.
+fn marked((inode, at_s, at_ns): Writing) -> String {
+    format!("{inode} {at_s} {at_ns}\n")
+}
+
+fn writing(path: &Path) -> Option<Writing> {
+    let status = fs::metadata(path).ok()?;
+    Some((status.ino(), status.mtime(), status.mtime_nsec()))
+}
