@@ -2,7 +2,8 @@
 //!
 //! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness goes gently from
 //! step to step. A clock that cannot be right decides nothing: then it is day. By local time: an hour that the clocks leave
-//! out is over at once, and one that they repeat is kept both times. Never reads a clock, never dims anything: `lamp.rs` does.
+//! out is over at once, and one that they repeat is kept both times. The same clock says when the unit may restart into a new
+//! system. Never reads a clock, never dims anything: `lamp.rs` does.
 //!
 //! Start at [`Day::lighting`].
 
@@ -10,7 +11,7 @@ use crate::day::{self, DAY_MIN, Window, is_clock_wrong};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::Deserialize;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::str::FromStr;
 
 /// How long the way from one brightness to the next takes, where there is time for it.
@@ -44,6 +45,11 @@ pub enum Night {
     /// It stays on and shows black: for displays that light a box of their own when there is no signal.
     Black,
 }
+
+/// When a unit that shows its picture day and night may restart: minutes of the local day.
+const RESTART_MIN: Range<u64> = 4 * 60..5 * 60;
+/// How long a unit whose clock cannot be right runs before it may restart.
+const RESTART_AFTER_S: u64 = DAY_S;
 
 /// What the hour wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +120,16 @@ impl Day {
             };
         }
         Lighting::On { thousandths: self.brightness.at(second) }
+    }
+
+    /// Whether a unit that has run for `up_s` seconds may restart when the clock shows `clock_s`: while the picture is dark;
+    /// if that is never, from four to five in the morning; if the clock cannot be right, after a day.
+    pub fn allows_restart(&self, clock_s: u64, up_s: u64) -> bool {
+        match (self.local_second(clock_s), self.hours) {
+            (None, _) => up_s >= RESTART_AFTER_S,
+            (Some(second), Some(hours)) => !hours.0.includes(second / 60),
+            (Some(second), None) => RESTART_MIN.contains(&(second / 60)),
+        }
     }
 
     /// The second of the local day; `None` if the clock cannot be right.
@@ -283,6 +299,32 @@ mod tests {
         assert_eq!(night.lighting(JULY_S), Lighting::Off);
         let machines = Day { hours: None, night: Night::Off, brightness: Brightness::full(), zone: None };
         assert_eq!(machines.lighting(JULY_S), ON, "whatever the machine's own zone");
+    }
+
+    #[test]
+    fn a_unit_restarts_while_it_is_dark_else_at_four_and_without_a_clock_after_a_day() {
+        let zurich = "Europe/Zurich";
+        let dark = day("08:00-23:00", "100", zurich);
+        let lit = Day { hours: None, ..dark.clone() };
+        for (day, time, is_allowed) in [
+            (&dark, "22:59:59", false),
+            (&dark, "23:00:00", true),
+            (&dark, "07:59:59", true),
+            (&dark, "08:00:00", false),
+            (&lit, "03:59:59", false),
+            (&lit, "04:00:00", true),
+            (&lit, "04:59:59", true),
+            (&lit, "05:00:00", false),
+            (&lit, "23:30:00", false),
+        ] {
+            for date in ["2026-01-15", "2026-07-15"] {
+                let found = day.allows_restart(clock(&format!("{date}T{time}"), zurich), 10 * DAY_S);
+                assert_eq!(found, is_allowed, "{date} {time} {:?}", day.hours);
+            }
+        }
+        for day in [&dark, &lit] {
+            assert_eq!([0, DAY_S - 1, DAY_S].map(|up_s| day.allows_restart(0, up_s)), [false, false, true]);
+        }
     }
 
     #[test]

@@ -28,6 +28,8 @@ pub(crate) const NEXT: &str = "9.0.0";
 /// What the unit is told to do, while all that its owner has set holds.
 pub(crate) const FETCH: &str = "systemctl start dreams-update.service";
 pub(crate) const WRITE: &str = "systemctl start dreams-system.path";
+/// What restarts it into its next system, which these claims do themselves.
+pub(crate) const RESTART: &str = "dreams-restart.service";
 /// For its shell: the flock that it plays and what its owner has set, as one word.
 const KEPT: &str = "cd /var/lib/dreams && find -H owner store/current -type f | sort | xargs sha256sum | sha256sum";
 /// For its shell: whether the next system lies in the store, to be written to a slot.
@@ -52,6 +54,12 @@ pub(crate) struct Coming {
     pub(crate) path: Path,
     /// Its flock and its owner's settings, as one word.
     pub(crate) kept: String,
+}
+
+/// For its shell: writes its next system, and waits until that is done.
+pub(crate) fn until_written() -> String {
+    let is_over = "[ \"$(systemctl show -P ActiveState dreams-system)\" = inactive ]";
+    format!("{WRITE}; until ! {IS_FETCHED} && {is_over}; do sleep 1; done")
 }
 
 /// Makes the next system, and serves it as its artist has signed it, with the key of `stick`.
@@ -102,9 +110,7 @@ pub(crate) fn coming() -> &'static Coming {
         let (unit, machine, fetch) = goes(&fetching.0, &mut path, &format!("{FETCH}; {IS_FETCHED}"));
         let writing = (unit.freeze(machine), path.clone());
 
-        let is_over = "[ \"$(systemctl show -P ActiveState dreams-system)\" = inactive ]";
-        let written = format!("{WRITE}; until ! {IS_FETCHED} && {is_over}; do sleep 1; done");
-        let (written, machine, write) = goes(&writing.0, &mut path, &written);
+        let (written, machine, write) = goes(&writing.0, &mut path, &until_written());
         drop(machine);
 
         println!("the next system is fetched in {fetch:.1?}, and written in {write:.1?}");
@@ -117,6 +123,7 @@ pub(crate) fn coming() -> &'static Coming {
 /// Has the unit play the flock of `stick` for good, and do nothing by itself of what is done here step by step.
 fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
     machine.run("systemctl stop dreams-update.timer dreams-system.path && systemctl start dreams-owner@vda4");
+    machine.run(&format!("systemctl mask --runtime {RESTART}"));
     machine.run("grep -q ^url /var/lib/dreams/owner/dreams.toml");
     machine.plug(&stick.disk);
     let mut looks = machine.watch_for(PAUSE, is_autumn);

@@ -3,7 +3,7 @@
 //! Owns no more than that list.
 //!
 //! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`firmware`], [`hanging`], [`lamp`], [`memory`], [`slots`], [`twins`] and [`wifi`];
+//! [`firmware`], [`hanging`], [`lamp`], [`memory`], [`restart`], [`slots`], [`twins`] and [`wifi`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
@@ -46,6 +46,7 @@ mod ports;
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
 mod redundant;
+mod restart;
 mod serial;
 mod slots;
 mod soon;

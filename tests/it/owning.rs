@@ -13,6 +13,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::SystemTime;
 use tempfile::TempDir;
 
 /// An owner's partition and what a unit makes of it.
@@ -120,6 +121,31 @@ fn a_password_is_kept_where_its_user_alone_reads_and_told_nowhere() {
         (None, None),
         "what is no longer set is gone"
     );
+}
+
+#[test]
+fn a_unit_restarts_only_in_the_hours_for_it_and_while_no_flock_is_on_trial() {
+    let unit = Unit::new();
+    let keep = unit.path("owner.toml");
+    let may_restart = |hours: &str| {
+        fs::write(&keep, format!("hours = \"{hours}\"\ntimezone = \"UTC\"\n")).unwrap();
+        let mut owner = Command::new(programs::owner());
+        owner.args(["may-restart", "--keep"]).arg(&keep).arg("--flock").arg(unit.path("store/current"));
+        output(&mut owner).status.code()
+    };
+    // Dark now, whatever the clock of this machine shows; and lit.
+    fs::write(&keep, "").unwrap();
+    let written = fs::metadata(&keep).unwrap().modified().unwrap().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+    let now = written.as_secs() / 60 % 1_440;
+    let hours = |from: u64, to: u64| {
+        let [from, to] = [from, to].map(|minute| minute % 1_440);
+        format!("{:02}:{:02}-{:02}:{:02}", from / 60, from % 60, to / 60, to % 60)
+    };
+    let (dark, lit) = (hours(now + 700, now + 740), hours(now + 1_420, now + 700));
+    assert_eq!((may_restart(&dark), may_restart(&lit)), (Some(0), Some(1)), "at minute {now}");
+    unit.press.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["lobby"], 1);
+    assert_eq!(unit.update(&[]).status.code(), Some(0));
+    assert_eq!(may_restart(&dark), Some(1), "the flock that has come is on trial");
 }
 
 #[test]

@@ -2,11 +2,13 @@
 //!
 //! Owns the command line. What may be set is `player::owner` and `player::wifi`. Never changes the owner's file.
 //!
-//! Start at `take_in.rs`, which is run when the owner's partition is there, and at `connect.rs`, which is run for a radio.
+//! Start at `take_in.rs`, which is run when the owner's partition is there, at `connect.rs`, which is run for a radio, and at
+//! `restart.rs`, which is run when a new system waits for its start.
 #![forbid(unsafe_code)]
 
 mod connect;
 mod link;
+mod restart;
 mod supplicant;
 mod take_in;
 
@@ -16,8 +18,8 @@ use std::process::ExitCode;
 /// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
 const EXIT_STATUS: &str = "\
 Exit status:
-  0  the owner's settings are kept, or there are none
-  1  never
+  0  the owner's settings are kept, or there are none; the unit may restart
+  1  the answer is no: the unit may not restart now
   2  the command line or the owner's file is wrong: the last good settings stay
   3  a file could not be read or written, or a program not be run";
 
@@ -33,12 +35,14 @@ struct Options {
 enum Work {
     TakeIn(take_in::Options),
     Connect(connect::Options),
+    MayRestart(restart::Options),
 }
 
 fn main() -> ExitCode {
     let exit = match Options::parse().work {
         Work::TakeIn(options) => take_in::run(&options),
         Work::Connect(options) => connect::run(&options),
+        Work::MayRestart(options) => restart::run(&options),
     };
     ExitCode::from(exit as u8)
 }
