@@ -297,8 +297,17 @@ impl Machine {
 
     /// Puts in a stick, to which nobody may write.
     pub(crate) fn plug(&mut self, stick: &Path) {
-        let file = json!({ "driver": "file", "filename": stick, "read-only": true });
-        let node = json!({ "driver": "raw", "node-name": "stick", "read-only": true, "file": file });
+        self.plug_stick(stick, true);
+    }
+
+    /// Puts in a stick that can be written to.
+    pub(crate) fn plug_to_write(&mut self, stick: &Path) {
+        self.plug_stick(stick, false);
+    }
+
+    fn plug_stick(&mut self, stick: &Path, is_protected: bool) {
+        let file = json!({ "driver": "file", "filename": stick, "read-only": is_protected });
+        let node = json!({ "driver": "raw", "node-name": "stick", "read-only": is_protected, "file": file });
         self.monitor.ask("blockdev-add", &node);
         let device =
             json!({ "driver": "usb-storage", "id": "stick", "drive": "stick", "bus": "xhci.0", "removable": true });
@@ -308,6 +317,13 @@ impl Machine {
     /// Pulls it.
     pub(crate) fn pull(&mut self) {
         self.monitor.ask("device_del", &json!({ "id": "stick" }));
+    }
+
+    /// Takes its disk back, once it is pulled: another one can be put in, and this machine may read what was written.
+    pub(crate) fn take_stick(&mut self) {
+        let there = "ls -d /sys/block/sd* 2> /dev/null; systemctl list-units --all --plain --no-legend 'dreams-*@sd*'";
+        self.run(&format!("until [ -z \"$({there})\" ]; do sleep 1; done"));
+        self.monitor.ask("blockdev-del", &json!({ "node-name": "stick" }));
     }
 }
 

@@ -3,7 +3,7 @@
 //! Owns no more than that list.
 //!
 //! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`firmware`], [`hanging`], [`lamp`], [`memory`], [`restart`], [`slots`], [`twins`] and [`wifi`];
+//! [`firmware`], [`hanging`], [`lamp`], [`log`], [`memory`], [`restart`], [`slots`], [`twins`] and [`wifi`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
@@ -29,6 +29,7 @@ mod hardware;
 mod hundred;
 mod lamp;
 mod lease;
+mod log;
 mod loss;
 mod machine;
 mod machines;
