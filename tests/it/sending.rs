@@ -1,6 +1,6 @@
-//! The artist's guide to sending does what it shows.
+//! The guides to sending and to maintaining do what they show.
 //!
-//! Owns the claim that its commands, in order, print what stands below them, and ask for the passphrases that it shows.
+//! Owns the claim that their commands, in order, print what stands below them, and ask for the passphrases that are shown.
 //! They run at a terminal of their own, where the passphrases are typed. Never judges the prose.
 
 use crate::programs::{self, output, repository, succeed};
@@ -14,8 +14,9 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// The guide, from the root of the repository, and the stick that it speaks of.
-const GUIDE: &str = "docs/sending.md";
+/// The guides, from the root of the repository, and the stick that they speak of.
+const SENDING: &str = "docs/sending.md";
+const MAINTAINING: &str = "docs/maintaining.md";
 const STICK: &str = "/media/stick";
 /// The flock of the guide: the demo's, without these.
 const LEFT_OUT: [&str; 5] = ["caldera", "nocturne", "orchid", "rosette", "undertow"];
@@ -49,7 +50,7 @@ fn masked(text: &str) -> String {
 }
 
 /// A `make` that makes an image as the Makefile says, but for the system itself: it only lays out whom that trusts, and
-/// halves that belong together. Its folder holds `made`, such halves.
+/// halves that belong together. Its folder holds such halves of each version, `made-VERSION`.
 const MAKE: &str = r#"#!/bin/sh
 set -eu
 words=$("$REAL_MAKE" --dry-run --no-print-directory -C "$REPOSITORY" "$@" | sed -n 's/^image-build\/build //p')
@@ -63,10 +64,14 @@ done
 mkdir -p "tree-$version/etc/dreams" "$folder"
 cp "$REPOSITORY/config/update.toml" "tree-$version/etc/dreams/"
 "$REPOSITORY/image-build/sender" "tree-$version" $more
-cp -r "$(dirname "$0")/made" "$folder/unit-$version"
+cp -r "$(dirname "$0")/made-$version" "$folder/unit-$version"
 cp -r "tree-$version/etc/dreams/keys" "$folder/unit-$version/"
 echo made
 "#;
+
+/// What such halves are made of: the guide to maintaining tells one from the other.
+const OLD_PACKAGES: &str = "linux-image-6.12.48+deb13-amd64\t6.12.48-1\nffmpeg-source\t7:7.1.2-0+deb13u1\n";
+const NEW_PACKAGES: &str = "linux-image-6.12.57+deb13-amd64\t6.12.57-1\nffmpeg-source\t7:7.1.3-0+deb13u1\n";
 
 /// Answers every prompt on the terminal; returns what it showed.
 fn typed(terminal: &mut Child) -> String {
@@ -96,9 +101,17 @@ fn the_guides_commands_print_what_it_shows_and_ask_for_what_it_tells() {
     fs::write(at("aurora/flock.toml"), manifest).unwrap();
     fs::create_dir(at("stick")).unwrap();
 
-    let guide = masked(&fs::read_to_string(repository().join(GUIDE)).unwrap());
-    let mut steps = steps(&guide);
-    assert!(steps.len() >= 8, "only {} steps were read", steps.len());
+    follow(SENDING, folder.path());
+    assert!(lies_on(&at("stick")), "what was published is a bundle");
+    is_taken_by_a_unit(folder.path());
+}
+
+/// Does what `guide` shows in `folder`, where all that it begins with lies.
+fn follow(guide: &str, folder: &Path) {
+    let at = |name: &str| folder.join(name);
+    let text = masked(&fs::read_to_string(repository().join(guide)).unwrap());
+    let mut steps = steps(&text);
+    assert!(steps.len() >= 7, "only {} steps were read", steps.len());
     let is_command = |line: &&String| !is_prompt(line);
     let prompts: Vec<String> =
         steps.iter().flat_map(|step| &step.shows).filter(|line| is_prompt(line)).cloned().collect();
@@ -110,9 +123,9 @@ fn the_guides_commands_print_what_it_shows_and_ask_for_what_it_tells() {
     lay_make(&at("tools"));
     let path = std::env::var("PATH").unwrap_or_default();
     let real_make = std::env::split_paths(&path).map(|folder| folder.join("make")).find(|make| make.is_file()).unwrap();
-    let path = format!("{}:{}:{path}", at("tools").display(), flock.parent().unwrap().display());
+    let path = format!("{}:{}:{path}", at("tools").display(), programs::flock().parent().unwrap().display());
     let mut socat = Command::new("socat");
-    socat.args(["-", "EXEC:bash script,pty,setsid,ctty,stderr,echo=0"]).current_dir(folder.path());
+    socat.args(["-", "EXEC:bash script,pty,setsid,ctty,stderr,echo=0"]).current_dir(folder);
     socat.env("REAL_MAKE", real_make).env("REPOSITORY", repository());
     socat.env("PATH", path).env("NO_COLOR", "1").stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut terminal = socat.spawn().unwrap();
@@ -131,13 +144,16 @@ fn the_guides_commands_print_what_it_shows_and_ask_for_what_it_tells() {
     }
     let asked: Vec<&str> = shown.lines().map(|line| line.trim_matches('\r')).filter(|line| !line.is_empty()).collect();
     assert_eq!(asked, prompts, "the passphrases that are asked for");
-    assert!(lies_on(&at("stick")), "what was published is a bundle");
-    is_taken_by_a_unit(folder.path());
 }
 
 /// Lays such a `make` and what it hands out into `folder`.
 fn lay_make(folder: &Path) {
-    make_halves(&folder.join("made"), "0.2.0");
+    for version in ["0.1.0", "0.1.1", "0.2.0"] {
+        let made = folder.join(format!("made-{version}"));
+        make_halves(&made, version);
+        let kernel = if version == "0.1.0" { OLD_PACKAGES } else { NEW_PACKAGES };
+        fs::write(made.join("packages"), format!("systemd\t257.9-1~deb13u1\n{kernel}")).unwrap();
+    }
     fs::write(folder.join("make"), MAKE).unwrap();
     fs::set_permissions(folder.join("make"), fs::Permissions::from_mode(0o755)).unwrap();
 }
@@ -152,6 +168,35 @@ fn is_taken_by_a_unit(folder: &Path) {
         update.arg("--config").arg(settings.join("update.toml")).arg("--keys").arg(settings.join("keys"));
         update.args(["--unit", "lobby"]).arg("--store").arg(folder.join(format!("store-{version}")));
         succeed(update.arg(folder.join("stick")));
+    }
+}
+
+#[test]
+fn the_guide_to_maintaining_prints_what_it_shows_and_its_units_take_the_new_system() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("stick")).unwrap();
+    fs::write(at("passphrase"), format!("{PASSPHRASE}\n")).unwrap();
+    fs::set_permissions(at("passphrase"), fs::Permissions::from_mode(0o600)).unwrap();
+    for key in ["artist.key", "spare.key"] {
+        let mut keygen = Command::new(programs::flock());
+        succeed(keygen.arg("keygen").arg(at(key)).arg("--passphrase-file").arg(at("passphrase")));
+    }
+    make_halves(&at("target/image/unit-0.1.0"), "0.1.0");
+    fs::write(at("target/image/unit-0.1.0/packages"), format!("systemd\t257.9-1~deb13u1\n{OLD_PACKAGES}")).unwrap();
+    follow(MAINTAINING, folder.path());
+
+    let settings = at("tree-0.1.1/etc/dreams");
+    fs::write(at("os-release"), "ID=dreams\nVERSION_ID=0.1.0\n").unwrap();
+    let config = fs::read_to_string(settings.join("update.toml")).unwrap();
+    let config = config.replace("/usr/lib/os-release", at("os-release").to_str().unwrap());
+    fs::write(at("update.toml"), config).unwrap();
+    for unit in ["lobby", "stairs"] {
+        let mut update = Command::new(programs::updater());
+        update.arg("--json").arg("--config").arg(at("update.toml")).arg("--keys").arg(settings.join("keys"));
+        let said = output(update.args(["--unit", unit, "--store"]).arg(at(unit)).arg(at("stick")));
+        let answer = String::from_utf8_lossy(&said.stdout);
+        assert!(said.status.success() && answer.contains("\"staged\": \"0.1.1\""), "{unit}: {answer}");
     }
 }
 
