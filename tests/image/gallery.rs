@@ -165,7 +165,8 @@ impl Gallery {
             let off = pairs.map(|(ours, theirs)| (ours - theirs).abs());
             off.fold((0.0_f32, 0.0_f32), |(most, sum), off| (most.max(off), sum + off))
         };
-        let fitting = self.frames.iter().map(|frame| (off(frame), frame)).filter(|((most, _), _)| *most <= CELL_TOLERANCE);
+        let fitting =
+            self.frames.iter().map(|frame| (off(frame), frame)).filter(|((most, _), _)| *most <= CELL_TOLERANCE);
         let best = fitting.min_by(|((_, one), _), ((_, other), _)| one.total_cmp(other))?;
         Some(best.1.place.clone())
     }
@@ -196,8 +197,7 @@ mod tests {
     }
 
     fn gallery() -> Gallery {
-        let place =
-            |number| Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_placard: false };
+        let place = |number| Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_placard: false };
         let frame = |number| Frame::new(place(number), Samples::of(|x, y| picture(number, x, y)));
         Gallery { frames: (0..4).map(frame).collect() }
     }

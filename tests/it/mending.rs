@@ -1,12 +1,13 @@
 //! What a unit starts from is looked through, and what is damaged is mended from what is whole.
 //!
 //! Owns the claims on `dreams-mend`. Files stand for the slots, folders for the boot partitions, `veritysetup` makes the
-//! roots and `image-build/stamp` what the firmware starts; whole machines are in `tests/image`.
+//! roots and `image-build/start` what the boot loader starts; whole machines are in `tests/image`.
 //!
 //! Start at [`Frame`].
 
 use crate::command_line::json;
 use crate::programs::{self, output, repository, succeed};
+use bundle::{LaidOut, lay_out};
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::FileExt;
@@ -20,7 +21,10 @@ const BLOCKS: usize = 300;
 const SLOT: u64 = 2 << 20;
 /// The calls that change a disk.
 const CHANGES: [&str; 5] = ["write", "pwrite64", "fsync", "rename", "unlink"];
-const ENTRIES: &str = "EFI/Linux";
+const ENTRIES: &str = "loader/entries";
+const SYSTEMS: &str = "EFI/dreams";
+/// What an entry starts.
+const PARTS: [&str; 2] = ["linux", "initramfs"];
 
 /// A unit that runs 0.2.0 from slot b; 0.1.0 lies in slot a.
 struct Frame {
@@ -33,16 +37,19 @@ impl Frame {
         for (version, slot) in [("0.1.0", "a"), ("0.2.0", "b")] {
             frame.make(version, slot);
             for boot in ["boot", "spare"] {
-                let entries = frame.at(boot).join(ENTRIES);
-                fs::create_dir_all(&entries).unwrap();
-                fs::copy(frame.at(version), entries.join(format!("dreams_{version}.efi"))).unwrap();
+                for copy in [1, 2] {
+                    frame.lay(version, boot, copy);
+                }
             }
         }
-        for file in ["EFI/BOOT/BOOTX64.EFI", "EFI/systemd/systemd-bootx64.efi"] {
-            starts(&frame.at("loader").join(file), &format!("the loader {file}"));
+        for folder in ["loader/EFI/BOOT", "loader/loader"] {
+            fs::create_dir_all(frame.at(folder)).unwrap();
         }
-        fs::create_dir_all(frame.at("loader/loader")).unwrap();
-        fs::write(frame.at("loader/loader/loader.conf"), "timeout 0\n").unwrap();
+        for file in ["EFI/BOOT/BOOTX64.EFI", "EFI/BOOT/grubx64.efi", "loader/loader.conf"] {
+            fs::write(frame.at("loader").join(file), format!("the loader {file}\n").repeat(1_000)).unwrap();
+        }
+        let sums = "find . -type f -printf '%P\\n' | sort | xargs sha256sum > ../sums && mv ../sums loader/";
+        succeed(Command::new("sh").current_dir(frame.at("loader")).args(["-ec", sums]));
         for boot in ["boot", "spare"] {
             succeed(Command::new("cp").arg("-a").arg(frame.at("loader/.")).arg(frame.at(boot)));
         }
@@ -53,7 +60,19 @@ impl Frame {
         self.folder.path().join(name)
     }
 
-    /// Makes a system: its root in a slot, and what the firmware starts in the file `version`.
+    /// Lays a system on a boot partition, as this copy.
+    fn lay(&self, version: &str, boot: &str, copy: u8) {
+        let bytes = fs::read(self.at(version)).unwrap();
+        let LaidOut { entry, parts } = lay_out(&bytes, copy).expect("it is whole");
+        let name = format!("{ENTRIES}/dreams_{version}_{copy}+1.conf");
+        for (path, part) in parts.into_iter().chain([(name, entry.as_bytes())]) {
+            let path = self.at(boot).join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, part).unwrap();
+        }
+    }
+
+    /// Makes a system: its root in a slot, and what the boot loader starts in the file `version`.
     fn make(&self, version: &str, slot: &str) {
         let root: Vec<u8> =
             (0..BLOCKS * BLOCK).map(|at| (at / 7 * usize::from(version.as_bytes()[2]) % 251) as u8).collect();
@@ -68,7 +87,12 @@ impl Frame {
         let hash = said.lines().find_map(|line| line.strip_prefix("Root hash:")).expect("it has a root").trim();
         fs::File::options().write(true).open(&slot).unwrap().set_len(SLOT).unwrap();
         let name = uuid.replace('-', "");
-        starts(&self.at(version), &format!("dreams.version={version} dreams.root={name}:{BLOCKS}:{salt}:{hash} gpt"));
+        for part in PARTS {
+            fs::write(self.at(part), format!("{part} of {version}\n").repeat(1_000)).unwrap();
+        }
+        let words = format!("dreams.version={version} dreams.root={name}:{BLOCKS}:{salt}:{hash} gpt");
+        let mut start = Command::new(repository().join("image-build/start"));
+        succeed(start.arg(self.at(version)).args([version, &words]).args(PARTS.map(|part| self.at(part))));
     }
 
     fn command(&self, look: &str) -> Command {
@@ -111,16 +135,9 @@ impl Frame {
     }
 }
 
-/// Makes a file that a firmware could take for one to start: a head, another one where that says, and `words`.
-fn starts(path: &Path, words: &str) {
-    let mut bytes = vec![7; 20_000];
-    bytes[..2].copy_from_slice(b"MZ");
-    bytes[0x3c..0x40].copy_from_slice(&0x80_u32.to_le_bytes());
-    bytes[1_000..1_000 + words.len()].copy_from_slice(words.as_bytes());
-    bytes[1_000 + words.len()] = 0;
-    fs::create_dir_all(path.parent().unwrap()).unwrap();
-    fs::write(path, bytes).unwrap();
-    succeed(Command::new(repository().join("image-build/stamp")).arg(path));
+/// The name of an entry of the system that runs.
+fn entry(boot: &str, copy: u8) -> String {
+    format!("{boot}/{ENTRIES}/dreams_0.2.0_{copy}+1.conf")
 }
 
 #[test]
@@ -129,21 +146,29 @@ fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
     let whole = frame.all();
     assert_eq!(frame.looks("all", 0), [vec![], Vec::<String>::new()]);
     assert!(!frame.at("card").exists(), "nobody is told anything");
-    let entry = |boot: &str| format!("{boot}/{ENTRIES}/dreams_0.2.0.efi");
-    for name in [entry("boot"), entry("spare"), "boot/EFI/BOOT/BOOTX64.EFI".into(), "spare/loader/loader.conf".into()] {
-        for at in [0, 0x28, 0x90, 1_005, 19_990] {
-            frame.spoil(&name, at);
-            assert_eq!(frame.looks("boot", 0), [vec![name.clone()], vec![]], "byte {at}");
+    let part = |boot: &str, copy: u8, part: &str| format!("{boot}/{SYSTEMS}/0.2.0_{copy}/{part}");
+    // What is damaged, and what is said to be mended.
+    let mut cases: Vec<_> = ["boot/EFI/BOOT/BOOTX64.EFI", "spare/EFI/BOOT/grubx64.efi", "boot/loader/loader.conf"]
+        .map(|name| (name.to_owned(), name.to_owned()))
+        .into();
+    for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1)] {
+        cases.push((entry(boot, copy), entry(boot, copy)));
+        cases.extend(PARTS.map(|name| (part(boot, copy, name), entry(boot, copy))));
+    }
+    for (name, told) in &cases {
+        let size = fs::metadata(frame.at(name)).unwrap().len();
+        for at in [0, 0x90, size / 2, size - 7] {
+            frame.spoil(name, at);
+            assert_eq!(frame.looks("boot", 0), [vec![told.clone()], vec![]], "byte {at} of {name}");
             assert!(frame.all() == whole, "byte {at} of {name}");
-            // A file of a few bytes grew by the rubbish.
-            if name.ends_with("conf") {
-                break;
-            }
         }
-        fs::remove_file(frame.at(&name)).unwrap();
+        fs::remove_file(frame.at(name)).unwrap();
         frame.looks("all", 0);
         assert!(frame.all() == whole, "{name} was gone");
     }
+    frame.spoil("boot/loader/sums", 3);
+    frame.looks("boot", 0);
+    assert!(frame.all() == whole, "the sums of the boot loader");
     let card = fs::read_to_string(frame.at("card")).unwrap();
     assert!(card.contains("was damaged, and is mended"), "{card}");
 }
@@ -153,10 +178,12 @@ fn any_block_of_a_slot_that_is_damaged_is_mended_from_the_other_slot_if_that_hol
     let frame = Frame::new();
     // Out of its box, both hold the same.
     fs::copy(frame.at("b"), frame.at("a")).unwrap();
-    for boot in ["boot", "spare"] {
-        fs::remove_file(frame.at(boot).join(ENTRIES).join("dreams_0.1.0.efi")).unwrap();
+    for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1), ("spare", 2)] {
+        fs::remove_file(frame.at(boot).join(ENTRIES).join(format!("dreams_0.1.0_{copy}+1.conf"))).unwrap();
     }
+    frame.looks("boot", 0);
     let whole = frame.all();
+    assert!(!whole.keys().any(|name| name.contains("0.1.0")), "what no entry starts is gone");
     let block = |number: usize| (number * BLOCK) as u64;
     // The first block and the last, the superblock's name and salt, the top of the tree and its end.
     for at in [0, block(BLOCKS) - 7, block(BLOCKS) + 20, block(BLOCKS) + 90, block(BLOCKS + 1), block(BLOCKS + 4) + 100]
@@ -191,20 +218,26 @@ fn what_runs_is_never_overwritten_by_something_else() {
 }
 
 #[test]
-fn a_system_on_trial_has_no_spare_start_file_until_it_is_good() {
+fn a_system_on_trial_has_no_other_copy_until_it_is_good() {
     let frame = Frame::new();
-    let entry = |boot: &str, name: &str| frame.at(boot).join(ENTRIES).join(name);
-    fs::remove_file(entry("spare", "dreams_0.2.0.efi")).unwrap();
-    fs::rename(entry("boot", "dreams_0.2.0.efi"), entry("boot", "dreams_0.2.0+2-1.efi")).unwrap();
+    let name = |boot: &str, name: &str| frame.at(boot).join(ENTRIES).join(name);
+    for entry in [entry("boot", 2), entry("spare", 1), entry("spare", 2)] {
+        fs::remove_file(frame.at(&entry)).unwrap();
+    }
+    let (trial, good) = (name("boot", "dreams_0.2.0_1+2-1.conf"), frame.at(&entry("boot", 1)));
+    fs::rename(&good, &trial).unwrap();
     frame.looks("all", 0);
-    assert!(!entry("spare", "dreams_0.2.0.efi").exists() && entry("boot", "dreams_0.2.0+2-1.efi").exists());
-    fs::rename(entry("boot", "dreams_0.2.0+2-1.efi"), entry("boot", "dreams_0.2.0.efi")).unwrap();
+    assert!(!frame.at(&entry("boot", 2)).exists() && !frame.at(&entry("spare", 1)).exists() && trial.exists());
+    fs::rename(&trial, &good).unwrap();
     assert_eq!(frame.looks("boot", 0), [vec![], Vec::<String>::new()], "it was not damaged");
-    assert_eq!(fs::read(entry("spare", "dreams_0.2.0.efi")).unwrap(), fs::read(frame.at("0.2.0")).unwrap());
+    for (boot, copy) in [("boot", 2), ("spare", 1), ("spare", 2)] {
+        let text = fs::read_to_string(frame.at(&entry(boot, copy))).unwrap();
+        assert!(text.contains(&format!("/0.2.0_{copy}/linux")), "{text}");
+    }
     // One that gave way is called so everywhere.
-    fs::rename(entry("boot", "dreams_0.1.0.efi"), entry("boot", "dreams_0.1.0+0-1.efi")).unwrap();
+    fs::rename(name("boot", "dreams_0.1.0_1+1.conf"), name("boot", "dreams_0.1.0_1+0-1.conf")).unwrap();
     frame.looks("boot", 0);
-    assert!(!entry("spare", "dreams_0.1.0.efi").exists() && entry("spare", "dreams_0.1.0+0-1.efi").exists());
+    assert!(!name("spare", "dreams_0.1.0_2+1.conf").exists() && name("spare", "dreams_0.1.0_2+0-1.conf").exists());
 }
 
 #[test]
@@ -212,8 +245,9 @@ fn a_look_that_is_cut_short_at_any_step_leaves_what_runs_whole_and_the_next_one_
     let frame = Frame::new();
     let damage = || {
         frame.spoil("a", 5_000);
-        frame.spoil(&format!("boot/{ENTRIES}/dreams_0.2.0.efi"), 1_005);
-        frame.spoil("spare/EFI/systemd/systemd-bootx64.efi", 3_000);
+        frame.spoil(&format!("boot/{SYSTEMS}/0.2.0_1/linux"), 1_005);
+        frame.spoil(&entry("boot", 2), 20);
+        frame.spoil("spare/EFI/BOOT/grubx64.efi", 3_000);
     };
     damage();
     let kept = frame.all();
@@ -222,6 +256,7 @@ fn a_look_that_is_cut_short_at_any_step_leaves_what_runs_whole_and_the_next_one_
             fs::remove_file(frame.at(&name)).unwrap();
         }
         for (name, bytes) in &kept {
+            fs::create_dir_all(frame.at(name).parent().unwrap()).unwrap();
             fs::write(frame.at(name), bytes).unwrap();
         }
     };
@@ -243,8 +278,11 @@ fn a_look_that_is_cut_short_at_any_step_leaves_what_runs_whole_and_the_next_one_
             strace(&["-e", &format!("trace={call}"), "-e", &format!("inject={call}:{how}:when={step}")]);
             let cut = frame.all();
             let is = |name: &str| cut.get(name) == whole.get(name);
-            let start = |boot: &str| is(&format!("{boot}/{ENTRIES}/dreams_0.2.0.efi"));
-            assert!(is("b") && (start("boot") || start("spare")), "{how} at {call} {step}");
+            let copy = |number: u8| {
+                is(&entry("spare", number))
+                    && PARTS.iter().all(|part| is(&format!("spare/{SYSTEMS}/0.2.0_{number}/{part}")))
+            };
+            assert!(is("b") && copy(1) && copy(2), "{how} at {call} {step}");
             frame.looks("all", 0);
             assert!(frame.all() == whole, "{how} at {call} {step}");
             broken += 1;

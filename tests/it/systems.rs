@@ -7,14 +7,18 @@
 
 use crate::bundles::Studio;
 use crate::command_line::json;
-use crate::programs::{self, output};
+use crate::programs::{self, output, repository};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The calls that change a disk.
-const CHANGES: [&str; 5] = ["write", "fsync", "rename", "renameat", "unlink"];
+const CHANGES: [&str; 6] = ["write", "fsync", "rename", "renameat", "unlink", "unlinkat"];
+
+/// Where the boot loader looks, and what it would find of the system that runs.
+const ENTRIES: &str = "boot/loader/entries";
+const RUNS: &str = "boot/loader/entries/dreams_0.1.0_1+1.conf";
 
 /// A unit that runs version 0.1.0, an artist, and what `make image` left of newer versions.
 struct Frame {
@@ -25,8 +29,9 @@ impl Frame {
     fn new() -> Self {
         let frame = Self { studio: Studio::new() };
         frame.runs("dreams", "0.1.0");
-        fs::create_dir_all(frame.at("boot/EFI/Linux")).unwrap();
-        fs::write(frame.at("boot/EFI/Linux/dreams_0.1.0.efi"), "what runs").unwrap();
+        fs::create_dir_all(frame.at(ENTRIES)).unwrap();
+        fs::create_dir_all(frame.at("boot/EFI/dreams/0.1.0_1")).unwrap();
+        fs::write(frame.at(RUNS), "what runs").unwrap();
         fs::write(frame.at("slot"), vec![0xee; 100_000]).unwrap();
         let system = frame.at("os-release");
         let config = format!("system = \"{}\"\nowner = \"/nowhere\"\nreserve_mib = 0\n", system.display());
@@ -98,8 +103,8 @@ impl Frame {
 
     /// What the boot loader would find to start.
     fn entries(&self) -> Vec<String> {
-        let mut entries: Vec<_> = fs::read_dir(self.at("boot/EFI/Linux")).unwrap().map(|e| e.unwrap().path()).collect();
-        entries.retain(|entry| entry.extension().is_some_and(|ending| ending == "efi"));
+        let mut entries: Vec<_> = fs::read_dir(self.at(ENTRIES)).unwrap().map(|e| e.unwrap().path()).collect();
+        entries.retain(|entry| entry.extension().is_some_and(|ending| ending == "conf"));
         let name = |entry: &PathBuf| entry.file_name().unwrap().to_str().unwrap().to_owned();
         let mut names: Vec<_> = entries.iter().map(name).collect();
         names.sort();
@@ -127,8 +132,13 @@ pub(crate) fn make_halves(folder: &Path, version: &str) {
     root.extend(vec![salt; 60_000]);
     fs::write(folder.join("root.img"), root).unwrap();
     let slot = format!("{salt:02x}").repeat(16);
-    let start = format!("MZ quiet dreams.version={version} dreams.root={slot}:{blocks}:salt:hash gpt {version}");
-    fs::write(folder.join("dreams.efi"), start.repeat(40)).unwrap();
+    let words = format!("quiet dreams.version={version} dreams.root={slot}:{blocks}:salt:hash gpt");
+    for part in ["linux", "initramfs"] {
+        fs::write(folder.join(part), format!("{part} of {version}\n").repeat(300)).unwrap();
+    }
+    let mut start = Command::new(repository().join("image-build/start"));
+    start.arg(folder.join("dreams.start")).args([version, &words]);
+    programs::succeed(start.args(["linux", "initramfs"].map(|part| folder.join(part))));
 }
 
 #[test]
@@ -141,23 +151,26 @@ fn a_system_travels_like_a_flock_and_ends_in_the_slot_that_does_not_run() {
     assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.2.0" }));
     assert!(frame.told().starts_with("A new system is here"), "{}", frame.told());
     assert_eq!(frame.fetched(), "no-news", "it waits to be written");
-    assert_eq!(frame.entries(), ["dreams_0.1.0.efi"]);
+    assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf"]);
 
     assert_eq!(frame.written(), serde_json::json!({ "written": "0.2.0" }));
     assert!(frame.slot_is("0.2.0"));
-    assert_eq!(frame.entries(), ["dreams_0.1.0.efi", "dreams_0.2.0+3.efi"], "three tries, then the one before");
-    let (there, sent) = (frame.at("boot/EFI/Linux/dreams_0.2.0+3.efi"), frame.at("0.2.0/dreams.efi"));
-    assert!(fs::read(there).unwrap() == fs::read(sent).unwrap());
+    assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "three tries, then the one before");
+    for part in ["linux", "initramfs"] {
+        let (there, sent) = (frame.at("boot/EFI/dreams/0.2.0_1").join(part), frame.at("0.2.0").join(part));
+        assert!(fs::read(there).unwrap() == fs::read(sent).unwrap());
+    }
     assert_eq!((frame.written(), frame.fetched()), ("none".into(), "no-news".into()), "it has its chance, once");
 
     // It runs, and is good: the next one takes the place of the one before.
-    fs::rename(frame.at("boot/EFI/Linux/dreams_0.2.0+3.efi"), frame.at("boot/EFI/Linux/dreams_0.2.0.efi")).unwrap();
+    let entry = |name: &str| frame.at(ENTRIES).join(name);
+    fs::rename(entry("dreams_0.2.0_1+3.conf"), entry("dreams_0.2.0_1+1.conf")).unwrap();
     frame.runs("dreams", "0.2.0");
     frame.pack("0.3.0", &["--unit", "lobby"]);
     assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.3.0" }));
     frame.written();
     assert!(frame.slot_is("0.3.0"));
-    assert_eq!(frame.entries(), ["dreams_0.2.0.efi", "dreams_0.3.0+3.efi"]);
+    assert_eq!(frame.entries(), ["dreams_0.2.0_1+1.conf", "dreams_0.3.0_1+3.conf"]);
     // What is in the store of a system that was written goes with the next flock.
     assert!(!frame.at("store/system/staged").exists());
 }
@@ -190,7 +203,7 @@ fn a_system_that_is_not_newer_or_not_ours_or_not_signed_is_not_taken() {
     assert_eq!(frame.update().status.code(), Some(1));
     assert!(frame.told().contains("not signed by anybody"), "{}", frame.told());
     // Nothing of all that came to be written.
-    assert_eq!((frame.written(), frame.entries()), ("none".into(), vec!["dreams_0.1.0.efi".to_owned()]));
+    assert_eq!((frame.written(), frame.entries()), ("none".into(), vec!["dreams_0.1.0_1+1.conf".to_owned()]));
     fs::write(&seal, text).unwrap();
     assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.2.0" }));
     // Halves that were not made with each other are no system.
@@ -219,7 +232,9 @@ fn a_slot_written_to_any_step_starts_what_ran_and_the_next_attempt_completes_it(
     let frame = Frame::new();
     frame.pack("0.2.0", &[]);
     frame.fetched();
-    fs::write(frame.at("boot/EFI/Linux/dreams_0.0.9+0-3.efi"), "what was tried before").unwrap();
+    fs::write(frame.at(ENTRIES).join("dreams_0.0.9_1+0-3.conf"), "what was tried before").unwrap();
+    fs::create_dir_all(frame.at("boot/EFI/dreams/0.0.9_1")).unwrap();
+    fs::write(frame.at("boot/EFI/dreams/0.0.9_1/linux"), "what was tried before").unwrap();
     let kept: Vec<&str> = vec!["store", "boot", "slot"];
     let reset = || {
         for name in &kept {
@@ -246,14 +261,16 @@ fn a_slot_written_to_any_step_starts_what_ran_and_the_next_attempt_completes_it(
         for (step, how) in (1..=steps).flat_map(|step| [(step, "signal=KILL"), (step, "error=EIO")]) {
             strace(&["-e", &format!("trace={call}"), "-e", &format!("inject={call}:{how}:when={step}")]);
             let entries = frame.entries();
-            assert!(entries.contains(&"dreams_0.1.0.efi".to_owned()), "{how} at {call} {step}: {entries:?}");
-            if entries.contains(&"dreams_0.2.0+3.efi".to_owned()) {
-                assert!(frame.slot_is("0.2.0"), "{how} at {call} {step}: what is started is whole");
+            assert!(entries.contains(&"dreams_0.1.0_1+1.conf".to_owned()), "{how} at {call} {step}: {entries:?}");
+            if entries.contains(&"dreams_0.2.0_1+3.conf".to_owned()) {
+                let kernel = fs::read(frame.at("boot/EFI/dreams/0.2.0_1/linux")).unwrap();
+                let is_whole = frame.slot_is("0.2.0") && kernel == fs::read(frame.at("0.2.0/linux")).unwrap();
+                assert!(is_whole, "{how} at {call} {step}: what is started is whole");
             }
             frame.fetched();
             frame.written();
             assert!(frame.slot_is("0.2.0"), "{how} at {call} {step}");
-            assert_eq!(frame.entries(), ["dreams_0.1.0.efi", "dreams_0.2.0+3.efi"], "{how} at {call} {step}");
+            assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "{how} at {call} {step}");
             broken += 1;
         }
     }

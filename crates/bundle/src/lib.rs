@@ -36,7 +36,7 @@ pub use refused::{Part, Refused};
 pub use seal::{Letter, Seal, Unverified, path as seal_path};
 pub use secret::SecretKey;
 pub use source::{STATEMENTS, Source};
-pub use start_file::{StartFile, StartFileError, is_whole};
+pub use start_file::{COPIES, ENTRIES, LaidOut, SYSTEMS, StartFile, StartFileError, copy_folder, gather, lay_out};
 pub use store::{
     Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, Judge, LocalDisk, Plan, Playing,
     STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Verdict, Wanted, plan,

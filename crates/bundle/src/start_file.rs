@@ -1,26 +1,30 @@
-//! What the firmware starts of a system: kernel, initramfs and command line in one file.
+//! What a boot loader starts of a system: the text of its entry, the kernel, and the initramfs.
 //!
-//! Owns how such a file says which system it is and which root it was made with, and the sum by which it is known to be
-//! whole. `image-build/stamp` writes that sum, and `image-build/chooser.c` checks it, too, before the file is started.
-//! Never reads a file.
+//! Owns the one file in which they travel, `dreams.start`, and how they lie on a boot partition, where there are two copies
+//! of each system. The entry says which system it starts, which root that was made with, and the size and SHA-256 of each
+//! part and of itself. `image-build/start` writes the file. Never reads a file or writes one.
 //!
-//! Start at [`StartFile::read`].
+//! Start at [`StartFile::read`] and [`lay_out`].
 
 use crate::names::{NameError, Version};
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
 
+/// Where a boot loader looks for entries, below a boot partition.
+pub const ENTRIES: &str = "loader/entries";
+/// Where the parts that they start lie there, each copy of each system in a folder.
+pub const SYSTEMS: &str = "EFI/dreams";
+/// How many copies of a good system lie on each boot partition. The names of the copies are 1 and 2.
+pub const COPIES: u8 = 2;
+/// The copy as which an entry travels.
+const FIRST: u8 = 1;
 /// The words of the command line that tell the version, and the root that it was made with.
 const VERSION: &[u8] = b"dreams.version=";
 const ROOT: &[u8] = b"dreams.root=";
-/// Where the sum stands, in the part of the file's head that nobody reads: this word, then the size of the file and its
-/// CRC-32, both little endian. The file may have grown since: a signature stands behind it.
-const STAMP_AT: usize = 0x28;
-const STAMP_WORD: &[u8; 8] = b"dreams\0\0";
-const STAMP_SIZE: usize = 16;
-/// Where the file's head says where its next one begins; and, from there, the checksum and the pointer to a signature.
-/// Who signs changes these two.
-const HEAD_AT: usize = 0x3c;
-const CHECKSUM: std::ops::Range<usize> = 88..92;
-const SIGNATURE: std::ops::Range<usize> = 168..176;
+/// A line of an entry that tells name, size and SHA-256 of a part; the parts follow the entry in the same order.
+const PART: &str = "# part ";
+/// The last line of an entry: the SHA-256 of all lines above.
+const SEAL: &str = "# entry ";
 
 /// What a start file says of itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,6 +41,15 @@ pub struct StartFile {
     pub hash: String,
 }
 
+/// A copy of a system as it lies on a boot partition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LaidOut<'b> {
+    /// The text of its entry.
+    pub entry: String,
+    /// The path of each part below the boot partition, and what is in it.
+    pub parts: Vec<(String, &'b [u8])>,
+}
+
 /// Why a file is no start file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StartFileError {
@@ -48,8 +61,26 @@ pub enum StartFileError {
     Unversioned(#[source] NameError),
 }
 
+/// A part as the entry tells of it.
+struct Part<'b> {
+    name: &'b str,
+    size: usize,
+    sum: &'b str,
+}
+
+impl<'b> Part<'b> {
+    /// `None` if the line has another form.
+    fn read(line: &'b str) -> Option<Self> {
+        let words: Vec<_> = line.split(' ').collect();
+        let [name, size, sum] = words[..] else { return None };
+        let is_name = !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_lowercase());
+        is_name.then_some(Self { name, size: size.parse().ok()?, sum })
+    }
+}
+
 impl StartFile {
-    /// What the start file `bytes` says of itself. Whether it is whole is another question: see [`is_whole`].
+    /// What the start file `bytes`, or the entry in it, says of itself. Whether it is whole is another question: see
+    /// [`lay_out`].
     ///
     /// # Errors
     /// [`StartFileError`] if it does not say it.
@@ -63,37 +94,68 @@ impl StartFile {
     }
 }
 
-/// Whether the bytes of a stamped file are those that it was stamped with.
+/// The folder of a copy, below [`SYSTEMS`].
 #[must_use]
-pub fn is_whole(bytes: &[u8]) -> bool {
-    let number = |at: usize| bytes.get(at..)?.first_chunk().map(|number| u32::from_le_bytes(*number));
-    let (Some(size), Some(sum), Some(head)) = (number(STAMP_AT + 8), number(STAMP_AT + 12), number(HEAD_AT)) else {
-        return false;
-    };
-    let (size, head) = (size as usize, head as usize);
-    if size > bytes.len() || !bytes[STAMP_AT..].starts_with(STAMP_WORD) {
-        return false;
-    }
-    let stamped = &bytes[..size];
-    // What the stamp does not count is counted as zeros.
-    let holes = [STAMP_AT..STAMP_AT + STAMP_SIZE, head + CHECKSUM.start..head + CHECKSUM.end, {
-        head + SIGNATURE.start..head + SIGNATURE.end
-    }];
-    let mut hasher = crc32fast::Hasher::new();
-    let mut from = 0;
-    for hole in holes {
-        let (Some(before), Some(zeros)) = (stamped.get(from..hole.start), [0; STAMP_SIZE].get(..hole.len())) else {
-            return false;
-        };
-        if hole.end > size {
-            return false;
+pub fn copy_folder(version: &Version, copy: u8) -> String {
+    format!("{version}_{copy}")
+}
+
+/// How the start file `bytes` lies on a boot partition as this copy; `None` if any byte of it is damaged.
+#[must_use]
+pub fn lay_out(bytes: &[u8], copy: u8) -> Option<LaidOut<'_>> {
+    let entry = sealed(bytes)?;
+    let version = StartFile::read(entry.as_bytes()).ok()?.version;
+    let folder = copy_folder(&version, copy);
+    let mut rest = &bytes[entry.len()..];
+    let mut parts = Vec::new();
+    for Part { name, size, sum } in listed(entry)? {
+        let (part, behind) = rest.split_at_checked(size)?;
+        if sha256(part) != sum {
+            return None;
         }
-        hasher.update(before);
-        hasher.update(zeros);
-        from = hole.end;
+        parts.push((format!("{SYSTEMS}/{folder}/{name}"), part));
+        rest = behind;
     }
-    hasher.update(&stamped[from..]);
-    hasher.finalize() == sum
+    let entry = entry.replace(&copy_folder(&version, FIRST), &folder);
+    rest.is_empty().then_some(LaidOut { entry, parts })
+}
+
+/// The start file of which this copy lies on a boot partition, with what `read` finds at the path of each part; `None` if
+/// one is missing or of another size. Whether it is whole is another question.
+pub fn gather(entry: &str, copy: u8, mut read: impl FnMut(&str) -> Option<Vec<u8>>) -> Option<Vec<u8>> {
+    let version = StartFile::read(entry.as_bytes()).ok()?.version;
+    let folder = copy_folder(&version, copy);
+    let mut bytes = entry.replace(&folder, &copy_folder(&version, FIRST)).into_bytes();
+    for Part { name, size, .. } in listed(entry)? {
+        let part = read(&format!("{SYSTEMS}/{folder}/{name}"))?;
+        if part.len() != size {
+            return None;
+        }
+        bytes.extend(part);
+    }
+    Some(bytes)
+}
+
+/// The entry that `bytes` begin with, if it is whole.
+fn sealed(bytes: &[u8]) -> Option<&str> {
+    let seal = format!("\n{SEAL}");
+    let at = bytes.windows(seal.len()).position(|window| window == seal.as_bytes())? + 1;
+    let line = bytes[at..].split(|byte| *byte == b'\n').next()?;
+    let sum = std::str::from_utf8(line).ok()?.strip_prefix(SEAL)?;
+    let entry = std::str::from_utf8(bytes.get(..at + line.len() + 1)?).ok()?;
+    (sha256(&bytes[..at]) == sum).then_some(entry)
+}
+
+/// The parts that an entry tells of.
+fn listed(entry: &str) -> Option<Vec<Part<'_>>> {
+    entry.lines().filter_map(|line| line.strip_prefix(PART)).map(Part::read).collect()
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().fold(String::new(), |mut text, byte| {
+        write!(text, "{byte:02x}").expect("a string takes all");
+        text
+    })
 }
 
 /// What stands behind `key` in `bytes`, up to where the word ends.
@@ -105,42 +167,52 @@ fn word<'b>(bytes: &'b [u8], key: &[u8]) -> Option<&'b str> {
 
 #[cfg(test)]
 mod tests {
-    use super::{HEAD_AT, STAMP_AT, STAMP_WORD, StartFile, StartFileError, is_whole};
+    use super::{LaidOut, StartFile, StartFileError, gather, lay_out, sha256};
 
-    /// A file with the head that a stamped file has, and its sum, as `image-build/stamp` writes it.
-    fn stamped() -> Vec<u8> {
-        let mut bytes: Vec<u8> = (0_u32..1_000).flat_map(u32::to_le_bytes).collect();
-        bytes[HEAD_AT..HEAD_AT + 4].copy_from_slice(&0x80_u32.to_le_bytes());
-        let mut counted = bytes.clone();
-        for hole in [0x28..0x38, 0xd8..0xdc, 0x128..0x130] {
-            counted[hole].fill(0);
+    /// A start file as `image-build/start` writes it.
+    fn started() -> Vec<u8> {
+        let (linux, initramfs) = ([7; 300], [9; 200]);
+        let mut entry = "title x\nversion 0.2.0\nlinux /EFI/dreams/0.2.0_1/linux\noptions initrd=\\EFI\\dreams\\0.2.0_1\\initramfs \
+                         dreams.version=0.2.0 dreams.root=ab:4:cd:ef\n"
+            .to_owned();
+        for (name, part) in [("linux", &linux[..]), ("initramfs", &initramfs[..])] {
+            entry += &format!("# part {name} {} {}\n", part.len(), sha256(part));
         }
-        let stamp =
-            [STAMP_WORD.as_slice(), &4_000_u32.to_le_bytes(), &crc32fast::hash(&counted).to_le_bytes()].concat();
-        bytes[STAMP_AT..STAMP_AT + 16].copy_from_slice(&stamp);
-        bytes
+        entry += &format!("# entry {}\n", sha256(entry.as_bytes()));
+        [entry.as_bytes(), &linux, &initramfs].concat()
     }
 
     #[test]
-    fn any_byte_that_changes_is_seen_but_for_what_a_signature_changes() {
-        let whole = stamped();
-        assert!(is_whole(&whole));
+    fn any_byte_that_changes_is_seen() {
+        let whole = started();
+        assert!(lay_out(&whole, 1).is_some());
         for at in 0..whole.len() {
             let mut damaged = whole.clone();
             damaged[at] ^= 0x10;
-            let is_signatures = (0xd8..0xdc).contains(&at) || (0x128..0x130).contains(&at);
-            assert_eq!(is_whole(&damaged), is_signatures, "byte {at}");
+            assert_eq!(lay_out(&damaged, 1), None, "byte {at}");
+            assert_eq!(lay_out(&whole[..at], 1), None, "{at} bytes are left");
         }
-        assert!(is_whole(&[&whole[..], b"a signature"].concat()));
-        for length in 0..whole.len() {
-            assert!(!is_whole(&whole[..length]), "{length} bytes are left");
+        assert_eq!(lay_out(&[&whole[..], b"more"].concat(), 1), None);
+    }
+
+    #[test]
+    fn a_copy_starts_what_lies_in_its_own_folder_and_is_the_same_start_file() {
+        let whole = started();
+        for copy in [1, 2] {
+            let LaidOut { entry, parts } = lay_out(&whole, copy).unwrap();
+            assert!(entry.contains(&format!("linux /EFI/dreams/0.2.0_{copy}/linux\n")), "{entry}");
+            assert!(entry.contains(&format!("initrd=\\EFI\\dreams\\0.2.0_{copy}\\initramfs ")), "{entry}");
+            let read = |path: &str| parts.iter().find(|(name, _)| *name == path).map(|(_, part)| part.to_vec());
+            assert_eq!(gather(&entry, copy, read).unwrap(), whole);
+            assert_eq!(gather(&entry, copy, |_| Some(vec![7; 300])), None, "a part of another size");
+            let other = gather(&entry, 3 - copy, read);
+            assert!(other.is_none_or(|bytes| lay_out(&bytes, 1).is_none()), "the entry starts another folder");
         }
-        assert!(!is_whole(&vec![0; 4_096]));
     }
 
     #[test]
     fn a_start_file_says_which_system_and_which_root_it_starts() {
-        let says = |text: &str| StartFile::read(format!("MZ\0quiet {text} gpt\0").as_bytes());
+        let says = |text: &str| StartFile::read(format!("options quiet {text} gpt\n").as_bytes());
         let found = says("dreams.version=0.2.0 dreams.root=ab12:40:cd:ef").unwrap();
         assert_eq!((found.version.to_string(), found.blocks), ("0.2.0".to_owned(), 40));
         assert_eq!([found.slot, found.salt, found.hash], ["ab12", "cd", "ef"]);

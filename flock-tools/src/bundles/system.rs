@@ -13,8 +13,8 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, Folder, KeyError, KeyId, ObjectId, PublicKey, Refused, Release, SecretKey, Sequence, StartFile, StartFileError, System, Trust,
-    UnitId, UnverifiedSystem, Version, limits, system_path,
+    Addressees, Folder, KeyError, KeyId, ObjectId, PublicKey, Refused, Release, SecretKey, Sequence, StartFile,
+    StartFileError, System, Trust, UnitId, UnverifiedSystem, Version, limits, system_path,
 };
 use indicatif::DecimalBytes;
 
@@ -26,7 +26,7 @@ use crate::progress;
 use crate::report::{self, Exit, Fatal};
 
 /// What `make image` leaves of a system: what the firmware starts, the verified root, and the public keys in that.
-const START: &str = "dreams.efi";
+const START: &str = "dreams.start";
 const ROOT: &str = "root.img";
 const KEYS: &str = "keys";
 /// A block of the root; behind the last one stands the superblock of the tree of hashes, and in it, here, the slot.

@@ -1,7 +1,7 @@
 //! `dreams-mend`: looks through what a unit starts from, and mends what is damaged from what is whole.
 //!
 //! Owns the order: what the firmware starts on the two boot partitions, the two slots, what was damaged put right from the
-//! copy that is whole. Never decides which system is started: the names of the start files say that, and others write
+//! copy that is whole. Never decides which system is started: the names of the entries say that, and others write
 //! them. Never mounts, and never looks for devices: who calls it says which they are.
 //!
 //! Start at [`mend`].
@@ -38,7 +38,7 @@ fn mend(options: &Options) -> Result<Told, Fatal> {
     let boots = Boots::new(&options.boot, options.spare.as_deref(), &options.loader);
     boots.sweep()?;
     boots.mend_loaders(&mut answer)?;
-    boots.apply(plan::entries(&boots.read()?, boots.has_spare()), &mut answer)?;
+    boots.apply(plan::entries(&boots.read()?, boots.count()), &mut answer)?;
     if options.look == Look::All {
         mend_slots(options, &boots, &mut answer)?;
     }

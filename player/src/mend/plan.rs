@@ -1,54 +1,84 @@
-//! What is to be done with the start files of the two boot partitions.
+//! What is to be done with the entries on the two boot partitions.
 //!
-//! Owns the decisions, as functions of what lies there. New systems are written to the first partition, and there the boot
-//! loader counts the tries of one on trial; the spare one holds a copy of what is not on trial. Never touches a file.
+//! Owns the decisions, as functions of what lies there. New systems are written to the first partition, once, and there the
+//! boot loader counts the tries of one on trial; of every other system there are two copies on each partition. Never touches
+//! a file.
 //!
 //! Start at [`entries`].
 
-use bundle::{StartFile, Version};
+use bundle::{COPIES, StartFile, Version};
 use std::collections::BTreeSet;
+use std::fmt;
 
-/// What every start file's name begins and ends with.
+/// What every entry's name begins and ends with.
 const OURS: &str = "dreams_";
-const ENDING: &str = ".efi";
+const ENDING: &str = ".conf";
+/// The tries that a good system always has left: one, so that a copy that does not come up is left at the next start.
+const ARMED: &str = "1";
 
-/// A file that the boot loader takes for one of ours.
+/// An entry of ours on a boot partition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Entry {
-    /// On which boot partition it lies: 0, or 1 for the spare one.
-    pub(crate) boot: usize,
-    pub(crate) name: EntryName,
-    /// What it says of itself, if it is whole.
+    pub(crate) place: Place,
+    /// What it starts says of itself, if all of it is whole.
     pub(crate) file: Option<StartFile>,
 }
 
-/// The name of such a file: `dreams_VERSION.efi`, or `dreams_VERSION+LEFT-DONE.efi` while its tries are counted.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Where an entry lies.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Place {
+    /// On which boot partition: 0, or 1 for the spare one.
+    pub(crate) boot: usize,
+    pub(crate) name: EntryName,
+}
+
+/// The name of an entry: `dreams_VERSION_COPY+LEFT-DONE.conf`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct EntryName {
-    pub(crate) text: String,
     pub(crate) version: Version,
-    /// Whether it may be started no more often than that: it is on trial.
-    is_on_trial: bool,
+    pub(crate) copy: u8,
+    /// LEFT-DONE, or LEFT, or nothing: how often the boot loader may start it, and has.
+    count: String,
 }
 
 /// One thing to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// Make the start file `name` on `boot` what `from_name` on `from` is. It was damaged there, or it is new there.
-    Copy { boot: usize, name: String, from: usize, from_name: String, was_damaged: bool },
-    /// Take the start file `name` away from `boot`. It is damaged and there is no other, or there is no root for it.
-    Remove { boot: usize, name: String, was_damaged: bool },
-    /// Call it `to`.
-    Rename { boot: usize, name: String, to: String },
+    /// Make `to` what `from` is. It was damaged there, or it is new there.
+    Copy { to: Place, from: Place, was_damaged: bool },
+    /// Take this entry away. It is damaged and there is no other, or there is no root for it.
+    Remove { place: Place, was_damaged: bool },
+    /// Give this entry the name `to`.
+    Rename { place: Place, to: EntryName },
 }
 
 impl EntryName {
     /// `None` if it is none of ours.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let stem = text.strip_prefix(OURS)?.strip_suffix(ENDING)?;
-        let (version, count) = stem.split_once('+').map_or((stem, None), |(version, count)| (version, Some(count)));
-        let is_on_trial = count.is_some_and(|count| count != "0" && !count.starts_with("0-"));
-        Some(Self { text: text.to_owned(), version: Version::parse(version).ok()?, is_on_trial })
+        let (stem, count) = stem.split_once('+').unwrap_or((stem, ""));
+        let (version, copy) = stem.split_once('_')?;
+        let copy = copy.parse().ok().filter(|copy| (1..=COPIES).contains(copy))?;
+        Some(Self { version: Version::parse(version).ok()?, copy, count: count.to_owned() })
+    }
+
+    /// Whether the system has not proved itself yet.
+    fn is_on_trial(&self) -> bool {
+        let left = self.count.split('-').next().unwrap_or_default();
+        !matches!(left, "" | "0") && self.count != ARMED
+    }
+
+    /// The same entry for another copy.
+    fn of_copy(&self, copy: u8) -> Self {
+        Self { copy, ..self.clone() }
+    }
+}
+
+impl fmt::Display for EntryName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { version, copy, count } = self;
+        let plus = if count.is_empty() { "" } else { "+" };
+        write!(f, "{OURS}{version}_{copy}{plus}{count}{ENDING}")
     }
 }
 
@@ -56,124 +86,160 @@ impl Entry {
     fn is_whole(&self) -> bool {
         self.file.is_some()
     }
+
+    fn name(&self) -> &EntryName {
+        &self.place.name
+    }
+
+    fn is_of(&self, version: &Version) -> bool {
+        self.name().version == *version
+    }
 }
 
-/// What is damaged is mended or taken away; what is not on trial on the first partition is on the spare one, too, where
-/// there is one, under the same name.
-pub(crate) fn entries(entries: &[Entry], has_spare: bool) -> Vec<Step> {
+/// What is damaged is mended or taken away; of what is not on trial on the first of `boots` partitions there are all copies on
+/// each, with the same tries in their names.
+pub(crate) fn entries(entries: &[Entry], boots: usize) -> Vec<Step> {
     let mut steps: Vec<_> =
         entries.iter().filter(|entry| !entry.is_whole()).map(|entry| mended(entry, entries)).collect();
-    let good = entries.iter().filter(|entry| entry.boot == 0 && !entry.name.is_on_trial && has_spare);
-    for entry in good {
-        let of_it = || entries.iter().filter(|other| other.name.version == entry.name.version);
+    let mut seen = BTreeSet::new();
+    for entry in entries.iter().filter(|entry| entry.place.boot == 0 && !entry.name().is_on_trial()) {
+        let of_it = || entries.iter().filter(|other| other.is_of(&entry.name().version));
         let Some(source) = of_it().find(|other| other.is_whole()) else { continue };
-        let to = &entry.name.text;
-        match of_it().find(|other| other.boot == 1) {
-            None => steps.push(copy(source, 1, to, false)),
-            Some(there) if there.name != entry.name => {
-                steps.push(Step::Rename { boot: 1, name: there.name.text.clone(), to: to.clone() });
+        if !seen.insert(&entry.name().version) {
+            continue;
+        }
+        for (boot, copy) in (0..boots).flat_map(|boot| (1..=COPIES).map(move |copy| (boot, copy))) {
+            let to = entry.name().of_copy(copy);
+            match of_it().find(|other| (other.place.boot, other.name().copy) == (boot, copy)) {
+                None => steps.push(copied(source, Place { boot, name: to }, false)),
+                Some(there) if there.place.name != to => steps.push(Step::Rename { place: there.place.clone(), to }),
+                Some(_) => {}
             }
-            Some(_) => {}
         }
     }
     steps
 }
 
-/// Start files for whose system there is no whole root, of which `kept` are the versions, go.
+/// Entries for whose system there is no whole root, of which `kept` are the versions, go.
 pub(crate) fn without_roots(entries: &[Entry], kept: &BTreeSet<Version>) -> Vec<Step> {
-    let lost = entries.iter().filter(|entry| !kept.contains(&entry.name.version));
-    lost.map(|entry| Step::Remove { boot: entry.boot, name: entry.name.text.clone(), was_damaged: false }).collect()
+    let lost = entries.iter().filter(|entry| !kept.contains(&entry.name().version));
+    lost.map(|entry| Step::Remove { place: entry.place.clone(), was_damaged: false }).collect()
 }
 
 /// What only the spare partition has, and has a root, is on the first one again.
 pub(crate) fn shared(entries: &[Entry]) -> Vec<Step> {
-    let has = |version: &Version| entries.iter().any(|entry| entry.boot == 0 && entry.name.version == *version);
-    let lost = entries.iter().filter(|entry| entry.is_whole() && !has(&entry.name.version));
-    lost.map(|entry| copy(entry, 0, &entry.name.text, true)).collect()
+    let has = |version: &Version| entries.iter().any(|entry| entry.place.boot == 0 && entry.is_of(version));
+    let lost = entries.iter().filter(|entry| entry.is_whole() && !has(&entry.name().version));
+    lost.map(|entry| copied(entry, Place { boot: 0, name: entry.place.name.clone() }, true)).collect()
 }
 
 fn mended(entry: &Entry, entries: &[Entry]) -> Step {
-    let same = entries.iter().find(|other| other.is_whole() && other.name.version == entry.name.version);
-    match same {
-        Some(source) => copy(source, entry.boot, &entry.name.text, true),
-        None => Step::Remove { boot: entry.boot, name: entry.name.text.clone(), was_damaged: true },
+    match entries.iter().find(|other| other.is_whole() && other.is_of(&entry.name().version)) {
+        Some(source) => copied(source, entry.place.clone(), true),
+        None => Step::Remove { place: entry.place.clone(), was_damaged: true },
     }
 }
 
-fn copy(source: &Entry, boot: usize, name: &str, was_damaged: bool) -> Step {
-    let (from, from_name) = (source.boot, source.name.text.clone());
-    Step::Copy { boot, name: name.to_owned(), from, from_name, was_damaged }
+fn copied(source: &Entry, to: Place, was_damaged: bool) -> Step {
+    Step::Copy { to, from: source.place.clone(), was_damaged }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Entry, EntryName, Step, entries, shared, without_roots};
+    use super::{Entry, EntryName, Place, Step, entries, shared, without_roots};
     use bundle::{StartFile, Version};
     use std::collections::BTreeSet;
 
-    fn entry(boot: usize, name: &str, is_whole: bool) -> Entry {
-        let name = EntryName::parse(name).unwrap();
-        let version = name.version.clone();
-        let words = || String::new();
-        let file = StartFile { version, slot: words(), blocks: 0, salt: words(), hash: words() };
-        Entry { boot, name, file: is_whole.then_some(file) }
+    fn place(boot: usize, name: &str) -> Place {
+        Place { boot, name: EntryName::parse(name).unwrap() }
     }
 
-    fn copied(boot: usize, name: &str, from: usize, from_name: &str, was_damaged: bool) -> Step {
-        let (name, from_name) = (name.to_owned(), from_name.to_owned());
-        Step::Copy { boot, name, from, from_name, was_damaged }
+    fn entry(boot: usize, name: &str, is_whole: bool) -> Entry {
+        let place = place(boot, name);
+        let version = place.name.version.clone();
+        let words = String::new;
+        let file = StartFile { version, slot: words(), blocks: 0, salt: words(), hash: words() };
+        Entry { place, file: is_whole.then_some(file) }
+    }
+
+    /// Both copies on both partitions.
+    fn everywhere(version: &str) -> Vec<Entry> {
+        let name = |copy| format!("dreams_{version}_{copy}+1.conf");
+        [(0, 1), (0, 2), (1, 1), (1, 2)].map(|(boot, copy)| entry(boot, &name(copy), true)).into()
+    }
+
+    fn copied(to: (usize, &str), from: (usize, &str), was_damaged: bool) -> Step {
+        Step::Copy { to: place(to.0, to.1), from: place(from.0, from.1), was_damaged }
     }
 
     fn removed(boot: usize, name: &str, was_damaged: bool) -> Step {
-        Step::Remove { boot, name: name.to_owned(), was_damaged }
+        Step::Remove { place: place(boot, name), was_damaged }
     }
 
     #[test]
-    fn a_name_says_its_version_and_whether_it_is_on_trial() {
-        for (name, version, is_on_trial) in [
-            ("dreams_0.1.0.efi", "0.1.0", false),
-            ("dreams_0.2.0+3.efi", "0.2.0", true),
-            ("dreams_0.2.0+2-1.efi", "0.2.0", true),
-            ("dreams_0.2.0+0-3.efi", "0.2.0", false),
+    fn a_name_says_its_version_and_its_copy_and_whether_it_is_on_trial() {
+        for (name, version, copy, is_on_trial) in [
+            ("dreams_0.1.0_1.conf", "0.1.0", 1, false),
+            ("dreams_0.1.0_2+1.conf", "0.1.0", 2, false),
+            ("dreams_0.2.0_1+3.conf", "0.2.0", 1, true),
+            ("dreams_0.2.0_1+2-1.conf", "0.2.0", 1, true),
+            ("dreams_0.2.0_1+1-2.conf", "0.2.0", 1, true),
+            ("dreams_0.2.0_1+0-3.conf", "0.2.0", 1, false),
         ] {
             let found = EntryName::parse(name).unwrap();
-            assert_eq!((found.version.to_string().as_str(), found.is_on_trial), (version, is_on_trial), "{name}");
+            assert_eq!((found.version.to_string().as_str(), found.copy), (version, copy), "{name}");
+            assert_eq!((found.is_on_trial(), found.to_string().as_str()), (is_on_trial, name));
         }
-        for name in ["dreams_0.2.0.new", "dreams_next.efi", "linux.efi", "dreams_.efi"] {
+        for name in ["dreams_0.2.0_1.new", "dreams_next_1.conf", "dreams_0.2.0.conf", "dreams_1_3.conf", "dreams_.conf"]
+        {
             assert_eq!(EntryName::parse(name), None, "{name}");
         }
     }
 
     #[test]
-    fn what_is_damaged_is_mended_from_the_other_partition_or_goes() {
-        let (old, new) = ("dreams_1.efi", "dreams_2+2-1.efi");
-        let whole = [entry(0, old, true), entry(0, new, true), entry(1, old, true)];
-        assert_eq!(entries(&whole, true), []);
-        let first = [entry(0, old, false), entry(0, new, true), entry(1, old, true)];
-        assert_eq!(entries(&first, true), [copied(0, old, 1, old, true)]);
-        let spare = [entry(0, old, true), entry(0, new, true), entry(1, old, false)];
-        assert_eq!(entries(&spare, true), [copied(1, old, 0, old, true)]);
-        let trial = [entry(0, old, true), entry(0, new, false), entry(1, old, true)];
-        assert_eq!(entries(&trial, true), [removed(0, new, true)]);
-        let both = [entry(0, old, false), entry(1, old, false)];
-        assert_eq!(entries(&both, true), [removed(0, old, true), removed(1, old, true)]);
+    fn what_is_damaged_is_mended_from_any_other_copy_or_goes() {
+        let whole = everywhere("1");
+        assert_eq!(entries(&whole, 2), []);
+        for (at, from) in [(0, (0, "dreams_1_2+1.conf")), (2, (0, "dreams_1_1+1.conf"))] {
+            let mut there = whole.clone();
+            there[at].file = None;
+            let to = &whole[at].place;
+            let name = to.name.to_string();
+            assert_eq!(entries(&there, 2), [copied((to.boot, &name), from, true)]);
+        }
+        let trial = entry(0, "dreams_2_1+2-1.conf", false);
+        assert_eq!(entries(&[&whole[..], &[trial]].concat(), 2), [removed(0, "dreams_2_1+2-1.conf", true)]);
+        let mut lost = whole;
+        lost.iter_mut().for_each(|entry| entry.file = None);
+        assert_eq!(entries(&lost, 2).len(), 4);
+        assert!(entries(&lost, 2).iter().all(|step| matches!(step, Step::Remove { was_damaged: true, .. })));
     }
 
     #[test]
-    fn what_is_not_on_trial_is_on_the_spare_partition_under_the_same_name() {
-        let proved = [entry(0, "dreams_1.efi", true), entry(0, "dreams_2.efi", true), entry(1, "dreams_1.efi", true)];
-        assert_eq!(entries(&proved, true), [copied(1, "dreams_2.efi", 0, "dreams_2.efi", false)]);
-        assert_eq!(entries(&proved[..2], false), [], "there is no spare one");
-        let gave_way = [entry(0, "dreams_2+0-1.efi", true), entry(1, "dreams_2.efi", true)];
-        let renamed = Step::Rename { boot: 1, name: "dreams_2.efi".to_owned(), to: "dreams_2+0-1.efi".to_owned() };
-        assert_eq!(entries(&gave_way, true), [renamed]);
+    fn of_what_is_not_on_trial_there_are_all_copies_on_each_partition_with_the_same_tries() {
+        let new = (0, "dreams_2_1+1.conf");
+        let proved = [everywhere("1"), vec![entry(new.0, new.1, true)]].concat();
+        let more = [(0, "dreams_2_2+1.conf"), (1, "dreams_2_1+1.conf"), (1, "dreams_2_2+1.conf")];
+        assert_eq!(entries(&proved, 2), more.map(|to| copied(to, new, false)));
+        assert_eq!(entries(&proved[4..], 1), [copied(more[0], new, false)], "there is no spare one");
+        assert_eq!(entries(&[entry(0, "dreams_2_1+3.conf", true)], 2), [], "it is on trial");
+        let mut gave_way = everywhere("1");
+        gave_way[0] = entry(0, "dreams_1_1+0-1.conf", true);
+        let renamed =
+            |boot, name: &str, to: &str| Step::Rename { place: place(boot, name), to: EntryName::parse(to).unwrap() };
+        let [one, two] = ["dreams_1_1+0-1.conf", "dreams_1_2+0-1.conf"];
+        let all = [renamed(0, "dreams_1_2+1.conf", two), renamed(1, "dreams_1_1+1.conf", one), {
+            renamed(1, "dreams_1_2+1.conf", two)
+        }];
+        assert_eq!(entries(&gave_way, 2), all);
     }
 
     #[test]
-    fn start_files_live_as_long_as_their_root_does() {
-        let there = [entry(0, "dreams_2.efi", true), entry(1, "dreams_1.efi", true), entry(1, "dreams_2.efi", true)];
+    fn entries_live_as_long_as_their_root_does() {
+        let [one, two] = ["dreams_1_1+1.conf", "dreams_2_1+1.conf"];
+        let there = [entry(0, two, true), entry(1, one, true), entry(1, two, true)];
         let kept: BTreeSet<_> = ["2"].map(|version| Version::parse(version).unwrap()).into();
-        assert_eq!(without_roots(&there, &kept), [removed(1, "dreams_1.efi", false)]);
-        assert_eq!(shared(&there), [copied(0, "dreams_1.efi", 1, "dreams_1.efi", true)]);
+        assert_eq!(without_roots(&there, &kept), [removed(1, one, false)]);
+        assert_eq!(shared(&there), [copied((0, one), (1, one), true)]);
     }
 }

@@ -12,7 +12,9 @@ use crate::answer::SystemOutcome;
 use crate::options::Order;
 use crate::report::Fatal;
 use crate::system::running;
-use bundle::{FileEntry, ObjectId, Store, System, copy_object};
+use bundle::{
+    ENTRIES, FileEntry, LaidOut, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
+};
 use player::ending::chain;
 use rustix::fs::{Advice, fadvise};
 use std::fs::{self, File};
@@ -20,10 +22,10 @@ use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::Path;
 use tracing::{info, warn};
 
-/// Where the boot loader looks for what to start.
-const ENTRIES: &str = "EFI/Linux";
-/// What every file of ours begins with there.
+/// What every entry of ours begins with.
 const OURS: &str = "dreams_";
+/// A system on trial lies there once, as this copy.
+const COPY: u8 = 1;
 /// How often the boot loader starts a system before it goes back to the other one, unless that shows a picture.
 const TRIES: u32 = 3;
 /// How many bytes are written between two syncs.
@@ -43,16 +45,10 @@ pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) ->
         store.unstage(&system)?;
         return Ok(SystemOutcome::NoNews);
     }
-    let entries = boot.join(ENTRIES);
-    forget_others(&entries, &format!("{OURS}{running}"))?;
+    forget_others(boot, &running)?;
     let [start, root] = system.halves();
     info!(%version, device = %device.display(), "system is written");
-    let laid = lay(store, &root, device).and_then(|()| {
-        let new = entries.join(format!("{OURS}{version}.new"));
-        lay(store, &start, &new)?;
-        let name = entries.join(format!("{OURS}{version}+{TRIES}.efi"));
-        fs::rename(&new, &name).and_then(|()| sync_folder(&entries)).map_err(at("make", &name))
-    });
+    let laid = lay(store, &root, device).and_then(|()| announce(store, &start, version, boot));
     if let Err(fatal) = laid {
         give_up(store, &system, &fatal);
         return Err(fatal);
@@ -61,22 +57,61 @@ pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) ->
     Ok(SystemOutcome::Written(version.clone()))
 }
 
-/// Takes away what the boot loader knows of any system but the one that runs, which is called `running`.
-fn forget_others(entries: &Path, running: &str) -> Result<(), Fatal> {
-    let unread = at("read", entries);
-    for entry in fs::read_dir(entries).map_err(unread)? {
-        let name = entry.map_err(at("read", entries))?.file_name();
-        let name = name.to_string_lossy();
-        let runs = name.strip_suffix(".efi").and_then(|stem| stem.split('+').next()) == Some(running);
-        if name.starts_with(OURS) && !runs {
-            let path = entries.join(&*name);
-            fs::remove_file(&path).map_err(at("remove", &path))?;
+/// Takes away what the boot loader knows of any system but the one that runs: the entries, then what they start.
+fn forget_others(boot: &Path, running: &Version) -> Result<(), Fatal> {
+    let is_others = |name: &str| name.rsplit_once('_').is_some_and(|(version, _)| version != running.to_string());
+    for folder in [ENTRIES, SYSTEMS] {
+        let folder = boot.join(folder);
+        fs::create_dir_all(&folder).map_err(at("make", &folder))?;
+        for entry in fs::read_dir(&folder).map_err(at("read", &folder))? {
+            let name = entry.map_err(at("read", &folder))?.file_name();
+            let name = name.to_string_lossy();
+            let path = folder.join(&*name);
+            if path.is_dir() && is_others(&name) {
+                fs::remove_dir_all(&path).map_err(at("remove", &path))?;
+            } else if name.strip_prefix(OURS).is_some_and(is_others) {
+                fs::remove_file(&path).map_err(at("remove", &path))?;
+            }
         }
+        sync_folder(&folder).map_err(at("sync", &folder))?;
     }
-    sync_folder(entries).map_err(at("sync", entries))
+    Ok(())
 }
 
-/// Writes an object of the store to the file or the device at `path`, and reads it back from the disk.
+/// Lays what is started before the boot loader: the kernel and what it needs, then the entry, which gets its name last.
+fn announce(store: &Store, start: &FileEntry, version: &Version, boot: &Path) -> Result<(), Fatal> {
+    let mut bytes = Vec::new();
+    let mut from = store.object(&start.id)?;
+    copy_object(&start.id, start.size, &mut *from, &mut bytes).map_err(at("write", boot))?;
+    let no_start_file = || io::Error::new(ErrorKind::InvalidData, format!("{} is no start file", start.id));
+    let LaidOut { entry, parts } = lay_out(&bytes, COPY).ok_or_else(no_start_file).map_err(at("write", boot))?;
+    let folder = boot.join(SYSTEMS).join(copy_folder(version, COPY));
+    fs::create_dir_all(&folder).map_err(at("make", &folder))?;
+    for (path, part) in parts {
+        put(&boot.join(path), part)?;
+    }
+    sync_folder(&folder).map_err(at("sync", &folder))?;
+    let entries = boot.join(ENTRIES);
+    let new = entries.join(format!("{OURS}{version}_{COPY}.new"));
+    put(&new, entry.as_bytes())?;
+    let name = entries.join(format!("{OURS}{version}_{COPY}+{TRIES}.conf"));
+    fs::rename(&new, &name).and_then(|()| sync_folder(&entries)).map_err(at("make", &name))
+}
+
+/// Makes the file at `path` hold `bytes`, and reads it back from the disk.
+fn put(path: &Path, bytes: &[u8]) -> Result<(), Fatal> {
+    let file = File::options().read(true).write(true).create(true).truncate(true).open(path);
+    let mut file = file.map_err(at("open", path))?;
+    let mut steady = Steady { file: &mut file, unsynced: 0 };
+    steady.write_all(bytes).and_then(|()| steady.flush()).map_err(at("write", path))?;
+    if fs::read(path).map_err(at("read back", path))? != bytes {
+        let other = io::Error::new(ErrorKind::InvalidData, "what was written is not what is read back");
+        return Err(at("read back", path)(other));
+    }
+    Ok(())
+}
+
+/// Writes an object of the store to the device at `path`, and reads it back from the disk.
 fn lay(store: &Store, object: &FileEntry, path: &Path) -> Result<(), Fatal> {
     let mut from = store.object(&object.id)?;
     let open = File::options().read(true).write(true).create(true).truncate(false).open(path);
