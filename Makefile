@@ -57,10 +57,10 @@ crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
 	image-build/build target/image --profile bench
 	cargo test --locked --release --package claims --bench image-whole -- --nocapture --skip soon::
 
-image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; profile=bench for one with a shell on the serial port
+image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; profile=bench for one with a shell on the serial port, sign=KEYS to sign what the firmware starts
 	.ci/install image
 	image-build/programs $(unit)
-	image-build/build target/image --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)')
+	image-build/build target/image --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)') $(if $(sign),--sign '$(sign)')
 
 boot: ## start the image under QEMU: in a window, or without a display a picture of it in target/image/boot.png
 	$(MAKE) image profile=bench

@@ -2,10 +2,31 @@
 
 use crate::redundant::{FAT, KIB, is_whole_again, shows_its_art, slot};
 use crate::system::{Coming, NOW, coming, kept, version};
-use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, image, rubbish};
-use std::fs;
+use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
+use std::sync::LazyLock;
 
-const START: &str = concat!("EFI/Linux/dreams_", env!("CARGO_PKG_VERSION"), ".efi");
+/// For its shell: what the boot loader starts is mended.
+const MENDED: &str =
+    "until journalctl --boot --output=cat --unit=dreams-mend@boot | grep -q 'is mended'; do sleep 1; done";
+
+/// What an entry starts, and the entry; the second copy is started first.
+fn part(copy: u8, name: &str) -> String {
+    format!("EFI/dreams/{NOW}_{copy}/{name}")
+}
+
+fn entry(copy: u8) -> String {
+    format!("loader/entries/dreams_{NOW}_{copy}+1.conf")
+}
+
+/// A unit that was started once: it knows now that Secure Boot is off.
+fn started() -> &'static Unit {
+    static STARTED: LazyLock<Unit> = LazyLock::new(|| {
+        let unit = Unit::new();
+        shows_its_art(&unit).run("sync");
+        unit
+    });
+    &STARTED
+}
 
 #[test]
 fn a_unit_whose_first_boot_partition_and_first_slot_are_damaged_mends_both() {
@@ -21,26 +42,34 @@ fn a_unit_whose_first_boot_partition_and_first_slot_are_damaged_mends_both() {
 }
 
 #[test]
-fn four_kib_of_a_start_file_damaged_anywhere_cost_nothing() {
-    let size = fs::metadata(image().join("dreams.efi")).unwrap().len();
-    // Its head, the kernel, the initramfs and the command line at its end.
-    for at in [0, size / 3, size - 1_500_000, size - 4_096] {
-        let unit = Unit::new();
-        unit.spoil_file(BOOT, START, at, &rubbish(4 * KIB));
+fn four_kib_damaged_in_anything_that_is_started_cost_nothing() {
+    // The head of the kernel, its inside, the initramfs, the entry.
+    for (file, at) in
+        [(part(2, "linux"), 0), (part(2, "linux"), 6_000_000), (part(2, "initramfs"), 1_000_000), (entry(2), 0)]
+    {
+        let unit = started().copy();
+        unit.spoil_file(BOOT, &file, at, &rubbish(4 * KIB));
         let mut machine = shows_its_art(&unit);
-        machine.run("until systemctl show -P ActiveState dreams-mend@boot | grep -q inactive; do sleep 1; done");
-        drop(machine);
-        // Then the other one, when the first is whole again.
-        unit.spoil_file(SPARE, START, at, &rubbish(4 * KIB));
-        shows_its_art(&unit);
+        machine.run(MENDED);
+        machine.is_well();
     }
 }
 
 #[test]
-fn a_new_system_whose_start_file_is_damaged_is_left_and_the_one_before_goes_on() {
+fn both_copies_on_a_boot_partition_damaged_cost_nothing() {
+    let unit = started().copy();
+    for copy in [1, 2] {
+        unit.spoil_file(BOOT, &part(copy, "linux"), 6_000_000, &rubbish(4 * KIB));
+    }
+    let mut machine = shows_its_art(&unit);
+    machine.run(MENDED);
+}
+
+#[test]
+fn a_new_system_whose_kernel_is_damaged_is_left_and_the_one_before_goes_on() {
     let Coming { written, kept: before, .. } = coming();
     let unit = written.copy();
-    unit.spoil_file(BOOT, "EFI/Linux/dreams_9.0.0+3.efi", 5_000_000, &rubbish(4 * KIB));
+    unit.spoil_file(BOOT, "EFI/dreams/9.0.0_1/linux", 5_000_000, &rubbish(4 * KIB));
     let mut machine = unit.start_forgetful();
     machine.hang(crate::starting::playing().stick.gallery);
     machine.await_word("BENCH");
@@ -50,22 +79,12 @@ fn a_new_system_whose_start_file_is_damaged_is_left_and_the_one_before_goes_on()
 }
 
 #[test]
-fn a_boot_loader_that_is_damaged_or_gone_costs_nothing() {
-    for file in ["EFI/BOOT/BOOTX64.EFI", "EFI/systemd/systemd-bootx64.efi"] {
-        let unit = Unit::new();
-        unit.spoil_file(BOOT, file, 0, &rubbish(4 * KIB));
-        let mut machine = shows_its_art(&unit);
-        machine.run("until journalctl --output=cat --unit=dreams-mend@boot | grep -q 'is mended'; do sleep 1; done");
-        machine.is_well();
-    }
-}
-
-#[test]
-fn a_start_file_and_the_other_boot_partition_damaged_at_once_still_end_in_art() {
+fn a_first_program_that_is_damaged_costs_nothing() {
     let unit = Unit::new();
-    unit.spoil_file(BOOT, "EFI/systemd/systemd-bootx64.efi", 1_000, &rubbish(4 * KIB));
-    unit.spoil_file(SPARE, START, 9_000, &rubbish(4 * KIB));
-    shows_its_art(&unit).is_well();
+    unit.spoil_file(BOOT, "EFI/BOOT/BOOTX64.EFI", 0, &rubbish(4 * KIB));
+    let mut machine = shows_its_art(&unit);
+    machine.run(MENDED);
+    machine.is_well();
 }
 
 #[test]

@@ -2,6 +2,8 @@
 //!
 //! Owns QEMU's words for each of them. Never starts a machine.
 
+use std::path::Path;
+
 /// Where the disk hangs: as QEMU's devices, the last of which takes the node `disk`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bus {
@@ -27,16 +29,27 @@ pub(crate) enum Display {
     Virtio,
 }
 
+/// What starts the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Firmware {
+    /// It starts whatever is there.
+    Plain,
+    /// It starts what is signed with a key that it knows, if it knows any; its variables hold these.
+    Secure,
+}
+
 /// A machine's parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Hardware {
     pub(crate) bus: Bus,
     pub(crate) display: Display,
     pub(crate) memory_mib: u32,
+    pub(crate) firmware: Firmware,
 }
 
 /// What the claims of other files are tried on.
-pub(crate) const USUAL: Hardware = Hardware { bus: Bus::VirtioBlk, display: Display::Virtio, memory_mib: 1024 };
+pub(crate) const USUAL: Hardware =
+    Hardware { bus: Bus::VirtioBlk, display: Display::Virtio, memory_mib: 1024, firmware: Firmware::Plain };
 
 impl Bus {
     fn devices(self) -> &'static [&'static str] {
@@ -89,10 +102,38 @@ impl Display {
     }
 }
 
+impl Firmware {
+    /// Its variables as they leave the factory: one that is secure knows Microsoft's keys.
+    pub(crate) fn variables(self) -> &'static Path {
+        Path::new(match self {
+            Self::Plain => "/usr/share/OVMF/OVMF_VARS_4M.fd",
+            Self::Secure => "/usr/share/OVMF/OVMF_VARS_4M.ms.fd",
+        })
+    }
+
+    /// QEMU's words for it; both are of Debian's `ovmf`.
+    fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Plain => {
+                &["-machine", "q35", "-drive", "if=pflash,format=raw,readonly=on,file=/usr/share/OVMF/OVMF_CODE_4M.fd"]
+            }
+            Self::Secure => &[
+                "-machine",
+                "q35,smm=on",
+                "-global",
+                "driver=cfi.pflash01,property=secure,value=on",
+                "-drive",
+                "if=pflash,format=raw,readonly=on,file=/usr/share/OVMF/OVMF_CODE_4M.secboot.fd",
+            ],
+        }
+    }
+}
+
 impl Hardware {
-    /// QEMU's words for it. The node `disk` is there already.
+    /// QEMU's words for it. The node `disk` is there already; the firmware's variables come next.
     pub(crate) fn words(self) -> Vec<String> {
-        let mut words = vec!["-m".to_owned(), self.memory_mib.to_string()];
+        let mut words: Vec<_> = self.firmware.words().iter().map(|&word| word.to_owned()).collect();
+        words.extend(["-m".to_owned(), self.memory_mib.to_string()]);
         let mut device = |device: &str| words.extend(["-device".to_owned(), device.to_owned()]);
         self.display.device().into_iter().for_each(&mut device);
         device("qemu-xhci,id=xhci");

@@ -21,8 +21,6 @@ use std::process::{Child, Command};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// The firmware of Debian's `ovmf`.
-const FIRMWARE: &str = "/usr/share/OVMF/OVMF_CODE_4M.fd";
 /// Between two looks at the glass where nothing is claimed of it.
 pub(crate) const PAUSE: Duration = Duration::from_millis(200);
 /// The longest that anything may take.
@@ -85,16 +83,15 @@ impl Machine {
         let drive = |file: &Path, what: &str| format!("file={},{what}", file.display());
         let (serial, monitor) = (Socket::new(folder.join("serial")), Socket::new(folder.join("monitor")));
         let mut qemu = Command::new("qemu-system-x86_64");
-        qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-machine", "q35", "-smp", "2"]);
+        qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-smp", "2"]);
         qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-rng-pci"]);
         // A network with the world on one port; there are others.
         qemu.args(["-netdev", "user,id=world", "-netdev", "hubport,id=port,hubid=0,netdev=world"]);
         qemu.args(["-netdev", "hubport,id=net,hubid=0", "-device", "virtio-net-pci,netdev=net"]);
         qemu.args(["-chardev", &serial.argument("serial"), "-serial", "chardev:serial"]);
         qemu.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
-        qemu.args(["-drive", &drive(Path::new(FIRMWARE), "if=pflash,format=raw,readonly=on")]);
-        qemu.args(["-drive", &drive(&folder.join("variables"), "if=pflash,format=raw")]);
         qemu.args(disk.words()).args(hardware.words());
+        qemu.args(["-drive", &drive(&folder.join("variables"), "if=pflash,format=raw")]);
         let qemu = qemu.args(more).spawn().expect("QEMU starts");
         let (serial, monitor) = (Serial::new(serial.accept()), Monitor::new(monitor.accept()));
         let shot = folder.join("shot.ppm");

@@ -9,6 +9,9 @@ use crate::starting::{MOVES, OFTEN, PROVEN, playing};
 use crate::system::{Coming, FETCH, NEXT, NOW, coming, kept, version};
 use crate::unit::{SLOT_B, Unit, rubbish};
 
+/// For its shell: what the boot loader has to start was looked through.
+const LOOKED: &str =
+    "until journalctl --boot --output=cat --unit=dreams-mend@boot | grep -q Finished; do sleep 1; done";
 /// How often the boot loader starts what it does not know to be good.
 const TRIES: usize = 3;
 
@@ -33,8 +36,13 @@ fn proves_good(machine: &mut Machine, mut looks: Vec<Look>) {
 
 /// What the boot loader has to start.
 fn entries(machine: &mut Machine) -> String {
-    let look = "mkdir -p /run/look && mount -o ro /dev/vda1 /run/look && ls /run/look/EFI/Linux; umount /run/look";
+    let look = "mkdir -p /run/look && mount -o ro /dev/vda1 /run/look && ls /run/look/loader/entries | grep dreams_; umount /run/look";
     machine.run(look).split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The same, of both systems, when the next one is good or has given way.
+fn all(next: &str) -> String {
+    format!("dreams_{NOW}_1+1.conf dreams_{NOW}_2+1.conf dreams_{NEXT}_1{next}.conf dreams_{NEXT}_2{next}.conf")
 }
 
 #[test]
@@ -44,7 +52,8 @@ fn a_system_that_never_shows_a_picture_is_left_again_and_the_flock_is_untouched(
     for left in (0..TRIES).rev() {
         machine.await_word("BENCH");
         assert_eq!(version(&mut machine), NEXT);
-        assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}+{left}-{}.efi", TRIES - left));
+        let trial = format!("dreams_{NEXT}_1+{left}-{}.conf", TRIES - left);
+        assert_eq!(entries(&mut machine), format!("dreams_{NOW}_1+1.conf dreams_{NOW}_2+1.conf {trial}"));
         // Before it can have shown a hundred frames.
         machine.reset();
     }
@@ -61,7 +70,8 @@ fn a_new_system_that_shows_its_picture_stays_until_its_root_is_damaged() {
     let looks = machine.await_shell();
     assert_eq!(version(&mut machine), NEXT);
     proves_good(&mut machine, looks);
-    assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}.efi"), "it is good");
+    machine.run(LOOKED);
+    assert_eq!(entries(&mut machine), all("+1"), "it is good");
     let starts = machine.run("journalctl --directory=/var/lib/dreams/journal --list-boots --quiet --no-pager | wc -l");
     assert!(starts.trim().parse::<u32>().unwrap() >= 2, "the log still knows of the start before, found {starts}");
     drop(machine);
@@ -74,6 +84,6 @@ fn a_new_system_that_shows_its_picture_stays_until_its_root_is_damaged() {
         let looks = machine.await_shell();
         assert_eq!(version(&mut machine), NOW, "a damaged system gives way");
         proves_good(&mut machine, looks);
-        assert_eq!(entries(&mut machine), format!("dreams_{NOW}.efi dreams_{NEXT}+0-1.efi"), "it is not asked again");
+        assert_eq!(entries(&mut machine), all("+0-1"), "it is not asked again");
     }
 }

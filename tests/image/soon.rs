@@ -11,6 +11,7 @@ use crate::machine::Machine;
 use crate::programs::{repository, succeed};
 use crate::starting::{PROVEN, UP};
 use crate::unit::{Unit, image};
+use bundle::{LaidOut, lay_out};
 use serde_json::{Value, json};
 use std::env;
 use std::fs;
@@ -50,17 +51,19 @@ const CHAIN: [(&str, &str, &str); 7] = [
     ),
 ];
 
-/// What UEFI starts, taken apart: QEMU's words for a start of it without a boot loader, as it is and doing nothing. The
+/// What the boot loader starts, taken apart: QEMU's words for a start of it without a boot loader, as it is and doing nothing. The
 /// kernel's command line is the last of them.
 pub(crate) fn parts(folder: &Path) -> (Vec<String>, Vec<String>) {
-    let part = |name: &str| {
-        let file = folder.join(name);
-        let section = format!("--only-section=.{name}");
-        succeed(Command::new("objcopy").args(["-O", "binary", &section]).arg(image().join("dreams.efi")).arg(&file));
-        file
-    };
-    let (kernel, initramfs, words) = (part("linux"), part("initrd"), part("cmdline"));
-    let words = fs::read_to_string(words).unwrap().trim_end_matches(['\0', '\n']).to_owned();
+    let start = fs::read(image().join("dreams.start")).unwrap();
+    let LaidOut { entry, parts } = lay_out(&start, 1).expect("what was just made is whole");
+    let [kernel, initramfs] = ["linux", "initramfs"].map(|name| {
+        let (_, bytes) = parts.iter().find(|(path, _)| path.ends_with(name)).unwrap();
+        fs::write(folder.join(name), bytes).unwrap();
+        folder.join(name)
+    });
+    let words = entry.lines().find_map(|line| line.strip_prefix("options ")).unwrap();
+    // QEMU brings the initramfs itself.
+    let words = words.split_once(' ').unwrap().1.to_owned();
 
     // The kernel unpacks one behind the other: what comes later takes the place of what was there.
     let init = fs::read_to_string(repository().join("image-build/init")).unwrap();
@@ -69,7 +72,7 @@ pub(crate) fn parts(folder: &Path) -> (Vec<String>, Vec<String>) {
     succeed(Command::new("chmod").arg("755").arg(folder.join("init")));
     let nothing = folder.join("nothing");
     let pack =
-        "cp initrd nothing && truncate -s %4 nothing && echo init | cpio --create --format=newc --quiet >> nothing";
+        "cp initramfs nothing && truncate -s %4 nothing && echo init | cpio --create --format=newc --quiet >> nothing";
     succeed(Command::new("sh").args(["-c", pack]).current_dir(folder));
 
     let start = |initramfs: &Path| {

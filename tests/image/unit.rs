@@ -19,8 +19,6 @@ use tempfile::TempDir;
 
 /// The disk that a unit is given: larger than the image, which is to take all of it.
 const DISK_MIB: u64 = 1_400;
-/// The firmware's variables as they leave the factory, of Debian's `ovmf`.
-const VARIABLES: &str = "/usr/share/OVMF/OVMF_VARS_4M.fd";
 
 /// The partitions, as `image-build/disk.sfdisk` counts them.
 pub(crate) const BOOT: u32 = 1;
@@ -88,9 +86,18 @@ impl Unit {
         Self::of_size(DISK_MIB)
     }
 
+    /// One of the image in this folder.
+    pub(crate) fn of(image: &Path) -> Self {
+        Self::of_image(image, DISK_MIB)
+    }
+
     /// One with a disk of so many MiB.
     pub(crate) fn of_size(disk_mib: u64) -> Self {
-        let unit = Self::with(&image().join("disk.img"), Path::new(VARIABLES));
+        Self::of_image(&image(), disk_mib)
+    }
+
+    fn of_image(image: &Path, disk_mib: u64) -> Self {
+        let unit = Self::with(&image.join("disk.img"), USUAL.firmware.variables());
         fs::File::options().write(true).open(&unit.disk.file).unwrap().set_len(disk_mib << 20).unwrap();
         unit
     }
@@ -171,9 +178,27 @@ impl Unit {
         Machine::start(self.folder.path(), &self.disk, hardware, more)
     }
 
+    /// Has its firmware know what that of another unit does.
+    pub(crate) fn take_variables(&self, other: &Self) {
+        fs::copy(other.path("variables"), self.path("variables")).unwrap();
+    }
+
+    /// How many bytes a file of a boot partition has.
+    pub(crate) fn size_of(&self, number: u32, file: &str) -> u64 {
+        let partition = format!("{}@@{}", self.disk.file.display(), self.find(number).unwrap());
+        let copy = self.path("measured");
+        succeed(Command::new("mcopy").args(["-n", "-o", "-i", &partition]).arg(format!("::{file}")).arg(&copy));
+        fs::metadata(copy).unwrap().len()
+    }
+
+    /// Has its firmware know what is in this file.
+    pub(crate) fn know(&self, variables: &Path) {
+        fs::copy(variables, self.path("variables")).unwrap();
+    }
+
     /// Gives power to a machine whose firmware has forgotten all that it was told.
     pub(crate) fn start_forgetful(&self) -> Machine {
-        fs::copy(VARIABLES, self.path("variables")).unwrap();
+        self.know(USUAL.firmware.variables());
         self.start()
     }
 

@@ -3,7 +3,7 @@
 //! Owns no more than that list.
 //!
 //! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`firmware`], [`hanging`], [`lamp`], [`log`], [`memory`], [`restart`], [`slots`], [`twins`] and [`wifi`];
+//! [`firmware`], [`hanging`], [`lamp`], [`log`], [`memory`], [`restart`], [`secure`], [`slots`], [`twins`] and [`wifi`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
@@ -48,6 +48,7 @@ mod ports;
 mod programs;
 mod redundant;
 mod restart;
+mod secure;
 mod serial;
 mod slots;
 mod soon;

@@ -110,7 +110,7 @@ fn pulse_rows(width: u32, height: u32) -> u32 {
 fn name(width: u32, height: u32) -> [std::ffi::c_char; 32] {
     let mut name = [0; 32];
     for (place, letter) in name.iter_mut().zip(format!("{width}x{height}").bytes()) {
-        *place = letter.cast_signed();
+        *place = std::ffi::c_char::from_ne_bytes([letter]);
     }
     name
 }

@@ -59,7 +59,7 @@ fn bits(card: &impl Control, id: Handle) -> io::Result<Vec<(String, u64)>> {
     // The kernel writes both, whatever is asked for.
     drm_ffi::mode::get_property(card.as_fd(), id.into(), Some(&mut Vec::new()), Some(&mut named))?;
     let bit = |bit: &drm_ffi::drm_mode_property_enum| {
-        let name = bit.name.iter().map(|letter| letter.cast_unsigned()).take_while(|letter| *letter != 0).collect();
+        let name = bit.name.iter().flat_map(|letter| letter.to_ne_bytes()).take_while(|letter| *letter != 0).collect();
         let value = u32::try_from(bit.value).ok().and_then(|place| 1u64.checked_shl(place)).unwrap_or(0);
         (String::from_utf8(name).unwrap_or_default(), value)
     };
