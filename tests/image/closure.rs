@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The drivers of the displays that PCs have, as they are loaded.
-const DISPLAYS: &str = "i915 xe amdgpu nouveau ast mgag200 vmwgfx qxl bochs cirrus udl";
+const DISPLAYS: &str = "i915 xe amdgpu nouveau ast mgag200 qxl bochs cirrus udl";
 
 /// The modules and the firmware of the image's root, and `prune` with its lists, as copies in `folder`: both may be changed.
 fn copied(folder: &Path) -> PathBuf {

@@ -27,6 +27,8 @@ pub(crate) enum Display {
     Ramfb,
     StandardVga,
     Virtio,
+    /// A card whose driver is not in the image.
+    Vmware,
 }
 
 /// What starts the machine.
@@ -98,6 +100,7 @@ impl Display {
             Self::Ramfb => Some("ramfb"),
             Self::StandardVga => Some("VGA,xres=1280,yres=720"),
             Self::Virtio => Some("virtio-vga,xres=1280,yres=720"),
+            Self::Vmware => Some("vmware-svga"),
         }
     }
 }

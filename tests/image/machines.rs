@@ -44,6 +44,11 @@ fn a_unit_with_the_firmwares_framebuffer_alone_shows_its_art() {
 }
 
 #[test]
+fn a_unit_with_vmwares_display_shows_its_art() {
+    shows_its_art(Hardware { display: Display::Vmware, ..USUAL });
+}
+
+#[test]
 fn a_unit_with_512_mib_shows_its_art() {
     shows_its_art(Hardware { memory_mib: 512, ..USUAL });
 }
