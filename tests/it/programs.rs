@@ -31,7 +31,7 @@ pub(crate) fn owner() -> PathBuf {
 
 /// `dreams-mend` as `make check` built it.
 pub(crate) fn mender() -> PathBuf {
-    fresh("dreams-mend")
+    fresh(&units().join("dreams-mend"))
 }
 
 /// `flock` as `make check` built it, beside the program that it hands over to.
