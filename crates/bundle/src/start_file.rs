@@ -168,6 +168,7 @@ fn word<'b>(bytes: &'b [u8], key: &[u8]) -> Option<&'b str> {
 #[cfg(test)]
 mod tests {
     use super::{LaidOut, StartFile, StartFileError, gather, lay_out, sha256};
+    use std::fmt::Write;
 
     /// A start file as `image-build/start` writes it.
     fn started() -> Vec<u8> {
@@ -176,9 +177,10 @@ mod tests {
                          dreams.version=0.2.0 dreams.root=ab:4:cd:ef\n"
             .to_owned();
         for (name, part) in [("linux", &linux[..]), ("initramfs", &initramfs[..])] {
-            entry += &format!("# part {name} {} {}\n", part.len(), sha256(part));
+            writeln!(entry, "# part {name} {} {}", part.len(), sha256(part)).unwrap();
         }
-        entry += &format!("# entry {}\n", sha256(entry.as_bytes()));
+        let sum = sha256(entry.as_bytes());
+        writeln!(entry, "# entry {sum}").unwrap();
         [entry.as_bytes(), &linux, &initramfs].concat()
     }
 

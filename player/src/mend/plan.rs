@@ -210,7 +210,9 @@ mod tests {
         let trial = entry(0, "dreams_2_1+2-1.conf", false);
         assert_eq!(entries(&[&whole[..], &[trial]].concat(), 2), [removed(0, "dreams_2_1+2-1.conf", true)]);
         let mut lost = whole;
-        lost.iter_mut().for_each(|entry| entry.file = None);
+        for entry in &mut lost {
+            entry.file = None;
+        }
         assert_eq!(entries(&lost, 2).len(), 4);
         assert!(entries(&lost, 2).iter().all(|step| matches!(step, Step::Remove { was_damaged: true, .. })));
     }
