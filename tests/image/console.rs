@@ -3,10 +3,10 @@
 //! Owns the claims that another console can be switched to and shows its text, that the picture comes back with its own,
 //! and that the console shows text again when the player has ended.
 
+use crate::direct::parts;
 use crate::machine::{Machine, PAUSE};
 use crate::picture::{Look, only_art};
 use crate::programs::repository;
-use crate::soon::parts;
 use crate::starting::{MOVES, OFTEN, UP};
 use crate::unit::Unit;
 
@@ -28,7 +28,7 @@ fn shows_text(machine: &mut Machine, name: &str) {
 fn a_player_on_a_text_console_leaves_it_to_others_and_as_it_was() {
     let unit = Unit::new();
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
-    let mut words = parts(folder.path()).0;
+    let mut words = parts(folder.path());
     // A unit draws no text; other machines do.
     let line = words.last_mut().unwrap();
     *line = line.replace("drm_kms_helper.fbdev_emulation=0", "");

@@ -3,11 +3,12 @@
 //! Owns the claims that the unit comes up all the same, lights the display when it is plugged in, and holds no start without
 //! one against its system.
 
+use crate::direct::parts;
 use crate::hardware::{Display, Hardware, USUAL};
 use crate::machine::PAUSE;
 use crate::picture::{Look, only_art};
 use crate::programs::repository;
-use crate::soon::{parts, seconds};
+use crate::soon::seconds;
 use crate::starting::{MOVES, OFTEN, PROVEN, UP, playing};
 use crate::system::{NEXT, NOW, coming, version};
 use crate::unit::Unit;
@@ -22,7 +23,7 @@ const PLUG: &str = "echo on > /sys/class/drm/card0-Virtual-1/status";
 #[test]
 fn a_unit_without_a_display_comes_up_all_the_same_and_lights_one_that_is_plugged_in_later() {
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
-    let mut words = parts(folder.path()).0;
+    let mut words = parts(folder.path());
     words.last_mut().expect("the kernel's command line").push_str(UNPLUGGED);
     let unit = Unit::new();
     let mut machine = unit.start_with(&words);

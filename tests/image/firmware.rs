@@ -2,10 +2,10 @@
 //!
 //! Owns the claim that the firmware's framebuffer shows the picture until the card's own driver takes it over.
 
+use crate::direct::parts;
 use crate::machine::PAUSE;
 use crate::picture::only_art;
 use crate::programs::repository;
-use crate::soon::parts;
 use crate::starting::{MOVES, OFTEN, UP};
 use crate::unit::Unit;
 
@@ -13,7 +13,7 @@ use crate::unit::Unit;
 fn a_driver_that_comes_late_takes_the_picture_over_from_the_firmwares_framebuffer() {
     let unit = Unit::new();
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
-    let mut words = parts(folder.path()).0;
+    let mut words = parts(folder.path());
     // No driver is loaded by itself.
     words.last_mut().unwrap().push_str(" modprobe.blacklist=virtio_gpu");
     let mut machine = unit.start_with(&words);

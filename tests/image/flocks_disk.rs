@@ -3,10 +3,10 @@
 //! Owns what makes it look lost: a kernel that can't read it, an entry that is missing in the table, a file system that is
 //! well and can't be mounted. What damage to the disk itself does is in `damage.rs`.
 
+use crate::direct::parts;
 use crate::machine::{Machine, PAUSE};
 use crate::picture::only_art;
 use crate::programs::{repository, succeed};
-use crate::soon::parts;
 use crate::starting::{MOVES, OFTEN, Playing, playing};
 use crate::unit::{DATA, Unit};
 use std::fs;
@@ -28,7 +28,7 @@ fn a_system_that_cannot_read_the_flocks_leaves_them_as_they_are() {
     let Playing { frozen, .. } = playing();
     let unit = frozen.copy();
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
-    let mut words = parts(folder.path()).0;
+    let mut words = parts(folder.path());
     words.last_mut().expect("the kernel's command line").push_str(" module_blacklist=ext4");
     let mut machine = unit.start_with(&words);
     shows_its_art(&mut machine, false);

@@ -15,6 +15,7 @@ mod arriving;
 mod clips;
 mod closure;
 mod cuts;
+mod direct;
 mod disk;
 mod gallery;
 mod hardware;
@@ -36,7 +37,6 @@ mod programs;
 mod redundant;
 mod serial;
 #[allow(dead_code, reason = "it is only measured from `whole.rs`")]
-mod soon;
 mod starting;
 mod stick;
 mod system;

@@ -3,11 +3,11 @@
 //! Owns which of them there are, and the claim that each shows its art. What QEMU 7.2 has not, no claim is made of: eMMC,
 //! UFS, Intel's VMD.
 
+use crate::direct::parts;
 use crate::hardware::{Bus, Display, Firmware, Hardware, USUAL};
 use crate::machine::{Machine, PAUSE};
 use crate::picture::only_art;
 use crate::programs::repository;
-use crate::soon::parts;
 use crate::starting::{MOVES, OFTEN};
 use crate::unit::Unit;
 
@@ -22,7 +22,7 @@ pub(crate) fn shows_its_art(hardware: Hardware) {
     unit.know(hardware.firmware.variables());
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
     // What the firmware can't read, QEMU starts in its place.
-    let words = if hardware.bus.is_read_by_firmware() { Vec::new() } else { parts(folder.path()).0 };
+    let words = if hardware.bus.is_read_by_firmware() { Vec::new() } else { parts(folder.path()) };
     let mut machine: Machine = unit.start_as(hardware, &words);
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_move(PAUSE, MOVES));

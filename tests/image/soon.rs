@@ -7,11 +7,11 @@
 //!
 //! Start at [`a_picture_takes_half_as_long_again_as_doing_nothing`].
 
+use crate::direct::parts;
 use crate::machine::Machine;
 use crate::programs::{repository, succeed};
 use crate::starting::{PROVEN, UP};
-use crate::unit::{Unit, image};
-use bundle::{LaidOut, lay_out};
+use crate::unit::Unit;
 use serde_json::{Value, json};
 use std::env;
 use std::fs;
@@ -51,35 +51,22 @@ const CHAIN: [(&str, &str, &str); 7] = [
     ),
 ];
 
-/// What the boot loader starts, taken apart: QEMU's words for a start of it without a boot loader, as it is and doing nothing. The
-/// kernel's command line is the last of them.
-pub(crate) fn parts(folder: &Path) -> (Vec<String>, Vec<String>) {
-    let start = fs::read(image().join("dreams.start")).unwrap();
-    let LaidOut { entry, parts } = lay_out(&start, 1).expect("what was just made is whole");
-    let [kernel, initramfs] = ["linux", "initramfs"].map(|name| {
-        let (_, bytes) = parts.iter().find(|(path, _)| path.ends_with(name)).unwrap();
-        fs::write(folder.join(name), bytes).unwrap();
-        folder.join(name)
-    });
-    let words = entry.lines().find_map(|line| line.strip_prefix("options ")).unwrap();
-    // QEMU brings the initramfs itself.
-    let words = words.split_once(' ').unwrap().1.to_owned();
-
+/// QEMU's words for a start without a boot loader: of the image as it is, and with a first program that does nothing.
+fn starts(folder: &Path) -> (Vec<String>, Vec<String>) {
+    let is = parts(folder);
     // The kernel unpacks one behind the other: what comes later takes the place of what was there.
     let init = fs::read_to_string(repository().join("image-build/init")).unwrap();
     assert!(init.ends_with(ALL), "`init` ends otherwise");
     fs::write(folder.join("init"), init.replace(ALL, NOTHING)).unwrap();
     succeed(Command::new("chmod").arg("755").arg(folder.join("init")));
-    let nothing = folder.join("nothing");
     let pack =
         "cp initramfs nothing && truncate -s %4 nothing && echo init | cpio --create --format=newc --quiet >> nothing";
     succeed(Command::new("sh").args(["-c", pack]).current_dir(folder));
-
-    let start = |initramfs: &Path| {
-        let [kernel, initramfs] = [&kernel, initramfs].map(|file| file.display().to_string());
-        ["-kernel", &kernel, "-initrd", &initramfs, "-append", &words].map(str::to_owned).to_vec()
-    };
-    (start(&initramfs), start(&nothing))
+    let (initramfs, nothing) = (folder.join("initramfs"), folder.join("nothing"));
+    let does_nothing =
+        is.iter().map(|word| if Path::new(word) == initramfs { nothing.display().to_string() } else { word.clone() });
+    let does_nothing = does_nothing.collect();
+    (is, does_nothing)
 }
 
 /// Seconds from the kernel's start until the first program of `unit` said so.
@@ -155,7 +142,7 @@ impl Round {
 #[test]
 fn a_picture_takes_half_as_long_again_as_doing_nothing() {
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
-    let (as_it_is, doing_nothing) = parts(folder.path());
+    let (as_it_is, doing_nothing) = starts(folder.path());
     let count = env::var("ROUNDS").map_or(ROUNDS, |rounds| rounds.parse().unwrap());
     let mut rounds = Vec::new();
     for number in 0..count {

@@ -20,6 +20,7 @@ mod cuts;
 mod damage;
 mod damages;
 mod dark;
+mod direct;
 mod disk;
 mod firmware;
 mod flocks_disk;

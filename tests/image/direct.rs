@@ -1,0 +1,24 @@
+//! A start without a boot loader: QEMU loads kernel and initramfs, and brings the command line.
+//!
+//! Owns the taking apart of what the image's boot loader starts.
+
+use crate::unit::image;
+use bundle::{LaidOut, lay_out};
+use std::fs;
+use std::path::Path;
+
+/// QEMU's words for a start of the image's kernel and initramfs, which are laid into `folder`. The kernel's command line is
+/// the last of them.
+pub(crate) fn parts(folder: &Path) -> Vec<String> {
+    let start = fs::read(image().join("dreams.start")).unwrap();
+    let LaidOut { entry, parts } = lay_out(&start, 1).expect("what was just made is whole");
+    let [kernel, initramfs] = ["linux", "initramfs"].map(|name| {
+        let (_, bytes) = parts.iter().find(|(path, _)| path.ends_with(name)).unwrap();
+        fs::write(folder.join(name), bytes).unwrap();
+        folder.join(name).display().to_string()
+    });
+    let words = entry.lines().find_map(|line| line.strip_prefix("options ")).unwrap();
+    // The first of them names the initramfs to the boot loader.
+    let words = words.split_once(' ').unwrap().1;
+    ["-kernel", &kernel, "-initrd", &initramfs, "-append", words].map(str::to_owned).to_vec()
+}
