@@ -11,6 +11,9 @@ state := target/play
 unit := target/unit
 check bench soak crash: export DREAMS_PROGRAMS := $(CURDIR)/$(unit)/bin
 
+# What is made for another architecture lies beside what is made for this one.
+beside := $(addprefix -,$(filter arm64,$(arch)))
+
 help: ## say what each target does
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
@@ -50,17 +53,19 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	tests/soak/fresh target/fresh
 
 crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times
-	.ci/install play check image
+	.ci/install play check image arm64
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)
 	tests/crash/run
 	image-build/build target/image --profile bench
+	ARCH=arm64 image-build/programs $(unit)-arm64
+	ARCH=arm64 image-build/build target/image-arm64 --profile bench
 	cargo test --locked --release --package claims --bench image-whole -- --nocapture --skip soon::
 
-image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; profile=bench for one with a shell on the serial port, sign=KEYS to sign what the firmware starts
-	.ci/install image
-	image-build/programs $(unit)
-	image-build/build target/image --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)') $(if $(sign),--sign '$(sign)')
+image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; profile=bench for one with a shell on the serial port, sign=KEYS to sign what the firmware starts; arch=arm64 for ARM processors and Raspberry Pis
+	.ci/install image $(filter arm64,$(arch))
+	ARCH=$(arch) image-build/programs $(unit)$(beside)
+	ARCH=$(arch) image-build/build target/image$(beside) --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)') $(if $(sign),--sign '$(sign)')
 
 boot: ## start the image under QEMU: in a window, or without a display a picture of it in target/image/boot.png
 	$(MAKE) image profile=bench

@@ -27,6 +27,8 @@ pub(crate) enum Display {
     Ramfb,
     StandardVga,
     Virtio,
+    /// The same without what a PC's has besides.
+    VirtioGpu,
     /// A card whose driver is not in the image.
     Vmware,
 }
@@ -38,6 +40,8 @@ pub(crate) enum Firmware {
     Plain,
     /// It starts what is signed with a key that it knows, if it knows any; its variables hold these.
     Secure,
+    /// That of a computer with an ARM processor; it starts whatever is there.
+    Arm64,
 }
 
 /// A machine's parts.
@@ -101,6 +105,7 @@ impl Display {
             Self::StandardVga => Some("VGA,xres=1280,yres=720"),
             Self::Virtio => Some("virtio-vga,xres=1280,yres=720"),
             Self::Vmware => Some("vmware-svga"),
+            Self::VirtioGpu => Some("virtio-gpu-pci,xres=1280,yres=720"),
         }
     }
 }
@@ -111,31 +116,45 @@ impl Firmware {
         Path::new(match self {
             Self::Plain => "/usr/share/OVMF/OVMF_VARS_4M.fd",
             Self::Secure => "/usr/share/OVMF/OVMF_VARS_4M.ms.fd",
+            Self::Arm64 => "/usr/share/AAVMF/AAVMF_VARS.fd",
         })
     }
 
-    /// QEMU's words for it; both are of Debian's `ovmf`.
-    fn words(self) -> &'static [&'static str] {
+    /// QEMU's words for the processor and the rest of the board.
+    fn board(self) -> &'static [&'static str] {
         match self {
-            Self::Plain => {
-                &["-machine", "q35", "-drive", "if=pflash,format=raw,readonly=on,file=/usr/share/OVMF/OVMF_CODE_4M.fd"]
+            Self::Plain => &["-cpu", "max", "-machine", "q35"],
+            Self::Secure => {
+                &["-cpu", "max", "-machine", "q35,smm=on", "-global", "driver=cfi.pflash01,property=secure,value=on"]
             }
-            Self::Secure => &[
-                "-machine",
-                "q35,smm=on",
-                "-global",
-                "driver=cfi.pflash01,property=secure,value=on",
-                "-drive",
-                "if=pflash,format=raw,readonly=on,file=/usr/share/OVMF/OVMF_CODE_4M.secboot.fd",
-            ],
+            Self::Arm64 => &["-cpu", "cortex-a72", "-machine", "virt"],
+        }
+    }
+
+    /// Where it lies: it is Debian's `ovmf`, or `qemu-efi-aarch64`.
+    fn code(self) -> &'static str {
+        match self {
+            Self::Plain => "/usr/share/OVMF/OVMF_CODE_4M.fd",
+            Self::Secure => "/usr/share/OVMF/OVMF_CODE_4M.secboot.fd",
+            Self::Arm64 => "/usr/share/AAVMF/AAVMF_CODE.fd",
         }
     }
 }
 
 impl Hardware {
+    /// The QEMU that emulates it.
+    pub(crate) fn program(self) -> &'static str {
+        match self.firmware {
+            Firmware::Plain | Firmware::Secure => "qemu-system-x86_64",
+            Firmware::Arm64 => "qemu-system-aarch64",
+        }
+    }
+
     /// QEMU's words for it. The node `disk` is there already; the firmware's variables come next.
     pub(crate) fn words(self) -> Vec<String> {
-        let mut words: Vec<_> = self.firmware.words().iter().map(|&word| word.to_owned()).collect();
+        let mut words: Vec<_> = self.firmware.board().iter().map(|&word| word.to_owned()).collect();
+        let code = format!("if=pflash,format=raw,readonly=on,file={}", self.firmware.code());
+        words.extend(["-drive".to_owned(), code]);
         words.extend(["-m".to_owned(), self.memory_mib.to_string()]);
         let mut device = |device: &str| words.extend(["-device".to_owned(), device.to_owned()]);
         self.display.device().into_iter().for_each(&mut device);

@@ -82,8 +82,8 @@ impl Machine {
         let galleries = vec![built_in()];
         let drive = |file: &Path, what: &str| format!("file={},{what}", file.display());
         let (serial, monitor) = (Socket::new(folder.join("serial")), Socket::new(folder.join("monitor")));
-        let mut qemu = Command::new("qemu-system-x86_64");
-        qemu.args(["-accel", "tcg,thread=multi", "-cpu", "max", "-smp", "2"]);
+        let mut qemu = Command::new(hardware.program());
+        qemu.args(["-accel", "tcg,thread=multi", "-smp", "2"]);
         qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-rng-pci"]);
         // A network with the world on one port; there are others.
         qemu.args(["-netdev", "user,id=world", "-netdev", "hubport,id=port,hubid=0,netdev=world"]);

@@ -9,6 +9,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
 mod all_ports;
+mod arm64;
 mod arriving;
 mod booting;
 #[path = "../it/clips.rs"]

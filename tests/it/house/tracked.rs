@@ -28,7 +28,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("flock-tools/src/page/sheet", &["*.css", "*.html", "*.js"]),
     ("fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
     ("fuzz/corpus", &["*"]),
-    ("image-build", &["README.md", "*.txt", "*.c", "*.sfdisk", "cache", SCRIPT]),
+    ("image-build", &["README.md", "*.txt", "*.c", "*.sfdisk", "architecture", "cache", SCRIPT]),
     ("image-build/ffmpeg", &["*.patch", SCRIPT]),
     ("image-build/system", &["*.conf", "*.network", "*.path", "*.service", "*.target", "*.timer", "disk", SCRIPT]),
     ("player", &["Cargo.toml", "*.rs", "*.html"]),
