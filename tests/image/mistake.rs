@@ -10,8 +10,10 @@ use crate::starting::{MOVES, OFTEN, playing};
 const KEPT: &str = "cat /var/lib/dreams/owner/dreams.toml";
 /// Lays what the owner may change open at /run/owner.
 pub(crate) const OPEN: &str = "mkdir -p /run/owner && mount /dev/vda4 /run/owner";
-/// As another computer would have it, and as every start of the unit takes it in.
-pub(crate) const TAKE_IN: &str = "umount /run/owner && systemctl start --no-block dreams-owner@vda4";
+/// As another computer would have it, and as every start of the unit takes it in; one that is still at it ends first.
+pub(crate) const TAKE_IN: &str = "umount /run/owner && \
+    until [ \"$(systemctl show -P ActiveState dreams-owner@vda4)\" != activating ]; do sleep 1; done && \
+    systemctl start --no-block dreams-owner@vda4";
 
 /// Whether something is told over the picture.
 pub(crate) fn has_card(look: &Look) -> bool {
