@@ -18,6 +18,6 @@ fn without_a_display_a_picture_of_the_running_unit_is_left() {
     succeed(boot.arg(folder.path()).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY"));
     let [left, shot] = ["boot.png", "boot.ppm"].map(|name| folder.path().join(name));
     succeed(Command::new("ffmpeg").args(["-loglevel", "error", "-i"]).args([left, shot.clone()]));
-    let look = Look::new(&shot, Duration::ZERO, &[built_in()], &mut 0);
+    let look = Look::new(&shot, Duration::ZERO, &[built_in()], &mut 0, false);
     assert!(look.is_art(), "it shows {:?}", look.other);
 }

@@ -17,6 +17,7 @@ fn a_driver_that_comes_late_takes_the_picture_over_from_the_firmwares_framebuffe
     // No driver is loaded by itself.
     words.last_mut().unwrap().push_str(" modprobe.blacklist=virtio_gpu");
     let mut machine = unit.start_with(&words);
+    machine.may_tear = true;
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_while(PAUSE, UP));
     machine.run("systemctl set-property --runtime dreams.slice CPUWeight=20");
@@ -26,6 +27,7 @@ fn a_driver_that_comes_late_takes_the_picture_over_from_the_firmwares_framebuffe
 
     let is_taken = "until dreams-status | grep -q 'kms:/dev/dri/card0'; do sleep 1; done";
     looks.extend(machine.watch_while(PAUSE, &format!("modprobe virtio_gpu && {is_taken}")));
+    machine.may_tear = false;
     looks.extend(machine.watch_move(PAUSE, MOVES));
     only_art(&looks, OFTEN);
     machine.is_well();

@@ -27,7 +27,9 @@ const PANE: usize = 60;
 const CELL: (usize, usize) = (8, 10);
 /// How far the mean colour of a cell may be off: a pixel of a scaled picture is a mean of several pixels, and a looked-at
 /// pixel of the frame is one of them.
-const CELL_TOLERANCE: f32 = 16.0;
+const CELL_TOLERANCE: f32 = 10.0;
+/// While a picture is copied over the one before, parts of so many successive frames may be seen at once.
+const TORN: usize = 3;
 
 /// What was looked at of a picture: red, green and blue, row by row.
 #[derive(Clone, PartialEq, Eq)]
@@ -170,6 +172,24 @@ impl Gallery {
         let best = fitting.min_by(|((_, one), _), ((_, other), _)| one.total_cmp(other))?;
         Some(best.1.place.clone())
     }
+
+    /// Which of its frames, scaled or not, was being copied over the one before as `samples` were taken: each cell has
+    /// nearly a colour between those that it has in successive frames of one clip.
+    pub(crate) fn find_torn(&self, samples: &Samples) -> Option<Place> {
+        let cells = samples.cells();
+        let fits = |frames: &[Frame]| {
+            cells.iter().enumerate().all(|(at, cell)| {
+                (0..3).all(|colour| {
+                    let lights = || frames.iter().map(|frame| frame.cells[at][colour]);
+                    let (least, most) = (lights().fold(f32::MAX, f32::min), lights().fold(f32::MIN, f32::max));
+                    (least - CELL_TOLERANCE..=most + CELL_TOLERANCE).contains(&cell[colour])
+                })
+            })
+        };
+        let of_one_clip = |frames: &&[Frame]| frames[0].place.clip == frames[TORN - 1].place.clip;
+        let found = self.frames.windows(TORN).filter(of_one_clip).find(|frames| fits(frames))?;
+        Some(found[TORN - 1].place.clone())
+    }
 }
 
 /// What every frame of `clip` looks like.
@@ -236,5 +256,17 @@ mod tests {
         assert_eq!(scaled(&|_, _| [0; 3]), None);
         assert_eq!(scaled(&|x, y| if x < 320 && y < 32 { [170; 3] } else { picture(2, x, y) }), None, "letters");
         assert_eq!(scaled(&|x, y| picture(if y < SIZE.1 / 2 { 1 } else { 2 }, x, y)), None);
+    }
+
+    #[test]
+    fn parts_of_successive_frames_are_a_torn_frame_and_nothing_else_is() {
+        let torn = |colour: &dyn Fn(usize, usize) -> [u8; 3]| {
+            gallery().find_torn(&Samples::of(colour)).map(|place| place.frame)
+        };
+        assert_eq!(torn(&|x, y| picture(if y < SIZE.1 / 2 { 3 } else { 2 }, x, y)), Some(3));
+        assert_eq!(torn(&|x, y| picture(if y < SIZE.1 / 2 { 3 } else { 0 }, x, y)), None, "not successive");
+        assert_eq!(torn(&|_, _| [0; 3]), None);
+        assert_eq!(torn(&|x, y| if y < SIZE.1 / 2 { [0; 3] } else { picture(2, x, y) }), None, "half dark");
+        assert_eq!(torn(&|x, y| if x < 320 && y < 32 { [170; 3] } else { picture(2, x, y) }), None, "letters");
     }
 }

@@ -108,6 +108,12 @@ impl Display {
             Self::VirtioGpu => Some("virtio-gpu-pci,xres=1280,yres=720"),
         }
     }
+
+    /// Whether what is shown is a copy, made while it is shown: a framebuffer of the firmware's has one buffer, and so has
+    /// the driver of `cirrus`.
+    pub(crate) fn may_tear(self) -> bool {
+        matches!(self, Self::Cirrus | Self::Ramfb | Self::Vmware)
+    }
 }
 
 impl Firmware {

@@ -54,8 +54,9 @@ fn a_stick_that_asks_for_the_log_gets_it_and_any_other_stays_as_it_is() {
 
     machine.run("logger --tag=stranger \"$(printf 'a bell: \\a, and red: \\033[31m')\"");
     let (names, is_told) = put_in(&mut machine, &asks);
-    assert!(is_told, "that it may be removed");
-    let [log, asked] = &names[..] else { panic!("{names:?}") };
+    let said = machine.run("journalctl --no-pager --quiet --unit=dreams-log@sda --output=cat");
+    let [log, asked] = &names[..] else { panic!("{names:?}: {said}") };
+    assert!(is_told, "that it may be removed: {said}");
     assert!(asked == "::/dreams-log.txt" && log.starts_with("::/dreams-log-lobby-"), "{names:?}");
     let read = succeed(Command::new("mtype").arg("-i").arg(&asks).arg(log));
     for wanted in ["ID=dreams", "dreams-player", "systemd", "a bell: , and red: [31m"] {

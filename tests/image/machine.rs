@@ -40,6 +40,8 @@ pub(crate) struct Machine {
     /// Where in them the last look was.
     near: usize,
     has_shown_art: bool,
+    /// Whether its pictures are copied to where they are shown, and not swapped between two frames.
+    pub(crate) may_tear: bool,
     /// Whether it stands still while it is looked at, so that the looks are as close in its own time as they are to be.
     pub(crate) stands_still: bool,
     /// For how long it stood still.
@@ -103,6 +105,7 @@ impl Machine {
             galleries,
             near: 0,
             has_shown_art: false,
+            may_tear: hardware.display.may_tear(),
             stands_still: false,
             stood: Duration::ZERO,
             _turn: turn,
@@ -152,7 +155,8 @@ impl Machine {
         let at = now();
         let shown = self.monitor.try_to("screendump", &shot);
         let at_its_time = at.saturating_sub(self.stood);
-        let look = shown.map(|_| Look::new(&self.shot, at_its_time, &self.galleries, &mut self.near));
+        let judged = |_| Look::new(&self.shot, at_its_time, &self.galleries, &mut self.near, self.may_tear);
+        let look = shown.map(judged);
         if self.stands_still {
             self.stood += now().saturating_sub(at);
             self.monitor.ask("cont", &json!({}));

@@ -22,8 +22,9 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    /// Judges a binary PPM, as QEMU writes it, by what may hang there. `near` is where in the gallery the last one was.
-    pub(crate) fn new(path: &Path, at: Duration, galleries: &[&Gallery], near: &mut usize) -> Self {
+    /// Judges a binary PPM, as QEMU writes it, by what may hang there. `near` is where in the gallery the last one was;
+    /// `may_tear` says that pictures are copied to where they are shown, so that parts of two may be seen.
+    pub(crate) fn new(path: &Path, at: Duration, galleries: &[&Gallery], near: &mut usize, may_tear: bool) -> Self {
         let bytes = fs::read(path).unwrap();
         let mut ends = bytes.iter().enumerate().filter(|(_, byte)| byte.is_ascii_whitespace()).map(|(at, _)| at);
         // `P6`, width, height, 255: four words.
@@ -37,15 +38,19 @@ impl Look {
         let brightest = pixels.iter().step_by(7).copied().max().unwrap_or_default();
         let mut place = None;
         // That spares looking through all of them while a machine starts.
-        let colour = |x: usize, y: usize| pixels[(y * size.0 + x) * 3..][..3].try_into().expect("three bytes");
-        if brightest > DARK && size == SIZE {
-            let samples = Samples::of(colour);
-            place = galleries.iter().find_map(|gallery| gallery.find(&samples, near));
-        } else if brightest > DARK {
-            let glass = Glass::of(size);
+        let colour =
+            |x: usize, y: usize| -> [u8; 3] { pixels[(y * size.0 + x) * 3..][..3].try_into().expect("three bytes") };
+        let glass = Glass::of(size);
+        let is_framed = || glass.border().all(|(x, y)| colour(x, y).iter().all(|light| *light <= DARK));
+        if brightest > DARK && is_framed() {
             let samples = Samples::of(|x, y| glass.pixel(x, y, colour));
-            let is_framed = glass.border().all(|(x, y)| colour(x, y).iter().all(|light: &u8| *light <= DARK));
-            place = galleries.iter().filter(|_| is_framed).find_map(|gallery| gallery.find_scaled(&samples));
+            let mut whole = |gallery: &&Gallery| match size {
+                SIZE => gallery.find(&samples, near),
+                _ => gallery.find_scaled(&samples),
+            };
+            let torn = |gallery: &&Gallery| gallery.find_torn(&samples);
+            place = galleries.iter().find_map(&mut whole);
+            place = place.or_else(|| galleries.iter().filter(|_| may_tear).find_map(torn));
         }
         Self { at, other: place.is_none().then_some((size, brightest)), place }
     }
