@@ -6,13 +6,14 @@
 //! Start at [`Frame`].
 
 use crate::command_line::json;
+use crate::faults;
 use crate::programs::{self, output, repository, succeed};
 use bundle::{LaidOut, lay_out};
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use tempfile::TempDir;
 
 const BLOCK: usize = 4096;
@@ -260,33 +261,22 @@ fn a_look_that_is_cut_short_at_any_step_leaves_what_runs_whole_and_the_next_one_
             fs::write(frame.at(name), bytes).unwrap();
         }
     };
-    let strace = |options: &[&str]| -> Output {
+    let look = || {
         reset();
-        let look = frame.command("all");
-        let mut command = Command::new("strace");
-        command.args(["-f", "-qq", "-o"]).arg(frame.at("strace")).args(options);
-        output(command.arg(look.get_program()).args(look.get_args()))
+        frame.command("all")
     };
     frame.looks("all", 0);
     let whole = frame.all();
-    let mut broken = 0;
-    for call in CHANGES {
-        strace(&["-e", &format!("trace={call}")]);
-        let log = fs::read_to_string(frame.at("strace")).unwrap();
-        let steps = log.lines().filter(|line| line.contains(&format!(" {call}("))).count();
-        for (step, how) in (1..=steps).flat_map(|step| [(step, "signal=KILL"), (step, "error=EIO")]) {
-            strace(&["-e", &format!("trace={call}"), "-e", &format!("inject={call}:{how}:when={step}")]);
-            let cut = frame.all();
-            let is = |name: &str| cut.get(name) == whole.get(name);
-            let copy = |number: u8| {
-                is(&entry("spare", number))
-                    && PARTS.iter().all(|part| is(&format!("spare/{SYSTEMS}/0.2.0_{number}/{part}")))
-            };
-            assert!(is("b") && copy(1) && copy(2), "{how} at {call} {step}");
-            frame.looks("all", 0);
-            assert!(frame.all() == whole, "{how} at {call} {step}");
-            broken += 1;
-        }
-    }
+    let broken = faults::at_every_step(&CHANGES, &frame.at("strace"), look, |case| {
+        let cut = frame.all();
+        let is = |name: &str| cut.get(name) == whole.get(name);
+        let copy = |number: u8| {
+            is(&entry("spare", number))
+                && PARTS.iter().all(|part| is(&format!("spare/{SYSTEMS}/0.2.0_{number}/{part}")))
+        };
+        assert!(is("b") && copy(1) && copy(2), "{case}");
+        frame.looks("all", 0);
+        assert!(frame.all() == whole, "{case}");
+    });
     assert!(broken > 40, "only {broken} steps were seen");
 }
