@@ -3,7 +3,7 @@
 //! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness goes gently from
 //! step to step. A clock that cannot be right decides nothing: then it is day. By local time: an hour that the clocks leave
 //! out is over at once, and one that they repeat is kept both times. The same clock says when the unit may restart into a new
-//! system. Never reads a clock, never dims anything: `lamp.rs` does.
+//! system. Never reads a clock, never dims anything: `lighting.rs` does.
 //!
 //! Start at [`Day::lighting`].
 

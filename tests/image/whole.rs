@@ -2,8 +2,8 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`firmware`], [`hanging`], [`lamp`], [`log`], [`memory`], [`restart`], [`secure`], [`slots`], [`twins`] and [`wifi`];
+//! Start at [`hundred`], [`backlight`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
+//! [`firmware`], [`hanging`], [`log`], [`memory`], [`restart`], [`secure`], [`slots`], [`twins`] and [`wifi`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
@@ -11,6 +11,7 @@
 mod all_ports;
 mod arm64;
 mod arriving;
+mod backlight;
 mod booting;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
@@ -29,7 +30,6 @@ mod gallery;
 mod hanging;
 mod hardware;
 mod hundred;
-mod lamp;
 mod lease;
 mod log;
 mod loss;
