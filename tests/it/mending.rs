@@ -57,6 +57,17 @@ impl Frame {
         frame
     }
 
+    /// The same, with 0.2.0 in both slots.
+    fn out_of_its_box() -> Self {
+        let frame = Self::new();
+        fs::copy(frame.at("b"), frame.at("a")).unwrap();
+        for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1), ("spare", 2)] {
+            fs::remove_file(frame.at(boot).join(ENTRIES).join(format!("dreams_0.1.0_{copy}+1.conf"))).unwrap();
+        }
+        frame.looks("boot", 0);
+        frame
+    }
+
     fn at(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -176,13 +187,7 @@ fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
 
 #[test]
 fn any_block_of_a_slot_that_is_damaged_is_mended_from_the_other_slot_if_that_holds_the_same() {
-    let frame = Frame::new();
-    // Out of its box, both hold the same.
-    fs::copy(frame.at("b"), frame.at("a")).unwrap();
-    for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1), ("spare", 2)] {
-        fs::remove_file(frame.at(boot).join(ENTRIES).join(format!("dreams_0.1.0_{copy}+1.conf"))).unwrap();
-    }
-    frame.looks("boot", 0);
+    let frame = Frame::out_of_its_box();
     let whole = frame.all();
     assert!(!whole.keys().any(|name| name.contains("0.1.0")), "what no entry starts is gone");
     let block = |number: usize| (number * BLOCK) as u64;
@@ -195,6 +200,21 @@ fn any_block_of_a_slot_that_is_damaged_is_mended_from_the_other_slot_if_that_hol
             assert!(frame.all() == whole, "byte {at} of {slot}");
         }
     }
+}
+
+#[test]
+fn a_slot_whose_superblock_can_not_be_read_is_written_again() {
+    let frame = Frame::out_of_its_box();
+    let whole = frame.all();
+    let slot = frame.at("a").display().to_string();
+    // Once for each of the four copies that may have their root there.
+    let options = ["-P", &slot, "-e", "trace=pread64,pwrite64", "-e", "inject=pread64:error=EIO:when=1..4"];
+    let said = faults::traced(&frame.command("all"), &frame.at("strace"), &options);
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    assert_eq!(json(&said)["mended"], serde_json::json!([slot]));
+    let log = fs::read_to_string(frame.at("strace")).unwrap();
+    assert!(log.contains(" pwrite64("), "{log}");
+    assert!(frame.all() == whole);
 }
 
 #[test]
