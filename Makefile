@@ -4,7 +4,7 @@
 .DEFAULT_GOAL := help
 .PHONY: help play check bench soak crash image boot
 
-player := target/release/dreams-player
+player := $(or $(CARGO_TARGET_DIR),target)/release/dreams-player
 # Where a player that was started from here keeps its place in the path.
 state := target/play
 # The programs that a unit gets, where `image-build/programs` lays them. What is tried and measured is these.
@@ -21,7 +21,7 @@ play: ## build the player and show the demo flock on the best screen there is; C
 	.ci/install play
 	cargo build --locked --release --package player
 	mkdir -p $(state)
-	$(player) --flock flock-tools/demo/small --state $(state)
+	'$(player)' --flock flock-tools/demo/small --state $(state)
 
 check: ## everything that must hold before a change lands: form, lints, licences, all tests
 	.ci/install play check image
@@ -52,7 +52,7 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	tests/soak/twice target/twice
 	tests/soak/fresh target/fresh
 
-crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times
+crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times; and all other claims on whole machines
 	.ci/install play check image arm64
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)

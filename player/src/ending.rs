@@ -1,8 +1,11 @@
 //! How a program of the house ends.
 //!
-//! Owns the exit codes, and the form in which an error is told. Each program has its own errors, in its `report.rs`.
+//! Owns the exit codes, and the forms in which an answer and an error are told. Each program has its own of both, and says in
+//! its `report.rs` which exit code belongs to which.
 
+use serde::Serialize;
 use std::error::Error;
+use std::fmt::Display;
 use std::io::{self, Write};
 
 /// The exit codes of every program of the house.
@@ -16,6 +19,30 @@ pub enum Exit {
     Wrong = 2,
     /// A file or a device could not be opened, read or written.
     Unread = 3,
+}
+
+/// An answer, and in which form it is wanted.
+#[derive(Debug)]
+pub struct Told<A> {
+    /// The answer.
+    pub answer: A,
+    /// As one JSON document; else as text.
+    pub json: bool,
+}
+
+impl<A: Serialize + Display> Told<A> {
+    /// Tells the answer on standard output.
+    ///
+    /// # Errors
+    /// What the world says if that is closed.
+    pub fn tell(&self) -> io::Result<()> {
+        let text = if self.json {
+            serde_json::to_string_pretty(&self.answer).map_err(io::Error::other)?
+        } else {
+            self.answer.to_string()
+        };
+        writeln!(io::stdout(), "{text}")
+    }
 }
 
 /// Tells on standard error why the program ends, and what to do about it.

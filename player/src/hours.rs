@@ -3,7 +3,7 @@
 //! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness goes gently from
 //! step to step. A clock that cannot be right decides nothing: then it is day. By local time: an hour that the clocks leave
 //! out is over at once, and one that they repeat is kept both times. The same clock says when the unit may restart into a new
-//! system. Never reads a clock, never dims anything: `lamp.rs` does.
+//! system. Never reads a clock, never dims anything: `lighting.rs` does.
 //!
 //! Start at [`Day::lighting`].
 
@@ -29,7 +29,7 @@ pub struct Hours(Window);
 
 /// How bright it is: one brightness for all the day, or from each of these times on.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
+#[serde(try_from = "Spelled")]
 pub struct Brightness {
     /// Minute of the day, and percent; in the order of the day, no two at the same time.
     steps: Vec<(u64, u16)>,
@@ -220,7 +220,26 @@ impl FromStr for Zone {
     }
 }
 
-crate::from_string!(NoHours: Brightness, Hours, Night, Zone);
+/// A brightness as it stands in a file: a percentage may stand there as a number.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a percentage from 1 to 100, or some with their times, as in `07:00 100, 20:00 40`")]
+enum Spelled {
+    Number(i64),
+    Text(String),
+}
+
+impl TryFrom<Spelled> for Brightness {
+    type Error = NoHours;
+
+    fn try_from(spelled: Spelled) -> Result<Self, NoHours> {
+        match spelled {
+            Spelled::Number(percent) => percent.to_string().parse(),
+            Spelled::Text(text) => text.parse(),
+        }
+    }
+}
+
+crate::from_string!(NoHours: Hours, Night, Zone);
 
 #[cfg(test)]
 mod tests {

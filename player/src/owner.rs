@@ -252,6 +252,9 @@ mod tests {
     fn what_is_wrong_is_named_by_line_and_key() {
         for (text, said) in [
             ("\nhours = \"8-23\"", "`dreams.toml` line 2, key `hours`: `8-23` are no hours"),
+            ("brightness = 101", "line 1, key `brightness`: `101` is no brightness: a percentage from 1 to 100"),
+            ("\nbrightness = -5", "line 2, key `brightness`: `-5` is no brightness"),
+            ("brightness = 0.5", "line 1, key `brightness`: a percentage from 1 to 100, or some with their times"),
             ("night = \"dark\"", "line 1, key `night`: `dark` is no night: `off` or `black`"),
             ("mode = \"1080p\"", "line 1, key `mode`: `1080p` is no mode"),
             ("\nrotate = 45", "line 2, key `rotate`: `45` is no rotation: 0, 90, 180 or 270"),
@@ -273,6 +276,13 @@ mod tests {
             let refused = read(text).unwrap_err();
             assert!(refused.contains(said), "{refused}");
         }
+    }
+
+    #[test]
+    fn a_brightness_is_a_number_with_or_without_quotation_marks() {
+        let owner = read("brightness = 60").unwrap();
+        assert!(owner.brightness.is_some());
+        assert_eq!(owner, read("brightness = \"60\"").unwrap());
     }
 
     #[test]

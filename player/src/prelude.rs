@@ -9,8 +9,8 @@
 use crate::config::Config;
 use crate::generation::Generation;
 use crate::handover;
-use crate::lamp::Lamp;
 use crate::library;
+use crate::lighting::LightingControl;
 use crate::place;
 use crate::report::{Exit, Fatal};
 use crate::settings::ScreenChoice;
@@ -42,14 +42,14 @@ const QUIET: Duration = Duration::from_millis(250);
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let is_lit = Arc::new(AtomicBool::new(false));
     end_in_time(Arc::clone(&is_lit))?;
-    let mut lamp = Lamp::new(config.day(), &config.owner);
-    let Lighting::On { thousandths } = lamp.look(clock_s()) else {
+    let mut control = LightingControl::new(config.day(), &config.owner);
+    let Lighting::On { thousandths } = control.look(clock_s()) else {
         info!("it is night");
         return Ok(());
     };
     let light = Light::On { thousandths };
     let (place, still, piece) = begin(config)?;
-    let Some(card) = lit(&config.screen, piece, lamp.output(), &still, light)? else {
+    let Some(card) = lit(&config.screen, piece, control.output(), &still, light)? else {
         info!("no display can be lit now");
         return Ok(());
     };

@@ -13,8 +13,8 @@ use crate::generation::Generation;
 use crate::glass::Glass;
 use crate::handover;
 use crate::herald::Herald;
-use crate::lamp::Lamp;
 use crate::library::{self, Library, Struck, Successor};
+use crate::lighting::LightingControl;
 use crate::place::Slots;
 use crate::report::{Exit, Fatal, chain};
 use crate::saver::Saver;
@@ -85,7 +85,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let output = Owner::kept(&config.owner).output();
     let screen = take::screen(&config.screen, piece, output, card)?;
     let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
-    Lamp::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
+    LightingControl::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
     Usher::new(&config.card, clock_s()).start(Arc::clone(&glass), now)?;
     status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
 

@@ -106,6 +106,6 @@ fn a_spare_boot_partition_that_is_lost_is_made_anew() {
     unit.spoil(SPARE, 0, &rubbish(1 << 20));
     unit.spoil(SPARE, FAT, &vec![0; 64 * KIB]);
     let mut machine = shows_its_art(&unit);
-    machine.run("until journalctl --output=cat --unit=dreams-mend@boot | grep -q 'spare copy'; do sleep 1; done");
+    machine.run("until journalctl --output=cat --unit=dreams-mend@boot | grep -q 'has another copy'; do sleep 1; done");
     machine.is_well();
 }

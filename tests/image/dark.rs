@@ -42,16 +42,20 @@ fn a_unit_without_a_display_comes_up_all_the_same_and_lights_one_that_is_plugged
     machine.is_well();
 }
 
+/// Six starts without a display, none of which is counted.
+fn start_unseen(unit: &Unit, what: &str) {
+    for _ in 0..6 {
+        let mut machine = unit.start_as(Hardware { display: Display::None, ..USUAL }, &[]);
+        machine.await_word("BENCH");
+        assert_eq!(version(&mut machine), NEXT, "{what}");
+        machine.run(EXCUSED);
+    }
+}
+
 #[test]
 fn six_starts_without_a_display_are_not_held_against_a_system_good_or_on_trial() {
     let unit = coming().written.copy();
-    let headless = Hardware { display: Display::None, ..USUAL };
-    for _ in 0..6 {
-        let mut machine = unit.start_as(headless, &[]);
-        machine.await_word("BENCH");
-        assert_eq!(version(&mut machine), NEXT, "on trial");
-        machine.run(EXCUSED);
-    }
+    start_unseen(&unit, "on trial");
     let mut machine = unit.start();
     machine.hang(playing().stick.gallery);
     let mut looks = machine.await_shell();
@@ -59,12 +63,7 @@ fn six_starts_without_a_display_are_not_held_against_a_system_good_or_on_trial()
     only_art(&looks, OFTEN);
     assert_eq!(version(&mut machine), NEXT);
     drop(machine);
-    for _ in 0..6 {
-        let mut machine = unit.start_as(headless, &[]);
-        machine.await_word("BENCH");
-        assert_eq!(version(&mut machine), NEXT, "a good one");
-        machine.run(EXCUSED);
-    }
+    start_unseen(&unit, "a good one");
     let mut machine = unit.start();
     machine.hang(playing().stick.gallery);
     only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);

@@ -12,12 +12,13 @@ use crate::monitor::Monitor;
 use crate::now::now;
 use crate::picture::Look;
 use crate::programs::repository;
+use crate::qemu::{Qemu, Socket};
 use crate::serial::Serial;
 use serde_json::json;
 use std::fs;
-use std::os::unix::net::{UnixDatagram, UnixListener, UnixStream};
+use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command};
+use std::process::Command;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -31,7 +32,7 @@ static TURN: Mutex<()> = Mutex::new(());
 
 /// A unit that runs. It loses its power when this is dropped.
 pub(crate) struct Machine {
-    qemu: Child,
+    _qemu: Qemu,
     monitor: Monitor,
     pub(crate) serial: Serial,
     shot: PathBuf,
@@ -55,27 +56,6 @@ pub(crate) fn built_in() -> &'static Gallery {
     &BUILT_IN
 }
 
-/// A socket to which QEMU connects.
-struct Socket {
-    path: PathBuf,
-    listener: UnixListener,
-}
-
-impl Socket {
-    fn new(path: PathBuf) -> Self {
-        fs::remove_file(&path).ok();
-        Self { listener: UnixListener::bind(&path).unwrap(), path }
-    }
-
-    fn argument(&self, id: &str) -> String {
-        format!("socket,id={id},path={}", self.path.display())
-    }
-
-    fn accept(self) -> UnixStream {
-        self.listener.accept().unwrap().0
-    }
-}
-
 impl Machine {
     /// A machine of these parts with this disk, its other things in `folder`; `more` are words of QEMU's.
     pub(crate) fn start(folder: &Path, disk: &Disk, hardware: Hardware, more: &[String]) -> Self {
@@ -84,21 +64,22 @@ impl Machine {
         let galleries = vec![built_in()];
         let drive = |file: &Path, what: &str| format!("file={},{what}", file.display());
         let (serial, monitor) = (Socket::new(folder.join("serial")), Socket::new(folder.join("monitor")));
-        let mut qemu = Command::new(hardware.program());
-        qemu.args(["-accel", "tcg,thread=multi", "-smp", "2"]);
-        qemu.args(["-nodefaults", "-display", "none", "-device", "virtio-rng-pci"]);
+        let mut command = Command::new(hardware.program());
+        command.args(["-accel", "tcg,thread=multi", "-smp", "2"]);
+        command.args(["-nodefaults", "-display", "none", "-device", "virtio-rng-pci"]);
         // A network with the world on one port; there are others.
-        qemu.args(["-netdev", "user,id=world", "-netdev", "hubport,id=port,hubid=0,netdev=world"]);
-        qemu.args(["-netdev", "hubport,id=net,hubid=0", "-device", "virtio-net-pci,netdev=net"]);
-        qemu.args(["-chardev", &serial.argument("serial"), "-serial", "chardev:serial"]);
-        qemu.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
-        qemu.args(disk.words()).args(hardware.words());
-        qemu.args(["-drive", &drive(&folder.join("variables"), "if=pflash,format=raw")]);
-        let qemu = qemu.args(more).spawn().expect("QEMU starts");
-        let (serial, monitor) = (Serial::new(serial.accept()), Monitor::new(monitor.accept()));
+        command.args(["-netdev", "user,id=world", "-netdev", "hubport,id=port,hubid=0,netdev=world"]);
+        command.args(["-netdev", "hubport,id=net,hubid=0", "-device", "virtio-net-pci,netdev=net"]);
+        command.args(["-chardev", &serial.argument("serial"), "-serial", "chardev:serial"]);
+        command.args(["-chardev", &monitor.argument("monitor"), "-mon", "monitor,mode=control"]);
+        command.args(disk.words()).args(hardware.words());
+        command.args(["-drive", &drive(&folder.join("variables"), "if=pflash,format=raw")]);
+        let mut qemu = Qemu::start(command.args(more), folder.join("said"));
+        let serial = Serial::new(serial.accept(&mut qemu), qemu.said());
+        let monitor = Monitor::new(monitor.accept(&mut qemu), qemu.said());
         let shot = folder.join("shot.ppm");
         Self {
-            qemu,
+            _qemu: qemu,
             monitor,
             serial,
             shot,
@@ -325,13 +306,5 @@ impl Machine {
         let there = "ls -d /sys/block/sd* 2> /dev/null; systemctl list-units --all --plain --no-legend 'dreams-*@sd*'";
         self.run(&format!("until [ -z \"$({there})\" ]; do sleep 1; done"));
         self.monitor.ask("blockdev-del", &json!({ "node-name": "stick" }));
-    }
-}
-
-impl Drop for Machine {
-    fn drop(&mut self) {
-        // A machine that is gone is gone.
-        self.qemu.kill().ok();
-        self.qemu.wait().ok();
     }
 }

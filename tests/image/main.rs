@@ -34,6 +34,7 @@ mod ports;
 #[path = "../it/programs.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
+mod qemu;
 mod redundant;
 mod serial;
 #[allow(dead_code, reason = "it is only measured from `whole.rs`")]

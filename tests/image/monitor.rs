@@ -2,6 +2,7 @@
 //!
 //! Owns the connection and its words (QMP). Never decides what to do.
 
+use crate::qemu::Said;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
@@ -10,12 +11,13 @@ use std::os::unix::net::UnixStream;
 pub(crate) struct Monitor {
     to: UnixStream,
     from: BufReader<UnixStream>,
+    said: Said,
 }
 
 impl Monitor {
-    /// Takes up the conversation on `stream`.
-    pub(crate) fn new(stream: UnixStream) -> Self {
-        let mut monitor = Self { from: BufReader::new(stream.try_clone().unwrap()), to: stream };
+    /// Takes up the conversation on `stream` with a QEMU that says `said` besides.
+    pub(crate) fn new(stream: UnixStream, said: Said) -> Self {
+        let mut monitor = Self { from: BufReader::new(stream.try_clone().unwrap()), to: stream, said };
         monitor.line();
         monitor.ask("qmp_capabilities", &json!({}));
         monitor
@@ -26,10 +28,12 @@ impl Monitor {
         self.try_to(command, arguments).unwrap_or_else(|error| panic!("{command} {arguments}: {error}"))
     }
 
-    /// The same, for what may be refused.
+    /// The same, for what may be refused. A machine that has ended refuses nothing.
     pub(crate) fn try_to(&mut self, command: &str, arguments: &Value) -> Result<Value, String> {
         let request = json!({ "execute": command, "arguments": arguments });
-        writeln!(self.to, "{request}").map_err(|error| error.to_string())?;
+        if writeln!(self.to, "{request}").is_err() {
+            self.said.ended();
+        }
         loop {
             let line = self.line();
             if let Some(answer) = line.get("return") {
@@ -43,8 +47,9 @@ impl Monitor {
 
     fn line(&mut self) -> Value {
         let mut line = String::new();
-        self.from.read_line(&mut line).unwrap();
-        assert!(!line.is_empty(), "the machine has ended");
+        if self.from.read_line(&mut line).is_err() || line.is_empty() {
+            self.said.ended();
+        }
         serde_json::from_str(&line).unwrap()
     }
 }

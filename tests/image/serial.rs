@@ -2,9 +2,10 @@
 //!
 //! Owns the lines that come, and waiting for them. Never sends what it was not given.
 
+use crate::qemu::Said;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
@@ -17,11 +18,12 @@ pub(crate) struct Serial {
     lines: Receiver<String>,
     /// What was said lately, to be told when something goes wrong.
     said: Vec<String>,
+    qemu: Said,
 }
 
 impl Serial {
-    /// The port behind `stream`.
-    pub(crate) fn new(stream: UnixStream) -> Self {
+    /// The port behind `stream`, of a QEMU that says `qemu` itself.
+    pub(crate) fn new(stream: UnixStream, qemu: Said) -> Self {
         let from = BufReader::new(stream.try_clone().unwrap());
         let (sender, lines) = channel();
         thread::spawn(move || {
@@ -32,14 +34,19 @@ impl Serial {
                 }
             }
         });
-        Self { to: stream, lines, said: Vec::new() }
+        Self { to: stream, lines, said: Vec::new(), qemu }
     }
 
     /// The next line, if one comes within `wait`.
     pub(crate) fn line(&mut self, wait: Duration) -> Option<String> {
-        let line = self.lines.recv_timeout(wait).ok()?;
-        self.said.push(line.clone());
-        Some(line)
+        match self.lines.recv_timeout(wait) {
+            Ok(line) => {
+                self.said.push(line.clone());
+                Some(line)
+            }
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => self.qemu.ended(),
+        }
     }
 
     /// Lets this much time pass, or as much as goes by until the next line.
@@ -61,7 +68,9 @@ impl Serial {
 
     /// Has the shell run `command`, without waiting.
     pub(crate) fn send(&mut self, command: &str) {
-        writeln!(self.to, "{command}").unwrap();
+        if writeln!(self.to, "{command}").is_err() {
+            self.qemu.ended();
+        }
     }
 
     /// Has the shell run `command`; what it says, and its exit status.

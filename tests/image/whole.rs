@@ -1,16 +1,17 @@
-//! The claims of `main.rs` and those that take longer: `make crash` tries them, and no other target does.
+//! The claims on whole machines that take longer, and nearly all of `main.rs`: `make crash` tries them.
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`firmware`], [`hanging`], [`lamp`], [`log`], [`memory`], [`restart`], [`secure`], [`slots`], [`twins`] and [`wifi`];
-//! [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`arm64`], [`backlight`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`], [`damages`],
+//! [`firmware`], [`flocks_disk`], [`hanging`], [`log`], [`machines`], [`memory`], [`restart`], [`secure`], [`slots`], [`twins`],
+//! [`usb`] and [`wifi`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
 mod all_ports;
 mod arm64;
 mod arriving;
+mod backlight;
 mod booting;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
@@ -29,7 +30,6 @@ mod gallery;
 mod hanging;
 mod hardware;
 mod hundred;
-mod lamp;
 mod lease;
 mod log;
 mod loss;
@@ -48,6 +48,7 @@ mod ports;
 #[path = "../it/programs.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
+mod qemu;
 mod redundant;
 mod restart;
 mod secure;

@@ -7,6 +7,7 @@
 //! Start at [`Breakage`].
 
 use crate::command_line::json;
+use crate::faults;
 use crate::programs::{output, succeed};
 use crate::updating::{Unit, object};
 use claims::press::{Files, rubbish};
@@ -44,12 +45,13 @@ impl Breakage {
         succeed(Command::new("cp").arg("-a").arg(self.unit.path("kept")).arg(self.unit.path("store")));
     }
 
+    fn update(&self) -> Command {
+        self.unit.update_from(Some(&self.unit.stick()))
+    }
+
     /// The update, under `strace` with these options.
     fn strace(&self, options: &[&str]) -> Output {
-        let update = self.unit.update_from(Some(&self.unit.stick()));
-        let mut command = Command::new("strace");
-        command.args(["-f", "-qq", "-o"]).arg(self.unit.path("strace")).args(options);
-        output(command.arg(update.get_program()).args(update.get_args()))
+        faults::traced(&self.update(), &self.unit.path("strace"), options)
     }
 
     /// How often an update that nothing breaks makes this call.
@@ -66,8 +68,12 @@ impl Breakage {
     /// Breaks the update at the `step`th such call, in this way.
     fn broken(&self, call: &str, how: &str, step: &str) -> Output {
         self.reset();
-        let injected = format!("inject={call}:{how}:when={step}");
-        self.strace(&["-e", &format!("trace={call}"), "-e", &injected])
+        self.broken_as_it_is(call, how, step)
+    }
+
+    /// The same, of the unit as it is.
+    fn broken_as_it_is(&self, call: &str, how: &str, step: &str) -> Output {
+        faults::broken(&self.update(), &self.unit.path("strace"), call, how, step)
     }
 
     /// What plays is whole, old or new; and the next attempt completes the update.
@@ -154,8 +160,7 @@ fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_c
         for name in [format!("current/{clip}"), object(&breakage.old[clip])] {
             fs::remove_file(breakage.unit.path("store").join(name)).unwrap();
         }
-        let injected = format!("inject={call}:{how}:when=1");
-        let said = breakage.strace(&["-e", &format!("trace={call}"), "-e", &injected]);
+        let said = breakage.broken_as_it_is(call, how, "1");
         assert!(!said.status.success(), "{call} {how}");
         assert_ne!(breakage.unit.playing().as_ref(), Some(&breakage.old), "{call} {how}");
         let answer = breakage.unit.updated(&[]);

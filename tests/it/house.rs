@@ -6,6 +6,7 @@
 //!
 //! Start at [`layers`] for the arrows, at [`sources`] for the rules that every file keeps.
 
+mod disk;
 mod facts;
 mod layers;
 mod layout;

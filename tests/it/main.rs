@@ -15,6 +15,7 @@ mod command_line;
 mod crashes;
 mod curating;
 mod far_away;
+mod faults;
 mod fetching;
 mod flocks;
 mod forms;

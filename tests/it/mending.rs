@@ -6,13 +6,14 @@
 //! Start at [`Frame`].
 
 use crate::command_line::json;
+use crate::faults;
 use crate::programs::{self, output, repository, succeed};
 use bundle::{LaidOut, lay_out};
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use tempfile::TempDir;
 
 const BLOCK: usize = 4096;
@@ -53,6 +54,17 @@ impl Frame {
         for boot in ["boot", "spare"] {
             succeed(Command::new("cp").arg("-a").arg(frame.at("loader/.")).arg(frame.at(boot)));
         }
+        frame
+    }
+
+    /// The same, with 0.2.0 in both slots.
+    fn out_of_its_box() -> Self {
+        let frame = Self::new();
+        fs::copy(frame.at("b"), frame.at("a")).unwrap();
+        for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1), ("spare", 2)] {
+            fs::remove_file(frame.at(boot).join(ENTRIES).join(format!("dreams_0.1.0_{copy}+1.conf"))).unwrap();
+        }
+        frame.looks("boot", 0);
         frame
     }
 
@@ -175,13 +187,7 @@ fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
 
 #[test]
 fn any_block_of_a_slot_that_is_damaged_is_mended_from_the_other_slot_if_that_holds_the_same() {
-    let frame = Frame::new();
-    // Out of its box, both hold the same.
-    fs::copy(frame.at("b"), frame.at("a")).unwrap();
-    for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1), ("spare", 2)] {
-        fs::remove_file(frame.at(boot).join(ENTRIES).join(format!("dreams_0.1.0_{copy}+1.conf"))).unwrap();
-    }
-    frame.looks("boot", 0);
+    let frame = Frame::out_of_its_box();
     let whole = frame.all();
     assert!(!whole.keys().any(|name| name.contains("0.1.0")), "what no entry starts is gone");
     let block = |number: usize| (number * BLOCK) as u64;
@@ -194,6 +200,21 @@ fn any_block_of_a_slot_that_is_damaged_is_mended_from_the_other_slot_if_that_hol
             assert!(frame.all() == whole, "byte {at} of {slot}");
         }
     }
+}
+
+#[test]
+fn a_slot_whose_superblock_can_not_be_read_is_written_again() {
+    let frame = Frame::out_of_its_box();
+    let whole = frame.all();
+    let slot = frame.at("a").display().to_string();
+    // Once for each of the four copies that may have their root there.
+    let options = ["-P", &slot, "-e", "trace=pread64,pwrite64", "-e", "inject=pread64:error=EIO:when=1..4"];
+    let said = faults::traced(&frame.command("all"), &frame.at("strace"), &options);
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    assert_eq!(json(&said)["mended"], serde_json::json!([slot]));
+    let log = fs::read_to_string(frame.at("strace")).unwrap();
+    assert!(log.contains(" pwrite64("), "{log}");
+    assert!(frame.all() == whole);
 }
 
 #[test]
@@ -260,33 +281,22 @@ fn a_look_that_is_cut_short_at_any_step_leaves_what_runs_whole_and_the_next_one_
             fs::write(frame.at(name), bytes).unwrap();
         }
     };
-    let strace = |options: &[&str]| -> Output {
+    let look = || {
         reset();
-        let look = frame.command("all");
-        let mut command = Command::new("strace");
-        command.args(["-f", "-qq", "-o"]).arg(frame.at("strace")).args(options);
-        output(command.arg(look.get_program()).args(look.get_args()))
+        frame.command("all")
     };
     frame.looks("all", 0);
     let whole = frame.all();
-    let mut broken = 0;
-    for call in CHANGES {
-        strace(&["-e", &format!("trace={call}")]);
-        let log = fs::read_to_string(frame.at("strace")).unwrap();
-        let steps = log.lines().filter(|line| line.contains(&format!(" {call}("))).count();
-        for (step, how) in (1..=steps).flat_map(|step| [(step, "signal=KILL"), (step, "error=EIO")]) {
-            strace(&["-e", &format!("trace={call}"), "-e", &format!("inject={call}:{how}:when={step}")]);
-            let cut = frame.all();
-            let is = |name: &str| cut.get(name) == whole.get(name);
-            let copy = |number: u8| {
-                is(&entry("spare", number))
-                    && PARTS.iter().all(|part| is(&format!("spare/{SYSTEMS}/0.2.0_{number}/{part}")))
-            };
-            assert!(is("b") && copy(1) && copy(2), "{how} at {call} {step}");
-            frame.looks("all", 0);
-            assert!(frame.all() == whole, "{how} at {call} {step}");
-            broken += 1;
-        }
-    }
+    let broken = faults::at_every_step(&CHANGES, &frame.at("strace"), look, |case| {
+        let cut = frame.all();
+        let is = |name: &str| cut.get(name) == whole.get(name);
+        let copy = |number: u8| {
+            is(&entry("spare", number))
+                && PARTS.iter().all(|part| is(&format!("spare/{SYSTEMS}/0.2.0_{number}/{part}")))
+        };
+        assert!(is("b") && copy(1) && copy(2), "{case}");
+        frame.looks("all", 0);
+        assert!(frame.all() == whole, "{case}");
+    });
     assert!(broken > 40, "only {broken} steps were seen");
 }

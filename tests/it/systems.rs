@@ -7,6 +7,7 @@
 
 use crate::bundles::Studio;
 use crate::command_line::json;
+use crate::faults;
 use crate::programs::{self, output, repository};
 use serde_json::Value;
 use std::fs;
@@ -246,34 +247,23 @@ fn a_slot_written_to_any_step_starts_what_ran_and_the_next_attempt_completes_it(
     for name in &kept {
         fs::rename(frame.at(name), frame.at(&format!("{name}.kept"))).unwrap();
     }
-    let strace = |options: &[&str]| {
+    let writer = || {
         reset();
-        let writer = frame.writer();
-        let mut command = Command::new("strace");
-        command.args(["-f", "-qq", "-o"]).arg(frame.at("strace")).args(options);
-        output(command.arg(writer.get_program()).args(writer.get_args()))
+        frame.writer()
     };
-    let mut broken = 0;
-    for call in CHANGES {
-        strace(&["-e", &format!("trace={call}")]);
-        let log = fs::read_to_string(frame.at("strace")).unwrap();
-        let steps = log.lines().filter(|line| line.contains(&format!(" {call}("))).count();
-        for (step, how) in (1..=steps).flat_map(|step| [(step, "signal=KILL"), (step, "error=EIO")]) {
-            strace(&["-e", &format!("trace={call}"), "-e", &format!("inject={call}:{how}:when={step}")]);
-            let entries = frame.entries();
-            assert!(entries.contains(&"dreams_0.1.0_1+1.conf".to_owned()), "{how} at {call} {step}: {entries:?}");
-            if entries.contains(&"dreams_0.2.0_1+3.conf".to_owned()) {
-                let kernel = fs::read(frame.at("boot/EFI/dreams/0.2.0_1/linux")).unwrap();
-                let is_whole = frame.slot_is("0.2.0") && kernel == fs::read(frame.at("0.2.0/linux")).unwrap();
-                assert!(is_whole, "{how} at {call} {step}: what is started is whole");
-            }
-            frame.fetched();
-            frame.written();
-            assert!(frame.slot_is("0.2.0"), "{how} at {call} {step}");
-            assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "{how} at {call} {step}");
-            broken += 1;
+    let broken = faults::at_every_step(&CHANGES, &frame.at("strace"), writer, |case| {
+        let entries = frame.entries();
+        assert!(entries.contains(&"dreams_0.1.0_1+1.conf".to_owned()), "{case}: {entries:?}");
+        if entries.contains(&"dreams_0.2.0_1+3.conf".to_owned()) {
+            let kernel = fs::read(frame.at("boot/EFI/dreams/0.2.0_1/linux")).unwrap();
+            let is_whole = frame.slot_is("0.2.0") && kernel == fs::read(frame.at("0.2.0/linux")).unwrap();
+            assert!(is_whole, "{case}: what is started is whole");
         }
-    }
+        frame.fetched();
+        frame.written();
+        assert!(frame.slot_is("0.2.0"), "{case}");
+        assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "{case}");
+    });
     assert!(broken > 20, "only {broken} steps were seen");
 }
 

@@ -48,12 +48,12 @@ pub(super) struct Found {
 enum Unsound {
     #[error("`{root}` is not the root that `{start}` was made with", root = .root.display(), start = .start.display())]
     Apart { start: PathBuf, root: PathBuf },
+    #[error("system `{path}` does not trust key {key} that signs it, it trusts {trusted}", path = .path.display())]
+    Estranged { path: PathBuf, key: KeyId, trusted: String },
     #[error("`{path}` is no start file", path = .path.display())]
     NoStartFile { path: PathBuf, source: StartFileError },
     #[error("cannot read `{path}`", path = .path.display())]
     Read { path: PathBuf, source: io::Error },
-    #[error("system `{path}` does not trust key {key} that signs it, it trusts {trusted}", path = .path.display())]
-    Estranged { path: PathBuf, key: KeyId, trusted: String },
     #[error("`{path}` has {bytes} bytes, more than {} that a slot could have", limits::SYSTEM, path = .path.display())]
     TooLarge { path: PathBuf, bytes: u64 },
     #[error("cannot tell whom system `{path}` trusts", path = .path.display())]

@@ -18,9 +18,10 @@ mod verity;
 use boots::Boots;
 use clap::Parser;
 use options::{Look, Options};
+use player::ending::Told;
 use player::journal;
 use player::log_level::LogLevel;
-use report::{Answer, Fatal, Told};
+use report::{Answer, Fatal};
 use slots::Slot;
 use std::collections::BTreeSet;
 use std::process::ExitCode;
@@ -33,7 +34,7 @@ fn main() -> ExitCode {
 }
 
 /// Looks at what `options` name, and mends it.
-fn mend(options: &Options) -> Result<Told, Fatal> {
+fn mend(options: &Options) -> Result<Told<Answer>, Fatal> {
     let mut answer = Answer::default();
     let boots = Boots::new(&options.boot, options.spare.as_deref(), &options.loader);
     boots.sweep()?;

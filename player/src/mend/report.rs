@@ -2,10 +2,11 @@
 //!
 //! Owns [`Fatal`], the answer, and what people in front of the picture are told.
 
-use player::ending::{Exit, chain, fail};
+use player::ending::{Exit, Told, chain, fail};
 use player::notice::Notice;
 use serde::Serialize;
-use std::io::{self, Write};
+use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use tracing::warn;
@@ -19,11 +20,12 @@ pub(crate) struct Answer {
     pub(crate) lost: Vec<String>,
 }
 
-/// An answer, and in which form it is wanted.
-#[derive(Debug)]
-pub(crate) struct Told {
-    pub(crate) answer: Answer,
-    pub(crate) json: bool,
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mended = self.mended.iter().map(|what| format!("mended  {what}"));
+        let lines: Vec<_> = mended.chain(self.lost.iter().map(|what| format!("lost    {what}"))).collect();
+        f.write_str(&if lines.is_empty() { "all is whole".to_owned() } else { lines.join("\n") })
+    }
 }
 
 /// Why the look was not ended. What was whole before is whole.
@@ -59,8 +61,8 @@ pub(crate) fn tell_people(answer: &Answer, card: Option<&Path>) {
 }
 
 /// Ends the program: with the answer, or with the error and what to do about it.
-pub(crate) fn finish(result: Result<Told, Fatal>) -> ExitCode {
-    let told = result.and_then(|told| tell(&told).map_err(Fatal::Unwritten).map(|()| told));
+pub(crate) fn finish(result: Result<Told<Answer>, Fatal>) -> ExitCode {
+    let told = result.and_then(|told| told.tell().map_err(Fatal::Unwritten).map(|()| told));
     let exit = match told {
         Ok(told) if told.answer.lost.is_empty() => Exit::Fine,
         Ok(_) => Exit::No,
@@ -70,17 +72,4 @@ pub(crate) fn finish(result: Result<Told, Fatal>) -> ExitCode {
         }
     };
     ExitCode::from(exit as u8)
-}
-
-fn tell(told: &Told) -> io::Result<()> {
-    let Answer { mended, lost } = &told.answer;
-    let mut out = io::stdout();
-    if told.json {
-        return writeln!(out, "{}", serde_json::to_string_pretty(&told.answer).map_err(io::Error::other)?);
-    }
-    if mended.is_empty() && lost.is_empty() {
-        writeln!(out, "all is whole")?;
-    }
-    mended.iter().try_for_each(|what| writeln!(out, "mended  {what}"))?;
-    lost.iter().try_for_each(|what| writeln!(out, "lost    {what}"))
 }

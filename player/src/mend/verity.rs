@@ -50,23 +50,16 @@ impl Root {
         self.blocks * BLOCK as u64
     }
 
-    /// Whether the superblock in `slot` bears its name.
+    /// Whether the superblock in `slot` bears its name. One that cannot be read bears none.
     pub(crate) fn is_named_in(&self, slot: &File) -> io::Result<bool> {
         let mut found = [0; 16];
         let read = slot.read_exact_at(&mut found, self.superblock_at() + 16);
-        if read.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::UnexpectedEof) {
-            return Ok(false);
-        }
-        read.map(|()| found == self.name)
+        damaged_is_false(read.map(|()| found == self.name))
     }
 
     /// Whether every bit of it is in `slot`. A block that cannot be read is damaged.
     pub(crate) fn is_whole_in(&self, slot: &File) -> io::Result<bool> {
-        let is_damage = |error: &io::Error| {
-            error.kind() == io::ErrorKind::UnexpectedEof
-                || error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error())
-        };
-        self.verify(slot).or_else(|error| if is_damage(&error) { Ok(false) } else { Err(error) })
+        damaged_is_false(self.verify(slot))
     }
 
     fn verify(&self, slot: &File) -> io::Result<bool> {
@@ -135,6 +128,15 @@ impl Root {
         put(88, &self.salt);
         bytes
     }
+}
+
+/// What was found; no, if the disk does not give it back.
+fn damaged_is_false(found: io::Result<bool>) -> io::Result<bool> {
+    let is_damage = |error: &io::Error| {
+        error.kind() == io::ErrorKind::UnexpectedEof
+            || error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error())
+    };
+    found.or_else(|error| if is_damage(&error) { Ok(false) } else { Err(error) })
 }
 
 /// Whether these bytes stand in `slot` from the block `at` on.

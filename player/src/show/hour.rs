@@ -1,6 +1,6 @@
 //! What the hour and the owner want of the screen.
 //!
-//! Owns how the flip thread hears of it, and the night in black. Never decides what they want: `lamp.rs` does.
+//! Owns how the flip thread hears of it, and the night in black. Never decides what they want: `lighting.rs` does.
 
 use super::{QUIET, Show, Supply};
 use crate::black::Blackout;

@@ -13,7 +13,7 @@ use crate::options::Order;
 use crate::origin::Origin;
 use crate::pace::Pace;
 use crate::progress::Progress;
-use crate::report::{Fatal, Told};
+use crate::report::Fatal;
 use crate::schedule::Schedule;
 use crate::slot;
 use crate::statements;
@@ -21,7 +21,7 @@ use crate::system;
 use crate::words;
 use bundle::{Admission, KeyError, LocalDisk, Refused, Store, StoreError, Trust, Unverified, Verified, Wanted};
 use player::day::is_clock_wrong;
-use player::ending::{Exit, chain};
+use player::ending::{Exit, Told, chain};
 use player::now::{clock_s, now, up_s};
 use std::io::{self, ErrorKind};
 use std::sync::Arc;
@@ -39,7 +39,7 @@ const NAMED: usize = 3;
 ///
 /// # Errors
 /// [`Fatal`]. What plays is what played before.
-pub(crate) fn run(order: Order) -> Result<Told, Fatal> {
+pub(crate) fn run(order: Order) -> Result<Told<Answer>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
     ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;

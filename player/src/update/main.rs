@@ -21,17 +21,19 @@ mod statements;
 mod system;
 mod words;
 
+use answer::Answer;
 use clap::Parser;
 use options::Options;
+use player::ending::Told;
 use player::journal;
-use report::{Fatal, Told};
+use report::Fatal;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     report::finish(update(Options::parse()))
 }
 
-fn update(options: Options) -> Result<Told, Fatal> {
+fn update(options: Options) -> Result<Told<Answer>, Fatal> {
     let order = options.order()?; // what this unit was told
     journal::open(order.config.log); // where it speaks
     errand::run(order) // what it is for

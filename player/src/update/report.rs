@@ -5,17 +5,10 @@
 use crate::answer::Answer;
 use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId};
 use player::config_file::ConfigError;
-use player::ending::{Exit, fail};
-use std::io::{self, Write};
+use player::ending::{Exit, Told, fail};
+use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// An answer, and in which form it is wanted.
-#[derive(Debug)]
-pub(crate) struct Told {
-    pub(crate) answer: Answer,
-    pub(crate) json: bool,
-}
 
 /// Why nothing was installed. What plays is what played before.
 #[derive(Debug, thiserror::Error)]
@@ -117,20 +110,11 @@ impl Fatal {
 }
 
 /// Ends the program: with the answer, or with the error and what to do about it.
-pub(crate) fn finish(result: Result<Told, Fatal>) -> ExitCode {
-    let fatal = match result.and_then(|told| tell(&told).map_err(Fatal::Unwritten)) {
+pub(crate) fn finish(result: Result<Told<Answer>, Fatal>) -> ExitCode {
+    let fatal = match result.and_then(|told| told.tell().map_err(Fatal::Unwritten)) {
         Ok(()) => return ExitCode::from(Exit::Fine as u8),
         Err(fatal) => fatal,
     };
     fail(&fatal, fatal.hint());
     ExitCode::from(fatal.exit() as u8)
-}
-
-fn tell(told: &Told) -> io::Result<()> {
-    let text = if told.json {
-        serde_json::to_string_pretty(&told.answer).map_err(io::Error::other)?
-    } else {
-        told.answer.to_string()
-    };
-    writeln!(io::stdout(), "{text}")
 }

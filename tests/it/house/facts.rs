@@ -15,6 +15,8 @@ const DOCUMENTS: &[&str] = &[
     "CONTRIBUTING.md",
     "CHANGELOG.md",
     "docs/hardware.md",
+    "docs/maintaining.md",
+    "docs/sending.md",
     "docs/tutorial.md",
     "image-build/README.md",
     "systemd/README.md",
@@ -51,7 +53,7 @@ fn links(document: &str) -> Vec<&str> {
 }
 
 /// The number that stands in `text` after `mark`.
-fn number_after(text: &str, mark: &str) -> usize {
+pub(super) fn number_after(text: &str, mark: &str) -> usize {
     let rest = text.split_once(mark).unwrap_or_else(|| panic!("no `{mark}`")).1;
     rest.chars().take_while(char::is_ascii_digit).collect::<String>().parse().unwrap()
 }

@@ -12,23 +12,58 @@ use std::process::Command;
 const SCRIPT: &str = "#!";
 
 /// Folders, and the names that files in them or below them may have; the longest folder that fits counts. `*` stands for any
-/// letters.
+/// letters. Where a note could pass for one of ours, each name stands by itself.
 const KINDS: &[(&str, &[&str])] = &[
-    ("", &["*.md", "*.toml", "Cargo.lock", "LICENSE-*", "Makefile", ".gitignore"]),
+    (
+        "",
+        &[
+            "ARCHITECTURE.md",
+            "CHANGELOG.md",
+            "CONTRIBUTING.md",
+            "README.md",
+            "STYLE.md",
+            "*.toml",
+            "Cargo.lock",
+            "LICENSE-*",
+            "Makefile",
+            ".gitignore",
+        ],
+    ),
     (".cargo", &["config.toml", SCRIPT]),
-    (".ci", &["*.txt", SCRIPT]),
+    (".ci", &[SCRIPT]),
+    (".ci/packages", &["*.txt"]),
     ("config", &["*.toml"]),
     ("crates", &["Cargo.toml", "*.rs"]),
     ("crates/flame/tests/genomes", &["*.flam3"]),
     ("crates/flock/proptest-regressions", &["*.txt"]),
     ("crates/flock/src/edit/tests", &["*.rs", "*.toml"]),
-    ("docs", &["*.md", "*.png"]),
+    ("docs", &["hardware.md", "maintaining.md", "sending.md", "tutorial.md", "*.png"]),
     ("flock-tools", &["Cargo.toml", "*.rs"]),
     ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg"]),
     ("flock-tools/src/page/sheet", &["*.css", "*.html", "*.js"]),
     ("fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
     ("fuzz/corpus", &["*"]),
-    ("image-build", &["README.md", "*.txt", "*.c", "*.sfdisk", "architecture", "cache", SCRIPT]),
+    (
+        "image-build",
+        &[
+            "README.md",
+            "build-root.txt",
+            "config.txt",
+            "extracts.txt",
+            "initramfs.txt",
+            "masked.txt",
+            "packages.txt",
+            "services.txt",
+            "unneeded.txt",
+            "*.c",
+            "*.sfdisk",
+            "architecture",
+            "cache",
+            SCRIPT,
+        ],
+    ),
+    ("image-build/modules", &["*.txt"]),
+    ("image-build/owner", &["README.txt"]),
     ("image-build/ffmpeg", &["*.patch", SCRIPT]),
     ("image-build/system", &["*.conf", "*.network", "*.path", "*.service", "*.target", "*.timer", "disk", SCRIPT]),
     ("player", &["Cargo.toml", "*.rs", "*.html"]),
@@ -101,9 +136,17 @@ fn only_files_of_the_kinds_that_belong_to_a_folder_are_tracked_in_it() {
 
 #[test]
 fn a_stray_note_is_found_wherever_it_lies() {
-    for path in
-        ["crates/flame/LEAD-NOTE.txt", "notes.txt", "tests/it/out.log", "image-build/scratch", "config/old.toml~"]
-    {
+    for path in [
+        "crates/flame/LEAD-NOTE.txt",
+        "notes.txt",
+        "NOTES.md",
+        "docs/notes.md",
+        ".ci/notes.txt",
+        "tests/it/out.log",
+        "image-build/notes.txt",
+        "image-build/scratch",
+        "config/old.toml~",
+    ] {
         assert_eq!(allowed(path, false).1, None, "{path}");
     }
 }

@@ -1,10 +1,10 @@
-//! The lamp: a thread that sees to it that the display is as its owner and the hour want it.
+//! A thread that sees to it that the display is as its owner and the hour want it.
 //!
 //! Owns when it looks, every second, and that what the owner of the unit has set goes before what the config says. What
 //! the hour wants is `player::hours`, what the owner has set `player::owner`; the flip thread takes it from the glass and
 //! tells the screen. Never touches a screen.
 //!
-//! Start at [`Lamp::start`].
+//! Start at [`LightingControl::start`].
 
 use crate::glass::Glass;
 use crate::report::Fatal;
@@ -22,7 +22,7 @@ const OFTEN: Duration = Duration::from_secs(1);
 
 /// What the unit was told about its days, and by whom.
 #[derive(Debug)]
-pub(crate) struct Lamp {
+pub(crate) struct LightingControl {
     config: Day,
     owner: PathBuf,
     /// Which of the owner's settings `day` is made of.
@@ -31,8 +31,8 @@ pub(crate) struct Lamp {
     output: Arc<OutputSettings>,
 }
 
-impl Lamp {
-    /// A lamp that goes by `config`, and by what the file `owner` has instead.
+impl LightingControl {
+    /// One that goes by `config`, and by what the file `owner` has instead.
     pub(crate) fn new(config: Day, owner: &Path) -> Self {
         Self { day: config.clone(), config, owner: owner.to_owned(), known: None, output: Arc::default() }
     }
@@ -53,8 +53,8 @@ impl Lamp {
                 look();
             }
         };
-        let thread = thread::Builder::new().name("lamp".to_owned()).spawn(work);
-        thread.map(drop).map_err(|source| Fatal::Thread { name: "lamp", source })
+        let thread = thread::Builder::new().name("lighting".to_owned()).spawn(work);
+        thread.map(drop).map_err(|source| Fatal::Thread { name: "lighting", source })
     }
 
     /// How bright it is to be when the clock shows `clock_s`.
@@ -82,7 +82,7 @@ impl Lamp {
 
 #[cfg(test)]
 mod tests {
-    use super::Lamp;
+    use super::LightingControl;
     use crate::config::Config;
     use player::hours::Lighting;
     use std::fs;
@@ -101,20 +101,20 @@ mod tests {
         let mut config = Config::default().day();
         config.zone = Some("UTC".parse().unwrap());
         config.brightness = "60".parse().unwrap();
-        let mut lamp = Lamp::new(config, &owner);
+        let mut control = LightingControl::new(config, &owner);
         let light = |thousandths| Lighting::On { thousandths };
-        assert_eq!(lamp.look(NOON_S), light(600));
+        assert_eq!(control.look(NOON_S), light(600));
         keep("hours = \"20:00-23:00\"");
-        assert_eq!(lamp.look(NOON_S), Lighting::Off);
+        assert_eq!(control.look(NOON_S), Lighting::Off);
         keep("hours = \"20:00-23:00\"\ntimezone = \"Asia/Tokyo\"\nbrightness = \"30\"");
-        assert_eq!(lamp.look(NOON_S), light(300), "nine in the evening");
+        assert_eq!(control.look(NOON_S), light(300), "nine in the evening");
         keep("hours = \"20:00-23:00\"\nnight = \"black\"\nrotate = 90");
-        assert_eq!((lamp.look(NOON_S), lamp.output().rotation.degrees()), (Lighting::Black, 90));
+        assert_eq!((control.look(NOON_S), control.output().rotation.degrees()), (Lighting::Black, 90));
         keep("brightness = \"40\"");
-        assert_eq!(lamp.look(NOON_S), light(400));
+        assert_eq!(control.look(NOON_S), light(400));
         keep("of another version");
-        assert_eq!(lamp.look(NOON_S), light(600));
+        assert_eq!(control.look(NOON_S), light(600));
         fs::remove_file(&owner).unwrap();
-        assert_eq!(lamp.look(NOON_S), light(600));
+        assert_eq!(control.look(NOON_S), light(600));
     }
 }
