@@ -65,7 +65,8 @@ impl Bus {
             Self::Nvme => &["nvme,serial=unit"],
             Self::Sd => &["sdhci-pci", "sd-card"],
             Self::Uas => &["usb-uas,id=uas,bus=xhci.0", "scsi-hd,bus=uas.0"],
-            Self::UsbStorage => &["usb-storage,bus=xhci.0,port=2"],
+            // What else is on USB is not started.
+            Self::UsbStorage => &["usb-storage,bus=xhci.0,port=2,bootindex=0"],
             Self::VirtioBlk => &["virtio-blk-pci"],
             Self::VirtioScsi => &["virtio-scsi-pci,id=scsi", "scsi-hd,bus=scsi.0"],
         }

@@ -16,6 +16,7 @@ const OF_FLOCKS: &str = "findmnt --noheadings --output SOURCE /var/lib/dreams | 
 #[test]
 fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
     let Playing { frozen, path, .. } = playing();
+    let mut path = path.clone();
     let unit = frozen.copy();
     let stick = Unit::new();
     // The stick's owner would have it called otherwise.
@@ -31,11 +32,11 @@ fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
         let mut looks = machine.await_shell();
         looks.extend(machine.watch_move(PAUSE, MOVES));
         looks.extend(machine.watch_while(PAUSE, PROVEN));
+        looks.extend(machine.watch_while(PAUSE, "udevadm settle -t 240"));
         only_art(&looks, OFTEN);
-        assert!(path.clone().came_back_with(&looks), "the path goes on");
+        assert!(path.came_back_with(&looks), "the path goes on");
         let (root, flocks) = (machine.run(OF_ROOT), machine.run(OF_FLOCKS));
         assert_eq!(root, flocks);
-        machine.run("udevadm settle -t 240");
         machine.run("! grep -q nobody /var/lib/dreams/owner/dreams.toml");
         // Its own partitions bear no flocks to take in; the other's may.
         machine.run(&format!("! systemctl list-units --all --plain --no-legend 'dreams-update@{root}*' | grep ."));

@@ -26,7 +26,7 @@ const WPA3: &str = "wpa_key_mgmt=SAE\nieee80211w=2\nsae_password=velvet under\n"
 const SERVER: &str = "interface wlan1\nstart 10.9.0.20\nend 10.9.0.30\nlease_file /run/leases\npidfile /run/udhcpd.pid\n\
     opt router 10.9.0.1\nopt subnet 255.255.255.0\nopt lease 600\n";
 /// For the unit's shell: whether it is in the Wi-Fi, and whether it is not.
-const IS_IN: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" = 1 ] && /run/air/busybox ping -c 1 -w 2 10.9.0.1 > /dev/null";
+const IS_IN: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" = 1 ] && /run/air/busybox ping -I wlan0 -c 1 -w 2 10.9.0.1 > /dev/null";
 const IS_OUT: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" != 1 ]";
 /// The same: what people are told of it.
 const TOLD: &str = "cat /run/dreams-update/card.wifi 2> /dev/null; echo";
@@ -116,7 +116,8 @@ fn a_unit_joins_its_owners_wifi_and_tells_why_where_it_cannot() {
     );
     let mut routes: Vec<_> = routes.lines().map(|line| line.split_once(' ').unwrap()).collect();
     routes.sort_by_key(|(metric, _)| metric.parse::<u32>().unwrap());
-    assert!(routes.len() == 2 && routes[1].1 == "wlan0", "the cable goes before it: {routes:?}");
+    let known = machine.run(&format!("{AIR}/busybox ip route; networkctl --no-pager status wlan0"));
+    assert!(routes.len() == 2 && routes[1].1 == "wlan0", "the cable goes before it: {routes:?}; {known}");
     listens_to_nobody(&mut machine);
 
     for kind in ["wpa2", "wpa3"] {
