@@ -247,7 +247,9 @@ impl Machine {
 
     /// Has it say that none of its services has failed, and that systemd left none out to find an order.
     pub(crate) fn is_well(&mut self) {
-        assert_eq!(self.run("systemctl --failed --no-legend --plain"), "");
+        let failed = "systemctl --failed --no-legend --plain | while read -r unit _; do echo $unit; \
+            journalctl --boot --no-pager --quiet --output=short-monotonic --lines=20 --unit=$unit; done";
+        assert_eq!(self.run(failed), "");
         let said = self.run("journalctl --boot --identifier=systemd --output=cat");
         assert!(!said.is_empty() && !said.contains("ordering cycle"), "{said}");
     }

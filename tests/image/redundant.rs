@@ -33,11 +33,16 @@ pub(crate) fn slot(machine: &mut Machine) -> u32 {
     machine.run("cat /sys/class/block/dm-0/slaves/*/partition").trim().parse().unwrap()
 }
 
-/// Waits until it has looked through all, and holds it whole.
-pub(crate) fn is_whole_again(machine: &mut Machine) {
+/// Waits until it has looked through all.
+pub(crate) fn looks_through(machine: &mut Machine) {
     // No wall has a machine as slow as this one: it would show nothing but the player from now on.
     machine.run("systemctl set-property --runtime dreams.slice CPUWeight=20");
     machine.run(LOOKED);
+}
+
+/// Waits until it has looked through all, and holds it whole.
+pub(crate) fn is_whole_again(machine: &mut Machine) {
+    looks_through(machine);
     machine.run(IS_WHOLE);
     machine.is_well();
 }

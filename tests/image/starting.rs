@@ -11,7 +11,7 @@ use crate::path::Path;
 use crate::picture::{Look, only_art};
 use crate::programs::{repository, succeed};
 use crate::stick::{AUTUMN, Stick};
-use crate::unit::{Frozen, Unit, clear_shelf, image};
+use crate::unit::{Frozen, Unit, image};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 use std::process::Command;
@@ -47,7 +47,6 @@ pub(crate) struct Playing {
 /// The unit that all claims here take over; it is started once.
 pub(crate) fn playing() -> &'static Playing {
     static PLAYING: LazyLock<Playing> = LazyLock::new(|| {
-        clear_shelf();
         let unit = Unit::new();
         let stick = Stick::new(&unit.path(""));
         unit.lay_for_owner(&stick.owner);

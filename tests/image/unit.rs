@@ -14,7 +14,8 @@ use rand_chacha::ChaCha8Rng;
 use std::fs;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{self, Command};
+use std::sync::Once;
 use tempfile::TempDir;
 
 /// The disk that a unit is given: larger than the image, which is to take all of it.
@@ -54,14 +55,19 @@ fn shelf() -> PathBuf {
 }
 const LIFE: &str = "life-";
 
+/// A folder for a unit, called by this process.
 fn folder() -> TempDir {
-    tempfile::Builder::new().prefix(LIFE).tempdir_in(shelf()).unwrap()
+    static CLEARED: Once = Once::new();
+    CLEARED.call_once(clear_shelf);
+    tempfile::Builder::new().prefix(&format!("{LIFE}{}-", process::id())).tempdir_in(shelf()).unwrap()
 }
 
-/// Clears away the units of claims before these: what is frozen outlives its claims.
-pub(crate) fn clear_shelf() {
+/// Clears away the units of processes that are gone: what is frozen outlives its claims.
+fn clear_shelf() {
     for entry in fs::read_dir(shelf()).unwrap().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(LIFE) {
+        let name = entry.file_name();
+        let owner = name.to_str().and_then(|name| name.strip_prefix(LIFE)).and_then(|rest| rest.split('-').next());
+        if owner.is_some_and(|owner| !Path::new("/proc").join(owner).exists()) {
             fs::remove_dir_all(entry.path()).unwrap();
         }
     }

@@ -86,8 +86,12 @@ pub(super) fn event(line: &str) -> Option<Event> {
         "CTRL-EVENT-NETWORK-NOT-FOUND" => Some(Event::Unseen),
         // The name of the network stands in between, and is a stranger's.
         "CTRL-EVENT-SSID-TEMP-DISABLED" => (words.next_back()? == "reason=WRONG_KEY").then_some(Event::Refused),
-        // By WPA3: the password is tried before anything else, and the answer is "challenge failure".
-        "CTRL-EVENT-AUTH-REJECT" => words.any(|word| word == "status_code=15").then_some(Event::Refused),
+        // By WPA3: the second step of its authentication confirms the password. Access points refuse it as "challenge
+        // failure" (15), `hostapd` 2.10 as "unspecified" (1).
+        "CTRL-EVENT-AUTH-REJECT" => {
+            let words: Vec<_> = words.collect();
+            ["auth_type=3", "auth_transaction=2"].iter().all(|word| words.contains(word)).then_some(Event::Refused)
+        }
         _ => None,
     }
 }
@@ -160,6 +164,11 @@ mod tests {
                 "<3>CTRL-EVENT-AUTH-REJECT 02:00:00:00:01:00 auth_type=3 auth_transaction=2 status_code=15",
                 Some(Event::Refused),
             ),
+            (
+                "<3>CTRL-EVENT-AUTH-REJECT 02:00:00:00:01:00 auth_type=3 auth_transaction=2 status_code=1",
+                Some(Event::Refused),
+            ),
+            ("<3>CTRL-EVENT-AUTH-REJECT 02:00:00:00:01:00 auth_type=3 auth_transaction=1 status_code=77", None),
             ("<3>CTRL-EVENT-AUTH-REJECT 02:00:00:00:01:00 auth_type=0 auth_transaction=2 status_code=1", None),
             ("<3>CTRL-EVENT-SCAN-STARTED ", None),
             ("OK", None),
