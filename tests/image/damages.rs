@@ -1,6 +1,6 @@
 //! Each thing that a unit starts from, damaged in each way: see `redundant.rs`, which has the cheapest of these claims.
 
-use crate::redundant::{FAT, KIB, is_whole_again, looks_through, shows_its_art, slot};
+use crate::redundant::{FAT, KIB, LOOKED, is_whole_again, shows_its_art, slot};
 use crate::system::{Coming, NOW, coming, kept, version};
 use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
 use std::sync::LazyLock;
@@ -35,7 +35,7 @@ fn a_unit_whose_first_boot_partition_and_first_slot_are_damaged_mends_both() {
     unit.spoil(SLOT_A, 0, &rubbish(1024 * KIB));
     let mut machine = shows_its_art(&unit);
     assert_eq!(slot(&mut machine), 3, "the second slot runs");
-    looks_through(&mut machine);
+    machine.run(LOOKED);
     drop(machine);
     let mut machine = shows_its_art(&unit);
     assert_eq!(slot(&mut machine), 2, "the first one is whole again");

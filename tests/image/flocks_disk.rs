@@ -5,6 +5,7 @@
 
 use crate::direct::parts;
 use crate::machine::{Machine, PAUSE};
+use crate::path::Path;
 use crate::picture::only_art;
 use crate::programs::{repository, succeed};
 use crate::starting::{MOVES, OFTEN, Playing, playing};
@@ -15,44 +16,46 @@ use std::process::Command;
 /// What the unit has taken in of its owner's settings.
 const KEPT: &str = "cat /var/lib/dreams/owner/dreams.toml";
 
-/// Starts to art; the path goes on where it was, or the picture is that of the built-in flock.
-fn shows_its_art(machine: &mut Machine, path_goes_on: bool) {
+/// Starts to art; a path, if one is known, goes on where it was.
+fn shows_its_art(machine: &mut Machine, path: Option<&mut Path>) {
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_move(PAUSE, MOVES));
     only_art(&looks, OFTEN);
-    assert!(!path_goes_on || playing().path.clone().came_back_with(&looks), "the path goes on");
+    assert!(path.is_none_or(|path| path.came_back_with(&looks)), "the path goes on");
 }
 
 #[test]
 fn a_system_that_cannot_read_the_flocks_leaves_them_as_they_are() {
-    let Playing { frozen, .. } = playing();
+    let Playing { frozen, path, .. } = playing();
+    let mut path = path.clone();
     let unit = frozen.copy();
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
     let mut words = parts(folder.path());
     words.last_mut().expect("the kernel's command line").push_str(" module_blacklist=ext4");
     let mut machine = unit.start_with(&words);
-    shows_its_art(&mut machine, false);
+    shows_its_art(&mut machine, None);
     assert_ne!(machine.serial.run("mountpoint --quiet /var/lib/dreams").1, 0);
     machine.run("journalctl --boot --output=cat | grep -q 'stays as it is'");
     drop(machine);
     let mut machine = unit.start();
-    shows_its_art(&mut machine, true);
+    shows_its_art(&mut machine, Some(&mut path));
     machine.run(KEPT);
 }
 
 #[test]
 fn a_disk_of_the_flocks_that_is_lost_from_the_table_is_found_again() {
-    let Playing { frozen, .. } = playing();
+    let Playing { frozen, path, .. } = playing();
+    let mut path = path.clone();
     let unit = frozen.copy();
     unit.lose_entry(DATA);
     let mut machine = unit.start();
-    shows_its_art(&mut machine, true);
+    shows_its_art(&mut machine, Some(&mut path));
     machine.run(KEPT);
     machine.run("journalctl --boot --output=cat | grep -q 'is found again'");
     machine.is_well();
     drop(machine);
     let mut machine = unit.start();
-    shows_its_art(&mut machine, true);
+    shows_its_art(&mut machine, Some(&mut path));
     assert_ne!(machine.serial.run("journalctl --boot --output=cat | grep -q 'is found again'").1, 0, "once is enough");
 }
 
@@ -65,11 +68,11 @@ fn a_disk_of_the_flocks_that_is_well_and_cannot_be_mounted_is_left_as_it_is() {
     fs::create_dir(&folder).unwrap();
     fs::write(folder.join("flock"), "somebody's work").unwrap();
     let mut make = Command::new("mke2fs");
-    make.args(["-q", "-t", "ext4", "-b", "65536", "-L", "dreams", "-E", "nodiscard", "-d"]);
+    make.args(["-q", "-F", "-t", "ext4", "-b", "65536", "-L", "dreams", "-E", "nodiscard", "-d"]);
     succeed(make.args([&folder, &large]).arg("300M"));
     unit.spoil(DATA, 0, &fs::read(&large).unwrap());
     let mut machine = unit.start();
-    shows_its_art(&mut machine, false);
+    shows_its_art(&mut machine, None);
     machine.run("journalctl --boot --output=cat | grep -q 'is well, and can.t be mounted'");
     machine.run("grep -q \"somebody's work\" /dev/vda6");
 }

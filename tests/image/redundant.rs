@@ -13,7 +13,7 @@ pub(crate) const KIB: usize = 1024;
 /// Where the first table of a boot partition begins, behind its reserved sectors.
 pub(crate) const FAT: u64 = 32 * 512;
 /// For its shell: the end of a look through all of what it starts from.
-const LOOKED: &str = "until [ -e /var/lib/dreams/looked-through ]; do sleep 1; done";
+pub(crate) const LOOKED: &str = "until [ -e /var/lib/dreams/looked-through ]; do sleep 1; done";
 /// For its shell: both slots hold the same, and so do both boot partitions.
 const IS_WHOLE: &str = "cmp -n 140000000 /dev/vda2 /dev/vda3 && mkdir -p /run/one /run/two && mount -o ro /dev/vda1 /run/one && \
                         mount -o ro /dev/vda7 /run/two && diff -r /run/one /run/two && umount /run/one /run/two";
@@ -23,6 +23,8 @@ pub(crate) fn shows_its_art(unit: &Unit) -> Machine {
     let mut machine = unit.start_forgetful();
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_move(PAUSE, MOVES));
+    // No wall has a machine as slow as this one: it would show nothing but the player from now on.
+    machine.run("systemctl set-property --runtime dreams.slice CPUWeight=20");
     looks.extend(machine.watch_while(PAUSE, PROVEN));
     only_art(&looks, OFTEN);
     machine
@@ -33,16 +35,9 @@ pub(crate) fn slot(machine: &mut Machine) -> u32 {
     machine.run("cat /sys/class/block/dm-0/slaves/*/partition").trim().parse().unwrap()
 }
 
-/// Waits until it has looked through all.
-pub(crate) fn looks_through(machine: &mut Machine) {
-    // No wall has a machine as slow as this one: it would show nothing but the player from now on.
-    machine.run("systemctl set-property --runtime dreams.slice CPUWeight=20");
-    machine.run(LOOKED);
-}
-
 /// Waits until it has looked through all, and holds it whole.
 pub(crate) fn is_whole_again(machine: &mut Machine) {
-    looks_through(machine);
+    machine.run(LOOKED);
     machine.run(IS_WHOLE);
     machine.is_well();
 }
