@@ -199,7 +199,13 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
     ] {
         assert_eq!(judge(unit, &super::read(&format!("systemd/{unit}")), &measure), "", "{unit}");
     }
-    for unit in ["dreams-system.service", "dreams-name.service", "dreams-restart.service", "dreams-log@.service"] {
+    for unit in [
+        "dreams-system.service",
+        "dreams-learned.service",
+        "dreams-name.service",
+        "dreams-restart.service",
+        "dreams-log@.service",
+    ] {
         let text = super::read(&format!("image-build/system/usr/lib/systemd/system/{unit}"));
         assert_eq!(judge(unit, &text, &measure), "", "{unit}");
     }

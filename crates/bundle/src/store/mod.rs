@@ -46,7 +46,7 @@ pub use disk::{Append, Disk, Frozen, LocalDisk};
 pub use intake::Intake;
 pub use judge::{Judge, Playing};
 pub use plan::{Held, Plan, Shortfall, Wanted, plan};
-pub use state::{Admission, Consent, Generation, STARTS, State, Trial, Verdict};
+pub use state::{Admission, Consent, Generation, JOINS, STARTS, State, Trial, Unknown, Verdict};
 pub use systems::SystemAdmission;
 pub use upkeep::Scrubbed;
 
@@ -364,7 +364,7 @@ impl Store {
         let Some(Ok(seal)) = bytes.map(|bytes| Unverified::new(bytes).verify(&self.trust)) else { return Ok(None) };
         let (letter, id) = (seal.letter(), seal.id());
         let (flock, signer, sequence) = (letter.flock.clone(), seal.signer(), letter.sequence);
-        Ok(Some(Generation { number, flock, signer, sequence, seal: id }))
+        Ok(Some(Generation { number, flock, signer, sequence, seal: id, unknown: Unknown::new() }))
     }
 
     /// What lies at `path`; `None` if there is nothing, or nothing that can be what it should.
