@@ -7,7 +7,7 @@ use crate::playing::{Playing, Running};
 use crate::programs::{output, succeed};
 use std::fs;
 use std::io::{Read, Write};
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -78,6 +78,33 @@ fn the_page_refuses_what_it_does_not_have() {
     let (_playing, _running, socket) = on_a_socket();
     assert!(ask(&socket, "GET /no-such-page").head.contains(" 404"));
     assert!(ask(&socket, "POST /").head.contains(" 405"));
+}
+
+#[test]
+fn the_page_is_told_to_nobody_who_was_led_here_by_another_name() {
+    let flock = SMALL.flock();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let address = format!("127.0.0.1:{port}");
+    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", &address]);
+    let mut running = playing.start();
+    running.await_lines(40);
+    let status = |host: &str| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        write!(stream, "GET /status.json HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
+        let mut told = String::new();
+        stream.read_to_string(&mut told).unwrap();
+        told.split(' ').nth(1).unwrap().to_owned()
+    };
+    let name =
+        fs::read_to_string("/etc/hostname").map_or_else(|_| "localhost".to_owned(), |name| name.trim().to_owned());
+    for own in
+        ["localhost", &address, "127.0.0.1", &format!("LocalHost:{port}"), &name, &format!("{name}.local:{port}")]
+    {
+        assert_eq!(status(own), "200", "{own}");
+    }
+    for other in ["example.org", "localhost.example.org", "192.0.2.1", "0.0.0.0", ""] {
+        assert_eq!(status(other), "421", "{other}");
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@
 //! from harm's way.
 
 mod facts;
+mod hosts;
 mod http;
 mod jpeg;
 mod metrics;
@@ -18,6 +19,7 @@ use crate::report::chain;
 use crate::settings::StatusAddress;
 use facts::Facts;
 use flock::Flock;
+use hosts::Hosts;
 use http::Answer;
 use player::now::now;
 use rustix::process::setpriority_process;
@@ -84,8 +86,9 @@ pub(crate) fn serve(address: &StatusAddress, page: Page) {
         StatusAddress::Host(host) => bind_host(host),
         StatusAddress::Unix(path) => bind_path(path).map(|listener| (OwnedFd::from(listener), address.to_string())),
     };
+    let hosts = if matches!(address, StatusAddress::Unix(_)) { Hosts::Any } else { Hosts::Own };
     let served = bound.and_then(|(listener, at)| {
-        let server = Server::new(listener, move |path: &str| page.answer(path))?;
+        let server = Server::new(listener, hosts, move |path: &str| page.answer(path))?;
         let answer_all = move || {
             // Linux has a niceness per thread: where processors are short, frames come first.
             setpriority_process(None, NICENESS).ok();
