@@ -33,7 +33,7 @@ fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
         machine.run(&format!("until systemctl --quiet is-active dreams-update@sda{part}; do sleep 1; done"));
     }
     machine.run("! systemctl list-units --all --plain --no-legend 'dreams-update@*' | grep sda4");
-    machine.run("! grep /run/dreams-update/ /proc/mounts");
+    machine.run("! grep /run/dreams-mounts/ /proc/mounts");
     is_verified(&machine.run("find /var/lib/dreams/store/objects -type f -exec lsattr {} +"));
     machine.pull();
     only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);

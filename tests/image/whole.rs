@@ -23,6 +23,7 @@ mod damages;
 mod dark;
 mod direct;
 mod disk;
+mod fences;
 mod firmware;
 mod flocks_disk;
 mod gallery;

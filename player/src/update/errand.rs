@@ -73,7 +73,8 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
 }
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
-    let mut store = open(order, trust(order)?, stop)?;
+    let systems = system_trust(order)?;
+    let mut store = open(order, trust(order, &systems)?, stop)?.with_system_keys(systems);
     if let Some((device, boot)) = &order.slot {
         let system = slot::write(order, &store, device, boot)?;
         return Ok(Answer { system, ..Answer::of(Outcome::NotNow, store.state().playing()) });
@@ -110,14 +111,28 @@ fn bring(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_
     Ok(Answer { system, mended, missing, ..Answer::of(outcome, store.state().playing()) })
 }
 
-/// Whom this unit trusts: by its config, and by its owner.
-fn trust(order: &Order) -> Result<Trust, Fatal> {
+/// Whom this unit trusts: by its config, and by its owner. Whoever may sign `systems` may sign flocks, too.
+fn trust(order: &Order, systems: &Trust) -> Result<Trust, Fatal> {
     let owners = &order.owners_keys;
+    let with_others = |trust: &Trust| Trust::of(trust.keys().chain(systems.keys()).chain(owners).cloned());
     match Trust::read(&order.config.keys) {
-        Ok(trust) if owners.is_empty() => Ok(trust),
-        Ok(trust) => Ok(Trust::of(trust.keys().chain(owners).cloned())),
-        Err(KeyError::Read { .. }) if !owners.is_empty() => Ok(Trust::of(owners.iter().cloned())),
+        Ok(trust) => Ok(with_others(&trust)),
+        Err(KeyError::Read { .. }) if !owners.is_empty() => Ok(with_others(&Trust::default())),
         Err(error) => Err(Fatal::Keys(error)),
+    }
+}
+
+/// Whose systems this unit takes: by its config, and by nothing that its owner can set.
+fn system_trust(order: &Order) -> Result<Trust, Fatal> {
+    let is_missing =
+        |error: &KeyError| matches!(error, KeyError::Read { source, .. } if source.kind() == ErrorKind::NotFound);
+    match Trust::read(&order.config.system_keys) {
+        Err(error) if is_missing(&error) => match Trust::read(&order.config.keys) {
+            // Whoever reads these for flocks says so.
+            Err(KeyError::Read { .. }) => Ok(Trust::default()),
+            keys => keys.map_err(Fatal::Keys),
+        },
+        keys => keys.map_err(Fatal::Keys),
     }
 }
 

@@ -62,6 +62,8 @@ pub struct Store {
     state: State,
     pinned: Trust,
     trust: Trust,
+    /// Who may sign systems, before anything was learned.
+    system_pinned: Trust,
 }
 
 /// Why the store could not do it. What plays is what played before.
@@ -139,7 +141,8 @@ impl Store {
         }
         disk.sync_folder("").map_err(at("sync", ""))?;
         let (slots, read) = Slots::read(&*disk);
-        let mut store = Self { disk, slots, state: State::default(), trust: pinned.clone(), pinned };
+        let (trust, system_pinned) = (pinned.clone(), pinned.clone());
+        let mut store = Self { disk, slots, state: State::default(), trust, pinned, system_pinned };
         match read {
             Read::Nothing => return Ok(store),
             Read::State { state, both } => {
@@ -168,6 +171,17 @@ impl Store {
     /// Whom this unit trusts, all statements learned so far taken into account.
     pub fn trust(&self) -> &Trust {
         &self.trust
+    }
+
+    /// Takes systems from `keys` and from whom they have taken in, and from nobody else: a role of its own.
+    #[must_use]
+    pub fn with_system_keys(self, keys: Trust) -> Self {
+        Self { system_pinned: keys, ..self }
+    }
+
+    /// Whose systems this unit takes, all statements learned so far taken into account.
+    pub fn system_trust(&self) -> Trust {
+        trusting(&self.system_pinned, &self.state.statements)
     }
 
     /// Learns from the file of statements that a bundle carries; returns what was new. What is said by someone who may
