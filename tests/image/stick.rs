@@ -6,7 +6,7 @@
 //!
 //! Start at [`Stick::new`].
 
-mod exfat;
+pub(crate) mod exfat;
 
 use crate::clips::Encode;
 use crate::gallery::{Gallery, SIZE};

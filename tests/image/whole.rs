@@ -2,7 +2,7 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
+//! Start at [`hundred`], [`bad_sticks`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
 //! [`firmware`], [`hanging`], [`lamp`], [`log`], [`memory`], [`restart`], [`secure`], [`slots`], [`twins`] and [`wifi`];
 //! [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
@@ -11,6 +11,7 @@
 mod all_ports;
 mod arm64;
 mod arriving;
+mod bad_sticks;
 mod booting;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
