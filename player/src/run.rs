@@ -95,7 +95,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let saver = Saver::start(slots, faults.clone(), is_free)?;
     Lamp::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
     Usher::new(&config.card, clock_s()).start(Arc::clone(&glass), now)?;
-    status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
+    status::serve(&config.status, status::Page::new(&flock, &glass, &faults, &config.flock));
 
     let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);
     let ears =

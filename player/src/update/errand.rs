@@ -20,6 +20,7 @@ use crate::statements;
 use crate::system;
 use crate::words;
 use bundle::{Admission, KeyError, LocalDisk, Refused, Store, StoreError, Trust, Unverified, Verified, Wanted};
+use player::contact::Contact;
 use player::day::is_clock_wrong;
 use player::ending::{Exit, chain};
 use player::now::{clock_s, now, up_s};
@@ -91,11 +92,27 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let progress = Progress::new(order.card.clone());
     let mut fetcher = Fetcher { source: &mut source, pace, progress, stop, objects: 0, bytes: 0 };
     let brought = bring(order, &mut store, place, &mut fetcher);
+    tell_contact(order, &store, fetcher.source.is_far(), &brought);
     let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
     if brought.is_err() && fetched_bytes > 0 {
         info!(fetched, fetched_bytes, "what was fetched stays");
     }
     Ok(Answer { fetched, fetched_bytes, ..brought? })
+}
+
+/// Remembers for people what became of this look.
+fn tell_contact(order: &Order, store: &Store, is_far: bool, brought: &Result<Answer, Fatal>) {
+    let clock_s = clock_s();
+    let contact = Contact {
+        clock_s: (!is_clock_wrong(clock_s)).then_some(clock_s),
+        source: if is_far { "network" } else { "stick" }.to_owned(),
+        result: words::of_look(brought.as_ref().map(|answer| answer.outcome)).to_owned(),
+        trusted: store.trust().keys().map(|key| key.id().to_string()).collect(),
+        revoked: store.trust().revoked().map(|id| id.to_string()).collect(),
+    };
+    if let Err(error) = contact.tell(&order.config.store) {
+        warn!(error = chain(&error), "nobody remembers what became of this look");
+    }
 }
 
 /// Brings what `place` has for this unit: a flock, a system, what the store lacks.

@@ -10,7 +10,9 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::limits;
 use crate::names::plain;
+use crate::seal::Seal;
 use crate::store::disk::{Disk, LocalDisk};
 use crate::store::slots::{Read, Slots};
 use crate::store::state::{State, Verdict};
@@ -70,6 +72,16 @@ impl Playing {
     /// The folder of its flock.
     pub fn folder(&self) -> PathBuf {
         self.store.join(flock_folder(self.number))
+    }
+
+    /// Its seal, as it was verified when it was installed, and whether it is on trial; `None` if the store does not say.
+    pub fn standing(&self) -> Option<(Seal, bool)> {
+        let disk = LocalDisk::beside(&self.store).ok()?;
+        let Read::State { state, .. } = Slots::read(&disk).1 else { return None };
+        let generation = state.kept().find(|generation| generation.number == self.number)?;
+        let bytes = disk.read(&format!("{}/seal", generation_folder(self.number)), limits::SEAL).ok()?;
+        let seal = Seal::kept(bytes, generation.signer, generation.seal).ok()?;
+        Some((seal, on_trial(&state, self.number)))
     }
 
     /// Whether another one is to be played by now.
