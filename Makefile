@@ -9,6 +9,8 @@ player := $(or $(CARGO_TARGET_DIR),target)/release/dreams-player
 state := target/play
 # The programs that a unit gets, where `image-build/programs` lays them. What is tried and measured is these.
 unit := target/unit
+# Whose systems the claims' image takes.
+artist := tests/fixtures/keys/artist.pub
 check bench soak crash: export DREAMS_PROGRAMS := $(CURDIR)/$(unit)/bin
 
 # What is made for another architecture lies beside what is made for this one.
@@ -30,14 +32,14 @@ check: ## everything that must hold before a change lands: form, lints, licences
 	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)
-	image-build/build target/image --profile bench
+	image-build/build target/image --profile bench --key $(artist)
 	cargo test --locked --release --workspace --no-fail-fast
 
 bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)
-	image-build/build target/image --profile bench
+	image-build/build target/image --profile bench --key $(artist)
 	tests/bench/run $(what)
 
 soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
@@ -57,9 +59,9 @@ crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)
 	tests/crash/run
-	image-build/build target/image --profile bench
+	image-build/build target/image --profile bench --key $(artist)
 	ARCH=arm64 image-build/programs $(unit)-arm64
-	ARCH=arm64 image-build/build target/image-arm64 --profile bench
+	ARCH=arm64 image-build/build target/image-arm64 --profile bench --key $(artist)
 	cargo test --locked --release --package claims --bench image-whole -- --nocapture --skip soon::
 
 image: export ARCH := $(arch)

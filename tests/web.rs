@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 /// How a server behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub enum Manners {
     PromisesLess,
     /// It sends rubbish behind what was asked for, for ever.
     Endless,
+    /// It sends ten bytes of an object a second.
+    Drips,
     /// It knows no parts: always everything.
     Whole,
     /// It sends the part behind the one that was asked for, and says so.
@@ -40,6 +43,9 @@ pub enum Manners {
     /// It lets nobody in.
     Refuses,
 }
+
+/// From one byte to the next where it drips.
+const DRIP: Duration = Duration::from_millis(100);
 
 /// A server at work. It ends when dropped.
 pub struct Web {
@@ -125,6 +131,7 @@ struct Reply<'b> {
     promised: Option<usize>,
     body: &'b [u8],
     is_endless: bool,
+    is_dripping: bool,
 }
 
 impl Inside {
@@ -157,6 +164,7 @@ impl Inside {
                 promised: None,
                 body: b"",
                 is_endless: false,
+                is_dripping: false,
             };
             return self.send(visitor, &received);
         }
@@ -170,6 +178,11 @@ impl Inside {
         let promised = reply.promised.map(|length| format!("Content-Length: {length}\r\n")).unwrap_or_default();
         write!(visitor, "HTTP/1.1 {}\r\n{promised}{}Connection: close\r\n\r\n", reply.status, reply.headers)?;
         let mut body = reply.body;
+        for byte in body.chunks(1).filter(|_| reply.is_dripping) {
+            visitor.write_all(byte)?;
+            thread::park_timeout(DRIP);
+        }
+        body = if reply.is_dripping { &[] } else { body };
         loop {
             visitor.write_all(body)?;
             self.sent.fetch_add(body.len() as u64, Ordering::Relaxed);
@@ -189,6 +202,7 @@ fn reply<'f>(manners: &Manners, path: &str, file: Option<&'f [u8]>, from: usize)
         promised: Some(body.len()),
         body,
         is_endless: false,
+        is_dripping: false,
     };
     let part = |begins: usize, told: usize| {
         let bytes = file.unwrap_or_default();
@@ -207,6 +221,7 @@ fn reply<'f>(manners: &Manners, path: &str, file: Option<&'f [u8]>, from: usize)
         | Manners::PromisesMore
         | Manners::PromisesLess
         | Manners::Endless
+        | Manners::Drips
         | Manners::Whole
         | Manners::WrongPart
         | Manners::LyingPart => {}
@@ -220,6 +235,7 @@ fn reply<'f>(manners: &Manners, path: &str, file: Option<&'f [u8]>, from: usize)
         Manners::Dies(after) => Reply { body: &good.body[..after.min(length)], ..good },
         Manners::PromisesMore => Reply { promised: Some(length + 1_000), ..good },
         Manners::PromisesLess => Reply { promised: Some(length / 2), ..good },
+        Manners::Drips => Reply { is_dripping: path.starts_with("objects/"), ..good },
         Manners::Endless => Reply { promised: None, is_endless: true, ..good },
         Manners::WrongPart => part(from + 1, from + 1),
         Manners::LyingPart => part(from.saturating_sub(1), from),

@@ -12,6 +12,7 @@ use crate::turn::{Shown, Still, Turn};
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::thread::{self, JoinHandle};
 use timing::FrameCount;
@@ -179,6 +180,7 @@ impl Bench {
         if let Some(damage) = damage {
             let clip = turn.clip.as_str();
             self.faults.once(Kind::DamagedClip, clip, format!("clip `{clip}` is damaged: {}", chain(damage)));
+            turn.is_damaged.store(true, Ordering::Release);
         }
         // The library may have ordered its last clip and be gone.
         self.reports.send(Report { turn, frames, is_damaged: damage.is_some() }).ok();

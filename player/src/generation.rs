@@ -1,6 +1,6 @@
 //! The flock at hand: a plain folder, or a generation of the unit's store, perhaps on trial.
 //!
-//! Owns how a trial goes: it is won by playing so many joins, lost by the first clip that is not what it should be.
+//! Owns how a trial goes: it is won by so many joins on the glass, lost by the first clip that is not what it should be.
 //! Never chooses a clip, never installs anything: the updater does, and moves the link that is read here.
 //!
 //! Start at [`Generation::open`].
@@ -11,10 +11,8 @@ use flock::{Flock, Manifest, ManifestError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::{info, warn};
-
-/// The joins that win a trial.
-const JOINS: u64 = 20;
 
 /// A flock that can be played.
 #[derive(Debug)]
@@ -25,15 +23,17 @@ pub(crate) struct Generation {
     playing: Option<Playing>,
     /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
     awaited: Option<PathBuf>,
-    trial: Option<Trial>,
+    /// For whoever learns how it goes; `None` if it has proved itself.
+    pub(crate) trial: Option<Arc<Trial>>,
 }
 
-/// A trial that is on.
+/// A trial that was on when this run came to the flock.
 #[derive(Debug)]
 pub(crate) struct Trial {
     judge: Judge,
     number: u64,
-    joins: u64,
+    is_over: AtomicBool,
+    is_excused: AtomicBool,
 }
 
 impl Generation {
@@ -66,6 +66,7 @@ impl Generation {
             match (Manifest::read(&playing.folder()), trial) {
                 (Ok(manifest), trial) => {
                     let (flock, folder) = (Arc::new(Flock::new(manifest)), playing.folder());
+                    let trial = trial.map(Arc::new);
                     return Ok(Self { flock, folder, playing: Some(playing), awaited: None, trial });
                 }
                 (Err(error), Some(trial)) if trial.lost(&chain(&error)) => {}
@@ -78,7 +79,7 @@ impl Generation {
     pub(crate) fn begin(&mut self) -> bool {
         let verdict = self.trial.as_ref().map_or(Ok(Verdict::Open), |trial| trial.judge.started(trial.number));
         match verdict {
-            Ok(Verdict::Open) => true,
+            Ok(Verdict::Open | Verdict::Won) => true,
             Ok(Verdict::Lost) => {
                 warn!("the new flock was begun too often without success: the one before comes back");
                 self.trial = None;
@@ -97,44 +98,54 @@ impl Generation {
         self.playing.as_ref().is_some_and(Playing::is_over) || self.awaited.as_ref().is_some_and(has_come)
     }
 
-    /// A clip of it was played to its end, as it should be.
-    pub(crate) fn joined(&mut self) {
-        let Some(trial) = &mut self.trial else { return };
-        trial.joins += 1;
-        if trial.joins < JOINS {
-            return;
+    /// A clip of it is not what it should be.
+    pub(crate) fn failed(&mut self) {
+        if let Some(trial) = self.trial.take() {
+            trial.lost("a clip of it is bad");
         }
-        match trial.judge.won(trial.number) {
-            Ok(()) => info!(generation = trial.number, "the new flock has proved itself"),
-            Err(error) => untold(&error),
-        }
-        self.trial = None;
-    }
-
-    /// A clip of it is not what it should be. Returns whether that has lost a trial.
-    pub(crate) fn failed(&mut self) -> bool {
-        self.trial.take().is_some_and(|trial| trial.lost("a clip of it is bad"))
-    }
-
-    /// Its trial, to be judged by whoever cannot show it at all.
-    pub(crate) fn trial(&self) -> Option<Trial> {
-        self.playing.as_ref().and_then(Trial::of)
     }
 }
 
 impl Trial {
     fn of(playing: &Playing) -> Option<Self> {
         let (judge, number) = (playing.judge().ok()?, playing.number());
-        judge.is_on_trial(number).then_some(Self { judge, number, joins: 0 })
+        let no = || AtomicBool::new(false);
+        judge.is_on_trial(number).then_some(Self { judge, number, is_over: no(), is_excused: no() })
     }
 
-    /// It cannot be played: the one before comes back. `false` if that could not be written down.
+    /// A clip of it was on the glass to its end, as it should be.
+    pub(crate) fn shown(&self) {
+        if self.is_over.load(Ordering::Relaxed) {
+            return;
+        }
+        match self.judge.shown(self.number) {
+            Ok(Verdict::Won) => {
+                self.is_over.store(true, Ordering::Relaxed);
+                info!(generation = self.number, "the new flock has proved itself");
+            }
+            Ok(Verdict::Open | Verdict::Lost) => {}
+            Err(error) => untold(&error),
+        }
+    }
+
+    /// That this start shows nothing is not its fault: there is no display, or the run ended as it was told to.
+    pub(crate) fn excused(&self) {
+        let is_done = self.is_excused.swap(true, Ordering::Relaxed) || self.is_over.load(Ordering::Relaxed);
+        if !is_done && let Err(error) = self.judge.excused(self.number) {
+            untold(&error);
+        }
+    }
+
+    /// It cannot be played: the one before comes back. `false` if it is not on trial any more, or if that could not be
+    /// written down.
     pub(crate) fn lost(&self, why: &str) -> bool {
+        self.is_over.store(true, Ordering::Relaxed);
         match self.judge.lost(self.number) {
-            Ok(()) => {
+            Ok(true) => {
                 warn!(generation = self.number, why, "the new flock does not play: the one before comes back");
                 true
             }
+            Ok(false) => false,
             Err(error) => {
                 untold(&error);
                 false

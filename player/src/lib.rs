@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod config_file;
+pub mod contact;
 pub mod day;
 pub mod ending;
 pub mod hours;

@@ -19,6 +19,7 @@ use std::error::Error;
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -193,15 +194,13 @@ impl Library {
         if !Arc::ptr_eq(&report.turn.flock, &self.generation.flock) {
             return None;
         }
-        if bad.is_none() && report.frames > FrameCount(0) {
-            self.generation.joined();
-        }
         bad
     }
 
     fn turn(&self, number: u64, leg: Leg) -> Arc<Turn> {
         let (clip, frames) = (leg.clip.path, leg.clip.frames);
-        Arc::new(Turn { number, clip, frames, place: leg.place, flock: Arc::clone(&self.generation.flock) })
+        let (flock, trial) = (Arc::clone(&self.generation.flock), self.generation.trial.clone());
+        Arc::new(Turn { number, clip, frames, place: leg.place, flock, trial, is_damaged: AtomicBool::new(false) })
     }
 
     /// Takes a bad clip out of the path. One that is missing may come back, and is nobody's fault.

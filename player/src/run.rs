@@ -50,10 +50,15 @@ const GRACE: Duration = Duration::from_millis(850);
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
     let generation = begun(config)?;
-    let trial = generation.trial();
+    let trial = generation.trial.clone();
     perform(config, generation, &stop).map_err(|fatal| match (fatal, trial) {
         (Fatal::Screen(error @ ScreenError::Size { .. }), Some(trial)) if trial.lost(&chain(&error)) => {
             Fatal::Trial(error)
+        }
+        // Nobody could see it.
+        (Fatal::Screen(error), Some(trial)) => {
+            trial.excused();
+            Fatal::Screen(error)
         }
         (fatal, _) => fatal,
     })
@@ -70,7 +75,7 @@ fn begun(config: &Config) -> Result<Generation, ManifestError> {
 }
 
 fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result<(), Fatal> {
-    let flock = Arc::clone(&generation.flock);
+    let (flock, trial) = (Arc::clone(&generation.flock), generation.trial.clone());
     let is_free = config.clock == Clock::Free && !matches!(config.screen, ScreenChoice::Kms(_));
     let piece = Piece { fps: flock.manifest().fps, size: flock.manifest().size, free: is_free };
 
@@ -84,13 +89,17 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let (frames, studio) = open_studio(config, generation, itinerary, &faults, &glass)?;
     let output = Owner::kept(&config.owner).output();
     let screen = take::screen(&config.screen, piece, output, card)?;
-    let saver = slots.map(|slots| Saver::start(slots, faults.clone(), is_free)).transpose()?;
+    if let Some(trial) = trial.as_ref().filter(|_| screen.lit().is_none()) {
+        trial.excused();
+    }
+    let saver = Saver::start(slots, faults.clone(), is_free)?;
     LightingControl::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
     Usher::new(&config.card, clock_s()).start(Arc::clone(&glass), now)?;
-    status::serve(&config.status, status::Page::new(&flock, &glass, &faults));
+    status::serve(&config.status, status::Page::new(&flock, &glass, &faults, &config.flock));
 
     let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);
-    let ears = Ears { scribe: scribe.clone(), faults: faults.clone(), saver, glass: &glass, stop, watchdog };
+    let ears =
+        Ears { scribe: scribe.clone(), faults: faults.clone(), saver: Some(saver), glass: &glass, stop, watchdog };
     let (ended, saver) = Show::new(screen, frames, piece, ears).run()?;
 
     let next = ended.turn.as_ref().filter(|_| ended.finished).and_then(|turn| glass.after(turn.number));
@@ -102,6 +111,10 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     }
     scribe.note(Note::End { tally: ended.tally, faults: faults.count() });
     scribing.join().ok();
+    let last = ended.turn.as_ref().map_or(trial, |turn| turn.trial.clone());
+    if let Some(trial) = last {
+        trial.excused();
+    }
     verdict(config, &ended, studio)
 }
 

@@ -1,12 +1,15 @@
-//! The saver: a thread that keeps the walk's place at every join.
+//! The saver: a thread that keeps the walk's place at every join, and counts for a trial what was on the glass.
 //!
-//! Owns the slots while the run lasts. A place that is overtaken while the disk is busy is not written at all.
+//! Owns the slots while the run lasts. A place that is overtaken while the disk is busy is not written at all; a join of a
+//! flock on trial counts all the same.
 
 use crate::faults::{Faults, Kind};
 use crate::place::Slots;
 use crate::report::{Fatal, chain};
 use crate::turn::Turn;
+use std::iter::once;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::{self, JoinHandle};
 
@@ -20,11 +23,12 @@ pub(crate) struct Saver {
 }
 
 impl Saver {
-    /// Starts the thread. A patient saver is waited for, which is right where no vblank waits.
+    /// Starts the thread; without `slots` it keeps no places. A patient saver is waited for, which is right where no
+    /// vblank waits.
     ///
     /// # Errors
     /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn start(slots: Slots, faults: Faults, is_patient: bool) -> Result<Self, Fatal> {
+    pub(crate) fn start(slots: Option<Slots>, faults: Faults, is_patient: bool) -> Result<Self, Fatal> {
         let (turns, inbox) = channel();
         let (done, kept) = is_patient.then(|| sync_channel(1)).unzip();
         let work = move || keep_places(slots, &inbox, done.as_ref(), &faults);
@@ -32,7 +36,7 @@ impl Saver {
         Ok(Self { turns, kept, thread: thread.map_err(|source| Fatal::Thread { name: "saver", source })? })
     }
 
-    /// Keeps the place of `turn`: soon, or now if the saver is patient.
+    /// Keeps the place of `turn`, which has come to the glass: soon, or now if the saver is patient.
     pub(crate) fn keep(&self, turn: &Arc<Turn>) {
         // A saver that is gone has panicked, and told so; the picture goes on.
         if self.turns.send(Arc::clone(turn)).is_ok()
@@ -49,10 +53,20 @@ impl Saver {
     }
 }
 
-fn keep_places(mut slots: Slots, inbox: &Receiver<Arc<Turn>>, done: Option<&SyncSender<()>>, faults: &Faults) {
+fn keep_places(mut slots: Option<Slots>, inbox: &Receiver<Arc<Turn>>, done: Option<&SyncSender<()>>, faults: &Faults) {
+    let mut on_glass: Option<Arc<Turn>> = None;
     while let Ok(turn) = inbox.recv() {
-        let newest = inbox.try_iter().last().unwrap_or(turn);
-        if let Err(error) = slots.keep(&newest.place.to_bytes()) {
+        for turn in once(turn).chain(inbox.try_iter()) {
+            if let Some(ended) = on_glass.replace(turn)
+                && !ended.is_damaged.load(Ordering::Acquire)
+                && let Some(trial) = &ended.trial
+            {
+                trial.shown();
+            }
+        }
+        if let (Some(slots), Some(turn)) = (&mut slots, &on_glass)
+            && let Err(error) = slots.keep(&turn.place.to_bytes())
+        {
             faults.once(Kind::Place, "keep", format!("cannot keep the walk's place: {}", chain(&error)));
         }
         if let Some(done) = done {
@@ -74,7 +88,7 @@ mod tests {
         for is_patient in [false, true] {
             let dir = tempfile::tempdir().unwrap();
             let (slots, _) = Slots::open(dir.path()).unwrap();
-            let saver = Saver::start(slots, Faults::new(Scribe::on_a_shelf().0), is_patient).unwrap();
+            let saver = Saver::start(Some(slots), Faults::new(Scribe::on_a_shelf().0), is_patient).unwrap();
             let turns = turns(20, 3);
             for turn in &turns {
                 saver.keep(turn);

@@ -4,10 +4,12 @@
 //! `decoder.rs` the pictures, `show.rs` lights them.
 
 use crate::card::Card;
+use crate::generation::Trial;
 use flock::{ClipPath, Flock, Place};
 use md5::{Digest, Md5};
 use screen::Picture;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use timing::FrameCount;
 
 /// One clip's turn in the run.
@@ -23,6 +25,10 @@ pub(crate) struct Turn {
     pub(crate) place: Place,
     /// The flock that it is of.
     pub(crate) flock: Arc<Flock>,
+    /// Whose trial it counts for, when it was on the glass to its end.
+    pub(crate) trial: Option<Arc<Trial>>,
+    /// It did not decode cleanly. Known before its last frame is lit.
+    pub(crate) is_damaged: AtomicBool,
 }
 
 /// A picture to light: cheap to clone, its pixels are shared.
@@ -90,6 +96,7 @@ pub(crate) mod tests {
     use screen::Picture;
     use std::path::Path;
     use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
 
     /// The first `count` turns of a flock of one sheep, whose loop is `loop.mp4` and has `frames` frames.
     pub(crate) fn turns(count: u64, frames: u32) -> Vec<Arc<Turn>> {
@@ -103,7 +110,8 @@ pub(crate) mod tests {
         let turn = |number| {
             let leg = itinerary.next_leg().unwrap();
             let (clip, frames, flock) = (leg.clip.path, leg.clip.frames, Arc::clone(&flock));
-            Arc::new(Turn { number, clip, frames, place: leg.place, flock })
+            let is_damaged = AtomicBool::new(false);
+            Arc::new(Turn { number, clip, frames, place: leg.place, flock, trial: None, is_damaged })
         };
         (1..=count).map(turn).collect()
     }

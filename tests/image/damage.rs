@@ -4,7 +4,7 @@
 
 use crate::machine::{Machine, PAUSE};
 use crate::picture::{Look, only_art};
-use crate::starting::{MOVES, OFTEN, Playing, playing};
+use crate::starting::{MOVES, OFTEN, PROVEN, Playing, playing};
 use crate::unit::{DATA, Unit, rubbish};
 
 const MIB: usize = 1 << 20;
@@ -41,4 +41,22 @@ fn a_disk_of_the_flocks_that_lost_its_folders_or_nearly_all_heals() {
         unit.spoil(DATA, 0, &rubbish(lost));
         heals(&unit);
     }
+}
+
+#[test]
+fn what_was_learned_comes_back_to_a_disk_of_the_flocks_that_is_made_anew() {
+    let unit = Unit::new();
+    let mut machine = unit.start();
+    machine.await_shell();
+    machine.run(PROVEN);
+    // As the store writes it, once from below and once from beside.
+    let learned = "cd /var/lib/dreams/store && for slot in 1 0 1; do \
+        echo 'dreams-state-1 1 learned' > new && echo '{}' >> new && mv new state.$slot; done";
+    machine.run(learned);
+    machine.run("until grep -qa learned /dev/disk/by-partlabel/dreams_tries; do sleep 1; done; sync");
+    drop(machine);
+    unit.spoil(DATA, 0, &rubbish(300 * MIB));
+    let (mut machine, _) = heals(&unit);
+    machine.run("journalctl --boot --output=cat | grep -q 'is made anew'");
+    machine.run("grep -q learned /var/lib/dreams/store/state.0");
 }

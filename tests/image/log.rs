@@ -30,7 +30,7 @@ fn put_in(machine: &mut Machine, stick: &Path) -> (Vec<String>, bool) {
     let mut looks = machine.watch_while(PAUSE, IS_THROUGH);
     looks.extend(machine.watch_move(PAUSE, 5));
     only_art(&looks, OFTEN);
-    machine.run("! grep -E '/run/dreams-(log|update)/' /proc/mounts");
+    machine.run("! grep /run/dreams-mounts/ /proc/mounts");
     machine.pull();
     machine.take_stick();
     // A file system that was not closed says so.

@@ -17,6 +17,7 @@ mod closure;
 mod cuts;
 mod direct;
 mod disk;
+mod fences;
 mod gallery;
 mod hardware;
 mod lease;

@@ -6,7 +6,7 @@
 //!
 //! Start at [`Stick::new`].
 
-mod exfat;
+pub(crate) mod exfat;
 
 use crate::clips::Encode;
 use crate::gallery::{Gallery, SIZE};
@@ -36,8 +36,6 @@ pub(crate) struct Stick {
     pub(crate) disk: PathBuf,
     /// What the owner of the unit sets, so that it takes the flock: the file `dreams.toml`.
     pub(crate) owner: PathBuf,
-    /// What signed it: a secret key without a passphrase.
-    pub(crate) key: PathBuf,
     /// What is to be seen then.
     pub(crate) gallery: &'static Gallery,
 }
@@ -52,8 +50,6 @@ impl Stick {
         let key = fs::read_to_string(press.keys().join("artist.pub")).unwrap();
         let key = key.lines().nth(1).expect("the key stands in the second line");
         fs::write(at("dreams.toml"), format!("unit = \"{UNIT}\"\nkeys = [\"{key}\"]\n")).unwrap();
-
-        fs::copy(press.keys().with_file_name("artist"), at("artist.key")).unwrap();
 
         let parts = ["photographs.img", "flock.img", "system.img"].map(at);
         for (part, mib) in parts.iter().zip(MIB) {
@@ -71,8 +67,7 @@ impl Stick {
         succeed(Command::new("mke2fs").args(["-q", "-t", "ext4", "-d"]).args([&at("system"), &parts[2]]));
         let disk = at("stick.img");
         join(&disk, &parts);
-        let (owner, key) = (at("dreams.toml"), at("artist.key"));
-        Self { disk, owner, key, gallery: Box::leak(Box::new(Gallery::of(&at(AUTUMN)))) }
+        Self { disk, owner: at("dreams.toml"), gallery: Box::leak(Box::new(Gallery::of(&at(AUTUMN)))) }
     }
 }
 

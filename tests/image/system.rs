@@ -62,23 +62,23 @@ pub(crate) fn until_written() -> String {
     format!("{WRITE}; until ! {IS_FETCHED} && {is_over}; do sleep 1; done")
 }
 
-/// Makes the next system, and serves it as its artist has signed it, with the key of `stick`.
-fn served(stick: &Stick, unit: &Unit) -> Web {
+/// Makes the next system, and serves it as its artist has signed it, with the key that the bench image is made with.
+fn served(unit: &Unit) -> Web {
     let target = repository().join("target/image");
+    let key = repository().join("tests/fixtures/keys/artist.pub");
     let mut build = Command::new(repository().join("image-build/build"));
-    succeed(build.arg(&target).args(["--profile", "bench", "--version", NEXT]));
+    succeed(build.arg(&target).args(["--profile", "bench", "--version", NEXT, "--key"]).arg(&key));
     let (outbox, passphrase) = (unit.path("outbox"), unit.path("passphrase"));
     fs::create_dir(&outbox).unwrap();
-    fs::write(&passphrase, "\n").unwrap();
-    fs::set_permissions(&passphrase, fs::Permissions::from_mode(0o600)).unwrap();
+    fs::write(&passphrase, "velvet\n").unwrap();
+    let secret = unit.path("artist.key");
+    fs::copy(key.with_extension("key"), &secret).unwrap();
+    for file in [&passphrase, &secret] {
+        fs::set_permissions(file, fs::Permissions::from_mode(0o600)).unwrap();
+    }
     let mut pack = Command::new(programs::flock());
-    pack.arg("pack").arg(target.join(format!("bench-{NEXT}"))).arg(&outbox).args([
-        "--system",
-        "--allow-untrusted",
-        "--sequence",
-        "2",
-    ]);
-    succeed(pack.arg("--key").arg(&stick.key).arg("--passphrase-file").arg(&passphrase));
+    pack.arg("pack").arg(target.join(format!("bench-{NEXT}"))).arg(&outbox).args(["--system", "--sequence", "2"]);
+    succeed(pack.arg("--key").arg(&secret).arg("--passphrase-file").arg(&passphrase));
     Web::serve(&outbox, Manners::Good)
 }
 
@@ -97,7 +97,7 @@ pub(crate) fn coming() -> &'static Coming {
     static COMING: LazyLock<Coming> = LazyLock::new(|| {
         let Playing { frozen, path, stick, .. } = playing();
         let (unit, mut path) = (frozen.copy(), path.clone());
-        let web = served(stick, &unit);
+        let web = served(&unit);
         settings(&unit, stick, &web);
         let mut machine = unit.wake(frozen);
         machine.hang(stick.gallery);

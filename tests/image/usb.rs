@@ -6,7 +6,7 @@ use crate::hardware::{Bus, Hardware, USUAL};
 use crate::machine::PAUSE;
 use crate::picture::only_art;
 use crate::starting::{MOVES, OFTEN, PROVEN, Playing, playing};
-use crate::unit::Unit;
+use crate::unit::{SLOT_A, SLOT_B, Unit, rubbish};
 use std::fs;
 
 /// For its shell: the disk on which a file system or the root lies.
@@ -43,4 +43,26 @@ fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
         machine.run("systemctl list-units --all --plain --no-legend 'dreams-update@sd*' 'dreams-owner@*'");
         machine.is_well();
     }
+}
+
+#[test]
+fn a_root_that_has_to_be_taken_from_another_disk_brings_neither_its_flocks_nor_its_owners_settings() {
+    let unit = Unit::new();
+    for slot in [SLOT_A, SLOT_B] {
+        unit.spoil(slot, 0, &rubbish(1 << 20));
+    }
+    let stick = playing().frozen.copy();
+    let theirs = stick.path("dreams.toml");
+    fs::write(&theirs, "unit = \"nobody\"\n").unwrap();
+    stick.lay_for_owner(&theirs);
+    let other = format!("file={},if=none,id=other,format=raw", stick.disk().display());
+    let words = ["-drive", &other, "-device", "usb-storage,bus=xhci.0,drive=other,port=1"].map(str::to_owned);
+    let mut machine = unit.start_with(&words);
+    let mut looks = machine.await_shell();
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+    looks.extend(machine.watch_while(PAUSE, PROVEN));
+    only_art(&looks, OFTEN);
+    assert!(machine.run(OF_ROOT).trim().starts_with("sd"), "the root is the stick's");
+    machine.run("udevadm settle -t 240 && [ -e /run/dreams-elsewhere ] && ! mountpoint --quiet /var/lib/dreams");
+    machine.run("! grep -qs nobody /var/lib/dreams/owner/dreams.toml /proc/sys/kernel/hostname");
 }

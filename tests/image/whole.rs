@@ -2,9 +2,9 @@
 //!
 //! Owns no more than that list.
 //!
-//! Start at [`hundred`], [`arm64`], [`backlight`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`], [`damages`],
-//! [`firmware`], [`flocks_disk`], [`hanging`], [`log`], [`machines`], [`memory`], [`restart`], [`secure`], [`slots`], [`twins`],
-//! [`usb`] and [`wifi`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`hundred`], [`arm64`], [`backlight`], [`bad_sticks`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
+//! [`damages`], [`firmware`], [`flocks_disk`], [`hanging`], [`log`], [`machines`], [`memory`], [`restart`], [`secure`],
+//! [`slots`], [`twins`], [`usb`] and [`wifi`]; [`soon`] is only measured: `make bench` does.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
@@ -12,6 +12,7 @@ mod all_ports;
 mod arm64;
 mod arriving;
 mod backlight;
+mod bad_sticks;
 mod booting;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
@@ -24,6 +25,7 @@ mod damages;
 mod dark;
 mod direct;
 mod disk;
+mod fences;
 mod firmware;
 mod flocks_disk;
 mod gallery;

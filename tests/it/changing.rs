@@ -4,16 +4,21 @@
 //! as frames come. What an update installs is in `updating.rs`.
 
 use crate::flocks::{Flock, Plan, SMALL};
+use crate::guest::{script, shell_words, succeed_in_virtual_time};
+use crate::hot_plug::{CARD, HANDS};
 use crate::playing::{Playing, Running};
+use crate::programs::output;
 use crate::trace::{Flip, Trace};
 use crate::updating::Unit;
 use claims::press::Files;
 use rustix::process::Signal;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 
 /// Options of a player that flips as fast as it can.
 const FREE: [&str; 9] = ["--screen", "virtual", "--clock", "free", "--hash", "--status", "off", "--seed", "5"];
+/// Of one that goes by the time: it can be ended in the midst of its first clip.
+const TIMED: [&str; 7] = ["--screen", "virtual", "--hash", "--status", "off", "--seed", "5"];
 /// More joins than win a trial: the player counts a clip when the next but few are chosen.
 const JOINS: usize = 60;
 
@@ -131,9 +136,10 @@ fn a_new_flock_that_does_not_play_gives_way_to_the_one_before_and_is_marked_bad(
 #[test]
 fn a_new_flock_that_ends_the_player_again_and_again_gives_way_to_the_one_before() {
     let flock = SMALL.flock();
-    let (unit, playing) = unit_with(&flock);
+    let (unit, _) = unit_with(&flock);
     unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
+    let playing = Playing::of(&unit.path("store/current")).with(&TIMED);
     for start in 1..=4 {
         let mut running = playing.start();
         running.await_line_with("\"flip\"");
@@ -143,6 +149,69 @@ fn a_new_flock_that_ends_the_player_again_and_again_gives_way_to_the_one_before(
         assert_eq!(named(&trace.flips[0]).0, expected, "at start {start}");
     }
     assert_eq!(state(&unit)["good"]["number"], 1);
+}
+
+#[test]
+fn a_trial_goes_on_over_short_evenings_and_through_starts_that_nobody_could_see() {
+    let flock = SMALL.flock();
+    let (unit, playing) = unit_with(&flock);
+    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    unit.updated(&[]);
+    let play = |options: &[&str]| Playing::of(&unit.path("store/current")).with(options);
+    // No display at all, and an end that was asked for before anything was to be seen.
+    for _ in 0..4 {
+        let said = output(&mut play(&["--screen", "kms:/dev/null"]).command());
+        assert_eq!(said.status.code(), Some(3), "{}", String::from_utf8_lossy(&said.stderr));
+    }
+    let timed = play(&TIMED);
+    for _ in 0..4 {
+        let mut running = timed.start();
+        running.await_line_with("\"flip\"");
+        running.signal(Signal::TERM);
+        assert_eq!(running.end_within(10).0, Some(0));
+    }
+    assert_eq!(state(&unit)["trial"]["starts"], 0, "nothing of that is held against it");
+    // The plug is pulled every evening, after some joins.
+    let (mut evenings, mut joins) = (0, 0);
+    while state(&unit)["trial"]["joins"].as_u64().is_none_or(|joins| joins < 17) {
+        let mut running = playing.start();
+        await_joins(&mut running, 3);
+        running.signal(Signal::KILL);
+        let (_, trace) = running.end_within(10);
+        assert_eq!(named(&trace.flips[0]).0, "two", "evening {evenings}");
+        let trial = state(&unit)["trial"].clone();
+        if trial.is_null() {
+            break;
+        }
+        let counted = trial["joins"].as_u64().unwrap();
+        assert!(trial["starts"] == 0 && counted > joins, "{trial} after {joins} joins");
+        (evenings, joins) = (evenings + 1, counted);
+    }
+    assert!(evenings > 3, "{evenings} evenings");
+    let mut running = playing.start();
+    await_joins(&mut running, JOINS);
+    running.signal(Signal::TERM);
+    running.end_within(10);
+    let known = state(&unit);
+    assert_eq!((&known["good"]["number"], &known["bad"]), (&2.into(), &json!([])), "it has proved itself");
+}
+
+#[test]
+fn a_trial_counts_nothing_that_was_decoded_for_a_display_that_is_not_plugged_in() {
+    let flock = SMALL.flock();
+    let (unit, _) = unit_with(&flock);
+    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    unit.updated(&[]);
+    let playing = Playing::of(&unit.path("store/current")).with(&["--screen", "kms:/dev/dri/$card"]);
+    let play = shell_words(&playing.command());
+    let start = format!("{play} &\nplayer=$!\nsleep 30; kill -KILL $player; wait $player || true\n");
+    let text = format!("{CARD}{HANDS}pull\n{}", start.repeat(4));
+    succeed_in_virtual_time(120, &script(&text));
+    let trial = &state(&unit)["trial"];
+    assert_eq!(
+        (&trial["generation"]["number"], &trial["starts"], &trial["joins"]),
+        (&2.into(), &0.into(), &Value::Null)
+    );
 }
 
 #[test]

@@ -3,15 +3,16 @@
 //! Owns the claims on `dreams-update` with an address: what it asks for, how often, and what it does not believe. The
 //! servers stand in `web.rs`.
 
-use crate::programs::output;
+use crate::programs::{ends_within, output};
 use crate::updating::{Unit, object};
-use claims::press::rubbish;
+use claims::press::{files_in, rubbish};
 use claims::web::{Manners, Web};
 use serde_json::Value;
 use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
+use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 use std::thread;
 
@@ -89,6 +90,26 @@ fn a_server_that_dies_at_every_chunk_costs_time_and_no_byte_twice() {
     assert_eq!(answer["fetched_bytes"], 900_000, "only what is new");
     assert!(papers(web.heard().1, 900_000) < 4_000);
     assert_eq!(unit.playing(), Some(two));
+}
+
+#[test]
+fn a_server_that_drips_is_left_and_what_came_stays() {
+    let unit = Unit::new();
+    let files = rubbish(2, 50_000, 0);
+    unit.press.bundle(&unit.stick(), &files, &[], 1);
+    let web = Web::serve(&unit.stick(), Manners::Drips);
+    // All of it would take three hours.
+    let mut look = unit.update_from(Some(Path::new(&web.url()))).stdout(Stdio::null()).spawn().unwrap();
+    assert!(ends_within(&look, 150), "it still waits");
+    assert_eq!(look.wait().unwrap().code(), Some(3));
+    let came = files_in(&unit.path("store/incoming")).unwrap().into_values().map(|part| part.len()).sum::<usize>()
+        + files_in(&unit.path("store/objects")).unwrap().into_values().map(|object| object.len()).sum::<usize>();
+    assert!(came > 100, "{came} bytes came");
+    web.behave(Manners::Good);
+    let (code, answer) = fetch(&unit, &web.url(), &[]);
+    let content: usize = files.values().map(Vec::len).sum();
+    assert_eq!((code, answer["fetched_bytes"].as_u64()), (Some(0), Some((content - came) as u64)));
+    assert_eq!(unit.playing(), Some(files));
 }
 
 #[test]

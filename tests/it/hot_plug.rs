@@ -20,7 +20,7 @@ const BACK_NS: u64 = 2_000_000_000;
 const DARK_NS: u64 = 300_000_000;
 
 /// Makes a card `frame` with one of everything and waits for nothing; `$card` is its device.
-const CARD: &str = r"
+pub(crate) const CARD: &str = r"
 frame=/sys/kernel/config/vkms/frame
 mkdir $frame
 mkdir $frame/planes/plane $frame/crtcs/crtc $frame/encoders/encoder $frame/connectors/cable
@@ -33,7 +33,7 @@ card=$(basename /sys/devices/faux/frame/drm/card*)
 ";
 
 /// Functions of the guest's script: the cable, and a count of all that a player could leak.
-const HANDS: &str = r#"
+pub(crate) const HANDS: &str = r#"
 now() { read -r up _ < /proc/uptime; echo "$1 $up"; }
 pull() { now pull; echo 2 > $frame/connectors/cable/status; }
 push() { echo 1 > $frame/connectors/cable/status; now push; }

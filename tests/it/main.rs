@@ -27,6 +27,7 @@ mod importing;
 mod installing;
 mod joins;
 mod last_resort;
+mod learning;
 mod manual;
 mod mending;
 mod naming;

@@ -2,12 +2,14 @@
 //!
 //! Owns the claims on its addresses and on how it looks in a browser.
 
+use crate::changing::edition;
 use crate::flocks::SMALL;
 use crate::playing::{Playing, Running};
 use crate::programs::{output, succeed};
+use crate::updating::Unit;
 use std::fs;
 use std::io::{Read, Write};
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -78,6 +80,57 @@ fn the_page_refuses_what_it_does_not_have() {
     let (_playing, _running, socket) = on_a_socket();
     assert!(ask(&socket, "GET /no-such-page").head.contains(" 404"));
     assert!(ask(&socket, "POST /").head.contains(" 405"));
+}
+
+#[test]
+fn the_page_tells_number_and_age_of_the_flock_the_last_contact_and_the_keys() {
+    let unit = Unit::new();
+    let flock = SMALL.flock();
+    unit.press.bundle(&unit.stick(), &edition(&flock, "one"), &[], 7);
+    unit.updated(&[]);
+    unit.press.bundle(&unit.stick(), &edition(&flock, "one"), &[], 3);
+    assert_eq!(unit.update(&[]).status.code(), Some(1));
+    let socket = unit.path("socket");
+    let address = format!("unix:{}", socket.display());
+    let playing = Playing::of(&unit.path("store/current")).with(&["--screen", "virtual", "--status", &address]);
+    let mut running = playing.start();
+    running.await_line_with("\"flip\"");
+    let facts: serde_json::Value = serde_json::from_slice(&ask(&socket, "GET /status.json").body).unwrap();
+    let (generation, contact) = (&facts["generation"], &facts["contact"]);
+    let trusted = fs::read_to_string(unit.press.keys().join("artist.pub")).unwrap();
+    let id = trusted.lines().next().unwrap().rsplit(' ').next().unwrap();
+    assert_eq!((&generation["sequence"], &generation["is_on_trial"]), (&7.into(), &true.into()), "{facts}");
+    assert_eq!((generation["signer"].as_str(), contact["trusted"][0].as_str()), (Some(id), Some(id)), "{facts}");
+    assert!(generation["created"].is_string() && generation["age_s"].is_u64() && contact["age_s"].is_u64(), "{facts}");
+    assert_eq!((&contact["source"], contact["revoked"].as_array().map(Vec::len)), (&"stick".into(), Some(0)));
+    assert_eq!(contact["result"], "refused: older than what was played");
+}
+
+#[test]
+fn the_page_is_told_to_nobody_who_was_led_here_by_another_name() {
+    let flock = SMALL.flock();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let address = format!("127.0.0.1:{port}");
+    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", &address]);
+    let mut running = playing.start();
+    running.await_lines(40);
+    let status = |host: &str| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        write!(stream, "GET /status.json HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
+        let mut told = String::new();
+        stream.read_to_string(&mut told).unwrap();
+        told.split(' ').nth(1).unwrap().to_owned()
+    };
+    let name =
+        fs::read_to_string("/etc/hostname").map_or_else(|_| "localhost".to_owned(), |name| name.trim().to_owned());
+    for own in
+        ["localhost", &address, "127.0.0.1", &format!("LocalHost:{port}"), &name, &format!("{name}.local:{port}")]
+    {
+        assert_eq!(status(own), "200", "{own}");
+    }
+    for other in ["example.org", "localhost.example.org", "192.0.2.1", "0.0.0.0", ""] {
+        assert_eq!(status(other), "421", "{other}");
+    }
 }
 
 #[test]

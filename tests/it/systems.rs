@@ -215,6 +215,59 @@ fn a_system_that_is_not_newer_or_not_ours_or_not_signed_is_not_taken() {
 }
 
 #[test]
+fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
+    let frame = Frame::new();
+    frame.pack("0.2.0", &[]);
+    let artist = fs::read_to_string(frame.at("artist.pub")).unwrap();
+    fs::write(frame.at("owner.toml"), format!("keys = [\"{}\"]\n", artist.lines().nth(1).unwrap())).unwrap();
+    fs::create_dir(frame.at("keys")).unwrap();
+    fs::create_dir(frame.at("system-keys")).unwrap();
+    let config = |keys: &str| {
+        let path = |name: &str| frame.at(name).display().to_string();
+        let lines = [("system", "os-release"), ("owner", "owner.toml"), ("system_keys", keys)];
+        let text = lines.map(|(key, name)| format!("{key} = \"{}\"\n", path(name))).concat();
+        fs::write(frame.at("update.toml"), text + "reserve_mib = 0\n").unwrap();
+    };
+    let stick = frame.at("stick");
+    let update = || {
+        let mut command = Command::new(programs::updater());
+        command.args(["--json", "--unit", "lobby", "--config"]).arg(frame.at("update.toml")).arg(&stick);
+        for (option, name) in [("--store", "store"), ("--card", "card"), ("--keys", "keys")] {
+            command.arg(option).arg(frame.at(name));
+        }
+        output(&mut command)
+    };
+    // Neither where the unit has a role for systems, nor where it has none.
+    for keys in ["system-keys", "no-such-folder"] {
+        config(keys);
+        let said = update();
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert!(said.status.code() == Some(1) && error.contains("is signed by key"), "{keys}: {error}");
+    }
+    frame.studio.pack(&["--unit", "lobby"]);
+    frame.studio.says(0, &["publish", "bundle", "flocks", "--trust", "artist.pub"]);
+    let flock = output(Command::new(programs::updater()).args(["--json", "--unit", "lobby", "--config"]).args([
+        frame.at("update.toml"),
+        frame.at("flocks"),
+        "--store".into(),
+        frame.at("store"),
+        "--keys".into(),
+        frame.at("keys"),
+    ]));
+    assert_eq!(json(&flock)["outcome"], "installed", "{}", String::from_utf8_lossy(&flock.stderr));
+    // Who has the role gives both.
+    fs::copy(frame.at("artist.pub"), frame.at("system-keys/artist.pub")).unwrap();
+    config("system-keys");
+    let said = update();
+    assert_eq!(
+        json(&said)["system"],
+        serde_json::json!({ "staged": "0.2.0" }),
+        "{}",
+        String::from_utf8_lossy(&said.stderr)
+    );
+}
+
+#[test]
 fn a_system_that_does_not_trust_whoever_signs_it_is_packed_only_if_that_is_asked_for() {
     let frame = Frame::new();
     let words = ["pack", "0.2.0", "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];

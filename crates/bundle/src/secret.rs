@@ -1,13 +1,15 @@
 //! Secret keys: how an artist signs.
 //!
-//! Owns making a key, its file (minisign's, locked by a passphrase through scrypt), and signing. A file that others
-//! could read is refused. Never asks for a passphrase: the command line does. Units have no use for this module.
+//! Owns making a key, its file (minisign's, locked by a passphrase through scrypt), and signing. A guess at a passphrase
+//! costs what it costs with the minisign tool: a gigabyte, for some seconds. A file that others could read is refused.
+//! Never asks for a passphrase: the command line does. Units have no use for this module.
 //!
 //! Start at [`SecretKey::read`].
 
 use std::fmt;
-use std::fs::{self, OpenOptions};
-use std::io::{self, Cursor, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Cursor, Read, Write};
+use std::ops::Range;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
@@ -20,6 +22,29 @@ use crate::signed::UNTRUSTED_COMMENT;
 
 /// What others must not be able to do with a secret's file.
 const OTHERS: u32 = 0o077;
+
+/// Where in a secret key, unpacked, stand: the name of what locks it, salt and limits of that, and what it locks.
+const KDF: Range<usize> = 2..4;
+const SALT: Range<usize> = 6..38;
+const OPSLIMIT: Range<usize> = 38..46;
+const MEMLIMIT: Range<usize> = 46..54;
+const LOCKED: Range<usize> = 54..158;
+/// scrypt.
+const SCRYPT: [u8; 2] = *b"Sc";
+
+/// What a guess at a passphrase costs.
+struct Cost {
+    /// As files say it: salsa20 cores, and bytes.
+    opslimit: u64,
+    memlimit: u64,
+    /// The logarithm of scrypt's N that this means; r is 8 and p is 1.
+    log_n: u8,
+}
+
+/// What the minisign tool takes.
+const FULL: Cost = Cost { opslimit: 1 << 25, memlimit: 1 << 30, log_n: 20 };
+/// For the empty passphrase, which is the first guess: no cost would keep anybody out.
+const NONE: Cost = Cost { opslimit: 1 << 20, memlimit: 1 << 25, log_n: 15 };
 
 /// A key that signs. It is shown to nobody: `Debug` tells its id only.
 pub struct SecretKey {
@@ -34,10 +59,11 @@ impl SecretKey {
     /// [`KeyError::Write`] if there is such a file already, or it cannot be written; [`KeyError::Sign`] if the
     /// system gives no randomness.
     pub fn create(path: &Path, passphrase: &str) -> Result<Self, KeyError> {
-        let KeyPair { pk, sk } =
-            KeyPair::generate_encrypted_keypair(Some(passphrase.to_owned())).map_err(|e| sign(&e))?;
+        let KeyPair { pk, sk } = KeyPair::generate_unencrypted_keypair().map_err(|e| sign(&e))?;
         let public = public(path, &pk)?;
-        let text = sk.to_box(Some(&format!("minisign encrypted secret key {}", public.id()))).map_err(|e| sign(&e))?;
+        let text = locked(&sk, passphrase)?
+            .to_box(Some(&format!("minisign encrypted secret key {}", public.id())))
+            .map_err(|e| sign(&e))?;
         let write = || -> io::Result<()> {
             let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?;
             file.write_all(&text.to_bytes())?;
@@ -98,6 +124,26 @@ impl fmt::Debug for SecretKey {
     }
 }
 
+/// The secret key, locked by the passphrase, as a file has it.
+fn locked(secret: &minisign::SecretKey, passphrase: &str) -> Result<minisign::SecretKey, KeyError> {
+    let failed = |why: String| KeyError::Sign { why };
+    let cost = if passphrase.is_empty() { NONE } else { FULL };
+    let mut bytes = secret.to_bytes();
+    bytes[KDF].copy_from_slice(&SCRYPT);
+    bytes[OPSLIMIT].copy_from_slice(&cost.opslimit.to_le_bytes());
+    bytes[MEMLIMIT].copy_from_slice(&cost.memlimit.to_le_bytes());
+    let random = File::open("/dev/urandom").and_then(|mut random| random.read_exact(&mut bytes[SALT]));
+    random.map_err(|error| failed(error.to_string()))?;
+    let params = scrypt::Params::new(cost.log_n, 8, 1, scrypt::Params::RECOMMENDED_LEN);
+    let mut stream = [0; LOCKED.end - LOCKED.start];
+    scrypt::scrypt(passphrase.as_bytes(), &bytes[SALT], &params.expect("they are in range"), &mut stream)
+        .expect("its length is one that scrypt gives");
+    for (byte, key) in bytes[LOCKED].iter_mut().zip(stream) {
+        *byte ^= key;
+    }
+    minisign::SecretKey::from_bytes(&bytes).map_err(|e| sign(&e))
+}
+
 fn public(path: &Path, key: &minisign::PublicKey) -> Result<PublicKey, KeyError> {
     PublicKey::parse(&key.to_base64())
         .ok_or_else(|| KeyError::Malformed { path: path.to_owned(), kind: "locked secret key" })
@@ -110,8 +156,12 @@ fn sign(error: &minisign::PError) -> KeyError {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use ct_codecs::{Base64, Decoder};
     use std::fs::Permissions;
     use std::os::unix::fs::PermissionsExt;
+
+    /// As `flock keygen` wrote one until it took the minisign tool's cost: of the key 7F6F7B501F4A54A9.
+    const OLD: &str = include_str!("../../../tests/fixtures/keys/artist.key");
 
     /// A key without a file, for tests: making a locked one takes scrypt its time.
     fn bare() -> SecretKey {
@@ -140,7 +190,21 @@ pub(crate) mod tests {
         assert!(matches!(SecretKey::read(&path, || Ok("Velvet".to_owned())), Err(KeyError::Locked { .. })));
         assert!(matches!(SecretKey::create(&path, "x"), Err(KeyError::Write { .. })), "no key is overwritten");
         let secret = fs::read_to_string(&path).unwrap();
+        let bytes = Base64::decode_to_vec(secret.lines().nth(1).unwrap(), None).unwrap();
+        let limits = [OPSLIMIT, MEMLIMIT].map(|at| u64::from_le_bytes(bytes[at].try_into().unwrap()));
+        assert_eq!(limits, [33_554_432, 1_073_741_824], "a guess costs what the minisign tool has it cost");
         assert!(!format!("{made:?}").contains(secret.lines().nth(1).unwrap()));
+    }
+
+    #[test]
+    fn a_key_that_was_locked_at_less_cost_before_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("old.key");
+        fs::write(&path, format!("untrusted comment: minisign encrypted secret key 7F6F7B501F4A54A9\n{OLD}\n"))
+            .unwrap();
+        fs::set_permissions(&path, Permissions::from_mode(0o600)).unwrap();
+        let read = SecretKey::read(&path, || Ok("velvet".to_owned())).unwrap();
+        assert_eq!(read.public().id().to_string(), "7F6F7B501F4A54A9");
     }
 
     #[test]

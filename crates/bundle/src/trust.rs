@@ -108,6 +108,11 @@ impl Trust {
         self.keys.iter().filter(|(id, _)| !self.revoked.contains(id)).map(|(_, trusted)| &trusted.key)
     }
 
+    /// The keys that were called back.
+    pub fn revoked(&self) -> impl Iterator<Item = KeyId> {
+        self.revoked.iter().copied()
+    }
+
     /// Learns what one signed statement says.
     ///
     /// # Errors

@@ -83,6 +83,11 @@ impl Library {
         if !next.begin() {
             return false;
         }
+        if self.glass.view().lit.is_none()
+            && let Some(trial) = &next.trial
+        {
+            trial.excused();
+        }
         let flock = Arc::clone(&next.flock);
         let carried = place.map(|place| Itinerary::resume(Arc::clone(&flock), place));
         self.itinerary = match carried {

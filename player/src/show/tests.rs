@@ -324,7 +324,7 @@ fn the_place_of_every_clip_on_the_glass_is_kept() {
     let turns = turns(3, 2);
     for shown in 1..=turns.len() {
         let (slots, _) = Slots::open(dir.path()).unwrap();
-        let saver = Saver::start(slots, Faults::new(Scribe::on_a_shelf().0), false).unwrap();
+        let saver = Saver::start(Some(slots), Faults::new(Scribe::on_a_shelf().0), false).unwrap();
         Evening::of(30, &turns[..shown]).watch_with(Some(saver));
         let (_, kept) = Slots::open(dir.path()).unwrap();
         assert_eq!(kept, Some(turns[shown - 1].place.to_bytes()));

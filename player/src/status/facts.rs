@@ -2,6 +2,7 @@
 //!
 //! Owns the fields of `/status.json`. Gathered anew for everyone who asks: nothing is kept for nobody.
 
+use super::standing::{ContactFacts, GenerationFacts};
 use crate::faults::Faults;
 use crate::glass::Glass;
 use crate::trace::CARD;
@@ -33,6 +34,10 @@ pub(crate) struct Facts {
     pub(crate) latest_faults: Vec<FaultFacts>,
     /// The path: its seed and the steps taken.
     pub(crate) path: Option<PathFacts>,
+    /// The flock's number and age, if it came as a bundle.
+    pub(crate) generation: Option<GenerationFacts>,
+    /// What became of the last look for another.
+    pub(crate) contact: Option<ContactFacts>,
     /// Every sheep's share of the visits so far, and the one that is due to it.
     pub(crate) sheep: Vec<SheepFacts>,
 }
@@ -108,6 +113,8 @@ impl Facts {
             joins: tally.joins,
             faults: faults.count(),
             latest_faults: latest.map(|f| FaultFacts { kind: f.kind.name(), message: f.message }).collect(),
+            generation: None,
+            contact: None,
             path: turn.map(|turn| PathFacts { seed: turn.place.seed(), step: turn.place.step() }),
             sheep: itinerary.map_or_else(Vec::new, |itinerary| sheep(&itinerary)),
         }

@@ -62,8 +62,9 @@ impl Answer {
 }
 
 /// The reply to a request of which `head` has arrived, or `None` while more of it is to come. `answer` is asked for
-/// the path, without a query, of a request that may be answered.
-pub(crate) fn reply(head: &[u8], answer: impl Fn(&str) -> Answer) -> Option<Vec<u8>> {
+/// the path, without a query, of a request that may be answered: one to a host that `is_ours`. Whoever asks for no host
+/// is no browser.
+pub(crate) fn reply(head: &[u8], is_ours: impl Fn(&str) -> bool, answer: impl Fn(&str) -> Answer) -> Option<Vec<u8>> {
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
     let mut request = Request::new(&mut headers);
     let oversized = || Answer::refusal("431 Request Header Fields Too Large", "the request is too long");
@@ -72,6 +73,10 @@ pub(crate) fn reply(head: &[u8], answer: impl Fn(&str) -> Answer) -> Option<Vec<
         Ok(Status::Partial) if head.len() < LONGEST_HEAD => return None,
         Ok(Status::Partial) | Err(Error::TooManyHeaders) => return Some(oversized().bytes(true)),
         Err(_) => return Some(Answer::refusal("400 Bad Request", "this is no HTTP request").bytes(true)),
+    }
+    let mut hosts = request.headers.iter().filter(|header| header.name.eq_ignore_ascii_case("host"));
+    if !hosts.all(|host| std::str::from_utf8(host.value).is_ok_and(|host| is_ours(host.trim()))) {
+        return Some(Answer::refusal("421 Misdirected Request", "this page is of another machine").bytes(true));
     }
     let path = request.path.unwrap_or_default().split('?').next().unwrap_or_default();
     Some(match request.method {
@@ -90,7 +95,7 @@ mod tests {
     /// The reply to a whole request, from a page that says its path.
     fn said(request: &[u8]) -> String {
         let echo = |path: &str| Answer::of("text/plain", path.as_bytes().to_vec());
-        String::from_utf8(reply(request, echo).expect("the request is whole")).unwrap()
+        String::from_utf8(reply(request, |host| host == "unit", echo).expect("the request is whole")).unwrap()
     }
 
     #[test]
@@ -109,7 +114,7 @@ mod tests {
     fn a_request_is_waited_for_until_its_empty_line() {
         let request = b"GET / HTTP/1.1\r\nHost: unit\r\n\r\n";
         for end in 0..request.len() {
-            assert_eq!(reply(&request[..end], |_| unreachable!()), None, "{end} bytes");
+            assert_eq!(reply(&request[..end], |_| true, |_| unreachable!()), None, "{end} bytes");
         }
     }
 
@@ -122,6 +127,9 @@ mod tests {
             (b"\x16\x03\x01\x02\x00".as_slice(), "400 Bad Request"),
             (b"GET / HTTP/9.9\r\n\r\n", "400 Bad Request"),
             (b"POST / HTTP/1.1\r\n\r\n", "405 Method Not Allowed"),
+            (b"GET / HTTP/1.1\r\nHost: example.org\r\n\r\n", "421 Misdirected Request"),
+            (b"GET / HTTP/1.1\r\nHost: unit\r\nHOST: example.org\r\n\r\n", "421 Misdirected Request"),
+            (b"GET / HTTP/1.1\r\nHost: \xff\r\n\r\n", "421 Misdirected Request"),
             (many.as_bytes(), "431 Request Header Fields Too Large"),
             (long.as_bytes(), "431 Request Header Fields Too Large"),
         ] {
@@ -133,7 +141,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_bytes_whatever_break_the_page(head in vec(any::<u8>(), 0..300)) {
-            reply(&head, |_| Answer::of("text/plain", Vec::new()));
+            reply(&head, |_| true, |_| Answer::of("text/plain", Vec::new()));
         }
     }
 }

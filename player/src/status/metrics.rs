@@ -81,6 +81,8 @@ mod tests {
             faults: 1,
             latest_faults: Vec::new(),
             path: None,
+            generation: None,
+            contact: None,
             sheep: vec![sheep],
         };
         let text = text(&facts);

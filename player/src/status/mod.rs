@@ -6,10 +6,12 @@
 //! from harm's way.
 
 mod facts;
+mod hosts;
 mod http;
 mod jpeg;
 mod metrics;
 mod server;
+mod standing;
 
 use crate::faults::Faults;
 use crate::glass::Glass;
@@ -18,8 +20,9 @@ use crate::report::chain;
 use crate::settings::StatusAddress;
 use facts::Facts;
 use flock::Flock;
+use hosts::Hosts;
 use http::Answer;
-use player::now::now;
+use player::now::{clock_s, now};
 use rustix::process::setpriority_process;
 use server::Server;
 use std::fs;
@@ -28,7 +31,7 @@ use std::net::TcpListener;
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::FileTypeExt;
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
 use timing::Nanos;
@@ -47,16 +50,21 @@ pub(crate) struct Page {
     glass: Arc<Glass>,
     faults: Faults,
     begun: Nanos,
+    /// Where the flock to be played is said to be.
+    source: PathBuf,
 }
 
 impl Page {
     /// The page of a run that begins now.
-    pub(crate) fn new(flock: &Arc<Flock>, glass: &Arc<Glass>, faults: &Faults) -> Self {
-        Self { flock: Arc::clone(flock), glass: Arc::clone(glass), faults: faults.clone(), begun: now() }
+    pub(crate) fn new(flock: &Arc<Flock>, glass: &Arc<Glass>, faults: &Faults, source: &Path) -> Self {
+        let (flock, glass, faults) = (Arc::clone(flock), Arc::clone(glass), faults.clone());
+        Self { flock, glass, faults, begun: now(), source: source.to_owned() }
     }
 
     fn facts(&self) -> Facts {
-        Facts::gather(&self.flock, &self.glass, &self.faults, now().since(self.begun))
+        let facts = Facts::gather(&self.flock, &self.glass, &self.faults, now().since(self.begun));
+        let (generation, contact) = standing::read(&self.source, clock_s());
+        Facts { generation, contact, ..facts }
     }
 
     fn answer(&self, path: &str) -> Answer {
@@ -84,8 +92,9 @@ pub(crate) fn serve(address: &StatusAddress, page: Page) {
         StatusAddress::Host(host) => bind_host(host),
         StatusAddress::Unix(path) => bind_path(path).map(|listener| (OwnedFd::from(listener), address.to_string())),
     };
+    let hosts = if matches!(address, StatusAddress::Unix(_)) { Hosts::Any } else { Hosts::Own };
     let served = bound.and_then(|(listener, at)| {
-        let server = Server::new(listener, move |path: &str| page.answer(path))?;
+        let server = Server::new(listener, hosts, move |path: &str| page.answer(path))?;
         let answer_all = move || {
             // Linux has a niceness per thread: where processors are short, frames come first.
             setpriority_process(None, NICENESS).ok();

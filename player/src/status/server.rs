@@ -8,6 +8,7 @@
 //! 500 idle connections to `tiny_http` left the player none to open clips with. A round never waits and is told the
 //! time, so the tests drive it by hand: start at [`Server::serve`].
 
+use super::hosts::Hosts;
 use super::http::{Answer, LONGEST_HEAD, reply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::{Errno, ioctl_fionbio};
@@ -40,6 +41,8 @@ pub(crate) struct Server<A> {
     listener: OwnedFd,
     /// In the order in which they came.
     clients: Vec<Client>,
+    /// Who may be asked for.
+    hosts: Hosts,
     /// What is told of a path.
     answer: A,
 }
@@ -61,13 +64,13 @@ enum Stage {
 }
 
 impl<A: Fn(&str) -> Answer> Server<A> {
-    /// Serves what `answer` says at `listener`, a listening socket.
+    /// Serves what `answer` says at `listener`, a listening socket, to those who ask for one of `hosts`.
     ///
     /// # Errors
     /// If the socket cannot be made to not wait.
-    pub(crate) fn new(listener: OwnedFd, answer: A) -> io::Result<Self> {
+    pub(crate) fn new(listener: OwnedFd, hosts: Hosts, answer: A) -> io::Result<Self> {
         ioctl_fionbio(&listener, true)?;
-        Ok(Self { listener, clients: Vec::with_capacity(MOST_CLIENTS + 1), answer })
+        Ok(Self { listener, clients: Vec::with_capacity(MOST_CLIENTS + 1), hosts, answer })
     }
 
     /// Serves for ever.
@@ -97,8 +100,8 @@ impl<A: Fn(&str) -> Answer> Server<A> {
             Err(Errno::AGAIN | Errno::CONNABORTED) => {}
             Err(error) => rest(error),
         }
-        let answer = &self.answer;
-        self.clients.retain_mut(|client| client.until > now && client.go_on(answer, now));
+        let (hosts, answer) = (self.hosts, &self.answer);
+        self.clients.retain_mut(|client| client.until > now && client.go_on(hosts, answer, now));
     }
 
     /// Takes a client in. If all places are taken, one that is not being answered has to go, the longest here first.
@@ -114,19 +117,19 @@ impl<A: Fn(&str) -> Answer> Server<A> {
 
 impl Client {
     /// Goes one step on, and says whether there is more to come.
-    fn go_on(&mut self, answer: impl Fn(&str) -> Answer, now: Nanos) -> bool {
-        self.step(answer, now)
+    fn go_on(&mut self, hosts: Hosts, answer: impl Fn(&str) -> Answer, now: Nanos) -> bool {
+        self.step(hosts, answer, now)
             .unwrap_or_else(|error| matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted))
     }
 
-    fn step(&mut self, answer: impl Fn(&str) -> Answer, now: Nanos) -> io::Result<bool> {
+    fn step(&mut self, hosts: Hosts, answer: impl Fn(&str) -> Answer, now: Nanos) -> io::Result<bool> {
         let mut buffer = [0; LONGEST_HEAD];
         match &mut self.stage {
             Stage::Asking(head) => {
                 let space = LONGEST_HEAD - head.len();
                 let count = self.socket.read(&mut buffer[..space])?;
                 head.extend_from_slice(&buffer[..count]);
-                if let Some(bytes) = reply(head, answer) {
+                if let Some(bytes) = reply(head, |host| hosts.include(host), answer) {
                     (self.stage, self.until) = (Stage::Answering(bytes, 0), now.after(ANSWERING_NS));
                 }
                 Ok(count > 0)

@@ -25,6 +25,7 @@ pub(crate) const RESERVE_MIB: RangeInclusive<u64> = 0..=1 << 20;
 pub(crate) struct Config {
     pub(crate) store: PathBuf,
     pub(crate) keys: PathBuf,
+    pub(crate) system_keys: PathBuf,
     #[serde(deserialize_with = "unit")]
     pub(crate) unit: Option<UnitId>,
     pub(crate) owner: PathBuf,
@@ -48,6 +49,7 @@ impl Default for Config {
         Self {
             store: "/var/lib/dreams/store".into(),
             keys: "/etc/dreams/keys".into(),
+            system_keys: "/etc/dreams/system-keys".into(),
             unit: None,
             owner: "/var/lib/dreams/owner/dreams.toml".into(),
             system: "/usr/lib/os-release".into(),

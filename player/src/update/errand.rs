@@ -20,6 +20,7 @@ use crate::statements;
 use crate::system;
 use crate::words;
 use bundle::{Admission, KeyError, LocalDisk, Refused, Store, StoreError, Trust, Unverified, Verified, Wanted};
+use player::contact::Contact;
 use player::day::is_clock_wrong;
 use player::ending::{Exit, Told, chain};
 use player::now::{clock_s, now, up_s};
@@ -73,7 +74,8 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
 }
 
 fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
-    let mut store = open(order, trust(order)?, stop)?;
+    let systems = system_trust(order)?;
+    let mut store = open(order, trust(order, &systems)?, stop)?.with_system_keys(systems);
     if let Some((device, boot)) = &order.slot {
         let system = slot::write(order, &store, device, boot)?;
         return Ok(Answer { system, ..Answer::of(Outcome::NotNow, store.state().playing()) });
@@ -90,11 +92,27 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let progress = Progress::new(order.card.clone());
     let mut fetcher = Fetcher { source: &mut source, pace, progress, stop, objects: 0, bytes: 0 };
     let brought = bring(order, &mut store, place, &mut fetcher);
+    tell_contact(order, &store, fetcher.source.is_far(), &brought);
     let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
     if brought.is_err() && fetched_bytes > 0 {
         info!(fetched, fetched_bytes, "what was fetched stays");
     }
     Ok(Answer { fetched, fetched_bytes, ..brought? })
+}
+
+/// Remembers for people what became of this look.
+fn tell_contact(order: &Order, store: &Store, is_far: bool, brought: &Result<Answer, Fatal>) {
+    let clock_s = clock_s();
+    let contact = Contact {
+        clock_s: (!is_clock_wrong(clock_s)).then_some(clock_s),
+        source: if is_far { "network" } else { "stick" }.to_owned(),
+        result: words::of_look(brought.as_ref().map(|answer| answer.outcome)).to_owned(),
+        trusted: store.trust().keys().map(|key| key.id().to_string()).collect(),
+        revoked: store.trust().revoked().map(|id| id.to_string()).collect(),
+    };
+    if let Err(error) = contact.tell(&order.config.store) {
+        warn!(error = chain(&error), "nobody remembers what became of this look");
+    }
 }
 
 /// Brings what `place` has for this unit: a flock, a system, what the store lacks.
@@ -110,14 +128,28 @@ fn bring(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_
     Ok(Answer { system, mended, missing, ..Answer::of(outcome, store.state().playing()) })
 }
 
-/// Whom this unit trusts: by its config, and by its owner.
-fn trust(order: &Order) -> Result<Trust, Fatal> {
+/// Whom this unit trusts: by its config, and by its owner. Whoever may sign `systems` may sign flocks, too.
+fn trust(order: &Order, systems: &Trust) -> Result<Trust, Fatal> {
     let owners = &order.owners_keys;
+    let with_others = |trust: &Trust| Trust::of(trust.keys().chain(systems.keys()).chain(owners).cloned());
     match Trust::read(&order.config.keys) {
-        Ok(trust) if owners.is_empty() => Ok(trust),
-        Ok(trust) => Ok(Trust::of(trust.keys().chain(owners).cloned())),
-        Err(KeyError::Read { .. }) if !owners.is_empty() => Ok(Trust::of(owners.iter().cloned())),
+        Ok(trust) => Ok(with_others(&trust)),
+        Err(KeyError::Read { .. }) if !owners.is_empty() => Ok(with_others(&Trust::default())),
         Err(error) => Err(Fatal::Keys(error)),
+    }
+}
+
+/// Whose systems this unit takes: by its config, and by nothing that its owner can set.
+fn system_trust(order: &Order) -> Result<Trust, Fatal> {
+    let is_missing =
+        |error: &KeyError| matches!(error, KeyError::Read { source, .. } if source.kind() == ErrorKind::NotFound);
+    match Trust::read(&order.config.system_keys) {
+        Err(error) if is_missing(&error) => match Trust::read(&order.config.keys) {
+            // Whoever reads these for flocks says so.
+            Err(KeyError::Read { .. }) => Ok(Trust::default()),
+            keys => keys.map_err(Fatal::Keys),
+        },
+        keys => keys.map_err(Fatal::Keys),
     }
 }
 

@@ -18,8 +18,10 @@ use tracing::{debug, warn};
 
 /// How much is read at a time.
 const CHUNK: u64 = 256 << 10;
-/// How often an object is tried without any progress.
+/// How often an object is tried without progress.
 const TRIES: u32 = 5;
+/// The least bytes of it that are progress: who hangs up sooner each time is left, too.
+const PROGRESS: u64 = 64 << 10;
 /// How long a server is left in peace after the first failure; it doubles with each further one.
 const PEACE: Duration = Duration::from_millis(250);
 
@@ -58,7 +60,7 @@ impl Fetcher<'_> {
             let is_cut_off = matches!(&trouble, Fatal::Store(StoreError::Incomplete { .. }))
                 || matches!(&trouble, Fatal::Read { source, .. } if source.kind() != ErrorKind::NotFound);
             let may_pass = is_damaged || is_cut_off;
-            let is_progress = arrived > 0 && !is_damaged;
+            let is_progress = arrived >= PROGRESS && !is_damaged;
             tries = if is_progress { 0 } else { tries + 1 };
             if !may_pass || tries >= TRIES {
                 return Err(trouble);

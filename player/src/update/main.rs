@@ -9,6 +9,7 @@ mod bulletin;
 mod config;
 mod errand;
 mod fetch;
+mod meter;
 mod options;
 mod origin;
 mod pace;

@@ -1,12 +1,13 @@
 //! A bundle on a web server: any server of static files will do.
 //!
 //! Owns the requests, one for each thing read, and the suspicion of what comes back: a page of a hotel's portal is no
-//! bundle, a part must be the part that was asked for, and who does not answer is not waited for. That the content is
+//! bundle, a part must be the part that was asked for, and who does not answer, or drips, is not waited for. That the content is
 //! what was signed is checked by whoever reads it; so TLS is for privacy alone, and a unit whose clock cannot be right
 //! does not ask how old a certificate is.
 //!
 //! Start at [`Server::new`].
 
+use crate::meter::{Meter, Metered};
 use crate::report::Fatal;
 use bundle::{ObjectId, Source};
 use std::io::{self, ErrorKind, Read};
@@ -19,7 +20,7 @@ use ureq::{Agent, Body, Proxy};
 const CONNECT: Duration = Duration::from_secs(15);
 /// How long a server may say nothing.
 const SILENCE: Duration = Duration::from_secs(30);
-/// How long anything small may take as a whole, however steadily it drips.
+/// How long anything small may take as a whole.
 pub(crate) const SMALL: Duration = Duration::from_mins(5);
 /// Redirects in a row.
 const REDIRECTS: u32 = 5;
@@ -30,6 +31,7 @@ pub(crate) struct Server {
     agent: Agent,
     /// Ends in no `/`.
     url: String,
+    meter: Meter,
 }
 
 impl Server {
@@ -38,11 +40,13 @@ impl Server {
     /// # Errors
     /// [`Fatal::Address`] if one of them is no address.
     pub(crate) fn new(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Self, Fatal> {
-        Ok(Self { agent: agent(url, proxy, is_clock_wrong)?, url: url.trim_end_matches('/').to_owned() })
+        let agent = agent(url, proxy, is_clock_wrong)?;
+        Ok(Self { agent, url: url.trim_end_matches('/').to_owned(), meter: Meter::default() })
     }
 
     /// Asks for the file at `path`, from byte `from` on, in at most `within` if that is set.
     fn get(&self, path: &str, from: u64, within: Option<Duration>) -> io::Result<Response<Body>> {
+        self.meter.check()?;
         let mut request = self.agent.get(format!("{}/{path}", self.url)).config().timeout_global(within).build();
         if from > 0 {
             request = request.header(header::RANGE, format!("bytes={from}-"));
@@ -64,7 +68,7 @@ impl Server {
 impl Source for Server {
     fn small(&mut self, path: &str, _limit: u64) -> io::Result<Box<dyn Read + '_>> {
         let response = self.get(path, 0, Some(SMALL))?;
-        Ok(Box::new(response.into_body().into_reader()))
+        Ok(Box::new(Metered { reader: response.into_body().into_reader(), meter: &mut self.meter }))
     }
 
     fn object(&mut self, id: &ObjectId, _size: u64, from: u64) -> io::Result<Box<dyn Read + '_>> {
@@ -79,7 +83,7 @@ impl Source for Server {
         if begins > from {
             return Err(io::Error::other(format!("bytes from {from} on were asked for, those from {begins} on came")));
         }
-        let mut reader = response.into_body().into_reader();
+        let mut reader = Metered { reader: response.into_body().into_reader(), meter: &mut self.meter };
         // A server that knows no parts sends everything: what is here already is read over.
         io::copy(&mut reader.by_ref().take(from - begins), &mut io::sink())?;
         Ok(Box::new(reader))

@@ -29,7 +29,7 @@ pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) 
     let found = UnverifiedSystem::open(fetcher.source, &order.unit).map_err(Fatal::Refused)?;
     let Some(unverified) = found else { return Ok(SystemOutcome::None) };
     statements::learn(store, fetcher.source)?;
-    let system = unverified.verify(store.trust()).map_err(Fatal::Refused)?;
+    let system = unverified.verify(&store.system_trust()).map_err(Fatal::Refused)?;
     if store.admit_system(&system, &order.unit, &running, order.consent)? == SystemAdmission::Known {
         return Ok(SystemOutcome::NoNews);
     }

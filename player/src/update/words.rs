@@ -59,6 +59,26 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
     }
 }
 
+/// How a look ended, for who asks later.
+pub(crate) fn of_look(ended: Result<Outcome, &Fatal>) -> &'static str {
+    match ended {
+        Ok(Outcome::Installed) => "a new flock came",
+        Ok(Outcome::NoNews) => "no news",
+        Ok(Outcome::NoBundle) => "nothing for this unit",
+        Ok(Outcome::NotNow) => "nothing was looked for",
+        Err(Fatal::ForOthers { .. } | Fatal::Refused(Refused::ForOthers { .. })) => "for other units",
+        Err(Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped | Fatal::Refused(Refused::Read { .. })) => {
+            "could not be read to its end"
+        }
+        Err(Fatal::Refused(Refused::Older { .. })) => "refused: older than what was played",
+        Err(Fatal::Refused(Refused::MarkedBad { .. })) => "refused: it was tried before, and did not play",
+        Err(Fatal::Refused(_)) => "refused",
+        Err(Fatal::Room(_)) => "there is no room for it",
+        Err(Fatal::Store(_)) => "damaged, or the disk does not take it",
+        Err(_) => "this unit is not set up for it",
+    }
+}
+
 const AGAIN: &str = "The stick could not be read to its end. Put it in again, and the rest follows.";
 
 fn of_refused(refused: &Refused) -> String {

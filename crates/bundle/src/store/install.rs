@@ -13,7 +13,7 @@ use crate::contents::{Contents, Verified};
 use crate::limits;
 use crate::refused::Refused;
 use crate::store::disk::{Disk, folder_of};
-use crate::store::state::Generation;
+use crate::store::state::{Generation, Unknown};
 use crate::store::{GENERATIONS, Store, StoreError, at, flock_folder, generation_folder};
 
 impl Store {
@@ -48,7 +48,8 @@ impl Store {
         self.build(bundle, number).map_err(at("build", &folder))?;
         let letter = seal.letter();
         let (flock, sequence) = (letter.flock.clone(), letter.sequence);
-        let generation = Generation { number, flock, signer: seal.signer(), sequence, seal: seal.id() };
+        let (signer, seal) = (seal.signer(), seal.id());
+        let generation = Generation { number, flock, signer, sequence, seal, unknown: Unknown::new() };
         self.change(|state| state.installed(generation.clone()))?;
         Ok(generation)
     }

@@ -1,7 +1,7 @@
 //! The player's side of a store: which generation plays, and how its trial goes.
 //!
 //! Owns what the player may do beside an updater that is at work: hold the generation that it plays, so that nobody
-//! clears it away, and say that the one on trial was begun, is won or is lost. Needs no keys, repairs nothing: a
+//! clears it away, and say that the one on trial was begun, was shown or is lost. Needs no keys, repairs nothing: a
 //! store whose state is damaged is left to the updater.
 //!
 //! Start at [`Playing::of`], then [`Judge`].
@@ -10,7 +10,9 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::limits;
 use crate::names::plain;
+use crate::seal::Seal;
 use crate::store::disk::{Disk, LocalDisk};
 use crate::store::slots::{Read, Slots};
 use crate::store::state::{State, Verdict};
@@ -72,6 +74,16 @@ impl Playing {
         self.store.join(flock_folder(self.number))
     }
 
+    /// Its seal, as it was verified when it was installed, and whether it is on trial; `None` if the store does not say.
+    pub fn standing(&self) -> Option<(Seal, bool)> {
+        let disk = LocalDisk::beside(&self.store).ok()?;
+        let Read::State { state, .. } = Slots::read(&disk).1 else { return None };
+        let generation = state.kept().find(|generation| generation.number == self.number)?;
+        let bytes = disk.read(&format!("{}/seal", generation_folder(self.number)), limits::SEAL).ok()?;
+        let seal = Seal::kept(bytes, generation.signer, generation.seal).ok()?;
+        Some((seal, on_trial(&state, self.number)))
+    }
+
     /// Whether another one is to be played by now.
     pub fn is_over(&self) -> bool {
         let named = std::fs::read_link(self.store.join(CURRENT));
@@ -101,13 +113,23 @@ impl Judge {
     /// # Errors
     /// [`StoreError::Disk`].
     pub fn started(&self, number: u64) -> Result<Verdict, StoreError> {
-        let mut verdict = Verdict::Open;
-        self.change(number, |state| {
-            let (state, said) = state.started();
-            verdict = said;
-            state
-        })?;
-        Ok(verdict)
+        self.judge(number, State::started)
+    }
+
+    /// The last start of the generation `number` is not held against it, if it is still on trial.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`]; the start counts then.
+    pub fn excused(&self, number: u64) -> Result<(), StoreError> {
+        self.change(number, State::excused).map(drop)
+    }
+
+    /// A clip of the generation `number` was on the glass to its end. A trial in which that was so often enough is won.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`]; the clip does not count then.
+    pub fn shown(&self, number: u64) -> Result<Verdict, StoreError> {
+        self.judge(number, State::shown)
     }
 
     /// The generation `number` has proved itself, if it is still on trial.
@@ -115,29 +137,44 @@ impl Judge {
     /// # Errors
     /// [`StoreError::Disk`]; the trial goes on then.
     pub fn won(&self, number: u64) -> Result<(), StoreError> {
-        self.change(number, State::won)
+        self.change(number, State::won).map(drop)
     }
 
     /// The generation `number` does not play: if it is still on trial, the last good one comes back, and the bundle
-    /// is marked bad.
+    /// is marked bad. Returns whether it was on trial.
     ///
     /// # Errors
-    /// [`StoreError::Disk`].
-    pub fn lost(&self, number: u64) -> Result<(), StoreError> {
+    /// [`StoreError::Disk`]; the trial goes on then.
+    pub fn lost(&self, number: u64) -> Result<bool, StoreError> {
         self.change(number, State::lost)
     }
 
-    fn change(&self, number: u64, change: impl FnOnce(State) -> State) -> Result<(), StoreError> {
+    fn judge(&self, number: u64, judged: impl FnOnce(State) -> (State, Verdict)) -> Result<Verdict, StoreError> {
+        let mut verdict = Verdict::Open;
+        self.change(number, |state| {
+            let (state, said) = judged(state);
+            verdict = said;
+            state
+        })?;
+        Ok(verdict)
+    }
+
+    /// Changes the state if the generation `number` is on trial; returns whether it is.
+    fn change(&self, number: u64, change: impl FnOnce(State) -> State) -> Result<bool, StoreError> {
         let held = self.disk.hold().map_err(at("hold the state of", ""))?;
-        let (mut slots, Read::State { state, .. }) = Slots::read(&self.disk) else { return Ok(()) };
+        let (mut slots, Read::State { state, .. }) = Slots::read(&self.disk) else { return Ok(false) };
         if !on_trial(&state, number) {
-            return Ok(());
+            return Ok(false);
         }
+        let before = state.clone();
         let state = change(*state);
+        if state == *before {
+            return Ok(true);
+        }
         slots.write(&self.disk, &state).map_err(at("write the state of", ""))?;
         let followed = follow(&self.disk, &state);
         drop(held);
-        followed
+        followed.map(|()| true)
     }
 }
 

@@ -46,7 +46,7 @@ pub use disk::{Append, Disk, Frozen, LocalDisk};
 pub use intake::Intake;
 pub use judge::{Judge, Playing};
 pub use plan::{Held, Plan, Shortfall, Wanted, plan};
-pub use state::{Admission, Consent, Generation, STARTS, State, Trial, Verdict};
+pub use state::{Admission, Consent, Generation, JOINS, STARTS, State, Trial, Unknown, Verdict};
 pub use systems::SystemAdmission;
 pub use upkeep::Scrubbed;
 
@@ -62,6 +62,8 @@ pub struct Store {
     state: State,
     pinned: Trust,
     trust: Trust,
+    /// Who may sign systems, before anything was learned.
+    system_pinned: Trust,
 }
 
 /// Why the store could not do it. What plays is what played before.
@@ -139,7 +141,8 @@ impl Store {
         }
         disk.sync_folder("").map_err(at("sync", ""))?;
         let (slots, read) = Slots::read(&*disk);
-        let mut store = Self { disk, slots, state: State::default(), trust: pinned.clone(), pinned };
+        let (trust, system_pinned) = (pinned.clone(), pinned.clone());
+        let mut store = Self { disk, slots, state: State::default(), trust, pinned, system_pinned };
         match read {
             Read::Nothing => return Ok(store),
             Read::State { state, both } => {
@@ -168,6 +171,17 @@ impl Store {
     /// Whom this unit trusts, all statements learned so far taken into account.
     pub fn trust(&self) -> &Trust {
         &self.trust
+    }
+
+    /// Takes systems from `keys` and from whom they have taken in, and from nobody else: a role of its own.
+    #[must_use]
+    pub fn with_system_keys(self, keys: Trust) -> Self {
+        Self { system_pinned: keys, ..self }
+    }
+
+    /// Whose systems this unit takes, all statements learned so far taken into account.
+    pub fn system_trust(&self) -> Trust {
+        trusting(&self.system_pinned, &self.state.statements)
     }
 
     /// Learns from the file of statements that a bundle carries; returns what was new. What is said by someone who may
@@ -364,7 +378,7 @@ impl Store {
         let Some(Ok(seal)) = bytes.map(|bytes| Unverified::new(bytes).verify(&self.trust)) else { return Ok(None) };
         let (letter, id) = (seal.letter(), seal.id());
         let (flock, signer, sequence) = (letter.flock.clone(), seal.signer(), letter.sequence);
-        Ok(Some(Generation { number, flock, signer, sequence, seal: id }))
+        Ok(Some(Generation { number, flock, signer, sequence, seal: id, unknown: Unknown::new() }))
     }
 
     /// What lies at `path`; `None` if there is nothing, or nothing that can be what it should.

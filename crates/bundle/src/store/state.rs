@@ -5,10 +5,15 @@
 //! is not higher is let in again. A lost trial raises no floor, so that the artist may send the same number again,
 //! mended.
 //!
+//! A unit may fall back to an older program at any time: fields are only ever added, and what a program does not know it
+//! keeps and writes down again as it found it.
+//!
 //! | state | event | becomes |
 //! |---|---|---|
 //! | good `g` | installed `t` | good `g`, trial `t`; what was before `g` goes |
 //! | good `g`, trial `t` | installed `u` | good `g`, trial `u`; `t` goes, unjudged |
+//! | good `g`, trial `t` | shown, for the [`JOINS`]th time | won |
+//! | good `g`, trial `t` | started, for more than the [`STARTS`]th time in vain | lost |
 //! | good `g`, trial `t` | won | good `t`, before `g`; the floor of its key rises |
 //! | good `g`, trial `t` | lost | good `g`; `t` is marked bad and goes |
 //! | trial `t` | lost | nothing: the player falls back to its own |
@@ -18,20 +23,25 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::key::KeyId;
 use crate::names::{ObjectId, Sequence, UnitId};
 use crate::refused::Refused;
 use crate::seal::Seal;
 
-/// How often a trial may be begun: a unit that died of a flock so often will not live with it.
+/// How often a trial may be begun in vain: a unit that died of a flock so often will not live with it.
 pub const STARTS: u32 = 3;
+/// The joins on the glass that win a trial, over however many starts.
+pub const JOINS: u32 = 20;
 /// How many bad bundles are remembered.
 const BAD: usize = 64;
 
+/// What a newer program has written, by its name.
+pub type Unknown = BTreeMap<String, Value>;
+
 /// One installed flock.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Generation {
     /// Counts the installations of this unit; names its folder.
     pub number: u64,
@@ -43,21 +53,28 @@ pub struct Generation {
     pub sequence: Sequence,
     /// The digest of its seal.
     pub seal: ObjectId,
+    /// What a newer program knows of it.
+    #[serde(flatten)]
+    pub unknown: Unknown,
 }
 
 /// A generation that has to prove itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Trial {
     /// Which.
     pub generation: Generation,
-    /// How often the unit has begun to play it.
+    /// How often the unit has begun to play it since it last got as far as a join.
     pub starts: u32,
+    /// The joins of it that were on the glass. A program that does not know them reads a trial without any.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub joins: u32,
+    /// What a newer program knows of it.
+    #[serde(flatten)]
+    pub unknown: Unknown,
 }
 
 /// What a unit knows of its flocks.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct State {
     /// The highest sequence of each key that has won a trial here.
     pub floors: BTreeMap<KeyId, Sequence>,
@@ -73,6 +90,9 @@ pub struct State {
     pub statements: Vec<String>,
     /// The number of the newest generation there ever was.
     pub newest: u64,
+    /// What a newer program knows.
+    #[serde(flatten)]
+    pub unknown: Unknown,
 }
 
 /// What the owner allows.
@@ -102,6 +122,8 @@ pub enum Verdict {
     Lost,
     /// It goes on.
     Open,
+    /// It was shown often enough and is won.
+    Won,
 }
 
 impl State {
@@ -157,7 +179,7 @@ impl State {
     pub fn installed(mut self, generation: Generation) -> Self {
         self.newest = self.newest.max(generation.number);
         self.before = None;
-        self.trial = Some(Trial { generation, starts: 0 });
+        self.trial = Some(Trial { generation, starts: 0, joins: 0, unknown: Unknown::new() });
         self
     }
 
@@ -172,6 +194,25 @@ impl State {
             }
             None => (self, Verdict::Open),
         }
+    }
+
+    /// The last start is not held against the one on trial: nobody could have seen it, or it ended as it was told to.
+    #[must_use]
+    pub fn excused(mut self) -> Self {
+        if let Some(trial) = &mut self.trial {
+            trial.starts = trial.starts.saturating_sub(1);
+        }
+        self
+    }
+
+    /// A clip of the one on trial was on the glass to its end. What ends a machine in the midst of a clip is met there
+    /// again by the next start, which then gets no further: so the starts before are not held against it.
+    #[must_use]
+    pub fn shown(mut self) -> (Self, Verdict) {
+        let Some(trial) = &mut self.trial else { return (self, Verdict::Open) };
+        trial.starts = 0;
+        trial.joins += 1;
+        if trial.joins < JOINS { (self, Verdict::Open) } else { (self.won(), Verdict::Won) }
     }
 
     /// The one on trial has proved itself.
@@ -218,6 +259,11 @@ impl State {
     }
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+fn is_none(count: &u32) -> bool {
+    *count == 0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,6 +279,8 @@ mod tests {
     enum Event {
         Arrives { key: usize, sequence: u64, consent: bool },
         Started,
+        Excused,
+        Shown,
         Won,
         Lost,
         GoodIsGone,
@@ -259,7 +307,8 @@ mod tests {
 
     fn generation(state: &State, seal: &Seal) -> Generation {
         let (flock, sequence) = (seal.letter().flock.clone(), seal.letter().sequence);
-        Generation { number: state.next_number(), flock, signer: seal.signer(), sequence, seal: seal.id() }
+        let (number, signer, seal) = (state.next_number(), seal.signer(), seal.id());
+        Generation { number, flock, signer, sequence, seal, unknown: Unknown::new() }
     }
 
     fn unit() -> UnitId {
@@ -280,6 +329,8 @@ mod tests {
                 }
             }
             Event::Started => state.started().0,
+            Event::Excused => state.excused(),
+            Event::Shown => state.shown().0,
             Event::Won => state.won(),
             Event::Lost => state.lost(),
             Event::GoodIsGone => state.good_is_gone(),
@@ -291,8 +342,10 @@ mod tests {
     fn events() -> impl Strategy<Value = Vec<Event>> {
         let arrives = (0usize..2, 1u64..9, proptest::bool::weighted(0.1))
             .prop_map(|(key, sequence, consent)| Event::Arrives { key, sequence, consent });
-        let others = [Event::Started, Event::Won, Event::Lost, Event::GoodIsGone, Event::Vanished, Event::GivesUp];
-        let event = prop_oneof![3 => arrives, 4 => proptest::sample::select(others.to_vec())];
+        let trying = [Event::Started, Event::Excused, Event::Shown];
+        let others = [Event::Won, Event::Lost, Event::GoodIsGone, Event::Vanished, Event::GivesUp];
+        let others = proptest::sample::select([&trying[..], &others].concat());
+        let event = prop_oneof![3 => arrives, 4 => others];
         proptest::collection::vec(event, 0..40)
     }
 
@@ -319,7 +372,12 @@ mod tests {
                 let before = state.clone();
                 state = happens(state, event);
                 match event {
-                    Event::Arrives { .. } | Event::Started | Event::Lost | Event::GivesUp => {
+                    Event::Arrives { .. }
+                    | Event::Started
+                    | Event::Excused
+                    | Event::Shown
+                    | Event::Lost
+                    | Event::GivesUp => {
                         prop_assert_eq!(&state.good, &before.good);
                     }
                     Event::Won => prop_assert!(before.trial.is_none() || state.before == before.good),
@@ -350,5 +408,47 @@ mod tests {
         let third = generation(&state, &seal(artist(), 3));
         let state = state.installed(third).lost();
         assert_eq!(state.admit(&two, &unit(), Consent::Newer).unwrap(), Admission::New);
+    }
+
+    /// On trial, in an evening in which it was shown for so many joins.
+    fn evening(state: State, joins: u32) -> (State, Verdict) {
+        let (state, verdict) = state.started();
+        (0..joins).fold(
+            (state, verdict),
+            |(state, verdict), _| if verdict == Verdict::Open { state.shown() } else { (state, verdict) },
+        )
+    }
+
+    #[test]
+    fn a_trial_counts_what_was_shown_over_as_many_short_evenings_as_it_takes() {
+        let state = State::default();
+        let new = generation(&state, &seal(artist(), 1));
+        let mut state = state.installed(new);
+        for started in 1..JOINS {
+            let (after, verdict) = evening(state, 1);
+            assert_eq!((verdict, after.trial.as_ref().map(|trial| trial.joins)), (Verdict::Open, Some(started)));
+            state = after;
+        }
+        let (state, verdict) = evening(state, 1);
+        assert_eq!((verdict, state.good.is_some(), state.bad.len()), (Verdict::Won, true, 0));
+    }
+
+    #[test]
+    fn a_trial_is_lost_by_starts_that_show_nothing_unless_nobody_could_have_seen_them() {
+        let state = State::default();
+        let new = generation(&state, &seal(artist(), 1));
+        let mut state = evening(state.installed(new), 1).0;
+        for _ in 0..2 * STARTS {
+            let (after, verdict) = state.started();
+            assert_eq!(verdict, Verdict::Open);
+            state = after.excused();
+        }
+        for _ in 0..STARTS {
+            let (after, verdict) = state.started();
+            assert_eq!(verdict, Verdict::Open);
+            state = after;
+        }
+        let (state, verdict) = state.started();
+        assert_eq!((verdict, state.bad.len()), (Verdict::Lost, 1));
     }
 }

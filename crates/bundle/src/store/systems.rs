@@ -138,7 +138,7 @@ impl Store {
     /// The system whose seal lies at `path`.
     fn sealed(&self, path: &str) -> Result<Option<System>, StoreError> {
         match self.disk.read(path, limits::SEAL) {
-            Ok(bytes) => Ok(UnverifiedSystem::new(bytes).verify(&self.trust).ok()),
+            Ok(bytes) => Ok(UnverifiedSystem::new(bytes).verify(&self.system_trust()).ok()),
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::FileTooLarge) => Ok(None),
             Err(error) => Err(at("read", path)(error)),
         }

@@ -3,8 +3,8 @@
 use crate::folders::files_in;
 use crate::press::{Files, fetch, flock, key, playing, press, store, trust, unit, verified};
 use bundle::{
-    Admission, CURRENT, Consent, Learned, LocalDisk, Playing, Refused, STARTS, Sequence, Statement, Store, StoreError,
-    Trust, Verdict,
+    Admission, CURRENT, Consent, Learned, LocalDisk, ObjectId, Playing, Refused, STARTS, Sequence, Statement, Store,
+    StoreError, Trust, Verdict,
 };
 use std::collections::BTreeSet;
 use std::fs;
@@ -105,6 +105,41 @@ fn what_is_not_newer_is_refused_for_each_key_by_itself() {
     let store = Store::open(Box::new(LocalDisk::open(unit_folder.path()).unwrap()), both()).unwrap();
     assert!(admit(&store, 7, "artist", Consent::Newer).is_err());
     assert_eq!(playing(unit_folder.path()), Some(flock(2, 0)));
+}
+
+#[test]
+fn what_a_newer_program_has_written_is_kept_by_one_that_does_not_know_it() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut there = store(unit_folder.path());
+    press(stick.path(), &flock(2, 0), &[], 7, "artist");
+    update(&mut there, stick.path());
+    there.won().unwrap();
+    let word = Statement::Revoke(key("artist").public().id()).sign(key("artist")).unwrap();
+    there.learn(&word).unwrap();
+    drop(there);
+    // What is to come, in every part of the state.
+    let newer = |text: &str| {
+        let body = text.split_once('\n').unwrap().1.trim_end();
+        let body = body.replacen("{\"floors\"", "{\"moons\":{\"of\":[1,null]},\"floors\"", 1);
+        let body = body.replacen("\"good\":{", "\"good\":{\"phase\":\"full\",", 1);
+        let sum = ObjectId::of(format!("9 {body}").as_bytes());
+        format!("dreams-state-1 9 {sum}\n{body}\n")
+    };
+    let slots = ["state.0", "state.1"].map(|name| unit_folder.path().join(name));
+    for slot in &slots {
+        fs::write(slot, newer(&fs::read_to_string(slot).unwrap())).unwrap();
+    }
+    let mut there = store(unit_folder.path());
+    assert_eq!(there.state().floors[&key("artist").public().id()], Sequence(7));
+    assert_eq!(there.trust().keys().count(), 0, "what was called back stays called back");
+    there.give_up_reserve().unwrap();
+    there.good_is_gone().unwrap();
+    drop(there);
+    for slot in &slots {
+        let text = fs::read_to_string(slot).unwrap();
+        assert!(text.contains("\"moons\":{\"of\":[1,null]}"), "{text}");
+        assert!(!text.contains("phase"), "it went with its generation: {text}");
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! server is all that a test needs. Never waits.
 
 use super::{ANSWERING_NS, ASKING_NS, MOST_CLIENTS, Server};
+use crate::status::hosts::Hosts;
 use crate::status::http::{Answer, LONGEST_HEAD};
 use player::now::now;
 use std::fmt::Write as _;
@@ -35,7 +36,7 @@ struct Site<A> {
 fn site() -> Site<impl Fn(&str) -> Answer> {
     let folder = tempfile::tempdir().unwrap();
     let listener = UnixListener::bind(folder.path().join("socket")).unwrap();
-    Site { server: Server::new(listener.into(), page).unwrap(), folder, now: Nanos(0) }
+    Site { server: Server::new(listener.into(), Hosts::Any, page).unwrap(), folder, now: Nanos(0) }
 }
 
 impl<A: Fn(&str) -> Answer> Site<A> {
@@ -171,7 +172,7 @@ fn garbage_is_refused_and_whoever_hangs_up_is_forgotten() {
 fn a_refusal_arrives_although_the_request_was_not_read_to_its_end() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
-    let server = Server::new(listener.into(), page).unwrap();
+    let server = Server::new(listener.into(), Hosts::Any, page).unwrap();
     thread::spawn(move || server.run(now));
     let mut head = String::from("GET / HTTP/1.1\r\n");
     while head.len() < 4 * LONGEST_HEAD {

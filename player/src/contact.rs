@@ -1,0 +1,48 @@
+//! What became of the last look at a source.
+//!
+//! Owns the small file in the store in which the updater tells it, and the status page reads it. Our own words alone: nothing
+//! that a stranger wrote stands there.
+
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io;
+use std::path::Path;
+
+/// Beside the state of a store.
+const FILE_NAME: &str = "contact.json";
+/// What the file may have, in bytes.
+const LARGEST: u64 = 64 << 10;
+
+/// A look at a source.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Contact {
+    /// When, in seconds since 1970; none where the clock could not be right.
+    pub clock_s: Option<u64>,
+    /// `stick` or `network`.
+    pub source: String,
+    /// How it ended, as people are told.
+    pub result: String,
+    /// The ids of the keys that were trusted then.
+    pub trusted: Vec<String>,
+    /// The ids of those that were called back.
+    pub revoked: Vec<String>,
+}
+
+impl Contact {
+    /// The last one that was told in `store`; none if none was, or it cannot be read.
+    pub fn last(store: &Path) -> Option<Self> {
+        let path = store.join(FILE_NAME);
+        let is_small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
+        serde_json::from_slice(&fs::read(path).ok().filter(|_| is_small)?).ok()
+    }
+
+    /// Tells it in `store`. A power cut may lose it: it is for people.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn tell(&self, store: &Path) -> io::Result<()> {
+        let new = store.join(format!("{FILE_NAME}.new"));
+        fs::write(&new, serde_json::to_vec(self).map_err(io::Error::other)?)?;
+        fs::rename(new, store.join(FILE_NAME))
+    }
+}
