@@ -17,6 +17,7 @@ mod curating;
 mod far_away;
 mod fetching;
 mod flocks;
+mod formats;
 mod forms;
 mod glass;
 mod guest;
