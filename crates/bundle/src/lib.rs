@@ -39,7 +39,7 @@ pub use source::{STATEMENTS, Source};
 pub use start_file::{COPIES, ENTRIES, LaidOut, SYSTEMS, StartFile, StartFileError, copy_folder, gather, lay_out};
 pub use store::{
     Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, Judge, LocalDisk, Plan, Playing,
-    STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Verdict, Wanted, plan,
+    STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Unread, Verdict, Wanted, plan,
 };
 pub use system::{Release, System, UnverifiedSystem, copy_object, path as system_path};
 pub use trust::{Learned, Statement, Trust, statements};
