@@ -10,6 +10,7 @@ use crate::command_line::json;
 use crate::faults;
 use crate::programs::{output, succeed};
 use crate::updating::{Unit, object};
+use bundle::Playing;
 use claims::press::{Files, rubbish};
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
@@ -166,6 +167,38 @@ fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_c
         let answer = breakage.unit.updated(&[]);
         assert_eq!(breakage.unit.playing().as_ref(), Some(&breakage.old), "{call} {how}: {answer}");
     }
+}
+
+#[test]
+fn a_look_at_a_disk_that_does_not_give_what_it_holds_takes_nothing_away() {
+    let (unit, files) = (Unit::new(), rubbish(20, 9_000, 0));
+    unit.press.bundle(&unit.stick(), &files, &["lobby"], 5);
+    unit.updated(&[]);
+    Playing::of(&unit.path("store/current")).unwrap().unwrap().judge().unwrap().won(1).unwrap();
+    let objects: Vec<String> =
+        files.values().map(|bytes| unit.path("store").join(object(bytes)).display().to_string()).collect();
+    let look = |silent: &[String]| {
+        let update = unit.update_from(None);
+        let mut command = Command::new("strace");
+        command.args(["-f", "-qq", "-e", "trace=read", "-e", "inject=read:error=EIO", "-o"]).arg(unit.path("strace"));
+        command.args(silent.iter().flat_map(|path| ["-P", path]));
+        output(command.arg(update.get_program()).args(update.get_args()).arg("--scrub"))
+    };
+    let said = look(&objects);
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.code() == Some(3) && error.contains("cannot read 8 files of the store"), "{error}");
+    assert_eq!(unit.playing().as_ref(), Some(&files));
+    assert!(objects.iter().all(|path| Path::new(path).exists()), "what may be whole is left as it is");
+    assert_eq!(unit.updated(&["--scrub"])["outcome"], "no-news");
+
+    // A bad sector: its file stays too, and is fetched again unless the disk gives it after all.
+    let said = look(&objects[..1]);
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.code() == Some(0) && error.contains("cannot be read and stays"), "{error}");
+    assert_eq!((json(&said)["missing"].as_u64(), unit.playing().as_ref()), (Some(1), Some(&files)));
+    let answer = unit.updated(&[]);
+    assert_eq!((answer["mended"].as_u64(), answer["fetched_bytes"].as_u64()), (Some(1), Some(0)), "{answer}");
+    assert_eq!((unit.updated(&["--scrub"])["missing"].as_u64(), unit.playing()), (Some(0), Some(files)));
 }
 
 /// `command` as a unit runs it: by one whom a file's mode keeps out.

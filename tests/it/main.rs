@@ -18,6 +18,7 @@ mod far_away;
 mod faults;
 mod fetching;
 mod flocks;
+mod formats;
 mod forms;
 mod glass;
 mod guest;

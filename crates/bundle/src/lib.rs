@@ -39,8 +39,8 @@ pub use source::{STATEMENTS, Source};
 pub use start_file::{COPIES, ENTRIES, LaidOut, SYSTEMS, StartFile, StartFileError, copy_folder, gather, lay_out};
 pub use store::{
     Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, JOINS, Judge, LocalDisk, Plan,
-    Playing, STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Unknown, Verdict, Wanted,
-    plan,
+    Playing, STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Unknown, Unread, Verdict,
+    Wanted, plan,
 };
 pub use system::{Release, System, UnverifiedSystem, copy_object, path as system_path};
 pub use trust::{Learned, Statement, Trust, statements};

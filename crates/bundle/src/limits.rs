@@ -45,6 +45,8 @@ pub const TRUSTED_KEYS: usize = 64;
 pub const COMMENT: usize = 256;
 /// Bytes of the state of a store.
 pub const STATE: u64 = 1 << 20;
+/// Objects that a disk may not give before it is said to fail.
+pub const UNREAD: usize = 8;
 /// Parts of an object that a file system cannot hold in one.
 pub const PARTS: u32 = 1000;
 /// Characters that an error tells of a stranger's text.

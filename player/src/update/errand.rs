@@ -19,7 +19,7 @@ use crate::slot;
 use crate::statements;
 use crate::system;
 use crate::words;
-use bundle::{Admission, KeyError, LocalDisk, Refused, Store, StoreError, Trust, Unverified, Verified, Wanted};
+use bundle::{Admission, KeyError, LocalDisk, Refused, Store, StoreError, Trust, Unread, Unverified, Verified, Wanted};
 use player::contact::Contact;
 use player::day::is_clock_wrong;
 use player::ending::{Exit, Told, chain};
@@ -206,7 +206,7 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
     let seal = unverified.verify(store.trust()).map_err(Fatal::Refused)?;
     match store.admit(&seal, &order.unit, order.consent).map_err(Fatal::Refused)? {
         Admission::New => {}
-        Admission::OnTrial | Admission::Plays => return Ok(Outcome::NoNews),
+        Admission::Kept | Admission::OnTrial | Admission::Plays => return Ok(Outcome::NoNews),
     }
     let letter = seal.letter();
     info!(flock = letter.flock, sequence = letter.sequence.0, signer = %seal.signer(), "bundle is taken in");
@@ -244,16 +244,23 @@ fn tidy(store: &Store, bundle: &Verified) {
     }
 }
 
-/// Reads every byte that is kept, and takes out what is damaged.
+/// Reads every byte that is kept, and has what is damaged fetched again.
 fn scrub(store: &Store, stop: &AtomicBool) -> Result<(), Fatal> {
     let found = store.scrub(|_| !stop.load(Ordering::Relaxed))?;
     for damaged in &found.damaged {
-        warn!(clip = damaged.path.as_str(), "a damaged file was taken out");
+        warn!(clip = damaged.path.as_str(), "a file is damaged and stays until it was fetched again");
+    }
+    for Unread { wanted, why } in &found.unread {
+        warn!(clip = wanted.path.as_str(), error = why, "a file cannot be read and stays");
     }
     for generation in &found.unlisted {
         warn!(generation = generation.number, "a generation is damaged: nobody knows what it should consist of");
     }
-    info!(whole = found.whole, damaged = found.damaged.len(), "the store was read through");
+    let (whole, damaged, unread) = (found.whole, found.damaged.len(), found.unread.len());
+    if found.is_failing {
+        return Err(StoreError::Failing { unread }.into());
+    }
+    info!(whole, damaged, unread, "the store was read through");
     if stop.load(Ordering::Relaxed) { Err(Fatal::Stopped) } else { Ok(()) }
 }
 
@@ -268,7 +275,12 @@ fn mend(store: &Store, fetcher: &mut Fetcher<'_>) -> Result<(usize, usize), Fata
     };
     let (mut mended, mut missing, mut trouble) = (0, 0, None);
     for wanted in &lacking {
-        match fetcher.fetch(store, wanted) {
+        let mended_by = |fetcher: &mut Fetcher<'_>| match store.reclaim(wanted) {
+            Ok(true) => Ok(()),
+            Ok(false) => fetcher.fetch(store, wanted),
+            Err(error) => Err(error.into()),
+        };
+        match mended_by(fetcher) {
             Ok(()) => mended += 1,
             Err(Fatal::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => missing += 1,
             Err(fatal) => {

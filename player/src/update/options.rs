@@ -51,7 +51,7 @@ pub(crate) struct Options {
     /// The folder of the boot loader's partition, for that slot
     #[arg(long, value_name = "DIR", requires = "slot")]
     boot: Option<PathBuf>,
-    /// First read every byte that is kept; take out what is damaged, and fetch it again
+    /// First read every byte that is kept; what is damaged stays until it was fetched again
     #[arg(long)]
     scrub: bool,
     /// Tell people in front of the picture, through this file, how far it is

@@ -47,6 +47,9 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
         }
         Fatal::Store(StoreError::Incomplete { name, .. }) => format!("This stick is damaged: {name} is not whole."),
         Fatal::Slot { .. } => "The new system cannot be written. The picture goes on.".to_owned(),
+        Fatal::Store(StoreError::Failing { .. }) => {
+            "The memory of this frame cannot be read well. The picture goes on.".to_owned()
+        }
         Fatal::Store(_) => "The memory of this frame does not take the flock. The picture goes on.".to_owned(),
         Fatal::Address { .. }
         | Fatal::Config(_)

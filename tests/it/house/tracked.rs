@@ -85,6 +85,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ),
     ("tests", &["Cargo.toml", "*.rs", "*.py", SCRIPT]),
     ("tests/fixtures", &["flock.toml"]),
+    ("tests/fixtures/format-1", &["*"]),
     ("tests/package", &["inside", SCRIPT]),
     ("tests/vkms", &["*.config", SCRIPT]),
 ];

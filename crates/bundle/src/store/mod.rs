@@ -8,6 +8,7 @@
 //!
 //! ```text
 //! objects/3f/a91c...                     content, 0444, under fs-verity where there is that
+//! aside/3fa91c...                        content that a look found damaged, until other has taken its place
 //! incoming/3fa91c...                     content on its way: its length is how far it got
 //! generations/12/{seal,contents,statements}   what vouched for it
 //! generations/12/flock/...               the flock, as the player opens it
@@ -26,6 +27,7 @@ mod install;
 mod intake;
 mod judge;
 mod plan;
+mod repair;
 mod slots;
 mod state;
 mod systems;
@@ -39,6 +41,7 @@ use crate::limits;
 use crate::names::{ObjectId, UnitId};
 use crate::refused::Refused;
 use crate::seal::{Seal, Unverified};
+use crate::store::repair::ASIDE;
 use crate::store::slots::{Read, Slots};
 use crate::trust::{Learned, Trust, statements};
 
@@ -48,7 +51,7 @@ pub use judge::{Judge, Playing};
 pub use plan::{Held, Plan, Shortfall, Wanted, plan};
 pub use state::{Admission, Consent, Generation, JOINS, STARTS, State, Trial, Unknown, Verdict};
 pub use systems::SystemAdmission;
-pub use upkeep::Scrubbed;
+pub use upkeep::{Scrubbed, Unread};
 
 /// The link that says which flock plays.
 pub const CURRENT: &str = "current";
@@ -88,6 +91,12 @@ pub enum StoreError {
         path: String,
         /// What the disk says.
         source: io::Error,
+    },
+    /// The disk does not give what it holds.
+    #[error("cannot read {unread} files of the store, and looked at no more")]
+    Failing {
+        /// How many files it did not give.
+        unread: usize,
     },
     /// It ended before it was whole. What there is stays, to be continued.
     #[error("`{name}` ended after {have} of {size} bytes")]
@@ -136,7 +145,7 @@ impl Store {
     /// [`StoreError::Disk`].
     pub fn open(disk: Box<dyn Disk>, pinned: Trust) -> Result<Self, StoreError> {
         let _held = disk.hold().map_err(at("hold the state of", ""))?;
-        for folder in ["objects", INCOMING, GENERATIONS] {
+        for folder in ["objects", INCOMING, GENERATIONS, ASIDE] {
             disk.make_folder(folder).map_err(at("make folder", folder))?;
         }
         disk.sync_folder("").map_err(at("sync", ""))?;

@@ -2,7 +2,8 @@
 //!
 //! Owns every decision about generations, as pure functions of the state; whoever calls them writes the state down and
 //! makes the disk follow. The *floor* of a key is the highest sequence that has won its trial: nothing of that key that
-//! is not higher is let in again. A lost trial raises no floor, so that the artist may send the same number again,
+//! is not higher is let in again, but for the number of the floor itself once the disk has lost what it was: a unit
+//! takes back the flock that it had. A lost trial raises no floor, so that the artist may send the same number again,
 //! mended.
 //!
 //! A unit may fall back to an older program at any time: fields are only ever added, and what a program does not know it
@@ -107,6 +108,8 @@ pub enum Consent {
 /// What becomes of a bundle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Admission {
+    /// It is kept for when the one on trial is lost. What the store lacks of it may be fetched.
+    Kept,
     /// It is to be installed.
     New,
     /// It is on trial already.
@@ -158,13 +161,19 @@ impl State {
         if consent == Consent::Any {
             return Ok(Admission::New);
         }
+        if self.good.as_ref().is_some_and(is) {
+            return Ok(Admission::Kept);
+        }
         if self.bad.contains(&id) {
             return Err(Refused::MarkedBad { sequence: letter.sequence });
         }
         let on_trial = self.trial.as_ref().filter(|trial| trial.generation.signer == signer);
         let floor = self.floors.get(&signer).copied().max(on_trial.map(|trial| trial.generation.sequence));
+        let is_kept = |floor| self.kept().any(|kept| (kept.signer, kept.sequence) == (signer, floor));
         match floor {
-            Some(floor) if letter.sequence <= floor => Err(Refused::Older { sequence: letter.sequence, floor, signer }),
+            Some(floor) if letter.sequence < floor || letter.sequence == floor && is_kept(floor) => {
+                Err(Refused::Older { sequence: letter.sequence, floor, signer })
+            }
             Some(_) | None => Ok(Admission::New),
         }
     }
@@ -325,7 +334,7 @@ mod tests {
                         let new = generation(&state, &seal);
                         state.installed(new)
                     }
-                    Ok(Admission::OnTrial | Admission::Plays) | Err(_) => state,
+                    Ok(Admission::Kept | Admission::OnTrial | Admission::Plays) | Err(_) => state,
                 }
             }
             Event::Started => state.started().0,
@@ -404,7 +413,7 @@ mod tests {
         assert_eq!(state.admit(&one, &unit(), Consent::Any).unwrap(), Admission::Plays);
         let second = generation(&state, &two);
         let state = state.installed(second);
-        assert!(state.admit(&one, &unit(), Consent::Newer).is_err());
+        assert_eq!(state.admit(&one, &unit(), Consent::Newer).unwrap(), Admission::Kept);
         let third = generation(&state, &seal(artist(), 3));
         let state = state.installed(third).lost();
         assert_eq!(state.admit(&two, &unit(), Consent::Newer).unwrap(), Admission::New);
@@ -450,5 +459,22 @@ mod tests {
         }
         let (state, verdict) = state.started();
         assert_eq!((verdict, state.bad.len()), (Verdict::Lost, 1));
+    }
+
+    #[test]
+    fn the_flock_that_set_the_floor_is_let_in_again_when_the_disk_has_lost_it() {
+        let (old, new) = (seal(artist(), 1), seal(artist(), 2));
+        let mut state = State::default();
+        for seal in [&old, &new] {
+            let generation = generation(&state, seal);
+            state = state.installed(generation).won();
+        }
+        assert_eq!(state.admit(&new, &unit(), Consent::Newer).unwrap(), Admission::Plays);
+        assert!(state.admit(&old, &unit(), Consent::Newer).is_err());
+        // The one before it plays, or none.
+        for lost in [state.clone().vanished(), state.vanished().vanished()] {
+            assert_eq!(lost.admit(&new, &unit(), Consent::Newer).unwrap(), Admission::New);
+            assert!(lost.admit(&old, &unit(), Consent::Newer).is_err() || lost.good.is_some());
+        }
     }
 }

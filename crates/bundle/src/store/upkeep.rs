@@ -1,19 +1,21 @@
-//! Keeping the store small and whole.
+//! Keeping the store small, and looking at every byte of it.
 //!
-//! Owns what may go, and what is wrong with what stays: a damaged file is taken out of every generation, so that the
-//! player walks around it, until it has been fetched again. Never fetches.
+//! Owns what may go, and what is wrong with what stays. A look takes nothing away from any flock: an object that is
+//! damaged, or that the disk does not give, is put aside, so that it is fetched again; its clip stays in its place until
+//! then. How what was fetched takes that place is in `repair.rs`. Never fetches.
 //!
 //! Start at [`Store::collect`](crate::Store::collect) and [`Store::scrub`](crate::Store::scrub).
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read};
 
 use crate::contents::{Contents, FileEntry, Verified};
+use crate::limits;
 use crate::names::{ObjectId, plain};
-use crate::store::install::link_all;
 use crate::store::plan::Wanted;
+use crate::store::repair::ASIDE;
 use crate::store::state::Generation;
-use crate::store::{GENERATIONS, INCOMING, Store, StoreError, at, flock_folder};
+use crate::store::{GENERATIONS, INCOMING, Store, StoreError, at};
 use crate::system::System;
 
 /// How much is read between two looks at the pace.
@@ -24,10 +26,24 @@ const CHUNK: usize = 256 << 10;
 pub struct Scrubbed {
     /// Objects that were read and are whole.
     pub whole: usize,
-    /// What has to be fetched again; it was taken out of the generations.
+    /// Objects with other bytes than were signed: they have to be fetched again.
     pub damaged: Vec<Wanted>,
+    /// Objects that the disk did not give: they have to be fetched again, unless it gives them after all.
+    pub unread: Vec<Unread>,
+    /// The disk did not give [`limits::UNREAD`] objects: it fails, and not they. The look ended there, and they are left
+    /// as they are.
+    pub is_failing: bool,
     /// Generations of which nobody knows any more what they consist of.
     pub unlisted: Vec<Generation>,
+}
+
+/// An object that could not be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// Which.
+    pub wanted: Wanted,
+    /// What the disk says.
+    pub why: String,
 }
 
 impl Store {
@@ -69,45 +85,49 @@ impl Store {
         }
         let coming: BTreeSet<ObjectId> =
             fetching.iter().flat_map(|bundle| bundle.contents().files().iter().map(|file| file.id)).collect();
-        for name in self.disk.list(INCOMING).map_err(at("list", INCOMING))? {
-            if ObjectId::parse(&name).is_ok_and(|id| !coming.contains(&id)) {
-                let path = format!("{INCOMING}/{name}");
-                self.disk.remove(&path).map_err(at("remove", &path))?;
+        for (folder, wanted) in [(INCOMING, &coming), (ASIDE, &needed)] {
+            for name in self.disk.list(folder).map_err(at("list", folder))? {
+                if ObjectId::parse(&name).is_ok_and(|id| !wanted.contains(&id)) {
+                    let path = format!("{folder}/{name}");
+                    self.disk.remove(&path).map_err(at("remove", &path))?;
+                }
             }
         }
         Ok(())
     }
 
-    /// Reads every byte of every generation that is kept, and takes out what is damaged. `pace` is told of the bytes as
-    /// they are read, may take its time, and ends the scrub by saying `false`.
+    /// Reads every byte of every generation that is kept, and puts aside what is damaged or cannot be read: no file of
+    /// any flock is taken away. `pace` is told of the bytes as they are read, may take its time, and ends the scrub by
+    /// saying `false`.
     ///
     /// # Errors
-    /// [`StoreError::Disk`] if what is damaged cannot be taken out.
+    /// [`StoreError::Disk`] if what was found cannot be put aside.
     pub fn scrub(&self, mut pace: impl FnMut(u64) -> bool) -> Result<Scrubbed, StoreError> {
         let mut found = Scrubbed::default();
-        let mut objects: BTreeMap<ObjectId, (FileEntry, Vec<String>)> = BTreeMap::new();
+        let mut objects: BTreeMap<ObjectId, FileEntry> = BTreeMap::new();
         for generation in self.state.kept() {
-            let Ok(bundle) = self.bundle(generation) else {
-                found.unlisted.push(generation.clone());
-                continue;
-            };
-            for file in bundle.contents().files() {
-                let (_, names) = objects.entry(file.id).or_insert_with(|| (file.clone(), Vec::new()));
-                names.push(format!("{}/{}", flock_folder(generation.number), file.path));
+            match self.bundle(generation) {
+                Ok(bundle) => objects.extend(bundle.contents().files().iter().map(|file| (file.id, file.clone()))),
+                Err(_) => found.unlisted.push(generation.clone()),
             }
         }
-        for (id, (file, names)) in objects {
+        for (id, file) in objects {
+            let wanted = || Wanted { id, size: file.size, have: 0, path: file.path.clone() };
             match self.read_through(&id.path(), &mut pace) {
-                Ok(None) => return Ok(found),
+                Ok(None) => break,
                 Ok(Some(read)) if read == id => found.whole += 1,
-                Ok(Some(_)) | Err(_) => {
-                    for name in names.iter().chain([&id.path()]) {
-                        self.disk.remove(name).map_err(at("take out", name))?;
-                    }
-                    found.damaged.push(Wanted { id, size: file.size, have: 0, path: file.path });
-                }
+                Ok(Some(_)) => found.damaged.push(wanted()),
+                // Whoever asks what is missing is told of it.
+                Err(error) if error.kind() == ErrorKind::NotFound => {}
+                Err(error) => found.unread.push(Unread { wanted: wanted(), why: error.to_string() }),
+            }
+            found.is_failing = found.unread.len() >= limits::UNREAD;
+            if found.is_failing {
+                break;
             }
         }
+        let unread = found.unread.iter().map(|unread| &unread.wanted).filter(|_| !found.is_failing);
+        found.damaged.iter().chain(unread).try_for_each(|wanted| self.put_aside(&wanted.id))?;
         Ok(found)
     }
 
@@ -124,25 +144,8 @@ impl Store {
         Ok(missing.into_values().collect())
     }
 
-    /// Puts what was fetched again back into the generations that lacked it.
-    ///
-    /// # Errors
-    /// [`StoreError`].
-    pub fn mend(&self) -> Result<(), StoreError> {
-        for generation in self.state.kept() {
-            self.link_again(generation, &self.bundle(generation)?)?;
-        }
-        Ok(())
-    }
-
-    /// Links what a generation lacks and the store has.
-    pub(crate) fn link_again(&self, generation: &Generation, bundle: &Verified) -> Result<(), StoreError> {
-        let folder = flock_folder(generation.number);
-        link_all(&*self.disk, bundle.contents(), &folder).map_err(at("mend", &folder))
-    }
-
     /// The digest of a file; `None` if `pace` said to stop.
-    fn read_through(&self, path: &str, pace: &mut impl FnMut(u64) -> bool) -> io::Result<Option<ObjectId>> {
+    pub(crate) fn read_through(&self, path: &str, pace: &mut impl FnMut(u64) -> bool) -> io::Result<Option<ObjectId>> {
         let mut file = self.disk.open(path)?;
         let (mut hasher, mut chunk) = (blake3::Hasher::new(), vec![0; CHUNK]);
         loop {

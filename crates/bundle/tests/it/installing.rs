@@ -4,12 +4,12 @@ use crate::folders::files_in;
 use crate::press::{Files, fetch, flock, key, playing, press, store, trust, unit, verified};
 use bundle::{
     Admission, CURRENT, Consent, Learned, LocalDisk, ObjectId, Playing, Refused, STARTS, Sequence, Statement, Store,
-    StoreError, Trust, Verdict,
+    StoreError, Trust, Verdict, limits,
 };
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Takes the bundle in `folder` all the way to its trial.
 fn update(store: &mut Store, folder: &Path) -> u64 {
@@ -207,7 +207,7 @@ fn a_fetch_goes_on_where_it_was_and_damage_never_becomes_an_object() {
 }
 
 #[test]
-fn what_is_damaged_is_taken_out_and_put_back_when_it_was_fetched_again() {
+fn what_is_damaged_stays_in_its_place_until_what_was_fetched_again_takes_it() {
     let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let files = flock(5, 0);
     press(stick.path(), &files, &[], 1, "artist");
@@ -221,13 +221,82 @@ fn what_is_damaged_is_taken_out_and_put_back_when_it_was_fetched_again() {
     std::os::unix::fs::FileExt::write_at(&rot.unwrap(), b"rot", 40).unwrap();
     let found = store.scrub(|_| true).unwrap();
     assert_eq!((found.whole, found.damaged.len(), found.damaged[0].path.as_str()), (5, 1, "loops/3.mp4"));
-    assert!(!clip.exists(), "the player walks around it");
+    assert!(fs::read(&clip).unwrap() != files["loops/3.mp4"], "the player meets it as it is");
     assert_eq!(store.missing().unwrap(), found.damaged);
+    store.mend().unwrap();
+    assert!(clip.exists(), "there is nothing yet that could take its place");
     let bundle = verified(stick.path(), store.trust()).unwrap();
     fetch(&store, stick.path(), &bundle);
     store.mend().unwrap();
     assert_eq!(playing(unit_folder.path()), Some(files));
     assert_eq!(store.missing().unwrap(), []);
+}
+
+/// Takes the content away from so many objects, as bad sectors do: who opens them is given nothing. Where they were.
+fn silence(store: &Path, count: usize) -> Vec<(PathBuf, PathBuf)> {
+    let objects: Vec<PathBuf> =
+        files_in(&store.join("objects")).unwrap().keys().map(|name| store.join("objects").join(name)).collect();
+    let silent = |object: &PathBuf| {
+        let away = object.with_extension("away");
+        fs::rename(object, &away).unwrap();
+        fs::create_dir(object).unwrap();
+        (object.clone(), away)
+    };
+    objects.iter().take(count).map(silent).collect()
+}
+
+#[test]
+fn what_the_disk_does_not_give_stays_and_a_disk_that_fails_is_not_looked_through_to_its_end() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let files = flock(20, 0);
+    press(stick.path(), &files, &[], 1, "artist");
+    let mut store = store(unit_folder.path());
+    update(&mut store, stick.path());
+    let silenced = silence(unit_folder.path(), limits::UNREAD);
+    let found = store.scrub(|_| true).unwrap();
+    assert_eq!((found.is_failing, found.unread.len(), found.damaged.len()), (true, limits::UNREAD, 0));
+    assert_eq!(playing(unit_folder.path()).as_ref(), Some(&files));
+    assert!(silenced.iter().all(|(object, _)| object.exists()), "a disk that fails is left as it is");
+    // Fewer of them are fetched again, unless the disk gives them after all.
+    let (given, away) = &silenced[0];
+    fs::remove_dir(given).unwrap();
+    fs::rename(away, given).unwrap();
+    let found = store.scrub(|_| true).unwrap();
+    assert_eq!((found.is_failing, found.unread.len()), (false, limits::UNREAD - 1));
+    assert_eq!(playing(unit_folder.path()).as_ref(), Some(&files));
+    let missing = store.missing().unwrap();
+    assert_eq!(missing.len(), limits::UNREAD - 1);
+    let aside = unit_folder.path().join("aside").join(missing[0].id.to_string());
+    fs::remove_dir(&aside).unwrap();
+    fs::write(&aside, &files[missing[0].path.as_str()]).unwrap();
+    assert_eq!(missing.iter().map(|wanted| store.reclaim(wanted).unwrap()).filter(|is_back| *is_back).count(), 1);
+    assert_eq!(store.missing().unwrap().len(), limits::UNREAD - 2);
+}
+
+#[test]
+fn a_flock_that_the_disk_lost_is_taken_again_from_its_own_stick() {
+    let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let files = flock(3, 0);
+    press(stick.path(), &files, &["lobby"], 5, "artist");
+    let mut there = store(unit_folder.path());
+    update(&mut there, stick.path());
+    there.won().unwrap();
+    drop(there);
+    for lost in ["objects", "generations/1/flock"] {
+        fs::remove_dir_all(unit_folder.path().join(lost)).unwrap();
+    }
+    let mut there = store(unit_folder.path());
+    assert_eq!((playing(unit_folder.path()), there.state().floors.len()), (None, 1), "what was played is known");
+    update(&mut there, stick.path());
+    there.won().unwrap();
+    assert_eq!(playing(unit_folder.path()), Some(files));
+    // Nothing older is, and nothing else with the same number while it is there.
+    for (sequence, edition) in [(4, 1), (5, 2)] {
+        press(stick.path(), &flock(3, edition), &["lobby"], sequence, "artist");
+        let other = verified(stick.path(), there.trust()).unwrap();
+        let refused = there.admit(other.seal(), &unit("lobby"), Consent::Newer);
+        assert!(matches!(refused, Err(Refused::Older { .. })), "{sequence}");
+    }
 }
 
 #[test]

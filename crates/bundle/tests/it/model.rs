@@ -79,6 +79,22 @@ impl ModelDisk {
         Self(Arc::new(Mutex::new(World { base: names.clone(), names, inodes, room: 1 << 40, ..World::default() })))
     }
 
+    /// The same disk, left alone since, on which `trouble` happens at the operation of that number, from 0.
+    pub(crate) fn with(&self, trouble: Option<(u64, Trouble)>) -> Self {
+        let disk = self.after_a_kill();
+        disk.world().trouble = trouble;
+        disk
+    }
+
+    /// Changes the first byte of the file at `path`, under all its names.
+    pub(crate) fn rot(&self, path: &str) {
+        let mut world = self.world();
+        let inode = world.inode(path).unwrap();
+        let inode = world.inodes.get_mut(&inode).unwrap();
+        inode.bytes[0] ^= 1;
+        inode.durable[0] ^= 1;
+    }
+
     /// The disk after a power cut, one of the many that it may be.
     pub(crate) fn after_a_power_cut(&self, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -6,7 +6,7 @@
 use crate::careless::{Careless, Carelessness};
 use crate::model::{ModelDisk, Trouble};
 use crate::press::{Files, flock, press, trust, unit, verified};
-use bundle::{Admission, CURRENT, Consent, Disk, Refused, Sequence, Store, StoreError, Verified};
+use bundle::{Admission, CURRENT, Consent, Disk, Refused, Sequence, Store, StoreError, Verified, Wanted};
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::sync::OnceLock;
@@ -48,7 +48,7 @@ fn live(disk: Box<dyn Disk>, told: &mut Vec<Told>) -> Result<(), StoreError> {
                 told.push(Told::Installed(index));
             }
             Ok(Admission::OnTrial) => {}
-            Ok(Admission::Plays) | Err(Refused::Older { .. } | Refused::MarkedBad { .. }) => continue,
+            Ok(Admission::Kept | Admission::Plays) | Err(Refused::Older { .. } | Refused::MarkedBad { .. }) => continue,
             Err(refused) => panic!("{refused}"),
         }
         store.started()?;
@@ -65,21 +65,22 @@ fn live(disk: Box<dyn Disk>, told: &mut Vec<Told>) -> Result<(), StoreError> {
 }
 
 fn fetch(store: &Store, edition: &Edition) -> Result<(), StoreError> {
-    for wanted in store.plan(&edition.bundle)?.wanted {
-        let bytes = &edition.files[wanted.path.as_str()];
-        loop {
-            let mut intake = store.intake(&wanted)?;
-            for chunk in bytes[intake.have() as usize..].chunks(900) {
-                intake.take(chunk)?;
-            }
-            match intake.finish() {
-                // What a power cut left of it was rubbish: from the beginning.
-                Err(StoreError::Damaged { .. }) => {}
-                done => break done.map(drop)?,
-            }
+    store.plan(&edition.bundle)?.wanted.iter().try_for_each(|wanted| fetch_one(store, wanted, edition))
+}
+
+fn fetch_one(store: &Store, wanted: &Wanted, edition: &Edition) -> Result<(), StoreError> {
+    let bytes = &edition.files[wanted.path.as_str()];
+    loop {
+        let mut intake = store.intake(wanted)?;
+        for chunk in bytes[intake.have() as usize..].chunks(900) {
+            intake.take(chunk)?;
+        }
+        match intake.finish() {
+            // What a power cut left of it was rubbish: from the beginning.
+            Err(StoreError::Damaged { .. }) => {}
+            done => break done.map(drop),
         }
     }
-    Ok(())
 }
 
 /// Whether what plays on `disk` may play there, after this was told: something whole, and nothing that was undone.
@@ -149,6 +150,60 @@ fn a_power_cut_or_a_kill_at_every_operation_leaves_a_whole_flock_and_loses_nothi
         for seed in 0..10 {
             let cut = disk.after_a_power_cut(seed);
             check(&cut, &told).unwrap_or_else(|fault| panic!("cut at {at} of {length}, seed {seed}: {fault}"));
+        }
+    }
+}
+
+/// A unit looks through its store, in which a clip is damaged, and fetches that again.
+fn mend(disk: Box<dyn Disk>, edition: &Edition) -> Result<(), StoreError> {
+    let store = Store::open(disk, trust())?;
+    store.scrub(|_| true)?;
+    for wanted in store.missing()? {
+        if !store.reclaim(&wanted)? {
+            fetch_one(&store, &wanted, edition)?;
+        }
+    }
+    store.mend()?;
+    store.collect(None)
+}
+
+#[test]
+fn a_look_and_its_mending_cut_short_at_every_operation_take_no_file_from_the_flock_that_plays() {
+    let (clip, edition) = ("loops/1.mp4", &editions()[0]);
+    let whole = ModelDisk::new(None);
+    let mut store = Store::open(Box::new(whole.clone()), trust()).unwrap();
+    fetch(&store, edition).unwrap();
+    store.install(&edition.bundle).unwrap();
+    store.won().unwrap();
+    drop(store);
+    // All that was done before is on the disk.
+    let rotten = whole.with(None);
+    rotten.rot(&format!("generations/1/flock/{clip}"));
+    let damaged = rotten.tree(CURRENT).unwrap();
+    assert_ne!(damaged, edition.files);
+    let plays_all = |disk: &ModelDisk, case: &str| {
+        let found = disk.tree(CURRENT).unwrap_or_default();
+        let is_there = |(path, bytes): (&String, &Vec<u8>)| {
+            found.get(path).is_some_and(|found| found == bytes || *found == damaged[path])
+        };
+        assert!(edition.files.iter().all(is_there), "{case}: of the flock there is {:?}", found.keys());
+    };
+    let disk = rotten.with(None);
+    mend(Box::new(disk.clone()), edition).unwrap();
+    assert_eq!(disk.tree(CURRENT).as_ref(), Some(&edition.files));
+    assert_eq!(disk.tree("aside"), Some(Files::new()), "nothing is put aside any more");
+    let length = disk.operations();
+    for at in 0..length {
+        for trouble in [Trouble::Death, Trouble::Once(ErrorKind::Other)] {
+            let disk = rotten.with(Some((at, trouble)));
+            mend(Box::new(disk.clone()), edition).ok();
+            let cuts = (0..10)
+                .map(|seed| (format!("{trouble:?} at {at} of {length}, seed {seed}"), disk.after_a_power_cut(seed)));
+            for (case, cut) in cuts.chain([(format!("{trouble:?} at {at} of {length}"), disk.after_a_kill())]) {
+                plays_all(&cut, &case);
+                mend(Box::new(cut.clone()), edition).unwrap_or_else(|error| panic!("{case}: {error:?}"));
+                assert!(cut.tree(CURRENT).as_ref() == Some(&edition.files), "{case}: the clip is still damaged");
+            }
         }
     }
 }
