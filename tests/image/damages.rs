@@ -1,5 +1,6 @@
 //! Each thing that a unit starts from, damaged in each way: see `redundant.rs`, which has the cheapest of these claims.
 
+use crate::machine::PAUSE;
 use crate::redundant::{FAT, KIB, LOOKED, is_whole_again, shows_its_art, slot};
 use crate::system::{Coming, NOW, coming, kept, version};
 use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
@@ -35,7 +36,7 @@ fn a_unit_whose_first_boot_partition_and_first_slot_are_damaged_mends_both() {
     unit.spoil(SLOT_A, 0, &rubbish(1024 * KIB));
     let mut machine = shows_its_art(&unit);
     assert_eq!(slot(&mut machine), 3, "the second slot runs");
-    machine.run(LOOKED);
+    machine.watch_while(PAUSE, LOOKED);
     drop(machine);
     let mut machine = shows_its_art(&unit);
     assert_eq!(slot(&mut machine), 2, "the first one is whole again");
@@ -52,7 +53,7 @@ fn four_kib_damaged_in_anything_that_is_started_cost_nothing() {
         let unit = started().copy();
         unit.spoil_file(BOOT, &file, at, &rubbish(4 * KIB));
         let mut machine = shows_its_art(&unit);
-        machine.run(MENDED);
+        machine.watch_while(PAUSE, MENDED);
         machine.is_well();
     }
 }
@@ -64,7 +65,7 @@ fn both_copies_on_a_boot_partition_damaged_cost_nothing() {
         unit.spoil_file(BOOT, &part(copy, "linux"), 6_000_000, &rubbish(4 * KIB));
     }
     let mut machine = shows_its_art(&unit);
-    machine.run(MENDED);
+    machine.watch_while(PAUSE, MENDED);
 }
 
 #[test]
@@ -85,7 +86,7 @@ fn a_first_program_that_is_damaged_costs_nothing() {
     let unit = Unit::new();
     unit.spoil_file(BOOT, "EFI/BOOT/BOOTX64.EFI", 0, &rubbish(4 * KIB));
     let mut machine = shows_its_art(&unit);
-    machine.run(MENDED);
+    machine.watch_while(PAUSE, MENDED);
     machine.is_well();
 }
 

@@ -37,7 +37,7 @@ pub(crate) fn slot(machine: &mut Machine) -> u32 {
 
 /// Waits until it has looked through all, and holds it whole.
 pub(crate) fn is_whole_again(machine: &mut Machine) {
-    machine.run(LOOKED);
+    machine.watch_while(PAUSE, LOOKED);
     machine.run(IS_WHOLE);
     machine.is_well();
 }

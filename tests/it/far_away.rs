@@ -26,8 +26,8 @@ const DRIP: &str = r"printf 'HTTP/1.1 200 OK\r\n\r\n'; while sleep 10; do printf
 
 /// Seconds after which nobody waits for a server any more that says nothing.
 const SILENCE: u64 = 30;
-/// The same for one that sends something small drop by drop.
-const DRIPPING: u64 = 300;
+/// The same for one that sends drop by drop.
+const DRIPPING: u64 = 60;
 
 /// What an updater came to in the guest: its status, and after how many seconds.
 fn ended(console: &str, case: &str) -> (u64, u64) {
