@@ -245,6 +245,7 @@ fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
         assert!(said.status.code() == Some(1) && error.contains("is signed by key"), "{keys}: {error}");
     }
     frame.studio.pack(&["--unit", "lobby"]);
+    fs::create_dir(frame.at("flocks")).unwrap();
     frame.studio.says(0, &["publish", "bundle", "flocks", "--trust", "artist.pub"]);
     let flock = output(Command::new(programs::updater()).args(["--json", "--unit", "lobby", "--config"]).args([
         frame.at("update.toml"),

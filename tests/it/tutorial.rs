@@ -81,7 +81,13 @@ fn the_tutorials_commands_print_what_it_shows() {
     let printed = printed(&said, steps.len());
     for (at, (Step { command, shows }, (lines, status))) in steps.iter().zip(printed).enumerate() {
         let (as_shown, as_printed) = (shows.join("\n"), lines.join("\n"));
-        assert!(is_shown(shows, &lines), "`{command}` is shown as\n{as_shown}\nand prints\n{as_printed}");
+        let (mut shows, mut lines) = (shows.clone(), lines);
+        // Clips are told as they are ready, and several are rendered at once.
+        if command.starts_with("flock render ") {
+            shows.sort();
+            lines.sort_unstable();
+        }
+        assert!(is_shown(&shows, &lines), "`{command}` is shown as\n{as_shown}\nand prints\n{as_printed}");
         let told = steps.get(at + 1).is_some_and(|next| next.command == "echo $?");
         assert!(status == "0" || told, "`{command}` ends with {status} and the tutorial does not tell");
     }
