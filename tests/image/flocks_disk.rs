@@ -24,6 +24,11 @@ fn shows_its_art(machine: &mut Machine, path: Option<&mut Path>) {
     assert!(path.is_none_or(|path| path.came_back_with(&looks)), "the path goes on");
 }
 
+/// Waits until its log has these words: it is moved to the disk of the flocks behind the picture.
+fn is_told(machine: &mut Machine, words: &str) {
+    machine.watch_while(PAUSE, &format!("until journalctl --boot --output=cat | grep -q '{words}'; do sleep 1; done"));
+}
+
 #[test]
 fn a_system_that_cannot_read_the_flocks_leaves_them_as_they_are() {
     let Playing { frozen, path, .. } = playing();
@@ -35,7 +40,7 @@ fn a_system_that_cannot_read_the_flocks_leaves_them_as_they_are() {
     let mut machine = unit.start_with(&words);
     shows_its_art(&mut machine, None);
     assert_ne!(machine.serial.run("mountpoint --quiet /var/lib/dreams").1, 0);
-    machine.run("journalctl --boot --output=cat | grep -q 'stays as it is'");
+    is_told(&mut machine, "stays as it is");
     drop(machine);
     let mut machine = unit.start();
     shows_its_art(&mut machine, Some(&mut path));
@@ -51,7 +56,7 @@ fn a_disk_of_the_flocks_that_is_lost_from_the_table_is_found_again() {
     let mut machine = unit.start();
     shows_its_art(&mut machine, Some(&mut path));
     machine.run(KEPT);
-    machine.run("journalctl --boot --output=cat | grep -q 'is found again'");
+    is_told(&mut machine, "is found again");
     machine.is_well();
     drop(machine);
     let mut machine = unit.start();
@@ -73,6 +78,6 @@ fn a_disk_of_the_flocks_that_is_well_and_cannot_be_mounted_is_left_as_it_is() {
     unit.spoil(DATA, 0, &fs::read(&large).unwrap());
     let mut machine = unit.start();
     shows_its_art(&mut machine, None);
-    machine.run("journalctl --boot --output=cat | grep -q 'is well, and can.t be mounted'");
+    is_told(&mut machine, "is well, and can.t be mounted");
     machine.run("grep -q \"somebody's work\" /dev/vda6");
 }

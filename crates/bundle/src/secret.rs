@@ -200,8 +200,7 @@ pub(crate) mod tests {
     fn a_key_that_was_locked_at_less_cost_before_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("old.key");
-        fs::write(&path, format!("untrusted comment: minisign encrypted secret key 7F6F7B501F4A54A9\n{OLD}\n"))
-            .unwrap();
+        fs::write(&path, OLD).unwrap();
         fs::set_permissions(&path, Permissions::from_mode(0o600)).unwrap();
         let read = SecretKey::read(&path, || Ok("velvet".to_owned())).unwrap();
         assert_eq!(read.public().id().to_string(), "7F6F7B501F4A54A9");
