@@ -225,6 +225,20 @@ fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
 }
 
 #[test]
+fn whoever_has_something_to_tell_people_may_whichever_service_made_the_folder_for_it() {
+    let units = super::files(".service");
+    let makes = |(_, unit): &&(String, String)| {
+        let folders = unit.lines().filter_map(|line| line.strip_prefix("RuntimeDirectory="));
+        folders.flat_map(str::split_whitespace).any(|folder| folder == "dreams-update")
+    };
+    let making: Vec<_> = units.iter().filter(makes).collect();
+    assert!(making.len() >= 5, "only {} services were read", making.len());
+    // The group may write: the owner's service has another user.
+    let lacks: Vec<_> = making.iter().filter(|(_, unit)| !unit.contains("\nRuntimeDirectoryMode=0775\n")).collect();
+    assert!(lacks.is_empty(), "{lacks:?}");
+}
+
+#[test]
 fn whoever_starts_the_prelude_makes_the_folder_where_it_hands_over_and_passes_its_words_on() {
     let early = super::read("image-build/system/usr/bin/dreams-early");
     let handover = super::read("player/src/handover.rs");
