@@ -220,6 +220,7 @@ fn wrong_keys_and_addresses_are_told_before_anything_is_changed() {
         (vec!["--key", "/nowhere.pub"], 3, "cannot read the public key `/nowhere.pub`"),
         (vec!["--key", key, "--key", letter.to_str().unwrap()], 2, "letter.pub` is no public key"),
         (vec!["--key", key, "--key", other.to_str().unwrap()], 2, "two keys are called `artist.pub`"),
+        (vec!["--key", key, "--system-key", letter.to_str().unwrap()], 2, "letter.pub` is no public key"),
         (vec!["--key", key, "--url", "example.org"], 2, "`example.org` is no address"),
         (vec!["--key", key, "--url", "https://a\"b"], 2, "is no address"),
         (vec!["--colour", "red"], 2, "`--colour` is no option"),
@@ -229,7 +230,8 @@ fn wrong_keys_and_addresses_are_told_before_anything_is_changed() {
         assert!(!at("tree/etc/dreams/keys").exists(), "{words:?}");
     }
     let address = "http://10.0.0.7/a&b/*";
-    assert_eq!(told(&["--key", key, "--url", address]), (Some(0), String::new()));
+    assert_eq!(told(&["--key", key, "--system-key", other, "--url", address]), (Some(0), String::new()));
+    assert!(at("tree/etc/dreams/keys/artist.pub").is_file() && at("tree/etc/dreams/system-keys/artist.pub").is_file());
     let before = fs::read_to_string(repository().join("config/update.toml")).unwrap();
     let after = fs::read_to_string(at("tree/etc/dreams/update.toml")).unwrap();
     let line = |line: &str| if line.starts_with("# url = ") { format!("url = \"{address}\"") } else { line.to_owned() };

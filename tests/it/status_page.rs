@@ -36,16 +36,28 @@ pub(crate) fn ask(socket: &Path, request: &str) -> Answer {
     Answer { head: String::from_utf8(all[..end].to_vec()).unwrap().to_lowercase(), body: all[end + 4..].to_vec() }
 }
 
-/// A player that has lit frames and serves its page on the socket returned.
-fn on_a_socket() -> (Playing, Running, PathBuf) {
+/// A player that has lit frames and serves its page at `address`.
+fn serving(address: &str) -> (Playing, Running) {
     let flock = SMALL.flock();
-    let folder = tempfile::Builder::new().prefix("page").tempdir().unwrap().keep();
-    let socket = folder.join("socket");
-    let address = format!("unix:{}", socket.display());
-    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", &address]);
+    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", address]);
     let mut running = playing.start();
     running.await_lines(40);
+    (playing, running)
+}
+
+/// The same, on the socket returned.
+fn on_a_socket() -> (Playing, Running, PathBuf) {
+    let socket = tempfile::Builder::new().prefix("page").tempdir().unwrap().keep().join("socket");
+    let (playing, running) = serving(&format!("unix:{}", socket.display()));
     (playing, running, socket)
+}
+
+/// The same, at the host and port returned.
+fn on_a_port() -> (Playing, Running, String) {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let address = format!("127.0.0.1:{port}");
+    let (playing, running) = serving(&address);
+    (playing, running, address)
 }
 
 #[test]
@@ -108,12 +120,8 @@ fn the_page_tells_number_and_age_of_the_flock_the_last_contact_and_the_keys() {
 
 #[test]
 fn the_page_is_told_to_nobody_who_was_led_here_by_another_name() {
-    let flock = SMALL.flock();
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let address = format!("127.0.0.1:{port}");
-    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", &address]);
-    let mut running = playing.start();
-    running.await_lines(40);
+    let (_playing, _running, address) = on_a_port();
+    let port = address.rsplit(':').next().unwrap();
     let status = |host: &str| {
         let mut stream = TcpStream::connect(&address).unwrap();
         write!(stream, "GET /status.json HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
@@ -135,12 +143,7 @@ fn the_page_is_told_to_nobody_who_was_led_here_by_another_name() {
 
 #[test]
 fn the_page_shows_its_picture_in_a_browser_without_a_complaint() {
-    let flock = SMALL.flock();
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let address = format!("127.0.0.1:{port}");
-    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", &address]);
-    let mut running = playing.start();
-    running.await_lines(40);
+    let (playing, _running, address) = on_a_port();
     let shot = playing.path("page.png");
     let mut chromium = Command::new("timeout");
     chromium.args(["60", "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]);

@@ -1,9 +1,9 @@
 //! A bundle on a web server: any server of static files will do.
 //!
 //! Owns the requests, one for each thing read, and the suspicion of what comes back: a page of a hotel's portal is no
-//! bundle, a part must be the part that was asked for, and who does not answer, or drips, is not waited for. That the content is
-//! what was signed is checked by whoever reads it; so TLS is for privacy alone, and a unit whose clock cannot be right
-//! does not ask how old a certificate is.
+//! bundle, a part must be the part that was asked for, and who does not answer, or drips, is not waited for. That the
+//! content is what was signed is checked by whoever reads it; so TLS is for privacy alone, and a unit whose clock cannot be
+//! right does not ask how old a certificate is.
 //!
 //! Start at [`Server::new`].
 
