@@ -1,14 +1,10 @@
 //! Each thing that a unit starts from, damaged in each way: see `redundant.rs`, which has the cheapest of these claims.
 
-use crate::machine::PAUSE;
+use crate::machine::{Machine, PAUSE};
 use crate::redundant::{FAT, KIB, LOOKED, is_whole_again, shows_its_art, slot};
 use crate::system::{Coming, NOW, coming, kept, version};
 use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
 use std::sync::LazyLock;
-
-/// For its shell: what the boot loader starts is mended.
-const MENDED: &str =
-    "until journalctl --boot --output=cat --unit=dreams-mend@boot | grep -q 'is mended'; do sleep 1; done";
 
 /// What an entry starts, and the entry; the second copy is started first.
 fn part(copy: u8, name: &str) -> String {
@@ -17,6 +13,12 @@ fn part(copy: u8, name: &str) -> String {
 
 fn entry(copy: u8) -> String {
     format!("loader/entries/dreams_{NOW}_{copy}+1.conf")
+}
+
+/// Waits until the look of this start is over, which has mended what the boot loader starts.
+fn mends_what_is_started(machine: &mut Machine) {
+    machine.watch_while(PAUSE, LOOKED);
+    machine.run("journalctl --boot --output=cat --identifier=dreams-mend | grep 'is mended'");
 }
 
 /// A unit that was started once: it knows now that Secure Boot is off.
@@ -53,7 +55,7 @@ fn four_kib_damaged_in_anything_that_is_started_cost_nothing() {
         let unit = started().copy();
         unit.spoil_file(BOOT, &file, at, &rubbish(4 * KIB));
         let mut machine = shows_its_art(&unit);
-        machine.watch_while(PAUSE, MENDED);
+        mends_what_is_started(&mut machine);
         machine.is_well();
     }
 }
@@ -65,7 +67,7 @@ fn both_copies_on_a_boot_partition_damaged_cost_nothing() {
         unit.spoil_file(BOOT, &part(copy, "linux"), 6_000_000, &rubbish(4 * KIB));
     }
     let mut machine = shows_its_art(&unit);
-    machine.watch_while(PAUSE, MENDED);
+    mends_what_is_started(&mut machine);
 }
 
 #[test]
@@ -86,7 +88,7 @@ fn a_first_program_that_is_damaged_costs_nothing() {
     let unit = Unit::new();
     unit.spoil_file(BOOT, "EFI/BOOT/BOOTX64.EFI", 0, &rubbish(4 * KIB));
     let mut machine = shows_its_art(&unit);
-    machine.watch_while(PAUSE, MENDED);
+    mends_what_is_started(&mut machine);
     machine.is_well();
 }
 
@@ -109,6 +111,7 @@ fn a_spare_boot_partition_that_is_lost_is_made_anew() {
     unit.spoil(SPARE, 0, &rubbish(1 << 20));
     unit.spoil(SPARE, FAT, &vec![0; 64 * KIB]);
     let mut machine = shows_its_art(&unit);
-    machine.run("until journalctl --output=cat --unit=dreams-mend@boot | grep -q 'has another copy'; do sleep 1; done");
+    machine
+        .run("until journalctl --output=cat --identifier=dreams-mend | grep -q 'has another copy'; do sleep 1; done");
     machine.is_well();
 }

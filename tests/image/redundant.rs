@@ -12,8 +12,8 @@ use crate::unit::{BOOT, SLOT_A, Unit, rubbish};
 pub(crate) const KIB: usize = 1024;
 /// Where the first table of a boot partition begins, behind its reserved sectors.
 pub(crate) const FAT: u64 = 32 * 512;
-/// For its shell: the end of a look through all of what it starts from.
-pub(crate) const LOOKED: &str = "until [ -e /var/lib/dreams/state/looked-through ]; do sleep 1; done";
+/// For its shell: the end of this start's look through what it starts from.
+pub(crate) const LOOKED: &str = "until journalctl --boot --output=cat --unit=dreams-mend@boot --unit=dreams-mend@all | grep '^Finished'; do sleep 1; done";
 /// For its shell: both slots hold the same, and so do both boot partitions.
 const IS_WHOLE: &str = "cmp -n 140000000 /dev/vda2 /dev/vda3 && mkdir -p /run/one /run/two && mount -o ro /dev/vda1 /run/one && \
                         mount -o ro /dev/vda7 /run/two && diff -r /run/one /run/two && umount /run/one /run/two";
