@@ -4,7 +4,7 @@
 //!
 //! Start at [`Press::bundle`].
 
-use bundle::{Folder, SecretKey, Statement};
+use bundle::{Folder, Letter, SecretKey, Statement};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -50,6 +50,11 @@ impl Press {
     /// The same, signed by somebody whom no unit knows.
     pub fn forgery(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
         folders::lay(&self.stranger, folder, files, units, sequence);
+    }
+
+    /// The seal that says `letter`, signed by the artist.
+    pub fn sign(&self, letter: &Letter) -> Vec<u8> {
+        letter.sign(&self.artist).unwrap()
     }
 
     /// Lays out the artist's word that the stranger may be trusted.

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use flock::{ClipPath, Fault, FaultKind, Flock, forced_repeats};
 
+use crate::bundles::listing;
 use crate::clips;
 use crate::decoder::Video;
 use crate::joins::{self, Figures, Join, Judged};
@@ -16,7 +17,8 @@ use crate::report::{self, Exit, Fatal};
 /// Tell every fault of a flock: names, graph and clips
 ///
 /// Every clip is opened, compared with the manifest and decoded from end to end. With --joins, the end of every clip is
-/// played into every clip that may follow it, and what does not meet, in value or in velocity, is named with figures.
+/// played into every clip that may follow it, and what does not meet, in value or in velocity, is named with figures. A
+/// flock is `large` if its manifest, or the list of its files, is more than a unit has the memory for.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock has no fault
@@ -77,7 +79,7 @@ struct Unseen {
 pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let manifest = flock.manifest();
-    let of_graph = flock.faults().iter().cloned();
+    let of_graph = listing::too_large(&args.dir, manifest)?.into_iter().chain(flock.faults().iter().cloned());
     let plain = |fault| Told { fault, join: None };
     let mut found: Vec<Told> = of_graph.chain(clips::faults(&args.dir, manifest, video)?).map(plain).collect();
     if args.joins {
@@ -109,7 +111,8 @@ pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
 /// If a join could not be judged although no clip has a fault.
 pub(crate) fn every_fault(folder: &Path, flock: &Flock) -> Result<Vec<Fault>, Fatal> {
     let manifest = flock.manifest();
-    let mut found = flock.faults().to_vec();
+    let mut found: Vec<Fault> = listing::too_large(folder, manifest)?.into_iter().collect();
+    found.extend(flock.faults().iter().cloned());
     found.extend(clips::faults(folder, manifest, Video::here())?);
     let judged = joins::judge_with_bar(folder, manifest);
     if found.is_empty() {

@@ -29,8 +29,10 @@ pub(crate) fn refused(error: ManifestError) -> Fatal {
         // What was read and is no text is malformed.
         ManifestError::Read { ref source, .. } if source.kind() != ErrorKind::InvalidData => Exit::Unreadable,
         ManifestError::Missing { .. }
+        | ManifestError::NotPlain { .. }
         | ManifestError::Read { .. }
         | ManifestError::Syntax { .. }
+        | ManifestError::TooLarge { .. }
         | ManifestError::UnknownKey { .. }
         | ManifestError::Value { .. } => Exit::Malformed,
     };

@@ -5,10 +5,13 @@
 use bundle::UnitId;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Unexpected};
-use std::fs;
-use std::io;
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+
+/// Bytes that are read, at most: a person's words, and no more. As a TOML document they take up to 560 times as many.
+const LARGEST: u64 = 64 << 10;
 
 /// Why settings were refused.
 #[derive(Debug, thiserror::Error)]
@@ -74,8 +77,21 @@ pub fn within<'de, D: Deserializer<'de>>(from: D, range: &RangeInclusive<u64>) -
 /// # Errors
 /// [`ConfigError`], with line and key.
 pub fn load<C: DeserializeOwned>(path: &Path) -> Result<C, ConfigError> {
-    let text = fs::read_to_string(path).map_err(|source| ConfigError::Read { path: path.to_owned(), source })?;
-    parse(path, &text)
+    parse(path, &text_of(path)?)
+}
+
+/// The text of the file of settings at `path`.
+///
+/// # Errors
+/// [`ConfigError::Read`], also if it is longer than settings may be, or no text.
+pub fn text_of(path: &Path) -> Result<String, ConfigError> {
+    let read = || {
+        let mut text = String::new();
+        File::open(path)?.take(LARGEST + 1).read_to_string(&mut text)?;
+        let longer = || io::Error::new(io::ErrorKind::FileTooLarge, format!("it is longer than {LARGEST} bytes"));
+        if text.len() as u64 > LARGEST { Err(longer()) } else { Ok(text) }
+    };
+    read().map_err(|source| ConfigError::Read { path: path.to_owned(), source })
 }
 
 /// The key that `line` begins with; nothing if there is none, for it may be a secret that stands there instead.

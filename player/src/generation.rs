@@ -59,11 +59,11 @@ impl Generation {
             let Some(playing) = playing(path) else {
                 // Whatever becomes of a link on the way, the clips are those of one flock.
                 let folder = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-                let flock = Arc::new(Flock::new(Manifest::read(path)?));
+                let flock = Arc::new(Flock::new(Manifest::read_on_unit(path)?));
                 return Ok(Self { flock, folder, playing: None, awaited: None, trial: None });
             };
             let trial = Trial::of(&playing);
-            match (Manifest::read(&playing.folder()), trial) {
+            match (Manifest::read_on_unit(&playing.folder()), trial) {
                 (Ok(manifest), trial) => {
                     let (flock, folder) = (Arc::new(Flock::new(manifest)), playing.folder());
                     let trial = trial.map(Arc::new);

@@ -5,7 +5,7 @@
 //!
 //! Start at [`Owner::read`].
 
-use crate::config_file::{ConfigError, parse, unit};
+use crate::config_file::{ConfigError, parse, text_of, unit};
 use crate::hours::{Brightness, Hours, Night, Zone};
 use crate::wifi::{self, Country, Password, Wifi};
 use bundle::{PublicKey, UnitId};
@@ -13,8 +13,6 @@ use screen::{Margin, OutputSettings, RequestedMode, Rotation, SignalRange};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 use std::fmt::Display;
-use std::fs::File;
-use std::io::{self, Read as _};
 use std::net::IpAddr;
 use std::path::Path;
 use std::str::FromStr;
@@ -23,8 +21,6 @@ use std::str::FromStr;
 pub const FILE_NAME: &str = "dreams.toml";
 /// What a setting of a Wi-Fi lacks.
 const NO_WIFI: &str = "there is no `wifi` that it is for";
-/// Bytes of it that are read, at most: an owner's words, and no more.
-const LARGEST: u64 = 64 << 10;
 
 /// What an owner may set. What is not set is as the unit's own configs have it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -154,19 +150,6 @@ impl Owner {
 fn drop_in<const N: usize>(lines: [Option<String>; N]) -> Option<String> {
     let lines: String = lines.into_iter().flatten().collect();
     (!lines.is_empty()).then(|| format!("# From the owner's dreams.toml.\n[Network]\n{lines}"))
-}
-
-/// The text of the file at `path`, as far as an owner may write.
-///
-/// # Errors
-/// [`ConfigError::Read`], also if it is longer or no text.
-pub fn text_of(path: &Path) -> Result<String, ConfigError> {
-    let read = || {
-        let mut text = String::new();
-        File::open(path)?.take(LARGEST + 1).read_to_string(&mut text)?;
-        if text.len() as u64 > LARGEST { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(text) }
-    };
-    read().map_err(|source| ConfigError::Read { path: path.to_owned(), source })
 }
 
 fn keys<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<PublicKey>, D::Error> {

@@ -29,6 +29,7 @@ mod installing;
 mod joins;
 mod last_resort;
 mod learning;
+mod lightness;
 mod manual;
 mod mending;
 mod naming;

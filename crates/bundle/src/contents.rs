@@ -173,7 +173,7 @@ impl Verified {
         let path = Path::new(flock::FILE_NAME);
         let text =
             std::str::from_utf8(toml).map_err(|_| Refused::NotSigned { part: Part::Flock, why: "it is not text" })?;
-        let manifest = flock::Manifest::parse(text, path).map_err(|source| Refused::NotAFlock { source })?;
+        let manifest = flock::Manifest::parse_on_unit(text, path).map_err(|source| Refused::NotAFlock { source })?;
         let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
         let named = manifest.clips().map(|clip| &clip.path).chain(genomes);
         for path in named.map(flock::ClipPath::as_str) {

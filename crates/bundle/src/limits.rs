@@ -1,7 +1,8 @@
 //! How much of anything is taken from strangers.
 //!
-//! Owns every limit on sizes and counts. What is over one is refused before more of it is read. Never enforces one:
-//! the readers do, each where it reads.
+//! Owns every limit on sizes and counts. What is over one is refused before more of it is read. Whatever keeps to them
+//! is read in less than 128 MB of memory, half of what a unit has: `tests/it/lightness.rs` measures it. Never enforces
+//! one: the readers do, each where it reads.
 
 /// Bytes of a seal: signature and text.
 pub const SEAL: u64 = 16 << 10;
@@ -14,9 +15,9 @@ pub const UNIT_NAME: usize = 64;
 /// Bytes of a flock's name in a seal.
 pub const FLOCK_NAME: usize = 128;
 /// Bytes of the list of files.
-pub const CONTENTS: u64 = 8 << 20;
+pub const CONTENTS: u64 = 4 << 20;
 /// Files of a bundle.
-pub const FILES: usize = 50_000;
+pub const FILES: usize = 20_000;
 /// Bytes of a file's path.
 pub const PATH: usize = 255;
 /// Parts of a file's path.
@@ -26,7 +27,9 @@ pub const FILE: u64 = 64 << 30;
 /// Bytes of all files of a bundle together, counted once for each path.
 pub const TOTAL: u64 = 4 << 40;
 /// Bytes of `flock.toml`.
-pub const FLOCK_TOML: u64 = 16 << 20;
+pub const FLOCK_TOML: u64 = flock::UNIT_BYTES;
+/// Bytes of a `flock.toml`, or of its head, that is no plain text but has to be read as a whole TOML document.
+pub const FLOCK_DOCUMENT: u64 = flock::UNIT_DOCUMENT_BYTES;
 /// Bytes of each half of a system.
 pub const SYSTEM: u64 = 1 << 30;
 /// Numbers of a system's version.

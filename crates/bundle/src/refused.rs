@@ -52,6 +52,19 @@ pub enum Refused {
         /// This unit.
         unit: UnitId,
     },
+    /// Longer or shorter than the seal says.
+    #[error(
+        "{part} of the bundle is {} than its seal says: expected {expected} bytes, read {found}",
+        if .found > .expected { "longer" } else { "shorter" }
+    )]
+    Length {
+        /// Which.
+        part: Part,
+        /// Its bytes, as signed.
+        expected: u64,
+        /// The bytes that were read. No more than one beyond those expected is asked for.
+        found: u64,
+    },
     /// A line that is not as it must be.
     #[error("{part} of the bundle, line {line}: wanted {wanted}, found `{found}`")]
     Line {

@@ -200,12 +200,12 @@ impl Seal {
     /// Reads the list of files from `source` and checks it against what was signed.
     ///
     /// # Errors
-    /// [`Refused`] if it cannot be read, is another list, or a list that breaks a limit.
+    /// [`Refused`] if it cannot be read, has another length or is another list, or one that breaks a limit.
     pub fn fetch(self, source: &mut dyn Source) -> Result<Verified, Refused> {
         let (id, size) = (self.letter.contents, self.letter.contents_size);
         let read = source.object(&id, size, 0).and_then(|reader| {
             let mut bytes = Vec::new();
-            reader.take(size).read_to_end(&mut bytes)?;
+            reader.take(size + 1).read_to_end(&mut bytes)?;
             Ok(bytes)
         });
         let bytes = read.map_err(|source| Refused::Read { part: Part::Contents, source })?;
@@ -215,10 +215,13 @@ impl Seal {
     /// Checks the list of files in `bytes` against what was signed, and only then reads it.
     ///
     /// # Errors
-    /// [`Refused`] if it is another list, or a list that breaks a limit.
+    /// [`Refused`] if it has another length or is another list, or one that breaks a limit.
     pub fn open(self, bytes: Vec<u8>) -> Result<Verified, Refused> {
-        let found = ObjectId::of(&bytes);
-        let expected = self.letter.contents;
+        let (expected, found) = (self.letter.contents_size, bytes.len() as u64);
+        if found != expected {
+            return Err(Refused::Length { part: Part::Contents, expected, found });
+        }
+        let (expected, found) = (self.letter.contents, ObjectId::of(&bytes));
         if found != expected {
             return Err(Refused::Damaged { part: Part::Contents, expected, found });
         }

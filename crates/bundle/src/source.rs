@@ -29,7 +29,7 @@ pub trait Source {
     fn small(&mut self, path: &str, limit: u64) -> io::Result<Box<dyn Read + '_>>;
 
     /// Opens the object `id` of `size` bytes at the byte `from`, which is at most its size. The reader may yield less
-    /// than was promised, or more: the rest is not read.
+    /// than was promised, or more: at most one byte beyond its size is read.
     ///
     /// # Errors
     /// What the world says; [`io::ErrorKind::NotFound`] if there is no such object.

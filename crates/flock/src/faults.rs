@@ -27,6 +27,8 @@ pub enum FaultKind {
     DuplicateTransition,
     /// A join that does not meet.
     Jump,
+    /// More than a unit has the memory for.
+    Large,
     /// A clip that is not there, or no readable file.
     MissingClip,
     /// A part with cycles of its own that the walk never plays.

@@ -26,7 +26,8 @@ pub struct Flock {
     graph: Graph,
     /// Everything that the manifest names, if some of it is not played.
     whole: Option<Graph>,
-    faults: Vec<Fault>,
+    /// Found when they are asked for: a unit never does, and a large flock may have two for each sheep.
+    faults: OnceLock<Vec<Fault>>,
     /// Found when they are asked for. `None` only where there is nothing to show.
     shares: OnceLock<Option<Shares>>,
     hash: [u8; 32],
@@ -37,7 +38,6 @@ impl Flock {
     pub fn new(manifest: Manifest) -> Self {
         let whole = Graph::new(&manifest);
         let structure = Structure::of(&whole);
-        let faults = faults(&manifest, &whole, &structure);
         let played = if let Some(class) = structure.playable().first() {
             let plays_all = class.len() == whole.len();
             (!plays_all).then(|| whole.restricted(|sheep| class.binary_search(&sheep).is_ok()))
@@ -51,7 +51,7 @@ impl Flock {
             None => (whole, None),
         };
         let hash = hash(&graph);
-        Self { manifest, graph, whole, faults, shares: OnceLock::new(), hash }
+        Self { manifest, graph, whole, faults: OnceLock::new(), shares: OnceLock::new(), hash }
     }
 
     /// As written.
@@ -66,7 +66,7 @@ impl Flock {
 
     /// Every fault that the manifest alone betrays: names first, then the graph.
     pub fn faults(&self) -> &[Fault] {
-        &self.faults
+        self.faults.get_or_init(|| faults(&self.manifest, self.whole(), &Structure::of(self.whole())))
     }
 
     /// The part that is played.

@@ -37,7 +37,10 @@ pub use flock_shares::{FlockShares, SheepShare, TransitionShare};
 pub use graph::{Exit, Graph, SheepIx};
 pub use itinerary::{ClipRef, Itinerary, Leg, Showing, What};
 pub use ledger::{Ledger, THETA};
-pub use manifest::{Clip, FASTEST_FPS, FILE_NAME, MOST_FRAMES, MOST_REPEATS, Manifest, SIDES_PX, Sheep, Transition};
+pub use manifest::{
+    Clip, FASTEST_FPS, FILE_NAME, MOST_FRAMES, MOST_REPEATS, Manifest, SIDES_PX, Sheep, Transition, UNIT_BYTES,
+    UNIT_DOCUMENT_BYTES,
+};
 pub use memory::{Place, PlaceError};
 pub use names::{ClipHash, ClipPath, NameError, SheepId};
 pub use shares::{Shares, SharesError};

@@ -5,6 +5,8 @@
 //!
 //! Start at [`Manifest::read`].
 
+use std::fs::File;
+use std::io::Read;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -31,6 +33,12 @@ pub const SIDES_PX: RangeInclusive<u32> = 16..=4096;
 pub const MOST_FRAMES: u32 = 4_000_000;
 /// Most loops per visit.
 pub const MOST_REPEATS: u32 = 10_000;
+/// Most bytes of a manifest that a unit reads. A unit has 256 MB of memory; 100,000 sheep in so many bytes take 60 of
+/// them.
+pub const UNIT_BYTES: u64 = 2 << 20;
+/// Most bytes of a manifest, or of its head, that a unit reads by way of a whole TOML document. Dotted keys, the worst
+/// of all, take 560 times their bytes.
+pub const UNIT_DOCUMENT_BYTES: u64 = 128 << 10;
 /// Fastest rate, per second.
 pub const FASTEST_FPS: u32 = 240;
 
@@ -101,26 +109,64 @@ impl Manifest {
         }
     }
 
+    /// As [`Manifest::read`], but never more than a unit has the memory for: [`UNIT_BYTES`], of which no more than
+    /// [`UNIT_DOCUMENT_BYTES`] that are not plain.
+    ///
+    /// # Errors
+    /// The same; [`ManifestError::NotPlain`] and [`ManifestError::TooLarge`] besides.
+    pub fn read_on_unit(folder: &Path) -> Result<Self, ManifestError> {
+        let path = folder.join(FILE_NAME);
+        let read = || {
+            let (file, mut text) = (File::open(&path)?, String::new());
+            let bytes = file.metadata()?.len();
+            if bytes <= UNIT_BYTES {
+                file.take(UNIT_BYTES).read_to_string(&mut text)?;
+            }
+            Ok((text, bytes))
+        };
+        match read() {
+            Ok((text, bytes)) if bytes <= UNIT_BYTES => Self::parse_on_unit(&text, &path),
+            Ok((_, bytes)) => Err(ManifestError::TooLarge { path, bytes, limit: UNIT_BYTES }),
+            Err(source) => Err(ManifestError::Read { path, source }),
+        }
+    }
+
     /// Reads a manifest from `text`; `path` is only named in errors.
     ///
     /// # Errors
     /// [`ManifestError`], which names file, line and key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ManifestError> {
-        let manifest = Self::parse_unfinished(text, path)?;
-        if manifest.sheep.is_empty() {
+        Self::parse_unfinished(text, path)?.with_sheep(path)
+    }
+
+    /// As [`Manifest::parse`], within the bounds of [`Manifest::read_on_unit`].
+    ///
+    /// # Errors
+    /// The same.
+    pub fn parse_on_unit(text: &str, path: &Path) -> Result<Self, ManifestError> {
+        let (source, bytes) = (Source { path, text }, text.len() as u64);
+        if bytes > UNIT_BYTES {
+            return Err(ManifestError::TooLarge { path: path.to_owned(), bytes, limit: UNIT_BYTES });
+        }
+        if bytes <= UNIT_DOCUMENT_BYTES {
+            return Self::parse(text, path);
+        }
+        plain(source, UNIT_DOCUMENT_BYTES).map_err(|odd| odd.refused(source))?.with_sheep(path)
+    }
+
+    /// Itself, unless it is without sheep.
+    fn with_sheep(self, path: &Path) -> Result<Self, ManifestError> {
+        if self.sheep.is_empty() {
             return Err(ManifestError::Missing { path: path.to_owned(), line: 1, key: "sheep", table: MANIFEST });
         }
-        Ok(manifest)
+        Ok(self)
     }
 
     /// As [`Manifest::parse`], but a flock may be without sheep.
     pub(crate) fn parse_unfinished(text: &str, path: &Path) -> Result<Self, ManifestError> {
         let source = Source { path, text };
         // What the quick way cannot read, or refuses, the parser reads, or refuses with line and key.
-        if let Some(manifest) = plain(source) {
-            return Ok(manifest);
-        }
-        parsed(source)
+        plain(source, u64::MAX).or_else(|_| parsed(source))
     }
 
     /// Every clip that the manifest names, loops first, in the order of the file.
@@ -145,22 +191,54 @@ fn parsed(source: Source<'_>) -> Result<Manifest, ManifestError> {
     Ok(manifest)
 }
 
-/// The manifest in `source`, if it is plain and without fault.
-fn plain(source: Source<'_>) -> Option<Manifest> {
-    let (text, mut blocks) = Blocks::split(source.text)?;
-    let document = DeTable::parse(text).ok()?;
-    let mut table = Table::new(source, MANIFEST, &document);
-    let mut manifest = head(&mut table).ok()?;
-    table.finish().ok()?;
-    let mut block = Block::new();
-    while blocks.next(&mut block)? {
-        match block.name {
-            "sheep" => manifest.sheep.push(sheep(Table::plain(source, SHEEP, &block)).ok()?),
-            "transition" => manifest.transitions.push(transition(Table::plain(source, TRANSITION, &block)).ok()?),
-            _ => return None,
+/// Why a manifest was not read in place.
+enum Odd {
+    /// It is plain, and wrong.
+    Fault(ManifestError),
+    /// At this byte it is not plain: so many bytes would have to be read as a TOML document.
+    NotPlain { at: usize, bytes: u64 },
+}
+
+impl Odd {
+    /// What whoever builds no document of `source` says.
+    fn refused(self, source: Source<'_>) -> ManifestError {
+        match self {
+            Self::Fault(error) => error,
+            Self::NotPlain { at, bytes } => source.not_plain(at, bytes, UNIT_DOCUMENT_BYTES),
         }
     }
-    Some(manifest)
+}
+
+impl From<ManifestError> for Odd {
+    fn from(error: ManifestError) -> Self {
+        Self::Fault(error)
+    }
+}
+
+/// The manifest in `source`, if it is plain and without fault, and its head has no more than `most` bytes.
+fn plain(source: Source<'_>, most: u64) -> Result<Manifest, Odd> {
+    let not_plain = |at| Odd::NotPlain { at, bytes: source.text.len() as u64 };
+    let (text, mut blocks) = Blocks::split(source.text).map_err(not_plain)?;
+    let bytes = text.len() as u64;
+    if bytes > most {
+        return Err(Odd::NotPlain { at: 0, bytes });
+    }
+    let document = DeTable::parse(text).map_err(|error| source.syntax(&error))?;
+    let mut table = Table::new(source, MANIFEST, &document);
+    let mut manifest = head(&mut table)?;
+    table.finish()?;
+    let mut block = Block::new();
+    loop {
+        match (blocks.next(&mut block), block.name) {
+            (None, _) => return Err(not_plain(blocks.at())),
+            (Some(false), _) => return Ok(manifest),
+            (Some(true), "sheep") => manifest.sheep.push(sheep(Table::plain(source, SHEEP, &block))?),
+            (Some(true), "transition") => {
+                manifest.transitions.push(transition(Table::plain(source, TRANSITION, &block))?);
+            }
+            (Some(true), _) => return Err(not_plain(block.at)),
+        }
+    }
 }
 
 /// What stands before the tables; sheep and transitions are still to come.
@@ -222,202 +300,4 @@ fn transition(mut table: Table<'_, '_>) -> Result<Transition, ManifestError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    const HEAD: &str = "format = 1\nname = \"aurora\"\nsize = [1280, 720]\nfps = [30000, 1001]\n";
-
-    fn parse(text: &str) -> Result<Manifest, ManifestError> {
-        Manifest::parse(text, Path::new("aurora/flock.toml"))
-    }
-
-    fn said(body: &str) -> String {
-        parse(&format!("{HEAD}{body}")).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn every_key_of_the_contract_is_read() {
-        let hash = ClipHash::of(&b"x"[..]).unwrap();
-        let text = format!(
-            "{HEAD}[[sheep]]\nid = \"a\"\nframes = 768\nclip = \"loops/a.mp4\"\ngenome = \"genomes/a.flam3\"\n\
-             hash = \"{hash}\"\nwant = 2\nrepeat = 3\n[[sheep]]\nid = \"b\"\n\
-             [[transition]]\nfrom = \"a\"\nto = \"b\"\nframes = 384\nclip = \"t/a=b.mp4\"\nweight = 0.25\n"
-        );
-        let flock = parse(&text).unwrap();
-        assert_eq!((flock.name.as_str(), flock.size, flock.fps.den()), ("aurora", (1280, 720), 1001));
-        let a = &flock.sheep[0];
-        assert_eq!((a.want, a.repeat, a.clip.as_ref().unwrap().hash), (2.0, 3, Some(hash)));
-        assert_eq!(flock.sheep[1].clip, None);
-        assert_eq!((flock.transitions[0].weight, flock.transitions[0].clip.frames), (0.25, FrameCount(384)));
-        assert_eq!(flock.clips().count(), 2);
-    }
-
-    #[test]
-    fn refusals_name_file_line_key_and_both_values() {
-        assert_eq!(
-            said("[[sheep]]\nid = \"a\"\nwant = -1.5\n"),
-            "`aurora/flock.toml`, line 7, key `want`: wanted a finite number above 0, found `-1.5`"
-        );
-        assert_eq!(
-            said("[[sheep]]\nid = \"a b\"\n"),
-            "`aurora/flock.toml`, line 6, key `id`: wanted 1 to 64 of `A-Z a-z 0-9 . _ -`, found `a b`"
-        );
-        assert_eq!(
-            said("[[sheep]]\nid = \"a\"\nwnat = 1\n"),
-            "`aurora/flock.toml`, line 7: unknown key `wnat` in [[sheep]], which has `id`, `frames`, `clip`, `hash`, \
-             `genome`, `want`, `repeat`"
-        );
-        assert_eq!(
-            said("[[sheep]]\nid = \"a\"\nframes = 7\n"),
-            "`aurora/flock.toml`, line 5: the key `clip` is missing from [[sheep]]"
-        );
-    }
-
-    #[test]
-    fn values_outside_their_limits_are_refused() {
-        for (body, part) in [
-            ("[[sheep]]\nid = 7\n", "key `id`: wanted a text in quotes, found `7`"),
-            ("[[sheep]]\nid = \"a\"\nrepeat = 0\n", "found `0`"),
-            ("[[sheep]]\nid = \"a\"\nclip = \"../a.mp4\"\nframes = 1\n", "found `../a.mp4`"),
-            ("[[sheep]]\nid = \"a\"\nclip = \"a.mp4\"\nframes = 0\n", "key `frames`"),
-            ("[[sheep]]\nid = \"a\"\nclip = \"a.mp4\"\nframes = 4294967296\n", "found `4294967296`"),
-            ("[[sheep]]\nid = \"a\"\nwant = nan\n", "found `nan`"),
-            ("[[sheep]]\nid = \"a\"\nwant = inf\n", "found `inf`"),
-            ("[[sheep]]\nid = \"a\"\nhash = \"b3:00\"\n", "`frames` is missing"),
-            ("[[sheep]]\nid = \"a\"\n[[transition]]\nfrom = \"a\"\nto = \"a\"\nframes = 1\n", "`clip` is missing"),
-            ("[[sheep]]\nid = \"a\"\nid = \"b\"\n", "key `id`: not TOML"),
-            ("[[sheep]]\nid = \n", "key `id`: not TOML"),
-            ("", "the key `sheep` is missing"),
-            ("sheep = []", "the key `sheep` is missing"),
-            ("sheep = 3", "wanted tables, each headed [[sheep]], found `3`"),
-        ] {
-            let said = said(body);
-            assert!(said.contains(part), "{body:?} said {said:?}");
-        }
-    }
-
-    #[test]
-    fn sizes_are_even_and_rates_are_rates() {
-        let with = |size: &str, fps: &str| {
-            parse(&format!("format = 1\nname = \"x\"\nsize = {size}\nfps = {fps}\n[[sheep]]\nid = \"a\"\n"))
-        };
-        assert!(with("[1280, 720]", "[24000, 1001]").is_ok());
-        for (size, fps) in [
-            ("[1281, 720]", "[30, 1]"),
-            ("[0, 720]", "[30, 1]"),
-            ("[1280, 99998]", "[30, 1]"),
-            ("[1280]", "[30, 1]"),
-            ("\"1280x720\"", "[30, 1]"),
-            ("[1280, 720]", "[0, 1]"),
-            ("[1280, 720]", "[30, 0]"),
-            ("[1280, 720]", "[1000, 1]"),
-            ("[1280, 720]", "30"),
-        ] {
-            assert!(with(size, fps).is_err(), "{size} {fps}");
-        }
-    }
-
-    #[test]
-    fn a_folder_without_a_manifest_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let error = Manifest::read(folder.path()).unwrap_err();
-        assert!(error.to_string().ends_with("flock.toml`"), "{error}");
-        assert!(error.hint().is_some());
-    }
-
-    /// Tables that are fine as they stand, their lines in any order.
-    fn table() -> impl Strategy<Value = Vec<&'static str>> {
-        let sheep = vec!["id = \"a\"", "frames = 7", "clip = \"a.mp4\"", "want = 2.5e-1", "repeat = 3 # thrice"];
-        let way = vec!["from = \"a\"", "to = \"b\"", "frames = 7", "  clip\t= \"a.mp4\"\t", "weight = 3", ""];
-        let headed = |header, lines: Vec<&'static str>| {
-            Just(lines).prop_shuffle().prop_map(move |lines| [vec![header], lines].concat())
-        };
-        prop_oneof![headed("[[sheep]]", sheep), headed("[[transition]] # on", way)]
-    }
-
-    /// Lines that are not plain, or wrong, or wrong where they stand.
-    const ODD: &[&str] = &[
-        "id = \"b\"",
-        "clip = \"b.mp4\"",
-        "want = 1",
-        "frames = 9",
-        "repeat = 2",
-        "weight = 1",
-        "hash = \"b3:00\"",
-        "# a comment",
-        "# a bell \u{7}",
-        "#\u{7f}",
-        "want = 1_000",
-        "want = +1.0",
-        "want = 0x10",
-        "want = 01",
-        "want = 1.",
-        "want = .5",
-        "want = 1e400",
-        "want = 5e-324",
-        "want = nan",
-        "want = 1.0 x",
-        "want = 1\r",
-        "want = 1.0e",
-        "want = \"1\"",
-        "id = 'a'",
-        "id = \"\\u0061\"",
-        "id = \"\"\"a\"\"\"",
-        "id = \"\"",
-        "id = \"a",
-        "\"id\" = \"a\"",
-        "a.b = 1",
-        "id",
-        "= 7",
-        "[sheep]",
-        "[ [sheep]]",
-        "[[ sheep ]]",
-        "[[sheep.kid]]",
-        "[[other]]",
-        "[[sheep]] x\nid = \"c\"",
-        "[[sheep]",
-        "x = 7 = 7",
-        "\u{feff}",
-        "name = \"x\"",
-        "format = 1",
-        "genome = \"ä\"",
-        "genome = \"a\tb\"",
-        "\u{a0}want = 1",
-        "want = 1,",
-        "want = 1]",
-    ];
-
-    proptest! {
-        #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
-
-        #[test]
-        fn what_is_read_in_place_is_what_the_parser_reads(
-            tables in prop::collection::vec(table(), 0..4),
-            odd in prop::collection::vec((prop::sample::select(ODD), any::<prop::sample::Index>()), 0..3),
-            end in prop_oneof![Just("\n"), Just("\r\n"), Just("")],
-        ) {
-            let mut lines: Vec<&str> = HEAD.lines().chain(["[[sheep]]", "id = \"b\""]).chain(tables.concat()).collect();
-            for (line, at) in odd {
-                lines.insert(at.index(lines.len() + 1), line);
-            }
-            let text = lines.join("\n") + end;
-            let source = Source { path: Path::new("flock.toml"), text: &text };
-            if let Some(manifest) = plain(source) {
-                prop_assert_eq!(Some(manifest), parsed(source).ok(), "{}", text);
-            }
-        }
-    }
-
-    #[test]
-    fn a_manifest_of_the_contract_is_read_in_place() {
-        let body = "# all\n[[sheep]]\nid = \"a\"\nframes = 768\nclip = \"loops/a.mp4\"\nwant = 1.5 # more\n\n\
-                    [[transition]]\n  from = \"a\"\n  to = \"a\"\n  frames = 3\n  clip = \"t/a.mp4\"";
-        for text in [format!("{HEAD}{body}"), format!("{HEAD}{body}\n")] {
-            let source = Source { path: Path::new("flock.toml"), text: &text };
-            let manifest = plain(source).expect("it is plain");
-            assert_eq!((manifest.sheep.len(), manifest.transitions.len()), (1, 1));
-            assert_eq!(manifest, parsed(source).unwrap());
-        }
-    }
-}
+mod tests;

@@ -7,6 +7,8 @@
 //!
 //! Start at [`Blocks::split`].
 
+use crate::table::MOST_KEYS;
+
 /// The tables of a plain manifest, one after another.
 pub(crate) struct Blocks<'t> {
     text: &'t str,
@@ -45,14 +47,16 @@ pub(crate) enum Scalar<'t> {
 }
 
 impl<'t> Blocks<'t> {
-    /// Splits `text` into its head, which is TOML of any form, and its tables. `None` if it has characters that TOML
-    /// forbids somewhere.
-    pub(crate) fn split(text: &'t str) -> Option<(&'t str, Self)> {
+    /// Splits `text` into its head, which is TOML of any form, and its tables.
+    ///
+    /// # Errors
+    /// Where it has a character that TOML forbids somewhere, in bytes from its start.
+    pub(crate) fn split(text: &'t str) -> Result<(&'t str, Self), usize> {
         let bytes = text.as_bytes();
         let odd = |&byte: &u8| byte == 0x7f || (byte < 0x20 && byte != b'\n' && byte != b'\t');
         // Whole pieces at a time, so that the compiler looks at many bytes at once.
         if bytes.chunks(4096).any(|piece| piece.iter().fold(false, |found, byte| found | odd(byte))) {
-            return None;
+            return Err(bytes.iter().position(|byte| odd(byte)).unwrap_or_default());
         }
         let mut at = 0;
         while let Some(line) = line_at(text, at) {
@@ -62,7 +66,12 @@ impl<'t> Blocks<'t> {
             at += line.len() + 1;
         }
         let at = at.min(text.len());
-        Some((&text[..at], Self { text, at }))
+        Ok((&text[..at], Self { text, at }))
+    }
+
+    /// Where the next line starts, in bytes from the start of the text: the line that is not plain, if one was not.
+    pub(crate) fn at(&self) -> usize {
+        self.at
     }
 
     /// Reads the next table into `block`. `Some(false)` at the end of the text, `None` where it is not plain.
@@ -84,7 +93,8 @@ impl<'t> Blocks<'t> {
                 Some(_) if !begun => return None,
                 Some(_) => {
                     let (entry, end) = entry(self.text, at)?;
-                    if block.entries.iter().any(|other| other.key == entry.key) {
+                    let is_known = block.entries.iter().any(|other| other.key == entry.key);
+                    if is_known || block.entries.len() == MOST_KEYS {
                         return None;
                     }
                     block.entries.push(entry);

@@ -28,6 +28,20 @@ pub enum ManifestError {
         /// The table, as in the file.
         table: &'static str,
     },
+    /// Too much of it is not plain, which costs far more memory than a unit has.
+    #[error(
+        "`{path}`, line {line}: wanted the plain form, or {limit} bytes at most, found {bytes} bytes of another form"
+    )]
+    NotPlain {
+        /// The file.
+        path: PathBuf,
+        /// The first that is not plain, from 1.
+        line: usize,
+        /// How many bytes would have to be read as a whole TOML document.
+        bytes: u64,
+        /// How many a unit reads so.
+        limit: u64,
+    },
     /// The file could not be read.
     #[error("cannot read `{path}`")]
     Read {
@@ -47,6 +61,16 @@ pub enum ManifestError {
         key: String,
         /// What the parser said.
         message: String,
+    },
+    /// More than a unit has the memory for.
+    #[error("`{path}` has {bytes} bytes, a unit reads {limit} at most")]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// How many it has.
+        bytes: u64,
+        /// How many a unit reads.
+        limit: u64,
     },
     /// A key that no table of that kind has.
     #[error("`{path}`, line {line}: unknown key `{key}` in {table}, which has {known}")]
@@ -86,6 +110,10 @@ impl ManifestError {
                 Some("a flock is a folder with a file `flock.toml`")
             }
             Self::Missing { key: "sheep", .. } => Some("a flock has at least one; `flock add` puts it in"),
+            Self::NotPlain { .. } => {
+                Some("plain are one `key = value` a line under `[[sheep]]` and `[[transition]]`, lines end in `\\n`")
+            }
+            Self::TooLarge { .. } => Some("several smaller flocks, one for each unit, show the same"),
             Self::Missing { .. }
             | Self::Read { .. }
             | Self::Syntax { .. }
@@ -96,7 +124,7 @@ impl ManifestError {
 }
 
 /// Most keys that a table has.
-const MOST_KEYS: usize = 8;
+pub(crate) const MOST_KEYS: usize = 8;
 
 /// One table of the file, read key by key. What is left at [`Table::finish`] is unknown.
 pub(crate) struct Table<'t, 'i> {
@@ -143,6 +171,11 @@ pub(crate) struct Source<'t> {
 impl Source<'_> {
     fn line(&self, at: usize) -> usize {
         1 + self.text.char_indices().take_while(|&(start, _)| start < at).filter(|&(_, c)| c == '\n').count()
+    }
+
+    /// The error of a text that is not plain at byte `at`, of which `bytes` would have to be read as a document.
+    pub(crate) fn not_plain(&self, at: usize, bytes: u64, limit: u64) -> ManifestError {
+        ManifestError::NotPlain { path: self.path.to_owned(), line: self.line(at), bytes, limit }
     }
 
     /// The error of a text that is no TOML.

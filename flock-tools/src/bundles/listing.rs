@@ -1,22 +1,24 @@
 //! The files of a flock on the artist's disk, by content.
 //!
-//! Owns which files travel: the manifest, and every clip and genome that it names, each hashed on all cores. Never
-//! judges them: `flock check` does.
+//! Owns which files travel: the manifest, and every clip and genome that it names, each hashed on all cores; and whether
+//! that is more than a unit takes. Never judges what they hold: `flock check` does.
 //!
 //! Start at [`contents`].
 
 use std::collections::BTreeSet;
+use std::error::Error;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use bundle::{Contents, FileEntry, FilePath, ObjectId};
-use flock::{ClipPath, FILE_NAME, Manifest};
+use bundle::{Contents, FileEntry, FilePath, ObjectId, Refused};
+use flock::{ClipPath, FILE_NAME, Fault, FaultKind, Manifest, ManifestError};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::refused;
+use crate::open;
 use crate::progress;
-use crate::report::{Exit, Fatal};
+use crate::report::{Exit, Fatal, chain};
 
 /// Why a file cannot travel.
 #[derive(Debug, thiserror::Error)]
@@ -29,10 +31,7 @@ enum Unlisted {
 
 /// The list of the files of the flock in `folder`. Shows its progress on a terminal.
 pub(super) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, Fatal> {
-    let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
-    let named = manifest.clips().map(|clip| &clip.path).chain(genomes).map(ClipPath::as_str);
-    let paths: BTreeSet<&str> = named.chain([FILE_NAME]).collect();
-    let paths: Vec<&str> = paths.into_iter().collect();
+    let paths: Vec<&str> = paths(manifest).into_iter().collect();
     let length = |path: &&str| fs::metadata(folder.join(path)).map_or(0, |status| status.len());
     let bar = progress::bytes("hashing", paths.iter().map(length).sum());
     let entries: Result<Vec<FileEntry>, Unlisted> = paths
@@ -49,6 +48,40 @@ pub(super) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, F
         Fatal::new(exit, error)
     })?;
     Contents::new(entries).map_err(refused)
+}
+
+/// How the flock in `folder` is more than a unit has the memory for.
+///
+/// # Errors
+/// If its manifest could not be read.
+pub(crate) fn too_large(folder: &Path, manifest: &Manifest) -> Result<Option<Fault>, Fatal> {
+    match Manifest::read_on_unit(folder) {
+        Err(error @ (ManifestError::NotPlain { .. } | ManifestError::TooLarge { .. })) => Ok(Some(large(&error))),
+        Err(error) => Err(open::refused(error)),
+        Ok(_) => Ok(unhashed(folder, manifest).err().map(|refused| large(&refused))),
+    }
+}
+
+fn large(why: &(dyn Error + 'static)) -> Fault {
+    let message = chain(why);
+    Fault { kind: FaultKind::Large, sheep: None, from: None, to: None, clip: None, message }
+}
+
+/// The list of the files of the flock in `folder`, as long as it is going to be, with a digest of each path for that of
+/// what lies there.
+fn unhashed(folder: &Path, manifest: &Manifest) -> Result<Contents, Refused> {
+    let entry = |path: &str| {
+        let size = fs::metadata(folder.join(path)).map_or(0, |status| status.len());
+        // What cannot travel for its name, `flock pack` names.
+        Some(FileEntry { path: FilePath::new(path).ok()?, id: ObjectId::of(path.as_bytes()), size })
+    };
+    Contents::new(paths(manifest).into_iter().filter_map(entry).collect())
+}
+
+fn paths(manifest: &Manifest) -> BTreeSet<&str> {
+    let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
+    let named = manifest.clips().map(|clip| &clip.path).chain(genomes).map(ClipPath::as_str);
+    named.chain([FILE_NAME]).collect()
 }
 
 fn entry(folder: &Path, path: &str) -> Result<FileEntry, Unlisted> {

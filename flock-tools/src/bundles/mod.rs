@@ -10,7 +10,7 @@ mod counter;
 pub(crate) mod diff;
 mod fleet;
 pub(crate) mod keygen;
-mod listing;
+pub(crate) mod listing;
 pub(crate) mod pack;
 mod passphrase;
 pub(crate) mod publish;

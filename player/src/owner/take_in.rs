@@ -7,10 +7,10 @@
 //! Start at [`run`].
 
 use clap::Args;
-use player::config_file::ConfigError;
+use player::config_file::{ConfigError, text_of};
 use player::ending::{Exit, chain, fail};
 use player::notice::{Lasting, Notice};
-use player::owner::{FILE_NAME, Owner, text_of};
+use player::owner::{FILE_NAME, Owner};
 use player::wifi::{Wifi, without_password};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write as _};

@@ -97,6 +97,7 @@ fn of_refused(refused: &Refused) -> String {
         | Refused::RevokedKey { .. }
         | Refused::UnknownKey { .. } => "This flock is not signed by anybody whom this frame trusts.".to_owned(),
         Refused::Damaged { .. }
+        | Refused::Length { .. }
         | Refused::Line { .. }
         | Refused::MissingFile { .. }
         | Refused::Name { .. }

@@ -360,7 +360,31 @@ fn a_list_at_its_limits_is_read_and_one_beyond_is_refused() {
     };
     assert_eq!(refusal(&mut genuine, limits::FILES - 1), None);
     let refused = refusal(&mut genuine, limits::FILES).unwrap();
-    assert_eq!(refused, "the list of files of the bundle has more than 50000 files");
+    assert_eq!(refused, format!("the list of files of the bundle has more than {} files", limits::FILES));
+}
+
+#[test]
+fn a_list_that_is_longer_or_shorter_than_its_seal_says_is_refused_whoever_signed_both() {
+    let genuine = good(1, 6, &["lobby"]);
+    let list = genuine.bundle.contents_bytes().to_vec();
+    let size = list.len() as u64;
+    for (signed, read, how) in
+        [(size - 1, size, "longer"), (size / 2, size / 2 + 1, "longer"), (size + 1, size, "shorter")]
+    {
+        let mut stall = genuine.stall.clone();
+        let letter = Letter { contents_size: signed, ..genuine.bundle.seal().letter().clone() };
+        stall.wares.insert(seal_path("lobby"), letter.sign(key("artist")).unwrap());
+        let told = format!(
+            "the list of files of the bundle is {how} than its seal says: expected {signed} bytes, read {read}"
+        );
+        assert_eq!(verify(&mut stall).unwrap_err().to_string(), told);
+        // The same where the whole list is at hand, as in a store.
+        let seal = Unverified::open(&mut stall, &unit("lobby")).unwrap().verify(&trust()).unwrap();
+        assert!(matches!(
+            seal.open(list.clone()),
+            Err(bundle::Refused::Length { expected, found, .. }) if (expected, found) == (signed, size)
+        ));
+    }
 }
 
 fn verify(stall: &mut Stall) -> Result<Verified, bundle::Refused> {
