@@ -115,7 +115,7 @@ pub fn parse<C: DeserializeOwned>(path: &Path, text: &str) -> Result<C, ConfigEr
             path: path.to_owned(),
             line,
             key: key.to_owned(),
-            message: error.message().trim().replace('\n', " "),
+            message: error.message().trim().replace(char::is_control, " "),
         }
     })
 }

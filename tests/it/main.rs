@@ -48,6 +48,7 @@ mod shortage;
 mod status_page;
 mod stills;
 mod systems;
+mod strangers;
 mod telling;
 mod trace;
 mod tutorial;

@@ -9,8 +9,9 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use flock::told;
+
 use crate::limits;
-use crate::names::cut;
 use crate::signed::exact;
 
 /// Algorithm, id, key.
@@ -164,7 +165,7 @@ impl serde::Serialize for KeyId {
 impl<'de> serde::Deserialize<'de> for KeyId {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        let refused = || serde::de::Error::custom(format!("wanted 16 capital hex digits, found `{}`", cut(&text)));
+        let refused = || serde::de::Error::custom(format!("wanted 16 capital hex digits, found `{}`", told(&text)));
         Self::parse(&text).ok_or_else(refused)
     }
 }

@@ -31,7 +31,7 @@ pub use contents::{Contents, FileEntry, Verified};
 pub use envelope::SignError;
 pub use folder::{Folder, FolderError, Put, Swept};
 pub use key::{KeyError, KeyId, PublicKey};
-pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId, Version};
+pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId, Version, few};
 pub use refused::{Part, Refused};
 pub use seal::{Letter, Seal, Unverified, path as seal_path};
 pub use secret::SecretKey;

@@ -52,5 +52,3 @@ pub const STATE: u64 = 1 << 20;
 pub const UNREAD: usize = 8;
 /// Parts of an object that a file system cannot hold in one.
 pub const PARTS: u32 = 1000;
-/// Characters that an error tells of a stranger's text.
-pub(crate) const TOLD: usize = 80;

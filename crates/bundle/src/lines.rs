@@ -2,7 +2,9 @@
 //!
 //! Owns where in a text one is, so that errors name the line. Never skips anything: every line is wanted, in order.
 
-use crate::names::{NameError, cut};
+use flock::told;
+
+use crate::names::NameError;
 use crate::refused::{Part, Refused};
 
 /// The lines of a text that are still to be read.
@@ -58,7 +60,7 @@ impl<'a> Lines<'a> {
 
     /// The line read last is not as it must be.
     pub(crate) fn unlike(&self, wanted: &'static str, found: &str) -> Refused {
-        Refused::Line { part: self.part.clone(), line: self.line, wanted, found: cut(found) }
+        Refused::Line { part: self.part.clone(), line: self.line, wanted, found: told(found) }
     }
 
     /// A name on the line read last is none.

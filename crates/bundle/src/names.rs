@@ -7,11 +7,15 @@
 use std::fmt;
 use std::io::{self, Read};
 
+use flock::told;
+
 use crate::limits;
 
 /// The stem that addresses a seal to every unit; no unit is called so.
 const ANYONE: &str = "all";
 /// How much is hashed at a time: with a quarter of it, verifying takes 3 % more processor time.
+/// How many units are told by their names.
+const NAMED: usize = 3;
 const CHUNK: usize = 256 << 10;
 
 /// A unit's own name: 1 to 64 of `a-z 0-9 . _ -`, beginning with a letter or digit, and not `all`.
@@ -92,7 +96,7 @@ impl UnitId {
         if first && text.len() <= limits::UNIT_NAME && text.bytes().all(allowed) && text != ANYONE {
             Ok(Self(text.to_owned()))
         } else {
-            Err(NameError::Unit { found: cut(text) })
+            Err(NameError::Unit { found: told(text) })
         }
     }
 
@@ -119,6 +123,14 @@ impl Addressees {
         }
     }
 
+    /// What people are told of them: the first three by name.
+    pub fn told(&self) -> String {
+        match self {
+            Self::Anyone => ANYONE.to_owned(),
+            Self::Units(units) => few(units),
+        }
+    }
+
     /// The stems of the files under which a seal for them lies: one for each unit.
     pub fn stems(&self) -> Vec<&str> {
         match self {
@@ -141,7 +153,7 @@ impl FilePath {
             && text.split('/').count() <= limits::PATH_PARTS
             && text.split('/').all(part_is_fine)
             && text.chars().all(char_is_fine);
-        if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: cut(text) }) }
+        if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: told(text) }) }
     }
 
     /// A file beside which there is no other: its name is a plain word of ours.
@@ -193,7 +205,7 @@ impl ObjectId {
     /// # Errors
     /// [`NameError::Object`] if `text` has another form.
     pub fn parse(text: &str) -> Result<Self, NameError> {
-        let refused = || NameError::Object { found: cut(text) };
+        let refused = || NameError::Object { found: told(text) };
         if text.bytes().any(|b| b.is_ascii_uppercase()) {
             return Err(refused());
         }
@@ -220,7 +232,7 @@ impl Sequence {
     pub fn parse(text: &str) -> Result<Self, NameError> {
         match plain(text) {
             Some(number) if number > 0 => Ok(Self(number)),
-            Some(_) | None => Err(NameError::Sequence { found: cut(text) }),
+            Some(_) | None => Err(NameError::Sequence { found: told(text) }),
         }
     }
 }
@@ -233,7 +245,7 @@ impl Version {
     pub fn parse(text: &str) -> Result<Self, NameError> {
         let numbers: Option<Vec<u64>> = text.split('.').take(limits::VERSION + 1).map(plain).collect();
         let numbers = numbers.filter(|numbers| numbers.len() <= limits::VERSION);
-        numbers.map(Self).ok_or_else(|| NameError::Version { found: cut(text) })
+        numbers.map(Self).ok_or_else(|| NameError::Version { found: told(text) })
     }
 }
 
@@ -243,16 +255,17 @@ pub(crate) fn plain(text: &str) -> Option<u64> {
     if canonical { text.parse().ok() } else { None }
 }
 
-/// What is told of a text that strangers sent: its beginning.
-pub(crate) fn cut(text: &str) -> String {
-    let short: String = text.chars().take(limits::TOLD).collect();
-    if short.len() < text.len() { format!("{short}...") } else { short }
-}
-
 impl fmt::Display for UnitId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
+}
+
+/// The first three of `units`, and how many there are besides.
+pub fn few(units: &[UnitId]) -> String {
+    let (named, others) = units.split_at(units.len().min(NAMED));
+    let named = named.iter().map(UnitId::as_str).collect::<Vec<_>>().join(", ");
+    if others.is_empty() { named } else { format!("{named} and {} more", others.len()) }
 }
 
 impl fmt::Display for Addressees {

@@ -45,7 +45,7 @@ pub enum Refused {
         signer: KeyId,
     },
     /// For other units.
-    #[error("the bundle is for `{addressees}`, this unit is `{unit}`")]
+    #[error("the bundle is for `{}`, this unit is `{unit}`", .addressees.told())]
     ForOthers {
         /// For whom it is.
         addressees: Addressees,

@@ -16,9 +16,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+use flock::told;
+
 use crate::key::{KeyError, KeyId, PublicKey};
 use crate::limits;
-use crate::names::cut;
 use crate::refused::{Part, Refused};
 use crate::secret::SecretKey;
 use crate::signed::Signed;
@@ -208,7 +209,7 @@ fn read(text: &str) -> Result<Statement, Refused> {
         Some(_) | None => None,
     };
     let wanted = "`trust` and a key, or `revoke` and a key's id";
-    read.ok_or_else(|| Refused::Line { part: Part::Statement, line: 2, wanted, found: cut(said) })
+    read.ok_or_else(|| Refused::Line { part: Part::Statement, line: 2, wanted, found: told(said) })
 }
 
 #[cfg(test)]

@@ -27,6 +27,7 @@ mod simulation;
 mod structure;
 mod table;
 mod tally;
+mod told;
 mod walk;
 
 pub use balance::{Balance, Balanced, Bottleneck, Suggestion, Suggestions, Terms, Weight};
@@ -48,4 +49,5 @@ pub use simulation::{FirstRepeat, Simulation, Visits};
 pub use structure::Structure;
 pub use table::ManifestError;
 pub use tally::Tally;
+pub use told::told;
 pub use walk::{Step, Walk};

@@ -12,6 +12,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::names::NameError;
 use crate::plain::{Block, PlainEntry, Scalar};
+use crate::told::told;
 
 /// Why a manifest was not read.
 #[derive(Debug, thiserror::Error)]
@@ -182,7 +183,7 @@ impl Source<'_> {
     pub(crate) fn syntax(&self, error: &toml::de::Error) -> ManifestError {
         let line = self.line(error.span().map_or(0, |span| span.start));
         let text = self.text.lines().nth(line - 1).unwrap_or_default();
-        let key = text.split('=').next().unwrap_or_default().trim().to_owned();
+        let key = told(text.split('=').next().unwrap_or_default().trim());
         ManifestError::Syntax { path: self.path.to_owned(), line, key, message: error.message().replace('\n', ", ") }
     }
 }
@@ -248,7 +249,7 @@ impl<'t, 'i> Table<'t, 'i> {
         let Some((at, key)) = found else { return Ok(()) };
         let known = asked.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
         let (path, line) = (self.source.path.to_owned(), self.source.line(at));
-        Err(ManifestError::UnknownKey { path, line, key: key.to_owned(), table: self.name, known })
+        Err(ManifestError::UnknownKey { path, line, key: told(key), table: self.name, known })
     }
 }
 
@@ -256,8 +257,7 @@ impl<'t, 'i> Entry<'t, 'i> {
     /// The error of a value that is not `wanted`.
     pub(crate) fn refused(&self, wanted: impl Into<String>) -> ManifestError {
         let found = self.source.text.get(self.span()).unwrap_or_default();
-        let found = found.lines().next().unwrap_or_default();
-        self.error(wanted.into(), format!("`{found}`"))
+        self.error(wanted.into(), format!("`{}`", told(found.lines().next().unwrap_or_default())))
     }
 
     /// A checked name.
@@ -267,7 +267,7 @@ impl<'t, 'i> Entry<'t, 'i> {
             let said = error.to_string();
             let (wanted, found) = said.rsplit_once(", found ").unwrap_or((&said, text));
             let wanted = wanted.trim_start_matches("wanted ").to_owned();
-            self.error(wanted, found.to_owned())
+            self.error(wanted, told(found))
         })
     }
 

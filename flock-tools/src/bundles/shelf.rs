@@ -97,7 +97,7 @@ pub(super) fn is_one(path: &Path) -> bool {
 /// are the keys to trust; what they say there about others counts, as it would on a unit. There must be one.
 pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<Found>, Fatal> {
     let mut folder = Folder::open(path).map_err(unmoved)?;
-    let there = there(&folder)?;
+    let there = folder.seals().map_err(unmoved)?;
     let wanted: BTreeSet<Option<UnitId>> = if units.is_empty() {
         there
     } else {
@@ -126,7 +126,7 @@ pub(super) fn read_beside(
 /// The same, of whatever lies there, if anything does.
 pub(super) fn read_all(path: &Path, pinned: &Trust) -> Result<Vec<Found>, Fatal> {
     let mut folder = Folder::open(path).map_err(unmoved)?;
-    let wanted = if is_one(path) { there(&folder)? } else { BTreeSet::new() };
+    let wanted = if is_one(path) { folder.seals().map_err(unmoved)? } else { BTreeSet::new() };
     Ok(find(&mut folder, pinned, wanted))
 }
 
@@ -192,21 +192,6 @@ pub(super) fn faults(path: &Path, found: &[Found], systems: &[system::Found]) ->
     faults.extend(of_objects.flatten_iter().collect::<Vec<Fault>>());
     bar.finish_and_clear();
     faults
-}
-
-/// Whom the seals in `folder` are there for. What no unit could be called is not ours.
-fn there(folder: &Folder) -> Result<BTreeSet<Option<UnitId>>, Fatal> {
-    Ok(addressed(&folder.seals().map_err(unmoved)?))
-}
-
-/// Whom files with these stems are there for.
-pub(super) fn addressed(stems: &[String]) -> BTreeSet<Option<UnitId>> {
-    let everybody = Addressees::Anyone;
-    let addressee = |stem: &String| match UnitId::new(stem) {
-        Ok(unit) => Some(Some(unit)),
-        Err(_) => everybody.stems().contains(&stem.as_str()).then_some(None),
-    };
-    stems.iter().filter_map(addressee).collect()
 }
 
 /// Reads the seals for these units, and what they vouch for.

@@ -198,7 +198,7 @@ fn unsound(error: Unsound) -> Fatal {
 /// Reads every system's seal in the folder at `path`, or those that `units` would be given.
 pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<Found>, Fatal> {
     let mut folder = Folder::open(path).map_err(unmoved)?;
-    let there = shelf::addressed(&folder.systems().map_err(unmoved)?);
+    let there = folder.systems().map_err(unmoved)?;
     let given = |unit: &UnitId| [Some(unit.clone()), None].into_iter().find(|addressee| there.contains(addressee));
     let wanted: BTreeSet<_> = if units.is_empty() { there.clone() } else { units.iter().filter_map(given).collect() };
     let trust = shelf::learned(&mut folder, pinned);

@@ -10,6 +10,7 @@ use crate::answer::Answer;
 use crate::options::Order;
 use crate::report::Fatal;
 use crate::server::{SMALL, agent};
+use crate::trouble::of_request;
 use player::day::is_clock_wrong;
 use player::ending::chain;
 use player::now::clock_s;
@@ -62,7 +63,7 @@ pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
 fn post(agent: &Agent, address: &str, bulletin: &Bulletin<'_>) -> io::Result<()> {
     let text = serde_json::to_vec(bulletin).map_err(io::Error::other)?;
     let request = agent.post(address).config().timeout_global(Some(SMALL)).build().content_type("application/json");
-    let status = request.send(&text[..]).map_err(ureq::Error::into_io)?.status();
+    let status = request.send(&text[..]).map_err(of_request)?.status();
     if status.is_success() { Ok(()) } else { Err(io::Error::other(format!("the server answers {status}"))) }
 }
 

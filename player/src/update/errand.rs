@@ -33,8 +33,6 @@ use tracing::{info, warn};
 
 /// Between two looks whether another update has ended.
 const TURN: Duration = Duration::from_millis(250);
-/// How many units a message names for which a source has bundles.
-const NAMED: usize = 3;
 
 /// Does what was ordered, and tells people in front of the picture how it goes.
 ///
@@ -181,11 +179,10 @@ fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> 
 
 /// Fine if the source has no bundle for any unit at all.
 fn is_for_nobody(order: &Order, place: &str, source: &Origin) -> Result<(), Fatal> {
-    let mut units = source.units()?;
+    let units = source.units()?;
     if units.is_empty() {
         return Ok(());
     }
-    units.truncate(NAMED);
     Err(Fatal::ForOthers { place: place.to_owned(), units, unit: order.unit.clone() })
 }
 

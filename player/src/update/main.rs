@@ -20,6 +20,7 @@ mod server;
 mod slot;
 mod statements;
 mod system;
+mod trouble;
 mod words;
 
 use answer::Answer;

@@ -4,7 +4,7 @@
 
 use crate::report::Fatal;
 use crate::server::Server;
-use bundle::{Folder, FolderError, ObjectId, Source};
+use bundle::{Folder, FolderError, ObjectId, Source, UnitId};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
@@ -30,15 +30,15 @@ impl Origin {
         }
     }
 
-    /// For whom it has bundles, as far as that can be seen.
+    /// Which units it has bundles for, as far as that can be seen, in order.
     ///
     /// # Errors
     /// [`Fatal::Source`].
-    pub(crate) fn units(&self) -> Result<Vec<String>, Fatal> {
+    pub(crate) fn units(&self) -> Result<Vec<UnitId>, Fatal> {
         match self {
             Self::Folder(folder) => match folder.seals() {
                 Err(FolderError::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-                seals => seals.map_err(Fatal::Source),
+                seals => Ok(seals.map_err(Fatal::Source)?.into_iter().flatten().collect()),
             },
             // A server shows no lists.
             Self::Server(_) => Ok(Vec::new()),

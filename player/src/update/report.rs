@@ -3,7 +3,7 @@
 //! Owns [`Fatal`] and which exit code belongs to it. What people in front of the picture are told is in `words.rs`.
 
 use crate::answer::Answer;
-use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId};
+use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId, few};
 use player::config_file::ConfigError;
 use player::ending::{Exit, Told, fail};
 use std::io;
@@ -19,8 +19,8 @@ pub(crate) enum Fatal {
     Busy { store: PathBuf },
     #[error(transparent)]
     Config(#[from] ConfigError),
-    #[error("`{place}` has bundles for `{}`, none for `{unit}`", .units.join("`, `"))]
-    ForOthers { place: String, units: Vec<String>, unit: UnitId },
+    #[error("`{place}` has bundles for `{}`, none for `{unit}`", few(.units))]
+    ForOthers { place: String, units: Vec<UnitId>, unit: UnitId },
     #[error("cannot read the machine's name in `{path}`", path = path.display())]
     Host { path: PathBuf, source: io::Error },
     #[error(transparent)]

@@ -9,6 +9,7 @@
 
 use crate::meter::{Meter, Metered};
 use crate::report::Fatal;
+use crate::trouble::{Plain, of_request};
 use bundle::{ObjectId, Source};
 use std::io::{self, ErrorKind, Read};
 use std::time::Duration;
@@ -51,7 +52,7 @@ impl Server {
         if from > 0 {
             request = request.header(header::RANGE, format!("bytes={from}-"));
         }
-        let response = request.call().map_err(ureq::Error::into_io)?;
+        let response = request.call().map_err(of_request)?;
         match response.status().as_u16() {
             200 | 206 => {}
             404 | 410 => return Err(io::Error::new(ErrorKind::NotFound, "the server has no such file")),
@@ -68,7 +69,7 @@ impl Server {
 impl Source for Server {
     fn small(&mut self, path: &str, _limit: u64) -> io::Result<Box<dyn Read + '_>> {
         let response = self.get(path, 0, Some(SMALL))?;
-        Ok(Box::new(Metered { reader: response.into_body().into_reader(), meter: &mut self.meter }))
+        Ok(Box::new(Metered { reader: Plain(response.into_body().into_reader()), meter: &mut self.meter }))
     }
 
     fn object(&mut self, id: &ObjectId, _size: u64, from: u64) -> io::Result<Box<dyn Read + '_>> {
@@ -83,7 +84,7 @@ impl Source for Server {
         if begins > from {
             return Err(io::Error::other(format!("bytes from {from} on were asked for, those from {begins} on came")));
         }
-        let mut reader = Metered { reader: response.into_body().into_reader(), meter: &mut self.meter };
+        let mut reader = Metered { reader: Plain(response.into_body().into_reader()), meter: &mut self.meter };
         // A server that knows no parts sends everything: what is here already is read over.
         io::copy(&mut reader.by_ref().take(from - begins), &mut io::sink())?;
         Ok(Box::new(reader))

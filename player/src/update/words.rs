@@ -4,7 +4,7 @@
 
 use crate::answer::{Outcome, SystemOutcome};
 use crate::report::Fatal;
-use bundle::{Refused, StoreError};
+use bundle::{Refused, StoreError, few};
 
 /// While a flock is coming in.
 pub(crate) const COMING: &str = "A new flock is coming in.";
@@ -34,7 +34,7 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
     match fatal {
         Fatal::Busy { .. } => "Another update is at work. Please wait.".to_owned(),
         Fatal::ForOthers { units, unit, .. } => {
-            format!("This stick is for {}. This frame is {unit}.", units.join(", "))
+            format!("This stick is for {}. This frame is {unit}.", few(units))
         }
         Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped => AGAIN.to_owned(),
         Fatal::Refused(refused) => of_refused(refused),
@@ -86,7 +86,9 @@ const AGAIN: &str = "The stick could not be read to its end. Put it in again, an
 
 fn of_refused(refused: &Refused) -> String {
     match refused {
-        Refused::ForOthers { addressees, unit } => format!("This stick is for {addressees}. This frame is {unit}."),
+        Refused::ForOthers { addressees, unit } => {
+            format!("This stick is for {}. This frame is {unit}.", addressees.told())
+        }
         Refused::MarkedBad { .. } => "This flock was tried here before, and did not play.".to_owned(),
         Refused::Older { sequence, floor, .. } => {
             format!("This flock is number {sequence}. This frame has already played number {floor}.")
@@ -118,9 +120,13 @@ mod tests {
     #[test]
     fn people_are_told_in_plain_words() {
         let unit = UnitId::new("lobby").unwrap();
-        let others =
-            Fatal::ForOthers { place: "/media".to_owned(), units: vec!["attic".into(), "stairs".into()], unit };
-        assert_eq!(of_fatal(&others), "This stick is for attic, stairs. This frame is lobby.");
+        let others = |units: &[&str]| {
+            let units = units.iter().map(|name| UnitId::new(name).unwrap()).collect();
+            of_fatal(&Fatal::ForOthers { place: "/media".to_owned(), units, unit: unit.clone() })
+        };
+        assert_eq!(others(&["attic", "stairs"]), "This stick is for attic, stairs. This frame is lobby.");
+        let told = "This stick is for a, b, c and 2 more. This frame is lobby.";
+        assert_eq!(others(&["a", "b", "c", "d", "e"]), told);
         let room = Fatal::Room(Shortfall { needed: 5_000_000_001, room: 1_000_000_000 });
         assert_eq!(of_fatal(&room), "There is no room for this flock: 4001 MB more are needed.");
         let nothing = of_answer(Outcome::NoBundle, &SystemOutcome::None);

@@ -3,48 +3,56 @@
 //! Owns which ones lie there, and that a new one takes its place in one step, behind all that it vouches for. Never
 //! reads what they say.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 
 use super::{Folder, FolderError};
 use crate::limits;
-use crate::names::Addressees;
+use crate::names::{Addressees, UnitId};
 use crate::{seal, system};
 
 impl Folder {
-    /// The stems of all seals of flocks that lie here, sorted.
+    /// For whom seals of flocks lie here: these units, and everybody if `None` is among them.
     ///
     /// # Errors
     /// [`FolderError::Read`].
-    pub fn seals(&self) -> Result<Vec<String>, FolderError> {
-        self.stems("seals")
+    pub fn seals(&self) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
+        self.addressed("seals")
     }
 
-    /// The stems of all seals of systems that lie here, sorted; none if nobody ever laid one out here.
+    /// For whom seals of systems lie here; for nobody if none was ever laid out here.
     ///
     /// # Errors
     /// [`FolderError::Read`].
-    pub fn systems(&self) -> Result<Vec<String>, FolderError> {
-        match self.stems("systems") {
-            Err(FolderError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
-            stems => stems,
+    pub fn systems(&self) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
+        match self.addressed("systems") {
+            Err(FolderError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(BTreeSet::new()),
+            addressed => addressed,
         }
     }
 
-    fn stems(&self, folder: &str) -> Result<Vec<String>, FolderError> {
+    /// The names of files on a stick are anybody's: what no unit could be called goes no further than this.
+    fn addressed(&self, folder: &str) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
         let path = self.path.join(folder);
         let unread = |source| FolderError::Read { path: path.clone(), source };
-        let mut stems = Vec::new();
+        let everybody = Addressees::Anyone;
+        let (mut seals, mut addressed) = (0, BTreeSet::new());
         for entry in fs::read_dir(&path).map_err(unread)? {
             let name = entry.map_err(unread)?.file_name();
-            stems.extend(name.to_str().and_then(|name| name.strip_suffix(".seal")).map(str::to_owned));
-            if stems.len() > limits::SEALS {
+            let Some(stem) = name.to_str().and_then(|name| name.strip_suffix(".seal")) else { continue };
+            match UnitId::new(stem) {
+                Ok(unit) => drop(addressed.insert(Some(unit))),
+                Err(_) if everybody.stems().contains(&stem) => drop(addressed.insert(None)),
+                Err(_) => {}
+            }
+            seals += 1;
+            if seals > limits::SEALS {
                 let many = io::Error::other(format!("there are more than {} seals", limits::SEALS));
                 return Err(unread(many));
             }
         }
-        stems.sort();
-        Ok(stems)
+        Ok(addressed)
     }
 
     /// Lays the seal out for each of its addressees, in one step each. Everything that it vouches for must be there:
@@ -77,6 +85,21 @@ impl Folder {
 mod tests {
     use super::*;
     use std::fs::File;
+
+    #[test]
+    fn what_no_unit_could_be_called_is_nobodys_seal() {
+        let scratch = tempfile::tempdir().unwrap();
+        fs::create_dir(scratch.path().join("seals")).unwrap();
+        let unit = |name| Some(UnitId::new(name).unwrap());
+        let strange = ["a\nb", "\u{1b}[2J", "Lobby", "", "..", "a b", "ä", "\u{202e}attic"];
+        for stem in ["lobby", "all", "attic"].iter().chain(&strange) {
+            File::create(scratch.path().join(format!("seals/{stem}.seal"))).unwrap();
+        }
+        File::create(scratch.path().join("seals/stairs.seal.new")).unwrap();
+        let folder = Folder::open(scratch.path()).unwrap();
+        assert_eq!(folder.seals().unwrap(), [None, unit("attic"), unit("lobby")].into());
+        assert!(folder.systems().unwrap().is_empty());
+    }
 
     #[test]
     fn a_folder_with_more_seals_than_units_could_have_is_refused() {

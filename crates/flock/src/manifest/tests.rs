@@ -203,6 +203,26 @@ fn a_manifest_of_the_contract_is_read_in_place() {
     }
 }
 
+#[test]
+fn an_error_tells_the_beginning_of_what_stands_there_and_nothing_that_a_terminal_would_obey() {
+    let long = "x".repeat(200);
+    let cut = "x".repeat(80);
+    for (body, part) in [
+        (format!("[[sheep]]\nid = \"a {long}\"\n"), format!("found `a {}...", "x".repeat(77))),
+        (format!("[[sheep]]\nid = \"a\"\nwant = \"{long}\"\n"), format!("found `\"{}...`", "x".repeat(79))),
+        (format!("[[sheep]]\nid = \"a\"\n{long} = 1\n"), format!("unknown key `{cut}...`")),
+        (format!("[[sheep]]\nid = \"a\"\n{long}\n"), format!("key `{cut}...`: not TOML")),
+        (
+            "[[sheep]]\nid = \"a\"\n\"b\\u001b[2J\\n\u{202e}\" = 1\n".to_owned(),
+            "unknown key `b\\u{1b}[2J\\u{a}\\u{202e}`".to_owned(),
+        ),
+        ("[[sheep]]\nid = \"a\\u001b\\nb\"\n".to_owned(), "found `a\\u{1b}\\u{a}b`".to_owned()),
+    ] {
+        let said = said(&body);
+        assert!(said.contains(&part) && said.len() < 500, "{body:?} said {said:?}, wanted {part:?}");
+    }
+}
+
 /// A manifest of `bytes` bytes at most, of lines like `line` behind the first sheep.
 fn filled(bytes: u64, line: &str) -> String {
     let begun = format!("{HEAD}[[sheep]]\nid = \"a\"\n");
