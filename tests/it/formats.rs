@@ -100,6 +100,25 @@ fn a_store_of_the_first_format_is_read_with_all_that_it_knows() {
 }
 
 #[test]
+fn a_store_of_the_first_format_learns_from_its_seals_that_its_flock_is_its_own() {
+    let relics = Relics::new();
+    let sends = |unit: &[&str]| {
+        let words = ["pack", "flock", "new", "--key", "keys/artist.key", "--passphrase-file", "passphrase"];
+        relics.flock(0, &[&words, &["--allow-jumps"][..], unit].concat());
+        fs::remove_dir_all(relics.at("stick")).unwrap();
+        fs::create_dir(relics.at("stick")).unwrap();
+        relics.flock(0, &["publish", "new", "stick", "--trust", "trusted"]);
+        fs::remove_dir_all(relics.at("new")).unwrap();
+    };
+    sends(&[]);
+    let said = relics.update(&["stick"]);
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.code() == Some(1) && error.contains("takes only those for `lobby`"), "{error}");
+    sends(&["--unit", "lobby"]);
+    assert_eq!(relics.updated(&["stick"])["outcome"], "installed");
+}
+
+#[test]
 fn keys_seals_and_statements_of_the_first_format_are_read_and_what_they_sign_today_is_taken() {
     let relics = Relics::new();
     let said = relics.flock(0, &["verify", "stick", "--trust", "trusted"]);

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
 
+mod addressing;
 mod archives;
 mod bad_clips;
 mod balancing;
@@ -47,8 +48,8 @@ mod sending;
 mod shortage;
 mod status_page;
 mod stills;
-mod systems;
 mod strangers;
+mod systems;
 mod telling;
 mod trace;
 mod tutorial;

@@ -230,7 +230,10 @@ fn wrong_keys_and_addresses_are_told_before_anything_is_changed() {
         assert!(!at("tree/etc/dreams/keys").exists(), "{words:?}");
     }
     let address = "http://10.0.0.7/a&b/*";
-    assert_eq!(told(&["--key", key, "--system-key", other, "--url", address]), (Some(0), String::new()));
+    assert_eq!(
+        told(&["--key", key, "--system-key", other.to_str().unwrap(), "--url", address]),
+        (Some(0), String::new())
+    );
     assert!(at("tree/etc/dreams/keys/artist.pub").is_file() && at("tree/etc/dreams/system-keys/artist.pub").is_file());
     let before = fs::read_to_string(repository().join("config/update.toml")).unwrap();
     let after = fs::read_to_string(at("tree/etc/dreams/update.toml")).unwrap();

@@ -10,12 +10,13 @@ use std::io::{self, Read};
 use flock::told;
 
 use crate::limits;
+use crate::refused::Refused;
 
 /// The stem that addresses a seal to every unit; no unit is called so.
 const ANYONE: &str = "all";
-/// How much is hashed at a time: with a quarter of it, verifying takes 3 % more processor time.
 /// How many units are told by their names.
 const NAMED: usize = 3;
+/// How much is hashed at a time: with a quarter of it, verifying takes 3 % more processor time.
 const CHUNK: usize = 256 << 10;
 
 /// A unit's own name: 1 to 64 of `a-z 0-9 . _ -`, beginning with a letter or digit, and not `all`.
@@ -113,6 +114,23 @@ impl Addressees {
         units.sort();
         units.dedup();
         if units.is_empty() { Self::Anyone } else { Self::Units(units) }
+    }
+
+    /// Whether `unit` may take what is for these, if what it took last was for `last`: who was ever addressed by name
+    /// takes nothing any more that is for everybody, for then its own has gone astray.
+    ///
+    /// # Errors
+    /// [`Refused::ForEverybody`] or [`Refused::ForOthers`].
+    pub fn admit(&self, unit: &UnitId, last: Option<&Self>) -> Result<(), Refused> {
+        if !self.include(unit) {
+            return Err(Refused::ForOthers { addressees: self.clone(), unit: unit.clone() });
+        }
+        match (self, last) {
+            (Self::Anyone, Some(Self::Units(named))) if named.contains(unit) => {
+                Err(Refused::ForEverybody { unit: unit.clone() })
+            }
+            (Self::Anyone | Self::Units(_), _) => Ok(()),
+        }
     }
 
     /// Whether `unit` is among them.
@@ -249,6 +267,13 @@ impl Version {
     }
 }
 
+/// The first three of `units`, and how many there are besides.
+pub fn few(units: &[UnitId]) -> String {
+    let (named, others) = units.split_at(units.len().min(NAMED));
+    let named = named.iter().map(UnitId::as_str).collect::<Vec<_>>().join(", ");
+    if others.is_empty() { named } else { format!("{named} and {} more", others.len()) }
+}
+
 /// The number in `text`, if it is written as we write it: digits only, no leading zeros.
 pub(crate) fn plain(text: &str) -> Option<u64> {
     let canonical = text.bytes().all(|b| b.is_ascii_digit()) && (text == "0" || !text.starts_with('0'));
@@ -259,13 +284,6 @@ impl fmt::Display for UnitId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
-}
-
-/// The first three of `units`, and how many there are besides.
-pub fn few(units: &[UnitId]) -> String {
-    let (named, others) = units.split_at(units.len().min(NAMED));
-    let named = named.iter().map(UnitId::as_str).collect::<Vec<_>>().join(", ");
-    if others.is_empty() { named } else { format!("{named} and {} more", others.len()) }
 }
 
 impl fmt::Display for Addressees {
@@ -296,6 +314,24 @@ impl fmt::Display for Version {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let numbers: Vec<String> = self.0.iter().map(ToString::to_string).collect();
         f.write_str(&numbers.join("."))
+    }
+}
+
+/// As a list of names, which is empty for everybody.
+impl serde::Serialize for Addressees {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Anyone => serializer.collect_seq([""; 0]),
+            Self::Units(units) => serializer.collect_seq(units.iter().map(UnitId::as_str)),
+        }
+    }
+}
+
+impl<'de> serde::Deserialize<'de> for Addressees {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let units = Vec::<String>::deserialize(deserializer)?;
+        let units = units.iter().map(|unit| UnitId::new(unit)).collect::<Result<Vec<_>, _>>();
+        units.map(Self::of).map_err(serde::de::Error::custom)
     }
 }
 
@@ -393,5 +429,42 @@ mod tests {
         let two = Addressees::of([unit("stairs"), unit("lobby"), unit("stairs")]);
         assert_eq!(two.stems(), ["lobby", "stairs"]);
         assert!(two.include(&unit("lobby")) && !two.include(&unit("attic")));
+        for addressees in [Addressees::Anyone, two] {
+            let text = serde_json::to_string(&addressees).unwrap();
+            assert_eq!(serde_json::from_str::<Addressees>(&text).unwrap(), addressees, "{text}");
+        }
+        assert!(serde_json::from_str::<Addressees>("[\"a b\"]").is_err());
+    }
+
+    #[test]
+    fn who_was_addressed_by_name_takes_what_is_for_it_by_name() {
+        let unit = |name| UnitId::new(name).unwrap();
+        let (lobby, stairs) = (Addressees::of([unit("lobby")]), Addressees::of([unit("attic"), unit("stairs")]));
+        let told = |to: &Addressees, last: Option<&Addressees>| match to.admit(&unit("lobby"), last) {
+            Ok(()) => "taken".to_owned(),
+            Err(refused) => refused.to_string(),
+        };
+        let everybody = "the bundle is for every unit, this unit takes only those for `lobby` since it was given one";
+        for (to, last, wanted) in [
+            (&Addressees::Anyone, None, "taken"),
+            (&Addressees::Anyone, Some(&Addressees::Anyone), "taken"),
+            (&Addressees::Anyone, Some(&lobby), everybody),
+            (&Addressees::Anyone, Some(&stairs), "taken"),
+            (&lobby, None, "taken"),
+            (&lobby, Some(&lobby), "taken"),
+            (&lobby, Some(&Addressees::Anyone), "taken"),
+            (&stairs, None, "the bundle is for `attic, stairs`, this unit is `lobby`"),
+            (&stairs, Some(&stairs), "the bundle is for `attic, stairs`, this unit is `lobby`"),
+        ] {
+            assert_eq!(told(to, last), wanted, "{to} after {last:?}");
+        }
+    }
+
+    #[test]
+    fn no_more_than_three_units_are_told_by_name() {
+        let units: Vec<UnitId> = ["a", "b", "c", "d", "e"].map(|name| UnitId::new(name).unwrap()).into();
+        for (count, told) in [(0, ""), (1, "a"), (3, "a, b, c"), (4, "a, b, c and 1 more"), (5, "a, b, c and 2 more")] {
+            assert_eq!(few(&units[..count]), told);
+        }
     }
 }

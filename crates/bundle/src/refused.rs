@@ -36,6 +36,12 @@ pub enum Refused {
         /// The digest of what was read.
         found: ObjectId,
     },
+    /// For every unit, on one that has its own.
+    #[error("the bundle is for every unit, this unit takes only those for `{unit}` since it was given one")]
+    ForEverybody {
+        /// This unit.
+        unit: UnitId,
+    },
     /// The signature is not that of the key that it names.
     #[error("{part} of the bundle is not what key {signer} signed")]
     Forged {

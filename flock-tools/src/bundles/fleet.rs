@@ -1,7 +1,7 @@
 //! `fleet.toml`: what was published for which unit, and where.
 //!
-//! Owns the table: a row for each unit, kept by `flock publish`, so that the artist knows what hangs where. Nothing
-//! depends on it: it can be lost.
+//! Owns the table: a row for each unit, kept by `flock publish`, so that the artist knows what hangs where. It can be
+//! lost: `flock verify` then does not know who has its own.
 //!
 //! ```toml
 //! [[unit]]
@@ -19,6 +19,8 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+use bundle::{Addressees, UnitId};
 
 use crate::report::{Exit, Fatal};
 use crate::save;
@@ -73,6 +75,11 @@ impl Fleet {
         }
     }
 
+    /// For whom the last bundle of `unit` was, as far as the table knows.
+    pub(super) fn last(&self, unit: &UnitId) -> Option<Addressees> {
+        self.rows.iter().find(|row| row.id == unit.as_str()).map(|_| Addressees::of([unit.clone()]))
+    }
+
     /// Takes down what a unit was given; its place stays.
     pub(super) fn note(&mut self, row: Row) {
         match self.rows.iter_mut().find(|there| there.id == row.id) {
@@ -120,6 +127,8 @@ mod tests {
         let read = Fleet::read(&path).unwrap();
         assert_eq!(read, fleet);
         let told: Vec<_> = read.rows.iter().map(|row| (&*row.id, row.sequence, row.place.as_deref())).collect();
+        let last = |name| read.last(&UnitId::new(name).unwrap());
+        assert_eq!((last("lobby"), last("attic")), (Some(Addressees::of([UnitId::new("lobby").unwrap()])), None));
         assert_eq!(told, [("lobby", 3, Some("Hotel Adler")), ("stairs", 1, None)]);
         for bad in ["unit = 3", "[[unit]]\nid = \"lobby\"\n", "[[units]]\n"] {
             fs::write(&path, bad).unwrap();

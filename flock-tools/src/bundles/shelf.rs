@@ -16,6 +16,7 @@ use bundle::{
 use flock::FILE_NAME;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
+use super::fleet::Fleet;
 use super::{system, unmoved};
 use crate::progress;
 use crate::report::{Exit, Fatal, chain};
@@ -130,6 +131,22 @@ pub(super) fn read_all(path: &Path, pinned: &Trust) -> Result<Vec<Found>, Fatal>
     Ok(find(&mut folder, pinned, wanted))
 }
 
+/// What each of `units` makes of what was `found` for it: what is for every unit is refused by whom it is not for, and by
+/// those who, by `fleet`, have their own.
+pub(super) fn admitted(mut found: Vec<Found>, units: &[UnitId], fleet: &Fleet) -> Vec<Found> {
+    let is_given = |unit: &&UnitId| !found.iter().any(|found| found.unit.as_ref() == Some(unit));
+    let given: Vec<&UnitId> = units.iter().filter(is_given).collect();
+    for found in found.iter_mut().filter(|found| found.unit.is_none()) {
+        let Ok(bundle) = &found.bundle else { continue };
+        let addressees = &bundle.seal().letter().addressees;
+        let refused = given.iter().find_map(|unit| addressees.admit(unit, fleet.last(unit).as_ref()).err());
+        if let Some(refused) = refused {
+            found.bundle = Err(Box::new(refused));
+        }
+    }
+    found
+}
+
 /// What was `found` in the folder at `path`, all of which must be good.
 pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<UnitId>, Verified)>, Fatal> {
     let good = |Found { unit, seal, bundle }: Found| match bundle {
@@ -225,13 +242,8 @@ pub(super) fn learned(folder: &mut Folder, pinned: &Trust) -> Trust {
 
 fn bundle(folder: &mut Folder, trust: &Trust, unit: Option<&UnitId>) -> Result<Verified, Refused> {
     let seal = Unverified::addressed(folder, &Addressees::of(unit.cloned()))?.verify(trust)?;
-    let addressees = &seal.letter().addressees;
-    match unit {
-        Some(unit) if !addressees.include(unit) => {
-            Err(Refused::ForOthers { addressees: addressees.clone(), unit: unit.clone() })
-        }
-        _ => seal.fetch(folder),
-    }
+    unit.map_or(Ok(()), |unit| seal.letter().addressees.admit(unit, None))?;
+    seal.fetch(folder)
 }
 
 fn refusal(seal: &str, refused: &Refused) -> Fault {

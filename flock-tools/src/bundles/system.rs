@@ -208,11 +208,13 @@ pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<
         let missing = || Refused::Read { part: bundle::Part::Seal, source: io::ErrorKind::NotFound.into() };
         let read = UnverifiedSystem::addressed(&mut folder, &addressees).and_then(|read| read.ok_or_else(missing));
         let system = read.and_then(|unverified| unverified.verify(&trust)).and_then(|system| {
-            let (addressees, unit) = (&system.release().addressees, unit.as_ref());
-            match unit.filter(|unit| !addressees.include(unit)) {
-                Some(unit) => Err(Refused::ForOthers { addressees: addressees.clone(), unit: unit.clone() }),
-                None => Ok(system),
-            }
+            let is_given = |asked: &&UnitId| match &unit {
+                Some(unit) => unit == *asked,
+                None => !there.contains(&Some((*asked).clone())),
+            };
+            let mut given = units.iter().filter(is_given).chain(&unit);
+            given.try_for_each(|unit| system.release().addressees.admit(unit, None))?;
+            Ok(system)
         });
         Found { unit, seal, system: system.map_err(Box::new) }
     };

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use bundle::{KeyId, Sequence, Trust, UnitId};
 use indicatif::DecimalBytes;
 
+use super::fleet::{self, Fleet};
 use super::shelf::{self, Fault, Found, Kind};
 use super::{system, unusable};
 use crate::report::{self, Exit, Fatal};
@@ -26,9 +27,13 @@ pub(crate) struct Args {
     /// The public key to trust, or a folder of such keys
     #[arg(long, value_name = "PUB")]
     trust: PathBuf,
-    /// Look only at what this unit would be given; may be repeated
+    /// Look only at what this unit would be given, and whether it would take it; may be repeated
     #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
     units: Vec<UnitId>,
+    /// The table of units, which knows who has bundles of its own and takes none for every unit [default: fleet.toml
+    /// beside the bundles]
+    #[arg(long, value_name = "FILE", requires = "units")]
+    fleet: Option<PathBuf>,
     /// Answer with one JSON document: {"ok": ..., "bundles": [...], "systems": [...], "faults": [...]}
     #[arg(long)]
     json: bool,
@@ -61,6 +66,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let trust = Trust::read(&args.trust).map_err(unusable)?;
     let systems = system::read(&args.bundle, &trust, &args.units)?;
     let found = shelf::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
+    let fleet = if args.units.is_empty() { Fleet::default() } else { Fleet::read(&table)? };
+    let found = shelf::admitted(found, &args.units, &fleet);
     let faults = shelf::faults(&args.bundle, &found, &systems);
     let good = systems.iter().filter_map(|found| Some((found.unit.as_ref(), found.system.as_ref().ok()?)));
     let systems: Vec<String> = good.map(|(unit, system)| system::line(unit, system)).collect();

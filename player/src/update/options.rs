@@ -39,7 +39,8 @@ pub(crate) struct Options {
     /// What this unit is called
     #[arg(long, value_name = "NAME", value_parser = UnitId::new)]
     unit: Option<UnitId>,
-    /// Take the bundle also if it is older than what this unit has played, or did not play on it
+    /// Take the bundle also if it is older than what this unit has played, or did not play on it, or is for every unit
+    /// although this one has its own
     #[arg(long)]
     allow_older: bool,
     /// Only look if it is time, and remember in this file when that is next

@@ -91,7 +91,7 @@ impl Fatal {
             }
             Self::Host { .. } | Self::Nameless(_) => "name the unit: `unit` in the config, or `--unit NAME`",
             Self::Keys(_) => "lay the artist's public key into the folder that `keys` names",
-            Self::Refused(Refused::Older { .. } | Refused::MarkedBad { .. }) => {
+            Self::Refused(Refused::ForEverybody { .. } | Refused::Older { .. } | Refused::MarkedBad { .. }) => {
                 "`--allow-older` takes it all the same, once"
             }
             Self::Refused(Refused::UnknownKey { .. }) => {

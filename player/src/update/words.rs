@@ -73,6 +73,7 @@ pub(crate) fn of_look(ended: Result<Outcome, &Fatal>) -> &'static str {
         Err(Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped | Fatal::Refused(Refused::Read { .. })) => {
             "could not be read to its end"
         }
+        Err(Fatal::Refused(Refused::ForEverybody { .. })) => "refused: for every unit, and this one has its own",
         Err(Fatal::Refused(Refused::Older { .. })) => "refused: older than what was played",
         Err(Fatal::Refused(Refused::MarkedBad { .. })) => "refused: it was tried before, and did not play",
         Err(Fatal::Refused(_)) => "refused",
@@ -86,6 +87,9 @@ const AGAIN: &str = "The stick could not be read to its end. Put it in again, an
 
 fn of_refused(refused: &Refused) -> String {
     match refused {
+        Refused::ForEverybody { unit } => {
+            format!("This stick is for every frame. This frame is {unit}, and takes what is for it by name.")
+        }
         Refused::ForOthers { addressees, unit } => {
             format!("This stick is for {}. This frame is {unit}.", addressees.told())
         }

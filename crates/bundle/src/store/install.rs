@@ -49,7 +49,8 @@ impl Store {
         let letter = seal.letter();
         let (flock, sequence) = (letter.flock.clone(), letter.sequence);
         let (signer, seal) = (seal.signer(), seal.id());
-        let generation = Generation { number, flock, signer, sequence, seal, unknown: Unknown::new() };
+        let addressees = Some(letter.addressees.clone());
+        let generation = Generation { number, flock, signer, sequence, seal, addressees, unknown: Unknown::new() };
         self.change(|state| state.installed(generation.clone()))?;
         Ok(generation)
     }

@@ -38,7 +38,7 @@ use std::io;
 use crate::contents::Verified;
 use crate::key::PublicKey;
 use crate::limits;
-use crate::names::{ObjectId, UnitId};
+use crate::names::{Addressees, ObjectId, UnitId};
 use crate::refused::Refused;
 use crate::seal::{Seal, Unverified};
 use crate::store::repair::ASIDE;
@@ -167,6 +167,7 @@ impl Store {
                 store.write()?;
             }
         }
+        store.learn_addressees()?;
         store.stand()?;
         follow(&*store.disk, &store.state)?;
         Ok(store)
@@ -223,7 +224,7 @@ impl Store {
     /// Whether the bundle behind `seal` may be installed on `unit`.
     ///
     /// # Errors
-    /// [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
+    /// [`Refused::ForEverybody`], [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
     pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refused> {
         self.state.admit(seal, unit, consent)
     }
@@ -321,6 +322,23 @@ impl Store {
         self.slots.write(&*self.disk, &self.state).map_err(at("write the state of", ""))
     }
 
+    /// Learns from their seals for whom the generations are of which an older program did not write it down.
+    fn learn_addressees(&mut self) -> Result<(), StoreError> {
+        let state = self.state.clone().addressed(|generation| self.sealed_for(generation));
+        if state == self.state {
+            return Ok(());
+        }
+        self.state = state;
+        self.write()
+    }
+
+    /// For whom the seal says that `generation` is, if it can be read.
+    fn sealed_for(&self, generation: &Generation) -> Option<Addressees> {
+        let bytes = self.disk.read(&format!("{}/seal", generation_folder(generation.number)), limits::SEAL).ok()?;
+        let seal = Seal::kept(bytes, generation.signer, generation.seal).ok()?;
+        Some(seal.letter().addressees.clone())
+    }
+
     /// Gives up what plays if its folder is gone, which only a damaged file system can have done, and nothing in the
     /// store mends it.
     fn stand(&mut self) -> Result<(), StoreError> {
@@ -370,6 +388,7 @@ impl Store {
         if self.state.good.is_none() {
             self.state.good = self.state.before.take();
         }
+        self.state.addressees = self.state.good.as_ref().and_then(|good| good.addressees.clone());
         Ok(())
     }
 
@@ -387,7 +406,8 @@ impl Store {
         let Some(Ok(seal)) = bytes.map(|bytes| Unverified::new(bytes).verify(&self.trust)) else { return Ok(None) };
         let (letter, id) = (seal.letter(), seal.id());
         let (flock, signer, sequence) = (letter.flock.clone(), seal.signer(), letter.sequence);
-        Ok(Some(Generation { number, flock, signer, sequence, seal: id, unknown: Unknown::new() }))
+        let addressees = Some(letter.addressees.clone());
+        Ok(Some(Generation { number, flock, signer, sequence, seal: id, addressees, unknown: Unknown::new() }))
     }
 
     /// What lies at `path`; `None` if there is nothing, or nothing that can be what it should.

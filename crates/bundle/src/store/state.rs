@@ -4,7 +4,8 @@
 //! makes the disk follow. The *floor* of a key is the highest sequence that has won its trial: nothing of that key that
 //! is not higher is let in again, but for the number of the floor itself once the disk has lost what it was: a unit
 //! takes back the flock that it had. A lost trial raises no floor, so that the artist may send the same number again,
-//! mended.
+//! mended. Likewise the last that has won says for whom it was: a unit that was addressed by its name takes nothing any
+//! more that is for everybody.
 //!
 //! A unit may fall back to an older program at any time: fields are only ever added, and what a program does not know it
 //! keeps and writes down again as it found it.
@@ -27,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::key::KeyId;
-use crate::names::{ObjectId, Sequence, UnitId};
+use crate::names::{Addressees, ObjectId, Sequence, UnitId};
 use crate::refused::Refused;
 use crate::seal::Seal;
 
@@ -54,6 +55,9 @@ pub struct Generation {
     pub sequence: Sequence,
     /// The digest of its seal.
     pub seal: ObjectId,
+    /// For whom it is; `None` where a program has written it that did not ask.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub addressees: Option<Addressees>,
     /// What a newer program knows of it.
     #[serde(flatten)]
     pub unknown: Unknown,
@@ -91,6 +95,10 @@ pub struct State {
     pub statements: Vec<String>,
     /// The number of the newest generation there ever was.
     pub newest: u64,
+    /// For whom the last one was that has won its trial. It outlives that one: what is lost from the disk was still
+    /// meant for this unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub addressees: Option<Addressees>,
     /// What a newer program knows.
     #[serde(flatten)]
     pub unknown: Unknown,
@@ -144,12 +152,10 @@ impl State {
     /// Whether the bundle behind `seal` may be installed on `unit`.
     ///
     /// # Errors
-    /// [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
+    /// [`Refused::ForEverybody`], [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
     pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refused> {
         let (letter, id, signer) = (seal.letter(), seal.id(), seal.signer());
-        if !letter.addressees.include(unit) {
-            return Err(Refused::ForOthers { addressees: letter.addressees.clone(), unit: unit.clone() });
-        }
+        letter.addressees.admit(unit, None)?;
         let is = |generation: &Generation| generation.seal == id;
         if let Some(trial) = &self.trial {
             if is(&trial.generation) {
@@ -164,6 +170,7 @@ impl State {
         if self.good.as_ref().is_some_and(is) {
             return Ok(Admission::Kept);
         }
+        letter.addressees.admit(unit, self.last_addressees())?;
         if self.bad.contains(&id) {
             return Err(Refused::MarkedBad { sequence: letter.sequence });
         }
@@ -176,6 +183,27 @@ impl State {
             }
             Some(_) | None => Ok(Admission::New),
         }
+    }
+
+    /// For whom the last bundle was: the one on trial, else the last that won one.
+    fn last_addressees(&self) -> Option<&Addressees> {
+        let on_trial = self.trial.as_ref().and_then(|trial| trial.generation.addressees.as_ref());
+        on_trial.or(self.addressees.as_ref())
+    }
+
+    /// What `seal_of` says for whom the generations are of which a program has written nothing about that. What plays
+    /// is the last of them.
+    #[must_use]
+    pub fn addressed(mut self, seal_of: impl Fn(&Generation) -> Option<Addressees>) -> Self {
+        let trial = self.trial.as_mut().map(|trial| &mut trial.generation);
+        for generation in trial.into_iter().chain(&mut self.before) {
+            generation.addressees = generation.addressees.take().or_else(|| seal_of(generation));
+        }
+        if let Some(good) = self.good.as_mut().filter(|good| good.addressees.is_none()) {
+            good.addressees = seal_of(good);
+            self.addressees = good.addressees.clone().or(self.addressees.take());
+        }
+        self
     }
 
     /// The number that the next generation gets.
@@ -230,6 +258,7 @@ impl State {
         if let Some(Trial { generation, .. }) = self.trial.take() {
             let floor = self.floors.entry(generation.signer).or_insert(generation.sequence);
             *floor = generation.sequence.max(*floor);
+            self.addressees = generation.addressees.clone().or(self.addressees.take());
             self.before = self.good.replace(generation);
         }
         self
@@ -274,207 +303,4 @@ fn is_none(count: &u32) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::names::Addressees;
-    use crate::seal::{Letter, Unverified};
-    use crate::secret::SecretKey;
-    use crate::secret::tests::{artist, stranger};
-    use crate::trust::Trust;
-    use proptest::prelude::*;
-    use std::sync::OnceLock;
-
-    #[derive(Clone, Copy, Debug)]
-    enum Event {
-        Arrives { key: usize, sequence: u64, consent: bool },
-        Started,
-        Excused,
-        Shown,
-        Won,
-        Lost,
-        GoodIsGone,
-        Vanished,
-        GivesUp,
-    }
-
-    fn keys() -> &'static [SecretKey; 2] {
-        static KEYS: OnceLock<[SecretKey; 2]> = OnceLock::new();
-        KEYS.get_or_init(|| [stranger(), stranger()])
-    }
-
-    fn seal(key: &SecretKey, sequence: u64) -> Seal {
-        let letter = Letter {
-            flock: "aurora".to_owned(),
-            addressees: Addressees::Anyone,
-            sequence: Sequence(sequence),
-            created: "2026-03-01T12:00:00Z".to_owned(),
-            contents: ObjectId::of(b"list"),
-            contents_size: 4,
-        };
-        Unverified::new(letter.sign(key).unwrap()).verify(&Trust::of([key.public()])).unwrap()
-    }
-
-    fn generation(state: &State, seal: &Seal) -> Generation {
-        let (flock, sequence) = (seal.letter().flock.clone(), seal.letter().sequence);
-        let (number, signer, seal) = (state.next_number(), seal.signer(), seal.id());
-        Generation { number, flock, signer, sequence, seal, unknown: Unknown::new() }
-    }
-
-    fn unit() -> UnitId {
-        UnitId::new("lobby").unwrap()
-    }
-
-    fn happens(state: State, event: Event) -> State {
-        match event {
-            Event::Arrives { key, sequence, consent } => {
-                let seal = seal(&keys()[key], sequence);
-                let consent = if consent { Consent::Any } else { Consent::Newer };
-                match state.admit(&seal, &unit(), consent) {
-                    Ok(Admission::New) => {
-                        let new = generation(&state, &seal);
-                        state.installed(new)
-                    }
-                    Ok(Admission::Kept | Admission::OnTrial | Admission::Plays) | Err(_) => state,
-                }
-            }
-            Event::Started => state.started().0,
-            Event::Excused => state.excused(),
-            Event::Shown => state.shown().0,
-            Event::Won => state.won(),
-            Event::Lost => state.lost(),
-            Event::GoodIsGone => state.good_is_gone(),
-            Event::Vanished => state.vanished(),
-            Event::GivesUp => state.without_reserve(),
-        }
-    }
-
-    fn events() -> impl Strategy<Value = Vec<Event>> {
-        let arrives = (0usize..2, 1u64..9, proptest::bool::weighted(0.1))
-            .prop_map(|(key, sequence, consent)| Event::Arrives { key, sequence, consent });
-        let trying = [Event::Started, Event::Excused, Event::Shown];
-        let others = [Event::Won, Event::Lost, Event::GoodIsGone, Event::Vanished, Event::GivesUp];
-        let others = proptest::sample::select([&trying[..], &others].concat());
-        let event = prop_oneof![3 => arrives, 4 => others];
-        proptest::collection::vec(event, 0..40)
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(300))]
-
-        #[test]
-        fn floors_never_fall_and_only_a_won_trial_raises_them(events in events()) {
-            let mut state = State::default();
-            for event in events {
-                let before = state.clone();
-                state = happens(state, event);
-                for (key, floor) in &before.floors {
-                    prop_assert!(state.floors[key] >= *floor);
-                }
-                prop_assert!(matches!(event, Event::Won) || state.floors == before.floors, "{:?}", event);
-            }
-        }
-
-        #[test]
-        fn a_good_flock_is_left_for_a_newer_one_only(events in events()) {
-            let mut state = State::default();
-            for event in events {
-                let before = state.clone();
-                state = happens(state, event);
-                match event {
-                    Event::Arrives { .. }
-                    | Event::Started
-                    | Event::Excused
-                    | Event::Shown
-                    | Event::Lost
-                    | Event::GivesUp => {
-                        prop_assert_eq!(&state.good, &before.good);
-                    }
-                    Event::Won => prop_assert!(before.trial.is_none() || state.before == before.good),
-                    Event::GoodIsGone => prop_assert_eq!(&state.good, &before.before),
-                    Event::Vanished => {
-                        let good = if before.trial.is_some() { before.good } else { before.before };
-                        prop_assert_eq!(&state.good, &good);
-                    }
-                }
-                prop_assert!(state.kept().all(|kept| kept.number <= state.newest));
-                prop_assert!(state.bad.len() <= BAD);
-            }
-        }
-    }
-
-    #[test]
-    fn what_plays_already_is_no_news_and_what_was_replaced_unjudged_may_come_again() {
-        let (one, two) = (seal(artist(), 1), seal(artist(), 2));
-        let state = State::default();
-        let first = generation(&state, &one);
-        let state = state.installed(first);
-        assert_eq!(state.admit(&one, &unit(), Consent::Newer).unwrap(), Admission::OnTrial);
-        let state = state.won();
-        assert_eq!(state.admit(&one, &unit(), Consent::Any).unwrap(), Admission::Plays);
-        let second = generation(&state, &two);
-        let state = state.installed(second);
-        assert_eq!(state.admit(&one, &unit(), Consent::Newer).unwrap(), Admission::Kept);
-        let third = generation(&state, &seal(artist(), 3));
-        let state = state.installed(third).lost();
-        assert_eq!(state.admit(&two, &unit(), Consent::Newer).unwrap(), Admission::New);
-    }
-
-    /// On trial, in an evening in which it was shown for so many joins.
-    fn evening(state: State, joins: u32) -> (State, Verdict) {
-        let (state, verdict) = state.started();
-        (0..joins).fold(
-            (state, verdict),
-            |(state, verdict), _| if verdict == Verdict::Open { state.shown() } else { (state, verdict) },
-        )
-    }
-
-    #[test]
-    fn a_trial_counts_what_was_shown_over_as_many_short_evenings_as_it_takes() {
-        let state = State::default();
-        let new = generation(&state, &seal(artist(), 1));
-        let mut state = state.installed(new);
-        for started in 1..JOINS {
-            let (after, verdict) = evening(state, 1);
-            assert_eq!((verdict, after.trial.as_ref().map(|trial| trial.joins)), (Verdict::Open, Some(started)));
-            state = after;
-        }
-        let (state, verdict) = evening(state, 1);
-        assert_eq!((verdict, state.good.is_some(), state.bad.len()), (Verdict::Won, true, 0));
-    }
-
-    #[test]
-    fn a_trial_is_lost_by_starts_that_show_nothing_unless_nobody_could_have_seen_them() {
-        let state = State::default();
-        let new = generation(&state, &seal(artist(), 1));
-        let mut state = evening(state.installed(new), 1).0;
-        for _ in 0..2 * STARTS {
-            let (after, verdict) = state.started();
-            assert_eq!(verdict, Verdict::Open);
-            state = after.excused();
-        }
-        for _ in 0..STARTS {
-            let (after, verdict) = state.started();
-            assert_eq!(verdict, Verdict::Open);
-            state = after;
-        }
-        let (state, verdict) = state.started();
-        assert_eq!((verdict, state.bad.len()), (Verdict::Lost, 1));
-    }
-
-    #[test]
-    fn the_flock_that_set_the_floor_is_let_in_again_when_the_disk_has_lost_it() {
-        let (old, new) = (seal(artist(), 1), seal(artist(), 2));
-        let mut state = State::default();
-        for seal in [&old, &new] {
-            let generation = generation(&state, seal);
-            state = state.installed(generation).won();
-        }
-        assert_eq!(state.admit(&new, &unit(), Consent::Newer).unwrap(), Admission::Plays);
-        assert!(state.admit(&old, &unit(), Consent::Newer).is_err());
-        // The one before it plays, or none.
-        for lost in [state.clone().vanished(), state.vanished().vanished()] {
-            assert_eq!(lost.admit(&new, &unit(), Consent::Newer).unwrap(), Admission::New);
-            assert!(lost.admit(&old, &unit(), Consent::Newer).is_err() || lost.good.is_some());
-        }
-    }
-}
+mod tests;

@@ -48,9 +48,8 @@ impl Store {
     ) -> Result<SystemAdmission, StoreError> {
         let (release, signer) = (system.release(), system.signer());
         let refused = |refused| Err(StoreError::Refused(refused));
-        if !release.addressees.include(unit) {
-            return refused(Refused::ForOthers { addressees: release.addressees.clone(), unit: unit.clone() });
-        }
+        // Whoever has flocks of its own is mended like all others: a system says nothing about what is on the wall.
+        release.addressees.admit(unit, None).map_err(StoreError::Refused)?;
         if release.version <= *running {
             return Ok(SystemAdmission::Known);
         }
