@@ -27,6 +27,7 @@ impl<R: Read> Read for Plain<R> {
 }
 
 /// What a request met.
+#[expect(clippy::wildcard_enum_match_arm, reason = "the list grows with every version of ureq")]
 pub(crate) fn of_request(error: Error) -> io::Error {
     let other = |words: &str| io::Error::other(words.to_owned());
     match error {
@@ -79,6 +80,14 @@ mod tests {
     use std::io::{self, ErrorKind, Read};
     use ureq::Error;
 
+    struct Broken;
+
+    impl Read for Broken {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other(Error::ConnectProxyFailed(THEIRS.to_owned())))
+        }
+    }
+
     const THEIRS: &str = "evil\n\u{1b}[2J 12345";
 
     #[test]
@@ -96,12 +105,6 @@ mod tests {
         ] {
             let said = of_request(error).to_string();
             assert!(!said.contains("evil") && !said.contains(char::is_control) && !said.is_empty(), "{said}");
-        }
-        struct Broken;
-        impl Read for Broken {
-            fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
-                Err(io::Error::other(Error::ConnectProxyFailed(THEIRS.to_owned())))
-            }
         }
         assert_eq!(Plain(Broken).read(&mut [0]).unwrap_err().to_string(), "the proxy leads nowhere");
     }
