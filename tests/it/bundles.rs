@@ -311,6 +311,17 @@ fn an_old_key_takes_in_a_new_one_and_calls_it_back() {
     assert!(said.contains(&format!("is signed by key {id}, which was revoked")), "{said}");
     studio.pack(&[]);
     studio.verify(0);
+    // If it was stolen: units of before obey the first statement, those of today both.
+    fs::remove_file(studio.at("new.revoked")).unwrap();
+    let words = ["keygen", "--revoke", "new.pub", "--stolen", "--keep", "stranger.pub"];
+    studio.answers(0, &[&words, &signer[..]].concat());
+    let said = fs::read_to_string(studio.at("new.revoked")).unwrap();
+    let kept = fs::read_to_string(studio.at("stranger.pub")).unwrap().lines().nth(1).unwrap().to_owned();
+    let said: Vec<&str> = said.lines().filter(|line| line.starts_with("revoke ")).collect();
+    assert_eq!(said, [format!("revoke {id}"), format!("revoke {id} keep {kept}")]);
+    for words in [&["keygen", "--keep", "stranger.pub", "--revoke", "new.pub"][..], &["keygen", "x.key", "--stolen"]] {
+        studio.says(2, &[words, &signer[..]].concat());
+    }
 }
 
 #[test]

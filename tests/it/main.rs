@@ -51,6 +51,7 @@ mod stills;
 mod strangers;
 mod systems;
 mod telling;
+mod theft;
 mod trace;
 mod tutorial;
 mod unit;

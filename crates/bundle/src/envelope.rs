@@ -5,6 +5,8 @@
 //!
 //! Start at [`opened`].
 
+use std::io::Read;
+
 use crate::beneath;
 use crate::key::{KeyError, KeyId};
 use crate::limits;
@@ -17,6 +19,8 @@ use crate::trust::Trust;
 
 /// What `units` says of a seal for everybody.
 const EVERYBODY: &str = "*";
+/// What begins the line that says which statements are expected.
+const STATEMENTS: &str = "statements";
 const TOO_LARGE: Refused = Refused::TooLarge { part: Part::Seal, limit: limits::SEAL };
 
 /// The lines that say for whom a seal is, its number, and when it was made.
@@ -72,6 +76,36 @@ pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refus
     })
 }
 
+/// The line that says which statements about keys a seal expects; nothing if it expects none.
+pub(crate) fn statements_text(statements: Option<(ObjectId, u64)>) -> String {
+    statements.map_or_else(String::new, |(id, size)| format!("{STATEMENTS} {size} {id}\n"))
+}
+
+/// The statements about keys that the next line expects, if it is the line for that, and their size in bytes.
+pub(crate) fn statements(lines: &mut Lines<'_>) -> Result<Option<(ObjectId, u64)>, Refused> {
+    let wanted = "`statements`, a size and a digest, or nothing";
+    let Some(value) = lines.value_if_any(STATEMENTS, wanted)? else { return Ok(None) };
+    let (id, size) = sized(lines, value, wanted)?;
+    if size > limits::STATEMENTS {
+        return Err(Refused::TooLarge { part: Part::Statement, limit: limits::STATEMENTS });
+    }
+    Ok(Some((id, size)))
+}
+
+/// Reads the statements about keys that a seal expects from `source`, which must have them; none if it expects none.
+pub(crate) fn expected(statements: Option<(ObjectId, u64)>, source: &mut dyn Source) -> Result<Vec<u8>, Refused> {
+    let Some((expected, size)) = statements else { return Ok(Vec::new()) };
+    let withheld = |found| Refused::Withheld { expected, found };
+    let mut bytes = Vec::new();
+    match source.object(&expected, size, 0).and_then(|reader| reader.take(size).read_to_end(&mut bytes)) {
+        Ok(_) => {}
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(withheld(None)),
+        Err(source) => return Err(Refused::Read { part: Part::Statement, source }),
+    }
+    let found = ObjectId::of(&bytes);
+    if found == expected { Ok(bytes) } else { Err(withheld(Some(found))) }
+}
+
 impl Address {
     /// The three lines.
     pub(crate) fn to_text(addressees: &Addressees, sequence: Sequence, created: &str) -> String {
@@ -95,6 +129,11 @@ impl Address {
 /// The object and its size, in bytes, that the line `name` gives.
 pub(crate) fn object(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refused> {
     let value = lines.value(name, wanted)?;
+    sized(lines, value, wanted)
+}
+
+/// The object and its size, in bytes, that `value` on the line read last gives.
+fn sized(lines: &Lines<'_>, value: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refused> {
     let (size, id) = value.split_once(' ').ok_or_else(|| lines.unlike(wanted, value))?;
     let size = plain(size).ok_or_else(|| lines.unlike(wanted, value))?;
     let id = ObjectId::parse(id).map_err(|error| lines.misnamed(error))?;
@@ -133,4 +172,56 @@ fn is_time(text: &str) -> bool {
     const FORM: &[u8] = b"0000-00-00T00:00:00Z";
     let fits = |(found, form): (u8, &u8)| if *form == b'0' { found.is_ascii_digit() } else { found == *form };
     text.len() == FORM.len() && text.bytes().zip(FORM).all(fits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::folder::Folder;
+    use crate::seal::{Letter, Unverified};
+    use crate::secret::tests::{artist, stranger};
+    use crate::trust::Statement;
+    use std::fs;
+
+    #[test]
+    fn a_seal_is_read_with_the_statements_that_it_expects_or_refused() {
+        let scratch = tempfile::tempdir().unwrap();
+        let mut folder = Folder::create(scratch.path()).unwrap();
+        let said = Statement::Trust(stranger().public()).sign(artist()).unwrap();
+        let statements = folder.put_statements(std::slice::from_ref(&said)).unwrap();
+        let (id, size) = statements.unwrap();
+        let letter = Letter {
+            flock: "aurora".to_owned(),
+            addressees: Addressees::Anyone,
+            sequence: Sequence(8),
+            created: "2026-03-01T12:00:00Z".to_owned(),
+            contents: ObjectId::of(b"list"),
+            contents_size: 4,
+            statements,
+        };
+        let trust = Trust::of([artist().public()]);
+        let seal = |letter: &Letter| Unverified::new(letter.sign(artist()).unwrap()).verify(&trust).unwrap();
+        let bound = seal(&letter);
+        assert!(bound.letter() == &letter && bound.bytes().ends_with(format!("statements {size} {id}\n").as_bytes()));
+        assert_eq!(bound.expected_statements(&mut folder).unwrap(), said);
+        let plain = seal(&Letter { statements: None, ..letter.clone() });
+        assert_eq!(plain.expected_statements(&mut folder).unwrap(), b"");
+
+        let path = scratch.path().join(id.path());
+        for other in [&said[..said.len() - 1], b"", &said.repeat(2)[1..]] {
+            fs::write(&path, other).unwrap();
+            let refused = bound.expected_statements(&mut folder).unwrap_err();
+            let other = ObjectId::of(&other[..other.len().min(said.len())]);
+            let is_withheld = matches!(refused, Refused::Withheld { expected, found: Some(found) } if (expected, found) == (id, other));
+            assert!(is_withheld, "{refused}");
+        }
+        fs::remove_file(&path).unwrap();
+        let refused = bound.expected_statements(&mut folder).unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            format!("what keys say about keys is withheld: the seal expects {id}, found nothing")
+        );
+        let large = Letter { statements: Some((id, limits::STATEMENTS + 1)), ..letter };
+        assert!(matches!(large.sign(artist()), Err(SignError::Refused(Refused::TooLarge { .. }))));
+    }
 }

@@ -8,6 +8,7 @@
 
 mod parts;
 mod seals;
+mod statements;
 mod upkeep;
 
 use std::fs::{self, File};
@@ -17,10 +18,10 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{AtFlags, CWD, Mode, OFlags};
 
-use crate::beneath::{self, Root};
+use crate::beneath::Root;
 use crate::limits;
 use crate::names::ObjectId;
-use crate::source::{STATEMENTS, Source};
+use crate::source::Source;
 use parts::{FAT_LARGEST, Parts, part_path, parts};
 
 pub use upkeep::Swept;
@@ -192,21 +193,6 @@ impl Folder {
     /// [`FolderError::Write`].
     pub fn sync(&self) -> Result<(), FolderError> {
         rustix::fs::syncfs(&self.root).map_err(|error| self.unwritten("")(error.into()))
-    }
-
-    /// Lays out these statements about keys, beside those that lie there.
-    ///
-    /// # Errors
-    /// [`FolderError`].
-    pub fn add_statements(&self, statements: &[Vec<u8>]) -> Result<(), FolderError> {
-        let there = match self.root.file(STATEMENTS).and_then(|file| beneath::read_all(file, limits::STATEMENTS)) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(source) => return Err(FolderError::Read { path: self.path.join(STATEMENTS), source }),
-        };
-        let known = crate::trust::statements(&there);
-        let new: Vec<&[u8]> = statements.iter().map(Vec::as_slice).filter(|new| !known.contains(new)).collect();
-        if new.is_empty() { Ok(()) } else { self.replace(STATEMENTS, &[known, new].concat().concat()) }
     }
 
     /// Whether `path`, or its parts together, have `size` bytes.

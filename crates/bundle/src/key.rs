@@ -5,6 +5,7 @@
 //!
 //! Start at [`PublicKey`].
 
+use std::cmp::Ordering;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -147,6 +148,19 @@ impl PublicKey {
 
     pub(crate) fn verifier(&self) -> &minisign_verify::PublicKey {
         &self.verifier
+    }
+}
+
+/// By their lines, which tell them apart.
+impl Ord for PublicKey {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.line.cmp(&other.line)
+    }
+}
+
+impl PartialOrd for PublicKey {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
     }
 }
 

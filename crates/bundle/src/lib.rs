@@ -43,4 +43,4 @@ pub use store::{
     Wanted, plan,
 };
 pub use system::{Release, System, UnverifiedSystem, copy_object, path as system_path};
-pub use trust::{Learned, Statement, Trust, statements};
+pub use trust::{Learned, Lesson, Statement, Trust, statements};

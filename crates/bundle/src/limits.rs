@@ -39,9 +39,19 @@ pub const PUBLIC_KEY: u64 = 1 << 10;
 /// Bytes of a secret key's file.
 pub const SECRET_KEY: u64 = 4 << 10;
 /// Bytes of the statements about keys that a bundle carries.
-pub const STATEMENTS: u64 = 64 << 10;
-/// Statements that a unit learns.
-pub const STATEMENT_COUNT: usize = 64;
+pub const STATEMENTS: u64 = 256 << 10;
+/// Bytes of the statements that a unit keeps. Owners' keys may still call back themselves, and others, beyond it.
+pub const SAID: usize = 384 << 10;
+/// Other keys that each of the owner's keys may speak of.
+pub const QUOTA: usize = 64;
+/// Other keys that each key that was taken in may speak of.
+pub const TAKEN_IN_QUOTA: usize = 16;
+/// Other keys that all keys together that were taken in may speak of.
+pub const SHARED_QUOTA: usize = 64;
+/// Keys that a revocation keeps.
+pub const KEPT: usize = 8;
+/// Revocations of one key by the same other key that keep different ones.
+pub const REVISIONS: usize = 2;
 /// Keys in a folder of trusted keys.
 pub const TRUSTED_KEYS: usize = 64;
 /// Bytes of the comment that a signature covers.

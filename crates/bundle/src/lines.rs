@@ -50,6 +50,12 @@ impl<'a> Lines<'a> {
         value.ok_or_else(|| self.unlike(wanted, line))
     }
 
+    /// The same, if the next line begins so; no line is read if it does not.
+    pub(crate) fn value_if_any(&mut self, key: &str, wanted: &'static str) -> Result<Option<&'a str>, Refused> {
+        let is_next = self.rest.strip_prefix(key).is_some_and(|rest| rest.starts_with(' '));
+        if is_next { self.value(key, wanted).map(Some) } else { Ok(None) }
+    }
+
     /// There must be no more lines.
     pub(crate) fn end(&mut self) -> Result<(), Refused> {
         match self.next("the end")? {

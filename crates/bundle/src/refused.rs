@@ -139,6 +139,18 @@ pub enum Refused {
         /// The path.
         path: FilePath,
     },
+    /// A key has said as much about other keys as it may.
+    #[error("key {signer} has used up its quota: {used} of {limit} {things}")]
+    Quota {
+        /// The key.
+        signer: KeyId,
+        /// How much was said already.
+        used: usize,
+        /// The most.
+        limit: usize,
+        /// Of what.
+        things: &'static str,
+    },
     /// It could not be read.
     #[error("cannot read {part} of the bundle")]
     Read {
@@ -182,6 +194,17 @@ pub enum Refused {
         signer: KeyId,
         /// Those that are trusted.
         trusted: Vec<KeyId>,
+    },
+    /// Without the statements about keys that its seal expects.
+    #[error(
+        "what keys say about keys is withheld: the seal expects {expected}, found {}",
+        .found.as_ref().map_or_else(|| "nothing".to_owned(), ObjectId::to_string)
+    )]
+    Withheld {
+        /// Their digest as signed.
+        expected: ObjectId,
+        /// The digest of what was read; `None` if there is nothing.
+        found: Option<ObjectId>,
     },
 }
 

@@ -11,14 +11,17 @@
 //! sequence 7
 //! created 2026-03-01T12:00:00Z
 //! contents 81234 3fa91c...
+//! statements 1432 77b0e4...
 //! ```
+//!
+//! The last line is left out if there are no statements about keys that a unit should know before it takes the bundle.
 //!
 //! Start at [`Unverified::verify`], which is the only way to a [`Seal`].
 
 use std::io::Read;
 
 use crate::contents::{Contents, Verified};
-use crate::envelope::{Address, SignError, object, opened, read, signed};
+use crate::envelope::{Address, SignError, expected, object, opened, read, signed, statements, statements_text};
 use crate::key::KeyId;
 use crate::limits;
 use crate::lines::Lines;
@@ -74,6 +77,8 @@ pub struct Letter {
     pub contents: ObjectId,
     /// The list's size in bytes.
     pub contents_size: u64,
+    /// What keys say about keys, which whoever takes the bundle must know, and its size in bytes.
+    pub statements: Option<(ObjectId, u64)>,
 }
 
 /// A letter that a trusted key has signed.
@@ -144,7 +149,9 @@ impl Letter {
 
     fn to_text(&self) -> String {
         let address = Address::to_text(&self.addressees, self.sequence, &self.created);
-        format!("{HEADING}\nflock {}\n{address}contents {} {}\n", self.flock, self.contents_size, self.contents)
+        let statements = statements_text(self.statements);
+        let Self { flock, contents, contents_size, .. } = self;
+        format!("{HEADING}\nflock {flock}\n{address}contents {contents_size} {contents}\n{statements}")
     }
 
     fn parse(text: &str) -> Result<Self, Refused> {
@@ -161,8 +168,9 @@ impl Letter {
         if contents_size > limits::CONTENTS {
             return Err(Refused::TooLarge { part: Part::Contents, limit: limits::CONTENTS });
         }
+        let statements = statements(&mut lines)?;
         lines.end()?;
-        Ok(Self { flock, addressees, sequence, created, contents, contents_size })
+        Ok(Self { flock, addressees, sequence, created, contents, contents_size, statements })
     }
 }
 
@@ -195,6 +203,15 @@ impl Seal {
     /// The digest of those bytes: what tells this very bundle from all others.
     pub fn id(&self) -> ObjectId {
         ObjectId::of(&self.bytes)
+    }
+
+    /// Reads from `source` the statements about keys that the seal expects: whoever takes the bundle must learn them, and
+    /// verify the seal again. Empty if it expects none.
+    ///
+    /// # Errors
+    /// [`Refused::Withheld`] if `source` has none or others, or [`Refused::Read`].
+    pub fn expected_statements(&self, source: &mut dyn Source) -> Result<Vec<u8>, Refused> {
+        expected(self.letter.statements, source)
     }
 
     /// Reads the list of files from `source` and checks it against what was signed.

@@ -6,7 +6,7 @@
 //! ```text
 //! seals/lobby.seal        for the unit `lobby`; `all.seal` for every other
 //! systems/lobby.seal      the same of systems
-//! objects/3f/a91c...      content, by its digest: the lists of files, the files
+//! objects/3f/a91c...      content, by its digest: the lists of files, the files, the statements that seals expect
 //! statements              what keys say about keys, if there is anything
 //! ```
 //!

@@ -13,14 +13,17 @@
 //! created 2026-03-01T12:00:00Z
 //! start 15203328 3fa91c...
 //! root 154742784 9f86d0...
+//! statements 1432 77b0e4...
 //! ```
+//!
+//! The last line is as in a flock's seal.
 //!
 //! Start at [`UnverifiedSystem::verify`], which is the only way to a [`System`].
 
 use std::io::{self, ErrorKind};
 
 use crate::contents::FileEntry;
-use crate::envelope::{Address, SignError, object, opened, read, signed};
+use crate::envelope::{Address, SignError, expected, object, opened, read, signed, statements, statements_text};
 use crate::key::KeyId;
 use crate::limits;
 use crate::lines::Lines;
@@ -55,6 +58,8 @@ pub struct Release {
     pub start: (ObjectId, u64),
     /// The verified root, the tree of its hashes included, and its size in bytes.
     pub root: (ObjectId, u64),
+    /// What keys say about keys, which whoever takes the system must know, and its size in bytes.
+    pub statements: Option<(ObjectId, u64)>,
 }
 
 /// A system that a trusted key has signed: the only thing that has halves to be written.
@@ -122,10 +127,10 @@ impl Release {
     }
 
     fn to_text(&self) -> String {
-        let Self { version, addressees, sequence, created, start, root } = self;
-        let address = Address::to_text(addressees, *sequence, created);
+        let Self { version, addressees, sequence, created, start, root, statements } = self;
+        let (address, statements) = (Address::to_text(addressees, *sequence, created), statements_text(*statements));
         format!(
-            "{HEADING}\nversion {version}\n{address}{START} {} {}\n{ROOT} {} {}\n",
+            "{HEADING}\nversion {version}\n{address}{START} {} {}\n{ROOT} {} {}\n{statements}",
             start.1, start.0, root.1, root.0
         )
     }
@@ -138,8 +143,9 @@ impl Release {
         let Address { addressees, sequence, created } = Address::parse(&mut lines)?;
         let start = half(&mut lines, START, "`start`, a size and a digest")?;
         let root = half(&mut lines, ROOT, "`root`, a size and a digest")?;
+        let statements = statements(&mut lines)?;
         lines.end()?;
-        Ok(Self { version, addressees, sequence, created, start, root })
+        Ok(Self { version, addressees, sequence, created, start, root, statements })
     }
 }
 
@@ -157,6 +163,15 @@ impl System {
     /// The bytes of its seal.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
+    }
+
+    /// Reads from `source` the statements about keys that the seal expects, as
+    /// [`Seal::expected_statements`](crate::Seal::expected_statements) does.
+    ///
+    /// # Errors
+    /// [`Refused::Withheld`] if `source` has none or others, or [`Refused::Read`].
+    pub fn expected_statements(&self, source: &mut dyn Source) -> Result<Vec<u8>, Refused> {
+        expected(self.release.statements, source)
     }
 
     /// What has to be there before it can be written: both halves, the smaller one first.
@@ -234,6 +249,7 @@ pub(crate) mod tests {
             created: "2026-03-01T12:00:00Z".to_owned(),
             start: (ObjectId::of(b"start"), 5),
             root: (ObjectId::of(b"the root"), 8),
+            statements: None,
         }
     }
 
@@ -256,6 +272,7 @@ pub(crate) mod tests {
             created: "2026-03-01T12:00:00Z".to_owned(),
             contents: ObjectId::of(b"list"),
             contents_size: 4,
+            statements: None,
         };
         let flock = letter.sign(artist()).unwrap();
         assert!(matches!(UnverifiedSystem::new(flock).verify(&trust), Err(Refused::Forged { .. })));

@@ -2,11 +2,12 @@
 //!
 //! Owns the command. The key's form is minisign's, and the bundle crate writes it. Never signs a bundle: `pack` does.
 
+use std::collections::BTreeSet;
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use bundle::{KeyId, PublicKey, SecretKey, Statement};
+use bundle::{KeyId, PublicKey, SecretKey, Statement, limits};
 
 use super::{passphrase, unusable};
 use crate::report::{self, Exit, Fatal};
@@ -22,8 +23,12 @@ const REVOKED: &str = "revoked";
 ///
 /// The secret key goes into FILE, locked by a passphrase and readable by you alone; the public key beside it, with the
 /// ending `.pub`: that is what a unit is given. Both are minisign's. With --signed-by, the old key vouches for the new
-/// one in a statement with the ending `.trusted`; with --revoke, a key is called back by itself, or by the one that
+/// one in a statement with the ending `.trusted`; with --revoke, a key is called back by itself, or by each one that
 /// took it in, in a statement with the ending `.revoked`. `flock pack --statement` sends them to the units.
+///
+/// What a key took in stays when it is called back, as is right for one that has served its time. If it was stolen, a
+/// thief may have had it take in keys of theirs: with --stolen all that it took in falls with it, but for what --keep
+/// names. `docs/sending.md` says the drill, from theft to a healthy fleet.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the key, or the statement, is written
@@ -40,6 +45,12 @@ pub(crate) struct Args {
     /// Call back the key in this public key's file
     #[arg(long, value_name = "PUB", requires = "signed_by")]
     revoke: Option<PathBuf>,
+    /// It was stolen: all that it took in falls with it
+    #[arg(long, requires = "revoke", conflicts_with = "file")]
+    stolen: bool,
+    /// But the key in this public key's file, which it took in, stays; may be repeated
+    #[arg(long, value_name = "PUB", requires = "stolen", conflicts_with = "file")]
+    keep: Vec<PathBuf>,
     /// Take the new key's passphrase from the first line of this file
     #[arg(long, value_name = "FILE", conflicts_with = "revoke")]
     passphrase_file: Option<PathBuf>,
@@ -49,6 +60,13 @@ pub(crate) struct Args {
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// More keys are to stay than a statement holds.
+#[derive(Debug, thiserror::Error)]
+#[error("{kept} keys are to stay, at most {} can", limits::KEPT)]
+struct TooMany {
+    kept: usize,
 }
 
 /// The answer with `--json`.
@@ -72,9 +90,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let answer = match (&args.file, &args.revoke) {
         (Some(file), _) => make(file, args.passphrase_file.as_deref(), signer()?.as_ref())?,
         (None, Some(public)) => {
-            let revoked = PublicKey::read(public).map_err(unusable)?;
-            let statement = signer()?.map(|key| say(&Statement::Revoke(revoked.id()), &key, public, REVOKED));
-            Answer { id: Some(revoked.id()), statement: statement.transpose()?, ..Answer::default() }
+            let id = PublicKey::read(public).map_err(unusable)?.id();
+            let statements = revocation(args, id)?;
+            let statement = signer()?.map(|key| say(&statements, &key, public, REVOKED));
+            Answer { id: Some(id), statement: statement.transpose()?, ..Answer::default() }
         }
         (None, None) => Answer::default(),
     };
@@ -102,15 +121,30 @@ fn make(file: &Path, passphrase_file: Option<&Path>, signer: Option<&SecretKey>)
     let passphrase = passphrase::new(file, passphrase_file)?;
     let key = SecretKey::create(file, &passphrase).map_err(unusable)?.public();
     write(&public, key.to_text().as_bytes())?;
-    let vouched = signer.map(|signer| say(&Statement::Trust(key.clone()), signer, file, TRUSTED));
+    let vouched = signer.map(|signer| say(&[Statement::Trust(key.clone())], signer, file, TRUSTED));
     let statement = vouched.transpose()?;
     Ok(Answer { id: Some(key.id()), secret: Some(file.to_owned()), public: Some(public), statement })
 }
 
-/// Has `key` say `statement`, in a file named after `about`.
-fn say(statement: &Statement, key: &SecretKey, about: &Path, ending: &str) -> Result<PathBuf, Fatal> {
+/// What calls back the key `id`. Units of before know the first of two only.
+fn revocation(args: &Args, id: KeyId) -> Result<Vec<Statement>, Fatal> {
+    let mut statements = vec![Statement::Revoke(id)];
+    if args.stolen {
+        let kept: BTreeSet<PublicKey> =
+            args.keep.iter().map(|path| PublicKey::read(path)).collect::<Result<_, _>>().map_err(unusable)?;
+        if kept.len() > limits::KEPT {
+            return Err(Fatal::new(Exit::Malformed, TooMany { kept: kept.len() }));
+        }
+        statements.push(Statement::Stolen(id, kept));
+    }
+    Ok(statements)
+}
+
+/// Has `key` say `statements`, in a file named after `about`.
+fn say(statements: &[Statement], key: &SecretKey, about: &Path, ending: &str) -> Result<PathBuf, Fatal> {
     let path = about.with_extension(ending);
-    write(&path, &statement.sign(key).map_err(unusable)?)?;
+    let signed = statements.iter().map(|statement| statement.sign(key)).collect::<Result<Vec<_>, _>>();
+    write(&path, &signed.map_err(unusable)?.concat())?;
     Ok(path)
 }
 

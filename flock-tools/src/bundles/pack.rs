@@ -120,7 +120,7 @@ enum Unpacked {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
-    let statements = args.statements.iter().map(|path| statement(path)).collect::<Result<Vec<_>, _>>()?;
+    let statements = statements(args)?;
     // Who is asked for a passphrase would rather be asked now than when all was checked.
     let key = passphrase::known(&args.key, args.passphrase_file.as_deref())?;
     let faults = faults(args, &flock)?;
@@ -210,6 +210,7 @@ fn seal(
         created: now::date(),
         contents: id,
         contents_size: list.len() as u64,
+        statements: folder.put_statements(statements).map_err(unmoved)?,
     };
     let bytes = letter.sign(key).map_err(unsigned)?;
     let toml = args.dir.join(FILE_NAME);
@@ -229,15 +230,19 @@ fn seal(
     })
 }
 
-/// The bytes of the statement in the file `path`.
-pub(super) fn statement(path: &Path) -> Result<Vec<u8>, Fatal> {
-    let unread = |source| Fatal::new(Exit::Unreadable, Unpacked::Read { path: path.to_owned(), source });
-    let bytes = fs::read(path).map_err(unread)?;
-    if bundle::statements(&bytes) == [&bytes[..]] {
-        Ok(bytes)
-    } else {
-        Err(Fatal::new(Exit::Malformed, Unpacked::NoStatement { path: path.to_owned() }))
+/// The statements in the files that `args` name.
+pub(super) fn statements(args: &Args) -> Result<Vec<Vec<u8>>, Fatal> {
+    let mut found = Vec::new();
+    for path in &args.statements {
+        let unread = |source| Fatal::new(Exit::Unreadable, Unpacked::Read { path: path.clone(), source });
+        let bytes = fs::read(path).map_err(unread)?;
+        let statements = bundle::statements(&bytes);
+        if statements.is_empty() || statements.concat() != bytes {
+            return Err(Fatal::new(Exit::Malformed, Unpacked::NoStatement { path: path.clone() }));
+        }
+        found.extend(statements.into_iter().map(<[u8]>::to_vec));
     }
+    Ok(found)
 }
 
 fn told(packed: &Packed) -> Vec<String> {

@@ -109,10 +109,12 @@ impl Cargo {
         for (_, bundle) in &self.bundles {
             let letter = bundle.seal().letter();
             objects.insert(letter.contents, letter.contents_size);
+            objects.extend(letter.statements);
             objects.extend(bundle.contents().files().iter().map(|file| (file.id, file.size)));
         }
         let halves = self.systems.iter().flat_map(|(_, system)| system.halves());
         objects.extend(halves.map(|half| (half.id, half.size)));
+        objects.extend(self.systems.iter().filter_map(|(_, system)| system.release().statements));
         objects
     }
 }
@@ -282,12 +284,14 @@ fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<S
     };
     for found in shelf::read_all(&args.to, trust)? {
         let bundle = found.bundle.map_err(|_| unknown(found.seal))?;
-        needed.insert(bundle.seal().letter().contents);
+        let letter = bundle.seal().letter();
+        needed.extend([Some(letter.contents), letter.statements.map(|(id, _)| id)].into_iter().flatten());
         needed.extend(bundle.contents().files().iter().map(|file| file.id));
     }
     for found in system::read(&args.to, trust, &[])? {
         let system = found.system.map_err(|_| unknown(found.seal))?;
         needed.extend(system.halves().map(|half| half.id));
+        needed.extend(system.release().statements.map(|(id, _)| id));
     }
     to.sweep(|id| needed.contains(id) || objects.contains_key(id)).map_err(unmoved)
 }

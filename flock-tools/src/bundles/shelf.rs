@@ -10,8 +10,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, FileEntry, Folder, ObjectId, Refused, STATEMENTS, Source, Trust, UnitId, Unverified, Verified, limits,
-    seal_path, statements,
+    Addressees, FileEntry, Folder, ObjectId, Refused, STATEMENTS, Seal, Source, Trust, UnitId, Unverified, Verified,
+    limits, seal_path,
 };
 use flock::FILE_NAME;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -233,22 +233,35 @@ pub(super) fn said(folder: &mut Folder) -> Vec<u8> {
 /// Whom the keys in `pinned` have taken in or called back by what lies in the folder.
 pub(super) fn learned(folder: &mut Folder, pinned: &Trust) -> Trust {
     let mut trust = pinned.clone();
-    for statement in statements(&said(folder)) {
-        // What somebody said who may not say it is passed over.
-        trust.learn(statement).ok();
-    }
+    // What somebody said who may not say it is passed over.
+    trust.learn_all(&said(folder));
     trust
 }
 
+/// What `verify` opens, once what is `expected` by it was learned, as a unit does.
+pub(super) fn heeded<S>(
+    folder: &mut Folder,
+    trust: &Trust,
+    verify: impl Fn(&Trust) -> Result<S, Refused>,
+    expected: impl Fn(&S, &mut dyn Source) -> Result<Vec<u8>, Refused>,
+) -> Result<S, Refused> {
+    let opened = verify(trust)?;
+    let mut trust = trust.clone();
+    trust.learn_all(&expected(&opened, folder)?);
+    verify(&trust)
+}
+
 fn bundle(folder: &mut Folder, trust: &Trust, unit: Option<&UnitId>) -> Result<Verified, Refused> {
-    let seal = Unverified::addressed(folder, &Addressees::of(unit.cloned()))?.verify(trust)?;
+    let unverified = Unverified::addressed(folder, &Addressees::of(unit.cloned()))?;
+    let seal = heeded(folder, trust, |trust| unverified.clone().verify(trust), Seal::expected_statements)?;
     unit.map_or(Ok(()), |unit| seal.letter().addressees.admit(unit, None))?;
     seal.fetch(folder)
 }
 
 fn refusal(seal: &str, refused: &Refused) -> Fault {
     let is = |kind| matches!(refused, Refused::Read { source, .. } if source.kind() == kind);
-    let kind = if is(io::ErrorKind::NotFound) {
+    let is_withheld = matches!(refused, Refused::Withheld { found: None, .. });
+    let kind = if is(io::ErrorKind::NotFound) || is_withheld {
         Kind::Missing
     } else if refused.is_of_the_world() {
         Kind::Unreadable

@@ -75,7 +75,7 @@ struct Packed {
 
 /// Signs the system in the folder that `args` name.
 pub(crate) fn pack(args: &Args) -> Result<Exit, Fatal> {
-    let statements = args.statements.iter().map(|path| super::pack::statement(path)).collect::<Result<Vec<_>, _>>()?;
+    let statements = super::pack::statements(args)?;
     let key = passphrase::known(&args.key, args.passphrase_file.as_deref())?;
     let (start, root) = (args.dir.join(START), args.dir.join(ROOT));
     let version = version(&start, &root).map_err(unsound)?;
@@ -95,9 +95,9 @@ pub(crate) fn pack(args: &Args) -> Result<Exit, Fatal> {
         created: now::date(),
         start: halves[0],
         root: halves[1],
+        statements: folder.put_statements(&statements).map_err(unmoved)?,
     };
-    seal(&folder, &release, &key)?;
-    folder.add_statements(&statements).map_err(unmoved)?;
+    seal(&folder, &release, &key, &statements)?;
     let packed = Packed {
         is_done: true,
         version: release.version,
@@ -117,10 +117,11 @@ pub(crate) fn pack(args: &Args) -> Result<Exit, Fatal> {
     Ok(Exit::Fine)
 }
 
-/// Signs it, makes sure that a unit would take it, and lays the seal out.
-fn seal(folder: &Folder, release: &Release, key: &SecretKey) -> Result<(), Fatal> {
+/// Signs it, makes sure that a unit would take it, and lays the seal out, behind what keys say.
+fn seal(folder: &Folder, release: &Release, key: &SecretKey, statements: &[Vec<u8>]) -> Result<(), Fatal> {
     let bytes = release.sign(key).map_err(unsigned)?;
     UnverifiedSystem::new(bytes.clone()).verify(&Trust::of([key.public()])).map_err(refused)?;
+    folder.add_statements(statements).map_err(unmoved)?;
     folder.put_system(&release.addressees, &bytes).map_err(unmoved)
 }
 
@@ -207,7 +208,11 @@ pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<
         let seal = system_path(addressees.stems().first().copied().unwrap_or_default());
         let missing = || Refused::Read { part: bundle::Part::Seal, source: io::ErrorKind::NotFound.into() };
         let read = UnverifiedSystem::addressed(&mut folder, &addressees).and_then(|read| read.ok_or_else(missing));
-        let system = read.and_then(|unverified| unverified.verify(&trust)).and_then(|system| {
+        let heeded = |unverified: UnverifiedSystem| {
+            let verify = |trust: &Trust| unverified.clone().verify(trust);
+            shelf::heeded(&mut folder, &trust, verify, System::expected_statements)
+        };
+        let system = read.and_then(heeded).and_then(|system| {
             let is_given = |asked: &&UnitId| match &unit {
                 Some(unit) => unit == *asked,
                 None => !there.contains(&Some((*asked).clone())),

@@ -19,7 +19,9 @@ use crate::slot;
 use crate::statements;
 use crate::system;
 use crate::words;
-use bundle::{Admission, KeyError, LocalDisk, Refused, Store, StoreError, Trust, Unread, Unverified, Verified, Wanted};
+use bundle::{
+    Admission, KeyError, LocalDisk, Refused, Seal, Store, StoreError, Trust, Unread, Unverified, Verified, Wanted,
+};
 use player::contact::Contact;
 use player::day::is_clock_wrong;
 use player::ending::{Exit, Told, chain};
@@ -199,8 +201,8 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
     if store.is_no_news(&unverified) {
         return Ok(Outcome::NoNews);
     }
-    statements::learn(store, fetcher.source)?;
-    let seal = unverified.verify(store.trust()).map_err(Fatal::Refused)?;
+    let verify = |store: &Store| unverified.clone().verify(store.trust());
+    let seal = statements::heeded(store, fetcher.source, verify, Seal::expected_statements)?;
     match store.admit(&seal, &order.unit, order.consent).map_err(Fatal::Refused)? {
         Admission::New => {}
         Admission::Kept | Admission::OnTrial | Admission::Plays => return Ok(Outcome::NoNews),

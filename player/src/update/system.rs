@@ -10,7 +10,7 @@ use crate::fetch::Fetcher;
 use crate::options::Order;
 use crate::report::Fatal;
 use crate::statements;
-use bundle::{Store, SystemAdmission, UnverifiedSystem, Version};
+use bundle::{Store, System, SystemAdmission, UnverifiedSystem, Version};
 use player::ending::chain;
 use player::now::now;
 use std::fs;
@@ -28,8 +28,8 @@ pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) 
     let Some(running) = running(&order.config.system) else { return Ok(SystemOutcome::None) };
     let found = UnverifiedSystem::open(fetcher.source, &order.unit).map_err(Fatal::Refused)?;
     let Some(unverified) = found else { return Ok(SystemOutcome::None) };
-    statements::learn(store, fetcher.source)?;
-    let system = unverified.verify(&store.system_trust()).map_err(Fatal::Refused)?;
+    let verify = |store: &Store| unverified.clone().verify(&store.system_trust());
+    let system = statements::heeded(store, fetcher.source, verify, System::expected_statements)?;
     if store.admit_system(&system, &order.unit, &running, order.consent)? == SystemAdmission::Known {
         return Ok(SystemOutcome::NoNews);
     }

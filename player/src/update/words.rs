@@ -98,6 +98,9 @@ fn of_refused(refused: &Refused) -> String {
             format!("This flock is number {sequence}. This frame has already played number {floor}.")
         }
         Refused::Read { .. } => AGAIN.to_owned(),
+        Refused::Withheld { .. } => {
+            "This stick lacks what its artist sent along about keys. Please ask for it again.".to_owned()
+        }
         Refused::Forged { .. }
         | Refused::NotSigned { .. }
         | Refused::RevokedKey { .. }
@@ -109,6 +112,7 @@ fn of_refused(refused: &Refused) -> String {
         | Refused::Name { .. }
         | Refused::NotAFlock { .. }
         | Refused::Order { .. }
+        | Refused::Quota { .. }
         | Refused::TooLarge { .. }
         | Refused::TooMany { .. } => "This flock is damaged, or was made wrongly.".to_owned(),
     }

@@ -33,6 +33,7 @@ mod state;
 mod systems;
 mod upkeep;
 
+use std::collections::BTreeSet;
 use std::io;
 
 use crate::contents::Verified;
@@ -43,7 +44,7 @@ use crate::refused::Refused;
 use crate::seal::{Seal, Unverified};
 use crate::store::repair::ASIDE;
 use crate::store::slots::{Read, Slots};
-use crate::trust::{Learned, Trust, statements};
+use crate::trust::{Lesson, Trust};
 
 pub use disk::{Append, Disk, Frozen, LocalDisk};
 pub use intake::Intake;
@@ -194,31 +195,22 @@ impl Store {
         trusting(&self.system_pinned, &self.state.statements)
     }
 
-    /// Learns from the file of statements that a bundle carries; returns what was new. What is said by someone who may
-    /// not say it is passed over.
+    /// Learns from the file of statements that a bundle carries; returns what was new, and what was too much. What is
+    /// said by someone who may not say it is passed over.
     ///
     /// # Errors
     /// [`StoreError::Disk`] if it could not be kept; it was not learned then.
-    pub fn learn(&mut self, file: &[u8]) -> Result<Vec<Learned>, StoreError> {
-        let (mut trust, mut texts, mut news) = (self.trust.clone(), Vec::new(), Vec::new());
-        for statement in statements(file) {
-            let Ok(text) = std::str::from_utf8(statement) else { continue };
-            let full = self.state.statements.len() + texts.len() >= limits::STATEMENT_COUNT;
-            match trust.learn(statement) {
-                Ok(learned @ (Learned::Trusted(_) | Learned::Revoked(_))) if !full => {
-                    texts.push(text.to_owned());
-                    news.push(learned);
-                }
-                Ok(_) | Err(_) => {}
-            }
+    pub fn learn(&mut self, file: &[u8]) -> Result<Lesson, StoreError> {
+        let mut trust = self.trust.clone();
+        let lesson = trust.learn_all(file);
+        if !lesson.news.is_empty() {
+            let counted: BTreeSet<&str> = self.trust.said().collect();
+            // The owner may have taken away the key that said so, and may give it back.
+            let silent = self.state.statements.iter().filter(|text| !counted.contains(text.as_str())).cloned();
+            let statements: Vec<String> = silent.chain(trust.said().map(str::to_owned)).collect();
+            self.change(|state| State { statements, ..state })?;
         }
-        if !news.is_empty() {
-            self.change(|mut state| {
-                state.statements.extend(texts);
-                state
-            })?;
-        }
-        Ok(news)
+        Ok(lesson)
     }
 
     /// Whether the bundle behind `seal` may be installed on `unit`.
@@ -395,13 +387,9 @@ impl Store {
     /// The generation in the folder `number`, as far as its signature can tell; `None` if it cannot.
     fn vouched(&mut self, number: u64) -> Result<Option<Generation>, StoreError> {
         let folder = generation_folder(number);
-        let said = self.paper(&format!("{folder}/statements"), limits::STATEMENTS)?.unwrap_or_default();
-        for statement in statements(&said) {
-            let text = String::from_utf8_lossy(statement);
-            if matches!(self.trust.learn(statement), Ok(Learned::Trusted(_) | Learned::Revoked(_))) {
-                self.state.statements.push(text.into_owned());
-            }
-        }
+        let said = self.paper(&format!("{folder}/statements"), limits::STATE)?.unwrap_or_default();
+        self.trust.recall(&said);
+        self.state.statements = self.trust.said().map(str::to_owned).collect();
         let bytes = self.paper(&format!("{folder}/seal"), limits::SEAL)?;
         let Some(Ok(seal)) = bytes.map(|bytes| Unverified::new(bytes).verify(&self.trust)) else { return Ok(None) };
         let (letter, id) = (seal.letter(), seal.id());
@@ -455,10 +443,7 @@ fn follow(disk: &dyn Disk, state: &State) -> Result<(), StoreError> {
 /// Whom the owner trusts, and whom they vouched for since.
 fn trusting(pinned: &Trust, statements: &[String]) -> Trust {
     let mut trust = pinned.clone();
-    for statement in statements {
-        // The owner may have taken away the key that said so.
-        trust.learn(statement.as_bytes()).ok();
-    }
+    trust.recall(statements.concat().as_bytes());
     trust
 }
 

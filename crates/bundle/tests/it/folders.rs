@@ -32,6 +32,7 @@ pub(crate) fn lay(key: &SecretKey, folder: &Path, files: &Files, units: &[&str],
         created: "2026-03-01T12:00:00Z".to_owned(),
         contents: ObjectId::of(&list),
         contents_size: list.len() as u64,
+        statements: None,
     };
     to.put_seal(&letter.addressees, &letter.sign(key).unwrap()).unwrap();
 }

@@ -88,7 +88,7 @@ fn unit_that_knows(disk: &ModelDisk, played: &mut Good) -> Store {
     let spare = key("spare").public();
     let words =
         [Statement::Trust(spare.clone()), Statement::Revoke(spare.id())].map(|word| word.sign(key("artist")).unwrap());
-    assert_eq!(store.learn(&words.concat()).unwrap().len(), 2);
+    assert_eq!(store.learn(&words.concat()).unwrap().news.len(), 2);
     store
 }
 

@@ -161,8 +161,8 @@ fn a_new_key_is_learned_once_and_kept() {
     let mut there = store(unit_folder.path());
     assert!(matches!(verified(stick.path(), there.trust()), Err(Refused::UnknownKey { .. })));
     let word = Statement::Trust(key("spare").public()).sign(key("artist")).unwrap();
-    assert_eq!(there.learn(&word).unwrap(), [Learned::Trusted(key("spare").public().id())]);
-    assert_eq!(there.learn(&word).unwrap(), []);
+    assert_eq!(there.learn(&word).unwrap().news, [Learned::Trusted(key("spare").public().id())]);
+    assert_eq!(there.learn(&word).unwrap().news, []);
     drop(there);
     let mut there = store(unit_folder.path());
     assert!(verified(stick.path(), there.trust()).is_ok());
@@ -171,6 +171,29 @@ fn a_new_key_is_learned_once_and_kept() {
     drop(there);
     let there = store(unit_folder.path());
     assert!(matches!(verified(stick.path(), there.trust()), Err(Refused::RevokedKey { .. })));
+}
+
+#[test]
+fn what_fell_is_forgotten_and_what_a_key_said_is_kept_while_the_owner_has_taken_it_away() {
+    let unit_folder = tempfile::tempdir().unwrap();
+    let open = |names: &[&'static str]| {
+        let pinned = Trust::of(names.iter().map(|name| key(name).public()));
+        Store::open(Box::new(LocalDisk::open(unit_folder.path()).unwrap()), pinned).unwrap()
+    };
+    let (artist, word) = (key("artist").public().id(), Statement::Trust(key("stranger").public()));
+    let words = ["artist", "spare"].map(|name| word.sign(key(name)).unwrap());
+    assert_eq!(open(&["artist", "spare"]).learn(&words.concat()).unwrap().news.len(), 2);
+    let mut there = open(&["artist"]);
+    assert_eq!(there.trust().keys().count(), 2);
+    let stolen = Statement::Stolen(artist, [].into()).sign(key("artist")).unwrap();
+    let news = there.learn(&stolen).unwrap().news;
+    assert_eq!(news, [Learned::Revoked(artist), Learned::Fallen(key("stranger").public().id())]);
+    let kept = [&words[1], &stolen].map(|word| String::from_utf8(word.clone()).unwrap());
+    assert_eq!((there.trust().keys().count(), &there.state().statements[..]), (0, &kept[..]));
+    drop(there);
+    let there = open(&["artist", "spare"]);
+    let trusted: Vec<_> = there.trust().keys().map(|key| key.id()).collect();
+    assert!(trusted.len() == 2 && !trusted.contains(&artist), "{trusted:?}");
 }
 
 #[test]

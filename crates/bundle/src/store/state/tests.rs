@@ -43,6 +43,7 @@ fn seal_for(addressees: Addressees, key: &SecretKey, sequence: u64) -> Seal {
         created: "2026-03-01T12:00:00Z".to_owned(),
         contents: ObjectId::of(b"list"),
         contents_size: 4,
+        statements: None,
     };
     Unverified::new(letter.sign(key).unwrap()).verify(&Trust::of([key.public()])).unwrap()
 }

@@ -1,0 +1,117 @@
+//! What keys say about keys, in a folder of bundles.
+//!
+//! Owns the file that it lies in, to which statements are only ever added, and the objects by which seals expect what lay
+//! there when they were signed. Never judges who may say what.
+//!
+//! Start at [`Folder::add_statements`].
+
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::beneath::too_large;
+use crate::folder::{Folder, FolderError};
+use crate::limits;
+use crate::names::ObjectId;
+use crate::source::STATEMENTS;
+
+impl Folder {
+    /// Lays out these statements about keys, beside those that lie there as far as there is room for them.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn add_statements(&self, statements: &[Vec<u8>]) -> Result<(), FolderError> {
+        let there = self.statements()?;
+        let all = self.joined(&there, statements)?;
+        if there == all { Ok(()) } else { self.replace(STATEMENTS, &all) }
+    }
+
+    /// Puts in, as an object, these statements and those that lie here, as [`add_statements`](Self::add_statements) would
+    /// lay them out: which object that is, and its size in bytes. `None` if there are none.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn put_statements(&self, statements: &[Vec<u8>]) -> Result<Option<(ObjectId, u64)>, FolderError> {
+        let all = self.joined(&self.statements()?, statements)?;
+        if all.is_empty() {
+            return Ok(None);
+        }
+        let (id, size) = (ObjectId::of(&all), all.len() as u64);
+        self.put(&id, size, &mut &all[..], Path::new(STATEMENTS), &mut |_| ())?;
+        Ok(Some((id, size)))
+    }
+
+    /// What lies there, as far as a unit would read it; nothing if there is no such file.
+    fn statements(&self) -> Result<Vec<u8>, FolderError> {
+        let mut bytes = Vec::new();
+        match self.root.file(STATEMENTS).and_then(|file| file.take(limits::STATEMENTS).read_to_end(&mut bytes)) {
+            Ok(_) => Ok(bytes),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+            Err(source) => Err(FolderError::Read { path: self.path.join(STATEMENTS), source }),
+        }
+    }
+
+    /// What lies `there`, and those of `statements` that do not. Where both have no room, what lies there gives way:
+    /// others may have laid it there for that.
+    fn joined(&self, there: &[u8], statements: &[Vec<u8>]) -> Result<Vec<u8>, FolderError> {
+        let known = crate::trust::statements(there);
+        let mut new: Vec<&[u8]> = Vec::new();
+        for statement in statements {
+            if !known.contains(&&statement[..]) && !new.contains(&&statement[..]) {
+                new.push(statement);
+            }
+        }
+        if new.is_empty() {
+            return Ok(there.to_vec());
+        }
+        let room = usize::try_from(limits::STATEMENTS).unwrap_or(usize::MAX);
+        let length = |statements: &[&[u8]]| statements.iter().map(|statement| statement.len()).sum::<usize>();
+        if length(&known) + length(&new) <= room {
+            return Ok([known, new].concat().concat());
+        }
+        if length(&new) > room {
+            return Err(self.unwritten(STATEMENTS)(too_large(limits::STATEMENTS)));
+        }
+        let mut all = new.concat();
+        for statement in known {
+            if all.len() + statement.len() <= room {
+                all.extend(statement);
+            }
+        }
+        Ok(all)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::secret::tests::{artist, stranger};
+    use crate::trust::{Statement, statements};
+    use std::fs;
+
+    #[test]
+    fn statements_are_added_once_and_a_full_file_gives_way_to_what_is_new() {
+        let scratch = tempfile::tempdir().unwrap();
+        let folder = Folder::create(scratch.path()).unwrap();
+        let path = scratch.path().join(STATEMENTS);
+        assert_eq!(folder.put_statements(&[]).unwrap(), None);
+        let words = [
+            Statement::Trust(stranger().public()).sign(artist()).unwrap(),
+            Statement::Revoke(artist().public().id()).sign(artist()).unwrap(),
+        ];
+        let (id, size) = folder.put_statements(&words).unwrap().unwrap();
+        assert!(folder.holds(&id, size) && !path.exists(), "a seal may expect what is laid out only then");
+        for _ in 0..2 {
+            folder.add_statements(&words).unwrap();
+            folder.add_statements(&words[..1]).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), words.concat());
+        }
+        assert_eq!(ObjectId::of(&words.concat()), id);
+        let others: Vec<u8> = (0..40_000).flat_map(|at| format!("{at}\n\n\n\n\n\n").into_bytes()).collect();
+        fs::write(&path, &others).unwrap();
+        folder.add_statements(&words).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        assert!(bytes.len() as u64 <= limits::STATEMENTS);
+        let lie = statements(&bytes);
+        assert!(lie.starts_with(&[&words[0], &words[1]]) && lie.len() > 10_000, "{}", lie.len());
+    }
+}
