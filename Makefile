@@ -54,11 +54,12 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	tests/soak/twice target/twice
 	tests/soak/fresh target/fresh
 
-crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times; and all other claims on whole machines
+crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times; 20,000 mutants of a stick; and all other claims on whole machines
 	.ci/install play check image arm64
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)
 	tests/crash/run
+	MUTANTS=20000 cargo test --locked --release --package claims --test it -- --nocapture mutants::
 	image-build/build target/image --profile bench --key $(artist)
 	ARCH=arm64 image-build/programs $(unit)-arm64
 	ARCH=arm64 image-build/build target/image-arm64 --profile bench --key $(artist)

@@ -1,10 +1,11 @@
 //! Whole-system claims live in `it/` and `image/`, the crash laboratory in `crash/`: this is what they share.
 //!
-//! Owns the press for bundles, the web server of bad manners, and what a power cut leaves of a disk. Never runs a program.
+//! Owns the press for bundles, the mutator of sticks, the web server of bad manners, and what a power cut leaves of a disk. Never runs a program.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::missing_panics_doc, reason = "a claim fails by panicking")]
 
 pub mod block_log;
 pub mod cuts;
+pub mod mutator;
 pub mod press;
 pub mod web;

@@ -4,7 +4,7 @@
 //!
 //! Start at [`Press::bundle`].
 
-use bundle::{Folder, Letter, SecretKey, Statement};
+use bundle::{Folder, KeyId, Letter, SecretKey, Statement};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -59,7 +59,21 @@ impl Press {
 
     /// Lays out the artist's word that the stranger may be trusted.
     pub fn vouch(&self, folder: &Path) {
-        let word = Statement::Trust(self.stranger.public()).sign(&self.artist).unwrap();
+        self.say(folder, &Statement::Trust(self.stranger.public()));
+    }
+
+    /// Lays out the artist's word that the stranger, whom she has taken in, is called back.
+    pub fn call_back(&self, folder: &Path) {
+        self.say(folder, &Statement::Revoke(self.stranger()));
+    }
+
+    /// What the stranger's key is called.
+    pub fn stranger(&self) -> KeyId {
+        self.stranger.public().id()
+    }
+
+    fn say(&self, folder: &Path, said: &Statement) {
+        let word = said.sign(&self.artist).unwrap();
         Folder::create(folder).unwrap().add_statements(&[word]).unwrap();
     }
 }

@@ -1,66 +1,109 @@
 //! What must hold after a power cut.
 //!
 //! Owns the verdict over one disk: the unit has a whole flock, the last one that was reported or the one that was
-//! coming; what it knows of floors is not less than what it said; and the update then completes by itself.
+//! coming; the owner's settings are whole, the last ones that were reported or those that were being taken in; what it knows
+//! of floors and of keys that were called back is not less than what it said; and the update then completes by itself.
 //!
 //! Start at [`after`].
 
-use crate::lives::{Edition, Lab};
+use crate::lives::{Edition, Lab, Way};
+use crate::reports::{So, Step};
 use crate::rig::Disk;
+use crate::upkeep::{ROTTEN, Settings, rotten};
 use bundle::{CURRENT, LocalDisk, Sequence, Store};
 use claims::press::{Files, files_in};
 use std::path::Path;
 
-/// Looks at the disk after a cut, when `told` installations had been reported. With `completes`, brings the last flock.
+/// Looks at the disk after a cut, when a life was `so` far. With `completes`, brings the last flock that way.
 ///
 /// # Errors
 /// What does not hold.
-pub(crate) fn after(lab: &Lab, disk: &Disk, told: usize, completes: Option<&str>) -> Result<(), String> {
+pub(crate) fn after(lab: &Lab, disk: &Disk, so: So, completes: Option<Way>) -> Result<(), String> {
     let mounted = disk.mount()?;
     let store = mounted.join("store");
-    let verdict = has_a_whole_flock(lab, &store, told).and_then(|()| match completes {
-        Some(source) => goes_on(lab, &store, told, source),
-        None => Ok(()),
-    });
+    let verdict =
+        has_a_whole_flock(lab, &store, so).and_then(|()| has_whole_settings(lab, &mounted, so)).and_then(|()| {
+            match completes {
+                Some(way) => goes_on(lab, &store, so, way),
+                None => Ok(()),
+            }
+        });
     let errors = disk.errors();
     disk.unmount();
     if errors > 0 { Err(format!("ext4 found {errors} errors: {verdict:?}")) } else { verdict }
 }
 
 /// As the player finds it.
-fn has_a_whole_flock(lab: &Lab, store: &Path, told: usize) -> Result<(), String> {
+fn has_a_whole_flock(lab: &Lab, store: &Path, so: So) -> Result<(), String> {
     let found = plays(store);
-    let allowed = lab.editions.iter().skip(told).take(2);
+    let told = so.many(Step::Edition);
+    let allowed = lab.editions.iter().skip(told).take(1 + usize::from(so.is_at(Step::Edition)));
     let is_whole = |edition: &Edition| found.as_ref() == Some(&edition.files);
-    if allowed.clone().any(is_whole) {
+    let is_rotten = |edition: &Edition| so.may_rot() && found.as_ref() == Some(&rotted(&edition.files));
+    if allowed.clone().any(|edition| is_whole(edition) || is_rotten(edition)) {
         return Ok(());
     }
     let which = lab.editions.iter().position(is_whole).map(|at| at + 1);
     let names = found.map(|files| files.into_keys().collect::<Vec<_>>());
-    Err(format!("after {told} reports plays edition {which:?}, of {names:?}"))
+    Err(format!("after {told} editions plays edition {which:?}, of {names:?}"))
+}
+
+/// The flock with the clip that rots.
+fn rotted(files: &Files) -> Files {
+    let mut files = files.clone();
+    let clip = files.get_mut(ROTTEN).expect("every flock has it");
+    rotten(clip);
+    files
+}
+
+/// As the player and the updater find what the owner has set.
+fn has_whole_settings(lab: &Lab, mounted: &Path, so: So) -> Result<(), String> {
+    let told = so.many(Step::Owner);
+    let allowed = || lab.settings.iter().skip(told).take(1 + usize::from(so.is_at(Step::Owner)));
+    let found = Settings::in_folder(mounted);
+    // They are two files: one may be the new one already, and the other the old one still.
+    let is_kept = allowed().any(|settings| settings.kept == found.kept);
+    let is_wifi = allowed().any(|settings| settings.wifi == found.wifi);
+    if is_kept && is_wifi { Ok(()) } else { Err(format!("after {told} edits the settings are {found:?}")) }
 }
 
 /// As the updater finds it: opened, looked at again, and brought up to date.
-fn goes_on(lab: &Lab, store: &Path, told: usize, source: &str) -> Result<(), String> {
+fn goes_on(lab: &Lab, store: &Path, so: So, way: Way) -> Result<(), String> {
     let open = || {
         let disk = LocalDisk::open(store).map_err(|error| format!("the store cannot be opened: {error}"))?;
         Store::open(Box::new(disk), lab.trust()).map_err(|error| format!("the store cannot be opened: {error:?}"))
     };
-    let floor = {
+    let is_revoked = |store: &Store| store.trust().revoked().any(|id| id == lab.press.stranger());
+    let (floor, revoked) = {
         let _alone = lab.alone();
-        open()?.state().floors.values().copied().max()
+        let store = open()?;
+        (store.state().floors.values().copied().max(), is_revoked(&store))
     };
-    has_a_whole_flock(lab, store, told)?;
+    has_a_whole_flock(lab, store, so)?;
     // Each edition was won before the next one came, so that as many floors are certain as came before the last report.
+    let told = so.many(Step::Edition);
     if floor < Some(Sequence(told.max(1) as u64)) {
-        return Err(format!("after {told} reports the floor is {floor:?}"));
+        return Err(format!("after {told} editions the floor is {floor:?}"));
     }
-    let answer = lab.update(store, source)?;
-    if plays(store).as_ref() != lab.editions.last().map(|edition| &edition.files) {
+    let must_be = so.many(Step::Revoked) > 0;
+    if !revoked && must_be {
+        return Err("the key that was called back is trusted again".to_owned());
+    }
+    if so.may_rot() {
+        // What plays comes back from where it came from.
+        lab.update(store, &lab.editions[told].source(way), &["--scrub"])?;
+    }
+    let last = lab.editions.last().expect("there are some");
+    let answer = lab.update(store, &last.source(way), &[])?;
+    if plays(store).as_ref() != Some(&last.files) {
         return Err(format!("the next update leaves another flock, and says {answer}"));
     }
     let _alone = lab.alone();
-    let scrubbed = open()?.scrub(|_| true).map_err(|error| format!("{error:?}"))?;
+    let store = open()?;
+    if must_be && !is_revoked(&store) {
+        return Err("the next update forgets the key that was called back".to_owned());
+    }
+    let scrubbed = store.scrub(|_| true).map_err(|error| format!("{error:?}"))?;
     let is_clean = scrubbed.damaged.is_empty() && scrubbed.unlisted.is_empty();
     if is_clean { Ok(()) } else { Err(format!("the next update leaves {scrubbed:?}")) }
 }

@@ -1,4 +1,4 @@
-//! The lives that are recorded: a unit that plays one edition of a flock is brought two more.
+//! The lives that are recorded: a unit that plays one edition of a flock is brought two more, and is looked after meanwhile.
 //!
 //! Owns the editions, how each comes (by the real updater from a stick or over HTTP, or by one that is careless on
 //! purpose) and how many cuts each life gets. No two lives have a flock of the same form: what the disk is told, and so
@@ -8,7 +8,9 @@
 
 use crate::careless::{Careless, Carelessness};
 use crate::judge;
+use crate::reports::{EDITS, Script, So, UPDATES, UPKEEP};
 use crate::rig::{Disk, Recording, marks};
+use crate::upkeep::Settings;
 use bundle::{CURRENT, Consent, Folder, LocalDisk, Playing, Source, Store, Trust, UnitId, Unverified};
 use claims::block_log::BlockLog;
 use claims::cuts::Cuts;
@@ -25,7 +27,7 @@ use std::sync::{Mutex, MutexGuard};
 use std::thread;
 use tempfile::TempDir;
 
-const UNIT: &str = "lobby";
+pub(crate) const UNIT: &str = "lobby";
 const SETTINGS: &str = "update.toml";
 /// Editions of the flock: the first one plays, the others come.
 const EDITIONS: u64 = 3;
@@ -53,14 +55,19 @@ pub(crate) struct Edition {
 /// The laboratory.
 pub(crate) struct Lab {
     updater: String,
+    pub(crate) owner: String,
     /// Different ones, in the whole lives.
     states: usize,
-    press: Press,
+    pub(crate) press: Press,
     pub(crate) editions: Vec<Edition>,
+    /// The bundle with which a key is called back.
+    pub(crate) revoking: Edition,
+    /// What the owner's file becomes, before any edit and after each.
+    pub(crate) settings: Vec<Settings>,
     disks: [Disk; 2],
     /// The disk of a unit that plays the first edition.
     base: Vec<u8>,
-    folder: TempDir,
+    pub(crate) folder: TempDir,
     /// Where the editions lie.
     shelf: TempDir,
     door: Mutex<()>,
@@ -76,23 +83,29 @@ struct Found {
 
 /// How a flock comes.
 #[derive(Clone, Copy, Debug)]
-enum Way {
+pub(crate) enum Way {
     Stick,
     Http,
 }
 
 impl Lab {
-    /// `UPDATER STATES`: the updater, and how many states of its disk are looked at.
+    /// `UPDATER OWNER STATES`: the programs, and how many states of their disk are looked at.
     pub(crate) fn from(mut words: impl Iterator<Item = String>) -> Self {
-        let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER STATES"));
-        let (updater, states) = (word("the updater"), word("the number of states").parse().unwrap());
+        let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER OWNER STATES"));
+        let (updater, owner) = (word("the updater"), word("the owner's program"));
+        let states = word("the number of states").parse().unwrap();
         let (press, folder, shelf) =
             (Press::with_new_keys(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         // The disks here are smaller than what a unit keeps free.
         fs::write(folder.path().join(SETTINGS), "reserve_mib = 0\n").unwrap();
         let disks = [Disk::new(0), Disk::new(1)];
         let door = Mutex::new(());
-        Self { updater, states, press, editions: Vec::new(), disks, base: Vec::new(), folder, shelf, door }
+        let (editions, settings, base) = (Vec::new(), Vec::new(), Vec::new());
+        let revoking = Edition::of(rubbish(LEAST.0, LEAST.1, 1), shelf.path().join("revoking"));
+        let mut lab =
+            Self { updater, owner, states, press, editions, revoking, settings, disks, base, folder, shelf, door };
+        lab.settings = lab.all_settings(UPKEEP.len());
+        lab
     }
 
     /// Has the artist make another flock, of this form, and the unit play its first edition.
@@ -103,10 +116,17 @@ impl Lab {
             let stick = self.shelf.path().join(number.to_string());
             let files = rubbish(clips, bytes, 2 * number as usize);
             self.press.bundle(&stick, &files, &[], number);
-            Edition { files, web: Web::serve(&stick, Manners::Good), stick }
+            Edition::of(files, stick)
         };
         self.editions = (1..=EDITIONS).map(edition).collect();
-        let bring = |mounted: &Path| self.brought(&mounted.join("store"), &self.editions[0], Way::Stick, &mut || ());
+        self.press.vouch(&self.editions[0].stick);
+        let revoking = self.shelf.path().join("revoking");
+        self.lay_revoking(&revoking, (clips, bytes));
+        self.revoking = Edition::of(Files::new(), revoking);
+        let bring = |mounted: &Path| {
+            self.brought(&mounted.join("store"), &self.editions[0], Way::Stick, &mut || ());
+            self.edited(mounted, 0);
+        };
         self.base = self.disks[0].made(bring);
     }
 
@@ -118,21 +138,20 @@ impl Lab {
     /// Whether every cut through the lives of a unit leaves it a whole flock.
     pub(crate) fn whole_lives(&mut self) -> bool {
         let mut holds = true;
-        let lives = [(Way::Stick, false), (Way::Stick, true), (Way::Http, false), (Way::Http, true)];
+        let ways = [(Way::Stick, false), (Way::Stick, true), (Way::Http, false), (Way::Http, true)];
+        let scripts = [("updates", UPDATES), ("upkeep", UPKEEP)];
+        let lives: Vec<_> = scripts.into_iter().flat_map(|script| ways.map(|way| (script, way))).collect();
         let mut forms = (0..).map(|life| (LEAST.0 + life % NUMBERS, LEAST.1 + life / NUMBERS * BLOCK));
-        for (way, is_noisy) in lives {
+        for ((name, script), (way, is_noisy)) in &lives {
             // A life has only so many states; another flock has others.
             let mut missing = self.states.div_ceil(lives.len());
             while missing > 0 {
                 self.raise(forms.next().expect("there is no end of forms"));
-                let last = self.editions.last().expect("there are some").source(way);
-                let log = Recording::of(self.base.clone(), is_noisy, |mounted, report| {
-                    for edition in &self.editions[1..] {
-                        self.brought(&mounted.join("store"), edition, way, report);
-                    }
-                });
-                let found = self.cut(&log, missing, Some(&last));
-                println!("{way:?}, {}: {}", if is_noisy { "noise" } else { "quiet" }, found.told(&log));
+                let live = |mounted: &Path, report: &mut dyn FnMut()| self.steps(script, mounted, *way, report);
+                let log = Recording::of(self.base.clone(), *is_noisy, live);
+                let found = self.cut(&log, script, missing, Some(*way));
+                let noise = if *is_noisy { "noise" } else { "quiet" };
+                println!("{name}, {way:?}, {noise}: {}", found.told(&log));
                 holds &= found.faults.is_empty();
                 missing = missing.saturating_sub(found.states);
             }
@@ -152,16 +171,25 @@ impl Lab {
                     self.brought_carelessly(&mounted.join("store"), edition, carelessness, report);
                 }
             });
-            let found = self.cut(&log, careless_cuts(carelessness), None);
+            let found = self.cut(&log, UPDATES, careless_cuts(carelessness), None);
             println!("{carelessness:?}, which must be caught: {}", found.told(&log));
             proves &= found.faults.values().sum::<usize>() >= CAUGHT;
         }
-        proves
+        let log = Recording::of(self.base.clone(), false, |mounted, report| {
+            for edit in 1..=EDITS.len() {
+                self.edited_carelessly(mounted, edit);
+                report();
+            }
+        });
+        let found = self.cut(&log, EDITS, careless_cuts(Carelessness::WritesInPlace), None);
+        println!("settings that are not synced, which must be caught: {}", found.told(&log));
+        proves && found.faults.values().sum::<usize>() >= CAUGHT
     }
 
     /// Cuts through a life, and looks at each different state once, on all disks at once.
-    fn cut(&self, log: &BlockLog, cuts: usize, completes: Option<&str>) -> Found {
+    fn cut(&self, log: &BlockLog, script: Script, cuts: usize, completes: Option<Way>) -> Found {
         let reports = marks(log);
+        assert_eq!(reports.len(), script.len(), "each step was reported");
         let cuts = Mutex::new(Cuts::of(log, &reports, cuts, 0));
         let judged = |device: &Disk| {
             let (mut disk, mut states, mut faults) = (Vec::new(), 0, Vec::new());
@@ -169,7 +197,7 @@ impl Lab {
             while let Some(told) = next(&mut disk) {
                 device.load(&disk);
                 states += 1;
-                faults.extend(judge::after(self, device, told, completes).err());
+                faults.extend(judge::after(self, device, So::far(script, told), completes).err());
             }
             (states, faults)
         };
@@ -187,8 +215,8 @@ impl Lab {
     }
 
     /// Brings the edition by the updater, reports it, and has the player find that it plays.
-    fn brought(&self, store: &Path, edition: &Edition, way: Way, report: &mut dyn FnMut()) {
-        let answer = self.update(store, &edition.source(way)).unwrap();
+    pub(crate) fn brought(&self, store: &Path, edition: &Edition, way: Way, report: &mut dyn FnMut()) {
+        let answer = self.update(store, &edition.source(way), &[]).unwrap();
         assert_eq!(answer["outcome"], "installed");
         report();
         let playing = Playing::of(&store.join(CURRENT)).unwrap().expect("a generation plays");
@@ -202,10 +230,10 @@ impl Lab {
     }
 
     /// Runs the updater, which must succeed and leave nothing missing.
-    pub(crate) fn update(&self, store: &Path, source: &str) -> Result<Value, String> {
+    pub(crate) fn update(&self, store: &Path, source: &str, options: &[&str]) -> Result<Value, String> {
         let mut command = Command::new(&self.updater);
         command.args(["--json", "--unit", UNIT, source]).arg("--store").arg(store).arg("--keys").arg(self.press.keys());
-        command.arg("--config").arg(self.folder.path().join(SETTINGS));
+        command.args(options).arg("--config").arg(self.folder.path().join(SETTINGS));
         let alone = self.alone();
         let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
         drop(alone);
@@ -249,7 +277,12 @@ impl Lab {
 }
 
 impl Edition {
-    fn source(&self, way: Way) -> String {
+    /// What lies in the folder `stick`, which a web server has from now on, too.
+    fn of(files: Files, stick: PathBuf) -> Self {
+        Self { files, web: Web::serve(&stick, Manners::Good), stick }
+    }
+
+    pub(crate) fn source(&self, way: Way) -> String {
         match way {
             Way::Stick => self.stick.to_str().expect("paths here are plain").to_owned(),
             Way::Http => self.web.url(),

@@ -52,7 +52,7 @@ impl Post {
 
     /// Both the artist's tool and the unit take the stick.
     fn is_taken(&self, unit: &str) {
-        let said = self.studio.says(0, &self.verify(unit));
+        let said = self.studio.says(0, &verify(unit));
         assert!(said.contains("no faults"), "{said}");
         let said = self.update(unit, &[]);
         assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
@@ -61,16 +61,16 @@ impl Post {
 
     /// Neither does, in the same words.
     fn is_refused(&self, unit: &str, words: &str) {
-        let said = self.studio.says(1, &self.verify(unit));
+        let said = self.studio.says(1, &verify(unit));
         assert!(said.contains(words), "{said}");
         let said = self.update(unit, &[]);
         let error = String::from_utf8_lossy(&said.stderr);
         assert!(said.status.code() == Some(1) && error.contains(words), "{error}");
     }
+}
 
-    fn verify<'a>(&self, unit: &'a str) -> [&'a str; 8] {
-        ["verify", "stick", "--trust", "artist.pub", "--unit", unit, "--fleet", "bundle/fleet.toml"]
-    }
+fn verify(unit: &str) -> [&str; 8] {
+    ["verify", "stick", "--trust", "artist.pub", "--unit", unit, "--fleet", "bundle/fleet.toml"]
 }
 
 #[test]

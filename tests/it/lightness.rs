@@ -4,49 +4,30 @@
 //! real programs, whose peak is measured; and that an artist's tools name what is over a limit before a unit refuses it.
 //! The limits themselves are the bundle crate's.
 //!
-//! Start at [`peak`].
+//! Start at [`says`].
 
 use crate::bundles::Studio;
 use crate::command_line::json;
 use crate::flocks::SMALL;
-use crate::programs::{self, output};
+use crate::metering::{Meter, PEAK_KIB};
+use crate::programs;
 use crate::updating::Unit;
 use bundle::{Addressees, Contents, FileEntry, FilePath, Folder, Letter, ObjectId, Sequence, limits};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-/// The most that a program may have in memory at once, its own text included: a unit has 256 MB.
-const MOST_BYTES: u64 = 128_000_000;
 /// The most bytes of settings, as the programs tell it.
 const SETTINGS: usize = 64 << 10;
-/// Runs a program, and writes the most KiB that it had in memory to a file.
-const METER: &str = "import os, sys
-child = os.spawnv(os.P_NOWAIT, sys.argv[2], sys.argv[2:])
-_, status, usage = os.wait4(child, 0)
-open(sys.argv[1], 'w').write(str(usage.ru_maxrss))
-sys.exit(os.waitstatus_to_exitcode(status) % 256)";
 const HEAD: &str = "format = 1\nname = \"large\"\nsize = [320, 240]\nfps = [30, 1]\n";
 
-/// What `command` says, and the most bytes that it had in memory; `name` says in errors what it reads.
-fn peak(name: &str, command: &Command) -> Output {
-    let scratch = tempfile::tempdir().unwrap();
-    let told = scratch.path().join("peak");
-    let mut meter = Command::new("python3");
-    meter.args(["-c", METER]).arg(&told).arg(command.get_program()).args(command.get_args());
-    let said = output(&mut meter);
-    let peak_bytes = fs::read_to_string(&told).unwrap().parse::<u64>().unwrap() << 10;
-    let (code, error) = (said.status.code(), String::from_utf8_lossy(&said.stderr));
-    assert!(peak_bytes <= MOST_BYTES, "{name}: {peak_bytes} bytes of memory, code {code:?}, {error}");
-    println!("{name}: {} MB of memory", peak_bytes / 1_000_000);
-    said
-}
-
-fn says(name: &str, command: &Command, code: i32, words: &str) {
-    let said = peak(name, command);
-    let error = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.code() == Some(code) && error.contains(words), "{name}: {:?} {error}", said.status);
+/// Has `command` read what `name` says: it ends with `code`, says `words`, and keeps to the memory that it may take.
+fn says(name: &str, command: &Command, code: i64, words: &str) {
+    let told = [command.get_program()].into_iter().chain(command.get_args()).map(|word| word.to_str().unwrap());
+    let said = Meter::new().run(&told.collect::<Vec<_>>());
+    assert!(said.peak_kib <= PEAK_KIB, "{name}: {said:?}");
+    assert!(said.code == code && said.stderr.contains(words), "{name}: {said:?}");
 }
 
 /// `text`, and `table` for every number from 0 on, as far as `bytes` reach.
@@ -113,6 +94,7 @@ fn lay_with_longest_list(unit: &Unit, folder: &Path, toml: &str) {
         created: "2026-03-01T12:00:00Z".to_owned(),
         contents: ObjectId::of(list.as_bytes()),
         contents_size: list.len() as u64,
+        statements: None,
     };
     to.put_seal(&letter.addressees, &unit.press.sign(&letter)).unwrap();
     fs::write(folder.join(bundle::STATEMENTS), "untrusted comment: \n".repeat(limits::STATEMENTS as usize / 20))

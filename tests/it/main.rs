@@ -33,6 +33,8 @@ mod learning;
 mod lightness;
 mod manual;
 mod mending;
+mod metering;
+mod mutants;
 mod naming;
 mod night;
 mod owning;

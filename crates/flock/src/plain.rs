@@ -56,7 +56,7 @@ impl<'t> Blocks<'t> {
         let odd = |&byte: &u8| byte == 0x7f || (byte < 0x20 && byte != b'\n' && byte != b'\t');
         // Whole pieces at a time, so that the compiler looks at many bytes at once.
         if bytes.chunks(4096).any(|piece| piece.iter().fold(false, |found, byte| found | odd(byte))) {
-            return Err(bytes.iter().position(|byte| odd(byte)).unwrap_or_default());
+            return Err(bytes.iter().position(odd).unwrap_or_default());
         }
         let mut at = 0;
         while let Some(line) = line_at(text, at) {

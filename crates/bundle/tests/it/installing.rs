@@ -192,7 +192,7 @@ fn what_fell_is_forgotten_and_what_a_key_said_is_kept_while_the_owner_has_taken_
     assert_eq!((there.trust().keys().count(), &there.state().statements[..]), (0, &kept[..]));
     drop(there);
     let there = open(&["artist", "spare"]);
-    let trusted: Vec<_> = there.trust().keys().map(|key| key.id()).collect();
+    let trusted: Vec<_> = there.trust().keys().map(bundle::PublicKey::id).collect();
     assert!(trusted.len() == 2 && !trusted.contains(&artist), "{trusted:?}");
 }
 

@@ -1,0 +1,322 @@
+//! Whatever lies on a stick or a server, nothing that nobody signed is taken in, and a unit keeps its flock.
+//!
+//! Owns the claim on thousands of mutants, each of which is put before the real `flock verify` and before a unit that plays
+//! a good flock, by stick, and in part by HTTP. `MUTANTS` in the environment says how many, and `MUTANT` names a single one
+//! by its number. The mutants are made in `tests/mutator`.
+//!
+//! Start at [`Desk::judge`].
+
+use crate::metering::{Meter, Metered, PEAK_KIB};
+use crate::programs::{self, repository};
+use claims::mutator::{Good, Level, Mutant, Mutator, Seen};
+use claims::press::files_in;
+use claims::web::{Manners, Web};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+use tempfile::TempDir;
+
+/// So many mutants, unless `MUTANTS` says otherwise.
+const MUTANTS: u64 = 300;
+/// What a program may take of processor time for one mutant.
+const CPU_S: f64 = 10.0;
+/// One mutant of so many goes over HTTP as well.
+const FAR: u64 = 4;
+/// The least part of all mutants that is refused, in percent; the others come to what was signed.
+const REFUSED: usize = 75;
+/// Desks at work. Most of the time one waits for the disk, or for a server to be asked again.
+const DESKS: usize = 4;
+/// Faults that are told.
+const TOLD: usize = 5;
+
+/// Where mutants are tried: `flock verify`, and a unit.
+struct Desk<'m> {
+    mutator: &'m Mutator,
+    scratch: TempDir,
+    web: Web,
+    meter: Meter,
+}
+
+/// What a program did.
+struct Ran {
+    code: i64,
+    answer: Value,
+    error: String,
+    peak_kib: u64,
+    cpu_s: f64,
+}
+
+/// What became of mutants.
+#[derive(Debug, Default)]
+struct Tally {
+    refused: usize,
+    /// Those of which what was signed came, and nothing else.
+    harmless: usize,
+    faults: Vec<String>,
+    peak_kib: u64,
+    cpu_s: f64,
+    all_cpu_s: f64,
+    /// By level, how many were refused, and how many were harmless.
+    levels: BTreeMap<Level, (usize, usize)>,
+}
+
+impl<'m> Desk<'m> {
+    /// A desk with a unit that plays what it should, and has learned what it should.
+    fn new(mutator: &'m Mutator) -> Self {
+        let scratch = tempfile::tempdir_in(programs::claims_folder()).unwrap();
+        let at = |name: &str| scratch.path().join(name);
+        for folder in ["keys", "stick", "web"] {
+            fs::create_dir(at(folder)).unwrap();
+        }
+        for (name, text) in mutator.trusted() {
+            fs::write(at("keys").join(name), text).unwrap();
+        }
+        fs::write(at("os-release"), "ID=dreams\nVERSION_ID=0.1.0\n").unwrap();
+        let os = at("os-release");
+        fs::write(at("update.toml"), format!("system = \"{}\"\nowner = \"/nowhere\"\nreserve_mib = 0\n", os.display()))
+            .unwrap();
+        let web = Web::serve(&at("web"), Manners::Good);
+        let mut desk = Self { mutator, scratch, web, meter: Meter::new() };
+        mutator.played().stick.lay(&desk.at("stick"));
+        let ran = desk.update(&desk.at("stick"));
+        assert_eq!((ran.code, &ran.answer["outcome"]), (0, &"installed".into()), "{}", ran.error);
+        let playing = bundle::Playing::of(&desk.at("store/current")).unwrap().unwrap();
+        playing.judge().unwrap().won(playing.number()).unwrap();
+        fs::rename(desk.at("store"), desk.at("kept")).unwrap();
+        desk
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.scratch.path().join(name)
+    }
+
+    /// Runs a program to its end.
+    fn run(&mut self, words: &[&str]) -> Ran {
+        let Metered { code, stdout, stderr: error, peak_kib, cpu_s } = self.meter.run(words);
+        Ran { code, answer: serde_json::from_str(&stdout).unwrap_or_default(), error, peak_kib, cpu_s }
+    }
+
+    fn verify(&mut self) -> Ran {
+        let [stick, keys] = [self.at("stick"), self.at("keys")].map(|path| text(&path));
+        let flock = text(&programs::flock());
+        self.run(&[&flock, "verify", &stick, "--trust", &keys, "--unit", "lobby", "--json"])
+    }
+
+    fn unit(&mut self, words: &[&str]) -> Ran {
+        let [config, store, keys] = ["update.toml", "store", "keys"].map(|name| text(&self.at(name)));
+        let updater = text(&programs::updater());
+        let always = ["--json", "--unit", "lobby", "--config", &config, "--store", &store, "--keys", &keys];
+        self.run(&[&[&*updater], &always[..], words].concat())
+    }
+
+    fn update(&mut self, from: &Path) -> Ran {
+        self.unit(&[&text(from)])
+    }
+
+    /// The unit as it was before any mutant.
+    fn reset(&self) {
+        fs::remove_dir_all(self.at("store")).ok();
+        let copied = Command::new("cp").arg("-a").arg(self.at("kept")).arg(self.at("store")).status().unwrap();
+        assert!(copied.success());
+    }
+
+    /// Puts `mutant` before all who may take it.
+    fn judge(&mut self, mutant: &Mutant, tally: &mut Tally) {
+        let good = self.mutator.good(mutant);
+        mutant.stick.lay(&self.at("stick"));
+        let mut is_refused = true;
+        if mutant.seen != Seen::ByUnits {
+            let ran = self.verify();
+            is_refused = ran.code != 0;
+            let found = is_as_documented(&ran, &[0, 1, 2, 3]).and_then(|()| verified(&ran, mutant, good));
+            tally.note(mutant, "flock verify", &ran, found.err());
+        }
+        let mut sources = vec![self.at("stick")];
+        if mutant.seed.is_multiple_of(FAR) && mutant.stick.is_plain() {
+            mutant.stick.lay(&self.at("web"));
+            sources.push(PathBuf::from(self.web.url()));
+        }
+        for source in sources {
+            self.reset();
+            let ran = self.update(&source);
+            let found = is_as_documented(&ran, &[0, 1, 3]).and_then(|()| self.kept(&ran, mutant, good));
+            is_refused &= found.as_ref().is_ok_and(|is_refused| *is_refused);
+            let found = found.err().or_else(|| self.started(tally, mutant, good).err());
+            let found = found.or_else(|| self.takes_the_next(good).err());
+            tally.note(mutant, &text(&source), &ran, found);
+        }
+        let (refused, harmless) = tally.levels.entry(mutant.level).or_default();
+        *if is_refused { refused } else { harmless } += 1;
+        *if is_refused { &mut tally.refused } else { &mut tally.harmless } += 1;
+    }
+
+    /// Whether the unit has refused the mutant; and plays what it played, or exactly what was signed.
+    fn kept(&self, ran: &Ran, mutant: &Mutant, good: &Good) -> Result<bool, String> {
+        let playing = files_in(&self.at("store/current")).map_err(|error| format!("nothing plays: {error}"))?;
+        let staged = fs::read(self.at("store/system/staged")).unwrap_or_default();
+        let is_old = playing == self.mutator.played().files;
+        if !is_old && playing != good.files {
+            return Err(format!("it plays neither flock, but {:?}", playing.keys()));
+        }
+        if !is_old && mutant.seen == Seen::ByAll && !is_of_the_system(mutant) {
+            return Err(format!("it was taken in: {}", ran.answer));
+        }
+        let says = ran.answer["outcome"].as_str();
+        if is_old && says == Some("installed") || !is_old && says.is_some_and(|says| says != "installed") {
+            return Err(format!("it says {}, and plays the old flock: {is_old}", ran.answer));
+        }
+        let is_good = staged == good.stick.bytes("systems/all.seal");
+        if !staged.is_empty() && !is_good && mutant.seen != Seen::ByUnits {
+            return Err(format!("a system was taken in: {}", ran.answer));
+        }
+        Ok(if is_of_the_system(mutant) { staged.is_empty() || !is_good } else { is_old })
+    }
+
+    /// That no system is laid before the boot loader but the good one.
+    fn started(&mut self, tally: &mut Tally, mutant: &Mutant, good: &Good) -> Result<(), String> {
+        let Ok(staged) = fs::read(self.at("store/system/staged")) else { return Ok(()) };
+        fs::remove_dir_all(self.at("boot")).ok();
+        fs::create_dir(self.at("boot")).unwrap();
+        let [slot, boot] = [self.at("slot"), self.at("boot")].map(|path| text(&path));
+        let ran = self.unit(&["--slot", &slot, "--boot", &boot]);
+        tally.note(mutant, "--slot", &ran, is_as_documented(&ran, &[0, 1, 3]).err());
+        let entries = fs::read_dir(self.at("boot/loader/entries")).unwrap().map(|entry| entry.unwrap().file_name());
+        let begun: Vec<_> = entries.filter(|name| name.to_string_lossy().ends_with(".conf")).collect();
+        let is_good = staged == good.stick.bytes("systems/all.seal");
+        if is_good == (ran.code == 0 && begun.len() == 1) {
+            return Ok(());
+        }
+        Err(format!("after {} the boot loader would start {begun:?}, and the system is good: {is_good}", ran.code))
+    }
+
+    /// That the unit takes the good stick after all: nothing is left of the mutant that keeps it from that.
+    fn takes_the_next(&mut self, good: &Good) -> Result<(), String> {
+        good.stick.lay(&self.at("stick"));
+        let ran = self.update(&self.at("stick"));
+        let playing = files_in(&self.at("store/current")).map_err(|error| format!("nothing plays: {error}"))?;
+        if ran.code == 0 && playing == good.files {
+            return Ok(());
+        }
+        Err(format!("the good stick behind it is not taken: {} {}", ran.answer, ran.error))
+    }
+}
+
+/// Whether only the system can be wrong.
+fn is_of_the_system(mutant: &Mutant) -> bool {
+    mutant.level == Level::Starts || mutant.what.starts_with("the system's seal")
+}
+
+fn text(path: &Path) -> String {
+    path.to_str().expect("paths here are plain").to_owned()
+}
+
+/// That a program ended as its help says, by itself and within its limits.
+fn is_as_documented(ran: &Ran, codes: &[i64]) -> Result<(), String> {
+    let Ran { code, error, peak_kib, cpu_s, .. } = ran;
+    if !codes.contains(code) || error.contains("panicked") {
+        return Err(format!("it ended with {code}: {error}"));
+    }
+    if *peak_kib > PEAK_KIB || *cpu_s > CPU_S {
+        return Err(format!("it took {peak_kib} KiB and {cpu_s:.1} CPU-s: {error}"));
+    }
+    Ok(())
+}
+
+/// That `flock verify` takes nothing for good but what lies there as it was signed.
+fn verified(ran: &Ran, mutant: &Mutant, good: &Good) -> Result<(), String> {
+    // What the good bundle and the good system have, beside statements, must all be there.
+    let signed = good.stick.0.iter().filter(|(path, _)| path.as_str() != "statements");
+    let mut other = signed.filter(|(path, ware)| mutant.stick.0.get(*path) != Some(ware)).map(|(path, _)| path);
+    match (ran.code, other.next()) {
+        (0, _) if mutant.seen == Seen::ByAll => Err(format!("it was taken for good: {}", ran.answer)),
+        (0, Some(path)) => Err(format!("it was taken for good, though `{path}` is another: {}", ran.answer)),
+        _ => Ok(()),
+    }
+}
+
+impl Tally {
+    fn note(&mut self, mutant: &Mutant, whom: &str, ran: &Ran, fault: Option<String>) {
+        self.peak_kib = self.peak_kib.max(ran.peak_kib);
+        self.cpu_s = self.cpu_s.max(ran.cpu_s);
+        self.all_cpu_s += ran.cpu_s;
+        let Mutant { seed, level, what, .. } = mutant;
+        self.faults.extend(fault.map(|fault| format!("MUTANT={seed} ({level:?}; {what}) before {whom}: {fault}")));
+    }
+
+    fn with(mut self, other: Self) -> Self {
+        self.refused += other.refused;
+        self.harmless += other.harmless;
+        self.faults.extend(other.faults);
+        self.peak_kib = self.peak_kib.max(other.peak_kib);
+        self.cpu_s = self.cpu_s.max(other.cpu_s);
+        self.all_cpu_s += other.all_cpu_s;
+        for (level, (refused, harmless)) in other.levels {
+            let here = self.levels.entry(level).or_default();
+            *here = (here.0 + refused, here.1 + harmless);
+        }
+        self
+    }
+}
+
+/// A number that the environment may say.
+fn number(name: &str) -> Option<u64> {
+    env::var(name).ok().map(|number| number.parse().unwrap_or_else(|_| panic!("{name}: `{number}` is no number")))
+}
+
+#[test]
+fn no_mutant_is_accepted_or_costs_much_or_leaves_a_unit_without_its_flock() {
+    let mutator = Mutator::new(&repository().join("tests/fixtures"));
+    let (first, last) = match (number("MUTANT"), number("MUTANTS")) {
+        (Some(single), _) => (single, single + 1),
+        (None, count) => (0, count.unwrap_or(MUTANTS)),
+    };
+    let next = AtomicU64::new(first);
+    let at_a_desk = || {
+        let (mut desk, mut tally) = (Desk::new(&mutator), Tally::default());
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= last {
+                return tally;
+            }
+            let mutant = mutator.mutant(seed);
+            desk.judge(&mutant, &mut tally);
+            if last == first + 1 {
+                println!("{:?} of {:?}: {}", mutant.seen, mutant.level, mutant.what);
+            }
+        }
+    };
+    let desks = DESKS.min((last - first) as usize);
+    let tally = thread::scope(|scope| {
+        let desks: Vec<_> = (0..desks).map(|_| scope.spawn(at_a_desk)).collect();
+        desks.into_iter().map(|desk| desk.join().unwrap()).fold(Tally::default(), Tally::with)
+    });
+    let Tally { refused, harmless, faults, peak_kib, cpu_s, all_cpu_s, levels } = tally;
+    println!("{refused} mutants refused, {harmless} came to what was signed: {levels:?}");
+    println!("at most {peak_kib} KiB and {cpu_s:.2} CPU-s for one, {all_cpu_s:.1} CPU-s for all");
+    assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults[..faults.len().min(TOLD)].join("\n"));
+    assert!(last == first + 1 || refused * 100 >= REFUSED * (refused + harmless), "{refused} were refused");
+}
+
+#[test]
+fn what_mutants_are_made_of_is_good() {
+    let mutator = Mutator::new(&repository().join("tests/fixtures"));
+    let mut desk = Desk::new(&mutator);
+    for good in mutator.goods() {
+        good.stick.lay(&desk.at("stick"));
+        let ran = desk.verify();
+        assert_eq!(ran.code, 0, "{} {}", ran.answer, ran.error);
+        desk.reset();
+        assert_eq!(desk.takes_the_next(good), Ok(()));
+        assert_eq!(desk.at("store/system/staged").exists(), !good.release().is_empty());
+    }
+    let again = Mutator::new(&repository().join("tests/fixtures"));
+    for seed in 0..200 {
+        let [one, two] = [&mutator, &again].map(|mutator| mutator.mutant(seed));
+        assert_eq!((one.what, one.level), (two.what, two.level), "mutant {seed} is the same each time");
+    }
+}

@@ -1,0 +1,188 @@
+//! Sticks with something done to them, each by a number: what strangers, broken tools and bad sticks lay before a unit.
+//!
+//! Owns the keys, the good sticks that all others are made of, and what a stick may hold in the place of a file. A number
+//! makes the same mutant on every machine, but for the noise in fresh signatures. What is done to it, the modules below
+//! choose: one for each level. Never runs a program, never judges.
+//!
+//! Start at [`Mutator::mutant`].
+
+mod bytes;
+mod dice;
+mod fields;
+mod files;
+mod keys;
+mod lists;
+mod seals;
+mod starts;
+mod statements;
+mod stick;
+
+pub use dice::Dice;
+pub use keys::{Keys, Who};
+pub use stick::{Good, Stick, Ware};
+
+use crate::press::{Files, rubbish};
+use std::path::Path;
+
+/// The number of the bundle that the unit plays, the artist's.
+pub const PLAYED: u64 = 5;
+/// The number of the one that comes.
+pub const COMING: u64 = 6;
+/// How a flock here is made: so many sheep, each with a loop of so many bytes.
+const FORM: (usize, usize) = (3, 3_000);
+
+/// Which part of a stick something is done to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Bytes of any file.
+    Bytes,
+    /// A line or a value in a text.
+    Fields,
+    /// What lies in the place of a file.
+    Files,
+    /// Who has signed, and what.
+    Seals,
+    /// What keys say about keys.
+    Statements,
+    /// The list of files.
+    Lists,
+    /// What a system starts from.
+    Starts,
+}
+
+/// Who can see that it is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// Whoever looks.
+    ByAll,
+    /// Whoever looks, or else what comes of it is exactly what was signed.
+    ByAllOrHarmless,
+    /// Only a unit, by what it knows.
+    ByUnits,
+}
+
+/// A stick with something done to it.
+#[derive(Clone, Debug)]
+pub struct Mutant {
+    /// Its number.
+    pub seed: u64,
+    /// On which level.
+    pub level: Level,
+    /// What was done.
+    pub what: String,
+    /// Who can see it.
+    pub seen: Seen,
+    /// What lies there now.
+    pub stick: Stick,
+    /// What it was made of.
+    pub good: usize,
+}
+
+/// What all mutants are made of.
+pub struct Mutator {
+    keys: Keys,
+    /// By the artist, by a key that a statement takes in, and one that brings a system too.
+    goods: Vec<Good>,
+    /// What the unit plays.
+    played: Good,
+    /// Another unit's, by the artist.
+    others: Good,
+}
+
+impl Level {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Bytes, Self::Fields, Self::Files, Self::Seals, Self::Statements, Self::Lists, Self::Starts];
+}
+
+impl Mutator {
+    /// Reads the keys in `fixtures` and makes the good sticks.
+    pub fn new(fixtures: &Path) -> Self {
+        let keys = Keys::read(fixtures);
+        let flock = |edition| rubbish(FORM.0, FORM.1, edition);
+        let good = |edition, who, unit, sequence| Good::new(&keys, &flock(edition), who, unit, sequence);
+        let said = [keys.trust(Who::Artist, Who::New), keys.trust(Who::Artist, Who::Lost), keys.revoke(Who::Lost)];
+        let mut played = good(0, Who::Artist, "lobby", PLAYED);
+        played.say(&said[1..]);
+        let mut goods = vec![
+            good(2, Who::Artist, "lobby", COMING),
+            good(3, Who::New, "lobby", 1),
+            good(2, Who::Artist, "lobby", COMING),
+        ];
+        for good in &mut goods {
+            good.say(&said[..1]);
+        }
+        goods[2].add_system(&keys, fixtures);
+        let others = good(1, Who::Artist, "stairs", COMING + 1);
+        Self { keys, goods, played, others }
+    }
+
+    /// What the unit plays.
+    pub fn played(&self) -> &Good {
+        &self.played
+    }
+
+    /// What `mutant` was made of.
+    pub fn good(&self, mutant: &Mutant) -> &Good {
+        &self.goods[mutant.good]
+    }
+
+    /// The good sticks.
+    pub fn goods(&self) -> &[Good] {
+        &self.goods
+    }
+
+    /// The public keys that units trust: each a file's name and text.
+    pub fn trusted(&self) -> [(&'static str, String); 2] {
+        [("artist.pub", self.keys.public(Who::Artist)), ("spare.pub", self.keys.public(Who::Spare))]
+    }
+
+    /// Mutant number `seed`.
+    pub fn mutant(&self, seed: u64) -> Mutant {
+        let mut dice = Dice::of(seed);
+        let level = Level::ALL[seed as usize % Level::ALL.len()];
+        let good = match level {
+            Level::Starts => 2,
+            Level::Statements if dice.chance(80) => 1,
+            Level::Bytes | Level::Fields | Level::Files | Level::Seals | Level::Statements | Level::Lists => {
+                dice.below(self.goods.len())
+            }
+        };
+        let mut stick = self.goods[good].stick.clone();
+        let (from, stuff) = (&self.goods[good], Stuff { mutator: self, number: good });
+        let (what, seen) = match level {
+            Level::Bytes => bytes::change(&mut stick, &mut dice),
+            Level::Fields => fields::change(&mut stick, from, stuff, &mut dice),
+            Level::Files => files::change(&mut stick, &mut dice),
+            Level::Seals => seals::change(&mut stick, from, stuff, &mut dice),
+            Level::Statements => statements::change(&mut stick, from, stuff, &mut dice),
+            Level::Lists => lists::change(&mut stick, from, stuff, &mut dice),
+            Level::Starts => starts::change(&mut stick, from, stuff, &mut dice),
+        };
+        Mutant { seed, level, what, seen, stick, good }
+    }
+}
+
+/// What else there is to make a mutant of.
+#[derive(Clone, Copy)]
+struct Stuff<'m> {
+    mutator: &'m Mutator,
+    number: usize,
+}
+
+impl<'m> Stuff<'m> {
+    fn keys(&self) -> &'m Keys {
+        &self.mutator.keys
+    }
+
+    /// A good stick that is another one.
+    fn other(&self, dice: &mut Dice) -> &'m Good {
+        let Mutator { goods, played, others, .. } = self.mutator;
+        [played, others, &goods[1 - self.number.min(1)]][dice.below(3)]
+    }
+}
+
+/// The files of the flock of this edition.
+pub fn flock(edition: usize) -> Files {
+    rubbish(FORM.0, FORM.1, edition)
+}

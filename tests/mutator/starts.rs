@@ -1,0 +1,41 @@
+//! What a system starts from is not what was made.
+//!
+//! Owns start files and roots with something done to them, as they came and with papers that name what they are now. Those
+//! that the artist herself has signed are a unit's to find out, when it lays them before the boot loader.
+//!
+//! Start at [`change`].
+
+use super::fields::{Dress, dressed};
+use super::keys::Who;
+use super::{Dice, Good, Seen, Stick, Stuff};
+use crate::mutator::bytes;
+use bundle::ObjectId;
+
+/// Changes one half of the system; what was done.
+pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mut Dice) -> (String, Seen) {
+    let release = good.release();
+    let name = *dice.of_these(&["start", "root"]);
+    let line = release.lines().find(|line| line.starts_with(name)).expect("each system has both");
+    let before = line.rsplit(' ').next().unwrap_or_default();
+    let path = ObjectId::parse(before).unwrap().path();
+    let whole = stick.bytes(&path).to_vec();
+    let (mut half, mut done) = (whole.clone(), Vec::new());
+    while half == whole {
+        done.push(bytes::varied(&mut half, dice));
+    }
+    let done = done.join(", ");
+    if dice.chance(40) {
+        stick.put(&path, half);
+        return (format!("the {name} of the system: {done}"), Seen::ByAllOrHarmless);
+    }
+    let id = ObjectId::of(&half);
+    let text = release.replace(line, &format!("{name} {} {id}", half.len()));
+    stick.put_object(&half);
+    // What a root holds, nobody asks whom the artist has told: it is started, and not tried again if it does not.
+    let by_artist = name == "start" && dice.chance(50);
+    let dresses = [Dress::Kept, Dress::By(Who::Stranger), Dress::By(Who::Lost), Dress::Claimed];
+    let dress = if by_artist { Dress::By(Who::Artist) } else { *dice.of_these(&dresses) };
+    let seal = dressed(stuff.keys(), dress, stick.bytes("systems/all.seal"), Who::Artist, text.as_bytes());
+    stick.put("systems/all.seal", seal);
+    (format!("the {name} of the system, {dress:?}: {done}"), if by_artist { Seen::ByUnits } else { Seen::ByAll })
+}

@@ -1,0 +1,82 @@
+//! What keys say about keys is not what they said.
+//!
+//! Owns statements that are gone, that come twice, too late or in thousands, and those of people who may not say so. Never
+//! has a trusted key call another back: that is no mutant.
+//!
+//! Start at [`change`].
+
+use super::keys::Who;
+use super::{Dice, Good, Seen, Stick, Stuff};
+use crate::mutator::bytes;
+use ct_codecs::{Base64, Encoder};
+
+/// More statements than anybody reads.
+const MANY: usize = 70;
+const THOUSANDS: usize = 5_000;
+
+/// Changes the statements; what was done.
+pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mut Dice) -> (String, Seen) {
+    let keys = stuff.keys();
+    let said = stick.bytes("statements").to_vec();
+    // The signature of the good statement does not fit them; whoever reads them finds that out.
+    let strangers = || [keys.state(Who::Stranger, "revoke 0000000000000000")].concat().repeat(THOUSANDS);
+    let letter = good.letter(&good.list());
+    let by_a_stranger = keys.sign(Who::Stranger, letter.as_bytes());
+    let (what, new) = match dice.below(15) {
+        0 => ("are gone", Vec::new()),
+        1 => ("come twice", said.repeat(2)),
+        2 => ("are a stranger's", keys.trust(Who::Stranger, Who::New)),
+        3 => ("are a stranger's who calls everybody back", revocations(stuff).concat()),
+        4 => ("come behind thousands of a stranger's", [strangers(), said].concat()),
+        5 => ("come before thousands of a stranger's", [said, strangers()].concat()),
+        6 => {
+            let many: Vec<u8> = (0..MANY).flat_map(|_| keys.state(Who::Stranger, &any_key(dice))).collect();
+            ("come behind 70 of a stranger's", [many, said].concat())
+        }
+        7 => ("come behind a line", [b"a line\n".to_vec(), said].concat()),
+        8 => ("come behind a line without end", [vec![b'x'; 1 << 20], said].concat()),
+        9 => {
+            stick.put(&good.seal(), by_a_stranger);
+            ("are a stranger's who has signed", keys.trust(Who::Stranger, Who::Stranger))
+        }
+        10 => {
+            stick.put(&good.seal(), by_a_stranger);
+            ("are of a key that was called back", [said, keys.trust(Who::Lost, Who::Stranger)].concat())
+        }
+        11 => {
+            stick.put(&good.seal(), keys.sign_as(Who::Stranger, Who::Spare, letter.as_bytes()));
+            let two = format!("trust {}", keys.line_as(Who::Stranger, Who::Spare));
+            ("give a key the name of another", keys.state(Who::Artist, &two))
+        }
+        12 => {
+            let wrong =
+                ["trust", "trust ", "revoke", "revoke all", "trust RW", "trust ../key", "revoke 00", "believe me"];
+            ("say what nobody can say", keys.state(Who::Artist, wrong[dice.below(wrong.len())]))
+        }
+        13 => {
+            let ends = String::from_utf8(said).unwrap().replace('\n', "\r\n");
+            ("end as on other systems", ends.into_bytes())
+        }
+        _ => {
+            let mut changed = said;
+            let done = bytes::varied(&mut changed, dice);
+            stick.put("statements", changed);
+            return (format!("the statements: {done}"), Seen::ByAllOrHarmless);
+        }
+    };
+    stick.put("statements", new);
+    (format!("the statements {what}"), Seen::ByAllOrHarmless)
+}
+
+/// A stranger's words that nobody is to be trusted any more.
+fn revocations(stuff: Stuff<'_>) -> Vec<Vec<u8>> {
+    let keys = stuff.keys();
+    let all = [Who::Artist, Who::Spare, Who::New];
+    all.iter().map(|who| keys.state(Who::Stranger, &format!("revoke {}", keys.id(*who)))).collect()
+}
+
+/// What is said to take in a key that nobody has.
+fn any_key(dice: &mut Dice) -> String {
+    let raw = [b"Ed".to_vec(), dice.bytes(40)].concat();
+    format!("trust {}", Base64::encode_to_string(raw).unwrap())
+}
