@@ -10,6 +10,7 @@ use crate::now::now;
 use crate::path::Path;
 use crate::picture::{Look, only_art};
 use crate::starting::{MOVES, OFTEN, Playing, playing};
+use crate::stick::AUTUMN;
 use crate::system::{Coming, FETCH, NEXT, NOW, Step, WRITE, coming, kept, version};
 use crate::unit::{Frozen, Unit};
 use rand_chacha::ChaCha8Rng;
@@ -23,13 +24,24 @@ pub(crate) enum Moment {
     Play,
     /// It starts, out of its box or not.
     Start,
-    /// It takes in a flock from a stick.
+    /// It takes in a flock from a stick, and that a key is called back.
     Update,
+    /// It reads every byte of its flocks.
+    Scrub,
+    /// It takes in what its owner has edited.
+    Edit,
     /// It fetches its next system.
     Fetch,
     /// It writes that to the slot that does not run.
     Write,
 }
+
+/// For its shell: its owner edits the settings, and the unit takes them in.
+const EDIT: &str = "mkdir -p /run/edited && mount -t vfat /dev/vda4 /run/edited && \
+                    echo 'timezone = \"Europe/Zurich\"' >> /run/edited/dreams.toml && umount /run/edited && \
+                    systemctl start dreams-owner@vda4";
+/// For its shell: what the owner has set is kept, whole, as it was or as it is.
+const IS_KEPT: &str = "until grep -qs '^unit = \"lobby\"' /var/lib/dreams/owner/dreams.toml; do sleep 1; done";
 
 /// A unit whose power goes again and again.
 pub(crate) struct Life {
@@ -52,6 +64,8 @@ fn longest(moment: Moment) -> Duration {
         Moment::Play => start.mul_f64(0.5),
         Moment::Start => start.mul_f64(1.2),
         Moment::Update => start.mul_f64(0.8),
+        Moment::Scrub => start.mul_f64(0.5),
+        Moment::Edit => start.mul_f64(0.4),
         Moment::Fetch => coming().fetching.time.mul_f64(1.1),
         Moment::Write => coming().writing.time.mul_f64(1.1),
     }
@@ -71,7 +85,7 @@ impl Life {
         let life = match moment {
             Moment::Fetch => of(fetching),
             Moment::Write => of(writing),
-            Moment::Play | Moment::Start | Moment::Update => Self::of(written.copy(), None, Some(path), seed),
+            _ => Self::of(written.copy(), None, Some(path), seed),
         };
         Self { systems: Some(([NOW, NEXT], kept)), ..life }
     }
@@ -103,6 +117,8 @@ impl Life {
         machine.is_well();
         let mount = machine.run("findmnt --noheadings --output FSTYPE,OPTIONS /var/lib/dreams");
         assert!(mount.starts_with("ext4 rw,"), "{mount}");
+        machine.run(IS_KEPT);
+        machine.run(&has_learned());
         if let Some((systems, before)) = self.systems {
             let runs = version(&mut machine);
             println!("system {runs} runs");
@@ -129,6 +145,8 @@ impl Life {
         match moment {
             Moment::Play | Moment::Start => {}
             Moment::Update => machine.plug(&playing().stick.disk),
+            Moment::Scrub => machine.serial.send("systemctl start dreams-scrub"),
+            Moment::Edit => machine.serial.send(EDIT),
             Moment::Fetch => machine.serial.send(&format!("{WRITE} && {FETCH}")),
             Moment::Write => machine.serial.send(WRITE),
         }
@@ -160,6 +178,12 @@ impl Life {
             None => {}
         }
     }
+}
+
+/// For its shell: whoever has the flock of the stick has learned what lies beside it, and not forgotten it.
+fn has_learned() -> String {
+    let states = "/var/lib/dreams/store/state.0 /var/lib/dreams/store/state.1";
+    format!("! grep -qs {AUTUMN} {states} || grep -qs 'revoke {}' {states}", playing().stick.revoked)
 }
 
 /// What is on its glass while it is let live so long.

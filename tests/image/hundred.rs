@@ -21,14 +21,23 @@ fn a_hundred_power_cuts_end_in_art() {
     let mut cuts = 0;
     while cuts < wanted {
         let life = random.next_u64();
-        let kinds = [Moment::Play, Moment::Update, Moment::Start, Moment::Fetch, Moment::Write, Moment::Start];
+        let kinds = [
+            Moment::Play,
+            Moment::Update,
+            Moment::Start,
+            Moment::Fetch,
+            Moment::Write,
+            Moment::Start,
+            Moment::Scrub,
+            Moment::Edit,
+        ];
         let kind = random.next_u32() as usize % kinds.len();
         let more = u64::from(random.next_u32() % 3).min(wanted - cuts - 1);
         let moments: Vec<_> = [kinds[kind]].into_iter().chain((0..more).map(|_| Moment::Start)).collect();
         let unit = match (kind, kinds[kind]) {
             (2, _) => Life::out_of_the_box(life),
-            (_, Moment::Play | Moment::Update) => Life::of_playing(life),
-            (_, moment) => Life::of_a_new_system(moment, life),
+            (_, moment @ (Moment::Fetch | Moment::Write | Moment::Start)) => Life::of_a_new_system(moment, life),
+            (_, Moment::Play | Moment::Update | Moment::Scrub | Moment::Edit) => Life::of_playing(life),
         };
         let began = now();
         unit.goes_on(&moments);

@@ -11,6 +11,7 @@ pub(crate) mod exfat;
 use crate::clips::Encode;
 use crate::gallery::{Gallery, SIZE};
 use crate::programs::succeed;
+use bundle::KeyId;
 use claims::press::{Press, files_in};
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -36,6 +37,8 @@ pub(crate) struct Stick {
     pub(crate) disk: PathBuf,
     /// What the owner of the unit sets, so that it takes the flock: the file `dreams.toml`.
     pub(crate) owner: PathBuf,
+    /// The key that is called back there.
+    pub(crate) revoked: KeyId,
     /// What is to be seen then.
     pub(crate) gallery: &'static Gallery,
 }
@@ -47,6 +50,9 @@ impl Stick {
         make_flock(&at(AUTUMN));
         let press = Press::with_new_keys();
         press.bundle(&at("bundle"), &files_in(&at(AUTUMN)).unwrap(), &[UNIT], 1);
+        // A key that the artist took in, and calls back.
+        press.vouch(&at("bundle"));
+        press.call_back(&at("bundle"));
         let key = fs::read_to_string(press.keys().join("artist.pub")).unwrap();
         let key = key.lines().nth(1).expect("the key stands in the second line");
         fs::write(at("dreams.toml"), format!("unit = \"{UNIT}\"\nkeys = [\"{key}\"]\n")).unwrap();
@@ -67,7 +73,8 @@ impl Stick {
         succeed(Command::new("mke2fs").args(["-q", "-t", "ext4", "-d"]).args([&at("system"), &parts[2]]));
         let disk = at("stick.img");
         join(&disk, &parts);
-        Self { disk, owner: at("dreams.toml"), gallery: Box::leak(Box::new(Gallery::of(&at(AUTUMN)))) }
+        let gallery = Box::leak(Box::new(Gallery::of(&at(AUTUMN))));
+        Self { disk, owner: at("dreams.toml"), revoked: press.stranger(), gallery }
     }
 }
 

@@ -216,9 +216,17 @@ fn whatever_is_tampered_with_is_named() {
     fs::write(studio.at("bundle/seals/._lobby.seal"), "whatever").unwrap();
     studio.verify(0);
     let list = text.lines().last().unwrap().rsplit(' ').next().unwrap();
-    replace(&studio.at("bundle/objects").join(&list[..2]).join(&list[2..]), b"dreams contents 1\n");
-    let said = studio.says(1, &["verify", "bundle", "--trust", "artist.pub"]);
-    assert!(said.contains(&format!("the list of files of the bundle is damaged: expected {list}")), "{said}");
+    let object = studio.at("bundle/objects").join(&list[..2]).join(&list[2..]);
+    let mut other = fs::read(&object).unwrap();
+    *other.last_mut().unwrap() ^= 1;
+    for (bytes, told) in [
+        (&other[..], format!("the list of files of the bundle is damaged: expected {list}")),
+        (b"dreams contents 1\n", "the list of files of the bundle is shorter than its seal says: expected ".to_owned()),
+    ] {
+        replace(&object, bytes);
+        let said = studio.says(1, &["verify", "bundle", "--trust", "artist.pub"]);
+        assert!(said.contains(&told), "{said}");
+    }
 }
 
 #[test]

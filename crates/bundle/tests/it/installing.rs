@@ -151,7 +151,7 @@ fn a_bundle_for_another_unit_is_refused_with_both_names() {
     let bundle = verified(stick.path(), &trust()).unwrap();
     let unit_folder = tempfile::tempdir().unwrap();
     let refused = store(unit_folder.path()).admit(bundle.seal(), &unit("lobby"), Consent::Any).unwrap_err();
-    assert_eq!(refused.to_string(), "the bundle is for `attic stairs`, this unit is `lobby`");
+    assert_eq!(refused.to_string(), "the bundle is for `attic, stairs`, this unit is `lobby`");
 }
 
 #[test]
