@@ -61,10 +61,9 @@ pub(crate) struct Life {
 fn longest(moment: Moment) -> Duration {
     let start = playing().start;
     match moment {
-        Moment::Play => start.mul_f64(0.5),
+        Moment::Play | Moment::Scrub => start.mul_f64(0.5),
         Moment::Start => start.mul_f64(1.2),
         Moment::Update => start.mul_f64(0.8),
-        Moment::Scrub => start.mul_f64(0.5),
         Moment::Edit => start.mul_f64(0.4),
         Moment::Fetch => coming().fetching.time.mul_f64(1.1),
         Moment::Write => coming().writing.time.mul_f64(1.1),
@@ -85,7 +84,9 @@ impl Life {
         let life = match moment {
             Moment::Fetch => of(fetching),
             Moment::Write => of(writing),
-            _ => Self::of(written.copy(), None, Some(path), seed),
+            Moment::Play | Moment::Start | Moment::Update | Moment::Scrub | Moment::Edit => {
+                Self::of(written.copy(), None, Some(path), seed)
+            }
         };
         Self { systems: Some(([NOW, NEXT], kept)), ..life }
     }
