@@ -64,7 +64,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ),
     ("image-build/modules", &["*.txt"]),
     ("image-build/owner", &["README.txt"]),
-    ("image-build/ffmpeg", &["*.patch", SCRIPT]),
+    ("image-build/ffmpeg", &[SCRIPT]),
     ("image-build/system", &["*.conf", "*.network", "*.path", "*.service", "*.target", "*.timer", "disk", SCRIPT]),
     ("player", &["Cargo.toml", "*.rs", "*.html"]),
     (
