@@ -37,7 +37,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("crates/flame/tests/genomes", &["*.flam3"]),
     ("crates/flock/proptest-regressions", &["*.txt"]),
     ("crates/flock/src/edit/tests", &["*.rs", "*.toml"]),
-    ("docs", &["hardware.md", "maintaining.md", "security.md", "sending.md", "tutorial.md", "*.png"]),
+    ("docs", &["hardware.md", "invariants.md", "maintaining.md", "security.md", "sending.md", "tutorial.md", "*.png"]),
     ("flock-tools", &["Cargo.toml", "*.rs"]),
     ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg"]),
     ("flock-tools/src/page/sheet", &["*.css", "*.html", "*.js"]),
