@@ -123,6 +123,6 @@ fn two_hundred_damaged_sticks_neither_halt_a_unit_nor_stop_its_picture() {
     let mounted: u64 = machine.run(MOUNTED).trim().parse().unwrap();
     println!("{mounted} of {} were mounted", STICKS * COUNT);
     assert!(3 * mounted >= STICKS * COUNT, "{mounted} were mounted: the corpus is no test");
-    machine.run("! dmesg | grep -E 'BUG:|Oops|Call Trace|blocked for more than|panic'");
+    machine.run("! dmesg | grep -E 'BUG:|Oops|Call Trace|blocked for more than|Kernel panic'");
     machine.run("! grep /run/dreams-mounts/ /proc/mounts");
 }

@@ -53,7 +53,8 @@ fn what_was_learned_comes_back_to_a_disk_of_the_flocks_that_is_made_anew() {
     let learned = "cd /var/lib/dreams/store && for slot in 1 0 1; do \
         echo 'dreams-state-1 1 learned' > new && echo '{}' >> new && mv new state.$slot; done";
     machine.run(learned);
-    machine.run("until grep -qa learned /dev/disk/by-partlabel/dreams_tries; do sleep 1; done; sync");
+    let kept = "until grep -qa learned \"$(partition dreams_tries)\"; do sleep 1; done; sync";
+    machine.run(&format!(". /usr/lib/dreams/disk; {kept}"));
     drop(machine);
     unit.spoil(DATA, 0, &rubbish(300 * MIB));
     let (mut machine, _) = heals(&unit);

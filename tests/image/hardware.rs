@@ -164,13 +164,14 @@ impl Hardware {
         words.extend(["-drive".to_owned(), code]);
         words.extend(["-m".to_owned(), self.memory_mib.to_string()]);
         let mut device = |device: &str| words.extend(["-device".to_owned(), device.to_owned()]);
-        self.display.device().into_iter().for_each(&mut device);
         device("qemu-xhci,id=xhci");
         let (last, others) = self.bus.devices().split_last().expect("a disk is a device");
         for other in others {
             device(other);
         }
         device(&format!("{last},drive=disk"));
+        // The firmware knows the disk by its place on the bus, which is the same whatever display there is.
+        self.display.device().into_iter().for_each(&mut device);
         words
     }
 }

@@ -47,11 +47,12 @@ fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
 
 #[test]
 fn a_root_that_has_to_be_taken_from_another_disk_brings_neither_its_flocks_nor_its_owners_settings() {
-    let unit = Unit::new();
+    let Playing { frozen, .. } = playing();
+    let unit = frozen.copy();
     for slot in [SLOT_A, SLOT_B] {
         unit.spoil(slot, 0, &rubbish(1 << 20));
     }
-    let stick = playing().frozen.copy();
+    let stick = frozen.copy();
     let theirs = stick.path("dreams.toml");
     fs::write(&theirs, "unit = \"nobody\"\n").unwrap();
     stick.lay_for_owner(&theirs);
