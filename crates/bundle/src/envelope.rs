@@ -178,6 +178,7 @@ fn is_time(text: &str) -> bool {
 mod tests {
     use super::*;
     use crate::folder::Folder;
+    use crate::seal::tests::letter;
     use crate::seal::{Letter, Unverified};
     use crate::secret::tests::{artist, stranger};
     use crate::trust::Statement;
@@ -190,15 +191,7 @@ mod tests {
         let said = Statement::Trust(stranger().public()).sign(artist()).unwrap();
         let statements = folder.put_statements(std::slice::from_ref(&said)).unwrap();
         let (id, size) = statements.unwrap();
-        let letter = Letter {
-            flock: "aurora".to_owned(),
-            addressees: Addressees::Anyone,
-            sequence: Sequence(8),
-            created: "2026-03-01T12:00:00Z".to_owned(),
-            contents: ObjectId::of(b"list"),
-            contents_size: 4,
-            statements,
-        };
+        let letter = Letter { statements, ..letter(8) };
         let trust = Trust::of([artist().public()]);
         let seal = |letter: &Letter| Unverified::new(letter.sign(artist()).unwrap()).verify(&trust).unwrap();
         let bound = seal(&letter);
