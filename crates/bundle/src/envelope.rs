@@ -217,4 +217,13 @@ mod tests {
         let large = Letter { statements: Some((id, limits::STATEMENTS + 1)), ..letter };
         assert!(matches!(large.sign(artist()), Err(SignError::Refused(Refused::TooLarge { .. }))));
     }
+
+    #[test]
+    fn a_seal_names_so_many_units_and_no_more() {
+        let to = |count: usize| Addressees::of((0..count).map(|at| UnitId::new(&at.to_string()).unwrap()));
+        let signed = |count| Letter { addressees: to(count), ..letter(8) }.sign(artist());
+        signed(limits::UNITS).unwrap();
+        let refused = signed(limits::UNITS + 1).unwrap_err();
+        assert!(matches!(refused, SignError::Refused(Refused::TooMany { limit: limits::UNITS, .. })), "{refused}");
+    }
 }
