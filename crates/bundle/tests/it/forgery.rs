@@ -3,6 +3,7 @@
 //! One unit stands before ten thousand bundles, each a good one with something done to it, or one that even the artist
 //! could not make a unit swallow. None is installed, none costs more than time, and the good one still is.
 
+use crate::astray::ASTRAY;
 use crate::model::ModelDisk;
 use crate::press::{Files, flock, key, press, trust, unit, verified};
 use bundle::{
@@ -282,30 +283,9 @@ fn lies(random: &mut ChaCha8Rng) -> Vec<u8> {
 
 /// A good list of files, with one line that no unit may follow.
 fn tricky(random: &mut ChaCha8Rng) -> String {
-    let deep = "a/".repeat(9);
-    let long = "x".repeat(256);
+    let long = "x".repeat(limits::PATH + 1);
     let (trick, id) = (random.next_u32() as usize, ObjectId::of(b"trick"));
-    let tricks = [
-        "../escape",
-        "/etc/passwd",
-        "loops/../../escape",
-        "loops/./x",
-        "loops//x",
-        "loops/",
-        "a\\b",
-        "a\tb",
-        "",
-        ".",
-        "..",
-        "flock.toml",
-        "flock.toml/x",
-        &deep,
-        &long,
-        "loops",
-        "a\u{7f}b",
-        "~/x\r",
-    ];
-    let path = tricks[trick % tricks.len()];
+    let path = ASTRAY.get(trick % (ASTRAY.len() + 1)).copied().unwrap_or(&long);
     let toml = flock(1, 0)["flock.toml"].clone();
     let clip = flock(1, 0)["loops/0.mp4"].clone();
     let mut lines = [
