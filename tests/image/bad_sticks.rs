@@ -1,8 +1,8 @@
 //! Sticks whose file systems are damaged.
 //!
 //! Owns a corpus of 210, by seed, thirty on each of seven sticks: 70 each of FAT, exFAT and ext4, the last of which asks to
-//! halt the machine at the first fault. Each is mounted by the service that mounts every stick, and read by the updater, while the picture goes on. ext4
-//! is looked at because this unit's installer has allowed it.
+//! halt the machine at the first fault. Each is mounted by the service that mounts every stick, and read by the updater,
+//! while the picture goes on. ext4 is looked at because this unit's installer has allowed it.
 //!
 //! Start at [`two_hundred_damaged_sticks_neither_halt_a_unit_nor_stop_its_picture`].
 

@@ -5,6 +5,7 @@
 
 use crate::programs::{repository, succeed};
 use crate::updating::Unit;
+use bundle::limits;
 use claims::press::rubbish;
 use serde_json::Value;
 use std::fs;
@@ -51,4 +52,25 @@ fn what_a_store_has_learned_comes_back_when_its_disk_is_made_anew() {
     let state: Value = serde_json::from_str(text.split_once('\n').unwrap().1).unwrap();
     let floors: Vec<_> = state["floors"].as_object().unwrap().values().collect();
     assert_eq!((floors, &state["good"]), (vec![&2.into()], &Value::Null), "{state}");
+}
+
+#[test]
+fn as_much_as_a_store_can_know_is_kept() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (device, store) = (scratch.path().join("tries"), scratch.path().join("store"));
+    fs::write(&device, vec![0; PARTITION]).unwrap();
+    fs::create_dir(&store).unwrap();
+    // All that keys may say, with room for how the state spells it, and for what else it holds.
+    let most = "x".repeat(limits::SAID + limits::SAID / 16 + (48 << 10));
+    let state = format!("dreams-state-1 0\n{most}\n");
+    for slot in ["state.0", "state.1"] {
+        fs::write(store.join(slot), &state).unwrap();
+    }
+    learned("keep", &device, &store);
+    fs::remove_dir_all(&store).unwrap();
+    fs::create_dir(&store).unwrap();
+    learned("back", &device, &store);
+    for slot in ["state.0", "state.1"] {
+        assert!(fs::read_to_string(store.join(slot)).unwrap() == state, "{slot}");
+    }
 }

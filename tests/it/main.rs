@@ -37,6 +37,7 @@ mod metering;
 mod mutants;
 mod naming;
 mod night;
+mod own_disk;
 mod owning;
 mod playing;
 mod prelude;

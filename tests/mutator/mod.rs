@@ -6,6 +6,8 @@
 //!
 //! Start at [`Mutator::mutant`].
 
+#[path = "../../crates/bundle/tests/it/astray.rs"]
+mod astray;
 mod bytes;
 mod dice;
 mod fields;

@@ -178,6 +178,7 @@ fn is_time(text: &str) -> bool {
 mod tests {
     use super::*;
     use crate::folder::Folder;
+    use crate::seal::tests::letter;
     use crate::seal::{Letter, Unverified};
     use crate::secret::tests::{artist, stranger};
     use crate::trust::Statement;
@@ -190,15 +191,7 @@ mod tests {
         let said = Statement::Trust(stranger().public()).sign(artist()).unwrap();
         let statements = folder.put_statements(std::slice::from_ref(&said)).unwrap();
         let (id, size) = statements.unwrap();
-        let letter = Letter {
-            flock: "aurora".to_owned(),
-            addressees: Addressees::Anyone,
-            sequence: Sequence(8),
-            created: "2026-03-01T12:00:00Z".to_owned(),
-            contents: ObjectId::of(b"list"),
-            contents_size: 4,
-            statements,
-        };
+        let letter = Letter { statements, ..letter(8) };
         let trust = Trust::of([artist().public()]);
         let seal = |letter: &Letter| Unverified::new(letter.sign(artist()).unwrap()).verify(&trust).unwrap();
         let bound = seal(&letter);
@@ -223,5 +216,14 @@ mod tests {
         );
         let large = Letter { statements: Some((id, limits::STATEMENTS + 1)), ..letter };
         assert!(matches!(large.sign(artist()), Err(SignError::Refused(Refused::TooLarge { .. }))));
+    }
+
+    #[test]
+    fn a_seal_names_so_many_units_and_no_more() {
+        let to = |count: usize| Addressees::of((0..count).map(|at| UnitId::new(&at.to_string()).unwrap()));
+        let signed = |count| Letter { addressees: to(count), ..letter(8) }.sign(artist());
+        signed(limits::UNITS).unwrap();
+        let refused = signed(limits::UNITS + 1).unwrap_err();
+        assert!(matches!(refused, SignError::Refused(Refused::TooMany { limit: limits::UNITS, .. })), "{refused}");
     }
 }

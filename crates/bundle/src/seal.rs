@@ -251,3 +251,21 @@ impl Seal {
 pub fn path(stem: &str) -> String {
     format!("seals/{stem}.seal")
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A letter to everybody with this number, which expects no statements.
+    pub(crate) fn letter(sequence: u64) -> Letter {
+        Letter {
+            flock: "aurora".to_owned(),
+            addressees: Addressees::Anyone,
+            sequence: Sequence(sequence),
+            created: "2026-03-01T12:00:00Z".to_owned(),
+            contents: ObjectId::of(b"list"),
+            contents_size: 4,
+            statements: None,
+        }
+    }
+}

@@ -232,7 +232,8 @@ fn half(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(Obje
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::seal::{Letter, Unverified};
+    use crate::seal::Unverified;
+    use crate::seal::tests::letter;
     use crate::secret::tests::{artist, stranger};
 
     /// A system for everybody, signed by the artist.
@@ -265,16 +266,7 @@ pub(crate) mod tests {
         let strange = UnverifiedSystem::new(release("0.2.0", 8).sign(&stranger()).unwrap());
         assert!(matches!(strange.verify(&trust), Err(Refused::UnknownKey { .. })));
         // A flock is no system, and the other way round, whoever signed it.
-        let letter = Letter {
-            flock: "aurora".to_owned(),
-            addressees: Addressees::Anyone,
-            sequence: Sequence(8),
-            created: "2026-03-01T12:00:00Z".to_owned(),
-            contents: ObjectId::of(b"list"),
-            contents_size: 4,
-            statements: None,
-        };
-        let flock = letter.sign(artist()).unwrap();
+        let flock = letter(8).sign(artist()).unwrap();
         assert!(matches!(UnverifiedSystem::new(flock).verify(&trust), Err(Refused::Forged { .. })));
         assert!(matches!(Unverified::new(found.bytes()).verify(&trust), Err(Refused::Forged { .. })));
         let huge = Release { root: (ObjectId::of(b""), limits::SYSTEM + 1), ..release("1", 1) };

@@ -170,6 +170,10 @@ mod tests {
         assert!(matches!(full, Some(Refused::Quota { limit: limits::SAID, .. })), "{full:?}");
         let mut more = (0..4).map(|_| say(&mut trust, &spare, &Statement::Trust(stranger().public())));
         assert_eq!(quota(more.find(Result::is_err).unwrap()), (spare.public().id(), limits::SAID));
+        // Of a key that was taken in, and of themselves, and nobody else does.
+        let stolen = Statement::Stolen(all[0].public().id(), kept[1..].iter().cloned().collect());
+        assert_eq!(quota(say(&mut trust, &all[1], &stolen)), (all[1].public().id(), limits::SAID));
+        say(&mut trust, artist(), &stolen).unwrap();
         say(&mut trust, artist(), &Statement::Stolen(artist().public().id(), BTreeSet::new())).unwrap();
         assert!(trust.said().count() < 5, "what fell is forgotten");
         say(&mut trust, &spare, &Statement::Trust(stranger().public())).unwrap();

@@ -3,11 +3,12 @@
 //! One unit stands before ten thousand bundles, each a good one with something done to it, or one that even the artist
 //! could not make a unit swallow. None is installed, none costs more than time, and the good one still is.
 
+use crate::astray::ASTRAY;
 use crate::model::ModelDisk;
 use crate::press::{Files, flock, key, press, trust, unit, verified};
 use bundle::{
-    Addressees, Admission, CURRENT, Consent, Folder, Letter, ObjectId, STATEMENTS, Sequence, Source, Statement, Store,
-    Unverified, Verified, limits, seal_path,
+    Addressees, Admission, CURRENT, Consent, Contents, FileEntry, FilePath, Folder, Letter, ObjectId, Part, Refused,
+    STATEMENTS, Sequence, SignError, Source, Statement, Store, Unverified, Verified, limits, seal_path,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -282,30 +283,9 @@ fn lies(random: &mut ChaCha8Rng) -> Vec<u8> {
 
 /// A good list of files, with one line that no unit may follow.
 fn tricky(random: &mut ChaCha8Rng) -> String {
-    let deep = "a/".repeat(9);
-    let long = "x".repeat(256);
+    let long = "x".repeat(limits::PATH + 1);
     let (trick, id) = (random.next_u32() as usize, ObjectId::of(b"trick"));
-    let tricks = [
-        "../escape",
-        "/etc/passwd",
-        "loops/../../escape",
-        "loops/./x",
-        "loops//x",
-        "loops/",
-        "a\\b",
-        "a\tb",
-        "",
-        ".",
-        "..",
-        "flock.toml",
-        "flock.toml/x",
-        &deep,
-        &long,
-        "loops",
-        "a\u{7f}b",
-        "~/x\r",
-    ];
-    let path = tricks[trick % tricks.len()];
+    let path = ASTRAY.get(trick % (ASTRAY.len() + 1)).copied().unwrap_or(&long);
     let toml = flock(1, 0)["flock.toml"].clone();
     let clip = flock(1, 0)["loops/0.mp4"].clone();
     let mut lines = [
@@ -344,23 +324,57 @@ fn huge(stall: &mut Stall, genuine: &Good, random: &mut ChaCha8Rng) {
 
 #[test]
 fn a_list_at_its_limits_is_read_and_one_beyond_is_refused() {
-    let mut genuine = good(1, 6, &["lobby"]);
-    let id = ObjectId::of(b"x");
-    let list = |files: usize| {
-        let lines: Vec<String> = (0..files).map(|at| format!("{id} 1 a/{at:06}\n")).collect();
-        format!("dreams contents 1\n{}{id} 1 flock.toml\n", lines.concat())
+    let genuine = good(1, 6, &["lobby"]);
+    let list = |files: &[(&str, u64)]| {
+        let line = |(path, size): &(&str, u64)| format!("{} {size} {path}\n", ObjectId::of(path.as_bytes()));
+        format!("dreams contents 1\n{}", files.iter().map(line).collect::<String>())
     };
-    let refusal = |genuine: &mut Good, files: usize| {
+    let refusal = |list: &str| {
         let mut stall = genuine.stall.clone();
-        listing(&mut stall, genuine, &list(files));
+        listing(&mut stall, &genuine, list);
         let mut tried = None;
         let memory = allocation_counter::measure(|| tried = verify(&mut stall).err().map(|error| error.to_string()));
-        assert!(memory.bytes_max <= MEMORY, "{files} files took {} bytes of memory", memory.bytes_max);
+        assert!(memory.bytes_max <= MEMORY, "a list of {} bytes took {} of memory", list.len(), memory.bytes_max);
         tried
     };
-    assert_eq!(refusal(&mut genuine, limits::FILES - 1), None);
-    let refused = refusal(&mut genuine, limits::FILES).unwrap();
-    assert_eq!(refused, format!("the list of files of the bundle has more than {} files", limits::FILES));
+    let names: Vec<String> = (0..limits::FILES).map(|at| format!("a/{at:06}")).collect();
+    let files = |count: usize, size, toml| {
+        let files = names[..count].iter().map(|name| (name.as_str(), size));
+        list(&files.chain([("flock.toml", toml)]).collect::<Vec<_>>())
+    };
+    let largest = usize::try_from(limits::TOTAL / limits::FILE).unwrap();
+    let (toml, object) = (limits::FLOCK_TOML, ObjectId::of(names[0].as_bytes()));
+    for (fits, beyond, words) in [
+        (files(limits::FILES - 1, 1, 1), files(limits::FILES, 1, 1), format!("has more than {} files", limits::FILES)),
+        (files(1, 1, toml), files(1, 1, toml + 1), format!("`flock.toml` of the bundle is larger than {toml} bytes")),
+        (
+            files(1, limits::FILE, 1),
+            files(1, limits::FILE + 1, 1),
+            format!("object {object} of the bundle is larger than {} bytes", limits::FILE),
+        ),
+        (
+            files(largest, limits::FILE, 0),
+            files(largest, limits::FILE, 1),
+            format!("the list of files of the bundle is larger than {} bytes", limits::TOTAL),
+        ),
+    ] {
+        assert_eq!(refusal(&fits), None, "{words}");
+        let refused = refusal(&beyond).unwrap_or_else(|| panic!("not refused: {words}"));
+        assert!(refused.ends_with(&words), "{refused}");
+    }
+    // What is longer itself is neither made nor signed.
+    let length = limits::CONTENTS as usize / limits::FILES;
+    let entry = |at: usize| FileEntry {
+        path: FilePath::new(&if at == 0 { "flock.toml".to_owned() } else { format!("{at:0length$}") }).unwrap(),
+        id: ObjectId::of(&at.to_le_bytes()),
+        size: 1,
+    };
+    let made = Contents::new((0..limits::FILES).map(entry).collect()).unwrap_err();
+    let letter = Letter { contents_size: limits::CONTENTS + 1, ..genuine.bundle.seal().letter().clone() };
+    let Err(SignError::Refused(signed)) = letter.sign(key("artist")) else { panic!("it was signed") };
+    for refused in [made, signed] {
+        assert!(matches!(refused, Refused::TooLarge { part: Part::Contents, limit: limits::CONTENTS }), "{refused}");
+    }
 }
 
 #[test]
@@ -382,12 +396,12 @@ fn a_list_that_is_longer_or_shorter_than_its_seal_says_is_refused_whoever_signed
         let seal = Unverified::open(&mut stall, &unit("lobby")).unwrap().verify(&trust()).unwrap();
         assert!(matches!(
             seal.open(list.clone()),
-            Err(bundle::Refused::Length { expected, found, .. }) if (expected, found) == (signed, size)
+            Err(Refused::Length { expected, found, .. }) if (expected, found) == (signed, size)
         ));
     }
 }
 
-fn verify(stall: &mut Stall) -> Result<Verified, bundle::Refused> {
+fn verify(stall: &mut Stall) -> Result<Verified, Refused> {
     Unverified::open(stall, &unit("lobby"))?.verify(&trust())?.fetch(stall)
 }
 

@@ -114,14 +114,21 @@ fn what_a_newer_program_has_written_is_kept_by_one_that_does_not_know_it() {
     press(stick.path(), &flock(2, 0), &[], 7, "artist");
     update(&mut there, stick.path());
     there.won().unwrap();
+    press(stick.path(), &flock(2, 1), &[], 8, "artist");
+    update(&mut there, stick.path());
     let word = Statement::Revoke(key("artist").public().id()).sign(key("artist")).unwrap();
     there.learn(&word).unwrap();
     drop(there);
     // What is to come, in every part of the state.
+    let parts = [
+        ("{", "\"moons\":{\"of\":[1,null]},"),
+        ("\"good\":{", "\"phase\":\"full\","),
+        ("\"trial\":{", "\"tide\":\"low\","),
+        ("\"generation\":{", "\"wind\":3,"),
+    ];
     let newer = |text: &str| {
-        let body = text.split_once('\n').unwrap().1.trim_end();
-        let body = body.replacen("{\"floors\"", "{\"moons\":{\"of\":[1,null]},\"floors\"", 1);
-        let body = body.replacen("\"good\":{", "\"good\":{\"phase\":\"full\",", 1);
+        let body = text.split_once('\n').unwrap().1.trim_end().to_owned();
+        let body = parts.iter().fold(body, |body, (part, more)| body.replacen(part, &format!("{part}{more}"), 1));
         let sum = ObjectId::of(format!("9 {body}").as_bytes());
         format!("dreams-state-1 9 {sum}\n{body}\n")
     };
@@ -129,17 +136,21 @@ fn what_a_newer_program_has_written_is_kept_by_one_that_does_not_know_it() {
     for slot in &slots {
         fs::write(slot, newer(&fs::read_to_string(slot).unwrap())).unwrap();
     }
+    let kept = |known: [bool; 4]| {
+        for text in slots.each_ref().map(|slot| fs::read_to_string(slot).unwrap()) {
+            assert_eq!(parts.map(|(_, more)| text.contains(more.trim_end_matches(','))), known, "{text}");
+        }
+    };
     let mut there = store(unit_folder.path());
     assert_eq!(there.state().floors[&key("artist").public().id()], Sequence(7));
     assert_eq!(there.trust().keys().count(), 0, "what was called back stays called back");
-    there.give_up_reserve().unwrap();
+    there.started().unwrap();
+    kept([true; 4]);
+    // What is told of a generation goes with it.
+    there.lost().unwrap();
+    kept([true, true, false, false]);
     there.good_is_gone().unwrap();
-    drop(there);
-    for slot in &slots {
-        let text = fs::read_to_string(slot).unwrap();
-        assert!(text.contains("\"moons\":{\"of\":[1,null]}"), "{text}");
-        assert!(!text.contains("phase"), "it went with its generation: {text}");
-    }
+    kept([true, false, false, false]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
 
+mod astray;
 mod careless;
 mod corpus;
 mod folders;

@@ -3,9 +3,9 @@
 //! Owns the events that may happen, and seals for them. Never touches a disk: the store's own claims do.
 
 use super::{
-    Addressees, Admission, BAD, Consent, Generation, JOINS, ObjectId, Refused, STARTS, Seal, Sequence, State, UnitId,
-    Unknown, Verdict,
+    Addressees, Admission, BAD, Consent, Generation, JOINS, Refused, STARTS, Seal, State, UnitId, Unknown, Verdict,
 };
+use crate::seal::tests::letter;
 use crate::seal::{Letter, Unverified};
 use crate::secret::SecretKey;
 use crate::secret::tests::{artist, stranger};
@@ -36,15 +36,7 @@ fn seal(key: &SecretKey, sequence: u64) -> Seal {
 }
 
 fn seal_for(addressees: Addressees, key: &SecretKey, sequence: u64) -> Seal {
-    let letter = Letter {
-        flock: "aurora".to_owned(),
-        addressees,
-        sequence: Sequence(sequence),
-        created: "2026-03-01T12:00:00Z".to_owned(),
-        contents: ObjectId::of(b"list"),
-        contents_size: 4,
-        statements: None,
-    };
+    let letter = Letter { addressees, ..letter(sequence) };
     Unverified::new(letter.sign(key).unwrap()).verify(&Trust::of([key.public()])).unwrap()
 }
 
