@@ -1,9 +1,9 @@
-//! What the programs of a unit share: the player, the updater, and the one that takes in what the owner has set.
+//! What the four programs of a unit share; each has a folder of its name beside this one.
 //!
-//! Owns how they end, where they speak, how they read their settings, and what the one tells the other. Never plays
-//! and never fetches.
+//! Owns how they end, where they log, how they read their settings, and the files through which one tells the other.
+//! Never plays and never fetches.
 //!
-//! Start at `main.rs` for the player, at `update/main.rs` for the updater, at `owner/main.rs` for the third.
+//! Start at the `main.rs` of `dreams-player`, `dreams-update`, `dreams-owner` or `dreams-mend`.
 #![forbid(unsafe_code)]
 
 pub mod config_file;

@@ -1,0 +1,267 @@
+//! The decoder thread: turns clips into frames, ahead of the glass.
+//!
+//! Owns the one endless decoder session and keeps it fed with clips long before it needs them. Never opens a clip:
+//! `clip_source.rs` does. The frames wait on the shelf for the flip thread, which is what holds this thread back.
+
+use crate::fatal::{Fatal, chain};
+use crate::pipeline::frame_queue::Hand;
+use crate::pipeline::presenter::Given;
+use crate::recording::faults::{Faults, Kind};
+use crate::stream::glass::Glass;
+use crate::stream::scheduled_clip::{Shown, Still, Turn};
+use std::collections::VecDeque;
+use std::num::NonZero;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+use std::thread::{self, JoinHandle};
+use timing::FrameCount;
+use video::{Clip, ClipNumber, Poll, Session, SessionError};
+
+/// What the library orders.
+pub(crate) enum Order {
+    /// Play this clip when all before it are over.
+    Play(Clip, Arc<Turn>),
+    /// Play what was ordered to its end, and tell that there is nothing more for now.
+    Barren,
+    /// Play what was ordered to its end, to report of it.
+    Rest,
+}
+
+/// How a clip ended.
+#[derive(Debug)]
+pub(crate) struct Report {
+    pub(crate) turn: Arc<Turn>,
+    /// How many of its frames came out.
+    pub(crate) frames: FrameCount,
+    pub(crate) is_damaged: bool,
+}
+
+/// How many clips may have gone in whole while nothing comes out, beyond the decoder's threads: an H.264 decoder holds
+/// back 16 pictures at most. More are clips without a picture, of which it would never tell.
+const MUTE: usize = 24;
+
+/// How frames are made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Workshop {
+    /// Decoder threads.
+    pub(crate) threads: NonZero<usize>,
+    /// For how long the opened clips beyond the one being decoded are to last.
+    pub(crate) prefetch_ms: u64,
+    /// Whether every frame is hashed.
+    pub(crate) is_hashed: bool,
+}
+
+impl Workshop {
+    /// Starts the thread. It ends when the orders do, and then says why if it had to end before.
+    ///
+    /// # Errors
+    /// [`Fatal`] if the thread cannot be started.
+    pub(crate) fn open(
+        self,
+        frames: Hand,
+        orders: Receiver<Order>,
+        reports: Sender<Report>,
+        faults: Faults,
+        glass: Arc<Glass>,
+    ) -> Result<JoinHandle<Result<(), SessionError>>, Fatal> {
+        let decode = move || {
+            let session = Session::new(self.threads)?;
+            let (turns, rest) = (VecDeque::new(), None);
+            Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults, glass }.work()
+        };
+        let thread = thread::Builder::new().name("decoder".to_owned()).spawn(decode);
+        thread.map_err(|source| Fatal::Thread { name: "decoder", source })
+    }
+}
+
+struct Bench {
+    session: Session,
+    orders: Receiver<Order>,
+    /// Clips that have not ended, oldest first.
+    turns: VecDeque<(ClipNumber, Arc<Turn>)>,
+    /// The session is to come to its end before more is ordered.
+    rest: Option<Rest>,
+    frames: Hand,
+    made: u64,
+    workshop: Workshop,
+    reports: Sender<Report>,
+    faults: Faults,
+    glass: Arc<Glass>,
+}
+
+/// What comes after a rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rest {
+    /// A new session, for more clips.
+    Onward,
+    /// The same, but first it is told that there is nothing more for now.
+    Barren,
+}
+
+/// The flip thread is gone: there is nobody to decode for.
+struct Unwanted;
+
+impl Bench {
+    fn work(mut self) -> Result<(), SessionError> {
+        let mut may_order = true;
+        loop {
+            while may_order && self.rest.is_none() && self.prefetched_ms() < self.workshop.prefetch_ms {
+                match self.orders.try_recv() {
+                    Ok(order) => self.take(order),
+                    Err(TryRecvError::Empty) => break,
+                    Err(TryRecvError::Disconnected) => may_order = false,
+                }
+            }
+            if self.is_mute() {
+                self.rest.get_or_insert(Rest::Onward);
+            }
+            if !may_order || self.rest.is_some() {
+                self.session.finish();
+            }
+            match self.session.poll() {
+                Poll::Frame(frame) => {
+                    if self.hand_over(frame).is_err() {
+                        return Ok(());
+                    }
+                }
+                Poll::Starved => may_order = self.orders.recv().map(|order| self.take(order)).is_ok(),
+                Poll::ClipEnd { frames, damage, .. } => self.report(frames, damage.first()),
+                Poll::Finished if !may_order => return Ok(()),
+                Poll::Finished => {
+                    if self.rest.take() == Some(Rest::Barren) && self.frames.lay(Given::Barren).is_err() {
+                        return Ok(());
+                    }
+                    self.session = Session::new(self.workshop.threads)?;
+                }
+                Poll::Failed(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Whether so many clips have gone in without an answer that there will be none.
+    fn is_mute(&self) -> bool {
+        self.turns.len() - self.session.queued().min(self.turns.len()) > MUTE + self.workshop.threads.get()
+    }
+
+    /// For how long the opened clips beyond the one being decoded will last.
+    fn prefetched_ms(&self) -> u64 {
+        let lasts_ms = |turn: &Turn| {
+            let fps = turn.flock.manifest().fps;
+            1_000 * u64::from(turn.frames.0) * u64::from(fps.den()) / u64::from(fps.num())
+        };
+        self.turns.iter().skip(1).map(|(_, turn)| lasts_ms(turn)).sum()
+    }
+
+    fn take(&mut self, order: Order) {
+        match order {
+            Order::Play(clip, turn) => self.turns.push_back((self.session.push(clip), turn)),
+            Order::Barren => self.rest = Some(Rest::Barren),
+            Order::Rest => self.rest = Some(Rest::Onward),
+        }
+    }
+
+    fn hand_over(&mut self, frame: video::Frame) -> Result<(), Unwanted> {
+        let turn = self.turns.iter().find(|(clip, _)| *clip == frame.clip()).map(|(_, turn)| Arc::clone(turn));
+        let (number, index) = (frame.in_clip(), self.made);
+        self.made += 1;
+        let still = Still::Decoded(frame);
+        let hash = self.workshop.is_hashed.then(|| still.md5());
+        self.frames.lay(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)?;
+        if index == 0 {
+            self.glass.await_opening();
+        }
+        Ok(())
+    }
+
+    /// Reports of the oldest clip, which has ended, and tells once if it is damaged.
+    fn report(&mut self, frames: FrameCount, damage: Option<&video::Damage>) {
+        let Some((_, turn)) = self.turns.pop_front() else { return };
+        if let Some(damage) = damage {
+            let clip = turn.clip.as_str();
+            self.faults.once(Kind::DamagedClip, clip, format!("clip `{clip}` is damaged: {}", chain(damage)));
+            turn.is_damaged.store(true, Ordering::Release);
+        }
+        // The library may have ordered its last clip and be gone.
+        self.reports.send(Report { turn, frames, is_damaged: damage.is_some() }).ok();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Order, Workshop};
+    use crate::pipeline::clip_source::tests::{SIZE, encode};
+    use crate::pipeline::frame_queue::shelf;
+    use crate::pipeline::presenter::{Given, Supply};
+    use crate::recording::faults::Faults;
+    use crate::recording::recorder::Scribe;
+    use crate::stream::glass::Glass;
+    use crate::stream::scheduled_clip::tests::turns;
+    use std::num::NonZero;
+    use std::path::Path;
+    use std::sync::Arc;
+    use std::sync::mpsc::{channel, sync_channel};
+    use std::time::Duration;
+    use std::{fs, thread};
+    use timing::{FrameCount, Rate};
+    use video::{Clip, Form};
+
+    /// Makes a clip that can be opened and shows nothing: every slice is filled with ones.
+    fn mute(clip: &Path) {
+        encode(clip);
+        let mut bytes = fs::read(clip).unwrap();
+        let data = bytes.windows(4).position(|name| name == b"mdat").unwrap();
+        let size = u32::from_be_bytes(bytes[data - 4..data].try_into().unwrap()) as usize;
+        let (mut at, end) = (data + 4, data - 4 + size);
+        while at < end {
+            let length = u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+            if [1, 5].contains(&(bytes[at + 4] & 0x1f)) {
+                bytes[at + 5..at + 4 + length].fill(0xff);
+            }
+            at += 4 + length;
+        }
+        fs::write(clip, bytes).unwrap();
+    }
+
+    #[test]
+    fn clips_that_decode_to_nothing_are_reported_and_the_next_good_one_is_shown_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let (good, bad) = (folder.path().join("good.mp4"), folder.path().join("bad.mp4"));
+        encode(&good);
+        mute(&bad);
+        for threads in [1, 4] {
+            let (orders, inbox) = sync_channel(1);
+            let (reports, ends) = channel();
+            let workshop = Workshop { threads: NonZero::new(threads).unwrap(), prefetch_ms: 60, is_hashed: false };
+            let faults = Faults::new(Scribe::on_a_shelf().0);
+            let glass = Arc::new(Glass::default());
+            glass.open();
+            let (hand, mut frames) = shelf(8);
+            let decoder = workshop.open(hand, inbox, reports, faults.clone(), glass).unwrap();
+            let (good, bad) = (good.clone(), bad.clone());
+            let library = thread::spawn(move || {
+                let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };
+                let order = |path, turn| Order::Play(Clip::open(path, &form, FrameCount(2)).unwrap(), turn);
+                let mut turns = turns(200, 2).into_iter();
+                // No more is ordered than a decoder may hold back and a few.
+                for turn in turns.by_ref().take(60) {
+                    orders.send(order(&bad, turn)).unwrap();
+                }
+                let first = ends.recv_timeout(Duration::from_secs(10)).expect("it is told while orders may come");
+                assert!(first.frames == FrameCount(0) && first.is_damaged && first.turn.number == 1);
+                orders.send(order(&good, turns.next().unwrap())).unwrap();
+                drop(orders);
+                ends.iter().map(|end| end.frames.0).sum::<u32>()
+            });
+            let shown: Vec<_> = std::iter::from_fn(|| match frames.next(Duration::from_secs(20)) {
+                Given::Frame(frame) => Some((frame.turn.unwrap().number, frame.frame)),
+                Given::Opening(_) | Given::Nothing | Given::Barren | Given::Finished => None,
+            })
+            .collect();
+            assert_eq!(shown, [(61, 0), (61, 1)], "{threads} threads");
+            assert_eq!(library.join().unwrap(), 2);
+            decoder.join().unwrap().unwrap();
+            assert_eq!(faults.count(), 1, "one clip is bad");
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The prelude: the first picture of the path, on the glass before anything else of the unit is up.
+//!
+//! Owns its short life: it lights the picture that the player would begin with, holds it, and hands card and place over to
+//! the player that comes. Plays nothing, keeps no place, begins no trial. Whatever is in its way, it ends, and leaves
+//! everything to the player, which knows what to do about it.
+//!
+//! Start at [`play`]; `image-build/system` says who starts it.
+
+use crate::control::brightness::LightingControl;
+use crate::fatal::{Exit, Fatal};
+use crate::pipeline::clip_source;
+use crate::pipeline::presenter::Piece;
+use crate::recording::place_store;
+use crate::settings::choices::ScreenChoice;
+use crate::settings::config::Config;
+use crate::startup::handover;
+use crate::startup::screen_opening;
+use crate::stream::generation::Generation;
+use crate::stream::scheduled_clip::Still;
+use flock::Place;
+use player::hours::Lighting;
+use player::now::clock_s;
+use screen::{Display, Event, Keeper, Light, OutputSettings, Screen, ScreenError};
+use std::io::{self, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::process;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+use tracing::info;
+
+/// The player waits so long for us at most: who has no picture by then ends, and lets go of the card.
+const PATIENCE: Duration = Duration::from_secs(15);
+/// How long the screen may say nothing before we look up.
+const QUIET: Duration = Duration::from_millis(250);
+
+/// Lights the first picture, says so on standard output, and holds it until somebody takes it over.
+///
+/// # Errors
+/// [`Fatal`], if there is no such picture, or no screen, or nobody to be heard.
+pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
+    let is_lit = Arc::new(AtomicBool::new(false));
+    end_in_time(Arc::clone(&is_lit))?;
+    let mut control = LightingControl::new(config.day(), &config.owner);
+    let Lighting::On { thousandths } = control.look(clock_s()) else {
+        info!("it is night");
+        return Ok(());
+    };
+    let light = Light::On { thousandths };
+    let (place, still, piece) = begin(config)?;
+    let Some(card) = lit(&config.screen, piece, control.output(), &still, light)? else {
+        info!("no display can be lit now");
+        return Ok(());
+    };
+    is_lit.store(true, Ordering::Relaxed);
+    // Whoever started us may be gone.
+    let tell = || drop(io::stdout().write_all(b"lit\n"));
+    handover::give(card.as_fd(), &place.to_bytes(), tell).map_err(Fatal::HandOver)
+}
+
+fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
+    let wait = move || {
+        thread::park_timeout(PATIENCE);
+        if !is_lit.load(Ordering::Relaxed) {
+            process::exit(Exit::Unread as i32);
+        }
+    };
+    let thread = thread::Builder::new().name("deadline".to_owned()).spawn(wait);
+    thread.map(drop).map_err(|source| Fatal::Thread { name: "deadline", source })
+}
+
+/// What the player would begin with, and where in the path that is.
+fn begin(config: &Config) -> Result<(Place, Still, Piece), Fatal> {
+    let generation = Generation::open_or(&config.flock, &config.spare)?;
+    let kept = place_store::kept(&config.state).and_then(|bytes| Place::from_bytes(&bytes).ok());
+    let flock = &generation.flock;
+    let leg = clip_source::path(flock, kept, config.seed).next_leg();
+    let picture = leg.and_then(|leg| {
+        let file = leg.clip.path.inside(&generation.folder);
+        let clip = video::Clip::open(&file, &clip_source::form(flock), leg.clip.frames).ok()?;
+        Some((leg.place, Still::Decoded(video::opening(&clip)?)))
+    });
+    let (place, still) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;
+    Ok((place, still, Piece { fps: flock.manifest().fps, size: flock.manifest().size, free: false }))
+}
+
+/// The card with the picture on its glass; `None` where nothing can be lit.
+fn lit(
+    choice: &ScreenChoice,
+    piece: Piece,
+    output: &OutputSettings,
+    still: &Still,
+    light: Light,
+) -> Result<Option<OwnedFd>, ScreenError> {
+    let device = match choice {
+        ScreenChoice::Kms(device) => device.clone(),
+        ScreenChoice::Auto => None,
+        ScreenChoice::Virtual(_) => return Ok(None),
+    };
+    let mut screen = Display::open(screen_opening::settings(device, piece, output.clone(), Keeper::NOBODY))?;
+    screen.set_light(light);
+    if screen.lit().is_none() {
+        return Ok(None);
+    }
+    screen.stage(&still.picture())?;
+    screen.commit();
+    loop {
+        match screen.next_event(QUIET) {
+            Event::Flip { .. } => return Ok(screen.bequeath()),
+            Event::Lost { .. } | Event::Asleep => return Ok(None),
+            Event::Vblank { .. } | Event::Back | Event::Changed | Event::Recovered { .. } | Event::Idle => {}
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! The flock at hand: a plain folder, or a generation of the unit's store, perhaps on trial.
+//!
+//! Owns how a trial goes: it is won by so many joins on the glass, lost by the first clip that is not what it should be.
+//! Never chooses a clip, never installs anything: the updater does, and moves the link that is read here.
+//!
+//! Start at [`Generation::open`].
+
+use crate::fatal::chain;
+use bundle::{Judge, Playing, StoreError, Verdict};
+use flock::{Flock, Manifest, ManifestError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tracing::{info, warn};
+
+/// A flock that can be played.
+#[derive(Debug)]
+pub(crate) struct Generation {
+    pub(crate) flock: Arc<Flock>,
+    pub(crate) folder: PathBuf,
+    /// `None` for a plain folder.
+    playing: Option<Playing>,
+    /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
+    awaited: Option<PathBuf>,
+    /// For whoever learns how it goes; `None` if it has proved itself.
+    pub(crate) trial: Option<Arc<Trial>>,
+}
+
+/// A trial that was on when this run came to the flock.
+#[derive(Debug)]
+pub(crate) struct Trial {
+    judge: Judge,
+    number: u64,
+    is_over: AtomicBool,
+    is_excused: AtomicBool,
+}
+
+impl Generation {
+    /// The flock at `path`; while there is none that can be read, the one at `spare`, if that can be.
+    ///
+    /// # Errors
+    /// [`ManifestError`] of what is at `path`.
+    pub(crate) fn open_or(path: &Path, spare: &Path) -> Result<Self, ManifestError> {
+        Self::open(path).or_else(|error| {
+            let Ok(standing_in) = Self::open(spare) else { return Err(error) };
+            warn!(error = chain(&error), spare = %spare.display(), "the flock cannot be read: another one stands in");
+            Ok(Self { awaited: Some(path.to_owned()), ..standing_in })
+        })
+    }
+
+    /// The flock at `path`: a folder, or the `current` of a store. A generation on trial that no player can read, or
+    /// that was begun too often, has lost, and the one that comes back is opened.
+    ///
+    /// # Errors
+    /// [`ManifestError`] if there is no flock to be read.
+    pub(crate) fn open(path: &Path) -> Result<Self, ManifestError> {
+        loop {
+            let Some(playing) = playing(path) else {
+                // Whatever becomes of a link on the way, the clips are those of one flock.
+                let folder = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+                let flock = Arc::new(Flock::new(Manifest::read_on_unit(path)?));
+                return Ok(Self { flock, folder, playing: None, awaited: None, trial: None });
+            };
+            let trial = Trial::of(&playing);
+            match (Manifest::read_on_unit(&playing.folder()), trial) {
+                (Ok(manifest), trial) => {
+                    let (flock, folder) = (Arc::new(Flock::new(manifest)), playing.folder());
+                    let trial = trial.map(Arc::new);
+                    return Ok(Self { flock, folder, playing: Some(playing), awaited: None, trial });
+                }
+                (Err(error), Some(trial)) if trial.lost(&chain(&error)) => {}
+                (Err(error), _) => return Err(error),
+            }
+        }
+    }
+
+    /// The player begins to play it. `false` if it was begun too often: another one is to be played.
+    pub(crate) fn begin(&mut self) -> bool {
+        let verdict = self.trial.as_ref().map_or(Ok(Verdict::Open), |trial| trial.judge.started(trial.number));
+        match verdict {
+            Ok(Verdict::Open | Verdict::Won) => true,
+            Ok(Verdict::Lost) => {
+                warn!("the new flock was begun too often without success: the one before comes back");
+                self.trial = None;
+                false
+            }
+            Err(error) => {
+                untold(&error);
+                true
+            }
+        }
+    }
+
+    /// Whether another flock is to be played by now.
+    pub(crate) fn is_over(&self) -> bool {
+        let has_come = |path: &PathBuf| path.join(flock::FILE_NAME).is_file();
+        self.playing.as_ref().is_some_and(Playing::is_over) || self.awaited.as_ref().is_some_and(has_come)
+    }
+
+    /// A clip of it is not what it should be.
+    pub(crate) fn failed(&mut self) {
+        if let Some(trial) = self.trial.take() {
+            trial.lost("a clip of it is bad");
+        }
+    }
+}
+
+impl Trial {
+    fn of(playing: &Playing) -> Option<Self> {
+        let (judge, number) = (playing.judge().ok()?, playing.number());
+        let no = || AtomicBool::new(false);
+        judge.is_on_trial(number).then_some(Self { judge, number, is_over: no(), is_excused: no() })
+    }
+
+    /// A clip of it was on the glass to its end, as it should be.
+    pub(crate) fn shown(&self) {
+        if self.is_over.load(Ordering::Relaxed) {
+            return;
+        }
+        match self.judge.shown(self.number) {
+            Ok(Verdict::Won) => {
+                self.is_over.store(true, Ordering::Relaxed);
+                info!(generation = self.number, "the new flock has proved itself");
+            }
+            Ok(Verdict::Open | Verdict::Lost) => {}
+            Err(error) => untold(&error),
+        }
+    }
+
+    /// That this start shows nothing is not its fault: there is no display, or the run ended as it was told to.
+    pub(crate) fn excused(&self) {
+        let is_done = self.is_excused.swap(true, Ordering::Relaxed) || self.is_over.load(Ordering::Relaxed);
+        if !is_done && let Err(error) = self.judge.excused(self.number) {
+            untold(&error);
+        }
+    }
+
+    /// It cannot be played: the one before comes back. `false` if it is not on trial any more, or if that could not be
+    /// written down.
+    pub(crate) fn lost(&self, why: &str) -> bool {
+        self.is_over.store(true, Ordering::Relaxed);
+        match self.judge.lost(self.number) {
+            Ok(true) => {
+                warn!(generation = self.number, why, "the new flock does not play: the one before comes back");
+                true
+            }
+            Ok(false) => false,
+            Err(error) => {
+                untold(&error);
+                false
+            }
+        }
+    }
+}
+
+/// The generation that `path` names, if it is the link of a store.
+fn playing(path: &Path) -> Option<Playing> {
+    match Playing::of(path) {
+        Ok(playing) => playing,
+        // Whoever reads the flock next says what is missing.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(error) => {
+            warn!(path = %path.display(), error = chain(&error), "the store cannot be looked at");
+            None
+        }
+    }
+}
+
+fn untold(error: &StoreError) {
+    warn!(error = chain(error), "the store does not learn how the trial of the new flock goes");
+}
