@@ -9,13 +9,13 @@ use crate::link::{Effect, Link, event};
 use crate::supplicant::Supplicant;
 use clap::Args;
 use player::ending::{chain, fail};
+use player::file_version::FileVersion;
 use player::notice::{Lasting, Notice};
 use player::now::now;
 use player::owner::{FILE_NAME, Owner};
 use player::wifi::CONTROL;
 use std::fs;
 use std::io;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
@@ -45,19 +45,16 @@ pub(crate) struct Options {
     control: PathBuf,
 }
 
-/// Which writing of the settings it is: every one is a new file.
-type Writing = (u64, i64, i64);
-
 /// Connects, again and again.
 pub(crate) fn run(options: &Options) -> ! {
     let mut said = String::new();
     loop {
         take_back(&options.card);
-        let Some(writing) = writing(&options.wifi) else {
+        let Some(settings) = FileVersion::of(&options.wifi) else {
             thread::park_timeout(OFTEN);
             continue;
         };
-        if let Err(error) = connect(options, writing) {
+        if let Err(error) = connect(options, settings) {
             // The same thing again and again is said once.
             let why = chain(&error);
             if why != said {
@@ -69,13 +66,13 @@ pub(crate) fn run(options: &Options) -> ! {
     }
 }
 
-/// Connects with the settings of this `writing`, until there are others.
-fn connect(options: &Options, settings: Writing) -> io::Result<()> {
+/// Connects with these `settings`, until there are others.
+fn connect(options: &Options, settings: FileVersion) -> io::Result<()> {
     let mut supplicant = Supplicant::start(&options.interface, &options.wifi, &options.control)?;
     let mark = options.wifi.with_extension("joined");
     let is_known = fs::read_to_string(&mark).is_ok_and(|text| text == marked(settings));
     let mut link = if is_known { Link::Known { refused: 0 } } else { Link::New { unseen_since: None } };
-    while writing(&options.wifi) == Some(settings) {
+    while FileVersion::of(&options.wifi) == Some(settings) {
         if let Some(status) = supplicant.ended()? {
             return Err(io::Error::other(format!("`wpa_supplicant` has ended: {status}")));
         }
@@ -114,11 +111,6 @@ fn take_back(card: &Path) {
 }
 
 /// What is written down of settings with which the Wi-Fi was joined.
-fn marked((inode, at_s, at_ns): Writing) -> String {
-    format!("{inode} {at_s} {at_ns}\n")
-}
-
-fn writing(path: &Path) -> Option<Writing> {
-    let status = fs::metadata(path).ok()?;
-    Some((status.ino(), status.mtime(), status.mtime_nsec()))
+fn marked(FileVersion { inode, written_s, written_ns }: FileVersion) -> String {
+    format!("{inode} {written_s} {written_ns}\n")
 }

@@ -2,16 +2,14 @@
 //!
 //! Owns [`Fatal`] and which exit code belongs to it. What goes wrong while playing is no error but a fault, in `faults.rs`.
 
-use crate::startup::handover::SOCKET;
 use flock::ManifestError;
 use player::config_file::ConfigError;
-use player::ending::fail;
+use player::ending::{Exit, fail};
+use player::threads::ThreadError;
 use screen::ScreenError;
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-pub(crate) use player::ending::{Exit, chain};
 
 /// Why the player does not play.
 #[derive(Debug, thiserror::Error)]
@@ -22,16 +20,16 @@ pub(crate) enum Fatal {
     Decoder(#[from] video::SessionError),
     #[error(transparent)]
     Flock(#[from] ManifestError),
-    #[error("cannot hand the first picture over at `{SOCKET}`")]
-    HandOver(#[source] io::Error),
+    #[error("cannot hand the first picture over at `{socket}`")]
+    HandOver { socket: &'static str, source: io::Error },
     #[error("none of the flock's clips in `{flock}` can be played", flock = flock.display())]
     NothingToPlay { flock: PathBuf },
     #[error(transparent)]
     Screen(#[from] ScreenError),
     #[error("cannot listen for signals")]
     Signals(#[source] ctrlc::Error),
-    #[error("cannot start the {name} thread")]
-    Thread { name: &'static str, source: io::Error },
+    #[error(transparent)]
+    Thread(#[from] ThreadError),
     #[error("{played} of {wanted} clips were played, then no clip of `{flock}` could be", flock = flock.display())]
     TooFew { flock: PathBuf, wanted: u64, played: u64 },
     #[error("the new flock cannot be shown here, the one before comes back")]
@@ -52,11 +50,11 @@ impl Fatal {
             }
             Self::Config(ConfigError::Read { .. })
             | Self::Decoder(_)
-            | Self::HandOver(_)
+            | Self::HandOver { .. }
             | Self::Flock(ManifestError::Read { .. })
             | Self::Screen(ScreenError::Open { .. })
             | Self::Signals(_)
-            | Self::Thread { .. }
+            | Self::Thread(_)
             | Self::Trace { .. } => Exit::Unread,
             Self::Config(_) | Self::Flock(_) | Self::Screen(_) => Exit::Wrong,
         }
@@ -70,8 +68,8 @@ impl Fatal {
             Self::Screen(ScreenError::Size { .. }) => "choose a screen at least as large as the flock's pictures",
             Self::Trial(_) => "start again",
             Self::Screen(_) => "`--screen virtual` plays without a display",
-            Self::Decoder(_) | Self::Signals(_) | Self::Thread { .. } => "the machine is out of threads or memory",
-            Self::HandOver(_) => "`--prelude` needs its folder, and that no other one is held",
+            Self::Decoder(_) | Self::Signals(_) | Self::Thread(_) => "the machine is out of threads or memory",
+            Self::HandOver { .. } => "`--prelude` needs its folder, and that no other one is held",
             Self::Trace { .. } => "`--trace FILE` needs a folder that exists and may be written",
         }
     }
@@ -90,8 +88,9 @@ pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
 
 #[cfg(test)]
 mod tests {
-    use super::{Exit, Fatal, chain};
-    use player::config_file::ConfigError;
+    use super::{Exit, Fatal};
+    use player::config_file::{self, ConfigError};
+    use player::ending::chain;
     use std::io;
 
     #[test]
@@ -108,7 +107,7 @@ mod tests {
         std::fs::write(folder.path().join("flock.toml"), b"name = \"\xff\xfe\"").unwrap();
         let fatal = Fatal::from(flock::Manifest::read(folder.path()).unwrap_err());
         assert_eq!(fatal.exit(), Exit::Wrong);
-        let fatal = Fatal::from(crate::settings::config::Config::load(&folder.path().join("flock.toml")).unwrap_err());
+        let fatal = Fatal::from(config_file::load::<toml::Table>(&folder.path().join("flock.toml")).unwrap_err());
         assert_eq!(fatal.exit(), Exit::Wrong);
     }
 }

@@ -6,43 +6,43 @@
 //! Flip thread (this one, `presenter.rs`) <- frames <- `decoder.rs` <- clips <- `clip_source.rs`; what happened goes to
 //! `recorder.rs` and `place_saver.rs`, what is on the glass to `status`.
 
-use crate::control::brightness::LightingControl;
+use crate::control::brightness::{DisplayTarget, LightingControl};
+use crate::control::notice_pane::Overlay;
 use crate::control::notice_watcher::Usher;
-use crate::fatal::{Exit, Fatal, chain};
-use crate::pipeline::clip_source::{self, Library, Struck, Successor};
+use crate::fatal::Fatal;
+use crate::pipeline::clip_source::{Library, Struck, Successor};
 use crate::pipeline::decoder::Workshop;
 use crate::pipeline::first_frame::Herald;
 use crate::pipeline::frame_queue::{Frames, shelf};
-use crate::pipeline::presenter::{Ears, Ended, Piece, Show};
-use crate::recording::faults::{Faults, Kind};
+use crate::pipeline::presenter::{Ears, Ended, Show};
+use crate::pipeline::start_gate::StartGate;
+use crate::recording::faults::{Fault, Faults, Kind};
 use crate::recording::place_saver::Saver;
 use crate::recording::place_store::Slots;
-use crate::recording::recorder::{Note, Scribe};
+use crate::recording::recorder::{Note, Scribe, Trace};
+use crate::recording::view::SharedView;
 use crate::settings::choices::{Clock, ScreenChoice};
 use crate::settings::config::Config;
-use crate::startup::handover;
-use crate::startup::screen_opening;
+use crate::startup::signals::{stop_on_signals, watchdog_interval};
+use crate::startup::{handover, screen_opening};
 use crate::status;
+use crate::stream::format::{StreamFormat, form};
 use crate::stream::generation::Generation;
-use crate::stream::glass::Glass;
-use flock::{Itinerary, ManifestError, Place};
+use crate::stream::path::path;
+use crate::stream::plan::Plan;
+use flock::{Flock, Itinerary, ManifestError, Place};
+use player::ending::chain;
 use player::now::{clock_s, now};
 use player::owner::Owner;
 use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
-use std::process;
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{channel, sync_channel};
-use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::thread::JoinHandle;
 use video::SessionError;
-
-/// How often the watchdog hears of us in the time that it allows.
-pub(crate) const FEEDINGS: u32 = 3;
-/// How long a run may take to end once it is told to: less than the second that is promised.
-const GRACE: Duration = Duration::from_millis(850);
 
 /// Plays until it is told to stop, or to the end of what was asked for.
 ///
@@ -78,32 +78,35 @@ fn begun(config: &Config) -> Result<Generation, ManifestError> {
 fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result<(), Fatal> {
     let (flock, trial) = (Arc::clone(&generation.flock), generation.trial.clone());
     let is_free = config.clock == Clock::Free && !matches!(config.screen, ScreenChoice::Kms(_));
-    let piece = Piece { fps: flock.manifest().fps, size: flock.manifest().size, free: is_free };
+    let format = StreamFormat::of(&flock, is_free);
 
-    let (scribe, scribing) = Scribe::start(config.trace.as_deref(), is_free)?;
-    let faults = Faults::new(scribe.clone());
-    let glass = Arc::new(Glass::default());
+    let create = |path: &PathBuf| Trace::create(path).map_err(|source| Fatal::Trace { path: path.clone(), source });
+    let trace = config.trace.as_ref().map(create).transpose()?;
+    let (scribe, scribing) = Scribe::start(trace, is_free)?;
+    let faults = recorded(scribe.clone());
+    let shared = Shared::default();
+    let Shared { view, plan, overlay, target, gate } = &shared;
     let (slots, saved) = memory(config, &faults);
     let (card, lit) = handover::take().map(|handed| (handed.card, handed.place)).unzip();
     let lit = lit.and_then(|bytes| Place::from_bytes(&bytes).ok());
-    let itinerary = clip_source::path(&flock, lit.or(saved), config.seed);
-    let (frames, studio) = open_studio(config, generation, itinerary, &faults, &glass)?;
+    let itinerary = path(&flock, lit.or(saved), config.seed);
+    let (frames, studio) = open_studio(config, generation, itinerary, &faults, &shared)?;
     let output = Owner::kept(&config.owner).output();
-    let screen = screen_opening::screen(&config.screen, piece, output, card)?;
+    let screen = screen_opening::screen(&config.screen, format, output, card)?;
     if let Some(trial) = trial.as_ref().filter(|_| screen.lit().is_none()) {
         trial.excused();
     }
     let saver = Saver::start(slots, faults.clone(), is_free)?;
-    LightingControl::new(config.day(), &config.owner).start(Arc::clone(&glass), clock_s)?;
-    Usher::new(&config.card, clock_s()).start(Arc::clone(&glass), now)?;
-    status::serve(&config.status, status::Page::new(&flock, &glass, &faults, &config.flock));
+    LightingControl::new(config.day(), &config.owner).start(Arc::clone(target), clock_s)?;
+    Usher::new(&config.card, clock_s()).start(Arc::clone(view), Arc::clone(overlay), now)?;
+    status::serve(&config.status, shared.page(flock, &faults, config));
 
-    let watchdog = sd_notify::watchdog_enabled().map(|allowed| allowed / FEEDINGS);
+    let (saver, watchdog) = (Some(saver), watchdog_interval());
     let ears =
-        Ears { scribe: scribe.clone(), faults: faults.clone(), saver: Some(saver), glass: &glass, stop, watchdog };
-    let (ended, saver) = Show::new(screen, frames, piece, ears).run()?;
+        Ears { scribe: scribe.clone(), faults: faults.clone(), saver, view, overlay, target, gate, stop, watchdog };
+    let (ended, saver) = Show::new(screen, frames, format, ears).run()?;
 
-    let next = ended.turn.as_ref().filter(|_| ended.finished).and_then(|turn| glass.after(turn.number));
+    let next = ended.turn.as_ref().filter(|_| ended.finished).and_then(|turn| plan.after(turn.number));
     if let (Some(saver), Some(next)) = (&saver, next) {
         saver.keep(&next);
     }
@@ -119,18 +122,29 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     verdict(config, &ended, studio)
 }
 
-/// A flag that SIGINT, SIGTERM and SIGHUP raise. Whoever has not ended [`GRACE`] later waits for a disk or a reader that
-/// does not answer, and is ended: the place was kept at the last join, and the trace is whole as far as it was read.
-pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&stop);
-    let end = move || {
-        raised.store(true, Ordering::Relaxed);
-        thread::park_timeout(GRACE);
-        process::exit(Exit::Fine as i32);
-    };
-    ctrlc::set_handler(end).map_err(Fatal::Signals)?;
-    Ok(stop)
+/// What the threads of a run share.
+#[derive(Default)]
+struct Shared {
+    view: Arc<SharedView>,
+    plan: Arc<Plan>,
+    overlay: Arc<Overlay>,
+    target: Arc<DisplayTarget>,
+    gate: Arc<StartGate>,
+}
+
+impl Shared {
+    /// The status page of a run that begins now.
+    fn page(&self, flock: Arc<Flock>, faults: &Faults, config: &Config) -> status::Page {
+        let (view, plan, overlay) = (Arc::clone(&self.view), Arc::clone(&self.plan), Arc::clone(&self.overlay));
+        status::Page { flock, view, plan, overlay, faults: faults.clone(), begun: now(), source: config.flock.clone() }
+    }
+}
+
+/// The faults of a run, which are written down by `scribe`.
+fn recorded(scribe: Scribe) -> Faults {
+    Faults::new(move |Fault { kind, message, is_repeated }| {
+        scribe.note(Note::Fault { kind: kind.name(), message, is_repeated });
+    })
 }
 
 /// The slots for the walk's place and what they hold. Without them the picture comes all the same.
@@ -163,14 +177,14 @@ fn open_studio(
     generation: Generation,
     itinerary: Itinerary,
     faults: &Faults,
-    glass: &Arc<Glass>,
+    shared: &Shared,
 ) -> Result<(Frames, Studio), Fatal> {
     let (orders, inbox) = sync_channel(1);
     let (reports, ends) = channel();
     let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
     let workshop = Workshop { threads, prefetch_ms: config.prefetch_ms, is_hashed: config.hash };
     let (hand, frames) = shelf(usize::try_from(config.ahead).unwrap_or(usize::MAX));
-    let form = clip_source::form(&generation.flock);
+    let form = form(&generation.flock);
     let library = Library {
         source: config.flock.clone(),
         generation,
@@ -180,13 +194,15 @@ fn open_studio(
         itinerary,
         clips: config.clips,
         faults: faults.clone(),
-        glass: Arc::clone(glass),
+        plan: Arc::clone(&shared.plan),
+        view: Arc::clone(&shared.view),
+        gate: Arc::clone(&shared.gate),
         now,
         struck: Struck::default(),
         herald: Some(Herald { frames: hand.side(), is_hashed: config.hash }),
     };
     let library = library.open(orders, ends)?;
-    let decoder = workshop.open(hand, inbox, reports, faults.clone(), Arc::clone(glass))?;
+    let decoder = workshop.open(hand, inbox, reports, faults.clone(), Arc::clone(&shared.gate))?;
     Ok((frames, Studio { library, decoder }))
 }
 

@@ -1,24 +1,40 @@
 //! A thread that sees to it that the display is as its owner and the hour want it.
 //!
 //! Owns when it looks, every second, and that what the owner of the unit has set goes before what the config says. What
-//! the hour wants is `player::hours`, what the owner has set `player::owner`; the flip thread takes it from the glass and
-//! tells the screen. Never touches a screen.
+//! the hour wants is `player::hours`, what the owner has set `player::owner`; the flip thread takes it from
+//! [`DisplayTarget`] and tells the screen. Never touches a screen.
 //!
 //! Start at [`LightingControl::start`].
 
-use crate::control::notice_watcher::{Telling, telling};
-use crate::fatal::Fatal;
-use crate::stream::glass::Glass;
+use player::file_version::FileVersion;
 use player::hours::{Day, Lighting};
+use player::lock::hold;
 use player::owner::Owner;
+use player::threads::{self, ThreadError};
 use screen::OutputSettings;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
 /// Between two looks.
 const OFTEN: Duration = Duration::from_secs(1);
+
+/// How the display is to be, for the flip thread.
+#[derive(Debug, Default)]
+pub(crate) struct DisplayTarget(Mutex<Option<(Lighting, Arc<OutputSettings>)>>);
+
+impl DisplayTarget {
+    /// Has the display be as the hour wants it, and go by what its owner has set.
+    pub(crate) fn set(&self, lighting: Lighting, output: &Arc<OutputSettings>) {
+        *hold(&self.0) = Some((lighting, Arc::clone(output)));
+    }
+
+    /// What was set last. It is held for the moment of a copy only.
+    pub(crate) fn get(&self) -> Option<(Lighting, Arc<OutputSettings>)> {
+        hold(&self.0).clone()
+    }
+}
 
 /// What the unit was told about its days, and by whom.
 #[derive(Debug)]
@@ -26,7 +42,7 @@ pub(crate) struct LightingControl {
     config: Day,
     owner: PathBuf,
     /// Which of the owner's settings `day` is made of.
-    known: Option<Telling>,
+    known: Option<FileVersion>,
     day: Day,
     output: Arc<OutputSettings>,
 }
@@ -37,14 +53,14 @@ impl LightingControl {
         Self { day: config.clone(), config, owner: owner.to_owned(), known: None, output: Arc::default() }
     }
 
-    /// Has the display be as it is to be at `clock`, by way of `glass`, now and for as long as the process lives.
+    /// Has the display be as it is to be at `clock`, by way of `target`, now and for as long as the process lives.
     ///
     /// # Errors
-    /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn start(mut self, glass: Arc<Glass>, clock: fn() -> u64) -> Result<(), Fatal> {
+    /// [`ThreadError`].
+    pub(crate) fn start(mut self, target: Arc<DisplayTarget>, clock: fn() -> u64) -> Result<(), ThreadError> {
         let mut look = move || {
-            glass.set_lighting(self.look(clock()));
-            glass.set_output(&self.output);
+            let lighting = self.look(clock());
+            target.set(lighting, &self.output);
         };
         look();
         let work = move || {
@@ -53,13 +69,12 @@ impl LightingControl {
                 look();
             }
         };
-        let thread = thread::Builder::new().name("lighting".to_owned()).spawn(work);
-        thread.map(drop).map_err(|source| Fatal::Thread { name: "lighting", source })
+        threads::start("brightness", work).map(drop)
     }
 
     /// How bright it is to be when the clock shows `clock_s`.
     pub(crate) fn look(&mut self, clock_s: u64) -> Lighting {
-        let found = telling(&self.owner);
+        let found = FileVersion::of(&self.owner);
         if found != self.known {
             self.known = found;
             let owner = Owner::kept(&self.owner);
@@ -83,8 +98,7 @@ impl LightingControl {
 #[cfg(test)]
 mod tests {
     use super::LightingControl;
-    use crate::settings::config::Config;
-    use player::hours::Lighting;
+    use player::hours::{Day, Lighting, Night};
     use std::fs;
 
     /// 2026-07-01 12:00 in UTC.
@@ -98,9 +112,8 @@ mod tests {
             fs::write(folder.path().join("new"), text).unwrap();
             fs::rename(folder.path().join("new"), &owner).unwrap();
         };
-        let mut config = Config::default().day();
-        config.zone = Some("UTC".parse().unwrap());
-        config.brightness = "60".parse().unwrap();
+        let (brightness, zone) = ("60".parse().unwrap(), Some("UTC".parse().unwrap()));
+        let config = Day { hours: None, night: Night::Off, brightness, zone };
         let mut control = LightingControl::new(config, &owner);
         let light = |thousandths| Lighting::On { thousandths };
         assert_eq!(control.look(NOON_S), light(600));

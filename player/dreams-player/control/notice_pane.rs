@@ -7,8 +7,10 @@
 //! Start at [`Placard::draw`].
 
 use font8x8::legacy::BASIC_LEGACY;
+use player::lock::hold;
 use player::notice::Notice;
 use screen::Picture;
+use std::sync::{Arc, Mutex};
 
 /// Dots of a letter, across and down.
 const LETTER: u32 = 8;
@@ -40,6 +42,22 @@ pub(crate) struct Placard {
 #[derive(Debug, Default)]
 pub(crate) struct Overlaid {
     planes: [Vec<u8>; 3],
+}
+
+/// What lies over the picture, for all who show it.
+#[derive(Debug, Default)]
+pub(crate) struct Overlay(Mutex<Option<Arc<Placard>>>);
+
+impl Overlay {
+    /// Lays `placard` over the picture from the next frame on, or nothing more.
+    pub(crate) fn set(&self, placard: Option<Arc<Placard>>) {
+        *hold(&self.0) = placard;
+    }
+
+    /// What lies there. It is held for the moment of a copy only.
+    pub(crate) fn get(&self) -> Option<Arc<Placard>> {
+        hold(&self.0).clone()
+    }
 }
 
 impl Placard {

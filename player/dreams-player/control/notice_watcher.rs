@@ -7,12 +7,11 @@
 //!
 //! Start at [`Usher::start`].
 
-use crate::control::notice_pane::Placard;
-use crate::fatal::Fatal;
-use crate::stream::glass::Glass;
+use crate::control::notice_pane::{Overlay, Placard};
+use crate::recording::view::SharedView;
+use player::file_version::FileVersion;
 use player::notice::{Lasting, Notice};
-use std::fs;
-use std::os::unix::fs::MetadataExt;
+use player::threads::{self, ThreadError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
@@ -23,9 +22,6 @@ use timing::Nanos;
 const OFTEN: Duration = Duration::from_millis(500);
 /// How long a notice for a moment is shown, if it is not told again.
 const SHOWN: Duration = Duration::from_mins(1);
-
-/// Which telling it was: every one is a new file.
-pub(crate) type Telling = (u64, i64, i64);
 
 /// What a look brings.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,7 +39,7 @@ enum Seen {
 pub(crate) struct Usher {
     path: PathBuf,
     /// The telling for a moment that was seen last. One from long before the run began counts as seen.
-    known: Option<Telling>,
+    known: Option<FileVersion>,
     /// When that was first seen; `None` if it is not to be shown any more.
     since: Option<Nanos>,
     /// What is shown, and the size of the pictures that it is laid over.
@@ -54,7 +50,7 @@ pub(crate) struct Usher {
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Source {
     /// A file, and which telling of it.
-    File(PathBuf, Telling),
+    File(PathBuf, FileVersion),
     /// The display itself.
     Display(String),
 }
@@ -62,27 +58,33 @@ enum Source {
 impl Usher {
     /// An usher for notices at `path`, when the clock shows `clock_s` seconds since 1970.
     pub(crate) fn new(path: &Path, clock_s: u64) -> Self {
-        let is_old = |&(_, at_s, _): &Telling| u64::try_from(at_s).is_ok_and(|at_s| at_s + SHOWN.as_secs() <= clock_s);
-        Self { path: path.to_owned(), known: telling(path).filter(is_old), since: None, shown: None }
+        let is_old =
+            |file: &FileVersion| u64::try_from(file.written_s).is_ok_and(|at_s| at_s + SHOWN.as_secs() <= clock_s);
+        Self { path: path.to_owned(), known: FileVersion::of(path).filter(is_old), since: None, shown: None }
     }
 
-    /// Starts the thread, which shows what it finds on `glass` for as long as the process lives.
+    /// Starts the thread, which shows what it finds on `overlay` for as long as the process lives.
     ///
     /// # Errors
-    /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn start(mut self, glass: Arc<Glass>, now: fn() -> Nanos) -> Result<(), Fatal> {
+    /// [`ThreadError`].
+    pub(crate) fn start(
+        mut self,
+        view: Arc<SharedView>,
+        overlay: Arc<Overlay>,
+        now: fn() -> Nanos,
+    ) -> Result<(), ThreadError> {
         let work = move || {
             loop {
-                match self.look(glass.size(), glass.notes(), now()) {
+                let (size, notes) = view.size_and_notes();
+                match self.look(size, notes, now()) {
                     Seen::Nothing => {}
-                    Seen::Told(placard) => glass.tell(placard.map(Arc::new)),
-                    Seen::Over => glass.tell(None),
+                    Seen::Told(placard) => overlay.set(placard.map(Arc::new)),
+                    Seen::Over => overlay.set(None),
                 }
                 thread::park_timeout(OFTEN);
             }
         };
-        let thread = thread::Builder::new().name("usher".to_owned()).spawn(work);
-        thread.map(drop).map_err(|source| Fatal::Thread { name: "usher", source })
+        threads::start("notices", work).map(drop)
     }
 
     /// Looks what is to be shown at `now`, over pictures of this size, on a display with these `notes`.
@@ -105,25 +107,19 @@ impl Usher {
 
     /// The notice that was told less than a minute before `now`.
     fn for_a_moment(&mut self, now: Nanos) -> Option<Source> {
-        let found = telling(&self.path);
+        let found = FileVersion::of(&self.path);
         if found.is_some() && found != self.known {
             (self.known, self.since) = (found, Some(now));
         }
         self.since = self.since.filter(|since| u128::from(now.since(*since)) < SHOWN.as_nanos());
-        self.since.and(found).map(|telling| Source::File(self.path.clone(), telling))
+        self.since.and(found).map(|version| Source::File(self.path.clone(), version))
     }
 
     /// The most urgent notice that stays until it is taken back.
     fn lasting(&self) -> Option<Source> {
         let mut paths = Lasting::ALL.into_iter().map(|cause| cause.path(&self.path));
-        paths.find_map(|path| telling(&path).map(|telling| Source::File(path, telling)))
+        paths.find_map(|path| FileVersion::of(&path).map(|version| Source::File(path, version)))
     }
-}
-
-/// Which telling, or keeping, the file at `path` is.
-pub(crate) fn telling(path: &Path) -> Option<Telling> {
-    let status = fs::metadata(path).ok()?;
-    Some((status.ino(), status.mtime(), status.mtime_nsec()))
 }
 
 #[cfg(test)]

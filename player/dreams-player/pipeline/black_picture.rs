@@ -5,7 +5,6 @@
 //!
 //! Start at [`Blackout::begin`].
 
-use crate::fatal::Fatal;
 use screen::{Event, Light, Picture, Screen, ScreenError};
 
 /// Luma and chroma of black in limited range.
@@ -28,8 +27,8 @@ impl Blackout {
     /// Has `screen`, which takes pictures of `size`, go black.
     ///
     /// # Errors
-    /// [`Fatal`] if such pictures do not fit it.
-    pub(crate) fn begin(screen: &mut dyn Screen, size: (u32, u32)) -> Result<Self, Fatal> {
+    /// [`ScreenError`] if such pictures do not fit it.
+    pub(crate) fn begin(screen: &mut dyn Screen, size: (u32, u32)) -> Result<Self, ScreenError> {
         let pixels = (size.0 * size.1) as usize;
         let mut black = Self { size, luma: vec![LUMA; pixels], chroma: vec![CHROMA; pixels / 4], flips: 0 };
         // The backlight goes as far down as it can.
@@ -41,8 +40,8 @@ impl Blackout {
     /// Goes by what the screen tells meanwhile.
     ///
     /// # Errors
-    /// [`Fatal`] if black does not fit what the screen has become.
-    pub(crate) fn on(&mut self, screen: &mut dyn Screen, event: &Event) -> Result<(), Fatal> {
+    /// [`ScreenError`] if black does not fit what the screen has become.
+    pub(crate) fn on(&mut self, screen: &mut dyn Screen, event: &Event) -> Result<(), ScreenError> {
         match event {
             Event::Flip { .. } => {
                 self.flips += 1;

@@ -6,14 +6,17 @@
 
 mod flock_switch;
 
-use crate::fatal::{Fatal, chain};
 use crate::pipeline::decoder::{Order, Report};
 use crate::pipeline::first_frame::Herald;
+use crate::pipeline::start_gate::StartGate;
 use crate::recording::faults::{Faults, Kind};
+use crate::recording::view::SharedView;
 use crate::stream::generation::Generation;
-use crate::stream::glass::Glass;
+use crate::stream::plan::Plan;
 use crate::stream::scheduled_clip::Turn;
-use flock::{ClipHash, ClipPath, Flock, Itinerary, Leg, Place};
+use flock::{ClipHash, ClipPath, Itinerary, Leg};
+use player::ending::chain;
+use player::threads::{self, ThreadError};
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::fs::File;
@@ -24,19 +27,16 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use timing::{FrameCount, Nanos};
-use tracing::{debug, info, warn};
+use tracing::debug;
 use video::{Clip, ClipError, Form, ProbeError};
 
-pub(crate) use flock_switch::{Successor, form};
+pub(crate) use flock_switch::Successor;
 
 /// How long to wait, when nothing can be played, before all clips get another chance: storage may come back.
 const REPRIEVE: Duration = Duration::from_secs(30);
 
 /// How long to wait for a machine that is short of something.
 const BREATH: Duration = Duration::from_millis(100);
-
-/// How many bits a fresh seed has: what JSON, and so the status page, and `--seed` can tell exactly.
-const FRESH_BITS: u32 = 53;
 
 /// The walk, and where its clips are.
 pub(crate) struct Library {
@@ -53,7 +53,9 @@ pub(crate) struct Library {
     /// How many clips to order; `None` for no end.
     pub(crate) clips: Option<u64>,
     pub(crate) faults: Faults,
-    pub(crate) glass: Arc<Glass>,
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) view: Arc<SharedView>,
+    pub(crate) gate: Arc<StartGate>,
     /// The clock.
     pub(crate) now: fn() -> Nanos,
     /// Empty at the start.
@@ -62,33 +64,18 @@ pub(crate) struct Library {
     pub(crate) herald: Option<Herald>,
 }
 
-/// The path of this run: where it was left, unless another seed is asked for; else a fresh one.
-pub(crate) fn path(flock: &Arc<Flock>, saved: Option<Place>, seed: Option<u64>) -> Itinerary {
-    let kept = saved.filter(|place| seed.is_none_or(|seed| seed == place.seed()));
-    if let Some(place) = kept {
-        match Itinerary::resume(Arc::clone(flock), &place) {
-            Ok(itinerary) => {
-                info!(seed = place.seed(), step = place.step(), "path resumed");
-                return itinerary;
-            }
-            Err(error) => warn!(error = chain(&error), "path begins anew"),
-        }
-    }
-    let seed = seed.unwrap_or_else(|| rand::random::<u64>() >> (u64::BITS - FRESH_BITS));
-    info!(seed, "path begins");
-    Itinerary::start(Arc::clone(flock), seed)
-}
-
 impl Library {
     /// Starts the thread. It orders clips as fast as `orders` takes them, and strikes those that `reports` call
     /// damaged.
     ///
     /// # Errors
-    /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn open(self, orders: SyncSender<Order>, reports: Receiver<Report>) -> Result<JoinHandle<()>, Fatal> {
-        let work = move || self.work(&orders, &reports);
-        let thread = thread::Builder::new().name("library".to_owned()).spawn(work);
-        thread.map_err(|source| Fatal::Thread { name: "library", source })
+    /// [`ThreadError`].
+    pub(crate) fn open(
+        self,
+        orders: SyncSender<Order>,
+        reports: Receiver<Report>,
+    ) -> Result<JoinHandle<()>, ThreadError> {
+        threads::start("clip source", move || self.work(&orders, &reports))
     }
 
     fn work(mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>) {
@@ -119,14 +106,14 @@ impl Library {
             }
             if self.clips.is_some_and(|clips| number > clips + ended.mute) {
                 // Never played, but where the path goes on: the place to keep when the run has ended.
-                self.glass.plan(self.turn(number, leg));
+                self.add_to_plan(self.turn(number, leg));
                 return;
             }
             if let Some(clip) = self.admit(&leg, number) {
                 let path = leg.clip.path.clone();
                 let hash = leg.clip.hash;
                 let turn = self.turn(number, leg);
-                self.glass.plan(Arc::clone(&turn));
+                self.add_to_plan(Arc::clone(&turn));
                 if number == 1 {
                     self.announce(&clip, &turn);
                 }
@@ -137,7 +124,7 @@ impl Library {
                     return;
                 }
                 if number == 1 {
-                    self.glass.await_opening();
+                    self.gate.wait();
                     unauthentic = Some(path).filter(|path| !self.is_authentic(path, hash));
                 }
                 number += 1;
@@ -150,7 +137,7 @@ impl Library {
     fn announce(&mut self, clip: &Clip, turn: &Arc<Turn>) {
         if let Some(herald) = self.herald.take() {
             herald.announce(clip, Arc::clone(turn));
-            self.glass.await_opening();
+            self.gate.wait();
         }
     }
 
@@ -161,7 +148,7 @@ impl Library {
         if self.change_from_nothing() {
             return true;
         }
-        if self.clips.is_some() || !ended.wait(orders, reports, &self.glass) {
+        if self.clips.is_some() || !ended.wait(orders, reports, &self.plan) {
             return false;
         }
         self.struck = Struck::default();
@@ -190,7 +177,7 @@ impl Library {
 
     /// Counts the end of a clip; returns the clip if it is bad, and of the flock that is played.
     fn learn(&mut self, ended: &mut Ends, report: &Report) -> Option<ClipPath> {
-        let bad = ended.learn(report, &self.glass);
+        let bad = ended.learn(report, &self.plan);
         if !Arc::ptr_eq(&report.turn.flock, &self.generation.flock) {
             return None;
         }
@@ -201,6 +188,11 @@ impl Library {
         let (clip, frames) = (leg.clip.path, leg.clip.frames);
         let (flock, trial) = (Arc::clone(&self.generation.flock), self.generation.trial.clone());
         Arc::new(Turn { number, clip, frames, place: leg.place, flock, trial, is_damaged: AtomicBool::new(false) })
+    }
+
+    fn add_to_plan(&self, turn: Arc<Turn>) {
+        let on_screen = self.view.get().shown.and_then(|shown| Some(shown.turn?.number));
+        self.plan.add(turn, on_screen);
     }
 
     /// Takes a bad clip out of the path. One that is missing may come back, and is nobody's fault.
@@ -312,23 +304,23 @@ struct Ends {
 
 impl Ends {
     /// Counts an end; returns the clip if it is bad.
-    fn learn(&mut self, report: &Report, glass: &Glass) -> Option<ClipPath> {
+    fn learn(&mut self, report: &Report, plan: &Plan) -> Option<ClipPath> {
         self.count += 1;
         if report.frames == FrameCount(0) {
             self.mute += 1;
-            glass.pass(report.turn.number);
+            plan.remove(report.turn.number);
         }
         report.is_damaged.then(|| report.turn.clip.clone())
     }
 
     /// Tells that there is nothing to play and waits; `false` if the run is over.
-    fn wait(&mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>, glass: &Glass) -> bool {
+    fn wait(&mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>, plan: &Plan) -> bool {
         if orders.send(Order::Barren).is_err() {
             return false;
         }
         loop {
             match reports.recv_timeout(REPRIEVE) {
-                Ok(report) => drop(self.learn(&report, glass)),
+                Ok(report) => drop(self.learn(&report, plan)),
                 Err(RecvTimeoutError::Timeout) => return true,
                 Err(RecvTimeoutError::Disconnected) => return false,
             }

@@ -3,18 +3,18 @@
 //! Owns the one endless decoder session and keeps it fed with clips long before it needs them. Never opens a clip:
 //! `clip_source.rs` does. The frames wait on the shelf for the flip thread, which is what holds this thread back.
 
-use crate::fatal::{Fatal, chain};
-use crate::pipeline::frame_queue::Hand;
-use crate::pipeline::presenter::Given;
+use crate::pipeline::frame_queue::{Given, Hand};
+use crate::pipeline::start_gate::StartGate;
 use crate::recording::faults::{Faults, Kind};
-use crate::stream::glass::Glass;
 use crate::stream::scheduled_clip::{Shown, Still, Turn};
+use player::ending::chain;
+use player::threads::{self, ThreadError};
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 use timing::FrameCount;
 use video::{Clip, ClipNumber, Poll, Session, SessionError};
 
@@ -56,22 +56,21 @@ impl Workshop {
     /// Starts the thread. It ends when the orders do, and then says why if it had to end before.
     ///
     /// # Errors
-    /// [`Fatal`] if the thread cannot be started.
+    /// [`ThreadError`].
     pub(crate) fn open(
         self,
         frames: Hand,
         orders: Receiver<Order>,
         reports: Sender<Report>,
         faults: Faults,
-        glass: Arc<Glass>,
-    ) -> Result<JoinHandle<Result<(), SessionError>>, Fatal> {
+        gate: Arc<StartGate>,
+    ) -> Result<JoinHandle<Result<(), SessionError>>, ThreadError> {
         let decode = move || {
             let session = Session::new(self.threads)?;
             let (turns, rest) = (VecDeque::new(), None);
-            Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults, glass }.work()
+            Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults, gate }.work()
         };
-        let thread = thread::Builder::new().name("decoder".to_owned()).spawn(decode);
-        thread.map_err(|source| Fatal::Thread { name: "decoder", source })
+        threads::start("decoder", decode)
     }
 }
 
@@ -87,7 +86,7 @@ struct Bench {
     workshop: Workshop,
     reports: Sender<Report>,
     faults: Faults,
-    glass: Arc<Glass>,
+    gate: Arc<StartGate>,
 }
 
 /// What comes after a rest.
@@ -169,7 +168,7 @@ impl Bench {
         let hash = self.workshop.is_hashed.then(|| still.md5());
         self.frames.lay(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)?;
         if index == 0 {
-            self.glass.await_opening();
+            self.gate.wait();
         }
         Ok(())
     }
@@ -191,11 +190,9 @@ impl Bench {
 mod tests {
     use super::{Order, Workshop};
     use crate::pipeline::clip_source::tests::{SIZE, encode};
-    use crate::pipeline::frame_queue::shelf;
-    use crate::pipeline::presenter::{Given, Supply};
+    use crate::pipeline::frame_queue::{Given, Supply, shelf};
+    use crate::pipeline::start_gate::StartGate;
     use crate::recording::faults::Faults;
-    use crate::recording::recorder::Scribe;
-    use crate::stream::glass::Glass;
     use crate::stream::scheduled_clip::tests::turns;
     use std::num::NonZero;
     use std::path::Path;
@@ -233,11 +230,11 @@ mod tests {
             let (orders, inbox) = sync_channel(1);
             let (reports, ends) = channel();
             let workshop = Workshop { threads: NonZero::new(threads).unwrap(), prefetch_ms: 60, is_hashed: false };
-            let faults = Faults::new(Scribe::on_a_shelf().0);
-            let glass = Arc::new(Glass::default());
-            glass.open();
+            let faults = Faults::new(|_| ());
+            let gate = Arc::new(StartGate::default());
+            gate.open();
             let (hand, mut frames) = shelf(8);
-            let decoder = workshop.open(hand, inbox, reports, faults.clone(), glass).unwrap();
+            let decoder = workshop.open(hand, inbox, reports, faults.clone(), gate).unwrap();
             let (good, bad) = (good.clone(), bad.clone());
             let library = thread::spawn(move || {
                 let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };

@@ -5,7 +5,7 @@
 //!
 //! Called by `clip_source.rs`, which has nothing else to do until there is a picture; `presenter.rs` lights what it gives.
 
-use crate::pipeline::presenter::Given;
+use crate::pipeline::frame_queue::Given;
 use crate::stream::scheduled_clip::{Shown, Still, Turn};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -35,7 +35,7 @@ impl Herald {
 mod tests {
     use super::Herald;
     use crate::pipeline::clip_source::tests::{SIZE, encode};
-    use crate::pipeline::presenter::Given;
+    use crate::pipeline::frame_queue::Given;
     use crate::stream::scheduled_clip::tests::turns;
     use std::fs;
     use std::path::Path;

@@ -7,7 +7,7 @@
 //!
 //! Start at [`shelf`].
 
-use crate::pipeline::presenter::{Given, Supply};
+use crate::stream::scheduled_clip::Shown;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, OnceLock};
@@ -16,6 +16,27 @@ use std::time::Duration;
 
 /// Frames made in one go, beyond those that must lie ready.
 const BATCH: usize = 8;
+
+/// Where frames come from.
+pub(crate) trait Supply {
+    /// The next frame, waiting for it at most `patience`.
+    fn next(&mut self, patience: Duration) -> Given;
+}
+
+/// What a supply gives.
+#[derive(Debug)]
+pub(crate) enum Given {
+    /// The first frame of the run, ahead of the stream, which brings it again.
+    Opening(Shown),
+    /// The next frame.
+    Frame(Shown),
+    /// Nothing yet.
+    Nothing,
+    /// Nothing, and for now there is nothing to come: no clip can be played.
+    Barren,
+    /// Nothing ever: the run is complete.
+    Finished,
+}
 
 /// A shelf on which `ahead` frames lie ready at least: who lays them down, and who takes them.
 pub(crate) fn shelf(ahead: usize) -> (Hand, Frames) {
@@ -104,8 +125,7 @@ impl Drop for Frames {
 
 #[cfg(test)]
 mod tests {
-    use super::{BATCH, shelf};
-    use crate::pipeline::presenter::{Given, Supply};
+    use super::{BATCH, Given, Supply, shelf};
     use crate::stream::scheduled_clip::tests::{frames, turns};
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::thread;

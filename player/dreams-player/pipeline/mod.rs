@@ -13,3 +13,4 @@ pub(crate) mod frame_queue;
 mod pacing;
 mod playback;
 pub(crate) mod presenter;
+pub(crate) mod start_gate;

@@ -9,21 +9,24 @@
 
 mod display;
 
-use crate::control::notice_pane::Overlaid;
-use crate::fatal::Fatal;
+use crate::control::brightness::DisplayTarget;
+use crate::control::notice_pane::{Overlaid, Overlay};
 use crate::pipeline::black_picture::Blackout;
+use crate::pipeline::frame_queue::{Given, Supply};
 use crate::pipeline::pacing::Pace;
 use crate::pipeline::playback::{Effect, Event, Kept, Next, Playback};
+use crate::pipeline::start_gate::StartGate;
 use crate::recording::faults::{Faults, Kind};
 use crate::recording::place_saver::Saver;
 use crate::recording::recorder::{Note, Scribe};
 use crate::recording::tally::Tally;
+use crate::recording::view::SharedView;
 use crate::stream::fault_card::Card;
-use crate::stream::glass::Glass;
+use crate::stream::format::StreamFormat;
 use crate::stream::scheduled_clip::{Shown, Still, Turn};
 use flock::Flock;
 use player::hours::Lighting;
-use screen::{Lit, OutputSettings, Screen};
+use screen::{Lit, OutputSettings, Screen, ScreenError};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -34,49 +37,19 @@ const QUIET: Duration = Duration::from_millis(250);
 /// How long we wait for a frame where no vblank calls.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Where frames come from.
-pub(crate) trait Supply {
-    /// The next frame, waiting for it at most `patience`.
-    fn next(&mut self, patience: Duration) -> Given;
-}
-
-/// What a supply gives.
-#[derive(Debug)]
-pub(crate) enum Given {
-    /// The first frame of the run, ahead of the stream, which brings it again.
-    Opening(Shown),
-    /// The next frame.
-    Frame(Shown),
-    /// Nothing yet.
-    Nothing,
-    /// Nothing, and for now there is nothing to come: no clip can be played.
-    Barren,
-    /// Nothing ever: the run is complete.
-    Finished,
-}
-
 /// Where a show tells what happens, and hears when to end.
-#[derive(Debug)]
 pub(crate) struct Ears<'a> {
     pub(crate) scribe: Scribe,
     pub(crate) faults: Faults,
     /// Gets every turn whose first frame is on the glass; `None` where places are not kept.
     pub(crate) saver: Option<Saver>,
-    pub(crate) glass: &'a Glass,
+    pub(crate) view: &'a SharedView,
+    pub(crate) overlay: &'a Overlay,
+    pub(crate) target: &'a DisplayTarget,
+    pub(crate) gate: &'a StartGate,
     pub(crate) stop: &'a AtomicBool,
     /// How often the watchdog wants to hear of us.
     pub(crate) watchdog: Option<Duration>,
-}
-
-/// What is to be shown, and how; size and rate until a flock of others comes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
-    /// The flock's frames per second.
-    pub(crate) fps: Rate,
-    /// Its pictures' size.
-    pub(crate) size: (u32, u32),
-    /// Whether the screen flips as fast as frames come, instead of by the time.
-    pub(crate) free: bool,
 }
 
 /// How a run ended.
@@ -95,7 +68,7 @@ pub(crate) struct Show<'a, F> {
     screen: Box<dyn Screen>,
     supply: F,
     ears: Ears<'a>,
-    piece: Piece,
+    piece: StreamFormat,
     playback: Playback,
     /// How the screen is lit, and the pace on it; `None` until it was there for the first time.
     lit: Option<(Arc<Lit>, Pace)>,
@@ -131,7 +104,7 @@ pub(crate) struct Show<'a, F> {
 
 impl<'a, F: Supply> Show<'a, F> {
     /// A show that has not begun.
-    pub(crate) fn new(screen: Box<dyn Screen>, supply: F, piece: Piece, ears: Ears<'a>) -> Self {
+    pub(crate) fn new(screen: Box<dyn Screen>, supply: F, piece: StreamFormat, ears: Ears<'a>) -> Self {
         let mut show = Self {
             screen,
             supply,
@@ -167,8 +140,8 @@ impl<'a, F: Supply> Show<'a, F> {
     /// Plays until the supply is finished or someone wants it to stop. Gives the way to the saver back.
     ///
     /// # Errors
-    /// [`Fatal`], if the flock's pictures do not fit the screen.
-    pub(crate) fn run(mut self) -> Result<(Ended, Option<Saver>), Fatal> {
+    /// [`ScreenError`], if the flock's pictures do not fit the screen.
+    pub(crate) fn run(mut self) -> Result<(Ended, Option<Saver>), ScreenError> {
         while self.playback != Playback::Ended {
             if let Some(event) = self.observe()? {
                 let (playback, effect) = self.playback.on(event);
@@ -182,7 +155,7 @@ impl<'a, F: Supply> Show<'a, F> {
     }
 
     /// Waits until something happens; `None` if that changes nothing.
-    fn observe(&mut self) -> Result<Option<Event>, Fatal> {
+    fn observe(&mut self) -> Result<Option<Event>, ScreenError> {
         if self.ears.stop.load(Ordering::Relaxed) {
             return Ok(Some(Event::Stop));
         }
@@ -257,20 +230,20 @@ impl<'a, F: Supply> Show<'a, F> {
                 self.vblank = vblank;
                 (self.looked, self.asked) = (false, None);
                 if self.playback == Playback::Holding {
-                    self.ears.glass.counted(self.tally_now());
+                    self.ears.view.counted(self.tally_now());
                 }
                 None
             }
             screen::Event::Lost { reason } => {
                 self.ears.faults.tell(Kind::Screen, reason);
-                self.ears.glass.lit(None);
+                self.ears.view.lit(None);
                 self.asked = None;
                 self.settle();
                 Some(Event::Lost)
             }
             // The night is nobody's fault; for all else it is as if the screen were gone.
             screen::Event::Asleep => {
-                self.ears.glass.lit(None);
+                self.ears.view.lit(None);
                 self.asked = None;
                 self.settle();
                 Some(Event::Lost)
@@ -317,7 +290,7 @@ impl<'a, F: Supply> Show<'a, F> {
     /// The screen is there: again, or for the first time.
     fn back(&mut self) {
         let Some(lit) = self.screen.lit().map(Arc::new) else { return };
-        self.ears.glass.lit(Some(&lit));
+        self.ears.view.lit(Some(&lit));
         if self.lit.as_ref().is_none_or(|(known, _)| *known != lit) {
             self.ears.scribe.note(Note::Start { lit: Arc::clone(&lit), fps: self.piece.fps });
         }
@@ -347,7 +320,7 @@ impl<'a, F: Supply> Show<'a, F> {
         let shown = self.shown.as_ref()?;
         let turn = shown.turn.clone();
         self.ears.scribe.note(Note::Flip { turn, frame: shown.frame, vblank, at, late, hash: shown.hash });
-        self.ears.glass.flipped(shown, self.tally_now());
+        self.ears.view.flipped(shown, self.tally_now());
         self.feed(at);
         Some(Event::Flipped)
     }
@@ -412,7 +385,7 @@ impl<'a, F: Supply> Show<'a, F> {
     fn feed(&mut self, at: Nanos) {
         let Some(fed) = self.fed else {
             self.fed = Some(at);
-            self.ears.glass.open();
+            self.ears.gate.open();
             return self.ears.scribe.note(Note::Ready);
         };
         if self.ears.watchdog.is_some_and(|often| u128::from(at.since(fed)) >= often.as_nanos()) {
@@ -443,16 +416,16 @@ impl<'a, F: Supply> Show<'a, F> {
         }
         pace.goes_on(fps, lit.refresh);
         *known = Arc::clone(&lit);
-        self.ears.glass.lit(Some(&lit));
+        self.ears.view.lit(Some(&lit));
         self.ears.scribe.note(Note::Start { lit, fps });
     }
 
-    fn stage_next(&mut self) -> Result<(), Fatal> {
+    fn stage_next(&mut self) -> Result<(), ScreenError> {
         self.fit();
-        stage(&mut *self.screen, self.next.as_ref(), self.ears.glass, &mut self.overlaid)
+        stage(&mut *self.screen, self.next.as_ref(), self.ears.overlay, &mut self.overlaid)
     }
 
-    fn act(&mut self, effect: Effect) -> Result<(), Fatal> {
+    fn act(&mut self, effect: Effect) -> Result<(), ScreenError> {
         match effect {
             Effect::Wait | Effect::End => {}
             Effect::Stage => self.stage_next()?,
@@ -462,7 +435,7 @@ impl<'a, F: Supply> Show<'a, F> {
                 self.screen.commit();
             }
             Effect::Relight => {
-                stage(&mut *self.screen, self.shown.as_ref(), self.ears.glass, &mut self.overlaid)?;
+                stage(&mut *self.screen, self.shown.as_ref(), self.ears.overlay, &mut self.overlaid)?;
                 self.screen.commit();
             }
             Effect::LightCard => {
@@ -478,13 +451,18 @@ impl<'a, F: Supply> Show<'a, F> {
 }
 
 /// Stages what is shown, with what people are told over it.
-fn stage(screen: &mut dyn Screen, shown: Option<&Shown>, glass: &Glass, overlaid: &mut Overlaid) -> Result<(), Fatal> {
+fn stage(
+    screen: &mut dyn Screen,
+    shown: Option<&Shown>,
+    overlay: &Overlay,
+    overlaid: &mut Overlaid,
+) -> Result<(), ScreenError> {
     let Some(shown) = shown else { return Ok(()) };
     let picture = shown.still.picture();
-    Ok(match glass.placard() {
+    match overlay.get() {
         Some(placard) => screen.stage(&placard.over(&picture, overlaid)),
         None => screen.stage(&picture),
-    }?)
+    }
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 //! What went wrong while playing, each cause told once.
 //!
-//! Owns the list of faults. A fault never stops the picture; whatever stops it is `report::Fatal`. Telling goes
-//! through the scribe, so any thread may report without waiting for a disk.
+//! Owns the list of faults. A fault never stops the picture; whatever stops it is `report::Fatal`. Who writes
+//! a fault down must not wait for a disk: any thread may meet one.
 
-use crate::recording::recorder::{Note, Scribe};
+use player::lock::hold;
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// What kind of thing went wrong, spelled as `flock check` spells it where that knows it too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,9 +48,10 @@ pub(crate) struct Fault {
 }
 
 /// The faults of a run; clones share the list.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Faults {
-    scribe: Scribe,
+    /// Writes a fault down.
+    tell: Arc<dyn Fn(Fault) + Send + Sync>,
     told: Arc<Mutex<Told>>,
 }
 
@@ -66,14 +67,14 @@ struct Told {
 const LATEST: usize = 20;
 
 impl Faults {
-    /// No faults so far.
-    pub(crate) fn new(scribe: Scribe) -> Self {
-        Self { scribe, told: Arc::default() }
+    /// No faults so far; each is given to `tell`.
+    pub(crate) fn new(tell: impl Fn(Fault) + Send + Sync + 'static) -> Self {
+        Self { tell: Arc::new(tell), told: Arc::default() }
     }
 
     /// Tells that something went wrong with `subject`, unless that was told before.
     pub(crate) fn once(&self, kind: Kind, subject: &str, message: String) {
-        let is_new = self.lock().causes.insert((kind, subject.to_owned()));
+        let is_new = hold(&self.told).causes.insert((kind, subject.to_owned()));
         if is_new {
             self.tell(kind, message);
         }
@@ -81,12 +82,12 @@ impl Faults {
 
     /// Another flock is played: what was told of the clips of the one before may be told again.
     pub(crate) fn renew(&self) {
-        self.lock().causes.clear();
+        hold(&self.told).causes.clear();
     }
 
     /// Tells that something went wrong, as often as it does. It is news only the first time.
     pub(crate) fn tell(&self, kind: Kind, message: String) {
-        let mut told = self.lock();
+        let mut told = hold(&self.told);
         told.count += 1;
         let is_repeated = !told.words.insert((kind, message.clone()));
         let fault = Fault { kind, message, is_repeated };
@@ -95,33 +96,29 @@ impl Faults {
         }
         told.latest.push(fault.clone());
         drop(told);
-        self.scribe.note(Note::Fault(fault));
+        (self.tell)(fault);
     }
 
     /// How many faults were told.
     pub(crate) fn count(&self) -> u64 {
-        self.lock().count
+        hold(&self.told).count
     }
 
     /// The latest faults, oldest first.
     pub(crate) fn latest(&self) -> Vec<Fault> {
-        self.lock().latest.clone()
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+        hold(&self.told).latest.clone()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Faults, Kind};
-    use crate::recording::recorder::{Note, Scribe};
+    use std::sync::mpsc::channel;
 
     #[test]
     fn a_cause_is_told_once_and_an_occurrence_each_time() {
-        let (scribe, notes) = Scribe::on_a_shelf();
-        let faults = Faults::new(scribe);
+        let (tell, told) = channel();
+        let faults = Faults::new(move |fault| tell.send(fault).unwrap());
         for _ in 0..3 {
             faults.once(Kind::MissingClip, "a.mp4", "cannot open `a.mp4`".to_owned());
             faults.tell(Kind::Screen, "unplugged".to_owned());
@@ -129,9 +126,9 @@ mod tests {
         faults.once(Kind::DamagedClip, "a.mp4", "`a.mp4` is damaged".to_owned());
         assert_eq!(faults.count(), 5);
         assert_eq!(faults.latest().len(), 5);
-        let told: Vec<_> = notes.try_iter().collect();
-        assert_eq!(told.iter().filter(|note| matches!(note, Note::Fault(_))).count(), 5);
-        let news = told.iter().filter(|note| matches!(note, Note::Fault(fault) if !fault.is_repeated)).count();
+        let told: Vec<_> = told.try_iter().collect();
+        assert_eq!(told.len(), 5);
+        let news = told.iter().filter(|fault| !fault.is_repeated).count();
         assert_eq!(news, 3, "a screen that goes again is no news");
     }
 }

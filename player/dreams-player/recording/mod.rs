@@ -9,4 +9,5 @@ pub(crate) mod place_saver;
 pub(crate) mod place_store;
 pub(crate) mod recorder;
 pub(crate) mod tally;
-pub(crate) mod trace;
+mod trace;
+pub(crate) mod view;

@@ -3,15 +3,16 @@
 //! Owns the slots while the run lasts. A place that is overtaken while the disk is busy is not written at all; a join of a
 //! flock on trial counts all the same.
 
-use crate::fatal::{Fatal, chain};
 use crate::recording::faults::{Faults, Kind};
 use crate::recording::place_store::Slots;
 use crate::stream::scheduled_clip::Turn;
+use player::ending::chain;
+use player::threads::{self, ThreadError};
 use std::iter::once;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 
 /// The way to the saver.
 #[derive(Debug)]
@@ -27,13 +28,12 @@ impl Saver {
     /// vblank waits.
     ///
     /// # Errors
-    /// [`Fatal`] if the thread cannot be started.
-    pub(crate) fn start(slots: Option<Slots>, faults: Faults, is_patient: bool) -> Result<Self, Fatal> {
+    /// [`ThreadError`].
+    pub(crate) fn start(slots: Option<Slots>, faults: Faults, is_patient: bool) -> Result<Self, ThreadError> {
         let (turns, inbox) = channel();
         let (done, kept) = is_patient.then(|| sync_channel(1)).unzip();
         let work = move || keep_places(slots, &inbox, done.as_ref(), &faults);
-        let thread = thread::Builder::new().name("saver".to_owned()).spawn(work);
-        Ok(Self { turns, kept, thread: thread.map_err(|source| Fatal::Thread { name: "saver", source })? })
+        Ok(Self { turns, kept, thread: threads::start("place saver", work)? })
     }
 
     /// Keeps the place of `turn`, which has come to the glass: soon, or now if the saver is patient.
@@ -80,7 +80,6 @@ mod tests {
     use super::Saver;
     use crate::recording::faults::Faults;
     use crate::recording::place_store::Slots;
-    use crate::recording::recorder::Scribe;
     use crate::stream::scheduled_clip::tests::turns;
 
     #[test]
@@ -88,7 +87,7 @@ mod tests {
         for is_patient in [false, true] {
             let dir = tempfile::tempdir().unwrap();
             let (slots, _) = Slots::open(dir.path()).unwrap();
-            let saver = Saver::start(Some(slots), Faults::new(Scribe::on_a_shelf().0), is_patient).unwrap();
+            let saver = Saver::start(Some(slots), Faults::new(|_| ()), is_patient).unwrap();
             let turns = turns(20, 3);
             for turn in &turns {
                 saver.keep(turn);

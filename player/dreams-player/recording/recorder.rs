@@ -3,11 +3,11 @@
 //! Owns the trace file, the log lines about playing and the words to systemd. Never decides anything.
 //! What the lines look like is `trace.rs`.
 
-use crate::fatal::{Fatal, chain};
-use crate::recording::faults::Fault;
 use crate::recording::tally::Tally;
 use crate::recording::trace::Line;
 use crate::stream::scheduled_clip::Turn;
+use player::ending::chain;
+use player::threads::{self, ThreadError};
 use screen::Lit;
 use sd_notify::NotifyState;
 use std::fs::File;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 use timing::{Nanos, Rate, Vblank};
 use tracing::{debug, info, warn};
 
@@ -33,7 +33,7 @@ pub(crate) enum Note {
     /// The picture that arrives now is another clip's than the one before.
     Join { from: Arc<Turn>, to: Arc<Turn> },
     /// Something went wrong.
-    Fault(Fault),
+    Fault { kind: &'static str, message: String, is_repeated: bool },
     /// The first picture is on the glass.
     Ready,
     /// Playback is alive.
@@ -58,15 +58,13 @@ impl Scribe {
     /// has hardly happened, so that a player that is killed has told everything.
     ///
     /// # Errors
-    /// [`Fatal`] if the trace cannot be created or the thread not started.
-    pub(crate) fn start(trace: Option<&Path>, is_patient: bool) -> Result<(Self, JoinHandle<()>), Fatal> {
+    /// [`ThreadError`].
+    pub(crate) fn start(trace: Option<Trace>, is_patient: bool) -> Result<(Self, JoinHandle<()>), ThreadError> {
         let (notes, inbox) = sync_channel(if is_patient { 0 } else { WAITING });
-        let trace = trace.map(Trace::create).transpose()?;
         let lost = Arc::new(AtomicU64::new(0));
         let scribe = Self { notes, is_patient, is_traced: trace.is_some(), lost: Arc::clone(&lost) };
         let work = move || write_down(&inbox, trace, is_patient, &lost);
-        let thread = thread::Builder::new().name("scribe".to_owned()).spawn(work);
-        Ok((scribe, thread.map_err(|source| Fatal::Thread { name: "scribe", source })?))
+        Ok((scribe, threads::start("recorder", work)?))
     }
 
     /// Writes `note` down soon.
@@ -91,15 +89,20 @@ impl Scribe {
     }
 }
 
-struct Trace {
+/// The file that the trace is written to.
+#[derive(Debug)]
+pub(crate) struct Trace {
     path: PathBuf,
     file: BufWriter<File>,
 }
 
 impl Trace {
-    fn create(path: &Path) -> Result<Self, Fatal> {
-        let file = File::create(path).map_err(|source| Fatal::Trace { path: path.to_owned(), source })?;
-        Ok(Self { path: path.to_owned(), file: BufWriter::new(file) })
+    /// Creates the file at `path`.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub(crate) fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self { path: path.to_owned(), file: BufWriter::new(File::create(path)?) })
     }
 
     fn write(&mut self, line: &Line) -> io::Result<()> {
@@ -156,8 +159,8 @@ fn log(note: &Note) {
             }
         }
         Note::Join { from, to } => debug!(from = from.clip.as_str(), to = to.clip.as_str(), "join"),
-        Note::Fault(fault) if fault.is_repeated => debug!(kind = fault.kind.name(), "{}", fault.message),
-        Note::Fault(fault) => warn!(kind = fault.kind.name(), "{}", fault.message),
+        Note::Fault { kind, message, is_repeated: true } => debug!(kind, "{message}"),
+        Note::Fault { kind, message, is_repeated: false } => warn!(kind, "{message}"),
         Note::Ready => tell_systemd(NotifyState::Ready),
         Note::Alive => tell_systemd(NotifyState::Watchdog),
         Note::End { tally, faults } => {

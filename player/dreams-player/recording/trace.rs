@@ -3,6 +3,7 @@
 //! Owns their fields, which other tools rely on. Never writes them: `recorder.rs` does.
 
 use crate::recording::recorder::Note;
+use crate::stream::fault_card;
 use serde::{Serialize, Serializer};
 
 /// One line of the trace, as JSON.
@@ -30,9 +31,6 @@ pub(crate) enum Line<'a> {
     End { flips: u64, late: u64, repeated: u64, skipped: u64, joins: u64, faults: u64 },
 }
 
-/// What the trace calls the fault card.
-pub(crate) const CARD: &str = "fault-card";
-
 impl<'a> Line<'a> {
     /// The line of `note`, if it has one.
     pub(crate) fn of(note: &'a Note) -> Option<Self> {
@@ -41,7 +39,7 @@ impl<'a> Line<'a> {
                 Self::Start { screen: &lit.screen, mode: &lit.mode, format: &lit.format, fps: [fps.num(), fps.den()] }
             }
             Note::Flip { turn, frame, vblank, at, late, hash } => Self::Flip {
-                clip: turn.as_ref().map_or(CARD, |turn| turn.clip.as_str()),
+                clip: turn.as_ref().map_or(fault_card::NAME, |turn| turn.clip.as_str()),
                 frame: *frame,
                 vblank: vblank.0,
                 t_ns: at.0,
@@ -49,7 +47,7 @@ impl<'a> Line<'a> {
                 hash: hash.map(Hex),
             },
             Note::Join { from, to } => Self::Join { from: from.clip.as_str(), to: to.clip.as_str() },
-            Note::Fault(fault) => Self::Fault { kind: fault.kind.name(), message: &fault.message },
+            Note::Fault { kind, message, .. } => Self::Fault { kind, message },
             Note::End { tally, faults } => Self::End {
                 flips: tally.flips,
                 late: tally.late,
@@ -76,7 +74,6 @@ impl Serialize for Hex {
 #[cfg(test)]
 mod tests {
     use super::Line;
-    use crate::recording::faults::{Fault, Kind};
     use crate::recording::recorder::Note;
     use crate::recording::tally::Tally;
     use crate::stream::scheduled_clip::tests::turns;
@@ -120,7 +117,7 @@ mod tests {
             r#"{"event":"join","from":"loop.mp4","to":"loop.mp4"}"#
         );
         assert_eq!(
-            line(&Note::Fault(Fault { kind: Kind::MissingClip, message: "gone".to_owned(), is_repeated: false })),
+            line(&Note::Fault { kind: "missing-clip", message: "gone".to_owned(), is_repeated: false }),
             r#"{"event":"fault","kind":"missing-clip","message":"gone"}"#
         );
         let tally = Tally { flips: 6, late: 5, repeated: 4, skipped: 3, joins: 2 };

@@ -130,10 +130,10 @@ impl Options {
 #[cfg(test)]
 mod tests {
     use super::{EXIT_STATUS, Options};
-    use crate::fatal::Exit;
     use crate::settings::choices::ScreenChoice;
     use crate::settings::config::{Config, tests::keys_of_the_sample};
     use clap::{CommandFactory, Parser};
+    use player::ending::Exit;
     use std::io::Write;
 
     #[test]

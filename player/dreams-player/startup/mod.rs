@@ -8,4 +8,5 @@
 pub(crate) mod handover;
 pub(crate) mod prelude;
 pub(crate) mod screen_opening;
+pub(crate) mod signals;
 pub(crate) mod still;

@@ -7,19 +7,21 @@
 //! Start at [`play`]; `image-build/system` says who starts it.
 
 use crate::control::brightness::LightingControl;
-use crate::fatal::{Exit, Fatal};
-use crate::pipeline::clip_source;
-use crate::pipeline::presenter::Piece;
+use crate::fatal::Fatal;
 use crate::recording::place_store;
 use crate::settings::choices::ScreenChoice;
 use crate::settings::config::Config;
 use crate::startup::handover;
 use crate::startup::screen_opening;
+use crate::stream::format::{StreamFormat, form};
 use crate::stream::generation::Generation;
+use crate::stream::path::path;
 use crate::stream::scheduled_clip::Still;
 use flock::Place;
+use player::ending::Exit;
 use player::hours::Lighting;
 use player::now::clock_s;
+use player::threads;
 use screen::{Display, Event, Keeper, Light, OutputSettings, Screen, ScreenError};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, OwnedFd};
@@ -48,15 +50,16 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
         return Ok(());
     };
     let light = Light::On { thousandths };
-    let (place, still, piece) = begin(config)?;
-    let Some(card) = lit(&config.screen, piece, control.output(), &still, light)? else {
+    let (place, still, format) = begin(config)?;
+    let Some(card) = lit(&config.screen, format, control.output(), &still, light)? else {
         info!("no display can be lit now");
         return Ok(());
     };
     is_lit.store(true, Ordering::Relaxed);
     // Whoever started us may be gone.
     let tell = || drop(io::stdout().write_all(b"lit\n"));
-    handover::give(card.as_fd(), &place.to_bytes(), tell).map_err(Fatal::HandOver)
+    handover::give(card.as_fd(), &place.to_bytes(), tell)
+        .map_err(|source| Fatal::HandOver { socket: handover::SOCKET, source })
 }
 
 fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
@@ -66,29 +69,28 @@ fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
             process::exit(Exit::Unread as i32);
         }
     };
-    let thread = thread::Builder::new().name("deadline".to_owned()).spawn(wait);
-    thread.map(drop).map_err(|source| Fatal::Thread { name: "deadline", source })
+    Ok(threads::start("deadline", wait).map(drop)?)
 }
 
 /// What the player would begin with, and where in the path that is.
-fn begin(config: &Config) -> Result<(Place, Still, Piece), Fatal> {
+fn begin(config: &Config) -> Result<(Place, Still, StreamFormat), Fatal> {
     let generation = Generation::open_or(&config.flock, &config.spare)?;
     let kept = place_store::kept(&config.state).and_then(|bytes| Place::from_bytes(&bytes).ok());
     let flock = &generation.flock;
-    let leg = clip_source::path(flock, kept, config.seed).next_leg();
+    let leg = path(flock, kept, config.seed).next_leg();
     let picture = leg.and_then(|leg| {
         let file = leg.clip.path.inside(&generation.folder);
-        let clip = video::Clip::open(&file, &clip_source::form(flock), leg.clip.frames).ok()?;
+        let clip = video::Clip::open(&file, &form(flock), leg.clip.frames).ok()?;
         Some((leg.place, Still::Decoded(video::opening(&clip)?)))
     });
     let (place, still) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;
-    Ok((place, still, Piece { fps: flock.manifest().fps, size: flock.manifest().size, free: false }))
+    Ok((place, still, StreamFormat::of(flock, false)))
 }
 
 /// The card with the picture on its glass; `None` where nothing can be lit.
 fn lit(
     choice: &ScreenChoice,
-    piece: Piece,
+    format: StreamFormat,
     output: &OutputSettings,
     still: &Still,
     light: Light,
@@ -98,7 +100,7 @@ fn lit(
         ScreenChoice::Auto => None,
         ScreenChoice::Virtual(_) => return Ok(None),
     };
-    let mut screen = Display::open(screen_opening::settings(device, piece, output.clone(), Keeper::NOBODY))?;
+    let mut screen = Display::open(screen_opening::settings(device, format, output.clone(), Keeper::NOBODY))?;
     screen.set_light(light);
     if screen.lit().is_none() {
         return Ok(None);

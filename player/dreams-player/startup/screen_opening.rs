@@ -2,9 +2,9 @@
 //!
 //! Owns the choice between a KMS display and the virtual screen. Never drives it: `presenter.rs` does.
 
-use crate::fatal::chain;
-use crate::pipeline::presenter::Piece;
 use crate::settings::choices::ScreenChoice;
+use crate::stream::format::StreamFormat;
+use player::ending::chain;
 use player::now::now;
 use screen::{Display, Keeper, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen, is_card};
 use sd_notify::NotifyState;
@@ -25,23 +25,23 @@ const KEPT: &str = "card";
 /// [`ScreenError`], if it was asked for by name and cannot be had.
 pub(crate) fn screen(
     choice: &ScreenChoice,
-    piece: Piece,
+    format: StreamFormat,
     output: OutputSettings,
     handed: Option<OwnedFd>,
 ) -> Result<Box<dyn Screen>, ScreenError> {
     match choice {
-        ScreenChoice::Auto if piece.free => Ok(virtual_screen(None, piece)),
-        ScreenChoice::Auto => Ok(display(piece, output, handed).unwrap_or_else(|| virtual_screen(None, piece))),
+        ScreenChoice::Auto if format.free => Ok(virtual_screen(None, format)),
+        ScreenChoice::Auto => Ok(display(format, output, handed).unwrap_or_else(|| virtual_screen(None, format))),
         ScreenChoice::Kms(device) => {
-            Ok(Box::new(Display::open(settings(device.clone(), piece, output, keeper(handed)))?))
+            Ok(Box::new(Display::open(settings(device.clone(), format, output, keeper(handed)))?))
         }
-        ScreenChoice::Virtual(mode) => Ok(virtual_screen(*mode, piece)),
+        ScreenChoice::Virtual(mode) => Ok(virtual_screen(*mode, format)),
     }
 }
 
 /// A display that can be lit now.
-fn display(piece: Piece, output: OutputSettings, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
-    match Display::open(settings(None, piece, output, keeper(handed))) {
+fn display(format: StreamFormat, output: OutputSettings, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
+    match Display::open(settings(None, format, output, keeper(handed))) {
         Ok(screen) if screen.lit().is_some() => Some(Box::new(screen)),
         Ok(_) => {
             info!("no display can be lit now; `--screen kms` waits for one");
@@ -55,8 +55,13 @@ fn display(piece: Piece, output: OutputSettings, handed: Option<OwnedFd>) -> Opt
 }
 
 /// What a display is to show, and who keeps it.
-pub(crate) fn settings(device: Option<PathBuf>, piece: Piece, output: OutputSettings, keeper: Keeper) -> KmsSettings {
-    KmsSettings { device, size: piece.size, fps: piece.fps, now, keeper, output }
+pub(crate) fn settings(
+    device: Option<PathBuf>,
+    format: StreamFormat,
+    output: OutputSettings,
+    keeper: Keeper,
+) -> KmsSettings {
+    KmsSettings { device, size: format.size, fps: format.fps, now, keeper, output }
 }
 
 /// systemd, if it has started us and keeps descriptors (`FileDescriptorStoreMax=`): whatever becomes of us, the last frame
@@ -81,11 +86,11 @@ fn keep(card: Option<BorrowedFd<'_>>) {
     }
 }
 
-fn virtual_screen(mode: Option<((u32, u32), Rate)>, piece: Piece) -> Box<dyn Screen> {
-    let pace = if piece.free { screen::Pace::Free } else { screen::Pace::Timer };
+fn virtual_screen(mode: Option<((u32, u32), Rate)>, format: StreamFormat) -> Box<dyn Screen> {
+    let pace = if format.free { screen::Pace::Free } else { screen::Pace::Timer };
     let to_measure = || {
         let refresh = Rate::new(REFRESH_HZ, 1).expect("60 Hz is a rate");
-        VirtualScreen::new(piece.size, refresh, pace, now).to_measure()
+        VirtualScreen::new(format.size, refresh, pace, now).to_measure()
     };
     Box::new(mode.map_or_else(to_measure, |(size, refresh)| VirtualScreen::new(size, refresh, pace, now)))
 }

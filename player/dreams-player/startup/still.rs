@@ -5,14 +5,15 @@
 //!
 //! Start at [`hold`].
 
-use crate::fatal::{Fatal, chain};
-use crate::pipeline::presenter::Piece;
-use crate::run::{FEEDINGS, stop_on_signals};
+use crate::fatal::Fatal;
 use crate::settings::choices::ScreenChoice;
 use crate::settings::config::Config;
 use crate::startup::handover;
 use crate::startup::screen_opening;
+use crate::startup::signals::{stop_on_signals, watchdog_interval};
 use crate::stream::fault_card::Card;
+use crate::stream::format::StreamFormat;
+use player::ending::chain;
 use player::owner::Owner;
 use screen::{Event, OutputSettings, Screen, ScreenError};
 use sd_notify::NotifyState;
@@ -36,7 +37,7 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// [`Fatal`], if it cannot hear of that.
 pub(crate) fn hold(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
-    let often = sd_notify::watchdog_enabled().map_or(Duration::from_secs(1), |allowed| allowed / FEEDINGS);
+    let often = watchdog_interval().unwrap_or(Duration::from_secs(1));
     let output = Owner::kept(&config.owner).output();
     let Some(screen) = awaited(&config.screen, &output, &stop) else { return Ok(()) };
     info!("a still picture is held until the player comes back");
@@ -50,7 +51,7 @@ fn awaited(choice: &ScreenChoice, output: &OutputSettings, stop: &AtomicBool) ->
     let mut is_told = false;
     while !stop.load(Ordering::Relaxed) {
         let handed = handover::take().map(|handed| handed.card);
-        match screen_opening::screen(choice, Piece { fps, size: SIZE, free: false }, output.clone(), handed) {
+        match screen_opening::screen(choice, StreamFormat { fps, size: SIZE, free: false }, output.clone(), handed) {
             Ok(screen) => return Some(screen),
             Err(error) if !is_told => warn!(error = chain(&error), "there is no screen to be opened yet"),
             Err(_) => {}

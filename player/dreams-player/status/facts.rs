@@ -4,8 +4,9 @@
 
 use super::standing::{ContactFacts, GenerationFacts};
 use crate::recording::faults::Faults;
-use crate::recording::trace::CARD;
-use crate::stream::glass::Glass;
+use crate::recording::view::SharedView;
+use crate::stream::fault_card;
+use crate::stream::plan::Plan;
 use flock::{Flock, Itinerary};
 use serde::Serialize;
 use std::sync::Arc;
@@ -80,13 +81,13 @@ pub(crate) struct SheepFacts {
 
 impl Facts {
     /// The state now, `uptime_ns` after the run began with `flock`.
-    pub(crate) fn gather(flock: &Arc<Flock>, glass: &Glass, faults: &Faults, uptime_ns: u64) -> Self {
-        let view = glass.view();
+    pub(crate) fn gather(flock: &Arc<Flock>, view: &SharedView, plan: &Plan, faults: &Faults, uptime_ns: u64) -> Self {
+        let view = view.get();
         let turn = view.shown.as_ref().and_then(|shown| shown.turn.as_ref());
         let flock = turn.map_or(flock, |turn| &turn.flock);
         let (manifest, tally) = (flock.manifest(), view.tally);
         let on_glass = view.shown.as_ref().map(|shown| GlassFacts {
-            clip: turn.map_or(CARD, |turn| turn.clip.as_str()).to_owned(),
+            clip: turn.map_or(fault_card::NAME, |turn| turn.clip.as_str()).to_owned(),
             frame: shown.frame,
             frames: turn.map_or(1, |turn| turn.frames.0),
         });
@@ -96,7 +97,7 @@ impl Facts {
             format: lit.format.clone(),
             notes: lit.notes.clone(),
         });
-        let next = glass.after(turn.map_or(0, |turn| turn.number)).map(|next| next.clip.as_str().to_owned());
+        let next = plan.after(turn.map_or(0, |turn| turn.number)).map(|next| next.clip.as_str().to_owned());
         let latest = faults.latest().into_iter();
         let itinerary = turn.and_then(|turn| Itinerary::resume(Arc::clone(flock), &turn.place).ok());
         Self {

@@ -13,15 +13,16 @@ mod metrics;
 mod server;
 mod standing;
 
-use crate::control::notice_pane::Overlaid;
-use crate::fatal::chain;
+use crate::control::notice_pane::{Overlaid, Overlay};
 use crate::recording::faults::Faults;
+use crate::recording::view::SharedView;
 use crate::settings::choices::StatusAddress;
-use crate::stream::glass::Glass;
+use crate::stream::plan::Plan;
 use facts::Facts;
 use flock::Flock;
 use hosts::Hosts;
 use http::Answer;
+use player::ending::chain;
 use player::now::{clock_s, now};
 use rustix::process::setpriority_process;
 use server::Server;
@@ -46,23 +47,19 @@ const NICENESS: i32 = 15;
 /// All that the page can tell.
 pub(crate) struct Page {
     /// The one at hand when the run began.
-    flock: Arc<Flock>,
-    glass: Arc<Glass>,
-    faults: Faults,
-    begun: Nanos,
+    pub(crate) flock: Arc<Flock>,
+    pub(crate) view: Arc<SharedView>,
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) overlay: Arc<Overlay>,
+    pub(crate) faults: Faults,
+    pub(crate) begun: Nanos,
     /// Where the flock to be played is said to be.
-    source: PathBuf,
+    pub(crate) source: PathBuf,
 }
 
 impl Page {
-    /// The page of a run that begins now.
-    pub(crate) fn new(flock: &Arc<Flock>, glass: &Arc<Glass>, faults: &Faults, source: &Path) -> Self {
-        let (flock, glass, faults) = (Arc::clone(flock), Arc::clone(glass), faults.clone());
-        Self { flock, glass, faults, begun: now(), source: source.to_owned() }
-    }
-
     fn facts(&self) -> Facts {
-        let facts = Facts::gather(&self.flock, &self.glass, &self.faults, now().since(self.begun));
+        let facts = Facts::gather(&self.flock, &self.view, &self.plan, &self.faults, now().since(self.begun));
         let (generation, contact) = standing::read(&self.source, clock_s());
         Facts { generation, contact, ..facts }
     }
@@ -72,10 +69,10 @@ impl Page {
             "/" => Answer::of("text/html; charset=utf-8", PAGE.as_bytes().to_vec()),
             "/status.json" => Answer::of("application/json", json(&self.facts())),
             "/metrics" => Answer::of(metrics::KIND, metrics::text(&self.facts()).into_bytes()),
-            "/screen.jpg" => match self.glass.view().shown {
+            "/screen.jpg" => match self.view.get().shown {
                 Some(shown) => {
                     let (picture, mut overlaid) = (shown.still.picture(), Overlaid::default());
-                    let picture = self.glass.placard().map_or(picture, |placard| placard.over(&picture, &mut overlaid));
+                    let picture = self.overlay.get().map_or(picture, |placard| placard.over(&picture, &mut overlaid));
                     Answer::of("image/jpeg", jpeg::encode(&picture))
                 }
                 None => Answer::refusal("503 Service Unavailable", "nothing is lit yet"),

@@ -5,6 +5,9 @@
 
 use screen::Picture;
 
+/// What the trace and the status page call it.
+pub(crate) const NAME: &str = "fault-card";
+
 /// A drawn picture, 8-bit 4:2:0, BT.709 limited range.
 #[derive(Debug)]
 pub(crate) struct Card {

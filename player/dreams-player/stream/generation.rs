@@ -5,9 +5,9 @@
 //!
 //! Start at [`Generation::open`].
 
-use crate::fatal::chain;
 use bundle::{Judge, Playing, StoreError, Verdict};
 use flock::{Flock, Manifest, ManifestError};
+use player::ending::chain;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

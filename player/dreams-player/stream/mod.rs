@@ -5,6 +5,8 @@
 //! Start at [`generation::Generation`].
 
 pub(crate) mod fault_card;
+pub(crate) mod format;
 pub(crate) mod generation;
-pub(crate) mod glass;
+pub(crate) mod path;
+pub(crate) mod plan;
 pub(crate) mod scheduled_clip;

@@ -6,13 +6,14 @@
 //!
 //! Start at [`Library::change`].
 
-use super::{Library, Struck, path};
-use crate::fatal::chain;
+use super::{Library, Struck};
+use crate::stream::format::form;
 use crate::stream::generation::Generation;
+use crate::stream::path::path;
 use flock::{Flock, Itinerary, Leg, Place, SheepId, What};
+use player::ending::chain;
 use std::sync::Arc;
 use tracing::{info, warn};
-use video::Form;
 
 /// How many joins are waited for one at a sheep that the new flock has, too.
 const PATIENCE: u32 = 64;
@@ -83,7 +84,7 @@ impl Library {
         if !next.begin() {
             return false;
         }
-        if self.glass.view().lit.is_none()
+        if self.view.get().lit.is_none()
             && let Some(trial) = &next.trial
         {
             trial.excused();
@@ -105,11 +106,6 @@ impl Library {
         self.form = form;
         true
     }
-}
-
-/// What the clips of `flock` are to be.
-pub(crate) fn form(flock: &Flock) -> Form {
-    Form { size: flock.manifest().size, fps: flock.manifest().fps }
 }
 
 /// Whether the sheep is among those that are played.

@@ -2,12 +2,14 @@
 //!
 //! Owns the claims on what happens when a clip is bad, and on where a path begins.
 
-use super::{Library, Struck, Successor, path};
+use super::{Library, Struck, Successor};
 use crate::pipeline::decoder::{Order, Report};
-use crate::recording::faults::Faults;
-use crate::recording::recorder::{Note, Scribe};
+use crate::pipeline::start_gate::StartGate;
+use crate::recording::faults::{Fault, Faults};
+use crate::recording::view::SharedView;
 use crate::stream::generation::Generation;
-use crate::stream::glass::Glass;
+use crate::stream::path::path;
+use crate::stream::plan::Plan;
 use crate::stream::scheduled_clip::Turn;
 use flock::{ClipHash, Flock, Itinerary, Manifest};
 use std::cell::RefCell;
@@ -73,15 +75,15 @@ struct Work {
     reports: Sender<Report>,
     /// The last turn ordered.
     turn: RefCell<Option<Arc<Turn>>>,
-    told: Receiver<Note>,
-    glass: Arc<Glass>,
+    told: Receiver<Fault>,
+    plan: Arc<Plan>,
 }
 
 fn work(folder: &Path, clips: Option<u64>) -> Work {
     let generation = Generation::open(folder).unwrap();
     let flock = Arc::clone(&generation.flock);
-    let (scribe, told) = Scribe::on_a_shelf();
-    let glass = Arc::new(Glass::default());
+    let (tell, told) = channel();
+    let plan = Arc::new(Plan::default());
     let library = Library {
         source: folder.to_owned(),
         generation,
@@ -90,8 +92,10 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
         is_reformed: false,
         itinerary: Itinerary::start(flock, 1),
         clips,
-        faults: Faults::new(scribe),
-        glass: Arc::clone(&glass),
+        faults: Faults::new(move |fault| tell.send(fault).unwrap_or_default()),
+        plan: Arc::clone(&plan),
+        view: Arc::new(SharedView::default()),
+        gate: Arc::new(StartGate::default()),
         now: || Nanos(CLOCK.load(Ordering::Relaxed)),
         struck: Struck::default(),
         herald: None,
@@ -100,7 +104,7 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
     let (sender, orders) = sync_channel(0);
     let (reports, ends) = channel();
     library.open(sender, ends).unwrap();
-    Work { orders, reports, turn: RefCell::new(None), told, glass }
+    Work { orders, reports, turn: RefCell::new(None), told, plan }
 }
 
 impl Work {
@@ -145,8 +149,7 @@ impl Work {
     }
 
     fn faults(&self) -> Vec<(&'static str, String)> {
-        let fault = |note| if let Note::Fault(fault) = note { Some((fault.kind.name(), fault.message)) } else { None };
-        self.told.try_iter().filter_map(fault).collect()
+        self.told.try_iter().map(|fault| (fault.kind.name(), fault.message)).collect()
     }
 }
 
@@ -216,7 +219,7 @@ fn a_run_of_a_few_clips_leaves_the_place_behind_the_last_one() {
     let work = work(folder.path(), Some(4));
     let played: Vec<_> = (0..4).map(|_| work.ended(2, false).unwrap()).collect();
     assert!(work.is_over(), "no fifth clip");
-    let next = work.glass.after(4).expect("where the path goes on is planned");
+    let next = work.plan.after(4).expect("where the path goes on is planned");
     let mut again = Itinerary::start(flock(folder.path()), 1);
     let walk: Vec<_> = (0..5).map(|_| again.next_leg().unwrap().clip.path.as_str().to_owned()).collect();
     assert_eq!(played, walk[..4]);

@@ -3,12 +3,11 @@
 //! Owns how the flip thread hears of it, and the night in black. Never decides what they want: `brightness.rs` does.
 
 use super::{QUIET, Show, Supply};
-use crate::fatal::Fatal;
 use crate::pipeline::black_picture::Blackout;
 use crate::pipeline::playback::{Event, Playback};
 use crate::recording::recorder::Note;
 use player::hours::Lighting;
-use screen::Light;
+use screen::{Light, ScreenError};
 use std::sync::Arc;
 
 impl<F: Supply> Show<'_, F> {
@@ -21,15 +20,12 @@ impl<F: Supply> Show<'_, F> {
     }
 
     /// Tells the screen what its owner and the hour want, if that is news.
-    pub(super) fn go_by_the_owner(&mut self) -> Result<Option<Event>, Fatal> {
-        let output = self.ears.glass.output();
-        if let Some(output) =
-            output.filter(|output| self.output.as_ref().is_none_or(|known| !Arc::ptr_eq(known, output)))
-        {
+    pub(super) fn go_by_the_owner(&mut self) -> Result<Option<Event>, ScreenError> {
+        let Some((lighting, output)) = self.ears.target.get() else { return Ok(None) };
+        if self.output.as_ref().is_none_or(|known| !Arc::ptr_eq(known, &output)) {
             self.screen.set_output(&output);
             self.output = Some(output);
         }
-        let lighting = self.ears.glass.lighting();
         if lighting == self.lighting || self.blackout.as_ref().is_some_and(|black| !black.is_complete(&*self.screen)) {
             return Ok(None);
         }
@@ -41,7 +37,7 @@ impl<F: Supply> Show<'_, F> {
             Lighting::Black => {
                 // A display that sleeps has to wake first: then it goes black.
                 self.blackout = Some(Blackout::begin(&mut *self.screen, self.piece.size)?);
-                self.ears.glass.lit(None);
+                self.ears.view.lit(None);
                 self.asked = None;
                 self.settle();
                 return Ok(Some(Event::Lost));
@@ -55,7 +51,7 @@ impl<F: Supply> Show<'_, F> {
     }
 
     /// Keeps the screen black until something happens.
-    pub(super) fn stay_black(&mut self) -> Result<(), Fatal> {
+    pub(super) fn stay_black(&mut self) -> Result<(), ScreenError> {
         let event = self.screen.next_event(QUIET);
         self.stay_alive(&event);
         self.blackout.as_mut().map_or(Ok(()), |blackout| blackout.on(&mut *self.screen, &event))
