@@ -1,6 +1,6 @@
 //! Why the player ends.
 //!
-//! Owns [`Fatal`] and which exit code belongs to it. What goes wrong while playing is no error but a fault, in `faults.rs`.
+//! Owns [`Fatal`] and its exit codes. What goes wrong while playing is a fault and ends nothing: `recording/faults.rs`.
 
 use flock::ManifestError;
 use player::config_file::ConfigError;

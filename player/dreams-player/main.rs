@@ -1,7 +1,7 @@
 //! `dreams-player`: plays a flock for ever, every join frame-exact.
 //!
-//! Owns nothing but the order: options, settings, log, run. Start at `run.rs`, which wires the threads, then read
-//! `presenter.rs` (the flip thread) with `playback.rs` and `pacing.rs` (what it decides).
+//! Owns only the order: options, settings, log, run. Start at `run.rs`, which connects the threads, then read
+//! `pipeline/presenter.rs` (the flip thread) with `playback.rs` and `pacing.rs` (its decisions).
 #![forbid(unsafe_code)]
 
 mod control;
@@ -17,7 +17,7 @@ mod stream;
 use clap::Parser;
 use fatal::Fatal;
 use player::journal;
-use settings::options::Options;
+use settings::Options;
 use startup::{prelude, still};
 use std::process::ExitCode;
 

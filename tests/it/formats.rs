@@ -95,7 +95,7 @@ fn a_store_of_the_first_format_is_read_with_all_that_it_knows() {
     player.arg("--flock").arg(relics.at("store/current")).args(options).arg(&path);
     let said = output(&mut player);
     let error = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.success() && error.contains("path resumed") && error.contains("faults=0"), "{error}");
+    assert!(said.status.success() && error.contains("resuming the path") && error.contains("faults=0"), "{error}");
     assert_eq!(known(&relics.at("store")), (Some(4), None, Some(Sequence(3))), "the trial was won");
 }
 

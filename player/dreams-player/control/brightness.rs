@@ -1,8 +1,7 @@
-//! A thread that sees to it that the display is as its owner and the hour want it.
+//! The brightness and the hours of the display: a thread that looks every second what they are to be.
 //!
-//! Owns when it looks, every second, and that what the owner of the unit has set goes before what the config says. What
-//! the hour wants is `player::hours`, what the owner has set `player::owner`; the flip thread takes it from
-//! [`DisplayTarget`] and tells the screen. Never touches a screen.
+//! The settings of the unit's owner win over the config. `player::hours` computes the brightness, `player::owner` reads the
+//! owner's settings; the flip thread takes both from [`DisplayTarget`] and applies them. Never touches a screen.
 //!
 //! Start at [`LightingControl::start`].
 
@@ -25,35 +24,35 @@ const OFTEN: Duration = Duration::from_secs(1);
 pub(crate) struct DisplayTarget(Mutex<Option<(Lighting, Arc<OutputSettings>)>>);
 
 impl DisplayTarget {
-    /// Has the display be as the hour wants it, and go by what its owner has set.
+    /// Sets the brightness, and what the owner has set of the display.
     pub(crate) fn set(&self, lighting: Lighting, output: &Arc<OutputSettings>) {
         *hold(&self.0) = Some((lighting, Arc::clone(output)));
     }
 
-    /// What was set last. It is held for the moment of a copy only.
+    /// What was set last.
     pub(crate) fn get(&self) -> Option<(Lighting, Arc<OutputSettings>)> {
         hold(&self.0).clone()
     }
 }
 
-/// What the unit was told about its days, and by whom.
+/// The settings of brightness and hours, of the config and of the owner.
 #[derive(Debug)]
-pub(crate) struct LightingControl {
+pub(crate) struct BrightnessControl {
     config: Day,
     owner: PathBuf,
-    /// Which of the owner's settings `day` is made of.
+    /// The version of the owner's file that `day` is made of.
     known: Option<FileVersion>,
     day: Day,
     output: Arc<OutputSettings>,
 }
 
-impl LightingControl {
-    /// One that goes by `config`, and by what the file `owner` has instead.
+impl BrightnessControl {
+    /// By `config`, and by what the file `owner` has instead.
     pub(crate) fn new(config: Day, owner: &Path) -> Self {
         Self { day: config.clone(), config, owner: owner.to_owned(), known: None, output: Arc::default() }
     }
 
-    /// Has the display be as it is to be at `clock`, by way of `target`, now and for as long as the process lives.
+    /// Keeps `target` as it is to be at `clock`, now and for as long as the process lives.
     ///
     /// # Errors
     /// [`ThreadError`].
@@ -97,7 +96,7 @@ impl LightingControl {
 
 #[cfg(test)]
 mod tests {
-    use super::LightingControl;
+    use super::BrightnessControl;
     use player::hours::{Day, Lighting, Night};
     use std::fs;
 
@@ -114,7 +113,7 @@ mod tests {
         };
         let (brightness, zone) = ("60".parse().unwrap(), Some("UTC".parse().unwrap()));
         let config = Day { hours: None, night: Night::Off, brightness, zone };
-        let mut control = LightingControl::new(config, &owner);
+        let mut control = BrightnessControl::new(config, &owner);
         let light = |thousandths| Lighting::On { thousandths };
         assert_eq!(control.look(NOON_S), light(600));
         keep("hours = \"20:00-23:00\"");

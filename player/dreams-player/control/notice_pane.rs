@@ -1,8 +1,8 @@
-//! What people in front of the picture are told, in a corner of it.
+//! A notice over the picture, for the people in front of it.
 //!
-//! Owns how a notice is drawn and laid over a frame: a dark pane at the bottom left with light letters, and how far the
-//! work is as a line beneath. It never covers more than a twentieth of the picture. Never decides what is told: the
-//! updater does; nor for how long: `notice_watcher.rs` does.
+//! Owns the drawing: a dark pane at the bottom left with light letters, and a progress bar beneath. It never covers more than
+//! a twentieth of the picture. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how long it is
+//! shown.
 //!
 //! Start at [`Placard::draw`].
 
@@ -18,17 +18,17 @@ const LETTER: u32 = 8;
 const LINE: usize = 44;
 /// Lines, at most.
 const LINES: usize = 3;
-/// A dot is a pixel for so many rows of the picture, or columns if it has fewer of these.
+/// Rows of the picture, or columns if there are fewer, for each pixel of a dot.
 const ROWS_PER_DOT: u32 = 360;
 /// Luma of the pane and of the letters: calm, and legible.
 const PANE: u8 = 30;
 const INK: u8 = 190;
-/// Luma of the part of the line that is still to come.
+/// Luma of the rest of the progress bar.
 const DIM: u8 = 70;
 
 /// A notice, drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Placard {
+pub(crate) struct NoticePane {
     /// The size of the pictures that it was drawn for.
     picture: (u32, u32),
     /// The first pixel across and down, even.
@@ -38,31 +38,31 @@ pub(crate) struct Placard {
     luma: Vec<u8>,
 }
 
-/// A picture with a placard: the memory for it is taken once.
+/// Memory for a picture under a notice: it is allocated once.
 #[derive(Debug, Default)]
-pub(crate) struct Overlaid {
+pub(crate) struct PaneBuffer {
     planes: [Vec<u8>; 3],
 }
 
-/// What lies over the picture, for all who show it.
+/// What lies over the picture, shared between threads.
 #[derive(Debug, Default)]
-pub(crate) struct Overlay(Mutex<Option<Arc<Placard>>>);
+pub(crate) struct Overlay(Mutex<Option<Arc<NoticePane>>>);
 
 impl Overlay {
-    /// Lays `placard` over the picture from the next frame on, or nothing more.
-    pub(crate) fn set(&self, placard: Option<Arc<Placard>>) {
-        *hold(&self.0) = placard;
+    /// Lays `pane` over the picture from the next frame on, or nothing.
+    pub(crate) fn set(&self, pane: Option<Arc<NoticePane>>) {
+        *hold(&self.0) = pane;
     }
 
-    /// What lies there. It is held for the moment of a copy only.
-    pub(crate) fn get(&self) -> Option<Arc<Placard>> {
+    /// What lies there.
+    pub(crate) fn get(&self) -> Option<Arc<NoticePane>> {
         hold(&self.0).clone()
     }
 }
 
-impl Placard {
-    /// Draws `notice` for pictures of this size, in the largest letters that leave the picture its room; `None` if it is
-    /// too small for any.
+impl NoticePane {
+    /// Draws `notice` for pictures of this size, in the largest letters that cover little enough; `None` if the picture is
+    /// too small.
     pub(crate) fn draw(notice: &Notice, size: (u32, u32)) -> Option<Self> {
         let largest = (size.0.min(size.1) / ROWS_PER_DOT).max(1);
         (1..=largest).rev().find_map(|dot| Self::with(notice, size, dot))
@@ -83,24 +83,24 @@ impl Placard {
             return None;
         }
         let at = (2 * margin, (height - size.1 - 2 * margin) & !1);
-        let mut placard = Self { picture: (width, height), at, size, luma: vec![PANE; (size.0 * size.1) as usize] };
+        let mut pane = Self { picture: (width, height), at, size, luma: vec![PANE; (size.0 * size.1) as usize] };
         for (row, line) in lines.iter().enumerate() {
             for (column, letter) in line.iter().enumerate() {
                 let left = margin + column as u32 * pitch;
-                placard.letter(*letter, (left, margin + row as u32 * (pitch + 2 * dot)), dot);
+                pane.letter(*letter, (left, margin + row as u32 * (pitch + 2 * dot)), dot);
             }
         }
         if let Some(thousandths) = notice.thousandths {
             let (top, length) = (size.1 - margin - dot, size.0 - 2 * margin);
             let done = length * u32::from(thousandths.min(1_000)) / 1_000;
-            placard.fill((margin, top), (length, dot), DIM);
-            placard.fill((margin, top), (done, dot), INK);
+            pane.fill((margin, top), (length, dot), DIM);
+            pane.fill((margin, top), (done, dot), INK);
         }
-        Some(placard)
+        Some(pane)
     }
 
     /// Lays it over `picture`, in the memory of `into`. A picture that it was not drawn for stays as it is.
-    pub(crate) fn over<'a>(&self, picture: &Picture<'a>, into: &'a mut Overlaid) -> Picture<'a> {
+    pub(crate) fn over<'a>(&self, picture: &Picture<'a>, into: &'a mut PaneBuffer) -> Picture<'a> {
         let (left, top) = (self.at.0 as usize, self.at.1 as usize);
         let (across, down) = (self.size.0 as usize, self.size.1 as usize);
         let width = picture.width as usize;
@@ -164,7 +164,7 @@ fn wrapped(text: &str, most: usize) -> Vec<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DIM, LINES, Overlaid, PANE, Placard, wrapped};
+    use super::{DIM, LINES, NoticePane, PANE, PaneBuffer, wrapped};
     use player::notice::Notice;
     use screen::Picture;
 
@@ -176,13 +176,13 @@ mod tests {
     fn a_placard_covers_a_twentieth_at_most_and_leaves_the_rest_as_it_is() {
         let longest = "This flock is not signed by anybody whom this frame trusts.";
         for (width, height) in [(640u32, 480u32), (1280, 720), (1920, 1080), (3840, 2160), (720, 1280)] {
-            let placard = Placard::draw(&notice(longest, Some(500)), (width, height)).unwrap();
+            let pane = NoticePane::draw(&notice(longest, Some(500)), (width, height)).unwrap();
             let ground: Vec<u8> = (0..width * height).map(|at| (at % 200) as u8 + 40).collect();
             let colour = vec![77; (width * height / 4) as usize];
             let (wide, half) = (width as usize, width as usize / 2);
             let picture = Picture { width, height, planes: [&ground, &colour, &colour], strides: [wide, half, half] };
-            let mut memory = Overlaid::default();
-            let over = placard.over(&picture, &mut memory);
+            let mut memory = PaneBuffer::default();
+            let over = pane.over(&picture, &mut memory);
             let changed = over.planes[0].iter().zip(&ground).filter(|(over, ground)| over != ground).count();
             assert!(changed * 20 <= ground.len() && changed * 100 > ground.len(), "{changed} of {width}x{height}");
             let grey = over.planes[1].iter().filter(|sample| **sample != 77).count();
@@ -194,8 +194,8 @@ mod tests {
     #[test]
     fn a_letter_is_drawn_as_it_is_and_progress_as_a_line() {
         let lit = |thousandths| {
-            let placard = Placard::draw(&notice("I", thousandths), (640, 480)).unwrap();
-            (placard.luma.iter().filter(|luma| **luma > DIM).count(), placard.luma.len())
+            let pane = NoticePane::draw(&notice("I", thousandths), (640, 480)).unwrap();
+            (pane.luma.iter().filter(|luma| **luma > DIM).count(), pane.luma.len())
         };
         let (letter, all) = lit(None);
         assert!(letter > 10 && letter * 4 < all);
@@ -204,13 +204,13 @@ mod tests {
 
     #[test]
     fn a_picture_too_small_for_a_word_has_no_placard_and_one_of_another_size_stays() {
-        assert_eq!(Placard::draw(&notice("A new flock is coming in.", None), (64, 48)), None);
-        assert_eq!(Placard::draw(&notice("", None), (640, 480)), None);
-        let placard = Placard::draw(&notice("Here.", None), (1280, 720)).unwrap();
+        assert_eq!(NoticePane::draw(&notice("A new flock is coming in.", None), (64, 48)), None);
+        assert_eq!(NoticePane::draw(&notice("", None), (640, 480)), None);
+        let pane = NoticePane::draw(&notice("Here.", None), (1280, 720)).unwrap();
         let (luma, chroma) = ([9; 256], [128; 64]);
         let small = Picture { width: 16, height: 16, planes: [&luma, &chroma, &chroma], strides: [16, 8, 8] };
-        assert_eq!(placard.over(&small, &mut Overlaid::default()).planes[0], luma);
-        assert!(placard.luma.contains(&PANE));
+        assert_eq!(pane.over(&small, &mut PaneBuffer::default()).planes[0], luma);
+        assert!(pane.luma.contains(&PANE));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A night in black: the display stays on and shows nothing.
 //!
-//! Owns the black picture, and that it comes back where the display does. For the flip thread it is as if the screen were gone
-//! meanwhile. Never decides when the night is.
+//! Owns the black picture, and lights it again when the display comes back. For the flip thread it is as if the screen were
+//! gone meanwhile. Never decides when the night is.
 //!
 //! Start at [`Blackout::begin`].
 
@@ -24,7 +24,7 @@ pub(crate) struct Blackout {
 }
 
 impl Blackout {
-    /// Has `screen`, which takes pictures of `size`, go black.
+    /// Makes `screen`, which takes pictures of `size`, black.
     ///
     /// # Errors
     /// [`ScreenError`] if such pictures do not fit it.
@@ -37,7 +37,7 @@ impl Blackout {
         Ok(black)
     }
 
-    /// Goes by what the screen tells meanwhile.
+    /// Handles an event of the screen.
     ///
     /// # Errors
     /// [`ScreenError`] if black does not fit what the screen has become.
@@ -56,7 +56,7 @@ impl Blackout {
         Ok(())
     }
 
-    /// Whether nothing of it is under way.
+    /// Whether all its flips have come.
     pub(crate) fn is_complete(&self, screen: &dyn Screen) -> bool {
         self.flips >= FLIPS || screen.lit().is_none()
     }

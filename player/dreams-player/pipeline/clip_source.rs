@@ -1,19 +1,16 @@
-//! The library thread: chooses the next clip, opens it and reads it into memory, long before its join.
+//! The clip source: a thread that chooses the next clip, opens it and reads it into memory, long before its join.
 //!
-//! Owns the walk and what happens when a clip is bad: it is struck for the run, told once, and the path goes on
-//! around it: another transition, else the loop again, else nothing, and the last frame stays lit. How the path goes
-//! over to another flock stands in `flock_switch.rs`. Never decodes.
+//! Owns the walk and what happens when a clip is bad: it is left out for the rest of the run, logged once, and the path goes
+//! around it: another transition, else the loop again, else nothing, and the last frame stays lit. The switch to another
+//! flock is `flock_switch.rs`. Never decodes.
 
 mod flock_switch;
 
-use crate::pipeline::decoder::{Order, Report};
-use crate::pipeline::first_frame::Herald;
+use crate::pipeline::decoder::{ClipEnd, Order};
+use crate::pipeline::first_frame::FirstFrame;
 use crate::pipeline::start_gate::StartGate;
-use crate::recording::faults::{Faults, Kind};
-use crate::recording::view::SharedView;
-use crate::stream::generation::Generation;
-use crate::stream::plan::Plan;
-use crate::stream::scheduled_clip::Turn;
+use crate::recording::{Faults, Kind, SharedView};
+use crate::stream::{Generation, Plan, ScheduledClip};
 use flock::{ClipHash, ClipPath, Itinerary, Leg};
 use player::ending::chain;
 use player::threads::{self, ThreadError};
@@ -35,16 +32,16 @@ pub(crate) use flock_switch::Successor;
 /// How long to wait, when nothing can be played, before all clips get another chance: storage may come back.
 const REPRIEVE: Duration = Duration::from_secs(30);
 
-/// How long to wait for a machine that is short of something.
+/// How long to wait when the machine is out of memory or file descriptors.
 const BREATH: Duration = Duration::from_millis(100);
 
 /// The walk, and where its clips are.
-pub(crate) struct Library {
-    /// Where the flock to be played is said to be.
+pub(crate) struct ClipSource {
+    /// The path of the flock to play, as configured.
     pub(crate) source: PathBuf,
-    /// The one that is played.
+    /// The flock that is played.
     pub(crate) generation: Generation,
-    /// What is known of the one that is to be played instead.
+    /// The flock that is to be played next, as far as it is known.
     pub(crate) successor: Successor,
     pub(crate) form: Form,
     /// The next clip is of another form than those before.
@@ -59,33 +56,32 @@ pub(crate) struct Library {
     /// The clock.
     pub(crate) now: fn() -> Nanos,
     /// Empty at the start.
-    pub(crate) struck: Struck,
-    /// Brings the opening; `None` once it was sent.
-    pub(crate) herald: Option<Herald>,
+    pub(crate) strikes: Strikes,
+    /// Sends the first frame; `None` once that was done.
+    pub(crate) first_frame: Option<FirstFrame>,
 }
 
-impl Library {
-    /// Starts the thread. It orders clips as fast as `orders` takes them, and strikes those that `reports` call
-    /// damaged.
+impl ClipSource {
+    /// Starts the thread. It orders clips as fast as `orders` takes them, and leaves out those that ended damaged.
     ///
     /// # Errors
     /// [`ThreadError`].
     pub(crate) fn open(
         self,
         orders: SyncSender<Order>,
-        reports: Receiver<Report>,
+        clip_ends: Receiver<ClipEnd>,
     ) -> Result<JoinHandle<()>, ThreadError> {
-        threads::start("clip source", move || self.work(&orders, &reports))
+        threads::start("clip source", move || self.work(&orders, &clip_ends))
     }
 
-    fn work(mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>) {
+    fn work(mut self, orders: &SyncSender<Order>, clip_ends: &Receiver<ClipEnd>) {
         let mut unauthentic: Option<ClipPath> = None;
-        let mut ended = Ends::default();
+        let mut ended = ClipEnds::default();
         let mut number = 1;
         loop {
             self.forgive_the_missing();
             let Some(leg) = self.itinerary.next_leg() else {
-                if self.wait_for_something(&mut ended, orders, reports) {
+                if self.wait_for_something(&mut ended, orders, clip_ends) {
                     continue;
                 }
                 return;
@@ -94,9 +90,9 @@ impl Library {
                 unauthentic = None;
                 continue;
             }
-            // What turned out bad on its way to the glass is struck only now that the leg after it is drawn: the path
-            // does not go back to before a clip that is shown.
-            let Some(mut bad) = self.hear(&mut ended, number, orders, reports) else { return };
+            // A clip that decoded badly is left out only now that the leg after it is drawn: the path does not go back
+            // to before a clip that is shown.
+            let Some(mut bad) = self.hear(&mut ended, number, orders, clip_ends) else { return };
             bad.extend(unauthentic.take());
             for clip in &bad {
                 self.strike(clip, false);
@@ -106,21 +102,21 @@ impl Library {
             }
             if self.clips.is_some_and(|clips| number > clips + ended.mute) {
                 // Never played, but where the path goes on: the place to keep when the run has ended.
-                self.add_to_plan(self.turn(number, leg));
+                self.add_to_plan(self.scheduled(number, leg));
                 return;
             }
             if let Some(clip) = self.admit(&leg, number) {
                 let path = leg.clip.path.clone();
                 let hash = leg.clip.hash;
-                let turn = self.turn(number, leg);
-                self.add_to_plan(Arc::clone(&turn));
+                let scheduled = self.scheduled(number, leg);
+                self.add_to_plan(Arc::clone(&scheduled));
                 if number == 1 {
-                    self.announce(&clip, &turn);
+                    self.send_first_frame(&clip, &scheduled);
                 }
                 // What follows is for a decoder of its own.
                 let is_reformed = std::mem::take(&mut self.is_reformed);
                 let rest = is_reformed.then_some(Order::Rest);
-                if rest.into_iter().chain([Order::Play(clip, turn)]).any(|order| orders.send(order).is_err()) {
+                if rest.into_iter().chain([Order::Play(clip, scheduled)]).any(|order| orders.send(order).is_err()) {
                     return;
                 }
                 if number == 1 {
@@ -132,79 +128,92 @@ impl Library {
         }
     }
 
-    /// Sends the herald ahead of the run's first clip, and waits until his picture is lit. Where there is one processor
-    /// only, a stream that came up meanwhile would double the time to that picture.
-    fn announce(&mut self, clip: &Clip, turn: &Arc<Turn>) {
-        if let Some(herald) = self.herald.take() {
-            herald.announce(clip, Arc::clone(turn));
+    /// Sends the first frame of the run's first clip ahead, and waits until it is lit. With one processor only, a decoder
+    /// that starts meanwhile would double the time to that picture.
+    fn send_first_frame(&mut self, clip: &Clip, scheduled: &Arc<ScheduledClip>) {
+        if let Some(first_frame) = self.first_frame.take() {
+            first_frame.send(clip, Arc::clone(scheduled));
             self.gate.wait();
         }
     }
 
     /// There is nothing to play. Whether there may be something by now; `false` if the run is over.
-    fn wait_for_something(&mut self, ended: &mut Ends, orders: &SyncSender<Order>, reports: &Receiver<Report>) -> bool {
+    fn wait_for_something(
+        &mut self,
+        ended: &mut ClipEnds,
+        orders: &SyncSender<Order>,
+        clip_ends: &Receiver<ClipEnd>,
+    ) -> bool {
         self.faults.once(Kind::Barren, "flock", "no clip of the flock can be played".to_owned());
         self.generation.failed();
         if self.change_from_nothing() {
             return true;
         }
-        if self.clips.is_some() || !ended.wait(orders, reports, &self.plan) {
+        if self.clips.is_some() || !ended.wait(orders, clip_ends, &self.plan) {
             return false;
         }
-        self.struck = Struck::default();
+        self.strikes = Strikes::default();
         self.itinerary.forgive();
         true
     }
 
-    /// The bad ones among the clips that have ended before turn `number`; `None` if the run is over.
+    /// The bad ones among the clips that have ended before clip `number`; `None` if the run is over.
     fn hear(
         &mut self,
-        ended: &mut Ends,
+        ended: &mut ClipEnds,
         number: u64,
         orders: &SyncSender<Order>,
-        reports: &Receiver<Report>,
+        clip_ends: &Receiver<ClipEnd>,
     ) -> Option<Vec<ClipPath>> {
-        let mut bad: Vec<_> = reports.try_iter().filter_map(|report| self.learn(ended, &report)).collect();
+        let mut bad: Vec<_> = clip_ends.try_iter().filter_map(|clip_end| self.learn(ended, &clip_end)).collect();
         if self.clips.is_some_and(|clips| number > clips + ended.mute) && ended.count + 1 < number {
             // Clips without a picture do not count: how many there are is known when all have ended.
             orders.send(Order::Rest).ok()?;
             while ended.count + 1 < number {
-                bad.extend(self.learn(ended, &reports.recv().ok()?));
+                bad.extend(self.learn(ended, &clip_ends.recv().ok()?));
             }
         }
         Some(bad)
     }
 
     /// Counts the end of a clip; returns the clip if it is bad, and of the flock that is played.
-    fn learn(&mut self, ended: &mut Ends, report: &Report) -> Option<ClipPath> {
-        let bad = ended.learn(report, &self.plan);
-        if !Arc::ptr_eq(&report.turn.flock, &self.generation.flock) {
+    fn learn(&mut self, ended: &mut ClipEnds, clip_end: &ClipEnd) -> Option<ClipPath> {
+        let bad = ended.learn(clip_end, &self.plan);
+        if !Arc::ptr_eq(&clip_end.scheduled.flock, &self.generation.flock) {
             return None;
         }
         bad
     }
 
-    fn turn(&self, number: u64, leg: Leg) -> Arc<Turn> {
+    fn scheduled(&self, number: u64, leg: Leg) -> Arc<ScheduledClip> {
         let (clip, frames) = (leg.clip.path, leg.clip.frames);
         let (flock, trial) = (Arc::clone(&self.generation.flock), self.generation.trial.clone());
-        Arc::new(Turn { number, clip, frames, place: leg.place, flock, trial, is_damaged: AtomicBool::new(false) })
+        Arc::new(ScheduledClip {
+            number,
+            clip,
+            frames,
+            place: leg.place,
+            flock,
+            trial,
+            is_damaged: AtomicBool::new(false),
+        })
     }
 
-    fn add_to_plan(&self, turn: Arc<Turn>) {
-        let on_screen = self.view.get().shown.and_then(|shown| Some(shown.turn?.number));
-        self.plan.add(turn, on_screen);
+    fn add_to_plan(&self, scheduled: Arc<ScheduledClip>) {
+        let on_screen = self.view.get().shown.and_then(|shown| Some(shown.scheduled?.number));
+        self.plan.add(scheduled, on_screen);
     }
 
-    /// Takes a bad clip out of the path. One that is missing may come back, and is nobody's fault.
+    /// Takes a bad clip out of the path. One that is missing may come back, and does not end a trial.
     fn strike(&mut self, clip: &ClipPath, is_missing: bool) {
         if !is_missing {
             self.generation.failed();
         }
         self.itinerary.strike(clip);
         if is_missing {
-            self.struck.missing = Some((self.now)());
+            self.strikes.missing = Some((self.now)());
         } else {
-            self.struck.damaged.insert(clip.clone());
+            self.strikes.damaged.insert(clip.clone());
         }
     }
 
@@ -212,10 +221,10 @@ impl Library {
     /// not leave one sheep on the wall for ever.
     fn forgive_the_missing(&mut self) {
         let is_over = |at| u128::from((self.now)().since(at)) >= REPRIEVE.as_nanos();
-        if self.struck.missing.is_some_and(is_over) && !self.itinerary.leads_on() {
-            self.struck.missing = None;
+        if self.strikes.missing.is_some_and(is_over) && !self.itinerary.leads_on() {
+            self.strikes.missing = None;
             self.itinerary.forgive();
-            for clip in &self.struck.damaged {
+            for clip in &self.strikes.damaged {
                 self.itinerary.strike(clip);
             }
         }
@@ -285,42 +294,42 @@ impl Library {
     }
 }
 
-/// What is struck, beside the path's own strikes.
+/// The clips that the path leaves out, beside what the path itself knows.
 #[derive(Debug, Default)]
-pub(crate) struct Struck {
+pub(crate) struct Strikes {
     /// Clips that will not get better.
     damaged: BTreeSet<ClipPath>,
-    /// When the last clip was struck that may come back.
+    /// When the last clip was left out that may come back.
     missing: Option<Nanos>,
 }
 
-/// How the clips ended that have.
+/// Counts of the clips that have ended.
 #[derive(Default)]
-struct Ends {
+struct ClipEnds {
     count: u64,
     /// Those of them without a picture.
     mute: u64,
 }
 
-impl Ends {
+impl ClipEnds {
     /// Counts an end; returns the clip if it is bad.
-    fn learn(&mut self, report: &Report, plan: &Plan) -> Option<ClipPath> {
+    fn learn(&mut self, clip_end: &ClipEnd, plan: &Plan) -> Option<ClipPath> {
         self.count += 1;
-        if report.frames == FrameCount(0) {
+        if clip_end.frames == FrameCount(0) {
             self.mute += 1;
-            plan.remove(report.turn.number);
+            plan.remove(clip_end.scheduled.number);
         }
-        report.is_damaged.then(|| report.turn.clip.clone())
+        clip_end.is_damaged.then(|| clip_end.scheduled.clip.clone())
     }
 
     /// Tells that there is nothing to play and waits; `false` if the run is over.
-    fn wait(&mut self, orders: &SyncSender<Order>, reports: &Receiver<Report>, plan: &Plan) -> bool {
+    fn wait(&mut self, orders: &SyncSender<Order>, clip_ends: &Receiver<ClipEnd>, plan: &Plan) -> bool {
         if orders.send(Order::Barren).is_err() {
             return false;
         }
         loop {
-            match reports.recv_timeout(REPRIEVE) {
-                Ok(report) => drop(self.learn(&report, plan)),
+            match clip_ends.recv_timeout(REPRIEVE) {
+                Ok(clip_end) => drop(self.learn(&clip_end, plan)),
                 Err(RecvTimeoutError::Timeout) => return true,
                 Err(RecvTimeoutError::Disconnected) => return false,
             }

@@ -1,12 +1,12 @@
-//! The decoder thread: turns clips into frames, ahead of the glass.
+//! The decoder thread: makes frames of clips, ahead of the screen.
 //!
 //! Owns the one endless decoder session and keeps it fed with clips long before it needs them. Never opens a clip:
-//! `clip_source.rs` does. The frames wait on the shelf for the flip thread, which is what holds this thread back.
+//! `clip_source.rs` does. The frames wait in the queue for the flip thread; when it is full, this thread waits.
 
-use crate::pipeline::frame_queue::{Given, Hand};
+use crate::pipeline::frame_queue::{FrameSender, NextFrame};
 use crate::pipeline::start_gate::StartGate;
-use crate::recording::faults::{Faults, Kind};
-use crate::stream::scheduled_clip::{Shown, Still, Turn};
+use crate::recording::{Faults, Kind};
+use crate::stream::{Frame, Pixels, ScheduledClip};
 use player::ending::chain;
 use player::threads::{self, ThreadError};
 use std::collections::VecDeque;
@@ -18,20 +18,20 @@ use std::thread::JoinHandle;
 use timing::FrameCount;
 use video::{Clip, ClipNumber, Poll, Session, SessionError};
 
-/// What the library orders.
+/// What the clip source orders.
 pub(crate) enum Order {
     /// Play this clip when all before it are over.
-    Play(Clip, Arc<Turn>),
-    /// Play what was ordered to its end, and tell that there is nothing more for now.
+    Play(Clip, Arc<ScheduledClip>),
+    /// Play what was ordered to its end, and pass on that there is nothing more for now.
     Barren,
-    /// Play what was ordered to its end, to report of it.
+    /// Play what was ordered to its end, so that all its clips end.
     Rest,
 }
 
 /// How a clip ended.
 #[derive(Debug)]
-pub(crate) struct Report {
-    pub(crate) turn: Arc<Turn>,
+pub(crate) struct ClipEnd {
+    pub(crate) scheduled: Arc<ScheduledClip>,
     /// How many of its frames came out.
     pub(crate) frames: FrameCount,
     pub(crate) is_damaged: bool,
@@ -43,7 +43,7 @@ const MUTE: usize = 24;
 
 /// How frames are made.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Workshop {
+pub(crate) struct DecoderSettings {
     /// Decoder threads.
     pub(crate) threads: NonZero<usize>,
     /// For how long the opened clips beyond the one being decoded are to last.
@@ -52,39 +52,40 @@ pub(crate) struct Workshop {
     pub(crate) is_hashed: bool,
 }
 
-impl Workshop {
+impl DecoderSettings {
     /// Starts the thread. It ends when the orders do, and then says why if it had to end before.
     ///
     /// # Errors
     /// [`ThreadError`].
     pub(crate) fn open(
         self,
-        frames: Hand,
+        frames: FrameSender,
         orders: Receiver<Order>,
-        reports: Sender<Report>,
+        clip_ends: Sender<ClipEnd>,
         faults: Faults,
         gate: Arc<StartGate>,
     ) -> Result<JoinHandle<Result<(), SessionError>>, ThreadError> {
         let decode = move || {
             let session = Session::new(self.threads)?;
-            let (turns, rest) = (VecDeque::new(), None);
-            Bench { session, orders, turns, rest, frames, made: 0, workshop: self, reports, faults, gate }.work()
+            let (scheduled_clips, rest) = (VecDeque::new(), None);
+            Decoder { session, orders, scheduled_clips, rest, frames, made: 0, settings: self, clip_ends, faults, gate }
+                .work()
         };
         threads::start("decoder", decode)
     }
 }
 
-struct Bench {
+struct Decoder {
     session: Session,
     orders: Receiver<Order>,
     /// Clips that have not ended, oldest first.
-    turns: VecDeque<(ClipNumber, Arc<Turn>)>,
+    scheduled_clips: VecDeque<(ClipNumber, Arc<ScheduledClip>)>,
     /// The session is to come to its end before more is ordered.
     rest: Option<Rest>,
-    frames: Hand,
+    frames: FrameSender,
     made: u64,
-    workshop: Workshop,
-    reports: Sender<Report>,
+    settings: DecoderSettings,
+    clip_ends: Sender<ClipEnd>,
     faults: Faults,
     gate: Arc<StartGate>,
 }
@@ -98,14 +99,14 @@ enum Rest {
     Barren,
 }
 
-/// The flip thread is gone: there is nobody to decode for.
-struct Unwanted;
+/// The flip thread has ended: no frame is needed any more.
+struct NoReceiver;
 
-impl Bench {
+impl Decoder {
     fn work(mut self) -> Result<(), SessionError> {
         let mut may_order = true;
         loop {
-            while may_order && self.rest.is_none() && self.prefetched_ms() < self.workshop.prefetch_ms {
+            while may_order && self.rest.is_none() && self.prefetched_ms() < self.settings.prefetch_ms {
                 match self.orders.try_recv() {
                     Ok(order) => self.take(order),
                     Err(TryRecvError::Empty) => break,
@@ -125,13 +126,13 @@ impl Bench {
                     }
                 }
                 Poll::Starved => may_order = self.orders.recv().map(|order| self.take(order)).is_ok(),
-                Poll::ClipEnd { frames, damage, .. } => self.report(frames, damage.first()),
+                Poll::ClipEnd { frames, damage, .. } => self.clip_end(frames, damage.first()),
                 Poll::Finished if !may_order => return Ok(()),
                 Poll::Finished => {
-                    if self.rest.take() == Some(Rest::Barren) && self.frames.lay(Given::Barren).is_err() {
+                    if self.rest.take() == Some(Rest::Barren) && self.frames.push(NextFrame::Barren).is_err() {
                         return Ok(());
                     }
-                    self.session = Session::new(self.workshop.threads)?;
+                    self.session = Session::new(self.settings.threads)?;
                 }
                 Poll::Failed(error) => return Err(error),
             }
@@ -140,33 +141,40 @@ impl Bench {
 
     /// Whether so many clips have gone in without an answer that there will be none.
     fn is_mute(&self) -> bool {
-        self.turns.len() - self.session.queued().min(self.turns.len()) > MUTE + self.workshop.threads.get()
+        self.scheduled_clips.len() - self.session.queued().min(self.scheduled_clips.len())
+            > MUTE + self.settings.threads.get()
     }
 
     /// For how long the opened clips beyond the one being decoded will last.
     fn prefetched_ms(&self) -> u64 {
-        let lasts_ms = |turn: &Turn| {
-            let fps = turn.flock.manifest().fps;
-            1_000 * u64::from(turn.frames.0) * u64::from(fps.den()) / u64::from(fps.num())
+        let lasts_ms = |scheduled: &ScheduledClip| {
+            let fps = scheduled.flock.manifest().fps;
+            1_000 * u64::from(scheduled.frames.0) * u64::from(fps.den()) / u64::from(fps.num())
         };
-        self.turns.iter().skip(1).map(|(_, turn)| lasts_ms(turn)).sum()
+        self.scheduled_clips.iter().skip(1).map(|(_, scheduled)| lasts_ms(scheduled)).sum()
     }
 
     fn take(&mut self, order: Order) {
         match order {
-            Order::Play(clip, turn) => self.turns.push_back((self.session.push(clip), turn)),
+            Order::Play(clip, scheduled) => self.scheduled_clips.push_back((self.session.push(clip), scheduled)),
             Order::Barren => self.rest = Some(Rest::Barren),
             Order::Rest => self.rest = Some(Rest::Onward),
         }
     }
 
-    fn hand_over(&mut self, frame: video::Frame) -> Result<(), Unwanted> {
-        let turn = self.turns.iter().find(|(clip, _)| *clip == frame.clip()).map(|(_, turn)| Arc::clone(turn));
-        let (number, index) = (frame.in_clip(), self.made);
+    fn hand_over(&mut self, frame: video::Frame) -> Result<(), NoReceiver> {
+        let scheduled = self
+            .scheduled_clips
+            .iter()
+            .find(|(clip, _)| *clip == frame.clip())
+            .map(|(_, scheduled)| Arc::clone(scheduled));
+        let (in_clip, index) = (frame.in_clip(), self.made);
         self.made += 1;
-        let still = Still::Decoded(frame);
-        let hash = self.workshop.is_hashed.then(|| still.md5());
-        self.frames.lay(Given::Frame(Shown { still, turn, frame: number, index, hash })).map_err(|_| Unwanted)?;
+        let pixels = Pixels::Decoded(frame);
+        let hash = self.settings.is_hashed.then(|| pixels.md5());
+        self.frames
+            .push(NextFrame::Frame(Frame { pixels, scheduled, in_clip, index, hash }))
+            .map_err(|_| NoReceiver)?;
         if index == 0 {
             self.gate.wait();
         }
@@ -174,26 +182,26 @@ impl Bench {
     }
 
     /// Reports of the oldest clip, which has ended, and tells once if it is damaged.
-    fn report(&mut self, frames: FrameCount, damage: Option<&video::Damage>) {
-        let Some((_, turn)) = self.turns.pop_front() else { return };
+    fn clip_end(&mut self, frames: FrameCount, damage: Option<&video::Damage>) {
+        let Some((_, scheduled)) = self.scheduled_clips.pop_front() else { return };
         if let Some(damage) = damage {
-            let clip = turn.clip.as_str();
+            let clip = scheduled.clip.as_str();
             self.faults.once(Kind::DamagedClip, clip, format!("clip `{clip}` is damaged: {}", chain(damage)));
-            turn.is_damaged.store(true, Ordering::Release);
+            scheduled.is_damaged.store(true, Ordering::Release);
         }
         // The library may have ordered its last clip and be gone.
-        self.reports.send(Report { turn, frames, is_damaged: damage.is_some() }).ok();
+        self.clip_ends.send(ClipEnd { scheduled, frames, is_damaged: damage.is_some() }).ok();
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Order, Workshop};
+    use super::{DecoderSettings, Order};
     use crate::pipeline::clip_source::tests::{SIZE, encode};
-    use crate::pipeline::frame_queue::{Given, Supply, shelf};
+    use crate::pipeline::frame_queue::{FrameSource, NextFrame, frame_queue};
     use crate::pipeline::start_gate::StartGate;
-    use crate::recording::faults::Faults;
-    use crate::stream::scheduled_clip::tests::turns;
+    use crate::recording::Faults;
+    use crate::stream::scheduled_clip::tests::scheduled_clips;
     use std::num::NonZero;
     use std::path::Path;
     use std::sync::Arc;
@@ -228,31 +236,32 @@ mod tests {
         mute(&bad);
         for threads in [1, 4] {
             let (orders, inbox) = sync_channel(1);
-            let (reports, ends) = channel();
-            let workshop = Workshop { threads: NonZero::new(threads).unwrap(), prefetch_ms: 60, is_hashed: false };
+            let (clip_ends, ends) = channel();
+            let settings =
+                DecoderSettings { threads: NonZero::new(threads).unwrap(), prefetch_ms: 60, is_hashed: false };
             let faults = Faults::new(|_| ());
             let gate = Arc::new(StartGate::default());
             gate.open();
-            let (hand, mut frames) = shelf(8);
-            let decoder = workshop.open(hand, inbox, reports, faults.clone(), gate).unwrap();
+            let (sender, mut frames) = frame_queue(8);
+            let decoder = settings.open(sender, inbox, clip_ends, faults.clone(), gate).unwrap();
             let (good, bad) = (good.clone(), bad.clone());
             let library = thread::spawn(move || {
                 let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };
-                let order = |path, turn| Order::Play(Clip::open(path, &form, FrameCount(2)).unwrap(), turn);
-                let mut turns = turns(200, 2).into_iter();
+                let order = |path, scheduled| Order::Play(Clip::open(path, &form, FrameCount(2)).unwrap(), scheduled);
+                let mut scheduled_clips = scheduled_clips(200, 2).into_iter();
                 // No more is ordered than a decoder may hold back and a few.
-                for turn in turns.by_ref().take(60) {
-                    orders.send(order(&bad, turn)).unwrap();
+                for scheduled in scheduled_clips.by_ref().take(60) {
+                    orders.send(order(&bad, scheduled)).unwrap();
                 }
                 let first = ends.recv_timeout(Duration::from_secs(10)).expect("it is told while orders may come");
-                assert!(first.frames == FrameCount(0) && first.is_damaged && first.turn.number == 1);
-                orders.send(order(&good, turns.next().unwrap())).unwrap();
+                assert!(first.frames == FrameCount(0) && first.is_damaged && first.scheduled.number == 1);
+                orders.send(order(&good, scheduled_clips.next().unwrap())).unwrap();
                 drop(orders);
                 ends.iter().map(|end| end.frames.0).sum::<u32>()
             });
             let shown: Vec<_> = std::iter::from_fn(|| match frames.next(Duration::from_secs(20)) {
-                Given::Frame(frame) => Some((frame.turn.unwrap().number, frame.frame)),
-                Given::Opening(_) | Given::Nothing | Given::Barren | Given::Finished => None,
+                NextFrame::Frame(frame) => Some((frame.scheduled.unwrap().number, frame.in_clip)),
+                NextFrame::First(_) | NextFrame::Nothing | NextFrame::Barren | NextFrame::Finished => None,
             })
             .collect();
             assert_eq!(shown, [(61, 0), (61, 1)], "{threads} threads");

@@ -1,42 +1,44 @@
-//! The opening: the first picture of the run, made ahead of the stream.
+//! The first frame of the run, decoded ahead of the stream.
 //!
-//! Owns how it comes to the shelf, before the stream's frames. The stream brings it again. Never speaks of damage: the
-//! stream meets the same packet and tells.
+//! Owns how it gets into the queue before the stream's frames. The stream brings it again. Never reports damage: the stream
+//! decodes the same packet and does that.
 //!
-//! Called by `clip_source.rs`, which has nothing else to do until there is a picture; `presenter.rs` lights what it gives.
+//! `clip_source.rs` calls it, which has nothing else to do until there is a picture; `presenter.rs` shows it.
 
-use crate::pipeline::frame_queue::Given;
-use crate::stream::scheduled_clip::{Shown, Still, Turn};
+use crate::pipeline::frame_queue::NextFrame;
+use crate::stream::{Frame, Pixels, ScheduledClip};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use video::Clip;
 
-/// Who brings the opening.
+/// Sends the first frame.
 #[derive(Debug)]
-pub(crate) struct Herald {
-    /// The shelf that the stream lays its frames on, too.
-    pub(crate) frames: SyncSender<Given>,
+pub(crate) struct FirstFrame {
+    /// The queue of the stream's frames.
+    pub(crate) frames: SyncSender<NextFrame>,
     /// Whether every frame is hashed.
     pub(crate) is_hashed: bool,
 }
 
-impl Herald {
-    /// Lays the first frame of `clip`, whose turn is the run's first, on the shelf; if there is no room, the stream has come
-    /// already. Without a whole picture there is no opening, and the stream comes all the same.
-    pub(crate) fn announce(self, clip: &Clip, turn: Arc<Turn>) {
+impl FirstFrame {
+    /// Puts the first frame of `clip`, the run's first, into the queue; if there is no room, the stream has come already.
+    /// If the picture is not whole nothing is sent, and the stream comes all the same.
+    pub(crate) fn send(self, clip: &Clip, scheduled: Arc<ScheduledClip>) {
         let Some(frame) = video::opening(clip) else { return };
-        let still = Still::Decoded(frame);
-        let hash = self.is_hashed.then(|| still.md5());
-        self.frames.try_send(Given::Opening(Shown { still, turn: Some(turn), frame: 0, index: 0, hash })).ok();
+        let pixels = Pixels::Decoded(frame);
+        let hash = self.is_hashed.then(|| pixels.md5());
+        self.frames
+            .try_send(NextFrame::First(Frame { pixels, scheduled: Some(scheduled), in_clip: 0, index: 0, hash }))
+            .ok();
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Herald;
+    use super::FirstFrame;
     use crate::pipeline::clip_source::tests::{SIZE, encode};
-    use crate::pipeline::frame_queue::Given;
-    use crate::stream::scheduled_clip::tests::turns;
+    use crate::pipeline::frame_queue::NextFrame;
+    use crate::stream::scheduled_clip::tests::scheduled_clips;
     use std::fs;
     use std::path::Path;
     use std::sync::Arc;
@@ -48,11 +50,11 @@ mod tests {
         Clip::open(path, &Form { size: SIZE, fps: Rate::new(30, 1).unwrap() }, FrameCount(2)).unwrap()
     }
 
-    fn announced(path: &Path, room: usize) -> Option<Given> {
-        let (frames, shelf) = sync_channel(room);
-        let turn = Arc::clone(&turns(1, 2)[0]);
-        Herald { frames, is_hashed: true }.announce(&open(path), turn);
-        shelf.try_recv().ok()
+    fn sent(path: &Path, room: usize) -> Option<NextFrame> {
+        let (frames, queue) = sync_channel(room);
+        let scheduled = Arc::clone(&scheduled_clips(1, 2)[0]);
+        FirstFrame { frames, is_hashed: true }.send(&open(path), scheduled);
+        queue.try_recv().ok()
     }
 
     #[test]
@@ -60,15 +62,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("clip.mp4");
         encode(&path);
-        let Some(Given::Opening(opening)) = announced(&path, 1) else { panic!("no opening") };
-        assert_eq!((opening.frame, opening.index), (0, 0));
-        assert!(announced(&path, 0).is_none(), "where there is no room the stream has come");
+        let Some(NextFrame::First(first)) = sent(&path, 1) else { panic!("no first frame") };
+        assert_eq!((first.in_clip, first.index), (0, 0));
+        assert!(sent(&path, 0).is_none(), "where there is no room the stream has come");
 
         let mut session = Session::new(std::num::NonZero::<usize>::MIN).unwrap();
         assert_eq!(session.push(open(&path)), ClipNumber(0));
         session.finish();
-        let Poll::Frame(first) = session.poll() else { panic!("no frame") };
-        assert_eq!(opening.hash, Some(crate::stream::scheduled_clip::Still::Decoded(first).md5()));
+        let Poll::Frame(streamed) = session.poll() else { panic!("no frame") };
+        assert_eq!(first.hash, Some(crate::stream::Pixels::Decoded(streamed).md5()));
     }
 
     #[test]
@@ -84,6 +86,6 @@ mod tests {
         let length = u32::from_be_bytes(bytes[slice..slice + 4].try_into().unwrap()) as usize;
         bytes[slice + 8..slice + 4 + length].fill(0xff);
         fs::write(&path, bytes).unwrap();
-        assert!(announced(&path, 1).is_none());
+        assert!(sent(&path, 1).is_none());
     }
 }

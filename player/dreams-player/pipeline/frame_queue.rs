@@ -1,35 +1,34 @@
-//! Where decoded frames lie until they are lit.
+//! The queue of decoded frames, from the decoder to the presenter.
 //!
-//! Owns how many are made at a time: when the shelf is full the decoder rests until a batch of them is gone, and then
-//! makes that batch in one go: one that is woken for every frame finds its caches taken by others every time, which costs
-//! it some 3 in 100. Never fewer lie there than are promised, unless the decoder is too slow. Whoever takes one is never
-//! kept waiting by who lays them down.
+//! Owns how many are decoded at a time: when the queue is full the decoder waits until a batch of them is gone, and then
+//! decodes that batch without a pause. A decoder that wakes for every frame finds its caches cold each time, which costs it
+//! 3 %. The queue never holds fewer than were asked for, unless the decoder is too slow. The presenter never waits for a lock.
 //!
-//! Start at [`shelf`].
+//! Start at [`frame_queue`].
 
-use crate::stream::scheduled_clip::Shown;
+use crate::stream::Frame;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::thread::{self, Thread};
 use std::time::Duration;
 
-/// Frames made in one go, beyond those that must lie ready.
+/// Frames decoded without a pause, beyond those that must be ready.
 const BATCH: usize = 8;
 
 /// Where frames come from.
-pub(crate) trait Supply {
+pub(crate) trait FrameSource {
     /// The next frame, waiting for it at most `patience`.
-    fn next(&mut self, patience: Duration) -> Given;
+    fn next(&mut self, patience: Duration) -> NextFrame;
 }
 
-/// What a supply gives.
+/// What a source gives.
 #[derive(Debug)]
-pub(crate) enum Given {
+pub(crate) enum NextFrame {
     /// The first frame of the run, ahead of the stream, which brings it again.
-    Opening(Shown),
+    First(Frame),
     /// The next frame.
-    Frame(Shown),
+    Frame(Frame),
     /// Nothing yet.
     Nothing,
     /// Nothing, and for now there is nothing to come: no clip can be played.
@@ -38,85 +37,85 @@ pub(crate) enum Given {
     Finished,
 }
 
-/// A shelf on which `ahead` frames lie ready at least: who lays them down, and who takes them.
-pub(crate) fn shelf(ahead: usize) -> (Hand, Frames) {
-    let (frames, shelf) = sync_channel(ahead + BATCH);
+/// A queue that holds at least `ahead` frames: its two ends.
+pub(crate) fn frame_queue(ahead: usize) -> (FrameSender, FrameReceiver) {
+    let (frames, receiver) = sync_channel(ahead + BATCH);
     let count = Arc::new(Count::default());
-    let hand = Hand { frames, ahead, count: Arc::clone(&count) };
-    (hand, Frames { shelf, ahead, count })
+    let sender = FrameSender { frames, ahead, count: Arc::clone(&count) };
+    (sender, FrameReceiver { receiver, ahead, count })
 }
 
-/// How many frames lie there, and who rests meanwhile.
+/// How many frames it holds, and the thread that waits for room.
 #[derive(Debug, Default)]
 struct Count {
-    lying: AtomicUsize,
+    queued: AtomicUsize,
     is_closed: AtomicBool,
-    resting: OnceLock<Thread>,
+    waiting: OnceLock<Thread>,
 }
 
-/// Lays frames down. Belongs to one thread.
+/// Puts frames into the queue. Belongs to one thread.
 #[derive(Debug)]
-pub(crate) struct Hand {
-    frames: SyncSender<Given>,
+pub(crate) struct FrameSender {
+    frames: SyncSender<NextFrame>,
     ahead: usize,
     count: Arc<Count>,
 }
 
-impl Hand {
-    /// Lays one down, after a rest if the shelf is full.
+impl FrameSender {
+    /// Puts one in; waits first if the queue is full.
     ///
     /// # Errors
-    /// The frame, if nobody will ever take it.
-    pub(crate) fn lay(&self, given: Given) -> Result<(), SendError<Given>> {
-        let lying = || self.count.lying.load(Ordering::Acquire);
-        if lying() >= self.ahead + BATCH {
-            self.count.resting.get_or_init(thread::current);
-            while lying() > self.ahead && !self.count.is_closed.load(Ordering::Acquire) {
+    /// The frame, if the receiver is gone.
+    pub(crate) fn push(&self, next: NextFrame) -> Result<(), SendError<NextFrame>> {
+        let queued = || self.count.queued.load(Ordering::Acquire);
+        if queued() >= self.ahead + BATCH {
+            self.count.waiting.get_or_init(thread::current);
+            while queued() > self.ahead && !self.count.is_closed.load(Ordering::Acquire) {
                 thread::park();
             }
         }
-        self.count.lying.fetch_add(1, Ordering::AcqRel);
-        self.frames.send(given)
+        self.count.queued.fetch_add(1, Ordering::AcqRel);
+        self.frames.send(next)
     }
 
-    /// The way to the shelf for the opening, which does not count.
-    pub(crate) fn side(&self) -> SyncSender<Given> {
+    /// A second sender, for the first frame, which is not counted.
+    pub(crate) fn first_frame_sender(&self) -> SyncSender<NextFrame> {
         self.frames.clone()
     }
 }
 
-/// Takes frames. When it goes, nobody rests any more.
+/// Takes frames. When it is dropped, the sender waits no more.
 #[derive(Debug)]
-pub(crate) struct Frames {
-    shelf: Receiver<Given>,
+pub(crate) struct FrameReceiver {
+    receiver: Receiver<NextFrame>,
     ahead: usize,
     count: Arc<Count>,
 }
 
-impl Frames {
+impl FrameReceiver {
     fn wake(&self) {
-        if let Some(resting) = self.count.resting.get() {
-            resting.unpark();
+        if let Some(waiting) = self.count.waiting.get() {
+            waiting.unpark();
         }
     }
 }
 
-impl Supply for Frames {
-    fn next(&mut self, patience: Duration) -> Given {
-        let given = if patience.is_zero() {
-            self.shelf.try_recv().map_err(|error| matches!(error, TryRecvError::Disconnected))
+impl FrameSource for FrameReceiver {
+    fn next(&mut self, patience: Duration) -> NextFrame {
+        let next = if patience.is_zero() {
+            self.receiver.try_recv().map_err(|error| matches!(error, TryRecvError::Disconnected))
         } else {
-            self.shelf.recv_timeout(patience).map_err(|error| matches!(error, RecvTimeoutError::Disconnected))
+            self.receiver.recv_timeout(patience).map_err(|error| matches!(error, RecvTimeoutError::Disconnected))
         };
-        let is_counted = matches!(given, Ok(Given::Frame(_) | Given::Barren));
-        if is_counted && self.count.lying.fetch_sub(1, Ordering::AcqRel) == self.ahead + 1 {
+        let is_counted = matches!(next, Ok(NextFrame::Frame(_) | NextFrame::Barren));
+        if is_counted && self.count.queued.fetch_sub(1, Ordering::AcqRel) == self.ahead + 1 {
             self.wake();
         }
-        given.unwrap_or_else(|is_over| if is_over { Given::Finished } else { Given::Nothing })
+        next.unwrap_or_else(|is_over| if is_over { NextFrame::Finished } else { NextFrame::Nothing })
     }
 }
 
-impl Drop for Frames {
+impl Drop for FrameReceiver {
     fn drop(&mut self) {
         self.count.is_closed.store(true, Ordering::Release);
         self.wake();
@@ -125,19 +124,19 @@ impl Drop for Frames {
 
 #[cfg(test)]
 mod tests {
-    use super::{BATCH, Given, Supply, shelf};
-    use crate::stream::scheduled_clip::tests::{frames, turns};
+    use super::{BATCH, FrameSource, NextFrame, frame_queue};
+    use crate::stream::scheduled_clip::tests::{frames, scheduled_clips};
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::thread;
     use std::time::Duration;
 
     #[test]
     fn frames_are_made_in_batches_and_never_fewer_lie_ready_than_promised() {
-        let (hand, mut taker) = shelf(3);
+        let (sender, mut taker) = frame_queue(3);
         let made = &AtomicUsize::new(0);
         thread::scope(|scope| {
             scope.spawn(move || {
-                while hand.lay(Given::Frame(frames(&turns(1, 1)).remove(0))).is_ok() {
+                while sender.push(NextFrame::Frame(frames(&scheduled_clips(1, 1)).remove(0))).is_ok() {
                     made.fetch_add(1, Ordering::SeqCst);
                 }
             });
@@ -151,7 +150,7 @@ mod tests {
                 assert!(is_there(3 + round * BATCH), "round {round}: {made:?}");
                 for taken in 1..=BATCH {
                     assert_eq!(made.load(Ordering::SeqCst), 3 + round * BATCH, "it rests while {taken} are taken");
-                    assert!(matches!(taker.next(Duration::ZERO), Given::Frame(_)));
+                    assert!(matches!(taker.next(Duration::ZERO), NextFrame::Frame(_)));
                 }
             }
             // Nobody rests for one who is gone.

@@ -6,11 +6,18 @@
 //! Start at [`presenter::Show`].
 
 mod black_picture;
-pub(crate) mod clip_source;
-pub(crate) mod decoder;
-pub(crate) mod first_frame;
-pub(crate) mod frame_queue;
+mod clip_source;
+mod decoder;
+mod first_frame;
+mod frame_queue;
 mod pacing;
 mod playback;
-pub(crate) mod presenter;
-pub(crate) mod start_gate;
+mod presenter;
+mod start_gate;
+
+pub(crate) use clip_source::{ClipSource, Strikes, Successor};
+pub(crate) use decoder::DecoderSettings;
+pub(crate) use first_frame::FirstFrame;
+pub(crate) use frame_queue::{FrameReceiver, frame_queue};
+pub(crate) use presenter::{Presenter, PresenterHandles, RunEnd};
+pub(crate) use start_gate::StartGate;

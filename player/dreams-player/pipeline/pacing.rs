@@ -6,9 +6,9 @@
 
 use timing::{Cadence, Rate, Vblank};
 
-/// The pace of one flock on one screen.
+/// When the frames of one flock are due on one screen.
 #[derive(Clone, Debug)]
-pub(crate) struct Pace {
+pub(crate) struct Pacing {
     frames: Rate,
     cadence: Cadence,
     /// How many vblanks the lit frame stays lit, at least 1.
@@ -17,8 +17,8 @@ pub(crate) struct Pace {
     lit: Option<Vblank>,
 }
 
-impl Pace {
-    /// The pace of `frames` a second on a screen of `refresh` vblanks a second.
+impl Pacing {
+    /// For `frames` a second on a screen of `refresh` vblanks a second.
     pub(crate) fn new(frames: Rate, refresh: Rate) -> Self {
         Self { frames, cadence: Cadence::new(frames, refresh), hold: 1, lit: None }
     }
@@ -50,21 +50,21 @@ impl Pace {
     }
 
     /// The screen was away and shows the last frame again since `vblank`: it stays lit for its time, and the time
-    /// without a screen is nobody's lateness.
+    /// without a screen does not count as late.
     pub(crate) fn resumed(&mut self, vblank: Vblank) {
         self.lit = Some(vblank);
     }
 
-    /// The last vblank of the lit frame: a commit after it began brings the next frame when it is due.
+    /// The last vblank of the lit frame: a commit after it began shows the next frame at the vblank at which it is due.
     /// `None` before the first frame.
-    pub(crate) fn eve(&self) -> Option<Vblank> {
+    pub(crate) fn last_vblank_before_due(&self) -> Option<Vblank> {
         self.lit.map(|lit| lit.after(self.hold - 1))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Pace;
+    use super::Pacing;
     use timing::{Rate, Vblank};
 
     fn rate(num: u64, den: u64) -> Rate {
@@ -73,12 +73,12 @@ mod tests {
 
     #[test]
     fn film_on_60_hz_is_due_after_two_and_three_vblanks_by_turns() {
-        let mut pace = Pace::new(rate(24, 1), rate(60, 1));
+        let mut pacing = Pacing::new(rate(24, 1), rate(60, 1));
         let mut at = Vblank(u32::MAX - 3);
         let mut holds = Vec::new();
         for _ in 0..6 {
-            assert_eq!(pace.flipped(at), 0);
-            let due = pace.eve().unwrap().after(1);
+            assert_eq!(pacing.flipped(at), 0);
+            let due = pacing.last_vblank_before_due().unwrap().after(1);
             holds.push(due.since(at));
             at = due;
         }
@@ -87,48 +87,48 @@ mod tests {
 
     #[test]
     fn a_late_frame_counts_once_per_missed_vblank_and_moves_its_successors() {
-        let mut pace = Pace::new(rate(30, 1), rate(60, 1));
-        assert_eq!(pace.flipped(Vblank(10)), 0);
-        assert_eq!(pace.flipped(Vblank(15)), 3);
-        assert_eq!(pace.eve(), Some(Vblank(16)));
-        assert_eq!(pace.flipped(Vblank(17)), 0);
+        let mut pacing = Pacing::new(rate(30, 1), rate(60, 1));
+        assert_eq!(pacing.flipped(Vblank(10)), 0);
+        assert_eq!(pacing.flipped(Vblank(15)), 3);
+        assert_eq!(pacing.last_vblank_before_due(), Some(Vblank(16)));
+        assert_eq!(pacing.flipped(Vblank(17)), 0);
     }
 
     #[test]
     fn a_frame_that_is_awaited_is_late_already() {
-        let mut pace = Pace::new(rate(30, 1), rate(60, 1));
-        assert_eq!(pace.overdue(Vblank(9)), 0);
-        pace.flipped(Vblank(10));
-        assert_eq!([10, 11, 12, 13, 14].map(|vblank| pace.overdue(Vblank(vblank))), [0, 0, 1, 2, 3]);
-        assert_eq!(pace.flipped(Vblank(15)), 3);
-        assert_eq!(pace.overdue(Vblank(15)), 0);
+        let mut pacing = Pacing::new(rate(30, 1), rate(60, 1));
+        assert_eq!(pacing.overdue(Vblank(9)), 0);
+        pacing.flipped(Vblank(10));
+        assert_eq!([10, 11, 12, 13, 14].map(|vblank| pacing.overdue(Vblank(vblank))), [0, 0, 1, 2, 3]);
+        assert_eq!(pacing.flipped(Vblank(15)), 3);
+        assert_eq!(pacing.overdue(Vblank(15)), 0);
     }
 
     #[test]
     fn a_flock_faster_than_the_screen_is_shown_whole() {
-        let mut pace = Pace::new(rate(60, 1), rate(30, 1));
+        let mut pacing = Pacing::new(rate(60, 1), rate(30, 1));
         for vblank in 0..100 {
-            assert_eq!(pace.flipped(Vblank(vblank)), 0);
-            assert_eq!(pace.eve(), Some(Vblank(vblank)));
+            assert_eq!(pacing.flipped(Vblank(vblank)), 0);
+            assert_eq!(pacing.last_vblank_before_due(), Some(Vblank(vblank)));
         }
     }
 
     #[test]
     fn another_rate_holds_from_its_first_frame_on_and_that_one_comes_in_its_time() {
-        let mut pace = Pace::new(rate(30, 1), rate(60, 1));
-        assert_eq!(pace.flipped(Vblank(10)), 0);
-        pace.goes_on(rate(20, 1), rate(60, 1));
-        assert_eq!((pace.eve(), pace.flipped(Vblank(12))), (Some(Vblank(11)), 0));
-        assert_eq!(pace.eve(), Some(Vblank(14)));
+        let mut pacing = Pacing::new(rate(30, 1), rate(60, 1));
+        assert_eq!(pacing.flipped(Vblank(10)), 0);
+        pacing.goes_on(rate(20, 1), rate(60, 1));
+        assert_eq!((pacing.last_vblank_before_due(), pacing.flipped(Vblank(12))), (Some(Vblank(11)), 0));
+        assert_eq!(pacing.last_vblank_before_due(), Some(Vblank(14)));
     }
 
     #[test]
     fn time_without_a_screen_is_nobodys_lateness() {
-        let mut pace = Pace::new(rate(25, 1), rate(60, 1));
-        pace.flipped(Vblank(100));
-        pace.moved_to(rate(50, 1));
-        pace.resumed(Vblank(7));
-        assert_eq!(pace.flipped(Vblank(9)), 0);
-        assert_eq!(pace.eve(), Some(Vblank(10)));
+        let mut pacing = Pacing::new(rate(25, 1), rate(60, 1));
+        pacing.flipped(Vblank(100));
+        pacing.moved_to(rate(50, 1));
+        pacing.resumed(Vblank(7));
+        assert_eq!(pacing.flipped(Vblank(9)), 0);
+        assert_eq!(pacing.last_vblank_before_due(), Some(Vblank(10)));
     }
 }

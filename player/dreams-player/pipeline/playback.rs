@@ -21,7 +21,7 @@ pub(crate) enum Playback {
     /// The lit frame's time is over and its successor has not come: it stays lit.
     Holding,
     /// The screen is gone, and had a frame of ours lit or not. Nothing is decoded to nowhere.
-    Away(Kept),
+    Away(LastLit),
     /// The run is over.
     Ended,
 }
@@ -39,7 +39,7 @@ pub(crate) enum Next {
 
 /// What a screen had lit when it went away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kept {
+pub(crate) enum LastLit {
     /// Nothing of ours.
     Nothing,
     /// A frame, to be lit again.
@@ -85,10 +85,10 @@ pub(crate) enum Effect {
     /// Copy the lit frame to the back buffer and send it to the glass.
     Relight,
     /// Draw the fault card and send it to the glass.
-    LightCard,
+    LightFaultCard,
     /// Ask the screen to tell when the next frame is due, or for the next vblank if that is past.
     AwaitDue,
-    /// The run is over: report it.
+    /// The run is over.
     End,
 }
 
@@ -134,28 +134,28 @@ impl Playback {
     /// ```
     #[expect(clippy::match_same_arms, reason = "the arms stand in the order of the table")]
     pub(crate) fn on(self, event: Event) -> (Self, Effect) {
-        use Effect::{AwaitDue, Commit, End, Light, LightCard, Relight, Stage, Wait};
+        use Effect::{AwaitDue, Commit, End, Light, LightFaultCard, Relight, Stage, Wait};
         use Event::{Back, Barren, Due, Finished, Flipped, Lost, Ready, Recovered, Stale, Stop};
         use Next::{Missing, Never, Staged};
         use Playback::{Away, Dark, Ended, Flying, Holding, Lit, Relighting, Rising};
         match (self, event) {
             (Dark, Ready) => (Rising, Light),
-            (Dark, Barren) => (Rising, LightCard),
+            (Dark, Barren) => (Rising, LightFaultCard),
             (Dark | Holding, Finished) | (Lit(Never), Due) => (Ended, End),
-            (Dark | Rising, Lost) => (Away(Kept::Nothing), Wait),
+            (Dark | Rising, Lost) => (Away(LastLit::Nothing), Wait),
             (Rising | Flying | Relighting, Flipped) => (Lit(Missing), AwaitDue),
             (Rising, Recovered) => (Rising, Light),
             (Lit(Missing), Ready) => (Lit(Staged), Stage),
             (Lit(Missing), Finished) => (Lit(Never), Wait),
             (Lit(Missing) | Holding, Due) => (Holding, AwaitDue),
-            (Lit(_) | Flying | Relighting | Holding, Lost) => (Away(Kept::Frame), Wait),
+            (Lit(_) | Flying | Relighting | Holding, Lost) => (Away(LastLit::Frame), Wait),
             (Lit(Missing | Staged), Recovered) => (Lit(Missing), AwaitDue),
             (Lit(Staged), Due) => (Flying, Commit),
             (Lit(Never), Recovered) => (Lit(Never), AwaitDue),
             (Flying, Recovered) | (Holding, Ready) => (Flying, Light),
-            (Relighting, Recovered) | (Holding, Stale) | (Away(Kept::Frame), Back) => (Relighting, Relight),
+            (Relighting, Recovered) | (Holding, Stale) | (Away(LastLit::Frame), Back) => (Relighting, Relight),
             (Holding, Recovered) => (Holding, AwaitDue),
-            (Away(Kept::Nothing), Back) => (Dark, Wait),
+            (Away(LastLit::Nothing), Back) => (Dark, Wait),
             (Dark | Rising | Lit(_) | Flying | Relighting | Holding | Away(_) | Ended, Stop) => (Ended, End),
             // Late or early news: a vblank asked for before a commit, a flip of a commit that was void, a screen
             // that says twice that it is gone.
@@ -172,7 +172,7 @@ impl Playback {
 
 #[cfg(test)]
 mod tests {
-    use super::{Effect, Event, Kept, Next, Playback};
+    use super::{Effect, Event, LastLit, Next, Playback};
     use std::fmt::Write;
 
     const STATES: [Playback; 11] = [
@@ -184,8 +184,8 @@ mod tests {
         Playback::Flying,
         Playback::Relighting,
         Playback::Holding,
-        Playback::Away(Kept::Nothing),
-        Playback::Away(Kept::Frame),
+        Playback::Away(LastLit::Nothing),
+        Playback::Away(LastLit::Frame),
         Playback::Ended,
     ];
     const EVENTS: [Event; 9] = [
@@ -230,7 +230,7 @@ mod tests {
             for event in EVENTS {
                 let (after, effect) = state.on(event);
                 assert!(!matches!(after, Playback::Dark | Playback::Rising), "{state:?} {event:?}");
-                assert_ne!(effect, Effect::LightCard, "{state:?} {event:?}");
+                assert_ne!(effect, Effect::LightFaultCard, "{state:?} {event:?}");
                 if !seen.contains(&after) {
                     seen.push(after);
                 }
@@ -243,7 +243,7 @@ mod tests {
     fn a_screen_that_comes_back_shows_the_last_frame_again() {
         for state in STATES {
             let (away, _) = state.on(Event::Lost);
-            if away == Playback::Away(Kept::Frame) {
+            if away == Playback::Away(LastLit::Frame) {
                 assert_eq!(away.on(Event::Back), (Playback::Relighting, Effect::Relight));
             }
         }

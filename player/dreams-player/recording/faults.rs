@@ -1,7 +1,7 @@
-//! What went wrong while playing, each cause told once.
+//! What went wrong while playing, each cause logged once.
 //!
-//! Owns the list of faults. A fault never stops the picture; whatever stops it is `report::Fatal`. Who writes
-//! a fault down must not wait for a disk: any thread may meet one.
+//! Owns the list of faults. A fault never stops the picture; what stops it is `fatal::Fatal`. Whoever is given a fault must
+//! not wait for a disk: any thread may meet one.
 
 use player::lock::hold;
 use std::collections::BTreeSet;
@@ -16,7 +16,7 @@ pub(crate) enum Kind {
     DamagedClip,
     /// A clip cannot be opened.
     MissingClip,
-    /// The walk's place cannot be kept.
+    /// The walk's place cannot be saved.
     Place,
     /// The screen went away, or repaired itself.
     Screen,
@@ -38,12 +38,12 @@ impl Kind {
     }
 }
 
-/// One fault, as it was told.
+/// One fault.
 #[derive(Clone, Debug)]
 pub(crate) struct Fault {
     pub(crate) kind: Kind,
     pub(crate) message: String,
-    /// It was told in these words before: another occurrence, no news.
+    /// The same message came before: another occurrence, nothing new.
     pub(crate) is_repeated: bool,
 }
 
@@ -52,11 +52,11 @@ pub(crate) struct Fault {
 pub(crate) struct Faults {
     /// Writes a fault down.
     tell: Arc<dyn Fn(Fault) + Send + Sync>,
-    told: Arc<Mutex<Told>>,
+    told: Arc<Mutex<FaultList>>,
 }
 
 #[derive(Debug, Default)]
-struct Told {
+struct FaultList {
     causes: BTreeSet<(Kind, String)>,
     words: BTreeSet<(Kind, String)>,
     count: u64,
@@ -72,7 +72,7 @@ impl Faults {
         Self { tell: Arc::new(tell), told: Arc::default() }
     }
 
-    /// Tells that something went wrong with `subject`, unless that was told before.
+    /// Adds a fault of `subject`, unless it has one of this kind already.
     pub(crate) fn once(&self, kind: Kind, subject: &str, message: String) {
         let is_new = hold(&self.told).causes.insert((kind, subject.to_owned()));
         if is_new {
@@ -80,12 +80,12 @@ impl Faults {
         }
     }
 
-    /// Another flock is played: what was told of the clips of the one before may be told again.
+    /// Another flock is played: faults of the clips of the one before may be added again.
     pub(crate) fn renew(&self) {
         hold(&self.told).causes.clear();
     }
 
-    /// Tells that something went wrong, as often as it does. It is news only the first time.
+    /// Adds a fault, as often as it occurs.
     pub(crate) fn tell(&self, kind: Kind, message: String) {
         let mut told = hold(&self.told);
         told.count += 1;
@@ -99,7 +99,7 @@ impl Faults {
         (self.tell)(fault);
     }
 
-    /// How many faults were told.
+    /// How many faults there were.
     pub(crate) fn count(&self) -> u64 {
         hold(&self.told).count
     }

@@ -1,13 +1,20 @@
-//! What happened: the trace, the log lines about playing, the counters, the faults, and the place in the path.
+//! What happened in a run: trace, log lines, counters, faults, what is on the screen, and the saved place.
 //!
 //! Owns the files that the player writes. Never decides what is played.
 //!
 //! Start at [`recorder::Scribe`].
 
-pub(crate) mod faults;
-pub(crate) mod place_saver;
-pub(crate) mod place_store;
-pub(crate) mod recorder;
-pub(crate) mod tally;
+mod faults;
+mod place_saver;
+mod place_store;
+mod recorder;
+mod tally;
 mod trace;
-pub(crate) mod view;
+mod view;
+
+pub(crate) use faults::{Fault, Faults, Kind};
+pub(crate) use place_saver::PlaceSaver;
+pub(crate) use place_store::{PlaceStore, saved_place};
+pub(crate) use recorder::{Record, Recorder, Trace};
+pub(crate) use tally::Tally;
+pub(crate) use view::SharedView;

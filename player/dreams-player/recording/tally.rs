@@ -1,6 +1,6 @@
 //! What a run counts.
 //!
-//! Owns the counters. `presenter.rs` raises them; the trace and the status page tell them.
+//! Owns the counters. `presenter.rs` counts; the trace and the status page show them.
 
 /// The counters of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

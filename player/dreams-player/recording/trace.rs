@@ -2,8 +2,8 @@
 //!
 //! Owns their fields, which other tools rely on. Never writes them: `recorder.rs` does.
 
-use crate::recording::recorder::Note;
-use crate::stream::fault_card;
+use crate::recording::recorder::Record;
+use crate::stream::FAULT_CARD;
 use serde::{Serialize, Serializer};
 
 /// One line of the trace, as JSON.
@@ -33,22 +33,22 @@ pub(crate) enum Line<'a> {
 
 impl<'a> Line<'a> {
     /// The line of `note`, if it has one.
-    pub(crate) fn of(note: &'a Note) -> Option<Self> {
+    pub(crate) fn of(note: &'a Record) -> Option<Self> {
         Some(match note {
-            Note::Start { lit, fps } => {
+            Record::Start { lit, fps } => {
                 Self::Start { screen: &lit.screen, mode: &lit.mode, format: &lit.format, fps: [fps.num(), fps.den()] }
             }
-            Note::Flip { turn, frame, vblank, at, late, hash } => Self::Flip {
-                clip: turn.as_ref().map_or(fault_card::NAME, |turn| turn.clip.as_str()),
+            Record::Flip { scheduled, frame, vblank, at, late, hash } => Self::Flip {
+                clip: scheduled.as_ref().map_or(FAULT_CARD, |scheduled| scheduled.clip.as_str()),
                 frame: *frame,
                 vblank: vblank.0,
                 t_ns: at.0,
                 late: *late,
                 hash: hash.map(Hex),
             },
-            Note::Join { from, to } => Self::Join { from: from.clip.as_str(), to: to.clip.as_str() },
-            Note::Fault { kind, message, .. } => Self::Fault { kind, message },
-            Note::End { tally, faults } => Self::End {
+            Record::Join { from, to } => Self::Join { from: from.clip.as_str(), to: to.clip.as_str() },
+            Record::Fault { kind, message, .. } => Self::Fault { kind, message },
+            Record::End { tally, faults } => Self::End {
                 flips: tally.flips,
                 late: tally.late,
                 repeated: tally.repeated,
@@ -56,7 +56,7 @@ impl<'a> Line<'a> {
                 joins: tally.joins,
                 faults: *faults,
             },
-            Note::Ready | Note::Alive => return None,
+            Record::Ready | Record::Alive => return None,
         })
     }
 }
@@ -74,14 +74,14 @@ impl Serialize for Hex {
 #[cfg(test)]
 mod tests {
     use super::Line;
-    use crate::recording::recorder::Note;
+    use crate::recording::recorder::Record;
     use crate::recording::tally::Tally;
-    use crate::stream::scheduled_clip::tests::turns;
+    use crate::stream::scheduled_clip::tests::scheduled_clips;
     use screen::Lit;
     use std::sync::Arc;
     use timing::{Nanos, Rate, Vblank};
 
-    fn line(note: &Note) -> String {
+    fn line(note: &Record) -> String {
         serde_json::to_string(&Line::of(note).unwrap()).unwrap()
     }
 
@@ -96,13 +96,14 @@ mod tests {
             notes: Vec::new(),
         };
         assert_eq!(
-            line(&Note::Start { lit: Arc::new(lit), fps: Rate::new(24_000, 1_001).unwrap() }),
+            line(&Record::Start { lit: Arc::new(lit), fps: Rate::new(24_000, 1_001).unwrap() }),
             r#"{"event":"start","screen":"virtual","mode":"640x480@60","format":"YU12","fps":[24000,1001]}"#
         );
-        let turn = turns(1, 2).remove(0);
-        let flip = |turn, hash| Note::Flip { turn, frame: 1, vblank: Vblank(9), at: Nanos(150), late: 0, hash };
+        let scheduled = scheduled_clips(1, 2).remove(0);
+        let flip =
+            |scheduled, hash| Record::Flip { scheduled, frame: 1, vblank: Vblank(9), at: Nanos(150), late: 0, hash };
         assert_eq!(
-            line(&flip(Some(turn.clone()), None)),
+            line(&flip(Some(scheduled.clone()), None)),
             r#"{"event":"flip","clip":"loop.mp4","frame":1,"vblank":9,"t_ns":150,"late":0}"#
         );
         assert_eq!(
@@ -113,16 +114,16 @@ mod tests {
             )
         );
         assert_eq!(
-            line(&Note::Join { from: turn.clone(), to: turn }),
+            line(&Record::Join { from: scheduled.clone(), to: scheduled }),
             r#"{"event":"join","from":"loop.mp4","to":"loop.mp4"}"#
         );
         assert_eq!(
-            line(&Note::Fault { kind: "missing-clip", message: "gone".to_owned(), is_repeated: false }),
+            line(&Record::Fault { kind: "missing-clip", message: "gone".to_owned(), is_repeated: false }),
             r#"{"event":"fault","kind":"missing-clip","message":"gone"}"#
         );
         let tally = Tally { flips: 6, late: 5, repeated: 4, skipped: 3, joins: 2 };
         assert_eq!(
-            line(&Note::End { tally, faults: 1 }),
+            line(&Record::End { tally, faults: 1 }),
             r#"{"event":"end","flips":6,"late":5,"repeated":4,"skipped":3,"joins":2,"faults":1}"#
         );
     }

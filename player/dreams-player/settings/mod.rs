@@ -1,9 +1,13 @@
-//! What the player is told: the config, the command line, and the settings that both have.
+//! The player's config, its command line, and the types of their values.
 //!
 //! Owns every key and option. Never acts on one.
 //!
 //! Start at [`options::Options`].
 
-pub(crate) mod choices;
-pub(crate) mod config;
-pub(crate) mod options;
+mod choices;
+mod config;
+mod options;
+
+pub(crate) use choices::{Clock, ScreenChoice, StatusAddress};
+pub(crate) use config::Config;
+pub(crate) use options::Options;

@@ -11,7 +11,7 @@ use player::hours::{Brightness, Hours, Night, Zone};
 use player::log_level::LogLevel;
 use std::path::PathBuf;
 
-/// What every command of the house says at the end of its help. `report::Exit` has the same four.
+/// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  the run ended as asked: by a signal, or after --clips

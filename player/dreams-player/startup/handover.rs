@@ -1,7 +1,7 @@
-//! The hand-over: how the player that lights the first picture leaves the glass to the one that plays.
+//! The hand-over from the prelude, which lights the first picture, to the player.
 //!
-//! Owns the socket between the two, and what goes over it once: the card, open, with the picture on its glass, and the
-//! place in the path, so that the other one begins with that very picture. Whoever takes it never waits for long.
+//! Owns the socket between the two and the one message on it: the open DRM card, which shows the picture, and the place in
+//! the path, so that the player begins with the same picture. The player never waits longer than [`PATIENCE`].
 //!
 //! `prelude.rs` gives; `run.rs` and `still.rs` take.
 
@@ -17,23 +17,22 @@ use std::path::Path;
 use std::slice;
 use std::time::Duration;
 
-/// Where it takes place on a unit.
+/// The socket on a unit.
 pub(crate) const SOCKET: &str = "/run/dreams-prelude/card";
 
-/// How long whoever said that there is something may take to hand it over.
+/// How long the prelude may take to send.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What is handed over.
 #[derive(Debug)]
-pub(crate) struct Handed {
-    /// The card, with a picture on its glass. Closed, it is dark.
+pub(crate) struct Handover {
+    /// The open DRM card, which shows a picture. When it is closed the screen goes dark.
     pub(crate) card: OwnedFd,
     /// The place in the path that the picture is of, as `flock::Place` writes it.
     pub(crate) place: Vec<u8>,
 }
 
-/// Hands `card` and `place` to the first who comes, and returns when they are on their way. Nobody gets less than both.
-/// `ready` is called when somebody may come.
+/// Sends `card` and `place` to the first process that connects, always both. `ready` is called when the socket listens.
 ///
 /// # Errors
 /// What the kernel says of the socket, or of sending.
@@ -41,8 +40,8 @@ pub(crate) fn give(card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> 
     give_at(Path::new(SOCKET), card, place, ready)
 }
 
-/// Takes what is offered, if something is.
-pub(crate) fn take() -> Option<Handed> {
+/// Receives what the prelude offers; `None` without a prelude.
+pub(crate) fn take() -> Option<Handover> {
     take_at(Path::new(SOCKET))
 }
 
@@ -57,12 +56,12 @@ fn give_at(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce
     taker.write_all(&place[sent..])
 }
 
-fn take_at(socket: &Path) -> Option<Handed> {
+fn take_at(socket: &Path) -> Option<Handover> {
     let giver = UnixStream::connect(socket).ok()?;
-    taken(giver).inspect_err(|error| tracing::warn!(%error, "the first picture is not handed over")).ok()
+    taken(giver).inspect_err(|error| tracing::warn!(%error, "cannot take over the first picture")).ok()
 }
 
-fn taken(mut giver: UnixStream) -> io::Result<Handed> {
+fn taken(mut giver: UnixStream) -> io::Result<Handover> {
     giver.set_read_timeout(Some(PATIENCE))?;
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
     let mut rights = RecvAncillaryBuffer::new(&mut space);
@@ -72,10 +71,10 @@ fn taken(mut giver: UnixStream) -> io::Result<Handed> {
         let RecvAncillaryMessage::ScmRights(mut cards) = message else { return None };
         cards.next()
     });
-    let card = card.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "no card came"))?;
+    let card = card.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "the message has no DRM card"))?;
     place.truncate(got.bytes);
     giver.read_to_end(&mut place)?;
-    Ok(Handed { card, place })
+    Ok(Handover { card, place })
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! How a picture comes to be lit: before the player, by it, and without it.
+//! How the first picture gets onto the screen: before systemd, by the player, or as the last resort.
 //!
 //! Owns the opening of the screen, the first picture of a unit's start and its hand-over, and the still picture of the last
 //! resort. Never decodes more than one frame.

@@ -1,22 +1,17 @@
 //! The prelude: the first picture of the path, on the glass before anything else of the unit is up.
 //!
-//! Owns its short life: it lights the picture that the player would begin with, holds it, and hands card and place over to
-//! the player that comes. Plays nothing, keeps no place, begins no trial. Whatever is in its way, it ends, and leaves
-//! everything to the player, which knows what to do about it.
+//! Lights the picture that the player would begin with, holds it, and hands DRM card and place over to the player. Plays
+//! nothing, saves no place, begins no trial. On any error it ends: the player handles that.
 //!
-//! Start at [`play`]; `image-build/system` says who starts it.
+//! Start at [`play`]; `dreams-early` in `image-build/system` runs it.
 
-use crate::control::brightness::LightingControl;
+use crate::control::BrightnessControl;
 use crate::fatal::Fatal;
-use crate::recording::place_store;
-use crate::settings::choices::ScreenChoice;
-use crate::settings::config::Config;
+use crate::recording::saved_place;
+use crate::settings::{Config, ScreenChoice};
 use crate::startup::handover;
 use crate::startup::screen_opening;
-use crate::stream::format::{StreamFormat, form};
-use crate::stream::generation::Generation;
-use crate::stream::path::path;
-use crate::stream::scheduled_clip::Still;
+use crate::stream::{Generation, Pixels, StreamFormat, form, path};
 use flock::Place;
 use player::ending::Exit;
 use player::hours::Lighting;
@@ -32,31 +27,31 @@ use std::thread;
 use std::time::Duration;
 use tracing::info;
 
-/// The player waits so long for us at most: who has no picture by then ends, and lets go of the card.
+/// How long the player waits for the prelude. A prelude without a picture by then ends and closes the DRM card.
 const PATIENCE: Duration = Duration::from_secs(15);
-/// How long the screen may say nothing before we look up.
+/// The longest wait for one event of the screen.
 const QUIET: Duration = Duration::from_millis(250);
 
-/// Lights the first picture, says so on standard output, and holds it until somebody takes it over.
+/// Lights the first picture, says so on standard output, and holds it until the player takes it over.
 ///
 /// # Errors
-/// [`Fatal`], if there is no such picture, or no screen, or nobody to be heard.
+/// [`Fatal`], if there is no such picture or no screen, or the socket cannot be made.
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let is_lit = Arc::new(AtomicBool::new(false));
     end_in_time(Arc::clone(&is_lit))?;
-    let mut control = LightingControl::new(config.day(), &config.owner);
+    let mut control = BrightnessControl::new(config.day(), &config.owner);
     let Lighting::On { thousandths } = control.look(clock_s()) else {
-        info!("it is night");
+        info!("outside the configured hours: the prelude lights nothing");
         return Ok(());
     };
     let light = Light::On { thousandths };
-    let (place, still, format) = begin(config)?;
-    let Some(card) = lit(&config.screen, format, control.output(), &still, light)? else {
+    let (place, pixels, format) = begin(config)?;
+    let Some(card) = lit(&config.screen, format, control.output(), &pixels, light)? else {
         info!("no display can be lit now");
         return Ok(());
     };
     is_lit.store(true, Ordering::Relaxed);
-    // Whoever started us may be gone.
+    // The process that started us may have closed its end.
     let tell = || drop(io::stdout().write_all(b"lit\n"));
     handover::give(card.as_fd(), &place.to_bytes(), tell)
         .map_err(|source| Fatal::HandOver { socket: handover::SOCKET, source })
@@ -73,26 +68,26 @@ fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
 }
 
 /// What the player would begin with, and where in the path that is.
-fn begin(config: &Config) -> Result<(Place, Still, StreamFormat), Fatal> {
+fn begin(config: &Config) -> Result<(Place, Pixels, StreamFormat), Fatal> {
     let generation = Generation::open_or(&config.flock, &config.spare)?;
-    let kept = place_store::kept(&config.state).and_then(|bytes| Place::from_bytes(&bytes).ok());
+    let kept = saved_place(&config.state).and_then(|bytes| Place::from_bytes(&bytes).ok());
     let flock = &generation.flock;
     let leg = path(flock, kept, config.seed).next_leg();
     let picture = leg.and_then(|leg| {
         let file = leg.clip.path.inside(&generation.folder);
         let clip = video::Clip::open(&file, &form(flock), leg.clip.frames).ok()?;
-        Some((leg.place, Still::Decoded(video::opening(&clip)?)))
+        Some((leg.place, Pixels::Decoded(video::opening(&clip)?)))
     });
-    let (place, still) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;
-    Ok((place, still, StreamFormat::of(flock, false)))
+    let (place, pixels) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;
+    Ok((place, pixels, StreamFormat::of(flock, false)))
 }
 
-/// The card with the picture on its glass; `None` where nothing can be lit.
+/// The DRM card that shows the picture; `None` where no display can be lit.
 fn lit(
     choice: &ScreenChoice,
     format: StreamFormat,
     output: &OutputSettings,
-    still: &Still,
+    pixels: &Pixels,
     light: Light,
 ) -> Result<Option<OwnedFd>, ScreenError> {
     let device = match choice {
@@ -105,7 +100,7 @@ fn lit(
     if screen.lit().is_none() {
         return Ok(None);
     }
-    screen.stage(&still.picture())?;
+    screen.stage(&pixels.picture())?;
     screen.commit();
     loop {
         match screen.next_event(QUIET) {

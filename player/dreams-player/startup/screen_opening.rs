@@ -2,8 +2,8 @@
 //!
 //! Owns the choice between a KMS display and the virtual screen. Never drives it: `presenter.rs` does.
 
-use crate::settings::choices::ScreenChoice;
-use crate::stream::format::StreamFormat;
+use crate::settings::ScreenChoice;
+use crate::stream::StreamFormat;
 use player::ending::chain;
 use player::now::now;
 use screen::{Display, Keeper, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen, is_card};
@@ -13,16 +13,16 @@ use std::path::PathBuf;
 use timing::Rate;
 use tracing::{info, warn};
 
-/// The refresh of a virtual screen that nobody described.
+/// The refresh of a virtual screen without a mode of its own.
 const REFRESH_HZ: u64 = 60;
-/// What the card is called that systemd keeps for us.
+/// The name of the DRM card in the file descriptor store of systemd.
 const KEPT: &str = "card";
 
-/// Takes the screen that was asked for, to be driven as `output` says. A display asked for by name may be dark for now: it is waited for. With a
-/// free clock any screen is the virtual one, since no display has such a clock.
+/// Opens the screen that was asked for, driven as `output` says. A display asked for by name may be dark for now: it is
+/// waited for. A free clock always means the virtual screen, since no display has such a clock.
 ///
 /// # Errors
-/// [`ScreenError`], if it was asked for by name and cannot be had.
+/// [`ScreenError`], if it was asked for by name and cannot be opened.
 pub(crate) fn screen(
     choice: &ScreenChoice,
     format: StreamFormat,
@@ -54,7 +54,7 @@ fn display(format: StreamFormat, output: OutputSettings, handed: Option<OwnedFd>
     }
 }
 
-/// What a display is to show, and who keeps it.
+/// The settings of a display, and where its DRM card is stored.
 pub(crate) fn settings(
     device: Option<PathBuf>,
     format: StreamFormat,
@@ -64,8 +64,8 @@ pub(crate) fn settings(
     KmsSettings { device, size: format.size, fps: format.fps, now, keeper, output }
 }
 
-/// systemd, if it has started us and keeps descriptors (`FileDescriptorStoreMax=`): whatever becomes of us, the last frame
-/// stays until its next start of us lights another. It keeps a card that was `handed` to us from now on.
+/// The file descriptor store of systemd (`FileDescriptorStoreMax=`), where there is one: when the player dies, the last frame
+/// stays lit until the next start lights another. A card that the prelude `handed` over is stored there from now on.
 fn keeper(handed: Option<OwnedFd>) -> Keeper {
     let handed = handed.filter(is_card).map(|card| {
         keep(Some(card.as_fd()));
@@ -82,7 +82,7 @@ fn keep(card: Option<BorrowedFd<'_>>) {
         None => sd_notify::notify(&[NotifyState::FdStoreRemove, NotifyState::FdName(KEPT)]),
     };
     if let Err(error) = told {
-        warn!(error = chain(&error), "nobody keeps the picture where the player falls");
+        warn!(error = chain(&error), "cannot store the DRM fd with systemd: the screen goes dark if the player dies");
     }
 }
 

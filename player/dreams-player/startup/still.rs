@@ -1,18 +1,17 @@
-//! The last resort: a still picture on the screen, while the player itself cannot be had.
+//! The last resort: a still picture on the screen, while the player cannot run.
 //!
-//! Owns as little as that takes: a screen, a drawn picture, the words to systemd. Opens no flock and no decoder, so that
-//! whatever is wrong with them is not wrong here; of files, only what the owner has set of the display. Never ends by itself: a screen that is not there is waited for.
+//! Owns a screen, a drawn picture, and the messages to systemd. Opens no flock and no decoder, so that their faults do not
+//! matter here; the only file that it reads is the owner's settings of the display. Never ends by itself: it waits for a
+//! screen that is not there.
 //!
 //! Start at [`hold`].
 
 use crate::fatal::Fatal;
-use crate::settings::choices::ScreenChoice;
-use crate::settings::config::Config;
+use crate::settings::{Config, ScreenChoice};
 use crate::startup::handover;
 use crate::startup::screen_opening;
 use crate::startup::signals::{stop_on_signals, watchdog_interval};
-use crate::stream::fault_card::Card;
-use crate::stream::format::StreamFormat;
+use crate::stream::{FaultCard, StreamFormat};
 use player::ending::chain;
 use player::owner::Owner;
 use screen::{Event, OutputSettings, Screen, ScreenError};
@@ -23,29 +22,29 @@ use std::time::Duration;
 use timing::Rate;
 use tracing::{info, warn};
 
-/// What the picture is drawn for: it is scaled to any screen.
+/// The size that the picture is drawn in: it is scaled to any screen.
 const SIZE: (u32, u32) = (1280, 720);
 const FPS: u64 = 30;
-/// How long the screen may say nothing before we look up.
+/// The longest wait for one event of the screen.
 const QUIET: Duration = Duration::from_millis(250);
-/// Between two looks for a screen that cannot be opened.
+/// The time between two attempts to open a screen.
 const PAUSE: Duration = Duration::from_secs(2);
 
-/// Lights a still picture and holds it until somebody wants it to end.
+/// Lights a still picture and holds it until a signal ends it.
 ///
 /// # Errors
-/// [`Fatal`], if it cannot hear of that.
+/// [`Fatal`], if signals cannot be received.
 pub(crate) fn hold(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
     let often = watchdog_interval().unwrap_or(Duration::from_secs(1));
     let output = Owner::kept(&config.owner).output();
     let Some(screen) = awaited(&config.screen, &output, &stop) else { return Ok(()) };
-    info!("a still picture is held until the player comes back");
-    keep(screen, &Card::draw(SIZE), often, &stop, &|state| sd_notify::notify(&[state]).unwrap_or_default());
+    info!("showing a still picture until the player runs again");
+    keep(screen, &FaultCard::draw(SIZE), often, &stop, &|state| sd_notify::notify(&[state]).unwrap_or_default());
     Ok(())
 }
 
-/// The screen, as soon as there is one; `None` if somebody wants it to end before.
+/// The screen, as soon as there is one; `None` if a signal comes before.
 fn awaited(choice: &ScreenChoice, output: &OutputSettings, stop: &AtomicBool) -> Option<Box<dyn Screen>> {
     let fps = Rate::new(FPS, 1).expect("30 Hz is a rate");
     let mut is_told = false;
@@ -53,7 +52,7 @@ fn awaited(choice: &ScreenChoice, output: &OutputSettings, stop: &AtomicBool) ->
         let handed = handover::take().map(|handed| handed.card);
         match screen_opening::screen(choice, StreamFormat { fps, size: SIZE, free: false }, output.clone(), handed) {
             Ok(screen) => return Some(screen),
-            Err(error) if !is_told => warn!(error = chain(&error), "there is no screen to be opened yet"),
+            Err(error) if !is_told => warn!(error = chain(&error), "cannot open a screen, trying again"),
             Err(_) => {}
         }
         is_told = true;
@@ -62,8 +61,14 @@ fn awaited(choice: &ScreenChoice, output: &OutputSettings, stop: &AtomicBool) ->
     None
 }
 
-/// Holds the picture on the screen. Ready is its first flip; `often` it is lit once more, which the watchdog is fed by.
-fn keep(mut screen: Box<dyn Screen>, card: &Card, often: Duration, stop: &AtomicBool, tell: &dyn Fn(NotifyState<'_>)) {
+/// Holds the picture on the screen. Its first flip is READY; every `often` it is lit once more, which feeds the watchdog.
+fn keep(
+    mut screen: Box<dyn Screen>,
+    card: &FaultCard,
+    often: Duration,
+    stop: &AtomicBool,
+    tell: &dyn Fn(NotifyState<'_>),
+) {
     let mut is_ready = false;
     let mut is_away = screen.lit().is_none();
     light(&mut *screen, card);
@@ -86,7 +91,7 @@ fn keep(mut screen: Box<dyn Screen>, card: &Card, often: Duration, stop: &Atomic
         if quiet >= often {
             quiet = Duration::ZERO;
             if is_away && is_ready {
-                // Alive, and working towards a screen.
+                // The process works; it is the screen that is missing.
                 tell(NotifyState::Watchdog);
             }
             light(&mut *screen, card);
@@ -95,18 +100,18 @@ fn keep(mut screen: Box<dyn Screen>, card: &Card, often: Duration, stop: &Atomic
     tell(NotifyState::Stopping);
 }
 
-fn light(screen: &mut dyn Screen, card: &Card) {
+fn light(screen: &mut dyn Screen, card: &FaultCard) {
     match screen.stage(&card.picture()) {
         Ok(()) => screen.commit(),
         Err(error @ (ScreenError::Size { .. } | ScreenError::Open { .. })) => {
-            warn!(error = chain(&error), "the still picture cannot be lit");
+            warn!(error = chain(&error), "cannot show the still picture");
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Card, NotifyState, keep};
+    use super::{FaultCard, NotifyState, keep};
     use screen::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
     use std::cell::RefCell;
     use std::collections::VecDeque;
@@ -169,7 +174,7 @@ mod tests {
         let screen = Scripted { events, lit_after: Rc::clone(&lit_after), told: 0, stop: Arc::clone(&stop) };
         let heard = RefCell::new(Vec::new());
         let tell = |state: NotifyState<'_>| heard.borrow_mut().push(state.to_string());
-        keep(Box::new(screen), &Card::draw((64, 48)), Duration::from_secs(1), &stop, &tell);
+        keep(Box::new(screen), &FaultCard::draw((64, 48)), Duration::from_secs(1), &stop, &tell);
         assert_eq!(*lit_after.borrow(), [0, 1, 3, 8, 14, 15]);
         let fed = "WATCHDOG=1";
         assert_eq!(*heard.borrow(), ["READY=1", fed, fed, fed, fed, "STOPPING=1"]);

@@ -1,12 +1,11 @@
 //! What the status page tells, in one document.
 //!
-//! Owns the fields of `/status.json`. Gathered anew for everyone who asks: nothing is kept for nobody.
+//! Owns the fields of `/status.json`. Gathered anew for each request: nothing is computed without one.
 
 use super::standing::{ContactFacts, GenerationFacts};
-use crate::recording::faults::Faults;
-use crate::recording::view::SharedView;
-use crate::stream::fault_card;
-use crate::stream::plan::Plan;
+use crate::recording::{Faults, SharedView};
+use crate::stream::FAULT_CARD;
+use crate::stream::Plan;
 use flock::{Flock, Itinerary};
 use serde::Serialize;
 use std::sync::Arc;
@@ -83,13 +82,13 @@ impl Facts {
     /// The state now, `uptime_ns` after the run began with `flock`.
     pub(crate) fn gather(flock: &Arc<Flock>, view: &SharedView, plan: &Plan, faults: &Faults, uptime_ns: u64) -> Self {
         let view = view.get();
-        let turn = view.shown.as_ref().and_then(|shown| shown.turn.as_ref());
-        let flock = turn.map_or(flock, |turn| &turn.flock);
+        let scheduled = view.shown.as_ref().and_then(|shown| shown.scheduled.as_ref());
+        let flock = scheduled.map_or(flock, |scheduled| &scheduled.flock);
         let (manifest, tally) = (flock.manifest(), view.tally);
         let on_glass = view.shown.as_ref().map(|shown| GlassFacts {
-            clip: turn.map_or(fault_card::NAME, |turn| turn.clip.as_str()).to_owned(),
-            frame: shown.frame,
-            frames: turn.map_or(1, |turn| turn.frames.0),
+            clip: scheduled.map_or(FAULT_CARD, |scheduled| scheduled.clip.as_str()).to_owned(),
+            frame: shown.in_clip,
+            frames: scheduled.map_or(1, |scheduled| scheduled.frames.0),
         });
         let screen = view.lit.as_ref().map(|lit| ScreenFacts {
             name: lit.screen.clone(),
@@ -97,9 +96,10 @@ impl Facts {
             format: lit.format.clone(),
             notes: lit.notes.clone(),
         });
-        let next = plan.after(turn.map_or(0, |turn| turn.number)).map(|next| next.clip.as_str().to_owned());
+        let next =
+            plan.after(scheduled.map_or(0, |scheduled| scheduled.number)).map(|next| next.clip.as_str().to_owned());
         let latest = faults.latest().into_iter();
-        let itinerary = turn.and_then(|turn| Itinerary::resume(Arc::clone(flock), &turn.place).ok());
+        let itinerary = scheduled.and_then(|scheduled| Itinerary::resume(Arc::clone(flock), &scheduled.place).ok());
         Self {
             flock: manifest.name.clone(),
             fps: [manifest.fps.num(), manifest.fps.den()],
@@ -116,7 +116,7 @@ impl Facts {
             latest_faults: latest.map(|f| FaultFacts { kind: f.kind.name(), message: f.message }).collect(),
             generation: None,
             contact: None,
-            path: turn.map(|turn| PathFacts { seed: turn.place.seed(), step: turn.place.step() }),
+            path: scheduled.map(|scheduled| PathFacts { seed: scheduled.place.seed(), step: scheduled.place.step() }),
             sheep: itinerary.map_or_else(Vec::new, |itinerary| sheep(&itinerary)),
         }
     }

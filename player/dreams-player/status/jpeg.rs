@@ -59,7 +59,7 @@ fn converted(y: u8, u: u8, v: u8) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::{converted, encode};
-    use crate::stream::fault_card::Card;
+    use crate::stream::FaultCard;
 
     #[test]
     fn black_white_and_the_primaries_keep_their_colour() {
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_picture_becomes_a_whole_jpeg() {
-        let jpeg = encode(&Card::draw((64, 48)).picture());
+        let jpeg = encode(&FaultCard::draw((64, 48)).picture());
         assert_eq!((&jpeg[..2], &jpeg[jpeg.len() - 2..]), (&[0xff, 0xd8][..], &[0xff, 0xd9][..]));
     }
 }

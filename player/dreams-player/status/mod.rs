@@ -13,11 +13,10 @@ mod metrics;
 mod server;
 mod standing;
 
-use crate::control::notice_pane::{Overlaid, Overlay};
-use crate::recording::faults::Faults;
-use crate::recording::view::SharedView;
-use crate::settings::choices::StatusAddress;
-use crate::stream::plan::Plan;
+use crate::control::{Overlay, PaneBuffer};
+use crate::recording::{Faults, SharedView};
+use crate::settings::StatusAddress;
+use crate::stream::Plan;
 use facts::Facts;
 use flock::Flock;
 use hosts::Hosts;
@@ -71,8 +70,8 @@ impl Page {
             "/metrics" => Answer::of(metrics::KIND, metrics::text(&self.facts()).into_bytes()),
             "/screen.jpg" => match self.view.get().shown {
                 Some(shown) => {
-                    let (picture, mut overlaid) = (shown.still.picture(), Overlaid::default());
-                    let picture = self.overlay.get().map_or(picture, |placard| placard.over(&picture, &mut overlaid));
+                    let (picture, mut buffer) = (shown.pixels.picture(), PaneBuffer::default());
+                    let picture = self.overlay.get().map_or(picture, |pane| pane.over(&picture, &mut buffer));
                     Answer::of("image/jpeg", jpeg::encode(&picture))
                 }
                 None => Answer::refusal("503 Service Unavailable", "nothing is lit yet"),
@@ -100,8 +99,8 @@ pub(crate) fn serve(address: &StatusAddress, page: Page) {
         thread::Builder::new().name("status".to_owned()).spawn(answer_all).map(|_| at)
     });
     match served {
-        Ok(at) => info!(at, "status page is served"),
-        Err(error) => warn!(%address, error = chain(&error), "no status page"),
+        Ok(at) => info!(at, "serving the status page"),
+        Err(error) => warn!(%address, error = chain(&error), "cannot serve the status page"),
     }
 }
 

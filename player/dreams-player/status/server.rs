@@ -158,7 +158,7 @@ impl Stage {
 
 /// Gives a system that refuses time to recover.
 fn rest(error: Errno) {
-    debug!(%error, "the status page rests");
+    debug!(%error, "the status page pauses after an error of the system");
     thread::park_timeout(PAUSE);
 }
 

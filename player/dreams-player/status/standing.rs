@@ -28,7 +28,7 @@ pub(crate) struct GenerationFacts {
 pub(crate) struct ContactFacts {
     pub(crate) source: String,
     pub(crate) result: String,
-    /// How long ago; none where nobody knows.
+    /// How long ago; none where that is unknown.
     pub(crate) age_s: Option<u64>,
     /// Ids of the keys that were trusted then, and of those that were called back.
     pub(crate) trusted: Vec<String>,

@@ -6,18 +6,18 @@
 use screen::Picture;
 
 /// What the trace and the status page call it.
-pub(crate) const NAME: &str = "fault-card";
+pub(crate) const FAULT_CARD: &str = "fault-card";
 
 /// A drawn picture, 8-bit 4:2:0, BT.709 limited range.
 #[derive(Debug)]
-pub(crate) struct Card {
+pub(crate) struct FaultCard {
     width: u32,
     height: u32,
     /// Y, U and V, without padding.
     planes: [Vec<u8>; 3],
 }
 
-impl Card {
+impl FaultCard {
     /// The fault card in the flock's size, which is even.
     pub(crate) fn draw((width, height): (u32, u32)) -> Self {
         let luma = plane(width, height, |distance| {
@@ -36,7 +36,7 @@ impl Card {
         Self { width: 16, height: 16, planes: [vec![luma; 256], vec![128; 64], vec![128; 64]] }
     }
 
-    /// The card, as a screen takes it.
+    /// The picture, as a screen takes it.
     pub(crate) fn picture(&self) -> Picture<'_> {
         let width = self.width as usize;
         let [y, u, v] = &self.planes;
@@ -56,11 +56,11 @@ fn plane(width: u32, height: u32, sample: impl Fn(f32) -> f32) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::Card;
+    use super::FaultCard;
 
     #[test]
     fn the_fault_card_is_dim_but_not_black() {
-        let card = Card::draw((640, 360));
+        let card = FaultCard::draw((640, 360));
         let picture = card.picture();
         let luma: Vec<u8> = picture.rows(0).flatten().copied().collect();
         assert_eq!(luma.len(), 640 * 360);

@@ -1,6 +1,6 @@
-//! The flock at hand: a plain folder, or a generation of the unit's store, perhaps on trial.
+//! The flock that is played: a plain folder, or a generation of the unit's store, perhaps on trial.
 //!
-//! Owns how a trial goes: it is won by so many joins on the glass, lost by the first clip that is not what it should be.
+//! Owns the course of a trial: so many joins shown win it, the first bad clip loses it.
 //! Never chooses a clip, never installs anything: the updater does, and moves the link that is read here.
 //!
 //! Start at [`Generation::open`].
@@ -23,7 +23,7 @@ pub(crate) struct Generation {
     playing: Option<Playing>,
     /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
     awaited: Option<PathBuf>,
-    /// For whoever learns how it goes; `None` if it has proved itself.
+    /// Its trial; `None` if it has passed.
     pub(crate) trial: Option<Arc<Trial>>,
 }
 
@@ -44,7 +44,7 @@ impl Generation {
     pub(crate) fn open_or(path: &Path, spare: &Path) -> Result<Self, ManifestError> {
         Self::open(path).or_else(|error| {
             let Ok(standing_in) = Self::open(spare) else { return Err(error) };
-            warn!(error = chain(&error), spare = %spare.display(), "the flock cannot be read: another one stands in");
+            warn!(error = chain(&error), spare = %spare.display(), "cannot read the flock, playing the spare flock");
             Ok(Self { awaited: Some(path.to_owned()), ..standing_in })
         })
     }
@@ -81,12 +81,12 @@ impl Generation {
         match verdict {
             Ok(Verdict::Open | Verdict::Won) => true,
             Ok(Verdict::Lost) => {
-                warn!("the new flock was begun too often without success: the one before comes back");
+                warn!("the new flock failed to start too often, going back to the previous one");
                 self.trial = None;
                 false
             }
             Err(error) => {
-                untold(&error);
+                not_recorded(&error);
                 true
             }
         }
@@ -121,10 +121,10 @@ impl Trial {
         match self.judge.shown(self.number) {
             Ok(Verdict::Won) => {
                 self.is_over.store(true, Ordering::Relaxed);
-                info!(generation = self.number, "the new flock has proved itself");
+                info!(generation = self.number, "the new flock passed its trial");
             }
             Ok(Verdict::Open | Verdict::Lost) => {}
-            Err(error) => untold(&error),
+            Err(error) => not_recorded(&error),
         }
     }
 
@@ -132,7 +132,7 @@ impl Trial {
     pub(crate) fn excused(&self) {
         let is_done = self.is_excused.swap(true, Ordering::Relaxed) || self.is_over.load(Ordering::Relaxed);
         if !is_done && let Err(error) = self.judge.excused(self.number) {
-            untold(&error);
+            not_recorded(&error);
         }
     }
 
@@ -142,12 +142,12 @@ impl Trial {
         self.is_over.store(true, Ordering::Relaxed);
         match self.judge.lost(self.number) {
             Ok(true) => {
-                warn!(generation = self.number, why, "the new flock does not play: the one before comes back");
+                warn!(generation = self.number, why, "the new flock failed its trial, going back to the previous one");
                 true
             }
             Ok(false) => false,
             Err(error) => {
-                untold(&error);
+                not_recorded(&error);
                 false
             }
         }
@@ -158,15 +158,15 @@ impl Trial {
 fn playing(path: &Path) -> Option<Playing> {
     match Playing::of(path) {
         Ok(playing) => playing,
-        // Whoever reads the flock next says what is missing.
+        // Reading the flock says what is missing.
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
         Err(error) => {
-            warn!(path = %path.display(), error = chain(&error), "the store cannot be looked at");
+            warn!(path = %path.display(), error = chain(&error), "cannot read the store of flocks");
             None
         }
     }
 }
 
-fn untold(error: &StoreError) {
-    warn!(error = chain(error), "the store does not learn how the trial of the new flock goes");
+fn not_recorded(error: &StoreError) {
+    warn!(error = chain(error), "cannot record the state of the trial in the store of flocks");
 }

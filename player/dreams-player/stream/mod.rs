@@ -1,12 +1,19 @@
-//! What is played: the flock, the clips in the order in which they come, and their frames.
+//! What is played: the flock, its clips in their order, and their frames.
 //!
 //! Owns the data that travel from the walk to the screen. Never owns a thread.
 //!
 //! Start at [`generation::Generation`].
 
-pub(crate) mod fault_card;
-pub(crate) mod format;
-pub(crate) mod generation;
-pub(crate) mod path;
-pub(crate) mod plan;
+mod fault_card;
+mod format;
+mod generation;
+mod path;
+mod plan;
 pub(crate) mod scheduled_clip;
+
+pub(crate) use fault_card::{FAULT_CARD, FaultCard};
+pub(crate) use format::{StreamFormat, form};
+pub(crate) use generation::Generation;
+pub(crate) use path::path;
+pub(crate) use plan::Plan;
+pub(crate) use scheduled_clip::{Frame, Pixels, ScheduledClip};

@@ -16,13 +16,13 @@ pub(crate) fn path(flock: &Arc<Flock>, saved: Option<Place>, seed: Option<u64>) 
     if let Some(place) = kept {
         match Itinerary::resume(Arc::clone(flock), &place) {
             Ok(itinerary) => {
-                info!(seed = place.seed(), step = place.step(), "path resumed");
+                info!(seed = place.seed(), step = place.step(), "resuming the path");
                 return itinerary;
             }
-            Err(error) => warn!(error = chain(&error), "path begins anew"),
+            Err(error) => warn!(error = chain(&error), "cannot resume the path, starting a new one"),
         }
     }
     let seed = seed.unwrap_or_else(|| rand::random::<u64>() >> (u64::BITS - FRESH_BITS));
-    info!(seed, "path begins");
+    info!(seed, "starting a new path");
     Itinerary::start(Arc::clone(flock), seed)
 }

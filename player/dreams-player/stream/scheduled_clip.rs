@@ -1,9 +1,9 @@
-//! One clip's turn in the run, and one picture of it.
+//! A clip that is scheduled to play, and a frame of it.
 //!
-//! Owns what travels with a frame from the decoder to the glass. Never owns a thread: `clip_source.rs` makes the turns,
-//! `decoder.rs` the pictures, `presenter.rs` lights them.
+//! Owns what travels with a frame from the decoder to the screen. Never owns a thread: `clip_source.rs` makes scheduled
+//! clips, `decoder.rs` frames, and `presenter.rs` shows these.
 
-use crate::stream::fault_card::Card;
+use crate::stream::fault_card::FaultCard;
 use crate::stream::generation::Trial;
 use flock::{ClipPath, Flock, Place};
 use md5::{Digest, Md5};
@@ -12,10 +12,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use timing::FrameCount;
 
-/// One clip's turn in the run.
+/// A clip, scheduled at one place in the run.
 #[derive(Debug)]
-pub(crate) struct Turn {
-    /// From 1 in this run; the turn of a higher number comes later.
+pub(crate) struct ScheduledClip {
+    /// From 1 in this run; a clip of a higher number plays later.
     pub(crate) number: u64,
     /// The clip, as the manifest names it.
     pub(crate) clip: ClipPath,
@@ -25,45 +25,45 @@ pub(crate) struct Turn {
     pub(crate) place: Place,
     /// The flock that it is of.
     pub(crate) flock: Arc<Flock>,
-    /// Whose trial it counts for, when it was on the glass to its end.
+    /// The trial that it counts for when it was shown to its end.
     pub(crate) trial: Option<Arc<Trial>>,
     /// It did not decode cleanly. Known before its last frame is lit.
     pub(crate) is_damaged: AtomicBool,
 }
 
-/// A picture to light: cheap to clone, its pixels are shared.
+/// A frame to show: cheap to clone, its pixels are shared.
 #[derive(Clone, Debug)]
-pub(crate) struct Shown {
+pub(crate) struct Frame {
     /// The pixels.
-    pub(crate) still: Still,
-    /// Whose turn it is; `None` for the fault card.
-    pub(crate) turn: Option<Arc<Turn>>,
+    pub(crate) pixels: Pixels,
+    /// The clip that it is of; `None` for the fault card.
+    pub(crate) scheduled: Option<Arc<ScheduledClip>>,
     /// Its number in its clip, from 0.
-    pub(crate) frame: u32,
+    pub(crate) in_clip: u32,
     /// Its number in the run, from 0: a gap would be a frame that was decoded and never lit.
     pub(crate) index: u64,
     /// The MD5 of its visible planes, if the run is hashed.
     pub(crate) hash: Option<[u8; 16]>,
 }
 
-impl Shown {
-    /// Whether `other` is the same frame of the same turn.
+impl Frame {
+    /// Whether `other` is the same frame of the same scheduled clip.
     pub(crate) fn is(&self, other: &Self) -> bool {
-        let number = |shown: &Self| shown.turn.as_ref().map(|turn| turn.number);
-        number(self).is_some() && (number(self), self.frame) == (number(other), other.frame)
+        let number = |shown: &Self| shown.scheduled.as_ref().map(|scheduled| scheduled.number);
+        number(self).is_some() && (number(self), self.in_clip) == (number(other), other.in_clip)
     }
 }
 
 /// Where pixels come from.
 #[derive(Clone, Debug)]
-pub(crate) enum Still {
+pub(crate) enum Pixels {
     /// A clip.
     Decoded(video::Frame),
-    /// Our own pen.
-    Drawn(Arc<Card>),
+    /// A drawing of our own.
+    Drawn(Arc<FaultCard>),
 }
 
-impl Still {
+impl Pixels {
     /// The pixels, as a screen takes them.
     pub(crate) fn picture(&self) -> Picture<'_> {
         match self {
@@ -91,15 +91,15 @@ fn md5(picture: &Picture<'_>) -> [u8; 16] {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::{Card, Shown, Still, Turn, md5};
+    use super::{FaultCard, Frame, Pixels, ScheduledClip, md5};
     use flock::{Flock, Itinerary, Manifest};
     use screen::Picture;
     use std::path::Path;
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
-    /// The first `count` turns of a flock of one sheep, whose loop is `loop.mp4` and has `frames` frames.
-    pub(crate) fn turns(count: u64, frames: u32) -> Vec<Arc<Turn>> {
+    /// The first `count` clips of a flock of one sheep, whose loop is `loop.mp4` and has `frames` frames.
+    pub(crate) fn scheduled_clips(count: u64, frames: u32) -> Vec<Arc<ScheduledClip>> {
         let text = format!(
             "format = 1\nname = \"one\"\nsize = [16, 16]\nfps = [30, 1]\n\
              [[sheep]]\nid = \"one\"\nframes = {frames}\nclip = \"loop.mp4\"\n"
@@ -107,22 +107,24 @@ pub(crate) mod tests {
         let manifest = Manifest::parse(&text, Path::new("flock.toml")).unwrap();
         let flock = Arc::new(Flock::new(manifest));
         let mut itinerary = Itinerary::start(Arc::clone(&flock), 1);
-        let turn = |number| {
+        let scheduled = |number| {
             let leg = itinerary.next_leg().unwrap();
             let (clip, frames, flock) = (leg.clip.path, leg.clip.frames, Arc::clone(&flock));
             let is_damaged = AtomicBool::new(false);
-            Arc::new(Turn { number, clip, frames, place: leg.place, flock, trial: None, is_damaged })
+            Arc::new(ScheduledClip { number, clip, frames, place: leg.place, flock, trial: None, is_damaged })
         };
-        (1..=count).map(turn).collect()
+        (1..=count).map(scheduled).collect()
     }
 
-    /// Every frame of every turn; frame `index` of the run is `index + 1` bright.
-    pub(crate) fn frames(turns: &[Arc<Turn>]) -> Vec<Shown> {
-        let in_clips = turns.iter().flat_map(|turn| (0..turn.frames.0).map(move |frame| (turn, frame)));
-        let shown = |(index, (turn, frame)): (usize, (&Arc<Turn>, u32))| Shown {
-            still: Still::Drawn(Arc::new(Card::plain(index as u8 + 1))),
-            turn: Some(Arc::clone(turn)),
-            frame,
+    /// Every frame of every clip; frame `index` of the run is `index + 1` bright.
+    pub(crate) fn frames(scheduled_clips: &[Arc<ScheduledClip>]) -> Vec<Frame> {
+        let in_clips = scheduled_clips
+            .iter()
+            .flat_map(|scheduled| (0..scheduled.frames.0).map(move |in_clip| (scheduled, in_clip)));
+        let shown = |(index, (scheduled, in_clip)): (usize, (&Arc<ScheduledClip>, u32))| Frame {
+            pixels: Pixels::Drawn(Arc::new(FaultCard::plain(index as u8 + 1))),
+            scheduled: Some(Arc::clone(scheduled)),
+            in_clip,
             index: index as u64,
             hash: None,
         };

@@ -1,15 +1,13 @@
 //! How the path goes over from one flock to another.
 //!
-//! Owns when: at a join, at the same sheep if both flocks have it; which is waited for, but not for ever. What was shown
-//! and walked lately is carried over (`flock::Itinerary`), so that the path goes on. A flock of another size or rate
-//! is decoded by a session of its own; what the screen makes of it is `presenter.rs`'s.
+//! Owns when that happens: at a join, at the same sheep if both flocks have it; it waits for such a join, but not for ever.
+//! The walk's memory is carried over (`flock::Itinerary`), so that the path goes on. A flock of another size or rate is
+//! decoded by a new session; `presenter.rs` fits the screen to it.
 //!
 //! Start at [`Library::change`].
 
-use super::{Library, Struck};
-use crate::stream::format::form;
-use crate::stream::generation::Generation;
-use crate::stream::path::path;
+use super::{ClipSource, Strikes};
+use crate::stream::{Generation, form, path};
 use flock::{Flock, Itinerary, Leg, Place, SheepId, What};
 use player::ending::chain;
 use std::sync::Arc;
@@ -26,11 +24,11 @@ pub(crate) struct Successor {
     waited: u32,
     /// The last place of the path, from where to go on when there is no next one.
     place: Option<Place>,
-    /// That it cannot be read was told.
+    /// That it cannot be read was logged.
     is_told: bool,
 }
 
-impl Library {
+impl ClipSource {
     /// Goes over to the flock that is to be played by now, if there is another and `leg`, the next one, begins where that
     /// can be. Whether it did: another leg is to be drawn then.
     pub(super) fn change(&mut self, leg: &Leg) -> bool {
@@ -72,7 +70,7 @@ impl Library {
             Ok(next) => Some(next),
             Err(error) => {
                 if !self.successor.is_told {
-                    warn!(error = chain(&error), "the new flock cannot be read: the one at hand plays on");
+                    warn!(error = chain(&error), "cannot read the new flock, the current one goes on");
                 }
                 self.successor.is_told = true;
                 None
@@ -96,10 +94,10 @@ impl Library {
             // Nothing is shared: another path, of the same seed.
             Some(Err(_)) | None => path(&flock, None, place.map(Place::seed)),
         };
-        info!(flock = flock.manifest().name, "the path goes over to another flock");
+        info!(flock = flock.manifest().name, "switched to another flock");
         self.faults.renew();
         self.generation = next;
-        self.struck = Struck::default();
+        self.strikes = Strikes::default();
         self.successor = Successor::default();
         let form = form(&flock);
         self.is_reformed |= form != self.form;

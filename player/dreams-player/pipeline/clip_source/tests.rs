@@ -2,15 +2,11 @@
 //!
 //! Owns the claims on what happens when a clip is bad, and on where a path begins.
 
-use super::{Library, Struck, Successor};
-use crate::pipeline::decoder::{Order, Report};
+use super::{ClipSource, Strikes, Successor};
+use crate::pipeline::decoder::{ClipEnd, Order};
 use crate::pipeline::start_gate::StartGate;
-use crate::recording::faults::{Fault, Faults};
-use crate::recording::view::SharedView;
-use crate::stream::generation::Generation;
-use crate::stream::path::path;
-use crate::stream::plan::Plan;
-use crate::stream::scheduled_clip::Turn;
+use crate::recording::{Fault, Faults, SharedView};
+use crate::stream::{Generation, Plan, ScheduledClip, path};
 use flock::{ClipHash, Flock, Itinerary, Manifest};
 use std::cell::RefCell;
 use std::fmt::Write;
@@ -72,9 +68,9 @@ fn flock(folder: &Path) -> Arc<Flock> {
 /// A library at work: its orders, the way to tell it of bad clips, and the faults told.
 struct Work {
     orders: Receiver<Order>,
-    reports: Sender<Report>,
+    clip_ends: Sender<ClipEnd>,
     /// The last turn ordered.
-    turn: RefCell<Option<Arc<Turn>>>,
+    scheduled: RefCell<Option<Arc<ScheduledClip>>>,
     told: Receiver<Fault>,
     plan: Arc<Plan>,
 }
@@ -84,7 +80,7 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
     let flock = Arc::clone(&generation.flock);
     let (tell, told) = channel();
     let plan = Arc::new(Plan::default());
-    let library = Library {
+    let library = ClipSource {
         source: folder.to_owned(),
         generation,
         successor: Successor::default(),
@@ -97,23 +93,23 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
         view: Arc::new(SharedView::default()),
         gate: Arc::new(StartGate::default()),
         now: || Nanos(CLOCK.load(Ordering::Relaxed)),
-        struck: Struck::default(),
-        herald: None,
+        strikes: Strikes::default(),
+        first_frame: None,
     };
     // Orders come one by one, so that a bad clip told between two of them is known for the second next.
     let (sender, orders) = sync_channel(0);
-    let (reports, ends) = channel();
+    let (clip_ends, ends) = channel();
     library.open(sender, ends).unwrap();
-    Work { orders, reports, turn: RefCell::new(None), told, plan }
+    Work { orders, clip_ends, scheduled: RefCell::new(None), told, plan }
 }
 
 impl Work {
     /// The next clip ordered; `None` for nothing to play.
     fn next(&self) -> Option<String> {
         match self.orders.recv_timeout(Duration::from_secs(10)).unwrap() {
-            Order::Play(_, turn) => {
-                let clip = turn.clip.as_str().to_owned();
-                self.turn.replace(Some(turn));
+            Order::Play(_, scheduled) => {
+                let clip = scheduled.clip.as_str().to_owned();
+                self.scheduled.replace(Some(scheduled));
                 Some(clip)
             }
             Order::Barren => None,
@@ -130,8 +126,8 @@ impl Work {
 
     /// Reports the end of the last clip ordered.
     fn end(&self, frames: u32, is_damaged: bool) {
-        let turn = self.turn.borrow_mut().take().unwrap();
-        self.reports.send(Report { turn, frames: FrameCount(frames), is_damaged }).unwrap();
+        let scheduled = self.scheduled.borrow_mut().take().unwrap();
+        self.clip_ends.send(ClipEnd { scheduled, frames: FrameCount(frames), is_damaged }).unwrap();
     }
 
     /// Whether no more clips are ordered.

@@ -1,27 +1,27 @@
-//! What the hour and the owner want of the screen.
+//! Brightness, hours and the owner's settings of the display, as the flip thread applies them.
 //!
-//! Owns how the flip thread hears of it, and the night in black. Never decides what they want: `brightness.rs` does.
+//! Owns the changes of the screen for them, and the night in black. Never decides them: `control/brightness.rs` does.
 
-use super::{QUIET, Show, Supply};
+use super::{FrameSource, Presenter, QUIET};
 use crate::pipeline::black_picture::Blackout;
 use crate::pipeline::playback::{Event, Playback};
-use crate::recording::recorder::Note;
+use crate::recording::Record;
 use player::hours::Lighting;
 use screen::{Light, ScreenError};
 use std::sync::Arc;
 
-impl<F: Supply> Show<'_, F> {
-    /// Lets the watchdog know of us while there is no screen, or a black one: not a reason to be restarted.
+impl<F: FrameSource> Presenter<'_, F> {
+    /// Feeds the watchdog while there is no screen, or a black one: that is no reason to restart the player.
     pub(super) fn stay_alive(&self, event: &screen::Event) {
         let is_away = matches!(self.playback, Playback::Away(_)) && *event == screen::Event::Idle;
-        if is_away && self.fed.is_some() && self.ears.watchdog.is_some() {
-            self.ears.scribe.note(Note::Alive);
+        if is_away && self.fed.is_some() && self.handles.watchdog.is_some() {
+            self.handles.recorder.record(Record::Alive);
         }
     }
 
-    /// Tells the screen what its owner and the hour want, if that is news.
+    /// Tells the screen the brightness and the owner's settings, if they changed.
     pub(super) fn go_by_the_owner(&mut self) -> Result<Option<Event>, ScreenError> {
-        let Some((lighting, output)) = self.ears.target.get() else { return Ok(None) };
+        let Some((lighting, output)) = self.handles.target.get() else { return Ok(None) };
         if self.output.as_ref().is_none_or(|known| !Arc::ptr_eq(known, &output)) {
             self.screen.set_output(&output);
             self.output = Some(output);
@@ -36,8 +36,8 @@ impl<F: Supply> Show<'_, F> {
             Lighting::On { thousandths } => self.screen.set_light(Light::On { thousandths }),
             Lighting::Black => {
                 // A display that sleeps has to wake first: then it goes black.
-                self.blackout = Some(Blackout::begin(&mut *self.screen, self.piece.size)?);
-                self.ears.view.lit(None);
+                self.blackout = Some(Blackout::begin(&mut *self.screen, self.format.size)?);
+                self.handles.view.lit(None);
                 self.asked = None;
                 self.settle();
                 return Ok(Some(Event::Lost));

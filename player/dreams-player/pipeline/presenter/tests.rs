@@ -2,18 +2,12 @@
 //!
 //! Owns the fake screen and the fake supply. Nothing here waits: a vblank begins when the show asks for it.
 
-use super::{Ears, Ended, Given, Show, StreamFormat, Supply};
-use crate::control::brightness::DisplayTarget;
-use crate::control::notice_pane::Overlay;
+use super::{FrameSource, NextFrame, Presenter, PresenterHandles, RunEnd, StreamFormat};
+use crate::control::{DisplayTarget, Overlay};
 use crate::pipeline::start_gate::StartGate;
-use crate::recording::faults::Faults;
-use crate::recording::place_saver::Saver;
-use crate::recording::place_store::Slots;
-use crate::recording::recorder::{Note, Scribe};
-use crate::recording::tally::Tally;
-use crate::recording::view::SharedView;
-use crate::stream::scheduled_clip::tests::{frames, turns};
-use crate::stream::scheduled_clip::{Shown, Turn};
+use crate::recording::{Faults, PlaceSaver, PlaceStore, Record, Recorder, SharedView, Tally};
+use crate::stream::scheduled_clip::tests::{frames, scheduled_clips};
+use crate::stream::{Frame, ScheduledClip};
 use screen::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -114,20 +108,20 @@ impl Screen for FakeScreen {
 }
 
 /// Gives things, each from a certain vblank on.
-struct FakeSupply {
+struct FakeSource {
     now: Now,
-    things: VecDeque<(u32, Given)>,
+    things: VecDeque<(u32, NextFrame)>,
 }
 
-impl Supply for FakeSupply {
-    fn next(&mut self, patience: Duration) -> Given {
+impl FrameSource for FakeSource {
+    fn next(&mut self, patience: Duration) -> NextFrame {
         match self.things.pop_front_if(|(vblank, _)| *vblank <= self.now.get()) {
             Some((_, given)) => given,
-            None if self.things.is_empty() => Given::Finished,
+            None if self.things.is_empty() => NextFrame::Finished,
             None => {
                 // Whoever waits without a vblank lets the time pass all the same.
                 self.now.set(self.now.get() + u32::from(!patience.is_zero()));
-                Given::Nothing
+                NextFrame::Nothing
             }
         }
     }
@@ -136,7 +130,7 @@ impl Supply for FakeSupply {
 /// A show at a rate, with what its supply gives and what goes wrong.
 struct Evening {
     fps: (u64, u64),
-    things: Vec<(u32, Given)>,
+    things: Vec<(u32, NextFrame)>,
     incidents: Vec<(u32, Event)>,
     /// The vblank from which on someone wants it to end.
     stop: Option<u32>,
@@ -145,16 +139,16 @@ struct Evening {
 /// What one saw and heard of it.
 struct Memory {
     glow: Vec<(u32, u8)>,
-    notes: Vec<Note>,
-    ended: Ended,
+    notes: Vec<Record>,
+    ended: RunEnd,
     late_on_glass: u64,
     faults: u64,
 }
 
 impl Evening {
     /// Every frame lies ready from the start.
-    fn of(fps: u64, turns: &[Arc<Turn>]) -> Self {
-        let things = frames(turns).into_iter().map(|frame| (0, Given::Frame(frame))).collect();
+    fn of(fps: u64, scheduled_clips: &[Arc<ScheduledClip>]) -> Self {
+        let things = frames(scheduled_clips).into_iter().map(|frame| (0, NextFrame::Frame(frame))).collect();
         Self { fps: (fps, 1), things, incidents: Vec::new(), stop: None }
     }
 
@@ -166,9 +160,9 @@ impl Evening {
 
     /// The first frame is given once more, as the opening, before frame `index`.
     fn opened(mut self, index: usize) -> Self {
-        let Some((_, Given::Frame(first))) = self.things.first() else { panic!("no frame comes first") };
-        let opening = Given::Opening(first.clone());
-        self.things.insert(index, (0, opening));
+        let Some((_, NextFrame::Frame(first))) = self.things.first() else { panic!("no frame comes first") };
+        let first_frame = NextFrame::First(first.clone());
+        self.things.insert(index, (0, first_frame));
         self
     }
 
@@ -186,7 +180,7 @@ impl Evening {
         self.watch_with(None)
     }
 
-    fn watch_with(self, saver: Option<Saver>) -> Memory {
+    fn watch_with(self, saver: Option<PlaceSaver>) -> Memory {
         let (now, glow, stop) = (Now::default(), Glow::default(), Arc::new(AtomicBool::new(false)));
         let screen = FakeScreen {
             now: Rc::clone(&now),
@@ -198,13 +192,13 @@ impl Evening {
             incidents: self.incidents.into(),
             stop: self.stop.map(|vblank| (vblank, Arc::clone(&stop))),
         };
-        let (scribe, shelf) = Scribe::on_a_shelf();
+        let (recorder, queue) = Recorder::for_tests();
         let (faults, view, overlay) = (Faults::new(|_| ()), SharedView::default(), Overlay::default());
         let (target, gate) = (DisplayTarget::default(), StartGate::default());
         let watchdog = Some(Duration::from_millis(500));
         let (view, stop) = (&view, &*stop);
-        let ears = Ears {
-            scribe,
+        let handles = PresenterHandles {
+            recorder,
             faults: faults.clone(),
             saver,
             view,
@@ -214,14 +208,14 @@ impl Evening {
             stop,
             watchdog,
         };
-        let piece = StreamFormat { fps: Rate::new(self.fps.0, self.fps.1).unwrap(), size: (16, 16), free: false };
-        let supply = FakeSupply { now, things: self.things.into() };
-        let (ended, saver) = Show::new(Box::new(screen), supply, piece, ears).run().unwrap();
+        let format = StreamFormat { fps: Rate::new(self.fps.0, self.fps.1).unwrap(), size: (16, 16), free: false };
+        let source = FakeSource { now, things: self.things.into() };
+        let (ended, saver) = Presenter::new(Box::new(screen), source, format, handles).run().unwrap();
         if let Some(saver) = saver {
             saver.end();
         }
         let late_on_glass = view.get().tally.late;
-        Memory { glow: glow.take(), notes: shelf.try_iter().collect(), ended, late_on_glass, faults: faults.count() }
+        Memory { glow: glow.take(), notes: queue.try_iter().collect(), ended, late_on_glass, faults: faults.count() }
     }
 }
 
@@ -235,7 +229,7 @@ impl Memory {
     }
 
     fn lates(&self) -> Vec<u32> {
-        let late = |note: &Note| if let Note::Flip { late, .. } = note { Some(*late) } else { None };
+        let late = |note: &Record| if let Record::Flip { late, .. } = note { Some(*late) } else { None };
         self.notes.iter().filter_map(late).collect()
     }
 }
@@ -246,7 +240,7 @@ fn lost() -> Event {
 
 #[test]
 fn last_frame_stays_lit_when_the_successor_is_late() {
-    let seen = Evening::of(30, &turns(1, 5)).delayed(2, 20).watch();
+    let seen = Evening::of(30, &scheduled_clips(1, 5)).delayed(2, 20).watch();
     assert_eq!(seen.glow, [(1, 1), (3, 2), (21, 3), (23, 4), (25, 5)]);
     assert_eq!(seen.lates(), [0, 0, 16, 0, 0]);
     assert_eq!(seen.ended.tally, Tally { flips: 5, late: 16, repeated: 0, skipped: 0, joins: 0 });
@@ -256,7 +250,7 @@ fn last_frame_stays_lit_when_the_successor_is_late() {
 #[test]
 fn a_frame_that_never_comes_is_late_all_the_while() {
     // Frame 2 is due at vblank 5; the screen goes at 40, comes back, and the run is over at 300.
-    let evening = Evening::of(30, &turns(1, 3)).delayed(2, 1_000).with(40, lost()).with(100, Event::Back);
+    let evening = Evening::of(30, &scheduled_clips(1, 3)).delayed(2, 1_000).with(40, lost()).with(100, Event::Back);
     let stopped = evening.stopped_at(300).watch();
     assert!(!stopped.ended.finished);
     let (late, shown) = (stopped.ended.tally.late, stopped.late_on_glass);
@@ -272,7 +266,7 @@ fn an_opening_is_lit_at_once_and_the_stream_goes_on_from_it() {
     for (stream, expected) in
         [(0, vec![1, 3, 5, 7]), (20, vec![1, 21, 23, 25]), (200, vec![1, 62, 123, 184, 201, 203, 205])]
     {
-        let seen = Evening::of(30, &turns(2, 2)).delayed(0, stream).opened(0).watch();
+        let seen = Evening::of(30, &scheduled_clips(2, 2)).delayed(0, stream).opened(0).watch();
         assert_eq!(seen.vblanks(), expected, "a stream from vblank {stream} on");
         let repeated = expected.len() as u64 - 4;
         assert_eq!(seen.ended.tally, Tally { flips: 4 + repeated, late: 0, repeated, skipped: 0, joins: 1 });
@@ -285,24 +279,24 @@ fn an_opening_is_lit_at_once_and_the_stream_goes_on_from_it() {
 
 #[test]
 fn an_opening_that_comes_after_the_stream_is_not_shown() {
-    let seen = Evening::of(30, &turns(1, 3)).opened(2).watch();
+    let seen = Evening::of(30, &scheduled_clips(1, 3)).opened(2).watch();
     assert_eq!(seen.glow, [(1, 1), (3, 2), (5, 3)]);
 }
 
 #[test]
 fn an_opening_whose_clip_gives_no_more_stays_lit_until_another_clip_plays() {
-    let turns = turns(2, 2);
-    let mut evening = Evening::of(30, &turns).delayed(0, 30);
+    let scheduled_clips = scheduled_clips(2, 2);
+    let mut evening = Evening::of(30, &scheduled_clips).delayed(0, 30);
     evening.things.drain(..2);
-    let opening = frames(&turns[..1]).swap_remove(0);
-    evening.things.insert(0, (0, Given::Opening(opening)));
+    let first_frame = frames(&scheduled_clips[..1]).swap_remove(0);
+    evening.things.insert(0, (0, NextFrame::First(first_frame)));
     let seen = evening.watch();
     assert_eq!((seen.lights(), seen.ended.tally.late), (vec![1, 3, 4], 0));
 }
 
 #[test]
 fn film_on_a_60_hz_screen_keeps_its_beat_across_joins() {
-    let seen = Evening::of(24, &turns(4, 3)).watch();
+    let seen = Evening::of(24, &scheduled_clips(4, 3)).watch();
     assert_eq!(seen.vblanks(), [1, 3, 6, 8, 11, 13, 16, 18, 21, 23, 26, 28]);
     assert_eq!(seen.lights(), (1..=12).collect::<Vec<u8>>());
     assert_eq!(seen.ended.tally, Tally { flips: 12, late: 0, repeated: 0, skipped: 0, joins: 3 });
@@ -311,7 +305,7 @@ fn film_on_a_60_hz_screen_keeps_its_beat_across_joins() {
 #[test]
 fn a_flock_as_fast_as_the_screen_or_faster_is_shown_whole() {
     for fps in [60, 90] {
-        let seen = Evening::of(fps, &turns(2, 4)).watch();
+        let seen = Evening::of(fps, &scheduled_clips(2, 4)).watch();
         assert_eq!(seen.vblanks(), [1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(seen.ended.tally, Tally { flips: 8, late: 0, repeated: 0, skipped: 0, joins: 1 });
     }
@@ -319,38 +313,38 @@ fn a_flock_as_fast_as_the_screen_or_faster_is_shown_whole() {
 
 #[test]
 fn a_join_is_told_before_the_flip_that_makes_it() {
-    let seen = Evening::of(30, &turns(2, 2)).watch();
+    let seen = Evening::of(30, &scheduled_clips(2, 2)).watch();
     let told: Vec<_> = seen.notes.iter().filter_map(told).collect();
     assert_eq!(told, ["start", "flip 0", "ready", "flip 1", "join 1-2", "flip 0", "flip 1"]);
 }
 
-fn told(note: &Note) -> Option<String> {
+fn told(note: &Record) -> Option<String> {
     match note {
-        Note::Start { .. } => Some("start".to_owned()),
-        Note::Ready => Some("ready".to_owned()),
-        Note::Flip { frame, .. } => Some(format!("flip {frame}")),
-        Note::Join { from, to } => Some(format!("join {}-{}", from.number, to.number)),
-        Note::Fault { .. } | Note::Alive | Note::End { .. } => None,
+        Record::Start { .. } => Some("start".to_owned()),
+        Record::Ready => Some("ready".to_owned()),
+        Record::Flip { frame, .. } => Some(format!("flip {frame}")),
+        Record::Join { from, to } => Some(format!("join {}-{}", from.number, to.number)),
+        Record::Fault { .. } | Record::Alive | Record::End { .. } => None,
     }
 }
 
 #[test]
 fn the_place_of_every_clip_on_the_glass_is_kept() {
     let dir = tempfile::tempdir().unwrap();
-    let turns = turns(3, 2);
-    for shown in 1..=turns.len() {
-        let (slots, _) = Slots::open(dir.path()).unwrap();
-        let saver = Saver::start(Some(slots), Faults::new(|_| ()), false).unwrap();
-        Evening::of(30, &turns[..shown]).watch_with(Some(saver));
-        let (_, kept) = Slots::open(dir.path()).unwrap();
-        assert_eq!(kept, Some(turns[shown - 1].place.to_bytes()));
+    let scheduled_clips = scheduled_clips(3, 2);
+    for shown in 1..=scheduled_clips.len() {
+        let (store, _) = PlaceStore::open(dir.path()).unwrap();
+        let saver = PlaceSaver::start(Some(store), Faults::new(|_| ()), false).unwrap();
+        Evening::of(30, &scheduled_clips[..shown]).watch_with(Some(saver));
+        let (_, kept) = PlaceStore::open(dir.path()).unwrap();
+        assert_eq!(kept, Some(scheduled_clips[shown - 1].place.to_bytes()));
     }
 }
 
 #[test]
 fn an_unplugged_screen_gets_its_last_frame_back_and_nothing_is_skipped() {
     // Frame 3 is lit since vblank 5, frame 4 is staged when the cable is pulled.
-    let seen = Evening::of(30, &turns(2, 3)).with(6, lost()).with(500, Event::Back).watch();
+    let seen = Evening::of(30, &scheduled_clips(2, 3)).with(6, lost()).with(500, Event::Back).watch();
     assert_eq!(seen.glow, [(1, 1), (3, 2), (5, 3), (501, 3), (503, 4), (505, 5), (507, 6)]);
     assert_eq!(seen.ended.tally, Tally { flips: 7, late: 0, repeated: 1, skipped: 0, joins: 1 });
 }
@@ -358,7 +352,7 @@ fn an_unplugged_screen_gets_its_last_frame_back_and_nothing_is_skipped() {
 #[test]
 fn a_night_is_nobodys_fault_and_costs_no_frame() {
     for dusk in 1..9 {
-        let seen = Evening::of(30, &turns(2, 3)).with(dusk, Event::Asleep).with(5_000, Event::Back).watch();
+        let seen = Evening::of(30, &scheduled_clips(2, 3)).with(dusk, Event::Asleep).with(5_000, Event::Back).watch();
         let mut lights = seen.lights();
         lights.dedup();
         assert_eq!(lights, [1, 2, 3, 4, 5, 6], "dusk at vblank {dusk}");
@@ -370,7 +364,7 @@ fn a_night_is_nobodys_fault_and_costs_no_frame() {
 #[test]
 fn a_cable_pulled_during_a_flip_loses_no_frame() {
     for (pulled, expected) in [(1, vec![1, 2, 3]), (3, vec![1, 1, 2, 3])] {
-        let seen = Evening::of(30, &turns(1, 3)).with(pulled, lost()).with(90, Event::Back).watch();
+        let seen = Evening::of(30, &scheduled_clips(1, 3)).with(pulled, lost()).with(90, Event::Back).watch();
         assert_eq!(seen.lights(), expected, "pulled at vblank {pulled}");
         assert_eq!((seen.ended.tally.skipped, seen.ended.tally.late), (0, 0));
     }
@@ -380,7 +374,7 @@ fn a_cable_pulled_during_a_flip_loses_no_frame() {
 fn a_screen_that_repairs_itself_gets_its_frame_again() {
     for vblank in 1..8 {
         let recovered = Event::Recovered { reason: "a flip was lost".to_owned() };
-        let seen = Evening::of(30, &turns(1, 4)).with(vblank, recovered).watch();
+        let seen = Evening::of(30, &scheduled_clips(1, 4)).with(vblank, recovered).watch();
         assert_eq!(seen.lights(), [1, 2, 3, 4], "at vblank {vblank}");
         assert_eq!(seen.faults, 1, "at vblank {vblank}");
     }
@@ -388,37 +382,37 @@ fn a_screen_that_repairs_itself_gets_its_frame_again() {
 
 #[test]
 fn a_frame_held_for_long_is_lit_again_once_a_second_so_that_the_watchdog_knows() {
-    let seen = Evening::of(30, &turns(1, 3)).delayed(1, 200).watch();
+    let seen = Evening::of(30, &scheduled_clips(1, 3)).delayed(1, 200).watch();
     assert_eq!(seen.lights(), [1, 1, 1, 1, 2, 3]);
     assert!(seen.vblanks().windows(2).all(|pair| pair[1] - pair[0] <= 61), "{:?}", seen.vblanks());
     assert_eq!(seen.ended.tally.repeated, 3);
     assert_eq!(seen.ended.tally.late, u64::from(seen.vblanks()[4]) - 3);
-    assert!(seen.notes.iter().filter(|note| matches!(note, Note::Alive)).count() >= 3);
+    assert!(seen.notes.iter().filter(|note| matches!(note, Record::Alive)).count() >= 3);
 }
 
 #[test]
 fn a_flock_without_a_playable_clip_shows_the_fault_card_until_there_is_one() {
-    let mut evening = Evening::of(30, &turns(1, 2)).delayed(0, 30);
-    evening.things.insert(0, (0, Given::Barren));
+    let mut evening = Evening::of(30, &scheduled_clips(1, 2)).delayed(0, 30);
+    evening.things.insert(0, (0, NextFrame::Barren));
     let seen = evening.watch();
     assert_eq!(seen.lights()[1..], [1, 2]);
-    let cards = seen.notes.iter().filter(|note| matches!(note, Note::Flip { turn: None, .. })).count();
+    let cards = seen.notes.iter().filter(|note| matches!(note, Record::Flip { scheduled: None, .. })).count();
     assert_eq!(cards, 1);
     assert_eq!(seen.ended.tally.joins, 0, "from the card to a clip is no join");
 }
 
 #[test]
 fn a_show_that_is_told_to_stop_ends_where_it_is() {
-    let (scribe, _shelf) = Scribe::on_a_shelf();
+    let (recorder, _shelf) = Recorder::for_tests();
     let (faults, view, overlay) = (Faults::new(|_| ()), SharedView::default(), Overlay::default());
     let (target, gate, stop) = (DisplayTarget::default(), StartGate::default(), AtomicBool::new(true));
     let (view, overlay, target, gate, stop) = (&view, &overlay, &target, &gate, &stop);
-    let ears = Ears { scribe, faults, saver: None, view, overlay, target, gate, stop, watchdog: None };
-    let piece = StreamFormat { fps: Rate::new(30, 1).unwrap(), size: (16, 16), free: false };
+    let handles = PresenterHandles { recorder, faults, saver: None, view, overlay, target, gate, stop, watchdog: None };
+    let format = StreamFormat { fps: Rate::new(30, 1).unwrap(), size: (16, 16), free: false };
     let screen = screen::VirtualScreen::new((16, 16), Rate::new(HZ, 1).unwrap(), screen::Pace::Free, || Nanos(0));
-    let things = frames(&turns(1, 9)).into_iter().map(|frame: Shown| (0, Given::Frame(frame))).collect();
-    let supply = FakeSupply { now: Now::default(), things };
-    let (ended, _) = Show::new(Box::new(screen), supply, piece, ears).run().unwrap();
+    let things = frames(&scheduled_clips(1, 9)).into_iter().map(|frame: Frame| (0, NextFrame::Frame(frame))).collect();
+    let source = FakeSource { now: Now::default(), things };
+    let (ended, _) = Presenter::new(Box::new(screen), source, format, handles).run().unwrap();
     assert!(!ended.finished);
     assert_eq!(ended.tally.flips, 0);
 }
