@@ -43,8 +43,8 @@ pub(crate) fn at(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> 
     move |source| Fatal::Disk { doing, path, source }
 }
 
-/// Tells people in front of the picture, through the file `card`, if something was damaged.
-pub(crate) fn tell_people(answer: &Answer, card: Option<&Path>) {
+/// Tells people in front of the picture, through the file `path`, if something was damaged.
+pub(crate) fn tell_people(answer: &Answer, path: Option<&Path>) {
     let text = if !answer.lost.is_empty() {
         "Part of this frame's own system is damaged. It goes on with the rest; its disk may be failing."
     } else if !answer.mended.is_empty() {
@@ -53,10 +53,10 @@ pub(crate) fn tell_people(answer: &Answer, card: Option<&Path>) {
         return;
     };
     let notice = Notice { text: text.to_owned(), thousandths: None };
-    if let Some(card) = card
-        && let Err(error) = notice.tell(card)
+    if let Some(path) = path
+        && let Err(error) = notice.tell(path)
     {
-        warn!(error = chain(&error), "nobody in front of the picture is told");
+        warn!(error = chain(&error), "cannot write the notice");
     }
 }
 

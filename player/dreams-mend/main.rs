@@ -43,7 +43,7 @@ fn mend(options: &Options) -> Result<Told<Answer>, Fatal> {
     if options.look == Look::All {
         mend_slots(options, &boots, &mut answer)?;
     }
-    fatal::tell_people(&answer, options.card.as_deref());
+    fatal::tell_people(&answer, options.notice.as_deref());
     Ok(Told { answer, json: options.json })
 }
 

@@ -46,8 +46,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "VERSION", value_parser = Version::parse)]
     pub(crate) running: Version,
     /// Tell people in front of the picture, through this file, if something was damaged
-    #[arg(long, value_name = "FILE")]
-    pub(crate) card: Option<PathBuf>,
+    #[arg(long, alias = "card", value_name = "FILE")]
+    pub(crate) notice: Option<PathBuf>,
     /// Answer with one JSON document
     #[arg(long)]
     pub(crate) json: bool,
@@ -55,8 +55,16 @@ pub(crate) struct Options {
 
 #[cfg(test)]
 mod tests {
-    use super::EXIT_STATUS;
+    use super::{EXIT_STATUS, Options};
+    use clap::Parser;
     use player::ending::Exit;
+    use std::path::Path;
+
+    #[test]
+    fn the_option_for_the_notice_has_its_earlier_name_too() {
+        let words = ["dreams-mend", "boot", "--boot", "b", "--loader", "l", "--running", "0.1.0", "--card", "n"];
+        assert_eq!(Options::parse_from(words).notice.as_deref(), Some(Path::new("n")));
+    }
 
     #[test]
     fn the_help_names_every_exit_code() {

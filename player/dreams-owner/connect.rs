@@ -37,9 +37,9 @@ pub(crate) struct Options {
     /// Where the last good settings are kept
     #[arg(long, value_name = "FILE")]
     keep: PathBuf,
-    /// Where people are told: what is wrong is told beside it, until it is right
-    #[arg(long, value_name = "FILE")]
-    card: PathBuf,
+    /// Where notices are written: what is wrong is told beside it, until it is right
+    #[arg(long, alias = "card", value_name = "FILE")]
+    notice: PathBuf,
     /// The folder in which `wpa_supplicant` is spoken to
     #[arg(long, value_name = "FOLDER", default_value = CONTROL)]
     control: PathBuf,
@@ -49,7 +49,7 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> ! {
     let mut said = String::new();
     loop {
-        take_back(&options.card);
+        take_back(&options.notice);
         let Some(settings) = FileVersion::of(&options.wifi) else {
             thread::park_timeout(OFTEN);
             continue;
@@ -83,7 +83,7 @@ fn connect(options: &Options, settings: FileVersion) -> io::Result<()> {
         match effect {
             Effect::Nothing => {}
             Effect::TakeBack => {
-                take_back(&options.card);
+                take_back(&options.notice);
                 // Without it a power cut only makes us believe less.
                 fs::write(&mark, marked(settings)).ok();
             }
@@ -99,13 +99,13 @@ fn tell(options: &Options, what: &str) {
     let name = Owner::kept(&options.keep).wifi().map(|wifi| wifi.name.as_str().to_owned()).unwrap_or_default();
     let text = format!("The Wi-Fi {name} {what} {FILE_NAME}.");
     eprintln!("{text}");
-    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Wifi.path(&options.card)) {
-        fail(&error, "nobody in front of the picture is told");
+    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Wifi.path(&options.notice)) {
+        fail(&error, "cannot write the notice over the picture");
     }
 }
 
-fn take_back(card: &Path) {
-    if let Err(error) = Lasting::Wifi.take_back(card) {
+fn take_back(notice: &Path) {
+    if let Err(error) = Lasting::Wifi.take_back(notice) {
         eprintln!("{}", chain(&error));
     }
 }

@@ -46,3 +46,18 @@ fn main() -> ExitCode {
     };
     ExitCode::from(exit as u8)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Options;
+    use clap::Parser;
+
+    #[test]
+    fn the_option_for_the_notice_has_its_earlier_name_too() {
+        let take_in = "dreams-owner take-in --keep k --network n --name m --wifi w --card c folder";
+        let connect = "dreams-owner connect --keep k --wifi w --card c wlan0";
+        for words in [take_in, connect] {
+            assert!(Options::try_parse_from(words.split(' ')).is_ok(), "{words}");
+        }
+    }
+}

@@ -40,9 +40,9 @@ pub(crate) struct Options {
     /// Where the Wi-Fi is kept, with its password
     #[arg(long, value_name = "FILE")]
     wifi: PathBuf,
-    /// Where people are told: what is wrong is told beside it, until it is right
-    #[arg(long, value_name = "FILE")]
-    card: PathBuf,
+    /// Where notices are written: what is wrong is told beside it, until it is right
+    #[arg(long, alias = "card", value_name = "FILE")]
+    notice: PathBuf,
 }
 
 /// Why the settings were not taken in.
@@ -57,7 +57,7 @@ enum Fatal {
 /// Takes the settings in, and tells people and standard error what is wrong with them.
 pub(crate) fn run(options: &Options) -> Exit {
     let taken = take_in(options);
-    let told = taken.inspect(|()| take_back(&options.card)).inspect_err(|fatal| warn_people(fatal, &options.card));
+    let told = taken.inspect(|()| take_back(&options.notice)).inspect_err(|fatal| warn_people(fatal, &options.notice));
     told.and(tell_others(options)).map_or_else(|fatal| ended(&fatal), |()| Exit::Fine)
 }
 
@@ -112,8 +112,8 @@ fn replace(path: &Path, text: &str, mode: u32) -> io::Result<()> {
     File::open(path.parent().unwrap_or(Path::new(".")))?.sync_all()
 }
 
-/// Tells people in front of the picture what is wrong with their file.
-fn warn_people(fatal: &Fatal, card: &Path) {
+/// Writes the notice that says what is wrong with the owner's file.
+fn warn_people(fatal: &Fatal, notice: &Path) {
     let text = match fatal {
         Fatal::Settings(ConfigError::Malformed { line, key, .. }) => {
             let at = if key.is_empty() { String::new() } else { format!(", at {key}") };
@@ -124,15 +124,15 @@ fn warn_people(fatal: &Fatal, card: &Path) {
         }
         Fatal::Write { .. } => "The memory of this frame does not take the settings. The picture goes on.".to_owned(),
     };
-    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Settings.path(card)) {
-        fail(&error, "nobody in front of the picture is told");
+    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Settings.path(notice)) {
+        fail(&error, "cannot write the notice over the picture");
     }
 }
 
-/// What was told of the file is no longer true.
-fn take_back(card: &Path) {
-    if let Err(error) = Lasting::Settings.take_back(card) {
-        fail(&error, "people in front of the picture are still told what is no longer wrong");
+/// Removes that notice.
+fn take_back(notice: &Path) {
+    if let Err(error) = Lasting::Settings.take_back(notice) {
+        fail(&error, "cannot remove the notice over the picture");
     }
 }
 

@@ -86,7 +86,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     }
     let saver = PlaceSaver::start(store, faults.clone(), is_free)?;
     BrightnessControl::new(config.day(), &config.owner).start(Arc::clone(target), clock_s)?;
-    NoticeWatcher::new(&config.card, clock_s()).start(Arc::clone(view), Arc::clone(overlay), now)?;
+    NoticeWatcher::new(&config.notice, clock_s()).start(Arc::clone(view), Arc::clone(overlay), now)?;
     status::serve(&config.status, shared.page(flock, &faults, config));
 
     let (saver, watchdog) = (Some(saver), watchdog_interval());

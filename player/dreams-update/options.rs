@@ -56,8 +56,8 @@ pub(crate) struct Options {
     #[arg(long)]
     scrub: bool,
     /// Tell people in front of the picture, through this file, how far it is
-    #[arg(long, value_name = "FILE")]
-    card: Option<PathBuf>,
+    #[arg(long, alias = "card", value_name = "FILE")]
+    notice: Option<PathBuf>,
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
@@ -77,7 +77,7 @@ pub(crate) struct Order {
     /// The slot that a system is to be written to, and where the boot loader finds what to start.
     pub(crate) slot: Option<(PathBuf, PathBuf)>,
     pub(crate) scrub: bool,
-    pub(crate) card: Option<PathBuf>,
+    pub(crate) notice: Option<PathBuf>,
     pub(crate) json: bool,
 }
 
@@ -109,7 +109,7 @@ impl Options {
             schedule: self.schedule,
             slot,
             scrub: self.scrub,
-            card: self.card,
+            notice: self.notice,
             json: self.json,
         })
     }
@@ -145,6 +145,9 @@ mod tests {
             "stairs"
         );
         assert!(Options::try_parse_from(["dreams-update", "/media", "--unit", "The Lobby"]).is_err());
+        let earlier =
+            Options::parse_from(["dreams-update", "/media", "--card", "a", "--unit", "lobby"]).order().unwrap();
+        assert_eq!(earlier.notice.as_deref(), Some(std::path::Path::new("a")), "the option has its earlier name too");
     }
 
     #[test]

@@ -16,7 +16,7 @@ const OFTEN: Duration = Duration::from_millis(500);
 /// The telling of one update.
 #[derive(Debug)]
 pub(crate) struct Progress {
-    card: Option<PathBuf>,
+    notice: Option<PathBuf>,
     /// What is coming.
     coming: &'static str,
     total: u64,
@@ -25,9 +25,9 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Tells through `card`, or nobody.
-    pub(crate) fn new(card: Option<PathBuf>) -> Self {
-        Self { card, coming: sentences::COMING, total: 0, done: 0, told: None }
+    /// Tells through the file `notice`, if there is one.
+    pub(crate) fn new(notice: Option<PathBuf>) -> Self {
+        Self { notice, coming: sentences::COMING, total: 0, done: 0, told: None }
     }
 
     /// There are `total` bytes, of which `done` are here.
@@ -57,7 +57,7 @@ impl Progress {
     }
 
     fn tell(&self, text: &str, thousandths: Option<u16>) {
-        let Some(path) = &self.card else { return };
+        let Some(path) = &self.notice else { return };
         if let Err(error) = (Notice { text: text.to_owned(), thousandths }).tell(path) {
             debug!(path = %path.display(), error = chain(&error), "nobody is told how far the update is");
         }
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn progress_is_told_now_and_then_and_the_end_at_once() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("card");
+        let path = folder.path().join("notice");
         let told = || Notice::read(&path).map(|notice| notice.thousandths);
         let mut progress = Progress::new(Some(path.clone()));
         progress.begins(1_000, 250, Nanos(0));

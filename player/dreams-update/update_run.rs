@@ -50,7 +50,7 @@ pub(crate) fn run(order: Order) -> Result<Told<Answer>, Fatal> {
         Err(fatal) => Some(sentences::of_fatal(fatal)),
     };
     if let Some(said) = said {
-        Progress::new(order.card).ended(&said);
+        Progress::new(order.notice).ended(&said);
     }
     Ok(Told { answer: ended?, json: order.json })
 }
@@ -89,7 +89,7 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
         return Ok(Answer { missing, ..Answer::of(Outcome::NotNow, store.state().playing()) });
     };
     let mut source = Origin::open(place, order.config.proxy.as_deref(), is_clock_wrong(clock_s()))?;
-    let progress = Progress::new(order.card.clone());
+    let progress = Progress::new(order.notice.clone());
     let mut fetcher = Fetcher { source: &mut source, pace, progress, stop, objects: 0, bytes: 0 };
     let brought = bring(order, &mut store, place, &mut fetcher);
     tell_contact(order, &store, fetcher.source.is_far(), &brought);

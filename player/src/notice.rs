@@ -26,21 +26,21 @@ impl Lasting {
     /// All causes, the most urgent first: only one notice has room on the picture.
     pub const ALL: [Self; 2] = [Self::Settings, Self::Wifi];
 
-    /// The file of this cause, where notices for a moment are told at `card`.
-    pub fn path(self, card: &Path) -> PathBuf {
+    /// The file of this cause, where short notices are told at `notice`.
+    pub fn path(self, notice: &Path) -> PathBuf {
         let cause = match self {
             Self::Settings => "settings",
             Self::Wifi => "wifi",
         };
-        PathBuf::from(format!("{}.{cause}", card.display()))
+        PathBuf::from(format!("{}.{cause}", notice.display()))
     }
 
-    /// Removes the notice of this cause from beside `card`, if there is one.
+    /// Removes the notice of this cause from beside `notice`, if there is one.
     ///
     /// # Errors
     /// What the world says.
-    pub fn take_back(self, card: &Path) -> io::Result<()> {
-        match fs::remove_file(self.path(card)) {
+    pub fn take_back(self, notice: &Path) -> io::Result<()> {
+        match fs::remove_file(self.path(notice)) {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
             Ok(()) | Err(_) => Ok(()),
         }

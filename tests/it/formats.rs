@@ -145,7 +145,7 @@ fn an_owners_settings_of_the_first_format_are_kept_as_they_were() {
     let relics = Relics::new();
     let mut owner = Command::new(programs::owner());
     owner.args(["take-in", "owner", "--keep"]).arg(relics.at("kept")).arg("--network").arg(relics.at(""));
-    for (option, name) in [("--name", "name"), ("--wifi", "wifi.conf"), ("--card", "card")] {
+    for (option, name) in [("--name", "name"), ("--wifi", "wifi.conf"), ("--notice", "notice")] {
         owner.arg(option).arg(relics.at(name));
     }
     let said = output(owner.current_dir(relics.at("")));

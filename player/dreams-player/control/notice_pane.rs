@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_placard_covers_a_twentieth_at_most_and_leaves_the_rest_as_it_is() {
+    fn a_notice_covers_a_twentieth_at_most_and_leaves_the_rest_as_it_is() {
         let longest = "This flock is not signed by anybody whom this frame trusts.";
         for (width, height) in [(640u32, 480u32), (1280, 720), (1920, 1080), (3840, 2160), (720, 1280)] {
             let pane = NoticePane::draw(&notice(longest, Some(500)), (width, height)).unwrap();
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_too_small_for_a_word_has_no_placard_and_one_of_another_size_stays() {
+    fn a_picture_too_small_for_a_word_has_no_notice_and_one_of_another_size_stays() {
         assert_eq!(NoticePane::draw(&notice("A new flock is coming in.", None), (64, 48)), None);
         assert_eq!(NoticePane::draw(&notice("", None), (640, 480)), None);
         let pane = NoticePane::draw(&notice("Here.", None), (1280, 720)).unwrap();

@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn a_notice_is_shown_when_it_is_told_and_goes_after_a_minute() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("card");
+        let path = folder.path().join("notice");
         let tell = |text: &str| Notice { text: text.to_owned(), thousandths: None }.tell(&path).unwrap();
         let minute = u64::try_from(SHOWN.as_nanos()).unwrap();
         tell("Yesterday.");
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_shown_until_it_is_taken_back_and_again_after_what_is_told_for_a_moment() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("card");
+        let path = folder.path().join("notice");
         let tell = |path: &std::path::Path, text: &str| Notice { text: text.to_owned(), thousandths: None }.tell(path);
         let minute = u64::try_from(SHOWN.as_nanos()).unwrap();
         tell(&Lasting::Settings.path(&path), "dreams.toml is wrong.").unwrap();
@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn what_the_display_does_not_do_is_shown_where_nothing_else_is() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("card");
+        let path = folder.path().join("notice");
         let mut watcher = NoticeWatcher::new(&path, u64::MAX);
         let notes = |text: &str| vec![text.to_owned(), "Another.".to_owned()];
         let first = watcher.look(SIZE, notes("There is no connector DP-9."), Nanos(0));

@@ -98,7 +98,7 @@ impl Playback {
     /// ```text
     /// state         event      -> state         effect
     /// Dark          Ready      -> Rising        Light
-    /// Dark          Barren     -> Rising        LightCard
+    /// Dark          Barren     -> Rising        LightFaultCard
     /// Dark          Finished   -> Ended         End
     /// Dark          Lost       -> Away(Nothing) Wait
     /// Rising        Flipped    -> Lit(Missing)  AwaitDue

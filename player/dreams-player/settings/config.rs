@@ -23,6 +23,11 @@ pub(crate) const SEED: RangeInclusive<u64> = 0..=i64::MAX as u64;
 /// Clips after which a run ends.
 pub(crate) const CLIPS: RangeInclusive<u64> = 1..=u32::MAX as u64;
 
+/// Where the other programs of a unit write notices.
+const NOTICE: &str = "/run/dreams-update/notice";
+/// The same, as the sample of earlier versions had it.
+const EARLIER_NOTICE: &str = "/run/dreams-update/card";
+
 /// Every setting of a unit, as `config/player.toml` explains them.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -50,7 +55,8 @@ pub(crate) struct Config {
     #[serde(deserialize_with = "prefetch_ms")]
     pub(crate) prefetch_ms: u64,
     pub(crate) status: StatusAddress,
-    pub(crate) card: PathBuf,
+    #[serde(alias = "card", deserialize_with = "notice")]
+    pub(crate) notice: PathBuf,
     pub(crate) log: LogLevel,
 }
 
@@ -75,7 +81,7 @@ impl Default for Config {
             ahead: 8,
             prefetch_ms: 4_000,
             status: StatusAddress::Host("127.0.0.1:7180".to_owned()),
-            card: "/run/dreams-update/card".into(),
+            notice: NOTICE.into(),
             log: LogLevel(tracing::Level::INFO),
         }
     }
@@ -116,9 +122,15 @@ fn prefetch_ms<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
     within(from, &PREFETCH_MS)
 }
 
+/// A config of an earlier version goes with the programs of this one.
+fn notice<'de, D: Deserializer<'de>>(from: D) -> Result<PathBuf, D::Error> {
+    let path = PathBuf::deserialize(from)?;
+    Ok(if path == Path::new(EARLIER_NOTICE) { NOTICE.into() } else { path })
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::Config;
+    use super::{Config, EARLIER_NOTICE};
     use player::config_file::parse;
     use std::path::Path;
 
@@ -148,7 +160,7 @@ pub(crate) mod tests {
     fn the_sample_explains_every_key_and_no_other() {
         let expected = refusal("no_such_key = 1");
         let known = expected.split("expected one of ").nth(1).unwrap().split(", ");
-        let known: Vec<_> = known.map(|key| key.trim_matches('`').to_owned()).collect();
+        let known: Vec<_> = known.map(|key| key.trim_matches('`').to_owned()).filter(|key| key != "card").collect();
         assert_eq!(keys_of_the_sample(), known);
         assert!(known.len() <= 20, "{} keys are too many to explain to an installer", known.len());
         let left_out = ["hours", "timezone", "seed", "clips", "trace"];
@@ -158,6 +170,14 @@ pub(crate) mod tests {
         });
         let config = parse::<Config>(Path::new("player.toml"), &everything).unwrap();
         assert!(config.seed.is_some() && config.hours.is_some() && config.timezone.is_some());
+    }
+
+    #[test]
+    fn a_config_that_calls_the_notice_a_card_is_understood() {
+        let read = |text: &str| parse::<Config>(Path::new("player.toml"), text).unwrap();
+        assert_eq!(read(&format!("card = \"{EARLIER_NOTICE}\"")), Config::default());
+        assert_eq!(read("card = \"/run/here\"").notice, Path::new("/run/here"));
+        assert!(refusal("card = \"a\"\nnotice = \"b\"").contains("duplicate field"));
     }
 
     #[test]

@@ -87,9 +87,9 @@ pub(crate) struct Options {
     /// Where the status page is: `off`, a loopback `HOST:PORT` or `unix:PATH`
     #[arg(long, value_name = "ADDRESS")]
     status: Option<StatusAddress>,
-    /// Where the updater says what people are to be told over the picture
-    #[arg(long, value_name = "FILE")]
-    card: Option<PathBuf>,
+    /// Where the other programs write notices that are shown over the picture
+    #[arg(long, alias = "card", value_name = "FILE")]
+    notice: Option<PathBuf>,
     /// The least urgent log line that is kept: `error`, `warn`, `info`, `debug` or `trace`
     #[arg(long, value_name = "LEVEL")]
     log: Option<LogLevel>,
@@ -121,7 +121,7 @@ impl Options {
             ahead: self.ahead.unwrap_or(config.ahead),
             prefetch_ms: self.prefetch_ms.unwrap_or(config.prefetch_ms),
             status: self.status.unwrap_or(config.status),
-            card: self.card.unwrap_or(config.card),
+            notice: self.notice.unwrap_or(config.notice),
             log: self.log.unwrap_or(config.log),
         })
     }
@@ -155,6 +155,13 @@ mod tests {
         let settings = options.settings().unwrap();
         let expected = Config { seed: Some(8), ahead: 20, screen: ScreenChoice::Virtual(None), ..Config::default() };
         assert_eq!(settings, expected);
+    }
+
+    #[test]
+    fn the_option_for_the_notice_has_its_earlier_name_too() {
+        let settings = |option| Options::parse_from(["dreams-player", option, "/run/here"]).settings().unwrap();
+        assert_eq!(settings("--card"), settings("--notice"));
+        assert_eq!(settings("--card").notice.to_str(), Some("/run/here"));
     }
 
     #[test]

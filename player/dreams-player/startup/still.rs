@@ -64,14 +64,14 @@ fn awaited(choice: &ScreenChoice, output: &OutputSettings, stop: &AtomicBool) ->
 /// Holds the picture on the screen. Its first flip is READY; every `often` it is lit once more, which feeds the watchdog.
 fn keep(
     mut screen: Box<dyn Screen>,
-    card: &FaultCard,
+    picture: &FaultCard,
     often: Duration,
     stop: &AtomicBool,
     tell: &dyn Fn(NotifyState<'_>),
 ) {
     let mut is_ready = false;
     let mut is_away = screen.lit().is_none();
-    light(&mut *screen, card);
+    light(&mut *screen, picture);
     let mut quiet = Duration::ZERO;
     while !stop.load(Ordering::Relaxed) {
         match screen.next_event(QUIET) {
@@ -81,9 +81,9 @@ fn keep(
             }
             Event::Back => {
                 is_away = false;
-                light(&mut *screen, card);
+                light(&mut *screen, picture);
             }
-            Event::Recovered { .. } => light(&mut *screen, card),
+            Event::Recovered { .. } => light(&mut *screen, picture),
             Event::Lost { .. } => is_away = true,
             Event::Vblank { .. } | Event::Asleep | Event::Changed => {}
             Event::Idle => quiet += QUIET,
@@ -94,14 +94,14 @@ fn keep(
                 // The process works; it is the screen that is missing.
                 tell(NotifyState::Watchdog);
             }
-            light(&mut *screen, card);
+            light(&mut *screen, picture);
         }
     }
     tell(NotifyState::Stopping);
 }
 
-fn light(screen: &mut dyn Screen, card: &FaultCard) {
-    match screen.stage(&card.picture()) {
+fn light(screen: &mut dyn Screen, picture: &FaultCard) {
+    match screen.stage(&picture.picture()) {
         Ok(()) => screen.commit(),
         Err(error @ (ScreenError::Size { .. } | ScreenError::Open { .. })) => {
             warn!(error = chain(&error), "cannot show the still picture");
