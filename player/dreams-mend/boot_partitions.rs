@@ -6,14 +6,14 @@
 //! Start at [`Boots::read`] and [`Boots::apply`].
 
 use crate::fatal::{Answer, Fatal, at};
-use crate::flushed_writer::{Steady, forget, sync_folder};
 use crate::plan::{Entry, EntryName, Place, Step};
 use bundle::{ENTRIES, LaidOut, SYSTEMS, StartFile, copy_folder, gather, lay_out};
+use player::flushed_writer::{FlushedWriter, drop_cache, sync_folder};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
 use tracing::{info, warn};
 
@@ -105,10 +105,10 @@ impl<'o> Boots<'o> {
                     let path = self.entry(&to);
                     self.copy(&to, &from)?;
                     if was_damaged {
-                        warn!(entry = %path.display(), "what an entry starts was damaged: it is mended");
+                        warn!(entry = %path.display(), "a boot entry was damaged: it is mended");
                         answer.mended.push(path.display().to_string());
                     } else {
-                        info!(entry = %path.display(), "an entry has another copy");
+                        info!(entry = %path.display(), "a boot entry has another copy");
                     }
                 }
                 Step::Remove { place, was_damaged } => {
@@ -119,7 +119,7 @@ impl<'o> Boots<'o> {
                     if parts.is_dir() {
                         remove_parts(&parts)?;
                     }
-                    warn!(entry = %path.display(), was_damaged, "an entry that can't be used is gone");
+                    warn!(entry = %path.display(), was_damaged, "removed a boot entry that cannot be used");
                     if was_damaged {
                         answer.lost.push(path.display().to_string());
                     }
@@ -137,7 +137,7 @@ impl<'o> Boots<'o> {
 
     /// Makes all that `to` starts what `from` starts; the entry comes last.
     fn copy(&self, to: &Place, from: &Place) -> Result<(), Fatal> {
-        let damaged = || io::Error::new(ErrorKind::InvalidData, "it was whole, and is not any more");
+        let damaged = || io::Error::new(ErrorKind::InvalidData, "it was whole before and is damaged now");
         let source = self.entry(from);
         let bytes = self.gathered(from)?.ok_or_else(damaged).map_err(at("read", &source))?;
         let LaidOut { entry, parts } =
@@ -240,7 +240,7 @@ fn readable(path: &Path) -> Result<Option<Vec<u8>>, Fatal> {
         let mut file = File::open(path)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes)?;
-        forget(&file)?;
+        drop_cache(&file)?;
         Ok(bytes)
     };
     match read() {
@@ -262,10 +262,10 @@ fn put(bytes: &[u8], path: &Path) -> Result<(), Fatal> {
     let unfinished = path.with_extension(UNFINISHED);
     let file = File::options().read(true).write(true).create(true).truncate(true).open(&unfinished);
     let file = file.map_err(at("write", &unfinished))?;
-    let mut steady = Steady::new(&file);
-    steady.write(bytes, 0).and_then(|()| steady.flush()).map_err(at("write", &unfinished))?;
+    let mut writer = FlushedWriter::new(&file);
+    writer.write_all(bytes).and_then(|()| writer.flush()).map_err(at("write", &unfinished))?;
     if read(&unfinished)? != bytes {
-        let other = io::Error::new(ErrorKind::InvalidData, "what was written is not what is read back");
+        let other = io::Error::new(ErrorKind::InvalidData, "other bytes were read back than were written");
         return Err(at("read back", &unfinished)(other));
     }
     fs::rename(&unfinished, path).map_err(at("make", path))?;

@@ -2,7 +2,7 @@
 //!
 //! Owns [`Fatal`], the answer, and what people in front of the picture are told.
 
-use player::ending::{Exit, Told, chain, fail};
+use player::ending::{Exit, Output, chain, fail};
 use player::notice::Notice;
 use serde::Serialize;
 use std::fmt;
@@ -61,10 +61,10 @@ pub(crate) fn tell_people(answer: &Answer, path: Option<&Path>) {
 }
 
 /// Ends the program: with the answer, or with the error and what to do about it.
-pub(crate) fn finish(result: Result<Told<Answer>, Fatal>) -> ExitCode {
-    let told = result.and_then(|told| told.tell().map_err(Fatal::Unwritten).map(|()| told));
-    let exit = match told {
-        Ok(told) if told.answer.lost.is_empty() => Exit::Fine,
+pub(crate) fn finish(result: Result<Output<Answer>, Fatal>) -> ExitCode {
+    let printed = result.and_then(|output| output.print().map_err(Fatal::Unwritten).map(|()| output));
+    let exit = match printed {
+        Ok(output) if output.answer.lost.is_empty() => Exit::Fine,
         Ok(_) => Exit::No,
         Err(fatal) => {
             fail(&fatal, "the disk may be failing; the system that runs goes on");

@@ -9,7 +9,6 @@
 
 mod boot_partitions;
 mod fatal;
-mod flushed_writer;
 mod options;
 mod plan;
 mod slots;
@@ -19,7 +18,7 @@ use boot_partitions::Boots;
 use clap::Parser;
 use fatal::{Answer, Fatal};
 use options::{Look, Options};
-use player::ending::Told;
+use player::ending::Output;
 use player::journal;
 use player::log_level::LogLevel;
 use slots::Slot;
@@ -34,7 +33,7 @@ fn main() -> ExitCode {
 }
 
 /// Looks at what `options` name, and mends it.
-fn mend(options: &Options) -> Result<Told<Answer>, Fatal> {
+fn mend(options: &Options) -> Result<Output<Answer>, Fatal> {
     let mut answer = Answer::default();
     let boots = Boots::new(&options.boot, options.spare.as_deref(), &options.loader);
     boots.sweep()?;
@@ -44,7 +43,7 @@ fn mend(options: &Options) -> Result<Told<Answer>, Fatal> {
         mend_slots(options, &boots, &mut answer)?;
     }
     fatal::tell_people(&answer, options.notice.as_deref());
-    Ok(Told { answer, json: options.json })
+    Ok(Output { answer, json: options.json })
 }
 
 /// Reads the slots, and mends them if the system that runs is whole in one of them.

@@ -7,12 +7,12 @@
 //! Start at [`look`] and [`refill`].
 
 use crate::fatal::{Answer, Fatal, at};
-use crate::flushed_writer::{Steady, forget};
 use crate::plan::Entry;
 use crate::verity::{BLOCK, Root};
 use bundle::Version;
+use player::flushed_writer::{FlushedWriter, drop_cache};
 use std::fs::File;
-use std::io;
+use std::io::{self, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use tracing::{info, warn};
@@ -43,7 +43,7 @@ pub(crate) fn look(paths: &[PathBuf], files: &[Entry]) -> Result<Vec<Slot>, Fata
     let slot = |path: &PathBuf| {
         let file = File::open(path)?;
         // What is read from now on comes from the disk.
-        forget(&file)?;
+        drop_cache(&file)?;
         let mut found = None;
         for (version, root) in &roots {
             if root.is_named_in(&file)? {
@@ -51,7 +51,7 @@ pub(crate) fn look(paths: &[PathBuf], files: &[Entry]) -> Result<Vec<Slot>, Fata
             }
         }
         let is_whole = found.as_ref().map_or(Ok(false), |(_, root)| root.is_whole_in(&file))?;
-        forget(&file)?;
+        drop_cache(&file)?;
         Ok(Slot { path: path.clone(), root: found, is_whole })
     };
     paths.iter().map(|path| slot(path).map_err(at("read", path))).collect()
@@ -77,7 +77,7 @@ pub(crate) fn refill(slots: &[Slot], running: &Version, answer: &mut Answer) -> 
 /// Tells of what cannot be mended now.
 pub(crate) fn report(slots: &[Slot], answer: &mut Answer) {
     for slot in slots.iter().filter(|slot| !slot.is_whole) {
-        warn!(slot = %slot.path.display(), "a slot is damaged, and there is nothing to mend it from");
+        warn!(slot = %slot.path.display(), "a slot is damaged, and there is no whole copy of its system");
         answer.lost.push(slot.path.display().to_string());
     }
 }
@@ -87,8 +87,8 @@ fn copy(root: &Root, from: &Path, to: &Path) -> Result<(), Fatal> {
     let source = File::open(from).map_err(at("read", from))?;
     let target = File::options().read(true).write(true).open(to).map_err(at("write", to))?;
     let superblock = root.superblock_at();
-    let mut steady = Steady::new(&target);
-    steady.write(&[0; BLOCK], superblock).and_then(|()| steady.flush()).map_err(at("write", to))?;
+    let mut writer = FlushedWriter::new(&target);
+    writer.write_at(&[0; BLOCK], superblock).and_then(|()| writer.flush()).map_err(at("write", to))?;
     let (mut wanted, mut found) = (vec![0; AT_ONCE], vec![0; AT_ONCE]);
     let mut at_byte = 0;
     while at_byte < root.size() {
@@ -100,21 +100,21 @@ fn copy(root: &Root, from: &Path, to: &Path) -> Result<(), Fatal> {
         // What can't be read is written.
         let is_there = target.read_exact_at(found, at_byte).is_ok() && found == wanted;
         if !is_there {
-            steady.write(wanted, at_byte).map_err(at("write", to))?;
+            writer.write_at(wanted, at_byte).map_err(at("write", to))?;
         }
         at_byte += length as u64;
         if at_byte == superblock {
             at_byte += BLOCK as u64;
         }
     }
-    steady.flush().map_err(at("sync", to))?;
+    writer.flush().map_err(at("sync", to))?;
     let mut block = [0; BLOCK];
     source.read_exact_at(&mut block, superblock).map_err(at("read", from))?;
-    steady.write(&block, superblock).and_then(|()| steady.flush()).map_err(at("write", to))?;
-    forget(&source).map_err(at("read", from))?;
+    writer.write_at(&block, superblock).and_then(|()| writer.flush()).map_err(at("write", to))?;
+    drop_cache(&source).map_err(at("read", from))?;
     if root.is_whole_in(&target).map_err(at("read back", to))? {
         return Ok(());
     }
-    let other = io::Error::new(io::ErrorKind::InvalidData, "what was written is not what is read back");
+    let other = io::Error::new(io::ErrorKind::InvalidData, "other bytes were read back than were written");
     Err(at("read back", to)(other))
 }

@@ -58,7 +58,7 @@ pub(crate) fn run(options: &Options) -> ! {
             // The same thing again and again is said once.
             let why = chain(&error);
             if why != said {
-                fail(&error, "it is tried again and again");
+                fail(&error, "trying again in ten seconds");
                 said = why;
             }
             thread::park_timeout(PAUSE);

@@ -58,7 +58,7 @@ impl Supplicant {
         self.socket.set_read_timeout(Some(OFTEN))?;
         for _ in 0..LOOKS {
             if let Some(status) = self.ended()? {
-                return Err(io::Error::other(format!("it ended at once: {status}")));
+                return Err(io::Error::other(format!("`wpa_supplicant` ended at once: {status}")));
             }
             if self.socket.connect(there).and_then(|()| self.socket.send(b"ATTACH")).is_ok() {
                 while let Some(told) = self.told()? {
@@ -69,7 +69,7 @@ impl Supplicant {
             }
             thread::park_timeout(OFTEN);
         }
-        Err(io::Error::new(ErrorKind::TimedOut, "it does not answer"))
+        Err(io::Error::new(ErrorKind::TimedOut, "`wpa_supplicant` does not answer"))
     }
 
     /// What it tells next, if it does so within `time`.

@@ -5,7 +5,7 @@
 use crate::answer::Answer;
 use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId, few};
 use player::config_file::ConfigError;
-use player::ending::{Exit, Told, fail};
+use player::ending::{Exit, Output, fail};
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,7 +27,7 @@ pub(crate) enum Fatal {
     Keys(KeyError),
     #[error("this unit has no name of its own")]
     Nameless(#[source] NameError),
-    #[error("there is nowhere to look for a flock")]
+    #[error("no source of flocks is given")]
     Nowhere,
     #[error("cannot read `{name}` from the source")]
     Read { name: String, source: io::Error },
@@ -41,7 +41,7 @@ pub(crate) enum Fatal {
     Slot { doing: &'static str, path: PathBuf, source: io::Error },
     #[error(transparent)]
     Source(FolderError),
-    #[error("told to stop")]
+    #[error("stopped by a signal")]
     Stopped,
     #[error(transparent)]
     Store(StoreError),
@@ -62,7 +62,7 @@ impl Fatal {
                 Exit::Wrong
             }
             Self::ForOthers { .. } | Self::Room(_) => Exit::No,
-            Self::Refused(refused) if !refused.is_of_the_world() => Exit::No,
+            Self::Refused(refused) if !refused.is_io() => Exit::No,
             Self::Keys(error) if !matches!(error, KeyError::Read { .. }) => Exit::Wrong,
             Self::Busy { .. }
             | Self::Config(ConfigError::Read { .. })
@@ -110,8 +110,8 @@ impl Fatal {
 }
 
 /// Ends the program: with the answer, or with the error and what to do about it.
-pub(crate) fn finish(result: Result<Told<Answer>, Fatal>) -> ExitCode {
-    let fatal = match result.and_then(|told| told.tell().map_err(Fatal::Unwritten)) {
+pub(crate) fn finish(result: Result<Output<Answer>, Fatal>) -> ExitCode {
+    let fatal = match result.and_then(|output| output.print().map_err(Fatal::Unwritten)) {
         Ok(()) => return ExitCode::from(Exit::Fine as u8),
         Err(fatal) => fatal,
     };

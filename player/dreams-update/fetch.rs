@@ -1,12 +1,12 @@
 //! From a source into the store, object by object.
 //!
-//! Owns going on after an interruption, the limits of speed and patience, and that no byte is read twice. Whether what
-//! arrived is what was signed, the store decides. Never chooses what to fetch: `update_run.rs` does.
+//! Owns resuming after an interruption, the limits of speed and waiting, and that no byte is read twice. The store checks
+//! what arrived against the signature. Never chooses what to fetch: `update_run.rs` does.
 
 use crate::fatal::Fatal;
 use crate::origin::Origin;
 use crate::progress::Progress;
-use crate::rate_limit::Pace;
+use crate::rate_limit::RateLimit;
 use bundle::{Intake, Source, Store, StoreError, Wanted};
 use player::ending::chain;
 use player::now::now;
@@ -20,15 +20,15 @@ use tracing::{debug, warn};
 const CHUNK: u64 = 256 << 10;
 /// How often an object is tried without progress.
 const TRIES: u32 = 5;
-/// The least bytes of it that are progress: who hangs up sooner each time is left, too.
+/// The least bytes of it that are progress: a server that hangs up sooner each time is given up, too.
 const PROGRESS: u64 = 64 << 10;
-/// How long a server is left in peace after the first failure; it doubles with each further one.
-const PEACE: Duration = Duration::from_millis(250);
+/// How long to wait after the first failure of a server; it doubles with each further one.
+const PAUSE: Duration = Duration::from_millis(250);
 
-/// Who fetches, and within which limits.
+/// A source, and the limits of fetching from it.
 pub(crate) struct Fetcher<'e> {
     pub(crate) source: &'e mut Origin,
-    pub(crate) pace: Pace,
+    pub(crate) rate_limit: RateLimit,
     pub(crate) progress: Progress,
     pub(crate) stop: &'e AtomicBool,
     /// Objects that arrived, and bytes that were read for them.
@@ -50,7 +50,7 @@ impl Fetcher<'_> {
             let arrived = intake.have() - begun;
             let trouble = match poured.and_then(|()| Ok(intake.finish()?)) {
                 Ok(frozen) => {
-                    debug!(clip = wanted.path.as_str(), ?frozen, "object is here");
+                    debug!(clip = wanted.path.as_str(), ?frozen, "object fetched");
                     self.objects += 1;
                     return Ok(());
                 }
@@ -65,9 +65,9 @@ impl Fetcher<'_> {
             if !may_pass || tries >= TRIES {
                 return Err(trouble);
             }
-            warn!(clip = wanted.path.as_str(), error = chain(&trouble), "object is tried again");
+            warn!(clip = wanted.path.as_str(), error = chain(&trouble), "cannot fetch an object, trying again");
             if self.source.is_far() && tries > 0 {
-                thread::park_timeout(PEACE * 2u32.pow(tries - 1));
+                thread::park_timeout(PAUSE * 2u32.pow(tries - 1));
             }
         }
     }
@@ -94,7 +94,7 @@ impl Fetcher<'_> {
             intake.take(&chunk[..count])?;
             self.bytes += count as u64;
             self.progress.moved(count as u64, now());
-            let wait = self.pace.after(count as u64, now());
+            let wait = self.rate_limit.after(count as u64, now());
             if !wait.is_zero() {
                 thread::park_timeout(wait);
             }

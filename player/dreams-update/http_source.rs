@@ -1,15 +1,15 @@
 //! A bundle on a web server: any server of static files will do.
 //!
-//! Owns the requests, one for each thing read, and the suspicion of what comes back: a page of a hotel's portal is no
-//! bundle, a part must be the part that was asked for, and who does not answer, or drips, is not waited for. That the
-//! content is what was signed is checked by whoever reads it; so TLS is for privacy alone, and a unit whose clock cannot be
-//! right does not ask how old a certificate is.
+//! Owns the requests, one for each file, and the checks of the answers: a login page of a hotel is no bundle, a part must be
+//! the part that was asked for, and a server that does not answer, or too slowly, is given up. The signature of the content
+//! is checked by the reader; so TLS is for privacy alone, and a unit whose clock cannot be right does not judge how old a
+//! certificate is.
 //!
-//! Start at [`Server::new`].
+//! Start at [`HttpSource::new`].
 
 use crate::fatal::Fatal;
-use crate::meter::{Meter, Metered};
-use crate::network_error::{Plain, of_request};
+use crate::meter::{Meter, MeteredReader};
+use crate::network_error::{PlainReader, of_request};
 use bundle::{ObjectId, Source};
 use std::io::{self, ErrorKind, Read};
 use std::time::Duration;
@@ -28,14 +28,14 @@ const REDIRECTS: u32 = 5;
 
 /// A web server.
 #[derive(Debug)]
-pub(crate) struct Server {
+pub(crate) struct HttpSource {
     agent: Agent,
     /// Ends in no `/`.
     url: String,
     meter: Meter,
 }
 
-impl Server {
+impl HttpSource {
     /// The bundles beneath `url`, asked for through `proxy`. With `is_clock_wrong`, certificates are not judged.
     ///
     /// # Errors
@@ -60,31 +60,34 @@ impl Server {
         }
         let kind = response.headers().get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
         if kind.is_some_and(|kind| kind.starts_with("text/html")) {
-            return Err(io::Error::other("a web page came where a bundle should be: is there a portal in between?"));
+            return Err(io::Error::other(
+                "the server sent a web page instead of a bundle: is there a login portal on this network?",
+            ));
         }
         Ok(response)
     }
 }
 
-impl Source for Server {
+impl Source for HttpSource {
     fn small(&mut self, path: &str, _limit: u64) -> io::Result<Box<dyn Read + '_>> {
         let response = self.get(path, 0, Some(SMALL))?;
-        Ok(Box::new(Metered { reader: Plain(response.into_body().into_reader()), meter: &mut self.meter }))
+        Ok(Box::new(MeteredReader { reader: PlainReader(response.into_body().into_reader()), meter: &mut self.meter }))
     }
 
     fn object(&mut self, id: &ObjectId, _size: u64, from: u64) -> io::Result<Box<dyn Read + '_>> {
         let response = self.get(&id.path(), from, None)?;
         let range = response.headers().get(header::CONTENT_RANGE).and_then(|range| range.to_str().ok());
         let begins = match (response.status().as_u16(), range) {
-            (206, range) => {
-                range.and_then(first_byte).ok_or_else(|| io::Error::other("a part came, nobody says which"))?
-            }
+            (206, range) => range
+                .and_then(first_byte)
+                .ok_or_else(|| io::Error::other("the server sent a part without `Content-Range`"))?,
             _ => 0,
         };
         if begins > from {
-            return Err(io::Error::other(format!("bytes from {from} on were asked for, those from {begins} on came")));
+            return Err(io::Error::other(format!("asked for bytes from {from} on, got those from {begins} on")));
         }
-        let mut reader = Metered { reader: Plain(response.into_body().into_reader()), meter: &mut self.meter };
+        let mut reader =
+            MeteredReader { reader: PlainReader(response.into_body().into_reader()), meter: &mut self.meter };
         // A server that knows no parts sends everything: what is here already is read over.
         io::copy(&mut reader.by_ref().take(from - begins), &mut io::sink())?;
         Ok(Box::new(reader))
@@ -124,17 +127,17 @@ fn first_byte(range: &str) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Server, first_byte};
+    use super::{HttpSource, first_byte};
 
     #[test]
     fn only_addresses_are_taken_for_addresses() {
         for fine in ["http://127.0.0.1:80/a", "https://example.org", "https://example.org/flocks/"] {
-            assert!(Server::new(fine, Some("http://proxy:8080"), false).is_ok(), "{fine}");
+            assert!(HttpSource::new(fine, Some("http://proxy:8080"), false).is_ok(), "{fine}");
         }
         for wrong in ["", "example.org", "ftp://example.org", "http://", "https:///a", "https://a/?b", "http://a b"] {
-            assert!(Server::new(wrong, None, false).is_err(), "{wrong}");
+            assert!(HttpSource::new(wrong, None, false).is_err(), "{wrong}");
         }
-        assert!(Server::new("https://example.org", Some("gopher://x"), false).is_err());
+        assert!(HttpSource::new("https://example.org", Some("gopher://x"), false).is_err());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `dreams-update`: brings a unit a flock or a system, from a stick or a server, whole or not at all.
 //!
-//! Owns nothing but the order: options, settings, log, errand. Start at `update_run.rs`, which is an update from its first
-//! look to the switch; what arrives, and in which order it reaches the disk, is decided in `crates/bundle`.
+//! Owns only the order: options, settings, log, update run. Start at `update_run.rs`, which is an update from its first look
+//! to the switch; `crates/bundle` decides what is accepted, and in which order it reaches the disk.
 #![forbid(unsafe_code)]
 
 mod answer;
@@ -27,7 +27,7 @@ use answer::Answer;
 use clap::Parser;
 use fatal::Fatal;
 use options::Options;
-use player::ending::Told;
+use player::ending::Output;
 use player::journal;
 use std::process::ExitCode;
 
@@ -35,7 +35,7 @@ fn main() -> ExitCode {
     fatal::finish(update(Options::parse()))
 }
 
-fn update(options: Options) -> Result<Told<Answer>, Fatal> {
+fn update(options: Options) -> Result<Output<Answer>, Fatal> {
     let order = options.order()?; // what this unit was told
     journal::open(order.config.log); // where it speaks
     update_run::run(order) // what it is for

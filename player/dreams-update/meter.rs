@@ -1,7 +1,7 @@
-//! Whether a server gives enough to be waited for.
+//! Whether a server is too slow.
 //!
-//! Owns the bound on slowness: who sends fewer than so many bytes in a minute of waiting is left, however steadily they
-//! drip. Only waiting counts: what a unit takes its own time for (`bandwidth_kib`, a slow disk) is not the server's fault.
+//! Owns the limit: a server that sends fewer than so many bytes in a minute of waiting is given up, however steadily they
+//! come. Only waiting counts: what a unit takes its own time for (`bandwidth_kib`, a slow disk) is not the server's fault.
 //!
 //! Start at [`Meter`].
 
@@ -21,15 +21,15 @@ pub(crate) struct Meter {
     is_left: bool,
 }
 
-/// A reader that is left when its server is too slow.
+/// A reader that fails when its server is too slow.
 #[derive(Debug)]
-pub(crate) struct Metered<'m, R> {
+pub(crate) struct MeteredReader<'m, R> {
     pub(crate) reader: R,
     pub(crate) meter: &'m mut Meter,
 }
 
 impl Meter {
-    /// Fine as long as the server is not left.
+    /// Fails once the server was too slow.
     ///
     /// # Errors
     /// [`ErrorKind::TimedOut`], from the first time on that it was too slow.
@@ -49,7 +49,7 @@ impl Meter {
     }
 }
 
-impl<R: Read> Read for Metered<'_, R> {
+impl<R: Read> Read for MeteredReader<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let begun = now();
         let count = self.reader.read(buffer);

@@ -1,7 +1,7 @@
-//! What goes wrong on a network, in our own words.
+//! Errors of the network, in our own words.
 //!
-//! Owns those words. What a server, a proxy or a certificate says of itself is anybody's, and reaches neither people nor
-//! the log: only what kind of trouble it is, and a number. Never decides what to do about it.
+//! Owns those words. The words of a server, a proxy or a certificate may be an attacker's, and reach neither people nor the
+//! log: only the kind of error, and a number. Never decides what to do about it.
 
 use std::io::{self, ErrorKind, Read};
 use ureq::Error;
@@ -11,16 +11,16 @@ const CERTIFICATES: [(&str, &str); 4] = [
     ("expired", "it has expired"),
     ("not valid yet", "it is not valid yet"),
     ("not valid for name", "it is for another name"),
-    ("UnknownIssuer", "nobody whom this unit knows vouches for it"),
+    ("UnknownIssuer", "its issuer is not trusted"),
 ];
 /// What is wrong with all others.
-const CERTIFICATE: &str = "it is not good";
+const CERTIFICATE: &str = "it is not valid";
 
 /// A body whose errors are in our own words.
 #[derive(Debug)]
-pub(crate) struct Plain<R>(pub(crate) R);
+pub(crate) struct PlainReader<R>(pub(crate) R);
 
-impl<R: Read> Read for Plain<R> {
+impl<R: Read> Read for PlainReader<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.0.read(buffer).map_err(of_io)
     }
@@ -33,15 +33,15 @@ pub(crate) fn of_request(error: Error) -> io::Error {
     match error {
         Error::Io(error) => of_io(error),
         Error::Timeout(_) => io::Error::new(ErrorKind::TimedOut, "the server does not answer in time"),
-        Error::HostNotFound => other("nobody knows where the server is"),
-        Error::ConnectionFailed => other("there is no way to the server"),
-        Error::Tls(_) | Error::Pem(_) | Error::TlsRequired => other("the server speaks no TLS that this unit knows"),
+        Error::HostNotFound => other("cannot resolve the name of the server"),
+        Error::ConnectionFailed => other("cannot connect to the server"),
+        Error::Tls(_) | Error::Pem(_) | Error::TlsRequired => other("cannot set up TLS with the server"),
         Error::Rustls(error) => other(&of_tls(&error.to_string())),
         Error::ConnectProxyFailed(said) => other(&of_proxy(&said)),
         Error::BadUri(_) | Error::RedirectFailed | Error::TooManyRedirects | Error::RequireHttpsOnly(_) => {
-            other("the server leads elsewhere, and not to where this unit could ask")
+            other("the server redirects to an address that is not allowed")
         }
-        _ => other("the server does not answer as a web server does"),
+        _ => other("the answer of the server is not valid HTTP"),
     }
 }
 
@@ -60,7 +60,7 @@ fn of_io(error: io::Error) -> io::Error {
 
 fn of_tls(said: &str) -> String {
     if !said.contains("certificate") {
-        return "the server speaks no TLS that this unit knows".to_owned();
+        return "cannot set up TLS with the server".to_owned();
     }
     let why = CERTIFICATES.iter().find(|(word, _)| said.contains(word)).map_or(CERTIFICATE, |(_, why)| why);
     format!("the server's certificate is refused: {why}")
@@ -70,13 +70,14 @@ fn of_tls(said: &str) -> String {
 fn of_proxy(said: &str) -> String {
     let is_status = |word: &&str| word.len() == 3 && word.bytes().all(|b| b.is_ascii_digit());
     let status = said.split(|c: char| !c.is_ascii_alphanumeric()).find(is_status);
-    status
-        .map_or("the proxy leads nowhere".to_owned(), |status| format!("the proxy leads nowhere: it answers {status}"))
+    status.map_or("the proxy refuses to connect".to_owned(), |status| {
+        format!("the proxy refuses to connect: it answers {status}")
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Plain, of_request};
+    use super::{PlainReader, of_request};
     use std::io::{self, ErrorKind, Read};
     use ureq::Error;
 
@@ -106,7 +107,7 @@ mod tests {
             let said = of_request(error).to_string();
             assert!(!said.contains("evil") && !said.contains(char::is_control) && !said.is_empty(), "{said}");
         }
-        assert_eq!(Plain(Broken).read(&mut [0]).unwrap_err().to_string(), "the proxy leads nowhere");
+        assert_eq!(PlainReader(Broken).read(&mut [0]).unwrap_err().to_string(), "the proxy refuses to connect");
     }
 
     #[test]

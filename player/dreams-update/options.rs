@@ -11,7 +11,7 @@ use player::owner::Owner;
 use std::fs;
 use std::path::PathBuf;
 
-/// What every command of the house says at the end of its help. `fatal.rs` has the same four.
+/// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  a flock or a system was taken in, or there was nothing new

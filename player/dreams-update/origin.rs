@@ -3,7 +3,7 @@
 //! Owns the choice between the two. What both must have is `bundle::Source`.
 
 use crate::fatal::Fatal;
-use crate::http_source::Server;
+use crate::http_source::HttpSource;
 use bundle::{Folder, FolderError, ObjectId, Source, UnitId};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
@@ -14,7 +14,7 @@ pub(crate) enum Origin {
     /// A folder: on a stick, on any disk.
     Folder(Folder),
     /// A web server.
-    Server(Server),
+    Http(HttpSource),
 }
 
 impl Origin {
@@ -24,7 +24,7 @@ impl Origin {
     /// [`Fatal::Source`] or [`Fatal::Address`].
     pub(crate) fn open(source: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Self, Fatal> {
         if source.contains("://") {
-            Server::new(source, proxy, is_clock_wrong).map(Self::Server)
+            HttpSource::new(source, proxy, is_clock_wrong).map(Self::Http)
         } else {
             Folder::open(Path::new(source)).map(Self::Folder).map_err(Fatal::Source)
         }
@@ -41,13 +41,13 @@ impl Origin {
                 seals => Ok(seals.map_err(Fatal::Source)?.into_iter().flatten().collect()),
             },
             // A server shows no lists.
-            Self::Server(_) => Ok(Vec::new()),
+            Self::Http(_) => Ok(Vec::new()),
         }
     }
 
     /// Whether another attempt, a moment later, may find what this one did not.
     pub(crate) fn is_far(&self) -> bool {
-        matches!(self, Self::Server(_))
+        matches!(self, Self::Http(_))
     }
 }
 
@@ -55,14 +55,14 @@ impl Source for Origin {
     fn small(&mut self, path: &str, limit: u64) -> io::Result<Box<dyn Read + '_>> {
         match self {
             Self::Folder(folder) => folder.small(path, limit),
-            Self::Server(server) => server.small(path, limit),
+            Self::Http(server) => server.small(path, limit),
         }
     }
 
     fn object(&mut self, id: &ObjectId, size: u64, from: u64) -> io::Result<Box<dyn Read + '_>> {
         match self {
             Self::Folder(folder) => folder.object(id, size, from),
-            Self::Server(server) => server.object(id, size, from),
+            Self::Http(server) => server.object(id, size, from),
         }
     }
 }

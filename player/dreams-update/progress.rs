@@ -10,10 +10,10 @@ use std::time::Duration;
 use timing::Nanos;
 use tracing::debug;
 
-/// Between two tellings.
+/// The time between two notices.
 const OFTEN: Duration = Duration::from_millis(500);
 
-/// The telling of one update.
+/// The notices of one update.
 #[derive(Debug)]
 pub(crate) struct Progress {
     notice: Option<PathBuf>,
@@ -59,7 +59,7 @@ impl Progress {
     fn tell(&self, text: &str, thousandths: Option<u16>) {
         let Some(path) = &self.notice else { return };
         if let Err(error) = (Notice { text: text.to_owned(), thousandths }).tell(path) {
-            debug!(path = %path.display(), error = chain(&error), "nobody is told how far the update is");
+            debug!(path = %path.display(), error = chain(&error), "cannot write the notice about the progress");
         }
     }
 }

@@ -10,14 +10,14 @@ const BURST: Duration = Duration::from_secs(1);
 
 /// A limit of bytes a second.
 #[derive(Clone, Debug)]
-pub(crate) struct Pace {
+pub(crate) struct RateLimit {
     /// `None` for no limit.
     bytes_per_s: Option<u64>,
-    /// When what was read so far is paid for.
+    /// When the bytes that were read so far are within the limit.
     due: Nanos,
 }
 
-impl Pace {
+impl RateLimit {
     /// So many KiB a second, from `now` on; 0 for no limit.
     pub(crate) fn new(kib_per_s: u64, now: Nanos) -> Self {
         Self { bytes_per_s: (kib_per_s > 0).then_some(kib_per_s << 10), due: now }
@@ -36,7 +36,7 @@ impl Pace {
 
 #[cfg(test)]
 mod tests {
-    use super::Pace;
+    use super::RateLimit;
     use std::time::Duration;
     use timing::Nanos;
 
@@ -44,21 +44,21 @@ mod tests {
 
     #[test]
     fn the_limit_is_kept_on_average_and_a_pause_is_not_made_up_for() {
-        let mut pace = Pace::new(100, Nanos(0));
+        let mut rate_limit = RateLimit::new(100, Nanos(0));
         let mut now = 0;
         for _ in 0..50 {
-            let wait = pace.after(64 << 10, Nanos(now));
+            let wait = rate_limit.after(64 << 10, Nanos(now));
             now += u64::try_from(wait.as_nanos()).unwrap();
         }
         assert_eq!(now, 32 * SECOND, "50 times 64 KiB at 100 KiB a second");
         now += 3_600 * SECOND;
-        assert_eq!(pace.after(100 << 10, Nanos(now)), Duration::ZERO);
-        assert_eq!(pace.after(100 << 10, Nanos(now)), Duration::from_secs(1));
+        assert_eq!(rate_limit.after(100 << 10, Nanos(now)), Duration::ZERO);
+        assert_eq!(rate_limit.after(100 << 10, Nanos(now)), Duration::from_secs(1));
     }
 
     #[test]
     fn without_a_limit_nobody_waits() {
-        let mut pace = Pace::new(0, Nanos(0));
-        assert_eq!(pace.after(u64::MAX, Nanos(0)), Duration::ZERO);
+        let mut rate_limit = RateLimit::new(0, Nanos(0));
+        assert_eq!(rate_limit.after(u64::MAX, Nanos(0)), Duration::ZERO);
     }
 }

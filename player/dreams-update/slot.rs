@@ -4,7 +4,7 @@
 //! back first, so that nothing points to what is half written; then the root, read back from the disk; then what the
 //! firmware starts, beside its place, read back too; and in the end it is moved there, with its tries in its name.
 //! A power cut at any step leaves the system that runs, and the next attempt begins anew. Never touches the slot that
-//! runs, never looks for devices: who calls it says which they are.
+//! runs, never looks for devices: the caller names them.
 //!
 //! Start at [`write`].
 
@@ -16,7 +16,7 @@ use bundle::{
     ENTRIES, FileEntry, LaidOut, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
 };
 use player::ending::chain;
-use rustix::fs::{Advice, fadvise};
+use player::flushed_writer::{FlushedWriter, sync_folder};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -28,9 +28,6 @@ const OURS: &str = "dreams_";
 const COPY: u8 = 1;
 /// How often the boot loader starts a system before it goes back to the other one, unless that shows a picture.
 const TRIES: u32 = 3;
-/// How many bytes are written between two syncs.
-const FLUSH_EVERY: usize = 8 << 20;
-
 /// Writes the staged system, if there is one, to the slot in `device`, and lays it before the boot loader in `boot`.
 ///
 /// # Errors
@@ -47,7 +44,7 @@ pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) ->
     }
     forget_others(boot, &running)?;
     let [start, root] = system.halves();
-    info!(%version, device = %device.display(), "system is written");
+    info!(%version, device = %device.display(), "writing a system to the other slot");
     let laid = lay(store, &root, device).and_then(|()| announce(store, &start, version, boot));
     if let Err(fatal) = laid {
         give_up(store, &system, &fatal);
@@ -101,11 +98,11 @@ fn announce(store: &Store, start: &FileEntry, version: &Version, boot: &Path) ->
 /// Makes the file at `path` hold `bytes`, and reads it back from the disk.
 fn put(path: &Path, bytes: &[u8]) -> Result<(), Fatal> {
     let file = File::options().read(true).write(true).create(true).truncate(true).open(path);
-    let mut file = file.map_err(at("open", path))?;
-    let mut steady = Steady { file: &mut file, unsynced: 0 };
-    steady.write_all(bytes).and_then(|()| steady.flush()).map_err(at("write", path))?;
+    let file = file.map_err(at("open", path))?;
+    let mut writer = FlushedWriter::new(&file);
+    writer.write_all(bytes).and_then(|()| writer.flush()).map_err(at("write", path))?;
     if fs::read(path).map_err(at("read back", path))? != bytes {
-        let other = io::Error::new(ErrorKind::InvalidData, "what was written is not what is read back");
+        let other = io::Error::new(ErrorKind::InvalidData, "other bytes were read back than were written");
         return Err(at("read back", path)(other));
     }
     Ok(())
@@ -121,10 +118,10 @@ fn lay(store: &Store, object: &FileEntry, path: &Path) -> Result<(), Fatal> {
         let small = io::Error::new(ErrorKind::StorageFull, format!("{} bytes do not fit", object.size));
         return Err(at("write", path)(small));
     }
-    let mut steady = Steady { file: &mut file, unsynced: 0 };
-    copy_object(&object.id, object.size, &mut *from, &mut steady).map_err(at("write", path))?;
+    let mut writer = FlushedWriter::new(&file);
+    copy_object(&object.id, object.size, &mut *from, &mut writer).map_err(at("write", path))?;
     // What is read from now on comes from the disk and not from memory.
-    steady.flush().map_err(at("sync", path))?;
+    writer.flush().map_err(at("sync", path))?;
     file.seek(SeekFrom::Start(0)).map_err(at("read back", path))?;
     let found = ObjectId::of_reader(io::Read::take(&file, object.size)).map_err(at("read back", path))?;
     if found != (object.id, object.size) {
@@ -132,26 +129,6 @@ fn lay(store: &Store, object: &FileEntry, path: &Path) -> Result<(), Fatal> {
         return Err(at("read back", path)(other));
     }
     Ok(())
-}
-
-/// Writes to a file, and sees to it that little of it is ever in memory: the player needs that for its clips.
-struct Steady<'f> {
-    file: &'f mut File,
-    unsynced: usize,
-}
-
-impl Write for Steady<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.file.write(bytes)?;
-        self.unsynced += count;
-        if self.unsynced >= FLUSH_EVERY { self.flush().map(|()| count) } else { Ok(count) }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.sync_all()?;
-        self.unsynced = 0;
-        Ok(fadvise(&*self.file, 0, None, Advice::DontNeed)?)
-    }
 }
 
 /// How much fits into a device; `None` for a file, which is emptied.
@@ -170,12 +147,8 @@ fn give_up(store: &Store, system: &System, fatal: &Fatal) {
     let is_damaged = matches!(fatal, Fatal::Slot { doing: "write", source, .. } if source.kind() == ErrorKind::InvalidData)
         || matches!(fatal, Fatal::Store(_));
     if is_damaged && let Err(error) = store.unstage(system) {
-        warn!(error = chain(&error), "a damaged system stays in the store");
+        warn!(error = chain(&error), "cannot remove a damaged system from the store");
     }
-}
-
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    File::open(folder)?.sync_all()
 }
 
 /// The error of trying `doing` on `path`.

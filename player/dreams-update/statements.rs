@@ -39,7 +39,7 @@ fn learn(store: &mut Store, said: &[u8]) -> Result<(), Fatal> {
         info!(?learned, "learned about a key");
     }
     if let Some(first) = refused.first() {
-        warn!(refused = refused.len(), error = chain(first), "statements about keys were not taken in");
+        warn!(refused = refused.len(), error = chain(first), "some statements about keys are refused");
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
-//! What a unit tells of itself to an address, if its owner has named one.
+//! The status report that a unit sends to an address, if its config has one (`report_to`).
 //!
-//! Owns the document: the unit's name, how the look ended, and the player's status document. It is sent after each look on
-//! the schedule, and once: nobody waits for an answer, and that it does not arrive stops nothing. Never sent over TLS by a
-//! unit whose clock cannot be right: it could not tell who listens.
+//! Owns the document: the unit's name, the result of the update run, and the player's status document. It is sent once after
+//! each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit whose clock cannot be
+//! right: it could not check the certificate.
 //!
 //! Start at [`send`].
 
@@ -21,16 +21,16 @@ use std::time::Duration;
 use tracing::{info, warn};
 use ureq::Agent;
 
-/// How long the player may take to tell its status.
+/// How long the player may take to answer.
 const STATUS: Duration = Duration::from_secs(5);
 /// Bytes of that.
 const LONGEST: u64 = 1 << 20;
 
 /// The document.
 #[derive(Debug, Serialize)]
-struct Bulletin<'b> {
+struct StatusReport<'b> {
     unit: &'b str,
-    /// How the look ended.
+    /// The result of the run.
     update: Option<&'b Answer>,
     /// Why it failed.
     error: Option<String>,
@@ -38,30 +38,30 @@ struct Bulletin<'b> {
     status: Option<Value>,
 }
 
-/// Tells how the unit is, after a look that ended so.
+/// Sends the report, after an update run that ended so.
 pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
     let Some(address) = &order.config.report_to else { return };
     let is_clock_wrong = is_clock_wrong(clock_s());
     if is_clock_wrong && address.starts_with("https://") {
-        return info!("nobody is told how this unit is before it knows the time");
+        return info!("no status report is sent over HTTPS before the clock is right");
     }
     let sent =
         agent(address, order.config.proxy.as_deref(), is_clock_wrong).map_err(io::Error::other).and_then(|agent| {
-            let bulletin = Bulletin {
+            let report = StatusReport {
                 unit: order.unit.as_str(),
                 update: ended.ok(),
                 error: ended.err().map(|fatal| chain(fatal)),
                 status: status(&order.config.status),
             };
-            post(&agent, address, &bulletin)
+            post(&agent, address, &report)
         });
     if let Err(error) = sent {
-        warn!(address, error = chain(&error), "nobody is told how this unit is");
+        warn!(address, error = chain(&error), "cannot send the status report");
     }
 }
 
-fn post(agent: &Agent, address: &str, bulletin: &Bulletin<'_>) -> io::Result<()> {
-    let text = serde_json::to_vec(bulletin).map_err(io::Error::other)?;
+fn post(agent: &Agent, address: &str, report: &StatusReport<'_>) -> io::Result<()> {
+    let text = serde_json::to_vec(report).map_err(io::Error::other)?;
     let request = agent.post(address).config().timeout_global(Some(SMALL)).build().content_type("application/json");
     let status = request.send(&text[..]).map_err(of_request)?.status();
     if status.is_success() { Ok(()) } else { Err(io::Error::other(format!("the server answers {status}"))) }

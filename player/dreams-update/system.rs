@@ -34,12 +34,12 @@ pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) 
         return Ok(SystemOutcome::NoNews);
     }
     let (version, signer) = (system.release().version.clone(), system.signer());
-    info!(%version, %signer, "system is taken in");
+    info!(%version, %signer, "fetching a system");
     let mut plan = store.plan_system(&system)?;
     let reserve = order.config.reserve_mib << 20;
     if plan.shortfall(store.room()?, reserve).is_some() {
         if let Err(error) = store.collect(None) {
-            warn!(error = chain(&error), "the store is not tidied up");
+            warn!(error = chain(&error), "cannot remove unused objects from the store");
         }
         plan = store.plan_system(&system)?;
     }
@@ -50,7 +50,7 @@ pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) 
     fetcher.progress.begins(plan.bytes, plan.bytes - plan.to_fetch(), now());
     plan.wanted.iter().try_for_each(|wanted| fetcher.fetch(store, wanted))?;
     store.stage(&system)?;
-    info!(%version, "system is here");
+    info!(%version, "system fetched");
     Ok(SystemOutcome::Staged(version))
 }
 

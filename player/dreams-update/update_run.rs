@@ -2,7 +2,7 @@
 //!
 //! Owns the order: nothing is believed before it was verified, nothing is fetched that is refused, is here or does not
 //! fit, and what plays is not touched until everything else is on the disk. Each step may fail or be the last; the
-//! next errand goes on from there.
+//! next run goes on from there.
 //!
 //! Start at [`run`].
 
@@ -12,7 +12,7 @@ use crate::fetch::Fetcher;
 use crate::options::Order;
 use crate::origin::Origin;
 use crate::progress::Progress;
-use crate::rate_limit::Pace;
+use crate::rate_limit::RateLimit;
 use crate::schedule::Schedule;
 use crate::sentences;
 use crate::slot;
@@ -24,7 +24,7 @@ use bundle::{
 };
 use player::contact::Contact;
 use player::day::is_clock_wrong;
-use player::ending::{Exit, Told, chain};
+use player::ending::{Exit, Output, chain};
 use player::now::{clock_s, now, up_s};
 use std::io::{self, ErrorKind};
 use std::sync::Arc;
@@ -33,14 +33,14 @@ use std::thread;
 use std::time::Duration;
 use tracing::{info, warn};
 
-/// Between two looks whether another update has ended.
-const TURN: Duration = Duration::from_millis(250);
+/// The time between two looks whether another update has ended.
+const PAUSE: Duration = Duration::from_millis(250);
 
 /// Does what was ordered, and tells people in front of the picture how it goes.
 ///
 /// # Errors
 /// [`Fatal`]. What plays is what played before.
-pub(crate) fn run(order: Order) -> Result<Told<Answer>, Fatal> {
+pub(crate) fn run(order: Order) -> Result<Output<Answer>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
     ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(Fatal::Signals)?;
@@ -52,7 +52,7 @@ pub(crate) fn run(order: Order) -> Result<Told<Answer>, Fatal> {
     if let Some(said) = said {
         Progress::new(order.notice).ended(&said);
     }
-    Ok(Told { answer: ended?, json: order.json })
+    Ok(Output { answer: ended?, json: order.json })
 }
 
 /// Updates if it is time, and remembers when that is next.
@@ -68,7 +68,7 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unread);
     let next = schedule.after(is_failure, up_s(), order.config.every_minutes * 60, rand::random());
     if let Err(error) = next.write(path) {
-        warn!(path = %path.display(), error = chain(&error), "nobody remembers when the next look is due");
+        warn!(path = %path.display(), error = chain(&error), "cannot save when the next update is due");
     }
     ended
 }
@@ -80,7 +80,7 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
         let system = slot::write(order, &store, device, boot)?;
         return Ok(Answer { system, ..Answer::of(Outcome::NotNow, store.state().playing()) });
     }
-    let pace = Pace::new(order.config.bandwidth_kib, now());
+    let rate_limit = RateLimit::new(order.config.bandwidth_kib, now());
     if order.scrub {
         scrub(&store, stop)?;
     }
@@ -90,18 +90,18 @@ fn update(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     };
     let mut source = Origin::open(place, order.config.proxy.as_deref(), is_clock_wrong(clock_s()))?;
     let progress = Progress::new(order.notice.clone());
-    let mut fetcher = Fetcher { source: &mut source, pace, progress, stop, objects: 0, bytes: 0 };
+    let mut fetcher = Fetcher { source: &mut source, rate_limit, progress, stop, objects: 0, bytes: 0 };
     let brought = bring(order, &mut store, place, &mut fetcher);
-    tell_contact(order, &store, fetcher.source.is_far(), &brought);
+    save_contact(order, &store, fetcher.source.is_far(), &brought);
     let (fetched, fetched_bytes) = (fetcher.objects, fetcher.bytes);
     if brought.is_err() && fetched_bytes > 0 {
-        info!(fetched, fetched_bytes, "what was fetched stays");
+        info!(fetched, fetched_bytes, "keeping what was fetched");
     }
     Ok(Answer { fetched, fetched_bytes, ..brought? })
 }
 
-/// Remembers for people what became of this look.
-fn tell_contact(order: &Order, store: &Store, is_far: bool, brought: &Result<Answer, Fatal>) {
+/// Saves the result of this run for people.
+fn save_contact(order: &Order, store: &Store, is_far: bool, brought: &Result<Answer, Fatal>) {
     let clock_s = clock_s();
     let contact = Contact {
         clock_s: (!is_clock_wrong(clock_s)).then_some(clock_s),
@@ -111,7 +111,7 @@ fn tell_contact(order: &Order, store: &Store, is_far: bool, brought: &Result<Ans
         revoked: store.trust().revoked().map(|id| id.to_string()).collect(),
     };
     if let Err(error) = contact.tell(&order.config.store) {
-        warn!(error = chain(&error), "nobody remembers what became of this look");
+        warn!(error = chain(&error), "cannot save the result of this update");
     }
 }
 
@@ -168,9 +168,9 @@ fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> 
                     return Err(Fatal::Stopped);
                 }
                 if !std::mem::replace(&mut is_told, true) {
-                    info!("another update is at work, and waited for");
+                    info!("waiting for another update to end");
                 }
-                thread::park_timeout(TURN);
+                thread::park_timeout(PAUSE);
             }
             disk => break disk,
         }
@@ -179,7 +179,7 @@ fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> 
     Ok(Store::open(Box::new(disk), trust)?)
 }
 
-/// Fine if the source has no bundle for any unit at all.
+/// Refuses a source that has bundles for other units only.
 fn is_for_nobody(order: &Order, place: &str, source: &Origin) -> Result<(), Fatal> {
     let units = source.units()?;
     if units.is_empty() {
@@ -208,7 +208,7 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
         Admission::Kept | Admission::OnTrial | Admission::Plays => return Ok(Outcome::NoNews),
     }
     let letter = seal.letter();
-    info!(flock = letter.flock, sequence = letter.sequence.0, signer = %seal.signer(), "bundle is taken in");
+    info!(flock = letter.flock, sequence = letter.sequence.0, signer = %seal.signer(), "fetching a bundle");
     let bundle = seal.fetch(fetcher.source).map_err(Fatal::Refused)?;
     make_room(order, store, &bundle)?;
     let plan = store.plan(&bundle)?;
@@ -220,7 +220,12 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
     store.flock(&bundle)?;
     clips.into_iter().try_for_each(|wanted| fetcher.fetch(store, wanted))?;
     let generation = store.install(&bundle)?;
-    info!(flock = generation.flock, sequence = generation.sequence.0, generation = generation.number, "installed");
+    info!(
+        flock = generation.flock,
+        sequence = generation.sequence.0,
+        generation = generation.number,
+        "installed a flock"
+    );
     Ok(Outcome::Installed)
 }
 
@@ -230,7 +235,7 @@ fn make_room(order: &Order, store: &mut Store, bundle: &Verified) -> Result<(), 
     let shortfall = |store: &Store| -> Result<_, Fatal> { Ok(store.plan(bundle)?.shortfall(store.room()?, reserve)) };
     tidy(store, bundle);
     if shortfall(store)?.is_some() && store.state().before.is_some() {
-        info!("the flock before the last good one is given up for its room");
+        info!("removing the flock before the last good one to make room");
         store.give_up_reserve()?;
         tidy(store, bundle);
     }
@@ -239,7 +244,7 @@ fn make_room(order: &Order, store: &mut Store, bundle: &Verified) -> Result<(), 
 
 fn tidy(store: &Store, bundle: &Verified) {
     if let Err(error) = store.collect(Some(bundle)) {
-        warn!(error = chain(&error), "the store is not tidied up");
+        warn!(error = chain(&error), "cannot remove unused objects from the store");
     }
 }
 
@@ -247,19 +252,19 @@ fn tidy(store: &Store, bundle: &Verified) {
 fn scrub(store: &Store, stop: &AtomicBool) -> Result<(), Fatal> {
     let found = store.scrub(|_| !stop.load(Ordering::Relaxed))?;
     for damaged in &found.damaged {
-        warn!(clip = damaged.path.as_str(), "a file is damaged and stays until it was fetched again");
+        warn!(clip = damaged.path.as_str(), "a file is damaged, it stays until it is fetched again");
     }
     for Unread { wanted, why } in &found.unread {
-        warn!(clip = wanted.path.as_str(), error = why, "a file cannot be read and stays");
+        warn!(clip = wanted.path.as_str(), error = why, "cannot read a file, it stays");
     }
     for generation in &found.unlisted {
-        warn!(generation = generation.number, "a generation is damaged: nobody knows what it should consist of");
+        warn!(generation = generation.number, "a generation is damaged, and its list of files is lost");
     }
     let (whole, damaged, unread) = (found.whole, found.damaged.len(), found.unread.len());
     if found.is_failing {
         return Err(StoreError::Failing { unread }.into());
     }
-    info!(whole, damaged, unread, "the store was read through");
+    info!(whole, damaged, unread, "read the whole store");
     if stop.load(Ordering::Relaxed) { Err(Fatal::Stopped) } else { Ok(()) }
 }
 
@@ -268,7 +273,7 @@ fn mend(store: &Store, fetcher: &mut Fetcher<'_>) -> Result<(usize, usize), Fata
     let lacking = match store.missing() {
         Ok(lacking) => lacking,
         Err(error) => {
-            warn!(error = chain(&error), "nobody knows what the store lacks");
+            warn!(error = chain(&error), "cannot list what the store lacks");
             return Ok((0, 0));
         }
     };

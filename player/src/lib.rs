@@ -11,6 +11,7 @@ pub mod contact;
 pub mod day;
 pub mod ending;
 pub mod file_version;
+pub mod flushed_writer;
 pub mod hours;
 pub mod journal;
 pub mod lock;

@@ -194,7 +194,7 @@ fn a_look_at_a_disk_that_does_not_give_what_it_holds_takes_nothing_away() {
     // A bad sector: its file stays too, and is fetched again unless the disk gives it after all.
     let said = look(&objects[..1]);
     let error = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.code() == Some(0) && error.contains("cannot be read and stays"), "{error}");
+    assert!(said.status.code() == Some(0) && error.contains("cannot read a file, it stays"), "{error}");
     assert_eq!((json(&said)["missing"].as_u64(), unit.playing().as_ref()), (Some(1), Some(&files)));
     let answer = unit.updated(&[]);
     assert_eq!((answer["mended"].as_u64(), answer["fetched_bytes"].as_u64()), (Some(1), Some(0)), "{answer}");

@@ -210,7 +210,7 @@ pub enum Refused {
 
 impl Refused {
     /// Whether the world is to blame, not the bundle: another attempt may succeed.
-    pub fn is_of_the_world(&self) -> bool {
+    pub fn is_io(&self) -> bool {
         matches!(self, Self::Read { .. })
     }
 }
