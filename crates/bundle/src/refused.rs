@@ -209,7 +209,7 @@ pub enum Refused {
 }
 
 impl Refused {
-    /// Whether the world is to blame, not the bundle: another attempt may succeed.
+    /// Whether reading failed, and not a check of the bundle: another attempt may succeed.
     pub fn is_io(&self) -> bool {
         matches!(self, Self::Read { .. })
     }
