@@ -8,7 +8,7 @@
 use crate::fatal::{Answer, Fatal, at};
 use crate::plan::{Entry, EntryName, Place, Step};
 use bundle::{ENTRIES, LaidOut, SYSTEMS, StartFile, copy_folder, gather, lay_out};
-use player::flushed_writer::{FlushedWriter, drop_cache, sync_folder};
+use player::{FlushedWriter, drop_cache, sync_folder};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fmt;

@@ -2,8 +2,7 @@
 //!
 //! Owns [`Fatal`], the answer, and what people in front of the picture are told.
 
-use player::ending::{Exit, Output, chain, fail};
-use player::notice::Notice;
+use player::{Exit, Notice, Output, chain, fail};
 use serde::Serialize;
 use std::fmt;
 use std::io;

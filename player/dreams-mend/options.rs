@@ -57,7 +57,7 @@ pub(crate) struct Options {
 mod tests {
     use super::{EXIT_STATUS, Options};
     use clap::Parser;
-    use player::ending::Exit;
+    use player::Exit;
     use std::path::Path;
 
     #[test]

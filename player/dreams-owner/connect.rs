@@ -8,12 +8,9 @@
 use crate::link::{Effect, Link, event};
 use crate::supplicant::Supplicant;
 use clap::Args;
-use player::ending::{chain, fail};
-use player::file_version::FileVersion;
-use player::notice::{Lasting, Notice};
-use player::now::now;
-use player::owner::{FILE_NAME, Owner};
+use player::owner::FILE_NAME;
 use player::wifi::CONTROL;
+use player::{FileVersion, Lasting, Notice, Owner, chain, fail, now};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

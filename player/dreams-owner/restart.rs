@@ -7,10 +7,8 @@
 
 use bundle::Playing;
 use clap::Args;
-use player::ending::Exit;
 use player::hours::{Brightness, Day};
-use player::now::{clock_s, up_s};
-use player::owner::Owner;
+use player::{Exit, Owner, clock_s, up_s};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;

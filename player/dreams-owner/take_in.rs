@@ -7,11 +7,10 @@
 //! Start at [`run`].
 
 use clap::Args;
-use player::config_file::{ConfigError, text_of};
-use player::ending::{Exit, chain, fail};
-use player::notice::{Lasting, Notice};
-use player::owner::{FILE_NAME, Owner};
+use player::config_file::text_of;
+use player::owner::FILE_NAME;
 use player::wifi::{Wifi, without_password};
+use player::{ConfigError, Exit, Lasting, Notice, Owner, chain, fail};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write as _};
 use std::os::unix::fs::OpenOptionsExt;

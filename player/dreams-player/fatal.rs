@@ -3,9 +3,7 @@
 //! Owns [`Fatal`] and its exit codes. What goes wrong while playing is a fault and ends nothing: `recording/faults.rs`.
 
 use flock::ManifestError;
-use player::config_file::ConfigError;
-use player::ending::{Exit, fail};
-use player::threads::ThreadError;
+use player::{ConfigError, Exit, ThreadError, fail};
 use screen::ScreenError;
 use std::io;
 use std::path::PathBuf;
@@ -89,8 +87,7 @@ pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::{Exit, Fatal};
-    use player::config_file::{self, ConfigError};
-    use player::ending::chain;
+    use player::{ConfigError, chain, config_file};
     use std::io;
 
     #[test]

@@ -5,10 +5,9 @@
 
 use crate::schedule::Window;
 use bundle::UnitId;
-use player::config_file::{unit, within};
-use player::log_level::LogLevel;
+use player::LogLevel;
+use player::config_file::unit;
 use serde::Deserialize;
-use serde::de::Deserializer;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -66,16 +65,10 @@ impl Default for Config {
     }
 }
 
-fn every_minutes<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
-    within(from, &EVERY_MINUTES)
-}
-
-fn bandwidth_kib<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
-    within(from, &BANDWIDTH_KIB)
-}
-
-fn reserve_mib<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
-    within(from, &RESERVE_MIB)
+player::ranged! {
+    every_minutes -> u64: EVERY_MINUTES;
+    bandwidth_kib -> u64: BANDWIDTH_KIB;
+    reserve_mib -> u64: RESERVE_MIB;
 }
 
 #[cfg(test)]

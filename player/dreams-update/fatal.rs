@@ -4,8 +4,7 @@
 
 use crate::answer::Answer;
 use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId, few};
-use player::config_file::ConfigError;
-use player::ending::{Exit, Output, fail};
+use player::{ConfigError, Exit, Output, fail};
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -27,8 +27,7 @@ use answer::Answer;
 use clap::Parser;
 use fatal::Fatal;
 use options::Options;
-use player::ending::Output;
-use player::journal;
+use player::{Output, journal};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

@@ -5,7 +5,7 @@
 //!
 //! Start at [`Meter`].
 
-use player::now::now;
+use player::now;
 use std::io::{self, ErrorKind, Read};
 
 /// After so much waiting, in nanoseconds, it is counted what came.

@@ -6,8 +6,7 @@ use crate::config::Config;
 use crate::fatal::Fatal;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
-use player::config_file;
-use player::owner::Owner;
+use player::{Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
 
@@ -127,7 +126,7 @@ mod tests {
     use super::{EXIT_STATUS, Options};
     use bundle::Consent;
     use clap::Parser;
-    use player::ending::Exit;
+    use player::Exit;
     use std::io::Write;
 
     #[test]

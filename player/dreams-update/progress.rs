@@ -3,8 +3,7 @@
 //! Owns the file that the player draws from, and how often it is written. That it cannot be written stops nothing.
 
 use crate::sentences;
-use player::ending::chain;
-use player::notice::Notice;
+use player::{Notice, chain};
 use std::path::PathBuf;
 use std::time::Duration;
 use timing::Nanos;
@@ -67,7 +66,7 @@ impl Progress {
 #[cfg(test)]
 mod tests {
     use super::{OFTEN, Progress};
-    use player::notice::Notice;
+    use player::Notice;
     use timing::Nanos;
 
     #[test]

@@ -6,7 +6,8 @@
 //!
 //! Start at [`Schedule::is_due`].
 
-use player::day::{self, DAY_MIN, is_clock_wrong};
+use player::day::{self, DAY_MIN};
+use player::is_clock_wrong;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io;
@@ -86,13 +87,7 @@ impl FromStr for Window {
     }
 }
 
-impl TryFrom<String> for Window {
-    type Error = NoWindow;
-
-    fn try_from(text: String) -> Result<Self, NoWindow> {
-        text.parse()
-    }
-}
+player::from_string!(NoWindow: Window);
 
 #[cfg(test)]
 mod tests {

@@ -15,8 +15,7 @@ use crate::system::running;
 use bundle::{
     ENTRIES, FileEntry, LaidOut, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
 };
-use player::ending::chain;
-use player::flushed_writer::{FlushedWriter, sync_folder};
+use player::{FlushedWriter, chain, sync_folder};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::Path;

@@ -7,7 +7,7 @@
 
 use crate::fatal::Fatal;
 use bundle::{Lesson, Refused, STATEMENTS, Source, Store, limits};
-use player::ending::chain;
+use player::chain;
 use std::io::{ErrorKind, Read};
 use tracing::{info, warn};
 

@@ -22,10 +22,7 @@ use crate::system;
 use bundle::{
     Admission, KeyError, LocalDisk, Refused, Seal, Store, StoreError, Trust, Unread, Unverified, Verified, Wanted,
 };
-use player::contact::Contact;
-use player::day::is_clock_wrong;
-use player::ending::{Exit, Output, chain};
-use player::now::{clock_s, now, up_s};
+use player::{Contact, Exit, Output, chain, clock_s, is_clock_wrong, now, up_s};
 use std::io::{self, ErrorKind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

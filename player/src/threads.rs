@@ -1,8 +1,10 @@
-//! Threads with a name, which the kernel shows in its lists.
+//! Threads with a name, and the locks between them.
 //!
-//! Owns the error of one that cannot be started. Never decides what a thread does.
+//! Owns the error of a thread that cannot be started, and that one which panicked while it held a lock does not take the
+//! others with it. Never decides what a thread does.
 
 use std::io;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 /// A thread cannot be started.
@@ -22,4 +24,9 @@ pub fn start<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<JoinHandle<T>, ThreadError> {
     Builder::new().name(name.to_owned()).spawn(work).map_err(|source| ThreadError { name, source })
+}
+
+/// Locks `mutex`, also if a thread panicked that held it: what it guards is whole after every statement.
+pub fn hold<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -5,11 +5,8 @@
 //!
 //! Start at [`LightingControl::start`].
 
-use player::file_version::FileVersion;
 use player::hours::{Day, Lighting};
-use player::lock::hold;
-use player::owner::Owner;
-use player::threads::{self, ThreadError};
+use player::{FileVersion, Owner, ThreadError, hold, threads};
 use screen::OutputSettings;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};

@@ -7,8 +7,7 @@
 //! Start at [`Placard::draw`].
 
 use font8x8::legacy::BASIC_LEGACY;
-use player::lock::hold;
-use player::notice::Notice;
+use player::{Notice, hold};
 use screen::Picture;
 use std::sync::{Arc, Mutex};
 
@@ -165,7 +164,7 @@ fn wrapped(text: &str, most: usize) -> Vec<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::{DIM, LINES, NoticePane, PANE, PaneBuffer, wrapped};
-    use player::notice::Notice;
+    use player::Notice;
     use screen::Picture;
 
     fn notice(text: &str, thousandths: Option<u16>) -> Notice {

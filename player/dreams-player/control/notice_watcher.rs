@@ -9,9 +9,7 @@
 
 use crate::control::notice_pane::{NoticePane, Overlay};
 use crate::recording::SharedView;
-use player::file_version::FileVersion;
-use player::notice::{Lasting, Notice};
-use player::threads::{self, ThreadError};
+use player::{FileVersion, Lasting, Notice, ThreadError, threads};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
@@ -125,7 +123,7 @@ impl NoticeWatcher {
 #[cfg(test)]
 mod tests {
     use super::{Change, NoticeWatcher, SHOWN};
-    use player::notice::{Lasting, Notice};
+    use player::{Lasting, Notice};
     use timing::Nanos;
 
     const SIZE: Option<(u32, u32)> = Some((640, 480));

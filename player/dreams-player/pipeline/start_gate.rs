@@ -2,7 +2,7 @@
 //!
 //! Owns the gate that the flip thread opens. Never holds anybody for long: without a screen there is nothing to compete with.
 
-use player::lock::hold;
+use player::hold;
 use std::sync::{Condvar, Mutex};
 use std::time::Duration;
 

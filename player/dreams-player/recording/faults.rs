@@ -3,7 +3,7 @@
 //! Owns the list of faults. A fault never stops the picture; what stops it is `fatal::Fatal`. Whoever is given a fault must
 //! not wait for a disk: any thread may meet one.
 
-use player::lock::hold;
+use player::hold;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 

@@ -6,8 +6,7 @@
 use crate::recording::faults::{Faults, Kind};
 use crate::recording::place_store::PlaceStore;
 use crate::stream::ScheduledClip;
-use player::ending::chain;
-use player::threads::{self, ThreadError};
+use player::{ThreadError, chain, threads};
 use std::iter::once;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

@@ -6,8 +6,7 @@
 use crate::recording::tally::Tally;
 use crate::recording::trace::Line;
 use crate::stream::ScheduledClip;
-use player::ending::chain;
-use player::threads::{self, ThreadError};
+use player::{ThreadError, chain, threads};
 use screen::Lit;
 use sd_notify::NotifyState;
 use std::fs::File;

@@ -2,8 +2,10 @@
 //!
 //! Owns the counters. `presenter.rs` counts; the trace and the status page show them.
 
+use serde::Serialize;
+
 /// The counters of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Tally {
     /// Pictures that arrived on the glass.
     pub(crate) flips: u64,

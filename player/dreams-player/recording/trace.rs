@@ -3,6 +3,7 @@
 //! Owns their fields, which other tools rely on. Never writes them: `recorder.rs` does.
 
 use crate::recording::recorder::Record;
+use crate::recording::tally::Tally;
 use crate::stream::FAULT_CARD;
 use serde::{Serialize, Serializer};
 
@@ -28,7 +29,11 @@ pub(crate) enum Line<'a> {
     /// Something went wrong; the picture goes on.
     Fault { kind: &'a str, message: &'a str },
     /// The run is over.
-    End { flips: u64, late: u64, repeated: u64, skipped: u64, joins: u64, faults: u64 },
+    End {
+        #[serde(flatten)]
+        tally: &'a Tally,
+        faults: u64,
+    },
 }
 
 impl<'a> Line<'a> {
@@ -48,14 +53,7 @@ impl<'a> Line<'a> {
             },
             Record::Join { from, to } => Self::Join { from: from.clip.as_str(), to: to.clip.as_str() },
             Record::Fault { kind, message, .. } => Self::Fault { kind, message },
-            Record::End { tally, faults } => Self::End {
-                flips: tally.flips,
-                late: tally.late,
-                repeated: tally.repeated,
-                skipped: tally.skipped,
-                joins: tally.joins,
-                faults: *faults,
-            },
+            Record::End { tally, faults } => Self::End { tally, faults: *faults },
             Record::Ready | Record::Alive => return None,
         })
     }

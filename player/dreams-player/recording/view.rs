@@ -5,7 +5,7 @@
 
 use crate::recording::tally::Tally;
 use crate::stream::Frame;
-use player::lock::hold;
+use player::hold;
 use screen::Lit;
 use std::sync::{Arc, Mutex};
 

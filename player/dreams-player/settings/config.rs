@@ -4,9 +4,8 @@
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
-use player::config_file::{self, ConfigError, within};
 use player::hours::{Brightness, Day, Hours, Night, Zone};
-use player::log_level::LogLevel;
+use player::{ConfigError, LogLevel, config_file};
 use serde::Deserialize;
 use serde::de::Deserializer;
 use std::ops::RangeInclusive;
@@ -102,24 +101,12 @@ impl Config {
     }
 }
 
-fn seed<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {
-    within(from, &SEED).map(Some)
-}
-
-fn clips<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {
-    within(from, &CLIPS).map(Some)
-}
-
-fn threads<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
-    within(from, &THREADS)
-}
-
-fn ahead<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
-    within(from, &AHEAD)
-}
-
-fn prefetch_ms<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
-    within(from, &PREFETCH_MS)
+player::ranged! {
+    seed -> Option<u64>: SEED;
+    clips -> Option<u64>: CLIPS;
+    threads -> u64: THREADS;
+    ahead -> u64: AHEAD;
+    prefetch_ms -> u64: PREFETCH_MS;
 }
 
 /// A config of an earlier version goes with the programs of this one.

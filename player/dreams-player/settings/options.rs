@@ -6,9 +6,8 @@
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
 use crate::settings::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
 use clap::{Parser, value_parser};
-use player::config_file::ConfigError;
 use player::hours::{Brightness, Hours, Night, Zone};
-use player::log_level::LogLevel;
+use player::{ConfigError, LogLevel};
 use std::path::PathBuf;
 
 /// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
@@ -133,7 +132,7 @@ mod tests {
     use crate::settings::choices::ScreenChoice;
     use crate::settings::config::{Config, tests::keys_of_the_sample};
     use clap::{CommandFactory, Parser};
-    use player::ending::Exit;
+    use player::Exit;
     use std::io::Write;
 
     #[test]

@@ -4,8 +4,7 @@
 
 use crate::settings::ScreenChoice;
 use crate::stream::StreamFormat;
-use player::ending::chain;
-use player::now::now;
+use player::{chain, now};
 use screen::{Display, Keeper, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen, is_card};
 use sd_notify::NotifyState;
 use std::os::fd::{AsFd, BorrowedFd, IntoRawFd, OwnedFd};

@@ -4,7 +4,7 @@
 //! a run stands here, too. Never ends a run itself before [`GRACE`] is over.
 
 use crate::fatal::Fatal;
-use player::ending::Exit;
+use player::Exit;
 use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

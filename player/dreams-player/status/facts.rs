@@ -3,7 +3,7 @@
 //! Owns the fields of `/status.json`. Gathered anew for each request: nothing is computed without one.
 
 use super::standing::{ContactFacts, GenerationFacts};
-use crate::recording::{Faults, SharedView};
+use crate::recording::{Faults, SharedView, Tally};
 use crate::stream::FAULT_CARD;
 use crate::stream::Plan;
 use flock::{Flock, Itinerary};
@@ -24,11 +24,8 @@ pub(crate) struct Facts {
     /// The clip that comes next, if it is chosen.
     pub(crate) next: Option<String>,
     pub(crate) uptime_s: u64,
-    pub(crate) flips: u64,
-    pub(crate) late: u64,
-    pub(crate) repeated: u64,
-    pub(crate) skipped: u64,
-    pub(crate) joins: u64,
+    #[serde(flatten)]
+    pub(crate) tally: Tally,
     pub(crate) faults: u64,
     /// The latest faults, oldest first.
     pub(crate) latest_faults: Vec<FaultFacts>,
@@ -84,7 +81,7 @@ impl Facts {
         let view = view.get();
         let scheduled = view.shown.as_ref().and_then(|shown| shown.scheduled.as_ref());
         let flock = scheduled.map_or(flock, |scheduled| &scheduled.flock);
-        let (manifest, tally) = (flock.manifest(), view.tally);
+        let manifest = flock.manifest();
         let on_glass = view.shown.as_ref().map(|shown| GlassFacts {
             clip: scheduled.map_or(FAULT_CARD, |scheduled| scheduled.clip.as_str()).to_owned(),
             frame: shown.in_clip,
@@ -107,11 +104,7 @@ impl Facts {
             glass: on_glass,
             next,
             uptime_s: uptime_ns / 1_000_000_000,
-            flips: tally.flips,
-            late: tally.late,
-            repeated: tally.repeated,
-            skipped: tally.skipped,
-            joins: tally.joins,
+            tally: view.tally,
             faults: faults.count(),
             latest_faults: latest.map(|f| FaultFacts { kind: f.kind.name(), message: f.message }).collect(),
             generation: None,

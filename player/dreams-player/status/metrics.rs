@@ -14,12 +14,13 @@ pub(crate) const KIND: &str = "application/openmetrics-text; version=1.0.0; char
 /// The metrics, closed with `# EOF`.
 pub(crate) fn text(facts: &Facts) -> String {
     let mut text = String::new();
+    let tally = &facts.tally;
     let counters = [
-        ("flips", "Pictures that arrived on the glass.", facts.flips),
-        ("late", "Vblanks at which a frame was due and was not there.", facts.late),
-        ("repeated", "Flips that lit the same frame once more.", facts.repeated),
-        ("skipped", "Frames that were decoded and never lit.", facts.skipped),
-        ("joins", "Flips at which a clip followed another.", facts.joins),
+        ("flips", "Pictures that arrived on the glass.", tally.flips),
+        ("late", "Vblanks at which a frame was due and was not there.", tally.late),
+        ("repeated", "Flips that lit the same frame once more.", tally.repeated),
+        ("skipped", "Frames that were decoded and never lit.", tally.skipped),
+        ("joins", "Flips at which a clip followed another.", tally.joins),
         ("faults", "Things that went wrong while the picture went on.", facts.faults),
     ];
     for (name, help, value) in counters {
@@ -60,6 +61,7 @@ fn line(text: &mut String, name: &str, labels: &[(&str, &str)], value: impl Disp
 #[cfg(test)]
 mod tests {
     use super::text;
+    use crate::recording::Tally;
     use crate::status::facts::{Facts, GlassFacts, SheepFacts};
 
     #[test]
@@ -73,11 +75,7 @@ mod tests {
             glass: Some(glass),
             next: None,
             uptime_s: 60,
-            flips: 1_800,
-            late: 2,
-            repeated: 0,
-            skipped: 0,
-            joins: 4,
+            tally: Tally { flips: 1_800, late: 2, repeated: 0, skipped: 0, joins: 4 },
             faults: 1,
             latest_faults: Vec::new(),
             path: None,

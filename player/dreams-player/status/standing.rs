@@ -4,8 +4,7 @@
 
 use bundle::Playing;
 use jiff::Timestamp;
-use player::contact::Contact;
-use player::day::is_clock_wrong;
+use player::{Contact, is_clock_wrong};
 use serde::Serialize;
 use std::path::Path;
 

@@ -7,7 +7,7 @@
 
 use bundle::{Judge, Playing, StoreError, Verdict};
 use flock::{Flock, Manifest, ManifestError};
-use player::ending::chain;
+use player::chain;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -3,7 +3,7 @@
 //! Owns the choice between the saved place and a fresh path. Never writes a place.
 
 use flock::{Flock, Itinerary, Place};
-use player::ending::chain;
+use player::chain;
 use std::sync::Arc;
 use tracing::{info, warn};
 

@@ -3,7 +3,7 @@
 //! Owns the plan that the clip source makes and others look at. Never chooses a clip.
 
 use crate::stream::scheduled_clip::ScheduledClip;
-use player::lock::hold;
+use player::hold;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 

@@ -9,7 +9,7 @@
 use super::{ClipSource, Strikes};
 use crate::stream::{Generation, form, path};
 use flock::{Flock, Itinerary, Leg, Place, SheepId, What};
-use player::ending::chain;
+use player::chain;
 use std::sync::Arc;
 use tracing::{info, warn};
 

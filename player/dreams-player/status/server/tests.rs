@@ -6,7 +6,7 @@
 use super::{ANSWERING_NS, ASKING_NS, MOST_CLIENTS, Server};
 use crate::status::hosts::Hosts;
 use crate::status::http::{Answer, LONGEST_HEAD};
-use player::now::now;
+use player::now;
 use std::fmt::Write as _;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
