@@ -1,6 +1,6 @@
 //! How a look ends: its answer on standard output, or its error on standard error.
 //!
-//! Owns [`Fatal`], the answer, and what people in front of the picture are told.
+//! Owns [`Fatal`], the answer, and the notice.
 
 use player::{Exit, Notice, Output, chain, fail};
 use serde::Serialize;

@@ -6,7 +6,7 @@ use bundle::Version;
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 
-/// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
+/// The end of the help. `player::Exit` has the same four codes.
 pub(crate) const EXIT_STATUS: &str = "\
 Exit status:
   0  everything is whole, or whole again

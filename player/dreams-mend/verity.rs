@@ -45,7 +45,7 @@ impl Root {
         (self.blocks + 1 + tree) * BLOCK as u64
     }
 
-    /// Where its superblock begins in a slot, in bytes. A slot without one is nobody's.
+    /// Where its superblock begins in a slot, in bytes. A slot without one is never started.
     pub(crate) fn superblock_at(&self) -> u64 {
         self.blocks * BLOCK as u64
     }

@@ -1,7 +1,7 @@
 //! Connects a radio with the Wi-Fi that the owner has set, for as long as the radio is there.
 //!
 //! Owns the order: `wpa_supplicant` runs while there is a Wi-Fi to connect with, is started again when the settings change or
-//! it ends, and people are told what they can mend. A unit without such settings is left in peace.
+//! it ends, and a notice says what people can mend. Without such settings nothing is run.
 //!
 //! Start at [`run`].
 
@@ -37,7 +37,7 @@ pub(crate) struct Options {
     /// Where notices are written: what is wrong is told beside it, until it is right
     #[arg(long, alias = "card", value_name = "FILE")]
     notice: PathBuf,
-    /// The folder in which `wpa_supplicant` is spoken to
+    /// The folder of the control sockets of `wpa_supplicant`
     #[arg(long, value_name = "FOLDER", default_value = CONTROL)]
     control: PathBuf,
 }
@@ -91,7 +91,7 @@ fn connect(options: &Options, settings: FileVersion) -> io::Result<()> {
     Ok(())
 }
 
-/// Tells people what is wrong with the Wi-Fi.
+/// Writes the notice that says what is wrong with the Wi-Fi.
 fn tell(options: &Options, what: &str) {
     let name = Owner::kept(&options.keep).wifi().map(|wifi| wifi.name.as_str().to_owned()).unwrap_or_default();
     let text = format!("The Wi-Fi {name} {what} {FILE_NAME}.");

@@ -1,7 +1,7 @@
-//! What becomes of a Wi-Fi, and what people are told of it.
+//! The state of a Wi-Fi connection, and when a notice is due.
 //!
-//! Owns one pure state machine over what `wpa_supplicant` tells. An access point that goes and comes is nobody's business:
-//! only what the owner can mend is told. Never speaks to `wpa_supplicant`: `supplicant.rs` does.
+//! Owns one pure state machine over the events of `wpa_supplicant`. An access point that goes and comes causes no notice:
+//! only what the owner can mend does. Never connects to `wpa_supplicant`: `supplicant.rs` does.
 //!
 //! Start at [`Link::on`]; the table of it is its test.
 
@@ -14,7 +14,7 @@ const PATIENCE: Duration = Duration::from_mins(5);
 /// So many refusals in a row are needed where the same password was taken before: a weak signal looks the same.
 const DOUBT: u32 = 4;
 
-/// What `wpa_supplicant` tells.
+/// An event of `wpa_supplicant`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event {
     /// The unit is in the Wi-Fi.
@@ -44,9 +44,9 @@ pub(super) enum Link {
     New { unseen_since: Option<Nanos> },
     /// It was joined, now or in a life before; so often it refused since.
     Known { refused: u32 },
-    /// People are told that it refuses its password.
+    /// The notice says that it refuses its password.
     WrongPassword,
-    /// People are told that nothing of this name is there.
+    /// The notice says that nothing of this name is there.
     WrongName,
 }
 
@@ -77,7 +77,7 @@ impl Link {
     }
 }
 
-/// What the line of `wpa_supplicant` tells, if that is anything here.
+/// The event in a line of `wpa_supplicant`, if it matters here.
 pub(super) fn event(line: &str) -> Option<Event> {
     let told = line.split_once('>').map_or(line, |(_level, told)| told);
     let mut words = told.split_whitespace();

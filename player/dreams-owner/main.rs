@@ -15,7 +15,7 @@ mod take_in;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
-/// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
+/// The end of the help. `player::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  the owner's settings are kept, or there are none; the unit may restart

@@ -1,6 +1,6 @@
 //! `wpa_supplicant`: started for one radio, and listened to.
 //!
-//! Owns its process and the socket on which it tells what happens. Never judges: `link.rs` does.
+//! Owns its process and the socket of its events. Never interprets them: `link.rs` does.
 //!
 //! Start at [`Supplicant::start`].
 
@@ -16,7 +16,7 @@ use std::time::Duration;
 const OFTEN: Duration = Duration::from_millis(100);
 /// So many of them at most: half a minute.
 const LOOKS: u32 = 300;
-/// Bytes of what it tells at once.
+/// The longest event, in bytes.
 const LONGEST: usize = 4096;
 
 /// One that runs. It ends when this is dropped.
@@ -29,11 +29,11 @@ pub(super) struct Supplicant {
 }
 
 impl Supplicant {
-    /// Starts one for the radio `interface`, with what it is told in the file `settings`, and asks it to tell what happens. In
-    /// the folder `control` it is spoken to.
+    /// Starts one for the radio `interface` with the file `settings`, and asks it for events through its socket in the folder
+    /// `control`.
     ///
     /// # Errors
-    /// What the world says, also if it ends at once or does not answer.
+    /// What the system says, also if it ends at once or does not answer.
     pub(super) fn start(interface: &str, settings: &Path, control: &Path) -> io::Result<Self> {
         let path = control.join(format!("{interface}.dreams"));
         let there = control.join(interface);
@@ -72,10 +72,10 @@ impl Supplicant {
         Err(io::Error::new(ErrorKind::TimedOut, "`wpa_supplicant` does not answer"))
     }
 
-    /// What it tells next, if it does so within `time`.
+    /// Its next event, if one comes within `time`.
     ///
     /// # Errors
-    /// What the world says.
+    /// What the system says.
     pub(super) fn told_within(&self, time: Duration) -> io::Result<Option<String>> {
         self.socket.set_read_timeout(Some(time))?;
         self.told()
@@ -93,7 +93,7 @@ impl Supplicant {
     /// How it ended, if it has.
     ///
     /// # Errors
-    /// What the world says.
+    /// What the system says.
     pub(super) fn ended(&mut self) -> io::Result<Option<ExitStatus>> {
         self.process.try_wait()
     }

@@ -30,7 +30,7 @@ pub(crate) struct Options {
     /// Where the last good settings are kept, without the password of a Wi-Fi
     #[arg(long, value_name = "FILE")]
     keep: PathBuf,
-    /// The folder in which the network manager is told what they say of it
+    /// The folder for the settings of the network manager
     #[arg(long, value_name = "FOLDER")]
     network: PathBuf,
     /// Where the unit's host name is kept, if the owner has set one
@@ -53,7 +53,7 @@ enum Fatal {
     Write { path: PathBuf, source: io::Error },
 }
 
-/// Takes the settings in, and tells people and standard error what is wrong with them.
+/// Takes the settings in; writes what is wrong with them to a notice and to standard error.
 pub(crate) fn run(options: &Options) -> Exit {
     let taken = take_in(options);
     let told = taken.inspect(|()| take_back(&options.notice)).inspect_err(|fatal| warn_people(fatal, &options.notice));
@@ -81,8 +81,8 @@ fn tell_others(options: &Options) -> Result<(), Fatal> {
     tell(&options.name, owner.host_name().map(|name| name + "\n").as_deref(), ALL)
 }
 
-/// Has the file at `path` hold `text` and no other, for whom `mode` says; or not be there, if there is no text. One that
-/// does already stays as it is.
+/// Makes the file at `path` hold `text`, with the rights of `mode`; or removes it, if there is no text. One that is so
+/// already stays as it is.
 fn tell(path: &Path, text: Option<&str>, mode: u32) -> Result<(), Fatal> {
     let unwritten = |source| Fatal::Write { path: path.to_owned(), source };
     match text {
@@ -135,7 +135,7 @@ fn take_back(notice: &Path) {
     }
 }
 
-/// Tells on standard error why it ends.
+/// Writes to standard error why it ends.
 fn ended(fatal: &Fatal) -> Exit {
     match fatal {
         Fatal::Settings(ConfigError::Malformed { .. }) => {

@@ -27,8 +27,8 @@ fn main() -> ExitCode {
 
 fn play(options: Options) -> Result<(), Fatal> {
     let (still, prelude) = (options.still, options.prelude);
-    let config = options.settings()?; // what this unit was told
-    journal::open(config.log); // where it speaks
+    let config = options.settings()?; // its settings
+    journal::open(config.log); // where it logs
     match (prelude, still) {
         (true, _) => prelude::play(&config),
         (_, true) => still::hold(&config),

@@ -30,7 +30,7 @@ use std::sync::mpsc::{channel, sync_channel};
 use std::thread::JoinHandle;
 use video::SessionError;
 
-/// Plays until it is told to stop, or to the end of what was asked for.
+/// Plays until a signal, or to the end of what was asked for.
 ///
 /// # Errors
 /// [`Fatal`], if it cannot begin or go on.

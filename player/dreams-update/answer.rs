@@ -1,4 +1,4 @@
-//! What an update tells whoever called it.
+//! The answer of an update run.
 //!
 //! Owns the fields of the JSON document and the line that says the same. Never decides anything.
 

@@ -1,4 +1,4 @@
-//! What the updater of a unit is told: every setting, its default and its range.
+//! The config of the updater: every setting, its default and its range.
 //!
 //! Owns [`Config`]. Never acts on it. Every key explains itself in `config/update.toml`, which a test holds equal to
 //! [`Config::default`].

@@ -1,6 +1,6 @@
 //! How an update ends: its answer on standard output, or its error on standard error.
 //!
-//! Owns [`Fatal`] and which exit code belongs to it. What people in front of the picture are told is in `sentences.rs`.
+//! Owns [`Fatal`] and its exit codes. The notices are in `sentences.rs`.
 
 use crate::answer::Answer;
 use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId, few};

@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 }
 
 fn update(options: Options) -> Result<Output<Answer>, Fatal> {
-    let order = options.order()?; // what this unit was told
-    journal::open(order.config.log); // where it speaks
+    let order = options.order()?; // its settings
+    journal::open(order.config.log); // where it logs
     update_run::run(order) // what it is for
 }

@@ -10,7 +10,7 @@ use player::{Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
 
-/// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
+/// The end of the help. `player::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  a flock or a system was taken in, or there was nothing new

@@ -1,4 +1,4 @@
-//! When a unit looks for news by itself.
+//! When a unit looks for updates by itself.
 //!
 //! Owns the interval, its jitter, the patience after failures, and the hours in which it may be. Time is counted from the
 //! machine's start, so that no clock need be right; the hours are kept only where the clock can be. Pure, but for the
@@ -37,7 +37,7 @@ pub(crate) struct Schedule {
 }
 
 impl Schedule {
-    /// What is remembered at `path`. What cannot be read is forgotten: a look too many harms nobody.
+    /// What is remembered at `path`. A file that cannot be read is ignored: the unit looks once more.
     pub(crate) fn read(path: &Path) -> Self {
         fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
     }
@@ -45,7 +45,7 @@ impl Schedule {
     /// Remembers it at `path`, which need not outlive the machine's next start.
     ///
     /// # Errors
-    /// What the world says.
+    /// What the file system says.
     pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
         let temporary = PathBuf::from(format!("{}.new", path.display()));
         fs::write(&temporary, serde_json::to_vec(self).map_err(io::Error::other)?)?;

@@ -1,6 +1,6 @@
-//! What people in front of the picture are told: one plain sentence, or two.
+//! The notices of the updater: one plain sentence, or two.
 //!
-//! Owns those sentences. They name no file system, no digest and no key: whoever needs these reads the log.
+//! Owns those sentences. They name no file system, no digest and no key: these are in the log.
 
 use crate::answer::{Outcome, SystemOutcome};
 use crate::fatal::Fatal;
@@ -62,7 +62,7 @@ pub(crate) fn of_fatal(fatal: &Fatal) -> String {
     }
 }
 
-/// How a look ended, for who asks later.
+/// How an update run ended, for the status page.
 pub(crate) fn of_look(ended: Result<Outcome, &Fatal>) -> &'static str {
     match ended {
         Ok(Outcome::Installed) => "a new flock came",

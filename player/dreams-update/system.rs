@@ -19,7 +19,7 @@ use tracing::{info, warn};
 /// What a system of ours calls itself.
 const OURS: &str = "dreams";
 
-/// Fetches the system that the source has for this unit, if it is news.
+/// Fetches the system that the source has for this unit, if it is new.
 ///
 /// # Errors
 /// [`Fatal`]. What has arrived stays.

@@ -33,7 +33,7 @@ use tracing::{info, warn};
 /// The time between two looks whether another update has ended.
 const PAUSE: Duration = Duration::from_millis(250);
 
-/// Does what was ordered, and tells people in front of the picture how it goes.
+/// Does what was ordered, and writes notices about it.
 ///
 /// # Errors
 /// [`Fatal`]. What plays is what played before.
@@ -125,7 +125,7 @@ fn bring(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_
     Ok(Answer { system, mended, missing, ..Answer::of(outcome, store.state().playing()) })
 }
 
-/// Whom this unit trusts: by its config, and by its owner. Whoever may sign `systems` may sign flocks, too.
+/// The keys that this unit trusts: by its config, and by its owner. A key for `systems` may sign flocks, too.
 fn trust(order: &Order, systems: &Trust) -> Result<Trust, Fatal> {
     let owners = &order.owners_keys;
     let with_others = |trust: &Trust| Trust::of(trust.keys().chain(systems.keys()).chain(owners).cloned());
@@ -136,13 +136,13 @@ fn trust(order: &Order, systems: &Trust) -> Result<Trust, Fatal> {
     }
 }
 
-/// Whose systems this unit takes: by its config, and by nothing that its owner can set.
+/// The keys for systems: by its config alone, the owner cannot set them.
 fn system_trust(order: &Order) -> Result<Trust, Fatal> {
     let is_missing =
         |error: &KeyError| matches!(error, KeyError::Read { source, .. } if source.kind() == ErrorKind::NotFound);
     match Trust::read(&order.config.system_keys) {
         Err(error) if is_missing(&error) => match Trust::read(&order.config.keys) {
-            // Whoever reads these for flocks says so.
+            // Reading these keys for flocks reports the error.
             Err(KeyError::Read { .. }) => Ok(Trust::default()),
             keys => keys.map_err(Fatal::Keys),
         },
@@ -150,8 +150,8 @@ fn system_trust(order: &Order) -> Result<Trust, Fatal> {
     }
 }
 
-/// Opens the store. Another updater that is at work on it is waited for: whoever put in a second stick need not do so
-/// again. Only who looks on a schedule comes back later.
+/// Opens the store. Waits for another updater that works on it, so that a second stick need not be put in again. A run on
+/// the schedule ends instead, and comes later.
 fn open(order: &Order, trust: Trust, stop: &AtomicBool) -> Result<Store, Fatal> {
     let path = &order.config.store;
     let mut is_told = false;
@@ -185,7 +185,7 @@ fn is_for_nobody(order: &Order, place: &str, source: &Origin) -> Result<(), Fata
     Err(Fatal::ForOthers { place: place.to_owned(), units, unit: order.unit.clone() })
 }
 
-/// Installs the flock that lies at `place` for this unit, if it is news.
+/// Installs the flock at `place` for this unit, if it is new.
 fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>) -> Result<Outcome, Fatal> {
     let unverified = match Unverified::open(fetcher.source, &order.unit) {
         Ok(unverified) => unverified,
@@ -226,7 +226,7 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
     Ok(Outcome::Installed)
 }
 
-/// Removes what nobody needs, and if that is not enough the reserve, until the bundle fits.
+/// Removes unused objects, and if that is not enough the reserve, until the bundle fits.
 fn make_room(order: &Order, store: &mut Store, bundle: &Verified) -> Result<(), Fatal> {
     let reserve = order.config.reserve_mib << 20;
     let shortfall = |store: &Store| -> Result<_, Fatal> { Ok(store.plan(bundle)?.shortfall(store.room()?, reserve)) };

@@ -33,7 +33,7 @@ pub enum ConfigError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the world says.
+        /// What the file system says.
         source: io::Error,
     },
 }

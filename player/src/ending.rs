@@ -1,4 +1,4 @@
-//! How a program of the house ends.
+//! How a program of a unit ends.
 //!
 //! Owns the exit codes, and the forms in which an answer and an error are printed. Each program has its own answer, and its
 //! own errors with their exit codes in `fatal.rs`.
@@ -8,7 +8,7 @@ use std::error::Error;
 use std::fmt::Display;
 use std::io::{self, Write};
 
-/// The exit codes of every program of the house.
+/// The exit codes of every program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Fine.
@@ -34,7 +34,7 @@ impl<A: Serialize + Display> Output<A> {
     /// Writes the answer to standard output.
     ///
     /// # Errors
-    /// What the world says if that is closed.
+    /// What the system says if that is closed.
     pub fn print(&self) -> io::Result<()> {
         let text = if self.json {
             serde_json::to_string_pretty(&self.answer).map_err(io::Error::other)?

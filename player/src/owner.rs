@@ -29,7 +29,7 @@ pub struct Owner {
     /// What the unit is called.
     #[serde(deserialize_with = "unit")]
     pub unit: Option<UnitId>,
-    /// Whom it trusts, besides those whom it trusts anyway.
+    /// Keys that it trusts, besides those of its config.
     #[serde(deserialize_with = "keys")]
     pub keys: Vec<PublicKey>,
     /// Where it looks for flocks.
@@ -119,8 +119,7 @@ impl Owner {
         OutputSettings { connector: connector.clone(), mode: *mode, rotation: *rotate, range: *range, margin: *margin }
     }
 
-    /// What systemd's network manager is told of the cable, beside `80-dreams.network`; `None` if it need not be told
-    /// anything.
+    /// The settings of systemd's network manager for the cable, beside `80-dreams.network`; `None` if there are none.
     pub fn wired(&self) -> Option<String> {
         let own = self.address.map(|(address, length)| format!("DHCP=no\nAddress={address}/{length}\n"));
         let gateway = self.gateway.map(|gateway| format!("Gateway={gateway}\n"));

@@ -50,9 +50,6 @@ impl BrightnessControl {
     }
 
     /// Keeps `target` as it is to be at `clock`, now and for as long as the process lives.
-    ///
-    /// # Errors
-    /// [`ThreadError`].
     pub(crate) fn start(mut self, target: Arc<DisplayTarget>, clock: fn() -> u64) -> Result<(), ThreadError> {
         let mut look = move || {
             let lighting = self.look(clock());

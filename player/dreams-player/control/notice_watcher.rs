@@ -62,9 +62,6 @@ impl NoticeWatcher {
     }
 
     /// Starts the thread, which puts what it finds into `overlay` for as long as the process lives.
-    ///
-    /// # Errors
-    /// [`ThreadError`].
     pub(crate) fn start(
         mut self,
         view: Arc<SharedView>,

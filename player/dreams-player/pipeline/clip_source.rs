@@ -62,9 +62,6 @@ pub(crate) struct ClipSource {
 
 impl ClipSource {
     /// Starts the thread. It orders clips as fast as `orders` takes them, and leaves out those that ended damaged.
-    ///
-    /// # Errors
-    /// [`ThreadError`].
     pub(crate) fn open(
         self,
         orders: SyncSender<Order>,

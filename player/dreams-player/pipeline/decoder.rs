@@ -53,9 +53,6 @@ pub(crate) struct DecoderSettings {
 
 impl DecoderSettings {
     /// Starts the thread. It ends when the orders do, and then says why if it had to end before.
-    ///
-    /// # Errors
-    /// [`ThreadError`].
     pub(crate) fn open(
         self,
         frames: FrameSender,
@@ -94,7 +91,7 @@ struct Decoder {
 enum Rest {
     /// A new session, for more clips.
     Onward,
-    /// The same, but first it is told that there is nothing more for now.
+    /// The same, but first the presenter learns that there is nothing more for now.
     Barren,
 }
 
@@ -180,7 +177,7 @@ impl Decoder {
         Ok(())
     }
 
-    /// Reports of the oldest clip, which has ended, and tells once if it is damaged.
+    /// Passes the end of the oldest clip on, and adds a fault if it is damaged.
     fn clip_end(&mut self, frames: FrameCount, damage: Option<&video::Damage>) {
         let Some((_, scheduled)) = self.scheduled_clips.pop_front() else { return };
         if let Some(damage) = damage {

@@ -153,7 +153,7 @@ mod tests {
                     assert!(matches!(taker.next(Duration::ZERO), NextFrame::Frame(_)));
                 }
             }
-            // Nobody rests for one who is gone.
+            // The sender does not wait for a receiver that is gone.
             assert!(is_there(3 + 4 * BATCH));
             drop(taker);
         });

@@ -77,7 +77,7 @@ pub(crate) struct Presenter<'a, F> {
     flipped: Vblank,
     /// There was no new frame since that vblank.
     looked: bool,
-    /// The vblank to come that the screen was asked to tell of.
+    /// The vblank at which the screen was asked for an event.
     asked: Option<Vblank>,
     /// The screen is back and nothing was lit on it since.
     returned: bool,

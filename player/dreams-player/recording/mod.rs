@@ -8,7 +8,6 @@ mod faults;
 mod place_saver;
 mod place_store;
 mod recorder;
-mod tally;
 mod trace;
 mod view;
 
@@ -16,5 +15,4 @@ pub(crate) use faults::{Fault, Faults, Kind};
 pub(crate) use place_saver::PlaceSaver;
 pub(crate) use place_store::{PlaceStore, saved_place};
 pub(crate) use recorder::{Record, Recorder, Trace};
-pub(crate) use tally::Tally;
-pub(crate) use view::SharedView;
+pub(crate) use view::{SharedView, Tally};

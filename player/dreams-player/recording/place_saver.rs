@@ -25,9 +25,6 @@ pub(crate) struct PlaceSaver {
 impl PlaceSaver {
     /// Starts the thread; without `store` it saves no places. If it `is_synchronous` the run waits for each place, which is
     /// right where no vblank waits.
-    ///
-    /// # Errors
-    /// [`ThreadError`].
     pub(crate) fn start(store: Option<PlaceStore>, faults: Faults, is_synchronous: bool) -> Result<Self, ThreadError> {
         let (scheduled_clips, inbox) = channel();
         let (done, kept) = is_synchronous.then(|| sync_channel(1)).unzip();

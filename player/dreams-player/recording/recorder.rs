@@ -3,8 +3,8 @@
 //! Owns the trace file, the log lines about playing and the messages to systemd (READY, WATCHDOG, STOPPING). Never decides
 //! anything. The form of the trace lines is `trace.rs`.
 
-use crate::recording::tally::Tally;
 use crate::recording::trace::Line;
+use crate::recording::view::Tally;
 use crate::stream::ScheduledClip;
 use player::{ThreadError, chain, threads};
 use screen::Lit;
@@ -62,9 +62,6 @@ pub(crate) struct Recorder {
 impl Recorder {
     /// Starts the thread. It ends after [`Record::End`]. If it `is_synchronous` each record is waited for, so that the trace
     /// of a player that is killed is complete.
-    ///
-    /// # Errors
-    /// [`ThreadError`].
     pub(crate) fn start(trace: Option<Trace>, is_synchronous: bool) -> Result<(Self, JoinHandle<()>), ThreadError> {
         let (notes, inbox) = sync_channel(if is_synchronous { 0 } else { WAITING });
         let lost = Arc::new(AtomicU64::new(0));
@@ -186,7 +183,7 @@ fn tell_systemd(state: NotifyState<'_>) {
 #[cfg(test)]
 mod tests {
     use super::{Record, Recorder, WAITING};
-    use crate::recording::tally::Tally;
+    use crate::recording::view::Tally;
     use std::thread;
 
     #[test]

@@ -3,7 +3,7 @@
 //! Owns their fields, which other tools rely on. Never writes them: `recorder.rs` does.
 
 use crate::recording::recorder::Record;
-use crate::recording::tally::Tally;
+use crate::recording::view::Tally;
 use crate::stream::FAULT_CARD;
 use serde::{Serialize, Serializer};
 
@@ -73,7 +73,7 @@ impl Serialize for Hex {
 mod tests {
     use super::Line;
     use crate::recording::recorder::Record;
-    use crate::recording::tally::Tally;
+    use crate::recording::view::Tally;
     use crate::stream::scheduled_clip::tests::scheduled_clips;
     use screen::Lit;
     use std::sync::Arc;

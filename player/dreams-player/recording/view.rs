@@ -1,13 +1,28 @@
-//! What is on the screen now, for other threads.
+//! What is on the screen now and what a run counts, for other threads.
 //!
 //! Owns the view that the flip thread updates. The flip thread never waits for it: while another thread copies the view, an
 //! update is left out, and the next flip brings it.
 
-use crate::recording::tally::Tally;
 use crate::stream::Frame;
 use player::hold;
 use screen::Lit;
+use serde::Serialize;
 use std::sync::{Arc, Mutex};
+
+/// The counters of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Tally {
+    /// Pictures that arrived on the glass.
+    pub(crate) flips: u64,
+    /// Vblanks at which a frame was due and was not there.
+    pub(crate) late: u64,
+    /// Flips that lit the same frame once more: after the screen was away, or to prove a long hold.
+    pub(crate) repeated: u64,
+    /// Frames that were decoded and never lit. The player never does that; this is the proof.
+    pub(crate) skipped: u64,
+    /// Flips at which a clip followed another.
+    pub(crate) joins: u64,
+}
 
 /// What is on the screen; cheap to clone, the pixels are shared.
 #[derive(Clone, Debug, Default)]

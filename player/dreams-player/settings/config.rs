@@ -1,4 +1,4 @@
-//! What a unit is told: every setting, its default and its range.
+//! The config of the player: every setting, its default and its range.
 //!
 //! Owns [`Config`] and the reading of its file. Never acts on it. Every key explains itself in `config/player.toml`,
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
@@ -11,7 +11,7 @@ use serde::de::Deserializer;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Decoder threads: more than the cores of a large unit help nobody.
+/// Decoder threads: at most the cores of a large unit.
 pub(crate) const THREADS: RangeInclusive<u64> = 1..=16;
 /// Frames decoded ahead: a third of a second of film at least, memory for a second at most.
 pub(crate) const AHEAD: RangeInclusive<u64> = 8..=60;

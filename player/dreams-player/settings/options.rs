@@ -10,7 +10,7 @@ use player::hours::{Brightness, Hours, Night, Zone};
 use player::{ConfigError, LogLevel};
 use std::path::PathBuf;
 
-/// What every command of the house says at the end of its help. `player::ending::Exit` has the same four.
+/// The end of the help. `player::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  the run ended as asked: by a signal, or after --clips

@@ -1,4 +1,4 @@
-//! What the status page tells, in one document.
+//! The contents of the status page, in one document.
 //!
 //! Owns the fields of `/status.json`. Gathered anew for each request: nothing is computed without one.
 

@@ -14,7 +14,7 @@ pub(crate) const LONGEST_HEAD: usize = 8192;
 /// The most header lines that are read. Browsers send some 15.
 const MOST_HEADERS: usize = 64;
 
-/// Said with every answer: nothing is kept, guessed, or fetched from elsewhere, and nobody puts it in a frame.
+/// Headers of every answer: no cache, no guessed type, nothing fetched from elsewhere, no page around it.
 const ALWAYS: &str = "\
     Connection: close\r\n\
     Cache-Control: no-store\r\n\
@@ -25,7 +25,7 @@ const ALWAYS: &str = "\
     Referrer-Policy: no-referrer\r\n\
     X-Content-Type-Options: nosniff\r\n";
 
-/// What is told to a client.
+/// An answer to a client.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Answer {
     /// The code and its words, as in `404 Not Found`.
@@ -62,8 +62,8 @@ impl Answer {
 }
 
 /// The reply to a request of which `head` has arrived, or `None` while more of it is to come. `answer` is asked for
-/// the path, without a query, of a request that may be answered: one to a host that `is_ours`. Whoever asks for no host
-/// is no browser.
+/// the path, without a query, of a request that may be answered: one to a host that `is_ours`. A request without a host
+/// comes from no browser.
 pub(crate) fn reply(head: &[u8], is_ours: impl Fn(&str) -> bool, answer: impl Fn(&str) -> Answer) -> Option<Vec<u8>> {
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
     let mut request = Request::new(&mut headers);

@@ -1,7 +1,7 @@
 //! The status page: what is on the glass, for people and for machines.
 //!
 //! Owns the page's addresses: `/` for people, `/status.json`, `/metrics` for monitoring, `/screen.jpg`. Only looks:
-//! nothing here changes what is played, and a picture is encoded only when someone asks for it. What is told stands in
+//! nothing here changes what is played, and a picture is encoded only when someone asks for it. The contents are
 //! `facts.rs`, how machines read it in `metrics.rs`, how people see it in `page.html`; `server.rs` keeps strangers
 //! from harm's way.
 

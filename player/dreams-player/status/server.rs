@@ -2,7 +2,7 @@
 //!
 //! Owns the listening socket, the few connections and their deadlines. Nothing that a client does or leaves undone
 //! costs the picture anything: one thread, a fixed number of descriptors, a bounded head, and an end to every
-//! connection. Never knows what is told: `http.rs` spells it, `mod.rs` has it.
+//! connection. Never knows the contents: `http.rs` spells answers, `mod.rs` makes them.
 //!
 //! A server of our own, because the small ones take a thread and two descriptors for each connection and wait for ever:
 //! 500 idle connections to `tiny_http` left the player none to open clips with. A round never waits and is told the
@@ -43,7 +43,7 @@ pub(crate) struct Server<A> {
     clients: Vec<Client>,
     /// Who may be asked for.
     hosts: Hosts,
-    /// What is told of a path.
+    /// The answer for a path.
     answer: A,
 }
 

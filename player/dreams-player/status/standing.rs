@@ -1,4 +1,4 @@
-//! What the page tells of the store: which flock plays, and what became of the last look for another.
+//! The state of the store on the status page: the flock that plays, and the result of the last update run.
 //!
 //! Owns the ages. Read anew for everyone who asks; a flock in a plain folder has none of it.
 

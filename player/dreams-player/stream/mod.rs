@@ -8,12 +8,10 @@ mod fault_card;
 mod format;
 mod generation;
 mod path;
-mod plan;
 pub(crate) mod scheduled_clip;
 
 pub(crate) use fault_card::{FAULT_CARD, FaultCard};
 pub(crate) use format::{StreamFormat, form};
 pub(crate) use generation::Generation;
 pub(crate) use path::path;
-pub(crate) use plan::Plan;
-pub(crate) use scheduled_clip::{Frame, Pixels, ScheduledClip};
+pub(crate) use scheduled_clip::{Frame, Pixels, Plan, ScheduledClip};

@@ -1,4 +1,4 @@
-//! A clip that is scheduled to play, and a frame of it.
+//! A clip that is scheduled to play, a frame of it, and the plan of the clips to come.
 //!
 //! Owns what travels with a frame from the decoder to the screen. Never owns a thread: `clip_source.rs` makes scheduled
 //! clips, `decoder.rs` frames, and `presenter.rs` shows these.
@@ -7,9 +7,11 @@ use crate::stream::fault_card::FaultCard;
 use crate::stream::generation::Trial;
 use flock::{ClipPath, Flock, Place};
 use md5::{Digest, Md5};
+use player::hold;
 use screen::Picture;
-use std::sync::Arc;
+use std::collections::VecDeque;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
 use timing::FrameCount;
 
 /// A clip, scheduled at one place in the run.
@@ -29,6 +31,29 @@ pub(crate) struct ScheduledClip {
     pub(crate) trial: Option<Arc<Trial>>,
     /// It did not decode cleanly. Known before its last frame is lit.
     pub(crate) is_damaged: AtomicBool,
+}
+
+/// The clips that are scheduled and not over, in their order.
+#[derive(Debug, Default)]
+pub(crate) struct Plan(Mutex<VecDeque<Arc<ScheduledClip>>>);
+
+impl Plan {
+    /// Adds a clip, and forgets those up to the clip `on_screen`.
+    pub(crate) fn add(&self, scheduled: Arc<ScheduledClip>, on_screen: Option<u64>) {
+        let mut plan = hold(&self.0);
+        plan.retain(|scheduled| Some(scheduled.number) > on_screen);
+        plan.push_back(scheduled);
+    }
+
+    /// Removes a clip that ended without a picture.
+    pub(crate) fn remove(&self, number: u64) {
+        hold(&self.0).retain(|scheduled| scheduled.number != number);
+    }
+
+    /// The clip that follows clip `number`, if it is planned.
+    pub(crate) fn after(&self, number: u64) -> Option<Arc<ScheduledClip>> {
+        hold(&self.0).iter().find(|scheduled| scheduled.number > number).map(Arc::clone)
+    }
 }
 
 /// A frame to show: cheap to clone, its pixels are shared.
@@ -91,7 +116,7 @@ fn md5(picture: &Picture<'_>) -> [u8; 16] {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::{FaultCard, Frame, Pixels, ScheduledClip, md5};
+    use super::{FaultCard, Frame, Pixels, Plan, ScheduledClip, md5};
     use flock::{Flock, Itinerary, Manifest};
     use screen::Picture;
     use std::path::Path;
@@ -139,5 +164,17 @@ pub(crate) mod tests {
         // `printf abcdefghijkl | md5sum`
         let expected = 0x9fc9_d606_9120_30dc_a865_82ed_6259_5cf7_u128;
         assert_eq!(u128::from_be_bytes(md5(&tight)), expected);
+    }
+
+    #[test]
+    fn a_clip_that_ended_without_a_picture_is_not_planned_any_more() {
+        let plan = Plan::default();
+        for scheduled in scheduled_clips(3, 2) {
+            plan.add(scheduled, None);
+        }
+        plan.remove(2);
+        assert_eq!(plan.after(1).map(|scheduled| scheduled.number), Some(3));
+        plan.remove(3);
+        assert!(plan.after(1).is_none());
     }
 }
