@@ -55,8 +55,8 @@ impl<'o> Boots<'o> {
         Ok(())
     }
 
-    /// Lays a boot loader anew that is damaged. A whole one stays as it is, whichever release it is of: it has started this
-    /// unit.
+    /// Lays a boot loader anew that is damaged. A whole one stays as it is, whichever release it is of: it has started
+    /// this unit.
     pub(crate) fn mend_loaders(&self, answer: &mut Answer) -> Result<(), Fatal> {
         for folder in &self.folders {
             if has_whole_loader(folder)? {

@@ -1,7 +1,7 @@
 //! `dreams-mend`: looks through what a unit starts from, and mends what is damaged from what is whole.
 //!
-//! Owns the order: what the firmware starts on the two boot partitions, the two slots, what was damaged put right from the
-//! copy that is whole. Never decides which system is started: the names of the entries say that, and others write
+//! Owns the order: what the firmware starts on the two boot partitions, the two slots, what was damaged put right from
+//! the copy that is whole. Never decides which system is started: the names of the entries say that, and others write
 //! them. Never mounts, and never looks for devices: who calls it says which they are.
 //!
 //! Start at [`mend`].

@@ -1,8 +1,8 @@
 //! What is to be done with the entries on the two boot partitions.
 //!
-//! Owns the decisions, as functions of what lies there. New systems are written to the first partition, once, and there the
-//! boot loader counts the tries of one on trial; of every other system there are two copies on each partition. Never touches
-//! a file.
+//! Owns the decisions, as functions of what lies there. New systems are written to the first partition, once, and there
+//! the boot loader counts the tries of one on trial; of every other system there are two copies on each partition. Never
+//! touches a file.
 //!
 //! Start at [`entries`].
 
@@ -96,8 +96,8 @@ impl Entry {
     }
 }
 
-/// What is damaged is mended or taken away; of what is not on trial on the first of `boots` partitions there are all copies on
-/// each, with the same tries in their names.
+/// What is damaged is mended or taken away; of what is not on trial on the first of `boots` partitions there are all
+/// copies on each, with the same tries in their names.
 pub(crate) fn entries(entries: &[Entry], boots: usize) -> Vec<Step> {
     let mut steps: Vec<_> =
         entries.iter().filter(|entry| !entry.is_whole()).map(|entry| mended(entry, entries)).collect();

@@ -1,8 +1,8 @@
 //! The two slots: what is damaged in one is mended from the other.
 //!
-//! Owns the reading of every byte of both, and the order in which a slot is written: its superblock is taken away first and
-//! comes last, so that a slot that is half written is never started. Only blocks that differ are written. Never touches what
-//! the firmware starts.
+//! Owns the reading of every byte of both, and the order in which a slot is written: its superblock is taken away first
+//! and comes last, so that a slot that is half written is never started. Only blocks that differ are written. Never
+//! touches what the firmware starts.
 //!
 //! Start at [`look`] and [`refill`].
 

@@ -1,7 +1,7 @@
 //! Connects a radio with the Wi-Fi that the owner has set, for as long as the radio is there.
 //!
-//! Owns the order: `wpa_supplicant` runs while there is a Wi-Fi to connect with, is started again when the settings change or
-//! it ends, and a notice says what people can mend. Without such settings nothing is run.
+//! Owns the order: `wpa_supplicant` runs while there is a Wi-Fi to connect with, is started again when the settings
+//! change or it ends, and a notice says what people can mend. Without such settings nothing is run.
 //!
 //! Start at [`run`].
 

@@ -8,8 +8,8 @@
 use std::time::Duration;
 use timing::Nanos;
 
-/// How long a Wi-Fi that was never joined may be out of reach until its name is held to be wrong. An access point that comes
-/// up together with the unit takes a few minutes.
+/// How long a Wi-Fi that was never joined may be out of reach until its name is held to be wrong. An access point that
+/// comes up together with the unit takes a few minutes.
 const PATIENCE: Duration = Duration::from_mins(5);
 /// So many refusals in a row are needed where the same password was taken before: a weak signal looks the same.
 const DOUBT: u32 = 4;

@@ -2,8 +2,8 @@
 //!
 //! Owns the command line. What may be set is `player::owner` and `player::wifi`. Never changes the owner's file.
 //!
-//! Start at `take_in.rs`, which is run when the owner's partition is there, at `connect.rs`, which is run for a radio, and at
-//! `restart.rs`, which is run when a new system waits for its start.
+//! Start at `take_in.rs`, which is run when the owner's partition is there, at `connect.rs`, which is run for a radio,
+//! and at `restart.rs`, which is run when a new system waits for its start.
 #![forbid(unsafe_code)]
 
 mod connect;

@@ -29,8 +29,8 @@ pub(super) struct Supplicant {
 }
 
 impl Supplicant {
-    /// Starts one for the radio `interface` with the file `settings`, and asks it for events through its socket in the folder
-    /// `control`.
+    /// Starts one for the radio `interface` with the file `settings`, and asks it for events through its socket in the
+    /// folder `control`.
     ///
     /// # Errors
     /// What the system says, also if it ends at once or does not answer.

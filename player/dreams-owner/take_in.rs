@@ -1,8 +1,8 @@
 //! Takes in what the owner of a unit has set.
 //!
-//! Owns the order: read the owner's file, keep it if it is right, tell people if it is not, and tell the network, the radio
-//! and the host name's service what it says of them. Never changes the owner's file, and never keeps a password where others
-//! read.
+//! Owns the order: read the owner's file, keep it if it is right, tell people if it is not, and tell the network, the
+//! radio and the host name's service what it says of them. Never changes the owner's file, and never keeps a password
+//! where others read.
 //!
 //! Start at [`run`].
 

@@ -3,8 +3,8 @@
 //! Owns the connections between the threads and the order of the start: manifest, first clip and screen come first,
 //! what a viewer does not see comes after. Decides nothing about playing.
 //!
-//! Flip thread (this one, `presenter.rs`) <- frames <- `decoder.rs` <- clips <- `clip_source.rs`; events go to `recording`,
-//! and `status` shows them.
+//! Flip thread (this one, `presenter.rs`) <- frames <- `decoder.rs` <- clips <- `clip_source.rs`; events go to
+//! `recording`, and `status` shows them.
 
 use crate::control::{BrightnessControl, DisplayTarget, NoticeWatcher, Overlay};
 use crate::fatal::Fatal;
@@ -17,7 +17,7 @@ use crate::settings::{Clock, Config, ScreenChoice};
 use crate::startup::signals::{stop_on_signals, watchdog_interval};
 use crate::startup::{handover, screen_opening};
 use crate::status;
-use crate::stream::{Generation, Plan, StreamFormat, form, path};
+use crate::stream::{Generation, Plan, StreamFormat, path};
 use flock::{Flock, Itinerary, ManifestError, Place};
 use player::{Owner, chain, clock_s, now};
 use screen::ScreenError;
@@ -73,7 +73,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let shared = Shared::default();
     let Shared { view, plan, overlay, target, gate } = &shared;
     let (store, saved) = memory(config, &faults);
-    let (card, lit) = handover::take().map(|handed| (handed.card, handed.place)).unzip();
+    let (card, lit) = handover::take(handover::SOCKET.as_ref()).map(|handed| (handed.card, handed.place)).unzip();
     let lit = lit.and_then(|bytes| Place::from_bytes(&bytes).ok());
     let itinerary = path(&flock, lit.or(saved), config.seed);
     let (frames, pipeline) = start_pipeline(config, generation, itinerary, &faults, &shared)?;
@@ -179,7 +179,7 @@ fn start_pipeline(
     let threads = usize::try_from(config.threads).ok().and_then(NonZero::new).unwrap_or(NonZero::<usize>::MIN);
     let settings = DecoderSettings { threads, prefetch_ms: config.prefetch_ms, is_hashed: config.hash };
     let (sender, frames) = frame_queue(usize::try_from(config.ahead).unwrap_or(usize::MAX));
-    let form = form(&generation.flock);
+    let form = generation.form();
     let library = ClipSource {
         source: config.flock.clone(),
         generation,

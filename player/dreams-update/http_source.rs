@@ -1,9 +1,9 @@
 //! A bundle on a web server: any server of static files will do.
 //!
-//! Owns the requests, one for each file, and the checks of the answers: a login page of a hotel is no bundle, a part must be
-//! the part that was asked for, and a server that does not answer, or too slowly, is given up. The signature of the content
-//! is checked by the reader; so TLS is for privacy alone, and a unit whose clock cannot be right does not judge how old a
-//! certificate is.
+//! Owns the requests, one for each file, and the checks of the answers: a login page of a hotel is no bundle, a part must
+//! be the part that was asked for, and a server that does not answer, or too slowly, is given up. The signature of the
+//! content is checked by the reader; so TLS is for privacy alone, and a unit whose clock cannot be right does not judge
+//! how old a certificate is.
 //!
 //! Start at [`HttpSource::new`].
 

@@ -1,7 +1,7 @@
 //! `dreams-update`: brings a unit a flock or a system, from a stick or a server, whole or not at all.
 //!
-//! Owns only the order: options, settings, log, update run. Start at `update_run.rs`, which is an update from its first look
-//! to the switch; `crates/bundle` decides what is accepted, and in which order it reaches the disk.
+//! Owns only the order: options, settings, log, update run. Start at `update_run.rs`, which is an update from its first
+//! look to the switch; `crates/bundle` decides what is accepted, and in which order it reaches the disk.
 #![forbid(unsafe_code)]
 
 mod answer;

@@ -1,7 +1,8 @@
 //! Whether a server is too slow.
 //!
 //! Owns the limit: a server that sends fewer than so many bytes in a minute of waiting is given up, however steadily they
-//! come. Only waiting counts: what a unit takes its own time for (`bandwidth_kib`, a slow disk) is not the server's fault.
+//! come. Only waiting counts: what a unit takes its own time for (`bandwidth_kib`, a slow disk) is not the server's
+//! fault.
 //!
 //! Start at [`Meter`].
 

@@ -1,7 +1,7 @@
 //! Errors of the network, in our own words.
 //!
-//! Owns those words. The words of a server, a proxy or a certificate may be an attacker's, and reach neither people nor the
-//! log: only the kind of error, and a number. Never decides what to do about it.
+//! Owns those words. The words of a server, a proxy or a certificate may be an attacker's, and reach neither people nor
+//! the log: only the kind of error, and a number. Never decides what to do about it.
 
 use std::io::{self, ErrorKind, Read};
 use ureq::Error;

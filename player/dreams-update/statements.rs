@@ -1,7 +1,7 @@
 //! What keys say about keys, as it lies beside bundles.
 //!
-//! Owns reading it and having the store learn it, before anybody looks at who has signed what; and that a seal counts only
-//! when all that it expects was learned. Who may say what, the store decides.
+//! Owns reading it and having the store learn it, before anybody looks at who has signed what; and that a seal counts
+//! only when all that it expects was learned. Who may say what, the store decides.
 //!
 //! Start at [`heeded`].
 

@@ -1,8 +1,8 @@
 //! The status report that a unit sends to an address, if its config has one (`report_to`).
 //!
-//! Owns the document: the unit's name, the result of the update run, and the player's status document. It is sent once after
-//! each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit whose clock cannot be
-//! right: it could not check the certificate.
+//! Owns the document: the unit's name, the result of the update run, and the player's status document. It is sent once
+//! after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit whose clock
+//! cannot be right: it could not check the certificate.
 //!
 //! Start at [`send`].
 

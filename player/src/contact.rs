@@ -1,7 +1,7 @@
 //! The result of the last update run.
 //!
-//! Owns the small file in the store that the updater writes and the status page reads. It has our own words alone: nothing
-//! that a stranger wrote.
+//! Owns the small file in the store that the updater writes and the status page reads. It has our own words alone:
+//! nothing that a stranger wrote.
 
 use serde::{Deserialize, Serialize};
 use std::fs;

@@ -1,7 +1,7 @@
 //! How a program of a unit ends.
 //!
-//! Owns the exit codes, and the forms in which an answer and an error are printed. Each program has its own answer, and its
-//! own errors with their exit codes in `fatal.rs`.
+//! Owns the exit codes, and the forms in which an answer and an error are printed. Each program has its own answer, and
+//! its own errors with their exit codes in `fatal.rs`.
 
 use serde::Serialize;
 use std::error::Error;

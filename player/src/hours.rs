@@ -1,9 +1,9 @@
 //! The hours of the picture, and how bright it is in them.
 //!
 //! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness fades from step to
-//! step. If the clock cannot be right it is day. By local time: an hour that the clocks leave
-//! out is over at once, and one that they repeat is kept both times. The same clock says when the unit may restart into a new
-//! system. Never reads a clock, never dims anything: `control/brightness.rs` does.
+//! step. If the clock cannot be right it is day. By local time: an hour that the clocks leave out is over at once, and
+//! one that they repeat is kept both times. The same clock says when the unit may restart into a new system. Never reads
+//! a clock, never dims anything: `control/brightness.rs` does.
 //!
 //! Start at [`Day::lighting`].
 
@@ -122,8 +122,8 @@ impl Day {
         Lighting::On { thousandths: self.brightness.at(second) }
     }
 
-    /// Whether a unit that has run for `up_s` seconds may restart when the clock shows `clock_s`: while the picture is dark;
-    /// if that is never, from four to five in the morning; if the clock cannot be right, after a day.
+    /// Whether a unit that has run for `up_s` seconds may restart when the clock shows `clock_s`: while the picture is
+    /// dark; if that is never, from four to five in the morning; if the clock cannot be right, after a day.
     pub fn allows_restart(&self, clock_s: u64, up_s: u64) -> bool {
         match (self.local_second(clock_s), self.hours) {
             (None, _) => up_s >= RESTART_AFTER_S,

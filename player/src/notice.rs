@@ -1,8 +1,8 @@
 //! A notice for the people in front of the picture: one sentence, and the progress of a work.
 //!
-//! Owns the small files through which a notice reaches the player, written whole or not at all: one for short notices, and
-//! one for each cause whose notice is shown until the cause is gone. They need not outlive a power cut.
-//! Never draws: the player does.
+//! Owns the small files through which a notice reaches the player, written whole or not at all: one for short notices,
+//! and one for each cause whose notice is shown until the cause is gone. They need not outlive a power cut. Never draws:
+//! the player does.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};

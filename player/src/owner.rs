@@ -1,7 +1,8 @@
 //! What the owner of a unit has set, in one small file that is edited on any computer.
 //!
 //! Owns [`Owner`], the reading of its file `dreams.toml` and what it means to the network. Every key explains itself in
-//! `config/dreams.toml`. Never acts on it: `dreams-owner` takes the file in, the player and the updater go by what it kept.
+//! `config/dreams.toml`. Never acts on it: `dreams-owner` takes the file in, the player and the updater go by what it
+//! kept.
 //!
 //! Start at [`Owner::read`].
 

@@ -1,7 +1,7 @@
 //! The brightness and the hours of the display: a thread that looks every second what they are to be.
 //!
-//! The settings of the unit's owner win over the config. `player::hours` computes the brightness, `player::owner` reads the
-//! owner's settings; the flip thread takes both from [`DisplayTarget`] and applies them. Never touches a screen.
+//! The settings of the unit's owner win over the config. `player::hours` computes the brightness, `player::owner` reads
+//! the owner's settings; the flip thread takes both from [`DisplayTarget`] and applies them. Never touches a screen.
 //!
 //! Start at [`LightingControl::start`].
 

@@ -1,8 +1,8 @@
 //! A notice over the picture, for the people in front of it.
 //!
-//! Owns the drawing: a dark pane at the bottom left with light letters, and a progress bar beneath. It never covers more than
-//! a twentieth of the picture. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how long it is
-//! shown.
+//! Owns the drawing: a dark pane at the bottom left with light letters, and a progress bar beneath. It never covers more
+//! than a twentieth of the picture. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how
+//! long it is shown.
 //!
 //! Start at [`Placard::draw`].
 
@@ -60,8 +60,8 @@ impl Overlay {
 }
 
 impl NoticePane {
-    /// Draws `notice` for pictures of this size, in the largest letters that cover little enough; `None` if the picture is
-    /// too small.
+    /// Draws `notice` for pictures of this size, in the largest letters that cover little enough; `None` if the picture
+    /// is too small.
     pub(crate) fn draw(notice: &Notice, size: (u32, u32)) -> Option<Self> {
         let largest = (size.0.min(size.1) / ROWS_PER_DOT).max(1);
         (1..=largest).rev().find_map(|dot| Self::with(notice, size, dot))

@@ -2,8 +2,8 @@
 //!
 //! Owns their order and duration. A short notice goes when its file is removed, and a minute after it was last written. A
 //! [`Lasting`] one is shown whenever there is no short one, until its file is removed; after these comes what the display
-//! does not do as its owner has set it. The flip thread never waits for it. Never writes a notice: the updater, `dreams-owner`
-//! and `dreams-mend` do.
+//! does not do as its owner has set it. The flip thread never waits for it. Never writes a notice: the updater,
+//! `dreams-owner` and `dreams-mend` do.
 //!
 //! Start at [`Usher::start`].
 

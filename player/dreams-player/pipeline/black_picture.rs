@@ -1,7 +1,7 @@
 //! A night in black: the display stays on and shows nothing.
 //!
-//! Owns the black picture, and lights it again when the display comes back. For the flip thread it is as if the screen were
-//! gone meanwhile. Never decides when the night is.
+//! Owns the black picture, and lights it again when the display comes back. For the flip thread it is as if the screen
+//! were gone meanwhile. Never decides when the night is.
 //!
 //! Start at [`Blackout::begin`].
 

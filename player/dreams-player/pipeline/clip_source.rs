@@ -1,8 +1,8 @@
 //! The clip source: a thread that chooses the next clip, opens it and reads it into memory, long before its join.
 //!
-//! Owns the walk and what happens when a clip is bad: it is left out for the rest of the run, logged once, and the path goes
-//! around it: another transition, else the loop again, else nothing, and the last frame stays lit. The switch to another
-//! flock is `flock_switch.rs`. Never decodes.
+//! Owns the walk and what happens when a clip is bad: it is left out for the rest of the run, logged once, and the path
+//! goes around it: another transition, else the loop again, else nothing, and the last frame stays lit. The switch to
+//! another flock is `flock_switch.rs`. Never decodes.
 
 mod flock_switch;
 

@@ -1,7 +1,7 @@
 //! The first frame of the run, decoded ahead of the stream.
 //!
-//! Owns how it gets into the queue before the stream's frames. The stream brings it again. Never reports damage: the stream
-//! decodes the same packet and does that.
+//! Owns how it gets into the queue before the stream's frames. The stream brings it again. Never reports damage: the
+//! stream decodes the same packet and does that.
 //!
 //! `clip_source.rs` calls it, which has nothing else to do until there is a picture; `presenter.rs` shows it.
 

@@ -1,8 +1,9 @@
 //! The queue of decoded frames, from the decoder to the presenter.
 //!
 //! Owns how many are decoded at a time: when the queue is full the decoder waits until a batch of them is gone, and then
-//! decodes that batch without a pause. A decoder that wakes for every frame finds its caches cold each time, which costs it
-//! 3 %. The queue never holds fewer than were asked for, unless the decoder is too slow. The presenter never waits for a lock.
+//! decodes that batch without a pause. A decoder that wakes for every frame finds its caches cold each time, which costs
+//! it 3 %. The queue never holds fewer than were asked for, unless the decoder is too slow. The presenter never waits for
+//! a lock.
 //!
 //! Start at [`frame_queue`].
 

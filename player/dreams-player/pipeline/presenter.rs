@@ -1,8 +1,8 @@
 //! The flip thread: shows each frame at its vblank.
 //!
 //! Owns the screen, the frame that is lit and the one that follows. Never opens, reads or writes a file, and allocates
-//! nothing per frame: only at joins, when a screen comes or changes its mode, for a fault's message, for the fault card and
-//! for the first frame under a notice. `playback.rs` decides what happens next, `pacing.rs` when; frames come from
+//! nothing per frame: only at joins, when a screen comes or changes its mode, for a fault's message, for the fault card
+//! and for the first frame under a notice. `playback.rs` decides what happens next, `pacing.rs` when; frames come from
 //! `decoder.rs`; events go to `recorder.rs`.
 //!
 //! Start at [`Show::run`].

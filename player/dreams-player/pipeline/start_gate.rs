@@ -1,6 +1,7 @@
 //! What holds other work back until the first picture is lit.
 //!
-//! Owns the gate that the flip thread opens. Never holds anybody for long: without a screen there is nothing to compete with.
+//! Owns the gate that the flip thread opens. Never holds anybody for long: without a screen there is nothing to compete
+//! with.
 
 use player::hold;
 use std::sync::{Condvar, Mutex};

@@ -1,7 +1,7 @@
 //! What went wrong while playing, each cause logged once.
 //!
-//! Owns the list of faults. A fault never stops the picture; what stops it is `fatal::Fatal`. Whoever is given a fault must
-//! not wait for a disk: any thread may meet one.
+//! Owns the list of faults. A fault never stops the picture; what stops it is `fatal::Fatal`. Whoever is given a fault
+//! must not wait for a disk: any thread may meet one.
 
 use player::hold;
 use std::collections::BTreeSet;

@@ -1,7 +1,7 @@
 //! The place saver: a thread that saves the walk's place at every join, and counts the clips shown for a flock on trial.
 //!
-//! Owns the store of the place during the run. A place that is outdated before the disk is free is not written; a join of a
-//! flock on trial counts all the same.
+//! Owns the store of the place during the run. A place that is outdated before the disk is free is not written; a join of
+//! a flock on trial counts all the same.
 
 use crate::recording::faults::{Faults, Kind};
 use crate::recording::place_store::PlaceStore;
@@ -23,8 +23,8 @@ pub(crate) struct PlaceSaver {
 }
 
 impl PlaceSaver {
-    /// Starts the thread; without `store` it saves no places. If it `is_synchronous` the run waits for each place, which is
-    /// right where no vblank waits.
+    /// Starts the thread; without `store` it saves no places. If it `is_synchronous` the run waits for each place, which
+    /// is right where no vblank waits.
     pub(crate) fn start(store: Option<PlaceStore>, faults: Faults, is_synchronous: bool) -> Result<Self, ThreadError> {
         let (scheduled_clips, inbox) = channel();
         let (done, kept) = is_synchronous.then(|| sync_channel(1)).unzip();

@@ -1,7 +1,7 @@
 //! The recorder: a thread that writes down what happens, so that the flip thread never waits for a disk.
 //!
-//! Owns the trace file, the log lines about playing and the messages to systemd (READY, WATCHDOG, STOPPING). Never decides
-//! anything. The form of the trace lines is `trace.rs`.
+//! Owns the trace file, the log lines about playing and the messages to systemd (READY, WATCHDOG, STOPPING). Never
+//! decides anything. The form of the trace lines is `trace.rs`.
 
 use crate::recording::trace::Line;
 use crate::recording::view::Tally;
@@ -60,8 +60,8 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// Starts the thread. It ends after [`Record::End`]. If it `is_synchronous` each record is waited for, so that the trace
-    /// of a player that is killed is complete.
+    /// Starts the thread. It ends after [`Record::End`]. If it `is_synchronous` each record is waited for, so that the
+    /// trace of a player that is killed is complete.
     pub(crate) fn start(trace: Option<Trace>, is_synchronous: bool) -> Result<(Self, JoinHandle<()>), ThreadError> {
         let (notes, inbox) = sync_channel(if is_synchronous { 0 } else { WAITING });
         let lost = Arc::new(AtomicU64::new(0));

@@ -1,7 +1,7 @@
 //! What is on the screen now and what a run counts, for other threads.
 //!
-//! Owns the view that the flip thread updates. The flip thread never waits for it: while another thread copies the view, an
-//! update is left out, and the next flip brings it.
+//! Owns the view that the flip thread updates. The flip thread never waits for it: while another thread copies the view,
+//! an update is left out, and the next flip brings it.
 
 use crate::stream::Frame;
 use player::hold;

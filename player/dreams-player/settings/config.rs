@@ -1,11 +1,11 @@
 //! The config of the player: every setting, its default and its range.
 //!
-//! Owns [`Config`] and the reading of its file. Never acts on it. Every key explains itself in `config/player.toml`,
+//! Owns [`Config`]. Never acts on it. Every key explains itself in `config/player.toml`,
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
+use player::LogLevel;
 use player::hours::{Brightness, Day, Hours, Night, Zone};
-use player::{ConfigError, LogLevel, config_file};
 use serde::Deserialize;
 use serde::de::Deserializer;
 use std::ops::RangeInclusive;
@@ -87,14 +87,6 @@ impl Default for Config {
 }
 
 impl Config {
-    /// Reads the config at `path`. What it does not name keeps its default.
-    ///
-    /// # Errors
-    /// [`ConfigError`], with line and key.
-    pub(crate) fn load(path: &Path) -> Result<Self, ConfigError> {
-        config_file::load(path)
-    }
-
     /// What it says about the days of the unit.
     pub(crate) fn day(&self) -> Day {
         Day { hours: self.hours, night: self.night, brightness: self.brightness.clone(), zone: self.timezone.clone() }

@@ -7,7 +7,7 @@ use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
 use crate::settings::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
 use clap::{Parser, value_parser};
 use player::hours::{Brightness, Hours, Night, Zone};
-use player::{ConfigError, LogLevel};
+use player::{ConfigError, LogLevel, config_file};
 use std::path::PathBuf;
 
 /// The end of the help. `player::Exit` has the same four codes.
@@ -100,7 +100,7 @@ impl Options {
     /// # Errors
     /// [`ConfigError`], if there is a config and it is refused.
     pub(crate) fn settings(self) -> Result<Config, ConfigError> {
-        let config = self.config.as_deref().map(Config::load).transpose()?.unwrap_or_default();
+        let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
         Ok(Config {
             flock: self.flock.unwrap_or(config.flock),
             spare: self.spare.unwrap_or(config.spare),

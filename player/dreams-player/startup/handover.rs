@@ -1,7 +1,7 @@
 //! The hand-over from the prelude, which lights the first picture, to the player.
 //!
-//! Owns the socket between the two and the one message on it: the open DRM card, which shows the picture, and the place in
-//! the path, so that the player begins with the same picture. The player never waits longer than [`PATIENCE`].
+//! Owns the socket between the two and the one message on it: the open DRM card, which shows the picture, and the place
+//! in the path, so that the player begins with the same picture. The player never waits longer than [`PATIENCE`].
 //!
 //! `prelude.rs` gives; `run.rs` and `still.rs` take.
 
@@ -32,20 +32,12 @@ pub(crate) struct Handover {
     pub(crate) place: Vec<u8>,
 }
 
-/// Sends `card` and `place` to the first process that connects, always both. `ready` is called when the socket listens.
+/// Sends `card` and `place` through `socket` to the first process that connects, always both. `ready` is called when it
+/// listens.
 ///
 /// # Errors
 /// What the kernel says of the socket, or of sending.
-pub(crate) fn give(card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> io::Result<()> {
-    give_at(Path::new(SOCKET), card, place, ready)
-}
-
-/// Receives what the prelude offers; `None` without a prelude.
-pub(crate) fn take() -> Option<Handover> {
-    take_at(Path::new(SOCKET))
-}
-
-fn give_at(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> io::Result<()> {
+pub(crate) fn give(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> io::Result<()> {
     let listener = UnixListener::bind(socket)?;
     ready();
     let (mut taker, _) = listener.accept()?;
@@ -56,7 +48,8 @@ fn give_at(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce
     taker.write_all(&place[sent..])
 }
 
-fn take_at(socket: &Path) -> Option<Handover> {
+/// Receives what the prelude offers at `socket`; `None` without a prelude.
+pub(crate) fn take(socket: &Path) -> Option<Handover> {
     let giver = UnixStream::connect(socket).ok()?;
     taken(giver).inspect_err(|error| tracing::warn!(%error, "cannot take over the first picture")).ok()
 }
@@ -79,7 +72,7 @@ fn taken(mut giver: UnixStream) -> io::Result<Handover> {
 
 #[cfg(test)]
 mod tests {
-    use super::{give_at, take_at};
+    use super::{give, take};
     use std::fs::File;
     use std::io::{Read, Seek, Write};
     use std::os::fd::AsFd;
@@ -92,15 +85,15 @@ mod tests {
         for length in [1, 4_096, 4_097, 3_000_000] {
             let folder = tempfile::tempdir().unwrap();
             let socket = folder.path().join("card");
-            assert!(take_at(&socket).is_none(), "nobody is there yet");
+            assert!(take(&socket).is_none(), "nobody is there yet");
             let mut file = tempfile::tempfile().unwrap();
             file.write_all(b"glass").unwrap();
             let place: Vec<_> = (0..length).map(|at| (at % 251) as u8).collect();
             let (ready, is_ready) = channel();
             thread::scope(|scope| {
-                let given = scope.spawn(|| give_at(&socket, file.as_fd(), &place, || ready.send(()).unwrap()));
+                let given = scope.spawn(|| give(&socket, file.as_fd(), &place, || ready.send(()).unwrap()));
                 is_ready.recv().unwrap();
-                let handed = take_at(&socket).expect("it is offered");
+                let handed = take(&socket).expect("it is offered");
                 given.join().unwrap().unwrap();
                 assert!(handed.place == place, "{length} bytes went in, {} came out", handed.place.len());
                 let mut card = File::from(handed.card);
@@ -109,7 +102,7 @@ mod tests {
                 card.read_to_string(&mut text).unwrap();
                 assert_eq!(text, "glass");
             });
-            assert!(take_at(&socket).is_none(), "it is offered once");
+            assert!(take(&socket).is_none(), "it is offered once");
         }
     }
 
@@ -118,10 +111,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let socket = folder.path().join("card");
         let silent = UnixListener::bind(&socket).unwrap();
-        assert!(take_at(&socket).is_none());
+        assert!(take(&socket).is_none());
         let (mut taker, _) = silent.accept().unwrap();
         thread::scope(|scope| {
-            let taking = scope.spawn(|| take_at(&socket));
+            let taking = scope.spawn(|| take(&socket));
             // One who was given up on, and one who brings a place without a card.
             assert!(taker.write_all(b"late").is_err());
             silent.accept().unwrap().0.write_all(b"place").unwrap();

@@ -1,7 +1,7 @@
 //! How the first picture gets onto the screen: before systemd, by the player, or as the last resort.
 //!
-//! Owns the opening of the screen, the first picture of a unit's start and its hand-over, and the still picture of the last
-//! resort. Never decodes more than one frame.
+//! Owns the opening of the screen, the first picture of a unit's start and its hand-over, and the still picture of the
+//! last resort. Never decodes more than one frame.
 //!
 //! Start at [`screen_opening::screen`].
 

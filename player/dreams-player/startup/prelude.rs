@@ -11,7 +11,7 @@ use crate::recording::saved_place;
 use crate::settings::{Config, ScreenChoice};
 use crate::startup::handover;
 use crate::startup::screen_opening;
-use crate::stream::{Generation, Pixels, StreamFormat, form, path};
+use crate::stream::{Generation, Pixels, StreamFormat, path};
 use flock::Place;
 use player::hours::Lighting;
 use player::{Exit, clock_s, threads};
@@ -51,7 +51,7 @@ pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     is_lit.store(true, Ordering::Relaxed);
     // The process that started us may have closed its end.
     let tell = || drop(io::stdout().write_all(b"lit\n"));
-    handover::give(card.as_fd(), &place.to_bytes(), tell)
+    handover::give(handover::SOCKET.as_ref(), card.as_fd(), &place.to_bytes(), tell)
         .map_err(|source| Fatal::HandOver { socket: handover::SOCKET, source })
 }
 
@@ -73,7 +73,7 @@ fn begin(config: &Config) -> Result<(Place, Pixels, StreamFormat), Fatal> {
     let leg = path(flock, kept, config.seed).next_leg();
     let picture = leg.and_then(|leg| {
         let file = leg.clip.path.inside(&generation.folder);
-        let clip = video::Clip::open(&file, &form(flock), leg.clip.frames).ok()?;
+        let clip = video::Clip::open(&file, &generation.form(), leg.clip.frames).ok()?;
         Some((leg.place, Pixels::Decoded(video::opening(&clip)?)))
     });
     let (place, pixels) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;

@@ -63,8 +63,9 @@ pub(crate) fn settings(
     KmsSettings { device, size: format.size, fps: format.fps, now, keeper, output }
 }
 
-/// The file descriptor store of systemd (`FileDescriptorStoreMax=`), where there is one: when the player dies, the last frame
-/// stays lit until the next start lights another. A card that the prelude `handed` over is stored there from now on.
+/// The file descriptor store of systemd (`FileDescriptorStoreMax=`), where there is one: when the player dies, the last
+/// frame stays lit until the next start lights another. A card that the prelude `handed` over is stored there from now
+/// on.
 fn keeper(handed: Option<OwnedFd>) -> Keeper {
     let handed = handed.filter(is_card).map(|card| {
         keep(Some(card.as_fd()));

@@ -16,8 +16,8 @@ const GRACE: Duration = Duration::from_millis(850);
 /// How often the watchdog is fed in the time that it allows.
 const WATCHDOG_PINGS: u32 = 3;
 
-/// A flag that SIGINT, SIGTERM and SIGHUP raise. A run that has not ended [`GRACE`] later waits for a disk or a reader that
-/// does not answer, and is ended: the place was kept at the last join, and the trace is whole as far as it was read.
+/// A flag that SIGINT, SIGTERM and SIGHUP raise. A run that has not ended [`GRACE`] later waits for a disk or a reader
+/// that does not answer, and is ended: the place was kept at the last join, and the trace is whole as far as it was read.
 pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);

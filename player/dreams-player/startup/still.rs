@@ -1,8 +1,8 @@
 //! The last resort: a still picture on the screen, while the player cannot run.
 //!
-//! Owns a screen, a drawn picture, and the messages to systemd. Opens no flock and no decoder, so that their faults do not
-//! matter here; the only file that it reads is the owner's settings of the display. Never ends by itself: it waits for a
-//! screen that is not there.
+//! Owns a screen, a drawn picture, and the messages to systemd. Opens no flock and no decoder, so that their faults do
+//! not matter here; the only file that it reads is the owner's settings of the display. Never ends by itself: it waits
+//! for a screen that is not there.
 //!
 //! Start at [`hold`].
 
@@ -48,7 +48,7 @@ fn awaited(choice: &ScreenChoice, output: &OutputSettings, stop: &AtomicBool) ->
     let fps = Rate::new(FPS, 1).expect("30 Hz is a rate");
     let mut is_told = false;
     while !stop.load(Ordering::Relaxed) {
-        let handed = handover::take().map(|handed| handed.card);
+        let handed = handover::take(handover::SOCKET.as_ref()).map(|handed| handed.card);
         match screen_opening::screen(choice, StreamFormat { fps, size: SIZE, free: false }, output.clone(), handed) {
             Ok(screen) => return Some(screen),
             Err(error) if !is_told => warn!(error = chain(&error), "cannot open a screen, trying again"),

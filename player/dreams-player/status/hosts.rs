@@ -1,7 +1,7 @@
 //! By which names the status page may be asked for.
 //!
-//! Owns whose page a request means. A web page from elsewhere can have its own name lead to this machine, and read with the
-//! visitor's browser what no port shows it (DNS rebinding): it is told nothing. An address cannot be led elsewhere.
+//! Owns whose page a request means. A web page from elsewhere can have its own name lead to this machine, and read with
+//! the visitor's browser what no port shows it (DNS rebinding): it is told nothing. An address cannot be led elsewhere.
 
 use std::fs;
 use std::net::{IpAddr, UdpSocket};

@@ -12,7 +12,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use timing::Rate;
 use tracing::{info, warn};
+use video::Form;
 
 /// A flock that can be played.
 #[derive(Debug)]
@@ -25,6 +27,24 @@ pub(crate) struct Generation {
     awaited: Option<PathBuf>,
     /// Its trial; `None` if it has passed.
     pub(crate) trial: Option<Arc<Trial>>,
+}
+
+/// What a screen is to show; size and rate until a flock of others comes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StreamFormat {
+    /// The flock's frames per second.
+    pub(crate) fps: Rate,
+    /// Its pictures' size.
+    pub(crate) size: (u32, u32),
+    /// Whether the screen flips as fast as frames come, instead of by the time.
+    pub(crate) free: bool,
+}
+
+impl StreamFormat {
+    /// Of `flock`.
+    pub(crate) fn of(flock: &Flock, free: bool) -> Self {
+        Self { fps: flock.manifest().fps, size: flock.manifest().size, free }
+    }
 }
 
 /// A trial that was on when this run came to the flock.
@@ -90,6 +110,11 @@ impl Generation {
                 true
             }
         }
+    }
+
+    /// The form of its clips.
+    pub(crate) fn form(&self) -> Form {
+        Form { size: self.flock.manifest().size, fps: self.flock.manifest().fps }
     }
 
     /// Whether another flock is to be played by now.

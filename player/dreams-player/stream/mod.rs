@@ -5,13 +5,11 @@
 //! Start at [`generation::Generation`].
 
 mod fault_card;
-mod format;
 mod generation;
 mod path;
 pub(crate) mod scheduled_clip;
 
 pub(crate) use fault_card::{FAULT_CARD, FaultCard};
-pub(crate) use format::{StreamFormat, form};
-pub(crate) use generation::Generation;
+pub(crate) use generation::{Generation, StreamFormat};
 pub(crate) use path::path;
 pub(crate) use scheduled_clip::{Frame, Pixels, Plan, ScheduledClip};

@@ -1,13 +1,13 @@
 //! How the path goes over from one flock to another.
 //!
-//! Owns when that happens: at a join, at the same sheep if both flocks have it; it waits for such a join, but not for ever.
-//! The walk's memory is carried over (`flock::Itinerary`), so that the path goes on. A flock of another size or rate is
-//! decoded by a new session; `presenter.rs` fits the screen to it.
+//! Owns when that happens: at a join, at the same sheep if both flocks have it; it waits for such a join, but not for
+//! ever. The walk's memory is carried over (`flock::Itinerary`), so that the path goes on. A flock of another size or
+//! rate is decoded by a new session; `presenter.rs` fits the screen to it.
 //!
 //! Start at [`Library::change`].
 
 use super::{ClipSource, Strikes};
-use crate::stream::{Generation, form, path};
+use crate::stream::{Generation, path};
 use flock::{Flock, Itinerary, Leg, Place, SheepId, What};
 use player::chain;
 use std::sync::Arc;
@@ -99,7 +99,7 @@ impl ClipSource {
         self.generation = next;
         self.strikes = Strikes::default();
         self.successor = Successor::default();
-        let form = form(&flock);
+        let form = self.generation.form();
         self.is_reformed |= form != self.form;
         self.form = form;
         true
