@@ -162,7 +162,7 @@ fn memory(config: &Config, faults: &Faults) -> (Option<PlaceStore>, Option<Place
 
 /// The threads that make frames; their results are read at the end of the run.
 struct Pipeline {
-    library: JoinHandle<()>,
+    clip_source: JoinHandle<()>,
     decoder: JoinHandle<Result<(), SessionError>>,
 }
 
@@ -180,7 +180,7 @@ fn start_pipeline(
     let settings = DecoderSettings { threads, prefetch_ms: config.prefetch_ms, is_hashed: config.hash };
     let (sender, frames) = frame_queue(usize::try_from(config.ahead).unwrap_or(usize::MAX));
     let form = generation.form();
-    let library = ClipSource {
+    let clip_source = ClipSource {
         source: config.flock.clone(),
         generation,
         successor: Successor::default(),
@@ -196,9 +196,9 @@ fn start_pipeline(
         strikes: Strikes::default(),
         first_frame: Some(FirstFrame { frames: sender.first_frame_sender(), is_hashed: config.hash }),
     };
-    let library = library.open(orders, ends)?;
+    let clip_source = clip_source.open(orders, ends)?;
     let decoder = settings.open(sender, inbox, clip_ends, faults.clone(), Arc::clone(&shared.gate))?;
-    Ok((frames, Pipeline { library, decoder }))
+    Ok((frames, Pipeline { clip_source, decoder }))
 }
 
 /// Whether the run did what was asked for. A panic of one of the threads is resumed here.
@@ -207,7 +207,7 @@ fn verdict(config: &Config, ended: &RunEnd, pipeline: Pipeline) -> Result<(), Fa
         return Ok(());
     }
     pipeline.decoder.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-    pipeline.library.join().unwrap_or_else(|panic| resume_unwind(panic));
+    pipeline.clip_source.join().unwrap_or_else(|panic| resume_unwind(panic));
     let played = ended.scheduled.as_ref().map_or(0, |_| ended.tally.joins + 1);
     let flock = config.flock.clone();
     match config.clips {

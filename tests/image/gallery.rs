@@ -18,7 +18,7 @@ const STEP: (usize, usize) = (20, 6);
 /// The player's colours are integers: off by one step, and rounded.
 const TOLERANCE: u8 = 2;
 /// Where a notice may lie: left, top, right and bottom.
-const PLACARD: [usize; 4] = [16, 600, 752, 704];
+const NOTICE: [usize; 4] = [16, 600, 752, 704];
 /// The greys of a notice's pane, letters and line.
 const GREYS: [u8; 3] = [16, 63, 203];
 /// So many looked-at pixels of these greys are a notice.
@@ -68,7 +68,7 @@ fn grid() -> impl Iterator<Item = (usize, usize)> {
 }
 
 fn may_bear_notice((x, y): (usize, usize)) -> bool {
-    let [left, top, right, bottom] = PLACARD;
+    let [left, top, right, bottom] = NOTICE;
     (left..right).contains(&x) && (top..bottom).contains(&y)
 }
 

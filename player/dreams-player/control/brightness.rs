@@ -3,7 +3,7 @@
 //! The settings of the unit's owner win over the config. `player::hours` computes the brightness, `player::owner` reads
 //! the owner's settings; the flip thread takes both from [`DisplayTarget`] and applies them. Never touches a screen.
 //!
-//! Start at [`LightingControl::start`].
+//! Start at [`BrightnessControl::start`].
 
 use player::hours::{Day, Lighting};
 use player::{FileVersion, Owner, ThreadError, hold, threads};

@@ -2,7 +2,7 @@
 //!
 //! Owns the two threads that look for these. Never touches a screen: `pipeline` applies what they found.
 //!
-//! Start at [`brightness::LightingControl`].
+//! Start at [`BrightnessControl`].
 
 mod brightness;
 mod notice_pane;

@@ -4,7 +4,7 @@
 //! than a twentieth of the picture. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how
 //! long it is shown.
 //!
-//! Start at [`Placard::draw`].
+//! Start at [`NoticePane::draw`].
 
 use font8x8::legacy::BASIC_LEGACY;
 use player::{Notice, hold};

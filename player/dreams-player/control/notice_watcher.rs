@@ -5,7 +5,7 @@
 //! does not do as its owner has set it. The flip thread never waits for it. Never writes a notice: the updater,
 //! `dreams-owner` and `dreams-mend` do.
 //!
-//! Start at [`Usher::start`].
+//! Start at [`NoticeWatcher::start`].
 
 use crate::control::notice_pane::{NoticePane, Overlay};
 use crate::recording::SharedView;

@@ -185,7 +185,7 @@ impl Decoder {
             self.faults.once(Kind::DamagedClip, clip, format!("clip `{clip}` is damaged: {}", chain(damage)));
             scheduled.is_damaged.store(true, Ordering::Release);
         }
-        // The library may have ordered its last clip and be gone.
+        // The clip source may have ordered its last clip and be gone.
         self.clip_ends.send(ClipEnd { scheduled, frames, is_damaged: damage.is_some() }).ok();
     }
 }
@@ -241,7 +241,7 @@ mod tests {
             let (sender, mut frames) = frame_queue(8);
             let decoder = settings.open(sender, inbox, clip_ends, faults.clone(), gate).unwrap();
             let (good, bad) = (good.clone(), bad.clone());
-            let library = thread::spawn(move || {
+            let clip_source = thread::spawn(move || {
                 let form = Form { size: SIZE, fps: Rate::new(30, 1).unwrap() };
                 let order = |path, scheduled| Order::Play(Clip::open(path, &form, FrameCount(2)).unwrap(), scheduled);
                 let mut scheduled_clips = scheduled_clips(200, 2).into_iter();
@@ -261,7 +261,7 @@ mod tests {
             })
             .collect();
             assert_eq!(shown, [(61, 0), (61, 1)], "{threads} threads");
-            assert_eq!(library.join().unwrap(), 2);
+            assert_eq!(clip_source.join().unwrap(), 2);
             decoder.join().unwrap().unwrap();
             assert_eq!(faults.count(), 1, "one clip is bad");
         }

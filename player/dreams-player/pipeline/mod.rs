@@ -3,7 +3,7 @@
 //! Owns the clip source, the decoder, the queue of frames between it and the presenter, and the state machine of
 //! playback. Its events go to `recording`. Never opens a screen.
 //!
-//! Start at [`presenter::Show`].
+//! Start at [`Presenter`].
 
 mod black_picture;
 mod clip_source;

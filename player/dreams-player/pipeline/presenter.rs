@@ -5,7 +5,7 @@
 //! and for the first frame under a notice. `playback.rs` decides what happens next, `pacing.rs` when; frames come from
 //! `decoder.rs`; events go to `recorder.rs`.
 //!
-//! Start at [`Show::run`].
+//! Start at [`Presenter::run`].
 
 mod display;
 
@@ -98,7 +98,7 @@ pub(crate) struct Presenter<'a, F> {
 impl<'a, F: FrameSource> Presenter<'a, F> {
     /// A presenter that has not begun.
     pub(crate) fn new(screen: Box<dyn Screen>, source: F, format: StreamFormat, handles: PresenterHandles<'a>) -> Self {
-        let mut show = Self {
+        let mut presenter = Self {
             screen,
             source,
             handles,
@@ -123,11 +123,11 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
             tally: Tally::default(),
             buffer: PaneBuffer::default(),
         };
-        show.back();
-        if show.lit.is_some() {
-            show.playback = Playback::Dark;
+        presenter.back();
+        if presenter.lit.is_some() {
+            presenter.playback = Playback::Dark;
         }
-        show
+        presenter
     }
 
     /// Plays until the source is finished or a signal stops it. Returns the place saver.

@@ -2,7 +2,7 @@
 //!
 //! Owns the files that the player writes. Never decides what is played.
 //!
-//! Start at [`recorder::Scribe`].
+//! Start at [`Recorder`].
 
 mod faults;
 mod place_saver;

@@ -2,7 +2,7 @@
 //!
 //! Owns every key and option. Never acts on one.
 //!
-//! Start at [`options::Options`].
+//! Start at [`Options`].
 
 mod choices;
 mod config;

@@ -15,7 +15,7 @@ use tracing::{info, warn};
 /// The refresh of a virtual screen without a mode of its own.
 const REFRESH_HZ: u64 = 60;
 /// The name of the DRM card in the file descriptor store of systemd.
-const KEPT: &str = "card";
+const FD_NAME: &str = "card";
 
 /// Opens the screen that was asked for, driven as `output` says. A display asked for by name may be dark for now: it is
 /// waited for. A free clock always means the virtual screen, since no display has such a clock.
@@ -72,14 +72,14 @@ fn keeper(handed: Option<OwnedFd>) -> Keeper {
         card.into_raw_fd()
     });
     let kept = sd_notify::listen_fds_with_names().ok().into_iter().flatten();
-    let kept = kept.filter(|(_, name)| name == KEPT).map(|(number, _)| number).last();
+    let kept = kept.filter(|(_, name)| name == FD_NAME).map(|(number, _)| number).last();
     Keeper { kept: kept.or(handed), keep }
 }
 
 fn keep(card: Option<BorrowedFd<'_>>) {
     let told = match card {
-        Some(card) => sd_notify::notify_with_fds(&[NotifyState::FdStore, NotifyState::FdName(KEPT)], &[card]),
-        None => sd_notify::notify(&[NotifyState::FdStoreRemove, NotifyState::FdName(KEPT)]),
+        Some(card) => sd_notify::notify_with_fds(&[NotifyState::FdStore, NotifyState::FdName(FD_NAME)], &[card]),
+        None => sd_notify::notify(&[NotifyState::FdStoreRemove, NotifyState::FdName(FD_NAME)]),
     };
     if let Err(error) = told {
         warn!(error = chain(&error), "cannot store the DRM fd with systemd: the screen goes dark if the player dies");

@@ -2,7 +2,7 @@
 //!
 //! Owns the data that travel from the walk to the screen. Never owns a thread.
 //!
-//! Start at [`generation::Generation`].
+//! Start at [`Generation`].
 
 mod fault_card;
 mod generation;

@@ -4,7 +4,7 @@
 //! ever. The walk's memory is carried over (`flock::Itinerary`), so that the path goes on. A flock of another size or
 //! rate is decoded by a new session; `presenter.rs` fits the screen to it.
 //!
-//! Start at [`Library::change`].
+//! Start at [`ClipSource::change`].
 
 use super::{ClipSource, Strikes};
 use crate::stream::{Generation, path};

@@ -1,4 +1,4 @@
-//! The library on small flocks, encoded on the spot and then spoiled.
+//! The clip source on small flocks, encoded on the spot and then spoiled.
 //!
 //! Owns the claims on what happens when a clip is bad, and on where a path begins.
 
@@ -65,11 +65,11 @@ fn flock(folder: &Path) -> Arc<Flock> {
     Arc::new(Flock::new(Manifest::read(folder).unwrap()))
 }
 
-/// A library at work: its orders, the way to tell it of bad clips, and the faults told.
+/// A clip source at work: its orders, the way to tell it of bad clips, and the faults told.
 struct Work {
     orders: Receiver<Order>,
     clip_ends: Sender<ClipEnd>,
-    /// The last turn ordered.
+    /// The last clip ordered.
     scheduled: RefCell<Option<Arc<ScheduledClip>>>,
     told: Receiver<Fault>,
     plan: Arc<Plan>,
@@ -80,7 +80,7 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
     let flock = Arc::clone(&generation.flock);
     let (tell, told) = channel();
     let plan = Arc::new(Plan::default());
-    let library = ClipSource {
+    let clip_source = ClipSource {
         source: folder.to_owned(),
         generation,
         successor: Successor::default(),
@@ -99,7 +99,7 @@ fn work(folder: &Path, clips: Option<u64>) -> Work {
     // Orders come one by one, so that a bad clip told between two of them is known for the second next.
     let (sender, orders) = sync_channel(0);
     let (clip_ends, ends) = channel();
-    library.open(sender, ends).unwrap();
+    clip_source.open(sender, ends).unwrap();
     Work { orders, clip_ends, scheduled: RefCell::new(None), told, plan }
 }
 

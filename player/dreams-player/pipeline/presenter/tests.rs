@@ -1,6 +1,6 @@
-//! The whole show on a fake screen, its vblanks driven by hand.
+//! The presenter on a fake screen, its vblanks driven by hand.
 //!
-//! Owns the fake screen and the fake supply. Nothing here waits: a vblank begins when the show asks for it.
+//! Owns the fake screen and the fake source. Nothing here waits: a vblank begins when the presenter asks for it.
 
 use super::{FrameSource, NextFrame, Presenter, PresenterHandles, RunEnd, StreamFormat};
 use crate::control::{DisplayTarget, Overlay};
@@ -19,7 +19,7 @@ use timing::{Nanos, Rate, Vblank};
 
 const HZ: u64 = 60;
 
-/// What a fake screen and a fake supply share: the vblank that has begun.
+/// What a fake screen and a fake source share: the vblank that has begun.
 type Now = Rc<Cell<u32>>;
 /// What was on the glass: since which vblank, and how bright.
 type Glow = Rc<RefCell<Vec<(u32, u8)>>>;
@@ -127,7 +127,7 @@ impl FrameSource for FakeSource {
     }
 }
 
-/// A show at a rate, with what its supply gives and what goes wrong.
+/// A run at a rate, with what its source gives and what goes wrong.
 struct Evening {
     fps: (u64, u64),
     things: Vec<(u32, NextFrame)>,
@@ -158,7 +158,7 @@ impl Evening {
         self
     }
 
-    /// The first frame is given once more, as the opening, before frame `index`.
+    /// The first frame is given once more, ahead of the stream, before frame `index`.
     fn opened(mut self, index: usize) -> Self {
         let Some((_, NextFrame::Frame(first))) = self.things.first() else { panic!("no frame comes first") };
         let first_frame = NextFrame::First(first.clone());
@@ -403,7 +403,7 @@ fn a_flock_without_a_playable_clip_shows_the_fault_card_until_there_is_one() {
 
 #[test]
 fn a_show_that_is_told_to_stop_ends_where_it_is() {
-    let (recorder, _shelf) = Recorder::for_tests();
+    let (recorder, _records) = Recorder::for_tests();
     let (faults, view, overlay) = (Faults::new(|_| ()), SharedView::default(), Overlay::default());
     let (target, gate, stop) = (DisplayTarget::default(), StartGate::default(), AtomicBool::new(true));
     let (view, overlay, target, gate, stop) = (&view, &overlay, &target, &gate, &stop);
