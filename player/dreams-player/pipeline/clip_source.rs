@@ -29,10 +29,10 @@ use video::{Clip, ClipError, Form, ProbeError};
 pub(crate) use flock_switch::Successor;
 
 /// How long to wait, when nothing can be played, before all clips get another chance: storage may come back.
-const REPRIEVE: Duration = Duration::from_secs(30);
+const RETRY: Duration = Duration::from_secs(30);
 
 /// How long to wait when the machine is out of memory or file descriptors.
-const BREATH: Duration = Duration::from_millis(100);
+const SHORTAGE_PAUSE: Duration = Duration::from_millis(100);
 
 /// The walk, and where its clips are.
 pub(crate) struct ClipSource {
@@ -75,7 +75,7 @@ impl ClipSource {
         let mut ended = ClipEnds::default();
         let mut number = 1;
         loop {
-            self.forgive_the_missing();
+            self.retry_missing();
             let Some(leg) = self.itinerary.next_leg() else {
                 if self.wait_for_something(&mut ended, orders, clip_ends) {
                     continue;
@@ -88,15 +88,15 @@ impl ClipSource {
             }
             // A clip that decoded badly is left out only now that the leg after it is drawn: the path does not go back
             // to before a clip that is shown.
-            let Some(mut bad) = self.hear(&mut ended, number, orders, clip_ends) else { return };
+            let Some(mut bad) = self.bad_clips(&mut ended, number, orders, clip_ends) else { return };
             bad.extend(unauthentic.take());
             for clip in &bad {
-                self.strike(clip, false);
+                self.leave_out(clip, false);
             }
             if bad.contains(&leg.clip.path) {
                 continue;
             }
-            if self.clips.is_some_and(|clips| number > clips + ended.mute) {
+            if self.clips.is_some_and(|clips| number > clips + ended.empty) {
                 // Never played, but where the path goes on: the place to keep when the run has ended.
                 self.add_to_plan(self.scheduled(number, leg));
                 return;
@@ -154,27 +154,27 @@ impl ClipSource {
     }
 
     /// The bad ones among the clips that have ended before clip `number`; `None` if the run is over.
-    fn hear(
+    fn bad_clips(
         &mut self,
         ended: &mut ClipEnds,
         number: u64,
         orders: &SyncSender<Order>,
         clip_ends: &Receiver<ClipEnd>,
     ) -> Option<Vec<ClipPath>> {
-        let mut bad: Vec<_> = clip_ends.try_iter().filter_map(|clip_end| self.learn(ended, &clip_end)).collect();
-        if self.clips.is_some_and(|clips| number > clips + ended.mute) && ended.count + 1 < number {
+        let mut bad: Vec<_> = clip_ends.try_iter().filter_map(|clip_end| self.count(ended, &clip_end)).collect();
+        if self.clips.is_some_and(|clips| number > clips + ended.empty) && ended.count + 1 < number {
             // Clips without a picture do not count: how many there are is known when all have ended.
             orders.send(Order::Rest).ok()?;
             while ended.count + 1 < number {
-                bad.extend(self.learn(ended, &clip_ends.recv().ok()?));
+                bad.extend(self.count(ended, &clip_ends.recv().ok()?));
             }
         }
         Some(bad)
     }
 
     /// Counts the end of a clip; returns the clip if it is bad, and of the flock that is played.
-    fn learn(&mut self, ended: &mut ClipEnds, clip_end: &ClipEnd) -> Option<ClipPath> {
-        let bad = ended.learn(clip_end, &self.plan);
+    fn count(&mut self, ended: &mut ClipEnds, clip_end: &ClipEnd) -> Option<ClipPath> {
+        let bad = ended.count(clip_end, &self.plan);
         if !Arc::ptr_eq(&clip_end.scheduled.flock, &self.generation.flock) {
             return None;
         }
@@ -201,7 +201,7 @@ impl ClipSource {
     }
 
     /// Takes a bad clip out of the path. One that is missing may come back, and does not end a trial.
-    fn strike(&mut self, clip: &ClipPath, is_missing: bool) {
+    fn leave_out(&mut self, clip: &ClipPath, is_missing: bool) {
         if !is_missing {
             self.generation.failed();
         }
@@ -215,8 +215,8 @@ impl ClipSource {
 
     /// Gives missing clips another chance where no way leads on without them: a moment's failure of the storage must
     /// not leave one sheep on the wall for ever.
-    fn forgive_the_missing(&mut self) {
-        let is_over = |at| u128::from((self.now)().since(at)) >= REPRIEVE.as_nanos();
+    fn retry_missing(&mut self) {
+        let is_over = |at| u128::from((self.now)().since(at)) >= RETRY.as_nanos();
         if self.strikes.missing.is_some_and(is_over) && !self.itinerary.leads_on() {
             self.strikes.missing = None;
             self.itinerary.forgive();
@@ -232,7 +232,7 @@ impl ClipSource {
         let path = &leg.clip.path;
         let file = path.inside(&self.generation.folder);
         let open = || Clip::open(&file, &self.form, leg.clip.frames);
-        let opened = self.patiently(path, open, ClipError::is_shortage);
+        let opened = self.retry_on_shortage(path, open, ClipError::is_shortage);
         let mut is_missing = false;
         let admitted = match opened {
             Ok(clip) if number == 1 => Some(clip),
@@ -250,7 +250,7 @@ impl ClipSource {
             }
         };
         if admitted.is_none() {
-            self.strike(path, is_missing);
+            self.leave_out(path, is_missing);
         }
         admitted
     }
@@ -259,7 +259,7 @@ impl ClipSource {
     fn is_authentic(&self, path: &ClipPath, hash: Option<ClipHash>) -> bool {
         let Some(expected) = hash else { return true };
         let hashed = || File::open(path.inside(&self.generation.folder)).and_then(ClipHash::of);
-        let message = match self.patiently(path, hashed, video::is_shortage) {
+        let message = match self.retry_on_shortage(path, hashed, video::is_shortage) {
             Ok(found) if found == expected => return true,
             Ok(found) => {
                 format!("clip `{}` is not the manifest's (expected {expected}, found {found})", path.as_str())
@@ -271,7 +271,7 @@ impl ClipSource {
     }
 
     /// Does something with a clip, as often as it fails because the machine is short of something.
-    fn patiently<T, E: Error + 'static>(
+    fn retry_on_shortage<T, E: Error + 'static>(
         &self,
         clip: &ClipPath,
         work: impl Fn() -> Result<T, E>,
@@ -282,7 +282,7 @@ impl ClipSource {
                 Err(error) if is_shortage(&error) => {
                     let message = format!("cannot open clip `{}` yet: {}", clip.as_str(), chain(&error));
                     self.faults.once(Kind::MissingClip, "shortage", message);
-                    thread::park_timeout(BREATH);
+                    thread::park_timeout(SHORTAGE_PAUSE);
                 }
                 done => return done,
             }
@@ -304,15 +304,15 @@ pub(crate) struct Strikes {
 struct ClipEnds {
     count: u64,
     /// Those of them without a picture.
-    mute: u64,
+    empty: u64,
 }
 
 impl ClipEnds {
     /// Counts an end; returns the clip if it is bad.
-    fn learn(&mut self, clip_end: &ClipEnd, plan: &Plan) -> Option<ClipPath> {
+    fn count(&mut self, clip_end: &ClipEnd, plan: &Plan) -> Option<ClipPath> {
         self.count += 1;
         if clip_end.frames == FrameCount(0) {
-            self.mute += 1;
+            self.empty += 1;
             plan.remove(clip_end.scheduled.number);
         }
         clip_end.is_damaged.then(|| clip_end.scheduled.clip.clone())
@@ -324,8 +324,8 @@ impl ClipEnds {
             return false;
         }
         loop {
-            match clip_ends.recv_timeout(REPRIEVE) {
-                Ok(clip_end) => drop(self.learn(&clip_end, plan)),
+            match clip_ends.recv_timeout(RETRY) {
+                Ok(clip_end) => drop(self.count(&clip_end, plan)),
                 Err(RecvTimeoutError::Timeout) => return true,
                 Err(RecvTimeoutError::Disconnected) => return false,
             }

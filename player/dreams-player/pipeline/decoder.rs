@@ -38,7 +38,7 @@ pub(crate) struct ClipEnd {
 
 /// How many clips may have gone in whole while nothing comes out, beyond the decoder's threads: an H.264 decoder holds
 /// back 16 pictures at most. More are clips without a picture, of which it would never tell.
-const MUTE: usize = 24;
+const STUCK_AFTER: usize = 24;
 
 /// How frames are made.
 #[derive(Clone, Copy, Debug)]
@@ -109,7 +109,7 @@ impl Decoder {
                     Err(TryRecvError::Disconnected) => may_order = false,
                 }
             }
-            if self.is_mute() {
+            if self.is_stuck() {
                 self.rest.get_or_insert(Rest::Onward);
             }
             if !may_order || self.rest.is_some() {
@@ -136,9 +136,9 @@ impl Decoder {
     }
 
     /// Whether so many clips have gone in without an answer that there will be none.
-    fn is_mute(&self) -> bool {
+    fn is_stuck(&self) -> bool {
         self.scheduled_clips.len() - self.session.queued().min(self.scheduled_clips.len())
-            > MUTE + self.settings.threads.get()
+            > STUCK_AFTER + self.settings.threads.get()
     }
 
     /// For how long the opened clips beyond the one being decoded will last.
@@ -208,7 +208,7 @@ mod tests {
     use video::{Clip, Form};
 
     /// Makes a clip that can be opened and shows nothing: every slice is filled with ones.
-    fn mute(clip: &Path) {
+    fn empty(clip: &Path) {
         encode(clip);
         let mut bytes = fs::read(clip).unwrap();
         let data = bytes.windows(4).position(|name| name == b"mdat").unwrap();
@@ -229,7 +229,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (good, bad) = (folder.path().join("good.mp4"), folder.path().join("bad.mp4"));
         encode(&good);
-        mute(&bad);
+        empty(&bad);
         for threads in [1, 4] {
             let (orders, inbox) = sync_channel(1);
             let (clip_ends, ends) = channel();

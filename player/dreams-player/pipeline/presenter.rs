@@ -311,15 +311,8 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         }
         let late = self.count(vblank, is_new);
         let shown = self.shown.as_ref()?;
-        let scheduled = shown.scheduled.clone();
-        self.handles.recorder.record(Record::Flip {
-            scheduled,
-            frame: shown.in_clip,
-            vblank,
-            at,
-            late,
-            hash: shown.hash,
-        });
+        let (clip, frame, hash) = (shown.scheduled.clone(), shown.in_clip, shown.hash);
+        self.handles.recorder.record(Record::Flip { clip, frame, vblank, at, late, hash });
         self.handles.view.flipped(shown, self.tally_now());
         self.feed(at);
         Some(Event::Flipped)

@@ -28,14 +28,7 @@ pub(crate) enum Record {
     /// The screen is taken.
     Start { lit: Arc<Lit>, fps: Rate },
     /// A picture arrived on the glass.
-    Flip {
-        scheduled: Option<Arc<ScheduledClip>>,
-        frame: u32,
-        vblank: Vblank,
-        at: Nanos,
-        late: u32,
-        hash: Option<[u8; 16]>,
-    },
+    Flip { clip: Option<Arc<ScheduledClip>>, frame: u32, vblank: Vblank, at: Nanos, late: u32, hash: Option<[u8; 16]> },
     /// The picture that arrives now is another clip's than the one before.
     Join { from: Arc<ScheduledClip>, to: Arc<ScheduledClip> },
     /// Something went wrong.
@@ -51,7 +44,7 @@ pub(crate) enum Record {
 /// The way to the recorder; clones reach the same one.
 #[derive(Clone, Debug)]
 pub(crate) struct Recorder {
-    notes: SyncSender<Record>,
+    records: SyncSender<Record>,
     /// Whether each record is written before the run goes on: right where no vblank waits.
     is_synchronous: bool,
     /// Whether there is a trace: nothing else needs every flip.
@@ -63,23 +56,23 @@ impl Recorder {
     /// Starts the thread. It ends after [`Record::End`]. If it `is_synchronous` each record is waited for, so that the
     /// trace of a player that is killed is complete.
     pub(crate) fn start(trace: Option<Trace>, is_synchronous: bool) -> Result<(Self, JoinHandle<()>), ThreadError> {
-        let (notes, inbox) = sync_channel(if is_synchronous { 0 } else { WAITING });
+        let (records, inbox) = sync_channel(if is_synchronous { 0 } else { WAITING });
         let lost = Arc::new(AtomicU64::new(0));
-        let recorder = Self { notes, is_synchronous, is_traced: trace.is_some(), lost: Arc::clone(&lost) };
+        let recorder = Self { records, is_synchronous, is_traced: trace.is_some(), lost: Arc::clone(&lost) };
         let work = move || write_down(&inbox, trace, is_synchronous, &lost);
         Ok((recorder, threads::start("recorder", work)?))
     }
 
     /// Writes `record` down soon.
-    pub(crate) fn record(&self, note: Record) {
-        if !self.is_traced && matches!(note, Record::Flip { .. }) {
+    pub(crate) fn record(&self, record: Record) {
+        if !self.is_traced && matches!(record, Record::Flip { .. }) {
             return;
         }
-        if self.is_synchronous || matches!(note, Record::End { .. }) {
+        if self.is_synchronous || matches!(record, Record::End { .. }) {
             // The recorder ends only after the end of the run, when there is nothing left to record. The end is recorded
             // however full the queue is: the recorder waits for it. If that takes too long a signal ends the process.
-            self.notes.send(note).ok();
-        } else if let Err(TrySendError::Full(_)) = self.notes.try_send(note) {
+            self.records.send(record).ok();
+        } else if let Err(TrySendError::Full(_)) = self.records.try_send(record) {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -87,8 +80,8 @@ impl Recorder {
     /// A recorder that writes nothing: a test reads the records.
     #[cfg(test)]
     pub(crate) fn for_tests() -> (Self, Receiver<Record>) {
-        let (notes, queue) = sync_channel(WAITING);
-        (Self { notes, is_synchronous: false, is_traced: true, lost: Arc::default() }, queue)
+        let (records, queue) = sync_channel(WAITING);
+        (Self { records, is_synchronous: false, is_traced: true, lost: Arc::default() }, queue)
     }
 }
 
@@ -116,24 +109,24 @@ impl Trace {
 
 fn write_down(inbox: &Receiver<Record>, mut trace: Option<Trace>, is_synchronous: bool, lost: &AtomicU64) {
     loop {
-        let note = match inbox.try_recv() {
-            Ok(note) => note,
+        let record = match inbox.try_recv() {
+            Ok(record) => record,
             Err(TryRecvError::Disconnected) => return,
             Err(TryRecvError::Empty) => {
                 // Nothing waits: a reader of the trace sees everything so far, even if the player is killed now.
                 attempt(&mut trace, |trace| trace.file.flush());
-                let Ok(note) = inbox.recv() else { return };
-                note
+                let Ok(record) = inbox.recv() else { return };
+                record
             }
         };
-        if let Some(line) = Line::of(&note) {
+        if let Some(line) = Line::of(&record) {
             attempt(&mut trace, |trace| trace.write(&line));
             if is_synchronous {
                 attempt(&mut trace, |trace| trace.file.flush());
             }
         }
-        log(&note);
-        if matches!(note, Record::End { .. }) {
+        log(&record);
+        if matches!(record, Record::End { .. }) {
             attempt(&mut trace, |trace| trace.file.flush());
             let lost = lost.load(Ordering::Relaxed);
             if lost > 0 {
@@ -153,8 +146,8 @@ fn attempt(trace: &mut Option<Trace>, work: impl FnOnce(&mut Trace) -> io::Resul
     }
 }
 
-fn log(note: &Record) {
-    match note {
+fn log(record: &Record) {
+    match record {
         Record::Start { lit, fps } => {
             info!(screen = lit.screen, mode = lit.mode, format = lit.format, %fps, "screen taken");
             if fps.span_ns(1_000) < lit.refresh.span_ns(1_000) {
@@ -188,12 +181,12 @@ mod tests {
 
     #[test]
     fn the_end_is_told_however_much_was_lost_before() {
-        let (recorder, notes) = Recorder::for_tests();
+        let (recorder, records) = Recorder::for_tests();
         for _ in 0..WAITING + 9 {
             recorder.record(Record::Alive);
         }
         let ending = thread::spawn(move || recorder.record(Record::End { tally: Tally::default(), faults: 0 }));
-        assert!(matches!(notes.iter().last(), Some(Record::End { .. })));
+        assert!(matches!(records.iter().last(), Some(Record::End { .. })));
         ending.join().unwrap();
     }
 }

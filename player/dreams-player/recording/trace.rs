@@ -37,14 +37,14 @@ pub(crate) enum Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// The line of `note`, if it has one.
-    pub(crate) fn of(note: &'a Record) -> Option<Self> {
-        Some(match note {
+    /// The line of `record`, if it has one.
+    pub(crate) fn of(record: &'a Record) -> Option<Self> {
+        Some(match record {
             Record::Start { lit, fps } => {
                 Self::Start { screen: &lit.screen, mode: &lit.mode, format: &lit.format, fps: [fps.num(), fps.den()] }
             }
-            Record::Flip { scheduled, frame, vblank, at, late, hash } => Self::Flip {
-                clip: scheduled.as_ref().map_or(FAULT_CARD, |scheduled| scheduled.clip.as_str()),
+            Record::Flip { clip, frame, vblank, at, late, hash } => Self::Flip {
+                clip: clip.as_ref().map_or(FAULT_CARD, |clip| clip.clip.as_str()),
                 frame: *frame,
                 vblank: vblank.0,
                 t_ns: at.0,
@@ -79,8 +79,8 @@ mod tests {
     use std::sync::Arc;
     use timing::{Nanos, Rate, Vblank};
 
-    fn line(note: &Record) -> String {
-        serde_json::to_string(&Line::of(note).unwrap()).unwrap()
+    fn line(record: &Record) -> String {
+        serde_json::to_string(&Line::of(record).unwrap()).unwrap()
     }
 
     #[test]
@@ -98,8 +98,7 @@ mod tests {
             r#"{"event":"start","screen":"virtual","mode":"640x480@60","format":"YU12","fps":[24000,1001]}"#
         );
         let scheduled = scheduled_clips(1, 2).remove(0);
-        let flip =
-            |scheduled, hash| Record::Flip { scheduled, frame: 1, vblank: Vblank(9), at: Nanos(150), late: 0, hash };
+        let flip = |clip, hash| Record::Flip { clip, frame: 1, vblank: Vblank(9), at: Nanos(150), late: 0, hash };
         assert_eq!(
             line(&flip(Some(scheduled.clone()), None)),
             r#"{"event":"flip","clip":"loop.mp4","frame":1,"vblank":9,"t_ns":150,"late":0}"#

@@ -226,15 +226,15 @@ fn a_run_of_a_few_clips_leaves_the_place_behind_the_last_one() {
 fn clips_without_a_picture_do_not_count() {
     let folder = folder(false);
     let work = work(folder.path(), Some(4));
-    let mute: Vec<_> = (0..3).map(|_| work.ended(0, true).unwrap()).collect();
+    let empty: Vec<_> = (0..3).map(|_| work.ended(0, true).unwrap()).collect();
     let mut shown: Vec<_> = (0..3).map(|_| work.ended(2, false).unwrap()).collect();
-    // The seventh is under way when three of the six before have turned out mute, and is mute as well.
+    // The seventh is under way when three of the six before have turned out empty, and is empty as well.
     let last = work.next().unwrap();
     assert!(work.rests(), "all clips are waited for, to know how many had pictures");
     work.end(0, true);
     shown.push(work.ended(2, false).unwrap());
     assert!(work.is_over(), "four clips had pictures");
-    assert!(shown.iter().all(|clip| !mute[..1].contains(clip)), "{last} {mute:?} {shown:?}");
+    assert!(shown.iter().all(|clip| !empty[..1].contains(clip)), "{last} {empty:?} {shown:?}");
 }
 
 #[test]

@@ -139,7 +139,7 @@ struct Evening {
 /// What one saw and heard of it.
 struct Memory {
     glow: Vec<(u32, u8)>,
-    notes: Vec<Record>,
+    records: Vec<Record>,
     ended: RunEnd,
     late_on_glass: u64,
     faults: u64,
@@ -215,7 +215,7 @@ impl Evening {
             saver.end();
         }
         let late_on_glass = view.get().tally.late;
-        Memory { glow: glow.take(), notes: queue.try_iter().collect(), ended, late_on_glass, faults: faults.count() }
+        Memory { glow: glow.take(), records: queue.try_iter().collect(), ended, late_on_glass, faults: faults.count() }
     }
 }
 
@@ -229,8 +229,8 @@ impl Memory {
     }
 
     fn lates(&self) -> Vec<u32> {
-        let late = |note: &Record| if let Record::Flip { late, .. } = note { Some(*late) } else { None };
-        self.notes.iter().filter_map(late).collect()
+        let late = |record: &Record| if let Record::Flip { late, .. } = record { Some(*late) } else { None };
+        self.records.iter().filter_map(late).collect()
     }
 }
 
@@ -270,7 +270,7 @@ fn an_opening_is_lit_at_once_and_the_stream_goes_on_from_it() {
         assert_eq!(seen.vblanks(), expected, "a stream from vblank {stream} on");
         let repeated = expected.len() as u64 - 4;
         assert_eq!(seen.ended.tally, Tally { flips: 4 + repeated, late: 0, repeated, skipped: 0, joins: 1 });
-        let mut told: Vec<_> = seen.notes.iter().filter_map(told).filter(|told| told != "ready").collect();
+        let mut told: Vec<_> = seen.records.iter().filter_map(told).filter(|told| told != "ready").collect();
         told.dedup();
         assert_eq!(told, ["start", "flip 0", "flip 1", "join 1-2", "flip 0", "flip 1"]);
         assert_eq!(seen.late_on_glass, 0);
@@ -314,12 +314,12 @@ fn a_flock_as_fast_as_the_screen_or_faster_is_shown_whole() {
 #[test]
 fn a_join_is_told_before_the_flip_that_makes_it() {
     let seen = Evening::of(30, &scheduled_clips(2, 2)).watch();
-    let told: Vec<_> = seen.notes.iter().filter_map(told).collect();
+    let told: Vec<_> = seen.records.iter().filter_map(told).collect();
     assert_eq!(told, ["start", "flip 0", "ready", "flip 1", "join 1-2", "flip 0", "flip 1"]);
 }
 
-fn told(note: &Record) -> Option<String> {
-    match note {
+fn told(record: &Record) -> Option<String> {
+    match record {
         Record::Start { .. } => Some("start".to_owned()),
         Record::Ready => Some("ready".to_owned()),
         Record::Flip { frame, .. } => Some(format!("flip {frame}")),
@@ -387,7 +387,7 @@ fn a_frame_held_for_long_is_lit_again_once_a_second_so_that_the_watchdog_knows()
     assert!(seen.vblanks().windows(2).all(|pair| pair[1] - pair[0] <= 61), "{:?}", seen.vblanks());
     assert_eq!(seen.ended.tally.repeated, 3);
     assert_eq!(seen.ended.tally.late, u64::from(seen.vblanks()[4]) - 3);
-    assert!(seen.notes.iter().filter(|note| matches!(note, Record::Alive)).count() >= 3);
+    assert!(seen.records.iter().filter(|record| matches!(record, Record::Alive)).count() >= 3);
 }
 
 #[test]
@@ -396,7 +396,7 @@ fn a_flock_without_a_playable_clip_shows_the_fault_card_until_there_is_one() {
     evening.things.insert(0, (0, NextFrame::Barren));
     let seen = evening.watch();
     assert_eq!(seen.lights()[1..], [1, 2]);
-    let cards = seen.notes.iter().filter(|note| matches!(note, Record::Flip { scheduled: None, .. })).count();
+    let cards = seen.records.iter().filter(|record| matches!(record, Record::Flip { clip: None, .. })).count();
     assert_eq!(cards, 1);
     assert_eq!(seen.ended.tally.joins, 0, "from the card to a clip is no join");
 }
