@@ -33,7 +33,7 @@ pub enum ConfigError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the world says.
+        /// What the file system says.
         source: io::Error,
     },
 }
@@ -52,6 +52,16 @@ macro_rules! from_string {
     )*};
 }
 
+/// Makes functions for serde's `deserialize_with`, each of which reads a number that lies in a range.
+#[macro_export]
+macro_rules! ranged {
+    ($($name:ident -> $number:ty: $range:ident;)*) => {$(
+        fn $name<'de, D: serde::Deserializer<'de>>(from: D) -> Result<$number, D::Error> {
+            $crate::config_file::within(from, &$range)
+        }
+    )*};
+}
+
 /// Reads the name of a unit.
 ///
 /// # Errors
@@ -64,9 +74,9 @@ pub fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Err
 ///
 /// # Errors
 /// The deserializer's, with the number and both ends of the range.
-pub fn within<'de, D: Deserializer<'de>>(from: D, range: &RangeInclusive<u64>) -> Result<u64, D::Error> {
+pub fn within<'de, D: Deserializer<'de>, T: From<u64>>(from: D, range: &RangeInclusive<u64>) -> Result<T, D::Error> {
     let number = i64::deserialize(from)?;
-    u64::try_from(number).ok().filter(|number| range.contains(number)).ok_or_else(|| {
+    u64::try_from(number).ok().filter(|number| range.contains(number)).map(T::from).ok_or_else(|| {
         let expected = format!("a number from {} to {}", range.start(), range.end());
         D::Error::invalid_value(Unexpected::Signed(number), &expected.as_str())
     })

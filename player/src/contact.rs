@@ -1,7 +1,7 @@
-//! What became of the last look at a source.
+//! The result of the last update run.
 //!
-//! Owns the small file in the store in which the updater tells it, and the status page reads it. Our own words alone: nothing
-//! that a stranger wrote stands there.
+//! Owns the small file in the store that the updater writes and the status page reads. It has our own words alone:
+//! nothing that a stranger wrote.
 
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -13,14 +13,14 @@ const FILE_NAME: &str = "contact.json";
 /// What the file may have, in bytes.
 const LARGEST: u64 = 64 << 10;
 
-/// A look at a source.
+/// The result of an update run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Contact {
     /// When, in seconds since 1970; none where the clock could not be right.
     pub clock_s: Option<u64>,
     /// `stick` or `network`.
     pub source: String,
-    /// How it ended, as people are told.
+    /// How it ended, in words for people.
     pub result: String,
     /// The ids of the keys that were trusted then.
     pub trusted: Vec<String>,
@@ -29,14 +29,14 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// The last one that was told in `store`; none if none was, or it cannot be read.
+    /// The last one in `store`; none if there is none, or it cannot be read.
     pub fn last(store: &Path) -> Option<Self> {
         let path = store.join(FILE_NAME);
         let is_small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
         serde_json::from_slice(&fs::read(path).ok().filter(|_| is_small)?).ok()
     }
 
-    /// Tells it in `store`. A power cut may lose it: it is for people.
+    /// Writes it to `store`. A power cut may lose it: it is for people.
     ///
     /// # Errors
     /// What the disk says.

@@ -1,7 +1,7 @@
 //! Times of the day.
 //!
-//! Owns their spelling, which of them lie between two others, and which clocks cannot be right. Never reads a clock, never
-//! knows a time zone: whoever asks brings the minute.
+//! Owns their spelling, which of them lie between two others, and which clocks cannot be right. Never reads a clock,
+//! never knows a time zone: the caller passes the minute.
 
 /// Minutes of a day.
 pub const DAY_MIN: u64 = 24 * 60;

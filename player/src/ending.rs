@@ -1,14 +1,14 @@
-//! How a program of the house ends.
+//! How a program of a unit ends.
 //!
-//! Owns the exit codes, and the forms in which an answer and an error are told. Each program has its own of both, and says in
-//! its `report.rs` which exit code belongs to which.
+//! Owns the exit codes, and the forms in which an answer and an error are printed. Each program has its own answer, and
+//! its own errors with their exit codes in `fatal.rs`.
 
 use serde::Serialize;
 use std::error::Error;
 use std::fmt::Display;
 use std::io::{self, Write};
 
-/// The exit codes of every program of the house.
+/// The exit codes of every program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Fine.
@@ -23,19 +23,19 @@ pub enum Exit {
 
 /// An answer, and in which form it is wanted.
 #[derive(Debug)]
-pub struct Told<A> {
+pub struct Output<A> {
     /// The answer.
     pub answer: A,
     /// As one JSON document; else as text.
     pub json: bool,
 }
 
-impl<A: Serialize + Display> Told<A> {
-    /// Tells the answer on standard output.
+impl<A: Serialize + Display> Output<A> {
+    /// Writes the answer to standard output.
     ///
     /// # Errors
-    /// What the world says if that is closed.
-    pub fn tell(&self) -> io::Result<()> {
+    /// What the system says if that is closed.
+    pub fn print(&self) -> io::Result<()> {
         let text = if self.json {
             serde_json::to_string_pretty(&self.answer).map_err(io::Error::other)?
         } else {
@@ -45,9 +45,9 @@ impl<A: Serialize + Display> Told<A> {
     }
 }
 
-/// Tells on standard error why the program ends, and what to do about it.
+/// Writes to standard error why the program ends, and what to do about it.
 pub fn fail(error: &dyn Error, hint: &str) {
-    // Nobody is left to tell if standard error is closed.
+    // If standard error is closed there is no other place for it.
     writeln!(io::stderr(), "error: {}\n\nhint: {hint}", chain(error)).ok();
 }
 

@@ -1,9 +1,9 @@
 //! The hours of the picture, and how bright it is in them.
 //!
-//! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness goes gently from
-//! step to step. A clock that cannot be right decides nothing: then it is day. By local time: an hour that the clocks leave
-//! out is over at once, and one that they repeat is kept both times. The same clock says when the unit may restart into a new
-//! system. Never reads a clock, never dims anything: `lighting.rs` does.
+//! Owns the decision, a pure function of the clock: at night the display sleeps, by day its brightness fades from step to
+//! step. If the clock cannot be right it is day. By local time: an hour that the clocks leave out is over at once, and
+//! one that they repeat is kept both times. The same clock says when the unit may restart into a new system. Never reads
+//! a clock, never dims anything: `control/brightness.rs` does.
 //!
 //! Start at [`Day::lighting`].
 
@@ -17,9 +17,9 @@ use std::str::FromStr;
 /// How long the way from one brightness to the next takes, where there is time for it.
 const FADE_S: u64 = 600;
 const DAY_S: u64 = DAY_MIN * 60;
-/// Darker than the first nobody sees whether it works.
+/// Below the first a viewer cannot see whether the unit works.
 const PERCENT: RangeInclusive<u16> = 1..=100;
-/// More steps than hours help nobody.
+/// One step an hour at most.
 const STEPS: RangeInclusive<usize> = 1..=24;
 
 /// When the picture is lit, in local time.
@@ -122,8 +122,8 @@ impl Day {
         Lighting::On { thousandths: self.brightness.at(second) }
     }
 
-    /// Whether a unit that has run for `up_s` seconds may restart when the clock shows `clock_s`: while the picture is dark;
-    /// if that is never, from four to five in the morning; if the clock cannot be right, after a day.
+    /// Whether a unit that has run for `up_s` seconds may restart when the clock shows `clock_s`: while the picture is
+    /// dark; if that is never, from four to five in the morning; if the clock cannot be right, after a day.
     pub fn allows_restart(&self, clock_s: u64, up_s: u64) -> bool {
         match (self.local_second(clock_s), self.hours) {
             (None, _) => up_s >= RESTART_AFTER_S,

@@ -1,13 +1,36 @@
 //! Where log lines go: the journal on a unit, the terminal elsewhere.
 //!
-//! Owns the subscriber. Never writes a line itself.
+//! Owns the subscriber, and the spelling of the levels. Never writes a line itself.
 
-use crate::log_level::LogLevel;
+use serde::Deserialize;
 use std::env;
 use std::io::{self, IsTerminal};
+use std::str::FromStr;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
+
+/// The least urgent log line that is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct LogLevel(pub tracing::Level);
+
+/// Why a log level was refused.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no log level: `error`, `warn`, `info`, `debug` or `trace`")]
+pub struct NoLogLevel(String);
+
+impl FromStr for LogLevel {
+    type Err = NoLogLevel;
+
+    fn from_str(text: &str) -> Result<Self, NoLogLevel> {
+        let known = ["error", "warn", "info", "debug", "trace"].contains(&text);
+        let level = text.parse().ok().filter(|_| known);
+        level.map(Self).ok_or_else(|| NoLogLevel(text.to_owned()))
+    }
+}
+
+crate::from_string!(NoLogLevel: LogLevel);
 
 /// Opens the journal if systemd gave us one (it says so in `JOURNAL_STREAM`), else standard error. Lines less urgent
 /// than `level` are left out.

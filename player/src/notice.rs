@@ -1,8 +1,8 @@
-//! What people in front of the picture are told: one sentence, and how far a work is.
+//! A notice for the people in front of the picture: one sentence, and the progress of a work.
 //!
-//! Owns the small files through which a notice reaches the player, written whole or not at all: one for what is shown for
-//! a moment, and one for each cause whose notice is shown until the cause is gone. They need not outlive a power cut.
-//! Never draws: the player does.
+//! Owns the small files through which a notice reaches the player, written whole or not at all: one for short notices,
+//! and one for each cause whose notice is shown until the cause is gone. They need not outlive a power cut. Never draws:
+//! the player does.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
@@ -26,28 +26,28 @@ impl Lasting {
     /// All causes, the most urgent first: only one notice has room on the picture.
     pub const ALL: [Self; 2] = [Self::Settings, Self::Wifi];
 
-    /// The file of this cause, where notices for a moment are told at `card`.
-    pub fn path(self, card: &Path) -> PathBuf {
+    /// The file of this cause, where short notices are written to `notice`.
+    pub fn path(self, notice: &Path) -> PathBuf {
         let cause = match self {
             Self::Settings => "settings",
             Self::Wifi => "wifi",
         };
-        PathBuf::from(format!("{}.{cause}", card.display()))
+        PathBuf::from(format!("{}.{cause}", notice.display()))
     }
 
-    /// Removes the notice of this cause from beside `card`, if there is one.
+    /// Removes the notice of this cause from beside `notice`, if there is one.
     ///
     /// # Errors
-    /// What the world says.
-    pub fn take_back(self, card: &Path) -> io::Result<()> {
-        match fs::remove_file(self.path(card)) {
+    /// What the file system says.
+    pub fn take_back(self, notice: &Path) -> io::Result<()> {
+        match fs::remove_file(self.path(notice)) {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
             Ok(()) | Err(_) => Ok(()),
         }
     }
 }
 
-/// What is told.
+/// A notice.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Notice {
@@ -61,14 +61,14 @@ impl Notice {
     /// Puts it where the player looks.
     ///
     /// # Errors
-    /// What the world says; what was told before stands.
+    /// What the file system says; the notice before it stays.
     pub fn tell(&self, path: &Path) -> io::Result<()> {
         let temporary = PathBuf::from(format!("{}.new", path.display()));
         fs::write(&temporary, serde_json::to_vec(self).map_err(io::Error::other)?)?;
         fs::rename(temporary, path)
     }
 
-    /// What is told at `path`; `None` if nothing is, or nothing that makes sense.
+    /// The notice at `path`; `None` if there is none, or it cannot be read.
     pub fn read(path: &Path) -> Option<Self> {
         let mut text = String::new();
         File::open(path).ok()?.take(LARGEST).read_to_string(&mut text).ok()?;

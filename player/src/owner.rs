@@ -1,7 +1,8 @@
 //! What the owner of a unit has set, in one small file that is edited on any computer.
 //!
 //! Owns [`Owner`], the reading of its file `dreams.toml` and what it means to the network. Every key explains itself in
-//! `config/dreams.toml`. Never acts on it: `dreams-owner` takes the file in, the player and the updater go by what it kept.
+//! `config/dreams.toml`. Never acts on it: `dreams-owner` takes the file in, the player and the updater go by what it
+//! kept.
 //!
 //! Start at [`Owner::read`].
 
@@ -29,7 +30,7 @@ pub struct Owner {
     /// What the unit is called.
     #[serde(deserialize_with = "unit")]
     pub unit: Option<UnitId>,
-    /// Whom it trusts, besides those whom it trusts anyway.
+    /// Keys that it trusts, besides those of its config.
     #[serde(deserialize_with = "keys")]
     pub keys: Vec<PublicKey>,
     /// Where it looks for flocks.
@@ -119,8 +120,7 @@ impl Owner {
         OutputSettings { connector: connector.clone(), mode: *mode, rotation: *rotate, range: *range, margin: *margin }
     }
 
-    /// What systemd's network manager is told of the cable, beside `80-dreams.network`; `None` if it need not be told
-    /// anything.
+    /// The settings of systemd's network manager for the cable, beside `80-dreams.network`; `None` if there are none.
     pub fn wired(&self) -> Option<String> {
         let own = self.address.map(|(address, length)| format!("DHCP=no\nAddress={address}/{length}\n"));
         let gateway = self.gateway.map(|gateway| format!("Gateway={gateway}\n"));

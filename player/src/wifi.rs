@@ -1,7 +1,7 @@
 //! The Wi-Fi that the owner of a unit has set.
 //!
-//! Owns what a name, a password and a country may be, what `wpa_supplicant` is told of them, and how a password is kept out
-//! of every text that others read. Never connects: `dreams-owner connect` does.
+//! Owns what a name, a password and a country may be, the settings of `wpa_supplicant` for them, and how a password is
+//! kept out of every text that others read. Never connects: `dreams-owner connect` does.
 //!
 //! Start at [`Wifi::settings`].
 
@@ -10,7 +10,7 @@ use std::fmt::{self, Debug, Formatter, Write as _};
 use std::ops::Range;
 use toml::{Spanned, Value};
 
-/// The folder in which `wpa_supplicant` is spoken to.
+/// The folder of the control sockets of `wpa_supplicant`.
 pub const CONTROL: &str = "/run/dreams-wifi";
 /// What stands for a password in a text that others read. It may stand where a password does.
 pub const HIDDEN: &str = "********";
@@ -46,8 +46,8 @@ pub struct Password(String);
 pub struct Country(String);
 
 impl Wifi {
-    /// What `wpa_supplicant` is told: WPA3 where the access point has it, else WPA2; a network that hides its name is asked
-    /// for by it.
+    /// The settings of `wpa_supplicant`: WPA3 where the access point has it, else WPA2; a network that hides its name is
+    /// asked for by it.
     pub fn settings(&self) -> String {
         let country = self.country.as_ref().map(|Country(code)| format!("country={code}\n")).unwrap_or_default();
         let mut name = String::new();

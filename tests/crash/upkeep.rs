@@ -99,7 +99,7 @@ impl Lab {
         owner.arg("take-in").arg(at("partition")).arg("--keep").arg(kept("dreams.toml"));
         owner.arg("--wifi").arg(kept("wifi.conf")).arg("--network").arg(at("")).arg("--name").arg(at("name"));
         let alone = self.alone();
-        let child = owner.arg("--card").arg(at("card")).stdout(Stdio::null()).spawn();
+        let child = owner.arg("--notice").arg(at("notice")).stdout(Stdio::null()).spawn();
         drop(alone);
         let ended = child.and_then(|mut child| child.wait()).unwrap();
         assert!(ended.success(), "{owner:?} ended with {ended}");

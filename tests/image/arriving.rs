@@ -1,6 +1,6 @@
 //! A stick is put in, and its flock plays.
 //!
-//! Owns what is on the glass from then on: the picture, the placard on it, the new picture.
+//! Owns what is on the glass from then on: the picture, the notice on it, the new picture.
 
 use crate::machine::PAUSE;
 use crate::picture::{Look, only_art};
@@ -9,7 +9,7 @@ use crate::stick::{AUTUMN, CLIPS};
 
 /// Whether the glass shows the flock of the stick, and nothing over it.
 pub(crate) fn is_autumn(look: &Look) -> bool {
-    look.place.as_ref().is_some_and(|place| &*place.flock == AUTUMN && !place.has_placard)
+    look.place.as_ref().is_some_and(|place| &*place.flock == AUTUMN && !place.has_notice)
 }
 
 /// Whether the kernel verifies each of these files as it is read, as `lsattr` tells.
@@ -27,7 +27,7 @@ fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
     let looks = machine.watch_for(PAUSE, is_autumn);
     let since = only_art(&looks, OFTEN);
     let places = || since.iter().filter_map(|look| look.place.as_ref());
-    assert!(places().any(|place| place.has_placard && &*place.flock == "demo"), "the card is on the running picture");
+    assert!(places().any(|place| place.has_notice && &*place.flock == "demo"), "the notice is on the running picture");
     // Photographs on FAT are nobody's business; ext4, and what bears nothing, is not even looked at.
     for part in 1..=2 {
         machine.run(&format!("until systemctl --quiet is-active dreams-update@sda{part}; do sleep 1; done"));

@@ -1,7 +1,7 @@
 //! Every frame of a flock, as it looks on the glass.
 //!
 //! Owns what a look at the glass is held against: whatever is not a whole frame of the flock, from its first row to its
-//! last, is no art, be it black, text, or half of each of two frames. Only a placard may lie over it, where placards lie.
+//! last, is no art, be it black, text, or half of each of two frames. Only a notice may lie over it, where notices lie.
 //! `ffmpeg` is the witness for what the clips show. Never touches a machine.
 //!
 //! Start at [`Gallery::of`] and [`Gallery::find`].
@@ -17,11 +17,11 @@ pub(crate) const SIZE: (usize, usize) = (1280, 720);
 const STEP: (usize, usize) = (20, 6);
 /// The player's colours are integers: off by one step, and rounded.
 const TOLERANCE: u8 = 2;
-/// Where a placard may lie: left, top, right and bottom.
-const PLACARD: [usize; 4] = [16, 600, 752, 704];
-/// The greys of a placard's pane, letters and line.
+/// Where a notice may lie: left, top, right and bottom.
+const NOTICE: [usize; 4] = [16, 600, 752, 704];
+/// The greys of a notice's pane, letters and line.
 const GREYS: [u8; 3] = [16, 63, 203];
-/// So many looked-at pixels of these greys are a placard.
+/// So many looked-at pixels of these greys are a notice.
 const PANE: usize = 60;
 /// A picture that was scaled is compared by the mean colours of cells: so many looked-at columns and rows make one.
 const CELL: (usize, usize) = (8, 10);
@@ -58,8 +58,8 @@ pub(crate) struct Place {
     pub(crate) flock: Arc<str>,
     pub(crate) clip: Arc<str>,
     pub(crate) frame: usize,
-    /// Whether a placard lies over it.
-    pub(crate) has_placard: bool,
+    /// Whether a notice lies over it.
+    pub(crate) has_notice: bool,
 }
 
 /// The pixels that are looked at, as column and row.
@@ -67,8 +67,8 @@ fn grid() -> impl Iterator<Item = (usize, usize)> {
     (STEP.1 / 2..SIZE.1).step_by(STEP.1).flat_map(|y| (STEP.0 / 2..SIZE.0).step_by(STEP.0).map(move |x| (x, y)))
 }
 
-fn may_bear_placard((x, y): (usize, usize)) -> bool {
-    let [left, top, right, bottom] = PLACARD;
+fn may_bear_notice((x, y): (usize, usize)) -> bool {
+    let [left, top, right, bottom] = NOTICE;
     (left..right).contains(&x) && (top..bottom).contains(&y)
 }
 
@@ -114,12 +114,12 @@ impl Samples {
         pairs.all(|((ours, theirs), at)| alike(ours, theirs) || !counts(at))
     }
 
-    fn have_placard(&self) -> bool {
+    fn have_notice(&self) -> bool {
         let is_grey = |sample: &[u8; 3]| {
             let [red, green, blue] = sample;
             red.abs_diff(*green) <= 1 && green.abs_diff(*blue) <= 1 && GREYS.iter().any(|grey| grey.abs_diff(*red) <= 2)
         };
-        let within = self.0.iter().zip(grid()).filter(|(_, at)| may_bear_placard(*at));
+        let within = self.0.iter().zip(grid()).filter(|(_, at)| may_bear_notice(*at));
         within.filter(|(sample, _)| is_grey(sample)).count() >= PANE
     }
 }
@@ -135,7 +135,7 @@ impl Gallery {
         for clip in items.filter_map(|item| item.get("clip")) {
             let clip: Arc<str> = clip.as_str().unwrap().into();
             for (frame, samples) in decoded(&folder.join(&*clip)).into_iter().enumerate() {
-                let place = Place { flock: Arc::clone(&flock), clip: Arc::clone(&clip), frame, has_placard: false };
+                let place = Place { flock: Arc::clone(&flock), clip: Arc::clone(&clip), frame, has_notice: false };
                 frames.push(Frame::new(place, samples));
             }
         }
@@ -150,12 +150,12 @@ impl Gallery {
             *near = found;
             return Some(place(found));
         }
-        if !samples.have_placard() {
+        if !samples.have_notice() {
             return None;
         }
-        let found = order().find(|at| samples.are(&self.frames[*at].samples, |at| !may_bear_placard(at)))?;
+        let found = order().find(|at| samples.are(&self.frames[*at].samples, |at| !may_bear_notice(at)))?;
         *near = found;
-        Some(Place { has_placard: true, ..place(found) })
+        Some(Place { has_notice: true, ..place(found) })
     }
 
     /// Which of its frames `samples` are most like, if these are of a frame that was scaled: each cell has nearly the colour
@@ -217,18 +217,18 @@ mod tests {
     }
 
     fn gallery() -> Gallery {
-        let place = |number| Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_placard: false };
+        let place = |number| Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_notice: false };
         let frame = |number| Frame::new(place(number), Samples::of(|x, y| picture(number, x, y)));
         Gallery { frames: (0..4).map(frame).collect() }
     }
 
     fn found(colour: impl Fn(usize, usize) -> [u8; 3]) -> Option<(usize, bool)> {
         let place = gallery().find(&Samples::of(colour), &mut 2)?;
-        Some((place.frame, place.has_placard))
+        Some((place.frame, place.has_notice))
     }
 
     #[test]
-    fn a_frame_is_found_with_and_without_a_placard() {
+    fn a_frame_is_found_with_and_without_a_notice() {
         assert_eq!(found(|x, y| picture(1, x, y)), Some((1, false)));
         assert_eq!(found(|x, y| picture(3, x, y).map(|light| light.saturating_add(1))), Some((3, false)));
         let pane = |x, y| (20..500).contains(&x) && (650..702).contains(&y);

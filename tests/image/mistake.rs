@@ -17,7 +17,7 @@ pub(crate) const TAKE_IN: &str = "umount /run/owner && \
 
 /// Whether something is told over the picture.
 pub(crate) fn has_card(look: &Look) -> bool {
-    look.place.as_ref().is_some_and(|place| place.has_placard)
+    look.place.as_ref().is_some_and(|place| place.has_notice)
 }
 
 #[test]
@@ -28,14 +28,14 @@ fn what_is_wrong_in_the_owners_file_is_told_over_the_running_picture_until_it_is
     machine.run(&format!("{OPEN} && echo 'brightness = 400' >> {file}"));
     machine.run(TAKE_IN);
     let mut looks = machine.watch_for(PAUSE, has_card);
-    let card = machine.run("cat /run/dreams-update/card.settings; echo");
-    assert!(card.contains("dreams.toml is wrong in line 3, at brightness."), "{card}");
+    let notice = machine.run("cat /run/dreams-update/notice.settings; echo");
+    assert!(notice.contains("dreams.toml is wrong in line 3, at brightness."), "{notice}");
     assert_eq!(machine.run(KEPT), before, "what was right before stays");
     looks.extend(machine.watch_move(PAUSE, MOVES));
 
     machine.run(&format!("mount /dev/vda4 /run/owner && sed -i 's/= 400/= \"100\"/' {file} && {TAKE_IN}"));
     looks.extend(machine.watch_for(PAUSE, |look| look.is_art() && !has_card(look)));
-    machine.run("[ ! -e /run/dreams-update/card.settings ]");
+    machine.run("[ ! -e /run/dreams-update/notice.settings ]");
     assert_eq!(machine.run(KEPT), format!("{before}\nbrightness = \"100\""));
     only_art(&looks, OFTEN);
     machine.is_well();

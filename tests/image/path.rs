@@ -145,7 +145,7 @@ mod tests {
     }
 
     fn look(clip: &str, frame: usize) -> Look {
-        let place = Place { flock: "demo".into(), clip: clip.into(), frame, has_placard: false };
+        let place = Place { flock: "demo".into(), clip: clip.into(), frame, has_notice: false };
         Look { at: Duration::ZERO, place: Some(place), other: None }
     }
 

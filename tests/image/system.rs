@@ -128,7 +128,7 @@ fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
     machine.plug(&stick.disk);
     let mut looks = machine.watch_for(PAUSE, is_autumn);
     machine.pull();
-    let is_proved = "journalctl --unit=dreams-player --output=cat | grep -q 'has proved itself'";
+    let is_proved = "journalctl --unit=dreams-player --output=cat | grep -q 'passed its trial'";
     looks.extend(machine.watch_while(PAUSE, &format!("until {is_proved}; do sleep 5; done")));
     machine.run("rm -f /run/dreams-update/schedule");
     looks

@@ -29,7 +29,7 @@ const SERVER: &str = "interface wlan1\nstart 10.9.0.20\nend 10.9.0.30\nlease_fil
 const IS_IN: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" = 1 ] && /run/air/busybox ping -I wlan0 -c 1 -w 2 10.9.0.1 > /dev/null";
 const IS_OUT: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" != 1 ]";
 /// The same: what people are told of it.
-const TOLD: &str = "cat /run/dreams-update/card.wifi 2> /dev/null; echo";
+const TOLD: &str = "cat /run/dreams-update/notice.wifi 2> /dev/null; echo";
 
 /// Makes the disk of the test in `folder`.
 fn disk(folder: &Path) -> PathBuf {
@@ -86,7 +86,7 @@ fn set(machine: &mut Machine, lines: &str) {
 
 /// What people are told over the running picture, once they are told something of the Wi-Fi.
 fn told(machine: &mut Machine) -> String {
-    let mut looks = machine.watch_while(PAUSE, "until [ -e /run/dreams-update/card.wifi ]; do sleep 1; done");
+    let mut looks = machine.watch_while(PAUSE, "until [ -e /run/dreams-update/notice.wifi ]; do sleep 1; done");
     looks.extend(machine.watch_for(PAUSE, has_card));
     only_art(&looks, OFTEN);
     machine.run(TOLD)

@@ -47,7 +47,7 @@ impl Post {
         let mut update = Command::new(programs::updater());
         update.arg(self.stick()).args(["--unit", unit]).args(more);
         update.arg("--store").arg(self.studio.at(&format!("store-{unit}")));
-        output(update.arg("--keys").arg(self.studio.at("artist.pub")).arg("--card").arg(self.studio.at("card")))
+        output(update.arg("--keys").arg(self.studio.at("artist.pub")).arg("--notice").arg(self.studio.at("notice")))
     }
 
     /// Both the artist's tool and the unit take the stick.
@@ -88,10 +88,10 @@ fn who_has_taken_its_own_takes_nothing_for_everybody_and_its_next_own_all_the_sa
         "lobby",
         "the bundle is for every unit, this unit takes only those for `lobby` since it was given one",
     );
-    let card = fs::read_to_string(post.studio.at("card")).unwrap();
+    let notice = fs::read_to_string(post.studio.at("notice")).unwrap();
     assert!(
-        card.contains("This stick is for every frame. This frame is lobby, and takes what is for it by name."),
-        "{card}"
+        notice.contains("This stick is for every frame. This frame is lobby, and takes what is for it by name."),
+        "{notice}"
     );
     // What came in between does not keep its own from it.
     post.sends(&["lobby"]);

@@ -42,7 +42,7 @@ impl Breakage {
     /// The unit as it was before the update.
     fn reset(&self) {
         fs::remove_dir_all(self.unit.path("store")).ok();
-        fs::remove_file(self.unit.path("card")).ok();
+        fs::remove_file(self.unit.path("notice")).ok();
         succeed(Command::new("cp").arg("-a").arg(self.unit.path("kept")).arg(self.unit.path("store")));
     }
 
@@ -140,7 +140,7 @@ fn a_stick_that_cannot_be_read_at_any_read_or_from_any_on_is_told_in_one_sentenc
             let said = breakage.broken("read", "error=EIO", &when);
             let code = said.status.code();
             assert!(matches!(code, Some(0..=3 | NOT_STARTED)), "{case}: {:?}", said.status);
-            let told = breakage.unit.card();
+            let told = breakage.unit.notice();
             assert!(told.as_ref().is_none_or(|told| told.lines().count() == 1), "{case}: {told:?}");
             breakage.recovers(&case);
         }
@@ -194,7 +194,7 @@ fn a_look_at_a_disk_that_does_not_give_what_it_holds_takes_nothing_away() {
     // A bad sector: its file stays too, and is fetched again unless the disk gives it after all.
     let said = look(&objects[..1]);
     let error = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.code() == Some(0) && error.contains("cannot be read and stays"), "{error}");
+    assert!(said.status.code() == Some(0) && error.contains("cannot read a file, it stays"), "{error}");
     assert_eq!((json(&said)["missing"].as_u64(), unit.playing().as_ref()), (Some(1), Some(&files)));
     let answer = unit.updated(&[]);
     assert_eq!((answer["mended"].as_u64(), answer["fetched_bytes"].as_u64()), (Some(1), Some(0)), "{answer}");
@@ -245,7 +245,7 @@ fn a_stick_for_others_whose_list_cannot_be_read_is_told_so_and_is_not_taken_for_
     let look = |more: &[&str]| {
         breakage.reset();
         let said = breakage.strace(&[&["-P", &*seals, "-e", "trace=getdents64"], more].concat());
-        (said.status.code(), breakage.unit.card().unwrap_or_default())
+        (said.status.code(), breakage.unit.notice().unwrap_or_default())
     };
     assert_eq!(look(&[]), (Some(1), "This stick is for attic. This frame is lobby.".to_owned()));
     let again = "The stick could not be read to its end. Put it in again, and the rest follows.";
@@ -268,7 +268,7 @@ fn a_stick_of_ten_thousand_strange_files_leads_nowhere() {
     let error = String::from_utf8_lossy(&said.stderr);
     assert_eq!(said.status.code(), Some(1), "{error}");
     assert_eq!(
-        unit.card().as_deref(),
+        unit.notice().as_deref(),
         Some("This stick is for attic000, attic001, attic002 and 197 more. This frame is lobby.")
     );
     assert!(error.len() < 600, "it names a few of them: {error}");

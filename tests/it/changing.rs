@@ -130,7 +130,7 @@ fn a_new_flock_that_does_not_play_gives_way_to_the_one_before_and_is_marked_bad(
     assert_eq!(state(&unit)["bad"].as_array().unwrap().len(), 1);
     let said = unit.update(&[]);
     assert_eq!(said.status.code(), Some(1));
-    assert_eq!(unit.card().as_deref(), Some("This flock was tried here before, and did not play."));
+    assert_eq!(unit.notice().as_deref(), Some("This flock was tried here before, and did not play."));
 }
 
 #[test]

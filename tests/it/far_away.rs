@@ -59,7 +59,7 @@ fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
          openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout /tmp/key -out /tmp/cert \
          -subj /CN=localhost -addext subjectAltName=DNS:localhost -days 30 2> /dev/null\n\
          cat /tmp/key /tmp/cert > /tmp/both.pem\n\
-         look() {{ begun=$SECONDS status=0; {} --unit lobby --store /tmp/store --keys keys --card /tmp/card \"$2\" \
+         look() {{ begun=$SECONDS status=0; {} --unit lobby --store /tmp/store --keys keys --notice /tmp/notice \"$2\" \
          2>&1 || status=$?; echo \"$1: $status after $((SECONDS - begun))\"; }}\n",
         word(folder.path()),
         word(&updater()),
@@ -77,7 +77,7 @@ fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
         ("silent in the middle", "2030-01-01 12:00", "http://localhost:8002"),
         ("dripping", "2030-01-01 12:00", "http://localhost:8003"),
     ] {
-        writeln!(text, "date --utc --set='{clock}' > /dev/null; look '{case}' {url}; cat /tmp/card; echo").unwrap();
+        writeln!(text, "date --utc --set='{clock}' > /dev/null; look '{case}' {url}; cat /tmp/notice; echo").unwrap();
     }
     let console = succeed_in_virtual_time(120, &script(&text));
 

@@ -95,7 +95,7 @@ fn a_store_of_the_first_format_is_read_with_all_that_it_knows() {
     player.arg("--flock").arg(relics.at("store/current")).args(options).arg(&path);
     let said = output(&mut player);
     let error = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.success() && error.contains("path resumed") && error.contains("faults=0"), "{error}");
+    assert!(said.status.success() && error.contains("resuming the path") && error.contains("faults=0"), "{error}");
     assert_eq!(known(&relics.at("store")), (Some(4), None, Some(Sequence(3))), "the trial was won");
 }
 
@@ -145,7 +145,7 @@ fn an_owners_settings_of_the_first_format_are_kept_as_they_were() {
     let relics = Relics::new();
     let mut owner = Command::new(programs::owner());
     owner.args(["take-in", "owner", "--keep"]).arg(relics.at("kept")).arg("--network").arg(relics.at(""));
-    for (option, name) in [("--name", "name"), ("--wifi", "wifi.conf"), ("--card", "card")] {
+    for (option, name) in [("--name", "name"), ("--wifi", "wifi.conf"), ("--notice", "notice")] {
         owner.arg(option).arg(relics.at(name));
     }
     let said = output(owner.current_dir(relics.at("")));

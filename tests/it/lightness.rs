@@ -157,7 +157,7 @@ fn a_player_reads_whatever_keeps_to_the_limits_within_half_of_a_units_memory() {
     let mut owner = Command::new(programs::owner());
     owner.arg("take-in").arg(&partition).arg("--keep").arg(scratch.path().join("kept"));
     owner.arg("--network").arg(scratch.path()).arg("--name").arg(scratch.path().join("name"));
-    owner.arg("--wifi").arg(scratch.path().join("wifi.conf")).arg("--card").arg(scratch.path().join("card"));
+    owner.arg("--wifi").arg(scratch.path().join("wifi.conf")).arg("--notice").arg(scratch.path().join("notice"));
     says("owner, settings of dotted keys", &owner, 2, "unknown field `k0`");
 }
 

@@ -113,7 +113,7 @@ impl Frame {
         for (option, name) in [("--boot", "boot"), ("--spare", "spare"), ("--slot", "a"), ("--slot", "b")] {
             command.arg(option).arg(self.at(name));
         }
-        command.arg("--loader").arg(self.at("loader")).arg("--card").arg(self.at("card"));
+        command.arg("--loader").arg(self.at("loader")).arg("--notice").arg(self.at("notice"));
         command
     }
 
@@ -157,7 +157,7 @@ fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
     let frame = Frame::new();
     let whole = frame.all();
     assert_eq!(frame.looks("all", 0), [vec![], Vec::<String>::new()]);
-    assert!(!frame.at("card").exists(), "nobody is told anything");
+    assert!(!frame.at("notice").exists(), "nobody is told anything");
     let part = |boot: &str, copy: u8, part: &str| format!("{boot}/{SYSTEMS}/0.2.0_{copy}/{part}");
     // What is damaged, and what is said to be mended.
     let mut cases: Vec<_> = ["boot/EFI/BOOT/BOOTX64.EFI", "spare/EFI/BOOT/grubx64.efi", "boot/loader/loader.conf"]
@@ -181,8 +181,8 @@ fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
     frame.spoil("boot/loader/sums", 3);
     frame.looks("boot", 0);
     assert!(frame.all() == whole, "the sums of the boot loader");
-    let card = fs::read_to_string(frame.at("card")).unwrap();
-    assert!(card.contains("was damaged, and is mended"), "{card}");
+    let notice = fs::read_to_string(frame.at("notice")).unwrap();
+    assert!(notice.contains("was damaged, and is mended"), "{notice}");
 }
 
 #[test]

@@ -37,7 +37,7 @@ impl Settings {
         let mut owner = Command::new(programs::owner());
         owner.arg("take-in").arg(self.path("partition")).arg("--keep").arg(self.path("kept"));
         owner.arg("--network").arg(self.path("")).arg("--name").arg(self.path("name"));
-        owner.arg("--wifi").arg(self.path("wifi.conf")).arg("--card").arg(self.path("card"));
+        owner.arg("--wifi").arg(self.path("wifi.conf")).arg("--notice").arg(self.path("notice"));
         owner
     }
 
@@ -54,7 +54,7 @@ impl Settings {
 
     /// What people are told until it is mended.
     fn told(&self) -> Option<String> {
-        self.read("card.settings")
+        self.read("notice.settings")
     }
 }
 
@@ -75,8 +75,8 @@ fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
     ] {
         let (exit, error) = settings.set(text);
         assert!(exit == Some(code) && error.contains(said), "{exit:?}: {error}");
-        let card = settings.told().unwrap();
-        assert!(card.contains(told) && card.contains("The settings before it stay."), "{card}");
+        let notice = settings.told().unwrap();
+        assert!(notice.contains(told) && notice.contains("The settings before it stay."), "{notice}");
         assert_eq!(settings.read("kept").as_deref(), Some(good));
         assert!(settings.read("wired.conf").is_some(), "the last good network stays");
     }

@@ -37,9 +37,9 @@ fn a_stick_pulled_a_hundred_times_is_read_on_from_where_it_was_and_no_byte_twice
     succeed(Command::new("mke2fs").args(["-q", "-t", "ext4", "-d"]).args([at("bundle"), at("stick")]));
     let text = format!(
         "mkdir /tmp/stick\n\
-         /usr/bin/python3 {pulling} {DEVICES} {stick} {GIVEN} {PULLS} bash -c 'rm -f /tmp/card; \"$@\"; status=$?; \
-         echo; cat /tmp/card; exit $status' update {updater} --unit lobby --store /tmp/store --keys {keys} \
-         --card /tmp/card --json /tmp/stick\n\
+         /usr/bin/python3 {pulling} {DEVICES} {stick} {GIVEN} {PULLS} bash -c 'rm -f /tmp/notice; \"$@\"; status=$?; \
+         echo; cat /tmp/notice; exit $status' update {updater} --unit lobby --store /tmp/store --keys {keys} \
+         --notice /tmp/notice --json /tmp/stick\n\
          rm -r {plays}; cp -r /tmp/store/current/ {plays}",
         pulling = word(&repository().join("tests/it/pulling.py")),
         stick = word(&at("stick")),

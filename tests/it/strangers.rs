@@ -20,7 +20,7 @@ const STRANGE: &str = "evil";
 /// The exit code, and everything that the updater told anybody, which is nothing of a stranger's.
 fn told(unit: &Unit, said: &Output) -> (Option<i32>, String) {
     let read = |path: &Path| fs::read_to_string(path).unwrap_or_default();
-    let files = [read(&unit.path("card")), read(&unit.path("store/contact.json"))].concat();
+    let files = [read(&unit.path("notice")), read(&unit.path("store/contact.json"))].concat();
     let streams = [&said.stdout[..], &said.stderr].map(|text| String::from_utf8(text.to_vec()).unwrap()).concat();
     let all = streams + &files;
     assert!(!all.contains(STRANGE) && !all.contains('\u{1b}') && !all.contains("\\u001b"), "{all:?}");
@@ -42,7 +42,7 @@ fn the_names_of_seals_that_nobody_has_verified_are_told_only_if_a_unit_may_be_ca
         strange(name);
     }
     let (code, all) = told(&unit, &unit.update(&["--scrub"]));
-    assert_eq!((code, unit.card()), (Some(0), None), "no unit's seal is there: {all}");
+    assert_eq!((code, unit.notice()), (Some(0), None), "no unit's seal is there: {all}");
 
     for name in ["attic", "cellar", "hall", "kitchen", "stairs"] {
         fs::write(seals.join(format!("{name}.seal")), "rubbish").unwrap();
@@ -50,8 +50,8 @@ fn the_names_of_seals_that_nobody_has_verified_are_told_only_if_a_unit_may_be_ca
     let (code, all) = told(&unit, &unit.update(&[]));
     assert_eq!(code, Some(1), "{all}");
     assert!(all.contains("has bundles for `attic, cellar, hall and 2 more`, none for `lobby`"), "{all}");
-    let card = "This stick is for attic, cellar, hall and 2 more. This frame is lobby.";
-    assert_eq!(unit.card().as_deref(), Some(card));
+    let notice = "This stick is for attic, cellar, hall and 2 more. This frame is lobby.";
+    assert_eq!(unit.notice().as_deref(), Some(notice));
 }
 
 #[test]

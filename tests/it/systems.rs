@@ -73,7 +73,7 @@ impl Frame {
     fn command(&self, words: &[&str]) -> Command {
         let mut command = Command::new(programs::updater());
         command.args(["--json", "--unit", "lobby", "--config"]).arg(self.at("update.toml")).args(words);
-        for (option, name) in [("--store", "store"), ("--card", "card"), ("--keys", "artist.pub")] {
+        for (option, name) in [("--store", "store"), ("--notice", "notice"), ("--keys", "artist.pub")] {
             command.arg(option).arg(self.at(name));
         }
         command
@@ -118,7 +118,7 @@ impl Frame {
     }
 
     fn told(&self) -> String {
-        let text = fs::read_to_string(self.at("card")).unwrap();
+        let text = fs::read_to_string(self.at("notice")).unwrap();
         serde_json::from_str::<Value>(&text).unwrap()["text"].as_str().unwrap().to_owned()
     }
 }
@@ -232,7 +232,7 @@ fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
     let update = || {
         let mut command = Command::new(programs::updater());
         command.args(["--json", "--unit", "lobby", "--config"]).arg(frame.at("update.toml")).arg(&stick);
-        for (option, name) in [("--store", "store"), ("--card", "card"), ("--keys", "keys")] {
+        for (option, name) in [("--store", "store"), ("--notice", "notice"), ("--keys", "keys")] {
             command.arg(option).arg(frame.at(name));
         }
         output(&mut command)

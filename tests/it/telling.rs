@@ -8,7 +8,7 @@ use crate::status_page::{ask, pixels};
 use crate::updating::Unit;
 use claims::press::rubbish;
 
-/// The picture's size, and where a placard may be: the lowest quarter of it.
+/// The picture's size, and where a notice may be: the lowest quarter of it.
 const SIZE: (usize, usize) = (640, 480);
 /// The luma of a pane is far below that of any of the test picture's large fields, and it has no colour.
 const DARK: u8 = 40;
@@ -23,9 +23,9 @@ fn pane(rgb: &[u8]) -> usize {
 #[test]
 fn people_are_told_over_the_running_picture_what_became_of_their_stick() {
     let unit = Unit::new();
-    let (socket, card) = (unit.path("page"), unit.path("card"));
+    let (socket, notice) = (unit.path("page"), unit.path("notice"));
     let status = format!("unix:{}", socket.display());
-    let options = ["--screen", "virtual", "--seed", "1", "--status", &status, "--card", card.to_str().unwrap()];
+    let options = ["--screen", "virtual", "--seed", "1", "--status", &status, "--notice", notice.to_str().unwrap()];
     let playing = Playing::of(&JOINS.flock().folder).with(&options);
     let mut running = playing.start();
     running.await_lines(40);

@@ -55,7 +55,7 @@ impl Fleet {
     /// `unit` looks at the stick `stick`.
     fn look(&self, unit: &str, stick: &str) -> Output {
         let mut update = Command::new(programs::updater());
-        update.args(["--json", "--unit", unit, "--keys", "trusted", "--config", "update.toml", "--card", "card"]);
+        update.args(["--json", "--unit", unit, "--keys", "trusted", "--config", "update.toml", "--notice", "notice"]);
         output(update.args(["--store", &format!("store-{unit}"), stick]).current_dir(self.studio.at("")))
     }
 

@@ -41,11 +41,11 @@ impl Unit {
         self.path("stick")
     }
 
-    /// `dreams-update SOURCE`, or without one, with a card and a JSON answer.
+    /// `dreams-update SOURCE`, or without one, with a notice and a JSON answer.
     pub(crate) fn update_from(&self, source: Option<&Path>) -> Command {
         let mut command = Command::new(programs::updater());
         command.args(["--json", "--unit", "lobby"]).args(source);
-        for (option, value) in [("--store", "store"), ("--card", "card")] {
+        for (option, value) in [("--store", "store"), ("--notice", "notice")] {
             command.arg(option).arg(self.path(value));
         }
         command.arg("--keys").arg(self.press.keys());
@@ -65,8 +65,8 @@ impl Unit {
     }
 
     /// What people in front of the picture are told.
-    pub(crate) fn card(&self) -> Option<String> {
-        let text = fs::read_to_string(self.path("card")).ok()?;
+    pub(crate) fn notice(&self) -> Option<String> {
+        let text = fs::read_to_string(self.path("notice")).ok()?;
         let notice: Value = serde_json::from_str(&text).unwrap();
         Some(notice["text"].as_str().unwrap().to_owned())
     }
@@ -91,11 +91,11 @@ fn a_stick_brings_a_flock_and_the_next_one_only_what_is_new() {
     );
     assert_eq!((answer["fetched"].as_u64(), answer["fetched_bytes"].as_u64()), (Some(21), Some(all as u64)));
     assert_eq!(unit.playing(), Some(one));
-    assert_eq!(unit.card().as_deref(), Some("The new flock is here. You may remove the stick."));
+    assert_eq!(unit.notice().as_deref(), Some("The new flock is here. You may remove the stick."));
 
     let answer = unit.updated(&[]);
     assert_eq!((&answer["outcome"], answer["fetched_bytes"].as_u64()), (&"no-news".into(), Some(0)));
-    assert_eq!(unit.card().as_deref(), Some("This flock is here already. You may remove the stick."));
+    assert_eq!(unit.notice().as_deref(), Some("This flock is here already. You may remove the stick."));
 
     unit.press.bundle(&unit.stick(), &two, &[], 2);
     unit.press.bundle(&unit.stick(), &two, &["lobby"], 2);
@@ -117,7 +117,7 @@ fn a_stick_put_in_while_another_one_is_read_waits_for_its_turn_and_is_not_lost()
     let slow = unit.path("update.toml");
     fs::write(&slow, "bandwidth_kib = 100\n").unwrap();
     let mut first = unit.update_from(Some(&unit.stick())).arg("--config").arg(slow).spawn().unwrap();
-    while unit.card().is_none() {
+    while unit.notice().is_none() {
         std::thread::yield_now();
     }
     let answer = output(&mut unit.update_from(Some(&unit.path("second"))));
@@ -176,7 +176,7 @@ fn refuses(unit: &Unit, good: &Files, refusals: &[Refusal<'_>]) {
         assert_eq!(output.status.code(), Some(*code), "{case}: {error}");
         assert!(output.stdout.is_empty(), "{case}: complaints go to standard error");
         assert!(error.contains(said) && error.contains("\nhint: "), "{case}: {error}");
-        assert!(unit.card().unwrap().starts_with(told), "{case}: {:?}", unit.card());
+        assert!(unit.notice().unwrap().starts_with(told), "{case}: {:?}", unit.notice());
         assert_eq!(unit.playing().as_ref(), Some(good), "{case}");
     }
 }
@@ -288,7 +288,7 @@ fn a_stick_without_any_bundle_is_nobodys_business() {
         fs::write(unit.stick().join(name), "holiday").unwrap();
     }
     assert_eq!(unit.updated(&[])["outcome"], "no-bundle");
-    assert_eq!(unit.card(), None);
+    assert_eq!(unit.notice(), None);
     assert_eq!(unit.playing(), None);
 }
 

@@ -209,8 +209,8 @@ pub enum Refused {
 }
 
 impl Refused {
-    /// Whether the world is to blame, not the bundle: another attempt may succeed.
-    pub fn is_of_the_world(&self) -> bool {
+    /// Whether reading failed, and not a check of the bundle: another attempt may succeed.
+    pub fn is_io(&self) -> bool {
         matches!(self, Self::Read { .. })
     }
 }

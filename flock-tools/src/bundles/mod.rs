@@ -36,7 +36,7 @@ fn unusable(error: KeyError) -> Fatal {
 
 /// The end of a command that refuses a bundle.
 fn refused(error: Refused) -> Fatal {
-    Fatal::new(if error.is_of_the_world() { Exit::Unreadable } else { Exit::No }, error)
+    Fatal::new(if error.is_io() { Exit::Unreadable } else { Exit::No }, error)
 }
 
 /// The end of a command that cannot sign a bundle.

@@ -158,7 +158,7 @@ pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<Unit
 
 /// The end of a command that needs what the `seal` in the folder at `path` vouches for.
 pub(super) fn bad(path: &Path, seal: String, source: Box<Refused>) -> Fatal {
-    let exit = if source.is_of_the_world() { Exit::Unreadable } else { Exit::No };
+    let exit = if source.is_io() { Exit::Unreadable } else { Exit::No };
     Fatal::new(exit, Bad { path: path.to_owned(), seal, source })
 }
 
@@ -263,7 +263,7 @@ fn refusal(seal: &str, refused: &Refused) -> Fault {
     let is_withheld = matches!(refused, Refused::Withheld { found: None, .. });
     let kind = if is(io::ErrorKind::NotFound) || is_withheld {
         Kind::Missing
-    } else if refused.is_of_the_world() {
+    } else if refused.is_io() {
         Kind::Unreadable
     } else {
         Kind::Refused

@@ -192,8 +192,8 @@ fn put(folder: &Folder, path: &Path) -> Result<(ObjectId, u64), Fatal> {
 }
 
 fn unsound(error: Unsound) -> Fatal {
-    let is_of_the_world = matches!(error, Unsound::Read { .. });
-    Fatal::new(if is_of_the_world { Exit::Unreadable } else { Exit::Malformed }, error)
+    let is_io = matches!(error, Unsound::Read { .. });
+    Fatal::new(if is_io { Exit::Unreadable } else { Exit::Malformed }, error)
 }
 
 /// Reads every system's seal in the folder at `path`, or those that `units` would be given.

@@ -183,7 +183,7 @@ fn every_door_of_the_code_map_is_there() {
 #[test]
 fn a_restart_is_refused_exactly_where_the_same_words_would_be_read_again() {
     let refused = number_after(&read("systemd/dreams-player.service"), "\nRestartPreventExitStatus=");
-    let help = read("player/src/options.rs");
+    let help = read("player/dreams-player/settings/options.rs");
     let malformed = help.lines().find(|line| line.ends_with("is wrong")).expect("the help explains a malformed file");
     assert_eq!(malformed.trim().split_once(' ').unwrap().0, refused.to_string());
     assert!(read("ARCHITECTURE.md").contains(&format!(" {refused} (malformed input)")));

@@ -246,13 +246,13 @@ fn whoever_has_something_to_tell_people_may_whichever_service_made_the_folder_fo
 #[test]
 fn whoever_starts_the_prelude_makes_the_folder_where_it_hands_over_and_passes_its_words_on() {
     let early = super::read("image-build/system/usr/bin/dreams-early");
-    let handover = super::read("player/src/handover.rs");
+    let handover = super::read("player/dreams-player/startup/handover.rs");
     let socket = handover.split_once("SOCKET: &str = \"").and_then(|(_, rest)| rest.split_once('"')).unwrap().0;
     let folder = socket.rsplit_once('/').unwrap().0;
     for wanted in [format!("mkdir -m 750 {folder}\n"), format!("chown dreams:dreams {folder}\n")] {
         assert!(early.contains(&wanted), "{wanted}");
     }
-    let prelude = super::read("player/src/prelude.rs");
+    let prelude = super::read("player/dreams-player/startup/prelude.rs");
     let word = prelude.split_once("write_all(b\"").and_then(|(_, rest)| rest.split_once("\\n\"")).unwrap().0;
     let told = early.replace("$lit", word);
     let measured = super::read("tests/image/soon.rs");

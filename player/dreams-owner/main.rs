@@ -1,0 +1,63 @@
+//! `dreams-owner`: does what the owner of a unit has set, as far as that is neither the player's nor the updater's.
+//!
+//! Owns the command line. What may be set is `player::owner` and `player::wifi`. Never changes the owner's file.
+//!
+//! Start at `take_in.rs`, which is run when the owner's partition is there, at `connect.rs`, which is run for a radio,
+//! and at `restart.rs`, which is run when a new system waits for its start.
+#![forbid(unsafe_code)]
+
+mod connect;
+mod link;
+mod restart;
+mod supplicant;
+mod take_in;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// The end of the help. `player::Exit` has the same four codes.
+const EXIT_STATUS: &str = "\
+Exit status:
+  0  the owner's settings are kept, or there are none; the unit may restart
+  1  the answer is no: the unit may not restart now
+  2  the command line or the owner's file is wrong: the last good settings stay
+  3  a file could not be read or written, or a program not be run";
+
+/// Take in what the owner of a unit has set in `dreams.toml`, and do it
+#[derive(Debug, Parser)]
+#[command(name = "dreams-owner", version, after_help = EXIT_STATUS)]
+struct Options {
+    #[command(subcommand)]
+    work: Work,
+}
+
+#[derive(Debug, Subcommand)]
+enum Work {
+    TakeIn(take_in::Options),
+    Connect(connect::Options),
+    MayRestart(restart::Options),
+}
+
+fn main() -> ExitCode {
+    let exit = match Options::parse().work {
+        Work::TakeIn(options) => take_in::run(&options),
+        Work::Connect(options) => connect::run(&options),
+        Work::MayRestart(options) => restart::run(&options),
+    };
+    ExitCode::from(exit as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Options;
+    use clap::Parser;
+
+    #[test]
+    fn the_option_for_the_notice_has_its_earlier_name_too() {
+        let take_in = "dreams-owner take-in --keep k --network n --name m --wifi w --card c folder";
+        let connect = "dreams-owner connect --keep k --wifi w --card c wlan0";
+        for words in [take_in, connect] {
+            assert!(Options::try_parse_from(words.split(' ')).is_ok(), "{words}");
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Takes in what the owner of a unit has set.
+//!
+//! Owns the order: read the owner's file, keep it if it is right, tell people if it is not, and tell the network, the
+//! radio and the host name's service what it says of them. Never changes the owner's file, and never keeps a password
+//! where others read.
+//!
+//! Start at [`run`].
+
+use clap::Args;
+use player::config_file::text_of;
+use player::owner::FILE_NAME;
+use player::wifi::{Wifi, without_password};
+use player::{ConfigError, Exit, Lasting, Notice, Owner, chain, fail};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write as _};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+/// Who may read a file: all, the user and its group, or the user alone.
+const ALL: u32 = 0o644;
+const GROUP: u32 = 0o640;
+const NOBODY_ELSE: u32 = 0o600;
+
+/// Take in what stands in the owner's file
+#[derive(Debug, Args)]
+#[command(after_help = super::EXIT_STATUS)]
+pub(crate) struct Options {
+    /// The folder with the owner's `dreams.toml`
+    folder: PathBuf,
+    /// Where the last good settings are kept, without the password of a Wi-Fi
+    #[arg(long, value_name = "FILE")]
+    keep: PathBuf,
+    /// The folder for the settings of the network manager
+    #[arg(long, value_name = "FOLDER")]
+    network: PathBuf,
+    /// Where the unit's host name is kept, if the owner has set one
+    #[arg(long, value_name = "FILE")]
+    name: PathBuf,
+    /// Where the Wi-Fi is kept, with its password
+    #[arg(long, value_name = "FILE")]
+    wifi: PathBuf,
+    /// Where notices are written: what is wrong is told beside it, until it is right
+    #[arg(long, alias = "card", value_name = "FILE")]
+    notice: PathBuf,
+}
+
+/// Why the settings were not taken in.
+#[derive(Debug, thiserror::Error)]
+enum Fatal {
+    #[error(transparent)]
+    Settings(#[from] ConfigError),
+    #[error("cannot write `{path}`", path = path.display())]
+    Write { path: PathBuf, source: io::Error },
+}
+
+/// Takes the settings in; writes what is wrong with them to a notice and to standard error.
+pub(crate) fn run(options: &Options) -> Exit {
+    let taken = take_in(options);
+    let told = taken.inspect(|()| take_back(&options.notice)).inspect_err(|fatal| warn_people(fatal, &options.notice));
+    told.and(tell_others(options)).map_or_else(|fatal| ended(&fatal), |()| Exit::Fine)
+}
+
+/// Keeps what the owner has set, if it is right. Where there is no file, what was kept stays.
+fn take_in(options: &Options) -> Result<(), Fatal> {
+    let path = options.folder.join(FILE_NAME);
+    let text = match text_of(&path) {
+        Err(ConfigError::Read { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(()),
+        text => text?,
+    };
+    let owner = Owner::parse(Path::new(FILE_NAME), &text)?;
+    // Only here is the password known: what is kept of the rest is for others to read.
+    tell(&options.wifi, owner.wifi().as_ref().map(Wifi::settings).as_deref(), NOBODY_ELSE)?;
+    tell(&options.keep, Some(&without_password(&text)), GROUP)
+}
+
+/// Tells the network manager, and the service that sets the host name, what the kept settings say of it.
+fn tell_others(options: &Options) -> Result<(), Fatal> {
+    let owner = Owner::kept(&options.keep);
+    tell(&options.network.join("wired.conf"), owner.wired().as_deref(), ALL)?;
+    tell(&options.network.join("wireless.conf"), owner.wireless().as_deref(), ALL)?;
+    tell(&options.name, owner.host_name().map(|name| name + "\n").as_deref(), ALL)
+}
+
+/// Makes the file at `path` hold `text`, with the rights of `mode`; or removes it, if there is no text. One that is so
+/// already stays as it is.
+fn tell(path: &Path, text: Option<&str>, mode: u32) -> Result<(), Fatal> {
+    let unwritten = |source| Fatal::Write { path: path.to_owned(), source };
+    match text {
+        Some(text) if fs::read_to_string(path).is_ok_and(|there| there == text) => Ok(()),
+        Some(text) => replace(path, text, mode).map_err(unwritten),
+        None => match fs::remove_file(path) {
+            Err(source) if source.kind() != ErrorKind::NotFound => Err(unwritten(source)),
+            Ok(()) | Err(_) => Ok(()),
+        },
+    }
+}
+
+/// Writes `text` to `path`, whole or not at all, whatever happens to the machine.
+fn replace(path: &Path, text: &str, mode: u32) -> io::Result<()> {
+    let temporary = PathBuf::from(format!("{}.new", path.display()));
+    // What is left of an attempt may be for others to read.
+    if let Err(error) = fs::remove_file(&temporary)
+        && error.kind() != ErrorKind::NotFound
+    {
+        return Err(error);
+    }
+    let mut file = File::options().write(true).create_new(true).mode(mode).open(&temporary)?;
+    file.write_all(text.as_bytes())?;
+    file.sync_all()?;
+    fs::rename(&temporary, path)?;
+    File::open(path.parent().unwrap_or(Path::new(".")))?.sync_all()
+}
+
+/// Writes the notice that says what is wrong with the owner's file.
+fn warn_people(fatal: &Fatal, notice: &Path) {
+    let text = match fatal {
+        Fatal::Settings(ConfigError::Malformed { line, key, .. }) => {
+            let at = if key.is_empty() { String::new() } else { format!(", at {key}") };
+            format!("{FILE_NAME} is wrong in line {line}{at}. The settings before it stay.")
+        }
+        Fatal::Settings(ConfigError::Read { .. }) => {
+            format!("{FILE_NAME} cannot be read. The settings before it stay.")
+        }
+        Fatal::Write { .. } => "The memory of this frame does not take the settings. The picture goes on.".to_owned(),
+    };
+    if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Settings.path(notice)) {
+        fail(&error, "cannot write the notice over the picture");
+    }
+}
+
+/// Removes that notice.
+fn take_back(notice: &Path) {
+    if let Err(error) = Lasting::Settings.take_back(notice) {
+        fail(&error, "cannot remove the notice over the picture");
+    }
+}
+
+/// Writes to standard error why it ends.
+fn ended(fatal: &Fatal) -> Exit {
+    match fatal {
+        Fatal::Settings(ConfigError::Malformed { .. }) => {
+            fail(fatal, "every key is explained in `config/dreams.toml`");
+            Exit::Wrong
+        }
+        Fatal::Settings(ConfigError::Read { .. }) | Fatal::Write { .. } => {
+            fail(fatal, &format!("what was kept before stays: {}", chain(fatal)));
+            Exit::Unread
+        }
+    }
+}

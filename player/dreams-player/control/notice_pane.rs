@@ -1,0 +1,221 @@
+//! A notice over the picture, for the people in front of it.
+//!
+//! Owns the drawing: a dark pane at the bottom left with light letters, and a progress bar beneath. It never covers more
+//! than a twentieth of the picture. The text comes from the updater and `dreams-owner`; `notice_watcher.rs` decides how
+//! long it is shown.
+//!
+//! Start at [`NoticePane::draw`].
+
+use font8x8::legacy::BASIC_LEGACY;
+use player::{Notice, hold};
+use screen::Picture;
+use std::sync::{Arc, Mutex};
+
+/// Dots of a letter, across and down.
+const LETTER: u32 = 8;
+/// Letters of a line, at most.
+const LINE: usize = 44;
+/// Lines, at most.
+const LINES: usize = 3;
+/// Rows of the picture, or columns if there are fewer, for each pixel of a dot.
+const ROWS_PER_DOT: u32 = 360;
+/// Luma of the pane and of the letters: calm, and legible.
+const PANE: u8 = 30;
+const INK: u8 = 190;
+/// Luma of the rest of the progress bar.
+const DIM: u8 = 70;
+
+/// A notice, drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct NoticePane {
+    /// The size of the pictures that it was drawn for.
+    picture: (u32, u32),
+    /// The first pixel across and down, even.
+    at: (u32, u32),
+    /// Pixels across and down, even.
+    size: (u32, u32),
+    luma: Vec<u8>,
+}
+
+/// Memory for a picture under a notice: it is allocated once.
+#[derive(Debug, Default)]
+pub(crate) struct PaneBuffer {
+    planes: [Vec<u8>; 3],
+}
+
+/// What lies over the picture, shared between threads.
+#[derive(Debug, Default)]
+pub(crate) struct Overlay(Mutex<Option<Arc<NoticePane>>>);
+
+impl Overlay {
+    /// Lays `pane` over the picture from the next frame on, or nothing.
+    pub(crate) fn set(&self, pane: Option<Arc<NoticePane>>) {
+        *hold(&self.0) = pane;
+    }
+
+    /// What lies there.
+    pub(crate) fn get(&self) -> Option<Arc<NoticePane>> {
+        hold(&self.0).clone()
+    }
+}
+
+impl NoticePane {
+    /// Draws `notice` for pictures of this size, in the largest letters that cover little enough; `None` if the picture
+    /// is too small.
+    pub(crate) fn draw(notice: &Notice, size: (u32, u32)) -> Option<Self> {
+        let largest = (size.0.min(size.1) / ROWS_PER_DOT).max(1);
+        (1..=largest).rev().find_map(|dot| Self::with(notice, size, dot))
+    }
+
+    /// The same, with dots of so many pixels.
+    fn with(notice: &Notice, (width, height): (u32, u32), dot: u32) -> Option<Self> {
+        let (pitch, margin) = (LETTER * dot, LETTER * dot / 2);
+        let room = (width.saturating_sub(6 * margin) / pitch) as usize;
+        let lines = wrapped(&notice.text, room.min(LINE));
+        let across = lines.iter().map(Vec::len).max().filter(|across| *across > 0)? as u32;
+        let bar = if notice.thousandths.is_some() { 3 * dot } else { 0 };
+        let down = lines.len() as u32 * (pitch + 2 * dot) + bar;
+        let size = (across * pitch + 2 * margin, (down + 2 * margin + 1) & !1);
+        let fits = size.0 + 4 * margin <= width && size.1 + 4 * margin <= height;
+        let covered = u64::from(size.0) * u64::from(size.1) * 20;
+        if !fits || covered > u64::from(width) * u64::from(height) {
+            return None;
+        }
+        let at = (2 * margin, (height - size.1 - 2 * margin) & !1);
+        let mut pane = Self { picture: (width, height), at, size, luma: vec![PANE; (size.0 * size.1) as usize] };
+        for (row, line) in lines.iter().enumerate() {
+            for (column, letter) in line.iter().enumerate() {
+                let left = margin + column as u32 * pitch;
+                pane.letter(*letter, (left, margin + row as u32 * (pitch + 2 * dot)), dot);
+            }
+        }
+        if let Some(thousandths) = notice.thousandths {
+            let (top, length) = (size.1 - margin - dot, size.0 - 2 * margin);
+            let done = length * u32::from(thousandths.min(1_000)) / 1_000;
+            pane.fill((margin, top), (length, dot), DIM);
+            pane.fill((margin, top), (done, dot), INK);
+        }
+        Some(pane)
+    }
+
+    /// Lays it over `picture`, in the memory of `into`. A picture that it was not drawn for stays as it is.
+    pub(crate) fn over<'a>(&self, picture: &Picture<'a>, into: &'a mut PaneBuffer) -> Picture<'a> {
+        let (left, top) = (self.at.0 as usize, self.at.1 as usize);
+        let (across, down) = (self.size.0 as usize, self.size.1 as usize);
+        let width = picture.width as usize;
+        if (picture.width, picture.height) != self.picture {
+            return *picture;
+        }
+        for (plane, bytes) in into.planes.iter_mut().enumerate() {
+            bytes.clear();
+            picture.rows(plane).for_each(|row| bytes.extend_from_slice(row));
+        }
+        let [luma, chroma @ ..] = &mut into.planes;
+        for (y, row) in self.luma.chunks(across).enumerate() {
+            luma[(top + y) * width + left..][..across].copy_from_slice(row);
+        }
+        for plane in chroma {
+            for y in top / 2..top / 2 + down / 2 {
+                plane[y * (width / 2) + left / 2..][..across / 2].fill(128);
+            }
+        }
+        let [y, u, v] = &into.planes;
+        Picture { planes: [y, u, v], strides: [width, width / 2, width / 2], ..*picture }
+    }
+
+    fn letter(&mut self, letter: u8, (left, top): (u32, u32), dot: u32) {
+        for (y, row) in BASIC_LEGACY[usize::from(letter)].into_iter().enumerate() {
+            for x in (0..LETTER).filter(|x| row & 1 << x != 0) {
+                self.fill((left + x * dot, top + y as u32 * dot), (dot, dot), INK);
+            }
+        }
+    }
+
+    fn fill(&mut self, (left, top): (u32, u32), (across, down): (u32, u32), luma: u8) {
+        for y in top..top + down {
+            let row = (y * self.size.0 + left) as usize;
+            self.luma[row..row + across as usize].fill(luma);
+        }
+    }
+}
+
+/// The words of `text` in lines of at most `most` letters; what does not fit into the last line is left out. Letters that
+/// cannot be drawn are question marks.
+fn wrapped(text: &str, most: usize) -> Vec<Vec<u8>> {
+    let plain = |c: char| if c.is_ascii_graphic() { c as u8 } else { b'?' };
+    let mut lines: Vec<Vec<u8>> = vec![Vec::new()];
+    for word in text.split_whitespace() {
+        let word: Vec<u8> = word.chars().map(plain).take(most).collect();
+        let line = lines.last_mut().expect("there is always a line");
+        if line.is_empty() {
+            *line = word;
+        } else if line.len() + 1 + word.len() <= most {
+            line.push(b' ');
+            line.extend(word);
+        } else if lines.len() < LINES {
+            lines.push(word);
+        } else {
+            break;
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DIM, LINES, NoticePane, PANE, PaneBuffer, wrapped};
+    use player::Notice;
+    use screen::Picture;
+
+    fn notice(text: &str, thousandths: Option<u16>) -> Notice {
+        Notice { text: text.to_owned(), thousandths }
+    }
+
+    #[test]
+    fn a_notice_covers_a_twentieth_at_most_and_leaves_the_rest_as_it_is() {
+        let longest = "This flock is not signed by anybody whom this frame trusts.";
+        for (width, height) in [(640u32, 480u32), (1280, 720), (1920, 1080), (3840, 2160), (720, 1280)] {
+            let pane = NoticePane::draw(&notice(longest, Some(500)), (width, height)).unwrap();
+            let ground: Vec<u8> = (0..width * height).map(|at| (at % 200) as u8 + 40).collect();
+            let colour = vec![77; (width * height / 4) as usize];
+            let (wide, half) = (width as usize, width as usize / 2);
+            let picture = Picture { width, height, planes: [&ground, &colour, &colour], strides: [wide, half, half] };
+            let mut memory = PaneBuffer::default();
+            let over = pane.over(&picture, &mut memory);
+            let changed = over.planes[0].iter().zip(&ground).filter(|(over, ground)| over != ground).count();
+            assert!(changed * 20 <= ground.len() && changed * 100 > ground.len(), "{changed} of {width}x{height}");
+            let grey = over.planes[1].iter().filter(|sample| **sample != 77).count();
+            assert!(grey * 20 <= colour.len() && grey > 0);
+            assert_eq!(over.planes[0][..wide * 100], ground[..wide * 100], "the top is the picture's");
+        }
+    }
+
+    #[test]
+    fn a_letter_is_drawn_as_it_is_and_progress_as_a_line() {
+        let lit = |thousandths| {
+            let pane = NoticePane::draw(&notice("I", thousandths), (640, 480)).unwrap();
+            (pane.luma.iter().filter(|luma| **luma > DIM).count(), pane.luma.len())
+        };
+        let (letter, all) = lit(None);
+        assert!(letter > 10 && letter * 4 < all);
+        assert!(lit(Some(0)).0 == letter && lit(Some(1_000)).0 == letter + 8 && lit(Some(9_999)).0 == letter + 8);
+    }
+
+    #[test]
+    fn a_picture_too_small_for_a_word_has_no_notice_and_one_of_another_size_stays() {
+        assert_eq!(NoticePane::draw(&notice("A new flock is coming in.", None), (64, 48)), None);
+        assert_eq!(NoticePane::draw(&notice("", None), (640, 480)), None);
+        let pane = NoticePane::draw(&notice("Here.", None), (1280, 720)).unwrap();
+        let (luma, chroma) = ([9; 256], [128; 64]);
+        let small = Picture { width: 16, height: 16, planes: [&luma, &chroma, &chroma], strides: [16, 8, 8] };
+        assert_eq!(pane.over(&small, &mut PaneBuffer::default()).planes[0], luma);
+        assert!(pane.luma.contains(&PANE));
+    }
+
+    #[test]
+    fn words_are_wrapped_and_what_cannot_be_drawn_is_a_question_mark() {
+        assert_eq!(wrapped("one two\u{e9} three", 8), [&b"one two?"[..], b"three"]);
+        assert_eq!(wrapped("abcdefghij", 4), [b"abcd"]);
+        assert_eq!(wrapped(&"word ".repeat(100), 9).len(), LINES);
+    }
+}

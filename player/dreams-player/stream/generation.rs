@@ -1,0 +1,197 @@
+//! The flock that is played: a plain folder, or a generation of the unit's store, perhaps on trial.
+//!
+//! Owns the course of a trial: so many joins shown win it, the first bad clip loses it.
+//! Never chooses a clip, never installs anything: the updater does, and moves the link that is read here.
+//!
+//! Start at [`Generation::open`].
+
+use bundle::{Judge, Playing, StoreError, Verdict};
+use flock::{Flock, Manifest, ManifestError};
+use player::chain;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use timing::Rate;
+use tracing::{info, warn};
+use video::Form;
+
+/// A flock that can be played.
+#[derive(Debug)]
+pub(crate) struct Generation {
+    pub(crate) flock: Arc<Flock>,
+    pub(crate) folder: PathBuf,
+    /// `None` for a plain folder.
+    playing: Option<Playing>,
+    /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
+    awaited: Option<PathBuf>,
+    /// Its trial; `None` if it has passed.
+    pub(crate) trial: Option<Arc<Trial>>,
+}
+
+/// What a screen is to show; size and rate until a flock of others comes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StreamFormat {
+    /// The flock's frames per second.
+    pub(crate) fps: Rate,
+    /// Its pictures' size.
+    pub(crate) size: (u32, u32),
+    /// Whether the screen flips as fast as frames come, instead of by the time.
+    pub(crate) free: bool,
+}
+
+impl StreamFormat {
+    /// Of `flock`.
+    pub(crate) fn of(flock: &Flock, free: bool) -> Self {
+        Self { fps: flock.manifest().fps, size: flock.manifest().size, free }
+    }
+}
+
+/// A trial that was on when this run came to the flock.
+#[derive(Debug)]
+pub(crate) struct Trial {
+    judge: Judge,
+    number: u64,
+    is_over: AtomicBool,
+    is_excused: AtomicBool,
+}
+
+impl Generation {
+    /// The flock at `path`; while there is none that can be read, the one at `spare`, if that can be.
+    ///
+    /// # Errors
+    /// [`ManifestError`] of what is at `path`.
+    pub(crate) fn open_or(path: &Path, spare: &Path) -> Result<Self, ManifestError> {
+        Self::open(path).or_else(|error| {
+            let Ok(standing_in) = Self::open(spare) else { return Err(error) };
+            warn!(error = chain(&error), spare = %spare.display(), "cannot read the flock, playing the spare flock");
+            Ok(Self { awaited: Some(path.to_owned()), ..standing_in })
+        })
+    }
+
+    /// The flock at `path`: a folder, or the `current` of a store. A generation on trial that no player can read, or
+    /// that was begun too often, has lost, and the one that comes back is opened.
+    ///
+    /// # Errors
+    /// [`ManifestError`] if there is no flock to be read.
+    pub(crate) fn open(path: &Path) -> Result<Self, ManifestError> {
+        loop {
+            let Some(playing) = playing(path) else {
+                // Whatever becomes of a link on the way, the clips are those of one flock.
+                let folder = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+                let flock = Arc::new(Flock::new(Manifest::read_on_unit(path)?));
+                return Ok(Self { flock, folder, playing: None, awaited: None, trial: None });
+            };
+            let trial = Trial::of(&playing);
+            match (Manifest::read_on_unit(&playing.folder()), trial) {
+                (Ok(manifest), trial) => {
+                    let (flock, folder) = (Arc::new(Flock::new(manifest)), playing.folder());
+                    let trial = trial.map(Arc::new);
+                    return Ok(Self { flock, folder, playing: Some(playing), awaited: None, trial });
+                }
+                (Err(error), Some(trial)) if trial.lost(&chain(&error)) => {}
+                (Err(error), _) => return Err(error),
+            }
+        }
+    }
+
+    /// The player begins to play it. `false` if it was begun too often: another one is to be played.
+    pub(crate) fn begin(&mut self) -> bool {
+        let verdict = self.trial.as_ref().map_or(Ok(Verdict::Open), |trial| trial.judge.started(trial.number));
+        match verdict {
+            Ok(Verdict::Open | Verdict::Won) => true,
+            Ok(Verdict::Lost) => {
+                warn!("the new flock failed to start too often, going back to the previous one");
+                self.trial = None;
+                false
+            }
+            Err(error) => {
+                not_recorded(&error);
+                true
+            }
+        }
+    }
+
+    /// The form of its clips.
+    pub(crate) fn form(&self) -> Form {
+        Form { size: self.flock.manifest().size, fps: self.flock.manifest().fps }
+    }
+
+    /// Whether another flock is to be played by now.
+    pub(crate) fn is_over(&self) -> bool {
+        let has_come = |path: &PathBuf| path.join(flock::FILE_NAME).is_file();
+        self.playing.as_ref().is_some_and(Playing::is_over) || self.awaited.as_ref().is_some_and(has_come)
+    }
+
+    /// A clip of it is not what it should be.
+    pub(crate) fn failed(&mut self) {
+        if let Some(trial) = self.trial.take() {
+            trial.lost("a clip of it is bad");
+        }
+    }
+}
+
+impl Trial {
+    fn of(playing: &Playing) -> Option<Self> {
+        let (judge, number) = (playing.judge().ok()?, playing.number());
+        let no = || AtomicBool::new(false);
+        judge.is_on_trial(number).then_some(Self { judge, number, is_over: no(), is_excused: no() })
+    }
+
+    /// A clip of it was on the glass to its end, as it should be.
+    pub(crate) fn shown(&self) {
+        if self.is_over.load(Ordering::Relaxed) {
+            return;
+        }
+        match self.judge.shown(self.number) {
+            Ok(Verdict::Won) => {
+                self.is_over.store(true, Ordering::Relaxed);
+                info!(generation = self.number, "the new flock passed its trial");
+            }
+            Ok(Verdict::Open | Verdict::Lost) => {}
+            Err(error) => not_recorded(&error),
+        }
+    }
+
+    /// That this start shows nothing is not its fault: there is no display, or the run ended as it was told to.
+    pub(crate) fn excused(&self) {
+        let is_done = self.is_excused.swap(true, Ordering::Relaxed) || self.is_over.load(Ordering::Relaxed);
+        if !is_done && let Err(error) = self.judge.excused(self.number) {
+            not_recorded(&error);
+        }
+    }
+
+    /// It cannot be played: the one before comes back. `false` if it is not on trial any more, or if that could not be
+    /// written down.
+    pub(crate) fn lost(&self, why: &str) -> bool {
+        self.is_over.store(true, Ordering::Relaxed);
+        match self.judge.lost(self.number) {
+            Ok(true) => {
+                warn!(generation = self.number, why, "the new flock failed its trial, going back to the previous one");
+                true
+            }
+            Ok(false) => false,
+            Err(error) => {
+                not_recorded(&error);
+                false
+            }
+        }
+    }
+}
+
+/// The generation that `path` names, if it is the link of a store.
+fn playing(path: &Path) -> Option<Playing> {
+    match Playing::of(path) {
+        Ok(playing) => playing,
+        // Reading the flock says what is missing.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(error) => {
+            warn!(path = %path.display(), error = chain(&error), "cannot read the store of flocks");
+            None
+        }
+    }
+}
+
+fn not_recorded(error: &StoreError) {
+    warn!(error = chain(error), "cannot record the state of the trial in the store of flocks");
+}

@@ -1,0 +1,159 @@
+//! The command line of `dreams-update`.
+//!
+//! Owns the options and their help, and what they make of the settings. Never acts on them: `update_run.rs` does.
+
+use crate::config::Config;
+use crate::fatal::Fatal;
+use bundle::{Consent, PublicKey, UnitId};
+use clap::Parser;
+use player::{Owner, config_file};
+use std::fs;
+use std::path::PathBuf;
+
+/// The end of the help. `player::Exit` has the same four codes.
+const EXIT_STATUS: &str = "\
+Exit status:
+  0  a flock or a system was taken in, or there was nothing new
+  1  the answer is no: the bundle is refused, or there is no room for it
+  2  the command line, the config or a key is wrong
+  3  the source, the store or the slot could not be read or written; another attempt goes on from there";
+
+/// Bring this unit a flock or a system, from a stick or a server, whole or not at all
+#[derive(Debug, Default, Parser)]
+#[command(name = "dreams-update", version, after_help = EXIT_STATUS)]
+pub(crate) struct Options {
+    /// Where bundles lie: a folder, as `flock publish` made it, or the address of one on a web server; without it, the
+    /// `url` of the settings
+    #[arg(value_name = "SOURCE")]
+    source: Option<String>,
+    /// Read settings from this file; options win over it
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Where the flocks of this unit are kept
+    #[arg(long, value_name = "DIR")]
+    store: Option<PathBuf>,
+    /// Whom this unit trusts: a folder of public keys, or one of them
+    #[arg(long, value_name = "DIR")]
+    keys: Option<PathBuf>,
+    /// What this unit is called
+    #[arg(long, value_name = "NAME", value_parser = UnitId::new)]
+    unit: Option<UnitId>,
+    /// Take the bundle also if it is older than what this unit has played, or did not play on it, or is for every unit
+    /// although this one has its own
+    #[arg(long)]
+    allow_older: bool,
+    /// Only look if it is time, and remember in this file when that is next
+    #[arg(long, value_name = "FILE")]
+    schedule: Option<PathBuf>,
+    /// Write the system that has come to this slot, which must not be the one that runs, and nothing else
+    #[arg(long, value_name = "DEVICE", requires = "boot", conflicts_with_all = ["source", "schedule", "scrub"])]
+    slot: Option<PathBuf>,
+    /// The folder of the boot loader's partition, for that slot
+    #[arg(long, value_name = "DIR", requires = "slot")]
+    boot: Option<PathBuf>,
+    /// First read every byte that is kept; what is damaged stays until it was fetched again
+    #[arg(long)]
+    scrub: bool,
+    /// Tell people in front of the picture, through this file, how far it is
+    #[arg(long, alias = "card", value_name = "FILE")]
+    notice: Option<PathBuf>,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is to be done.
+#[derive(Debug)]
+pub(crate) struct Order {
+    pub(crate) config: Config,
+    /// Whom the owner trusts besides.
+    pub(crate) owners_keys: Vec<PublicKey>,
+    pub(crate) unit: UnitId,
+    /// `None` if there is nowhere to look.
+    pub(crate) source: Option<String>,
+    pub(crate) consent: Consent,
+    pub(crate) schedule: Option<PathBuf>,
+    /// The slot that a system is to be written to, and where the boot loader finds what to start.
+    pub(crate) slot: Option<(PathBuf, PathBuf)>,
+    pub(crate) scrub: bool,
+    pub(crate) notice: Option<PathBuf>,
+    pub(crate) json: bool,
+}
+
+impl Options {
+    /// What is to be done: the defaults, then the config, then the options.
+    ///
+    /// # Errors
+    /// [`Fatal`] if the config is refused, or the unit has no name.
+    pub(crate) fn order(self) -> Result<Order, Fatal> {
+        let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
+        let owner = Owner::kept(&config.owner);
+        let unit = self.unit.or(owner.unit).or_else(|| config.unit.clone()).map_or_else(host_name, Ok)?;
+        let source = self.source.or(owner.url).or_else(|| config.url.clone());
+        let slot = self.slot.zip(self.boot);
+        if source.is_none() && self.schedule.is_none() && !self.scrub && slot.is_none() {
+            return Err(Fatal::Nowhere);
+        }
+        Ok(Order {
+            config: Config {
+                store: self.store.unwrap_or(config.store),
+                keys: self.keys.unwrap_or(config.keys),
+                proxy: owner.proxy.or(config.proxy),
+                ..config
+            },
+            owners_keys: owner.keys,
+            unit,
+            source,
+            consent: if self.allow_older { Consent::Any } else { Consent::Newer },
+            schedule: self.schedule,
+            slot,
+            scrub: self.scrub,
+            notice: self.notice,
+            json: self.json,
+        })
+    }
+}
+
+/// What the machine calls itself.
+fn host_name() -> Result<UnitId, Fatal> {
+    let path = "/proc/sys/kernel/hostname";
+    let name = fs::read_to_string(path).map_err(|source| Fatal::Host { path: path.into(), source })?;
+    UnitId::new(&name.trim().to_lowercase()).map_err(Fatal::Nameless)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EXIT_STATUS, Options};
+    use bundle::Consent;
+    use clap::Parser;
+    use player::Exit;
+    use std::io::Write;
+
+    #[test]
+    fn an_option_wins_over_the_updaters_config() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        writeln!(file, "unit = \"stairs\"\nstore = \"/a\"\nkeys = \"/b\"").unwrap();
+        let path = file.path().to_str().unwrap();
+        let options = ["dreams-update", "/media", "--config", path, "--unit", "lobby", "--store", "/c"];
+        let order = Options::parse_from(options).order().unwrap();
+        assert_eq!((order.unit.as_str(), order.consent), ("lobby", Consent::Newer));
+        let config = order.config;
+        assert_eq!((config.store.to_str(), config.keys.to_str()), (Some("/c"), Some("/b")));
+        assert_eq!(
+            Options::parse_from(["dreams-update", "/media", "--config", path]).order().unwrap().unit.as_str(),
+            "stairs"
+        );
+        assert!(Options::try_parse_from(["dreams-update", "/media", "--unit", "The Lobby"]).is_err());
+        let earlier =
+            Options::parse_from(["dreams-update", "/media", "--card", "a", "--unit", "lobby"]).order().unwrap();
+        assert_eq!(earlier.notice.as_deref(), Some(std::path::Path::new("a")), "the option has its earlier name too");
+    }
+
+    #[test]
+    fn the_updaters_help_names_every_exit_code() {
+        for exit in [Exit::Fine, Exit::No, Exit::Wrong, Exit::Unread] {
+            assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
+        }
+        assert_eq!(EXIT_STATUS.lines().count(), 5);
+    }
+}

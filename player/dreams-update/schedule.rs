@@ -1,0 +1,158 @@
+//! When a unit looks for updates by itself.
+//!
+//! Owns the interval, its jitter, the patience after failures, and the hours in which it may be. Time is counted from the
+//! machine's start, so that no clock need be right; the hours are kept only where the clock can be. Pure, but for the
+//! small file that remembers until the next start when the next look is due.
+//!
+//! Start at [`Schedule::is_due`].
+
+use player::day::{self, DAY_MIN};
+use player::is_clock_wrong;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// The first wait after a failure, in seconds; it doubles with each further one.
+const AGAIN_S: u64 = 60;
+/// Hours of the day, in UTC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Window(day::Window);
+
+/// A text that is no window.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no window: two times of the day in UTC, as in `02:00-05:30`")]
+pub(crate) struct NoWindow(String);
+
+/// What is remembered of the last look.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Schedule {
+    /// Seconds since the start of the machine at which the next look is due.
+    due_s: u64,
+    /// Failures in a row.
+    failures: u32,
+}
+
+impl Schedule {
+    /// What is remembered at `path`. A file that cannot be read is ignored: the unit looks once more.
+    pub(crate) fn read(path: &Path) -> Self {
+        fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+    }
+
+    /// Remembers it at `path`, which need not outlive the machine's next start.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
+        let temporary = PathBuf::from(format!("{}.new", path.display()));
+        fs::write(&temporary, serde_json::to_vec(self).map_err(io::Error::other)?)?;
+        fs::rename(temporary, path)
+    }
+
+    /// Whether to look now: `up_s` seconds after the machine's start, when its clock shows `clock_s` since 1970.
+    pub(crate) fn is_due(&self, up_s: u64, clock_s: u64, window: Option<Window>) -> bool {
+        let open = window.is_none_or(|window| is_clock_wrong(clock_s) || window.includes(clock_s));
+        up_s >= self.due_s && open
+    }
+
+    /// After a look at `up_s`: the next one `every_s` later, give or take a quarter; sooner after a failure, and the more
+    /// failures the less soon. `chance` is random, from 0 to below 1.
+    #[must_use]
+    pub(crate) fn after(&self, is_failure: bool, up_s: u64, every_s: u64, chance: f64) -> Self {
+        let failures = if is_failure { self.failures.saturating_add(1) } else { 0 };
+        let wait_s = if is_failure {
+            AGAIN_S.checked_shl(failures - 1).unwrap_or(every_s).clamp(AGAIN_S.min(every_s), every_s)
+        } else {
+            every_s
+        };
+        let jittered = wait_s as f64 * (0.75 + 0.5 * chance);
+        Self { due_s: up_s.saturating_add(jittered as u64), failures }
+    }
+}
+
+impl Window {
+    fn includes(self, clock_s: u64) -> bool {
+        self.0.includes(clock_s / 60 % DAY_MIN)
+    }
+}
+
+impl FromStr for Window {
+    type Err = NoWindow;
+
+    fn from_str(text: &str) -> Result<Self, NoWindow> {
+        day::Window::parse(text).map(Self).ok_or_else(|| NoWindow(text.to_owned()))
+    }
+}
+
+player::from_string!(NoWindow: Window);
+
+#[cfg(test)]
+mod tests {
+    use super::{Schedule, Window};
+    use player::day::FOUNDED_S;
+
+    const HOUR: u64 = 3_600;
+
+    #[test]
+    fn a_unit_looks_at_once_after_its_start_and_then_about_every_so_often() {
+        let schedule = Schedule::default();
+        assert!(schedule.is_due(3, 0, None), "in 1970, too");
+        for (chance, early, late) in [(0.0, 4 * HOUR, 5 * HOUR), (0.999, 7 * HOUR, 8 * HOUR)] {
+            let next = schedule.after(false, 100, 6 * HOUR, chance);
+            assert!(!next.is_due(100 + early, 0, None) && next.is_due(100 + late, 0, None));
+        }
+    }
+
+    #[test]
+    fn failures_are_met_with_growing_patience_and_forgotten_after_a_success() {
+        let mut schedule = Schedule::default();
+        let mut waits = Vec::new();
+        for _ in 0..12 {
+            schedule = schedule.after(true, 0, 6 * HOUR, 0.5);
+            waits.push(schedule.due_s);
+        }
+        assert_eq!(waits[..4], [60, 120, 240, 480]);
+        assert_eq!(waits[9..], [6 * HOUR; 3], "never less often than without failures");
+        assert_eq!(
+            schedule.after(true, 0, 6 * HOUR, 0.5).after(false, 0, HOUR, 0.5).after(true, 0, HOUR, 0.5).due_s,
+            60
+        );
+        let patient = Schedule { failures: u32::MAX, ..schedule };
+        assert_eq!(patient.after(true, 0, 6 * HOUR, 0.5).due_s, 6 * HOUR);
+    }
+
+    #[test]
+    fn the_window_is_kept_where_the_clock_can_be_right() {
+        let midnight = FOUNDED_S;
+        let is_due = |window: &str, clock_s| Schedule::default().is_due(0, clock_s, Some(window.parse().unwrap()));
+        for (window, hour, is_open) in [
+            ("02:00-05:30", 1, false),
+            ("02:00-05:30", 2, true),
+            ("02:00-05:30", 6, false),
+            ("22:00-04:00", 23, true),
+            ("22:00-04:00", 3, true),
+            ("22:00-04:00", 4, false),
+        ] {
+            assert_eq!(is_due(window, midnight + hour * HOUR), is_open, "{window} at {hour}");
+        }
+        assert!(is_due("02:00-05:30", 12 * HOUR), "it is not 1970");
+        for wrong in ["", "2:00-5:30", "02:00", "24:00-25:00", "02:00-02:00", "02:00-05:60", "-1:00-05:00"] {
+            assert!(wrong.parse::<Window>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_is_remembered_is_read_and_rubbish_is_forgotten() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("schedule");
+        assert_eq!(Schedule::read(&path), Schedule::default());
+        let schedule = Schedule::default().after(true, 7, HOUR, 0.5);
+        schedule.write(&path).unwrap();
+        assert_eq!(Schedule::read(&path), schedule);
+        std::fs::write(&path, "rubbish").unwrap();
+        assert_eq!(Schedule::read(&path), Schedule::default());
+    }
+}

@@ -1,0 +1,76 @@
+//! The status report that a unit sends to an address, if its config has one (`report_to`).
+//!
+//! Owns the document: the unit's name, the result of the update run, and the player's status document. It is sent once
+//! after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit whose clock
+//! cannot be right: it could not check the certificate.
+//!
+//! Start at [`send`].
+
+use crate::answer::Answer;
+use crate::fatal::Fatal;
+use crate::http_source::{SMALL, agent};
+use crate::network_error::of_request;
+use crate::options::Order;
+use player::{chain, clock_s, is_clock_wrong};
+use serde::Serialize;
+use serde_json::Value;
+use std::io;
+use std::time::Duration;
+use tracing::{info, warn};
+use ureq::Agent;
+
+/// How long the player may take to answer.
+const STATUS: Duration = Duration::from_secs(5);
+/// Bytes of that.
+const LONGEST: u64 = 1 << 20;
+
+/// The document.
+#[derive(Debug, Serialize)]
+struct StatusReport<'b> {
+    unit: &'b str,
+    /// The result of the run.
+    update: Option<&'b Answer>,
+    /// Why it failed.
+    error: Option<String>,
+    /// The player's; none if it does not answer.
+    status: Option<Value>,
+}
+
+/// Sends the report, after an update run that ended so.
+pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
+    let Some(address) = &order.config.report_to else { return };
+    let is_clock_wrong = is_clock_wrong(clock_s());
+    if is_clock_wrong && address.starts_with("https://") {
+        return info!("no status report is sent over HTTPS before the clock is right");
+    }
+    let sent =
+        agent(address, order.config.proxy.as_deref(), is_clock_wrong).map_err(io::Error::other).and_then(|agent| {
+            let report = StatusReport {
+                unit: order.unit.as_str(),
+                update: ended.ok(),
+                error: ended.err().map(|fatal| chain(fatal)),
+                status: status(&order.config.status),
+            };
+            post(&agent, address, &report)
+        });
+    if let Err(error) = sent {
+        warn!(address, error = chain(&error), "cannot send the status report");
+    }
+}
+
+fn post(agent: &Agent, address: &str, report: &StatusReport<'_>) -> io::Result<()> {
+    let text = serde_json::to_vec(report).map_err(io::Error::other)?;
+    let request = agent.post(address).config().timeout_global(Some(SMALL)).build().content_type("application/json");
+    let status = request.send(&text[..]).map_err(of_request)?.status();
+    if status.is_success() { Ok(()) } else { Err(io::Error::other(format!("the server answers {status}"))) }
+}
+
+/// The status document of the player at `place` on this machine.
+fn status(place: &str) -> Option<Value> {
+    let url = format!("http://{place}");
+    let agent = agent(&url, None, false).ok()?;
+    let request = agent.get(format!("{url}/status.json")).config().timeout_global(Some(STATUS)).build();
+    let mut response = request.call().ok()?;
+    let text = response.body_mut().with_config().limit(LONGEST).read_to_vec().ok()?;
+    serde_json::from_slice(&text).ok()
+}
