@@ -33,6 +33,10 @@ impl Exit {
     }
 }
 
+/// What weights are multiplied with, so that those of a sheep's transitions, 2^32 at most, have a finite sum. A power of
+/// two: chances stay what they are to the bit.
+const SCALE: f64 = 1.0 / (1u64 << 33) as f64;
+
 /// Sheep and their exits in compressed rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Graph {
@@ -110,9 +114,9 @@ impl Graph {
         new.weight = weights.to_vec();
         for sheep in self.sheep() {
             let row = self.row(sheep);
-            let total: f64 = weights[row.clone()].iter().sum();
+            let total: f64 = weights[row.clone()].iter().map(|weight| weight * SCALE).sum();
             for at in row {
-                new.chance[at] = weights[at] / total;
+                new.chance[at] = weights[at] * SCALE / total;
             }
         }
         new
@@ -123,7 +127,7 @@ impl Graph {
         let mut total = vec![0.0; ids.len()];
         for arc in arcs {
             first[arc.from as usize + 1] += 1;
-            total[arc.from as usize] += arc.weight;
+            total[arc.from as usize] += arc.weight * SCALE;
         }
         for at in 1..first.len() {
             first[at] += first[at - 1];
@@ -134,7 +138,7 @@ impl Graph {
             first,
             target: arcs.iter().map(|arc| SheepIx(arc.to)).collect(),
             weight: arcs.iter().map(|arc| arc.weight).collect(),
-            chance: arcs.iter().map(|arc| arc.weight / total[arc.from as usize]).collect(),
+            chance: arcs.iter().map(|arc| arc.weight * SCALE / total[arc.from as usize]).collect(),
             exit_written: arcs.iter().map(|arc| arc.written).collect(),
         }
     }
