@@ -18,9 +18,7 @@ use std::path::Path;
 
 use timing::Rate;
 
-use crate::manifest::{Clip, Manifest, Sheep, Transition};
-use crate::names::{ClipPath, SheepId};
-use crate::table::ManifestError;
+use crate::manifest::{Clip, ClipPath, Manifest, ManifestError, Sheep, SheepId, Transition};
 use layout::Layout;
 use render::{Pair, number, quoted};
 

@@ -9,8 +9,7 @@ use std::path::Path;
 use timing::{FrameCount, Rate};
 
 use super::Edit;
-use crate::manifest::{Clip, Manifest, Sheep, Transition};
-use crate::names::{ClipHash, ClipPath, SheepId};
+use crate::manifest::{Clip, ClipHash, ClipPath, Manifest, Sheep, SheepId, Transition};
 
 const HEAD: &str = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n";
 const ODD: &str = include_str!("tests/odd.toml");

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use super::Walk;
-use crate::carry::carried;
-use crate::closed::Closed;
 use crate::flock::Flock;
 use crate::graph::Exit;
 use crate::graph::tests::manifest;
-use crate::ledger::tests::keeps_the_bound;
-use crate::memory::{Keys, Next, Place};
+use crate::walk::carry::carried;
+use crate::walk::closed::Closed;
+use crate::walk::ledger::tests::keeps_the_bound;
+use crate::walk::memory::{Keys, Next, Place};
 
 /// Transitions among sheep, with their weights.
 type Arcs = Vec<(usize, usize, f64)>;

@@ -9,9 +9,8 @@ use proptest::prelude::{ProptestConfig, any, prop, prop_assert_eq, proptest};
 use super::{Itinerary, Showing, What};
 use crate::flock::Flock;
 use crate::graph::tests::manifest;
-use crate::manifest::Manifest;
-use crate::memory::{NEVER, Place, PlaceError};
-use crate::names::{ClipPath, SheepId};
+use crate::manifest::{ClipPath, Manifest, SheepId};
+use crate::walk::memory::{NEVER, Place, PlaceError};
 
 /// A ring of `n` sheep with two chords each.
 fn ring(n: usize) -> Manifest {
@@ -130,7 +129,7 @@ proptest! {
 #[test]
 fn the_runs_walked_before_a_restart_are_remembered_beyond_the_window() {
     let mut through = start(ring(4), 8);
-    clips(&mut through, 2 * (crate::runs::WINDOW + 100));
+    clips(&mut through, 2 * (crate::walk::runs::WINDOW + 100));
     let place = saved(&through.next_leg().unwrap().place);
     let mut resumed = Itinerary::resume(Arc::clone(through.flock()), &place).unwrap();
     resumed.next_clip();

@@ -5,11 +5,14 @@
 //! that [`Graph::sheep_in_manifest`] and [`Graph::transition_in_manifest`] give. What hangs together in a graph is told by
 //! `structure.rs`.
 
+mod structure;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::manifest::Manifest;
-use crate::names::SheepId;
+use crate::manifest::{Manifest, SheepId};
+pub use structure::Structure;
+pub(crate) use structure::classes;
 
 /// A sheep's ordinal in its [`Graph`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -230,8 +233,7 @@ impl Graph {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::manifest::{Clip, Sheep, Transition};
-    use crate::names::ClipPath;
+    use crate::manifest::{Clip, ClipPath, Sheep, Transition};
     use timing::{FrameCount, Rate};
 
     /// A flock of `n` sheep `s0`, `s1`, ... each with a loop, and weighted transitions. A step takes 50 s.

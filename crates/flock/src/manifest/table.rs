@@ -1,7 +1,7 @@
 //! Reading a TOML table key by key, so that every refusal names file, line and key.
 //!
 //! Owns the errors of a manifest and the small reader that makes them. Never knows which keys a flock has:
-//! `manifest.rs` does.
+//! `mod.rs` does.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -10,9 +10,9 @@ use std::str::FromStr;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::names::NameError;
-use crate::plain::{Block, PlainEntry, Scalar};
-use crate::told::told;
+use super::names::NameError;
+use super::plain::{Block, PlainEntry, Scalar};
+use super::told::told;
 
 /// Why a manifest was not read.
 #[derive(Debug, thiserror::Error)]

@@ -7,11 +7,11 @@
 
 use std::sync::Arc;
 
+use super::ledger::Ledger;
+use super::runs::{Recent, WINDOW};
 use crate::flock::Flock;
 use crate::graph::{Exit, Graph, SheepIx};
-use crate::ledger::Ledger;
-use crate::names::{NameError, SheepId};
-use crate::runs::{Recent, WINDOW};
+use crate::manifest::{NameError, SheepId};
 
 /// The last visit of a sheep that was never visited.
 pub(crate) const NEVER: u64 = u64::MAX;

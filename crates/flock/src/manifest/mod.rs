@@ -1,9 +1,16 @@
 //! `flock.toml`: what a flock is, as its artist wrote it.
 //!
-//! Owns the keys, their limits and defaults. Never judges the graph (`faults.rs` does) and never opens a clip
+//! Owns the keys, their limits and defaults. Never judges the graph (`flock/faults.rs` does) and never opens a clip
 //! (`flock check` does): sheep named twice or leading nowhere are read as they stand.
 //!
 //! Start at [`Manifest::read`].
+
+mod names;
+mod plain;
+mod table;
+#[cfg(test)]
+mod tests;
+mod told;
 
 use std::fs::File;
 use std::io::Read;
@@ -13,9 +20,11 @@ use std::path::Path;
 use timing::{FrameCount, Rate};
 use toml::de::DeTable;
 
-use crate::names::{ClipHash, ClipPath, SheepId};
-use crate::plain::{Block, Blocks};
-use crate::table::{ManifestError, Source, Table};
+pub use names::{ClipHash, ClipPath, NameError, SheepId};
+use plain::{Block, Blocks};
+pub use table::ManifestError;
+use table::{Source, Table};
+pub use told::told;
 
 /// The manifest's name inside the folder.
 pub const FILE_NAME: &str = "flock.toml";
@@ -298,6 +307,3 @@ fn transition(mut table: Table<'_, '_>) -> Result<Transition, ManifestError> {
     table.finish()?;
     Ok(Transition { from, to, clip: Clip { path, frames, hash }, weight })
 }
-
-#[cfg(test)]
-mod tests;

@@ -6,16 +6,27 @@
 //!
 //! Start at [`Walk::step`].
 
+mod carry;
+mod closed;
+mod itinerary;
+mod ledger;
+mod memory;
+mod runs;
+#[cfg(test)]
+mod tests;
+
 use std::sync::Arc;
 
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use crate::closed::Closed;
 use crate::flock::Flock;
 use crate::graph::{Exit, Graph, SheepIx};
-use crate::memory::{Memory, NEVER};
-use crate::runs::Runs;
+use closed::Closed;
+pub use itinerary::{ClipRef, Itinerary, Leg, Showing, What};
+use memory::{Memory, NEVER};
+pub use memory::{Place, PlaceError};
+use runs::Runs;
 
 // The parameters of the walk: constants of the flock format. Formula: the design's study of walks, 3.3. `KAPPA` and
 // `MOST_LATE` are stronger than there (0.05 and 3): on 200 sheep with 4 transitions each a sheep was up to 27 visits
@@ -247,6 +258,3 @@ impl Random {
         [(); 2].map(|()| (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64)
     }
 }
-
-#[cfg(test)]
-mod tests;
