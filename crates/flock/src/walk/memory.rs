@@ -1,7 +1,7 @@
 //! What a walk remembers, and the place in a path that a unit saves at every join.
 //!
-//! Owns the saved form: version 1, little-endian, counts as LEB128. Sheep and transitions are saved by id, so that a
-//! place outlives its flock (`carry.rs`). Never checks for torn writes: the player adds its checksum.
+//! Owns the saved form, version 1: that of [`Saved`] in the format of `postcard`. Sheep and transitions are saved by id,
+//! so that a place outlives its flock (`carry.rs`). Never checks for torn writes: the player adds its checksum.
 //!
 //! Start at [`Place`].
 
@@ -11,7 +11,7 @@ use super::ledger::Ledger;
 use super::runs::{Recent, WINDOW};
 use crate::flock::Flock;
 use crate::graph::{Exit, Graph, SheepIx};
-use crate::manifest::{NameError, SheepId};
+use crate::manifest::SheepId;
 
 /// The last visit of a sheep that was never visited.
 pub(crate) const NEVER: u64 = u64::MAX;
@@ -66,6 +66,26 @@ pub struct Place {
     pub(crate) next: Next,
 }
 
+/// A place as it is saved. Its bytes are those of the first version for ever: a change needs another [`MAGIC`].
+#[derive(serde::Deserialize, serde::Serialize)]
+struct Saved<'a> {
+    magic: [u8; 8],
+    hash: [u8; 32],
+    #[serde(with = "postcard::fixint::le")]
+    seed: u64,
+    step: u64,
+    since: u64,
+    place: u32,
+    /// 0 to leave, else one more than the loops played.
+    next: u32,
+    /// Id; 0 for never, else one more than the steps since the last visit; visits before `since`.
+    #[serde(borrow)]
+    sheep: Vec<(&'a str, u64, u64)>,
+    /// From, to, how often taken.
+    exits: Vec<(u32, u32, u64)>,
+    recent: Vec<u32>,
+}
+
 /// Why a place is of no use.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlaceError {
@@ -84,10 +104,8 @@ pub enum PlaceError {
         found: Vec<u8>,
     },
     /// A number or name in it cannot be.
-    #[error("the saved place is damaged at byte {at} of {length}: {what}")]
+    #[error("the saved place of {length} bytes is damaged: {what}")]
     Damaged {
-        /// Where reading stopped.
-        at: usize,
         /// How many bytes there are.
         length: usize,
         /// What cannot be.
@@ -130,37 +148,31 @@ impl Place {
     }
 
     /// The place as bytes.
+    ///
+    /// # Panics
+    /// Never: to write lists of known length to memory cannot fail.
     pub fn to_bytes(&self) -> Vec<u8> {
         let (keys, memory) = (&self.keys, &self.memory);
-        let mut out = MAGIC.to_vec();
-        out.extend_from_slice(&keys.hash);
-        out.extend_from_slice(&memory.seed.to_le_bytes());
-        for number in [memory.step, memory.since, u64::from(memory.place.0)] {
-            write(&mut out, number);
-        }
-        match self.next {
-            Next::Leave => write(&mut out, 0),
-            Next::Visit { played } => write(&mut out, u64::from(played) + 1),
-        }
-        write(&mut out, keys.sheep.len() as u64);
-        for (at, id) in keys.sheep.iter().enumerate() {
-            write(&mut out, id.as_str().len() as u64);
-            out.extend_from_slice(id.as_str().as_bytes());
-            // 0 for never, else 1 and more: small numbers are short.
-            write(&mut out, if memory.last[at] == NEVER { 0 } else { memory.step - memory.last[at] + 1 });
-            write(&mut out, memory.before[at]);
-        }
-        write(&mut out, keys.exits.len() as u64);
-        for (&(from, to), &taken) in keys.exits.iter().zip(memory.ledger.counts()) {
-            for number in [u64::from(from.0), u64::from(to.0), taken] {
-                write(&mut out, number);
-            }
-        }
-        write(&mut out, memory.recent.len() as u64);
-        for exit in &memory.recent {
-            write(&mut out, u64::from(exit.0));
-        }
-        out
+        let ago = |last: u64| if last == NEVER { 0 } else { memory.step - last + 1 };
+        let ids = keys.sheep.iter().map(SheepId::as_str);
+        let visits = memory.last.iter().map(|&last| ago(last)).zip(&memory.before);
+        let exits = keys.exits.iter().zip(memory.ledger.counts());
+        let saved = Saved {
+            magic: *MAGIC,
+            hash: keys.hash,
+            seed: memory.seed,
+            step: memory.step,
+            since: memory.since,
+            place: memory.place.0,
+            next: match self.next {
+                Next::Leave => 0,
+                Next::Visit { played } => played + 1,
+            },
+            sheep: ids.zip(visits).map(|(id, (ago, &before))| (id, ago, before)).collect(),
+            exits: exits.map(|(&(from, to), &taken)| (from.0, to.0, taken)).collect(),
+            recent: memory.recent.iter().map(|exit| exit.0).collect(),
+        };
+        postcard::to_allocvec(&saved).expect("lists of known length are written to memory")
     }
 
     /// Reads what [`Self::to_bytes`] wrote.
@@ -171,105 +183,50 @@ impl Place {
         if !bytes.starts_with(MAGIC) {
             return Err(PlaceError::Format { found: bytes[..bytes.len().min(MAGIC.len())].to_vec() });
         }
-        let mut reader = Reader { bytes, at: MAGIC.len() };
-        let hash = reader.array()?;
-        let seed = u64::from_le_bytes(reader.array()?);
-        let step = reader.upto("steps", MOST_STEPS)?;
-        let since = reader.upto("the change of flocks", step)?;
-        let place = reader.upto("the place", u64::from(u32::MAX))? as u32;
-        let next = match reader.upto("loops played", u64::from(u32::MAX))? as u32 {
-            0 => Next::Leave,
-            count => Next::Visit { played: count - 1 },
+        let damaged = |what: String| PlaceError::Damaged { length: bytes.len(), what };
+        let (saved, rest): (Saved, _) = postcard::take_from_bytes(bytes).map_err(|error| damaged(error.to_string()))?;
+        let upto = |what: &str, number: u64, most: Option<u64>| match most {
+            Some(most) if number <= most => Ok(()),
+            Some(most) => Err(damaged(format!("{what}: {number}, at most {most}"))),
+            None => Err(damaged(format!("{what}: {number}, of none"))),
         };
-        let (mut sheep, mut last, mut before) = (Vec::new(), Vec::new(), Vec::new());
-        for _ in 0..reader.count()? {
-            sheep.push(reader.id()?);
-            last.push(match reader.upto("a last visit", step + 1)? {
-                0 => NEVER,
-                ago => step - (ago - 1),
-            });
-            before.push(reader.upto("earlier visits", step + 1)?);
+        let step = saved.step;
+        let last_sheep = (saved.sheep.len() as u64).checked_sub(1);
+        let last_exit = (saved.exits.len() as u64).checked_sub(1);
+        upto("bytes left over", rest.len() as u64, Some(0))?;
+        upto("steps", step, Some(MOST_STEPS))?;
+        upto("the change of flocks", saved.since, Some(step))?;
+        upto("the place", saved.place.into(), last_sheep)?;
+        let mut sheep = Vec::with_capacity(saved.sheep.len());
+        for &(id, ago, before) in &saved.sheep {
+            sheep.push(SheepId::new(id).map_err(|error| damaged(error.to_string()))?);
+            upto("a last visit", ago, Some(step + 1))?;
+            upto("earlier visits", before, Some(step + 1))?;
         }
-        let most = (sheep.len() as u64).checked_sub(1).ok_or_else(|| reader.damaged("no sheep"))?;
-        if u64::from(place) > most {
-            return Err(reader.damaged("the place is no sheep"));
+        let mut left = step;
+        for &(from, to, taken) in &saved.exits {
+            upto("a sheep", from.max(to).into(), last_sheep)?;
+            upto("times taken", taken, Some(left))?;
+            left -= taken;
         }
-        let (mut exits, mut taken, mut left) = (Vec::new(), Vec::new(), step);
-        for _ in 0..reader.count()? {
-            let (from, to) = (reader.upto("a sheep", most)? as u32, reader.upto("a sheep", most)? as u32);
-            exits.push((SheepIx(from), SheepIx(to)));
-            taken.push(reader.upto("times taken", left)?);
-            left -= taken[taken.len() - 1];
+        upto("recent steps", saved.recent.len() as u64, Some(WINDOW as u64))?;
+        for &exit in &saved.recent {
+            upto("a transition", exit.into(), last_exit)?;
         }
-        let mut recent = Recent::new();
-        for _ in 0..reader.upto("recent steps", WINDOW as u64)? {
-            let beyond = exits.len() as u64;
-            let exit = reader.upto("a transition", beyond)?;
-            if exit == beyond {
-                return Err(reader.damaged("a recent step is no transition"));
-            }
-            recent.push_back(Exit(exit as u32));
-        }
-        if reader.at != bytes.len() {
-            return Err(reader.damaged("bytes are left over"));
-        }
-        let ledger = Ledger::with(taken);
-        let memory = Memory { seed, step, place: SheepIx(place), ledger, last, since, before, recent };
-        Ok(Self { keys: Arc::new(Keys { hash, sheep, exits }), memory: Arc::new(memory), next })
-    }
-}
-
-fn write(out: &mut Vec<u8>, mut number: u64) {
-    while number >= 0x80 {
-        out.push(number as u8 | 0x80);
-        number >>= 7;
-    }
-    out.push(number as u8);
-}
-
-struct Reader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-}
-
-impl Reader<'_> {
-    fn damaged(&self, what: impl Into<String>) -> PlaceError {
-        PlaceError::Damaged { at: self.at, length: self.bytes.len(), what: what.into() }
-    }
-
-    fn take(&mut self, count: usize) -> Result<&[u8], PlaceError> {
-        let end = self.at.checked_add(count).filter(|&end| end <= self.bytes.len());
-        let end = end.ok_or_else(|| self.damaged("it ends too early"))?;
-        let taken = &self.bytes[self.at..end];
-        self.at = end;
-        Ok(taken)
-    }
-
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], PlaceError> {
-        Ok(self.take(N)?.try_into().expect("`take` gives as many bytes as asked"))
-    }
-
-    fn upto(&mut self, what: &str, most: u64) -> Result<u64, PlaceError> {
-        let mut number = 0u64;
-        for shift in (0..64).step_by(7) {
-            let [byte] = self.array()?;
-            number |= u64::from(byte & 0x7f) << shift;
-            if byte & 0x80 == 0 {
-                break;
-            }
-        }
-        if number <= most { Ok(number) } else { Err(self.damaged(format!("{what}: {number}, at most {most}"))) }
-    }
-
-    /// A number of things that take at least a byte each.
-    fn count(&mut self) -> Result<u64, PlaceError> {
-        let most = self.bytes.len() as u64;
-        self.upto("a number of entries", most)
-    }
-
-    fn id(&mut self) -> Result<SheepId, PlaceError> {
-        let length = self.upto("the length of an id", 64)? as usize;
-        let text = String::from_utf8_lossy(self.take(length)?).into_owned();
-        SheepId::new(&text).map_err(|error: NameError| self.damaged(error.to_string()))
+        let seen = |&(_, ago, _): &(&str, u64, u64)| if ago == 0 { NEVER } else { step + 1 - ago };
+        let memory = Memory {
+            seed: saved.seed,
+            step,
+            place: SheepIx(saved.place),
+            ledger: Ledger::with(saved.exits.iter().map(|&(.., taken)| taken).collect()),
+            last: saved.sheep.iter().map(seen).collect(),
+            since: saved.since,
+            before: saved.sheep.iter().map(|&(.., before)| before).collect(),
+            recent: saved.recent.into_iter().map(Exit).collect(),
+        };
+        let exits = saved.exits.iter().map(|&(from, to, _)| (SheepIx(from), SheepIx(to))).collect();
+        let next = saved.next.checked_sub(1).map_or(Next::Leave, |played| Next::Visit { played });
+        let keys = Keys { hash: saved.hash, sheep, exits };
+        Ok(Self { keys: Arc::new(keys), memory: Arc::new(memory), next })
     }
 }
