@@ -89,6 +89,13 @@ fn an_edit_that_changes_nothing_keeps_every_byte() {
 }
 
 #[test]
+fn a_byte_order_mark_and_line_ends_of_both_kinds_stay() {
+    let text = format!("\u{feff}{HEAD}[[sheep]]\r\nid = \"a\"\n[[ \"sheep\" ]]\r\nid = \"b\"\r\n");
+    let wanted = text.replace("\"b\"\r\n", "\"b\"\nwant = 2.0\r\n");
+    assert_eq!(after(&text, |edit| edit.set_want(&id("b"), 2.0).unwrap()), wanted);
+}
+
+#[test]
 fn a_value_is_replaced_where_it_stands() {
     let weight = changed(|edit| edit.set_weight(&id("a.1"), &id("b"), 0.1).unwrap());
     assert_eq!(weight, ["-    'weight'= 2_0e-1 # twice # as often", "+    'weight'= 0.1 # twice # as often"]);
