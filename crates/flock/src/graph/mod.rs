@@ -266,6 +266,12 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn weights_whose_sum_is_beyond_all_numbers_are_chances_too() {
+        let graph = Graph::new(&manifest(2, &[(0, 0, f64::MAX), (0, 1, f64::MAX), (1, 0, f64::MIN_POSITIVE)]));
+        assert_eq!([0, 1, 2].map(|exit| graph.chance(Exit(exit)).to_bits()), [0.5, 0.5, 1.0].map(f64::to_bits));
+    }
+
+    #[test]
     fn the_order_of_the_manifest_means_nothing() {
         let mut turned = manifest(3, &[(0, 1, 1.0), (1, 2, 3.0), (1, 0, 1.0), (2, 0, 1.0)]);
         let graph = Graph::new(&turned);

@@ -155,6 +155,14 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn counts_that_no_walk_comes_to_by_itself_are_not_sound_even_within_the_bound() {
+        let graph = Graph::new(&manifest(3, &[(0, 0, 1.0), (0, 1, 1.0), (0, 2, 1.0), (1, 0, 1.0), (2, 0, 1.0)]));
+        let is_sound = |taken: [u64; 3]| Ledger::with([&taken[..], &[0; 2]].concat()).is_sound(&graph, SheepIx(0));
+        // 10 ahead: it is shut out for 18 visits. Meanwhile the second can get 5 ahead, and the third more than 10 behind.
+        assert!(!is_sound([20, 10, 0]) && is_sound([15, 15, 0]) && is_sound([10, 10, 10]));
+    }
+
+    #[test]
     fn the_bound_is_nearly_reached_by_the_worst_adversary() {
         // Eight equal exits, one shunned for ever: it is taken only when nothing else is allowed.
         let arcs: Vec<_> = (0..8).map(|to| (0, to, 1.0)).chain((1..8).map(|from| (from, 0, 1.0))).collect();
