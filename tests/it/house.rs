@@ -4,10 +4,11 @@
 //! under which licences we build on others, what the unit files promise. Never runs our programs: the rest of `it`
 //! does.
 //!
-//! Start at [`layers`] and [`rooms`] for the arrows, at [`sources`] for the rules that every file keeps.
+//! Start at [`layers`], [`folders`] and [`rooms`] for the arrows, at [`sources`] for the rules that every file keeps.
 
 mod disk;
 mod facts;
+mod folders;
 mod layers;
 mod layout;
 mod licences;

@@ -4,50 +4,39 @@
 //! `flock walk` prints is what the wall shows. Never touches a pixel, a socket or a clock; the only file it reads is
 //! the manifest, clips are hashed and probed by the tools.
 //!
+//! A folder sees only folders above it in this table; `tests/it/house/folders.rs` holds that.
+//!
+//! | folder | what is there |
+//! |---|---|
+//! | `manifest` | `flock.toml`: its keys and their limits, names, errors |
+//! | `edit` | changes of a manifest's text that keep every other byte |
+//! | `graph` | sheep and transitions by number, and which parts hang together |
+//! | `shares` | how often each sheep comes in the long run |
+//! | `flock` | a manifest ready to be walked: the part that is played, its faults, its shares |
+//! | `walk` | what comes next, and the place that a unit saves |
+//! | `simulation` | what a long walk amounts to |
+//! | `balance` | weights that give the shares that are wanted |
+//!
 //! Start at [`Manifest`], then [`Flock`], then [`Itinerary`], which the player drives.
 #![forbid(unsafe_code)]
 
 mod balance;
-mod carry;
-mod closed;
 mod edit;
-mod faults;
 mod flock;
-mod flock_shares;
 mod graph;
-mod itinerary;
-mod ledger;
 mod manifest;
-mod memory;
-mod names;
-mod plain;
-mod runs;
 mod shares;
 mod simulation;
-mod structure;
-mod table;
-mod tally;
-mod told;
 mod walk;
 
 pub use balance::{Balance, Balanced, Bottleneck, Suggestion, Suggestions, Terms, Weight};
 pub use edit::{Edit, EditError};
-pub use faults::{Fault, FaultKind, forced_repeats};
-pub use flock::Flock;
-pub use flock_shares::{FlockShares, SheepShare, TransitionShare};
-pub use graph::{Exit, Graph, SheepIx};
-pub use itinerary::{ClipRef, Itinerary, Leg, Showing, What};
-pub use ledger::{Ledger, THETA};
+pub use flock::{Fault, FaultKind, Flock, FlockShares, SheepShare, TransitionShare, forced_repeats};
+pub use graph::{Exit, Graph, SheepIx, Structure};
 pub use manifest::{
-    Clip, FASTEST_FPS, FILE_NAME, MOST_FRAMES, MOST_REPEATS, Manifest, SIDES_PX, Sheep, Transition, UNIT_BYTES,
-    UNIT_DOCUMENT_BYTES,
+    Clip, ClipHash, ClipPath, FASTEST_FPS, FILE_NAME, MOST_FRAMES, MOST_REPEATS, Manifest, ManifestError, NameError,
+    SIDES_PX, Sheep, SheepId, Transition, UNIT_BYTES, UNIT_DOCUMENT_BYTES, told,
 };
-pub use memory::{Place, PlaceError};
-pub use names::{ClipHash, ClipPath, NameError, SheepId};
 pub use shares::{Shares, SharesError};
-pub use simulation::{FirstRepeat, Simulation, Visits};
-pub use structure::Structure;
-pub use table::ManifestError;
-pub use tally::Tally;
-pub use told::told;
-pub use walk::{Step, Walk};
+pub use simulation::{FirstRepeat, Simulation, Tally, Visits};
+pub use walk::{ClipRef, Itinerary, Leg, Place, PlaceError, Showing, Step, Walk, What};

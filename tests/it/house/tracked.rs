@@ -37,6 +37,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("crates/flame/tests/genomes", &["*.flam3"]),
     ("crates/flock/proptest-regressions", &["*.txt"]),
     ("crates/flock/src/edit/tests", &["*.rs", "*.toml"]),
+    ("crates/flock/src/walk/itinerary", &["*.rs", "place"]),
     ("docs", &["hardware.md", "invariants.md", "maintaining.md", "security.md", "sending.md", "tutorial.md", "*.png"]),
     ("flock-tools", &["Cargo.toml", "*.rs"]),
     ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg"]),

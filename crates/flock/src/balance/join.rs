@@ -8,9 +8,8 @@
 //! the end of a way out of the played part to the start of a way into it, and so both ways at once.
 
 use crate::flock::Flock;
-use crate::graph::SheepIx;
-use crate::names::SheepId;
-use crate::structure::Structure;
+use crate::graph::{SheepIx, Structure};
+use crate::manifest::SheepId;
 
 /// The next transition that `flock` needs so that all its sheep are played. `None` if they are.
 pub(super) fn missing(flock: &Flock) -> Option<(SheepId, SheepId)> {

@@ -22,7 +22,7 @@ mod weights;
 
 use crate::flock::Flock;
 use crate::graph::{Exit, Graph, SheepIx};
-use crate::names::SheepId;
+use crate::manifest::SheepId;
 
 use circulation::Circulation;
 use network::{Network, parts};

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 
 use super::exact;
 use super::network::Network;
-use crate::structure::classes;
+use crate::graph::classes;
 
 /// All wants together, in the units of the flow: any want of an `f64` down to 2^-47 of all is told without rounding.
 const WHOLE: f64 = (1u128 << 100) as f64;

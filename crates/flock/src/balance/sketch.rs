@@ -12,7 +12,7 @@ use super::steps_a_year;
 use super::system::System;
 use super::terms::Terms;
 use crate::flock::Flock;
-use crate::structure::classes;
+use crate::graph::classes;
 
 /// The highest fairness that is tried with: above, prices say ever more of ever fewer sheep.
 const HIGHEST: f64 = 30.0;

@@ -21,8 +21,7 @@ use super::weights::rounded;
 use super::{Balance, join};
 use crate::flock::Flock;
 use crate::graph::SheepIx;
-use crate::manifest::{Clip, Manifest, Transition};
-use crate::names::{ClipPath, SheepId};
+use crate::manifest::{Clip, ClipPath, Manifest, SheepId, Transition};
 
 /// A change that makes the balance better by no more than this part of it is none.
 const GAIN: f64 = 1e-6;

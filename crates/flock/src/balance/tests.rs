@@ -4,8 +4,7 @@
 use super::{Balance, Suggestions, Terms};
 use crate::flock::Flock;
 use crate::graph::tests::manifest;
-use crate::manifest::Manifest;
-use crate::names::SheepId;
+use crate::manifest::{Manifest, SheepId};
 
 const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false };
 

@@ -9,8 +9,7 @@ use std::path::Path;
 use timing::{FrameCount, Rate};
 
 use super::Edit;
-use crate::manifest::{Clip, Manifest, Sheep, Transition};
-use crate::names::{ClipHash, ClipPath, SheepId};
+use crate::manifest::{Clip, ClipHash, ClipPath, Manifest, Sheep, SheepId, Transition};
 
 const HEAD: &str = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n";
 const ODD: &str = include_str!("tests/odd.toml");
@@ -87,6 +86,13 @@ fn an_edit_that_changes_nothing_keeps_every_byte() {
         edit.set_loop(&id("a.1"), clip).unwrap();
     };
     assert_eq!(after(ODD, same), ODD);
+}
+
+#[test]
+fn a_byte_order_mark_and_line_ends_of_both_kinds_stay() {
+    let text = format!("\u{feff}{HEAD}[[sheep]]\r\nid = \"a\"\n[[ \"sheep\" ]]\r\nid = \"b\"\r\n");
+    let wanted = text.replace("\"b\"\r\n", "\"b\"\nwant = 2.0\r\n");
+    assert_eq!(after(&text, |edit| edit.set_want(&id("b"), 2.0).unwrap()), wanted);
 }
 
 #[test]

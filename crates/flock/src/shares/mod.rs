@@ -1,7 +1,7 @@
 //! How often each sheep is visited, and each transition taken, in the long run.
 //!
 //! Owns the stationary distribution of the chances of one strongly connected class, and the proof of how near the
-//! figures are to it. Never knows wants or clips: `flock_shares.rs` does.
+//! figures are to it. Never knows wants or clips: `flock/flock_shares.rs` does.
 //!
 //! Start at [`Shares::of`]; which method finds them is decided in `solve.rs`, the proof is in `proof.rs`.
 
@@ -17,8 +17,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-use crate::graph::{Exit, Graph, SheepIx};
-use crate::structure::Structure;
+use crate::graph::{Exit, Graph, SheepIx, Structure};
 use chain::Chain;
 
 /// The long-run fractions of a walk on one strongly connected class, by the ordinals of its graph.

@@ -7,10 +7,11 @@ use proptest::prelude::*;
 use timing::Rate;
 
 use super::{clip, edit, id, sheep, transition};
-use crate::edit::render::{self, Pair};
-use crate::edit::{Edit, Kind};
-use crate::manifest::{Clip, Manifest};
-use crate::names::ClipHash;
+use crate::edit::{
+    Edit, Kind,
+    render::{self, Pair},
+};
+use crate::manifest::{Clip, ClipHash, Manifest};
 
 const KINDS: [Kind; 2] = [Kind::Sheep, Kind::Transition];
 

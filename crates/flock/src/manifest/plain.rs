@@ -1,13 +1,12 @@
 //! The plain form of a manifest, read without building a document.
 //!
 //! Owns the subset of TOML that almost every manifest keeps to: a head, then `[[...]]` tables of one `key = value` a
-//! line, each value a number or a text without escapes. A million transitions are read in a fraction of a second and
-//! in place, where a whole TOML document would take gigabytes. Never refuses and never guesses: on anything else,
-//! right or wrong, it gives up, and `manifest.rs` asks the TOML parser, which also words the errors.
+//! line, each value a number or a text without escapes. Never refuses and never guesses: on anything else, right or
+//! wrong, it gives up, and `mod.rs` asks the TOML parser. Why there are two ways is said there.
 //!
 //! Start at [`Blocks::split`].
 
-use crate::table::MOST_KEYS;
+use super::table::MOST_KEYS;
 
 /// The tables of a plain manifest, one after another.
 pub(crate) struct Blocks<'t> {

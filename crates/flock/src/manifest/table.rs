@@ -1,7 +1,7 @@
 //! Reading a TOML table key by key, so that every refusal names file, line and key.
 //!
 //! Owns the errors of a manifest and the small reader that makes them. Never knows which keys a flock has:
-//! `manifest.rs` does.
+//! `mod.rs` does.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -10,9 +10,9 @@ use std::str::FromStr;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::names::NameError;
-use crate::plain::{Block, PlainEntry, Scalar};
-use crate::told::told;
+use super::names::NameError;
+use super::plain::{Block, PlainEntry, Scalar};
+use super::told::told;
 
 /// Why a manifest was not read.
 #[derive(Debug, thiserror::Error)]
@@ -134,12 +134,9 @@ pub(crate) struct Table<'t, 'i> {
     /// Where it starts, in bytes from the start of the text.
     at: usize,
     entries: Entries<'t, 'i>,
-    /// The keys that were asked for: the first `count` of these, of which `found` stand there.
+    /// The keys that were asked for: the first `count` of these.
     asked: [&'static str; MOST_KEYS],
     count: usize,
-    found: usize,
-    /// Behind the plain entry that was found last.
-    next: usize,
 }
 
 /// What a table holds, by the way it was read.
@@ -200,7 +197,7 @@ impl<'t, 'i> Table<'t, 'i> {
     }
 
     fn of(source: Source<'t>, name: &'static str, at: usize, entries: Entries<'t, 'i>) -> Self {
-        Self { source, name, at, entries, asked: [""; MOST_KEYS], count: 0, found: 0, next: 0 }
+        Self { source, name, at, entries, asked: [""; MOST_KEYS], count: 0 }
     }
 
     /// The value of `key`, if it stands there.
@@ -209,16 +206,8 @@ impl<'t, 'i> Table<'t, 'i> {
         self.count += 1;
         let value = match self.entries {
             Entries::Parsed(entries) => Value::Parsed(entries.get(key)?),
-            Entries::Plain(entries) => {
-                // Keys mostly stand in the order in which they are asked for.
-                let (before, from) = entries.split_at(self.next.min(entries.len()));
-                let found = from.iter().chain(before).position(|entry| entry.key == key)?;
-                let at = (self.next + found) % entries.len();
-                self.next = at + 1;
-                Value::Plain(entries[at])
-            }
+            Entries::Plain(entries) => Value::Plain(*entries.iter().find(|entry| entry.key == key)?),
         };
-        self.found += 1;
         Some(Entry { source: self.source, key, value })
     }
 
@@ -238,8 +227,6 @@ impl<'t, 'i> Table<'t, 'i> {
         let asked = &self.asked[..self.count];
         let unknown = |key: &str| !asked.contains(&key);
         let found = match self.entries {
-            // Each key was asked for once: as many as were found are known.
-            Entries::Plain(entries) if entries.len() == self.found => None,
             Entries::Parsed(entries) => {
                 let keys = entries.keys().map(|key| (key.span().start, key.get_ref().as_ref()));
                 keys.filter(|&(_, key)| unknown(key)).min()

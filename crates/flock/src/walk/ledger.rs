@@ -1,24 +1,24 @@
 //! What every exit is owed.
 //!
 //! Owns the counts of transitions taken and the one rule that no steering may break: an exit whose credit is at or
-//! below [`-THETA`](THETA) may not be taken. Never chooses: `walk.rs` does, among what this allows.
+//! below [`-THETA`](THETA) may not be taken. Never chooses: `mod.rs` does, among what this allows.
 
 use crate::graph::{Exit, Graph, SheepIx};
 
 /// How far an exit may run ahead of its due, in takings. A constant of the flock format.
 ///
 /// From it follows, for all time and any choice: `|taken - p * visits| <= (1 + THETA) * max(1, exits - 1)`.
-pub const THETA: f64 = 4.0;
+pub(crate) const THETA: f64 = 4.0;
 
 /// How often each exit was taken, by the graph's ordinals.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ledger {
+pub(crate) struct Ledger {
     taken: Vec<u64>,
 }
 
 impl Ledger {
     /// Nothing taken yet, on `graph`.
-    pub fn new(graph: &Graph) -> Self {
+    pub(crate) fn new(graph: &Graph) -> Self {
         Self { taken: vec![0; graph.exit_count()] }
     }
 
@@ -33,53 +33,73 @@ impl Ledger {
     }
 
     /// How often `exit` was taken.
-    pub fn taken(&self, exit: Exit) -> u64 {
+    pub(crate) fn taken(&self, exit: Exit) -> u64 {
         self.taken[exit.index()]
     }
 
     /// How often `sheep` was left, by any exit.
-    pub fn left(&self, graph: &Graph, sheep: SheepIx) -> u64 {
+    pub(crate) fn left(&self, graph: &Graph, sheep: SheepIx) -> u64 {
         self.taken[graph.row(sheep)].iter().sum()
     }
 
     /// What `exit` is owed when its sheep has been visited `visits` times. The credits of a sheep's exits sum to 1
     /// while it waits to be left and to 0 afterwards.
-    pub fn credit(&self, graph: &Graph, exit: Exit, visits: u64) -> f64 {
+    pub(crate) fn credit(&self, graph: &Graph, exit: Exit, visits: u64) -> f64 {
         // Derived from counts each time: no error adds up in a year.
         graph.chance(exit) * visits as f64 - self.taken(exit) as f64
     }
 
+    /// The exits of `sheep` with their credits at its present visit.
+    pub(crate) fn credits<'a>(
+        &'a self,
+        graph: &'a Graph,
+        sheep: SheepIx,
+    ) -> impl Iterator<Item = (Exit, f64)> + use<'a> {
+        let visits = self.left(graph, sheep) + 1;
+        graph.exits(sheep).map(move |exit| (exit, self.credit(graph, exit, visits)))
+    }
+
     /// The exits of `sheep` that may be taken from its present visit, with their credits. Never empty unless the
     /// sheep has no exit, since the credits sum to 1.
-    pub fn allowed<'a>(&'a self, graph: &'a Graph, sheep: SheepIx) -> impl Iterator<Item = (Exit, f64)> + 'a {
-        let visits = self.left(graph, sheep) + 1;
-        graph.exits(sheep).map(move |exit| (exit, self.credit(graph, exit, visits))).filter(|&(_, c)| c > -THETA)
+    pub(crate) fn allowed<'a>(
+        &'a self,
+        graph: &'a Graph,
+        sheep: SheepIx,
+    ) -> impl Iterator<Item = (Exit, f64)> + use<'a> {
+        self.credits(graph, sheep).filter(|&(_, credit)| credit > -THETA)
     }
 
     /// Counts that `exit` was taken.
-    pub fn take(&mut self, exit: Exit) {
+    pub(crate) fn take(&mut self, exit: Exit) {
         self.taken[exit.index()] += 1;
     }
 
-    /// Whether the counts of `sheep` keep the bound that holds for all time. Counts that were carried over from
-    /// another flock may not.
-    pub fn is_sound(&self, graph: &Graph, sheep: SheepIx) -> bool {
+    /// Whether no exit of `sheep` is further ahead of its due than a walk takes it: then the bound holds for all time.
+    /// Counts that were carried over from another flock may not be so.
+    pub(crate) fn is_sound(&self, graph: &Graph, sheep: SheepIx) -> bool {
         let visits = self.left(graph, sheep);
-        let bound = bound(graph.exits(sheep).len());
-        graph.exits(sheep).all(|exit| self.credit(graph, exit, visits).abs() <= bound)
+        // That none is further behind than the bound follows, since the credits sum to 0.
+        graph.exits(sheep).all(|exit| self.credit(graph, exit, visits) >= -(1.0 + THETA))
     }
 }
 
-/// The most that an exit of a sheep with `exits` can be off, in takings.
-pub(crate) fn bound(exits: usize) -> f64 {
-    (1.0 + THETA) * exits.saturating_sub(1).max(1) as f64
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::graph::tests::manifest;
     use proptest::prelude::*;
+
+    /// The most that an exit of a sheep with `exits` can be off, in takings.
+    fn bound(exits: usize) -> f64 {
+        (1.0 + THETA) * exits.saturating_sub(1).max(1) as f64
+    }
+
+    /// Whether the exits of `sheep`, which does not wait to be left, are as near to their due as they are for all time.
+    pub(in crate::walk) fn keeps_the_bound(ledger: &Ledger, graph: &Graph, sheep: SheepIx) -> bool {
+        let (visits, bound) = (ledger.left(graph, sheep), bound(graph.exits(sheep).len()));
+        let is_near = |exit| ledger.credit(graph, exit, visits).abs() <= bound;
+        ledger.is_sound(graph, sheep) && graph.exits(sheep).all(is_near)
+    }
 
     /// How an adversary picks among what is allowed.
     #[derive(Clone, Copy, Debug)]
@@ -128,10 +148,18 @@ mod tests {
                 prop_assert!(!allowed.is_empty());
                 let exit = pick(adversary, step, &allowed);
                 ledger.take(exit);
-                prop_assert!(ledger.is_sound(&graph, place), "step {step} from {place:?}");
+                prop_assert!(keeps_the_bound(&ledger, &graph, place), "step {step} from {place:?}");
                 place = graph.target(exit);
             }
         }
+    }
+
+    #[test]
+    fn counts_that_no_walk_comes_to_by_itself_are_not_sound_even_within_the_bound() {
+        let graph = Graph::new(&manifest(3, &[(0, 0, 1.0), (0, 1, 1.0), (0, 2, 1.0), (1, 0, 1.0), (2, 0, 1.0)]));
+        let is_sound = |taken: [u64; 3]| Ledger::with([&taken[..], &[0; 2]].concat()).is_sound(&graph, SheepIx(0));
+        // 10 ahead: it is shut out for 18 visits. Meanwhile the second can get 5 ahead, and the third more than 10 behind.
+        assert!(!is_sound([20, 10, 0]) && is_sound([15, 15, 0]) && is_sound([10, 10, 10]));
     }
 
     #[test]

@@ -6,12 +6,12 @@
 
 use std::sync::Arc;
 
+use super::first_sheep;
+use super::ledger::Ledger;
+use super::memory::{Keys, Memory, NEVER, Next, Place, PlaceError};
+use super::runs::Recent;
 use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
-use crate::ledger::Ledger;
-use crate::memory::{Keys, Memory, NEVER, Next, Place, PlaceError};
-use crate::runs::Recent;
-use crate::walk::first_sheep;
 
 /// `place` in the ordinals of `flock`, whose keys are `keys`.
 ///

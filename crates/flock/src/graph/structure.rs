@@ -7,7 +7,7 @@
 
 use std::cmp::Reverse;
 
-use crate::graph::{Exit, Graph, SheepIx};
+use super::{Exit, Graph, SheepIx};
 
 /// The strongly connected classes of a graph: two sheep share one exactly if each can be come to from the other.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,16 +6,27 @@
 //!
 //! Start at [`Walk::step`].
 
+mod carry;
+mod closed;
+mod itinerary;
+mod ledger;
+mod memory;
+mod runs;
+#[cfg(test)]
+mod tests;
+
 use std::sync::Arc;
 
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use crate::closed::Closed;
 use crate::flock::Flock;
 use crate::graph::{Exit, Graph, SheepIx};
-use crate::memory::{Memory, NEVER};
-use crate::runs::Runs;
+use closed::Closed;
+pub use itinerary::{ClipRef, Itinerary, Leg, Showing, What};
+use memory::{Memory, NEVER};
+pub use memory::{Place, PlaceError};
+use runs::Runs;
 
 // The parameters of the walk: constants of the flock format. Formula: the design's study of walks, 3.3. `KAPPA` and
 // `MOST_LATE` are stronger than there (0.05 and 3): on 200 sheep with 4 transitions each a sheep was up to 27 visits
@@ -63,8 +74,6 @@ pub struct Walk {
     random: Random,
     /// How strongly a sheep seen so many steps ago is still remembered.
     fade: Box<[f64]>,
-    /// The exits to choose from and their odds: kept to spare allocations.
-    odds: Vec<(Exit, f64)>,
 }
 
 /// One transition.
@@ -94,7 +103,7 @@ impl Walk {
         let runs = Runs::of(&memory.recent);
         let random = Random::new(memory.seed);
         let fade = (0..16 * FADE_STEPS as u32).map(|gap| libm::exp(-f64::from(gap) / FADE_STEPS)).collect();
-        Self { flock, memory, visits, runs, random, fade, odds: Vec::new() }
+        Self { flock, memory, visits, runs, random, fade }
     }
 
     /// The sheep that is visited now.
@@ -127,15 +136,14 @@ impl Walk {
     /// If the exit whose turn it is is closed, its turn is lost and another is taken instead: so credits stay bounded
     /// however long a clip is missing, and when it is back it does not come in a row.
     pub(crate) fn step_around(&mut self, closed: &Closed) -> Option<Step> {
-        let from = self.place();
+        let (from, graph, ledger) = (self.place(), self.flock.graph(), &self.memory.ledger);
         let [first, second] = self.random.at(self.memory.step);
-        self.weigh(|_, credit| credit > -crate::ledger::THETA);
-        let turn = drawn(&self.odds, first)?;
+        let turn = drawn(&self.odds(ledger.allowed(graph, from)), first)?;
         let exit = if closed.is_open(turn) {
             turn
         } else {
-            self.weigh(|exit, _| closed.is_open(exit));
-            drawn(&self.odds, second)?
+            let open = ledger.credits(graph, from).filter(|&(exit, _)| closed.is_open(exit));
+            drawn(&self.odds(open), second)?
         };
         let to = self.flock.graph().target(exit);
         self.memory.ledger.take(turn);
@@ -147,18 +155,13 @@ impl Walk {
         Some(Step { exit, from, to })
     }
 
-    /// Fills `odds` with the exits of this place that are `wanted`, by exit and credit.
-    fn weigh(&mut self, wanted: impl Fn(Exit, f64) -> bool) {
-        let mut odds = std::mem::take(&mut self.odds);
-        odds.clear();
-        let graph = self.flock.graph();
-        let (place, memory) = (self.place(), &self.memory);
-        let visits = self.visits[place.index()];
-        let credits = graph.exits(place).map(|exit| (exit, memory.ledger.credit(graph, exit, visits)));
-        odds.extend(credits.filter(|&(exit, credit)| wanted(exit, credit)));
+    /// The odds of exits of this place, given with their credits.
+    fn odds(&self, credits: impl Iterator<Item = (Exit, f64)>) -> Vec<(Exit, f64)> {
+        let mut odds: Vec<(Exit, f64)> = credits.collect();
         if odds.len() > 1 {
+            let graph = self.flock.graph();
             let budget = (BUDGET_OF_DECISION / odds.len() as u32).min(BUDGET);
-            let tail = Runs::tail(&memory.recent);
+            let tail = Runs::tail(&self.memory.recent);
             for (exit, credit) in &mut odds {
                 *credit = self.price(graph, *exit, *credit, tail, budget);
             }
@@ -167,7 +170,7 @@ impl Walk {
                 *price = graph.chance(*exit) * libm::exp((least - *price) / TEMPERATURE);
             }
         }
-        self.odds = odds;
+        odds
     }
 
     /// `q` of the study: how much is against taking `exit` now.

@@ -1,17 +1,20 @@
 //! A flock made ready to be walked.
 //!
-//! Owns the choice of the part that is played, its shares and its fingerprint. Never walks: `walk.rs` does.
+//! Owns the choice of the part that is played, its shares and its fingerprint. Never walks: `walk/` does.
 //!
 //! Start at [`Flock::new`].
 
+mod faults;
+mod flock_shares;
+
 use std::sync::OnceLock;
 
-use crate::faults::{Fault, faults};
-use crate::graph::{Exit, Graph, SheepIx};
-use crate::manifest::{Clip, Manifest, Sheep, Transition};
-use crate::names::SheepId;
+use crate::graph::{Exit, Graph, SheepIx, Structure};
+use crate::manifest::{Clip, Manifest, Sheep, SheepId, Transition};
 use crate::shares::Shares;
-use crate::structure::Structure;
+use faults::faults;
+pub use faults::{Fault, FaultKind, forced_repeats};
+pub use flock_shares::{FlockShares, SheepShare, TransitionShare};
 
 /// What [`Flock::hash`] is computed over, besides the graph: changes when the walk's rules do.
 const HASH_CONTEXT: &str = "dreams flock walk 1";

@@ -3,15 +3,13 @@
 //! Owns the kinds of faults and those of them that the manifest alone betrays. Never looks at clips: `flock check`
 //! adds what it finds there.
 //!
-//! Start at [`Flock::faults`](crate::Flock::faults).
+//! Start at [`Flock::faults`](super::Flock::faults).
 
 use std::collections::HashSet;
 use std::hash::Hash;
 
-use crate::graph::{Graph, SheepIx};
-use crate::manifest::Manifest;
-use crate::names::{ClipPath, SheepId};
-use crate::structure::Structure;
+use crate::graph::{Graph, SheepIx, Structure};
+use crate::manifest::{ClipPath, Manifest, SheepId};
 
 /// The kind of a fault, by its name in `flock check --json`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]

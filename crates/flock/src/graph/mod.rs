@@ -5,11 +5,14 @@
 //! that [`Graph::sheep_in_manifest`] and [`Graph::transition_in_manifest`] give. What hangs together in a graph is told by
 //! `structure.rs`.
 
+mod structure;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::manifest::Manifest;
-use crate::names::SheepId;
+use crate::manifest::{Manifest, SheepId};
+pub use structure::Structure;
+pub(crate) use structure::classes;
 
 /// A sheep's ordinal in its [`Graph`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -32,6 +35,10 @@ impl Exit {
         self.0 as usize
     }
 }
+
+/// What weights are multiplied with, so that those of a sheep's transitions, 2^32 at most, have a finite sum. A power of
+/// two: chances stay what they are to the bit.
+const SCALE: f64 = 1.0 / (1u64 << 33) as f64;
 
 /// Sheep and their exits in compressed rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,9 +117,9 @@ impl Graph {
         new.weight = weights.to_vec();
         for sheep in self.sheep() {
             let row = self.row(sheep);
-            let total: f64 = weights[row.clone()].iter().sum();
+            let total: f64 = weights[row.clone()].iter().map(|weight| weight * SCALE).sum();
             for at in row {
-                new.chance[at] = weights[at] / total;
+                new.chance[at] = weights[at] * SCALE / total;
             }
         }
         new
@@ -123,7 +130,7 @@ impl Graph {
         let mut total = vec![0.0; ids.len()];
         for arc in arcs {
             first[arc.from as usize + 1] += 1;
-            total[arc.from as usize] += arc.weight;
+            total[arc.from as usize] += arc.weight * SCALE;
         }
         for at in 1..first.len() {
             first[at] += first[at - 1];
@@ -134,7 +141,7 @@ impl Graph {
             first,
             target: arcs.iter().map(|arc| SheepIx(arc.to)).collect(),
             weight: arcs.iter().map(|arc| arc.weight).collect(),
-            chance: arcs.iter().map(|arc| arc.weight / total[arc.from as usize]).collect(),
+            chance: arcs.iter().map(|arc| arc.weight * SCALE / total[arc.from as usize]).collect(),
             exit_written: arcs.iter().map(|arc| arc.written).collect(),
         }
     }
@@ -226,8 +233,7 @@ impl Graph {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::manifest::{Clip, Sheep, Transition};
-    use crate::names::ClipPath;
+    use crate::manifest::{Clip, ClipPath, Sheep, Transition};
     use timing::{FrameCount, Rate};
 
     /// A flock of `n` sheep `s0`, `s1`, ... each with a loop, and weighted transitions. A step takes 50 s.
@@ -257,6 +263,12 @@ pub(crate) mod tests {
                 })
                 .collect(),
         }
+    }
+
+    #[test]
+    fn weights_whose_sum_is_beyond_all_numbers_are_chances_too() {
+        let graph = Graph::new(&manifest(2, &[(0, 0, f64::MAX), (0, 1, f64::MAX), (1, 0, f64::MIN_POSITIVE)]));
+        assert_eq!([0, 1, 2].map(|exit| graph.chance(Exit(exit)).to_bits()), [0.5, 0.5, 1.0].map(f64::to_bits));
     }
 
     #[test]

@@ -9,14 +9,13 @@ use std::sync::Arc;
 
 use timing::FrameCount;
 
-use crate::carry::carried;
-use crate::closed::Closed;
+use super::Walk;
+use super::carry::carried;
+use super::closed::Closed;
+use super::memory::{Keys, Next, Place, PlaceError};
 use crate::flock::Flock;
 use crate::graph::SheepIx;
-use crate::manifest::Clip;
-use crate::memory::{Keys, Next, Place, PlaceError};
-use crate::names::{ClipHash, ClipPath, SheepId};
-use crate::walk::Walk;
+use crate::manifest::{Clip, ClipHash, ClipPath, SheepId};
 
 /// The endless path of one unit through its flock.
 #[derive(Clone, Debug)]

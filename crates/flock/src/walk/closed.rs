@@ -5,7 +5,7 @@
 
 use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
-use crate::names::ClipPath;
+use crate::manifest::ClipPath;
 
 /// Struck clips, by the ordinals of a flock. Empty until the first strike.
 #[derive(Clone, Debug, Default)]

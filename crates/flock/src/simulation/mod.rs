@@ -3,15 +3,16 @@
 //! Owns the figures of `flock simulate` and of the walk's claims. Never walks itself but in [`Simulation::run`]; any
 //! list of exits can be judged, a memoryless one too. How far shares may be off by chance is told in `tally.rs`.
 
+mod tally;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
-use crate::manifest::Sheep;
-use crate::names::SheepId;
-use crate::tally::Tally;
+use crate::manifest::{Sheep, SheepId};
 use crate::walk::Walk;
+pub use tally::Tally;
 
 /// Seconds in a minute.
 const MINUTE_S: f64 = 60.0;

@@ -1,7 +1,7 @@
 //! Which runs of steps were walked lately.
 //!
 //! Owns the bounded memory of novelty: the last [`WINDOW`] exits and the set of runs of [`RUN`] among them. Never
-//! decides: `walk.rs` makes a walked run dearer.
+//! decides: `mod.rs` makes a walked run dearer.
 
 use std::collections::{HashMap, VecDeque};
 

@@ -1,12 +1,12 @@
 //! What a flock's walk amounts to in the long run, sheep by sheep, against what its artist wants.
 //!
 //! Owns the figures of `flock share`: visits, screen time, wants, return times, the worst ratio. Never solves for the
-//! shares: `shares.rs` does.
+//! shares: `shares/` does.
 //!
 //! Start at [`FlockShares::of`].
 
-use crate::flock::Flock;
-use crate::names::SheepId;
+use super::Flock;
+use crate::manifest::SheepId;
 
 /// Seconds in a minute.
 const MINUTE_S: f64 = 60.0;
@@ -27,7 +27,7 @@ pub struct FlockShares<'f> {
     /// The mean time from one visit's start to the next one's, any sheep's, in minutes.
     pub step_minutes: f64,
     /// By which part of itself any sheep's visits may be off, at most, as proved; `None` if nothing could be proved.
-    /// Above [`Shares::PROVED`](crate::Shares::PROVED) the figures are an estimate and no more.
+    /// Above [`Shares::PROVED`](crate::shares::Shares::PROVED) the figures are an estimate and no more.
     pub off_by: Option<f64>,
 }
 
