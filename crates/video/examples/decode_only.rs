@@ -13,8 +13,14 @@ use std::env;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let clip = env::args().nth(1).ok_or("CLIP is missing")?;
     ffmpeg_next::init()?;
-    let mut input = format::input(&clip)?;
-    let stream = input.streams().best(media::Type::Video).ok_or("there is no video stream")?;
+    println!("{}", decode(&clip)?);
+    Ok(())
+}
+
+/// The number of frames of the first video stream of the file at `clip`.
+fn decode(clip: &str) -> Result<u32, Error> {
+    let mut input = format::input(clip)?;
+    let stream = input.streams().best(media::Type::Video).ok_or(Error::StreamNotFound)?;
     let index = stream.index();
     let mut context = Context::from_parameters(stream.parameters())?;
     context.set_threading(Config { kind: Type::None, count: 1, ..Config::default() });
@@ -28,8 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     decoder.send_eof()?;
     frames += drain(&mut decoder)?;
-    println!("{frames}");
-    Ok(())
+    Ok(frames)
 }
 
 /// How many frames were ready.
