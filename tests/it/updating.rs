@@ -144,7 +144,7 @@ fn a_stick_that_waits_for_another_ends_when_it_is_pulled_and_a_look_on_a_schedul
     let mut told = BufReader::new(waiting.stderr.take().unwrap());
     let mut line = String::new();
     told.read_line(&mut line).unwrap();
-    assert!(line.contains("waited for"), "{line}");
+    assert!(line.contains("waiting for another update"), "{line}");
     kill_process(Pid::from_child(&waiting), Signal::TERM).unwrap();
     assert_eq!(waiting.wait().unwrap().code(), Some(3));
     assert_eq!(unit.playing(), None);
