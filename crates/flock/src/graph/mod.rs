@@ -36,9 +36,17 @@ impl Exit {
     }
 }
 
-/// What weights are multiplied with, so that those of a sheep's transitions, 2^32 at most, have a finite sum. A power of
-/// two: chances stay what they are to the bit.
+/// What weights are multiplied with whose sum is infinite, so that those of a sheep's transitions, 2^32 at most, have a
+/// finite one. All other weights stay as they are: the least of them would come to nothing.
 const SCALE: f64 = 1.0 / (1u64 << 33) as f64;
+
+/// The chances of exits with these weights, each finite and above 0, among each other.
+fn chances(weights: &[f64]) -> impl Iterator<Item = f64> {
+    let sum: f64 = weights.iter().sum();
+    let scale = if sum.is_finite() { 1.0 } else { SCALE };
+    let total: f64 = weights.iter().map(|weight| weight * scale).sum();
+    weights.iter().map(move |weight| weight * scale / total)
+}
 
 /// Sheep and their exits in compressed rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,33 +123,27 @@ impl Graph {
     pub(crate) fn reweighted(&self, weights: &[f64]) -> Self {
         let mut new = self.clone();
         new.weight = weights.to_vec();
-        for sheep in self.sheep() {
-            let row = self.row(sheep);
-            let total: f64 = weights[row.clone()].iter().map(|weight| weight * SCALE).sum();
-            for at in row {
-                new.chance[at] = weights[at] * SCALE / total;
-            }
-        }
+        new.chance = self.sheep().flat_map(|sheep| chances(&weights[self.row(sheep)])).collect();
         new
     }
 
     fn from_arcs(ids: Vec<SheepId>, sheep_written: Vec<u32>, arcs: &[Arc]) -> Self {
         let mut first = vec![0; ids.len() + 1];
-        let mut total = vec![0.0; ids.len()];
         for arc in arcs {
             first[arc.from as usize + 1] += 1;
-            total[arc.from as usize] += arc.weight * SCALE;
         }
         for at in 1..first.len() {
             first[at] += first[at - 1];
         }
+        let rows = arcs.chunk_by(|one, next| one.from == next.from);
+        let weights = |row: &[Arc]| -> Vec<f64> { row.iter().map(|arc| arc.weight).collect() };
         Self {
             ids,
             sheep_written,
             first,
             target: arcs.iter().map(|arc| SheepIx(arc.to)).collect(),
-            weight: arcs.iter().map(|arc| arc.weight).collect(),
-            chance: arcs.iter().map(|arc| arc.weight * SCALE / total[arc.from as usize]).collect(),
+            weight: weights(arcs),
+            chance: rows.flat_map(|row| chances(&weights(row)).collect::<Vec<_>>()).collect(),
             exit_written: arcs.iter().map(|arc| arc.written).collect(),
         }
     }
@@ -269,6 +271,15 @@ pub(crate) mod tests {
     fn weights_whose_sum_is_beyond_all_numbers_are_chances_too() {
         let graph = Graph::new(&manifest(2, &[(0, 0, f64::MAX), (0, 1, f64::MAX), (1, 0, f64::MIN_POSITIVE)]));
         assert_eq!([0, 1, 2].map(|exit| graph.chance(Exit(exit)).to_bits()), [0.5, 0.5, 1.0].map(f64::to_bits));
+    }
+
+    #[test]
+    fn the_smallest_weights_are_chances_too() {
+        let least = f64::from_bits(1);
+        let graph = Graph::new(&manifest(2, &[(0, 0, least), (0, 1, least), (1, 0, least)]));
+        for graph in [graph.reweighted(&[least; 3]), graph] {
+            assert_eq!([0, 1, 2].map(|exit| graph.chance(Exit(exit)).to_bits()), [0.5, 0.5, 1.0].map(f64::to_bits));
+        }
     }
 
     #[test]
