@@ -81,12 +81,13 @@ impl Keys {
 
     /// `text`, signed by `who`, who says that it was `other`.
     pub fn sign_as(&self, who: Who, other: Who, text: &[u8]) -> Vec<u8> {
-        let signed = String::from_utf8(self.sign(who, text)).unwrap();
-        let mut lines: Vec<String> = signed.split_inclusive('\n').map(str::to_owned).collect();
-        let mut raw = Base64::decode_to_vec(lines[1].trim_end(), None).unwrap();
+        // The text may be a mutant already, and no UTF-8.
+        let signed = self.sign(who, text);
+        let mut lines: Vec<Vec<u8>> = signed.split_inclusive(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect();
+        let mut raw = Base64::decode_to_vec(lines[1].trim_ascii_end(), None).unwrap();
         raw[2..10].copy_from_slice(self.secret(other).keynum());
-        lines[1] = Base64::encode_to_string(raw).unwrap() + "\n";
-        lines.concat().into_bytes()
+        lines[1] = (Base64::encode_to_string(raw).unwrap() + "\n").into_bytes();
+        lines.concat()
     }
 
     /// `who`'s public key under the name of `other`'s.
