@@ -6,6 +6,7 @@
 //!
 //! Start at [`Layout::of`], then [`rgb`].
 
+use crate::yuv::WEIGHTS;
 use ffmpeg_next::color::{Range, Space};
 use ffmpeg_next::frame::Video;
 use ffmpeg_next::util::chroma::Location;
@@ -122,7 +123,7 @@ impl Levels {
             Space::SMPTE240M => [0.212, 0.087],
             Space::Unspecified | Space::Reserved if standard => [0.299, 0.114],
             // Of RGB there is nothing to turn.
-            Space::BT709 | Space::Unspecified | Space::Reserved | Space::RGB => [0.2126, 0.0722],
+            Space::BT709 | Space::Unspecified | Space::Reserved | Space::RGB => [WEIGHTS[0], WEIGHTS[2]],
             _ => return None,
         };
         let is_gray = layout.samples.len() == 1 && frame.color_range() == Range::Unspecified;
@@ -133,7 +134,7 @@ impl Levels {
 
     /// Whether they mean what those of a flock's clips do.
     pub(crate) fn are_the_flocks(self) -> bool {
-        self == Self { weights: [0.2126, 0.0722], full: false }
+        self == Self { weights: [WEIGHTS[0], WEIGHTS[2]], full: false }
     }
 }
 

@@ -7,10 +7,10 @@
 
 use crate::frame::Frame;
 
-/// BT.709 luma weights of red, green and blue.
-const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
-/// What `B - Y` and `R - Y` are divided by to lie within half a unit: `2 * (1 - weight)`.
-const SPAN: [f32; 2] = [1.8556, 1.5748];
+/// BT.709 luma weights of red, green and blue. `screen` cannot see this crate and has its own copy; a test compares them.
+pub(crate) const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
+/// What `B - Y` and `R - Y` are divided by to lie within half a unit.
+const SPAN: [f32; 2] = [2.0 * (1.0 - WEIGHTS[2]), 2.0 * (1.0 - WEIGHTS[0])];
 
 /// One 8-bit planar 4:2:0 picture in memory: BT.709, limited range, chroma sited left (as H.264 means it where
 /// nothing is told): between two rows, on every other column.
@@ -148,8 +148,7 @@ impl Yuv420p {
 
     /// Bytes from one row to the next of Y, U and V.
     pub fn strides(&self) -> [usize; 3] {
-        let width = self.size.0 as usize;
-        [width, width / 2, width / 2]
+        [1, 2, 2].map(|part| self.size.0 as usize / part)
     }
 
     /// The picture as 8-bit RGB for looking at: `[height][width][3]`, row-major. Chroma is interpolated linearly.

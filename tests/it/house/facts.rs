@@ -200,3 +200,13 @@ fn all_programs_end_with_the_same_codes() {
     assert_eq!(codes("player/src/ending.rs"), [0, 1, 2, 3]);
     assert_eq!(codes("flock-tools/src/report.rs"), [0, 1, 2, 3]);
 }
+
+#[test]
+fn the_screen_and_the_clips_weigh_colours_alike() {
+    let weights = |path: &str, number: &str| -> String {
+        let (code, mark) = (read(path), format!("const WEIGHTS: [{number}; 3] = "));
+        let (_, rest) = code.split_once(&mark).unwrap_or_else(|| panic!("no `{mark}` in `{path}`"));
+        rest.split_once(';').unwrap().0.to_owned()
+    };
+    assert_eq!(weights("crates/screen/src/convert.rs", "f64"), weights("crates/video/src/yuv.rs", "f32"));
+}
