@@ -15,7 +15,7 @@ use std::process::Command;
 pub(super) struct Row {
     edition: String,
     mode: String,
-    from: String,
+    pub(super) from: String,
     pub(super) to: String,
 }
 
@@ -67,10 +67,10 @@ fn places(edition: &str) -> BTreeSet<String> {
 #[test]
 fn whatever_is_made_for_a_unit_is_in_the_list_of_what_lies_on_it() {
     let rows = layout();
-    let ours = ["systemd", "systemd/image", "config"].map(|folder| (folder, super::root().join(folder)));
-    for (folder, path) in ours {
-        for entry in fs::read_dir(path).unwrap().map(Result::unwrap).filter(|entry| entry.path().is_file()) {
-            let from = format!("{folder}/{}", entry.file_name().to_str().unwrap());
+    for folder in ["systemd", "config"] {
+        let (path, mut found) = (super::root().join(folder), BTreeSet::new());
+        list(&path, &path, &mut found);
+        for from in found.iter().map(|file| format!("{folder}{file}")) {
             let is_about_it =
                 ["README.md", "layout", "install", "package"].iter().any(|name| from == format!("systemd/{name}"));
             let times = rows.iter().filter(|row| row.from == from).count();
