@@ -9,10 +9,10 @@ use std::path::Path;
 use flock::{Clip, Flock, Manifest, SheepId, Suggestion, Transition};
 use video::Form;
 
-use crate::places;
+use crate::flock_folder::paths;
 use crate::render::estimate;
-use crate::render::order::{Order, Wanted};
 use crate::render::plan::{ClipPlan, Look, Shows};
+use crate::render::selection::{Order, Wanted};
 
 /// Clips that are looked at for their size, at most.
 const LOOKED_AT: usize = 256;
@@ -97,11 +97,7 @@ impl Planned {
         let transition = |new: &Suggestion| Transition {
             from: new.from.clone(),
             to: new.to.clone(),
-            clip: Clip {
-                path: places::of_transition(&new.from, &new.to, places::CLIP),
-                frames: new.frames,
-                hash: None,
-            },
+            clip: Clip { path: paths::of_transition(&new.from, &new.to, paths::CLIP), frames: new.frames, hash: None },
             weight: new.weight,
         };
         let with = Manifest { transitions: new.iter().map(transition).collect(), ..manifest.clone() };

@@ -11,9 +11,9 @@ use std::path::PathBuf;
 
 use flock::{Balance, Balanced, Bottleneck, Flock, SheepId, Suggestions, Terms};
 
-use crate::draft::Draft;
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::Draft;
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, print};
 use suggest::Advice;
 
 /// Find weights that give every sheep the share that is wanted, or as near as the transitions allow
@@ -80,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let Some(balance) = Balance::of(&flock, terms) else { return Err(open::no_cycle(&flock)) };
     let unplayed = flock.whole().len() - flock.graph().len();
     if unplayed > 0 {
-        report::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
+        print::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
     }
     let changed = draft.map(|draft| write::weights(draft, &balance)).transpose()?;
     let advice = args.suggest.and_then(|count| {
@@ -89,15 +89,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         Some(Advice::new(&suggestions, &now, &args.dir))
     });
     if args.json {
-        report::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0), advice })?;
+        print::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0), advice })?;
     } else {
-        report::lines(table(&balance).chain(advice.iter().flat_map(Advice::table)))?;
+        print::lines(table(&balance).chain(advice.iter().flat_map(Advice::table)))?;
     }
     if let Some(changed) = changed {
-        report::note(&write::told(changed, &flock));
+        print::note(&write::told(changed, &flock));
     }
     if balance.least_plays < args.floor {
-        report::note(&format!(
+        print::note(&format!(
             "a year is too short for {} plays of each transition: the least played has {:.1}",
             args.floor, balance.least_plays
         ));
@@ -133,7 +133,7 @@ fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     if let Some(bottleneck) = &balance.bottleneck {
         lines.extend(proof(balance, bottleneck));
     }
-    let width = report::widest(balance.sheep.iter().map(|sheep| sheep.id));
+    let width = print::widest(balance.sheep.iter().map(|sheep| sheep.id));
     lines.push(String::new());
     lines.push(format!("{:<width$} {:>9} {:>9} {:>8}", "sheep", "visits", "want", "ratio"));
     let mut sheep: Vec<&Balanced> = balance.sheep.iter().collect();

@@ -7,7 +7,7 @@ use std::path::Path;
 use flock::{Flock, SheepId, Suggestion, Suggestions};
 
 use super::cost::{self, Cost};
-use crate::report;
+use crate::program::print;
 
 /// The part of the answer that is asked for by `--suggest`.
 #[derive(serde::Serialize)]
@@ -49,7 +49,7 @@ impl Advice {
     /// The same for people.
     pub(super) fn table(&self) -> Vec<String> {
         let told = self.add.iter().chain(&self.remove);
-        let wide = report::widest(told.flat_map(|advised| [&advised.from, &advised.to]));
+        let wide = print::widest(told.flat_map(|advised| [&advised.from, &advised.to]));
         let mut lines = Vec::new();
         for (word, advised, none) in [
             ("add", &self.add, "No transition more makes the balance better."),

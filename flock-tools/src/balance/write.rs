@@ -5,8 +5,8 @@
 
 use flock::{Balance, Flock, FlockShares};
 
-use crate::draft::Draft;
-use crate::report::{Exit, Fatal};
+use crate::flock_folder::Draft;
+use crate::program::{Exit, Fatal};
 
 /// Writes the weights of `balance` into `draft`, which it was found for; tells how many were others.
 ///

@@ -12,8 +12,7 @@ use std::path::{Path, PathBuf};
 
 use bundle::Sequence;
 
-use crate::report::{Exit, Fatal};
-use crate::save;
+use crate::program::{Exit, Fatal, save};
 
 /// What the file's name ends in, beside the key.
 const ENDING: &str = "sequence";

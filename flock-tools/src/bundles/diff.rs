@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use bundle::{Contents, Held, ObjectId, Trust, UnitId, plan};
 use indicatif::DecimalBytes;
 
-use super::{listing, shelf, unusable};
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use super::{bundle_folder, unusable};
+use crate::flock_folder::{file_list, open};
+use crate::program::{Exit, Fatal, print};
 
 /// Tell what differs between two flocks or bundles, and how much a unit with the one would fetch for the other
 ///
@@ -73,25 +73,25 @@ enum Incomparable {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let answer = compare(&contents(args, &args.old)?, &contents(args, &args.new)?);
     if args.json {
-        report::json(&answer)?;
+        print::json(&answer)?;
     } else {
-        report::lines(told(&answer))?;
+        print::lines(told(&answer))?;
     }
     Ok(Exit::Fine)
 }
 
 /// The files of the flock in `folder`, or of the bundle that lies there.
 fn contents(args: &Args, folder: &Path) -> Result<Contents, Fatal> {
-    if !shelf::is_one(folder) {
-        return listing::contents(folder, &open::manifest(folder)?);
+    if !bundle_folder::is_one(folder) {
+        return file_list::contents(folder, &open::manifest(folder)?);
     }
     let Some(trust) = &args.trust else {
         let untrusted = Incomparable::Untrusted { path: folder.to_owned() };
         return Err(Fatal::new(Exit::Malformed, untrusted).hint("--trust names the key"));
     };
     let trust = Trust::read(trust).map_err(unusable)?;
-    let found = shelf::read(folder, &trust, args.unit.as_slice())?;
-    let mut bundles = shelf::bundles(folder, found)?;
+    let found = bundle_folder::read(folder, &trust, args.unit.as_slice())?;
+    let mut bundles = bundle_folder::bundles(folder, found)?;
     bundles.dedup_by(|(_, a), (_, b)| a.contents() == b.contents());
     match bundles.pop() {
         Some((_, bundle)) if bundles.is_empty() => Ok(bundle.contents().clone()),
@@ -134,7 +134,7 @@ fn told(answer: &Answer) -> Vec<String> {
     let marked = [('+', added), ('~', changed), ('-', removed)];
     let mut lines: Vec<String> =
         marked.iter().flat_map(|(mark, paths)| paths.iter().map(move |path| format!("{mark} {path}"))).collect();
-    let (objects, files) = (report::count(*fetch_objects, "object"), report::count(*files, "file"));
+    let (objects, files) = (print::count(*fetch_objects, "object"), print::count(*files, "file"));
     lines.push(format!(
         "a unit would fetch {objects}, {}, of {files}, {}; and the list of files, {}",
         DecimalBytes(*fetch_bytes),

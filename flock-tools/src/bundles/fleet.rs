@@ -22,8 +22,7 @@ use std::path::{Path, PathBuf};
 
 use bundle::{Addressees, UnitId};
 
-use crate::report::{Exit, Fatal};
-use crate::save;
+use crate::program::{Exit, Fatal, save};
 
 /// The file's name, beside the bundles.
 pub(super) const FILE_NAME: &str = "fleet.toml";

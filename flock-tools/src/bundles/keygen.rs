@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use bundle::{KeyId, PublicKey, SecretKey, Statement, limits};
 
 use super::{passphrase, unusable};
-use crate::report::{self, Exit, Fatal};
+use crate::program::{Exit, Fatal, print};
 
 /// What the public key's file ends in.
 const PUBLIC: &str = "pub";
@@ -98,13 +98,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         (None, None) => Answer::default(),
     };
     if args.json {
-        report::json(&answer)?;
+        print::json(&answer)?;
     } else {
         let id = answer.id.map(|id| format!("key         {id}"));
         let line = |what: &str, path: &PathBuf| format!("{what:<12}{}", path.display());
         let files = [("secret key", &answer.secret), ("public key", &answer.public), ("statement", &answer.statement)];
         let files = files.iter().filter_map(|(what, path)| path.as_ref().map(|path| line(what, path)));
-        report::lines(id.into_iter().chain(files))?;
+        print::lines(id.into_iter().chain(files))?;
     }
     Ok(Exit::Fine)
 }
@@ -116,7 +116,7 @@ fn make(file: &Path, passphrase_file: Option<&Path>, signer: Option<&SecretKey>)
     // Nobody thinks up a passphrase for a key that cannot be written.
     let there = others.into_iter().chain([file]).find(|path| path.exists());
     if let Some(taken) = there.or(others.contains(&file).then_some(file)) {
-        return Err(Fatal::unwritten(taken, io::ErrorKind::AlreadyExists.into()));
+        return Err(Fatal::write(taken, io::ErrorKind::AlreadyExists.into()));
     }
     let passphrase = passphrase::new(file, passphrase_file)?;
     let key = SecretKey::create(file, &passphrase).map_err(unusable)?.public();
@@ -155,5 +155,5 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Fatal> {
         file.write_all(bytes)?;
         file.sync_all()
     };
-    write().map_err(|source| Fatal::unwritten(path, source))
+    write().map_err(|source| Fatal::write(path, source))
 }

@@ -6,21 +6,20 @@
 //!
 //! Start at [`pack`].
 
+mod bundle_folder;
 mod counter;
 pub(crate) mod diff;
 mod fleet;
 pub(crate) mod keygen;
-pub(crate) mod listing;
 pub(crate) mod pack;
 mod passphrase;
 pub(crate) mod publish;
-mod shelf;
 pub(crate) mod system;
 pub(crate) mod verify;
 
 use bundle::{FolderError, KeyError, Refused, SignError};
 
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
 /// The end of a command that cannot use a key.
 fn unusable(error: KeyError) -> Fatal {

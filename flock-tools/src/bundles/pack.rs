@@ -18,12 +18,11 @@ use flock::{FILE_NAME, Fault, FaultKind, Flock, Manifest};
 use indicatif::DecimalBytes;
 
 use super::counter::Counter;
-use super::{listing, passphrase, refused, shelf, unmoved, unsigned};
+use super::{bundle_folder, passphrase, refused, unmoved, unsigned};
 use crate::check;
-use crate::now;
-use crate::open;
-use crate::progress;
-use crate::report::{self, Exit, Fatal};
+use crate::decoder::Decoder;
+use crate::flock_folder::{file_list, open};
+use crate::program::{Exit, Fatal, now, print, progress};
 
 /// Check a flock, and sign it as a bundle that travels to its units
 ///
@@ -118,41 +117,41 @@ enum Unpacked {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let statements = statements(args)?;
     // Who is asked for a passphrase would rather be asked now than when all was checked.
     let key = passphrase::known(&args.key, args.passphrase_file.as_deref())?;
-    let faults = faults(args, &flock)?;
+    let faults = faults(args, &flock, decoder)?;
     if let Some(first) = faults.first() {
         if args.json {
-            report::json(&Answer { packed: false, faults: &faults, bundle: None })?;
+            print::json(&Answer { packed: false, faults: &faults, bundle: None })?;
         } else {
-            report::lines(faults.iter().map(check::line))?;
+            print::lines(faults.iter().map(check::line))?;
         }
         let name = flock.manifest().name.clone();
-        let faulty = Unpacked::Faulty { name, faults: report::count(faults.len(), "fault"), first: check::line(first) };
+        let faulty = Unpacked::Faulty { name, faults: print::count(faults.len(), "fault"), first: check::line(first) };
         return Err(Fatal::new(Exit::No, faulty));
     }
-    let contents = listing::contents(&args.dir, flock.manifest())?;
+    let contents = file_list::contents(&args.dir, flock.manifest())?;
     let folder = Folder::create(&args.bundle).map_err(unmoved)?;
     let moved = fill(&folder, &args.dir, flock.manifest(), &contents)?;
     let packed = seal(args, &flock, &key, &contents, &folder, &statements, moved)?;
     if args.json {
-        report::json(&Answer { packed: true, faults: &[], bundle: Some(&packed) })?;
+        print::json(&Answer { packed: true, faults: &[], bundle: Some(&packed) })?;
     } else {
-        report::lines(told(&packed))?;
+        print::lines(told(&packed))?;
     }
     Ok(Exit::Fine)
 }
 
 /// What keeps the flock from being packed.
-fn faults(args: &Args, flock: &Flock) -> Result<Vec<Fault>, Fatal> {
-    let mut faults = check::every_fault(&args.dir, flock)?;
+fn faults(args: &Args, flock: &Flock, decoder: &'static dyn Decoder) -> Result<Vec<Fault>, Fatal> {
+    let mut faults = check::every_fault(&args.dir, flock, decoder)?;
     if args.allow_jumps {
         let (jumps, others): (Vec<_>, Vec<_>) = faults.into_iter().partition(|fault| fault.kind == FaultKind::Jump);
         for jump in &jumps {
-            report::note(&format!("note: {}", check::line(jump)));
+            print::note(&format!("note: {}", check::line(jump)));
         }
         faults = others;
     }
@@ -198,7 +197,7 @@ fn seal(
     folder.put(&id, list.len() as u64, &mut &list[..], folder.path(), &mut |_| ()).map_err(unmoved)?;
     let trust = Trust::of([key.public()]);
     let mut counter = Counter::take(&args.key)?;
-    for found in shelf::read(folder.path(), &trust, &[]).unwrap_or_default() {
+    for found in bundle_folder::read(folder.path(), &trust, &[]).unwrap_or_default() {
         if let Ok(bundle) = found.bundle {
             counter.seen(bundle.seal().letter().sequence);
         }
@@ -251,7 +250,7 @@ fn told(packed: &Packed) -> Vec<String> {
     let Moved { cloned, copied, kept, linked } = moved;
     vec![
         format!("packed `{flock}` for {units}: sequence {sequence}, key {signer}"),
-        format!("{}, {}", report::count(*files, "file"), DecimalBytes(*bytes)),
+        format!("{}, {}", print::count(*files, "file"), DecimalBytes(*bytes)),
         format!("{} shared with the flock, {copied} copied, {kept} there already", cloned + linked),
     ]
 }

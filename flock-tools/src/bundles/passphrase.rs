@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use bundle::SecretKey;
 
 use super::unusable;
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
 /// Bytes of a file with a passphrase.
 const LONGEST: u64 = 4 << 10;

@@ -14,10 +14,8 @@ use bundle::{Addressees, Folder, ObjectId, Put, Sequence, Source, Swept, System,
 use indicatif::DecimalBytes;
 
 use super::fleet::{self, Fleet, Row};
-use super::{shelf, system, unmoved, unusable};
-use crate::now;
-use crate::progress;
-use crate::report::{self, Exit, Fatal};
+use super::{bundle_folder, system, unmoved, unusable};
+use crate::program::{Exit, Fatal, now, print, progress};
 
 /// Lay bundles out on a stick, or in a folder for any web server: only what is new, safely in any order
 ///
@@ -125,8 +123,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
     let mut fleet = Fleet::read(&table)?;
     let systems = systems(&args.bundle, system::read(&args.bundle, &trust, &args.units)?)?;
-    let found = shelf::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
-    let cargo = Cargo { bundles: shelf::bundles(&args.bundle, found)?, systems };
+    let found = bundle_folder::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let cargo = Cargo { bundles: bundle_folder::bundles(&args.bundle, found)?, systems };
     let to = Folder::open(&args.to).map_err(unmoved)?;
     // One writer at a time; where a file system knows no locks, that is the artist's to see to.
     let _lock = File::open(&args.to).ok().filter(|folder| folder.lock().is_ok());
@@ -156,9 +154,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         pruned_bytes: pruned.bytes,
     };
     if args.json {
-        report::json(&answer)?;
+        print::json(&answer)?;
     } else {
-        report::lines(told(&answer))?;
+        print::lines(told(&answer))?;
     }
     Ok(Exit::Fine)
 }
@@ -167,7 +165,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 fn systems(path: &Path, found: Vec<system::Found>) -> Result<Systems, Fatal> {
     let good = |system::Found { unit, seal, system }: system::Found| match system {
         Ok(system) => Ok((unit, system)),
-        Err(source) => Err(shelf::bad(path, seal, source)),
+        Err(source) => Err(bundle_folder::bad(path, seal, source)),
     };
     found.into_iter().map(good).collect()
 }
@@ -178,7 +176,7 @@ fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> 
         let unit = addressee(unit);
         Err(Fatal::new(Exit::No, Unpublished::Older { path: args.to.clone(), unit, sequence, there }))
     };
-    let there = shelf::read_all(&args.to, trust)?;
+    let there = bundle_folder::read_all(&args.to, trust)?;
     for (unit, bundle) in &cargo.bundles {
         let twin = there.iter().filter(|found| found.unit == *unit).find_map(|found| found.bundle.as_ref().ok());
         let (seal, Some(twin)) = (bundle.seal(), twin.map(Verified::seal)) else { continue };
@@ -203,7 +201,7 @@ fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> 
 fn freight(args: &Args, to: &Folder, objects: &Objects) -> Result<Freight, Fatal> {
     let objects = objects.iter().map(|(id, size)| (*id, *size));
     let (held, mut new): (Vec<_>, Vec<_>) = objects.partition(|(id, size)| to.holds(id, *size));
-    let damaged = if args.check { shelf::damaged(&args.to, &held) } else { Vec::new() };
+    let damaged = if args.check { bundle_folder::damaged(&args.to, &held) } else { Vec::new() };
     for (id, _) in &damaged {
         to.discard(id).map_err(unmoved)?;
     }
@@ -252,7 +250,7 @@ fn send(args: &Args, to: &Folder, cargo: &Cargo, freight: &Freight) -> Result<u6
         bar.set_position(before + size);
     }
     bar.finish_and_clear();
-    let said = shelf::said(&mut from);
+    let said = bundle_folder::said(&mut from);
     let said: Vec<Vec<u8>> = statements(&said).into_iter().map(<[u8]>::to_vec).collect();
     to.add_statements(&said).map_err(unmoved)?;
     for (unit, system) in &cargo.systems {
@@ -282,7 +280,7 @@ fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<S
         let unknown = Unpublished::Unknown { path: args.to.clone(), seal };
         Fatal::new(Exit::No, unknown).hint("what cannot be read may need anything: nothing was pruned")
     };
-    for found in shelf::read_all(&args.to, trust)? {
+    for found in bundle_folder::read_all(&args.to, trust)? {
         let bundle = found.bundle.map_err(|_| unknown(found.seal))?;
         let letter = bundle.seal().letter();
         needed.extend([Some(letter.contents), letter.statements.map(|(id, _)| id)].into_iter().flatten());
@@ -319,13 +317,13 @@ fn told(answer: &Answer) -> Vec<String> {
     let mut lines: Vec<String> =
         units.iter().map(|row| format!("{}: `{}`, sequence {}", row.id, row.flock, row.sequence)).collect();
     lines.extend(systems.iter().cloned());
-    let written = report::count(*new_objects, "object");
+    let written = print::count(*new_objects, "object");
     lines.push(format!("{written} written, {}; {kept_objects} there already", DecimalBytes(*new_bytes)));
     if *replaced_objects > 0 {
         lines.push(format!("{replaced_objects} of them in the place of what was damaged"));
     }
     if *pruned_files > 0 {
-        lines.push(format!("{} removed, {}", report::count(*pruned_files, "file"), DecimalBytes(*pruned_bytes)));
+        lines.push(format!("{} removed, {}", print::count(*pruned_files, "file"), DecimalBytes(*pruned_bytes)));
     }
     lines
 }

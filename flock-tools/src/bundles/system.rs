@@ -20,10 +20,8 @@ use indicatif::DecimalBytes;
 
 use super::counter::Counter;
 use super::pack::Args;
-use super::{passphrase, refused, shelf, unmoved, unsigned};
-use crate::now;
-use crate::progress;
-use crate::report::{self, Exit, Fatal};
+use super::{bundle_folder, passphrase, refused, unmoved, unsigned};
+use crate::program::{Exit, Fatal, now, print, progress};
 
 /// What `make image` leaves of a system: what the firmware starts, the verified root, and the public keys in that.
 const START: &str = "dreams.start";
@@ -107,12 +105,12 @@ pub(crate) fn pack(args: &Args) -> Result<Exit, Fatal> {
         bytes: release.start.1 + release.root.1,
     };
     if args.json {
-        report::json(&packed)?;
+        print::json(&packed)?;
     } else {
         let Packed { version, sequence, signer, bytes, .. } = &packed;
         let units = if packed.units.is_empty() { "every unit".to_owned() } else { packed.units.join(", ") };
         let size = DecimalBytes(*bytes);
-        report::lines([format!("packed system {version} for {units}: sequence {sequence}, key {signer}, {size}")])?;
+        print::lines([format!("packed system {version} for {units}: sequence {sequence}, key {signer}, {size}")])?;
     }
     Ok(Exit::Fine)
 }
@@ -146,7 +144,7 @@ fn listing(keys: &[KeyId]) -> String {
 
 /// Every number that was given to a flock or a system in the folder at `path`.
 fn sequences(path: &Path, trust: &Trust) -> Vec<Sequence> {
-    let flocks = shelf::read_all(path, trust).unwrap_or_default();
+    let flocks = bundle_folder::read_all(path, trust).unwrap_or_default();
     let flocks = flocks.iter().filter_map(|found| found.bundle.as_ref().ok());
     let flocks: Vec<_> = flocks.map(|bundle| bundle.seal().letter().sequence).collect();
     let systems = read(path, trust, &[]).unwrap_or_default();
@@ -202,7 +200,7 @@ pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<
     let there = folder.systems().map_err(unmoved)?;
     let given = |unit: &UnitId| [Some(unit.clone()), None].into_iter().find(|addressee| there.contains(addressee));
     let wanted: BTreeSet<_> = if units.is_empty() { there.clone() } else { units.iter().filter_map(given).collect() };
-    let trust = shelf::learned(&mut folder, pinned);
+    let trust = bundle_folder::learned(&mut folder, pinned);
     let found = |unit: Option<UnitId>| {
         let addressees = Addressees::of(unit.clone());
         let seal = system_path(addressees.stems().first().copied().unwrap_or_default());
@@ -210,7 +208,7 @@ pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<
         let read = UnverifiedSystem::addressed(&mut folder, &addressees).and_then(|read| read.ok_or_else(missing));
         let heeded = |unverified: UnverifiedSystem| {
             let verify = |trust: &Trust| unverified.clone().verify(trust);
-            shelf::heeded(&mut folder, &trust, verify, System::expected_statements)
+            bundle_folder::heeded(&mut folder, &trust, verify, System::expected_statements)
         };
         let system = read.and_then(heeded).and_then(|system| {
             let is_given = |asked: &&UnitId| match &unit {

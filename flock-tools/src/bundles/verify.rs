@@ -1,16 +1,16 @@
 //! `flock verify`: would its units take this bundle?
 //!
-//! Owns the command and its answer. What is wrong is found by `shelf.rs`.
+//! Owns the command and its answer. What is wrong is found by `bundle_folder.rs`.
 
 use std::path::PathBuf;
 
 use bundle::{KeyId, Sequence, Trust, UnitId};
 use indicatif::DecimalBytes;
 
+use super::bundle_folder::{self, Fault, Found, Kind};
 use super::fleet::{self, Fleet};
-use super::shelf::{self, Fault, Found, Kind};
 use super::{system, unusable};
-use crate::report::{self, Exit, Fatal};
+use crate::program::{Exit, Fatal, print};
 
 /// Tell whether bundles are what a trusted key signed, whole and undamaged, and name everything that is not
 ///
@@ -65,11 +65,11 @@ struct Told<'a> {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let trust = Trust::read(&args.trust).map_err(unusable)?;
     let systems = system::read(&args.bundle, &trust, &args.units)?;
-    let found = shelf::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let found = bundle_folder::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
     let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
     let fleet = if args.units.is_empty() { Fleet::default() } else { Fleet::read(&table)? };
-    let found = shelf::admitted(found, &args.units, &fleet);
-    let faults = shelf::faults(&args.bundle, &found, &systems);
+    let found = bundle_folder::admitted(found, &args.units, &fleet);
+    let faults = bundle_folder::faults(&args.bundle, &found, &systems);
     let good = systems.iter().filter_map(|found| Some((found.unit.as_ref(), found.system.as_ref().ok()?)));
     let systems: Vec<String> = good.map(|(unit, system)| system::line(unit, system)).collect();
     let bundles = found.iter().filter_map(told).collect();
@@ -79,10 +79,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         _ => Exit::No,
     };
     if args.json {
-        report::json(&Answer { ok: faults.is_empty(), bundles, systems, faults: &faults })?;
+        print::json(&Answer { ok: faults.is_empty(), bundles, systems, faults: &faults })?;
     } else {
-        report::lines(bundles.iter().map(line).chain(systems).chain(faults.iter().map(|fault| fault.message.clone())))?;
-        report::note(&report::count(faults.len(), "fault"));
+        print::lines(bundles.iter().map(line).chain(systems).chain(faults.iter().map(|fault| fault.message.clone())))?;
+        print::note(&print::count(faults.len(), "fault"));
     }
     Ok(exit)
 }
@@ -110,6 +110,6 @@ fn line(told: &Told<'_>) -> String {
     let Told { seal, flock, units, sequence, created, signer, files, bytes } = told;
     let units = if units.is_empty() { "every unit".to_owned() } else { units.join(", ") };
     let size = DecimalBytes(*bytes);
-    let files = report::count(*files, "file");
+    let files = print::count(*files, "file");
     format!("`{seal}`: `{flock}` for {units}, sequence {sequence} of {created}, key {signer}, {files}, {size}")
 }

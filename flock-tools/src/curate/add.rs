@@ -9,10 +9,9 @@ use flock::{MOST_FRAMES, MOST_REPEATS, Sheep, SheepId};
 
 use super::Desk;
 use super::files::{self, Incoming};
-use crate::arguments;
-use crate::decoder::Video;
-use crate::places;
-use crate::report::{self, Exit, Fatal};
+use crate::decoder::DecoderHandle;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, arguments, print};
 
 /// Frames of a loop that is yet to be rendered, unless told otherwise: 26 seconds at 30 per second.
 pub(crate) const FRAMES: u32 = 768;
@@ -64,13 +63,13 @@ pub(crate) struct Args {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let id = &args.id;
     let mut desk = Desk::at(&args.dir)?;
     let genome = args.genome.as_deref().map(|file| files::genome(&desk, file, id)).transpose()?;
-    let place = |ending: &str| places::of_loop(id, ending);
+    let place = |ending: &str| paths::of_loop(id, ending);
     let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
-    let clip = (!args.no_loop).then(|| files::clip(&desk, &wish, place, video)).transpose()?;
+    let clip = (!args.no_loop).then(|| files::clip(&desk, &wish, place, decoder)).transpose()?;
     let mut parts = Vec::new();
     parts.extend(clip.iter().map(|(clip, _)| format!("loop `{}`, {} frames", clip.path, clip.frames)));
     parts.extend(genome.iter().map(|genome| format!("genome `{}`", genome.path)));
@@ -87,7 +86,7 @@ pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
     Incoming::bring_all(incoming, &args.dir, args.force)?;
     let effect = desk.save()?;
     if let Some(note) = note {
-        report::note(&note);
+        print::note(&note);
     }
     let what = if parts.is_empty() { "without a loop".to_owned() } else { parts.join(", ") };
     effect.tell(&format!("added `{id}`: {what}"), args.json)

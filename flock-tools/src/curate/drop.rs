@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use flock::SheepId;
 
 use super::Desk;
-use crate::report::{self, Exit, Fatal};
+use crate::program::{Exit, Fatal, print};
 
 /// Take a sheep out of a flock, with every transition from and to it
 ///
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     desk.edit(|edit| edit.drop_sheep(id))?;
     let gone = match transitions - desk.manifest().transitions.len() {
         0 => String::new(),
-        count => format!(" and {}", report::count(count, "transition")),
+        count => format!(" and {}", print::count(count, "transition")),
     };
     desk.refuse_breaking(&format!("without sheep `{id}`"), args.force, args.json)?;
     let effect = desk.save()?;

@@ -15,10 +15,10 @@ use timing::FrameCount;
 use video::Form;
 
 use super::Desk;
-use crate::decoder::Video;
-use crate::places;
-use crate::report::{Exit, Fatal};
-use crate::save;
+use crate::check::clips;
+use crate::decoder::DecoderHandle;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, save};
 
 /// What clip is wished for.
 pub(super) struct Wish<'a> {
@@ -70,9 +70,9 @@ pub(super) fn clip(
     desk: &Desk,
     wish: &Wish,
     place: impl Fn(&str) -> ClipPath,
-    video: Video,
+    decoder: DecoderHandle,
 ) -> Result<(Clip, Option<Incoming>), Fatal> {
-    let usual = place(places::CLIP);
+    let usual = place(paths::CLIP);
     let there = usual.inside(&desk.folder);
     let file = match wish.file {
         Some(file) => file,
@@ -85,7 +85,7 @@ pub(super) fn clip(
     let unreadable = |source| Fatal::new(Exit::Unreadable, Untaken::Read { path: file.to_owned(), source });
     let hash = File::open(file).and_then(ClipHash::of).map_err(unreadable)?;
     let form = Form { size: desk.manifest().size, fps: desk.manifest().fps };
-    let frames = video.decoder()?.frames(file, &form).map_err(|why| {
+    let frames = clips::frames(file, &form, decoder.get()?).map_err(|why| {
         let refused = Untaken::OtherForm { path: file.to_owned(), why };
         Fatal::new(Exit::No, refused).hint("`flock import` brings clips into the flock's form")
     })?;
@@ -93,7 +93,7 @@ pub(super) fn clip(
         let refused = Untaken::Frames { path: file.to_owned(), expected, found: frames };
         return Err(Fatal::new(Exit::No, refused));
     }
-    let (path, incoming) = settle(&desk.folder, file, place(ending(file).unwrap_or(places::CLIP)));
+    let (path, incoming) = settle(&desk.folder, file, place(ending(file).unwrap_or(paths::CLIP)));
     Ok((Clip { path, frames, hash: Some(hash) }, incoming))
 }
 
@@ -121,7 +121,7 @@ pub(super) fn genome(desk: &Desk, file: &Path, id: &SheepId) -> Result<Known, Fa
             size.0, size.1
         )
     });
-    let (path, incoming) = settle(&desk.folder, file, places::genome(id, ending(file).unwrap_or(places::GENOME)));
+    let (path, incoming) = settle(&desk.folder, file, paths::genome(id, ending(file).unwrap_or(paths::GENOME)));
     Ok(Known { path, incoming, note })
 }
 

@@ -8,10 +8,9 @@ use flock::{MOST_FRAMES, SheepId, Transition};
 
 use super::Desk;
 use super::files::{self, Incoming};
-use crate::arguments;
-use crate::decoder::Video;
-use crate::places;
-use crate::report::{Exit, Fatal};
+use crate::decoder::DecoderHandle;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, arguments};
 
 /// Frames of a transition that is yet to be rendered, unless told otherwise: 13 seconds at 30 per second.
 const FRAMES: u32 = 384;
@@ -54,12 +53,12 @@ pub(crate) struct Args {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let (from, to) = (args.from.clone(), args.to.clone());
     let mut desk = Desk::at(&args.dir)?;
-    let place = |ending: &str| places::of_transition(&from, &to, ending);
+    let place = |ending: &str| paths::of_transition(&from, &to, ending);
     let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
-    let (clip, incoming) = files::clip(&desk, &wish, place, video)?;
+    let (clip, incoming) = files::clip(&desk, &wish, place, decoder)?;
     let (frames, path) = (clip.frames, clip.path.clone());
     let transition = Transition { from: args.from.clone(), to: args.to.clone(), clip, weight: args.weight };
     desk.edit(|edit| edit.add_transition(transition))?;

@@ -22,8 +22,8 @@ use std::path::{Path, PathBuf};
 
 use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, SheepId};
 
-use crate::draft::Draft;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::Draft;
+use crate::program::{Exit, Fatal, print};
 
 /// So many faults are told after an edit; `flock check` tells all.
 const TOLD: usize = 3;
@@ -122,7 +122,7 @@ impl Desk {
             None => return Ok(()),
         };
         if json {
-            report::json(&Answer {
+            print::json(&Answer {
                 changed: false,
                 worst_ratio_before: self.before.worst_ratio,
                 worst_ratio_after: after.worst_ratio,
@@ -171,7 +171,7 @@ impl Effect {
     fn tell(&self, done: &str, json: bool) -> Result<Exit, Fatal> {
         let (unreferenced, missing) = (self.unreferenced(), self.missing());
         if json {
-            report::json(&Answer {
+            print::json(&Answer {
                 changed: true,
                 worst_ratio_before: self.before.worst_ratio,
                 worst_ratio_after: self.after.worst_ratio,
@@ -182,18 +182,18 @@ impl Effect {
             })?;
             return Ok(Exit::Fine);
         }
-        report::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;
+        print::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;
         for path in missing {
-            report::note(&format!("note: `{path}` is not there yet; `flock render` makes it"));
+            print::note(&format!("note: `{path}` is not there yet; `flock render` makes it"));
         }
         for path in unreferenced {
-            report::note(&format!("note: `{path}` is no longer named, and still there"));
+            print::note(&format!("note: `{path}` is no longer named, and still there"));
         }
         for fault in self.after.faults.iter().take(TOLD) {
-            report::note(&format!("note: {}", fault.message));
+            print::note(&format!("note: {}", fault.message));
         }
         if let Some(more) = self.after.faults.len().checked_sub(TOLD).filter(|more| *more > 0) {
-            report::note(&format!("note: and {more} more, which `flock check` names"));
+            print::note(&format!("note: and {more} more, which `flock check` names"));
         }
         Ok(Exit::Fine)
     }

@@ -9,10 +9,8 @@ use std::path::{Path, PathBuf};
 use flock::{Edit, FILE_NAME};
 use timing::Rate;
 
-use crate::arguments;
-use crate::places;
-use crate::report::{self, Exit, Fatal};
-use crate::save;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, arguments, print, save};
 
 /// What a manifest says to somebody who opens it.
 const GREETING: &str =
@@ -68,12 +66,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         Fatal::new(exit, error)
     })?;
     if args.json {
-        report::json(&Answer { changed: true, name })?;
+        print::json(&Answer { changed: true, name })?;
     } else {
         let (width, height) = args.size;
         let line = format!("flock `{name}` is there, {width}x{height} at {} frames per second", args.fps);
-        report::lines([line])?;
-        report::note("note: it has no sheep yet; `flock add` puts them in");
+        print::lines([line])?;
+        print::note("note: it has no sheep yet; `flock add` puts them in");
     }
     Ok(Exit::Fine)
 }
@@ -89,7 +87,7 @@ fn start(folder: &Path, text: &str) -> Result<(), Unstarted> {
         let found = found.map_err(cannot(folder))?.file_name().to_string_lossy().into_owned();
         return Err(Unstarted::NotEmpty { folder: folder.to_owned(), found });
     }
-    for name in places::FOLDERS {
+    for name in paths::FOLDERS {
         let path = folder.join(name);
         fs::create_dir(&path).map_err(cannot(&path))?;
     }

@@ -12,9 +12,8 @@ use flock::{Clip, ClipPath, Edit, EditError, SheepId};
 
 use super::Desk;
 use super::files;
-use crate::places;
-use crate::report::{self, Exit, Fatal};
-use crate::save;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, print, save};
 
 /// Give a sheep another id
 ///
@@ -68,7 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     effect.delete_files()?;
     let files = match count {
         0 => String::new(),
-        count => format!(", and {}", report::count(count, "file")),
+        count => format!(", and {}", print::count(count, "file")),
     };
     effect.tell(&format!("renamed `{old}` to `{new}`{files}"), args.json)
 }
@@ -77,7 +76,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 fn rename_paths(edit: &mut Edit, old: &SheepId, new: &SheepId) -> Result<BTreeMap<ClipPath, ClipPath>, EditError> {
     let mut moves = BTreeMap::new();
     let mut renamed = |path: &ClipPath| {
-        let to = places::renamed(path, old, new)?;
+        let to = paths::renamed(path, old, new)?;
         moves.insert(path.clone(), to.clone());
         Some(to)
     };

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use flock::SheepId;
 
 use super::Desk;
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
 /// Take a transition out of a flock
 ///

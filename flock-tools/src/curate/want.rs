@@ -7,8 +7,7 @@ use std::path::PathBuf;
 use flock::SheepId;
 
 use super::Desk;
-use crate::arguments;
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal, arguments};
 
 /// Set how often a sheep is wished, relative to the others
 ///

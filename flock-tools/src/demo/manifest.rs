@@ -13,8 +13,8 @@ use flock::{ClipHash, FILE_NAME};
 use video::Form;
 
 use super::plan::{Plan, SHEEP};
+use crate::program::save;
 use crate::render::plan::Shows;
-use crate::save;
 
 /// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
 ///

@@ -16,10 +16,9 @@ use std::path::PathBuf;
 use flock::{ClipHash, ClipPath};
 use plan::{Edition, Plan};
 
-use crate::arguments;
+use crate::program::{Exit, Fatal, arguments, print};
 use crate::render::make::{Effort, Outcome, make};
 use crate::render::{failed, options};
-use crate::report::{self, Exit, Fatal};
 
 /// Render the demo flock into a folder
 ///
@@ -78,13 +77,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         Outcome::Busy | Outcome::Unfinished => None,
     };
     let Some(hashes) = made.outcomes.iter().map(hash).collect::<Option<Vec<ClipHash>>>() else {
-        report::note("not finished; the same command goes on where this one stopped");
+        print::note("not finished; the same command goes on where this one stopped");
         return Ok(Exit::No);
     };
     let written = manifest::write(&plan, &hashes, &args.dir);
-    written.map_err(|source| Fatal::unwritten(&args.dir, source))?;
+    written.map_err(|source| Fatal::write(&args.dir, source))?;
     if args.json {
-        report::json(&Answer { clips: plan.clips.into_iter().map(|clip| clip.path).collect() })?;
+        print::json(&Answer { clips: plan.clips.into_iter().map(|clip| clip.path).collect() })?;
     }
     Ok(Exit::Fine)
 }

@@ -12,8 +12,8 @@ use timing::FrameCount;
 use super::LeftOut;
 use super::genomes::Flamed;
 use super::plan::Plan;
+use crate::program::{Fatal, print};
 use crate::render::plan::Shows;
-use crate::report::{self, Fatal};
 
 /// What an import did, or would do.
 #[derive(Default, Serialize)]
@@ -85,19 +85,19 @@ impl Answer {
     /// Tells everything but, without `json`, the clips that were told as they came. `others` files were of other kinds.
     pub(super) fn tell(&self, others: usize, json: bool) -> Result<(), Fatal> {
         if json {
-            return report::json(self);
+            return print::json(self);
         }
         let foreseen = self.clips.iter().filter(|clip| ["copy", "encode"].contains(&clip.state)).map(Done::line);
         let flame = |flamed: &Flamed| {
             format!("{} {} as sheep `{}` from `{}`", flamed.genome, flamed.state, flamed.sheep, flamed.source.display())
         };
         let flames = self.genomes.iter().filter(|flamed| flamed.state != "stood").map(flame);
-        report::lines(foreseen.chain(flames))?;
+        print::lines(foreseen.chain(flames))?;
         for id in &self.added {
-            report::note(&format!("note: sheep `{id}` is added without a loop: it is only passed through"));
+            print::note(&format!("note: sheep `{id}` is added without a loop: it is only passed through"));
         }
         for LeftOut { source, reason } in &self.left_out {
-            report::note(&format!("left out `{}`: {reason}", source.display()));
+            print::note(&format!("left out `{}`: {reason}", source.display()));
         }
         let stood = self.clips.iter().filter(|clip| clip.state == "stood").count()
             + self.genomes.iter().filter(|flamed| flamed.state == "stood").count();
@@ -107,11 +107,11 @@ impl Answer {
             (others, "of kinds that are not imported"),
         ] {
             if count > 0 {
-                report::note(&format!("note: {} passed over, {what}", report::count(count, "file")));
+                print::note(&format!("note: {} passed over, {what}", print::count(count, "file")));
             }
         }
         if self.interrupted {
-            report::note("interrupted; the same command goes on where this one stopped");
+            print::note("interrupted; the same command goes on where this one stopped");
         }
         Ok(())
     }

@@ -13,11 +13,10 @@ use flock::{Clip, ClipPath, Sheep, SheepId};
 use timing::FrameCount;
 
 use super::LeftOut;
-use super::names::sheep;
-use crate::draft::Draft;
-use crate::places;
-use crate::report::{Exit, Fatal, chain};
-use crate::save;
+use super::file_kind::sheep;
+use crate::flock_folder::Draft;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, chain, save};
 
 /// What Electric Sheep begins its names with.
 const ELECTRIC: &str = "electricsheep.";
@@ -61,7 +60,7 @@ pub(super) fn take(
             refused.push(left_out(format!("flame {} has no name that a sheep can have", at + 1)));
             continue;
         };
-        let path = places::genome(&id, places::GENOME);
+        let path = paths::genome(&id, paths::GENOME);
         let flamed = |state| Flamed { source: source.to_owned(), sheep: id.clone(), genome: path.clone(), state };
         let there = draft.edit.manifest().sheep.iter().find(|sheep| sheep.id == id);
         let own = there.and_then(|sheep| sheep.genome.as_ref()).map(|genome| genome.inside(folder));
@@ -87,7 +86,7 @@ pub(super) fn take(
         let edited = if there.is_some() {
             draft.edit.set_genome(&id, path.clone())
         } else {
-            let clip = Clip { path: places::of_loop(&id, places::CLIP), frames, hash: None };
+            let clip = Clip { path: paths::of_loop(&id, paths::CLIP), frames, hash: None };
             let sheep = Sheep { id: id.clone(), clip: Some(clip), genome: Some(path.clone()), want: 1.0, repeat: 1 };
             draft.edit.add_sheep(sheep)
         };
@@ -103,7 +102,7 @@ pub(super) fn take(
 fn write(path: &Path, text: &str) -> Result<(), Fatal> {
     let parent = path.parent().unwrap_or(Path::new("."));
     let written = fs::create_dir_all(parent).and_then(|()| save::whole(path, text.as_bytes()));
-    written.map_err(|source| Fatal::unwritten(path, source))
+    written.map_err(|source| Fatal::write(path, source))
 }
 
 /// The id of a flame: its name, in the letters that an id may have; without one, the file's, and the flame's number

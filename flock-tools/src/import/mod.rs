@@ -6,12 +6,12 @@
 //! Start at [`run`].
 
 mod answer;
-mod fit;
+mod file_kind;
 mod genomes;
-mod names;
+mod importer;
 mod plan;
+mod scaling;
 mod sources;
-mod take;
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -22,18 +22,17 @@ use flock::{MOST_FRAMES, SheepId};
 use timing::{FrameCount, Rate};
 use video::{Encoder, Form, Quality};
 
-use crate::arguments;
 use crate::curate::add;
-use crate::draft::Draft;
-use crate::places::FOLDERS;
-use crate::progress;
+use crate::decoder::Decoder;
+use crate::flock_folder::Draft;
+use crate::flock_folder::paths::FOLDERS;
+use crate::program::{Exit, Fatal, arguments, print, progress};
 use crate::render::options;
-use crate::report::{self, Exit, Fatal};
 use answer::{Answer, Done};
-use fit::Fit;
+use importer::{Hand, Took};
 use plan::{Looked, Plan, Wishes};
+use scaling::Fit;
 use sources::Sources;
-use take::{Hand, Took};
 
 /// x264's preset for clips that were encoded before: what is lost is lost already.
 const PRESET: &str = "slow";
@@ -113,8 +112,8 @@ struct Unusable {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let told = args.from.clone().zip(args.to.clone()).map(|(from, to)| names::shows(from, to));
+pub(crate) fn run(args: &Args, decoder: &dyn Decoder) -> Result<Exit, Fatal> {
+    let told = args.from.clone().zip(args.to.clone()).map(|(from, to)| file_kind::shows(from, to));
     // May be without sheep.
     let manifest = Draft::take(&args.dir)?.edit.manifest().clone();
     let wishes = Wishes { form: Form { size: manifest.size, fps: manifest.fps }, fit: args.fit, fps: args.fps };
@@ -133,7 +132,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let went = if args.dry_run {
         args.foresee(&plans, &sources.genomes, &mut answer)
     } else {
-        args.take(&plans, &sources.genomes, &wishes, &mut answer)
+        args.take(&plans, &sources.genomes, &wishes, decoder, &mut answer)
     };
     // What was done is told, however it ended.
     answer.tell(sources.others, args.json)?;
@@ -152,13 +151,20 @@ impl Args {
     }
 
     /// Takes everything in.
-    fn take(&self, plans: &[Plan], genomes: &[PathBuf], wishes: &Wishes, answer: &mut Answer) -> Result<(), Fatal> {
+    fn take(
+        &self,
+        plans: &[Plan],
+        genomes: &[PathBuf],
+        wishes: &Wishes,
+        decoder: &dyn Decoder,
+        answer: &mut Answer,
+    ) -> Result<(), Fatal> {
         let quality = Quality { crf: self.crf, preset: PRESET, max_bits_per_second: None };
         Encoder::check(&self.dir, &wishes.form, quality).map_err(|error| Fatal::new(Exit::Malformed, error))?;
         let stop = options::stop_on_signals()?;
         let frames: u32 = plans.iter().filter_map(|plan| Some(plan.about.frames?.0)).sum();
         let bar = progress::bar("importing frames", frames as usize);
-        let hand = Hand { folder: &self.dir, wishes, quality, force: self.force, stop: &stop, bar: &bar };
+        let hand = Hand { folder: &self.dir, wishes, quality, force: self.force, stop: &stop, decoder, bar: &bar };
         for plan in plans {
             let state = if plan.encode.is_some() { "encoded" } else { "copied" };
             let took = if stop.load(Ordering::Relaxed) { Took::Interrupted } else { hand.take(plan)? };
@@ -179,7 +185,7 @@ impl Args {
             };
             if !self.json {
                 // Whoever reads along may leave; the flock is worth more than the line.
-                let _ = bar.suspend(|| report::lines([done.line()]));
+                let _ = bar.suspend(|| print::lines([done.line()]));
             }
             answer.clips.push(done);
         }
@@ -221,7 +227,7 @@ fn tell_pace(plans: &[Plan], wishes: &Wishes) {
     let per_second = |rate: Rate| f64::from(rate.num()) / f64::from(rate.den());
     for rate in rates {
         let faster = per_second(wishes.form.fps) / per_second(rate);
-        report::note(&format!(
+        print::note(&format!(
             "note: clips of {rate} frames per second play {faster:.3} times as fast at the flock's {}; --fps {rate} keeps \
              their pace",
             wishes.form.fps

@@ -11,10 +11,10 @@ use flock::{ClipPath, Manifest};
 use timing::Rate;
 use video::{About, Foreign, Form};
 
-use super::fit::{Fit, Fitting};
-use crate::places;
+use super::scaling::{Fit, Fitting};
+use crate::flock_folder::paths;
+use crate::program::chain;
 use crate::render::plan::Shows;
-use crate::report::chain;
 
 /// How the artist wants clips to come in.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +88,7 @@ fn in_form(source: &Path, form: &Form) -> bool {
 
 fn place(shows: &Shows) -> ClipPath {
     match shows {
-        Shows::Loop(id) => places::of_loop(id, places::CLIP),
-        Shows::Transition(from, to) => places::of_transition(from, to, places::CLIP),
+        Shows::Loop(id) => paths::of_loop(id, paths::CLIP),
+        Shows::Transition(from, to) => paths::of_transition(from, to, paths::CLIP),
     }
 }

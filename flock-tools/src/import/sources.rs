@@ -10,9 +10,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::LeftOut;
-use super::names::{Named, named};
+use super::file_kind::{Named, named};
+use crate::program::{Exit, Fatal};
 use crate::render::plan::Shows;
-use crate::report::{Exit, Fatal};
 
 /// Folders in folders, at most.
 const DEEPEST: usize = 64;

@@ -10,7 +10,7 @@ use std::time::Duration;
 use flame::{Demand, RenderError, Renderer, Settings};
 
 use super::plan::{ClipPlan, Look};
-use crate::now::Stopwatch;
+use crate::program::now::Stopwatch;
 
 /// Clips that are measured, at most; the others cost as much as these on average.
 const MEASURED: usize = 6;

@@ -16,7 +16,7 @@ use flock::{ClipHash, ClipPath};
 use indicatif::{ProgressBar, ProgressStyle};
 use video::{EncodeError, Encoder};
 
-use super::bench::{Bench, Taken};
+use super::clip_job::{Bench, Taken};
 use super::plan::{ClipPlan, Look};
 
 /// How the work is shared out.

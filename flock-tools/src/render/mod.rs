@@ -5,14 +5,15 @@
 //!
 //! Start at [`run`].
 
-mod bench;
+mod clip_job;
 pub(crate) mod estimate;
 mod frames;
+mod hashes;
 pub(crate) mod make;
 pub(crate) mod options;
-pub(crate) mod order;
 pub(crate) mod plan;
-mod settle;
+pub(crate) mod selection;
+pub(crate) mod still;
 #[cfg(test)]
 mod tests;
 
@@ -23,12 +24,11 @@ use std::sync::atomic::Ordering;
 use flock::{ClipHash, ClipPath, SheepId};
 use video::{Form, Quality};
 
-use crate::now::Stopwatch;
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, now::Stopwatch, print};
 use make::{Effort, MakeError, Outcome, Yield};
-use order::{LeftOut, Order, Wanted};
 use plan::{ClipPlan, Look, PRESET, SEED};
+use selection::{LeftOut, Order, Wanted};
 
 /// Render the clips that a flock lacks, from its genomes
 ///
@@ -118,11 +118,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let wanted = Wanted { sheep: &args.sheep, again: args.again };
     let order = Order::new(&args.dir, &manifest, &wanted, &look)?;
     for LeftOut { clip, reason } in &order.left_out {
-        report::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
+        print::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
     }
     let threads = options::at_once(args.threads, order.bytes)?;
     if threads < args.threads {
-        report::note(&format!("note: {threads} frames at once: each takes {} MB of memory", order.bytes / 1_000_000));
+        print::note(&format!("note: {threads} frames at once: each takes {} MB of memory", order.bytes / 1_000_000));
     }
     if args.dry_run { args.tell(&order, &look, threads) } else { args.make(&order, &look, threads) }
 }
@@ -141,32 +141,32 @@ impl Args {
         let clips: Vec<_> = order.clips.iter().map(|clip| told(clip, "missing", None)).collect();
         let (left_out, frames, hours) = (&order.left_out[..], order.frames(), cpu_hours / threads.get() as f64);
         if self.json {
-            report::json(&DryAnswer { clips, left_out, frames, cpu_hours, hours })?;
+            print::json(&DryAnswer { clips, left_out, frames, cpu_hours, hours })?;
         } else {
             let lines = clips.iter().map(|clip| format!("{} {} frames", clip.clip, clip.frames));
             let sum =
                 format!("total {frames} frames, {cpu_hours:.3} CPU hours, {hours:.3} hours with {threads} threads");
-            report::lines(lines.chain([sum]))?;
+            print::lines(lines.chain([sum]))?;
         }
         Ok(Exit::Fine)
     }
 
     fn make(&self, order: &Order, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
         let watch = Stopwatch::start();
-        settle::settle(&self.dir)?;
+        hashes::settle(&self.dir)?;
         let effort = Effort { threads, keep_frames: self.keep_frames, stop: options::stop_on_signals()? };
         let finished = |clip: &ClipPlan, _: ClipHash| {
             if !self.json {
                 // Whoever reads along may leave; the flock is worth more than the line.
-                let _ = report::lines([format!("{} {} frames", clip.path, clip.frames)]);
+                let _ = print::lines([format!("{} {} frames", clip.path, clip.frames)]);
             }
             // An artist may be in the middle of an edit. What is not settled now is when all is done.
-            let _ = settle::settle(&self.dir);
+            let _ = hashes::settle(&self.dir);
         };
         let made = make::make(&order.clips, look, &self.dir, &effort, &finished).map_err(failed)?;
-        settle::settle(&self.dir)?;
+        hashes::settle(&self.dir)?;
         if effort.stop.load(Ordering::Relaxed) {
-            report::note("interrupted; the same command goes on where this one stopped");
+            print::note("interrupted; the same command goes on where this one stopped");
         }
         self.answer(order, &made, &watch)?;
         let is_there = |outcome: &Outcome| matches!(outcome, Outcome::Made(_) | Outcome::Stood(_));
@@ -184,14 +184,14 @@ impl Args {
         let clips = order.clips.iter().zip(&made.outcomes).map(of_clip).collect();
         let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
         if self.json {
-            return report::json(&Answer { clips, left_out: &order.left_out, frames: made.frames, cpu_s, seconds });
+            return print::json(&Answer { clips, left_out: &order.left_out, frames: made.frames, cpu_s, seconds });
         }
         let busy = made.outcomes.iter().filter(|outcome| **outcome == Outcome::Busy).count();
         if busy > 0 {
-            report::note(&format!("note: {busy} clips are left to another process that has taken them"));
+            print::note(&format!("note: {busy} clips are left to another process that has taken them"));
         }
         if order.clips.is_empty() && order.left_out.is_empty() {
-            report::note("nothing is missing");
+            print::note("nothing is missing");
         }
         Ok(())
     }

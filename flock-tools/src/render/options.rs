@@ -12,7 +12,7 @@ use std::thread;
 use flame::Demand;
 use rustix::process::{Resource, getrlimit};
 
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
 /// Where control groups are found.
 const GROUPS: &str = "/sys/fs/cgroup";

@@ -13,10 +13,10 @@ use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
 use timing::Rate;
 use video::{Form, Quality};
 
+use super::hashes::settle;
 use super::make::{Effort, MakeError, Outcome, Yield, make};
-use super::order::{Order, Wanted};
 use super::plan::{Look, SEED, Shows};
-use super::settle::settle;
+use super::selection::{Order, Wanted};
 
 /// Tiny and coarse.
 static LOOK: LazyLock<Look> = LazyLock::new(|| Look {

@@ -198,5 +198,5 @@ fn all_programs_end_with_the_same_codes() {
         numbered.map(|line| number_after(line, " = ")).collect()
     };
     assert_eq!(codes("player/src/ending.rs"), [0, 1, 2, 3]);
-    assert_eq!(codes("flock-tools/src/report.rs"), [0, 1, 2, 3]);
+    assert_eq!(codes("flock-tools/src/program/exit.rs"), [0, 1, 2, 3]);
 }

@@ -41,7 +41,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("docs", &["hardware.md", "invariants.md", "maintaining.md", "security.md", "sending.md", "tutorial.md", "*.png"]),
     ("flock-tools", &["Cargo.toml", "*.rs"]),
     ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg"]),
-    ("flock-tools/src/page/sheet", &["*.css", "*.html", "*.js"]),
+    ("flock-tools/src/report/sheet", &["*.css", "*.html", "*.js"]),
     ("fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
     ("fuzz/corpus", &["*"]),
     (

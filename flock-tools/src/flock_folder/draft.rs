@@ -11,9 +11,8 @@ use std::path::{Path, PathBuf};
 
 use flock::{Edit, FILE_NAME, ManifestError};
 
-use crate::open;
-use crate::report::{Exit, Fatal};
-use crate::save;
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, save};
 
 /// The manifest of a flock, in the hands of one command.
 #[derive(Debug)]

@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 
 use flock::{Clip, ClipHash, FILE_NAME, Manifest};
 
-use super::bench::{WORKSHOP, hash_of, recorded};
-use super::order::shown;
+use super::clip_job::{WORKSHOP, hash_of, recorded};
 use super::plan::Shows;
-use crate::draft::Draft;
-use crate::report::{Exit, Fatal};
+use super::selection::shown;
+use crate::flock_folder::Draft;
+use crate::program::{Exit, Fatal};
 
 /// Held while the manifest is edited.
 const LOCK: &str = "lock";

@@ -1,6 +1,6 @@
-//! Small copies of frames, for looking at.
+//! Small copies of frames, for people to look at.
 //!
-//! Owns their size and colours: RGB as a browser shows it. Never encodes them: whoever asks for one does.
+//! Owns their size and colours: RGB as a browser shows it. Never encodes them: the callers do.
 //!
 //! Start at [`shrink`].
 
@@ -11,8 +11,8 @@ use video::Yuv420p;
 /// A small picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Thumbnail {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
+    /// Width and height in pixels.
+    pub(crate) size: (u32, u32),
     /// `[height][width][3]`, row-major, full range.
     pub(crate) rgb: Vec<u8>,
 }
@@ -28,7 +28,7 @@ pub(crate) fn shrink(picture: &Yuv420p, width: u32) -> Thumbnail {
         .map_err(|error| error.to_string())
         .and_then(|full| Resizer::new().resize(&full, &mut small, &options).map_err(|error| error.to_string()))
         .expect("both pictures have the layout that they are made with");
-    Thumbnail { width, height, rgb: small.into_vec() }
+    Thumbnail { size: (width, height), rgb: small.into_vec() }
 }
 
 #[cfg(test)]
@@ -39,7 +39,7 @@ mod tests {
     fn a_thumbnail_keeps_colours_and_proportions() {
         let rgb: Vec<u16> = [0xffff, 0x8000, 0].repeat(320 * 180);
         let small = shrink(&Yuv420p::from_rgb16(320, 180, &rgb).unwrap(), 160);
-        assert_eq!((small.width, small.height), (160, 90));
+        assert_eq!(small.size, (160, 90));
         assert!(small.rgb.chunks(3).all(|pixel| pixel[0] > 250 && (120..=136).contains(&pixel[1]) && pixel[2] < 6));
     }
 }

@@ -18,8 +18,7 @@ use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterato
 
 use super::fleet::Fleet;
 use super::{system, unmoved};
-use crate::progress;
-use crate::report::{Exit, Fatal, chain};
+use crate::program::{Exit, Fatal, chain, progress};
 
 /// Where all seals lie.
 const SEALS: &str = "seals";

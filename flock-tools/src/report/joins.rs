@@ -9,14 +9,14 @@ use std::path::Path;
 
 use flock::{Flock, SheepIx};
 
-use super::picture::{Picture, Pixels};
+use super::picture::Picture;
 use crate::decoder::Decoder;
-use crate::joins::Join;
-use crate::thumbnail;
+use crate::decoder::thumbnail;
+use crate::joins::{JudgedJoin, judge_with_bar};
 
-/// So many joins are shown: two rows on a desk.
+/// The most joins that are shown: two rows on a desktop screen.
 const SHOWN: usize = 6;
-/// How wide their pictures are, at most, in pixels.
+/// The most that their pictures are wide, in pixels.
 const WIDTH: u32 = 400;
 /// Bytes of a picture, about, before it is written as text.
 const BYTES: usize = 40_000;
@@ -29,20 +29,20 @@ pub(super) struct Joins {
     /// How many of them jump.
     pub(super) jumps: usize,
     /// How many could not be judged: a clip is not there, or damaged.
-    unseen: usize,
+    unjudged: usize,
     /// The worst, the worst first.
-    worst: Vec<Shown>,
+    worst: Vec<JoinFacts>,
 }
 
-/// A join as it is shown.
+/// A join on the page.
 #[derive(Debug, serde::Serialize)]
-struct Shown {
+struct JoinFacts {
     /// The sheep where the clips meet, by its place on the page.
     at: Option<usize>,
     before: String,
     after: String,
-    /// What is furthest off, in words and figures.
-    told: String,
+    /// The worst figure, in words.
+    why: String,
     /// Against what is allowed: above 1 it jumps.
     severity: f64,
     /// The last frame of the one clip and the first of the other.
@@ -53,35 +53,34 @@ impl Joins {
     /// Judges the joins of `flock` in `folder`; `None` where none can be.
     pub(super) fn of(folder: &Path, flock: &Flock, decoder: &dyn Decoder) -> Option<Self> {
         let manifest = flock.manifest();
-        let judged = decoder.judge(folder, manifest);
-        let shown = |join: &Join| Shown::of(join, folder, flock, decoder);
-        (!judged.joins.is_empty()).then(|| Self {
-            judged: judged.joins.len(),
-            jumps: judged.jumps().count(),
-            unseen: judged.unseen.len(),
-            worst: judged.joins.iter().filter_map(shown).take(SHOWN).collect(),
+        let judgement = judge_with_bar(folder, manifest, decoder);
+        let facts = |judged: &JudgedJoin| JoinFacts::of(judged, folder, flock, decoder);
+        (!judgement.joins.is_empty()).then(|| Self {
+            judged: judgement.joins.len(),
+            jumps: judgement.jumps().count(),
+            unjudged: judgement.unjudged.len(),
+            worst: judgement.joins.iter().filter_map(facts).take(SHOWN).collect(),
         })
     }
 }
 
-impl Shown {
-    fn of(join: &Join, folder: &Path, flock: &Flock, decoder: &dyn Decoder) -> Option<Self> {
+impl JoinFacts {
+    fn of(judged: &JudgedJoin, folder: &Path, flock: &Flock, decoder: &dyn Decoder) -> Option<Self> {
         let manifest = flock.manifest();
-        let Join { place, figures } = join;
-        let frames = decoder.meeting(join, folder, manifest).ok()?;
+        let JudgedJoin { join, figures } = judged;
+        let frames = join.pictures(folder, manifest, decoder).ok()?;
         // The last two of the one clip, or its only one, and then the first ones of the other.
-        let first = place.before.frames.0.min(2) as usize;
+        let first = join.before.frames.0.min(2) as usize;
         let picture = |at: usize| {
             let small = thumbnail::shrink(frames.get(at)?, WIDTH.min(manifest.size.0));
-            let pixels = Pixels { size: (small.width, small.height), rgb: small.rgb };
-            Some(Picture::of(&pixels, BYTES)?.url)
+            Some(Picture::of(&small, BYTES)?.url)
         };
         let whole = flock.whole();
         Some(Self {
-            at: whole.sheep().find(|sheep| *whole.id(*sheep) == place.sheep).map(SheepIx::index),
-            before: place.before.path.as_str().to_owned(),
-            after: place.after.path.as_str().to_owned(),
-            told: figures.told(),
+            at: whole.sheep().find(|sheep| *whole.id(*sheep) == join.sheep).map(SheepIx::index),
+            before: join.before.path.as_str().to_owned(),
+            after: join.after.path.as_str().to_owned(),
+            why: figures.worst_in_words(),
             severity: (figures.severity * 100.0).round() / 100.0,
             frames: [picture(first.checked_sub(1)?)?, picture(first)?],
         })

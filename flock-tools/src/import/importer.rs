@@ -16,13 +16,13 @@ use indicatif::ProgressBar;
 use timing::{FrameCount, Rate};
 use video::{EncodeError, Encoder, Foreign, Quality};
 
-use super::fit::Fitting;
 use super::plan::{Plan, Wishes, stands};
-use crate::clips;
-use crate::draft::Draft;
+use super::scaling::Fitting;
+use crate::check::clips;
+use crate::decoder::Decoder;
+use crate::flock_folder::Draft;
+use crate::program::{Exit, Fatal, chain, save};
 use crate::render::plan::Shows;
-use crate::report::{Exit, Fatal, chain};
-use crate::save;
 
 /// What takes clips in.
 pub(super) struct Hand<'a> {
@@ -32,6 +32,7 @@ pub(super) struct Hand<'a> {
     /// Whether other files in the places of clips are replaced.
     pub(super) force: bool,
     pub(super) stop: &'a AtomicBool,
+    pub(super) decoder: &'a dyn Decoder,
     /// Counts frames.
     pub(super) bar: &'a ProgressBar,
 }
@@ -95,7 +96,7 @@ impl Hand<'_> {
 
     /// Copies a clip that is in the form, if it decodes cleanly.
     fn copy(&self, plan: &Plan, new: &Path) -> Result<FrameCount, Unmade> {
-        let frames = clips::frames(&plan.source, &self.wishes.form).map_err(Unmade::LeftOut)?;
+        let frames = clips::frames(&plan.source, &self.wishes.form, self.decoder).map_err(Unmade::LeftOut)?;
         save::copy(&plan.source, new).map_err(|source| Unmade::Stuck(cannot(new, source)))?;
         self.bar.inc(u64::from(frames.0));
         Ok(frames)
@@ -131,7 +132,7 @@ impl Hand<'_> {
         }
         encoder.finish().map_err(stuck)?;
         // With the unit's own decoder, as whatever comes into a flock.
-        let why = match clips::frames(new, form) {
+        let why = match clips::frames(new, form, self.decoder) {
             Ok(found) if found == FrameCount(frames) => return Ok(found),
             Ok(found) => format!("it yields {found} frames (expected {frames})"),
             Err(why) => format!("it {why}"),

@@ -12,11 +12,9 @@ use flame::{Demand, Filter, Genome, Image, Loop, Motion, Renderer, Settings};
 use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
-use crate::now::Stopwatch;
-use crate::render::options;
-use crate::render::plan::SEED;
-use crate::report::{self, Exit, Fatal};
-use crate::save;
+use super::options;
+use super::plan::SEED;
+use crate::program::{Exit, Fatal, now::Stopwatch, print, save};
 
 /// Render one picture of a genome
 ///
@@ -127,16 +125,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let image = renderer.render(&*motion, frame, &settings).map_err(|error| unusable(error.into()))?;
     let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
     let written = png(&image, args.bits).and_then(|bytes| save::whole(&args.out, &bytes));
-    written.map_err(|source| Fatal::unwritten(&args.out, source))?;
+    written.map_err(|source| Fatal::write(&args.out, source))?;
     let light: Vec<u8> = image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
     let checksum = ClipHash::of(&light[..]).expect("reading memory does not fail").to_string();
     let answer = Answer { samples: demand.samples, cpu_s, seconds, checksum };
     if args.json {
-        report::json(&answer)?;
+        print::json(&answer)?;
     } else {
         let Answer { samples, checksum, .. } = answer;
         let rate = samples as f64 / cpu_s.max(1e-9) / 1e6;
-        report::lines([
+        print::lines([
             format!("samples   {samples}"),
             format!("time      {seconds:.2} s, {cpu_s:.2} CPU s, {rate:.1} million samples a CPU second"),
             format!("checksum  {checksum}"),

@@ -1,13 +1,12 @@
-//! What is wrong with the clips of a flock.
+//! The faults of a flock's clips.
 //!
-//! Owns the look at the files: is each there, is it in the flock's form, is it whole? Never judges the graph.
+//! Owns what is checked of each file: that it is there, is whole, and has the flock's form. Never judges the graph.
 //!
 //! Start at [`faults`].
 
 use std::collections::HashMap;
 use std::fs::File;
 use std::io;
-use std::num::NonZero;
 use std::path::Path;
 
 use flock::{Clip, ClipHash, Fault, FaultKind, Manifest, SheepId};
@@ -15,37 +14,36 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use timing::FrameCount;
 use video::{Form, Probe, ProbeError};
 
-use crate::decoder::{Decoder, Video};
-use crate::progress;
-use crate::report::{Fatal, chain};
+use crate::decoder::{Decoder, DecoderHandle};
+use crate::program::{Fatal, chain, progress};
 
-/// A clip and whose it is.
-struct Owned<'a> {
+/// A clip, and the loop or the transition that it is.
+struct ClipUse<'a> {
     clip: &'a Clip,
     sheep: Option<&'a SheepId>,
     between: Option<(&'a SheepId, &'a SheepId)>,
 }
 
-/// What a look at a file found.
-pub(crate) type Finding = (FaultKind, String);
+/// One thing that is wrong with a file, in words.
+type Finding = (FaultKind, String);
 
 /// Every fault of the clips of the flock in `folder`, in the order of the manifest. Shows its progress on a terminal.
-/// Where no clip is there, none is decoded.
+/// If no clip is there, no decoder is asked for.
 ///
 /// # Errors
-/// If a clip is there, and nothing to decode it.
-pub(crate) fn faults(folder: &Path, manifest: &Manifest, video: Video) -> Result<Vec<Fault>, Fatal> {
+/// If a clip is there, and the decoder cannot be started.
+pub(crate) fn faults(folder: &Path, manifest: &Manifest, decoder: DecoderHandle) -> Result<Vec<Fault>, Fatal> {
     let loops = manifest.sheep.iter().filter_map(|sheep| {
         let clip = sheep.clip.as_ref()?;
-        Some(Owned { clip, sheep: Some(&sheep.id), between: None })
+        Some(ClipUse { clip, sheep: Some(&sheep.id), between: None })
     });
     let transitions =
-        manifest.transitions.iter().map(|t| Owned { clip: &t.clip, sheep: None, between: Some((&t.from, &t.to)) });
-    let owned: Vec<Owned> = loops.chain(transitions).collect();
-    // A file that serves twice is looked at once.
+        manifest.transitions.iter().map(|t| ClipUse { clip: &t.clip, sheep: None, between: Some((&t.from, &t.to)) });
+    let uses: Vec<ClipUse> = loops.chain(transitions).collect();
+    // A file that is used twice is checked once.
     let mut first: HashMap<&Clip, usize> = HashMap::new();
     let mut distinct: Vec<&Clip> = Vec::new();
-    for Owned { clip, .. } in &owned {
+    for ClipUse { clip, .. } in &uses {
         first.entry(clip).or_insert_with(|| {
             distinct.push(clip);
             distinct.len() - 1
@@ -54,58 +52,58 @@ pub(crate) fn faults(folder: &Path, manifest: &Manifest, video: Video) -> Result
     let gone = |clip: &&Clip| open(&clip.path.inside(folder)).err().map(|finding| vec![named(clip, finding)]);
     let findings: Vec<Vec<Finding>> = match distinct.iter().map(gone).collect() {
         Some(all_gone) => all_gone,
-        None => looked_at(folder, manifest, &distinct, video.decoder()?),
+        None => check_all(folder, manifest, &distinct, decoder.get()?),
     };
     let mut faults = Vec::new();
-    for owned in &owned {
-        faults.extend(findings[first[owned.clip]].iter().map(|finding| fault(owned, finding)));
+    for clip_use in &uses {
+        faults.extend(findings[first[clip_use.clip]].iter().map(|finding| fault(clip_use, finding)));
     }
     Ok(faults)
 }
 
-/// What is wrong with each of `clips`, on all cores.
-fn looked_at(folder: &Path, manifest: &Manifest, clips: &[&Clip], decoder: &dyn Decoder) -> Vec<Vec<Finding>> {
+/// The findings of each of `clips`, on all cores.
+fn check_all(folder: &Path, manifest: &Manifest, clips: &[&Clip], decoder: &dyn Decoder) -> Vec<Vec<Finding>> {
     let form = Form { size: manifest.size, fps: manifest.fps };
     let bar = progress::bar("checking clips", clips.len());
-    let look = |clip: &&Clip| {
-        let found = look(folder, clip, &form, decoder);
+    let check = |clip: &&Clip| {
+        let findings = check(folder, clip, &form, decoder);
         bar.inc(1);
-        found
+        findings
     };
-    let findings = clips.par_iter().map(look).collect();
+    let findings = clips.par_iter().map(check).collect();
     bar.finish_and_clear();
     findings
 }
 
-fn fault(owned: &Owned<'_>, (kind, message): &Finding) -> Fault {
+fn fault(clip_use: &ClipUse<'_>, (kind, message): &Finding) -> Fault {
     Fault {
         kind: *kind,
-        sheep: owned.sheep.cloned(),
-        from: owned.between.map(|(from, _)| from.clone()),
-        to: owned.between.map(|(_, to)| to.clone()),
-        clip: Some(owned.clip.path.clone()),
+        sheep: clip_use.sheep.cloned(),
+        from: clip_use.between.map(|(from, _)| from.clone()),
+        to: clip_use.between.map(|(_, to)| to.clone()),
+        clip: Some(clip_use.clip.path.clone()),
         message: message.clone(),
     }
 }
 
 /// What is wrong with `clip`, each kind once: that it is not there, that its bytes are not those that were shipped,
 /// that it has another form, that it does not decode.
-fn look(folder: &Path, clip: &Clip, form: &Form, decoder: &dyn Decoder) -> Vec<Finding> {
+fn check(folder: &Path, clip: &Clip, form: &Form, decoder: &dyn Decoder) -> Vec<Finding> {
     let path = clip.path.inside(folder);
-    let mut found: Vec<Finding> = Vec::new();
+    let mut findings: Vec<Finding> = Vec::new();
     match open(&path) {
-        Err(finding) => found.push(finding),
+        Err(finding) => findings.push(finding),
         Ok(file) => match clip.hash.and_then(|expected| other_bytes(file, expected)) {
-            // What is damaged may have another form besides; that it does not decode is said already.
+            // A damaged clip may have another form besides; that it does not decode is clear already.
             Some(damage) => {
-                let more = decoder.faults(&path, clip, form);
-                found.extend(more.into_iter().filter(|(kind, _)| *kind != FaultKind::DamagedClip));
-                found.insert(0, damage);
+                let other = form_or_damage(&path, clip, form, decoder);
+                findings.push(damage);
+                findings.extend(other.filter(|(kind, _)| *kind != FaultKind::DamagedClip));
             }
-            None => found.extend(decoder.faults(&path, clip, form)),
+            None => findings.extend(form_or_damage(&path, clip, form, decoder)),
         },
     }
-    found.into_iter().map(|finding| named(clip, finding)).collect()
+    findings.into_iter().map(|finding| named(clip, finding)).collect()
 }
 
 /// `finding` as a sentence about `clip`.
@@ -113,33 +111,32 @@ fn named(clip: &Clip, (kind, why): Finding) -> Finding {
     (kind, format!("clip `{}` {why}", clip.path))
 }
 
-/// What is wrong with the clip in the file at `path`, one thing only: that it is no video, that it has another form, or
-/// that it does not decode.
-pub(crate) fn decoded(path: &Path, clip: &Clip, form: &Form) -> Vec<Finding> {
-    let found = match video::probe(path) {
+/// The first of these that is true of the clip in the file at `path`: it is no video, it has another form, it does not
+/// decode.
+fn form_or_damage(path: &Path, clip: &Clip, form: &Form, decoder: &dyn Decoder) -> Option<Finding> {
+    match decoder.probe(path) {
         Err(error) => Some((kind_of(&error), format!("cannot be shown: {}", chain(&error)))),
-        Ok(probe) => other_form(&probe, form, clip.frames).or_else(|| undecodable(path, clip.frames)),
-    };
-    found.into_iter().collect()
+        Ok(probe) => other_form(&probe, form, clip.frames).or_else(|| damage(path, clip.frames, decoder)),
+    }
 }
 
-/// How many frames the file at `path` has, which no manifest names yet; or why it cannot be a clip of a flock of this
-/// `form`.
-pub(crate) fn frames(path: &Path, form: &Form) -> Result<FrameCount, String> {
+/// The number of frames of the file at `path`, which no manifest names yet; or why it cannot be a clip of a flock of
+/// this `form`.
+pub(crate) fn frames(path: &Path, form: &Form, decoder: &dyn Decoder) -> Result<FrameCount, String> {
     open(path).map_err(|(_, why)| why)?;
-    let probe = video::probe(path).map_err(|error| format!("cannot be shown: {}", chain(&error)))?;
-    let found = other_form(&probe, form, probe.frames).or_else(|| undecodable(path, probe.frames));
-    found.map_or(Ok(probe.frames), |(_, why)| Err(why))
+    let probe = decoder.probe(path).map_err(|error| format!("cannot be shown: {}", chain(&error)))?;
+    let finding = other_form(&probe, form, probe.frames).or_else(|| damage(path, probe.frames, decoder));
+    finding.map_or(Ok(probe.frames), |(_, why)| Err(why))
 }
 
 /// How a clip differs from the `form` and the `frames` that it should have.
 fn other_form(probe: &Probe, form: &Form, frames: FrameCount) -> Option<Finding> {
     let differences = probe.differences(form, frames);
-    let told = differences.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-    (!differences.is_empty()).then(|| (FaultKind::WrongClip, format!("has another form: {told}")))
+    let list = differences.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+    (!differences.is_empty()).then(|| (FaultKind::WrongClip, format!("has another form: {list}")))
 }
 
-/// The file at `path`, if it is one and has bytes.
+/// The file at `path`, if it is a plain file and not empty.
 fn open(path: &Path) -> Result<File, Finding> {
     let missing = |why: String| (FaultKind::MissingClip, why);
     let refused = |error: io::Error| {
@@ -159,7 +156,7 @@ fn open(path: &Path) -> Result<File, Finding> {
     File::open(path).map_err(refused)
 }
 
-/// How the bytes of `file` are not the `expected` ones.
+/// That the bytes of `file` have another hash than `expected`.
 fn other_bytes(file: File, expected: ClipHash) -> Option<Finding> {
     let why = match ClipHash::of(file) {
         Ok(found) if found == expected => return None,
@@ -169,9 +166,9 @@ fn other_bytes(file: File, expected: ClipHash) -> Option<Finding> {
     Some((FaultKind::DamagedClip, why))
 }
 
-/// How the clip at `path` fails to decode. One thread each: the clips are many.
-fn undecodable(path: &Path, frames: FrameCount) -> Option<Finding> {
-    let why = match video::decodes(path, NonZero::<usize>::MIN) {
+/// That the clip at `path` does not decode cleanly to its number of `frames`.
+fn damage(path: &Path, frames: FrameCount, decoder: &dyn Decoder) -> Option<Finding> {
+    let why = match decoder.decode(path) {
         Ok(found) if found == frames => return None,
         Ok(found) => format!("yields {found} frames when decoded (expected {frames})"),
         Err(damage) => format!("does not decode cleanly: {damage}"),
@@ -192,6 +189,7 @@ fn kind_of(error: &ProbeError) -> FaultKind {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::decoder::ffmpeg::Ffmpeg;
     use std::fs;
     use std::path::PathBuf;
     use video::{Encoder, Quality, Yuv420p};
@@ -199,12 +197,12 @@ mod tests {
     const FRAMES: u32 = 12;
 
     /// A sheep whose loop is a clip of noise, in its own folder.
-    struct Pen {
+    struct TestFlock {
         folder: tempfile::TempDir,
         hash: String,
     }
 
-    impl Pen {
+    impl TestFlock {
         fn new() -> Self {
             let folder = tempfile::tempdir().unwrap();
             let clip = folder.path().join("a.mp4");
@@ -221,16 +219,16 @@ mod tests {
         fn kinds(&self, hashed: bool) -> Vec<FaultKind> {
             let hash = if hashed { format!("hash = \"{}\"\n", self.hash) } else { String::new() };
             let text = format!(
-                "format = 1\nname = \"pen\"\nsize = [64, 64]\nfps = [30, 1]\n\
+                "format = 1\nname = \"test\"\nsize = [64, 64]\nfps = [30, 1]\n\
                  [[sheep]]\nid = \"a\"\nframes = {FRAMES}\nclip = \"a.mp4\"\n{hash}"
             );
             let manifest = Manifest::parse(&text, Path::new("flock.toml")).unwrap();
-            let found = faults(self.folder.path(), &manifest, Video::here()).unwrap();
-            for fault in &found {
+            let faults = faults(self.folder.path(), &manifest, DecoderHandle(Some(&Ffmpeg))).unwrap();
+            for fault in &faults {
                 assert!(fault.message.contains("a.mp4"), "{}", fault.message);
                 assert_eq!(fault.sheep.as_ref().unwrap().as_str(), "a");
             }
-            found.iter().map(|fault| fault.kind).collect()
+            faults.iter().map(|fault| fault.kind).collect()
         }
     }
 
@@ -248,55 +246,55 @@ mod tests {
 
     #[test]
     fn a_clip_as_it_was_made_has_no_fault() {
-        let pen = Pen::new();
-        assert_eq!(pen.kinds(true), []);
-        assert_eq!(pen.kinds(false), []);
+        let flock = TestFlock::new();
+        assert_eq!(flock.kinds(true), []);
+        assert_eq!(flock.kinds(false), []);
     }
 
     #[test]
     fn a_clip_that_is_not_there_is_missing() {
-        let pen = Pen::new();
-        fs::remove_file(pen.clip()).unwrap();
-        assert_eq!(pen.kinds(true), [FaultKind::MissingClip]);
-        fs::create_dir(pen.clip()).unwrap();
-        assert_eq!(pen.kinds(true), [FaultKind::MissingClip]);
-        fs::remove_dir(pen.clip()).unwrap();
-        std::os::unix::fs::symlink(pen.clip(), pen.clip()).unwrap();
-        assert_eq!(pen.kinds(true), [FaultKind::MissingClip]);
+        let flock = TestFlock::new();
+        fs::remove_file(flock.clip()).unwrap();
+        assert_eq!(flock.kinds(true), [FaultKind::MissingClip]);
+        fs::create_dir(flock.clip()).unwrap();
+        assert_eq!(flock.kinds(true), [FaultKind::MissingClip]);
+        fs::remove_dir(flock.clip()).unwrap();
+        std::os::unix::fs::symlink(flock.clip(), flock.clip()).unwrap();
+        assert_eq!(flock.kinds(true), [FaultKind::MissingClip]);
     }
 
     #[test]
     fn half_a_file_an_empty_one_and_a_scratched_one_are_damaged_with_or_without_a_hash() {
-        let pen = Pen::new();
-        let whole = fs::read(pen.clip()).unwrap();
+        let flock = TestFlock::new();
+        let whole = fs::read(flock.clip()).unwrap();
         let mut scratched = whole.clone();
         scratched[whole.len() / 2..][..300].fill(0x55);
         for bytes in [&scratched[..], &whole[..whole.len() / 2], &[], b"not a video at all"] {
-            fs::write(pen.clip(), bytes).unwrap();
-            assert_eq!(pen.kinds(true), [FaultKind::DamagedClip], "{} bytes", bytes.len());
-            assert_eq!(pen.kinds(false), [FaultKind::DamagedClip], "{} bytes", bytes.len());
+            fs::write(flock.clip(), bytes).unwrap();
+            assert_eq!(flock.kinds(true), [FaultKind::DamagedClip], "{} bytes", bytes.len());
+            assert_eq!(flock.kinds(false), [FaultKind::DamagedClip], "{} bytes", bytes.len());
         }
     }
 
     #[test]
     fn any_flipped_byte_differs_from_the_hash() {
-        let pen = Pen::new();
-        let whole = fs::read(pen.clip()).unwrap();
+        let flock = TestFlock::new();
+        let whole = fs::read(flock.clip()).unwrap();
         for at in [5, whole.len() / 3, whole.len() / 2, whole.len() - 1] {
             let mut flipped = whole.clone();
             flipped[at] ^= 0x01;
-            fs::write(pen.clip(), flipped).unwrap();
-            assert!(pen.kinds(true).contains(&FaultKind::DamagedClip), "byte {at}");
+            fs::write(flock.clip(), flipped).unwrap();
+            assert!(flock.kinds(true).contains(&FaultKind::DamagedClip), "byte {at}");
         }
     }
 
     #[test]
     fn another_size_or_frame_count_is_wrong_and_not_what_was_hashed() {
-        let pen = Pen::new();
+        let flock = TestFlock::new();
         for (size, frames) in [((96, 64), FRAMES), ((64, 64), FRAMES - 1)] {
-            encode(&pen.clip(), size, frames);
-            assert_eq!(pen.kinds(false), [FaultKind::WrongClip]);
-            assert_eq!(pen.kinds(true), [FaultKind::DamagedClip, FaultKind::WrongClip]);
+            encode(&flock.clip(), size, frames);
+            assert_eq!(flock.kinds(false), [FaultKind::WrongClip]);
+            assert_eq!(flock.kinds(true), [FaultKind::DamagedClip, FaultKind::WrongClip]);
         }
     }
 }

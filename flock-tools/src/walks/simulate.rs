@@ -4,9 +4,8 @@
 
 use flock::{Simulation, Visits};
 
-use crate::arguments::Stretch;
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, arguments::Stretch, print};
 
 /// Walk many steps and tell how even, how spaced and how varied they are
 ///
@@ -34,9 +33,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let flock = open::walkable(dir)?;
     let figures = Simulation::run(&flock, *seed, *steps).expect("the flock can be walked");
     if args.json {
-        report::json(&figures)?;
+        print::json(&figures)?;
     } else {
-        report::lines(table(&figures, *steps))?;
+        print::lines(table(&figures, *steps))?;
     }
     Ok(Exit::Fine)
 }
@@ -61,7 +60,7 @@ fn table(figures: &Simulation, steps: usize) -> Vec<String> {
     ];
     let mut lines: Vec<String> = rows.into_iter().map(|(name, value)| format!("{name:<32} {value}")).collect();
     lines.push(String::new());
-    let wide = report::widest(figures.sheep.iter().map(|sheep| &sheep.id));
+    let wide = print::widest(figures.sheep.iter().map(|sheep| &sheep.id));
     lines.push(format!("{:<wide$} {:>10} {:>8} {:>10} {:>9}", "sheep", "visits", "share", "predicted", "within"));
     let row = |sheep: &Visits| {
         let (share, predicted) = (100.0 * sheep.visits, 100.0 * sheep.predicted);

@@ -9,13 +9,13 @@ use std::collections::HashMap;
 
 use flock::{Fault, Flock, FlockShares, SheepIx};
 
-use super::balanced::Balanced;
+use super::balance::Balanced;
 use super::colour::Colour;
 use super::joins::Joins;
 use super::layout::places;
 use super::picture::Picture;
-use super::suggested::Suggested;
-use super::walked::{Spread, Walked};
+use super::suggestions::Suggested;
+use super::walk::{Spread, Walked};
 
 /// A page's document. Sheep are named by their place in `sheep`.
 #[derive(Debug, serde::Serialize)]

@@ -7,7 +7,6 @@
 //! Start at [`all`].
 
 use std::fs;
-use std::num::NonZero;
 use std::path::Path;
 
 use ct_codecs::{Base64, Encoder as _};
@@ -15,10 +14,11 @@ use flame::{Flame, Genome, Loop, Renderer, Settings, Species};
 use flock::{Clip, Manifest, Sheep, Transition};
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use video::{Form, Frame, Poll, Session, Yuv420p};
+use video::{Form, Yuv420p};
 
 use super::colour::Colour;
 use crate::decoder::Decoder;
+use crate::decoder::thumbnail::Thumbnail;
 
 /// Pixels that all pictures of a page may have together, and the widest that one is.
 const PIXELS: f64 = 8.5e6;
@@ -41,12 +41,6 @@ pub(super) struct Picture {
     pub(super) colour: Colour,
 }
 
-/// Red, green and blue of a small picture.
-pub(crate) struct Pixels {
-    pub(super) size: (u32, u32),
-    pub(super) rgb: Vec<u8>,
-}
-
 /// The pictures of `sheep` of the flock in `folder`, in their order. Uses all cores.
 pub(super) fn all(
     folder: &Path,
@@ -58,7 +52,7 @@ pub(super) fn all(
     let form = Form { size: manifest.size, fps: manifest.fps };
     let most = BYTES / sheep.len().max(1);
     let of = |sheep: &&Sheep| {
-        let frame = |clip: &Clip| decoder?.first_frame(folder, clip, &form, size);
+        let frame = |clip: &Clip| first_frame(decoder?, folder, clip, &form, size);
         let own = sheep.clip.as_ref().and_then(frame);
         let leaves = |transition: &&Transition| sheep.clip.is_none() && transition.from == sheep.id;
         let passed = || manifest.transitions.iter().filter(leaves).find_map(|transition| frame(&transition.clip));
@@ -79,7 +73,7 @@ fn size(full: (u32, u32), count: usize) -> (u32, u32) {
 
 impl Picture {
     /// `pixels` in at most about `most` bytes. `None` if they are no picture.
-    pub(super) fn of(pixels: &Pixels, most: usize) -> Option<Self> {
+    pub(super) fn of(pixels: &Thumbnail, most: usize) -> Option<Self> {
         let colour = Colour::of_picture(&pixels.rgb);
         let (width, height) = (u16::try_from(pixels.size.0).ok()?, u16::try_from(pixels.size.1).ok()?);
         let mut bytes = Vec::new();
@@ -97,20 +91,23 @@ impl Picture {
     }
 }
 
-impl Pixels {
-    /// `frame` shrunk to `size`, which is not larger than it.
-    pub(super) fn of(frame: &Frame, size: (u32, u32)) -> Option<Self> {
-        let mut samples = Vec::with_capacity((size.0 * size.1 * 3 / 2) as usize);
-        for plane in 0..3 {
-            let half = u32::from(plane > 0);
-            let (full, small) = (frame.size(), size);
-            let full = ((full.0 >> half) as usize, (full.1 >> half) as usize);
-            let small = ((small.0 >> half) as usize, (small.1 >> half) as usize);
-            shrink(frame.planes()[plane], frame.strides()[plane], full, small, &mut samples);
-        }
-        let rgb = Yuv420p::from_planes(size.0, size.1, &samples).ok()?.to_rgb8();
-        Some(Self { size, rgb })
+/// The first frame of `clip`, shrunk to `size`, if it is there and in the flock's form.
+fn first_frame(decoder: &dyn Decoder, folder: &Path, clip: &Clip, form: &Form, size: (u32, u32)) -> Option<Thumbnail> {
+    let mut first = None;
+    decoder.play(folder, form, &[(clip, 0..1)], &mut |_, frame| first = averaged(&frame, size));
+    first
+}
+
+/// `frame` shrunk to `size`, which is not larger than it.
+fn averaged(frame: &Yuv420p, size: (u32, u32)) -> Option<Thumbnail> {
+    let mut samples = Vec::with_capacity((size.0 * size.1 * 3 / 2) as usize);
+    for (number, plane) in frame.planes().into_iter().enumerate() {
+        let half = u32::from(number > 0);
+        let [full, small] = [frame.size(), size].map(|size| ((size.0 >> half) as usize, (size.1 >> half) as usize));
+        shrink(plane, full.0, full, small, &mut samples);
     }
+    let rgb = Yuv420p::from_planes(size.0, size.1, &samples).ok()?.to_rgb8();
+    Some(Thumbnail { size, rgb })
 }
 
 /// Appends `plane` shrunk from `full` to `small`: every sample is the mean of those that it covers.
@@ -132,23 +129,8 @@ fn shrink(plane: &[u8], stride: usize, full: (usize, usize), small: (usize, usiz
     }
 }
 
-/// The first frame of `clip`, if it is there and in the flock's form.
-pub(crate) fn first_frame(folder: &Path, clip: &Clip, form: &Form, size: (u32, u32)) -> Option<Pixels> {
-    let opened = video::Clip::open(&clip.path.inside(folder), form, clip.frames).ok()?;
-    let mut session = Session::new(NonZero::<usize>::MIN).ok()?;
-    session.push(opened);
-    session.finish();
-    loop {
-        match session.poll() {
-            Poll::Frame(frame) => return Pixels::of(&frame, size),
-            Poll::Starved => (),
-            Poll::ClipEnd { .. } | Poll::Finished | Poll::Failed(_) => return None,
-        }
-    }
-}
-
 /// The still of the sheep's genome, if it has one that can be rendered.
-fn still(folder: &Path, sheep: &Sheep, size: (u32, u32)) -> Option<Pixels> {
+fn still(folder: &Path, sheep: &Sheep, size: (u32, u32)) -> Option<Thumbnail> {
     let text = fs::read_to_string(sheep.genome.as_ref()?.inside(folder)).ok()?;
     let genome = Genome::parse(&text).ok()?;
     let renderer = Renderer::new(1).ok()?;
@@ -161,7 +143,7 @@ fn still(folder: &Path, sheep: &Sheep, size: (u32, u32)) -> Option<Pixels> {
     };
     let flame = Flame { motion: Loop::new(&genome, 1.0), renderer: &renderer };
     let image = flame.frame(0.0, &settings).ok()?;
-    Some(Pixels { size, rgb: image.to_rgb8() })
+    Some(Thumbnail { size, rgb: image.to_rgb8() })
 }
 
 #[cfg(test)]
@@ -195,7 +177,7 @@ mod tests {
     fn three_hundred_pictures_stay_small_whatever_they_show() {
         let size = size((1280, 720), 300);
         let noise = |at: u32| (at.wrapping_mul(2_654_435_761) >> 13) as u8;
-        let pixels = Pixels { size, rgb: (0..size.0 * size.1 * 3).map(noise).collect() };
+        let pixels = Thumbnail { size, rgb: (0..size.0 * size.1 * 3).map(noise).collect() };
         let picture = Picture::of(&pixels, BYTES / 300).unwrap();
         assert!(300 * picture.url.len() < 6_000_000, "{}", picture.url.len());
     }

@@ -1,7 +1,7 @@
-//! The files of a flock on the artist's disk, by content.
+//! The list of a flock's files, with their hashes.
 //!
-//! Owns which files travel: the manifest, and every clip and genome that it names, each hashed on all cores; and whether
-//! that is more than a unit takes. Never judges what they hold: `flock check` does.
+//! Owns which files go into a bundle: the manifest, and every clip and genome that it names, each hashed on all cores;
+//! and whether that is too much for a unit. Never judges what the files hold: `flock check` does.
 //!
 //! Start at [`contents`].
 
@@ -15,26 +15,24 @@ use bundle::{Contents, FileEntry, FilePath, ObjectId, Refused};
 use flock::{ClipPath, FILE_NAME, Fault, FaultKind, Manifest, ManifestError};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::refused;
-use crate::open;
-use crate::progress;
-use crate::report::{Exit, Fatal, chain};
+use super::open;
+use crate::program::{Exit, Fatal, chain, progress};
 
-/// Why a file cannot travel.
+/// Why a file cannot be listed.
 #[derive(Debug, thiserror::Error)]
-enum Unlisted {
-    #[error("`{path}` cannot travel")]
+enum FileListError {
+    #[error("`{path}` cannot go into a bundle")]
     Name { path: String, source: bundle::NameError },
     #[error("cannot read `{path}`")]
     Read { path: PathBuf, source: io::Error },
 }
 
 /// The list of the files of the flock in `folder`. Shows its progress on a terminal.
-pub(super) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, Fatal> {
+pub(crate) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, Fatal> {
     let paths: Vec<&str> = paths(manifest).into_iter().collect();
     let length = |path: &&str| fs::metadata(folder.join(path)).map_or(0, |status| status.len());
     let bar = progress::bytes("hashing", paths.iter().map(length).sum());
-    let entries: Result<Vec<FileEntry>, Unlisted> = paths
+    let entries: Result<Vec<FileEntry>, FileListError> = paths
         .par_iter()
         .map(|path| {
             let entry = entry(folder, path)?;
@@ -44,16 +42,16 @@ pub(super) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, F
         .collect();
     bar.finish_and_clear();
     let entries = entries.map_err(|error| {
-        let exit = if matches!(error, Unlisted::Read { .. }) { Exit::Unreadable } else { Exit::Malformed };
+        let exit = if matches!(error, FileListError::Read { .. }) { Exit::Unreadable } else { Exit::Malformed };
         Fatal::new(exit, error)
     })?;
-    Contents::new(entries).map_err(refused)
+    Contents::new(entries).map_err(|refused| Fatal::new(Exit::No, refused))
 }
 
-/// How the flock in `folder` is more than a unit has the memory for.
+/// The fault of the flock in `folder` if its manifest, or the list of its files, is more than a unit has the memory for.
 ///
 /// # Errors
-/// If its manifest could not be read.
+/// If its manifest cannot be read.
 pub(crate) fn too_large(folder: &Path, manifest: &Manifest) -> Result<Option<Fault>, Fatal> {
     match Manifest::read_on_unit(folder) {
         Err(error @ (ManifestError::NotPlain { .. } | ManifestError::TooLarge { .. })) => Ok(Some(large(&error))),
@@ -67,12 +65,12 @@ fn large(why: &(dyn Error + 'static)) -> Fault {
     Fault { kind: FaultKind::Large, sheep: None, from: None, to: None, clip: None, message }
 }
 
-/// The list of the files of the flock in `folder`, as long as it is going to be, with a digest of each path for that of
-/// what lies there.
+/// The list of the files of the flock in `folder` in its final length: it has the hash of each path in place of the hash of
+/// the file.
 fn unhashed(folder: &Path, manifest: &Manifest) -> Result<Contents, Refused> {
     let entry = |path: &str| {
         let size = fs::metadata(folder.join(path)).map_or(0, |status| status.len());
-        // What cannot travel for its name, `flock pack` names.
+        // `flock pack` refuses what has a name that a bundle cannot have.
         Some(FileEntry { path: FilePath::new(path).ok()?, id: ObjectId::of(path.as_bytes()), size })
     };
     Contents::new(paths(manifest).into_iter().filter_map(entry).collect())
@@ -84,10 +82,10 @@ fn paths(manifest: &Manifest) -> BTreeSet<&str> {
     named.chain([FILE_NAME]).collect()
 }
 
-fn entry(folder: &Path, path: &str) -> Result<FileEntry, Unlisted> {
-    let name = FilePath::new(path).map_err(|source| Unlisted::Name { path: path.to_owned(), source })?;
+fn entry(folder: &Path, path: &str) -> Result<FileEntry, FileListError> {
+    let name = FilePath::new(path).map_err(|source| FileListError::Name { path: path.to_owned(), source })?;
     let file = folder.join(path);
     let read = File::open(&file).and_then(ObjectId::of_reader);
-    let (id, size) = read.map_err(|source| Unlisted::Read { path: file, source })?;
+    let (id, size) = read.map_err(|source| FileListError::Read { path: file, source })?;
     Ok(FileEntry { path: name, id, size })
 }

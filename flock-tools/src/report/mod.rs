@@ -6,7 +6,7 @@
 //!
 //! Start at [`run`].
 
-mod balanced;
+mod balance;
 mod colour;
 mod dot;
 mod facts;
@@ -15,26 +15,23 @@ mod html;
 mod joins;
 mod layout;
 mod picture;
-mod suggested;
-mod walked;
+mod suggestions;
+mod walk;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use flock::{Fault, Flock, Sheep, SheepIx};
 
-use crate::decoder::{Decoder, Video};
-use crate::open;
-use crate::report::{self, Exit, Fatal};
-use crate::save;
-use balanced::Balanced;
+use crate::decoder::{Decoder, DecoderHandle};
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, print, save};
+use balance::Balanced;
 use facts::{Facts, Figures, Sources, distinct_clips};
 use joins::Joins;
 use picture::Picture;
-use suggested::Suggested;
-use walked::Walked;
-
-pub(crate) use picture::{Pixels, first_frame};
+use suggestions::Suggested;
+use walk::Walked;
 
 /// The page's name where none is given.
 const FILE_NAME: &str = "report.html";
@@ -70,8 +67,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(0..=1000))]
     #[arg(help = format!(
         "Tell up to K transitions that would help most if added [default: {}, or none above {} sheep: it takes its time]",
-        suggested::USUAL,
-        suggested::MOST_SHEEP
+        suggestions::USUAL,
+        suggestions::MOST_SHEEP
     ))]
     suggest: Option<u16>,
     /// Only the graph, for Graphviz
@@ -97,12 +94,12 @@ struct Answer<'a> {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let flock = Arc::new(Flock::new(open::manifest(&args.dir)?));
     if args.dot || args.graphml {
         graph(args, &flock)?;
     } else {
-        page(args, &flock, video)?;
+        page(args, &flock, decoder)?;
     }
     Ok(if flock.faults().is_empty() { Exit::Fine } else { Exit::No })
 }
@@ -122,15 +119,15 @@ fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
     let lines = if args.dot { dot::lines(&facts) } else { graphml::lines(&facts) };
     match &args.out {
         Some(path) => write(path, &(lines.join("\n") + "\n")),
-        None => report::lines(lines),
+        None => print::lines(lines),
     }
 }
 
-fn page(args: &Args, flock: &Arc<Flock>, video: Video) -> Result<(), Fatal> {
+fn page(args: &Args, flock: &Arc<Flock>, decoder: DecoderHandle) -> Result<(), Fatal> {
     let there = |path: &&&str| args.dir.join(path).is_file();
     let clips_there = (!args.no_pictures).then(|| distinct_clips(flock).keys().filter(there).count());
     // Where no clip is there, none is opened.
-    let decoder = clips_there.filter(|&clips| clips > 0).map(|_| video.decoder()).transpose()?;
+    let decoder = clips_there.filter(|&clips| clips > 0).map(|_| decoder.get()).transpose()?;
     let pictures = if args.no_pictures { Vec::new() } else { pictures(&args.dir, flock, decoder) };
     let walked = Walked::of(flock, args.seed);
     let balanced = Balanced::of(flock);
@@ -153,10 +150,10 @@ fn page(args: &Args, flock: &Arc<Flock>, video: Video) -> Result<(), Fatal> {
     let path = args.out.clone().unwrap_or_else(|| args.dir.join(FILE_NAME));
     write(&path, &text)?;
     for fault in flock.faults() {
-        report::note(&fault.message);
+        print::note(&fault.message);
     }
     if args.json {
-        return report::json(&Answer {
+        return print::json(&Answer {
             file: &path,
             bytes: text.len(),
             figures: facts.figures,
@@ -164,7 +161,7 @@ fn page(args: &Args, flock: &Arc<Flock>, video: Video) -> Result<(), Fatal> {
             faults: flock.faults(),
         });
     }
-    report::lines([path.display().to_string()])
+    print::lines([path.display().to_string()])
 }
 
 /// A picture of every sheep of the whole flock, where there is one to be had.
@@ -175,5 +172,5 @@ fn pictures(folder: &Path, flock: &Flock, decoder: Option<&dyn Decoder>) -> Vec<
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Fatal> {
-    save::whole(path, text.as_bytes()).map_err(|source| Fatal::unwritten(path, source))
+    save::whole(path, text.as_bytes()).map_err(|source| Fatal::write(path, source))
 }

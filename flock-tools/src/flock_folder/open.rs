@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use flock::{Flock, Manifest, ManifestError};
 
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
 /// A flock without a cycle of transitions.
 #[derive(Debug, thiserror::Error)]

@@ -4,9 +4,8 @@
 
 use flock::{Itinerary, What};
 
-use crate::arguments::Stretch;
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, arguments::Stretch, print};
 
 /// Print the clips that a unit with this seed plays, one a line
 ///
@@ -36,9 +35,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let Stretch { dir, seed, steps } = &args.stretch;
     let clips = clips(Itinerary::start(open::walkable(dir)?, *seed), *steps);
     if args.json {
-        report::json(&Answer { clips: clips.collect() })?;
+        print::json(&Answer { clips: clips.collect() })?;
     } else {
-        report::lines(clips)?;
+        print::lines(clips)?;
     }
     Ok(Exit::Fine)
 }

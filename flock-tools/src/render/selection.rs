@@ -16,7 +16,7 @@ use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 
 use super::plan::{ClipPlan, Look, Shows, Turning};
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
 /// The clips to be made, and those that cannot be.
 pub(crate) struct Order {

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use flock::{Fault, Flock, FlockShares, Shares, SheepShare};
 
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, print};
 
 /// Tell how often every sheep is shown in the long run, against how often it should be
 ///
@@ -43,16 +43,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let faults = flock.faults();
     let Some(shares) = FlockShares::of(&flock) else { return Err(open::no_cycle(&flock)) };
     for fault in faults {
-        report::note(&fault.message);
+        print::note(&fault.message);
     }
     let is_proved = shares.off_by.is_some_and(|part| part <= Shares::PROVED);
     if !is_proved {
-        report::note(&unproved(shares.off_by));
+        print::note(&unproved(shares.off_by));
     }
     if args.json {
-        report::json(&Answer { shares, faults })?;
+        print::json(&Answer { shares, faults })?;
     } else {
-        report::lines(table(&shares))?;
+        print::lines(table(&shares))?;
     }
     Ok(if faults.is_empty() && is_proved { Exit::Fine } else { Exit::No })
 }
@@ -72,7 +72,7 @@ fn unproved(off_by: Option<f64>) -> String {
 fn table(shares: &FlockShares) -> Vec<String> {
     let worst = shares.worst_ratio.map_or("a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
     let most = (shares.sheep.len() as f64).log2();
-    let wide = report::widest(shares.sheep.iter().map(|sheep| sheep.id));
+    let wide = print::widest(shares.sheep.iter().map(|sheep| sheep.id));
     let mut lines = vec![
         format!("{:<32} {worst}", "worst ratio of visits and want"),
         format!("{:<32} {:.3} of {most:.3} bits", "entropy of the visits", shares.entropy_bits),

@@ -6,8 +6,8 @@ function drawJoins() {
   $('#joins').hidden = false
   const found = joins.jumps ? `${digits(joins.jumps)} of ${spoken(joins.judged, 'join')} ${joins.jumps === 1 ? 'jumps' : 'jump'}.`
     : joins.judged === 1 ? 'The one join meets.' : `All ${digits(joins.judged)} joins meet, in value and in velocity.`
-  const unseen = joins.unseen ? ` ${spoken(joins.unseen, 'join')} could not be judged: flock check tells why.` : ''
-  $('#joins .note').textContent = `${found}${unseen} Below are ${joins.jumps ? 'the worst' : 'those that come nearest to a jump'}: the last frame of the one clip, the first of the next, and how much of what is allowed they take.`
+  const unjudged = joins.unjudged ? ` ${spoken(joins.unjudged, 'join')} could not be judged: flock check tells why.` : ''
+  $('#joins .note').textContent = `${found}${unjudged} Below are ${joins.jumps ? 'the worst' : 'those that come nearest to a jump'}: the last frame of the one clip, the first of the next, and how much of what is allowed they take.`
   $('#joins .pairs').replaceChildren(...joins.worst.map(pairOf))
 }
 
@@ -21,5 +21,5 @@ function pairOf(join) {
     make('figcaption', {},
       make('p', { class: 'ends' }, make('span', {}, join.before), make('span', {}, join.after)),
       make('div', { class: 'bar', title: 'of what is allowed' }, make('i', { style: `width: ${Math.min(100, 50 * join.severity)}%` }), make('b', { style: 'left: calc(50% - 1px)' })),
-      make('p', { class: 'told' }, make('b', {}, jumps ? `jumps, ${part}` : part), ` ${join.told}`)))
+      make('p', { class: 'told' }, make('b', {}, jumps ? `jumps, ${part}` : part), ` ${join.why}`)))
 }

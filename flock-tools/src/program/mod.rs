@@ -1,0 +1,16 @@
+//! What every command needs: arguments, exit codes, printing, progress bars, files saved whole, the clock.
+//!
+//! Owns no command. Never knows what a flock is.
+//!
+//! Start at [`Fatal`].
+
+pub(crate) mod arguments;
+mod exit;
+mod fatal;
+pub(crate) mod now;
+pub(crate) mod print;
+pub(crate) mod progress;
+pub(crate) mod save;
+
+pub(crate) use exit::{Exit, chain};
+pub(crate) use fatal::{Fatal, finish};
