@@ -1,7 +1,7 @@
 //! A folder of bundles, read as its units would read it.
 //!
-//! Owns which seals lie there, what each vouches for, and whether all of that is there and as it was signed. Never
-//! changes anything, and stops at no fault: whoever asks wants to know them all.
+//! Owns the list of its seals, what each vouches for, and whether all of that is there and as it was signed. Never changes
+//! anything, and does not stop at the first fault.
 //!
 //! Start at [`read`].
 
@@ -17,19 +17,19 @@ use flock::FILE_NAME;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::fleet::Fleet;
-use super::{system, unmoved};
+use super::{folder_fatal, system};
 use crate::program::{Exit, Fatal, chain, progress};
 
-/// Where all seals lie.
+/// The folder of all seals.
 const SEALS: &str = "seals";
 
-/// A seal, and what became of it.
-pub(super) struct Found {
-    /// The unit that it lies there for; `None` for every unit.
+/// A seal in the folder, with its bundle if that is good.
+pub(super) struct BundleEntry {
+    /// The unit that it is for; `None` for every unit.
     pub(super) unit: Option<UnitId>,
-    /// Where it lies in the folder.
+    /// Its path in the folder.
     pub(super) seal: String,
-    /// What it vouches for, or why a unit would refuse it.
+    /// The bundle, or why a unit would refuse it.
     pub(super) bundle: Result<Verified, Box<Refused>>,
 }
 
@@ -37,13 +37,13 @@ pub(super) struct Found {
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct Fault {
     pub(super) kind: Kind,
-    /// Where the seal lies, if it is that seal's fault.
+    /// The path of the seal, if it is a fault of that seal.
     #[serde(skip_serializing_if = "Option::is_none")]
     seal: Option<String>,
     /// The file of the flock.
     #[serde(skip_serializing_if = "Option::is_none")]
     path: Option<String>,
-    /// Where its content lies in the folder.
+    /// The path of its content in the folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<String>,
     /// A sentence for people.
@@ -70,125 +70,127 @@ pub(super) enum Kind {
     Unreadable,
 }
 
-/// A folder without what was looked for.
+/// A folder without the bundle that was asked for.
 #[derive(Debug, thiserror::Error)]
-enum Absent {
+enum NoBundle {
     #[error("there is no bundle in `{path}`")]
-    Bundle { path: PathBuf },
+    ForAny { path: PathBuf },
     #[error("there is no bundle for unit `{unit}` in `{path}`")]
-    Unit { path: PathBuf, unit: UnitId },
+    ForUnit { path: PathBuf, unit: UnitId },
 }
 
-/// A bundle that has to be good and is not.
+/// A bundle that must be good and is refused.
 #[derive(Debug, thiserror::Error)]
 #[error("`{seal}` in `{path}` is refused")]
-struct Bad {
+struct RefusedSeal {
     path: PathBuf,
     seal: String,
     source: Box<Refused>,
 }
 
-/// Whether the folder at `path` is one of bundles.
-pub(super) fn is_one(path: &Path) -> bool {
+/// Whether the folder at `path` has bundles in it.
+pub(super) fn is_bundle_folder(path: &Path) -> bool {
     path.join(SEALS).is_dir()
 }
 
-/// Reads every seal in the folder at `path`, or those that `units` would be given, and what they vouch for. `pinned`
-/// are the keys to trust; what they say there about others counts, as it would on a unit. There must be one.
-pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<Found>, Fatal> {
-    let mut folder = Folder::open(path).map_err(unmoved)?;
-    let there = folder.seals().map_err(unmoved)?;
+/// Reads every seal in the folder at `path`, or those that `units` would be given, and their lists of files. `pinned` are
+/// the keys to trust; their statements in the folder count, as on a unit.
+///
+/// # Errors
+/// If there is no seal, or none for one of `units`.
+pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<BundleEntry>, Fatal> {
+    let mut folder = Folder::open(path).map_err(folder_fatal)?;
+    let there = folder.seals().map_err(folder_fatal)?;
     let wanted: BTreeSet<Option<UnitId>> = if units.is_empty() {
         there
     } else {
         let given = |unit: &UnitId| {
             let found = [Some(unit.clone()), None].into_iter().find(|addressee| there.contains(addressee));
-            found.ok_or_else(|| Fatal::new(Exit::No, Absent::Unit { path: path.to_owned(), unit: unit.clone() }))
+            found.ok_or_else(|| Fatal::new(Exit::No, NoBundle::ForUnit { path: path.to_owned(), unit: unit.clone() }))
         };
         units.iter().map(given).collect::<Result<_, _>>()?
     };
     if wanted.is_empty() {
-        return Err(Fatal::new(Exit::No, Absent::Bundle { path: path.to_owned() }));
+        return Err(Fatal::new(Exit::No, NoBundle::ForAny { path: path.to_owned() }));
     }
-    Ok(find(&mut folder, pinned, wanted))
+    Ok(read_seals(&mut folder, pinned, wanted))
 }
 
-/// The same; there need be none if `there_are_systems` for these units.
-pub(super) fn read_beside(
+/// As [`read`], but without bundles there is no error if `there_are_systems` for these units.
+pub(super) fn read_beside_systems(
     path: &Path,
     pinned: &Trust,
     units: &[UnitId],
     there_are_systems: bool,
-) -> Result<Vec<Found>, Fatal> {
-    if there_are_systems && !is_one(path) { Ok(Vec::new()) } else { read(path, pinned, units) }
+) -> Result<Vec<BundleEntry>, Fatal> {
+    if there_are_systems && !is_bundle_folder(path) { Ok(Vec::new()) } else { read(path, pinned, units) }
 }
 
-/// The same, of whatever lies there, if anything does.
-pub(super) fn read_all(path: &Path, pinned: &Trust) -> Result<Vec<Found>, Fatal> {
-    let mut folder = Folder::open(path).map_err(unmoved)?;
-    let wanted = if is_one(path) { folder.seals().map_err(unmoved)? } else { BTreeSet::new() };
-    Ok(find(&mut folder, pinned, wanted))
+/// As [`read`], of all bundles, and without an error if there are none.
+pub(super) fn read_all(path: &Path, pinned: &Trust) -> Result<Vec<BundleEntry>, Fatal> {
+    let mut folder = Folder::open(path).map_err(folder_fatal)?;
+    let wanted = if is_bundle_folder(path) { folder.seals().map_err(folder_fatal)? } else { BTreeSet::new() };
+    Ok(read_seals(&mut folder, pinned, wanted))
 }
 
-/// What each of `units` makes of what was `found` for it: what is for every unit is refused by whom it is not for, and by
-/// those who, by `fleet`, have their own.
-pub(super) fn admitted(mut found: Vec<Found>, units: &[UnitId], fleet: &Fleet) -> Vec<Found> {
-    let is_given = |unit: &&UnitId| !found.iter().any(|found| found.unit.as_ref() == Some(unit));
+/// The same `entries`, where a bundle for every unit is refused if one of `units` would not take it: it is not for that
+/// unit, or the unit has bundles of its own by `fleet`.
+pub(super) fn admit(mut entries: Vec<BundleEntry>, units: &[UnitId], fleet: &Fleet) -> Vec<BundleEntry> {
+    let is_given = |unit: &&UnitId| !entries.iter().any(|entry| entry.unit.as_ref() == Some(unit));
     let given: Vec<&UnitId> = units.iter().filter(is_given).collect();
-    for found in found.iter_mut().filter(|found| found.unit.is_none()) {
-        let Ok(bundle) = &found.bundle else { continue };
+    for entry in entries.iter_mut().filter(|entry| entry.unit.is_none()) {
+        let Ok(bundle) = &entry.bundle else { continue };
         let addressees = &bundle.seal().letter().addressees;
-        let refused = given.iter().find_map(|unit| addressees.admit(unit, fleet.last(unit).as_ref()).err());
+        let refused = given.iter().find_map(|unit| addressees.admit(unit, fleet.last_addressees(unit).as_ref()).err());
         if let Some(refused) = refused {
-            found.bundle = Err(Box::new(refused));
+            entry.bundle = Err(Box::new(refused));
         }
     }
-    found
+    entries
 }
 
-/// What was `found` in the folder at `path`, all of which must be good.
-pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<UnitId>, Verified)>, Fatal> {
-    let good = |Found { unit, seal, bundle }: Found| match bundle {
+/// The bundles of `entries` in the folder at `path`, all of which must be good.
+pub(super) fn good_bundles(path: &Path, entries: Vec<BundleEntry>) -> Result<Vec<(Option<UnitId>, Verified)>, Fatal> {
+    let good = |BundleEntry { unit, seal, bundle }: BundleEntry| match bundle {
         Ok(bundle) => Ok((unit, bundle)),
-        Err(source) => Err(bad(path, seal, source)),
+        Err(source) => Err(refused_seal(path, seal, source)),
     };
-    found.into_iter().map(good).collect()
+    entries.into_iter().map(good).collect()
 }
 
-/// The end of a command that needs what the `seal` in the folder at `path` vouches for.
-pub(super) fn bad(path: &Path, seal: String, source: Box<Refused>) -> Fatal {
+/// Ends a command that needs the bundle or system of the `seal` in the folder at `path`.
+pub(super) fn refused_seal(path: &Path, seal: String, source: Box<Refused>) -> Fatal {
     let exit = if source.is_io() { Exit::Unreadable } else { Exit::No };
-    Fatal::new(exit, Bad { path: path.to_owned(), seal, source })
+    Fatal::new(exit, RefusedSeal { path: path.to_owned(), seal, source })
 }
 
-/// Those of `objects` in the folder at `path` that are not what they are called, every byte looked at, on all cores.
-/// Shows its progress on a terminal.
+/// Those of `objects` in the folder at `path` whose bytes do not have the hash and size in their names. Reads every byte, on
+/// all cores. Shows its progress on a terminal.
 pub(super) fn damaged(path: &Path, objects: &[(ObjectId, u64)]) -> Vec<(ObjectId, u64)> {
     let bar = progress::bytes("reading back", objects.iter().map(|(_, size)| size).sum());
-    let look = |folder: &mut Option<Folder>, (id, size): &(ObjectId, u64)| {
+    let check = |folder: &mut Option<Folder>, (id, size): &(ObjectId, u64)| {
         let found = folder.as_mut().and_then(|folder| hash(folder, id, *size).ok());
         bar.inc(*size);
         (found != Some((*id, *size))).then_some((*id, *size))
     };
-    let damaged = objects.par_iter().map_init(|| Folder::open(path).ok(), look).flatten_iter().collect();
+    let damaged = objects.par_iter().map_init(|| Folder::open(path).ok(), check).flatten_iter().collect();
     bar.finish_and_clear();
     damaged
 }
 
-/// Everything that is wrong with what was `found` in the folder at `path`, every byte of it looked at, on all cores.
-/// Shows its progress on a terminal.
-pub(super) fn faults(path: &Path, found: &[Found], systems: &[system::Found]) -> Vec<Fault> {
+/// Every fault of these entries of the folder at `path`. Reads every byte, on all cores. Shows its progress on a terminal.
+pub(super) fn faults(path: &Path, bundles: &[BundleEntry], systems: &[system::SystemEntry]) -> Vec<Fault> {
     let mut halves: Vec<FileEntry> = Vec::new();
     let mut faults: Vec<Fault> = Vec::new();
     let mut objects: Vec<&FileEntry> = Vec::new();
     let mut seen: BTreeSet<ObjectId> = BTreeSet::new();
-    for (seal, system) in systems.iter().map(|found| (&found.seal, &found.system)) {
+    for (seal, system) in systems.iter().map(|entry| (&entry.seal, &entry.system)) {
         match system {
             Ok(system) => halves.extend(system.halves()),
             Err(refused) => faults.push(refusal(seal, refused)),
         }
     }
-    for Found { seal, bundle, .. } in found {
+    for BundleEntry { seal, bundle, .. } in bundles {
         match bundle {
             Ok(bundle) => {
                 objects.extend(bundle.contents().objects().into_iter().filter(|file| seen.insert(file.id)));
@@ -199,46 +201,46 @@ pub(super) fn faults(path: &Path, found: &[Found], systems: &[system::Found]) ->
     }
     objects.extend(halves.iter().filter(|half| seen.insert(half.id)));
     let bar = progress::bytes("verifying", objects.iter().map(|file| file.size).sum());
-    let look = |folder: &mut Option<Folder>, file: &FileEntry| {
+    let check = |folder: &mut Option<Folder>, file: &FileEntry| {
         let fault = object_fault(folder.as_mut(), file);
         bar.inc(file.size);
         fault
     };
-    let of_objects = objects.into_par_iter().map_init(|| Folder::open(path).ok(), look);
+    let of_objects = objects.into_par_iter().map_init(|| Folder::open(path).ok(), check);
     faults.extend(of_objects.flatten_iter().collect::<Vec<Fault>>());
     bar.finish_and_clear();
     faults
 }
 
-/// Reads the seals for these units, and what they vouch for.
-fn find(folder: &mut Folder, pinned: &Trust, wanted: BTreeSet<Option<UnitId>>) -> Vec<Found> {
-    let trust = learned(folder, pinned);
-    let found = |unit: Option<UnitId>| {
+/// Reads the seals for these units, and their lists of files.
+fn read_seals(folder: &mut Folder, pinned: &Trust, wanted: BTreeSet<Option<UnitId>>) -> Vec<BundleEntry> {
+    let trust = trust_with_statements(folder, pinned);
+    let entry = |unit: Option<UnitId>| {
         let addressees = Addressees::of(unit.clone());
         let seal = seal_path(addressees.stems().first().copied().unwrap_or_default());
-        Found { bundle: bundle(folder, &trust, unit.as_ref()).map_err(Box::new), seal, unit }
+        BundleEntry { bundle: bundle(folder, &trust, unit.as_ref()).map_err(Box::new), seal, unit }
     };
-    wanted.into_iter().map(found).collect()
+    wanted.into_iter().map(entry).collect()
 }
 
-/// What keys say in the folder about keys; nothing where there are no statements.
-pub(super) fn said(folder: &mut Folder) -> Vec<u8> {
-    let mut said = Vec::new();
+/// The statements of keys about keys in the folder; empty where there are none.
+pub(super) fn statements(folder: &mut Folder) -> Vec<u8> {
+    let mut statements = Vec::new();
     let reader = folder.small(STATEMENTS, limits::STATEMENTS);
-    let read = reader.and_then(|reader| reader.take(limits::STATEMENTS).read_to_end(&mut said));
-    if read.is_ok() { said } else { Vec::new() }
+    let read = reader.and_then(|reader| reader.take(limits::STATEMENTS).read_to_end(&mut statements));
+    if read.is_ok() { statements } else { Vec::new() }
 }
 
-/// Whom the keys in `pinned` have taken in or called back by what lies in the folder.
-pub(super) fn learned(folder: &mut Folder, pinned: &Trust) -> Trust {
+/// The keys in `pinned`, with those that they take in and without those that they call back by statements in the folder.
+pub(super) fn trust_with_statements(folder: &mut Folder, pinned: &Trust) -> Trust {
     let mut trust = pinned.clone();
-    // What somebody said who may not say it is passed over.
-    trust.learn_all(&said(folder));
+    // A statement by a key that is not trusted has no effect.
+    trust.learn_all(&statements(folder));
     trust
 }
 
-/// What `verify` opens, once what is `expected` by it was learned, as a unit does.
-pub(super) fn heeded<S>(
+/// Verifies twice, as a unit does: the second time with the statements that the seal expects to be `expected`.
+pub(super) fn verify_with_statements<S>(
     folder: &mut Folder,
     trust: &Trust,
     verify: impl Fn(&Trust) -> Result<S, Refused>,
@@ -252,7 +254,8 @@ pub(super) fn heeded<S>(
 
 fn bundle(folder: &mut Folder, trust: &Trust, unit: Option<&UnitId>) -> Result<Verified, Refused> {
     let unverified = Unverified::addressed(folder, &Addressees::of(unit.cloned()))?;
-    let seal = heeded(folder, trust, |trust| unverified.clone().verify(trust), Seal::expected_statements)?;
+    let seal =
+        verify_with_statements(folder, trust, |trust| unverified.clone().verify(trust), Seal::expected_statements)?;
     unit.map_or(Ok(()), |unit| seal.letter().addressees.admit(unit, None))?;
     seal.fetch(folder)
 }
@@ -276,7 +279,7 @@ fn refusal(seal: &str, refused: &Refused) -> Fault {
     }
 }
 
-/// How the bundle is no flock, if its `flock.toml` is as signed.
+/// The fault of a bundle that is no flock although its `flock.toml` is as signed.
 fn flock_fault(path: &Path, seal: &str, bundle: &Verified) -> Option<Fault> {
     let listed = bundle.contents().file(FILE_NAME)?;
     let mut bytes = Vec::new();
@@ -293,7 +296,7 @@ fn flock_fault(path: &Path, seal: &str, bundle: &Verified) -> Option<Fault> {
     })
 }
 
-/// How the content of `file` is not there as it was signed.
+/// The fault of the content of `file`, if it is not there as it was signed.
 fn object_fault(folder: Option<&mut Folder>, file: &FileEntry) -> Option<Fault> {
     let (kind, why) = match folder.map(|folder| hash(folder, &file.id, file.size)) {
         Some(Ok((found, size))) if size == file.size && found == file.id => return None,
@@ -311,7 +314,7 @@ fn object_fault(folder: Option<&mut Folder>, file: &FileEntry) -> Option<Fault> 
     Some(Fault { kind, seal: None, path: Some(file.path.to_string()), object: Some(object), message })
 }
 
-/// The digest and the size of what is there of an object; no more than a byte beyond its end is read.
+/// The hash and the size of an object on the disk; at most one byte beyond its end is read.
 fn hash(folder: &mut Folder, id: &ObjectId, size: u64) -> io::Result<(ObjectId, u64)> {
     ObjectId::of_reader(folder.object(id, size, 0)?.take(size + 1))
 }

@@ -1,7 +1,7 @@
 //! `flock diff`: what a unit would have to fetch.
 //!
-//! Owns the command and its answer. That content is fetched by its digest, each once, is the bundle crate's rule: the
-//! same plan is made here as on the unit.
+//! Owns the command and its answer. The bundle crate makes the plan, here as on the unit: each content is fetched once, by
+//! its hash.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use bundle::{Contents, Held, ObjectId, Trust, UnitId, plan};
 use indicatif::DecimalBytes;
 
-use super::{bundle_folder, unusable};
+use super::{bundle_folder, key_fatal};
 use crate::flock_folder::{file_list, open};
 use crate::program::{Exit, Fatal, print};
 
@@ -60,9 +60,9 @@ struct Answer {
     list_bytes: usize,
 }
 
-/// Why two sides cannot be compared.
+/// Why the two folders cannot be compared.
 #[derive(Debug, thiserror::Error)]
-enum Incomparable {
+enum DiffError {
     #[error("there are {count} bundles in `{path}`")]
     Several { path: PathBuf, count: usize },
     #[error("the bundles in `{path}` cannot be read without a key to trust")]
@@ -75,28 +75,28 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     if args.json {
         print::json(&answer)?;
     } else {
-        print::lines(told(&answer))?;
+        print::lines(lines(&answer))?;
     }
     Ok(Exit::Fine)
 }
 
-/// The files of the flock in `folder`, or of the bundle that lies there.
+/// The files of the flock, or of the bundle, in `folder`.
 fn contents(args: &Args, folder: &Path) -> Result<Contents, Fatal> {
-    if !bundle_folder::is_one(folder) {
+    if !bundle_folder::is_bundle_folder(folder) {
         return file_list::contents(folder, &open::manifest(folder)?);
     }
     let Some(trust) = &args.trust else {
-        let untrusted = Incomparable::Untrusted { path: folder.to_owned() };
+        let untrusted = DiffError::Untrusted { path: folder.to_owned() };
         return Err(Fatal::new(Exit::Malformed, untrusted).hint("--trust names the key"));
     };
-    let trust = Trust::read(trust).map_err(unusable)?;
-    let found = bundle_folder::read(folder, &trust, args.unit.as_slice())?;
-    let mut bundles = bundle_folder::bundles(folder, found)?;
+    let trust = Trust::read(trust).map_err(key_fatal)?;
+    let entries = bundle_folder::read(folder, &trust, args.unit.as_slice())?;
+    let mut bundles = bundle_folder::good_bundles(folder, entries)?;
     bundles.dedup_by(|(_, a), (_, b)| a.contents() == b.contents());
     match bundles.pop() {
         Some((_, bundle)) if bundles.is_empty() => Ok(bundle.contents().clone()),
         _ => {
-            let several = Incomparable::Several { path: folder.to_owned(), count: bundles.len() + 1 };
+            let several = DiffError::Several { path: folder.to_owned(), count: bundles.len() + 1 };
             Err(Fatal::new(Exit::Malformed, several).hint("--unit says whose"))
         }
     }
@@ -129,7 +129,7 @@ fn compare(old: &Contents, new: &Contents) -> Answer {
     answer
 }
 
-fn told(answer: &Answer) -> Vec<String> {
+fn lines(answer: &Answer) -> Vec<String> {
     let Answer { added, changed, removed, files, bytes, fetch_objects, fetch_bytes, list_bytes } = answer;
     let marked = [('+', added), ('~', changed), ('-', removed)];
     let mut lines: Vec<String> =

@@ -1,6 +1,6 @@
-//! `flock keygen`: the keys that sign, and what one says about another.
+//! `flock keygen`: keys that sign, and statements of one key about another.
 //!
-//! Owns the command. The key's form is minisign's, and the bundle crate writes it. Never signs a bundle: `pack` does.
+//! Owns the command. The form of a key is minisign's; the bundle crate writes it. Never signs a bundle: `pack` does.
 
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;
@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 
 use bundle::{KeyId, PublicKey, SecretKey, Statement, limits};
 
-use super::{passphrase, unusable};
+use super::{key_fatal, passphrase};
 use crate::program::{Exit, Fatal, print};
 
-/// What the public key's file ends in.
+/// The ending of the public key's file.
 const PUBLIC: &str = "pub";
-/// What the file ends in by which one key takes in another.
+/// The ending of a statement by which one key takes in another.
 const TRUSTED: &str = "trusted";
-/// What the file ends in by which a key is called back.
+/// The ending of a statement by which a key is called back.
 const REVOKED: &str = "revoked";
 
 /// Make a key that signs bundles; have an old key take in a new one, or call one back
@@ -62,10 +62,10 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// More keys are to stay than a statement holds.
+/// More keys are to stay than a statement can hold.
 #[derive(Debug, thiserror::Error)]
 #[error("{kept} keys are to stay, at most {} can", limits::KEPT)]
-struct TooMany {
+struct TooManyKept {
     kept: usize,
 }
 
@@ -84,15 +84,15 @@ struct Answer {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let signer = || match &args.signed_by {
-        Some(key) => passphrase::known(key, args.signer_passphrase_file.as_deref()).map(Some),
+        Some(key) => passphrase::open_key(key, args.signer_passphrase_file.as_deref()).map(Some),
         None => Ok(None),
     };
     let answer = match (&args.file, &args.revoke) {
         (Some(file), _) => make(file, args.passphrase_file.as_deref(), signer()?.as_ref())?,
         (None, Some(public)) => {
-            let id = PublicKey::read(public).map_err(unusable)?.id();
+            let id = PublicKey::read(public).map_err(key_fatal)?.id();
             let statements = revocation(args, id)?;
-            let statement = signer()?.map(|key| say(&statements, &key, public, REVOKED));
+            let statement = signer()?.map(|key| write_statements(&statements, &key, public, REVOKED));
             Answer { id: Some(id), statement: statement.transpose()?, ..Answer::default() }
         }
         (None, None) => Answer::default(),
@@ -113,38 +113,38 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 fn make(file: &Path, passphrase_file: Option<&Path>, signer: Option<&SecretKey>) -> Result<Answer, Fatal> {
     let (public, trusted) = (file.with_extension(PUBLIC), file.with_extension(TRUSTED));
     let others = [&*public, &*trusted];
-    // Nobody thinks up a passphrase for a key that cannot be written.
+    // Before the artist is asked for a passphrase.
     let there = others.into_iter().chain([file]).find(|path| path.exists());
     if let Some(taken) = there.or(others.contains(&file).then_some(file)) {
         return Err(Fatal::write(taken, io::ErrorKind::AlreadyExists.into()));
     }
     let passphrase = passphrase::new(file, passphrase_file)?;
-    let key = SecretKey::create(file, &passphrase).map_err(unusable)?.public();
+    let key = SecretKey::create(file, &passphrase).map_err(key_fatal)?.public();
     write(&public, key.to_text().as_bytes())?;
-    let vouched = signer.map(|signer| say(&[Statement::Trust(key.clone())], signer, file, TRUSTED));
-    let statement = vouched.transpose()?;
-    Ok(Answer { id: Some(key.id()), secret: Some(file.to_owned()), public: Some(public), statement })
+    let statement = signer.map(|signer| write_statements(&[Statement::Trust(key.clone())], signer, file, TRUSTED));
+    let (id, secret) = (Some(key.id()), Some(file.to_owned()));
+    Ok(Answer { id, secret, public: Some(public), statement: statement.transpose()? })
 }
 
-/// What calls back the key `id`. Units of before know the first of two only.
+/// The statements that call back the key `id`. Units with older systems read the first of two only.
 fn revocation(args: &Args, id: KeyId) -> Result<Vec<Statement>, Fatal> {
     let mut statements = vec![Statement::Revoke(id)];
     if args.stolen {
         let kept: BTreeSet<PublicKey> =
-            args.keep.iter().map(|path| PublicKey::read(path)).collect::<Result<_, _>>().map_err(unusable)?;
+            args.keep.iter().map(|path| PublicKey::read(path)).collect::<Result<_, _>>().map_err(key_fatal)?;
         if kept.len() > limits::KEPT {
-            return Err(Fatal::new(Exit::Malformed, TooMany { kept: kept.len() }));
+            return Err(Fatal::new(Exit::Malformed, TooManyKept { kept: kept.len() }));
         }
         statements.push(Statement::Stolen(id, kept));
     }
     Ok(statements)
 }
 
-/// Has `key` say `statements`, in a file named after `about`.
-fn say(statements: &[Statement], key: &SecretKey, about: &Path, ending: &str) -> Result<PathBuf, Fatal> {
+/// Signs `statements` with `key`, in a file named after `about`.
+fn write_statements(statements: &[Statement], key: &SecretKey, about: &Path, ending: &str) -> Result<PathBuf, Fatal> {
     let path = about.with_extension(ending);
     let signed = statements.iter().map(|statement| statement.sign(key)).collect::<Result<Vec<_>, _>>();
-    write(&path, &signed.map_err(unusable)?.concat())?;
+    write(&path, &signed.map_err(key_fatal)?.concat())?;
     Ok(path)
 }
 

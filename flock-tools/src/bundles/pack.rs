@@ -1,7 +1,7 @@
 //! `flock pack`: from a flock to a bundle.
 //!
-//! Owns the command and its order: what would not play is refused before anything is written, and the seal comes last.
-//! Never changes the flock, and never hands out a bundle that it could not have taken in itself.
+//! Owns the command and its order: a flock with faults is refused before anything is written, and the seal is written last.
+//! Never changes the flock. A bundle that does not verify is not sealed.
 //!
 //! Start at [`run`].
 
@@ -18,7 +18,7 @@ use flock::{FILE_NAME, Fault, FaultKind, Flock, Manifest};
 use indicatif::DecimalBytes;
 
 use super::counter::Counter;
-use super::{bundle_folder, passphrase, refused, unmoved, unsigned};
+use super::{bundle_folder, folder_fatal, passphrase, refusal_fatal, sign_fatal};
 use crate::check;
 use crate::decoder::Decoder;
 use crate::flock_folder::{file_list, open};
@@ -78,12 +78,12 @@ struct Answer<'a> {
     packed: bool,
     faults: &'a [Fault],
     #[serde(flatten)]
-    bundle: Option<&'a Packed>,
+    bundle: Option<&'a BundleSummary>,
 }
 
-/// A bundle that was packed.
+/// The bundle in the answer.
 #[derive(serde::Serialize)]
-struct Packed {
+struct BundleSummary {
     flock: String,
     /// Empty if it is for every unit.
     units: Vec<String>,
@@ -91,14 +91,13 @@ struct Packed {
     signer: KeyId,
     files: usize,
     bytes: u64,
-    /// How the objects came there.
     #[serde(flatten)]
-    moved: Moved,
+    objects: ObjectCounts,
 }
 
-/// Objects by how they came into a folder.
+/// The number of objects that were cloned, copied, there already, or linked.
 #[derive(Clone, Copy, Default, serde::Serialize)]
-struct Moved {
+struct ObjectCounts {
     cloned: usize,
     copied: usize,
     kept: usize,
@@ -107,7 +106,7 @@ struct Moved {
 
 /// Why a flock was not packed.
 #[derive(Debug, thiserror::Error)]
-enum Unpacked {
+enum PackError {
     #[error("flock `{name}` would not play as it should: {faults}, `{first}` first")]
     Faulty { name: String, faults: String, first: String },
     #[error("`{path}` is no statement about keys")]
@@ -120,8 +119,8 @@ enum Unpacked {
 pub(crate) fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let statements = statements(args)?;
-    // Who is asked for a passphrase would rather be asked now than when all was checked.
-    let key = passphrase::known(&args.key, args.passphrase_file.as_deref())?;
+    // Before the check, which takes long.
+    let key = passphrase::open_key(&args.key, args.passphrase_file.as_deref())?;
     let faults = faults(args, &flock, decoder)?;
     if let Some(first) = faults.first() {
         if args.json {
@@ -130,22 +129,22 @@ pub(crate) fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fa
             print::lines(faults.iter().map(check::line))?;
         }
         let name = flock.manifest().name.clone();
-        let faulty = Unpacked::Faulty { name, faults: print::count(faults.len(), "fault"), first: check::line(first) };
+        let faulty = PackError::Faulty { name, faults: print::count(faults.len(), "fault"), first: check::line(first) };
         return Err(Fatal::new(Exit::No, faulty));
     }
     let contents = file_list::contents(&args.dir, flock.manifest())?;
-    let folder = Folder::create(&args.bundle).map_err(unmoved)?;
-    let moved = fill(&folder, &args.dir, flock.manifest(), &contents)?;
-    let packed = seal(args, &flock, &key, &contents, &folder, &statements, moved)?;
+    let folder = Folder::create(&args.bundle).map_err(folder_fatal)?;
+    let objects = put_objects(&folder, &args.dir, flock.manifest(), &contents)?;
+    let summary = seal(args, &flock, &key, &contents, &folder, &statements, objects)?;
     if args.json {
-        print::json(&Answer { packed: true, faults: &[], bundle: Some(&packed) })?;
+        print::json(&Answer { packed: true, faults: &[], bundle: Some(&summary) })?;
     } else {
-        print::lines(told(&packed))?;
+        print::lines(lines(&summary))?;
     }
     Ok(Exit::Fine)
 }
 
-/// What keeps the flock from being packed.
+/// The faults that keep the flock from being packed.
 fn faults(args: &Args, flock: &Flock, decoder: &'static dyn Decoder) -> Result<Vec<Fault>, Fatal> {
     let mut faults = check::every_fault(&args.dir, flock, decoder)?;
     if args.allow_jumps {
@@ -159,15 +158,15 @@ fn faults(args: &Args, flock: &Flock, decoder: &'static dyn Decoder) -> Result<V
 }
 
 /// Puts all of `contents` into `folder`. Shows its progress on a terminal.
-fn fill(folder: &Folder, from: &Path, manifest: &Manifest, contents: &Contents) -> Result<Moved, Fatal> {
+fn put_objects(folder: &Folder, from: &Path, manifest: &Manifest, contents: &Contents) -> Result<ObjectCounts, Fatal> {
     let clips: BTreeSet<&str> = manifest.clips().map(|clip| clip.path.as_str()).collect();
     let objects = contents.objects();
     let bar = progress::bytes("packing", objects.iter().map(|file| file.size).sum());
-    let mut moved = Moved::default();
+    let mut counts = ObjectCounts::default();
     for file in objects {
         let before = bar.position();
         let (path, mut moves) = (from.join(file.path.as_str()), |bytes| bar.inc(bytes));
-        // Clips are made anew in new files. Texts are edited, and many an editor writes them where they lie.
+        // A clip may share its blocks: it is replaced by a new file. A text must not: many editors write into the old file.
         let put = if clips.contains(file.path.as_str()) {
             folder.put_file(&file.id, file.size, &path, &mut moves)
         } else {
@@ -175,14 +174,14 @@ fn fill(folder: &Folder, from: &Path, manifest: &Manifest, contents: &Contents) 
             let text = File::open(&path).map_err(unread);
             text.and_then(|mut text| folder.put(&file.id, file.size, &mut text, &path, &mut moves))
         };
-        moved.count(put.map_err(unmoved)?);
+        counts.add(put.map_err(folder_fatal)?);
         bar.set_position(before + file.size);
     }
     bar.finish_and_clear();
-    Ok(moved)
+    Ok(counts)
 }
 
-/// Signs what lies in `folder`, makes sure that a unit would take it, and lays the seal out.
+/// Signs the bundle in `folder`, verifies it as a unit does, and writes the seal.
 fn seal(
     args: &Args,
     flock: &Flock,
@@ -190,64 +189,65 @@ fn seal(
     contents: &Contents,
     folder: &Folder,
     statements: &[Vec<u8>],
-    moved: Moved,
-) -> Result<Packed, Fatal> {
+    objects: ObjectCounts,
+) -> Result<BundleSummary, Fatal> {
     let list = contents.to_text().into_bytes();
     let id = ObjectId::of(&list);
-    folder.put(&id, list.len() as u64, &mut &list[..], folder.path(), &mut |_| ()).map_err(unmoved)?;
+    folder.put(&id, list.len() as u64, &mut &list[..], folder.path(), &mut |_| ()).map_err(folder_fatal)?;
     let trust = Trust::of([key.public()]);
-    let mut counter = Counter::take(&args.key)?;
-    for found in bundle_folder::read(folder.path(), &trust, &[]).unwrap_or_default() {
-        if let Ok(bundle) = found.bundle {
-            counter.seen(bundle.seal().letter().sequence);
+    let mut counter = Counter::lock(&args.key)?;
+    for entry in bundle_folder::read(folder.path(), &trust, &[]).unwrap_or_default() {
+        if let Ok(bundle) = entry.bundle {
+            counter.raise_to(bundle.seal().letter().sequence);
         }
     }
     let letter = Letter {
         flock: flock.manifest().name.clone(),
         addressees: Addressees::of(args.units.iter().cloned()),
-        sequence: counter.spend(args.sequence)?,
+        sequence: counter.advance(args.sequence)?,
         created: now::date(),
         contents: id,
         contents_size: list.len() as u64,
-        statements: folder.put_statements(statements).map_err(unmoved)?,
+        statements: folder.put_statements(statements).map_err(folder_fatal)?,
     };
-    let bytes = letter.sign(key).map_err(unsigned)?;
+    let bytes = letter.sign(key).map_err(sign_fatal)?;
     let toml = args.dir.join(FILE_NAME);
-    let text = fs::read(&toml).map_err(|source| Fatal::new(Exit::Unreadable, Unpacked::Read { path: toml, source }))?;
-    let taken = Unverified::new(bytes.clone()).verify(&trust).and_then(|seal| seal.open(list));
-    taken.and_then(|bundle| bundle.flock(&text)).map_err(refused)?;
-    folder.add_statements(statements).map_err(unmoved)?;
-    folder.put_seal(&letter.addressees, &bytes).map_err(unmoved)?;
-    Ok(Packed {
+    let text =
+        fs::read(&toml).map_err(|source| Fatal::new(Exit::Unreadable, PackError::Read { path: toml, source }))?;
+    let verified = Unverified::new(bytes.clone()).verify(&trust).and_then(|seal| seal.open(list));
+    verified.and_then(|bundle| bundle.flock(&text)).map_err(refusal_fatal)?;
+    folder.add_statements(statements).map_err(folder_fatal)?;
+    folder.put_seal(&letter.addressees, &bytes).map_err(folder_fatal)?;
+    Ok(BundleSummary {
         flock: letter.flock,
         units: args.units.iter().map(ToString::to_string).collect(),
         sequence: letter.sequence,
         signer: key.public().id(),
         files: contents.files().len(),
         bytes: contents.objects().iter().map(|file| file.size).sum(),
-        moved,
+        objects,
     })
 }
 
 /// The statements in the files that `args` name.
 pub(super) fn statements(args: &Args) -> Result<Vec<Vec<u8>>, Fatal> {
-    let mut found = Vec::new();
+    let mut all = Vec::new();
     for path in &args.statements {
-        let unread = |source| Fatal::new(Exit::Unreadable, Unpacked::Read { path: path.clone(), source });
+        let unread = |source| Fatal::new(Exit::Unreadable, PackError::Read { path: path.clone(), source });
         let bytes = fs::read(path).map_err(unread)?;
         let statements = bundle::statements(&bytes);
         if statements.is_empty() || statements.concat() != bytes {
-            return Err(Fatal::new(Exit::Malformed, Unpacked::NoStatement { path: path.clone() }));
+            return Err(Fatal::new(Exit::Malformed, PackError::NoStatement { path: path.clone() }));
         }
-        found.extend(statements.into_iter().map(<[u8]>::to_vec));
+        all.extend(statements.into_iter().map(<[u8]>::to_vec));
     }
-    Ok(found)
+    Ok(all)
 }
 
-fn told(packed: &Packed) -> Vec<String> {
-    let Packed { flock, units, sequence, signer, files, bytes, moved } = packed;
+fn lines(summary: &BundleSummary) -> Vec<String> {
+    let BundleSummary { flock, units, sequence, signer, files, bytes, objects } = summary;
     let units = if units.is_empty() { "every unit".to_owned() } else { units.join(", ") };
-    let Moved { cloned, copied, kept, linked } = moved;
+    let ObjectCounts { cloned, copied, kept, linked } = objects;
     vec![
         format!("packed `{flock}` for {units}: sequence {sequence}, key {signer}"),
         format!("{}, {}", print::count(*files, "file"), DecimalBytes(*bytes)),
@@ -255,8 +255,8 @@ fn told(packed: &Packed) -> Vec<String> {
     ]
 }
 
-impl Moved {
-    fn count(&mut self, put: Put) {
+impl ObjectCounts {
+    fn add(&mut self, put: Put) {
         match put {
             Put::Cloned => self.cloned += 1,
             Put::Copied => self.copied += 1,

@@ -1,8 +1,8 @@
-//! `flock publish`: bundles on their way to a stick, or to a web server's folder.
+//! `flock publish`: copies bundles to a stick, or to a web server's folder.
 //!
-//! Owns the command and its order: seals and lists are verified, and that all fits, before anything is written; then
-//! content, checked on its way and all of it on the disk; then what keys say; seals last. Whoever reads there meanwhile,
-//! or after the stick was pulled, finds the bundle of before or the new one. What is there is not written again.
+//! Owns the command and its order. Seals, lists and free space are checked before anything is written. Then the content is
+//! copied, checked and synced to the disk; then the statements of keys; the seals last. A unit that reads meanwhile, or
+//! after the stick was pulled, finds either the old bundle or the new one. Content that is there is not written again.
 //!
 //! Start at [`run`].
 
@@ -14,7 +14,7 @@ use bundle::{Addressees, Folder, ObjectId, Put, Sequence, Source, Swept, System,
 use indicatif::DecimalBytes;
 
 use super::fleet::{self, Fleet, Row};
-use super::{bundle_folder, system, unmoved, unusable};
+use super::{bundle_folder, folder_fatal, key_fatal, system};
 use crate::program::{Exit, Fatal, now, print, progress};
 
 /// Lay bundles out on a stick, or in a folder for any web server: only what is new, safely in any order
@@ -73,7 +73,7 @@ struct Answer {
 
 /// Why nothing is published.
 #[derive(Debug, thiserror::Error)]
-enum Unpublished {
+enum PublishError {
     #[error("`{path}` has no room: {needed} needed, {room} free")]
     NoRoom { path: PathBuf, needed: DecimalBytes, room: DecimalBytes },
     #[error("for {unit} sequence {there} of the same key lies in `{path}`, this is {sequence}")]
@@ -82,26 +82,26 @@ enum Unpublished {
     Unknown { path: PathBuf, seal: String },
 }
 
-/// What is to be published: each seal's place, and what it vouches for.
-struct Cargo {
+/// What is to be published, each with the unit that it is for.
+struct Publication {
     bundles: Vec<(Option<UnitId>, Verified)>,
     systems: Systems,
 }
 
 type Systems = Vec<(Option<UnitId>, System)>;
-/// Objects, and how large they are.
+/// Objects and their sizes.
 type Objects = BTreeMap<ObjectId, u64>;
 
-/// What is to be written.
-struct Freight {
-    /// Every object and every list that is not there, with its size.
+/// What has to be written.
+struct WritePlan {
+    /// Every object and every list that is missing, with its size.
     new: Vec<(ObjectId, u64)>,
     kept: usize,
     replaced: usize,
 }
 
-impl Cargo {
-    /// Everything that is vouched for, and the lists that say so.
+impl Publication {
+    /// All objects, the lists of files among them.
     fn objects(&self) -> Objects {
         let mut objects = Objects::new();
         for (_, bundle) in &self.bundles {
@@ -119,66 +119,66 @@ impl Cargo {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let trust = Trust::read(&args.trust).map_err(unusable)?;
+    let trust = Trust::read(&args.trust).map_err(key_fatal)?;
     let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
     let mut fleet = Fleet::read(&table)?;
-    let systems = systems(&args.bundle, system::read(&args.bundle, &trust, &args.units)?)?;
-    let found = bundle_folder::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
-    let cargo = Cargo { bundles: bundle_folder::bundles(&args.bundle, found)?, systems };
-    let to = Folder::open(&args.to).map_err(unmoved)?;
-    // One writer at a time; where a file system knows no locks, that is the artist's to see to.
+    let systems = good_systems(&args.bundle, system::read(&args.bundle, &trust, &args.units)?)?;
+    let entries = bundle_folder::read_beside_systems(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let publication = Publication { bundles: bundle_folder::good_bundles(&args.bundle, entries)?, systems };
+    let to = Folder::open(&args.to).map_err(folder_fatal)?;
+    // One writer at a time. On a file system without locks the artist must not publish twice at once.
     let _lock = File::open(&args.to).ok().filter(|folder| folder.lock().is_ok());
-    refuse_older(args, &trust, &cargo)?;
-    to.sweep(|_| true).map_err(unmoved)?;
-    let objects = cargo.objects();
-    let freight = freight(args, &to, &objects)?;
-    let mut pruned = make_room(args, &trust, &to, &objects, &freight)?;
-    let sent = send(args, &to, &cargo, &freight)?;
+    refuse_older(args, &trust, &publication)?;
+    to.sweep(|_| true).map_err(folder_fatal)?;
+    let objects = publication.objects();
+    let plan = write_plan(args, &to, &objects)?;
+    let mut pruned = make_room(args, &trust, &to, &objects, &plan)?;
+    let written = write_all(args, &to, &publication, &plan)?;
     if args.prune {
         let Swept { files, bytes } = prune(args, &trust, &to, &BTreeMap::new())?;
         pruned = Swept { files: pruned.files + files, bytes: pruned.bytes + bytes };
     }
-    let rows: Vec<Row> = cargo.bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
+    let rows: Vec<Row> = publication.bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
     for row in &rows {
-        fleet.note(row.clone());
+        fleet.set(row.clone());
     }
     fleet.save(&table)?;
     let answer = Answer {
         units: rows,
-        systems: cargo.systems.iter().map(|(unit, system)| system::line(unit.as_ref(), system)).collect(),
-        new_objects: freight.new.len(),
-        new_bytes: sent,
-        kept_objects: freight.kept,
-        replaced_objects: freight.replaced,
+        systems: publication.systems.iter().map(|(unit, system)| system::line(unit.as_ref(), system)).collect(),
+        new_objects: plan.new.len(),
+        new_bytes: written,
+        kept_objects: plan.kept,
+        replaced_objects: plan.replaced,
         pruned_files: pruned.files,
         pruned_bytes: pruned.bytes,
     };
     if args.json {
         print::json(&answer)?;
     } else {
-        print::lines(told(&answer))?;
+        print::lines(lines(&answer))?;
     }
     Ok(Exit::Fine)
 }
 
-/// The systems that were `found` in the folder at `path`, all of which must be good.
-fn systems(path: &Path, found: Vec<system::Found>) -> Result<Systems, Fatal> {
-    let good = |system::Found { unit, seal, system }: system::Found| match system {
+/// The systems of `entries` in the folder at `path`, all of which must be good.
+fn good_systems(path: &Path, entries: Vec<system::SystemEntry>) -> Result<Systems, Fatal> {
+    let good = |system::SystemEntry { unit, seal, system }: system::SystemEntry| match system {
         Ok(system) => Ok((unit, system)),
-        Err(source) => Err(bundle_folder::bad(path, seal, source)),
+        Err(source) => Err(bundle_folder::refused_seal(path, seal, source)),
     };
-    found.into_iter().map(good).collect()
+    entries.into_iter().map(good).collect()
 }
 
-/// Ends the command if a bundle of the same key that is no older, but another one, lies there for the same unit.
-fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> {
+/// Ends the command if another bundle of the same key for the same unit is there that is as new or newer.
+fn refuse_older(args: &Args, trust: &Trust, publication: &Publication) -> Result<(), Fatal> {
     let older = |unit: Option<&UnitId>, sequence, there| {
         let unit = addressee(unit);
-        Err(Fatal::new(Exit::No, Unpublished::Older { path: args.to.clone(), unit, sequence, there }))
+        Err(Fatal::new(Exit::No, PublishError::Older { path: args.to.clone(), unit, sequence, there }))
     };
     let there = bundle_folder::read_all(&args.to, trust)?;
-    for (unit, bundle) in &cargo.bundles {
-        let twin = there.iter().filter(|found| found.unit == *unit).find_map(|found| found.bundle.as_ref().ok());
+    for (unit, bundle) in &publication.bundles {
+        let twin = there.iter().filter(|entry| entry.unit == *unit).find_map(|entry| entry.bundle.as_ref().ok());
         let (seal, Some(twin)) = (bundle.seal(), twin.map(Verified::seal)) else { continue };
         let (sequence, there) = (seal.letter().sequence, twin.letter().sequence);
         if twin.signer() == seal.signer() && there >= sequence && twin.id() != seal.id() {
@@ -186,8 +186,8 @@ fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> 
         }
     }
     let there = system::read(&args.to, trust, &[])?;
-    for (unit, system) in &cargo.systems {
-        let twin = there.iter().filter(|found| found.unit == *unit).find_map(|found| found.system.as_ref().ok());
+    for (unit, system) in &publication.systems {
+        let twin = there.iter().filter(|entry| entry.unit == *unit).find_map(|entry| entry.system.as_ref().ok());
         let Some(twin) = twin.filter(|twin| twin.signer() == system.signer() && *twin != system) else { continue };
         let (sequence, there) = (system.release().sequence, twin.release().sequence);
         if there >= sequence {
@@ -197,26 +197,26 @@ fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> 
     Ok(())
 }
 
-/// What has to be written.
-fn freight(args: &Args, to: &Folder, objects: &Objects) -> Result<Freight, Fatal> {
+/// What has to be written; with `--check` objects that are damaged there are removed first.
+fn write_plan(args: &Args, to: &Folder, objects: &Objects) -> Result<WritePlan, Fatal> {
     let objects = objects.iter().map(|(id, size)| (*id, *size));
     let (held, mut new): (Vec<_>, Vec<_>) = objects.partition(|(id, size)| to.holds(id, *size));
     let damaged = if args.check { bundle_folder::damaged(&args.to, &held) } else { Vec::new() };
     for (id, _) in &damaged {
-        to.discard(id).map_err(unmoved)?;
+        to.discard(id).map_err(folder_fatal)?;
     }
     let (kept, replaced) = (held.len() - damaged.len(), damaged.len());
     new.extend(damaged);
-    Ok(Freight { new, kept, replaced })
+    Ok(WritePlan { new, kept, replaced })
 }
 
-/// Sees to it that the freight fits, with `--prune` by removing what is needed neither by the bundles there nor by the
-/// new ones.
-fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, freight: &Freight) -> Result<Swept, Fatal> {
-    let needed = freight.new.iter().map(|(_, size)| size).sum::<u64>();
-    let room = || to.room().map_err(unmoved);
-    // A disk that shares or links needs less; only what must be copied has to fit.
-    if needed <= room()? || shares(&args.bundle, &args.to) {
+/// Ends the command if there is no room. With `--prune` content is removed before that which neither the bundles there nor
+/// the new ones need.
+fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, plan: &WritePlan) -> Result<Swept, Fatal> {
+    let needed = plan.new.iter().map(|(_, size)| size).sum::<u64>();
+    let room = || to.room().map_err(folder_fatal);
+    // On one disk content is shared or linked, and needs no room.
+    if needed <= room()? || is_same_disk(&args.bundle, &args.to) {
         return Ok(Swept::default());
     }
     let pruned = if args.prune { prune(args, trust, to, objects)? } else { Swept::default() };
@@ -225,7 +225,7 @@ fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, freight
         return Ok(pruned);
     }
     let (needed, room) = (DecimalBytes(needed), DecimalBytes(room));
-    let fatal = Fatal::new(Exit::Unreadable, Unpublished::NoRoom { path: args.to.clone(), needed, room });
+    let fatal = Fatal::new(Exit::Unreadable, PublishError::NoRoom { path: args.to.clone(), needed, room });
     Err(fatal.hint(if args.prune {
         "the bundles there stay until the new ones are; give an empty stick, or empty this one"
     } else {
@@ -233,31 +233,32 @@ fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, freight
     }))
 }
 
-/// Whether two folders lie on the same disk.
-fn shares(one: &Path, other: &Path) -> bool {
+/// Whether two folders are on the same disk.
+fn is_same_disk(one: &Path, other: &Path) -> bool {
     let disk = |path: &Path| fs::metadata(path).map(|status| std::os::unix::fs::MetadataExt::dev(&status)).ok();
     disk(one).is_some() && disk(one) == disk(other)
 }
 
-/// Writes it all, seals last. Returns the bytes that were not there before. Shows its progress on a terminal.
-fn send(args: &Args, to: &Folder, cargo: &Cargo, freight: &Freight) -> Result<u64, Fatal> {
-    let mut from = Folder::open(&args.bundle).map_err(unmoved)?;
-    let total = freight.new.iter().map(|(_, size)| size).sum();
+/// Writes all of `plan`, then the statements, the seals last. Returns the bytes of the new content. Shows its progress on a
+/// terminal.
+fn write_all(args: &Args, to: &Folder, publication: &Publication, plan: &WritePlan) -> Result<u64, Fatal> {
+    let mut from = Folder::open(&args.bundle).map_err(folder_fatal)?;
+    let total = plan.new.iter().map(|(_, size)| size).sum();
     let bar = progress::bytes("publishing", total);
-    for (id, size) in &freight.new {
+    for (id, size) in &plan.new {
         let before = bar.position();
         put(&mut from, to, id, *size, &mut |bytes| bar.inc(bytes))?;
         bar.set_position(before + size);
     }
     bar.finish_and_clear();
-    let said = bundle_folder::said(&mut from);
-    let said: Vec<Vec<u8>> = statements(&said).into_iter().map(<[u8]>::to_vec).collect();
-    to.add_statements(&said).map_err(unmoved)?;
-    for (unit, system) in &cargo.systems {
-        to.put_system(&Addressees::of(unit.clone()), system.bytes()).map_err(unmoved)?;
+    let bytes = bundle_folder::statements(&mut from);
+    let all: Vec<Vec<u8>> = statements(&bytes).into_iter().map(<[u8]>::to_vec).collect();
+    to.add_statements(&all).map_err(folder_fatal)?;
+    for (unit, system) in &publication.systems {
+        to.put_system(&Addressees::of(unit.clone()), system.bytes()).map_err(folder_fatal)?;
     }
-    for (unit, bundle) in &cargo.bundles {
-        to.put_seal(&Addressees::of(unit.clone()), bundle.seal().bytes()).map_err(unmoved)?;
+    for (unit, bundle) in &publication.bundles {
+        to.put_seal(&Addressees::of(unit.clone()), bundle.seal().bytes()).map_err(folder_fatal)?;
     }
     Ok(total)
 }
@@ -266,32 +267,33 @@ fn send(args: &Args, to: &Folder, cargo: &Cargo, freight: &Freight) -> Result<u6
 fn put(from: &mut Folder, to: &Folder, id: &ObjectId, size: u64, moved: &mut dyn FnMut(u64)) -> Result<Put, Fatal> {
     let path = from.path().join(id.path());
     if path.exists() {
-        return to.put_file(id, size, &path, moved).map_err(unmoved);
+        return to.put_file(id, size, &path, moved).map_err(folder_fatal);
     }
-    let mut reader =
-        from.object(id, size, 0).map_err(|source| unmoved(bundle::FolderError::Read { path: path.clone(), source }))?;
-    to.put(id, size, &mut reader, &path, moved).map_err(unmoved)
+    let mut reader = from
+        .object(id, size, 0)
+        .map_err(|source| folder_fatal(bundle::FolderError::Read { path: path.clone(), source }))?;
+    to.put(id, size, &mut reader, &path, moved).map_err(folder_fatal)
 }
 
-/// Removes what no bundle there needs, and what is not among these `objects`.
+/// Removes content that no bundle there needs and that is not among these `objects`.
 fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<Swept, Fatal> {
     let mut needed: BTreeSet<ObjectId> = BTreeSet::new();
     let unknown = |seal| {
-        let unknown = Unpublished::Unknown { path: args.to.clone(), seal };
-        Fatal::new(Exit::No, unknown).hint("what cannot be read may need anything: nothing was pruned")
+        let unknown = PublishError::Unknown { path: args.to.clone(), seal };
+        Fatal::new(Exit::No, unknown).hint("a bundle that cannot be read may need any content: nothing was pruned")
     };
-    for found in bundle_folder::read_all(&args.to, trust)? {
-        let bundle = found.bundle.map_err(|_| unknown(found.seal))?;
+    for entry in bundle_folder::read_all(&args.to, trust)? {
+        let bundle = entry.bundle.map_err(|_| unknown(entry.seal))?;
         let letter = bundle.seal().letter();
         needed.extend([Some(letter.contents), letter.statements.map(|(id, _)| id)].into_iter().flatten());
         needed.extend(bundle.contents().files().iter().map(|file| file.id));
     }
-    for found in system::read(&args.to, trust, &[])? {
-        let system = found.system.map_err(|_| unknown(found.seal))?;
+    for entry in system::read(&args.to, trust, &[])? {
+        let system = entry.system.map_err(|_| unknown(entry.seal))?;
         needed.extend(system.halves().map(|half| half.id));
         needed.extend(system.release().statements.map(|(id, _)| id));
     }
-    to.sweep(|id| needed.contains(id) || objects.contains_key(id)).map_err(unmoved)
+    to.sweep(|id| needed.contains(id) || objects.contains_key(id)).map_err(folder_fatal)
 }
 
 fn row(args: &Args, unit: Option<&UnitId>, bundle: &Verified) -> Row {
@@ -311,7 +313,7 @@ fn addressee(unit: Option<&UnitId>) -> String {
     unit.map_or_else(|| "every unit".to_owned(), |unit| format!("unit `{unit}`"))
 }
 
-fn told(answer: &Answer) -> Vec<String> {
+fn lines(answer: &Answer) -> Vec<String> {
     let Answer { units, systems, new_objects, new_bytes, kept_objects, replaced_objects, pruned_files, pruned_bytes } =
         answer;
     let mut lines: Vec<String> =
