@@ -1,7 +1,7 @@
-//! What suggested transitions cost: to render, and to keep.
+//! The cost of suggested transitions: to render them, or to keep them.
 //!
-//! Owns the estimate: processor time by a measurement on a few frames where there are genomes, bytes by the clips that
-//! are there. Never renders a clip.
+//! Owns the estimate: processor time by a measurement on a few frames if there are genomes, bytes by the clips that are
+//! there. Never renders a clip.
 
 use std::fs;
 use std::path::Path;
@@ -11,11 +11,11 @@ use video::Form;
 
 use crate::flock_folder::paths;
 use crate::render::estimate;
-use crate::render::plan::{ClipPlan, Look, Shows};
-use crate::render::selection::{Order, Wanted};
+use crate::render::plan::{ClipPlan, ClipRole, Look};
+use crate::render::selection::{Request, Selection};
 
-/// Clips that are looked at for their size, at most.
-const LOOKED_AT: usize = 256;
+/// The most clips whose sizes are read.
+const MOST_SIZES: usize = 256;
 
 /// What a clip costs.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
@@ -31,8 +31,8 @@ pub(crate) struct Cost {
     pub(super) bytes: Option<f64>,
 }
 
-/// How transitions would be rendered.
-struct Planned {
+/// The plans of transitions that might be rendered.
+struct RenderPlans {
     look: Look,
     plans: Vec<ClipPlan>,
 }
@@ -40,9 +40,9 @@ struct Planned {
 /// What rendering the transitions `new` to the flock in `folder` costs; a measurement on a few frames tells what their
 /// samples take.
 pub(super) fn of_rendering(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
-    let planned = Planned::new(new, flock.manifest(), folder);
-    let mut costs = planned.costs(new, flock, folder);
-    let second = planned.seconds_a_sample();
+    let plans = RenderPlans::new(new, flock.manifest(), folder);
+    let mut costs = plans.costs(new, flock, folder);
+    let second = plans.seconds_a_sample();
     for cost in &mut costs {
         cost.cpu_hours = cost.samples.zip(second).map(|(samples, seconds)| samples * seconds / 3600.0);
     }
@@ -50,8 +50,8 @@ pub(super) fn of_rendering(new: &[Suggestion], flock: &Flock, folder: &Path) -> 
 }
 
 /// The same without the measurement: equal for equal flocks.
-pub(crate) fn foreseen(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
-    Planned::new(new, flock.manifest(), folder).costs(new, flock, folder)
+pub(crate) fn without_measurement(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
+    RenderPlans::new(new, flock.manifest(), folder).costs(new, flock, folder)
 }
 
 /// What keeping the transitions `old` of the flock in `folder` costs.
@@ -75,7 +75,7 @@ pub(crate) fn plain(suggestion: &Suggestion, flock: &Flock) -> Cost {
 
 /// What a frame of the clips in `folder` takes in the mean.
 fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
-    let step = manifest.clips().count().div_ceil(LOOKED_AT).max(1);
+    let step = manifest.clips().count().div_ceil(MOST_SIZES).max(1);
     let (mut bytes, mut frames) = (0.0, 0.0);
     for clip in manifest.clips().step_by(step) {
         if let Ok(file) = fs::metadata(clip.path.inside(folder)) {
@@ -86,7 +86,7 @@ fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
     (frames > 0.0).then(|| bytes / frames)
 }
 
-impl Planned {
+impl RenderPlans {
     /// By the genomes' own quality. A genome that cannot be rendered is `flock render`'s to refuse.
     fn new(new: &[Suggestion], manifest: &Manifest, folder: &Path) -> Self {
         let look = Look::of_genomes(Form { size: manifest.size, fps: manifest.fps });
@@ -101,9 +101,9 @@ impl Planned {
             weight: new.weight,
         };
         let with = Manifest { transitions: new.iter().map(transition).collect(), ..manifest.clone() };
-        let order = Order::new(folder, &with, &Wanted { sheep: &ends, again: true }, &look);
-        let clips = order.map(|order| order.clips).unwrap_or_default();
-        let plans = clips.into_iter().filter(|clip| matches!(clip.shows, Shows::Transition(..))).collect();
+        let selection = Selection::new(folder, &with, &Request { sheep: &ends, again: true }, &look);
+        let clips = selection.map(|selection| selection.clips).unwrap_or_default();
+        let plans = clips.into_iter().filter(|clip| matches!(clip.role, ClipRole::Transition(..))).collect();
         Self { look, plans }
     }
 
@@ -111,7 +111,7 @@ impl Planned {
     fn costs(&self, new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
         let per_frame = bytes_a_frame(flock.manifest(), folder);
         let cost = |new: &Suggestion| {
-            let own = |plan: &&ClipPlan| plan.shows == Shows::Transition(new.from.clone(), new.to.clone());
+            let own = |plan: &&ClipPlan| plan.role == ClipRole::Transition(new.from.clone(), new.to.clone());
             Cost {
                 samples: self.plans.iter().find(own).and_then(|plan| self.samples(plan)),
                 bytes: per_frame.map(|bytes| (bytes * f64::from(new.frames.0)).round()),

@@ -72,7 +72,7 @@ struct Answer<'a> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let draft = args.write.then(|| Draft::take(&args.dir)).transpose()?;
+    let draft = args.write.then(|| Draft::lock(&args.dir)).transpose()?;
     let manifest =
         draft.as_ref().map_or_else(|| open::manifest(&args.dir), |draft| Ok(draft.edit.manifest().clone()))?;
     let flock = Flock::new(manifest);

@@ -1,14 +1,14 @@
-//! `flock add`: one sheep more.
+//! `flock add`: adds a sheep.
 //!
-//! Owns the command. The loop may be there already, or be rendered later from the genome.
+//! Owns the command. The loop may be there already, or `flock render` makes it later from the genome.
 
 use std::path::PathBuf;
 
 use clap::ArgGroup;
 use flock::{MOST_FRAMES, MOST_REPEATS, Sheep, SheepId};
 
-use super::Desk;
-use super::files::{self, Incoming};
+use super::EditSession;
+use super::files::{self, FileCopy};
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, arguments, print};
@@ -65,11 +65,11 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let id = &args.id;
-    let mut desk = Desk::at(&args.dir)?;
-    let genome = args.genome.as_deref().map(|file| files::genome(&desk, file, id)).transpose()?;
+    let mut session = EditSession::start(&args.dir)?;
+    let genome = args.genome.as_deref().map(|file| files::genome(&session, file, id)).transpose()?;
     let place = |ending: &str| paths::of_loop(id, ending);
-    let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
-    let clip = (!args.no_loop).then(|| files::clip(&desk, &wish, place, decoder)).transpose()?;
+    let request = files::ClipRequest { file: args.clip.as_deref(), frames: args.frames, default_frames: FRAMES };
+    let clip = (!args.no_loop).then(|| files::clip(&session, &request, place, decoder)).transpose()?;
     let mut parts = Vec::new();
     parts.extend(clip.iter().map(|(clip, _)| format!("loop `{}`, {} frames", clip.path, clip.frames)));
     parts.extend(genome.iter().map(|genome| format!("genome `{}`", genome.path)));
@@ -80,14 +80,14 @@ pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
         want: args.want,
         repeat: args.repeat,
     };
-    desk.edit(|edit| edit.add_sheep(sheep))?;
+    session.edit(|edit| edit.add_sheep(sheep))?;
     let note = genome.as_ref().and_then(|genome| genome.note.clone());
-    let incoming = genome.and_then(|genome| genome.incoming).into_iter().chain(clip.and_then(|(_, incoming)| incoming));
-    Incoming::bring_all(incoming, &args.dir, args.force)?;
-    let effect = desk.save()?;
+    let copy = genome.and_then(|genome| genome.copy).into_iter().chain(clip.and_then(|(_, copy)| copy));
+    FileCopy::run_all(copy, &args.dir, args.force)?;
+    let result = session.save()?;
     if let Some(note) = note {
         print::note(&note);
     }
     let what = if parts.is_empty() { "without a loop".to_owned() } else { parts.join(", ") };
-    effect.tell(&format!("added `{id}`: {what}"), args.json)
+    result.print(&format!("added `{id}`: {what}"), args.json)
 }

@@ -1,13 +1,13 @@
-//! `flock link`: one transition more.
+//! `flock link`: adds a transition.
 //!
-//! Owns the command. The clip may be there already, or be rendered later.
+//! Owns the command. The clip may be there already, or `flock render` makes it later.
 
 use std::path::PathBuf;
 
 use flock::{MOST_FRAMES, SheepId, Transition};
 
-use super::Desk;
-use super::files::{self, Incoming};
+use super::EditSession;
+use super::files::{self, FileCopy};
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, arguments};
@@ -55,13 +55,13 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let (from, to) = (args.from.clone(), args.to.clone());
-    let mut desk = Desk::at(&args.dir)?;
+    let mut session = EditSession::start(&args.dir)?;
     let place = |ending: &str| paths::of_transition(&from, &to, ending);
-    let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
-    let (clip, incoming) = files::clip(&desk, &wish, place, decoder)?;
+    let request = files::ClipRequest { file: args.clip.as_deref(), frames: args.frames, default_frames: FRAMES };
+    let (clip, copy) = files::clip(&session, &request, place, decoder)?;
     let (frames, path) = (clip.frames, clip.path.clone());
     let transition = Transition { from: args.from.clone(), to: args.to.clone(), clip, weight: args.weight };
-    desk.edit(|edit| edit.add_transition(transition))?;
-    Incoming::bring_all(incoming.into_iter(), &args.dir, args.force)?;
-    desk.save()?.tell(&format!("linked `{from}` to `{to}`: `{path}`, {frames} frames"), args.json)
+    session.edit(|edit| edit.add_transition(transition))?;
+    FileCopy::run_all(copy.into_iter(), &args.dir, args.force)?;
+    session.save()?.print(&format!("linked `{from}` to `{to}`: `{path}`, {frames} frames"), args.json)
 }

@@ -1,6 +1,6 @@
 //! `flock new`: a flock without sheep.
 //!
-//! Owns the first manifest. Never touches a folder that has something in it.
+//! Owns the first manifest. Never changes a folder that is not empty.
 
 use std::fs;
 use std::io;
@@ -12,8 +12,8 @@ use timing::Rate;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, arguments, print, save};
 
-/// What a manifest says to somebody who opens it.
-const GREETING: &str =
+/// The comment at the top of a new manifest.
+const HEADING: &str =
     "# A flock: sheep, and the transitions between them. `flock add` and `flock link` put them in below.\n";
 
 /// Start a flock: a folder with a manifest, and a place for genomes, loops and transitions
@@ -50,7 +50,7 @@ struct Answer {
 
 /// Why no flock was started.
 #[derive(Debug, thiserror::Error)]
-enum Unstarted {
+enum NewFlockError {
     #[error("folder `{folder}` is not empty: it has `{found}`")]
     NotEmpty { folder: PathBuf, found: String },
     #[error("cannot write `{path}`")]
@@ -60,9 +60,9 @@ enum Unstarted {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let name = args.name.clone().unwrap_or_else(|| name_of(&args.dir));
-    let text = format!("{GREETING}{}", Edit::blank(&name, args.size, args.fps).text());
+    let text = format!("{HEADING}{}", Edit::blank(&name, args.size, args.fps).text());
     start(&args.dir, &text).map_err(|error| {
-        let exit = if matches!(error, Unstarted::NotEmpty { .. }) { Exit::No } else { Exit::Unreadable };
+        let exit = if matches!(error, NewFlockError::NotEmpty { .. }) { Exit::No } else { Exit::Unreadable };
         Fatal::new(exit, error)
     })?;
     if args.json {
@@ -77,15 +77,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 /// Makes the folders and, last, the manifest.
-fn start(folder: &Path, text: &str) -> Result<(), Unstarted> {
+fn start(folder: &Path, text: &str) -> Result<(), NewFlockError> {
     let cannot = |path: &Path| {
         let path = path.to_owned();
-        move |source| Unstarted::Write { path, source }
+        move |source| NewFlockError::Write { path, source }
     };
     fs::create_dir_all(folder).map_err(cannot(folder))?;
     if let Some(found) = fs::read_dir(folder).map_err(cannot(folder))?.next() {
         let found = found.map_err(cannot(folder))?.file_name().to_string_lossy().into_owned();
-        return Err(Unstarted::NotEmpty { folder: folder.to_owned(), found });
+        return Err(NewFlockError::NotEmpty { folder: folder.to_owned(), found });
     }
     for name in paths::FOLDERS {
         let path = folder.join(name);

@@ -1,7 +1,7 @@
-//! `flock demo DIR`: a flock of our own, rendered here.
+//! `flock demo DIR`: renders the demo flock.
 //!
-//! Owns the command: its options and what is said about them. Never knows what a genome or a codec is beyond handing
-//! them on: `plan.rs` has the table of sheep, `render/make.rs` does the work, `manifest.rs` writes the flock down.
+//! Owns the command and its options. `plan.rs` has the table of sheep, `render/make.rs` renders, `manifest.rs` writes the
+//! manifest.
 //!
 //! Start at [`run`].
 
@@ -17,8 +17,8 @@ use flock::{ClipHash, ClipPath};
 use plan::{Edition, Plan};
 
 use crate::program::{Exit, Fatal, arguments, print};
-use crate::render::make::{Effort, Outcome, make};
-use crate::render::{failed, options};
+use crate::render::make::{Outcome, RunOptions, make};
+use crate::render::{make_fatal, options};
 
 /// Render the demo flock into a folder
 ///
@@ -69,15 +69,15 @@ struct Answer {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let plan = Plan::new(args.edition()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let bytes = plan.bytes().map_err(|error| Fatal::new(Exit::Malformed, error))?;
-    let threads = options::at_once(args.threads, bytes)?;
-    let effort = Effort { threads, keep_frames: args.keep_frames, stop: options::stop_on_signals()? };
-    let made = make(&plan.clips, &plan.edition.look, &args.dir, &effort, &|_, _| ()).map_err(failed)?;
+    let threads = options::frames_at_once(args.threads, bytes)?;
+    let options = RunOptions { threads, keep_frames: args.keep_frames, stop: options::stop_on_signals()? };
+    let made = make(&plan.clips, &plan.edition.look, &args.dir, &options, &|_, _| ()).map_err(make_fatal)?;
     let hash = |outcome: &Outcome| match outcome {
-        Outcome::Made(hash) | Outcome::Stood(hash) => Some(*hash),
+        Outcome::Made(hash) | Outcome::UpToDate(hash) => Some(*hash),
         Outcome::Busy | Outcome::Unfinished => None,
     };
     let Some(hashes) = made.outcomes.iter().map(hash).collect::<Option<Vec<ClipHash>>>() else {
-        print::note("not finished; the same command goes on where this one stopped");
+        print::note("not finished; the same command continues where this one stopped");
         return Ok(Exit::No);
     };
     let written = manifest::write(&plan, &hashes, &args.dir);

@@ -55,7 +55,7 @@ pub(crate) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, F
 pub(crate) fn too_large(folder: &Path, manifest: &Manifest) -> Result<Option<Fault>, Fatal> {
     match Manifest::read_on_unit(folder) {
         Err(error @ (ManifestError::NotPlain { .. } | ManifestError::TooLarge { .. })) => Ok(Some(large(&error))),
-        Err(error) => Err(open::refused(error)),
+        Err(error) => Err(open::manifest_fatal(error)),
         Ok(_) => Ok(unhashed(folder, manifest).err().map(|refused| large(&refused))),
     }
 }

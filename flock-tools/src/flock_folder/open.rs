@@ -1,6 +1,6 @@
-//! Opening a flock, the same for every command.
+//! Opens a flock, for every command alike.
 //!
-//! Owns how a manifest's errors end a command. Never judges the flock.
+//! Owns the exit codes of a manifest's errors. Never judges the flock.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -20,13 +20,13 @@ struct NoCycle {
 
 /// Reads the manifest in `folder`.
 pub(crate) fn manifest(folder: &Path) -> Result<Manifest, Fatal> {
-    Manifest::read(folder).map_err(refused)
+    Manifest::read(folder).map_err(manifest_fatal)
 }
 
-/// The end of a command that meets a manifest which cannot be read.
-pub(crate) fn refused(error: ManifestError) -> Fatal {
+/// Ends a command whose manifest cannot be read.
+pub(crate) fn manifest_fatal(error: ManifestError) -> Fatal {
     let exit = match error {
-        // What was read and is no text is malformed.
+        // A file that was read and is no text is malformed.
         ManifestError::Read { ref source, .. } if source.kind() != ErrorKind::InvalidData => Exit::Unreadable,
         ManifestError::Missing { .. }
         | ManifestError::NotPlain { .. }
@@ -47,7 +47,7 @@ pub(crate) fn walkable(folder: &Path) -> Result<Arc<Flock>, Fatal> {
     if flock.is_walkable() { Ok(Arc::new(flock)) } else { Err(no_cycle(&flock)) }
 }
 
-/// The end of a command that needs a cycle where `flock` has none.
+/// Ends a command that needs a cycle where `flock` has none.
 pub(crate) fn no_cycle(flock: &Flock) -> Fatal {
     let (name, transitions) = (flock.manifest().name.clone(), flock.manifest().transitions.len());
     Fatal::new(Exit::No, NoCycle { name, transitions }).hint("`flock check` names the sheep that lead nowhere")

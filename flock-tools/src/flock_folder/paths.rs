@@ -1,4 +1,4 @@
-//! Where the files of a flock lie by custom.
+//! The usual paths of a flock's files.
 //!
 //! Owns the folders and the names that the tools give; a manifest may name any others. Never touches a file.
 
@@ -6,9 +6,9 @@ use flock::{ClipPath, SheepId};
 
 /// The folders of a new flock.
 pub(crate) const FOLDERS: [&str; 3] = ["genomes", "loops", "transitions"];
-/// What the clips' names end in.
+/// The ending of clips.
 pub(crate) const CLIP: &str = "mp4";
-/// What the genomes' names end in.
+/// The ending of genomes.
 pub(crate) const GENOME: &str = "flam3";
 
 /// The genome of the sheep `id`.
@@ -26,8 +26,7 @@ pub(crate) fn of_transition(from: &SheepId, to: &SheepId, ending: &str) -> ClipP
     path(&format!("transitions/{from}={to}.{ending}"))
 }
 
-/// `path` as it would be named if the sheep `old` were called `new`, where it is named by that custom, in whatever
-/// folder.
+/// `path` with the sheep `old` called `new`, if it has the usual name, in any folder.
 pub(crate) fn renamed(path: &ClipPath, old: &SheepId, new: &SheepId) -> Option<ClipPath> {
     let (folder, name) = path.as_str().rsplit_once('/').map_or(("", path.as_str()), |(folder, name)| (folder, name));
     let (stem, ending) = name.rsplit_once('.')?;

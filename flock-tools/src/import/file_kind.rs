@@ -1,58 +1,58 @@
-//! What a file's name says of it.
+//! The kind of a file, by its name.
 //!
-//! Owns the names of Electric Sheep's content folders, and ours. Never opens a file.
+//! Owns the names in Electric Sheep's content folders, and ours. Never opens a file.
 
 use std::path::Path;
 
 use flock::SheepId;
 
-use crate::render::plan::Shows;
+use crate::render::plan::ClipRole;
 
-/// What the names of videos end in.
+/// Endings of videos.
 const VIDEOS: &[&str] = &[
     "3gp", "asf", "avi", "dv", "flv", "gif", "m4v", "mkv", "mov", "mp4", "mpeg", "mpg", "mts", "mxf", "nut", "ogv",
     "ts", "webm", "wmv", "y4m",
 ];
-/// What the names of genomes end in.
+/// Endings of genomes.
 const GENOMES: &[&str] = &["flam3", "flame"];
-/// What takes the place of a clip that was voted down or deleted.
+/// The ending in place of a clip that was voted down or deleted.
 const TOMBSTONE: &str = "xxx";
-/// A clip that is still being fetched.
+/// The ending of a clip that is still being fetched.
 const PARTIAL: &str = "tmp";
 
-/// What a name says.
+/// A kind of file.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Named {
-    /// A video of this.
-    Clip(Shows),
+pub(super) enum FileKind {
+    /// A video of this loop or transition.
+    Clip(ClipRole),
     /// flam3 genomes.
     Genomes,
-    /// A video, but nobody knows of what; why.
-    Odd(String),
-    /// Nothing that is imported.
+    /// A video whose name does not say what it shows; why.
+    Unclear(String),
+    /// A file that is not imported.
     Other,
-    /// A clip that is no longer there.
+    /// A clip that was deleted; its name is left.
     Tombstone,
 }
 
-/// What the name of `path` says.
-pub(super) fn named(path: &Path) -> Named {
+/// The kind of the file at `path`.
+pub(super) fn file_kind(path: &Path) -> FileKind {
     let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
-        return Named::Odd("its name is not UTF-8".to_owned());
+        return FileKind::Unclear("its name is not UTF-8".to_owned());
     };
     let (stem, ending) = name.rsplit_once('.').filter(|(stem, _)| !stem.is_empty()).unwrap_or((name, ""));
     match ending.to_ascii_lowercase().as_str() {
-        TOMBSTONE => Named::Tombstone,
-        PARTIAL if stem.contains('=') => Named::Odd("it was not fetched to its end".to_owned()),
-        ending if GENOMES.contains(&ending) => Named::Genomes,
+        TOMBSTONE => FileKind::Tombstone,
+        PARTIAL if stem.contains('=') => FileKind::Unclear("it was not fetched to its end".to_owned()),
+        ending if GENOMES.contains(&ending) => FileKind::Genomes,
         ending if VIDEOS.contains(&ending) => of_video(stem),
-        _ => Named::Other,
+        _ => FileKind::Other,
     }
 }
 
-/// What is shown between the sheep `from` and `to`.
-pub(super) fn shows(from: SheepId, to: SheepId) -> Shows {
-    if from == to { Shows::Loop(from) } else { Shows::Transition(from, to) }
+/// The clip from the sheep `from` to the sheep `to`.
+pub(super) fn role(from: SheepId, to: SheepId) -> ClipRole {
+    if from == to { ClipRole::Loop(from) } else { ClipRole::Transition(from, to) }
 }
 
 /// The id of the sheep that Electric Sheep calls `number` of `generation`: both are written with any number of zeros
@@ -66,21 +66,21 @@ pub(super) fn sheep(generation: &str, number: &str) -> Option<SheepId> {
     SheepId::new(&format!("{}.{}", plain(generation)?, plain(number)?)).ok()
 }
 
-fn of_video(stem: &str) -> Named {
-    let odd = |wanted: &str| Named::Odd(format!("its name is `{stem}` (expected {wanted})"));
+fn of_video(stem: &str) -> FileKind {
+    let unclear = |wanted: &str| FileKind::Unclear(format!("its name is `{stem}` (expected {wanted})"));
     match stem.split('=').collect::<Vec<_>>()[..] {
         [generation, id, first, last] => {
             let ends = sheep(generation, first).zip(sheep(generation, last));
             ends.filter(|_| sheep(generation, id).is_some()).map_or_else(
-                || odd("four numbers: GENERATION=ID=FIRST=LAST"),
-                |(from, to)| Named::Clip(shows(from, to)),
+                || unclear("four numbers: GENERATION=ID=FIRST=LAST"),
+                |(from, to)| FileKind::Clip(role(from, to)),
             )
         }
         [from, to] => match (SheepId::new(from), SheepId::new(to)) {
-            (Ok(from), Ok(to)) => Named::Clip(shows(from, to)),
-            (Err(_), _) | (_, Err(_)) => odd("two ids of sheep: FROM=TO"),
+            (Ok(from), Ok(to)) => FileKind::Clip(role(from, to)),
+            (Err(_), _) | (_, Err(_)) => unclear("two ids of sheep: FROM=TO"),
         },
-        _ => odd("GENERATION=ID=FIRST=LAST or FROM=TO, or to be told --from and --to"),
+        _ => unclear("GENERATION=ID=FIRST=LAST or FROM=TO, or the options --from and --to"),
     }
 }
 
@@ -94,15 +94,15 @@ mod tests {
 
     #[test]
     fn a_sheep_is_known_by_generation_and_number_whatever_zeros_stand_before_them() {
-        let named = |name: &str| named(Path::new(name));
-        assert_eq!(named("mpeg/00202=67501=67501=67501.avi"), Named::Clip(Shows::Loop(id("202.67501"))));
-        assert_eq!(named("202=9=67501=00033.AVI"), Named::Clip(Shows::Transition(id("202.67501"), id("202.33"))));
-        assert_eq!(named("10247=0=00000=0.mp4"), Named::Clip(Shows::Loop(id("10247.0"))));
-        assert_eq!(named("ram=ewe.mkv"), Named::Clip(Shows::Transition(id("ram"), id("ewe"))));
-        assert_eq!(named("00202=67501=67501=67501.xxx"), Named::Tombstone);
-        assert_eq!([named("a.flam3"), named("b.FLAME")], [Named::Genomes, Named::Genomes]);
+        let kind = |name: &str| file_kind(Path::new(name));
+        assert_eq!(kind("mpeg/00202=67501=67501=67501.avi"), FileKind::Clip(ClipRole::Loop(id("202.67501"))));
+        assert_eq!(kind("202=9=67501=00033.AVI"), FileKind::Clip(ClipRole::Transition(id("202.67501"), id("202.33"))));
+        assert_eq!(kind("10247=0=00000=0.mp4"), FileKind::Clip(ClipRole::Loop(id("10247.0"))));
+        assert_eq!(kind("ram=ewe.mkv"), FileKind::Clip(ClipRole::Transition(id("ram"), id("ewe"))));
+        assert_eq!(kind("00202=67501=67501=67501.xxx"), FileKind::Tombstone);
+        assert_eq!([kind("a.flam3"), kind("b.FLAME")], [FileKind::Genomes, FileKind::Genomes]);
         for other in ["list.xml", "frost.jpg", "readme", ".avi", "notes.txt", "x.tmp"] {
-            assert_eq!(named(other), Named::Other, "{other}");
+            assert_eq!(kind(other), FileKind::Other, "{other}");
         }
     }
 
@@ -120,7 +120,7 @@ mod tests {
             "holiday.mp4",
             "00202=67501=67501=67501.avi.tmp",
         ] {
-            assert!(matches!(named(Path::new(odd)), Named::Odd(_)), "{odd}");
+            assert!(matches!(file_kind(Path::new(odd)), FileKind::Unclear(_)), "{odd}");
         }
     }
 }

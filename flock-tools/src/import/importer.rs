@@ -1,10 +1,9 @@
-//! One clip taken in: copied or encoded anew, put in its place, named in the manifest.
+//! The import of one clip: copied or encoded, moved to its place, added to the manifest.
 //!
-//! Owns the order of these steps. A clip lies whole beside its place before the manifest is touched, and the manifest
-//! names it as soon as it is in it: whenever the machine stops, the flock is one that was asked for, and the same
-//! command goes on.
+//! Owns the order of these steps. A clip is complete in a temporary file before the manifest is changed, and the manifest
+//! names it as soon as it is in its place. Whenever the machine stops, the flock is sound, and the same command continues.
 //!
-//! Start at [`Hand::take`].
+//! Start at [`Importer::import`].
 
 use std::fs::{self, File};
 use std::io;
@@ -16,18 +15,18 @@ use indicatif::ProgressBar;
 use timing::{FrameCount, Rate};
 use video::{EncodeError, Encoder, Foreign, Quality};
 
-use super::plan::{Plan, Wishes, stands};
-use super::scaling::Fitting;
+use super::plan::{ImportSettings, Plan, existing_path};
+use super::scaling::Scaling;
 use crate::check::clips;
 use crate::decoder::Decoder;
 use crate::flock_folder::Draft;
 use crate::program::{Exit, Fatal, chain, save};
-use crate::render::plan::Shows;
+use crate::render::plan::ClipRole;
 
-/// What takes clips in.
-pub(super) struct Hand<'a> {
+/// What all imports of clips of one run share.
+pub(super) struct Importer<'a> {
     pub(super) folder: &'a Path,
-    pub(super) wishes: &'a Wishes,
+    pub(super) settings: &'a ImportSettings,
     pub(super) quality: Quality<'static>,
     /// Whether other files in the places of clips are replaced.
     pub(super) force: bool,
@@ -37,159 +36,160 @@ pub(super) struct Hand<'a> {
     pub(super) bar: &'a ProgressBar,
 }
 
-/// What became of a clip.
+/// What the import did with a clip.
 #[derive(Debug)]
-pub(super) enum Took {
-    /// It is in the flock, and so are these sheep, which were not and have no loop.
-    In { frames: FrameCount, hash: ClipHash, added: Vec<SheepId> },
+pub(super) enum Outcome {
+    /// It is in the flock now. These sheep were added for it, without loops.
+    Imported { frames: FrameCount, hash: ClipHash, added: Vec<SheepId> },
     /// The run was stopped.
     Interrupted,
-    /// It is not fit; why.
-    LeftOut(String),
-    /// Somebody else has taken it in meanwhile.
-    Stands,
+    /// It cannot be imported; why.
+    Skipped(String),
+    /// Another command has added it meanwhile.
+    AlreadyThere,
 }
 
-/// What the machine would not do.
+/// Why the import of all clips ends.
 #[derive(Debug, thiserror::Error)]
-enum Stuck {
+enum ImportError {
     #[error("cannot encode `{from}`")]
     Encode { from: PathBuf, source: EncodeError },
-    #[error("`{to}`, made from `{from}`, is not as it was meant: {why}")]
-    Meaning { from: PathBuf, to: PathBuf, why: String },
+    #[error("`{to}`, encoded from `{from}`, is not as expected: {why}")]
+    Unexpected { from: PathBuf, to: PathBuf, why: String },
     #[error("cannot write `{path}`")]
     Write { path: PathBuf, source: io::Error },
 }
 
 /// Why there is no new clip.
-enum Unmade {
+enum Failure {
     Interrupted,
-    LeftOut(String),
-    Stuck(Fatal),
+    Skipped(String),
+    Fatal(Fatal),
 }
 
-impl Hand<'_> {
-    /// Takes in the clip of `plan`.
+impl Importer<'_> {
+    /// Imports the clip of `plan`.
     ///
     /// # Errors
-    /// What would stop every other clip, too: a disk that is full, a manifest that cannot be read. What was taken in
-    /// before stays.
-    pub(super) fn take(&self, plan: &Plan) -> Result<Took, Fatal> {
+    /// Those that concern every other clip, too: a disk that is full, a manifest that cannot be read. Clips that were
+    /// imported before stay.
+    pub(super) fn import(&self, plan: &Plan) -> Result<Outcome, Fatal> {
         let place = plan.path.inside(self.folder);
         let parent = place.parent().unwrap_or(self.folder);
         fs::create_dir_all(parent).map_err(|source| cannot(parent, source))?;
-        let new = New(with_suffix(&place, ".new"));
+        let new = TemporaryFile(with_suffix(&place, ".new"));
         let made = match &plan.encode {
             None => self.copy(plan, &new.0),
-            Some(fitting) => self.encode(plan, fitting, &new.0),
+            Some(scaling) => self.encode(plan, scaling, &new.0),
         };
         match made {
             Ok(frames) => {
                 let hash = File::open(&new.0).and_then(ClipHash::of).map_err(|source| cannot(&new.0, source))?;
-                self.settle(plan, &new, frames, hash)
+                self.add(plan, &new, frames, hash)
             }
-            Err(Unmade::Interrupted) => Ok(Took::Interrupted),
-            Err(Unmade::LeftOut(why)) => Ok(Took::LeftOut(why)),
-            Err(Unmade::Stuck(fatal)) => Err(fatal),
+            Err(Failure::Interrupted) => Ok(Outcome::Interrupted),
+            Err(Failure::Skipped(why)) => Ok(Outcome::Skipped(why)),
+            Err(Failure::Fatal(fatal)) => Err(fatal),
         }
     }
 
-    /// Copies a clip that is in the form, if it decodes cleanly.
-    fn copy(&self, plan: &Plan, new: &Path) -> Result<FrameCount, Unmade> {
-        let frames = clips::frames(&plan.source, &self.wishes.form, self.decoder).map_err(Unmade::LeftOut)?;
-        save::copy(&plan.source, new).map_err(|source| Unmade::Stuck(cannot(new, source)))?;
+    /// Copies a clip that has the flock's form, if it decodes cleanly.
+    fn copy(&self, plan: &Plan, new: &Path) -> Result<FrameCount, Failure> {
+        let frames = clips::frames(&plan.source, &self.settings.form, self.decoder).map_err(Failure::Skipped)?;
+        save::copy(&plan.source, new).map_err(|source| Failure::Fatal(cannot(new, source)))?;
         self.bar.inc(u64::from(frames.0));
         Ok(frames)
     }
 
-    /// Encodes a clip that is not.
-    fn encode(&self, plan: &Plan, fitting: &Fitting, new: &Path) -> Result<FrameCount, Unmade> {
-        let stuck =
-            |source| Unmade::Stuck(Fatal::new(Exit::Unreadable, Stuck::Encode { from: plan.source.clone(), source }));
-        let mut foreign = Foreign::open(&plan.source).map_err(|error| Unmade::LeftOut(chain(&error)))?;
-        let form = &self.wishes.form;
-        let mut encoder = Encoder::create_tagged(new, form, self.quality, &plan.about.tags).map_err(stuck)?;
+    /// Encodes a clip that has another form.
+    fn encode(&self, plan: &Plan, scaling: &Scaling, new: &Path) -> Result<FrameCount, Failure> {
+        let import_fatal = |source| {
+            Failure::Fatal(Fatal::new(Exit::Unreadable, ImportError::Encode { from: plan.source.clone(), source }))
+        };
+        let mut foreign = Foreign::open(&plan.source).map_err(|error| Failure::Skipped(chain(&error)))?;
+        let form = &self.settings.form;
+        let mut encoder = Encoder::create_tagged(new, form, self.quality, &plan.about.tags).map_err(import_fatal)?;
         let (mut number, mut frames) = (0u32, 0u32);
-        while let Some(picture) = foreign.picture().map_err(|error| Unmade::LeftOut(chain(&error)))? {
+        while let Some(picture) = foreign.picture().map_err(|error| Failure::Skipped(chain(&error)))? {
             if self.stop.load(Ordering::Relaxed) {
-                return Err(Unmade::Interrupted);
+                return Err(Failure::Interrupted);
             }
-            let times = self.wishes.fps.map_or(1, |fps| times(number, fps, form.fps));
+            let times = self.settings.fps.map_or(1, |fps| times(number, fps, form.fps));
             if times > 0 {
-                let picture = fitting.picture(&picture).map_err(Unmade::LeftOut)?;
+                let picture = scaling.picture(&picture).map_err(Failure::Skipped)?;
                 for _ in 0..times {
-                    encoder.push(&picture).map_err(stuck)?;
+                    encoder.push(&picture).map_err(import_fatal)?;
                 }
             }
             (number, frames) = (number + 1, frames + times);
             if frames > MOST_FRAMES {
-                return Err(Unmade::LeftOut(format!("has too many frames (expected at most {MOST_FRAMES})")));
+                return Err(Failure::Skipped(format!("has too many frames (expected at most {MOST_FRAMES})")));
             }
             self.bar.inc(1);
         }
         if frames == 0 {
-            return Err(Unmade::LeftOut("would have no frames at this rate".to_owned()));
+            return Err(Failure::Skipped("would have no frames at this rate".to_owned()));
         }
-        encoder.finish().map_err(stuck)?;
-        // With the unit's own decoder, as whatever comes into a flock.
+        encoder.finish().map_err(import_fatal)?;
+        // Checked with the unit's own decoder, as all clips of a flock.
         let why = match clips::frames(new, form, self.decoder) {
             Ok(found) if found == FrameCount(frames) => return Ok(found),
             Ok(found) => format!("it yields {found} frames (expected {frames})"),
             Err(why) => format!("it {why}"),
         };
-        let meaning = Stuck::Meaning { from: plan.source.clone(), to: new.to_owned(), why };
-        Err(Unmade::Stuck(Fatal::new(Exit::Unreadable, meaning)))
+        let error = ImportError::Unexpected { from: plan.source.clone(), to: new.to_owned(), why };
+        Err(Failure::Fatal(Fatal::new(Exit::Unreadable, error)))
     }
 
-    /// Gives the finished clip its name, and names it in the manifest.
-    fn settle(&self, plan: &Plan, new: &New, frames: FrameCount, hash: ClipHash) -> Result<Took, Fatal> {
-        let mut draft = Draft::take(self.folder)?;
+    /// Moves the finished clip to its place, and adds it to the manifest.
+    fn add(&self, plan: &Plan, new: &TemporaryFile, frames: FrameCount, hash: ClipHash) -> Result<Outcome, Fatal> {
+        let mut draft = Draft::lock(self.folder)?;
         let manifest = draft.edit.manifest();
-        // As it is now: somebody may have worked on the flock meanwhile.
-        if stands(manifest, &plan.shows).is_some_and(|path| path.inside(self.folder).exists()) {
-            return Ok(Took::Stands);
+        // Read again: another command may have changed the flock meanwhile.
+        if existing_path(manifest, &plan.role).is_some_and(|path| path.inside(self.folder).exists()) {
+            return Ok(Outcome::AlreadyThere);
         }
         let place = plan.path.inside(self.folder);
         if place.exists() {
             let named = manifest.clips().any(|clip| clip.path == plan.path);
-            // What a run that was killed in just this moment left.
+            // A run that was killed between the rename and the save left it.
             let same = File::open(&place).and_then(ClipHash::of).is_ok_and(|found| found == hash);
             if !same && (named || !self.force || !place.is_file()) {
-                let hint = if named { "which the flock names for something else" } else { "--force replaces it" };
-                return Ok(Took::LeftOut(format!("another file is in its place, `{}`; {hint}", plan.path)));
+                let hint = if named { "which the flock uses for something else" } else { "--force replaces it" };
+                return Ok(Outcome::Skipped(format!("another file is in its place, `{}`; {hint}", plan.path)));
             }
         }
         let clip = Clip { path: plan.path.clone(), frames, hash: Some(hash) };
-        let added = name(&mut draft.edit, &plan.shows, clip).map_err(|error| Fatal::new(Exit::Malformed, error))?;
+        let added =
+            add_to_manifest(&mut draft.edit, &plan.role, clip).map_err(|error| Fatal::new(Exit::Malformed, error))?;
         fs::rename(&new.0, &place).and_then(|()| save::names(&place)).map_err(|source| cannot(&place, source))?;
         draft.save()?;
-        Ok(Took::In { frames, hash, added })
+        Ok(Outcome::Imported { frames, hash, added })
     }
 }
 
-/// A file that is on its way to its name, removed unless it got there.
-struct New(PathBuf);
+/// A clip that is not complete yet; removed when it is dropped.
+struct TemporaryFile(PathBuf);
 
-impl Drop for New {
+impl Drop for TemporaryFile {
     fn drop(&mut self) {
-        // Gone where it has its name; of no use where it has not.
+        // After the rename there is nothing to remove.
         let _ = fs::remove_file(&self.0);
     }
 }
 
-/// Names `clip` in the manifest as what shows `shows`, with the sheep that it needs. Answers which were added without
-/// a loop.
-fn name(edit: &mut Edit, shows: &Shows, clip: Clip) -> Result<Vec<SheepId>, EditError> {
+/// Adds `clip` to the manifest as `role`, with the sheep that it needs. Returns those that were added without a loop.
+fn add_to_manifest(edit: &mut Edit, role: &ClipRole, clip: Clip) -> Result<Vec<SheepId>, EditError> {
     let is_there = |manifest: &Manifest, id: &SheepId| manifest.sheep.iter().any(|sheep| sheep.id == *id);
-    match shows {
-        Shows::Loop(id) if is_there(edit.manifest(), id) => edit.set_loop(id, clip)?,
-        Shows::Loop(id) => edit.add_sheep(sheep(id, Some(clip)))?,
-        Shows::Transition(from, to) => {
+    match role {
+        ClipRole::Loop(id) if is_there(edit.manifest(), id) => edit.set_loop(id, clip)?,
+        ClipRole::Loop(id) => edit.add_sheep(sheep(id, Some(clip)))?,
+        ClipRole::Transition(from, to) => {
             let missing: Vec<&SheepId> = [from, to].into_iter().filter(|id| !is_there(edit.manifest(), id)).collect();
             for id in &missing {
                 edit.add_sheep(sheep(id, None))?;
             }
-            if stands(edit.manifest(), shows).is_some() {
+            if existing_path(edit.manifest(), role).is_some() {
                 edit.set_transition_clip(from, to, clip)?;
             } else {
                 edit.add_transition(Transition { from: from.clone(), to: to.clone(), clip, weight: 1.0 })?;
@@ -204,8 +204,8 @@ fn sheep(id: &SheepId, clip: Option<Clip>) -> Sheep {
     Sheep { id: id.clone(), clip, genome: None, want: 1.0, repeat: 1 }
 }
 
-/// How many frames of a flock of `to` frames a second show frame `number` of a clip of `from`: those whose moments lie
-/// between its own and its successor's.
+/// The number of frames, at `to` frames a second, that show frame `number` of a clip of `from`: those whose times are
+/// between its own and that of the next frame.
 fn times(number: u32, from: Rate, to: Rate) -> u32 {
     let up = u128::from(to.num()) * u128::from(from.den());
     let down = u128::from(to.den()) * u128::from(from.num());
@@ -221,7 +221,7 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 }
 
 fn cannot(path: &Path, source: io::Error) -> Fatal {
-    Fatal::new(Exit::Unreadable, Stuck::Write { path: path.to_owned(), source })
+    Fatal::new(Exit::Unreadable, ImportError::Write { path: path.to_owned(), source })
 }
 
 #[cfg(test)]

@@ -1,16 +1,16 @@
-//! Pictures of one size in a flock of another.
+//! Scales pictures to the size of the flock.
 //!
-//! Owns how they are scaled, and what becomes of another shape: nothing, unless the artist says what. Never decodes and
-//! never encodes.
+//! Owns the scaling, and the choice between cropping and padding where the shape differs: the artist makes it. Never decodes
+//! and never encodes.
 //!
-//! Start at [`Fitting::new`].
+//! Start at [`Scaling::new`].
 
 use fast_image_resize::images::{TypedImage, TypedImageRef};
 use fast_image_resize::pixels::F32x3;
 use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use video::{About, ForeignPicture, Yuv420p};
 
-/// What becomes of a picture whose shape is not the flock's.
+/// What is done with a picture of another shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Fit {
     /// Fill the flock's picture and cut off what sticks out
@@ -19,26 +19,26 @@ pub(super) enum Fit {
     Pad,
 }
 
-/// How the pictures of one video come into the flock's size.
+/// How the pictures of one video are scaled to the flock's size.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Fitting {
+pub(super) struct Scaling {
     /// The flock's width and height.
     size: (u32, u32),
-    /// What is taken of the picture: left, top, width and height, in its pixels; `None`: all of it.
+    /// The part of the picture that is used: left, top, width and height, in its pixels; `None`: all of it.
     cut: Option<[f64; 4]>,
-    /// Where that goes: left, top, width and height, in the flock's.
+    /// Its place in the flock's picture: left, top, width and height, in pixels.
     put: [u32; 4],
 }
 
-impl Fitting {
-    /// How pictures of a video that is `about` this come into a flock of `size`.
+impl Scaling {
+    /// The scaling of pictures of the video `about` to `size`.
     ///
     /// # Errors
-    /// Why they do not, in words: their shape is another, and nobody said what becomes of it.
+    /// In words, if their shape is another and `fit` is `None`.
     pub(super) fn new(about: &About, size: (u32, u32), fit: Option<Fit>) -> Result<Self, String> {
         let (width, height) = (f64::from(about.size.0), f64::from(about.size.1));
         let full = [f64::from(size.0), f64::from(size.1)];
-        // As it is shown.
+        // The width on a screen with square pixels.
         let shown = width * f64::from(about.pixel.0) / f64::from(about.pixel.1);
         let scales = [full[0] / shown, full[1] / height];
         let whole = Self { size, cut: None, put: [0, 0, size.0, size.1] };
@@ -74,7 +74,7 @@ impl Fitting {
         }
     }
 
-    /// The picture in the flock's size. Where neither size nor colours differ, its very samples.
+    /// The picture in the flock's size. If neither size nor colours differ, its samples are not changed.
     ///
     /// # Errors
     /// What the scaler said.
@@ -92,9 +92,9 @@ impl Fitting {
     }
 
     fn scaled(&self, (width, height): (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
-        let said = |error: &dyn std::error::Error| format!("cannot be scaled: {error}");
+        let text = |error: &dyn std::error::Error| format!("cannot be scaled: {error}");
         let pixels: Vec<F32x3> = rgb.chunks_exact(3).map(|p| F32x3::new([p[0], p[1], p[2]])).collect();
-        let full = TypedImageRef::new(width, height, &pixels).map_err(|error| said(&error))?;
+        let full = TypedImageRef::new(width, height, &pixels).map_err(|error| text(&error))?;
         let [left, top, wide, high] = self.put;
         let mut small = TypedImage::<F32x3>::new(wide, high);
         let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
@@ -102,7 +102,7 @@ impl Fitting {
             Some([left, top, width, height]) => options.crop(left, top, width, height),
             None => options,
         };
-        Resizer::new().resize_typed(&full, &mut small, &options).map_err(|error| said(&error))?;
+        Resizer::new().resize_typed(&full, &mut small, &options).map_err(|error| text(&error))?;
         let (across, down) = (self.size.0 as usize, self.size.1 as usize);
         let mut placed = vec![0.0; 3 * across * down];
         for (y, row) in small.pixels().chunks(wide as usize).enumerate() {
@@ -127,23 +127,23 @@ mod tests {
     fn the_same_shape_is_scaled_and_another_one_is_refused_with_both() {
         for (size, pixel) in [((1280, 720), (1, 1)), ((640, 360), (1, 1)), ((641, 361), (1, 1)), ((720, 576), (64, 45))]
         {
-            let fitting = Fitting::new(&about(size, pixel), (1280, 720), None).unwrap();
-            assert_eq!((fitting.cut, fitting.put), (None, [0, 0, 1280, 720]), "{size:?}");
+            let scaling = Scaling::new(&about(size, pixel), (1280, 720), None).unwrap();
+            assert_eq!((scaling.cut, scaling.put), (None, [0, 0, 1280, 720]), "{size:?}");
         }
-        let refused = Fitting::new(&about((640, 480), (1, 1)), (1280, 720), None).unwrap_err();
+        let refused = Scaling::new(&about((640, 480), (1, 1)), (1280, 720), None).unwrap_err();
         assert!(refused.contains("640x480") && refused.contains("1280x720"), "{refused}");
-        let refused = Fitting::new(&about((720, 576), (16, 15)), (1280, 720), None).unwrap_err();
+        let refused = Scaling::new(&about((720, 576), (16, 15)), (1280, 720), None).unwrap_err();
         assert!(refused.contains("each 16 wide and 15 high"), "{refused}");
     }
 
     #[test]
     fn what_sticks_out_is_cut_on_both_sides_and_what_is_missing_is_left_on_both() {
-        let fitting = |fit| Fitting::new(&about((640, 480), (1, 1)), (1280, 720), Some(fit)).unwrap();
-        assert_eq!(fitting(Fit::Crop).cut, Some([0.0, 60.0, 640.0, 360.0]));
-        assert_eq!(fitting(Fit::Crop).put, [0, 0, 1280, 720]);
-        assert_eq!(fitting(Fit::Pad).put, [160, 0, 960, 720]);
-        assert_eq!(fitting(Fit::Pad).cut, None);
-        let padded = fitting(Fit::Pad).scaled((640, 480), &vec![0.5; 3 * 640 * 480]).unwrap();
+        let scaling = |fit| Scaling::new(&about((640, 480), (1, 1)), (1280, 720), Some(fit)).unwrap();
+        assert_eq!(scaling(Fit::Crop).cut, Some([0.0, 60.0, 640.0, 360.0]));
+        assert_eq!(scaling(Fit::Crop).put, [0, 0, 1280, 720]);
+        assert_eq!(scaling(Fit::Pad).put, [160, 0, 960, 720]);
+        assert_eq!(scaling(Fit::Pad).cut, None);
+        let padded = scaling(Fit::Pad).scaled((640, 480), &vec![0.5; 3 * 640 * 480]).unwrap();
         let is = |x: usize, y: usize, level: f32| (padded[3 * (y * 1280 + x)] - level).abs() < 1e-5;
         assert!(is(159, 0, 0.0) && is(1120, 719, 0.0) && is(160, 0, 0.5) && is(1119, 719, 0.5));
     }

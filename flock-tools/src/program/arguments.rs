@@ -1,18 +1,18 @@
-//! Words of the command line that are sizes, rates and numbers, and those that several commands take.
+//! Arguments that are sizes, rates and numbers, and those that several commands take.
 //!
-//! Owns how they are read and what is said of those that cannot be.
+//! Owns their parsers and the messages for malformed ones.
 
 use std::path::PathBuf;
 
 use flock::{FASTEST_FPS, SIDES_PX};
 use timing::Rate;
 
-/// Most steps: 158 years of them. A simulation remembers each in a dozen bytes.
+/// The most steps: 158 years. A simulation takes a dozen bytes for each.
 const MOST_STEPS: usize = 100_000_000;
 
-/// Which walk, and how much of it.
+/// A part of a walk: which one, and how many steps.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Stretch {
+pub(crate) struct WalkArgs {
     /// Folder of the flock
     pub(crate) dir: PathBuf,
     /// Which of the endless walks: the same seed and flock give the same walk

@@ -1,13 +1,13 @@
-//! The only reader of clocks among the artist's tools.
+//! The only place where the artist's tools read clocks.
 //!
-//! Owns [`Stopwatch`], and the date that stands in a bundle for people to read; everything else takes times as
-//! arguments. Nothing that the tools make depends on the date.
+//! Owns [`Stopwatch`], and the date in a bundle, which is for people to read. Nothing that the tools make depends on the
+//! date.
 
 use std::time::{Duration, Instant, SystemTime};
 
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
-/// How long something took, by the wall and by the processor.
+/// Measures wall-clock and processor time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stopwatch {
     wall: Instant,

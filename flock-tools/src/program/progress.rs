@@ -1,6 +1,6 @@
-//! Progress bars: on a terminal, and nowhere else.
+//! Progress bars, on a terminal only.
 //!
-//! Owns how a bar looks, the same for every command. Never counts: the work does.
+//! Owns the look of a bar, the same for every command. The callers count.
 
 use std::io::{self, IsTerminal};
 

@@ -1,9 +1,9 @@
-//! One clip on its way: its frames, its lock, its record, and how it comes under its name.
+//! The rendering of one clip: its lock, its frames, its record, and its final rename.
 //!
-//! Owns the workshop in the flock's folder. A clip is encoded beside its place, its hash recorded, and only then does
-//! it take its name: at every moment the name has a whole clip or the one that was there before.
+//! Owns the scratch folder in the flock's folder. A clip is encoded beside its place, its hash is recorded, and then it is
+//! renamed: at every moment its path has the whole new clip, or what was there before.
 //!
-//! Start at [`Bench::take`]; `make.rs` says who does it.
+//! Start at [`ClipJob::claim`]; `make.rs` gives the jobs to threads.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -18,65 +18,65 @@ use super::frames::FrameStore;
 use super::make::MakeError;
 use super::plan::{ClipPlan, Look};
 
-/// Where frames and records lie, in the flock's folder.
-pub(super) const WORKSHOP: &str = ".render";
+/// The scratch folder of frames and records, in the flock's folder.
+pub(super) const SCRATCH: &str = ".render";
 
-/// What became of the attempt to take a clip.
-pub(super) enum Taken<'a> {
-    /// Another process has it.
+/// The answer to the claim of a clip.
+pub(super) enum Claim<'a> {
+    /// Another process renders it.
     Busy,
-    /// It is there, made from just this.
-    Stood(ClipHash),
-    /// It is ours, and these of its frames are missing.
-    Open(Bench<'a>, Vec<u32>),
+    /// It is there, rendered from the same recipe.
+    UpToDate(ClipHash),
+    /// This process renders it, and these of its frames are missing.
+    Job(ClipJob<'a>, Vec<u32>),
 }
 
-/// One clip on its way, ours as long as this lives.
-pub(super) struct Bench<'a> {
+/// A clip that this process renders; other processes leave it alone until this is dropped.
+pub(super) struct ClipJob<'a> {
     clip: &'a ClipPlan,
     number: usize,
-    /// Where the finished clip goes.
+    /// The path of the finished clip.
     path: PathBuf,
     record: Record,
     store: FrameStore,
-    /// How many frames are not rendered yet.
+    /// The number of frames that are not rendered yet.
     left: AtomicU32,
 }
 
-/// What a finished clip was made from and what it hashes to. The file is locked as long as somebody works on the clip.
+/// The recipe of a finished clip and its hash. The file is locked while a process renders the clip.
 struct Record {
     path: PathBuf,
     file: File,
 }
 
-impl<'a> Bench<'a> {
-    /// Takes `clip`, which is number `number` of its run, and sees what earlier runs left of it.
-    pub(super) fn take(clip: &'a ClipPlan, number: usize, look: &Look, folder: &Path) -> Result<Taken<'a>, MakeError> {
+impl<'a> ClipJob<'a> {
+    /// Claims `clip`, which is number `number` of its run, and looks for the frames that earlier runs rendered.
+    pub(super) fn claim(clip: &'a ClipPlan, number: usize, look: &Look, folder: &Path) -> Result<Claim<'a>, MakeError> {
         let path = clip.path.inside(folder);
-        let workshop = folder.join(WORKSHOP).join(clip.path.as_str());
-        for parent in [&path, &workshop].into_iter().filter_map(|path| path.parent()) {
+        let scratch = folder.join(SCRATCH).join(clip.path.as_str());
+        for parent in [&path, &scratch].into_iter().filter_map(|path| path.parent()) {
             fs::create_dir_all(parent).map_err(at(parent))?;
         }
-        let Some(mut record) = Record::lock(folder, &clip.path)? else { return Ok(Taken::Busy) };
+        let Some(mut record) = Record::lock(folder, &clip.path)? else { return Ok(Claim::Busy) };
         if path.is_file()
-            && let Some((made_as, hash)) = record.read()?
-            && made_as == clip.made_as
+            && let Some((recipe, hash)) = record.read()?
+            && recipe == clip.recipe
             && hash == hash_of(&path)?
         {
-            return Ok(Taken::Stood(hash));
+            return Ok(Claim::UpToDate(hash));
         }
-        let store = FrameStore::open(&workshop, look.form.size, clip.pictures).map_err(at(&workshop))?;
+        let store = FrameStore::open(&scratch, look.form.size, clip.picture_recipe).map_err(at(&scratch))?;
         let mut missing = Vec::new();
         for frame in 0..clip.frames.0 {
-            if store.get(frame).map_err(at(&workshop))?.is_none() {
+            if store.get(frame).map_err(at(&scratch))?.is_none() {
                 missing.push(frame);
             }
         }
         let left = AtomicU32::new(missing.len() as u32);
-        Ok(Taken::Open(Self { clip, number, path, record, store, left }, missing))
+        Ok(Claim::Job(Self { clip, number, path, record, store, left }, missing))
     }
 
-    /// What is made.
+    /// Its plan.
     pub(super) fn clip(&self) -> &'a ClipPlan {
         self.clip
     }
@@ -86,18 +86,18 @@ impl<'a> Bench<'a> {
         self.number
     }
 
-    /// Keeps a rendered frame. Answers whether it was the last one that was missing.
-    pub(super) fn keep(&self, frame: u32, picture: &Yuv420p) -> Result<bool, MakeError> {
+    /// Stores a rendered frame. Returns whether it was the last one that was missing.
+    pub(super) fn store(&self, frame: u32, picture: &Yuv420p) -> Result<bool, MakeError> {
         self.store.put(frame, picture).map_err(at(&self.path))?;
         Ok(self.left.fetch_sub(1, Ordering::AcqRel) == 1)
     }
 
-    /// Encodes the frames and gives the clip its name; `None` if `stop` was set before.
+    /// Encodes the frames and renames the clip to its path; `None` if `stop` was set before.
     pub(super) fn finish(&self, look: &Look, stop: &AtomicBool) -> Result<Option<ClipHash>, MakeError> {
         let new = with_suffix(&self.path, ".new");
         let finished = self.encode(&new, look, stop);
         if !matches!(finished, Ok(Some(_))) {
-            // Of no use to anyone, and the disk may be full.
+            // It is useless, and the disk may be full.
             let _ = fs::remove_file(&new);
         }
         finished
@@ -110,19 +110,19 @@ impl<'a> Bench<'a> {
                 return Ok(None);
             }
             let picture = self.store.get(frame).map_err(at(&self.path))?;
-            let picture = picture.ok_or_else(|| MakeError::Torn { clip: self.clip.path.clone(), frame })?;
+            let picture = picture.ok_or_else(|| MakeError::DamagedFrame { clip: self.clip.path.clone(), frame })?;
             encoder.push(&picture).map_err(MakeError::Encode)?;
         }
         encoder.finish().map_err(MakeError::Encode)?;
         let hash = hash_of(new)?;
-        self.record.write(self.clip.made_as, hash)?;
+        self.record.write(self.clip.recipe, hash)?;
         fs::rename(new, &self.path).map_err(at(&self.path))?;
         let folder = self.path.parent().unwrap_or(Path::new("."));
         File::open(folder).and_then(|folder| folder.sync_all()).map_err(at(folder))?;
         Ok(Some(hash))
     }
 
-    /// Throws the frames away.
+    /// Deletes the frames.
     pub(super) fn clear(&self) -> Result<(), MakeError> {
         self.store.clear().map_err(at(&self.path))
     }
@@ -150,32 +150,32 @@ impl Record {
         }
     }
 
-    fn write(&self, made_as: ClipHash, hash: ClipHash) -> Result<(), MakeError> {
+    fn write(&self, recipe: ClipHash, hash: ClipHash) -> Result<(), MakeError> {
         let mut file = &self.file;
-        let written = file.rewind().and_then(|()| file.set_len(0)).and_then(|()| write!(file, "{made_as}\n{hash}\n"));
+        let written = file.rewind().and_then(|()| file.set_len(0)).and_then(|()| write!(file, "{recipe}\n{hash}\n"));
         written.and_then(|()| file.sync_all()).map_err(at(&self.path))
     }
 }
 
-/// The hash of the clip that the tools made last at `path` in the flock's `folder`, if they made one.
+/// The hash of the clip that the tools rendered last at `path` in the flock's `folder`, if they did.
 pub(crate) fn recorded(folder: &Path, path: &ClipPath) -> Option<ClipHash> {
     let text = fs::read_to_string(record_of(folder, path)).ok()?;
     Some(parsed(&text)?.1)
 }
 
-/// What the file at `path` hashes to.
+/// The hash of the file at `path`.
 pub(crate) fn hash_of(path: &Path) -> Result<ClipHash, MakeError> {
     File::open(path).and_then(ClipHash::of).map_err(at(path))
 }
 
 fn record_of(folder: &Path, path: &ClipPath) -> PathBuf {
-    with_suffix(&folder.join(WORKSHOP).join(path.as_str()), ".made")
+    with_suffix(&folder.join(SCRATCH).join(path.as_str()), ".made")
 }
 
-/// What the clip was made from, and its hash.
+/// The recipe of the clip, and its hash.
 fn parsed(record: &str) -> Option<(ClipHash, ClipHash)> {
-    let (made_as, hash) = record.strip_suffix('\n')?.split_once('\n')?;
-    ClipHash::parse(made_as).ok().zip(ClipHash::parse(hash).ok())
+    let (recipe, hash) = record.strip_suffix('\n')?.split_once('\n')?;
+    ClipHash::parse(recipe).ok().zip(ClipHash::parse(hash).ok())
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

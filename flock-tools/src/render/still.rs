@@ -1,7 +1,7 @@
 //! `flock still`: one picture of a genome.
 //!
-//! Owns the command: its options, the PNG and the figures. Never animates on its own: a frame of a loop is asked for
-//! by its number and the loop's length, and is then the very picture that `flock render` puts into the clip.
+//! Owns the command: its options, the PNG and the figures. A frame of a loop is named by its number and the loop's length;
+//! it is then the same picture that `flock render` puts into the clip.
 
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;
@@ -101,10 +101,10 @@ struct Answer {
     checksum: String,
 }
 
-/// A genome that is none, or that nothing can be rendered from.
+/// A genome that cannot be read or rendered.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot render genome `{path}`")]
-struct Unusable {
+struct GenomeFileError {
     path: PathBuf,
     source: Box<dyn std::error::Error>,
 }
@@ -117,17 +117,17 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         Some((frame, frames)) => (Box::new(Loop::new(&genome, f64::from(frames))), f64::from(frame)),
         None => (Box::new(genome), 0.0),
     };
-    let unusable = |source| args.unusable(Exit::Malformed, source);
-    let demand = Demand::of(&*motion, frame, &settings).map_err(|error| unusable(error.into()))?;
-    let threads = options::fitting(args.threads, &demand)?;
+    let genome_fatal = |source| args.genome_fatal(Exit::Malformed, source);
+    let demand = Demand::of(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
+    let threads = options::threads_that_fit(args.threads, &demand)?;
     let watch = Stopwatch::start();
     let renderer = Renderer::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
-    let image = renderer.render(&*motion, frame, &settings).map_err(|error| unusable(error.into()))?;
+    let image = renderer.render(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
     let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
     let written = png(&image, args.bits).and_then(|bytes| save::whole(&args.out, &bytes));
     written.map_err(|source| Fatal::write(&args.out, source))?;
-    let light: Vec<u8> = image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
-    let checksum = ClipHash::of(&light[..]).expect("reading memory does not fail").to_string();
+    let samples: Vec<u8> = image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
+    let checksum = ClipHash::of(&samples[..]).expect("reading memory does not fail").to_string();
     let answer = Answer { samples: demand.samples, cpu_s, seconds, checksum };
     if args.json {
         print::json(&answer)?;
@@ -147,9 +147,9 @@ impl Args {
     fn genome(&self) -> Result<Genome, Fatal> {
         let text = fs::read_to_string(&self.genome).map_err(|source| {
             let is_text = source.kind() != ErrorKind::InvalidData;
-            self.unusable(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
+            self.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
         })?;
-        Genome::parse(&text).map_err(|error| self.unusable(Exit::Malformed, error.into()))
+        Genome::parse(&text).map_err(|error| self.genome_fatal(Exit::Malformed, error.into()))
     }
 
     fn settings(&self) -> Settings {
@@ -157,7 +157,7 @@ impl Args {
             size: self.size,
             spp: self.spp,
             supersample: self.supersample,
-            // What does not move has no motion blur.
+            // A genome that does not move has no motion blur.
             temporal_samples: if self.frame.is_some() { self.temporal_samples } else { Some(1) },
             filter: match self.filter {
                 Smoothing::None => Filter::None,
@@ -168,8 +168,8 @@ impl Args {
         }
     }
 
-    fn unusable(&self, exit: Exit, source: Box<dyn std::error::Error>) -> Fatal {
-        Fatal::new(exit, Unusable { path: self.genome.clone(), source })
+    fn genome_fatal(&self, exit: Exit, source: Box<dyn std::error::Error>) -> Fatal {
+        Fatal::new(exit, GenomeFileError { path: self.genome.clone(), source })
     }
 }
 
@@ -185,11 +185,11 @@ fn png(image: &Image, depth: Depth) -> io::Result<Vec<u8>> {
         Depth::Sixteen => BitDepth::Sixteen,
     });
     let mut writer = encoder.write_header().map_err(io)?;
-    let light = match depth {
+    let samples = match depth {
         Depth::Eight => image.to_rgb8(),
         Depth::Sixteen => image.to_rgb16().into_iter().flat_map(u16::to_be_bytes).collect(),
     };
-    writer.write_image_data(&light).map_err(io)?;
+    writer.write_image_data(&samples).map_err(io)?;
     writer.finish().map_err(io)?;
     Ok(bytes)
 }

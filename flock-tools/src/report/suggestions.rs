@@ -39,7 +39,7 @@ impl Suggested {
         let count = count.unwrap_or(usual);
         let add = (count > 0).then(|| Suggestion::to_add(flock, Terms::default(), count)).flatten()?;
         let costs = match folder {
-            Some(folder) => cost::foreseen(&add, flock, folder),
+            Some(folder) => cost::without_measurement(&add, flock, folder),
             None => add.iter().map(|add| cost::plain(add, flock)).collect(),
         };
         let place = |id: &SheepId| flock.whole().find(id).map(flock::SheepIx::index);

@@ -33,7 +33,7 @@ pub(crate) struct Args {
 struct Answer<'f> {
     #[serde(flatten)]
     shares: FlockShares<'f>,
-    /// Those of the manifest: clips are not looked at.
+    /// Those of the manifest: clips are not opened.
     faults: &'f [Fault],
 }
 
@@ -57,12 +57,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     Ok(if faults.is_empty() && is_proved { Exit::Fine } else { Exit::No })
 }
 
-/// What has to be said of shares that are an estimate.
+/// The note on shares that are an estimate.
 fn unproved(off_by: Option<f64>) -> String {
     match off_by {
         Some(part) => format!("the shares are an estimate: each may be off by {:.3}% of itself", 100.0 * part),
         None => {
-            "the shares are an estimate, and nothing could be proved of them: they differ by more than numbers can tell"
+            "the shares are an estimate without a bound: they differ by more than floating-point numbers can resolve"
                 .to_owned()
         }
     }

@@ -5,7 +5,7 @@
 use flock::{Simulation, Visits};
 
 use crate::flock_folder::open;
-use crate::program::{Exit, Fatal, arguments::Stretch, print};
+use crate::program::{Exit, Fatal, arguments::WalkArgs, print};
 
 /// Walk many steps and tell how even, how spaced and how varied they are
 ///
@@ -21,7 +21,7 @@ use crate::program::{Exit, Fatal, arguments::Stretch, print};
   3  a file could not be read or written")]
 pub(crate) struct Args {
     #[command(flatten)]
-    stretch: Stretch,
+    walk: WalkArgs,
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
@@ -29,7 +29,7 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let Stretch { dir, seed, steps } = &args.stretch;
+    let WalkArgs { dir, seed, steps } = &args.walk;
     let flock = open::walkable(dir)?;
     let figures = Simulation::run(&flock, *seed, *steps).expect("the flock can be walked");
     if args.json {

@@ -1,11 +1,11 @@
-//! `flock walk`: the clips that a unit will play.
+//! `flock walk`: prints the clips that a unit will play.
 //!
-//! Owns the printing. Never chooses: the itinerary here is the player's own.
+//! Owns the command. The itinerary is the player's own.
 
 use flock::{Itinerary, What};
 
 use crate::flock_folder::open;
-use crate::program::{Exit, Fatal, arguments::Stretch, print};
+use crate::program::{Exit, Fatal, arguments::WalkArgs, print};
 
 /// Print the clips that a unit with this seed plays, one a line
 ///
@@ -19,7 +19,7 @@ use crate::program::{Exit, Fatal, arguments::Stretch, print};
   3  a file could not be read or written")]
 pub(crate) struct Args {
     #[command(flatten)]
-    stretch: Stretch,
+    walk: WalkArgs,
     /// Answer with one JSON document: {"clips": [...]}
     #[arg(long)]
     json: bool,
@@ -32,7 +32,7 @@ struct Answer {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let Stretch { dir, seed, steps } = &args.stretch;
+    let WalkArgs { dir, seed, steps } = &args.walk;
     let clips = clips(Itinerary::start(open::walkable(dir)?, *seed), *steps);
     if args.json {
         print::json(&Answer { clips: clips.collect() })?;
