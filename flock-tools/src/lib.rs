@@ -89,7 +89,7 @@ enum Command {
 /// A command that needs ffmpeg from its beginning.
 type FfmpegCommand<A> = fn(&A) -> Result<Exit, Fatal>;
 
-/// What needs ffmpeg: the decoder, and the commands that are of no use without. A program that does not call
+/// The part that needs ffmpeg: the decoder, and the commands that always need it. A program that does not call
 /// [`FfmpegPart::linked`] is linked without ffmpeg.
 #[derive(Clone, Copy)]
 pub struct FfmpegPart {
@@ -101,7 +101,7 @@ pub struct FfmpegPart {
 }
 
 impl FfmpegPart {
-    /// The part that `flock-video` has and `flock` has not.
+    /// The part, with ffmpeg: for `flock-video`.
     pub fn linked() -> Self {
         Self {
             decoder: &Ffmpeg,

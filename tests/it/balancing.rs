@@ -274,8 +274,7 @@ fn what_is_not_played_is_told_apart_from_what_is_stuck() {
     let told = String::from_utf8(said.stdout).unwrap();
     assert_eq!(said.status.code(), Some(1));
     assert!(told.contains("\nNot played: 1 sheep are wanted 25.000% and get nothing.\nthese  d\n"), "{told}");
-    let stuck =
-        "\nStuck: 2 sheep are wanted 50.000%, all 1 sheep that they lead to only 25.000%.\nthese  a b\nlead to  c\n";
+    let stuck = "\nBottleneck: 2 sheep are wanted 50.000%, all 1 sheep that they lead to only 25.000%.\nthese  a b\nlead to  c\n";
     assert!(told.contains(stuck), "{told}");
     let answer = table.answers("balance", &[]);
     assert_eq!(answer["bottleneck"], serde_json::json!(["a", "b", "d"]));

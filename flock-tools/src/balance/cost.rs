@@ -17,17 +17,17 @@ use crate::render::selection::{Request, Selection};
 /// The most clips whose sizes are read.
 const MOST_SIZES: usize = 256;
 
-/// What a clip costs.
+/// The cost of a clip.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub(crate) struct Cost {
     pub(super) frames: u32,
-    /// How long it is lit.
+    /// Its length.
     pub(super) seconds: f64,
-    /// What the renderer draws for it; `null` where a genome is missing, and for what is there already.
+    /// Samples to render; `null` if a genome is missing, and for a clip that is there.
     pub(super) samples: Option<f64>,
-    /// Processor time to render it, as measured on a few frames; `null` as above, and where nothing is measured.
+    /// Processor time to render it, measured on a few frames; `null` as above, and if nothing is measured.
     pub(super) cpu_hours: Option<f64>,
-    /// Its size, or what it will be if it is like the clips that are there; `null` where there are none.
+    /// Its size, estimated from the clips that are there; `null` if there are none.
     pub(super) bytes: Option<f64>,
 }
 
@@ -37,8 +37,7 @@ struct RenderPlans {
     plans: Vec<ClipPlan>,
 }
 
-/// What rendering the transitions `new` to the flock in `folder` costs; a measurement on a few frames tells what their
-/// samples take.
+/// The cost of rendering the transitions `new` to the flock in `folder`, with processor time measured on a few frames.
 pub(super) fn of_rendering(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
     let plans = RenderPlans::new(new, flock.manifest(), folder);
     let mut costs = plans.costs(new, flock, folder);
@@ -54,7 +53,7 @@ pub(crate) fn without_measurement(new: &[Suggestion], flock: &Flock, folder: &Pa
     RenderPlans::new(new, flock.manifest(), folder).costs(new, flock, folder)
 }
 
-/// What keeping the transitions `old` of the flock in `folder` costs.
+/// The cost of keeping the transitions `old` of the flock in `folder`.
 pub(super) fn of_keeping(old: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
     let cost = |old: &Suggestion| {
         let transitions = &flock.manifest().transitions;
@@ -65,7 +64,7 @@ pub(super) fn of_keeping(old: &[Suggestion], flock: &Flock, folder: &Path) -> Ve
     old.iter().map(cost).collect()
 }
 
-/// What the length of a suggested transition costs.
+/// The cost of a suggested transition, by its length alone.
 pub(crate) fn plain(suggestion: &Suggestion, flock: &Flock) -> Cost {
     let fps = flock.manifest().fps;
     let frames = suggestion.frames.0;
@@ -73,7 +72,7 @@ pub(crate) fn plain(suggestion: &Suggestion, flock: &Flock) -> Cost {
     Cost { frames, seconds, samples: None, cpu_hours: None, bytes: None }
 }
 
-/// What a frame of the clips in `folder` takes in the mean.
+/// The mean size of a frame of the clips in `folder`, in bytes.
 fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
     let step = manifest.clips().count().div_ceil(MOST_SIZES).max(1);
     let (mut bytes, mut frames) = (0.0, 0.0);
@@ -87,7 +86,7 @@ fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
 }
 
 impl RenderPlans {
-    /// By the genomes' own quality. A genome that cannot be rendered is `flock render`'s to refuse.
+    /// With the quality that the genomes have. `flock render` refuses genomes that cannot be rendered.
     fn new(new: &[Suggestion], manifest: &Manifest, folder: &Path) -> Self {
         let look = Look::of_genomes(Form { size: manifest.size, fps: manifest.fps });
         let ends: Vec<SheepId> = new.iter().flat_map(|new| [new.from.clone(), new.to.clone()]).collect();
@@ -107,7 +106,7 @@ impl RenderPlans {
         Self { look, plans }
     }
 
-    /// What each of `new` costs, but for processor time.
+    /// The cost of each of `new`, without processor time.
     fn costs(&self, new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
         let per_frame = bytes_a_frame(flock.manifest(), folder);
         let cost = |new: &Suggestion| {

@@ -33,7 +33,7 @@ pub(super) struct BundleEntry {
     pub(super) bundle: Result<Verified, Box<Refused>>,
 }
 
-/// What is wrong with a folder of bundles.
+/// A fault of a folder of bundles.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct Fault {
     pub(super) kind: Kind,
@@ -50,7 +50,7 @@ pub(super) struct Fault {
     pub(super) message: String,
 }
 
-/// What kind of fault.
+/// The kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Kind {

@@ -14,7 +14,7 @@ use bundle::Sequence;
 
 use crate::program::{Exit, Fatal, save};
 
-/// What the file's name ends in, beside the key.
+/// The ending of the file beside the key.
 const ENDING: &str = "sequence";
 
 /// The counter of one key, locked by one command.
@@ -33,12 +33,8 @@ enum CounterError {
     Malformed { path: PathBuf, found: String },
     #[error("sequence {asked} is not above {last}, the last one of this key")]
     NotAbove { asked: Sequence, last: u64 },
-    #[error("cannot read `{path}`")]
-    Read { path: PathBuf, source: io::Error },
     #[error("this key has used up all numbers")]
     UsedUp,
-    #[error("cannot save `{path}`")]
-    Write { path: PathBuf, source: io::Error },
 }
 
 impl Counter {
@@ -53,7 +49,7 @@ impl Counter {
                 Fatal::new(Exit::Malformed, CounterError::Malformed { path: path.clone(), found })
             })?,
             Err(error) if error.kind() == io::ErrorKind::NotFound => 0,
-            Err(source) => return Err(Fatal::new(Exit::Unreadable, CounterError::Read { path, source })),
+            Err(source) => return Err(Fatal::read(&path, source)),
         };
         Ok(Self { path, last, _lock: lock })
     }
@@ -70,8 +66,8 @@ impl Counter {
         if sequence.0 < next {
             return Err(Fatal::new(Exit::No, CounterError::NotAbove { asked: sequence, last: self.last }));
         }
-        let unsaved = |source| Fatal::new(Exit::Unreadable, CounterError::Write { path: self.path.clone(), source });
-        save::whole(&self.path, format!("{sequence}\n").as_bytes()).map_err(unsaved)?;
+        let saved = save::whole(&self.path, format!("{sequence}\n").as_bytes());
+        saved.map_err(|source| Fatal::write(&self.path, source))?;
         self.last = sequence.0;
         Ok(sequence)
     }

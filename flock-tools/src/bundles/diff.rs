@@ -15,11 +15,11 @@ use crate::program::{Exit, Fatal, print};
 
 /// Tell what differs between two flocks or bundles, and how much a unit with the one would fetch for the other
 ///
-/// Each is the folder of a flock or of bundles, in any mixture. Content counts, not names: a clip that was only renamed
-/// is not fetched.
+/// Each is the folder of a flock or of bundles, in any mixture. A unit fetches content by its hash: a clip that was
+/// only renamed is not fetched.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
-  0  the answer is told, whether they differ or not
+  0  the answer is printed, whether they differ or not
   1  a bundle is refused, or there is none for the unit
   2  the command line, a manifest or a key is wrong
   3  a file could not be read")]
@@ -31,7 +31,7 @@ pub(crate) struct Args {
     /// The public key to trust, or a folder of such keys; needed for bundles
     #[arg(long, value_name = "PUB")]
     trust: Option<PathBuf>,
-    /// Of folders with several bundles, take what this unit would be given
+    /// In folders with several bundles, the bundle of this unit
     #[arg(long, value_name = "UNIT", value_parser = UnitId::new)]
     unit: Option<UnitId>,
     /// Answer with one JSON document
@@ -50,13 +50,13 @@ struct Answer {
     removed: Vec<String>,
     /// Files of the new one.
     files: usize,
-    /// What they take, each content once.
+    /// Their bytes, each content once.
     bytes: u64,
-    /// How many objects would be fetched.
+    /// The number of objects that would be fetched.
     fetch_objects: usize,
-    /// What they take.
+    /// Their bytes.
     fetch_bytes: u64,
-    /// What the list of files takes, which is fetched too.
+    /// The bytes of the list of files, which is fetched too.
     list_bytes: usize,
 }
 

@@ -26,7 +26,7 @@ use crate::program::{Exit, Fatal, save};
 
 /// The file's name, beside the bundles.
 pub(super) const FILE_NAME: &str = "fleet.toml";
-/// What stands at its top.
+/// The comment at its top.
 const HEADING: &str = "# What was published for which unit, and where. `flock publish` keeps it; `place` is yours.\n";
 
 /// The table.
@@ -51,26 +51,23 @@ pub(super) struct Row {
     pub(super) place: Option<String>,
 }
 
-/// Why the table cannot be read or saved.
+/// A table that cannot be parsed.
 #[derive(Debug, thiserror::Error)]
-enum FleetError {
-    #[error("`{path}` is no table of units")]
-    Malformed { path: PathBuf, source: Box<toml::de::Error> },
-    #[error("cannot read `{path}`")]
-    Read { path: PathBuf, source: io::Error },
-    #[error("cannot save `{path}`")]
-    Write { path: PathBuf, source: io::Error },
+#[error("`{path}` is no table of units")]
+struct FleetError {
+    path: PathBuf,
+    source: Box<toml::de::Error>,
 }
 
 impl Fleet {
     /// Reads the table at `path`; an empty one if there is none.
     pub(super) fn read(path: &Path) -> Result<Self, Fatal> {
-        let path = path.to_owned();
-        match fs::read_to_string(&path) {
-            Ok(text) => toml::from_str(&text)
-                .map_err(|error| Fatal::new(Exit::Malformed, FleetError::Malformed { path, source: Box::new(error) })),
+        match fs::read_to_string(path) {
+            Ok(text) => toml::from_str(&text).map_err(|error| {
+                Fatal::new(Exit::Malformed, FleetError { path: path.to_owned(), source: Box::new(error) })
+            }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
-            Err(source) => Err(Fatal::new(Exit::Unreadable, FleetError::Read { path, source })),
+            Err(source) => Err(Fatal::read(path, source)),
         }
     }
 
@@ -90,7 +87,7 @@ impl Fleet {
 
     /// Saves the table at `path`.
     pub(super) fn save(&self, path: &Path) -> Result<(), Fatal> {
-        let unsaved = |source| Fatal::new(Exit::Unreadable, FleetError::Write { path: path.to_owned(), source });
+        let unsaved = |source| Fatal::write(path, source);
         let text = toml::to_string(self).map_err(|error| unsaved(io::Error::other(error)))?;
         save::whole(path, format!("{HEADING}\n{text}").as_bytes()).map_err(unsaved)
     }

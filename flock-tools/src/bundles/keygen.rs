@@ -21,14 +21,15 @@ const REVOKED: &str = "revoked";
 
 /// Make a key that signs bundles; have an old key take in a new one, or call one back
 ///
-/// The secret key goes into FILE, locked by a passphrase and readable by you alone; the public key beside it, with the
-/// ending `.pub`: that is what a unit is given. Both are minisign's. With --signed-by, the old key vouches for the new
-/// one in a statement with the ending `.trusted`; with --revoke, a key is called back by itself, or by each one that
-/// took it in, in a statement with the ending `.revoked`. `flock pack --statement` sends them to the units.
+/// The secret key is written to FILE, locked by a passphrase and readable by you alone. The public key is written
+/// beside it, with the ending `.pub`: units are given that one. Both have the form of minisign. With --signed-by, the
+/// old key vouches for the new one in a statement with the ending `.trusted`. With --revoke, a key is called back by
+/// itself, or by a key that took it in, in a statement with the ending `.revoked`. `flock pack --statement` sends
+/// statements to the units.
 ///
-/// What a key took in stays when it is called back, as is right for one that has served its time. If it was stolen, a
-/// thief may have had it take in keys of theirs: with --stolen all that it took in falls with it, but for what --keep
-/// names. `docs/sending.md` says the drill, from theft to a healthy fleet.
+/// The keys that a key took in stay trusted when it is called back: that is right for an old key that is replaced. A
+/// thief of a key may have had it take in other keys: with --stolen all keys that it took in are called back too,
+/// except those that --keep names. `docs/sending.md` has the steps after a theft.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the key, or the statement, is written
@@ -45,10 +46,10 @@ pub(crate) struct Args {
     /// Call back the key in this public key's file
     #[arg(long, value_name = "PUB", requires = "signed_by")]
     revoke: Option<PathBuf>,
-    /// It was stolen: all that it took in falls with it
+    /// It was stolen: call back all keys that it took in, too
     #[arg(long, requires = "revoke", conflicts_with = "file")]
     stolen: bool,
-    /// But the key in this public key's file, which it took in, stays; may be repeated
+    /// A key that it took in and that stays trusted, by its public key's file; may be repeated
     #[arg(long, value_name = "PUB", requires = "stolen", conflicts_with = "file")]
     keep: Vec<PathBuf>,
     /// Take the new key's passphrase from the first line of this file

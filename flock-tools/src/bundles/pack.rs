@@ -7,7 +7,6 @@
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io;
 use std::path::{Path, PathBuf};
 
 use bundle::{
@@ -27,10 +26,10 @@ use crate::program::{Exit, Fatal, now, print, progress};
 /// Check a flock, and sign it as a bundle that travels to its units
 ///
 /// The flock is checked as `flock check --joins` does, and refused if it has a fault. The bundle is a folder: copy it
-/// to a stick or a web server, or let `flock publish` do it. Clips are shared with the flock where the disk can do that, so leave them unchanged:
-/// make new ones in new files, as all commands here do. Several bundles
-/// may lie in one folder, one for each unit, and share what they have in common. Each bundle of a key gets a higher
-/// number than the one before; the last one stands in a file beside the key.
+/// to a stick or a web server, or let `flock publish` do it. If the disk can do that, clips are shared with the flock:
+/// do not change them, but make new ones in new files, as all commands here do. Several bundles may be in one folder,
+/// one for each unit, and share equal files. Each bundle of a key gets a higher number than the one before; the last
+/// number is in a file beside the key.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the bundle is there
@@ -43,7 +42,7 @@ pub(crate) struct Args {
     pub(super) dir: PathBuf,
     /// Folder of the bundle; made if it is not there
     pub(super) bundle: PathBuf,
-    /// The folder is no flock but a system, as `make image` leaves it
+    /// The folder is a system, as `make image` leaves it
     #[arg(long, conflicts_with = "allow_jumps")]
     pub(crate) system: bool,
     /// The secret key that signs
@@ -55,10 +54,10 @@ pub(crate) struct Args {
     /// The bundle's number, above all earlier ones of this key [default: the next]
     #[arg(long, value_name = "N", value_parser = Sequence::parse)]
     pub(super) sequence: Option<Sequence>,
-    /// A statement about keys, as `flock keygen` writes it, that is to travel along; may be repeated
+    /// A statement about keys, as `flock keygen` writes it, to send along; may be repeated
     #[arg(long = "statement", value_name = "FILE")]
     pub(super) statements: Vec<PathBuf>,
-    /// Pack a system that does not itself trust the key: its units do otherwise, as by their owners' word
+    /// Pack a system that does not trust the key; its units must trust it by their owners' settings
     #[arg(long, requires = "system")]
     pub(super) allow_untrusted: bool,
     /// Pack it even if joins jump
@@ -111,8 +110,6 @@ enum PackError {
     Faulty { name: String, faults: String, first: String },
     #[error("`{path}` is no statement about keys")]
     NoStatement { path: PathBuf },
-    #[error("cannot read `{path}`")]
-    Read { path: PathBuf, source: io::Error },
 }
 
 /// Runs the command.
@@ -212,8 +209,7 @@ fn seal(
     };
     let bytes = letter.sign(key).map_err(sign_fatal)?;
     let toml = args.dir.join(FILE_NAME);
-    let text =
-        fs::read(&toml).map_err(|source| Fatal::new(Exit::Unreadable, PackError::Read { path: toml, source }))?;
+    let text = fs::read(&toml).map_err(|source| Fatal::read(&toml, source))?;
     let verified = Unverified::new(bytes.clone()).verify(&trust).and_then(|seal| seal.open(list));
     verified.and_then(|bundle| bundle.flock(&text)).map_err(refusal_fatal)?;
     folder.add_statements(statements).map_err(folder_fatal)?;
@@ -233,8 +229,7 @@ fn seal(
 pub(super) fn statements(args: &Args) -> Result<Vec<Vec<u8>>, Fatal> {
     let mut all = Vec::new();
     for path in &args.statements {
-        let unread = |source| Fatal::new(Exit::Unreadable, PackError::Read { path: path.clone(), source });
-        let bytes = fs::read(path).map_err(unread)?;
+        let bytes = fs::read(path).map_err(|source| Fatal::read(path, source))?;
         let statements = bundle::statements(&bytes);
         if statements.is_empty() || statements.concat() != bytes {
             return Err(Fatal::new(Exit::Malformed, PackError::NoStatement { path: path.clone() }));

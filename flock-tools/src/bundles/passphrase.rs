@@ -53,7 +53,7 @@ pub(super) fn open_key(path: &Path, file: Option<&Path>) -> Result<SecretKey, Fa
     read.map_err(key_fatal)
 }
 
-/// A passphrase for the key that will lie at `path`: that in `file`, or else one that is typed twice.
+/// A passphrase for the new key at `path`: that in `file`, or else one that is typed twice.
 pub(super) fn new(path: &Path, file: Option<&Path>) -> Result<String, Fatal> {
     let passphrase = file.map_or_else(|| ask(path, "New passphrase of"), read)?;
     if file.is_none() && ask(path, "Once more, the passphrase of")? != passphrase {

@@ -19,30 +19,30 @@ use crate::program::{Exit, Fatal, now, print, progress};
 
 /// Lay bundles out on a stick, or in a folder for any web server: only what is new, safely in any order
 ///
-/// Give the stick's mount point, or the server's folder: units look for bundles right there. Interrupted at any moment
-/// it leaves the bundles of before; given again it goes on where it was. What each unit was given is written down in
+/// Give the mount point of the stick, or the folder of the server: units look for bundles right there. If it is
+/// interrupted, the old bundles are still there, and the same command continues. The bundle of each unit is noted in
 /// `fleet.toml` beside the bundles.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  everything is there, on the disk; the stick may be pulled
-  1  a bundle is refused or damaged, or a newer one of its key lies there for the same unit; what lay there still holds
+  1  a bundle is refused or damaged, or a newer one of its key is there for the same unit; the old bundles are still there
   2  the command line, a key or `fleet.toml` is wrong
-  3  a file could not be read or written, or there is no room; given again it goes on from there")]
+  3  a file could not be read or written, or there is no room; the same command continues")]
 pub(crate) struct Args {
     /// Folder of the bundles, as `flock pack` made it
     bundle: PathBuf,
-    /// Where to: a folder that is there
+    /// The target: a folder that exists
     to: PathBuf,
     /// The public key to trust, or a folder of such keys
     #[arg(long, value_name = "PUB")]
     trust: PathBuf,
-    /// Only what this unit would be given; may be repeated [default: all that lies in the folder]
+    /// Only the bundle of this unit; may be repeated [default: all in the folder]
     #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
     units: Vec<UnitId>,
-    /// Read back what lies there already, and replace what is damaged
+    /// Read back the content that is there, and replace what is damaged
     #[arg(long)]
     check: bool,
-    /// Afterwards remove content that no bundle there needs any more
+    /// Remove content that no bundle there needs any more
     #[arg(long)]
     prune: bool,
     /// The table of units [default: fleet.toml beside the bundles]
@@ -60,13 +60,13 @@ struct Answer {
     systems: Vec<String>,
     /// Objects that were not there.
     new_objects: usize,
-    /// What they take.
+    /// Their bytes.
     new_bytes: u64,
     /// Objects that were there, and stay.
     kept_objects: usize,
     /// Objects that were there and damaged, and were replaced.
     replaced_objects: usize,
-    /// What `--prune` removed.
+    /// Removed by `--prune`.
     pruned_files: usize,
     pruned_bytes: u64,
 }
@@ -82,7 +82,7 @@ enum PublishError {
     Unknown { path: PathBuf, seal: String },
 }
 
-/// What is to be published, each with the unit that it is for.
+/// The bundles and systems to publish, each with the unit that it is for.
 struct Publication {
     bundles: Vec<(Option<UnitId>, Verified)>,
     systems: Systems,
@@ -92,7 +92,7 @@ type Systems = Vec<(Option<UnitId>, System)>;
 /// Objects and their sizes.
 type Objects = BTreeMap<ObjectId, u64>;
 
-/// What has to be written.
+/// The content to write.
 struct WritePlan {
     /// Every object and every list that is missing, with its size.
     new: Vec<(ObjectId, u64)>,
@@ -197,7 +197,7 @@ fn refuse_older(args: &Args, trust: &Trust, publication: &Publication) -> Result
     Ok(())
 }
 
-/// What has to be written; with `--check` objects that are damaged there are removed first.
+/// The content to write; with `--check`, damaged objects in the folder are removed first.
 fn write_plan(args: &Args, to: &Folder, objects: &Objects) -> Result<WritePlan, Fatal> {
     let objects = objects.iter().map(|(id, size)| (*id, *size));
     let (held, mut new): (Vec<_>, Vec<_>) = objects.partition(|(id, size)| to.holds(id, *size));

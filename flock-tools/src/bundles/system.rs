@@ -27,7 +27,7 @@ use crate::program::{Exit, Fatal, now, print, progress};
 const START: &str = "dreams.start";
 const ROOT: &str = "root.img";
 const KEYS: &str = "keys";
-/// A block of the root; behind the last one stands the superblock of the tree of hashes, and in it, here, the slot.
+/// The size of a block of the root. The superblock of the hash tree follows the last one, and has the slot at `SLOT_AT`.
 const BLOCK: u64 = 4096;
 const SLOT_AT: u64 = 16;
 

@@ -27,11 +27,11 @@ pub(crate) struct Args {
     /// The public key to trust, or a folder of such keys
     #[arg(long, value_name = "PUB")]
     trust: PathBuf,
-    /// Look only at what this unit would be given, and whether it would take it; may be repeated
+    /// Check only the bundle of this unit, and whether it would take it; may be repeated
     #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
     units: Vec<UnitId>,
-    /// The table of units, which knows who has bundles of its own and takes none for every unit [default: fleet.toml
-    /// beside the bundles]
+    /// The table of units: those with bundles of their own take none for every unit [default: fleet.toml beside the
+    /// bundles]
     #[arg(long, value_name = "FILE", requires = "units")]
     fleet: Option<PathBuf>,
     /// Answer with one JSON document: {"ok": ..., "bundles": [...], "systems": [...], "faults": [...]}

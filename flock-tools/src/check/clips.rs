@@ -24,7 +24,7 @@ struct ClipUse<'a> {
     between: Option<(&'a SheepId, &'a SheepId)>,
 }
 
-/// One thing that is wrong with a file, in words.
+/// A fault of a file, by kind and in words.
 type Finding = (FaultKind, String);
 
 /// Every fault of the clips of the flock in `folder`, in the order of the manifest. Shows its progress on a terminal.
@@ -86,8 +86,7 @@ fn fault(clip_use: &ClipUse<'_>, (kind, message): &Finding) -> Fault {
     }
 }
 
-/// What is wrong with `clip`, each kind once: that it is not there, that its bytes are not those that were shipped,
-/// that it has another form, that it does not decode.
+/// The findings of `clip`, each kind once: it is missing, its hash is wrong, it has another form, it does not decode.
 fn check(folder: &Path, clip: &Clip, form: &Form, decoder: &dyn Decoder) -> Vec<Finding> {
     let path = clip.path.inside(folder);
     let mut findings: Vec<Finding> = Vec::new();

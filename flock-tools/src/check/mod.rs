@@ -1,4 +1,4 @@
-//! `flock check`: is this flock fit to be shown?
+//! `flock check`: the faults of a flock.
 //!
 //! Owns the command and its answer. The flock crate finds the faults of the graph, `clips.rs` those of the clips,
 //! `joins/` the joins that jump.
@@ -17,8 +17,8 @@ use crate::program::{Exit, Fatal, print};
 /// Tell every fault of a flock: names, graph and clips
 ///
 /// Every clip is opened, compared with the manifest and decoded from end to end. With --joins, the end of every clip is
-/// played into every clip that may follow it, and what does not meet, in value or in velocity, is named with figures. A
-/// flock is `large` if its manifest, or the list of its files, is more than a unit has the memory for.
+/// played into every clip that may follow it, and every join that does not meet, in value or in velocity, is named with
+/// figures. A flock is `large` if its manifest, or the list of its files, is more than a unit has the memory for.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock has no fault
@@ -54,7 +54,7 @@ struct FaultAnswer {
     join: Option<JoinAnswer>,
 }
 
-/// What the answer has of a `jump` besides.
+/// The part of the answer that only a `jump` has.
 #[derive(serde::Serialize)]
 struct JoinAnswer {
     /// The clip that ends.

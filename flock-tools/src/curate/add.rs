@@ -13,14 +13,14 @@ use crate::decoder::DecoderHandle;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, arguments, print};
 
-/// Frames of a loop that is yet to be rendered, unless told otherwise: 26 seconds at 30 per second.
+/// Frames of a loop that is yet to be rendered, by default: 26 seconds at 30 per second.
 pub(crate) const FRAMES: u32 = 768;
 
 /// Add a sheep: from a genome, a loop or both
 ///
-/// Files from elsewhere are copied into the flock's folder. A loop must be in the flock's form, and its hash is written
-/// down; without one its place is named, and `flock render` makes it from the genome. The sheep is shown once
-/// transitions lead to it and away from it: `flock link` adds them.
+/// Files from elsewhere are copied into the flock's folder. A loop must be in the flock's form; its hash is written
+/// into the manifest. Without a loop the manifest names its path, and `flock render` makes it from the genome. The
+/// sheep is shown once transitions lead to it and away from it: `flock link` adds them.
 #[derive(Debug, clap::Args)]
 #[command(group = ArgGroup::new("what").args(["genome", "clip", "no_loop"]).required(true).multiple(true))]
 #[command(after_help = "Exit status:
@@ -31,7 +31,7 @@ pub(crate) const FRAMES: u32 = 768;
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    /// What the sheep is called in the flock: 1 to 64 of A-Z a-z 0-9 . _ -
+    /// The id of the sheep in the flock: 1 to 64 of A-Z a-z 0-9 . _ -
     #[arg(value_parser = SheepId::new)]
     id: SheepId,
     /// Its genome: flam3 XML with one flame

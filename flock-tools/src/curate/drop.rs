@@ -11,9 +11,8 @@ use crate::program::{Exit, Fatal, print};
 
 /// Take a sheep out of a flock, with every transition from and to it
 ///
-/// Refused if another sheep that is shown would then no longer be. The files stay where they are, unless
-/// --delete-files is given. In the manifest, the lines of the sheep and its transitions go and the comments around
-/// them stay.
+/// Refused if another sheep that is shown would then no longer be. The files stay where they are, unless --delete-files
+/// is given. In the manifest, the lines of the sheep and of its transitions are removed; the comments around them stay.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the sheep is gone

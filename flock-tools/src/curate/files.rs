@@ -53,12 +53,12 @@ enum FileError {
     Frames { path: PathBuf, expected: u32, found: FrameCount },
     #[error("`{path}` is not a genome")]
     NotAGenome { path: PathBuf, source: GenomeError },
+    #[error("`{to}` is another file than `{from}`")]
+    Occupied { from: PathBuf, to: PathBuf },
     #[error("clip `{path}` {why}")]
     OtherForm { path: PathBuf, why: String },
     #[error("cannot read `{path}`")]
     Read { path: PathBuf, source: io::Error },
-    #[error("`{to}` is another file than `{from}`")]
-    Occupied { from: PathBuf, to: PathBuf },
 }
 
 /// The clip that is asked for, at the path that `place` gives for an ending. A file that is there already is used.
@@ -81,8 +81,7 @@ pub(super) fn clip(
             return Ok((Clip { path: usual, frames, hash: None }, None));
         }
     };
-    let unreadable = |source| Fatal::new(Exit::Unreadable, FileError::Read { path: file.to_owned(), source });
-    let hash = File::open(file).and_then(ClipHash::of).map_err(unreadable)?;
+    let hash = File::open(file).and_then(ClipHash::of).map_err(|source| Fatal::read(file, source))?;
     let form = Form { size: session.manifest().size, fps: session.manifest().fps };
     let frames = clips::frames(file, &form, decoder.get()?).map_err(|why| {
         let refused = FileError::OtherForm { path: file.to_owned(), why };
@@ -130,7 +129,7 @@ impl FileCopy {
         let mut copies = Vec::new();
         for FileCopy { from, to } in copy {
             let to = to.inside(folder);
-            let unreadable = |source| Fatal::new(Exit::Unreadable, FileError::Read { path: to.clone(), source });
+            let unreadable = |source| Fatal::read(&to, source);
             if !to.exists() || (force && to.is_file()) {
                 copies.push((from, to));
             } else if !to.is_file() || !same_bytes(&from, &to).map_err(unreadable)? {
@@ -150,7 +149,7 @@ impl FileCopy {
 /// Whether two files have the same bytes.
 ///
 /// # Errors
-/// What the kernel says of either.
+/// The system's error for either.
 pub(super) fn same_bytes(a: &Path, b: &Path) -> io::Result<bool> {
     let hash = |path: &Path| File::open(path).and_then(ClipHash::of);
     Ok(fs::metadata(a)?.len() == fs::metadata(b)?.len() && hash(a)? == hash(b)?)

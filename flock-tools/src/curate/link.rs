@@ -12,13 +12,13 @@ use crate::decoder::DecoderHandle;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, arguments};
 
-/// Frames of a transition that is yet to be rendered, unless told otherwise: 13 seconds at 30 per second.
+/// Frames of a transition that is yet to be rendered, by default: 13 seconds at 30 per second.
 const FRAMES: u32 = 384;
 
 /// Add a transition from one sheep to another
 ///
-/// With --clip, the clip is taken into the flock's folder if it is in the flock's form, and its hash is written down.
-/// Without, its place is named, and `flock render` makes it from both genomes.
+/// With --clip, the clip is copied into the flock's folder if it is in the flock's form, and its hash is written into
+/// the manifest. Without, the manifest names its path, and `flock render` makes it from both genomes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the transition is in the flock

@@ -17,7 +17,6 @@ pub(crate) mod want;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, SheepId};
@@ -84,12 +83,19 @@ enum Refusal {
     Unshown { edit: String, count: usize, first: SheepId },
 }
 
-/// A file that could not be deleted.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot delete `{path}`")]
-struct DeleteError {
-    path: PathBuf,
-    source: io::Error,
+impl<'a> Answer<'a> {
+    /// The answer without the files.
+    fn of(changed: bool, before: &'a FlockState, after: &'a FlockState) -> Self {
+        Self {
+            changed,
+            worst_ratio_before: before.worst_ratio,
+            worst_ratio_after: after.worst_ratio,
+            faults: &after.faults,
+            no_longer_shown: lost(before, after),
+            unreferenced: Vec::new(),
+            missing: Vec::new(),
+        }
+    }
 }
 
 impl EditSession {
@@ -122,15 +128,7 @@ impl EditSession {
             None => return Ok(()),
         };
         if json {
-            print::json(&Answer {
-                changed: false,
-                worst_ratio_before: self.before.worst_ratio,
-                worst_ratio_after: after.worst_ratio,
-                faults: &after.faults,
-                no_longer_shown: lost,
-                unreferenced: Vec::new(),
-                missing: Vec::new(),
-            })?;
+            print::json(&Answer::of(false, &self.before, &after))?;
         }
         Err(Fatal::new(Exit::No, refused).hint("--force does it all the same"))
     }
@@ -162,7 +160,7 @@ impl EditResult {
     fn delete_files(&self) -> Result<(), Fatal> {
         for path in self.unreferenced() {
             let path = path.inside(&self.folder);
-            fs::remove_file(&path).map_err(|source| Fatal::new(Exit::Unreadable, DeleteError { path, source }))?;
+            fs::remove_file(&path).map_err(|source| Fatal::file("delete", &path, source))?;
         }
         Ok(())
     }
@@ -171,15 +169,8 @@ impl EditResult {
     fn print(&self, done: &str, json: bool) -> Result<Exit, Fatal> {
         let (unreferenced, missing) = (self.unreferenced(), self.missing());
         if json {
-            print::json(&Answer {
-                changed: true,
-                worst_ratio_before: self.before.worst_ratio,
-                worst_ratio_after: self.after.worst_ratio,
-                faults: &self.after.faults,
-                no_longer_shown: lost(&self.before, &self.after),
-                unreferenced,
-                missing,
-            })?;
+            let answer = Answer::of(true, &self.before, &self.after);
+            print::json(&Answer { unreferenced, missing, ..answer })?;
             return Ok(Exit::Fine);
         }
         print::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;

@@ -3,7 +3,6 @@
 //! Owns the first manifest. Never changes a folder that is not empty.
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use flock::{Edit, FILE_NAME};
@@ -18,7 +17,7 @@ const HEADING: &str =
 
 /// Start a flock: a folder with a manifest, and a place for genomes, loops and transitions
 ///
-/// All clips of a flock have one size and one rate, which are decided here.
+/// All clips of a flock have one size and one rate, which are set here.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock is there, without sheep
@@ -28,7 +27,7 @@ const HEADING: &str =
 pub(crate) struct Args {
     /// The folder; made where it is missing
     dir: PathBuf,
-    /// What the flock is called [default: as its folder]
+    /// The name of the flock [default: that of its folder]
     #[arg(long)]
     name: Option<String>,
     /// Width and height in pixels, both even
@@ -48,23 +47,19 @@ struct Answer {
     name: String,
 }
 
-/// Why no flock was started.
+/// A folder that is not empty.
 #[derive(Debug, thiserror::Error)]
-enum NewFlockError {
-    #[error("folder `{folder}` is not empty: it has `{found}`")]
-    NotEmpty { folder: PathBuf, found: String },
-    #[error("cannot write `{path}`")]
-    Write { path: PathBuf, source: io::Error },
+#[error("folder `{folder}` is not empty: it has `{found}`")]
+struct NotEmpty {
+    folder: PathBuf,
+    found: String,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let name = args.name.clone().unwrap_or_else(|| name_of(&args.dir));
     let text = format!("{HEADING}{}", Edit::blank(&name, args.size, args.fps).text());
-    start(&args.dir, &text).map_err(|error| {
-        let exit = if matches!(error, NewFlockError::NotEmpty { .. }) { Exit::No } else { Exit::Unreadable };
-        Fatal::new(exit, error)
-    })?;
+    start(&args.dir, &text)?;
     if args.json {
         print::json(&Answer { changed: true, name })?;
     } else {
@@ -77,15 +72,15 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 /// Makes the folders and, last, the manifest.
-fn start(folder: &Path, text: &str) -> Result<(), NewFlockError> {
+fn start(folder: &Path, text: &str) -> Result<(), Fatal> {
     let cannot = |path: &Path| {
         let path = path.to_owned();
-        move |source| NewFlockError::Write { path, source }
+        move |source| Fatal::write(&path, source)
     };
     fs::create_dir_all(folder).map_err(cannot(folder))?;
     if let Some(found) = fs::read_dir(folder).map_err(cannot(folder))?.next() {
         let found = found.map_err(cannot(folder))?.file_name().to_string_lossy().into_owned();
-        return Err(NewFlockError::NotEmpty { folder: folder.to_owned(), found });
+        return Err(Fatal::new(Exit::No, NotEmpty { folder: folder.to_owned(), found }));
     }
     for name in paths::FOLDERS {
         let path = folder.join(name);

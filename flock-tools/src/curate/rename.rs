@@ -22,7 +22,7 @@ use crate::program::{Exit, Fatal, print, save};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the sheep is renamed
-  1  another file bears the new name; nothing was changed
+  1  another file has the new name; nothing was changed
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {

@@ -12,7 +12,7 @@ use crate::program::{Exit, Fatal};
 /// Take a transition out of a flock
 ///
 /// Refused if a sheep that is shown would then no longer be. The clip stays where it is, unless --delete-files is
-/// given. In the manifest, the transition's lines go and the comments around them stay.
+/// given. In the manifest, the lines of the transition are removed; the comments around them stay.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the transition is gone

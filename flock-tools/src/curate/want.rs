@@ -11,8 +11,8 @@ use crate::program::{Exit, Fatal, arguments};
 
 /// Set how often a sheep is wished, relative to the others
 ///
-/// The walk does not change: `flock balance` finds the weights that bring it there. Only the manifest is read and
-/// written, and in it only this one number.
+/// The weights do not change: `flock balance` finds those that reach the wants. Only the manifest is read and written,
+/// and in it only this number.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the want is set

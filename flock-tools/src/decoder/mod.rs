@@ -1,4 +1,4 @@
-//! What commands ask of a decoder, and which of the two programs has one.
+//! The decoder that commands use, and which of the two programs has one.
 //!
 //! Owns [`Decoder`], the line between `flock` and `flock-video`: `flock` has none, and gives its whole command to
 //! `flock-video`. Never judges a clip and knows no command. `ffmpeg.rs` is the one decoder there is.
@@ -21,14 +21,14 @@ use video::{Form, Probe, ProbeError, Yuv420p};
 
 use crate::program::{Exit, Fatal};
 
-/// The program that has the decoder; it lies beside `flock`.
+/// The program that has the decoder, in the same folder as `flock`.
 const PROGRAM: &str = "flock-video";
 
 /// Some frames of a clip.
 pub(crate) type Excerpt<'a> = (&'a Clip, Range<u32>);
 
-/// What reads clips. The one implementation is [`ffmpeg::Ffmpeg`]: the linker leaves ffmpeg out of a
-/// program that does not name it.
+/// Reads clips. The one implementation is [`ffmpeg::Ffmpeg`]: the linker leaves ffmpeg out of a program that does not
+/// name it.
 pub(crate) trait Decoder: Sync {
     /// The header, the index and the packets of the file at `path`.
     fn probe(&self, path: &Path) -> Result<Probe, ProbeError>;

@@ -19,7 +19,7 @@ use crate::render::plan::ClipRole;
 /// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
 ///
 /// # Errors
-/// What the kernel says; a manifest that was there before is then still there.
+/// The system's error; a manifest that was there before is then still there.
 pub(crate) fn write(plan: &Plan, hashes: &[ClipHash], folder: &Path) -> io::Result<()> {
     let genomes = folder.join("genomes");
     fs::create_dir_all(&genomes)?;

@@ -22,12 +22,12 @@ use crate::render::{make_fatal, options};
 
 /// Render the demo flock into a folder
 ///
-/// Seven sheep and fourteen transitions, rendered on all cores. As fine as good pictures are it takes days; --small
-/// takes hours. Interrupted at any moment, the same command goes on where it was.
+/// Seven sheep and fourteen transitions, rendered on all cores. The full quality takes days; --small takes hours. If it
+/// is interrupted, the same command continues.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock is finished
-  1  it was interrupted, or another process is at it
+  1  it was interrupted, or another process renders a clip
   2  the command line is wrong
   3  a file could not be read or written, or a clip could not be made")]
 pub(crate) struct Args {
@@ -61,7 +61,7 @@ pub(crate) struct Args {
 
 #[derive(serde::Serialize)]
 struct Answer {
-    /// Where they lie in the folder.
+    /// Their paths in the folder.
     clips: Vec<ClipPath>,
 }
 

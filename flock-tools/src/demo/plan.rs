@@ -85,7 +85,7 @@ impl Edition {
 pub(crate) struct Plan {
     /// How it is made.
     pub(crate) edition: Edition,
-    /// What is rendered.
+    /// Its clips.
     pub(crate) clips: Vec<ClipPlan>,
 }
 

@@ -6,7 +6,6 @@
 //! Start at [`Draft::lock`].
 
 use std::fs::{self, File};
-use std::io;
 use std::path::{Path, PathBuf};
 
 use flock::{Edit, FILE_NAME, ManifestError};
@@ -24,21 +23,11 @@ pub(crate) struct Draft {
     _lock: Option<File>,
 }
 
-/// A manifest that could not be saved. It is as it was.
+/// A manifest that was not saved, because of a bug of ours. It is as it was.
 #[derive(Debug, thiserror::Error)]
-enum DraftError {
-    /// A bug of ours.
-    #[error("`{path}` was not saved: the edited text does not read back as the edited manifest")]
-    Meaning {
-        /// The manifest.
-        path: PathBuf,
-    },
-    #[error("cannot save `{path}`")]
-    Write {
-        /// The manifest.
-        path: PathBuf,
-        source: io::Error,
-    },
+#[error("`{path}` was not saved: the edited text does not read back as the edited manifest")]
+struct DraftError {
+    path: PathBuf,
 }
 
 impl Draft {
@@ -57,9 +46,8 @@ impl Draft {
         let (text, path) = (self.edit.text(), self.path);
         let reads_back = Edit::parse(text.clone(), &path).is_ok_and(|read| read.manifest() == self.edit.manifest());
         if !reads_back {
-            return Err(Fatal::new(Exit::Unreadable, DraftError::Meaning { path }));
+            return Err(Fatal::new(Exit::Unreadable, DraftError { path }));
         }
-        let written = save::whole(&path, text.as_bytes());
-        written.map_err(|source| Fatal::new(Exit::Unreadable, DraftError::Write { path, source }))
+        save::whole(&path, text.as_bytes()).map_err(|source| Fatal::file("save", &path, source))
     }
 }

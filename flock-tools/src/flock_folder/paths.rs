@@ -2,6 +2,8 @@
 //!
 //! Owns the folders and the names that the tools give; a manifest may name any others. Never touches a file.
 
+use std::path::{Path, PathBuf};
+
 use flock::{ClipPath, SheepId};
 
 /// The folders of a new flock.
@@ -37,6 +39,13 @@ pub(crate) fn renamed(path: &ClipPath, old: &SheepId, new: &SheepId) -> Option<C
     let ids: Vec<&str> = ids.into_iter().map(|id| if id == old.as_str() { new.as_str() } else { id }).collect();
     let slash = if folder.is_empty() { "" } else { "/" };
     ClipPath::new(&format!("{folder}{slash}{}.{ending}", ids.join("="))).ok()
+}
+
+/// `path` with `suffix` after its name.
+pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
 }
 
 fn path(text: &str) -> ClipPath {

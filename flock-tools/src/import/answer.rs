@@ -15,7 +15,7 @@ use super::plan::Plan;
 use crate::program::{Fatal, print};
 use crate::render::plan::ClipRole;
 
-/// What an import did, or would do.
+/// The answer with `--json`.
 #[derive(Default, Serialize)]
 pub(super) struct Answer {
     pub(super) clips: Vec<ClipAnswer>,

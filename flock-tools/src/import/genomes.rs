@@ -27,7 +27,7 @@ pub(super) struct GenomeAnswer {
     pub(super) source: PathBuf,
     pub(super) sheep: SheepId,
     pub(super) genome: ClipPath,
-    /// `added`: a sheep more; `given`: to a sheep that had none; `stood`: it had it already.
+    /// `added`: as a new sheep; `given`: to a sheep without a genome; `stood`: the sheep had it already.
     pub(super) state: &'static str,
 }
 

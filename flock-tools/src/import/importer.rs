@@ -6,7 +6,6 @@
 //! Start at [`Importer::import`].
 
 use std::fs::{self, File};
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,14 +18,13 @@ use super::plan::{ImportSettings, Plan, existing_path};
 use super::scaling::Scaling;
 use crate::check::clips;
 use crate::decoder::Decoder;
-use crate::flock_folder::Draft;
+use crate::flock_folder::{Draft, paths};
 use crate::program::{Exit, Fatal, chain, save};
 use crate::render::plan::ClipRole;
 
-/// What all imports of clips of one run share.
+/// Imports the clips of one run.
 pub(super) struct Importer<'a> {
-    pub(super) folder: &'a Path,
-    pub(super) settings: &'a ImportSettings,
+    pub(super) settings: &'a ImportSettings<'a>,
     pub(super) quality: Quality<'static>,
     /// Whether other files in the places of clips are replaced.
     pub(super) force: bool,
@@ -36,7 +34,7 @@ pub(super) struct Importer<'a> {
     pub(super) bar: &'a ProgressBar,
 }
 
-/// What the import did with a clip.
+/// The result for a clip.
 #[derive(Debug)]
 pub(super) enum Outcome {
     /// It is in the flock now. These sheep were added for it, without loops.
@@ -56,8 +54,6 @@ enum ImportError {
     Encode { from: PathBuf, source: EncodeError },
     #[error("`{to}`, encoded from `{from}`, is not as expected: {why}")]
     Unexpected { from: PathBuf, to: PathBuf, why: String },
-    #[error("cannot write `{path}`")]
-    Write { path: PathBuf, source: io::Error },
 }
 
 /// Why there is no new clip.
@@ -74,17 +70,17 @@ impl Importer<'_> {
     /// Those that concern every other clip, too: a disk that is full, a manifest that cannot be read. Clips that were
     /// imported before stay.
     pub(super) fn import(&self, plan: &Plan) -> Result<Outcome, Fatal> {
-        let place = plan.path.inside(self.folder);
-        let parent = place.parent().unwrap_or(self.folder);
-        fs::create_dir_all(parent).map_err(|source| cannot(parent, source))?;
-        let new = TemporaryFile(with_suffix(&place, ".new"));
+        let place = plan.path.inside(self.settings.folder);
+        let parent = place.parent().unwrap_or(self.settings.folder);
+        fs::create_dir_all(parent).map_err(|source| Fatal::write(parent, source))?;
+        let new = TemporaryFile(paths::with_suffix(&place, ".new"));
         let made = match &plan.encode {
             None => self.copy(plan, &new.0),
             Some(scaling) => self.encode(plan, scaling, &new.0),
         };
         match made {
             Ok(frames) => {
-                let hash = File::open(&new.0).and_then(ClipHash::of).map_err(|source| cannot(&new.0, source))?;
+                let hash = File::open(&new.0).and_then(ClipHash::of).map_err(|source| Fatal::write(&new.0, source))?;
                 self.add(plan, &new, frames, hash)
             }
             Err(Failure::Interrupted) => Ok(Outcome::Interrupted),
@@ -96,7 +92,7 @@ impl Importer<'_> {
     /// Copies a clip that has the flock's form, if it decodes cleanly.
     fn copy(&self, plan: &Plan, new: &Path) -> Result<FrameCount, Failure> {
         let frames = clips::frames(&plan.source, &self.settings.form, self.decoder).map_err(Failure::Skipped)?;
-        save::copy(&plan.source, new).map_err(|source| Failure::Fatal(cannot(new, source)))?;
+        save::copy(&plan.source, new).map_err(|source| Failure::Fatal(Fatal::write(new, source)))?;
         self.bar.inc(u64::from(frames.0));
         Ok(frames)
     }
@@ -143,13 +139,13 @@ impl Importer<'_> {
 
     /// Moves the finished clip to its place, and adds it to the manifest.
     fn add(&self, plan: &Plan, new: &TemporaryFile, frames: FrameCount, hash: ClipHash) -> Result<Outcome, Fatal> {
-        let mut draft = Draft::lock(self.folder)?;
+        let mut draft = Draft::lock(self.settings.folder)?;
         let manifest = draft.edit.manifest();
         // Read again: another command may have changed the flock meanwhile.
-        if existing_path(manifest, &plan.role).is_some_and(|path| path.inside(self.folder).exists()) {
+        if existing_path(manifest, &plan.role).is_some_and(|path| path.inside(self.settings.folder).exists()) {
             return Ok(Outcome::AlreadyThere);
         }
-        let place = plan.path.inside(self.folder);
+        let place = plan.path.inside(self.settings.folder);
         if place.exists() {
             let named = manifest.clips().any(|clip| clip.path == plan.path);
             // A run that was killed between the rename and the save left it.
@@ -162,7 +158,7 @@ impl Importer<'_> {
         let clip = Clip { path: plan.path.clone(), frames, hash: Some(hash) };
         let added =
             add_to_manifest(&mut draft.edit, &plan.role, clip).map_err(|error| Fatal::new(Exit::Malformed, error))?;
-        fs::rename(&new.0, &place).and_then(|()| save::names(&place)).map_err(|source| cannot(&place, source))?;
+        fs::rename(&new.0, &place).and_then(|()| save::names(&place)).map_err(|source| Fatal::write(&place, source))?;
         draft.save()?;
         Ok(Outcome::Imported { frames, hash, added })
     }
@@ -212,16 +208,6 @@ fn times(number: u32, from: Rate, to: Rate) -> u32 {
     let first = |number: u128| (number * up).div_ceil(down);
     let number = u128::from(number);
     u32::try_from(first(number + 1) - first(number)).unwrap_or(u32::MAX)
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(suffix);
-    name.into()
-}
-
-fn cannot(path: &Path, source: io::Error) -> Fatal {
-    Fatal::new(Exit::Unreadable, ImportError::Write { path: path.to_owned(), source })
 }
 
 #[cfg(test)]

@@ -14,7 +14,6 @@ mod scaling;
 mod sources;
 
 use std::fs::{self, File, TryLockError};
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -39,20 +38,20 @@ const PRESET: &str = "slow";
 
 /// Take clips and genomes from elsewhere into a flock
 ///
-/// From a content folder of Electric Sheep, every clip GENERATION=ID=FIRST=LAST.avi in it: a loop where FIRST is LAST,
-/// else a transition; the sheep are called GENERATION.FIRST. From other videos those that are called FROM=TO, or any
+/// From a content folder of Electric Sheep, every clip GENERATION=ID=FIRST=LAST.avi in it: a loop if FIRST is LAST,
+/// else a transition; the sheep are called GENERATION.FIRST. From other videos, those that are called FROM=TO, or any
 /// with --from and --to. From files of flam3 genomes, every flame, by its name.
 ///
-/// A clip in the flock's form is copied. Any other that ffmpeg reads is encoded anew, frame for frame: as many come out
-/// as went in, whatever rate the file tells, unless --fps keeps its pace. Tags (title, artist, copyright, licence) stay.
-/// What is damaged or oddly named is left out and named. What the flock has already is passed over, so that the same
-/// command goes on where it was interrupted.
+/// A clip in the flock's form is copied. Any other that ffmpeg reads is encoded, frame for frame: the number of frames
+/// stays, whatever the rate of the file, unless --fps keeps its pace. Tags (title, artist, copyright, licence) stay.
+/// Damaged files and those with unclear names are left out and named. Clips that the flock has already are passed over,
+/// so that the same command continues after an interruption.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  all is in the flock
-  1  something was left out, and is named; or it was interrupted, or another import works on this flock
+  1  something was left out, and is named; or it was interrupted, or another import into this flock is running
   2  the command line or the manifest is wrong
-  3  a file could not be read or written; what was taken in before is in the flock")]
+  3  a file could not be read or written; the clips that were imported before are in the flock")]
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
@@ -65,10 +64,10 @@ pub(crate) struct Args {
     /// The sheep with which it ends; the same one for a loop
     #[arg(long, value_name = "ID", requires = "from", value_parser = SheepId::new)]
     to: Option<SheepId>,
-    /// Keep the pace of clips with so many frames a second, whatever they tell: frames are shown twice or left out
+    /// Keep the pace of clips, as of so many frames a second: frames are repeated or left out
     #[arg(long, value_name = "N[/D]", value_parser = arguments::rate)]
     fps: Option<Rate>,
-    /// What becomes of clips of another shape, which are else left out
+    /// How clips of another shape are scaled; without it they are left out
     #[arg(long, value_enum)]
     fit: Option<Fit>,
     /// x264's constant rate factor, to 51: smaller is finer and larger
@@ -81,7 +80,7 @@ pub(crate) struct Args {
     /// Replace other files that are in the places of clips
     #[arg(long)]
     force: bool,
-    /// Only tell what would be taken in, by what the files tell of themselves
+    /// Only print what would be imported, by the headers of the files
     #[arg(long)]
     dry_run: bool,
     /// Answer with one JSON document
@@ -103,27 +102,19 @@ struct ImportRunning {
     folder: PathBuf,
 }
 
-/// A flock's folder that cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot use `{folder}`")]
-struct FolderError {
-    folder: PathBuf,
-    source: io::Error,
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &Args, decoder: &dyn Decoder) -> Result<Exit, Fatal> {
     let role = args.from.clone().zip(args.to.clone()).map(|(from, to)| file_kind::role(from, to));
     // May be without sheep.
     let manifest = Draft::lock(&args.dir)?.edit.manifest().clone();
-    let settings =
-        ImportSettings { form: Form { size: manifest.size, fps: manifest.fps }, fit: args.fit, fps: args.fps };
+    let form = Form { size: manifest.size, fps: manifest.fps };
+    let settings = ImportSettings { folder: &args.dir, form, fit: args.fit, fps: args.fps };
     let sources = Sources::find(&args.sources, role.as_ref())?;
     let _lock = if args.dry_run { None } else { Some(lock(&args.dir)?) };
     let mut answer = Answer { tombstones: sources.tombstones, left_out: sources.skipped, ..Answer::default() };
     let mut plans = Vec::new();
     for (source, role) in &sources.clips {
-        match Plan::of(source, role, &args.dir, &manifest, &settings) {
+        match Plan::of(source, role, &manifest, &settings) {
             PlanResult::Planned(plan) => plans.push(*plan),
             PlanResult::Skipped(reason) => answer.left_out.push(SkippedFile { source: source.clone(), reason }),
             PlanResult::AlreadyThere(path) => answer.clips.push(ClipAnswer::new(source, role, path, "stood")),
@@ -156,7 +147,7 @@ impl Args {
         &self,
         plans: &[Plan],
         genomes: &[PathBuf],
-        settings: &ImportSettings,
+        settings: &ImportSettings<'_>,
         decoder: &dyn Decoder,
         answer: &mut Answer,
     ) -> Result<(), Fatal> {
@@ -165,8 +156,7 @@ impl Args {
         let stop = options::stop_on_signals()?;
         let frames: u32 = plans.iter().filter_map(|plan| Some(plan.about.frames?.0)).sum();
         let bar = progress::bar("importing frames", frames as usize);
-        let importer =
-            Importer { folder: &self.dir, settings, quality, force: self.force, stop: &stop, decoder, bar: &bar };
+        let importer = Importer { settings, quality, force: self.force, stop: &stop, decoder, bar: &bar };
         for plan in plans {
             let state = if plan.encode.is_some() { "encoded" } else { "copied" };
             let outcome = if stop.load(Ordering::Relaxed) { Outcome::Interrupted } else { importer.import(plan)? };
@@ -210,7 +200,7 @@ impl Args {
 fn lock(folder: &Path) -> Result<File, Fatal> {
     let loops = folder.join(FOLDERS[1]);
     let opened = fs::create_dir_all(&loops).and_then(|()| File::open(&loops));
-    let opened = opened.map_err(|source| Fatal::new(Exit::Unreadable, FolderError { folder: loops, source }))?;
+    let opened = opened.map_err(|source| Fatal::file("use", &loops, source))?;
     match opened.try_lock() {
         Err(TryLockError::WouldBlock) => Err(Fatal::new(Exit::No, ImportRunning { folder: folder.to_owned() })),
         // On a file system without locks the artist must not import twice at once.
@@ -219,7 +209,7 @@ fn lock(folder: &Path) -> Result<File, Fatal> {
 }
 
 /// Notes on stderr which clips play faster or slower at the flock's rate.
-fn note_pace(plans: &[Plan], settings: &ImportSettings) {
+fn note_pace(plans: &[Plan], settings: &ImportSettings<'_>) {
     let mut rates: Vec<Rate> = Vec::new();
     for rate in plans.iter().filter_map(|plan| plan.about.fps) {
         if settings.fps.is_none() && rate != settings.form.fps && !rates.contains(&rate) {

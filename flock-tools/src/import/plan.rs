@@ -18,7 +18,9 @@ use crate::render::plan::ClipRole;
 
 /// The options of an import.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ImportSettings {
+pub(super) struct ImportSettings<'a> {
+    /// The folder of the flock.
+    pub(super) folder: &'a Path,
     pub(super) form: Form,
     pub(super) fit: Option<Fit>,
     /// Frames in a second of a clip; `None`: every frame becomes one frame.
@@ -48,15 +50,9 @@ pub(super) enum PlanResult {
 }
 
 impl Plan {
-    /// The plan of the clip at `source`, which is to be `role` in the flock of `manifest` in `folder`.
-    pub(super) fn of(
-        source: &Path,
-        role: &ClipRole,
-        folder: &Path,
-        manifest: &Manifest,
-        settings: &ImportSettings,
-    ) -> PlanResult {
-        if let Some(path) = existing_path(manifest, role).filter(|path| path.inside(folder).exists()) {
+    /// The plan of the clip at `source`, which is to be `role` in the flock of `manifest`.
+    pub(super) fn of(source: &Path, role: &ClipRole, manifest: &Manifest, settings: &ImportSettings<'_>) -> PlanResult {
+        if let Some(path) = existing_path(manifest, role).filter(|path| path.inside(settings.folder).exists()) {
             return PlanResult::AlreadyThere(path.clone());
         }
         let foreign = match Foreign::open(source) {

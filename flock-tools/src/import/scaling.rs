@@ -10,7 +10,7 @@ use fast_image_resize::pixels::F32x3;
 use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use video::{About, ForeignPicture, Yuv420p};
 
-/// What is done with a picture of another shape.
+/// How a picture of another shape is scaled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Fit {
     /// Fill the flock's picture and cut off what sticks out
@@ -77,7 +77,7 @@ impl Scaling {
     /// The picture in the flock's size. If neither size nor colours differ, its samples are not changed.
     ///
     /// # Errors
-    /// What the scaler said.
+    /// The scaler's error.
     pub(super) fn picture(&self, picture: &ForeignPicture) -> Result<Yuv420p, String> {
         let (width, height) = picture.size();
         let same = picture.size() == self.size && self.put == [0, 0, width, height] && self.cut.is_none();

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::SkippedFile;
 use super::file_kind::{FileKind, file_kind};
-use crate::program::{Exit, Fatal};
+use crate::program::Fatal;
 use crate::render::plan::ClipRole;
 
 /// The deepest level of folders in folders.
@@ -29,14 +29,6 @@ pub(super) struct Sources {
     pub(super) others: usize,
 }
 
-/// A file or folder of the command line that cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot read `{path}`")]
-struct ReadError {
-    path: PathBuf,
-    source: io::Error,
-}
-
 impl Sources {
     /// The files in `paths`: files, and folders with all that is in them. `given` is the role of all videos of the command
     /// line, if it names one.
@@ -46,9 +38,9 @@ impl Sources {
     pub(super) fn find(paths: &[PathBuf], given: Option<&ClipRole>) -> Result<Self, Fatal> {
         let mut sources = Self::default();
         for path in paths {
-            let kind = fs::metadata(path).map_err(read_fatal(path))?;
+            let kind = fs::metadata(path).map_err(|source| Fatal::read(path, source))?;
             if kind.is_dir() {
-                sources.walk(path, 0).map_err(|(path, source)| read_fatal(&path)(source))?;
+                sources.walk(path, 0)?;
             } else {
                 sources.add(path, given, true);
             }
@@ -60,8 +52,8 @@ impl Sources {
     }
 
     /// Adds the files in `folder`. Links to folders are not followed: they may lead in a circle.
-    fn walk(&mut self, folder: &Path, depth: usize) -> Result<(), (PathBuf, io::Error)> {
-        let cannot = |source| (folder.to_owned(), source);
+    fn walk(&mut self, folder: &Path, depth: usize) -> Result<(), Fatal> {
+        let cannot = |source| Fatal::read(folder, source);
         let mut inside: Vec<_> = fs::read_dir(folder).map_err(cannot)?.collect::<io::Result<_>>().map_err(cannot)?;
         inside.sort_by_key(fs::DirEntry::path);
         for entry in inside {
@@ -117,9 +109,4 @@ fn in_words(role: &ClipRole) -> String {
 
 fn is_transition(role: &ClipRole) -> bool {
     matches!(role, ClipRole::Transition(..))
-}
-
-fn read_fatal(path: &Path) -> impl FnOnce(io::Error) -> Fatal {
-    let path = path.to_owned();
-    move |source| Fatal::new(Exit::Unreadable, ReadError { path, source })
 }

@@ -59,7 +59,7 @@ pub(crate) fn pictures(
     Ok(pictures)
 }
 
-/// What is kept of one end of a clip.
+/// What the judgement needs of one end of a clip.
 #[derive(Default)]
 struct ClipEnd {
     views: Vec<View>,

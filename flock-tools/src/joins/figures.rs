@@ -4,7 +4,7 @@
 //! (`view.rs`).
 //!
 //! Every figure compares the join with what happens a few frames before and after it, in decibels of picture
-//! distance, so that a slow flock is not held to the steps of a fast one:
+//! distance, so that slow and fast flocks are judged alike:
 //!
 //! * [`Figures::step_db`], value: the distance between the last frame and the first, against the steps just before and
 //!   after. Too long: frames are missing, or it is another picture. Too short: a frame is shown twice.
@@ -13,41 +13,40 @@
 //! * [`Figures::speed_db`], velocity's size: the steps after the join against those before, each followed to the join.
 //!
 //! Measured on cuts through unbroken takes (a still, noise, a flame turning at 0.02, 0.1, 0.4 and 2 degrees a frame,
-//! three of the demo's loops, one of them at three times its pace), each half encoded by itself with x264 at rate
-//! factors 18, 26 and 34: cuts that meet come to at most 0.61 of what is allowed at 18 and 26, to 0.81 at 34. From 0.4
+//! three of the demo's loops, one of them at three times its pace), each half encoded separately with x264 at rate
+//! factors 18, 26 and 34: cuts that meet measure at most 0.61 of what is allowed at 18 and 26, 0.81 at 34. From 0.4
 //! degrees a frame on (a turn in 900 frames), at 1280x720, a frame missing measures 2.3 dB and more, a frame doubled
 //! 2.8, double speed 2.2, motion turned back 2.4, another sheep 15, and 4 levels of brightness 5. Hence a limit of 2 dB
 //! for all three. What is missed: the doubled frame at 0.4 degrees and rate factor 34 (0.86 of what is allowed); the
 //! step of brightness on the fastest takes; at 640x360, where a block is a larger part of the picture, a single frame
-//! missing or doubled at 0.4 degrees (0.3 to 1.1); and whatever is slower or fainter. There a break drowns in the
-//! encoder's noise, for the eye as well.
+//! missing or doubled at 0.4 degrees (0.3 to 1.1); and whatever is slower or fainter. There a break is hidden by the
+//! encoder's noise, for viewers as well.
 //!
-//! Motion that is very fast has distances that go up and down by themselves: after a few frames a flame that turns 12
-//! degrees in each looks as far away as it ever will. A course is held to how much those inside the clips swing, else
-//! sound joins of such loops came to 1.1. A transition that has half as many frames as its loops turns on average twice
-//! as fast or not at all; where loops are that short (30 frames, transitions 15) the pace changes threefold within the
-//! four frames after a join, which nothing here tells from a break: such joins are named, and longer transitions are
-//! the remedy.
+//! With very fast motion distances go up and down inside a clip: after a few frames of 12 degrees a flame is as far away
+//! as it can be. A course is compared with the swing of those inside the clips; without that, good joins
+//! of such loops measured 1.1. A transition that has half as many frames as its loops turns on average twice as fast or not
+//! at all. If loops are that short (30 frames, transitions 15), the pace changes threefold within the four frames after a
+//! join, and the criterion takes that for a break: render longer transitions.
 
 use std::ops::Range;
 
 use super::view::View;
 
-/// How many decibels a figure may be off before the join jumps.
+/// The decibels that a figure may be off before the join jumps.
 const LIMIT_DB: f64 = 2.0;
-/// Frames on either side that are looked at: the longest of [`SPANS`], and room before it.
+/// Frames on either side that are compared: the longest of [`SPANS`] and some more.
 pub(crate) const FRAMES: usize = 12;
 /// Frames between the two ends of a course.
 const SPANS: [usize; 3] = [2, 4, 8];
-/// Steps on either side that a step is compared with, and whose mean tells the speed.
+/// Steps on either side that a step is compared with, and whose mean is the speed.
 const NEAR: usize = 2;
-/// Steps on either side whose trend tells the speed.
+/// Steps on either side whose trend is the speed.
 const TREND: usize = 3;
 /// How much steps vary in smooth motion, in decibels.
 const SMOOTH_DB: f64 = 0.5;
 
-/// What counts as no distance, in levels of 255 (root mean square): the noise that x264 leaves at rate factor 34 between
-/// the end of one clip and the keyframe of the next. In fine and in broad blocks.
+/// The smallest distance that counts, in levels of 255 (root mean square): the noise of x264 at rate factor 34 between the
+/// end of one clip and the keyframe of the next. In fine and in broad blocks.
 const FLOOR: f64 = 2.5;
 const BROAD_FLOOR: f64 = 1.5;
 /// The same between two frames of one clip, which share their noise.
@@ -58,7 +57,7 @@ const INNER_FLOOR: f64 = 0.5;
 pub(crate) struct Figures {
     /// PSNR of the luma of the last frame and the first, in decibels.
     pub(crate) value_db: f64,
-    /// The same of neighbouring frames just before and after, averaged.
+    /// The mean of the same for neighbouring frames just before and after.
     pub(crate) inside_db: f64,
     /// How much longer the step across the join is than those around it.
     pub(crate) step_db: f64,
@@ -163,7 +162,7 @@ struct FrameSequence<'a> {
 }
 
 impl FrameSequence<'_> {
-    /// The step across the cut against the ones around it.
+    /// The step across the join against the ones around it.
     fn step(&self, of: fn(&View) -> &[f32], floor: f64) -> Measurement {
         let steps = self.steps(of, floor);
         let cut = self.cut - 1;
@@ -173,8 +172,8 @@ impl FrameSequence<'_> {
         Measurement { value: steps[cut] - around, variation: variation(before, after) }
     }
 
-    /// The steps after the cut against those before: their means, or where the trend of either side leads, whichever
-    /// tells less. A bend in a smooth course misleads one of the two, a change of speed neither.
+    /// The steps after the join against those before: by their means or by their trends, the smaller difference. A bend in a
+    /// smooth course misleads one of the two, a change of speed neither.
     fn speed(&self) -> Measurement {
         let steps = self.steps(fine, INNER_FLOOR);
         let cut = self.cut - 1;
@@ -186,7 +185,7 @@ impl FrameSequence<'_> {
         Measurement { value, variation: variation(&before, &after) }
     }
 
-    /// Distances over `span` frames across the cut, against the nearest ones that do not cross it; `None` if there are
+    /// Distances over `span` frames across the join, against the nearest ones that do not cross it; `None` if there are
     /// none.
     fn course(&self, span: usize) -> Option<Measurement> {
         let cut = self.cut;
@@ -230,7 +229,7 @@ fn variation(before: &[f64], after: &[f64]) -> f64 {
     (jitter(before).min(jitter(after)) - SMOOTH_DB).max(0.0)
 }
 
-/// The most by which a step differs from those around it.
+/// The most that a step differs from those around it.
 fn jitter(steps: &[f64]) -> f64 {
     let around = |window: &[f64]| {
         let others = window.iter().sum::<f64>() - window[NEAR];
@@ -239,7 +238,7 @@ fn jitter(steps: &[f64]) -> f64 {
     steps.windows(2 * NEAR + 1).map(around).fold(0.0, f64::max)
 }
 
-/// By how much the furthest of `distances` is off their middle.
+/// Half the range of `distances`.
 fn swing(distances: &[f64]) -> f64 {
     let (least, most) = distances
         .iter()
@@ -247,12 +246,12 @@ fn swing(distances: &[f64]) -> f64 {
     (most - least).max(0.0) / 2.0
 }
 
-/// How long the last steps are; `None` without any.
+/// The mean of the last steps; `None` without any.
 fn level(steps: &[f64]) -> Option<f64> {
     mean(steps.iter().rev().take(NEAR).copied())
 }
 
-/// Where the trend of the last steps leads next, by the straight line that fits them best; `None` without any.
+/// The next step by the straight line that fits the last steps best; `None` without any.
 fn lead(steps: &[f64]) -> Option<f64> {
     let steps = &steps[steps.len().saturating_sub(TREND)..];
     let level = mean(steps.iter().copied())?;

@@ -1,4 +1,4 @@
-//! A contact sheet of joins: the frames that meet, side by side, to be looked at.
+//! A contact sheet of joins: the frames that meet, side by side.
 //!
 //! Owns its layout. Never chooses the joins: `mod.rs` sorts them.
 //!
@@ -18,18 +18,18 @@ use crate::decoder::thumbnail::{Thumbnail, shrink};
 const FRAME_WIDTH: u32 = 320;
 /// Frames in a row: two before the join, two after.
 const FRAMES: u32 = 4;
-/// Between frames, and around all.
+/// Pixels between frames, and around all.
 const GAP: u32 = 8;
-/// Between the frames before a join and those after.
+/// Pixels between the frames before a join and those after.
 const CUT: u32 = 24;
-/// How many pixels one dot of a letter takes.
+/// Pixels of one dot of a letter.
 const DOT: u32 = 2;
 /// Height of a line of text.
 const LINE: u32 = 8 * DOT + GAP;
 
 const PAPER: [u8; 3] = [24, 24, 28];
 const INK: [u8; 3] = [220, 220, 210];
-/// Of joins that jump.
+/// The colour of joins that jump.
 const ALARM: [u8; 3] = [255, 120, 90];
 
 /// A sheet being laid out, from the top down.
@@ -72,7 +72,7 @@ impl Sheet {
     /// Writes the sheet as PNG.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The system's error.
     pub(crate) fn save(&self, path: &Path) -> io::Result<()> {
         let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), self.width, self.height());
         encoder.set_color(png::ColorType::Rgb);

@@ -11,9 +11,9 @@ use clap_mangen::Man;
 
 use crate::program::{Exit, Fatal, print};
 
-/// What stands at the foot of every page.
+/// The name of the manual, at the foot of every page.
 const MANUAL: &str = "Dreams in High Fidelity";
-/// What clap puts above the exit statuses.
+/// The lines that clap puts above the exit codes.
 const EXITS: &str = ".SH EXTRA\nExit status:\n";
 
 /// Write man pages into a folder: `flock.1` and one for every command

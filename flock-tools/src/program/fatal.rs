@@ -18,10 +18,11 @@ pub(crate) struct Fatal {
     hint: Option<String>,
 }
 
-/// A file or folder that cannot be written.
+/// A file or folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write `{path}`")]
-struct WriteError {
+#[error("cannot {verb} `{path}`")]
+struct FileError {
+    verb: &'static str,
     path: PathBuf,
     source: io::Error,
 }
@@ -32,9 +33,19 @@ impl Fatal {
         Self { exit, error: error.into(), hint: None }
     }
 
+    /// Ends because a file or a folder cannot be used: cannot `verb` the one at `path`.
+    pub(crate) fn file(verb: &'static str, path: &Path, source: io::Error) -> Self {
+        Self::new(Exit::Unreadable, FileError { verb, path: path.to_owned(), source })
+    }
+
+    /// Ends because the file or the folder at `path` cannot be read.
+    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
+        Self::file("read", path, source)
+    }
+
     /// Ends because the file or the folder at `path` cannot be written.
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
-        Self::new(Exit::Unreadable, WriteError { path: path.to_owned(), source })
+        Self::file("write", path, source)
     }
 
     /// Adds what to do about it.

@@ -5,7 +5,6 @@
 //!
 //! Start at [`ClipJob::claim`]; `make.rs` gives the jobs to threads.
 
-use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -17,6 +16,7 @@ use video::{Encoder, Yuv420p};
 use super::frames::FrameStore;
 use super::make::MakeError;
 use super::plan::{ClipPlan, Look};
+use crate::flock_folder::paths;
 
 /// The scratch folder of frames and records, in the flock's folder.
 pub(super) const SCRATCH: &str = ".render";
@@ -94,7 +94,7 @@ impl<'a> ClipJob<'a> {
 
     /// Encodes the frames and renames the clip to its path; `None` if `stop` was set before.
     pub(super) fn finish(&self, look: &Look, stop: &AtomicBool) -> Result<Option<ClipHash>, MakeError> {
-        let new = with_suffix(&self.path, ".new");
+        let new = paths::with_suffix(&self.path, ".new");
         let finished = self.encode(&new, look, stop);
         if !matches!(finished, Ok(Some(_))) {
             // It is useless, and the disk may be full.
@@ -169,19 +169,13 @@ pub(crate) fn hash_of(path: &Path) -> Result<ClipHash, MakeError> {
 }
 
 fn record_of(folder: &Path, path: &ClipPath) -> PathBuf {
-    with_suffix(&folder.join(SCRATCH).join(path.as_str()), ".made")
+    paths::with_suffix(&folder.join(SCRATCH).join(path.as_str()), ".made")
 }
 
 /// The recipe of the clip, and its hash.
 fn parsed(record: &str) -> Option<(ClipHash, ClipHash)> {
     let (recipe, hash) = record.strip_suffix('\n')?.split_once('\n')?;
     ClipHash::parse(recipe).ok().zip(ClipHash::parse(hash).ok())
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name: OsString = path.as_os_str().to_owned();
-    name.push(suffix);
-    name.into()
 }
 
 fn at(path: &Path) -> impl Fn(io::Error) -> MakeError {

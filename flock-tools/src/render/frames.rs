@@ -28,7 +28,7 @@ impl FrameStore {
     /// The store in `folder` for frames of `size` rendered by `recipe`. Frames rendered by another one are deleted.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The system's error.
     pub(crate) fn open(folder: &Path, size: (u32, u32), recipe: ClipHash) -> io::Result<Self> {
         let stamp = folder.join(STAMP);
         if fs::read_to_string(&stamp).ok() != Some(recipe.to_string()) {
@@ -42,7 +42,7 @@ impl FrameStore {
     /// Frame `number`, if it was put here and is whole.
     ///
     /// # Errors
-    /// What the kernel says of a frame that is there.
+    /// The system's error for a frame that is there.
     pub(crate) fn get(&self, number: u32) -> io::Result<Option<Yuv420p>> {
         let mut bytes = Vec::new();
         match fs::File::open(self.path(number)).and_then(|mut file| file.read_to_end(&mut bytes)) {
@@ -61,7 +61,7 @@ impl FrameStore {
     /// Stores `picture` as frame `number`.
     ///
     /// # Errors
-    /// What the kernel says; the frame is then not there.
+    /// The system's error; the frame is then not there.
     pub(crate) fn put(&self, number: u32, picture: &Yuv420p) -> io::Result<()> {
         let mut bytes = picture.planes().concat();
         let digest = ClipHash::of(&bytes[..])?.to_string();
@@ -77,7 +77,7 @@ impl FrameStore {
     /// Deletes the frames.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The system's error.
     pub(crate) fn clear(&self) -> io::Result<()> {
         absent_is_fine(fs::remove_dir_all(&self.folder))
     }

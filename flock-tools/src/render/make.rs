@@ -30,7 +30,7 @@ pub(crate) struct RunOptions {
     pub(crate) stop: Arc<AtomicBool>,
 }
 
-/// What a run did with a clip.
+/// The result for a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// Another process renders it.
@@ -43,7 +43,7 @@ pub(crate) enum Outcome {
     Unfinished,
 }
 
-/// What a run did.
+/// The result of a run.
 #[derive(Debug)]
 pub(crate) struct RunResult {
     /// One for each plan.
@@ -52,9 +52,17 @@ pub(crate) struct RunResult {
     pub(crate) frames: u64,
 }
 
-/// Why clips were not made. What was finished stays finished.
+/// Why clips were not made. Finished clips stay.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum MakeError {
+    /// A rendered frame was damaged on the disk before it was encoded.
+    #[error("frame {frame} of `{clip}` is damaged on the disk (the next run renders it again)")]
+    DamagedFrame {
+        /// The clip.
+        clip: ClipPath,
+        /// The frame, from 0.
+        frame: u32,
+    },
     /// A clip could not be encoded.
     #[error("cannot finish a clip")]
     Encode(#[source] EncodeError),
@@ -63,7 +71,7 @@ pub(crate) enum MakeError {
     File {
         /// Which.
         path: PathBuf,
-        /// What the kernel said.
+        /// The system's error.
         source: io::Error,
     },
     /// A frame could not be rendered.
@@ -73,22 +81,14 @@ pub(crate) enum MakeError {
         clip: ClipPath,
         /// The frame, from 0.
         frame: u32,
-        /// What the renderer said.
+        /// The renderer's error.
         reason: String,
     },
     /// The system refused threads.
     #[error("cannot start rendering: {reason}")]
     Threads {
-        /// What it said.
+        /// Its error.
         reason: String,
-    },
-    /// A rendered frame was damaged on the disk before it was encoded.
-    #[error("frame {frame} of `{clip}` is damaged on the disk (the next run renders it again)")]
-    DamagedFrame {
-        /// The clip.
-        clip: ClipPath,
-        /// The frame, from 0.
-        frame: u32,
     },
 }
 
@@ -96,7 +96,7 @@ pub(crate) enum MakeError {
 /// clip that is in its place.
 ///
 /// # Errors
-/// [`MakeError`] names the clip. What is finished stays finished, and rendered frames are kept.
+/// [`MakeError`] names the clip. Finished clips and rendered frames are kept.
 pub(crate) fn make(
     clips: &[ClipPlan],
     look: &Look,
@@ -137,7 +137,7 @@ pub(crate) fn make(
     Ok(RunResult { outcomes, frames: pool.frames.into_inner() })
 }
 
-/// What all threads share.
+/// The state that all threads share.
 struct Pool<'a> {
     look: &'a Look,
     folder: &'a Path,

@@ -32,14 +32,14 @@ use selection::{Request, Selection, SkippedClip};
 
 /// Render the clips that a flock lacks, from its genomes
 ///
-/// Every loop of a sheep with a genome, and every transition between two of them, whose clip is not there. Size, rate
-/// and frames are the flock's, everything else the genome's unless told here. Interrupted at any moment, the same
-/// command goes on where it was; on several machines that share the folder, each renders what the others have not taken.
+/// These are every loop of a sheep with a genome, and every transition between two of them, whose clip is not there.
+/// Size, rate and frames are the flock's, everything else the genome's unless an option is given. If it is interrupted,
+/// the same command continues. On several machines that share the folder, each renders clips that no other has begun.
 /// The hashes of finished clips are written into the manifest.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  nothing is missing any more
-  1  a clip is still missing: no genome, another process is at it, or interrupted
+  1  a clip is still missing: it has no genome, another process renders it, or the run was interrupted
   2  the command line, the manifest or a genome is wrong
   3  a file could not be read or written, or a clip could not be made")]
 #[expect(clippy::struct_excessive_bools, reason = "independent switches")]
@@ -49,10 +49,10 @@ pub(crate) struct Args {
     /// Only the loops of these sheep and the transitions at them
     #[arg(value_parser = |text: &str| SheepId::new(text))]
     sheep: Vec<SheepId>,
-    /// Clips that are there, too, except those rendered from just the same before
+    /// Also clips that are there, except those that were rendered from the same recipe
     #[arg(long)]
     again: bool,
-    /// Only tell what would be rendered and what it would cost, measured on a few frames
+    /// Only print what would be rendered and its cost, measured on a few frames
     #[arg(long)]
     dry_run: bool,
     /// Samples per pixel
@@ -70,7 +70,7 @@ pub(crate) struct Args {
     /// Frames rendered at once, as far as memory goes
     #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
     threads: NonZeroUsize,
-    /// Which random numbers: the same give the same clips, whatever the threads
+    /// The seed of the random numbers: the same gives the same clips, with any number of threads
     #[arg(long, value_name = "S", default_value_t = SEED)]
     seed: u64,
     /// Keep the rendered frames, so that another --crf needs no rendering: 1.4 MB each at 1280x720

@@ -177,7 +177,7 @@ impl ClipPlan {
     /// Renders frame `number` as the encoder takes it; `None` if `renderer` was stopped.
     ///
     /// # Errors
-    /// What the renderer said.
+    /// The renderer's error.
     pub(crate) fn picture(&self, number: u32, look: &Look, renderer: &Renderer) -> Result<Option<Yuv420p>, String> {
         let flame = Flame { motion: &*self.motion, renderer };
         let image = match flame.frame(f64::from(number), &look.settings()) {

@@ -107,13 +107,13 @@ impl Selection {
         Ok(selection)
     }
 
-    /// How many frames all clips have.
+    /// The number of frames of all clips.
     pub(crate) fn frames(&self) -> u64 {
         self.clips.iter().map(|clip| u64::from(clip.frames.0)).sum()
     }
 }
 
-/// Every clip of the flock and what it shows, loops first. What stands there twice is taken once, as the walk does.
+/// Every clip of the flock and its role, loops first. Of duplicates the first counts, as in the walk.
 pub(crate) fn shown(manifest: &Manifest) -> impl Iterator<Item = (ClipRole, &Clip)> {
     let mut sheep = HashSet::new();
     let mut pairs = HashSet::new();

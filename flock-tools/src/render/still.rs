@@ -18,8 +18,8 @@ use crate::program::{Exit, Fatal, now::Stopwatch, print, save};
 
 /// Render one picture of a genome
 ///
-/// Size, samples and everything else are the genome's unless told here. With --frame and --frames it is that frame of the
-/// genome's loop, motion blur included.
+/// Size, samples and everything else are the genome's unless an option is given. With --frame and --frames it is that
+/// frame of the genome's loop, motion blur included.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the picture is written
@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// How the noise of few samples is smoothed, as wide as the genome's estimator says
     #[arg(long, value_enum, default_value_t = Smoothing::Variance)]
     filter: Smoothing,
-    /// Which random numbers: the same give the same picture, whatever the threads
+    /// The seed of the random numbers: the same gives the same picture, with any number of threads
     #[arg(long, value_name = "S", default_value_t = SEED)]
     seed: u64,
     /// Threads to render with
@@ -72,7 +72,7 @@ pub(crate) struct Args {
 enum Smoothing {
     /// Not at all
     None,
-    /// Averaged with neighbours that differ by no more than chance; goes to nothing with many samples
+    /// Averaged with neighbours that differ by no more than chance; the more samples, the less
     Variance,
     /// Spread by density, as flam3 does
     Flam3,

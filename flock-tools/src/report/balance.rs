@@ -1,59 +1,60 @@
-//! What a flock would show with balanced weights, beside what it shows as written.
+//! The shares of a flock with balanced weights, for comparison with those as written.
 //!
-//! Owns the comparison's form. The weights and the proof where wants cannot be reached are the flock crate's.
+//! Owns this part of the page's document. The flock crate finds the weights, and the bottleneck if no weights reach the
+//! wants.
 //!
-//! Start at [`Balanced::of`].
+//! Start at [`BalancedShares::of`].
 
 use flock::{Balance, Flock, FlockShares, SheepId, Terms};
 
-use crate::balance::write::written;
+use crate::balance::write::with_weights;
 
-/// The flock under the weights that `flock balance` finds with its default terms.
+/// The shares with the weights that `flock balance` finds with its default terms.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Balanced {
+pub(super) struct BalancedShares {
     /// The worst of visits/want and want/visits; `None` if a sheep is never shown.
     pub(super) worst_ratio: Option<f64>,
-    /// Of every sheep: its fraction of all visits, its mean return in minutes, how long it is lit a day in minutes.
+    /// Of every sheep: its fraction of all visits, its mean return in minutes, its minutes a day.
     sheep: Vec<(f64, Option<f64>, f64)>,
     /// Of every transition, in the page's order: the fraction of all steps that take it.
     transitions: Vec<f64>,
-    stuck: Option<Stuck>,
+    bottleneck: Option<BottleneckFacts>,
 }
 
 /// Why no weights reach the wants: the sheep of one set are wanted more than all sheep that they lead to.
 #[derive(Debug, serde::Serialize)]
-struct Stuck {
-    /// The sheep, by their places on the page, and what they are wanted together.
+struct BottleneckFacts {
+    /// The sheep, by their indices on the page, and the sum of their wants.
     sheep: Vec<usize>,
     want: f64,
-    /// How many they lead to, and what those are wanted together.
+    /// The number of sheep that they lead to, and the sum of their wants.
     followers: usize,
     followers_want: f64,
 }
 
-impl Balanced {
+impl BalancedShares {
     /// The balance of `flock`. `None` if it has no cycle to walk.
     pub(super) fn of(flock: &Flock) -> Option<Self> {
         let balance = Balance::of(flock, Terms::default())?;
-        let balanced = written(flock, &balance);
+        let balanced = with_weights(flock, &balance);
         let shares = FlockShares::of(&balanced)?;
         let sheep = shares.sheep.iter().map(|one| (one.visits, one.return_minutes, one.minutes_a_day));
         Some(Self {
             worst_ratio: shares.worst_ratio,
             sheep: sheep.collect(),
             transitions: shares.transitions.iter().map(|one| one.visits).collect(),
-            stuck: stuck(&balance),
+            bottleneck: bottleneck(&balance),
         })
     }
 }
 
-fn stuck(balance: &Balance<'_>) -> Option<Stuck> {
+fn bottleneck(balance: &Balance<'_>) -> Option<BottleneckFacts> {
     let bottleneck = balance.bottleneck.as_ref()?;
     let place = |id: &&SheepId| balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).ok();
     let places = |ids: &[&SheepId]| ids.iter().filter_map(place).collect::<Vec<usize>>();
     let want = |places: &[usize]| places.iter().map(|&at| balance.sheep[at].want).sum::<f64>();
     let (sheep, followers) = (places(&bottleneck.sheep), places(&bottleneck.followers));
-    Some(Stuck { want: want(&sheep), followers: followers.len(), followers_want: want(&followers), sheep })
+    Some(BottleneckFacts { want: want(&sheep), followers: followers.len(), followers_want: want(&followers), sheep })
 }
 
 #[cfg(test)]
@@ -80,18 +81,18 @@ mod tests {
             [("a", "b", 9.0), ("b", "c", 1.0), ("c", "a", 1.0), ("a", "c", 1.0), ("b", "a", 9.0), ("c", "b", 1.0)];
         let flock = flock(&all);
         let written = FlockShares::of(&flock).unwrap().worst_ratio.unwrap();
-        let balanced = Balanced::of(&flock).unwrap();
+        let balanced = BalancedShares::of(&flock).unwrap();
         assert!(balanced.worst_ratio.unwrap() < 1.0 + 0.7 * (written - 1.0), "{written} {balanced:?}");
-        assert!(balanced.stuck.is_none(), "{balanced:?}");
+        assert!(balanced.bottleneck.is_none(), "{balanced:?}");
         assert!((balanced.transitions.iter().sum::<f64>() - 1.0).abs() < 1e-9);
     }
 
     #[test]
     fn what_is_stuck_is_wanted_more_than_all_that_it_leads_to() {
-        // Everyone leads to `a` alone, or comes from it.
+        // All sheep lead to `a` alone, or `a` leads to them.
         let flock = flock(&[("a", "b", 1.0), ("a", "c", 1.0), ("b", "a", 1.0), ("c", "a", 1.0)]);
-        let stuck = Balanced::of(&flock).unwrap().stuck.unwrap();
-        assert!(stuck.want > stuck.followers_want + 0.3, "{stuck:?}");
-        assert_eq!((stuck.sheep, stuck.followers), (vec![1, 2], 1));
+        let bottleneck = BalancedShares::of(&flock).unwrap().bottleneck.unwrap();
+        assert!(bottleneck.want > bottleneck.followers_want + 0.3, "{bottleneck:?}");
+        assert_eq!((bottleneck.sheep, bottleneck.followers), (vec![1, 2], 1));
     }
 }

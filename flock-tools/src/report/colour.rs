@@ -1,6 +1,6 @@
-//! The one colour that stands for a sheep.
+//! The colour of a sheep on the page.
 //!
-//! Owns how it is found in a picture, and what a sheep without a picture gets. Never draws.
+//! Owns how it is found in a picture, and the colour of a sheep without one. Never draws.
 //!
 //! # Source
 //! Björn Ottosson, *A perceptual color space for image processing* (2020): `OKLab`.
@@ -12,11 +12,11 @@ use super::layout::Numbers;
 
 /// Parts of the circle of hues among which the strongest is found.
 const HUES: usize = 24;
-/// How light and how strong the colour of a sheep may be: to be seen on a dark ground and on a light one.
+/// The limits of lightness and chroma of a sheep's colour: it must be visible on dark and on light backgrounds.
 const LIGHTNESS: (f64, f64) = (0.58, 0.84);
 const CHROMA: (f64, f64) = (0.10, 0.19);
 
-/// What is weaker than this is grey and stays so.
+/// A colour of less chroma is grey and stays grey.
 const GREY: f64 = 0.015;
 
 /// A colour of the screen; as text it is CSS.
@@ -32,14 +32,14 @@ struct Lab {
 }
 
 impl Colour {
-    /// The colour of a sheep that nobody has seen yet: always the same for an id.
+    /// The colour of a sheep without a picture: always the same for an id.
     pub(super) fn of_id(id: &str) -> Self {
         let mut numbers = Numbers::of(id);
         let (hue, l, chroma) = (TAU * numbers.next(), 0.55 + 0.2 * numbers.next(), 0.08 + 0.06 * numbers.next());
         Lab { l, a: chroma * hue.cos(), b: chroma * hue.sin() }.rgb()
     }
 
-    /// The colour that a picture is remembered by: the mean of its strongest hue, dark ground left out.
+    /// The most striking colour of a picture: the mean of its strongest hue, without the dark background.
     ///
     /// * `rgb`: 8 bits each of red, green and blue, pixel after pixel.
     pub(super) fn of_picture(rgb: &[u8]) -> Self {
@@ -91,7 +91,7 @@ impl Lab {
         }
     }
 
-    /// The nearest colour that a screen has: what is too strong loses strength, not hue.
+    /// The nearest colour that a screen can show: chroma is reduced, hue is kept.
     fn rgb(self) -> Colour {
         let linear = |strength: f64| {
             let (a, b) = (strength * self.a, strength * self.b);

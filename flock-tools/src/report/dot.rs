@@ -1,19 +1,19 @@
 //! The graph for Graphviz.
 //!
-//! Owns the DOT text. Sheep stand where the page draws them: `neato -n` keeps them there, every other program of
-//! Graphviz places them itself.
+//! Owns the DOT text. Sheep have the positions of the page: `neato -n` keeps them, every other program of Graphviz places
+//! them itself.
 //!
 //! # Source
 //! The DOT language, as Graphviz documents it.
 
 use super::facts::Facts;
 
-/// How wide the drawing is, in points.
+/// The size of the drawing, in points.
 const WIDTH: f64 = 1200.0;
 const HEIGHT: f64 = 800.0;
-/// How wide a sheep is that has the share of one in a flock of equals, in inches for a flock of one.
+/// The width of a sheep with an average share, in inches for a flock of one.
 const NODE: f64 = 4.0;
-/// How thick a transition is that is taken as often as the mean one.
+/// The width of a transition of average frequency.
 const PEN: f64 = 1.2;
 
 /// The lines of the DOT text.
@@ -49,7 +49,7 @@ pub(super) fn lines(facts: &Facts<'_>) -> Vec<String> {
     lines
 }
 
-/// `text` as a string of DOT, where a backslash would begin a word of its own.
+/// `text` as a string of DOT, where a backslash begins an escape.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for c in text.chars() {

@@ -1,7 +1,6 @@
-//! What a page tells, as the document that stands in it.
+//! The JSON document in the page.
 //!
-//! Owns the document's form; `sheet/` has the code that draws it. Never measures: shares, balance and joins are asked
-//! for their figures.
+//! Owns its form; the code in `sheet/` draws it. Never measures: the figures come from shares, balance and joins.
 //!
 //! Start at [`Facts::of`].
 
@@ -9,15 +8,15 @@ use std::collections::HashMap;
 
 use flock::{Fault, Flock, FlockShares, SheepIx};
 
-use super::balance::Balanced;
+use super::balance::BalancedShares;
 use super::colour::Colour;
 use super::joins::Joins;
 use super::layout::places;
 use super::picture::Picture;
-use super::suggestions::Suggested;
-use super::walk::{Spread, Walked};
+use super::suggestions::SuggestionList;
+use super::walk::{Spread, WalkSample};
 
-/// A page's document. Sheep are named by their place in `sheep`.
+/// The document of a page. Sheep are named by their index in `sheep`.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct Facts<'f> {
     pub(super) name: &'f str,
@@ -31,8 +30,8 @@ pub(super) struct Facts<'f> {
     /// From, to, the fraction of all steps that take it, its frames.
     pub(super) transitions: Vec<(usize, usize, f64, u32)>,
     pub(super) day: Option<Day>,
-    pub(super) balanced: Option<Balanced>,
-    pub(super) suggested: Option<Suggested>,
+    pub(super) balanced: Option<BalancedShares>,
+    pub(super) suggested: Option<SuggestionList>,
     pub(super) joins: Option<Joins>,
 }
 
@@ -48,9 +47,9 @@ pub(super) struct Figures {
     pub(super) most_bits: f64,
     /// The mean time from one visit's start to the next one's.
     pub(super) step_minutes: f64,
-    /// How long all clips take once through.
+    /// The sum of the lengths of all clips.
     pub(super) material_seconds: f64,
-    /// Clips that the manifest names, and how many of them are there; `None` where nobody looked.
+    /// The number of clips that the manifest names, and of those that are there; `None` if that was not checked.
     pub(super) clips: usize,
     pub(super) clips_there: Option<usize>,
     pub(super) pictures: usize,
@@ -59,7 +58,7 @@ pub(super) struct Figures {
 #[derive(Debug, serde::Serialize)]
 pub(super) struct SheepFacts<'f> {
     pub(super) id: &'f str,
-    /// Its place, from -1 to 1 along each axis; up is positive.
+    /// Its position, from -1 to 1 along each axis; up is positive.
     pub(super) x: f64,
     pub(super) y: f64,
     /// Fractions of all visits.
@@ -68,7 +67,7 @@ pub(super) struct SheepFacts<'f> {
     pub(super) minutes_a_day: f64,
     pub(super) return_minutes: Option<f64>,
     pub(super) returns: Option<Spread>,
-    /// Frames that a visit lights, repeats included; 0 without a loop.
+    /// Frames of a visit, repeats included; 0 without a loop.
     pub(super) frames: u64,
     pub(super) repeat: u32,
     pub(super) colour: String,
@@ -83,14 +82,14 @@ pub(super) struct Day {
     pub(super) visits: Vec<usize>,
 }
 
-/// What a page is made from.
-pub(super) struct Sources<'f> {
+/// All that a page is made of.
+pub(super) struct PageSources<'f> {
     pub(super) flock: &'f Flock,
     /// The seed of the walk, and the walk.
     pub(super) seed: u64,
-    pub(super) walked: Option<Walked>,
-    pub(super) balanced: Option<Balanced>,
-    pub(super) suggested: Option<Suggested>,
+    pub(super) walked: Option<WalkSample>,
+    pub(super) balanced: Option<BalancedShares>,
+    pub(super) suggested: Option<SuggestionList>,
     pub(super) joins: Option<Joins>,
     /// One for each sheep of the whole flock, or none at all.
     pub(super) pictures: &'f [Option<Picture>],
@@ -98,9 +97,9 @@ pub(super) struct Sources<'f> {
 }
 
 impl<'f> Facts<'f> {
-    /// The document of what `sources` say.
-    pub(super) fn of(sources: Sources<'f>) -> Self {
-        let Sources { flock, seed, walked, balanced, suggested, joins, pictures, clips_there } = sources;
+    /// The document made of `sources`.
+    pub(super) fn of(sources: PageSources<'f>) -> Self {
+        let PageSources { flock, seed, walked, balanced, suggested, joins, pictures, clips_there } = sources;
         let (manifest, whole) = (flock.manifest(), flock.whole());
         let shares = FlockShares::of(flock);
         let transitions = transitions(flock, shares.as_ref());
@@ -117,7 +116,7 @@ impl<'f> Facts<'f> {
             pictures: pictures.iter().flatten().count(),
         };
         let (day, returns) = match walked {
-            Some(Walked { day, returns }) => (Some(Day { seed: seed.to_string(), visits: day }), returns),
+            Some(WalkSample { day, returns }) => (Some(Day { seed: seed.to_string(), visits: day }), returns),
             None => (None, Vec::new()),
         };
         Self {
@@ -174,15 +173,15 @@ fn sheep<'f>(
 fn transitions(flock: &Flock, shares: Option<&FlockShares<'_>>) -> Vec<(usize, usize, f64, u32)> {
     let whole = flock.whole();
     let leads = whole.sheep().flat_map(|from| whole.exits(from).map(move |exit| (from, exit)));
-    let told = leads.enumerate().map(|(at, (from, exit))| {
+    let facts = leads.enumerate().map(|(at, (from, exit))| {
         let visits = shares.map_or(0.0, |shares| shares.transitions[at].visits);
         let written = &flock.manifest().transitions[whole.transition_in_manifest(exit)];
         (from.index(), whole.target(exit).index(), rounded(visits, 1e12), written.clip.frames.0)
     });
-    told.collect()
+    facts.collect()
 }
 
-/// The clips of the flock, those that serve twice once, by their paths; with their frames.
+/// The distinct clips of the flock by their paths, with their frames.
 pub(super) fn distinct_clips(flock: &Flock) -> HashMap<&str, u32> {
     flock.manifest().clips().map(|clip| (clip.path.as_str(), clip.frames.0)).collect()
 }
@@ -200,7 +199,7 @@ impl Spread {
     }
 }
 
-/// As many digits as a page needs.
+/// Rounded to the digits that a page needs.
 fn rounded(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts
 }

@@ -1,6 +1,6 @@
 //! The graph for Gephi, yEd and everything else that reads `GraphML`.
 //!
-//! Owns the XML text: what a sheep and a transition carry, by name and type.
+//! Owns the XML text: the data of sheep and transitions, by name and type.
 //!
 //! # Source
 //! The `GraphML` primer, 2.4: attributes are declared as keys, and referred to by their ids.
@@ -8,7 +8,7 @@
 use super::facts::Facts;
 use super::html::escaped;
 
-/// Ids of keys, what they belong to, their names for people, their types.
+/// Ids of keys, the elements that have them, their names for people, their types.
 const KEYS: [(&str, &str, &str, &str); 10] = [
     ("label", "node", "label", "string"),
     ("visits", "node", "visits", "double"),
@@ -49,7 +49,7 @@ pub(super) fn lines(facts: &Facts<'_>) -> Vec<String> {
         lines.push(format!(r#"    <node id="{id}">{}</node>"#, carried(&data)));
     }
     for &(from, to, visits, frames) in &facts.transitions {
-        // What programs call an edge's weight is how strong it is drawn: how often it is taken.
+        // Programs draw an edge as strong as its weight: how often the walk takes it.
         let data = [("taken", visits.to_string()), ("weight", visits.to_string()), ("frames", frames.to_string())];
         let (from, to) = (escaped(facts.sheep[from].id), escaped(facts.sheep[to].id));
         lines.push(format!(r#"    <edge source="{from}" target="{to}">{}</edge>"#, carried(&data)));

@@ -1,7 +1,7 @@
 //! The page as one file.
 //!
-//! Owns how the document, the look and the code become HTML that asks for nothing from elsewhere, whatever a flock is
-//! called. Never draws: the code in `sheet/` does, in the browser.
+//! Owns how the document, the style sheet and the code become one HTML page that loads nothing else and is safe for any name
+//! of a flock. Never draws: the code in `sheet/` does, in the browser.
 //!
 //! Start at [`page`].
 
@@ -25,13 +25,13 @@ const CODE: [&str; 12] = [
     include_str!("sheet/start.js"),
 ];
 
-/// What of [`PAGE`] is replaced, in the order of the file.
+/// The marks in [`PAGE`] that are replaced, in their order.
 const MARKS: [&str; 4] = ["{{title}}", "{{look}}", "{{facts}}", "{{code}}"];
 
 /// The page that shows `facts`.
 ///
 /// # Errors
-/// What serde says: a number that JSON has no word for, our bug.
+/// What serde says: a number that JSON cannot hold, a bug of ours.
 pub(super) fn page(facts: &Facts<'_>) -> serde_json::Result<String> {
     // Inside a script element `<` alone could end it; as an escape it is the same text to JSON.
     let document = serde_json::to_string(facts)?.replace('<', "\\u003c");
@@ -48,7 +48,7 @@ pub(super) fn page(facts: &Facts<'_>) -> serde_json::Result<String> {
     Ok(page)
 }
 
-/// `text` as HTML and XML show it. What XML has no way to say becomes the sign for that.
+/// `text` escaped for HTML and XML. Characters that XML cannot hold become U+FFFD.
 pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -74,7 +74,7 @@ mod tests {
     fn nothing_on_the_page_comes_from_elsewhere() {
         for text in [PAGE, LOOK].into_iter().chain(CODE) {
             for word in ["http:", "https:", "//www", "@import", "url(", "fetch(", "XMLHttpRequest"] {
-                // The name of SVG's namespace is asked of nobody, and a place on the page itself is none elsewhere.
+                // The name of SVG's namespace is not loaded, and `url(#` is a place on the page itself.
                 let text = text.replace("http://www.w3.org/2000/svg", "").replace("url(#", "");
                 assert!(!text.contains(word), "`{word}`");
             }

@@ -1,7 +1,7 @@
-//! How the clips of a flock meet, on its page.
+//! The joins of a flock on its page.
 //!
-//! Owns which joins are shown, and the two frames of each: the last of the one clip and the first of the next. Never
-//! judges: `crate::joins` does, and `sheet/joins.js` draws.
+//! Owns the choice of the joins that are shown, and the two frames of each: the last of the one clip and the first of the
+//! next. Never judges: `crate::joins` does. `sheet/joins.js` draws.
 //!
 //! Start at [`Joins::of`].
 
@@ -21,14 +21,14 @@ const WIDTH: u32 = 400;
 /// Bytes of a picture, about, before it is written as text.
 const BYTES: usize = 40_000;
 
-/// What the page tells of all joins.
+/// All joins, on the page.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct Joins {
-    /// How many were judged.
+    /// The number that was judged.
     judged: usize,
-    /// How many of them jump.
+    /// The number of those that jump.
     pub(super) jumps: usize,
-    /// How many could not be judged: a clip is not there, or damaged.
+    /// The number that could not be judged: a clip is missing or damaged.
     unjudged: usize,
     /// The worst, the worst first.
     worst: Vec<JoinFacts>,
@@ -37,20 +37,20 @@ pub(super) struct Joins {
 /// A join on the page.
 #[derive(Debug, serde::Serialize)]
 struct JoinFacts {
-    /// The sheep where the clips meet, by its place on the page.
+    /// The sheep where the clips meet, by its index on the page.
     at: Option<usize>,
     before: String,
     after: String,
     /// The worst figure, in words.
     why: String,
-    /// Against what is allowed: above 1 it jumps.
+    /// In parts of what is allowed: above 1 it jumps.
     severity: f64,
     /// The last frame of the one clip and the first of the other.
     frames: [String; 2],
 }
 
 impl Joins {
-    /// Judges the joins of `flock` in `folder`; `None` where none can be.
+    /// Judges the joins of `flock` in `folder`; `None` if none can be judged.
     pub(super) fn of(folder: &Path, flock: &Flock, decoder: &dyn Decoder) -> Option<Self> {
         let manifest = flock.manifest();
         let judgement = judge_with_bar(folder, manifest, decoder);

@@ -1,10 +1,10 @@
-//! Where each sheep stands in the drawing of its flock.
+//! The positions of sheep in the drawing of their flock.
 //!
-//! Owns positions: neighbours near each other, the others apart, and all of it much as before when a transition comes
-//! or goes. Weights, shares and the order of the manifest move nobody. Never draws.
+//! Owns the layout: neighbours near each other, the others apart, and little change when a transition is added or removed.
+//! Weights, shares and the order of the manifest have no effect. Never draws.
 //!
-//! Every sheep is drawn to a place of its own, a function of its id alone, smoothed over its neighbours. That pull is
-//! what a stress layout lacks: without it one more transition turns or folds the whole picture.
+//! Every sheep is pulled to an anchor, a function of its id alone, smoothed over its neighbours. A stress layout lacks that:
+//! without it one more transition turns or folds the whole picture.
 //!
 //! Start at [`places`].
 
@@ -13,31 +13,31 @@ use std::collections::VecDeque;
 /// A point of the plane.
 pub(super) type Point = [f64; 2];
 
-/// How strongly a sheep keeps to its own place while that is smoothed, against one neighbour; and the size of flock in
-/// which it keeps to it twice as strongly, because there a transition is a large part of all.
+/// The weight of a sheep's own anchor in the smoothing, against one neighbour; and the size of flock in which it is twice
+/// that, because there one transition is a large part of all.
 const OWN: f64 = 0.5;
 const FEW: f64 = 20.0;
 /// Sweeps of the smoothing.
 const SWEEPS: usize = 80;
-/// How strongly the smoothed place pulls, against all distances together.
+/// The weight of the smoothed anchor, against all distances together.
 const PULL: f64 = 0.5;
-/// Rounds of moving towards the wished distances.
+/// Rounds of the stress layout.
 const ROUNDS: usize = 30;
-/// How far from the middle the smoothed places lie, against the mean distance.
+/// The distance of the smoothed anchors from the middle, against the mean distance.
 const SPREAD: f64 = 0.55;
-/// Rounds of making room, and the room: the distance of two sheep, where 1 would fill the plane as a grid does.
+/// Rounds of pushing sheep apart, and their distance then: 1 would fill the plane as a grid does.
 const ROOM_ROUNDS: usize = 30;
 const ROOM: f64 = 0.8;
-/// Where the edge of the picture is, in standard deviations from the middle.
+/// The edge of the picture, in standard deviations from the middle.
 const EDGE: f64 = 1.7;
-/// How much more the drawing may be stretched one way than the other to fill the picture.
+/// The most that the drawing may be stretched in one direction against the other to fill the picture.
 const STRETCH: f64 = 1.6;
-/// Up to so many sheep distances are taken between all pairs: 8 MB, and a second.
+/// The most sheep for which the distances between all pairs are computed: 8 MB, and a second.
 const MOST_IN_PAIRS: usize = 2000;
 
-/// The places of the sheep called `ids`, from -1 to 1 along each axis.
+/// The positions of the sheep `ids`, from -1 to 1 along each axis.
 ///
-/// * `pairs`: which of them are joined by a transition, either way.
+/// * `pairs`: those that a transition joins, in either direction.
 ///
 /// # Source
 /// Gansner, Koren & North, *Graph Drawing by Stress Majorization* (2004); the pull towards anchors is ours.
@@ -72,7 +72,7 @@ fn neighbours(n: usize, pairs: &[(usize, usize)]) -> Vec<Vec<usize>> {
     all
 }
 
-/// A place in the unit circle that belongs to `id`.
+/// A point in the unit circle, a function of `id`.
 fn own_place(id: &str) -> Point {
     let mut numbers = Numbers::of(id);
     loop {
@@ -83,7 +83,7 @@ fn own_place(id: &str) -> Point {
     }
 }
 
-/// Numbers from 0 up to 1 that belong to a text: its FNV-1a hash, run on by `SplitMix64`.
+/// Random numbers from 0 up to 1, a function of a text: its FNV-1a hash seeds `SplitMix64`.
 pub(super) struct Numbers(u64);
 
 impl Numbers {
@@ -100,7 +100,7 @@ impl Numbers {
     }
 }
 
-/// `own` places, each moved between its own and those of its neighbours.
+/// The `own` anchors, each moved between its own and those of its neighbours.
 fn smoothed(neighbours: &[Vec<usize>], own: &[Point]) -> Vec<Point> {
     let mut at = own.to_vec();
     let keeps = OWN * (1.0 + FEW / own.len().max(1) as f64);
@@ -120,7 +120,7 @@ fn smoothed(neighbours: &[Vec<usize>], own: &[Point]) -> Vec<Point> {
 fn rounded(at: &mut [Point]) {
     centre(at);
     let moment = |a: usize, b: usize| at.iter().map(|p| p[a] * p[b]).sum::<f64>() / at.len().max(1) as f64;
-    // A lonely sheep, or sheep on a line, have no width in some direction: they keep what they have.
+    // One sheep, or sheep on a line, have no width in some direction: they stay.
     let (xx, xy, yy) = (moment(0, 0) + 1e-9, moment(0, 1), moment(1, 1) + 1e-9);
     // The square root of the 2x2 matrix of moments, by Cayley and Hamilton; what follows applies its inverse.
     let root = (xx * yy - xy * xy).max(1e-18).sqrt();
@@ -152,7 +152,7 @@ fn centred(at: &mut [Point]) {
     }
 }
 
-/// How many transitions apart any two sheep are, in whichever direction.
+/// The number of transitions between any two sheep, in either direction.
 struct Hops {
     n: usize,
     between: Vec<u16>,
@@ -176,7 +176,7 @@ impl Hops {
                 }
             }
         }
-        // What is not connected lies one step further than anything that is.
+        // Sheep that are not connected are one step further apart than any that are.
         let most = between.iter().copied().filter(|&hops| hops != u16::MAX).max().unwrap_or(0) + 1;
         for hops in &mut between {
             *hops = most.min(*hops);
@@ -189,7 +189,7 @@ impl Hops {
     }
 }
 
-/// Places where the distances are as near to `hops` as the pull towards `anchors` lets them.
+/// Positions whose distances are near to `hops`, pulled to `anchors`.
 fn stretched(hops: &Hops, anchors: &[Point]) -> Vec<Point> {
     let spread = SPREAD * hops.mean();
     let anchors: Vec<Point> = anchors.iter().map(|p| [spread * p[0], spread * p[1]]).collect();
@@ -209,13 +209,13 @@ fn stretched(hops: &Hops, anchors: &[Point]) -> Vec<Point> {
                 sum[b] = [sum[b][0] + weight * (at[a][0] - longer * dx), sum[b][1] + weight * (at[a][1] - longer * dy)];
             }
         }
-        // The weight of a sheep with itself is in `total`, its wish to be where it is in no sum.
+        // `total` has the weight of a sheep with itself, `sum` has not.
         at = sum.iter().zip(&total).map(|(s, w)| [s[0], s[1]].map(|s| s / (w - weights[0] + PULL * w))).collect();
     }
     at
 }
 
-/// Pushes sheep apart that stand too close.
+/// Pushes sheep apart that are too close.
 fn make_room(at: &mut [Point]) {
     centred(at);
     let room = ROOM * (std::f64::consts::PI * 2.0 / at.len().max(1) as f64).sqrt();
@@ -227,7 +227,7 @@ fn make_room(at: &mut [Point]) {
                 let squared = dx * dx + dy * dy;
                 if squared < room * room {
                     let distance = squared.sqrt();
-                    // Two sheep on one spot part sideways.
+                    // Two sheep at one point are pushed sideways.
                     let (ux, uy) = if distance > 1e-6 { (dx / distance, dy / distance) } else { (1.0, 0.0) };
                     let part = 0.25 * (room - distance);
                     push[a] = [push[a][0] + part * ux, push[a][1] + part * uy];
@@ -241,7 +241,7 @@ fn make_room(at: &mut [Point]) {
     }
 }
 
-/// Draws in what is far out, so that a straggler does not make all the others small; the middle is hardly changed.
+/// Pulls in sheep that are far out, so that they do not make all the others small; the middle hardly changes.
 fn inside(p: Point) -> Point {
     let far = (p[0] * p[0] + p[1] * p[1]) / (EDGE * EDGE);
     let shrunk = EDGE * (1.0 + far * far).sqrt().sqrt();

@@ -1,8 +1,7 @@
 //! `flock report DIR`: a flock as one page to look at.
 //!
-//! Owns the command: what is asked for, what is written where, and how it ends. What the page tells is `facts.rs`, how
-//! it becomes a file `html.rs`, how it looks `sheet/`; `dot.rs` and `graphml.rs` write the graph alone for other
-//! programs.
+//! Owns the command: its options, what is written where, and how it ends. `facts.rs` has the page's document, `html.rs` makes
+//! the file, `sheet/` is the code in it; `dot.rs` and `graphml.rs` write the graph alone for other programs.
 //!
 //! Start at [`run`].
 
@@ -26,26 +25,26 @@ use flock::{Fault, Flock, Sheep, SheepIx};
 use crate::decoder::{Decoder, DecoderHandle};
 use crate::flock_folder::open;
 use crate::program::{Exit, Fatal, print, save};
-use balance::Balanced;
-use facts::{Facts, Figures, Sources, distinct_clips};
+use balance::BalancedShares;
+use facts::{Facts, Figures, PageSources, distinct_clips};
 use joins::Joins;
 use picture::Picture;
-use suggestions::Suggested;
-use walk::Walked;
+use suggestions::SuggestionList;
+use walk::WalkSample;
 
-/// The page's name where none is given.
+/// The default name of the page.
 const FILE_NAME: &str = "report.html";
 
 /// Draw a flock as one page to look at: its graph, its shares, a day of its walk, its joins
 ///
-/// One HTML file that needs nothing else, opens offline, and can be sent to anyone. Sheep stand where they stood in the
-/// last report, or close by: one transition more or less hardly moves them, weights and wants do not. Works without any
-/// clip, too. Where there are clips, every join is judged as `flock check --joins` does it, and the worst are shown: of
-/// each clip that takes the decoding of its end and of a few frames of its beginning.
+/// One HTML file that needs nothing else, opens offline, and can be sent to anyone. Sheep stay where they were in the
+/// last report, or close by: a transition added or removed hardly moves them, weights and wants do not. It works
+/// without any clip, too. If there are clips, every join is judged as `flock check --joins` does it, and the worst are
+/// shown: for this the end and a few first frames of each clip are decoded.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the report is written
-  1  the report is written, and the flock has faults, which stand at its top
+  1  the report is written, and the flock has faults, which are listed at its top
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 #[expect(clippy::struct_excessive_bools, reason = "independent switches")]
@@ -66,7 +65,7 @@ pub(crate) struct Args {
     no_pictures: bool,
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(0..=1000))]
     #[arg(help = format!(
-        "Tell up to K transitions that would help most if added [default: {}, or none above {} sheep: it takes its time]",
+        "List up to K transitions that would help most if added [default: {}, or none above {} sheep: the search is slow]",
         suggestions::USUAL,
         suggestions::MOST_SHEEP
     ))]
@@ -88,7 +87,7 @@ struct Answer<'a> {
     bytes: usize,
     #[serde(flatten)]
     figures: Figures,
-    /// Joins that jump; `null` where none was judged.
+    /// The number of joins that jump; `null` if none was judged.
     jumps: Option<usize>,
     faults: &'a [Fault],
 }
@@ -106,7 +105,7 @@ pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
 
 /// Writes the graph alone.
 fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
-    let facts = Facts::of(Sources {
+    let facts = Facts::of(PageSources {
         flock,
         seed: args.seed,
         walked: None,
@@ -126,17 +125,17 @@ fn graph(args: &Args, flock: &Flock) -> Result<(), Fatal> {
 fn page(args: &Args, flock: &Arc<Flock>, decoder: DecoderHandle) -> Result<(), Fatal> {
     let there = |path: &&&str| args.dir.join(path).is_file();
     let clips_there = (!args.no_pictures).then(|| distinct_clips(flock).keys().filter(there).count());
-    // Where no clip is there, none is opened.
+    // If no clip is there, no decoder is asked for.
     let decoder = clips_there.filter(|&clips| clips > 0).map(|_| decoder.get()).transpose()?;
     let pictures = if args.no_pictures { Vec::new() } else { pictures(&args.dir, flock, decoder) };
-    let walked = Walked::of(flock, args.seed);
-    let balanced = Balanced::of(flock);
+    let walked = WalkSample::of(flock, args.seed);
+    let balanced = BalancedShares::of(flock);
     let folder = Some(args.dir.as_path()).filter(|_| !args.no_pictures);
-    let suggested = Suggested::of(flock, folder, args.suggest.map(usize::from));
+    let suggested = SuggestionList::of(flock, folder, args.suggest.map(usize::from));
     let judging = decoder.filter(|_| !args.no_joins);
     let joins = judging.and_then(|decoder| Joins::of(&args.dir, flock, decoder));
     let jumps = joins.as_ref().map(|joins| joins.jumps);
-    let facts = Facts::of(Sources {
+    let facts = Facts::of(PageSources {
         flock,
         seed: args.seed,
         walked,
@@ -164,7 +163,7 @@ fn page(args: &Args, flock: &Arc<Flock>, decoder: DecoderHandle) -> Result<(), F
     print::lines([path.display().to_string()])
 }
 
-/// A picture of every sheep of the whole flock, where there is one to be had.
+/// A picture of every sheep of the whole flock; `None` for a sheep without clips and genome.
 fn pictures(folder: &Path, flock: &Flock, decoder: Option<&dyn Decoder>) -> Vec<Option<Picture>> {
     let written = |sheep: SheepIx| &flock.manifest().sheep[flock.whole().sheep_in_manifest(sheep)];
     let sheep: Vec<&Sheep> = flock.whole().sheep().map(written).collect();

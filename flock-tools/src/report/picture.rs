@@ -1,8 +1,8 @@
 //! A small picture of each sheep.
 //!
-//! Owns where it is taken from: the first frame of the loop; of a sheep without one, the first frame of a transition
-//! that leaves it; where no clip is there, the genome's still. What shows neither has no picture, and that is no fault
-//! here. Never judges a clip: `flock check` does.
+//! Owns the choice of its source: the first frame of the loop; for a sheep without one, the first frame of a transition that
+//! leaves it; if no clip is there, a still of the genome. A sheep without all of these has no picture. Never judges a clip:
+//! `flock check` does.
 //!
 //! Start at [`all`].
 
@@ -20,14 +20,14 @@ use super::colour::Colour;
 use crate::decoder::Decoder;
 use crate::decoder::thumbnail::Thumbnail;
 
-/// Pixels that all pictures of a page may have together, and the widest that one is.
+/// The most pixels of all pictures of a page together, and the most that one is wide.
 const PIXELS: f64 = 8.5e6;
 const WIDEST: u32 = 400;
-/// Bytes that all pictures of a page may have together, before they are written as text: 6 MB as text.
+/// The most bytes of all pictures of a page together; as text they are 6 MB.
 const BYTES: usize = 4_400_000;
-/// Qualities that are tried until a picture is small enough; the last one is taken whatever it yields.
+/// Qualities that are tried until a picture is small enough; the last one is used in any case.
 const QUALITIES: [u8; 4] = [84, 72, 56, 40];
-/// Samples per pixel of a still that is rendered for want of a clip.
+/// Samples per pixel of a still that is rendered if there is no clip.
 const STILL_SPP: f64 = 60.0;
 
 /// A picture as the page has it.
@@ -37,7 +37,7 @@ pub(super) struct Picture {
     pub(super) url: String,
     /// Width and height in pixels.
     pub(super) size: (u32, u32),
-    /// What it is remembered by.
+    /// Its most striking colour.
     pub(super) colour: Colour,
 }
 

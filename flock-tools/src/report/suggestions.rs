@@ -1,9 +1,9 @@
-//! Transitions that are worth adding, with what they cost.
+//! Transitions that are worth adding, with their costs.
 //!
-//! Owns the form in which the page tells them, and up to which size of flock they are looked for unasked. The choice is
-//! the flock crate's, the cost `balance/cost.rs`'s. Nothing is measured, so that the same flock gives the same page.
+//! Owns this part of the page's document, and the default number of transitions. The flock crate chooses them;
+//! `balance/cost.rs` estimates the cost. Nothing is measured, so that the same flock gives the same page.
 //!
-//! Start at [`Suggested::of`].
+//! Start at [`SuggestionList::of`].
 
 use std::path::Path;
 
@@ -11,18 +11,18 @@ use flock::{Flock, SheepId, Suggestion, Terms};
 
 use crate::balance::cost::{self, Cost};
 
-/// How many are told, unless somebody says.
+/// The default number of transitions.
 pub(super) const USUAL: usize = 5;
-/// Above so many sheep none, unless somebody says: the search would take as long as all the rest of the page.
+/// With more sheep the default is 0: the search would take as long as all the rest of the page.
 pub(super) const MOST_SHEEP: usize = 200;
 
 /// The transitions, each the best one after those before it.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Suggested(Vec<Advised>);
+pub(super) struct SuggestionList(Vec<TransitionAdvice>);
 
 #[derive(Debug, serde::Serialize)]
-struct Advised {
-    /// By their places on the page.
+struct TransitionAdvice {
+    /// By their indices on the page.
     from: usize,
     to: usize,
     /// The balance's with this and those before it; `None` while a sheep is never shown.
@@ -31,9 +31,9 @@ struct Advised {
     cost: Cost,
 }
 
-impl Suggested {
-    /// Up to `count` transitions, or as many as is usual for `flock`; `folder` is looked at for what they cost beyond
-    /// their length. `None` if none were looked for.
+impl SuggestionList {
+    /// Up to `count` transitions, or the default number; their costs beyond their length are estimated from the files in
+    /// `folder`. `None` if the number is 0.
     pub(super) fn of(flock: &Flock, folder: Option<&Path>, count: Option<usize>) -> Option<Self> {
         let usual = if flock.whole().len() <= MOST_SHEEP { USUAL } else { 0 };
         let count = count.unwrap_or(usual);
@@ -44,7 +44,7 @@ impl Suggested {
         };
         let place = |id: &SheepId| flock.whole().find(id).map(flock::SheepIx::index);
         let advised = |(add, cost): (&Suggestion, Cost)| {
-            Some(Advised { from: place(&add.from)?, to: place(&add.to)?, worst_ratio: add.worst_ratio, cost })
+            Some(TransitionAdvice { from: place(&add.from)?, to: place(&add.to)?, worst_ratio: add.worst_ratio, cost })
         };
         Some(Self(add.iter().zip(costs).filter_map(advised).collect()))
     }

@@ -1,8 +1,8 @@
-//! What a wall shows: a day of the walk, and how soon sheep come back on it.
+//! A day of the walk, and the return times of sheep.
 //!
-//! Owns the timing of visits. Never chooses: the walk here is the player's own.
+//! Owns the timing of visits. The walk is the player's own.
 //!
-//! Start at [`Walked::of`].
+//! Start at [`WalkSample::of`].
 
 use std::sync::Arc;
 
@@ -11,21 +11,21 @@ use flock::{Flock, SheepIx, Step, Walk};
 /// Seconds in a day and in a minute.
 const DAY_S: f64 = 86_400.0;
 const MINUTE_S: f64 = 60.0;
-/// Visits that a page shows at most: clips of a moment make no more colours than the eye can tell.
+/// The most visits that a page shows: the eye tells no more colours apart.
 const MOST_SHOWN: usize = 20_000;
-/// Steps from which return times are taken; a week of 50-second steps has 12,096.
+/// Steps from which return times are measured; a week of 50-second steps has 12,096.
 const STEPS: usize = 12_000;
 
-/// A walk from its beginning.
+/// The beginning of a walk.
 #[derive(Debug, PartialEq)]
-pub(super) struct Walked {
+pub(super) struct WalkSample {
     /// The sheep visited in the first 24 hours, by their ordinals in the whole flock.
     pub(super) day: Vec<usize>,
-    /// For every sheep of the whole flock how soon it came back.
+    /// The return times of every sheep of the whole flock.
     pub(super) returns: Vec<Option<Spread>>,
 }
 
-/// How times are spread, in minutes.
+/// The spread of return times, in minutes.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Spread {
     /// The soonest.
@@ -36,7 +36,7 @@ pub(super) struct Spread {
     pub(super) longest: f64,
 }
 
-impl Walked {
+impl WalkSample {
     /// The walk of `flock` that begins with `seed`. `None` if there is no cycle to walk.
     pub(super) fn of(flock: &Arc<Flock>, seed: u64) -> Option<Self> {
         let mut walk = Walk::start(Arc::clone(flock), seed).filter(|_| flock.is_walkable())?;
@@ -80,7 +80,7 @@ mod tests {
     use std::fmt::Write as _;
     use std::path::Path;
 
-    /// Three sheep in a triangle that leads both ways; a fourth that nobody leads to comes first by its id.
+    /// Three sheep in a triangle that leads both ways; a fourth, to which no sheep leads, comes first by its id.
     fn flock() -> Arc<Flock> {
         let mut text = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n[[sheep]]\nid = \"a\"\n".to_owned();
         for (at, id) in ["b", "c", "d"].iter().enumerate() {
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn the_day_is_the_path_that_the_player_takes() {
         let flock = flock();
-        let walked = Walked::of(&flock, 5).unwrap();
+        let walked = WalkSample::of(&flock, 5).unwrap();
         let mut path = Itinerary::start(Arc::clone(&flock), 5);
         let mut loops = std::iter::from_fn(|| path.next_clip()).filter_map(|clip| match clip.what {
             What::Loop { sheep } => Some(sheep),
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn a_day_has_as_many_visits_as_its_clips_leave_room_for() {
         // A step takes 30 s for the transition and 10, 20 or 30 s for the loop: 50 s in the mean.
-        let walked = Walked::of(&flock(), 1).unwrap();
+        let walked = WalkSample::of(&flock(), 1).unwrap();
         assert!((1726..=1731).contains(&walked.day.len()), "{}", walked.day.len());
         assert_eq!(walked.returns[0], None, "nobody leads to the first");
         let spread = walked.returns[1].unwrap();

@@ -11,10 +11,9 @@ use crate::program::{Exit, Fatal, print};
 
 /// Tell how often every sheep is shown in the long run, against how often it should be
 ///
-/// Exact figures of the walk that a unit plays, by visits and by the time that loops are lit, with a proof of how near
-/// they are to the truth; where there is none, that is said. A sheep's mean return
-/// runs from the start of one visit to the start of its next. Sheep that are never shown have no share, and are named as
-/// the faults that they are. Only the manifest is read.
+/// Exact figures of the walk that a unit plays, by visits and by the time that loops are shown, with a proof of their
+/// error; without a proof, a note says so. A sheep's mean return runs from the start of one visit to the start of its
+/// next. Sheep that are never shown have no share, and are named as faults. Only the manifest is read.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the shares are printed, and everything in the flock is shown

@@ -9,10 +9,10 @@ use crate::program::{Exit, Fatal, arguments::WalkArgs, print};
 
 /// Walk many steps and tell how even, how spaced and how varied they are
 ///
-/// Visits are fractions of all, the first one included; beside them stands what `flock share` predicts, and how far from
-/// it chance may have led the walk: four standard deviations, as the walk itself shows them. Return times run from the
-/// start of one visit to the start of the sheep's next; a repeat is a run of transitions that was walked before. Only
-/// the manifest is read.
+/// Visits are fractions of all, the first one included. Beside them are the prediction of `flock share`, and the bound
+/// of the difference by chance: four standard deviations, measured on the walk. Return times run from the start of one
+/// visit to the start of the sheep's next; a repeat is a run of transitions that was walked before. Only the manifest
+/// is read.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the figures are printed

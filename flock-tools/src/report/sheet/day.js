@@ -84,7 +84,7 @@ function tellVisit(event, lane, row) {
 
 // The visits of the sheep that is looked at, over a dimmed ribbon.
 function markDay(looked) {
-  // Who points at the ribbon itself wants to see it.
+  // While the pointer is on the ribbon itself, it is not dimmed.
   if (pointed) looked = looking.chosen
   const each = strip.span / ROWS_OF_DAY
   $('#day .ribbon').classList.toggle('looking', looked !== null)

@@ -1,5 +1,5 @@
 // The flock as a graph. A disc's area is the sheep's share, the dashed ring's its want, its colour their ratio; an
-// arrow is as broad as the transition is taken often.
+// arrow is the broader the more often the transition is taken.
 
 const stage = $('#flock svg')
 const view = { width: 0, height: 0, unit: 0, margin: 0, zoom: 1, x: 0, y: 0 }
@@ -42,7 +42,7 @@ function drawDisc(one, at) {
   return group
 }
 
-// Pictures appear where discs are large enough to tell them apart: in a small flock, or from near by.
+// Pictures appear if discs are large enough to tell them apart: in a small flock, or zoomed in.
 function dress() {
   if (view.unit * view.zoom < 14) return
   sheep.forEach((one, at) => {
@@ -73,7 +73,7 @@ function drawArrow({ from, to, visits }) {
   })
 }
 
-// A bent arrow between two discs: two of opposite ways do not cover each other.
+// A bent arrow between two discs, so that opposite transitions do not cover each other.
 function across(from, to, width) {
   const [ax, ay] = place(from), [bx, by] = place(to)
   const far = Math.hypot(bx - ax, by - ay) || 1
@@ -128,7 +128,7 @@ function moveTo(zoom, x, y) {
   const [cx, cy] = [view.width / 2, view.height / 2]
   $('#world').setAttribute('transform', `translate(${cx + view.x} ${cy + view.y}) scale(${zoom}) translate(${-cx} ${-cy})`)
   stage.classList.toggle('near', zoom > 1)
-  // Many arrows are drawn lighter, and near ones: the flock is to be seen through them.
+  // Many or near arrows are drawn lighter, so that the flock is visible through them.
   stage.style.setProperty('--ease', (Math.max(0.3, 0.6 - transitions.length / 400) / Math.sqrt(zoom)).toFixed(2))
   dress()
 }
@@ -142,7 +142,7 @@ function drawZoom() {
     button.onclick = () => { const by = Number(button.dataset.zoom); by ? zoomBy(by) : moveTo(1, 0, 0) }
   }
   stage.addEventListener('wheel', event => {
-    // The page scrolls as pages do; with Ctrl, or two fingers, the flock comes nearer.
+    // The wheel scrolls the page; with Ctrl, or two fingers, it zooms the flock.
     if (!event.ctrlKey && !event.metaKey) return
     event.preventDefault()
     const box = stage.getBoundingClientRect()

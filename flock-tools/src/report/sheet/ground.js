@@ -1,4 +1,4 @@
-// What everything on the page stands on: the document, elements, words for numbers, and the sheep that is looked at.
+// What all parts of the page use: the document, elements, words for numbers, and the sheep that is looked at.
 
 const flock = JSON.parse(document.getElementById('facts').textContent)
 const { sheep, figures } = flock
@@ -27,7 +27,7 @@ const make = (name, attributes = {}, ...children) => fitted(document.createEleme
 const draw = (name, attributes = {}, ...children) =>
   fitted(document.createElementNS('http://www.w3.org/2000/svg', name), attributes, children)
 
-// An image of a sheep, or its colour where there is none. What it shows stands beside it, so it says nothing itself.
+// An image of a sheep, or its colour if there is none. The text beside it says what it shows, so `alt` is empty.
 const picture = (at, name = '') => sheep[at].picture
   ? make('img', { src: sheep[at].picture, alt: name, decoding: 'async' })
   : make('span', { class: 'swatch', style: `background: ${sheep[at].colour}` })

@@ -1,4 +1,4 @@
-// The top: what the flock is called, what it amounts to, what is wrong with it.
+// The top: the flock's name, its figures, its faults.
 
 function spoken(items, of) {
   return `${digits(items)} ${of}${items === 1 ? '' : of === 'sheep' ? '' : 's'}`
@@ -35,7 +35,7 @@ function drawHead() {
   $('footer').textContent = `${flock.name} · ${flock.size.join(' × ')} · ${flock.fps[1] === 1 ? flock.fps[0] : flock.fps.join('/')} frames per second · drawn by flock report`
 }
 
-// Light, dark, or as the system has it. Remembered where the browser lets a file remember.
+// Light, dark, or as the system has it. Stored if the browser lets a file store it.
 const lights = ['as the system', 'light', 'dark']
 function shine(light) {
   const root = document.documentElement

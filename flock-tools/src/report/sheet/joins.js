@@ -1,4 +1,4 @@
-// How the clips meet: where they do so least, the last frame of the one beside the first of the next.
+// The joins: for the worst ones the last frame of the one clip beside the first of the next.
 
 function drawJoins() {
   const joins = flock.joins
@@ -21,5 +21,5 @@ function pairOf(join) {
     make('figcaption', {},
       make('p', { class: 'ends' }, make('span', {}, join.before), make('span', {}, join.after)),
       make('div', { class: 'bar', title: 'of what is allowed' }, make('i', { style: `width: ${Math.min(100, 50 * join.severity)}%` }), make('b', { style: 'left: calc(50% - 1px)' })),
-      make('p', { class: 'told' }, make('b', {}, jumps ? `jumps, ${part}` : part), ` ${join.why}`)))
+      make('p', { class: 'why' }, make('b', {}, jumps ? `jumps, ${part}` : part), ` ${join.why}`)))
 }

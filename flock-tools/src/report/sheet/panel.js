@@ -6,7 +6,7 @@ function pair(name, value) {
   return [make('dt', {}, name), make('dd', {}, value)]
 }
 
-// Transitions as lines with the sheep at their other end; `part` is what each is of all of them.
+// Transitions as lines with the sheep at their other end; `part` is the fraction of each.
 function lines(title, list, end) {
   const total = list.reduce((sum, one) => sum + one.visits, 0)
   const sorted = [...list].sort((a, b) => b.visits - a.visits)

@@ -1,6 +1,6 @@
-// How soon sheep come back.
+// The return times of sheep.
 
-// How long the walk was from which returns are told
+// The length of the walk from which return times are measured
 const walkedMinutes = () => Math.max(figures.step_minutes * 12000, 1440)
 const TICKS = [0.5, 1, 2, 5, 10, 20, 30, 60, 120, 240, 480, 960, 1440, 2880, 7200, 14400, 43200, 144000]
 
@@ -34,7 +34,7 @@ function spans(back) {
   }))
 }
 
-// Every sheep a dot, piled up where many come back as soon.
+// Every sheep a dot; dots of equal return times are stacked.
 function piles(back) {
   const width = Math.max(300, $('#returns .chart').clientWidth)
   const times = back.map(({ one }) => Math.log(one.return_minutes))

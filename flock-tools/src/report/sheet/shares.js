@@ -1,6 +1,6 @@
 // Shares against wants.
 
-// Up to so many sheep each has a row; of more, those that are furthest off.
+// The most sheep that each have a row; of more, only those that are furthest off.
 const ROWS = 40, FURTHEST = 12
 
 function drawShares() {
@@ -21,7 +21,7 @@ function drawShares() {
 
 const ratio = one => one.visits / one.want
 
-// With `oneSided`, bars of either direction begin at the left and have all the room.
+// With `oneSided`, all bars begin at the left and have the full width.
 function shareRow(at, widest, oneSided = false) {
   const one = sheep[at], off = one.visits ? Math.max(-widest, Math.min(widest, Math.log2(ratio(one)))) : -widest
   const length = (oneSided ? 100 : 50) * Math.abs(off) / widest, edge = oneSided ? 'left: 0' : `${off < 0 ? 'right' : 'left'}: 50%`

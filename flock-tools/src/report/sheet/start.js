@@ -1,4 +1,4 @@
-// Everything is drawn once, what depends on the width again when that changes.
+// Everything is drawn once; what depends on the width is drawn again when that changes.
 
 drawLight()
 drawHead()

@@ -1,4 +1,4 @@
-// What would help: transitions worth rendering, with what they cost.
+// Transitions worth rendering, with their costs.
 
 function drawSuggested() {
   const suggested = flock.suggested

@@ -1,4 +1,4 @@
-// All sheep in figures: what the drawings show, to be read, sorted and copied.
+// All sheep in figures, to be read, sorted and copied.
 
 const columns = [
   ['sheep', one => one.id, one => one.id],

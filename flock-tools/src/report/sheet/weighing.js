@@ -1,4 +1,4 @@
-// The flock as written, or as the weights of `flock balance` would show it.
+// The shares as written, or with the weights of `flock balance`.
 
 const written = {
   sheep: sheep.map(one => [one.visits, one.return_minutes, one.minutes_a_day]),
@@ -12,7 +12,7 @@ function drawWeighing() {
   $('#weighing').hidden = false
   const buttons = document.querySelectorAll('#weighing button')
   buttons.forEach((button, which) => { button.onclick = () => weigh(which ? balanced : written, buttons, which) })
-  $('#weighing .note').textContent = [reach(balanced), stuck(balanced)].filter(Boolean).join(' ')
+  $('#weighing .note').textContent = [reach(balanced), bottleneck(balanced)].filter(Boolean).join(' ')
 }
 
 const worst = ratio => ratio === null ? 'a sheep is never shown' : times(ratio)
@@ -23,10 +23,10 @@ function reach(balanced) {
     : `With the weights of flock balance the worst ratio would be ${after} instead of ${before}.`
 }
 
-function stuck({ stuck }) {
-  if (!stuck) return ''
-  return `No weights reach every want: ${spoken(stuck.sheep.length, 'sheep')} ${stuck.sheep.length === 1 ? 'is' : 'are'} wanted ${percent(stuck.want)} of all visits, ` +
-    `all they lead to, ${spoken(stuck.followers, 'sheep')}, only ${percent(stuck.followers_want)}.`
+function bottleneck({ bottleneck }) {
+  if (!bottleneck) return ''
+  return `No weights reach every want: ${spoken(bottleneck.sheep.length, 'sheep')} ${bottleneck.sheep.length === 1 ? 'is' : 'are'} wanted ${percent(bottleneck.want)} of all visits, ` +
+    `all they lead to, ${spoken(bottleneck.followers, 'sheep')}, only ${percent(bottleneck.followers_want)}.`
 }
 
 function weigh(weighed, buttons, which) {
