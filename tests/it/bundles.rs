@@ -360,7 +360,7 @@ fn a_flock_that_would_not_play_is_not_packed() {
     let answer = studio.answers(1, &[&words[..], &["--allow-jumps"]].concat());
     assert_eq!(answer["faults"][0]["kind"], "missing-clip", "{answer}");
     let said = studio.says(1, &words);
-    assert!(said.contains("missing-clip: clip `s0.mp4` does not exist") && said.contains("would not play"), "{said}");
+    assert!(said.contains("missing-clip: clip `s0.mp4` does not exist") && said.contains("is not packed"), "{said}");
     assert!(!studio.at("bundle").exists() && !studio.at("artist.sequence").exists());
     // A flock of one grey loop meets everywhere.
     let (still, bundle) = (still(&studio), ["bundle", "--key", "artist.key", "--passphrase-file", "passphrase"]);

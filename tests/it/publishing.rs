@@ -124,7 +124,7 @@ fn nothing_older_replaces_what_lies_there() {
     studio.answers(0, &PUBLISH);
     let before = files(&studio.at("stick"));
     let said = studio.says(1, &["publish", "old", "stick", "--trust", "artist.pub"]);
-    assert!(said.contains("for unit `lobby` sequence 2 of the same key lies in `stick`, this is 1"), "{said}");
+    assert!(said.contains("`stick` has sequence 2 of the same key for unit `lobby`, this is 1"), "{said}");
     assert_eq!(files(&studio.at("stick")), before);
     for (code, words, told) in [
         (3, ["publish", "bundle", "nowhere", "--trust", "artist.pub"], "cannot read `nowhere`"),

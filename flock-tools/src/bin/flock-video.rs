@@ -1,7 +1,6 @@
 //! `flock-video`, the artist's command line with ffmpeg.
 //!
-//! Owns the name of the program. `flock` starts it, with its own command line; people do not. The table of contents is
-//! `lib.rs`.
+//! Owns the name of the program. `flock` starts it with its own command line. The table of contents is `lib.rs`.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;

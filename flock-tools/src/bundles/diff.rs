@@ -97,7 +97,7 @@ fn contents(args: &Args, folder: &Path) -> Result<Contents, Fatal> {
         Some((_, bundle)) if bundles.is_empty() => Ok(bundle.contents().clone()),
         _ => {
             let several = DiffError::Several { path: folder.to_owned(), count: bundles.len() + 1 };
-            Err(Fatal::new(Exit::Malformed, several).hint("--unit says whose"))
+            Err(Fatal::new(Exit::Malformed, several).hint("--unit names the unit"))
         }
     }
 }

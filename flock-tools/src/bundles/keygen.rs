@@ -65,7 +65,7 @@ pub(crate) struct Args {
 
 /// More keys are to stay than a statement can hold.
 #[derive(Debug, thiserror::Error)]
-#[error("{kept} keys are to stay, at most {} can", limits::KEPT)]
+#[error("--keep names {kept} keys, at most {} are allowed", limits::KEPT)]
 struct TooManyKept {
     kept: usize,
 }

@@ -106,7 +106,7 @@ struct ObjectCounts {
 /// Why a flock was not packed.
 #[derive(Debug, thiserror::Error)]
 enum PackError {
-    #[error("flock `{name}` would not play as it should: {faults}, `{first}` first")]
+    #[error("flock `{name}` is not packed, it has {faults}: `{first}` first")]
     Faulty { name: String, faults: String, first: String },
     #[error("`{path}` is no statement about keys")]
     NoStatement { path: PathBuf },

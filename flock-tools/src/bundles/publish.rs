@@ -76,7 +76,7 @@ struct Answer {
 enum PublishError {
     #[error("`{path}` has no room: {needed} needed, {room} free")]
     NoRoom { path: PathBuf, needed: DecimalBytes, room: DecimalBytes },
-    #[error("for {unit} sequence {there} of the same key lies in `{path}`, this is {sequence}")]
+    #[error("`{path}` has sequence {there} of the same key for {unit}, this is {sequence}")]
     Older { path: PathBuf, unit: String, sequence: Sequence, there: Sequence },
     #[error("cannot tell what `{seal}` in `{path}` needs")]
     Unknown { path: PathBuf, seal: String },

@@ -44,18 +44,18 @@ pub(super) struct SystemEntry {
 /// Why a folder is no system that can be packed.
 #[derive(Debug, thiserror::Error)]
 enum SystemError {
+    #[error("cannot read the keys that system `{path}` trusts", path = .path.display())]
+    Keys { path: PathBuf, source: KeyError },
     #[error("`{root}` is not the root that `{start}` was made with", root = .root.display(), start = .start.display())]
-    Apart { start: PathBuf, root: PathBuf },
-    #[error("system `{path}` does not trust key {key} that signs it, it trusts {trusted}", path = .path.display())]
-    Estranged { path: PathBuf, key: KeyId, trusted: String },
+    Mismatch { start: PathBuf, root: PathBuf },
     #[error("`{path}` is no start file", path = .path.display())]
     NoStartFile { path: PathBuf, source: StartFileError },
     #[error("cannot read `{path}`", path = .path.display())]
     Read { path: PathBuf, source: io::Error },
-    #[error("`{path}` has {bytes} bytes, more than {} that a slot could have", limits::SYSTEM, path = .path.display())]
+    #[error("`{path}` has {bytes} bytes, more than the {} of a slot", limits::SYSTEM, path = .path.display())]
     TooLarge { path: PathBuf, bytes: u64 },
-    #[error("cannot tell whom system `{path}` trusts", path = .path.display())]
-    Unclear { path: PathBuf, source: KeyError },
+    #[error("system `{path}` does not trust key {key} that signs it, it trusts {trusted}", path = .path.display())]
+    Untrusted { path: PathBuf, key: KeyId, trusted: String },
 }
 
 /// The answer with `--json`.
@@ -128,14 +128,14 @@ fn seal(folder: &Folder, release: &Release, key: &SecretKey, statements: &[Vec<u
 fn require_trust(dir: &Path, key: KeyId) -> Result<(), Fatal> {
     let path = dir.join(KEYS);
     let trust = if path.exists() { Trust::read(&path) } else { Ok(Trust::default()) };
-    let trust = trust.map_err(|source| system_fatal(SystemError::Unclear { path: dir.to_owned(), source }))?;
+    let trust = trust.map_err(|source| system_fatal(SystemError::Keys { path: dir.to_owned(), source }))?;
     let known: Vec<_> = trust.keys().map(PublicKey::id).collect();
     if known.contains(&key) {
         return Ok(());
     }
     let trusted = if known.is_empty() { "nobody".to_owned() } else { key_list(&known) };
     let hint = "give `make image` its public key: keys=NAME.pub; or pack it with --allow-untrusted if the units trust it otherwise";
-    Err(system_fatal(SystemError::Estranged { path: dir.to_owned(), key, trusted }).hint(hint))
+    Err(system_fatal(SystemError::Untrusted { path: dir.to_owned(), key, trusted }).hint(hint))
 }
 
 fn key_list(keys: &[KeyId]) -> String {
@@ -171,7 +171,7 @@ fn version(start: &Path, root: &Path) -> Result<Version, SystemError> {
     read.or_else(|error| if error.kind() == io::ErrorKind::UnexpectedEof { Ok(()) } else { Err(error) })
         .map_err(unread(root))?;
     if !slot.bytes().eq(found.iter().flat_map(|byte| format!("{byte:02x}").into_bytes())) {
-        return Err(SystemError::Apart { start: start.to_owned(), root: root.to_owned() });
+        return Err(SystemError::Mismatch { start: start.to_owned(), root: root.to_owned() });
     }
     Ok(version)
 }

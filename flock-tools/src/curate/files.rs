@@ -46,14 +46,14 @@ pub(super) struct GenomeFile {
 
 /// Why a file was not added.
 #[derive(Debug, thiserror::Error)]
-enum FileError {
+enum AddError {
     #[error("cannot copy `{from}` to `{to}`")]
     Copy { from: PathBuf, to: PathBuf, source: io::Error },
     #[error("clip `{path}` has {found} frames (asked for {expected})")]
     Frames { path: PathBuf, expected: u32, found: FrameCount },
     #[error("`{path}` is not a genome")]
     NotAGenome { path: PathBuf, source: GenomeError },
-    #[error("`{to}` is another file than `{from}`")]
+    #[error("cannot copy `{from}`: `{to}` is another file")]
     Occupied { from: PathBuf, to: PathBuf },
     #[error("clip `{path}` {why}")]
     OtherForm { path: PathBuf, why: String },
@@ -84,11 +84,11 @@ pub(super) fn clip(
     let hash = File::open(file).and_then(ClipHash::of).map_err(|source| Fatal::read(file, source))?;
     let form = Form { size: session.manifest().size, fps: session.manifest().fps };
     let frames = clips::frames(file, &form, decoder.get()?).map_err(|why| {
-        let refused = FileError::OtherForm { path: file.to_owned(), why };
+        let refused = AddError::OtherForm { path: file.to_owned(), why };
         Fatal::new(Exit::No, refused).hint("`flock import` brings clips into the flock's form")
     })?;
     if let Some(expected) = request.frames.filter(|expected| FrameCount(*expected) != frames) {
-        let refused = FileError::Frames { path: file.to_owned(), expected, found: frames };
+        let refused = AddError::Frames { path: file.to_owned(), expected, found: frames };
         return Err(Fatal::new(Exit::No, refused));
     }
     let (path, copy) = place_in(&session.folder, file, place(ending(file).unwrap_or(paths::CLIP)));
@@ -104,11 +104,11 @@ pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result
     let text = fs::read_to_string(file).map_err(|source| {
         let malformed = source.kind() == io::ErrorKind::InvalidData;
         let exit = if malformed { Exit::Malformed } else { Exit::Unreadable };
-        Fatal::new(exit, FileError::Read { path: path(), source })
+        Fatal::new(exit, AddError::Read { path: path(), source })
     })?;
     let genome = Genome::parse(&text).map_err(|source| {
         let several = matches!(source, GenomeError::Count { found } if found > 1);
-        let fatal = Fatal::new(Exit::Malformed, FileError::NotAGenome { path: path(), source });
+        let fatal = Fatal::new(Exit::Malformed, AddError::NotAGenome { path: path(), source });
         if several { fatal.hint("`flock import` takes files with several flames") } else { fatal }
     })?;
     let ([width, height], size) = (genome.camera.size, session.manifest().size);
@@ -133,14 +133,14 @@ impl FileCopy {
             if !to.exists() || (force && to.is_file()) {
                 copies.push((from, to));
             } else if !to.is_file() || !same_bytes(&from, &to).map_err(unreadable)? {
-                let occupied = Fatal::new(Exit::No, FileError::Occupied { from, to });
+                let occupied = Fatal::new(Exit::No, AddError::Occupied { from, to });
                 return Err(occupied.hint("--force replaces it"));
             }
         }
         for (from, to) in copies {
             let parent = to.parent().unwrap_or(folder);
             let copied = fs::create_dir_all(parent).and_then(|()| save::copy(&from, &to));
-            copied.map_err(|source| Fatal::new(Exit::Unreadable, FileError::Copy { from, to, source }))?;
+            copied.map_err(|source| Fatal::new(Exit::Unreadable, AddError::Copy { from, to, source }))?;
         }
         Ok(())
     }

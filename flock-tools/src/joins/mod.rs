@@ -3,7 +3,7 @@
 //! Owns the order of the work: list the joins (`list.rs`), decode the ends of clips on all cores (`ends.rs`), judge them
 //! (`figures.rs`), draw the worst on a contact sheet (`sheet.rs`). Never changes a clip.
 //!
-//! Start at [`judge`].
+//! Start at [`judge_with_bar`].
 
 mod ends;
 mod figures;

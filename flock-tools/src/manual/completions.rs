@@ -1,4 +1,4 @@
-//! `flock completions`: the shell finishes the artist's words.
+//! `flock completions`: prints the completions for a shell.
 //!
 //! Owns the command. The scripts are clap's.
 

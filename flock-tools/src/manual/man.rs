@@ -1,4 +1,4 @@
-//! `flock man`: a page for every command.
+//! `flock man`: writes a man page for every command.
 //!
 //! Owns the command. The pages are clap's.
 

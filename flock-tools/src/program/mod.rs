@@ -1,6 +1,6 @@
 //! What every command needs: arguments, exit codes, printing, progress bars, files saved whole, the clock.
 //!
-//! Owns no command. Never knows what a flock is.
+//! Owns no command and opens no flock.
 //!
 //! Start at [`Fatal`].
 

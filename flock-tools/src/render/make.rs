@@ -64,7 +64,7 @@ pub(crate) enum MakeError {
         frame: u32,
     },
     /// A clip could not be encoded.
-    #[error("cannot finish a clip")]
+    #[error("cannot encode a clip")]
     Encode(#[source] EncodeError),
     /// A file or folder could not be read or written.
     #[error("cannot use `{path}`")]

@@ -25,7 +25,7 @@ const MOST_THREADS: usize = 1024;
 enum MachineError {
     #[error("a frame takes {needed} MB of memory, and {free} MB are free")]
     Memory { needed: u64, free: u64 },
-    #[error("cannot listen to signals")]
+    #[error("cannot install a signal handler")]
     Signals { source: ctrlc::Error },
 }
 

@@ -1,4 +1,4 @@
-//! `flock simulate`: what a long walk amounts to.
+//! `flock simulate`: the figures of a long walk.
 //!
 //! Owns the answer's form. The figures are the flock crate's.
 
