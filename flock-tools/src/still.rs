@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::{fs, num::NonZeroUsize};
 
 use clap::ValueEnum;
-use flame::{Demand, Filter, Genome, Image, Loop, Motion, Renderer, Settings};
+use flame::{Filter, FrameCost, Genome, Image, Loop, Motion, Renderer, Settings};
 use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
@@ -120,7 +120,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         None => (Box::new(genome), 0.0),
     };
     let unusable = |source| args.unusable(Exit::Malformed, source);
-    let demand = Demand::of(&*motion, frame, &settings).map_err(|error| unusable(error.into()))?;
+    let demand = FrameCost::of(&*motion, frame, &settings).map_err(|error| unusable(error.into()))?;
     let threads = options::fitting(args.threads, &demand)?;
     let watch = Stopwatch::start();
     let renderer = Renderer::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;

@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use flame::{Demand, RenderError, Renderer, Settings};
+use flame::{FrameCost, RenderError, Renderer, Settings};
 
 use super::plan::{ClipPlan, Look};
 use crate::now::Stopwatch;
@@ -36,8 +36,8 @@ pub(crate) fn cpu_seconds(clips: &[ClipPlan], look: &Look) -> Result<f64, Render
 fn of_a_frame(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<f64, RenderError> {
     let frame = f64::from(clip.frames.0 / 3);
     let settings = look.settings();
-    let all = Demand::of(&*clip.motion, frame, &settings)?.samples;
-    let of_one = Demand::of(&*clip.motion, frame, &Settings { spp: Some(1.0), ..settings })?.samples;
+    let all = FrameCost::of(&*clip.motion, frame, &settings)?.samples;
+    let of_one = FrameCost::of(&*clip.motion, frame, &Settings { spp: Some(1.0), ..settings })?.samples;
     let took = |samples: u64| {
         let spp = samples.min(all) as f64 / of_one as f64;
         let watch = Stopwatch::start();

@@ -176,7 +176,7 @@ impl<'a> Shift<'a> {
 
     fn work_on(&self) -> Result<(), MakeError> {
         let renderer = Renderer::new(1).map_err(|error| MakeError::Threads { reason: error.to_string() })?;
-        let renderer = renderer.stopped_by(Arc::clone(&self.effort.stop));
+        let renderer = renderer.with_stop_flag(Arc::clone(&self.effort.stop));
         while !self.effort.stop.load(Ordering::Relaxed) {
             let Some(task) = self.next()? else { break };
             self.do_it(&task, &renderer)?;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use flame::Demand;
+use flame::FrameCost;
 use rustix::process::{Resource, getrlimit};
 
 use crate::report::{Exit, Fatal};
@@ -78,7 +78,7 @@ pub(crate) fn at_once(threads: NonZeroUsize, bytes: u64) -> Result<NonZeroUsize,
 ///
 /// # Errors
 /// [`Fatal`] where there is no room for one.
-pub(crate) fn fitting(threads: NonZeroUsize, demand: &Demand) -> Result<NonZeroUsize, Fatal> {
+pub(crate) fn fitting(threads: NonZeroUsize, demand: &FrameCost) -> Result<NonZeroUsize, Fatal> {
     room(threads, demand.bytes, demand.bytes_per_thread, free())
 }
 

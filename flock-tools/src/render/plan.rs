@@ -5,7 +5,7 @@
 //!
 //! Start at [`Turning`], then [`ClipPlan`]; `make.rs` turns plans into files.
 
-use flame::{Demand, Filter, Flame, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
+use flame::{Filter, Flame, FrameCost, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
 use flock::{ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
 use video::{Form, Quality, Yuv420p};
@@ -127,7 +127,7 @@ impl Turning {
     ///
     /// # Errors
     /// [`RenderError`] if it cannot be rendered at all.
-    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+    pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
         demand(&self.motion, look)
     }
 }
@@ -170,7 +170,7 @@ impl ClipPlan {
     ///
     /// # Errors
     /// [`RenderError`] if it cannot be rendered at all.
-    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+    pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
         demand(&*self.motion, look)
     }
 
@@ -191,8 +191,8 @@ impl ClipPlan {
 }
 
 /// What the first frame of `motion` takes, until it is with the encoder.
-fn demand(motion: &dyn Motion, look: &Look) -> Result<Demand, RenderError> {
-    let demand = Demand::of(motion, 0.0, &look.settings())?;
+fn demand(motion: &dyn Motion, look: &Look) -> Result<FrameCost, RenderError> {
+    let demand = FrameCost::of(motion, 0.0, &look.settings())?;
     let pixels = u64::from(look.form.size.0) * u64::from(look.form.size.1);
-    Ok(Demand { bytes: demand.bytes + pixels * BYTES_ON_THE_WAY, ..demand })
+    Ok(FrameCost { bytes: demand.bytes + pixels * BYTES_ON_THE_WAY, ..demand })
 }

@@ -288,7 +288,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
             self.handles.recorder.record(Record::Start { lit: Arc::clone(&lit), fps: self.format.fps });
         }
         if let Some((known, pacing)) = &mut self.lit {
-            pacing.moved_to(lit.refresh);
+            pacing.set_refresh(lit.refresh);
             *known = lit;
             self.returned = true;
         } else {

@@ -1,14 +1,14 @@
 //! Why a genome is not rendered.
 //!
-//! Owns the refusals of the renderer. Never the errors of reading: those are `GenomeError`.
+//! Owns the errors of the renderer; those of reading are `GenomeError`.
 //!
 //! Start at [`RenderError`].
 
 /// Why a genome is not rendered. Nothing was drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// There are no colours of its own; it names some of a library that is not ours to ship.
-    #[error("the genome carries no palette of its own")]
+    /// It has no colours, only the number of a palette in flam3's library, which is not ours to ship.
+    #[error("the genome has no palette, only the number of one in flam3's library")]
     NoPalette,
     /// The chaos game could not choose anything.
     #[error("the genome has no transform with a weight above 0, among {xforms}")]
@@ -27,7 +27,7 @@ pub enum RenderError {
         expected: &'static str,
     },
     /// It was told to leave off.
-    #[error("the rendering was stopped")]
+    #[error("rendering was stopped")]
     Stopped,
     /// The system gives no threads.
     #[error("cannot start {threads} threads: {reason}")]
@@ -38,7 +38,7 @@ pub enum RenderError {
         reason: String,
     },
     /// The genome uses something that this crate lacks, most often a variation beyond V48.
-    #[error("{place} uses `{name}` (`{value}`), which this renderer does not know")]
+    #[error("{place} uses `{name}` (`{value}`), which this renderer does not support")]
     Unknown {
         /// Which transform.
         place: String,

@@ -107,7 +107,7 @@ fn native_size(modes: &[Mode]) -> Option<(u32, u32)> {
 /// Among modes of one size, the best first.
 fn rank(mode: &Mode, fps: Rate) -> (bool, bool, bool, u64, u64) {
     let rate = refresh(mode);
-    let locked = rate.and_then(|rate| rate.locked_to(fps));
+    let locked = rate.and_then(|rate| rate.multiple_of(fps));
     let fps_hz = f64::from(fps.num()) / f64::from(fps.den());
     let off_speed = locked.map_or(0.0, |times| (hertz(mode) / (fps_hz * f64::from(times)) - 1.0).abs());
     let off_usual = (hertz(mode) - USUAL_HZ).abs();
