@@ -171,7 +171,7 @@ fn other_bytes(file: File, expected: ClipHash) -> Option<Finding> {
 
 /// How the clip at `path` fails to decode. One thread each: the clips are many.
 fn undecodable(path: &Path, frames: FrameCount) -> Option<Finding> {
-    let why = match video::decodes(path, NonZero::<usize>::MIN) {
+    let why = match video::decode_whole(path, NonZero::<usize>::MIN) {
         Ok(found) if found == frames => return None,
         Ok(found) => format!("yields {found} frames when decoded (expected {frames})"),
         Err(damage) => format!("does not decode cleanly: {damage}"),

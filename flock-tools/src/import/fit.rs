@@ -8,7 +8,7 @@
 use fast_image_resize::images::{TypedImage, TypedImageRef};
 use fast_image_resize::pixels::F32x3;
 use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
-use video::{About, ForeignPicture, Yuv420p};
+use video::{ForeignPicture, VideoInfo, Yuv420p};
 
 /// What becomes of a picture whose shape is not the flock's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -35,7 +35,7 @@ impl Fitting {
     ///
     /// # Errors
     /// Why they do not, in words: their shape is another, and nobody said what becomes of it.
-    pub(super) fn new(about: &About, size: (u32, u32), fit: Option<Fit>) -> Result<Self, String> {
+    pub(super) fn new(about: &VideoInfo, size: (u32, u32), fit: Option<Fit>) -> Result<Self, String> {
         let (width, height) = (f64::from(about.size.0), f64::from(about.size.1));
         let full = [f64::from(size.0), f64::from(size.1)];
         // As it is shown.
@@ -81,7 +81,7 @@ impl Fitting {
     pub(super) fn picture(&self, picture: &ForeignPicture) -> Result<Yuv420p, String> {
         let (width, height) = picture.size();
         let same = picture.size() == self.size && self.put == [0, 0, width, height] && self.cut.is_none();
-        if let Some(samples) = picture.as_it_is().filter(|_| same) {
+        if let Some(samples) = picture.as_yuv420p().filter(|_| same) {
             return Ok(samples);
         }
         let mut rgb = picture.to_rgb();
@@ -119,8 +119,8 @@ impl Fitting {
 mod tests {
     use super::*;
 
-    fn about(size: (u32, u32), pixel: (u32, u32)) -> About {
-        About { codec: "mpeg4".into(), size, pixel, fps: None, frames: None, tags: Vec::new() }
+    fn about(size: (u32, u32), pixel: (u32, u32)) -> VideoInfo {
+        VideoInfo { codec: "mpeg4".into(), size, pixel, fps: None, frames: None, tags: Vec::new() }
     }
 
     #[test]

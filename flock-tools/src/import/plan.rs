@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use flock::{ClipPath, Manifest};
 use timing::Rate;
-use video::{About, Foreign, Form};
+use video::{ForeignVideo, Form, VideoInfo};
 
 use super::fit::{Fit, Fitting};
 use crate::places;
@@ -32,7 +32,7 @@ pub(super) struct Plan {
     pub(super) shows: Shows,
     /// Where it goes.
     pub(super) path: ClipPath,
-    pub(super) about: About,
+    pub(super) about: VideoInfo,
     /// `None` where it is in the flock's form and its bytes are taken as they are.
     pub(super) encode: Option<Fitting>,
 }
@@ -53,11 +53,11 @@ impl Plan {
         if let Some(path) = stands(manifest, shows).filter(|path| path.inside(folder).exists()) {
             return Looked::Stands(path.clone());
         }
-        let foreign = match Foreign::open(source) {
+        let foreign = match ForeignVideo::open(source) {
             Ok(foreign) => foreign,
             Err(error) => return Looked::LeftOut(chain(&error)),
         };
-        let about = foreign.about().clone();
+        let about = foreign.info().clone();
         let fits = wishes.fps.is_none_or(|fps| fps == wishes.form.fps) && in_form(source, &wishes.form);
         let encode = if fits { Ok(None) } else { Fitting::new(&about, wishes.form.size, wishes.fit).map(Some) };
         match encode {

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use flock::{Clip, ClipHash, Edit, EditError, MOST_FRAMES, Manifest, Sheep, SheepId, Transition};
 use indicatif::ProgressBar;
 use timing::{FrameCount, Rate};
-use video::{EncodeError, Encoder, Foreign, Quality};
+use video::{EncodeError, Encoder, ForeignVideo, Quality};
 
 use super::fit::Fitting;
 use super::plan::{Plan, Wishes, stands};
@@ -105,7 +105,7 @@ impl Hand<'_> {
     fn encode(&self, plan: &Plan, fitting: &Fitting, new: &Path) -> Result<FrameCount, Unmade> {
         let stuck =
             |source| Unmade::Stuck(Fatal::new(Exit::Unreadable, Stuck::Encode { from: plan.source.clone(), source }));
-        let mut foreign = Foreign::open(&plan.source).map_err(|error| Unmade::LeftOut(chain(&error)))?;
+        let mut foreign = ForeignVideo::open(&plan.source).map_err(|error| Unmade::LeftOut(chain(&error)))?;
         let form = &self.wishes.form;
         let mut encoder = Encoder::create_tagged(new, form, self.quality, &plan.about.tags).map_err(stuck)?;
         let (mut number, mut frames) = (0u32, 0u32);

@@ -74,7 +74,7 @@ fn begin(config: &Config) -> Result<(Place, Pixels, StreamFormat), Fatal> {
     let picture = leg.and_then(|leg| {
         let file = leg.clip.path.inside(&generation.folder);
         let clip = video::Clip::open(&file, &generation.form(), leg.clip.frames).ok()?;
-        Some((leg.place, Pixels::Decoded(video::opening(&clip)?)))
+        Some((leg.place, Pixels::Decoded(video::first_frame(&clip)?)))
     });
     let (place, pixels) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;
     Ok((place, pixels, StreamFormat::of(flock, false)))
