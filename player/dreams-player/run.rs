@@ -79,7 +79,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let (frames, pipeline) = start_pipeline(config, generation, itinerary, &faults, &shared)?;
     let output = Owner::kept(&config.owner).output();
     let screen = screen_opening::screen(&config.screen, format, output, card)?;
-    if let Some(trial) = trial.as_ref().filter(|_| screen.lit().is_none()) {
+    if let Some(trial) = trial.as_ref().filter(|_| screen.info().is_none()) {
         trial.excused();
     }
     let saver = PlaceSaver::start(store, faults.clone(), is_free)?;

@@ -1,7 +1,7 @@
 //! BT.709 limited-range YUV to full-range RGB, in integers.
 //!
-//! Owns the one colour conversion of the player, for planes that take no YUV. Never runs where a plane converts by
-//! itself. Start at [`xrgb_row`]; a test compares it with the float matrix.
+//! Owns the player's colour conversion, for planes that take RGB only. Start at [`xrgb_row`]; a test compares it with
+//! the float matrix.
 
 /// Pixels converted together: a length that compilers turn into vector instructions.
 const BLOCK: usize = 16;
@@ -52,7 +52,7 @@ pub(crate) fn xrgb_row(out: &mut [u8], y: &[u8], u: &[u8], v: &[u8]) {
     }
 }
 
-/// One pass per step, each over whole arrays: so every pass becomes a few vector instructions.
+/// One pass per step, each over whole arrays, so that the compiler vectorises it.
 fn block(y: [u8; BLOCK], u: [u8; BLOCK / 2], v: [u8; BLOCK / 2]) -> [u32; BLOCK] {
     let luma = y.map(|y| high((i16::from(y) - 16) << LUMA_SHIFT, LUMA) + (1 << (SUM_BITS - 1)));
     let u = u.map(|u| (i16::from(u) - 128) << CHROMA_SHIFT);
@@ -72,7 +72,7 @@ fn block(y: [u8; BLOCK], u: [u8; BLOCK / 2], v: [u8; BLOCK / 2]) -> [u32; BLOCK]
 mod tests {
     use super::*;
 
-    /// The matrix of BT.709 as it is published, in floats.
+    /// The published BT.709 matrix, in floats.
     fn by_the_book(y: u8, u: u8, v: u8) -> [f64; 3] {
         let (kr, kb) = (0.2126, 0.0722);
         let kg = 1.0 - kr - kb;

@@ -15,7 +15,7 @@ use crate::stream::{Generation, Pixels, StreamFormat, path};
 use flock::Place;
 use player::hours::Lighting;
 use player::{Exit, clock_s, threads};
-use screen::{Display, Event, Keeper, Light, OutputSettings, Screen, ScreenError};
+use screen::{Display, Event, FdStore, Light, OutputSettings, Screen, ScreenError};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::process;
@@ -93,16 +93,16 @@ fn lit(
         ScreenChoice::Auto => None,
         ScreenChoice::Virtual(_) => return Ok(None),
     };
-    let mut screen = Display::open(screen_opening::settings(device, format, output.clone(), Keeper::NOBODY))?;
+    let mut screen = Display::open(screen_opening::settings(device, format, output.clone(), FdStore::NOBODY))?;
     screen.set_light(light);
-    if screen.lit().is_none() {
+    if screen.info().is_none() {
         return Ok(None);
     }
     screen.stage(&pixels.picture())?;
     screen.commit();
     loop {
         match screen.next_event(QUIET) {
-            Event::Flip { .. } => return Ok(screen.bequeath()),
+            Event::Flip { .. } => return Ok(screen.into_fd()),
             Event::Lost { .. } | Event::Asleep => return Ok(None),
             Event::Vblank { .. } | Event::Back | Event::Changed | Event::Recovered { .. } | Event::Idle => {}
         }

@@ -14,11 +14,11 @@
 
 use super::{
     ASPECT_RATIO, BLENDING, BROADCAST_RGB, CONTENT_TYPE, CORE, ENCODING, HDMI_COLORSPACE, IN_FORMATS,
-    PANEL_ORIENTATION, RANGE, ROTATE_ALL, ROTATE_HALF, SCALING_FILTER, Takes,
+    PANEL_ORIENTATION, RANGE, ROTATE_ALL, ROTATE_HALF, SCALING_FILTER, ValueRange,
 };
 use crate::kms::scripted::family::{Family, Limits, Row, Window};
 use crate::paint::Format;
-use Takes::{Any, Choice, UpTo};
+use ValueRange::{Any, Choice, UpTo};
 
 const HDMI: &[Row] = &[
     Row::new("n", "audio", Choice(&[("force-dvi", u64::MAX - 1), ("off", u64::MAX), ("auto", 0), ("on", 1)])),

@@ -1,9 +1,9 @@
-//! Rotating, scaling and dimming pictures in memory, for displays that cannot.
+//! Rotation, scaling and dimming in software, for displays that cannot do it.
 //!
-//! Owns the memory that this takes, and the order: first the rotation, then the scaling, then the light. What a display does
-//! by itself is left out and costs nothing. Never touches a scan-out buffer: `paint.rs` does.
+//! Owns its buffers, and the order: rotation, scaling, dimming. Steps that the display does itself are skipped.
+//! Scan-out buffers are written in `paint.rs`.
 //!
-//! Start at [`Fitter::fit`].
+//! Start at [`Transformer::apply`].
 
 use crate::output::Rotation;
 use crate::picture::{OwnedPicture, Picture};
@@ -12,48 +12,48 @@ use fast_image_resize::pixels::U8;
 use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use std::borrow::Cow;
 
-/// Samples of a block that is rotated at a time, across and down: two of them fit into the fastest cache.
+/// Samples of a block that is rotated at a time, across and down: two of them fit into the L1 cache.
 const BLOCK: usize = 32;
 /// The sample values of black in limited range: luma, and both chromas.
 const BLACK: [u8; 3] = [16, 128, 128];
 
 /// What is to be done to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Fitting {
+pub(crate) struct Transform {
     /// The rotation.
     pub(crate) rotation: Rotation,
     /// Pixels across and down after it, both even.
     pub(crate) size: (u32, u32),
-    /// As bright as so many thousandths of every sample make it.
+    /// Brightness, in thousandths of every sample.
     pub(crate) thousandths: u16,
 }
 
-/// Fits pictures to a display. The memory for it is taken once for each size.
+/// Transforms pictures for a display. Its buffers are allocated once for each size.
 #[derive(Debug, Default)]
-pub(crate) struct Fitter {
+pub(crate) struct Transformer {
     resizer: Resizer,
     rotated: OwnedPicture,
     scaled: OwnedPicture,
     dimmed: OwnedPicture,
 }
 
-impl Fitter {
-    /// `picture` as `fitting` wants it: itself, if nothing is to be done.
-    pub(crate) fn fit<'a>(&'a mut self, picture: &Picture<'a>, fitting: Fitting) -> Picture<'a> {
-        let mut fitted = *picture;
-        if fitting.rotation != Rotation::None {
-            rotate(&fitted, fitting.rotation, &mut self.rotated);
-            fitted = self.rotated.view();
+impl Transformer {
+    /// `picture` after `transform`; the same planes if there is nothing to do.
+    pub(crate) fn apply<'a>(&'a mut self, picture: &Picture<'a>, transform: Transform) -> Picture<'a> {
+        let mut out = *picture;
+        if transform.rotation != Rotation::None {
+            rotate(&out, transform.rotation, &mut self.rotated);
+            out = self.rotated.view();
         }
-        if (fitted.width, fitted.height) != fitting.size {
-            scale(&mut self.resizer, &fitted, fitting.size, &mut self.scaled);
-            fitted = self.scaled.view();
+        if (out.width, out.height) != transform.size {
+            scale(&mut self.resizer, &out, transform.size, &mut self.scaled);
+            out = self.scaled.view();
         }
-        if fitting.thousandths < 1000 {
-            dim(&fitted, fitting.thousandths, &mut self.dimmed);
-            fitted = self.dimmed.view();
+        if transform.thousandths < 1000 {
+            dim(&out, transform.thousandths, &mut self.dimmed);
+            out = self.dimmed.view();
         }
-        fitted
+        out
     }
 }
 
@@ -102,9 +102,9 @@ fn blocks(width: usize, height: usize, mut visit: impl FnMut(usize, usize)) {
     }
 }
 
-/// Scales each plane by itself: chroma keeps its place to within a quarter of its sample.
+/// Scales each plane separately: chroma moves by a quarter of a sample at most.
 fn scale(resizer: &mut Resizer, picture: &Picture<'_>, size: (u32, u32), into: &mut OwnedPicture) {
-    // Sharper than linear, and without the rings of longer filters around thin bright lines.
+    // Sharper than linear, without the ringing of longer filters around thin bright lines.
     let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::CatmullRom));
     into.resize(size);
     for plane in 0..3 {
@@ -120,7 +120,7 @@ fn scale(resizer: &mut Resizer, picture: &Picture<'_>, size: (u32, u32), into: &
     }
 }
 
-/// `height` rows of `stride` bytes. The last row of a plane may end where its samples do.
+/// `height` rows of `stride` bytes. The last row of a plane may lack its padding.
 fn whole_rows(plane: &[u8], stride: usize, height: usize) -> Cow<'_, [u8]> {
     plane.get(..stride * height).map_or_else(
         || {
@@ -152,7 +152,7 @@ fn dim(picture: &Picture<'_>, thousandths: u16, into: &mut OwnedPicture) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Fitter, Fitting};
+    use super::{Transform, Transformer};
     use crate::output::Rotation;
     use crate::picture::Picture;
 
@@ -160,24 +160,24 @@ mod tests {
     const PICTURE: Picture<'static> =
         Picture { width: 4, height: 2, planes: [&[1, 2, 3, 4, 5, 6, 7, 8], &[10, 20], &[30, 40]], strides: [4, 2, 2] };
 
-    fn fitted(picture: &Picture<'_>, rotation: Rotation, size: (u32, u32), thousandths: u16) -> [Vec<u8>; 3] {
-        let mut fitter = Fitter::default();
-        let fitted = fitter.fit(picture, Fitting { rotation, size, thousandths });
-        assert_eq!((fitted.width, fitted.height), size);
-        [0, 1, 2].map(|plane| fitted.rows(plane).flatten().copied().collect())
+    fn transformed(picture: &Picture<'_>, rotation: Rotation, size: (u32, u32), thousandths: u16) -> [Vec<u8>; 3] {
+        let mut transformer = Transformer::default();
+        let out = transformer.apply(picture, Transform { rotation, size, thousandths });
+        assert_eq!((out.width, out.height), size);
+        [0, 1, 2].map(|plane| out.rows(plane).flatten().copied().collect())
     }
 
     #[test]
     fn nothing_is_copied_where_nothing_is_to_be_done() {
-        let mut fitter = Fitter::default();
-        let fitting = Fitting { rotation: Rotation::None, size: (4, 2), thousandths: 1000 };
-        let fitted = fitter.fit(&PICTURE, fitting);
-        assert!((0..3).all(|plane| std::ptr::eq(fitted.planes[plane], PICTURE.planes[plane])));
+        let mut transformer = Transformer::default();
+        let transform = Transform { rotation: Rotation::None, size: (4, 2), thousandths: 1000 };
+        let out = transformer.apply(&PICTURE, transform);
+        assert!((0..3).all(|plane| std::ptr::eq(out.planes[plane], PICTURE.planes[plane])));
     }
 
     #[test]
     fn a_picture_is_rotated_clockwise() {
-        let rotated = |rotation: Rotation| fitted(&PICTURE, rotation, rotation.of_size((4, 2)), 1000);
+        let rotated = |rotation: Rotation| transformed(&PICTURE, rotation, rotation.of_size((4, 2)), 1000);
         let quarter = rotated(Rotation::Clockwise90);
         assert_eq!(quarter, [vec![5, 1, 6, 2, 7, 3, 8, 4], vec![10, 20], vec![30, 40]]);
         let half = rotated(Rotation::Half);
@@ -197,12 +197,12 @@ mod tests {
             planes: [&luma, &chroma, &chroma],
             strides: [width, width / 2, width / 2],
         };
-        let once = fitted(&picture, Rotation::Clockwise90, (38, 70), 1000);
+        let once = transformed(&picture, Rotation::Clockwise90, (38, 70), 1000);
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
             assert_eq!(once[0][x * height + (height - 1 - y)], luma[y * width + x]);
         }
         let turned = Picture { width: 38, height: 70, planes: [&once[0], &once[1], &once[2]], strides: [38, 19, 19] };
-        assert_eq!(fitted(&turned, Rotation::Clockwise270, (70, 38), 1000)[0], luma);
+        assert_eq!(transformed(&turned, Rotation::Clockwise270, (70, 38), 1000)[0], luma);
     }
 
     #[test]
@@ -218,7 +218,7 @@ mod tests {
         let planes: [&[u8]; 3] = [&luma, &chroma, &chroma];
         let picture = Picture { width: 64, height: 32, planes, strides: [stride, width / 2, width / 2] };
         for (across, down) in [(96, 48), (32, 16), (130, 64)] {
-            let [luma, u, v] = fitted(&picture, Rotation::None, (across, down), 1000);
+            let [luma, u, v] = transformed(&picture, Rotation::None, (across, down), 1000);
             assert!(u.iter().chain(&v).all(|sample| *sample == 99));
             for (y, row) in luma.chunks(across as usize).enumerate().skip(4).take(down as usize - 8) {
                 for (x, found) in row.iter().enumerate().skip(4).take(across as usize - 8) {
@@ -234,10 +234,10 @@ mod tests {
     fn dimming_moves_every_sample_towards_black_and_black_stays() {
         let luma = [16, 235, 126, 16, 16, 235, 126, 16];
         let picture = Picture { planes: [&luma, &[128, 240], &[16, 128]], ..PICTURE };
-        let [y, u, v] = fitted(&picture, Rotation::None, (4, 2), 500);
+        let [y, u, v] = transformed(&picture, Rotation::None, (4, 2), 500);
         assert_eq!(y, [16, 126, 71, 16, 16, 126, 71, 16]);
         assert_eq!((u, v), (vec![128, 184], vec![72, 128]));
-        let [y, u, v] = fitted(&picture, Rotation::None, (4, 2), 0);
+        let [y, u, v] = transformed(&picture, Rotation::None, (4, 2), 0);
         assert_eq!((y, u, v), (vec![16; 8], vec![128; 2], vec![128; 2]));
     }
 }
