@@ -4,7 +4,7 @@
 //!
 //! Start at [`Press::bundle`].
 
-use bundle::{Folder, KeyId, Letter, SecretKey, Statement};
+use bundle::{Folder, KeyId, SealBody, SecretKey, Statement};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -53,7 +53,7 @@ impl Press {
     }
 
     /// The seal that says `letter`, signed by the artist.
-    pub fn sign(&self, letter: &Letter) -> Vec<u8> {
+    pub fn sign(&self, letter: &SealBody) -> Vec<u8> {
         letter.sign(&self.artist).unwrap()
     }
 

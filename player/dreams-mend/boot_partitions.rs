@@ -7,7 +7,7 @@
 
 use crate::fatal::{Answer, Fatal, at};
 use crate::plan::{Entry, EntryName, Place, Step};
-use bundle::{ENTRIES, LaidOut, SYSTEMS, StartFile, copy_folder, gather, lay_out};
+use bundle::{BootFiles, ENTRIES, SYSTEMS, StartFile, copy_folder, gather, lay_out};
 use player::{FlushedWriter, drop_cache, sync_folder};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
@@ -140,7 +140,7 @@ impl<'o> Boots<'o> {
         let damaged = || io::Error::new(ErrorKind::InvalidData, "it was whole before and is damaged now");
         let source = self.entry(from);
         let bytes = self.gathered(from)?.ok_or_else(damaged).map_err(at("read", &source))?;
-        let LaidOut { entry, parts } =
+        let BootFiles { entry, parts } =
             lay_out(&bytes, to.name.copy).ok_or_else(damaged).map_err(at("read", &source))?;
         for (path, part) in parts {
             put(part, &self.folders[to.boot].join(path))?;

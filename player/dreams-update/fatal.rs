@@ -3,7 +3,7 @@
 //! Owns [`Fatal`] and its exit codes. The notices are in `sentences.rs`.
 
 use crate::answer::Answer;
-use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId, few};
+use bundle::{FolderError, KeyError, NameError, Refusal, Shortfall, StoreError, UnitId, few};
 use player::{ConfigError, Exit, Output, fail};
 use std::io;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ pub(crate) enum Fatal {
     #[error("cannot read `{name}` from the source")]
     Read { name: String, source: io::Error },
     #[error(transparent)]
-    Refused(Refused),
+    Refused(Refusal),
     #[error("there is no room: {} bytes are needed, {} are free", .0.needed, .0.room)]
     Room(Shortfall),
     #[error("cannot listen for signals")]
@@ -85,15 +85,15 @@ impl Fatal {
             }
             Self::Busy { .. } => "it ends by itself; start again then",
             Self::Config(_) => "every key is explained in `config/update.toml`",
-            Self::ForOthers { .. } | Self::Refused(Refused::ForOthers { .. }) => {
+            Self::ForOthers { .. } | Self::Refused(Refusal::ForOthers { .. }) => {
                 "`--unit NAME` says what this unit is called; `flock pack --unit NAME` addresses a bundle to it"
             }
             Self::Host { .. } | Self::Nameless(_) => "name the unit: `unit` in the config, or `--unit NAME`",
             Self::Keys(_) => "lay the artist's public key into the folder that `keys` names",
-            Self::Refused(Refused::ForEverybody { .. } | Refused::Older { .. } | Refused::MarkedBad { .. }) => {
+            Self::Refused(Refusal::ForEverybody { .. } | Refusal::Older { .. } | Refusal::MarkedBad { .. }) => {
                 "`--allow-older` takes it all the same, once"
             }
-            Self::Refused(Refused::UnknownKey { .. }) => {
+            Self::Refused(Refusal::UnknownKey { .. }) => {
                 "if the key is the artist's, lay its file into the folder that `keys` names"
             }
             Self::Refused(_) => "nothing was changed; ask whoever made the bundle",

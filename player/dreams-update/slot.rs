@@ -13,7 +13,7 @@ use crate::fatal::Fatal;
 use crate::options::Order;
 use crate::system::running;
 use bundle::{
-    ENTRIES, FileEntry, LaidOut, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
+    BootFiles, ENTRIES, FileEntry, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
 };
 use player::{FlushedWriter, chain, sync_folder};
 use std::fs::{self, File};
@@ -49,7 +49,7 @@ pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) ->
         give_up(store, &system, &fatal);
         return Err(fatal);
     }
-    store.settle(&system)?;
+    store.mark_written(&system)?;
     Ok(SystemOutcome::Written(version.clone()))
 }
 
@@ -80,7 +80,7 @@ fn announce(store: &Store, start: &FileEntry, version: &Version, boot: &Path) ->
     let mut from = store.object(&start.id)?;
     copy_object(&start.id, start.size, &mut *from, &mut bytes).map_err(at("write", boot))?;
     let no_start_file = || io::Error::new(ErrorKind::InvalidData, format!("{} is no start file", start.id));
-    let LaidOut { entry, parts } = lay_out(&bytes, COPY).ok_or_else(no_start_file).map_err(at("write", boot))?;
+    let BootFiles { entry, parts } = lay_out(&bytes, COPY).ok_or_else(no_start_file).map_err(at("write", boot))?;
     let folder = boot.join(SYSTEMS).join(copy_folder(version, COPY));
     fs::create_dir_all(&folder).map_err(at("make", &folder))?;
     for (path, part) in parts {

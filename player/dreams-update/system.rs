@@ -36,13 +36,13 @@ pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) 
     info!(%version, %signer, "fetching a system");
     let mut plan = store.plan_system(&system)?;
     let reserve = order.config.reserve_mib << 20;
-    if plan.shortfall(store.room()?, reserve).is_some() {
+    if plan.shortfall(store.free_bytes()?, reserve).is_some() {
         if let Err(error) = store.collect(None) {
             warn!(error = chain(&error), "cannot remove unused objects from the store");
         }
         plan = store.plan_system(&system)?;
     }
-    if let Some(shortfall) = plan.shortfall(store.room()?, reserve) {
+    if let Some(shortfall) = plan.shortfall(store.free_bytes()?, reserve) {
         return Err(Fatal::Room(shortfall));
     }
     fetcher.progress.is_of_a_system();

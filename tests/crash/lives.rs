@@ -11,7 +11,7 @@ use crate::judge;
 use crate::reports::{EDITS, Script, So, UPDATES, UPKEEP};
 use crate::rig::{Disk, Recording, marks};
 use crate::upkeep::Settings;
-use bundle::{CURRENT, Consent, Folder, LocalDisk, Playing, Source, Store, Trust, UnitId, Unverified};
+use bundle::{CURRENT, Consent, CurrentGeneration, Folder, LocalDisk, Source, Store, Trust, UnitId, UnverifiedSeal};
 use claims::block_log::BlockLog;
 use claims::cuts::Cuts;
 use claims::press::{Files, Press, rubbish};
@@ -219,8 +219,8 @@ impl Lab {
         let answer = self.update(store, &edition.source(way), &[]).unwrap();
         assert_eq!(answer["outcome"], "installed");
         report();
-        let playing = Playing::of(&store.join(CURRENT)).unwrap().expect("a generation plays");
-        playing.judge().unwrap().won(playing.number()).unwrap();
+        let playing = CurrentGeneration::of(&store.join(CURRENT)).unwrap().expect("a generation plays");
+        playing.recorder().unwrap().accept(playing.number()).unwrap();
     }
 
     /// While the result lives, nobody else opens a store or starts a program: what is just being started has for a
@@ -258,7 +258,7 @@ impl Lab {
         let careless = Careless { disk: LocalDisk::open(store).unwrap(), carelessness, meanwhile: noise };
         let mut store = Store::open(Box::new(careless), self.trust()).unwrap();
         let mut source = Folder::open(&edition.stick).unwrap();
-        let unverified = Unverified::open(&mut source, &UnitId::new(UNIT).unwrap()).unwrap();
+        let unverified = UnverifiedSeal::open(&mut source, &UnitId::new(UNIT).unwrap()).unwrap();
         let seal = unverified.verify(store.trust()).unwrap();
         store.admit(&seal, &UnitId::new(UNIT).unwrap(), Consent::Newer).unwrap();
         let bundle = seal.fetch(&mut source).unwrap();
@@ -267,12 +267,12 @@ impl Lab {
             let mut bytes = Vec::new();
             source.object(&wanted.id, wanted.size, 0).unwrap().read_to_end(&mut bytes).unwrap();
             let mut intake = store.intake(&wanted).unwrap();
-            intake.take(&bytes).unwrap();
+            intake.append(&bytes).unwrap();
             intake.finish().unwrap();
         }
         store.install(&bundle).unwrap();
         report();
-        store.won().unwrap();
+        store.accept().unwrap();
     }
 }
 

@@ -3,7 +3,7 @@
 //! Owns the taking apart of what the image's boot loader starts.
 
 use crate::unit::image;
-use bundle::{LaidOut, lay_out};
+use bundle::{BootFiles, lay_out};
 use std::fs;
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use std::path::Path;
 /// the last of them.
 pub(crate) fn parts(folder: &Path) -> Vec<String> {
     let start = fs::read(image().join("dreams.start")).unwrap();
-    let LaidOut { entry, parts } = lay_out(&start, 1).expect("what was just made is whole");
+    let BootFiles { entry, parts } = lay_out(&start, 1).expect("what was just made is whole");
     let [kernel, initramfs] = ["linux", "initramfs"].map(|name| {
         let (_, bytes) = parts.iter().find(|(path, _)| path.ends_with(name)).unwrap();
         fs::write(folder.join(name), bytes).unwrap();

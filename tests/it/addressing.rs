@@ -86,7 +86,7 @@ fn who_has_taken_its_own_takes_nothing_for_everybody_and_its_next_own_all_the_sa
     post.is_taken("stairs");
     post.is_refused(
         "lobby",
-        "the bundle is for every unit, this unit takes only those for `lobby` since it was given one",
+        "the bundle is for every unit, but this unit takes only bundles for `lobby` since it was given one",
     );
     let notice = fs::read_to_string(post.studio.at("notice")).unwrap();
     assert!(

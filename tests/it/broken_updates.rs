@@ -10,7 +10,7 @@ use crate::command_line::json;
 use crate::faults;
 use crate::programs::{output, succeed};
 use crate::updating::{Unit, object};
-use bundle::Playing;
+use bundle::CurrentGeneration;
 use claims::press::{Files, rubbish};
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
@@ -174,7 +174,7 @@ fn a_look_at_a_disk_that_does_not_give_what_it_holds_takes_nothing_away() {
     let (unit, files) = (Unit::new(), rubbish(20, 9_000, 0));
     unit.press.bundle(&unit.stick(), &files, &["lobby"], 5);
     unit.updated(&[]);
-    Playing::of(&unit.path("store/current")).unwrap().unwrap().judge().unwrap().won(1).unwrap();
+    CurrentGeneration::of(&unit.path("store/current")).unwrap().unwrap().recorder().unwrap().accept(1).unwrap();
     let objects: Vec<String> =
         files.values().map(|bytes| unit.path("store").join(object(bytes)).display().to_string()).collect();
     let look = |silent: &[String]| {

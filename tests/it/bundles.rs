@@ -196,8 +196,8 @@ fn whatever_is_tampered_with_is_named() {
     let good = fs::read(&seal).unwrap();
     let text = String::from_utf8(good.clone()).unwrap();
     for (bad, told) in [
-        (text.replace("sequence 1\n", "sequence 2\n"), "is not what key"),
-        (text.replace("units lobby", "units stairs"), "is not what key"),
+        (text.replace("sequence 1\n", "sequence 2\n"), "has an invalid signature of key"),
+        (text.replace("units lobby", "units stairs"), "has an invalid signature of key"),
         (text.split_inclusive('\n').skip(4).collect(), "is not signed"),
         (String::new(), "is not signed"),
         ("x".repeat(20_000), "larger than 16384 bytes"),
@@ -236,7 +236,7 @@ fn what_is_not_there_is_said_in_one_line() {
         (3, &["verify", "nowhere", "--trust", "artist.pub"][..], "cannot read `nowhere`"),
         (3, &["verify", "flock", "--trust", "artist.pub"], "cannot read `flock/seals`"),
         (3, &["verify", "flock", "--trust", "nobody.pub"], "cannot read key `nobody.pub`"),
-        (2, &["verify", "flock", "--trust", "passphrase"], "holds no public key of minisign's"),
+        (2, &["verify", "flock", "--trust", "passphrase"], "is not a minisign public key"),
         (2, &["verify", "flock", "--trust", "artist.pub", "--unit", "Lobby"], "1 to 64 of `a-z 0-9 . _ -`"),
         (2, &["pack", "flock", "bundle", "--key", "artist.key", "--sequence", "0"], "a whole number from 1"),
         (3, &["pack", "flock", "bundle", "--key", "nobody.key"], "cannot read key `nobody.key`"),
@@ -268,7 +268,7 @@ fn a_key_that_others_can_read_signs_nothing_nor_does_one_that_stays_locked() {
     assert!(said.contains("the passphrase in `passphrase` can be read by others (mode 0640"), "{said}");
     studio.secret("other", "silk\n");
     let said = studio.says(1, &[&pack[..], &["other"]].concat());
-    assert!(said.contains("`artist.key` does not open with this passphrase"), "{said}");
+    assert!(said.contains("wrong passphrase for the secret key `artist.key`"), "{said}");
     assert!(!studio.at("bundle").exists(), "nothing is written for a key that cannot sign");
     studio.secret("other", "\n");
     let said = studio.says(1, &["keygen", "new.key", "--passphrase-file", "other"]);
@@ -305,7 +305,7 @@ fn an_old_key_takes_in_a_new_one_and_calls_it_back() {
     studio.pack_by("new", &[]);
     let said = studio.says(1, &["verify", "bundle", "--trust", "artist.pub"]);
     let id = made["id"].as_str().unwrap();
-    assert!(said.contains(&format!("is signed by key {id}, trusted are ")), "{said}");
+    assert!(said.contains(&format!("is signed by key {id}, which is not trusted (trusted: ")), "{said}");
     studio.pack_by("new", &["--statement", "new.trusted"]);
     assert_eq!(studio.verify(0)["bundles"][0]["signer"], made["id"]);
     // The key itself needs nobody's word, and the word of a stranger is none.

@@ -33,8 +33,8 @@ fn what_a_store_has_learned_comes_back_when_its_disk_is_made_anew() {
     for sequence in [2, 1] {
         unit.press.bundle(&unit.stick(), &rubbish(2, 500, sequence as usize), &[], sequence);
         unit.updated(&["--allow-older"]);
-        let current = bundle::Playing::of(&store.join(bundle::CURRENT)).unwrap().unwrap();
-        current.judge().unwrap().won(current.number()).unwrap();
+        let current = bundle::CurrentGeneration::of(&store.join(bundle::CURRENT)).unwrap().unwrap();
+        current.recorder().unwrap().accept(current.number()).unwrap();
         learned("keep", &device, &store);
         known.push(fs::read(store.join("state.0")).unwrap());
     }
@@ -61,7 +61,7 @@ fn as_much_as_a_store_can_know_is_kept() {
     fs::write(&device, vec![0; PARTITION]).unwrap();
     fs::create_dir(&store).unwrap();
     // All that keys may say, with room for how the state spells it, and for what else it holds.
-    let most = "x".repeat(limits::SAID + limits::SAID / 16 + (48 << 10));
+    let most = "x".repeat(limits::LEARNED_STATEMENTS + limits::LEARNED_STATEMENTS / 16 + (48 << 10));
     let state = format!("dreams-state-1 0\n{most}\n");
     for slot in ["state.0", "state.1"] {
         fs::write(store.join(slot), &state).unwrap();

@@ -12,7 +12,7 @@ use crate::flocks::SMALL;
 use crate::metering::{Meter, PEAK_KIB};
 use crate::programs;
 use crate::updating::Unit;
-use bundle::{Addressees, Contents, FileEntry, FilePath, Folder, Letter, ObjectId, Sequence, limits};
+use bundle::{Addressees, Contents, FileEntry, FilePath, Folder, ObjectId, SealBody, Sequence, limits};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -87,7 +87,7 @@ fn lay_with_longest_list(unit: &Unit, folder: &Path, toml: &str) {
     for bytes in [toml.as_bytes(), list.as_bytes()] {
         to.put(&ObjectId::of(bytes), bytes.len() as u64, &mut &bytes[..], folder, &mut |_| ()).unwrap();
     }
-    let letter = Letter {
+    let letter = SealBody {
         flock: "large".to_owned(),
         addressees: Addressees::Anyone,
         sequence: Sequence(1),

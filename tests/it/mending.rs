@@ -8,7 +8,7 @@
 use crate::command_line::json;
 use crate::faults;
 use crate::programs::{self, output, repository, succeed};
-use bundle::{LaidOut, lay_out};
+use bundle::{BootFiles, lay_out};
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::FileExt;
@@ -75,7 +75,7 @@ impl Frame {
     /// Lays a system on a boot partition, as this copy.
     fn lay(&self, version: &str, boot: &str, copy: u8) {
         let bytes = fs::read(self.at(version)).unwrap();
-        let LaidOut { entry, parts } = lay_out(&bytes, copy).expect("it is whole");
+        let BootFiles { entry, parts } = lay_out(&bytes, copy).expect("it is whole");
         let name = format!("{ENTRIES}/dreams_{version}_{copy}+1.conf");
         for (path, part) in parts.into_iter().chain([(name, entry.as_bytes())]) {
             let path = self.at(boot).join(path);

@@ -85,8 +85,8 @@ impl<'m> Desk<'m> {
         mutator.played().stick.lay(&desk.at("stick"));
         let ran = desk.update(&desk.at("stick"));
         assert_eq!((ran.code, &ran.answer["outcome"]), (0, &"installed".into()), "{}", ran.error);
-        let playing = bundle::Playing::of(&desk.at("store/current")).unwrap().unwrap();
-        playing.judge().unwrap().won(playing.number()).unwrap();
+        let playing = bundle::CurrentGeneration::of(&desk.at("store/current")).unwrap().unwrap();
+        playing.recorder().unwrap().accept(playing.number()).unwrap();
         fs::rename(desk.at("store"), desk.at("kept")).unwrap();
         desk
     }

@@ -155,7 +155,7 @@ fn what_is_damaged_is_not_published_and_what_is_damaged_there_is_replaced() {
     bad[good.len() / 2] ^= 1;
     replace(&clip, &bad);
     let said = studio.says(1, &PUBLISH);
-    assert!(said.contains("is not what it was (expected "), "{said}");
+    assert!(said.contains("has changed (expected digest "), "{said}");
     assert_eq!(studio.answers(0, &VERIFY)["bundles"][0]["sequence"], 1, "the stick has its bundle of before");
     replace(&clip, &good);
     studio.answers(0, &PUBLISH);

@@ -141,7 +141,10 @@ fn a_fleet_is_healthy_again_after_a_key_was_stolen_whatever_its_units_met_of_the
     fleet.pack("artist", "forged", &["--sequence", "999", "--statement", "flood", "--statement", "pretence"]);
     for unit in ["lobby", "stairs", "attic"] {
         let said = fleet.refuses(unit, "loot");
-        assert!(said.contains(&format!("is signed by key {}, trusted are ", fleet.id("thief"))), "{unit}: {said}");
+        assert!(
+            said.contains(&format!("is signed by key {}, which is not trusted (trusted: ", fleet.id("thief"))),
+            "{unit}: {said}"
+        );
         let said = fleet.refuses(unit, "forged");
         assert!(said.contains(&format!("key {}, which was revoked", fleet.id("artist"))), "{unit}: {said}");
         assert_eq!(fleet.trusted(unit), healthy, "{unit}");
@@ -162,7 +165,7 @@ fn a_bundle_whose_statements_were_left_out_is_refused() {
         fs::remove_file(fleet.studio.at("stripped").join(path)).unwrap();
     }
     assert!(fleet.studio.says(1, &["verify", "stripped", "--trust", "spare.pub"]).contains("withheld"));
-    assert!(fleet.refuses("lobby", "stripped").contains("is withheld: the seal expects"));
+    assert!(fleet.refuses("lobby", "stripped").contains("are missing or outdated: the seal expects"));
     assert!(fleet.trusted("lobby").contains(&fleet.id("artist")));
     // What the seal expects is enough.
     fs::write(fleet.studio.at("stripped").join(&object), &said).unwrap();

@@ -210,7 +210,7 @@ fn a_stick_that_is_refused_changes_nothing_and_says_why_in_one_sentence() {
             prepare: Box::new(|stick| press.forgery(stick, &other, &["lobby"], 9)),
             reserve_mib: 0,
             code: 1,
-            said: "trusted are ",
+            said: "is not trusted (trusted: ",
             told: "This flock is not signed by anybody whom this frame trusts.",
         },
         Refusal {
@@ -269,7 +269,7 @@ fn a_stick_that_turns_out_bad_changes_nothing_and_says_why_in_one_sentence() {
             }),
             reserve_mib: 0,
             code: 3,
-            said: "`loops/0.mp4` arrived damaged",
+            said: "`loops/0.mp4` was received damaged",
             told: "This stick is damaged: loops/0.mp4 is not what it should be.",
         },
     ];

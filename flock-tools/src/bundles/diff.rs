@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use bundle::{Contents, Held, ObjectId, Trust, UnitId, plan};
+use bundle::{Contents, ObjectId, Presence, Trust, UnitId, plan};
 use indicatif::DecimalBytes;
 
 use super::{listing, shelf, unusable};
@@ -104,7 +104,7 @@ fn contents(args: &Args, folder: &Path) -> Result<Contents, Fatal> {
 
 fn compare(old: &Contents, new: &Contents) -> Answer {
     let there: BTreeSet<ObjectId> = old.files().iter().map(|file| file.id).collect();
-    let held = |id: &ObjectId| if there.contains(id) { Held::Whole } else { Held::Nothing };
+    let held = |id: &ObjectId| if there.contains(id) { Presence::Whole } else { Presence::Nothing };
     let Ok(plan) = plan(new, |file| Ok::<_, std::convert::Infallible>(held(&file.id)));
     let id = |contents: &Contents, path: &str| contents.file(path).map(|file| file.id);
     let mut answer = Answer {

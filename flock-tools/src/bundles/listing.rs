@@ -11,7 +11,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use bundle::{Contents, FileEntry, FilePath, ObjectId, Refused};
+use bundle::{Contents, FileEntry, FilePath, ObjectId, Refusal};
 use flock::{ClipPath, FILE_NAME, Fault, FaultKind, Manifest, ManifestError};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
@@ -69,7 +69,7 @@ fn large(why: &(dyn Error + 'static)) -> Fault {
 
 /// The list of the files of the flock in `folder`, as long as it is going to be, with a digest of each path for that of
 /// what lies there.
-fn unhashed(folder: &Path, manifest: &Manifest) -> Result<Contents, Refused> {
+fn unhashed(folder: &Path, manifest: &Manifest) -> Result<Contents, Refusal> {
     let entry = |path: &str| {
         let size = fs::metadata(folder.join(path)).map_or(0, |status| status.len());
         // What cannot travel for its name, `flock pack` names.

@@ -18,7 +18,7 @@ mod shelf;
 pub(crate) mod system;
 pub(crate) mod verify;
 
-use bundle::{FolderError, KeyError, Refused, SignError};
+use bundle::{FolderError, KeyError, Refusal, SignError};
 
 use crate::report::{Exit, Fatal};
 
@@ -35,7 +35,7 @@ fn unusable(error: KeyError) -> Fatal {
 }
 
 /// The end of a command that refuses a bundle.
-fn refused(error: Refused) -> Fatal {
+fn refused(error: Refusal) -> Fatal {
     Fatal::new(if error.is_io() { Exit::Unreadable } else { Exit::No }, error)
 }
 

@@ -11,8 +11,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, Contents, Folder, FolderError, KeyId, Letter, ObjectId, Put, SecretKey, Sequence, Trust, UnitId,
-    Unverified,
+    Addressees, Contents, Folder, FolderError, KeyId, ObjectId, PutMethod, SealBody, SecretKey, Sequence, Trust,
+    UnitId, UnverifiedSeal,
 };
 use flock::{FILE_NAME, Fault, FaultKind, Flock, Manifest};
 use indicatif::DecimalBytes;
@@ -203,7 +203,7 @@ fn seal(
             counter.seen(bundle.seal().letter().sequence);
         }
     }
-    let letter = Letter {
+    let letter = SealBody {
         flock: flock.manifest().name.clone(),
         addressees: Addressees::of(args.units.iter().cloned()),
         sequence: counter.spend(args.sequence)?,
@@ -215,7 +215,7 @@ fn seal(
     let bytes = letter.sign(key).map_err(unsigned)?;
     let toml = args.dir.join(FILE_NAME);
     let text = fs::read(&toml).map_err(|source| Fatal::new(Exit::Unreadable, Unpacked::Read { path: toml, source }))?;
-    let taken = Unverified::new(bytes.clone()).verify(&trust).and_then(|seal| seal.open(list));
+    let taken = UnverifiedSeal::new(bytes.clone()).verify(&trust).and_then(|seal| seal.open(list));
     taken.and_then(|bundle| bundle.flock(&text)).map_err(refused)?;
     folder.add_statements(statements).map_err(unmoved)?;
     folder.put_seal(&letter.addressees, &bytes).map_err(unmoved)?;
@@ -257,12 +257,12 @@ fn told(packed: &Packed) -> Vec<String> {
 }
 
 impl Moved {
-    fn count(&mut self, put: Put) {
+    fn count(&mut self, put: PutMethod) {
         match put {
-            Put::Cloned => self.cloned += 1,
-            Put::Copied => self.copied += 1,
-            Put::Kept => self.kept += 1,
-            Put::Linked => self.linked += 1,
+            PutMethod::Cloned => self.cloned += 1,
+            PutMethod::Copied => self.copied += 1,
+            PutMethod::Kept => self.kept += 1,
+            PutMethod::Linked => self.linked += 1,
         }
     }
 }

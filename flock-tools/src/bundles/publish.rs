@@ -10,7 +10,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use bundle::{Addressees, Folder, ObjectId, Put, Sequence, Source, Swept, System, Trust, UnitId, Verified, statements};
+use bundle::{
+    Addressees, Folder, ObjectId, PutMethod, Sequence, Source, SweepResult, System, Trust, UnitId, VerifiedBundle,
+    statements,
+};
 use indicatif::DecimalBytes;
 
 use super::fleet::{self, Fleet, Row};
@@ -86,7 +89,7 @@ enum Unpublished {
 
 /// What is to be published: each seal's place, and what it vouches for.
 struct Cargo {
-    bundles: Vec<(Option<UnitId>, Verified)>,
+    bundles: Vec<(Option<UnitId>, VerifiedBundle)>,
     systems: Systems,
 }
 
@@ -137,8 +140,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let mut pruned = make_room(args, &trust, &to, &objects, &freight)?;
     let sent = send(args, &to, &cargo, &freight)?;
     if args.prune {
-        let Swept { files, bytes } = prune(args, &trust, &to, &BTreeMap::new())?;
-        pruned = Swept { files: pruned.files + files, bytes: pruned.bytes + bytes };
+        let SweepResult { files, bytes } = prune(args, &trust, &to, &BTreeMap::new())?;
+        pruned = SweepResult { files: pruned.files + files, bytes: pruned.bytes + bytes };
     }
     let rows: Vec<Row> = cargo.bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
     for row in &rows {
@@ -181,7 +184,7 @@ fn refuse_older(args: &Args, trust: &Trust, cargo: &Cargo) -> Result<(), Fatal> 
     let there = shelf::read_all(&args.to, trust)?;
     for (unit, bundle) in &cargo.bundles {
         let twin = there.iter().filter(|found| found.unit == *unit).find_map(|found| found.bundle.as_ref().ok());
-        let (seal, Some(twin)) = (bundle.seal(), twin.map(Verified::seal)) else { continue };
+        let (seal, Some(twin)) = (bundle.seal(), twin.map(VerifiedBundle::seal)) else { continue };
         let (sequence, there) = (seal.letter().sequence, twin.letter().sequence);
         if twin.signer() == seal.signer() && there >= sequence && twin.id() != seal.id() {
             return older(unit.as_ref(), sequence, there);
@@ -214,14 +217,20 @@ fn freight(args: &Args, to: &Folder, objects: &Objects) -> Result<Freight, Fatal
 
 /// Sees to it that the freight fits, with `--prune` by removing what is needed neither by the bundles there nor by the
 /// new ones.
-fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, freight: &Freight) -> Result<Swept, Fatal> {
+fn make_room(
+    args: &Args,
+    trust: &Trust,
+    to: &Folder,
+    objects: &Objects,
+    freight: &Freight,
+) -> Result<SweepResult, Fatal> {
     let needed = freight.new.iter().map(|(_, size)| size).sum::<u64>();
-    let room = || to.room().map_err(unmoved);
+    let room = || to.free_bytes().map_err(unmoved);
     // A disk that shares or links needs less; only what must be copied has to fit.
     if needed <= room()? || shares(&args.bundle, &args.to) {
-        return Ok(Swept::default());
+        return Ok(SweepResult::default());
     }
-    let pruned = if args.prune { prune(args, trust, to, objects)? } else { Swept::default() };
+    let pruned = if args.prune { prune(args, trust, to, objects)? } else { SweepResult::default() };
     let room = room()?;
     if needed <= room {
         return Ok(pruned);
@@ -265,7 +274,13 @@ fn send(args: &Args, to: &Folder, cargo: &Cargo, freight: &Freight) -> Result<u6
 }
 
 /// Puts one object into `to`.
-fn put(from: &mut Folder, to: &Folder, id: &ObjectId, size: u64, moved: &mut dyn FnMut(u64)) -> Result<Put, Fatal> {
+fn put(
+    from: &mut Folder,
+    to: &Folder,
+    id: &ObjectId,
+    size: u64,
+    moved: &mut dyn FnMut(u64),
+) -> Result<PutMethod, Fatal> {
     let path = from.path().join(id.path());
     if path.exists() {
         return to.put_file(id, size, &path, moved).map_err(unmoved);
@@ -276,7 +291,7 @@ fn put(from: &mut Folder, to: &Folder, id: &ObjectId, size: u64, moved: &mut dyn
 }
 
 /// Removes what no bundle there needs, and what is not among these `objects`.
-fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<Swept, Fatal> {
+fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<SweepResult, Fatal> {
     let mut needed: BTreeSet<ObjectId> = BTreeSet::new();
     let unknown = |seal| {
         let unknown = Unpublished::Unknown { path: args.to.clone(), seal };
@@ -296,7 +311,7 @@ fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<S
     to.sweep(|id| needed.contains(id) || objects.contains_key(id)).map_err(unmoved)
 }
 
-fn row(args: &Args, unit: Option<&UnitId>, bundle: &Verified) -> Row {
+fn row(args: &Args, unit: Option<&UnitId>, bundle: &VerifiedBundle) -> Row {
     let (seal, to) = (bundle.seal(), fs::canonicalize(&args.to).unwrap_or_else(|_| args.to.clone()));
     Row {
         id: unit.map_or_else(|| Addressees::Anyone.to_string(), ToString::to_string),

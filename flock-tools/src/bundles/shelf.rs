@@ -10,8 +10,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, FileEntry, Folder, ObjectId, Refused, STATEMENTS, Seal, Source, Trust, UnitId, Unverified, Verified,
-    limits, seal_path,
+    Addressees, FileEntry, Folder, ObjectId, Refusal, STATEMENTS, Seal, Source, Trust, UnitId, UnverifiedSeal,
+    VerifiedBundle, limits, seal_path,
 };
 use flock::FILE_NAME;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -31,7 +31,7 @@ pub(super) struct Found {
     /// Where it lies in the folder.
     pub(super) seal: String,
     /// What it vouches for, or why a unit would refuse it.
-    pub(super) bundle: Result<Verified, Box<Refused>>,
+    pub(super) bundle: Result<VerifiedBundle, Box<Refusal>>,
 }
 
 /// What is wrong with a folder of bundles.
@@ -86,7 +86,7 @@ enum Absent {
 struct Bad {
     path: PathBuf,
     seal: String,
-    source: Box<Refused>,
+    source: Box<Refusal>,
 }
 
 /// Whether the folder at `path` is one of bundles.
@@ -148,7 +148,7 @@ pub(super) fn admitted(mut found: Vec<Found>, units: &[UnitId], fleet: &Fleet) -
 }
 
 /// What was `found` in the folder at `path`, all of which must be good.
-pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<UnitId>, Verified)>, Fatal> {
+pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<UnitId>, VerifiedBundle)>, Fatal> {
     let good = |Found { unit, seal, bundle }: Found| match bundle {
         Ok(bundle) => Ok((unit, bundle)),
         Err(source) => Err(bad(path, seal, source)),
@@ -157,7 +157,7 @@ pub(super) fn bundles(path: &Path, found: Vec<Found>) -> Result<Vec<(Option<Unit
 }
 
 /// The end of a command that needs what the `seal` in the folder at `path` vouches for.
-pub(super) fn bad(path: &Path, seal: String, source: Box<Refused>) -> Fatal {
+pub(super) fn bad(path: &Path, seal: String, source: Box<Refusal>) -> Fatal {
     let exit = if source.is_io() { Exit::Unreadable } else { Exit::No };
     Fatal::new(exit, Bad { path: path.to_owned(), seal, source })
 }
@@ -216,7 +216,7 @@ fn find(folder: &mut Folder, pinned: &Trust, wanted: BTreeSet<Option<UnitId>>) -
     let trust = learned(folder, pinned);
     let found = |unit: Option<UnitId>| {
         let addressees = Addressees::of(unit.clone());
-        let seal = seal_path(addressees.stems().first().copied().unwrap_or_default());
+        let seal = seal_path(addressees.file_stems().first().copied().unwrap_or_default());
         Found { bundle: bundle(folder, &trust, unit.as_ref()).map_err(Box::new), seal, unit }
     };
     wanted.into_iter().map(found).collect()
@@ -242,25 +242,25 @@ pub(super) fn learned(folder: &mut Folder, pinned: &Trust) -> Trust {
 pub(super) fn heeded<S>(
     folder: &mut Folder,
     trust: &Trust,
-    verify: impl Fn(&Trust) -> Result<S, Refused>,
-    expected: impl Fn(&S, &mut dyn Source) -> Result<Vec<u8>, Refused>,
-) -> Result<S, Refused> {
+    verify: impl Fn(&Trust) -> Result<S, Refusal>,
+    expected: impl Fn(&S, &mut dyn Source) -> Result<Vec<u8>, Refusal>,
+) -> Result<S, Refusal> {
     let opened = verify(trust)?;
     let mut trust = trust.clone();
     trust.learn_all(&expected(&opened, folder)?);
     verify(&trust)
 }
 
-fn bundle(folder: &mut Folder, trust: &Trust, unit: Option<&UnitId>) -> Result<Verified, Refused> {
-    let unverified = Unverified::addressed(folder, &Addressees::of(unit.cloned()))?;
+fn bundle(folder: &mut Folder, trust: &Trust, unit: Option<&UnitId>) -> Result<VerifiedBundle, Refusal> {
+    let unverified = UnverifiedSeal::addressed(folder, &Addressees::of(unit.cloned()))?;
     let seal = heeded(folder, trust, |trust| unverified.clone().verify(trust), Seal::expected_statements)?;
     unit.map_or(Ok(()), |unit| seal.letter().addressees.admit(unit, None))?;
     seal.fetch(folder)
 }
 
-fn refusal(seal: &str, refused: &Refused) -> Fault {
-    let is = |kind| matches!(refused, Refused::Read { source, .. } if source.kind() == kind);
-    let is_withheld = matches!(refused, Refused::Withheld { found: None, .. });
+fn refusal(seal: &str, refused: &Refusal) -> Fault {
+    let is = |kind| matches!(refused, Refusal::Read { source, .. } if source.kind() == kind);
+    let is_withheld = matches!(refused, Refusal::Withheld { found: None, .. });
     let kind = if is(io::ErrorKind::NotFound) || is_withheld {
         Kind::Missing
     } else if refused.is_io() {
@@ -278,7 +278,7 @@ fn refusal(seal: &str, refused: &Refused) -> Fault {
 }
 
 /// How the bundle is no flock, if its `flock.toml` is as signed.
-fn flock_fault(path: &Path, seal: &str, bundle: &Verified) -> Option<Fault> {
+fn flock_fault(path: &Path, seal: &str, bundle: &VerifiedBundle) -> Option<Fault> {
     let listed = bundle.contents().file(FILE_NAME)?;
     let mut bytes = Vec::new();
     let mut folder = Folder::open(path).ok()?;

@@ -13,7 +13,7 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, Folder, KeyError, KeyId, ObjectId, PublicKey, Refused, Release, SecretKey, Sequence, StartFile,
+    Addressees, Folder, KeyError, KeyId, ObjectId, PublicKey, Refusal, Release, SecretKey, Sequence, StartFile,
     StartFileError, System, Trust, UnitId, UnverifiedSystem, Version, limits, system_path,
 };
 use indicatif::DecimalBytes;
@@ -40,7 +40,7 @@ pub(super) struct Found {
     /// Where it lies in the folder.
     pub(super) seal: String,
     /// What it vouches for, or why a unit would refuse it.
-    pub(super) system: Result<System, Box<Refused>>,
+    pub(super) system: Result<System, Box<Refusal>>,
 }
 
 /// Why a folder is no system.
@@ -205,8 +205,8 @@ pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<
     let trust = shelf::learned(&mut folder, pinned);
     let found = |unit: Option<UnitId>| {
         let addressees = Addressees::of(unit.clone());
-        let seal = system_path(addressees.stems().first().copied().unwrap_or_default());
-        let missing = || Refused::Read { part: bundle::Part::Seal, source: io::ErrorKind::NotFound.into() };
+        let seal = system_path(addressees.file_stems().first().copied().unwrap_or_default());
+        let missing = || Refusal::Read { part: bundle::Part::Seal, source: io::ErrorKind::NotFound.into() };
         let read = UnverifiedSystem::addressed(&mut folder, &addressees).and_then(|read| read.ok_or_else(missing));
         let heeded = |unverified: UnverifiedSystem| {
             let verify = |trust: &Trust| unverified.clone().verify(trust);

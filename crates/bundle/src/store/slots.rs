@@ -1,13 +1,12 @@
-//! The state of a store on the disk: twice, with checksums.
+//! Two checksummed copies of a store's state on the disk.
 //!
-//! Owns two files that say the same. Each is written anew and put in place in one step, one after the other, so that
-//! at every moment one of them is whole; and if one is damaged later, the other one still tells every floor. Never
-//! knows what the state means.
+//! Owns two files with the same contents. They are replaced one after the other, each by a rename, so that one of them
+//! is always complete; if one is damaged later, the other one is used.
 
 use std::io;
 
 use crate::limits;
-use crate::names::{ObjectId, plain};
+use crate::names::{ObjectId, parse_plain};
 use crate::store::disk::{Disk, replace};
 use crate::store::state::State;
 
@@ -23,22 +22,22 @@ pub(crate) struct Slots {
     number: u64,
 }
 
-/// What was found when the slots were read.
+/// The result of reading the copies.
 pub(crate) enum Read {
     /// Neither file exists: a new store.
     Nothing,
-    /// There is something, but nothing whole.
+    /// There are files, but no valid copy.
     Damaged,
-    /// Nothing whole was found, and the disk did not give everything: there may be a state.
+    /// No valid copy was found, but a file could not be read.
     Unread(io::Error),
-    /// The newest whole state; whether both slots say so.
+    /// The newest valid state; whether both copies are equal.
     State { state: Box<State>, both: bool },
 }
 
 impl Slots {
     /// Reads the newest whole state.
     ///
-    /// What cannot be read is not whole, as long as the other slot is.
+    /// A copy that cannot be read counts as damaged if the other one is valid.
     pub(crate) fn read(disk: &dyn Disk) -> (Self, Read) {
         let mut newest: Option<(u64, State)> = None;
         let (mut missing, mut agreeing, mut unread) = (0, 0, None);
@@ -49,7 +48,7 @@ impl Slots {
                     missing += 1;
                     continue;
                 }
-                // Larger than any state is as good as torn.
+                // A file above the size limit counts as damaged.
                 Err(error) if error.kind() == io::ErrorKind::FileTooLarge => continue,
                 Err(error) => {
                     unread = Some(error);
@@ -75,12 +74,12 @@ impl Slots {
         }
     }
 
-    /// Writes the state down; returns when the disk has it twice.
+    /// Saves the state; returns when both copies are synced.
     ///
     /// # Errors
-    /// What the disk says. The state is the one before, or this one.
+    /// The disk's error. The state is the one before, or this one.
     pub(crate) fn write(&mut self, disk: &dyn Disk, state: &State) -> io::Result<()> {
-        // A failed attempt may have left this number in one of the slots.
+        // A failed attempt may have left this number in one of the copies.
         self.number += 1;
         let bytes = written(self.number, state)?;
         for slot in SLOTS {
@@ -107,7 +106,7 @@ fn parse(bytes: &[u8]) -> Option<(u64, State)> {
     let fine = heading == HEADING
         && words.next().is_none()
         && ObjectId::parse(checksum) == Ok(ObjectId::of(format!("{number} {body}").as_bytes()));
-    if fine { Some((plain(number)?, serde_json::from_str(body).ok()?)) } else { None }
+    if fine { Some((parse_plain(number)?, serde_json::from_str(body).ok()?)) } else { None }
 }
 
 #[cfg(test)]
@@ -156,7 +155,7 @@ mod tests {
         let disk = LocalDisk::open(folder.path()).unwrap();
         Slots::default().write(&disk, &state(1)).unwrap();
         for (at, slot) in SLOTS.iter().enumerate() {
-            // A folder gives no bytes, as a bad sector.
+            // A folder cannot be read, like a bad sector.
             fs::remove_file(folder.path().join(slot)).unwrap();
             fs::create_dir(folder.path().join(slot)).unwrap();
             let read = Slots::read(&disk).1;

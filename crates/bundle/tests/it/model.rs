@@ -4,7 +4,7 @@
 //! others any subset survives. A file's bytes are durable once the file was synced; of the bytes behind that, any
 //! beginning survives, or rubbish. A rename happens as a whole or not at all. Harsher than any file system we know.
 
-use bundle::{Append, Disk, Frozen};
+use bundle::{Append, Disk, Protection};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
@@ -288,14 +288,14 @@ impl Disk for ModelDisk {
         Ok(())
     }
 
-    fn point(&self, path: &str, target: &str) -> io::Result<()> {
+    fn symlink(&self, path: &str, target: &str) -> io::Result<()> {
         let mut world = self.step()?;
         world.free(path)?;
         world.change(Change::Make(path.to_owned(), Node::Link(target.to_owned())));
         Ok(())
     }
 
-    fn pointed(&self, path: &str) -> io::Result<Option<String>> {
+    fn read_link(&self, path: &str) -> io::Result<Option<String>> {
         let world = self.step()?;
         Ok(match world.names.get(path) {
             Some(Node::Link(target)) => Some(target.clone()),
@@ -318,23 +318,23 @@ impl Disk for ModelDisk {
         Ok(())
     }
 
-    fn freeze(&self, path: &str) -> io::Result<Frozen> {
+    fn make_read_only(&self, path: &str) -> io::Result<Protection> {
         let mut world = self.step()?;
         let inode = world.inode(path)?;
         let inode = world.inodes.get_mut(&inode).unwrap();
         inode.durable.clone_from(&inode.bytes);
-        Ok(Frozen::ReadOnly)
+        Ok(Protection::ReadOnly)
     }
 
-    fn room(&self) -> io::Result<u64> {
+    fn free_bytes(&self) -> io::Result<u64> {
         Ok(self.step()?.room)
     }
 
-    fn hold(&self) -> io::Result<Option<std::fs::File>> {
+    fn lock_state(&self) -> io::Result<Option<std::fs::File>> {
         Ok(None)
     }
 
-    fn is_played(&self, _folder: &str) -> io::Result<bool> {
+    fn is_in_use(&self, _folder: &str) -> io::Result<bool> {
         Ok(false)
     }
 }

@@ -1,29 +1,28 @@
-//! The player's side of a store: which generation plays, and how its trial goes.
+//! The player's part of the store: the current generation, and its trial.
 //!
-//! Owns what the player may do beside an updater that is at work: hold the generation that it plays, so that nobody
-//! clears it away, and say that the one on trial was begun, was shown or is lost. Needs no keys, repairs nothing: a
-//! store whose state is damaged is left to the updater.
+//! Owns what the player does while an updater may be running: it locks the generation that it plays against removal,
+//! and records the progress of its trial. It needs no keys and repairs nothing: a damaged state is left to the updater.
 //!
-//! Start at [`Playing::of`], then [`Judge`].
+//! Start at [`CurrentGeneration::of`], then [`TrialRecorder`].
 
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::limits;
-use crate::names::plain;
+use crate::names::parse_plain;
 use crate::seal::Seal;
 use crate::store::disk::{Disk, LocalDisk};
 use crate::store::slots::{Read, Slots};
 use crate::store::state::{State, Verdict};
-use crate::store::{CURRENT, StoreError, at, flock_folder, follow, generation_folder};
+use crate::store::{CURRENT, StoreError, at, flock_folder, generation_folder, update_link};
 
-/// How often the link is read again if its generation is cleared away just then.
+/// How often the link is read again if its generation is removed at the same time.
 const TRIES: u32 = 3;
 
-/// A generation that is played. While this lives it stays on the disk.
+/// A generation that is played. It is not removed while this lives.
 #[derive(Debug)]
-pub struct Playing {
+pub struct CurrentGeneration {
     number: u64,
     store: PathBuf,
     /// Held for the lock on it.
@@ -32,29 +31,29 @@ pub struct Playing {
 
 /// Who says how a trial goes.
 #[derive(Debug)]
-pub struct Judge {
+pub struct TrialRecorder {
     disk: LocalDisk,
 }
 
-impl Playing {
-    /// The generation that the link at `path` names, the `current` of a store; `None` if that is no such link, as with
-    /// a flock in a plain folder.
+impl CurrentGeneration {
+    /// The generation of the link at `path`, a store's `current`; `None` if it is not such a link, as with a flock in a
+    /// plain folder.
     ///
     /// # Errors
-    /// What the disk says; [`io::ErrorKind::NotFound`] if there is nothing at `path`.
+    /// The disk's error; [`io::ErrorKind::NotFound`] if there is nothing at `path`.
     pub fn of(path: &Path) -> io::Result<Option<Self>> {
         let Some(store) = path.parent().filter(|_| path.ends_with(CURRENT)) else { return Ok(None) };
         let mut failed = io::Error::from(io::ErrorKind::NotFound);
         for _ in 0..TRIES {
-            let disk = LocalDisk::beside(store)?;
-            let Some(target) = disk.pointed(CURRENT)? else {
-                // A folder of that name is a flock as any other.
+            let disk = LocalDisk::open_shared(store)?;
+            let Some(target) = disk.read_link(CURRENT)? else {
+                // A folder of that name is an ordinary flock.
                 return if path.is_dir() { Ok(None) } else { Err(failed) };
             };
-            let named = target.strip_prefix("generations/").and_then(|rest| plain(rest.strip_suffix("/flock")?));
+            let named = target.strip_prefix("generations/").and_then(|rest| parse_plain(rest.strip_suffix("/flock")?));
             let Some(number) = named else { return Ok(None) };
-            match disk.play(&generation_folder(number)) {
-                Ok(folder) if disk.pointed(CURRENT)?.as_deref() == Some(&target) => {
+            match disk.lock_generation(&generation_folder(number)) {
+                Ok(folder) if disk.read_link(CURRENT)?.as_deref() == Some(&target) => {
                     return Ok(Some(Self { number, store: store.to_owned(), _folder: folder }));
                 }
                 Ok(_) => {}
@@ -74,9 +73,9 @@ impl Playing {
         self.store.join(flock_folder(self.number))
     }
 
-    /// Its seal, as it was verified when it was installed, and whether it is on trial; `None` if the store does not say.
-    pub fn standing(&self) -> Option<(Seal, bool)> {
-        let disk = LocalDisk::beside(&self.store).ok()?;
+    /// Its seal, which was verified at installation, and whether it is on trial; `None` if the store does not know it.
+    pub fn status(&self) -> Option<(Seal, bool)> {
+        let disk = LocalDisk::open_shared(&self.store).ok()?;
         let Read::State { state, .. } = Slots::read(&disk).1 else { return None };
         let generation = state.kept().find(|generation| generation.number == self.number)?;
         let bytes = disk.read(&format!("{}/seal", generation_folder(self.number)), limits::SEAL).ok()?;
@@ -84,8 +83,8 @@ impl Playing {
         Some((seal, on_trial(&state, self.number)))
     }
 
-    /// Whether another one is to be played by now.
-    pub fn is_over(&self) -> bool {
+    /// Whether another generation is current by now.
+    pub fn is_replaced(&self) -> bool {
         let named = std::fs::read_link(self.store.join(CURRENT));
         named.is_ok_and(|target| target != Path::new(&flock_folder(self.number)))
     }
@@ -93,13 +92,13 @@ impl Playing {
     /// Who judges it.
     ///
     /// # Errors
-    /// What the disk says.
-    pub fn judge(&self) -> io::Result<Judge> {
-        Ok(Judge { disk: LocalDisk::beside(&self.store)? })
+    /// The disk's error.
+    pub fn recorder(&self) -> io::Result<TrialRecorder> {
+        Ok(TrialRecorder { disk: LocalDisk::open_shared(&self.store)? })
     }
 }
 
-impl Judge {
+impl TrialRecorder {
     /// Whether the generation `number` is on trial.
     pub fn is_on_trial(&self, number: u64) -> bool {
         match Slots::read(&self.disk).1 {
@@ -108,48 +107,48 @@ impl Judge {
         }
     }
 
-    /// The player begins to play the generation `number`. A trial that was begun too often is lost by that.
+    /// Records a start of the generation `number`. After too many starts it is rejected.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn started(&self, number: u64) -> Result<Verdict, StoreError> {
-        self.judge(number, State::started)
+    pub fn record_start(&self, number: u64) -> Result<Verdict, StoreError> {
+        self.recorder(number, State::record_start)
     }
 
-    /// The last start of the generation `number` is not held against it, if it is still on trial.
+    /// Takes the last start of the generation `number` back, if it is still on trial.
     ///
     /// # Errors
     /// [`StoreError::Disk`]; the start counts then.
-    pub fn excused(&self, number: u64) -> Result<(), StoreError> {
-        self.change(number, State::excused).map(drop)
+    pub fn excuse_start(&self, number: u64) -> Result<(), StoreError> {
+        self.change(number, State::excuse_start).map(drop)
     }
 
-    /// A clip of the generation `number` was on the glass to its end. A trial in which that was so often enough is won.
+    /// Records a complete clip of the generation `number`. After enough of them it is accepted.
     ///
     /// # Errors
     /// [`StoreError::Disk`]; the clip does not count then.
-    pub fn shown(&self, number: u64) -> Result<Verdict, StoreError> {
-        self.judge(number, State::shown)
+    pub fn record_clip(&self, number: u64) -> Result<Verdict, StoreError> {
+        self.recorder(number, State::record_clip)
     }
 
-    /// The generation `number` has proved itself, if it is still on trial.
+    /// Accepts the generation `number`, if it is still on trial.
     ///
     /// # Errors
     /// [`StoreError::Disk`]; the trial goes on then.
-    pub fn won(&self, number: u64) -> Result<(), StoreError> {
-        self.change(number, State::won).map(drop)
+    pub fn accept(&self, number: u64) -> Result<(), StoreError> {
+        self.change(number, State::accept).map(drop)
     }
 
-    /// The generation `number` does not play: if it is still on trial, the last good one comes back, and the bundle
-    /// is marked bad. Returns whether it was on trial.
+    /// Rejects the generation `number`: if it is still on trial, the last good one comes back, and the bundle is marked
+    /// bad. Returns whether it was on trial.
     ///
     /// # Errors
     /// [`StoreError::Disk`]; the trial goes on then.
-    pub fn lost(&self, number: u64) -> Result<bool, StoreError> {
-        self.change(number, State::lost)
+    pub fn reject(&self, number: u64) -> Result<bool, StoreError> {
+        self.change(number, State::reject)
     }
 
-    fn judge(&self, number: u64, judged: impl FnOnce(State) -> (State, Verdict)) -> Result<Verdict, StoreError> {
+    fn recorder(&self, number: u64, judged: impl FnOnce(State) -> (State, Verdict)) -> Result<Verdict, StoreError> {
         let mut verdict = Verdict::Open;
         self.change(number, |state| {
             let (state, said) = judged(state);
@@ -161,7 +160,7 @@ impl Judge {
 
     /// Changes the state if the generation `number` is on trial; returns whether it is.
     fn change(&self, number: u64, change: impl FnOnce(State) -> State) -> Result<bool, StoreError> {
-        let held = self.disk.hold().map_err(at("hold the state of", ""))?;
+        let held = self.disk.lock_state().map_err(at("lock the state of", ""))?;
         let (mut slots, Read::State { state, .. }) = Slots::read(&self.disk) else { return Ok(false) };
         if !on_trial(&state, number) {
             return Ok(false);
@@ -172,7 +171,7 @@ impl Judge {
             return Ok(true);
         }
         slots.write(&self.disk, &state).map_err(at("write the state of", ""))?;
-        let followed = follow(&self.disk, &state);
+        let followed = update_link(&self.disk, &state);
         drop(held);
         followed.map(|()| true)
     }

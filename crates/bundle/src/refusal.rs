@@ -1,6 +1,6 @@
 //! Why a bundle, or a part of it, was refused.
 //!
-//! Owns the errors of everything that comes from outside. Never says what to do with a refusal: nothing was changed.
+//! Owns the errors of untrusted data. A refusal changes nothing.
 
 use std::fmt;
 use std::io;
@@ -17,16 +17,16 @@ pub enum Part {
     Flock,
     /// One object.
     Object(ObjectId),
-    /// The signed letter in front of it all.
+    /// The seal.
     Seal,
-    /// A word of one key about another, or all of them.
+    /// One or all statements of keys about keys.
     Statement,
 }
 
 /// Why a bundle was refused. Nothing was changed.
 #[derive(Debug, thiserror::Error)]
-pub enum Refused {
-    /// What is read differs from what was signed.
+pub enum Refusal {
+    /// The data differ from what was signed.
     #[error("{part} of the bundle is damaged: expected {expected}, found {found}")]
     Damaged {
         /// Which.
@@ -36,14 +36,14 @@ pub enum Refused {
         /// The digest of what was read.
         found: ObjectId,
     },
-    /// For every unit, on one that has its own.
-    #[error("the bundle is for every unit, this unit takes only those for `{unit}` since it was given one")]
+    /// For all units, but this unit has bundles of its own.
+    #[error("the bundle is for every unit, but this unit takes only bundles for `{unit}` since it was given one")]
     ForEverybody {
         /// This unit.
         unit: UnitId,
     },
-    /// The signature is not that of the key that it names.
-    #[error("{part} of the bundle is not what key {signer} signed")]
+    /// The signature does not match the key that it names.
+    #[error("{part} of the bundle has an invalid signature of key {signer}")]
     Forged {
         /// Which.
         part: Part,
@@ -51,7 +51,7 @@ pub enum Refused {
         signer: KeyId,
     },
     /// For other units.
-    #[error("the bundle is for `{}`, this unit is `{unit}`", .addressees.told())]
+    #[error("the bundle is for `{}`, this unit is `{unit}`", .addressees.summary())]
     ForOthers {
         /// For whom it is.
         addressees: Addressees,
@@ -68,7 +68,7 @@ pub enum Refused {
         part: Part,
         /// Its bytes, as signed.
         expected: u64,
-        /// The bytes that were read. No more than one beyond those expected is asked for.
+        /// The bytes that were read: at most one more than expected.
         found: u64,
     },
     /// A line that is not as it must be.
@@ -83,14 +83,14 @@ pub enum Refused {
         /// What does, cut short.
         found: String,
     },
-    /// Tried on this unit before, and lost.
-    #[error("the bundle with sequence {sequence} was tried on this unit and did not play")]
+    /// It has failed its trial on this unit before.
+    #[error("the bundle with sequence {sequence} failed its trial on this unit before")]
     MarkedBad {
         /// Its sequence.
         sequence: Sequence,
     },
-    /// Names a file that it does not carry.
-    #[error("the flock names `{path}`, which the bundle does not carry")]
+    /// The flock names a file that is not in the bundle.
+    #[error("the flock names `{path}`, which is not in the bundle")]
     MissingFile {
         /// The file.
         path: String,
@@ -105,7 +105,7 @@ pub enum Refused {
         /// What is wrong with it.
         source: NameError,
     },
-    /// The flock cannot be read, whoever signed it.
+    /// The flock is invalid.
     #[error("the flock of the bundle cannot be read")]
     NotAFlock {
         /// Why not.
@@ -119,8 +119,8 @@ pub enum Refused {
         /// What is missing.
         why: &'static str,
     },
-    /// Not newer than what this unit has seen.
-    #[error("the bundle has sequence {sequence}, and key {signer} has already brought this unit {floor}")]
+    /// Not newer than the last bundle of this key.
+    #[error("the bundle has sequence {sequence}, but this unit has already played {floor} of key {signer}")]
     Older {
         /// Its sequence.
         sequence: Sequence,
@@ -129,8 +129,8 @@ pub enum Refused {
         /// Whose.
         signer: KeyId,
     },
-    /// A path that stands twice, or before its turn, or in two roles.
-    #[error("{part} of the bundle, line {line}: `{path}` stands twice, in two roles, or out of order")]
+    /// A duplicate path, one out of order, or one that is both file and folder.
+    #[error("{part} of the bundle, line {line}: `{path}` is a duplicate, both file and folder, or out of order")]
     Order {
         /// Which.
         part: Part,
@@ -139,7 +139,7 @@ pub enum Refused {
         /// The path.
         path: FilePath,
     },
-    /// A key has said as much about other keys as it may.
+    /// The statements of a key exceed their quota.
     #[error("key {signer} has used up its quota: {used} of {limit} {things}")]
     Quota {
         /// The key.
@@ -159,7 +159,7 @@ pub enum Refused {
         /// What the world says.
         source: io::Error,
     },
-    /// Signed by a key that was called back.
+    /// Signed by a revoked key.
     #[error("{part} of the bundle is signed by key {signer}, which was revoked")]
     RevokedKey {
         /// Which.
@@ -167,7 +167,7 @@ pub enum Refused {
         /// The key.
         signer: KeyId,
     },
-    /// Larger than anything of its kind may be.
+    /// Above its size limit.
     #[error("{part} of the bundle is larger than {limit} bytes")]
     TooLarge {
         /// Which.
@@ -175,7 +175,7 @@ pub enum Refused {
         /// The most, in bytes.
         limit: u64,
     },
-    /// More of something than there may be.
+    /// Above a limit on counts.
     #[error("{part} of the bundle has more than {limit} {things}")]
     TooMany {
         /// Which.
@@ -186,7 +186,7 @@ pub enum Refused {
         things: &'static str,
     },
     /// Signed by a key that is not trusted here.
-    #[error("{part} of the bundle is signed by key {signer}, trusted are {}", list(.trusted))]
+    #[error("{part} of the bundle is signed by key {signer}, which is not trusted (trusted: {})", list(.trusted))]
     UnknownKey {
         /// Which.
         part: Part,
@@ -195,9 +195,9 @@ pub enum Refused {
         /// Those that are trusted.
         trusted: Vec<KeyId>,
     },
-    /// Without the statements about keys that its seal expects.
+    /// The statements about keys that the seal expects are missing.
     #[error(
-        "what keys say about keys is withheld: the seal expects {expected}, found {}",
+        "the statements about keys are missing or outdated: the seal expects {expected}, found {}",
         .found.as_ref().map_or_else(|| "nothing".to_owned(), ObjectId::to_string)
     )]
     Withheld {
@@ -208,8 +208,8 @@ pub enum Refused {
     },
 }
 
-impl Refused {
-    /// Whether reading failed, and not a check of the bundle: another attempt may succeed.
+impl Refusal {
+    /// Whether reading failed, instead of a check: another attempt may succeed.
     pub fn is_io(&self) -> bool {
         matches!(self, Self::Read { .. })
     }
