@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use flock::{FASTEST_FPS, SIDES_PX};
+use flock::{MAX_FPS, SIDES_PX};
 use timing::Rate;
 
 /// Most steps: 158 years of them. A simulation remembers each in a dozen bytes.
@@ -42,8 +42,8 @@ pub(crate) fn rate(text: &str) -> Result<Rate, String> {
     let (num, den) = text.split_once('/').unwrap_or((text, "1"));
     let whole = |text: &str| text.parse::<u32>().ok().map(u64::from);
     let rate = whole(num).zip(whole(den)).and_then(|(num, den)| Rate::new(num, den).ok());
-    rate.filter(|rate| (1..=FASTEST_FPS).contains(&(rate.num() / rate.den())))
-        .ok_or_else(|| format!("wanted a rate from 1 to {FASTEST_FPS} per second, such as 30 or 30000/1001"))
+    rate.filter(|rate| (1..=MAX_FPS).contains(&(rate.num() / rate.den())))
+        .ok_or_else(|| format!("wanted a rate from 1 to {MAX_FPS} per second, such as 30 or 30000/1001"))
 }
 
 /// A finite number above 0.

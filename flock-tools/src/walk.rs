@@ -2,7 +2,7 @@
 //!
 //! Owns the printing. Never chooses: the itinerary here is the player's own.
 
-use flock::{Itinerary, What};
+use flock::{ClipKind, Itinerary};
 
 use crate::arguments::Stretch;
 use crate::open;
@@ -48,7 +48,7 @@ fn clips(mut path: Itinerary, steps: usize) -> impl Iterator<Item = String> {
     let mut left = steps;
     std::iter::from_fn(move || {
         let clip = path.next_clip()?;
-        if matches!(clip.what, What::Transition { .. }) {
+        if matches!(clip.what, ClipKind::Transition { .. }) {
             left = left.checked_sub(1)?;
         }
         Some(clip.path.to_string())

@@ -24,7 +24,7 @@ use crate::names::ObjectId;
 use crate::source::Source;
 use parts::{FAT_LARGEST, Parts, part_path, parts};
 
-pub use upkeep::SweepResult;
+pub use upkeep::Sweep;
 
 /// What `statfs` calls FAT.
 const FAT: i64 = 0x4d44;
@@ -71,7 +71,7 @@ pub enum FolderError {
     Read {
         /// What.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
     /// It could not be written.
@@ -79,7 +79,7 @@ pub enum FolderError {
     Write {
         /// What.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
 }

@@ -1,7 +1,6 @@
 //! Public keys.
 //!
-//! Owns their id and their file format, which is minisign's: a comment, and the key in Base64. Trust is decided in
-//! `trust`.
+//! Owns their id and their file format, which is minisign's: a comment, and the key in Base64. Trust is decided in `trust`.
 //!
 //! Start at [`PublicKey`].
 
@@ -10,7 +9,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use flock::told;
+use flock::excerpt;
 
 use crate::limits;
 use crate::signed::exact;
@@ -60,7 +59,7 @@ pub enum KeyError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
     /// Two keys of the same id.
@@ -74,7 +73,7 @@ pub enum KeyError {
     /// The signing failed.
     #[error("cannot sign: {why}")]
     Sign {
-        /// What the signer says.
+        /// The error of the signer.
         why: String,
     },
     /// More keys than a unit looks at.
@@ -90,7 +89,7 @@ pub enum KeyError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
 }
@@ -179,7 +178,7 @@ impl serde::Serialize for KeyId {
 impl<'de> serde::Deserialize<'de> for KeyId {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        let refused = || serde::de::Error::custom(format!("wanted 16 capital hex digits, found `{}`", told(&text)));
+        let refused = || serde::de::Error::custom(format!("wanted 16 capital hex digits, found `{}`", excerpt(&text)));
         Self::parse(&text).ok_or_else(refused)
     }
 }

@@ -29,7 +29,7 @@ mod trust;
 
 pub use contents::{Contents, FileEntry, VerifiedBundle};
 pub use envelope::SignError;
-pub use folder::{Folder, FolderError, PutMethod, SweepResult};
+pub use folder::{Folder, FolderError, PutMethod, Sweep};
 pub use key::{KeyError, KeyId, PublicKey};
 pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId, Version, few};
 pub use refusal::{Part, Refusal};
@@ -39,7 +39,7 @@ pub use source::{STATEMENTS, Source};
 pub use start_file::{BootFiles, COPIES, ENTRIES, SYSTEMS, StartFile, StartFileError, copy_folder, gather, lay_out};
 pub use store::{
     Admission, Append, CURRENT, Consent, CurrentGeneration, Disk, FetchItem, FetchPlan, Generation, Intake, JOINS,
-    LocalDisk, Presence, Protection, STARTS, ScrubResult, Shortfall, State, Store, StoreError, SystemAdmission, Trial,
+    LocalDisk, Presence, Protection, STARTS, Scrub, Shortfall, State, Store, StoreError, SystemAdmission, Trial,
     TrialRecorder, Unknown, UnreadableObject, Verdict, plan,
 };
 pub use system::{Release, System, UnverifiedSystem, copy_object, path as system_path};

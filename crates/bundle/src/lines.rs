@@ -2,7 +2,7 @@
 //!
 //! Counts lines, so that errors name them. No line is skipped, and each must have its only valid spelling.
 
-use flock::told;
+use flock::excerpt;
 
 use crate::names::NameError;
 use crate::refusal::{Part, Refusal};
@@ -66,7 +66,7 @@ impl<'a> Lines<'a> {
 
     /// The error for the last line, if it is invalid.
     pub(crate) fn wrong_line(&self, wanted: &'static str, found: &str) -> Refusal {
-        Refusal::Line { part: self.part.clone(), line: self.line, wanted, found: told(found) }
+        Refusal::Line { part: self.part.clone(), line: self.line, wanted, found: excerpt(found) }
     }
 
     /// The error for an invalid name on the last line.

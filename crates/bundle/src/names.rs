@@ -7,7 +7,7 @@
 use std::fmt;
 use std::io::{self, Read};
 
-use flock::told;
+use flock::excerpt;
 
 use crate::limits;
 use crate::refusal::Refusal;
@@ -97,7 +97,7 @@ impl UnitId {
         if first && text.len() <= limits::UNIT_NAME && text.bytes().all(allowed) && text != ANYONE {
             Ok(Self(text.to_owned()))
         } else {
-            Err(NameError::Unit { found: told(text) })
+            Err(NameError::Unit { found: excerpt(text) })
         }
     }
 
@@ -171,7 +171,7 @@ impl FilePath {
             && text.split('/').count() <= limits::PATH_PARTS
             && text.split('/').all(part_is_fine)
             && text.chars().all(char_is_fine);
-        if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: told(text) }) }
+        if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: excerpt(text) }) }
     }
 
     /// A path of one plain word.
@@ -204,7 +204,7 @@ impl ObjectId {
     /// The name of everything that `reader` yields, and its length.
     ///
     /// # Errors
-    /// What the reader says.
+    /// The error of the reader.
     pub fn of_reader(mut reader: impl Read) -> io::Result<(Self, u64)> {
         let mut hasher = blake3::Hasher::new();
         let mut chunk = vec![0; CHUNK];
@@ -223,7 +223,7 @@ impl ObjectId {
     /// # Errors
     /// [`NameError::Object`] if `text` has another form.
     pub fn parse(text: &str) -> Result<Self, NameError> {
-        let refused = || NameError::Object { found: told(text) };
+        let refused = || NameError::Object { found: excerpt(text) };
         if text.bytes().any(|b| b.is_ascii_uppercase()) {
             return Err(refused());
         }
@@ -250,7 +250,7 @@ impl Sequence {
     pub fn parse(text: &str) -> Result<Self, NameError> {
         match parse_plain(text) {
             Some(number) if number > 0 => Ok(Self(number)),
-            Some(_) | None => Err(NameError::Sequence { found: told(text) }),
+            Some(_) | None => Err(NameError::Sequence { found: excerpt(text) }),
         }
     }
 }
@@ -263,7 +263,7 @@ impl Version {
     pub fn parse(text: &str) -> Result<Self, NameError> {
         let numbers: Option<Vec<u64>> = text.split('.').take(limits::VERSION + 1).map(parse_plain).collect();
         let numbers = numbers.filter(|numbers| numbers.len() <= limits::VERSION);
-        numbers.map(Self).ok_or_else(|| NameError::Version { found: told(text) })
+        numbers.map(Self).ok_or_else(|| NameError::Version { found: excerpt(text) })
     }
 }
 

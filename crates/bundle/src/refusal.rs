@@ -78,9 +78,9 @@ pub enum Refusal {
         part: Part,
         /// From 1, without the lines of the signature.
         line: usize,
-        /// What should stand there.
+        /// The expected value.
         wanted: &'static str,
-        /// What does, cut short.
+        /// An excerpt of the value found.
         found: String,
     },
     /// It has failed its trial on this unit before.
@@ -102,7 +102,7 @@ pub enum Refusal {
         part: Part,
         /// From 1, without the lines of the signature.
         line: usize,
-        /// What is wrong with it.
+        /// The cause.
         source: NameError,
     },
     /// The flock is invalid.
@@ -116,7 +116,7 @@ pub enum Refusal {
     NotSigned {
         /// Which.
         part: Part,
-        /// What is missing.
+        /// The missing path.
         why: &'static str,
     },
     /// Not newer than the last bundle of this key.
@@ -156,7 +156,7 @@ pub enum Refusal {
     Read {
         /// Which.
         part: Part,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
     /// Signed by a revoked key.

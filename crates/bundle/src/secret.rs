@@ -41,7 +41,7 @@ struct Cost {
     log_n: u8,
 }
 
-/// What the minisign tool takes.
+/// The cost of the minisign tool.
 const FULL: Cost = Cost { opslimit: 1 << 25, memlimit: 1 << 30, log_n: 20 };
 /// For the empty passphrase, which no cost protects.
 const NONE: Cost = Cost { opslimit: 1 << 20, memlimit: 1 << 25, log_n: 15 };

@@ -26,7 +26,7 @@ const PART: &str = "# part ";
 /// The last line of an entry: the SHA-256 of all lines above.
 const SEAL: &str = "# entry ";
 
-/// What a start file says of itself.
+/// The head of a start file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StartFile {
     /// The version of its system.
@@ -61,7 +61,7 @@ pub enum StartFileError {
     Unversioned(#[source] NameError),
 }
 
-/// A part as the entry tells of it.
+/// A part as listed in the entry.
 struct Part<'b> {
     name: &'b str,
     size: usize,
@@ -145,7 +145,7 @@ fn sealed(bytes: &[u8]) -> Option<&str> {
     (sha256(&bytes[..at]) == sum).then_some(entry)
 }
 
-/// The parts that an entry tells of.
+/// The parts listed in an entry.
 fn listed(entry: &str) -> Option<Vec<Part<'_>>> {
     entry.lines().filter_map(|line| line.strip_prefix(PART)).map(Part::read).collect()
 }

@@ -45,7 +45,7 @@ enum Device {
 /// The firmware's framebuffer, and the card that it waits for.
 struct Waiting {
     firmware: FirmwareScreen,
-    /// What a card would be opened with.
+    /// The settings to open a card.
     settings: KmsSettings,
     light: Light,
     uevents: Option<Uevents>,
@@ -55,8 +55,7 @@ struct Waiting {
 }
 
 impl Display {
-    /// Opens the card in the settings; without one, the first that can light a display, else the firmware's
-    /// framebuffer.
+    /// Opens the card in the settings; without one, the first that can light a display, else the firmware's framebuffer.
     ///
     /// # Errors
     /// [`ScreenError::Open`] if there is neither.

@@ -65,8 +65,7 @@ pub(crate) struct FirmwareScreen {
 }
 
 impl FirmwareScreen {
-    /// The firmware's framebuffer, for pictures of `size`; `None` if there is none, or its pixel format is not
-    /// supported.
+    /// The firmware's framebuffer, for pictures of `size`; `None` if there is none, or its pixel format is not supported.
     pub(crate) fn open(size: (u32, u32), now: fn() -> Nanos, output: &OutputSettings) -> Option<Self> {
         let name = fs::read_to_string(NAME).ok()?.trim().to_owned();
         if name.ends_with(EMULATED) {

@@ -7,7 +7,7 @@ use crate::{OutputSettings, Picture};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
-/// What is lit, and how.
+/// The connector, mode and format of a screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScreenInfo {
     /// The screen's name: `kms:/dev/dri/card0 HDMI-A-1` or `virtual`.
@@ -41,7 +41,7 @@ impl Light {
     pub const FULL: Self = Self::On { thousandths: 1000 };
 }
 
-/// What a screen tells its player.
+/// The events of a screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// The committed picture is on the screen since `vblank`, which began at `at`.
@@ -91,7 +91,7 @@ pub enum ScreenError {
     Open {
         /// As the user gave it.
         device: String,
-        /// What the kernel said.
+        /// The kernel error.
         source: std::io::Error,
     },
     /// The picture's size is odd or zero, or larger than the screen can scan out.

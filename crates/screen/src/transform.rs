@@ -17,7 +17,7 @@ const BLOCK: usize = 32;
 /// The sample values of black in limited range: luma, and both chromas.
 const BLACK: [u8; 3] = [16, 128, 128];
 
-/// What is to be done to a picture.
+/// A transform of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Transform {
     /// The rotation.

@@ -52,7 +52,7 @@ pub enum ClipError {
     /// It cannot be opened, or is no complete video.
     #[error(transparent)]
     Probe {
-        /// What is wrong with it.
+        /// The cause.
         error: ProbeError,
     },
 }
@@ -64,7 +64,7 @@ impl ClipError {
     }
 }
 
-/// What a clip hands out next.
+/// The next packet of a clip.
 pub(crate) enum Next {
     /// A packet that shows the frame at this place of the clip.
     Packet(u32),
@@ -112,9 +112,8 @@ impl Clip {
         Self { demuxer, file, first: Some(first), start, fps, frames, size, read: 0, part, left: None }
     }
 
-    /// Only the frames `part` of this clip, as a clip of that length whose frames count from 0. Reading starts at the
-    /// last keyframe at or before them; frames before the excerpt are decoded and not shown, those after it are not
-    /// read.
+    /// Only the frames `part` of this clip, as a clip of that length whose frames count from 0. Reading starts at the last
+    /// keyframe at or before them; frames before the excerpt are decoded and not shown, those after it are not read.
     ///
     /// Call this before the clip is played. Frames beyond its end are left out; read errors are reported as damage when
     /// it is played.

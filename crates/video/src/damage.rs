@@ -20,7 +20,7 @@ pub enum Damage {
     Misplaced {
         /// The frame number in its packet.
         frame: i64,
-        /// What was wrong with it.
+        /// The cause.
         reason: String,
     },
     /// The container's or the packet's own structure is broken there.
@@ -32,9 +32,9 @@ pub enum Damage {
     /// Fewer frames were decoded than the header says.
     #[error("{found} frames were decoded (expected {expected})")]
     TooFew {
-        /// What the header promised.
+        /// The number in the header.
         expected: FrameCount,
-        /// What came out.
+        /// The number found.
         found: FrameCount,
     },
     /// The decoder gave up on this frame.
@@ -42,7 +42,7 @@ pub enum Damage {
     Undecodable {
         /// The frame.
         frame: u32,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// The file cannot be read from this frame on.
@@ -50,7 +50,7 @@ pub enum Damage {
     Unreadable {
         /// The first frame that is missing, in decoding order.
         frame: u32,
-        /// What ffmpeg or the kernel said.
+        /// The message of ffmpeg or the kernel.
         reason: String,
     },
 }

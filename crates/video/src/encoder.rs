@@ -49,7 +49,7 @@ pub enum EncodeError {
         path: PathBuf,
         /// What was being done.
         step: &'static str,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// x264 has no such rate factor, or none within the form.
@@ -57,7 +57,7 @@ pub enum EncodeError {
     Factor {
         /// The clip.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested value.
         found: f32,
     },
     /// The name is not UTF-8.
@@ -71,7 +71,7 @@ pub enum EncodeError {
     Preset {
         /// The clip.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested value.
         found: String,
     },
     /// MP4 and ffmpeg count a second in ticks of at most 31 bits.
@@ -79,7 +79,7 @@ pub enum EncodeError {
     Rate {
         /// The clip.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested value.
         found: Rate,
     },
     /// A picture is not of the form's size.
@@ -103,7 +103,7 @@ pub enum EncodeError {
     Write {
         /// The clip.
         path: PathBuf,
-        /// What the kernel said.
+        /// The kernel error.
         source: io::Error,
     },
 }

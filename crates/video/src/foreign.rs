@@ -74,7 +74,7 @@ pub enum ForeignError {
     Decode {
         /// How many frames came before.
         frame: u32,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// It has no bytes.
@@ -95,13 +95,13 @@ pub enum ForeignError {
     /// It is no video that ffmpeg reads.
     #[error("is not a readable video: {reason}")]
     NotAVideo {
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// It is missing, or the kernel refuses it.
     #[error("cannot be read")]
     Open {
-        /// What the kernel said.
+        /// The kernel error.
         source: io::Error,
     },
     /// Its pixel format is not supported.
@@ -131,9 +131,9 @@ pub enum ForeignError {
     /// Fewer frames were decoded than its header says.
     #[error("yields {found} frames when decoded (expected {expected})")]
     TooFew {
-        /// What the header promised.
+        /// The number in the header.
         expected: FrameCount,
-        /// What came out.
+        /// The number found.
         found: FrameCount,
     },
 }

@@ -30,9 +30,9 @@ pub struct Form {
 pub struct Difference {
     /// What differs: `codec`, `size`, `frame rate`, ...
     pub what: &'static str,
-    /// What the form asks for.
+    /// The value in the form.
     pub expected: String,
-    /// What the clip has.
+    /// The value of the clip.
     pub found: String,
 }
 

@@ -60,8 +60,7 @@ impl Frame {
         self.picture.strides()
     }
 
-    /// Whether errors in it were concealed. With more than one thread a nearby frame of the same clip may carry the
-    /// mark.
+    /// Whether errors in it were concealed. With more than one thread a nearby frame of the same clip may carry the mark.
     pub fn is_damaged(&self) -> bool {
         self.damaged
     }

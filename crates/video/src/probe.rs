@@ -74,7 +74,7 @@ pub enum ProbeError {
     NotAVideo {
         /// The file.
         path: PathBuf,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// It is missing, or the kernel refuses it.
@@ -82,7 +82,7 @@ pub enum ProbeError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the kernel said.
+        /// The kernel error.
         source: io::Error,
     },
     /// Its packets cannot be read.
@@ -92,7 +92,7 @@ pub enum ProbeError {
         path: PathBuf,
         /// The first frame that cannot be read, in decoding order.
         frame: u32,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// The end of the file is missing.
@@ -199,7 +199,7 @@ pub(crate) fn open(path: &Path) -> Result<OpenedClip, ProbeError> {
     Ok(OpenedClip { demuxer, first, probe, file })
 }
 
-/// Opens a plain file that has bytes; tells how many.
+/// Opens a regular, non-empty file; returns its size.
 fn open_file(path: &Path) -> Result<(File, u64), ProbeError> {
     let cannot = |source| ProbeError::Open { path: path.to_owned(), source };
     let kind = fs::metadata(path).map_err(cannot)?;
@@ -223,7 +223,7 @@ fn unreadable(path: &Path, frame: u32, reason: impl Into<String>) -> ProbeError 
     ProbeError::Read { path: path.to_owned(), frame, reason: reason.into() }
 }
 
-/// What the first access unit tells.
+/// The properties in the first access unit.
 struct FirstAccessUnit {
     idr: bool,
     in_band: bool,
@@ -242,7 +242,7 @@ impl FirstAccessUnit {
     }
 }
 
-/// What all packets together tell.
+/// The properties of all packets together.
 struct Scan {
     /// Presentation times of the shown frames, in ticks.
     shown: Vec<i64>,

@@ -352,7 +352,7 @@ pub(crate) enum SendResult {
     Failed(Code),
 }
 
-/// What came out of the decoder.
+/// The result of receiving from the decoder.
 pub(crate) enum ReceiveResult {
     Picture(Picture),
     /// It wants a packet first.

@@ -30,7 +30,7 @@ pub enum SessionError {
     /// The decoder ran out of memory.
     #[error("cannot continue decoding: {reason}")]
     Decode {
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// ffmpeg has no H.264 decoder, or it cannot start its threads.
@@ -38,12 +38,12 @@ pub enum SessionError {
     Start {
         /// How many were asked for.
         threads: usize,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
 }
 
-/// What a session has next.
+/// The next result of a session.
 #[derive(Debug)]
 pub enum Poll {
     /// The next frame.

@@ -9,7 +9,7 @@ pub(crate) mod write;
 
 use std::path::PathBuf;
 
-use flock::{Balance, Balanced, Bottleneck, Flock, SheepId, Suggestions, Terms};
+use flock::{Balance, Bottleneck, Flock, SheepBalance, SheepId, Suggestions, Terms};
 
 use crate::draft::Draft;
 use crate::open;
@@ -136,7 +136,7 @@ fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     let width = report::widest(balance.sheep.iter().map(|sheep| sheep.id));
     lines.push(String::new());
     lines.push(format!("{:<width$} {:>9} {:>9} {:>8}", "sheep", "visits", "want", "ratio"));
-    let mut sheep: Vec<&Balanced> = balance.sheep.iter().collect();
+    let mut sheep: Vec<&SheepBalance> = balance.sheep.iter().collect();
     sheep.sort_by(|a, b| b.off().total_cmp(&a.off()));
     let sheep = sheep.into_iter().map(move |sheep| row(sheep, width));
     let heading = format!("{:<width$} {:<width$} {:>12} {:>9}", "from", "to", "weight", "visits");
@@ -176,7 +176,7 @@ fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
     lines
 }
 
-fn row(sheep: &Balanced, width: usize) -> String {
+fn row(sheep: &SheepBalance, width: usize) -> String {
     format!(
         "{:<width$} {:>8.3}% {:>8.3}% {:>8.3}",
         sheep.id.as_str(),

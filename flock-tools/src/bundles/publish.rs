@@ -11,8 +11,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, Folder, ObjectId, PutMethod, Sequence, Source, SweepResult, System, Trust, UnitId, VerifiedBundle,
-    statements,
+    Addressees, Folder, ObjectId, PutMethod, Sequence, Source, Sweep, System, Trust, UnitId, VerifiedBundle, statements,
 };
 use indicatif::DecimalBytes;
 
@@ -140,8 +139,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let mut pruned = make_room(args, &trust, &to, &objects, &freight)?;
     let sent = send(args, &to, &cargo, &freight)?;
     if args.prune {
-        let SweepResult { files, bytes } = prune(args, &trust, &to, &BTreeMap::new())?;
-        pruned = SweepResult { files: pruned.files + files, bytes: pruned.bytes + bytes };
+        let Sweep { files, bytes } = prune(args, &trust, &to, &BTreeMap::new())?;
+        pruned = Sweep { files: pruned.files + files, bytes: pruned.bytes + bytes };
     }
     let rows: Vec<Row> = cargo.bundles.iter().map(|(unit, bundle)| row(args, unit.as_ref(), bundle)).collect();
     for row in &rows {
@@ -217,20 +216,14 @@ fn freight(args: &Args, to: &Folder, objects: &Objects) -> Result<Freight, Fatal
 
 /// Sees to it that the freight fits, with `--prune` by removing what is needed neither by the bundles there nor by the
 /// new ones.
-fn make_room(
-    args: &Args,
-    trust: &Trust,
-    to: &Folder,
-    objects: &Objects,
-    freight: &Freight,
-) -> Result<SweepResult, Fatal> {
+fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, freight: &Freight) -> Result<Sweep, Fatal> {
     let needed = freight.new.iter().map(|(_, size)| size).sum::<u64>();
     let room = || to.free_bytes().map_err(unmoved);
     // A disk that shares or links needs less; only what must be copied has to fit.
     if needed <= room()? || shares(&args.bundle, &args.to) {
-        return Ok(SweepResult::default());
+        return Ok(Sweep::default());
     }
-    let pruned = if args.prune { prune(args, trust, to, objects)? } else { SweepResult::default() };
+    let pruned = if args.prune { prune(args, trust, to, objects)? } else { Sweep::default() };
     let room = room()?;
     if needed <= room {
         return Ok(pruned);
@@ -291,7 +284,7 @@ fn put(
 }
 
 /// Removes what no bundle there needs, and what is not among these `objects`.
-fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<SweepResult, Fatal> {
+fn prune(args: &Args, trust: &Trust, to: &Folder, objects: &Objects) -> Result<Sweep, Fatal> {
     let mut needed: BTreeSet<ObjectId> = BTreeSet::new();
     let unknown = |seal| {
         let unknown = Unpublished::Unknown { path: args.to.clone(), seal };

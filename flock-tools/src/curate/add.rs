@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use clap::ArgGroup;
-use flock::{MOST_FRAMES, MOST_REPEATS, Sheep, SheepId};
+use flock::{MAX_FRAMES, MAX_REPEATS, Sheep, SheepId};
 
 use super::Desk;
 use super::files::{self, Incoming};
@@ -46,14 +46,14 @@ pub(crate) struct Args {
     no_loop: bool,
     #[arg(long, value_name = "N", conflicts_with = "clip")]
     #[arg(help = format!("Frames of a loop that is yet to be rendered [default: {FRAMES}]"))]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     frames: Option<u32>,
     /// Its wished share relative to the others'
     #[arg(long, value_name = "W", default_value_t = 1.0, allow_negative_numbers = true, value_parser = arguments::positive)]
     want: f64,
     /// Loops per visit
     #[arg(long, value_name = "N", default_value_t = 1)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_REPEATS)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_REPEATS)))]
     repeat: u32,
     /// Replace other files that are in the places of the genome and the loop
     #[arg(long)]

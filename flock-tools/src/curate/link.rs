@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use flock::{MOST_FRAMES, SheepId, Transition};
+use flock::{MAX_FRAMES, SheepId, Transition};
 
 use super::Desk;
 use super::files::{self, Incoming};
@@ -40,7 +40,7 @@ pub(crate) struct Args {
     clip: Option<PathBuf>,
     #[arg(long, value_name = "N", conflicts_with = "clip")]
     #[arg(help = format!("Frames of a clip that is yet to be rendered [default: {FRAMES}]"))]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     frames: Option<u32>,
     /// How readily the walk takes it, relative to the others from the same sheep
     #[arg(long, value_name = "W", default_value_t = 1.0, allow_negative_numbers = true, value_parser = arguments::positive)]

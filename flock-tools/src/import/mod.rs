@@ -18,7 +18,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use flock::{MOST_FRAMES, SheepId};
+use flock::{MAX_FRAMES, SheepId};
 use timing::{FrameCount, Rate};
 use video::{Encoder, Form, Quality};
 
@@ -77,7 +77,7 @@ pub(crate) struct Args {
     crf: f32,
     /// Frames of the loops that are yet to be rendered from genomes
     #[arg(long, value_name = "N", default_value_t = add::FRAMES)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     frames: u32,
     /// Replace other files that are in the places of clips
     #[arg(long)]

@@ -11,7 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use flock::{Clip, ClipHash, Edit, EditError, MOST_FRAMES, Manifest, Sheep, SheepId, Transition};
+use flock::{Clip, ClipHash, Edit, EditError, MAX_FRAMES, Manifest, Sheep, SheepId, Transition};
 use indicatif::ProgressBar;
 use timing::{FrameCount, Rate};
 use video::{EncodeError, Encoder, ForeignVideo, Quality};
@@ -121,8 +121,8 @@ impl Hand<'_> {
                 }
             }
             (number, frames) = (number + 1, frames + times);
-            if frames > MOST_FRAMES {
-                return Err(Unmade::LeftOut(format!("has too many frames (expected at most {MOST_FRAMES})")));
+            if frames > MAX_FRAMES {
+                return Err(Unmade::LeftOut(format!("has too many frames (expected at most {MAX_FRAMES})")));
             }
             self.bar.inc(1);
         }

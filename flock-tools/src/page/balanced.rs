@@ -2,7 +2,7 @@
 //!
 //! Owns the comparison's form. The weights and the proof where wants cannot be reached are the flock crate's.
 //!
-//! Start at [`Balanced::of`].
+//! Start at [`SheepBalance::of`].
 
 use flock::{Balance, Flock, FlockShares, SheepId, Terms};
 
@@ -10,7 +10,7 @@ use crate::balance::write::written;
 
 /// The flock under the weights that `flock balance` finds with its default terms.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Balanced {
+pub(super) struct SheepBalance {
     /// The worst of visits/want and want/visits; `None` if a sheep is never shown.
     pub(super) worst_ratio: Option<f64>,
     /// Of every sheep: its fraction of all visits, its mean return in minutes, how long it is lit a day in minutes.
@@ -31,7 +31,7 @@ struct Stuck {
     followers_want: f64,
 }
 
-impl Balanced {
+impl SheepBalance {
     /// The balance of `flock`. `None` if it has no cycle to walk.
     pub(super) fn of(flock: &Flock) -> Option<Self> {
         let balance = Balance::of(flock, Terms::default())?;
@@ -80,7 +80,7 @@ mod tests {
             [("a", "b", 9.0), ("b", "c", 1.0), ("c", "a", 1.0), ("a", "c", 1.0), ("b", "a", 9.0), ("c", "b", 1.0)];
         let flock = flock(&all);
         let written = FlockShares::of(&flock).unwrap().worst_ratio.unwrap();
-        let balanced = Balanced::of(&flock).unwrap();
+        let balanced = SheepBalance::of(&flock).unwrap();
         assert!(balanced.worst_ratio.unwrap() < 1.0 + 0.7 * (written - 1.0), "{written} {balanced:?}");
         assert!(balanced.stuck.is_none(), "{balanced:?}");
         assert!((balanced.transitions.iter().sum::<f64>() - 1.0).abs() < 1e-9);
@@ -90,7 +90,7 @@ mod tests {
     fn what_is_stuck_is_wanted_more_than_all_that_it_leads_to() {
         // Everyone leads to `a` alone, or comes from it.
         let flock = flock(&[("a", "b", 1.0), ("a", "c", 1.0), ("b", "a", 1.0), ("c", "a", 1.0)]);
-        let stuck = Balanced::of(&flock).unwrap().stuck.unwrap();
+        let stuck = SheepBalance::of(&flock).unwrap().stuck.unwrap();
         assert!(stuck.want > stuck.followers_want + 0.3, "{stuck:?}");
         assert_eq!((stuck.sheep, stuck.followers), (vec![1, 2], 1));
     }

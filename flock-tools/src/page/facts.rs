@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use flock::{Fault, Flock, FlockShares, SheepIx};
 
-use super::balanced::Balanced;
+use super::balanced::SheepBalance;
 use super::colour::Colour;
 use super::joins::Joins;
 use super::layout::places;
@@ -31,7 +31,7 @@ pub(super) struct Facts<'f> {
     /// From, to, the fraction of all steps that take it, its frames.
     pub(super) transitions: Vec<(usize, usize, f64, u32)>,
     pub(super) day: Option<Day>,
-    pub(super) balanced: Option<Balanced>,
+    pub(super) balanced: Option<SheepBalance>,
     pub(super) suggested: Option<Suggested>,
     pub(super) joins: Option<Joins>,
 }
@@ -89,7 +89,7 @@ pub(super) struct Sources<'f> {
     /// The seed of the walk, and the walk.
     pub(super) seed: u64,
     pub(super) walked: Option<Walked>,
-    pub(super) balanced: Option<Balanced>,
+    pub(super) balanced: Option<SheepBalance>,
     pub(super) suggested: Option<Suggested>,
     pub(super) joins: Option<Joins>,
     /// One for each sheep of the whole flock, or none at all.

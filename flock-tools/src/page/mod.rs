@@ -27,7 +27,7 @@ use crate::decoder::{Decoder, Video};
 use crate::open;
 use crate::report::{self, Exit, Fatal};
 use crate::save;
-use balanced::Balanced;
+use balanced::SheepBalance;
 use facts::{Facts, Figures, Sources, distinct_clips};
 use joins::Joins;
 use picture::Picture;
@@ -133,7 +133,7 @@ fn page(args: &Args, flock: &Arc<Flock>, video: Video) -> Result<(), Fatal> {
     let decoder = clips_there.filter(|&clips| clips > 0).map(|_| video.decoder()).transpose()?;
     let pictures = if args.no_pictures { Vec::new() } else { pictures(&args.dir, flock, decoder) };
     let walked = Walked::of(flock, args.seed);
-    let balanced = Balanced::of(flock);
+    let balanced = SheepBalance::of(flock);
     let folder = Some(args.dir.as_path()).filter(|_| !args.no_pictures);
     let suggested = Suggested::of(flock, folder, args.suggest.map(usize::from));
     let judging = decoder.filter(|_| !args.no_joins);

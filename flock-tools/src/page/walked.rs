@@ -76,7 +76,7 @@ impl Spread {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use flock::{Itinerary, Manifest, What};
+    use flock::{ClipKind, Itinerary, Manifest};
     use std::fmt::Write as _;
     use std::path::Path;
 
@@ -99,8 +99,8 @@ mod tests {
         let walked = Walked::of(&flock, 5).unwrap();
         let mut path = Itinerary::start(Arc::clone(&flock), 5);
         let mut loops = std::iter::from_fn(|| path.next_clip()).filter_map(|clip| match clip.what {
-            What::Loop { sheep } => Some(sheep),
-            What::Transition { .. } => None,
+            ClipKind::Loop { sheep } => Some(sheep),
+            ClipKind::Transition { .. } => None,
         });
         for &shown in &walked.day {
             let id = flock.whole().sheep().nth(shown).map(|sheep| flock.whole().id(sheep).clone());

@@ -18,9 +18,9 @@ use crate::names::ObjectId;
 /// The folder of all objects.
 const OBJECTS: &str = "objects";
 
-/// What went.
+/// What was removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SweepResult {
+pub struct Sweep {
     /// How many files.
     pub files: usize,
     /// How many bytes they had.
@@ -59,8 +59,8 @@ impl Folder {
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn sweep(&self, mut keep: impl FnMut(&ObjectId) -> bool) -> Result<SweepResult, FolderError> {
-        let mut swept = SweepResult::default();
+    pub fn sweep(&self, mut keep: impl FnMut(&ObjectId) -> bool) -> Result<Sweep, FolderError> {
+        let mut swept = Sweep::default();
         for prefix in self.names(OBJECTS)? {
             let Some(prefix) = prefix.to_str().filter(|prefix| prefix.len() == 2) else { continue };
             let folder = format!("{OBJECTS}/{prefix}");
@@ -116,7 +116,7 @@ mod tests {
     fn what_was_left_and_what_nobody_wants_goes_and_nothing_else() {
         let scratch = tempfile::tempdir().unwrap();
         let folder = Folder::create(scratch.path()).unwrap();
-        assert_eq!(folder.sweep(|_| false).unwrap(), SweepResult::default(), "an empty folder has nothing");
+        assert_eq!(folder.sweep(|_| false).unwrap(), Sweep::default(), "an empty folder has nothing");
         let put = |bytes: &[u8]| {
             let id = ObjectId::of(bytes);
             folder.put(&id, bytes.len() as u64, &mut &bytes[..], scratch.path(), &mut |_| ()).unwrap();
@@ -134,7 +134,7 @@ mod tests {
             fs::write(path, "not ours").unwrap();
         }
         let again = folder.sweep(|id| *id == kept || *id == left).unwrap();
-        assert_eq!(again, SweepResult { files: 3, bytes: 3 + 4 + 4 });
+        assert_eq!(again, Sweep { files: 3, bytes: 3 + 4 + 4 });
         assert!(folder.holds(&kept, 4) && folder.holds(&left, 8) && !folder.holds(&old, 3));
         assert!(foreign.iter().all(|path| path.exists()));
         folder.discard(&left).unwrap();
@@ -166,6 +166,6 @@ mod tests {
         let refused = folder.put_file(&id, 12, &clip, &mut |_| ()).unwrap_err();
         assert!(matches!(refused, FolderError::Changed { .. }), "{refused}");
         assert!(!folder.holds(&id, 12));
-        assert_eq!(folder.sweep(|_| true).unwrap(), SweepResult::default(), "no half is left");
+        assert_eq!(folder.sweep(|_| true).unwrap(), Sweep::default(), "no half is left");
     }
 }

@@ -129,8 +129,7 @@ pub trait Disk: Send {
     /// The disk's error.
     fn free_bytes(&self) -> io::Result<u64>;
 
-    /// Waits for the lock on the store's state, and holds it while the result lives; `None` on a disk without other
-    /// users.
+    /// Waits for the lock on the store's state, and holds it while the result lives; `None` on a disk without other users.
     ///
     /// # Errors
     /// The disk's error.

@@ -1,7 +1,6 @@
 //! An object that is being fetched into the store.
 //!
-//! Owns its partial file, and verifies it before it becomes an object. It can be dropped at any moment and continued
-//! later.
+//! Owns its partial file, and verifies it before it becomes an object. It can be dropped at any moment and continued later.
 //!
 //! Start at [`Store::intake`](crate::Store::intake).
 

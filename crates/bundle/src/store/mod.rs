@@ -51,7 +51,7 @@ pub use plan::{FetchItem, FetchPlan, Presence, Shortfall, plan};
 pub use state::{Admission, Consent, Generation, JOINS, STARTS, State, Trial, Unknown, Verdict};
 pub use systems::SystemAdmission;
 pub use trial::{CurrentGeneration, TrialRecorder};
-pub use upkeep::{ScrubResult, UnreadableObject};
+pub use upkeep::{Scrub, UnreadableObject};
 
 /// The link to the flock that plays.
 pub const CURRENT: &str = "current";
@@ -75,7 +75,7 @@ pub enum StoreError {
     /// The received data have the wrong digest and were removed.
     #[error("`{name}` was received damaged (expected digest {expected}, found {found})")]
     Damaged {
-        /// What people know it by.
+        /// Its name for people.
         name: String,
         /// Its digest as listed.
         expected: ObjectId,
@@ -85,7 +85,7 @@ pub enum StoreError {
     /// The disk failed.
     #[error("cannot {doing} `{path}`")]
     Disk {
-        /// What was tried.
+        /// The failed operation.
         doing: &'static str,
         /// On what, within the store.
         path: String,
@@ -101,7 +101,7 @@ pub enum StoreError {
     /// The source ended early. The partial file stays.
     #[error("`{name}` ended after {have} of {size} bytes")]
     Incomplete {
-        /// What people know it by.
+        /// Its name for people.
         name: String,
         /// How much there is.
         have: u64,
@@ -121,7 +121,7 @@ pub enum StoreError {
     Generation {
         /// Which.
         number: u64,
-        /// What is wrong with it.
+        /// The cause.
         source: Refusal,
     },
     /// The bundle is refused.
@@ -130,7 +130,7 @@ pub enum StoreError {
     /// More bytes were received than listed. The file was removed.
     #[error("`{name}` is longer than its {size} bytes")]
     TooLong {
-        /// What people know it by.
+        /// Its name for people.
         name: String,
         /// How much there must be.
         size: u64,
@@ -258,7 +258,7 @@ impl Store {
     /// Accepts the generation on trial: it is the last good one from now on.
     ///
     /// # Errors
-    /// [`StoreError::Disk`]; the trial goes on then.
+    /// [`StoreError::Disk`]; the trial continues then.
     pub fn accept(&mut self) -> Result<(), StoreError> {
         self.change(State::accept)
     }
@@ -330,8 +330,7 @@ impl Store {
         Some(seal.letter().addressees.clone())
     }
 
-    /// Drops the generation that plays if its folder is missing, after damage of the file system, and cannot be
-    /// restored.
+    /// Drops the generation that plays if its folder is missing, after damage of the file system, and cannot be restored.
     fn check_playing(&mut self) -> Result<(), StoreError> {
         while let Some(playing) = self.state.playing().cloned() {
             let toml = format!("{}/{}", flock_folder(playing.number), flock::FILE_NAME);

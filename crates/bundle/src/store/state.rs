@@ -6,8 +6,7 @@
 //! does not raise the floor, so that the artist may send a corrected bundle with the same number. The addressees of the
 //! last accepted bundle are kept, too: a unit that was addressed by name admits no bundles for all units any more.
 //!
-//! A unit may go back to an older program at any time: fields are only added, and a program keeps unknown fields
-//! unchanged.
+//! A unit may go back to an older program at any time: fields are only added, and a program keeps unknown fields unchanged.
 //!
 //! | state | event | becomes |
 //! |---|---|---|
@@ -57,7 +56,7 @@ pub struct Generation {
     /// Its addressees; `None` if an older program wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub addressees: Option<Addressees>,
-    /// What a newer program knows of it.
+    /// Unknown fields of a newer program.
     #[serde(flatten)]
     pub unknown: Unknown,
 }
@@ -72,12 +71,12 @@ pub struct Trial {
     /// Its joins that were shown. Missing in the state of older programs.
     #[serde(default, skip_serializing_if = "is_none")]
     pub joins: u32,
-    /// What a newer program knows of it.
+    /// Unknown fields of a newer program.
     #[serde(flatten)]
     pub unknown: Unknown,
 }
 
-/// What a unit knows of its flocks.
+/// The state of a unit's flocks.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct State {
     /// The highest accepted sequence of each key.
@@ -97,12 +96,12 @@ pub struct State {
     /// The addressees of the last accepted generation. They are kept even if that generation is lost from the disk.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub addressees: Option<Addressees>,
-    /// What a newer program knows.
+    /// Unknown fields of a newer program.
     #[serde(flatten)]
     pub unknown: Unknown,
 }
 
-/// What the owner allows.
+/// The owner's consent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Consent {
     /// Newer bundles only.
@@ -111,7 +110,7 @@ pub enum Consent {
     Any,
 }
 
-/// What becomes of a bundle.
+/// The decision on a bundle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Admission {
     /// It is kept in case the trial is rejected. Its missing objects may be fetched.
@@ -124,7 +123,7 @@ pub enum Admission {
     Plays,
 }
 
-/// How a trial stands.
+/// The result of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Rejected, after too many starts.

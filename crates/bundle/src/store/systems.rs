@@ -25,7 +25,7 @@ use crate::system::{System, UnverifiedSystem};
 const FOLDER: &str = "system";
 const STAGED: &str = "system/staged";
 
-/// What becomes of a system.
+/// The decision on a system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SystemAdmission {
     /// It, or a newer one, is running, staged, or was written before.
@@ -38,8 +38,7 @@ impl Store {
     /// Whether `unit`, which runs the version `running`, may fetch `system`.
     ///
     /// # Errors
-    /// [`StoreError::Refused`] if it is for other units, or not newer than the last one of its key;
-    /// [`StoreError::Disk`].
+    /// [`StoreError::Refused`] if it is for other units, or not newer than the last one of its key; [`StoreError::Disk`].
     pub fn admit_system(
         &self,
         system: &System,

@@ -134,7 +134,7 @@ impl TrialRecorder {
     /// Accepts the generation `number`, if it is still on trial.
     ///
     /// # Errors
-    /// [`StoreError::Disk`]; the trial goes on then.
+    /// [`StoreError::Disk`]; the trial continues then.
     pub fn accept(&self, number: u64) -> Result<(), StoreError> {
         self.change(number, State::accept).map(drop)
     }
@@ -143,7 +143,7 @@ impl TrialRecorder {
     /// bad. Returns whether it was on trial.
     ///
     /// # Errors
-    /// [`StoreError::Disk`]; the trial goes on then.
+    /// [`StoreError::Disk`]; the trial continues then.
     pub fn reject(&self, number: u64) -> Result<bool, StoreError> {
         self.change(number, State::reject)
     }

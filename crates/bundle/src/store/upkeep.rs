@@ -22,7 +22,7 @@ const CHUNK: usize = 256 << 10;
 
 /// The result of verifying every object.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ScrubResult {
+pub struct Scrub {
     /// Objects that were read and are whole.
     pub whole: usize,
     /// Objects with a wrong digest, to be fetched again.
@@ -45,8 +45,7 @@ pub struct UnreadableObject {
 }
 
 impl Store {
-    /// Removes what is not needed by a kept generation, the player, the bundle that is being fetched, or a staged
-    /// system.
+    /// Removes what is not needed by a kept generation, the player, the bundle that is being fetched, or a staged system.
     ///
     /// # Errors
     /// [`StoreError`]; nothing that is needed was removed.
@@ -99,8 +98,8 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::Disk`] if an object cannot be quarantined.
-    pub fn scrub(&self, mut pace: impl FnMut(u64) -> bool) -> Result<ScrubResult, StoreError> {
-        let mut found = ScrubResult::default();
+    pub fn scrub(&self, mut pace: impl FnMut(u64) -> bool) -> Result<Scrub, StoreError> {
+        let mut found = Scrub::default();
         let mut objects: BTreeMap<ObjectId, FileEntry> = BTreeMap::new();
         for generation in self.state.kept() {
             match self.bundle(generation) {

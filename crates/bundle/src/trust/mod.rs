@@ -49,7 +49,7 @@ pub struct Trust {
     standing: KeyStatuses,
 }
 
-/// What a statement changed.
+/// The change by a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrustChange {
     /// This key is not trusted any more, because the keys that added it were revoked.
@@ -67,13 +67,13 @@ pub enum TrustChange {
 /// The changes by a file of statements.
 #[derive(Debug, Default)]
 pub struct TrustUpdate {
-    /// What is new.
+    /// The changes.
     pub news: Vec<TrustChange>,
     /// The statements above quota.
     pub refused: Vec<Refusal>,
 }
 
-/// What a key said.
+/// A statement with its signer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct SignedStatement {
     signer: PublicKey,

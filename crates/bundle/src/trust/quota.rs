@@ -35,14 +35,14 @@ pub(super) fn has_room(
         return Ok(());
     }
     let refused = |used, limit, things| Err(Refusal::Quota { signer, used, limit, things });
-    let own: Vec<&SignedStatement> = words.iter().filter(|there| there.signer == word.signer).collect();
+    let own: Vec<_> = words.iter().filter(|there| there.signer == word.signer).collect();
     let is_named = signer == subject || own.iter().any(|there| there.subject() == subject);
     if !is_revocation || !is_named {
         let (used, limit) = (others(&own), if is_owners(word) { limits::QUOTA } else { limits::ADDED_QUOTA });
         if used >= limit {
             return refused(used, limit, "other keys that its statements may name");
         }
-        let all: Vec<&SignedStatement> = words.iter().filter(|word| !is_owners(word)).collect();
+        let all: Vec<_> = words.iter().filter(|word| !is_owners(word)).collect();
         let used = others(&all);
         if !is_owners(word) && used >= limits::SHARED_QUOTA {
             let things = "other keys that statements of all added keys together may name";

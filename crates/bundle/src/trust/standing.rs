@@ -25,7 +25,7 @@ pub(super) enum KeptKeys {
     Only(BTreeSet<PublicKey>),
 }
 
-/// How one key stands.
+/// The status of one key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct KeyStatus {
     /// Else it was called back.
@@ -46,7 +46,7 @@ impl KeptKeys {
         }
     }
 
-    /// What both keep.
+    /// The keys in both.
     pub(super) fn and(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::All, kept) | (kept, Self::All) => kept.clone(),
@@ -54,7 +54,7 @@ impl KeptKeys {
         }
     }
 
-    /// What either keeps.
+    /// The keys in either.
     fn or(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::All, _) | (_, Self::All) => Self::All,
@@ -111,7 +111,7 @@ impl KeyStatuses {
         self.0.iter().filter(move |(key, _)| key.id() == id)
     }
 
-    /// Every key, and how it stands.
+    /// Every key, and its status.
     pub(super) fn all(&self) -> impl Iterator<Item = (&PublicKey, &KeyStatus)> {
         self.0.iter()
     }

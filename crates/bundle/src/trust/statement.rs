@@ -1,12 +1,12 @@
-//! What one key says about another.
+//! Statements of keys about keys.
 //!
 //! Owns its only spelling, signed and unsigned, and the splitting of a file of statements. [`crate::Trust`] checks
 //! permissions.
 //!
 //! ```text
 //! trust KEY             a new key is to be trusted
-//! revoke ID             a key is called back; what it took in stays
-//! revoke ID keep KEY...   a key is called back, and with it all that it took in, but for these
+//! revoke ID             a key is revoked; the keys that it added stay
+//! revoke ID keep KEY...   a key is revoked with all keys that it added, except these
 //! ```
 //!
 //! Keys to keep are given in full, because a thief can create a key with any id.
@@ -15,7 +15,7 @@
 
 use std::collections::BTreeSet;
 
-use flock::told;
+use flock::excerpt;
 
 use crate::key::{KeyError, KeyId, PublicKey};
 use crate::limits;
@@ -29,7 +29,7 @@ const LINES: usize = 6;
 /// The word before the keys to keep.
 const KEEP: &str = "keep";
 
-/// What a statement says.
+/// A statement about a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Statement {
     /// Revoke this key, and keep the keys that it added.
@@ -66,7 +66,7 @@ impl Statement {
             Some(_) | None => None,
         };
         let wanted = "`trust` and a key, or `revoke`, a key's id, and perhaps `keep` and keys in order";
-        read.ok_or_else(|| Refusal::Line { part: Part::Statement, line: 2, wanted, found: told(said) })
+        read.ok_or_else(|| Refusal::Line { part: Part::Statement, line: 2, wanted, found: excerpt(said) })
     }
 
     fn revocation(text: &str) -> Result<Option<Self>, Refusal> {

@@ -40,7 +40,7 @@ pub(crate) struct Polar {
     lengths: [[f64; 2]; 2],
     /// Angle of the first column at the start, in radians.
     angle: f64,
-    /// What it grows by.
+    /// Its total change.
     travel: f64,
     /// From the first column's angle to the second's: at the start, and what it grows by.
     spread: [f64; 2],

@@ -8,7 +8,7 @@ use super::transition::mix;
 use crate::genome::palette::{from_hsv, to_hsv};
 use crate::genome::{HuePath, Palette};
 
-/// The palette `part` (`0.0..=1.0`) of the way from `from` to `to`.
+/// Interpolates from `from` to `to` by `part` (`0.0..=1.0`).
 ///
 /// * `path` — through which space.
 /// * `rgb` — how much of the linear RGB blend is mixed in, `0.0..=1.0`.

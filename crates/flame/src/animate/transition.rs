@@ -19,9 +19,9 @@ use crate::genome::{Camera, Genome, Sampling, Space, Tone, Xform};
 pub struct Transition {
     from: Genome,
     to: Genome,
-    /// For each transform: the way of its affine part.
+    /// For each transform: the interpolation of its affine part.
     ways: Vec<AffinePath>,
-    /// For each transform, the final one last: the way of its post part.
+    /// For each transform, the final one last: the interpolation of its post part.
     posts: Vec<AffinePath>,
     /// The way of the final transform's affine part.
     final_way: Option<AffinePath>,
@@ -105,7 +105,7 @@ impl Motion for Transition {
     }
 }
 
-/// The number `part` of the way from `a` to `b`.
+/// Linear interpolation from `a` to `b` by `part`.
 pub(super) fn mix(a: f64, b: f64, part: f64) -> f64 {
     a + (b - a) * part
 }

@@ -16,9 +16,9 @@ pub enum GenomeError {
         element: String,
         /// The attribute's name.
         attribute: String,
-        /// What stands there.
+        /// The value found.
         value: String,
-        /// What should.
+        /// The expected value.
         expected: &'static str,
     },
     /// The text holds another number of flames than one.
@@ -42,9 +42,9 @@ pub enum GenomeError {
         line: u32,
         /// The element's tag.
         element: String,
-        /// What stands there.
+        /// The value found.
         found: String,
-        /// What should.
+        /// The expected value.
         expected: &'static str,
     },
     /// Something is there twice that may be there once.
@@ -58,7 +58,7 @@ pub enum GenomeError {
     /// The text is not XML.
     #[error("not well-formed XML: {reason}")]
     Xml {
-        /// What the XML reader says, with line and column.
+        /// The message of the XML parser, with line and column.
         reason: String,
     },
 }

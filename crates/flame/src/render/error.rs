@@ -21,12 +21,12 @@ pub enum RenderError {
     Range {
         /// The attribute's or setting's name.
         name: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
-        /// What should.
+        /// The expected value.
         expected: &'static str,
     },
-    /// It was told to leave off.
+    /// Rendering was stopped by the caller.
     #[error("rendering was stopped")]
     Stopped,
     /// The system gives no threads.
@@ -34,7 +34,7 @@ pub enum RenderError {
     Threads {
         /// How many were asked for; 0 means one per core.
         threads: usize,
-        /// What the system says.
+        /// The system error.
         reason: String,
     },
     /// The genome uses something that this crate lacks, most often a variation beyond V48.

@@ -14,7 +14,7 @@
 use std::f64::consts::PI;
 
 use super::RenderError;
-use super::view::check_range;
+use super::view::in_range;
 use crate::genome::{FilterShape, Sampling, TemporalShape};
 
 /// Most moments of a frame: each is a genome, compiled.
@@ -132,7 +132,7 @@ pub(crate) struct Moment {
 /// [`RenderError::Range`] where there are none, or more than memory should hold.
 pub(crate) fn shutter(sampling: &Sampling) -> Result<Vec<Moment>, RenderError> {
     let count = sampling.temporal_samples;
-    check_range("temporal_samples", count.into(), (1..=MAX_MOMENTS).contains(&count), "1 to 10000")?;
+    in_range("temporal_samples", count.into(), (1..=MAX_MOMENTS).contains(&count), "1 to 10000")?;
     if count == 1 {
         return Ok(vec![Moment { offset: 0.0, light: 1.0 }]);
     }

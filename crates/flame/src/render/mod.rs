@@ -56,8 +56,7 @@ pub struct Settings {
 pub enum Filter {
     /// Not at all.
     None,
-    /// Cells are averaged with neighbours that differ by no more than chance. With many samples the filter has no
-    /// effect.
+    /// Cells are averaged with neighbours that differ by no more than chance. With many samples the filter has no effect.
     #[default]
     Variance,
     /// As flam3 does: every cell is spread by a kernel that narrows with its density, whatever its neighbours are.

@@ -7,7 +7,7 @@
 
 use super::RenderError;
 use super::histogram::UNIT;
-use super::view::{View, check_range};
+use super::view::{View, in_range};
 use crate::genome::{Affine, Genome, Palette, PaletteMode, Xform};
 use crate::rng::Rng;
 use crate::variations::{Compiled, Needs, Point, is_out_of_range, needs};
@@ -52,7 +52,7 @@ pub(crate) struct CompiledXform {
 /// Walker's alias table: one random number chooses among any number of transforms.
 #[derive(Clone, Debug)]
 struct AliasTable {
-    /// For each slot: how much of it is its own, and whose the rest is.
+    /// For each slot: the probability of its own index, and the alias for the rest.
     slots: Vec<(f64, u32)>,
 }
 
@@ -65,7 +65,7 @@ impl Plan {
         check(genome)?;
         let genome = genome.with_symmetry();
         let count = genome.xforms.len();
-        check_range("xform", count as f64, count <= Genome::MAX_XFORMS, "at most 256 transforms, symmetries included")?;
+        in_range("xform", count as f64, count <= Genome::MAX_XFORMS, "at most 256 transforms, symmetries included")?;
         let palette = genome.palette.as_ref().ok_or(RenderError::NoPalette)?;
         let used: Vec<usize> = (0..genome.xforms.len()).filter(|i| genome.xforms[*i].weight > 0.0).collect();
         if used.is_empty() {
@@ -182,13 +182,13 @@ pub(crate) fn has_escaped(x: f64, y: f64) -> bool {
 /// Refuses what cannot be drawn.
 fn check(genome: &Genome) -> Result<(), RenderError> {
     let (sampling, tone) = (&genome.sampling, &genome.tone);
-    check_range("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
+    in_range("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
     for (name, radius) in
         [("estimator_radius", sampling.estimator_radius), ("estimator_minimum", sampling.estimator_minimum)]
     {
-        check_range(name, radius, radius <= WIDEST_ESTIMATE, "at most 100 pixels")?;
+        in_range(name, radius, radius <= WIDEST_ESTIMATE, "at most 100 pixels")?;
     }
-    check_range("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
+    in_range("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
     let finals = genome.final_xform.iter().map(|xform| ("the final transform".to_owned(), xform));
     let numbered = genome.xforms.iter().enumerate().map(|(i, xform)| (format!("transform {i}"), xform));
     for (place, xform) in numbered.chain(finals) {

@@ -241,7 +241,7 @@ fn a_unit_reads_so_many_plain_bytes_and_no_more() {
     assert_eq!(said_on_unit(&most), None);
     assert_eq!(said_on_unit(&filled(UNIT_BYTES, comment)), None);
     let more = most + "\n";
-    let told = format!("`flock.toml` has {} bytes, a unit reads {UNIT_BYTES} at most", UNIT_BYTES + 1);
+    let told = format!("`flock.toml` is too large: {} bytes, a unit reads {UNIT_BYTES} at most", UNIT_BYTES + 1);
     assert_eq!(said_on_unit(&more), Some(told));
     assert!(parse(&more).is_ok(), "the artist's tools go on");
 }

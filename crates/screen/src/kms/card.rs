@@ -200,7 +200,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// What a plane with these properties shows.
+    /// The source of a plane with these properties.
     pub fn of(plane: &Properties) -> Option<Self> {
         let top = (plane.value("SRC_Y") >> 16) as u32;
         plane.object("FB_ID").map(|fb| Self { fb, top })
@@ -247,7 +247,7 @@ pub enum CommitMode {
     Flip,
 }
 
-/// What a card tells by itself.
+/// The events of a card.
 #[derive(Clone, Debug)]
 pub enum KmsEvent {
     /// A [`CommitMode::Flip`] is on the screen.
@@ -303,7 +303,7 @@ pub trait Kms {
     /// picture.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn survey(&mut self) -> io::Result<Survey>;
 
     /// Probes `connector` on another thread. [`KmsEvent::Probed`] follows, or [`KmsEvent::ProbeFailed`].
@@ -312,7 +312,7 @@ pub trait Kms {
     /// The present properties of `plane`.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn plane_properties(&mut self, plane: Id) -> io::Result<Properties>;
 
     /// Creates a framebuffer and allocates its buffers, with undefined contents.
@@ -334,13 +334,13 @@ pub trait Kms {
     /// Creates a blob of `mode`.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn create_mode(&mut self, mode: &Mode) -> io::Result<Id>;
 
     /// Creates a blob of `bytes` for a property.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn create_blob(&mut self, bytes: &[u8]) -> io::Result<Id>;
 
     /// Finds the backlight of the display at `connector`, replacing one found before. `false` if there is none that may
@@ -356,7 +356,7 @@ pub trait Kms {
     /// Sets all of `request`, or nothing.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn commit(&mut self, how: CommitMode, request: &Request) -> io::Result<()>;
 
     /// The present vblank of the CRTC of index `crtc`, and when it began.

@@ -47,13 +47,13 @@ pub(crate) fn candidates(survey: &Survey, request: Request<'_>) -> Vec<Candidate
 }
 
 /// The settings in `output` that the chosen candidate does not fulfil, each as a sentence.
-pub(crate) fn unmet_settings(survey: &Survey, output: &OutputSettings, lit: &Candidate) -> Vec<String> {
-    let mut unmet_settings = Vec::new();
+pub(crate) fn unmet(survey: &Survey, output: &OutputSettings, lit: &Candidate) -> Vec<String> {
+    let mut unmet = Vec::new();
     let found = |id: Id| survey.connectors.iter().find(|connector| connector.id == id);
     let lit_at = found(lit.connector).map_or("another", |connector| connector.name.as_str());
     if let Some(wanted) = output.connector.as_deref().filter(|wanted| *wanted != lit_at) {
         let names: Vec<_> = survey.connectors.iter().map(|connector| connector.name.as_str()).collect();
-        unmet_settings.push(if names.contains(&wanted) {
+        unmet.push(if names.contains(&wanted) {
             format!("No display is connected to {wanted}. The picture is on {lit_at}.")
         } else {
             format!("There is no connector {wanted}. The connectors are: {}.", names.join(", "))
@@ -61,16 +61,16 @@ pub(crate) fn unmet_settings(survey: &Survey, output: &OutputSettings, lit: &Can
     }
     let has_range = found(lit.connector).is_some_and(|connector| connector.properties.get("Broadcast RGB").is_some());
     if output.range != SignalRange::Automatic && !has_range {
-        unmet_settings.push(format!(
+        unmet.push(format!(
             "The signal range of {lit_at} cannot be set to {}: its driver has no such setting.",
             output.range
         ));
     }
     if let Some(wanted) = output.mode.filter(|wanted| !is_near(&lit.mode, *wanted)) {
         let (width, height) = mode_size(&lit.mode);
-        unmet_settings.push(format!("The display does not accept the mode {wanted}. It shows {width}x{height}."));
+        unmet.push(format!("The display does not accept the mode {wanted}. It shows {width}x{height}."));
     }
-    unmet_settings
+    unmet
 }
 
 /// The connectors that may have a display: the one that was asked for, then the connected ones, then those of unknown

@@ -47,7 +47,7 @@ impl Console {
     /// Sets the console on standard input to graphics mode; `None` if that is not a console.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     pub(crate) fn take() -> io::Result<Option<Self>> {
         let input = io::stdin();
         let stat = fstat(&input)?;

@@ -321,8 +321,7 @@ impl Card {
         Self::of(file, path.to_owned())
     }
 
-    /// Takes over `file` from a previous process, whose last frame may be on the screen; it must be the card `asked`
-    /// for.
+    /// Takes over `file` from a previous process, whose last frame may be on the screen; it must be the card `asked` for.
     fn adopt(file: File, asked: Option<&Path>) -> io::Result<Self> {
         let device = |path: &Path| rustix::fs::stat(path).map(|stat| stat.st_rdev).ok();
         let ours = rustix::fs::fstat(&file)?.st_rdev;

@@ -12,8 +12,7 @@ use crate::Light;
 
 /// All of the light, in thousandths.
 pub(super) const FULL: u16 = 1000;
-/// Drivers that wait for a vblank and check all CRTCs whenever a ramp or a matrix changes: each step would cost a
-/// frame.
+/// Drivers that wait for a vblank and check all CRTCs whenever a ramp or a matrix changes: each step would cost a frame.
 const SLOW_TO_DIM: [&str; 1] = ["amdgpu"];
 /// Drivers whose `GAMMA_LUT` also accepts this many entries, so that a step takes 2 KiB instead of 2 MiB.
 const SHORT_RAMP: [(&str, u32); 2] = [("i915", 256), ("xe", 256)];
@@ -90,8 +89,7 @@ impl Dimming {
         dimming
     }
 
-    /// Applies `light`: to the backlight at once, to the CRTC from the next flip on, to samples from the next picture
-    /// on.
+    /// Applies `light`: to the backlight at once, to the CRTC from the next flip on, to samples from the next picture on.
     pub(super) fn renew(&mut self, kms: &mut impl Kms, plan: &Plan, light: Light) {
         self.free(kms);
         (self.blob, self.is_news) = (None, true);

@@ -1,8 +1,7 @@
 //! Hot-plug while a picture is lit.
 //!
-//! Owns the evaluation of a probe (a display that was unplugged, has a better mode, or a failed link) and the
-//! debouncing of connectors that toggle. Only the connector in use is probed, on another thread, so that no frame is
-//! late.
+//! Owns the evaluation of a probe (a display that was unplugged, has a better mode, or a failed link) and the debouncing of
+//! connectors that toggle. Only the connector in use is probed, on another thread, so that no frame is late.
 //!
 //! Start at [`KmsScreen::probed`].
 
@@ -20,9 +19,9 @@ const TOGGLES: u32 = 2;
 /// The first delay, which doubles with each toggle.
 const WAIT: Duration = Duration::from_millis(500);
 /// The longest wait.
-const LONGEST_WAIT: Duration = Duration::from_secs(10);
+const MAX_WAIT: Duration = Duration::from_secs(10);
 
-/// What is known of the cable.
+/// The connection state of the lit connector.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HotPlug {
     /// The connector is being probed.
@@ -66,7 +65,7 @@ impl HotPlug {
             None => {}
         }
         let doublings = self.toggles.saturating_sub(TOGGLES + 1).min(10);
-        let wait = if self.toggles > TOGGLES { (WAIT * (1 << doublings)).min(LONGEST_WAIT) } else { Duration::ZERO };
+        let wait = if self.toggles > TOGGLES { (WAIT * (1 << doublings)).min(MAX_WAIT) } else { Duration::ZERO };
         self.not_before = now.after(wait.as_nanos() as u64);
         (self.gone, self.look_at, self.is_probing, self.has_changed) = (None, None, false, false);
         self.not_before
@@ -137,7 +136,7 @@ impl<K: Kms> KmsScreen<K> {
 
 #[cfg(test)]
 mod tests {
-    use super::{HotPlug, LONGEST_WAIT};
+    use super::{HotPlug, MAX_WAIT};
     use timing::Nanos;
 
     const MS: u64 = 1_000_000;
@@ -156,7 +155,7 @@ mod tests {
             now = next;
         }
         assert_eq!(waits_ms, [0, 0, 500, 1000, 2000, 4000, 8000, 10_000, 10_000]);
-        assert_eq!(u128::from(waits_ms[8]), LONGEST_WAIT.as_millis());
+        assert_eq!(u128::from(waits_ms[8]), MAX_WAIT.as_millis());
         cable.on_lit(|| now);
         now = now.after(2_000 * MS);
         assert_eq!(cable.on_dark(now), now, "two seconds of light");

@@ -16,7 +16,7 @@ use rustix::io::Errno;
 use std::io;
 
 impl<K: Kms> KmsScreen<K> {
-    /// Goes by the light that was told.
+    /// Applies the light that was set.
     pub(super) fn dim(&mut self) {
         if let (Phase::Up(output), Light::On { .. }) = (&mut self.phase, self.light) {
             for output in [output].into_iter().chain(&mut self.coming) {

@@ -110,7 +110,7 @@ enum Phase {
     Asleep,
     /// No display can be lit; the next attempt is at `retry`.
     Dark { retry: Nanos },
-    /// Buffers stand.
+    /// Buffers are allocated.
     Up(Box<Output>),
 }
 
@@ -119,7 +119,7 @@ struct Output {
     plan: Plan,
     /// The owner's settings that it was made for.
     made_for: OutputSettings,
-    /// What the card had to choose from.
+    /// The card's resources at that time.
     survey: Survey,
     mode: Id,
     ring: Ring<FilledBuffer>,
@@ -358,7 +358,7 @@ impl<K: Kms> Screen for KmsScreen<K> {
             size: (width, height),
             format: output.plan.way.format.format.name().to_owned(),
             refresh: output.plan.refresh,
-            notes: output.plan.unmet_settings.clone(),
+            notes: output.plan.unmet.clone(),
         })
     }
 

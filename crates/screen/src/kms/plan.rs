@@ -5,7 +5,7 @@
 
 use super::candidate::Candidate;
 use super::card::{Connector, Crtc, Id, Plane, Properties, Property, Request, Source, Survey, Values};
-use super::choose::{colours, plane_rotation, unmet_settings};
+use super::choose::{colours, plane_rotation, unmet};
 use super::dimming::Dimmer;
 use super::modes::refresh;
 use crate::output::{OutputSettings, SignalRange};
@@ -51,7 +51,7 @@ pub(crate) struct Plan {
     /// How the CRTC can be dimmed; `None` if it cannot.
     pub(crate) dimmer: Option<Dimmer>,
     /// The owner's settings that it does not fulfil, each as a sentence.
-    pub(crate) unmet_settings: Vec<String>,
+    pub(crate) unmet: Vec<String>,
     light: Request,
     darken: Request,
     /// The properties that say what the plane shows: the framebuffer, and its first row.
@@ -99,7 +99,7 @@ impl Plan {
             crtc: crtc.index,
             refresh: refresh(&way.mode)?,
             dimmer: Dimmer::of(&survey.driver, crtc),
-            unmet_settings: unmet_settings(survey, output, &way),
+            unmet: unmet(survey, output, &way),
             same_mode: driven && crtc.mode == Some(way.mode),
             light,
             darken,
@@ -186,8 +186,7 @@ fn detach_others(light: &mut Request, survey: &Survey, way: &Candidate) {
     }
 }
 
-/// Places the buffer on the mode, with our colour properties and all others reset. `zpos` stays: there is no other
-/// plane.
+/// Places the buffer on the mode, with our colour properties and all others reset. `zpos` stays: there is no other plane.
 fn place(light: &mut Request, plane: &Plane, crtc: &Crtc, way: &Candidate, size: (u32, u32)) {
     let (source, on_mode) = (way.buffer_size(size), way.destination(size));
     let values = [

@@ -18,7 +18,7 @@ use std::io;
 /// * `modifiers` — whether the kernel takes modifiers with a framebuffer.
 ///
 /// # Errors
-/// What the kernel says.
+/// The kernel error.
 pub(super) fn read_survey(card: &impl Control, modifiers: bool, cache: &mut PropertyCache) -> io::Result<Survey> {
     let resources = card.resource_handles()?;
     let driver = card.get_driver().map(|driver| driver.name().to_string_lossy().into_owned()).unwrap_or_default();
@@ -40,7 +40,7 @@ pub(super) fn read_survey(card: &impl Control, modifiers: bool, cache: &mut Prop
 /// Probes the connector `id`: asks its display. The display may answer slowly.
 ///
 /// # Errors
-/// What the kernel says.
+/// The kernel error.
 pub(super) fn read_connector(
     card: &impl Control,
     id: Id,
@@ -92,7 +92,7 @@ fn read_plane(
 /// The properties of `object`, with their present values.
 ///
 /// # Errors
-/// What the kernel says.
+/// The kernel error.
 pub(super) fn read_properties<T: ResourceHandle>(
     card: &impl Control,
     object: T,

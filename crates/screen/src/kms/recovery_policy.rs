@@ -31,7 +31,7 @@ pub(crate) enum CommitError {
 }
 
 impl CommitError {
-    /// What `error` of a commit means.
+    /// Classifies the error of a commit.
     pub(crate) fn of(error: &io::Error) -> Self {
         match error.raw_os_error().map(Errno::from_raw_os_error) {
             Some(Errno::BUSY | Errno::AGAIN | Errno::NOMEM | Errno::INTR) => Self::Busy,
@@ -43,7 +43,7 @@ impl CommitError {
     }
 }
 
-/// What to do next.
+/// The next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RecoveryStep {
     /// Retry at the next vblank.

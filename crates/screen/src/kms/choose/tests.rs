@@ -2,7 +2,7 @@
 //!
 //! Owns the claims on the order, on cards of several families with real modes.
 
-use super::{candidates, images, unmet_settings};
+use super::{candidates, images, unmet};
 use crate::kms::candidate::{Candidate, Rect, mode_size};
 use crate::kms::card::{Connector, ConnectorStatus, Id, Kms, Survey};
 use crate::kms::choose::Request;
@@ -109,10 +109,10 @@ fn the_mode_that_is_asked_for_comes_first_also_where_the_display_does_not_tell_o
     let computed = order(&all, hz(30, 1), &asked("1440x900@60"));
     assert!(computed[0].starts_with("1440x900@") && computed[2] == "1920x1080@60 ByPlane", "{computed:?}");
     let candidates = candidates(&all, Request { size: HD, fps: hz(30, 1), output: &asked("1440x900@60") });
-    assert!(unmet_settings(&all, &asked("1440x900@60"), &candidates[0]).is_empty());
+    assert!(unmet(&all, &asked("1440x900@60"), &candidates[0]).is_empty());
     let else_where = candidates.iter().find(|way| mode_size(&way.mode) == (1920, 1080)).unwrap();
     assert_eq!(
-        unmet_settings(&all, &asked("1440x900@60"), else_where),
+        unmet(&all, &asked("1440x900@60"), else_where),
         ["The display does not accept the mode 1440x900@60. It shows 1920x1080."]
     );
 }
@@ -134,7 +134,7 @@ fn the_connector_that_is_asked_for_comes_first_and_one_that_cannot_tell_last() {
             |way: &Candidate| all.connectors.iter().find(|found| found.id == way.connector).unwrap().name.clone();
         let mut names: Vec<_> = candidates.iter().map(name).collect();
         names.dedup();
-        (names, unmet_settings(&all, output, &candidates[0]))
+        (names, unmet(&all, output, &candidates[0]))
     };
     let at = |connector: &str, mode: Option<&str>| OutputSettings {
         connector: Some(connector.to_owned()),

@@ -13,7 +13,7 @@ use rustix::io::Errno;
 use std::io;
 
 impl Scripted {
-    /// What `request` sets `name` to, of another object than the overlay.
+    /// The value that `request` sets for `name` on any object but the overlay.
     pub(super) fn wanted(&self, request: &Request, name: &str) -> Option<u64> {
         let set = request.0.iter().rev();
         let mut found = set.filter(|(object, id, _)| *object != OVERLAY && self.family.row(*id).name == name);

@@ -58,7 +58,7 @@ pub(crate) enum Kind {
     Darken,
 }
 
-/// What goes wrong.
+/// The kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaultKind {
     /// The commit is refused.
@@ -114,7 +114,7 @@ pub(crate) struct Scripted {
     /// It was taken away while it was open.
     is_gone: bool,
     fault: Option<Fault>,
-    /// When the fault struck, and until when it lasts.
+    /// When the fault was injected, and until when it lasts.
     pub(crate) injected_at: Option<(Nanos, Nanos)>,
     commits: BTreeMap<Kind, u32>,
     lost_flip: Option<FaultKind>,

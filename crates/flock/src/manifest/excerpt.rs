@@ -1,24 +1,24 @@
-//! What an error, a log or people are told of a text that others wrote.
+//! Excerpts of untrusted text for errors and logs.
 //!
-//! Owns how much of it that is, and that a terminal, a journal or a page shows it as it stands. Never judges it.
+//! Limits their length, and escapes control characters for terminals, journals and pages.
 
-/// How many characters of it are told.
-const TOLD: usize = 80;
+/// The maximum length in characters.
+const MAX_CHARS: usize = 80;
 
-/// The beginning of `text`, what moves a cursor or turns a line around by its number.
-pub fn told(text: &str) -> String {
+/// The start of `text`, with control and bidirectional characters as their numbers.
+pub fn excerpt(text: &str) -> String {
     let mut told: String = text
         .chars()
-        .take(TOLD)
+        .take(MAX_CHARS)
         .map(|c| if is_shown(c) { c.to_string() } else { c.escape_unicode().to_string() })
         .collect();
-    if text.chars().nth(TOLD).is_some() {
+    if text.chars().nth(MAX_CHARS).is_some() {
         told += "...";
     }
     told
 }
 
-/// Whether `c` is no more than what it looks like.
+/// Whether `c` is a visible character without other effects.
 fn is_shown(c: char) -> bool {
     let turns_around = matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     !c.is_control() && !turns_around
@@ -36,10 +36,10 @@ mod tests {
             ("a\nb\r\u{1b}[2J\u{7f}\u{9b}", "a\\u{a}b\\u{d}\\u{1b}[2J\\u{7f}\\u{9b}"),
             ("a\u{202e}b\u{2028}", "a\\u{202e}b\\u{2028}"),
         ] {
-            assert_eq!(told(text), wanted);
+            assert_eq!(excerpt(text), wanted);
         }
         let long = "ä".repeat(80);
-        assert_eq!((told(&long), told(&format!("{long}x"))), (long.clone(), format!("{long}...")));
-        assert!(told(&"\n".repeat(1_000)).len() < 500);
+        assert_eq!((excerpt(&long), excerpt(&format!("{long}x"))), (long.clone(), format!("{long}...")));
+        assert!(excerpt(&"\n".repeat(1_000)).len() < 500);
     }
 }

@@ -1,22 +1,22 @@
-//! What may not be shown for the rest of a run.
+//! The clips that are left out for the rest of a run.
 //!
-//! Owns the strikes: bad transitions, bad loops, and the sheep from which there is no way on around them. Never
-//! remembered: after a restart every clip has another chance.
+//! Owns the blocked transitions and loops, and the sheep that could not be left without them. It is not saved: after a
+//! restart every clip is tried again.
 
 use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
 use crate::manifest::ClipPath;
 
-/// Struck clips, by the ordinals of a flock. Empty until the first strike.
+/// Blocked clips, by the ordinals of a flock. Empty until the first one.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Closed {
+pub(crate) struct BlockedClips {
     loops: Vec<bool>,
     exits: Vec<bool>,
 }
 
-impl Closed {
-    /// Strikes every loop and transition that `clip` serves, and the transitions into sheep without a way on.
-    pub(crate) fn strike(&mut self, flock: &Flock, clip: &ClipPath) {
+impl BlockedClips {
+    /// Blocks every loop and transition that uses `clip`, and the transitions into sheep without an exit.
+    pub(crate) fn block(&mut self, flock: &Flock, clip: &ClipPath) {
         let graph = flock.graph();
         self.loops.resize(graph.len(), false);
         self.exits.resize(graph.exit_count(), false);
@@ -26,27 +26,27 @@ impl Closed {
                 self.exits[exit.index()] |= flock.transition(exit).clip.path == *clip;
             }
         }
-        self.close_traps(flock);
+        self.block_dead_ends(flock);
     }
 
     /// Whether `exit` may be taken.
-    pub(crate) fn is_open(&self, exit: Exit) -> bool {
-        self.exits.get(exit.index()).is_none_or(|struck| !struck)
+    pub(crate) fn is_unblocked(&self, exit: Exit) -> bool {
+        self.exits.get(exit.index()).is_none_or(|blocked| !blocked)
     }
 
     /// Whether the loop of `sheep`, if it has one, may be shown.
     pub(crate) fn shows_loop(&self, sheep: SheepIx) -> bool {
-        self.loops.get(sheep.index()).is_none_or(|struck| !struck)
+        self.loops.get(sheep.index()).is_none_or(|blocked| !blocked)
     }
 
-    /// Closes the ways into sheep that cannot be left for ever, as long as there are sheep that can.
-    fn close_traps(&mut self, flock: &Flock) {
+    /// Blocks the transitions into dead ends, as long as there are sheep that are none.
+    fn block_dead_ends(&mut self, flock: &Flock) {
         let graph = flock.graph();
         let mut alive = vec![true; graph.len()];
         loop {
-            let leads_on = |exit: Exit| self.is_open(exit) && alive[graph.target(exit).index()];
+            let has_exit = |exit: Exit| self.is_unblocked(exit) && alive[graph.target(exit).index()];
             let ended: Vec<_> =
-                graph.sheep().filter(|&sheep| alive[sheep.index()] && !graph.exits(sheep).any(leads_on)).collect();
+                graph.sheep().filter(|&sheep| alive[sheep.index()] && !graph.exits(sheep).any(has_exit)).collect();
             if ended.is_empty() {
                 break;
             }

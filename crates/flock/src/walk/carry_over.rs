@@ -1,8 +1,8 @@
-//! A place carried over to another flock, by the ids that both share.
+//! Transfer of a saved place to another flock, by the ids that both share.
 //!
-//! Owns the rules: what was shown lately stays so, what was walked lately stays so, counts stay where they are sound
-//! under the new chances and are re-dealt where not; from here on visits are due by the new shares. Never fails for a
-//! flock that shares a sheep.
+//! Owns the rules: recent sheep and recent transitions are kept; counts are kept if they satisfy the credit bound with
+//! the new probabilities, and are redistributed if not; from here on visits are expected by the new shares. It succeeds
+//! for every flock that shares a sheep.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::graph::{Exit, SheepIx};
 ///
 /// # Errors
 /// [`PlaceError::Foreign`] if they share no sheep.
-pub(crate) fn carried(place: &Place, flock: &Flock, keys: &Arc<Keys>) -> Result<Place, PlaceError> {
+pub(crate) fn carry_over(place: &Place, flock: &Flock, keys: &Arc<Keys>) -> Result<Place, PlaceError> {
     if *place.keys == **keys {
         return Ok(place.clone());
     }
@@ -41,8 +41,8 @@ pub(crate) fn carried(place: &Place, flock: &Flock, keys: &Arc<Keys>) -> Result<
             taken[now.index()] = count;
         }
     }
-    let ledger = dealt(flock, taken);
-    // A run is only remembered as far back as all of its steps still exist.
+    let ledger = redistribute(flock, taken);
+    // Recent steps are kept back to the first one that no longer exists.
     let recent: Recent = {
         let kept = old.recent.iter().rev().map_while(|exit| exits[exit.index()]);
         kept.collect::<Vec<_>>().into_iter().rev().collect()
@@ -57,8 +57,8 @@ pub(crate) fn carried(place: &Place, flock: &Flock, keys: &Arc<Keys>) -> Result<
     Ok(Place { keys: Arc::clone(keys), memory: Arc::new(memory), next })
 }
 
-/// Counts that keep the credit bound: those of a sheep that break it under the new chances are dealt out anew.
-fn dealt(flock: &Flock, taken: Vec<u64>) -> Ledger {
+/// Counts within the credit bound: those of a sheep that violate it with the new probabilities are redistributed.
+fn redistribute(flock: &Flock, taken: Vec<u64>) -> Ledger {
     let graph = flock.graph();
     let mut counts = taken.clone();
     let ledger = Ledger::with(taken);
