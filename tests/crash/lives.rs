@@ -69,7 +69,7 @@ pub(crate) struct Lab {
     base: Vec<u8>,
     pub(crate) folder: TempDir,
     /// Where the editions lie.
-    shelf: TempDir,
+    sticks: TempDir,
     door: Mutex<()>,
 }
 
@@ -94,16 +94,16 @@ impl Lab {
         let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER OWNER STATES"));
         let (updater, owner) = (word("the updater"), word("the owner's program"));
         let states = word("the number of states").parse().unwrap();
-        let (press, folder, shelf) =
+        let (press, folder, sticks) =
             (Press::with_new_keys(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         // The disks here are smaller than what a unit keeps free.
         fs::write(folder.path().join(SETTINGS), "reserve_mib = 0\n").unwrap();
         let disks = [Disk::new(0), Disk::new(1)];
         let door = Mutex::new(());
         let (editions, settings, base) = (Vec::new(), Vec::new(), Vec::new());
-        let revoking = Edition::of(rubbish(LEAST.0, LEAST.1, 1), shelf.path().join("revoking"));
+        let revoking = Edition::of(rubbish(LEAST.0, LEAST.1, 1), sticks.path().join("revoking"));
         let mut lab =
-            Self { updater, owner, states, press, editions, revoking, settings, disks, base, folder, shelf, door };
+            Self { updater, owner, states, press, editions, revoking, settings, disks, base, folder, sticks, door };
         lab.settings = lab.all_settings(UPKEEP.len());
         lab
     }
@@ -111,16 +111,16 @@ impl Lab {
     /// Has the artist make another flock, of this form, and the unit play its first edition.
     fn raise(&mut self, (clips, bytes): Form) {
         self.editions.clear();
-        self.shelf = tempfile::tempdir().unwrap();
+        self.sticks = tempfile::tempdir().unwrap();
         let edition = |number: u64| {
-            let stick = self.shelf.path().join(number.to_string());
+            let stick = self.sticks.path().join(number.to_string());
             let files = rubbish(clips, bytes, 2 * number as usize);
             self.press.bundle(&stick, &files, &[], number);
             Edition::of(files, stick)
         };
         self.editions = (1..=EDITIONS).map(edition).collect();
         self.press.vouch(&self.editions[0].stick);
-        let revoking = self.shelf.path().join("revoking");
+        let revoking = self.sticks.path().join("revoking");
         self.lay_revoking(&revoking, (clips, bytes));
         self.revoking = Edition::of(Files::new(), revoking);
         let bring = |mounted: &Path| {

@@ -1,7 +1,7 @@
 //! Small flocks to play, made once and kept.
 //!
 //! Owns the flocks that claims are tried on: their graph, their clips, and what every clip's frames hash to.
-//! Never plays one: `playing.rs` does. A flock with bad clips is made from a good one in `bad_clips.rs`.
+//! Never plays one: `player_run.rs` does. A flock with bad clips is made from a good one in `player/bad_clips.rs`.
 //!
 //! Start at [`Plan::flock`].
 

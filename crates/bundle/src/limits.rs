@@ -1,8 +1,8 @@
 //! How much of anything is taken from strangers.
 //!
 //! Owns every limit on sizes and counts. What is over one is refused before more of it is read. Whatever keeps to them
-//! is read in less than 128 MB of memory, half of what a unit has: `tests/it/lightness.rs` measures it. Never enforces
-//! one: the readers do, each where it reads.
+//! is read in less than 128 MB of memory, half of what a unit has: `tests/it/updates/memory_limits.rs` measures it. Never
+//! enforces one: the readers do, each where it reads.
 
 /// Bytes of a seal: signature and text.
 pub const SEAL: u64 = 16 << 10;

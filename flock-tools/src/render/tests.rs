@@ -1,6 +1,6 @@
 //! Rendering a flock: resumed, shared, refused, and written down.
 //!
-//! Owns the claims on choosing, making and settling; whole runs of the program are claimed in `tests/it/rendering.rs`.
+//! Owns the claims on choosing, making and settling; whole runs of the program are claimed in `tests/it/tools/render.rs`.
 
 use std::fs;
 use std::num::NonZeroUsize;

@@ -42,7 +42,7 @@ fn the_partitions_are_called_and_numbered_the_same_wherever_they_are_told() {
     });
     assert_eq!(told.collect::<BTreeMap<u64, _>>(), names(), "the table in `image-build/README.md`");
 
-    let unit = read("tests/image/unit.rs");
+    let unit = read("tests/image/unit/mod.rs");
     let number = |key: &str| number_after(&unit, &format!("const {key}: u32 = ")) as u64;
     let tried = [
         (number("BOOT"), "boot"),
@@ -53,7 +53,7 @@ fn the_partitions_are_called_and_numbered_the_same_wherever_they_are_told() {
         (number("SPARE"), "spare"),
     ];
     for (number, name) in tried {
-        assert_eq!(names().get(&number), Some(&format!("dreams_{name}")), "`tests/image/unit.rs`");
+        assert_eq!(names().get(&number), Some(&format!("dreams_{name}")), "`tests/image/unit/mod.rs`");
     }
 }
 

@@ -255,7 +255,7 @@ fn whoever_starts_the_prelude_makes_the_folder_where_it_hands_over_and_passes_it
     let prelude = super::read("player/dreams-player/startup/prelude.rs");
     let word = prelude.split_once("write_all(b\"").and_then(|(_, rest)| rest.split_once("\\n\"")).unwrap().0;
     let told = early.replace("$lit", word);
-    let measured = super::read("tests/image/soon.rs");
+    let measured = super::read("tests/image/starts/boot_time.rs");
     let words: Vec<_> = measured.split('"').filter(|text| text.starts_with("dreams: ") && text.len() > 8).collect();
     assert!(words.len() >= 4, "only {words:?} were read");
     for word in words {

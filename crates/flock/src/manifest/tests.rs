@@ -1,6 +1,7 @@
 //! Claims about manifests: what they may say, how the two ways of reading agree, and how much a unit reads.
 //!
-//! Owns small manifests with their defects, and large ones. Never measures memory: `tests/it/lightness.rs` does.
+//! Owns small manifests with their defects, and large ones. Never measures memory: that is in
+//! `tests/it/updates/memory_limits.rs`.
 
 use super::{
     ClipHash, FILE_NAME, FrameCount, Manifest, ManifestError, Path, Source, UNIT_BYTES, UNIT_DOCUMENT_BYTES, parsed,

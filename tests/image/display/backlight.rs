@@ -1,0 +1,24 @@
+//! A panel with a backlight.
+//!
+//! Owns the claim that the player sets the backlight from within its sandbox. QEMU has no panel: files like those that the
+//! kernel has for a backlight are laid below the connector, in the place of a folder that nobody misses.
+
+use crate::starts::first_start::playing;
+
+const BACKLIGHT: &str = "/sys/class/drm/card0-Virtual-1/power";
+
+#[test]
+fn a_panel_is_dimmed_by_its_backlight_as_its_owner_has_set() {
+    let (_unit, mut machine) = playing().frozen.wake();
+    machine.run(&format!(
+        "mount -t tmpfs -o mode=755 backlight {BACKLIGHT} && cd {BACKLIGHT} && echo 400 > max_brightness"
+    ));
+    machine.run("echo 7 > brightness && chgrp video brightness && chmod 660 brightness && cd /");
+    machine.run("systemctl restart dreams-player");
+    // A file is written on; in `/sys` it would begin anew.
+    let is_told = |power: &str| format!("until grep -q '{power}$' {BACKLIGHT}/brightness; do sleep 1; done");
+    machine.run(&is_told("400"));
+    machine.run("echo 'brightness = \"30\"' >> /var/lib/dreams/owner/dreams.toml");
+    machine.run(&is_told("120"));
+    machine.is_well();
+}

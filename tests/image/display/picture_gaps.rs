@@ -1,0 +1,36 @@
+//! Looks so close to each other that nothing comes between them.
+//!
+//! Owns the claims on every moment of a start and of an update. The machine stands still while it is looked at, so that its
+//! own clock says how close the looks are.
+
+use crate::machine::picture::only_art;
+use crate::starts::first_start::{MOVES, PROVEN, Playing, UP, playing};
+use crate::unit::Unit;
+use crate::updates::flock_from_stick::is_autumn;
+use std::time::Duration;
+
+/// Between two looks.
+const PAUSE: Duration = Duration::from_millis(30);
+
+#[test]
+fn twenty_looks_a_second_at_an_update_show_art_and_nothing_else() {
+    let Playing { frozen, stick, .. } = playing();
+    let (_unit, mut machine) = frozen.wake();
+    machine.hang(stick.gallery);
+    machine.stands_still = true;
+    machine.plug(&stick.disk);
+    let mut looks = machine.watch_for(PAUSE, is_autumn);
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+    only_art(&looks, 20.0);
+}
+
+#[test]
+fn ten_looks_a_second_at_a_start_show_art_and_nothing_else() {
+    let unit = Unit::new();
+    let mut machine = unit.start();
+    machine.stands_still = true;
+    let mut looks = machine.watch(2 * PAUSE, |line| line.contains("BENCH"));
+    looks.extend(machine.watch_while(2 * PAUSE, PROVEN));
+    looks.extend(machine.watch_while(2 * PAUSE, UP));
+    only_art(&looks, 10.0);
+}

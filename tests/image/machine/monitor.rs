@@ -1,0 +1,55 @@
+//! QEMU's monitor: what is done to a machine from outside.
+//!
+//! Owns the connection and its words (QMP). Never decides what to do.
+
+use crate::machine::qemu::Said;
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+
+/// A connection to the monitor of one machine.
+pub(crate) struct Monitor {
+    to: UnixStream,
+    from: BufReader<UnixStream>,
+    said: Said,
+}
+
+impl Monitor {
+    /// Takes up the conversation on `stream` with a QEMU that says `said` besides.
+    pub(crate) fn new(stream: UnixStream, said: Said) -> Self {
+        let mut monitor = Self { from: BufReader::new(stream.try_clone().unwrap()), to: stream, said };
+        monitor.line();
+        monitor.ask("qmp_capabilities", &json!({}));
+        monitor
+    }
+
+    /// Has the machine do `command`; what it answers.
+    pub(crate) fn ask(&mut self, command: &str, arguments: &Value) -> Value {
+        self.try_to(command, arguments).unwrap_or_else(|error| panic!("{command} {arguments}: {error}"))
+    }
+
+    /// The same, for what may be refused. A machine that has ended refuses nothing.
+    pub(crate) fn try_to(&mut self, command: &str, arguments: &Value) -> Result<Value, String> {
+        let request = json!({ "execute": command, "arguments": arguments });
+        if writeln!(self.to, "{request}").is_err() {
+            self.said.ended();
+        }
+        loop {
+            let line = self.line();
+            if let Some(answer) = line.get("return") {
+                return Ok(answer.clone());
+            }
+            if let Some(error) = line.get("error") {
+                return Err(error.to_string());
+            }
+        }
+    }
+
+    fn line(&mut self) -> Value {
+        let mut line = String::new();
+        if self.from.read_line(&mut line).is_err() || line.is_empty() {
+            self.said.ended();
+        }
+        serde_json::from_str(&line).unwrap()
+    }
+}

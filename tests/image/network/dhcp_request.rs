@@ -1,0 +1,85 @@
+//! What a unit says of itself when it asks its network for an address.
+//!
+//! Owns that question as it stands on the wire, and the claims on it. How the name comes about is tried in
+//! `it/unit/hostname.rs`.
+//!
+//! Start at [`asked`].
+
+use crate::machine::Machine;
+use crate::machine::clock::now;
+use crate::owner::settings_error::{OPEN, TAKE_IN};
+use crate::starts::first_start::playing;
+use etherparse::{SlicedPacket, TransportSlice};
+use std::time::Duration;
+
+/// How long the question may take.
+const PATIENCE: Duration = Duration::from_mins(2);
+/// Who takes it, by UDP; in front of its options lie so many bytes.
+const SERVER: u16 = 67;
+const HEAD: usize = 240;
+/// The options that hold the name and the client's own id.
+const NAME: u8 = 12;
+const CLIENT: u8 = 61;
+/// QEMU's own address for a first card, behind the number that says that it is one of a cable.
+const CARD: [u8; 7] = [1, 0x52, 0x54, 0x00, 0x12, 0x34, 0x56];
+
+/// What a unit says of itself.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Asked {
+    pub(crate) client: Vec<u8>,
+    pub(crate) name: String,
+}
+
+/// Has the unit ask for an address, and listens in.
+pub(crate) fn asked(machine: &mut Machine) -> Asked {
+    let wire = machine.wire();
+    wire.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    machine.run("systemctl restart systemd-networkd");
+    let end = now() + PATIENCE;
+    let mut frame = [0; 2048];
+    while now() < end {
+        let Ok(length) = wire.recv(&mut frame) else { continue };
+        if let Some(asked) = question(&frame[..length]) {
+            return asked;
+        }
+    }
+    panic!("nobody asks for an address in two minutes; {}", machine.serial.lately());
+}
+
+/// What the frame asks, if it asks for an address.
+fn question(frame: &[u8]) -> Option<Asked> {
+    let packet = SlicedPacket::from_ethernet(frame).ok()?;
+    let Some(TransportSlice::Udp(udp)) = &packet.transport else { return None };
+    let options = udp.payload().get(HEAD..).filter(|_| udp.destination_port() == SERVER)?;
+    let said = |wanted| option(options, wanted).map(<[u8]>::to_vec).unwrap_or_default();
+    Some(Asked { client: said(CLIENT), name: String::from_utf8(said(NAME)).unwrap() })
+}
+
+/// What stands in the option of this number.
+fn option(mut options: &[u8], wanted: u8) -> Option<&[u8]> {
+    loop {
+        let (number, length) = (*options.first()?, usize::from(*options.get(1)?));
+        let value = options.get(2..2 + length)?;
+        if number == wanted {
+            return Some(value);
+        }
+        options = &options[2 + length..];
+    }
+}
+
+#[test]
+fn a_unit_asks_for_an_address_by_its_card_and_by_its_name() {
+    let (_unit, mut machine) = playing().frozen.wake();
+    assert_eq!(machine.run("cat /proc/sys/kernel/hostname"), "lobby", "as its owner calls it");
+    assert_eq!(asked(&mut machine), Asked { client: CARD.to_vec(), name: "lobby".to_owned() });
+    machine.run("[ ! -e /etc/hostname ]");
+    machine.run("rm /var/lib/dreams/owner/name && systemctl restart dreams-name");
+    assert_eq!(machine.run("cat /proc/sys/kernel/hostname"), "dreams-123456", "by its card");
+
+    // Their own address takes the place of one from the network.
+    let file = "/run/owner/dreams.toml";
+    machine.run(&format!("{OPEN} && echo 'address = \"192.0.2.7/24\"' >> {file} && {TAKE_IN}"));
+    machine.run("until grep -q '|-- 192.0.2.7$' /proc/net/fib_trie; do sleep 1; done");
+    assert_eq!(machine.run("grep -c '|-- 10.0.2.15$' /proc/net/fib_trie; true"), "0", "that is given up");
+    machine.is_well();
+}

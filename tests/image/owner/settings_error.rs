@@ -1,0 +1,42 @@
+//! An owner makes a mistake, and mends it.
+//!
+//! Owns what is on the glass then: the picture, and over it what is wrong, until it is right.
+
+use crate::machine::PAUSE;
+use crate::machine::picture::{Look, only_art};
+use crate::starts::first_start::{MOVES, OFTEN, playing};
+
+/// What the unit has taken in of its owner's settings.
+const KEPT: &str = "cat /var/lib/dreams/owner/dreams.toml";
+/// Lays what the owner may change open at /run/owner.
+pub(crate) const OPEN: &str = "mkdir -p /run/owner && mount /dev/vda4 /run/owner";
+/// As another computer would have it, and as every start of the unit takes it in; one that is still at it ends first.
+pub(crate) const TAKE_IN: &str = "umount /run/owner && \
+    until [ \"$(systemctl show -P ActiveState dreams-owner@vda4)\" != activating ]; do sleep 1; done && \
+    systemctl start --no-block dreams-owner@vda4";
+
+/// Whether something is told over the picture.
+pub(crate) fn has_card(look: &Look) -> bool {
+    look.place.as_ref().is_some_and(|place| place.has_notice)
+}
+
+#[test]
+fn what_is_wrong_in_the_owners_file_is_told_over_the_running_picture_until_it_is_right() {
+    let (_unit, mut machine) = playing().frozen.wake();
+    let before = machine.run(KEPT);
+    let file = "/run/owner/dreams.toml";
+    machine.run(&format!("{OPEN} && echo 'brightness = 400' >> {file}"));
+    machine.run(TAKE_IN);
+    let mut looks = machine.watch_for(PAUSE, has_card);
+    let notice = machine.run("cat /run/dreams-update/notice.settings; echo");
+    assert!(notice.contains("dreams.toml is wrong in line 3, at brightness."), "{notice}");
+    assert_eq!(machine.run(KEPT), before, "what was right before stays");
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+
+    machine.run(&format!("mount /dev/vda4 /run/owner && sed -i 's/= 400/= \"100\"/' {file} && {TAKE_IN}"));
+    looks.extend(machine.watch_for(PAUSE, |look| look.is_art() && !has_card(look)));
+    machine.run("[ ! -e /run/dreams-update/notice.settings ]");
+    assert_eq!(machine.run(KEPT), format!("{before}\nbrightness = \"100\""));
+    only_art(&looks, OFTEN);
+    machine.is_well();
+}

@@ -1,0 +1,36 @@
+//! The player falls, and systemd brings it back.
+//!
+//! Owns what is on the glass meanwhile, the last frame, held; and where the path goes on. A player that stops or hangs is
+//! in `watchdog.rs`: noticing that takes longer.
+
+use crate::machine::picture::only_art;
+use crate::machine::{Machine, PAUSE};
+use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::unit::path::Path;
+
+/// Asks for its process.
+const PROCESS: &str = "systemctl show --value --property=MainPID dreams-player";
+
+/// The player ends as `command` has it, and comes back.
+pub(crate) fn ends_and_comes_back(machine: &mut Machine, path: &mut Path, command: &str) {
+    let before = machine.run(PROCESS);
+    machine.watch_move(PAUSE, 1).iter().for_each(|look| path.saw(look));
+    let gone = format!("{command}; until [ $({PROCESS}) != {before} ]; do sleep 1; done");
+    let mut looks = machine.watch_while(PAUSE, &gone);
+    let held = looks.last().and_then(|look| look.place.clone());
+    let first = looks.iter().position(|look| look.place == held).unwrap_or(0);
+    looks[..first].iter().for_each(|look| path.saw(look));
+    let back = machine.watch_move(PAUSE, MOVES);
+    let moved = back.iter().position(|look| look.place != held).expect("it moves on");
+    assert!(path.came_back_with(&back[moved..]), "the path goes on");
+    looks.extend(back);
+    println!("`{command}`: back at {path}");
+    only_art(&looks, OFTEN);
+}
+
+#[test]
+fn a_player_that_falls_comes_back_and_its_last_frame_is_held_meanwhile() {
+    let Playing { frozen, path, .. } = playing();
+    let (_unit, mut machine) = frozen.wake();
+    ends_and_comes_back(&mut machine, &mut path.clone(), "systemctl kill --signal=KILL dreams-player");
+}

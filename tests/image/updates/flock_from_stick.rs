@@ -1,0 +1,42 @@
+//! A stick is put in, and its flock plays.
+//!
+//! Owns what is on the glass from then on: the picture, the notice on it, the new picture.
+
+use crate::machine::PAUSE;
+use crate::machine::picture::{Look, only_art};
+use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::unit::stick::{AUTUMN, CLIPS};
+
+/// Whether the glass shows the flock of the stick, and nothing over it.
+pub(crate) fn is_autumn(look: &Look) -> bool {
+    look.place.as_ref().is_some_and(|place| &*place.flock == AUTUMN && !place.has_notice)
+}
+
+/// Whether the kernel verifies each of these files as it is read, as `lsattr` tells.
+fn is_verified(objects: &str) {
+    let flags = objects.lines().map(|line| line.split(' ').next().unwrap_or_default());
+    assert!(flags.clone().count() > CLIPS && flags.clone().all(|flags| flags.contains('V')), "{objects}");
+}
+
+#[test]
+fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
+    let Playing { frozen, stick, .. } = playing();
+    let (_unit, mut machine) = frozen.wake();
+    machine.hang(stick.gallery);
+    machine.plug(&stick.disk);
+    let looks = machine.watch_for(PAUSE, is_autumn);
+    let since = only_art(&looks, OFTEN);
+    let places = || since.iter().filter_map(|look| look.place.as_ref());
+    assert!(places().any(|place| place.has_notice && &*place.flock == "demo"), "the notice is on the running picture");
+    // Photographs on FAT are nobody's business; ext4, and what bears nothing, is not even looked at.
+    for part in 1..=2 {
+        machine.run(&format!("until systemctl --quiet is-active dreams-update@sda{part}; do sleep 1; done"));
+    }
+    machine.run("! systemctl list-units --all --plain --no-legend 'dreams-update@*' | grep 'sda[34]'");
+    machine.run("! grep /run/dreams-mounts/ /proc/mounts");
+    is_verified(&machine.run("find /var/lib/dreams/store/objects -type f -exec lsattr {} +"));
+    machine.pull();
+    only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
+    machine.run("[ -L /var/lib/dreams/store/current ]");
+    machine.is_well();
+}

@@ -1,0 +1,165 @@
+//! The next system comes to a unit that plays.
+//!
+//! Owns how that system is made, signed and served, and the unit at each step of its way: about to fetch it, about to write
+//! it, about to start it. Leaves those to the claims that disturb them. Whatever breaks while a slot is written is
+//! tried in `tests/it/updates/systems.rs`, too.
+//!
+//! Start at [`coming`].
+
+use crate::machine::clock::now;
+use crate::machine::picture::{Look, only_art};
+use crate::machine::{Machine, PAUSE};
+use crate::programs::{self, repository, succeed};
+use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::unit::path::Path;
+use crate::unit::stick::Stick;
+use crate::unit::{Frozen, Unit};
+use crate::updates::flock_from_stick::is_autumn;
+use claims::web::{Manners, Web};
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::process::Command;
+use std::sync::LazyLock;
+use std::time::Duration;
+
+/// What runs, and what comes.
+pub(crate) const NOW: &str = env!("CARGO_PKG_VERSION");
+pub(crate) const NEXT: &str = "9.0.0";
+/// What the unit is told to do, while all that its owner has set holds.
+pub(crate) const FETCH: &str = "systemctl start dreams-update.service";
+pub(crate) const WRITE: &str = "systemctl start dreams-system.path";
+/// What restarts it into its next system, which these claims do themselves.
+pub(crate) const RESTART: &str = "dreams-restart.service";
+/// For its shell: the flock that it plays and what its owner has set, as one word.
+const KEPT: &str = "cd /var/lib/dreams && find -H owner store/current -type f | sort | xargs sha256sum | sha256sum";
+/// For its shell: whether the next system lies in the store, to be written to a slot.
+const IS_FETCHED: &str = "[ -e /var/lib/dreams/store/system/staged ]";
+
+/// A step of a unit on the way to its next system, before which it was frozen.
+pub(crate) struct Step {
+    pub(crate) frozen: Frozen,
+    /// Where it is in its path then.
+    pub(crate) path: Path,
+    /// How long the step takes.
+    pub(crate) time: Duration,
+}
+
+/// A unit to which its next system comes, while it plays a flock from its store.
+pub(crate) struct Coming {
+    _web: Web,
+    pub(crate) fetching: Step,
+    pub(crate) writing: Step,
+    /// It is off, and is to start that system.
+    pub(crate) written: Unit,
+    pub(crate) path: Path,
+    /// Its flock and its owner's settings, as one word.
+    pub(crate) kept: String,
+}
+
+/// For its shell: writes its next system, and waits until that is done.
+pub(crate) fn until_written() -> String {
+    let is_over = "[ \"$(systemctl show -P ActiveState dreams-system)\" = inactive ]";
+    format!("{WRITE}; until ! {IS_FETCHED} && {is_over}; do sleep 1; done")
+}
+
+/// Makes the next system, and serves it as its artist has signed it, with the key that the bench image is made with.
+fn served(unit: &Unit) -> Web {
+    let target = repository().join("target/image");
+    let key = repository().join("tests/fixtures/keys/artist.pub");
+    let mut build = Command::new(repository().join("image-build/build"));
+    succeed(build.arg(&target).args(["--profile", "bench", "--version", NEXT, "--key"]).arg(&key));
+    let (outbox, passphrase) = (unit.path("outbox"), unit.path("passphrase"));
+    fs::create_dir(&outbox).unwrap();
+    fs::write(&passphrase, "velvet\n").unwrap();
+    let secret = unit.path("artist.key");
+    fs::copy(key.with_extension("key"), &secret).unwrap();
+    for file in [&passphrase, &secret] {
+        fs::set_permissions(file, fs::Permissions::from_mode(0o600)).unwrap();
+    }
+    let mut pack = Command::new(programs::flock());
+    pack.arg("pack").arg(target.join(format!("bench-{NEXT}"))).arg(&outbox).args(["--system", "--sequence", "2"]);
+    succeed(pack.arg("--key").arg(&secret).arg("--passphrase-file").arg(&passphrase));
+    Web::serve(&outbox, Manners::Good)
+}
+
+/// What its owner sets, so that it looks for its next system at `web`.
+fn settings(unit: &Unit, stick: &Stick, web: &Web) {
+    // QEMU's network shows this machine's own address under that one.
+    let url = web.url().replace("127.0.0.1", "10.0.2.2");
+    let settings = format!("{}url = \"{url}\"\n", fs::read_to_string(&stick.owner).unwrap());
+    let file = unit.path("dreams.toml");
+    fs::write(&file, settings).unwrap();
+    unit.lay_for_owner(&file);
+}
+
+/// The unit to which all claims here bring its next system; that is done once.
+pub(crate) fn coming() -> &'static Coming {
+    static COMING: LazyLock<Coming> = LazyLock::new(|| {
+        let Playing { frozen, path, stick, .. } = playing();
+        let (unit, mut path) = (frozen.copy(), path.clone());
+        let web = served(&unit);
+        settings(&unit, stick, &web);
+        let mut machine = unit.wake(frozen);
+        machine.hang(stick.gallery);
+        for look in is_ready(&mut machine, stick) {
+            path.saw(&look);
+        }
+        let kept = kept(&mut machine);
+        let fetching = (unit.freeze(machine), path.clone());
+
+        let (unit, machine, fetch) = goes(&fetching.0, &mut path, &format!("{FETCH}; {IS_FETCHED}"));
+        let writing = (unit.freeze(machine), path.clone());
+
+        let (written, machine, write) = goes(&writing.0, &mut path, &until_written());
+        drop(machine);
+
+        println!("the next system is fetched in {fetch:.1?}, and written in {write:.1?}");
+        let step = |(frozen, path), time| Step { frozen, path, time };
+        Coming { _web: web, fetching: step(fetching, fetch), writing: step(writing, write), written, path, kept }
+    });
+    &COMING
+}
+
+/// Has the unit play the flock of `stick` for good, and do nothing by itself of what is done here step by step.
+fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
+    machine.run("systemctl stop dreams-update.timer dreams-system.path && systemctl start dreams-owner@vda4");
+    machine.run(&format!("systemctl mask --runtime {RESTART}"));
+    machine.run("grep -q ^url /var/lib/dreams/owner/dreams.toml");
+    machine.plug(&stick.disk);
+    let mut looks = machine.watch_for(PAUSE, is_autumn);
+    machine.pull();
+    let is_proved = "journalctl --unit=dreams-player --output=cat | grep -q 'passed its trial'";
+    looks.extend(machine.watch_while(PAUSE, &format!("until {is_proved}; do sleep 5; done")));
+    machine.run("rm -f /run/dreams-update/schedule");
+    looks
+}
+
+/// The unit that goes on where it was `frozen`, on a disk of its own, and does `command` while it plays on: and how long
+/// that takes.
+fn goes(frozen: &Frozen, path: &mut Path, command: &str) -> (Unit, Machine, Duration) {
+    let unit = frozen.copy();
+    let mut machine = unit.wake(frozen);
+    machine.hang(playing().stick.gallery);
+    machine.watch_move(PAUSE, 1).iter().for_each(|look| path.saw(look));
+    let began = now();
+    let mut looks = machine.watch_while(PAUSE, command);
+    let time = now().saturating_sub(began);
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+    for look in &looks {
+        path.saw(look);
+    }
+    only_art(&looks, OFTEN);
+    (unit, machine, time)
+}
+
+/// The flock that the unit plays and what its owner has set, as one word.
+pub(crate) fn kept(machine: &mut Machine) -> String {
+    let kept = machine.run(KEPT);
+    assert!(machine.run("find -H /var/lib/dreams/store/current -type f | wc -l").trim() == "5", "a flock is there");
+    kept
+}
+
+/// Which system runs.
+pub(crate) fn version(machine: &mut Machine) -> String {
+    machine.run("sed 's/.*dreams.version=\\([^ ]*\\).*/\\1/' /proc/cmdline").trim().to_owned()
+}

@@ -1,0 +1,62 @@
+//! What the display really scans out.
+//!
+//! Owns the claim that the frames told in the trace are the frames on the glass: vkms composes every frame that it
+//! scans out and tells its checksum with the vblank it began at.
+
+use crate::flocks::Plan;
+use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
+use crate::player_run::{Playing, VKMS};
+use std::collections::HashMap;
+use std::fs;
+
+/// Clips so short that most come round again within the vblanks looked at.
+pub(crate) const SHORT: Plan = Plan { name: "short", size: (640, 480), fps: (30, 1), sheep: 3, frames: 2 };
+
+/// Vblanks looked at: composing each costs a guest a tenth of a second.
+const LOOKS: usize = 150;
+
+/// Plays while another process reads the checksums of what is scanned out at so many vblanks. Returns these.
+pub(crate) fn scanned_out(playing: &Playing, looks: usize) -> HashMap<u32, String> {
+    let player = shell_words(&playing.command());
+    scanned_out_while(playing, looks, &format!("{player} & player=$!; sleep 1"), "wait $player")
+}
+
+/// The same of any script: what it does before the first look, and beside the looks.
+pub(crate) fn scanned_out_while(playing: &Playing, looks: usize, before: &str, beside: &str) -> HashMap<u32, String> {
+    let list = playing.path("scanned-out");
+    let crc = "/sys/kernel/debug/dri/vkms/crtc-0/crc";
+    let read = format!("head -n {looks} {crc}/data > {}", word(&list));
+    let text = format!("{before}; echo auto > {crc}/control; {read} & looks=$!; {beside}; wait $looks");
+    succeed_in_virtual_time(120, &script(&text));
+    let text = fs::read_to_string(list).unwrap();
+    let line = |line: &str| {
+        // The kernel ends each line with a zero byte besides.
+        let (vblank, checksum) = line.trim_matches(char::from(0)).split_once(' ')?;
+        Some((u32::from_str_radix(vblank.strip_prefix("0x")?, 16).ok()?, checksum.to_owned()))
+    };
+    text.lines().filter_map(line).collect()
+}
+
+#[test]
+fn every_frame_of_the_trace_is_on_the_glass_for_all_its_vblanks() {
+    let flock = SHORT.flock();
+    let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--hash", "--clips", "40"]);
+    let glass = scanned_out(&playing, LOOKS);
+    let trace = playing.trace();
+    let mut looks: HashMap<&str, &str> = HashMap::new();
+    let mut frames: HashMap<&str, &str> = HashMap::new();
+    let mut seen = 0;
+    for pair in trace.flips.windows(2) {
+        let hash = pair[0].hash.as_deref().unwrap();
+        let lit = pair[1].vblank.wrapping_sub(pair[0].vblank);
+        for vblank in (0..lit).map(|n| pair[0].vblank.wrapping_add(n)) {
+            let Some(checksum) = glass.get(&vblank) else { continue };
+            seen += 1;
+            let (clip, frame) = (&pair[0].clip, pair[0].frame);
+            assert_eq!(*looks.entry(hash).or_insert(checksum), checksum, "{clip} {frame} looks the same every time");
+            assert_eq!(*frames.entry(checksum).or_insert(hash), hash, "{clip} {frame} looks like no other frame");
+        }
+    }
+    let different = looks.len();
+    assert!(seen > 140 && (20..=seen / 3).contains(&different), "{seen} vblanks showed {different} different frames");
+}

@@ -1,0 +1,50 @@
+//! What people in front of the picture are told: over the running picture, and not for long.
+//!
+//! Owns the claim on the player and the updater together; which sentence it is, is in `updates/sticks.rs`.
+
+use crate::flocks::JOINS;
+use crate::player::status_page::{ask, pixels};
+use crate::player_run::Playing;
+use crate::updates::sticks::Unit;
+use claims::press::rubbish;
+
+/// The picture's size, and where a notice may be: the lowest quarter of it.
+const SIZE: (usize, usize) = (640, 480);
+/// The luma of a pane is far below that of any of the test picture's large fields, and it has no colour.
+const DARK: u8 = 40;
+
+/// How many dark and colourless pixels the lowest quarter of the picture has.
+fn pane(rgb: &[u8]) -> usize {
+    let quarter = &rgb[SIZE.0 * SIZE.1 * 3 * 3 / 4..];
+    let is_pane = |pixel: &&[u8]| pixel.iter().all(|sample| (10..DARK).contains(sample));
+    quarter.chunks(3).filter(is_pane).count()
+}
+
+#[test]
+fn people_are_told_over_the_running_picture_what_became_of_their_stick() {
+    let unit = Unit::new();
+    let (socket, notice) = (unit.path("page"), unit.path("notice"));
+    let status = format!("unix:{}", socket.display());
+    let options = ["--screen", "virtual", "--seed", "1", "--status", &status, "--notice", notice.to_str().unwrap()];
+    let playing = Playing::of(&JOINS.flock().folder).with(&options);
+    let mut running = playing.start();
+    running.await_lines(40);
+    let shot = || pixels(&ask(&socket, "GET /screen.jpg").body, "jpg");
+    let before = pane(&shot());
+    unit.press.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["stairs"], 1);
+    assert_eq!(unit.update(&[]).status.code(), Some(1));
+    // The player looks twice a second; frames are told meanwhile.
+    let mut told = 0;
+    for _ in 0..20 {
+        running.await_lines(10);
+        told = pane(&shot());
+        if told > before + 2_000 {
+            break;
+        }
+    }
+    assert!(told > before + 2_000, "a pane is over the picture: {told} dark pixels after {before}");
+    running.signal(rustix::process::Signal::TERM);
+    let (code, trace) = running.end_within(10);
+    assert_eq!((code, trace.faults.len()), (Some(0), 0));
+    assert_eq!(trace.end.map(|end| (end.skipped, end.repeated)), Some((0, 0)), "the picture went on");
+}

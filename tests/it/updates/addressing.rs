@@ -1,0 +1,134 @@
+//! A unit that was addressed by its name is not taken over by what is for everybody.
+//!
+//! Owns the claim on both sides: what the unit takes and refuses, and that `flock verify --unit` says the same of the same
+//! stick. That a store of an older format learns for whom its flock was is told in `old_formats.rs`.
+//!
+//! Start at [`Post`].
+
+use crate::programs::{self, output};
+use crate::tools::bundles::Artist;
+use claims::press::{Press, rubbish};
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// An artist, a stick, and units that trust the artist.
+struct Post {
+    artist: Artist,
+}
+
+impl Post {
+    fn new() -> Self {
+        Self { artist: Artist::new() }
+    }
+
+    fn stick(&self) -> PathBuf {
+        self.artist.at("stick")
+    }
+
+    /// Packs the next bundle, and lays it out on an empty stick; `units` are whom it is for.
+    fn sends(&self, units: &[&str]) {
+        let to: Vec<&str> = units.iter().flat_map(|unit| ["--unit", unit]).collect();
+        self.artist.pack(&to);
+        fs::remove_dir_all(self.stick()).ok();
+        fs::create_dir(self.stick()).unwrap();
+        self.artist.says(0, &["publish", "bundle", "stick", "--trust", "artist.pub"]);
+        let stem = units.first().unwrap_or(&"all");
+        for seal in fs::read_dir(self.stick().join("seals")).unwrap() {
+            let seal = seal.unwrap();
+            if seal.file_name() != format!("{stem}.seal").as_str() {
+                fs::remove_file(seal.path()).unwrap();
+            }
+        }
+    }
+
+    /// What the unit says of the stick.
+    fn update(&self, unit: &str, more: &[&str]) -> Output {
+        let mut update = Command::new(programs::updater());
+        update.arg(self.stick()).args(["--unit", unit]).args(more);
+        update.arg("--store").arg(self.artist.at(&format!("store-{unit}")));
+        output(update.arg("--keys").arg(self.artist.at("artist.pub")).arg("--notice").arg(self.artist.at("notice")))
+    }
+
+    /// Both the artist's tool and the unit take the stick.
+    fn is_taken(&self, unit: &str) {
+        let said = self.artist.says(0, &verify(unit));
+        assert!(said.contains("no faults"), "{said}");
+        let said = self.update(unit, &[]);
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        assert!(said.stdout.starts_with(b"installed"), "{}", String::from_utf8_lossy(&said.stdout));
+    }
+
+    /// Neither does, in the same words.
+    fn is_refused(&self, unit: &str, words: &str) {
+        let said = self.artist.says(1, &verify(unit));
+        assert!(said.contains(words), "{said}");
+        let said = self.update(unit, &[]);
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert!(said.status.code() == Some(1) && error.contains(words), "{error}");
+    }
+}
+
+fn verify(unit: &str) -> [&str; 8] {
+    ["verify", "stick", "--trust", "artist.pub", "--unit", unit, "--fleet", "bundle/fleet.toml"]
+}
+
+#[test]
+fn who_has_taken_its_own_takes_nothing_for_everybody_and_its_next_own_all_the_same() {
+    let post = Post::new();
+    post.sends(&[]);
+    post.is_taken("lobby");
+    post.sends(&[]);
+    post.is_taken("lobby");
+    post.sends(&["lobby"]);
+    post.is_taken("lobby");
+    post.sends(&[]);
+    post.is_taken("stairs");
+    post.is_refused(
+        "lobby",
+        "the bundle is for every unit, this unit takes only those for `lobby` since it was given one",
+    );
+    let notice = fs::read_to_string(post.artist.at("notice")).unwrap();
+    assert!(
+        notice.contains("This stick is for every frame. This frame is lobby, and takes what is for it by name."),
+        "{notice}"
+    );
+    // What came in between does not keep its own from it.
+    post.sends(&["lobby"]);
+    post.is_taken("lobby");
+    // Somebody on site may say otherwise, or call it otherwise.
+    post.sends(&[]);
+    let said = post.update("lobby", &["--allow-older"]);
+    assert!(said.stdout.starts_with(b"installed"), "{}", String::from_utf8_lossy(&said.stderr));
+    fs::rename(post.artist.at("store-stairs"), post.artist.at("store-attic")).unwrap();
+    post.sends(&["attic"]);
+    post.is_taken("attic");
+    post.sends(&[]);
+    post.is_refused("attic", "for every unit");
+    fs::rename(post.artist.at("store-attic"), post.artist.at("store-cellar")).unwrap();
+    post.is_taken("cellar");
+}
+
+#[test]
+fn a_seal_for_others_under_the_name_for_everybody_is_refused_by_both() {
+    let post = Post::new();
+    post.sends(&["stairs"]);
+    let seals = post.stick().join("seals");
+    fs::rename(seals.join("stairs.seal"), seals.join("all.seal")).unwrap();
+    post.is_refused("lobby", "the bundle is for `stairs`, this unit is `lobby`");
+}
+
+#[test]
+fn what_is_for_everybody_is_refused_also_where_the_own_seal_has_gone_from_the_stick() {
+    let unit = crate::updates::sticks::Unit::new();
+    let press: &Press = &unit.press;
+    press.bundle(&unit.stick(), &rubbish(2, 3_000, 0), &["lobby"], 1);
+    unit.updated(&[]);
+    press.bundle(&unit.stick(), &rubbish(2, 3_000, 1), &[], 2);
+    assert_eq!(unit.updated(&[])["outcome"], "no-news", "its own lies beside it");
+    fs::remove_file(unit.stick().join("seals/lobby.seal")).unwrap();
+    assert_eq!(unit.update(&[]).status.code(), Some(1));
+    assert_eq!(unit.playing(), Some(rubbish(2, 3_000, 0)));
+    press.bundle(&unit.stick(), &rubbish(2, 3_000, 2), &["lobby"], 2);
+    assert_eq!(unit.updated(&[])["outcome"], "installed");
+}

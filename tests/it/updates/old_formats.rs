@@ -1,0 +1,164 @@
+//! What programs of before have written is still read.
+//!
+//! Owns the claim, and what it is tried on: `tests/fixtures/format-1` was made by the programs of the first format and
+//! is never made again. In it are an artist's keys, statements and outbox; a stick; a unit's store with a flock on
+//! trial, a good one, one that was marked bad and a staged system; the place in the path; and an owner's settings.
+//!
+//! Start at [`Relics`].
+
+use crate::programs::{self, output, repository, succeed};
+use crate::tools::command_line::json;
+use bundle::{LocalDisk, Sequence, Store, Trust};
+use claims::press::files_in;
+use serde_json::Value;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// What the fixture's keys are locked with.
+const PASSPHRASE: &str = "velvet\n";
+
+/// A copy of the fixture.
+struct Relics {
+    scratch: TempDir,
+}
+
+impl Relics {
+    fn new() -> Self {
+        let relics = Self { scratch: tempfile::tempdir_in(programs::claims_folder()).unwrap() };
+        let fixture = repository().join("tests/fixtures/format-1");
+        succeed(Command::new("cp").arg("-r").arg(fixture.join(".")).arg(relics.at("")));
+        fs::write(relics.at("passphrase"), PASSPHRASE).unwrap();
+        for secret in ["passphrase", "keys/artist.key", "keys/lost.key", "keys/new.key", "keys/spare.key"] {
+            fs::set_permissions(relics.at(secret), fs::Permissions::from_mode(0o600)).unwrap();
+        }
+        relics
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.scratch.path().join(name)
+    }
+
+    /// `flock WORDS...`, which must end with `code`; what it says on both streams.
+    fn flock(&self, code: i32, words: &[&str]) -> String {
+        let said = output(Command::new(programs::flock()).args(words).current_dir(self.at("")));
+        let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
+        assert_eq!(said.status.code(), Some(code), "{words:?}: {text}");
+        text
+    }
+
+    fn update(&self, words: &[&str]) -> Output {
+        let mut update = Command::new(programs::updater());
+        update.args(["--json", "--unit", "lobby", "--store", "store", "--keys", "trusted", "--config", "update.toml"]);
+        output(update.args(words).current_dir(self.at("")))
+    }
+
+    fn updated(&self, words: &[&str]) -> Value {
+        let said = self.update(words);
+        assert_eq!(said.status.code(), Some(0), "{words:?}: {}", String::from_utf8_lossy(&said.stderr));
+        json(&said)
+    }
+}
+
+/// The numbers of the last good generation and of the one on trial, and the highest floor.
+fn known(store: &Path) -> (Option<u64>, Option<u64>, Option<Sequence>) {
+    let trust = Trust::read(&store.join("../trusted")).unwrap();
+    let store = Store::open(Box::new(LocalDisk::open(store).unwrap()), trust).unwrap();
+    let state = store.state();
+    let (good, trial) = (state.good.as_ref(), state.trial.as_ref());
+    (good.map(|good| good.number), trial.map(|trial| trial.generation.number), state.floors.values().max().copied())
+}
+
+#[test]
+fn a_store_of_the_first_format_is_read_with_all_that_it_knows() {
+    let relics = Relics::new();
+    let playing = || files_in(&relics.at("store/current")).unwrap();
+    let before = playing();
+    assert_eq!(known(&relics.at("store")), (Some(3), Some(4), Some(Sequence(1))));
+    let answer = relics.updated(&["stick", "--scrub"]);
+    assert_eq!(
+        (&answer["outcome"], &answer["missing"], &answer["flock"]),
+        (&"no-news".into(), &0.into(), &"fourth".into())
+    );
+    assert_eq!(answer["system"], "no-news", "the system that was staged waits to be written");
+    assert!(playing() == before && before.len() == 3);
+    // The key that was called back is known to be, and so is the number that was played.
+    let said = relics.update(&["lost"]);
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.code() == Some(1) && error.contains("which was revoked"), "{error}");
+
+    let path = relics.at("state");
+    let options = ["--screen", "virtual:64x64@30", "--clock", "free", "--status", "off", "--clips", "60", "--state"];
+    let mut player = Command::new(programs::player());
+    player.arg("--flock").arg(relics.at("store/current")).args(options).arg(&path);
+    let said = output(&mut player);
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.success() && error.contains("resuming the path") && error.contains("faults=0"), "{error}");
+    assert_eq!(known(&relics.at("store")), (Some(4), None, Some(Sequence(3))), "the trial was won");
+}
+
+#[test]
+fn a_store_of_the_first_format_learns_from_its_seals_that_its_flock_is_its_own() {
+    let relics = Relics::new();
+    let sends = |unit: &[&str]| {
+        let words = ["pack", "flock", "new", "--key", "keys/artist.key", "--passphrase-file", "passphrase"];
+        relics.flock(0, &[&words, &["--allow-jumps"][..], unit].concat());
+        fs::remove_dir_all(relics.at("stick")).unwrap();
+        fs::create_dir(relics.at("stick")).unwrap();
+        relics.flock(0, &["publish", "new", "stick", "--trust", "trusted"]);
+        fs::remove_dir_all(relics.at("new")).unwrap();
+    };
+    sends(&[]);
+    let said = relics.update(&["stick"]);
+    let error = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.code() == Some(1) && error.contains("takes only those for `lobby`"), "{error}");
+    sends(&["--unit", "lobby"]);
+    assert_eq!(relics.updated(&["stick"])["outcome"], "installed");
+}
+
+#[test]
+fn keys_seals_and_statements_of_the_first_format_are_read_and_what_they_sign_today_is_taken() {
+    let relics = Relics::new();
+    let said = relics.flock(0, &["verify", "stick", "--trust", "trusted"]);
+    assert!(said.contains("`fourth` for lobby, sequence 3") && said.contains("system 0.2.0 for every unit"), "{said}");
+    let said = relics.flock(1, &["verify", "lost", "--trust", "trusted"]);
+    assert!(said.contains("signed by key"), "{said}");
+    let by = |key, more: &[&str]| {
+        let words = ["pack", "flock", "outbox", "--key", key, "--passphrase-file", "passphrase", "--allow-jumps"];
+        relics.flock(0, &[&words, more].concat())
+    };
+    let said = by("keys/artist.key", &["--unit", "lobby", "--statement", "keys/new.trusted"]);
+    assert!(said.contains("packed `fourth` for lobby: sequence 5"), "{said}");
+    relics.flock(0, &["publish", "outbox", "stick", "--trust", "trusted", "--unit", "lobby"]);
+    assert_eq!(relics.updated(&["stick"])["sequence"], 5);
+    // The key that the artist's took in signs for a unit that knows neither.
+    by("keys/new.key", &["--unit", "lobby"]);
+    relics.flock(0, &["publish", "outbox", "stick", "--trust", "trusted", "--unit", "lobby"]);
+    fs::remove_dir_all(relics.at("store")).unwrap();
+    assert_eq!(relics.updated(&["stick"])["sequence"], 2);
+}
+
+#[test]
+fn an_owners_settings_of_the_first_format_are_kept_as_they_were() {
+    let relics = Relics::new();
+    let mut owner = Command::new(programs::owner());
+    owner.args(["take-in", "owner", "--keep"]).arg(relics.at("kept")).arg("--network").arg(relics.at(""));
+    for (option, name) in [("--name", "name"), ("--wifi", "wifi.conf"), ("--notice", "notice")] {
+        owner.arg(option).arg(relics.at(name));
+    }
+    let said = output(owner.current_dir(relics.at("")));
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    let read = |name: &str| fs::read_to_string(relics.at(name)).unwrap();
+    assert_eq!(read("kept"), read("owner/kept"));
+    assert!(read("wired.conf").contains("Address=192.0.2.7/24") && read("wifi.conf").contains("psk=\"velvet under\""));
+    // What was kept then says whose flocks are taken.
+    fs::write(relics.at("update.toml"), "owner = \"owner/kept\"\nreserve_mib = 0\n").unwrap();
+    let words =
+        ["pack", "flock", "outbox", "--key", "keys/spare.key", "--passphrase-file", "passphrase", "--allow-jumps"];
+    relics.flock(0, &[&words[..], &["--unit", "lobby"]].concat());
+    fs::remove_file(relics.at("trusted/spare.pub")).unwrap();
+    fs::remove_dir_all(relics.at("store")).unwrap();
+    assert_eq!(relics.updated(&["outbox"])["outcome"], "installed");
+}

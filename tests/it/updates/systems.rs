@@ -1,0 +1,327 @@
+//! A system travels like a flock, and ends in the slot that does not run.
+//!
+//! Owns the claims on `flock pack --system` and on `dreams-update` where the unit's own system is one of ours. Files stand
+//! for the slot and for the boot loader's partition; whole machines are in `tests/image`.
+//!
+//! Start at [`Frame`].
+
+use crate::programs::{self, output, repository};
+use crate::syscall_faults;
+use crate::tools::bundles::Artist;
+use crate::tools::command_line::json;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The calls that change a disk.
+const CHANGES: [&str; 6] = ["write", "fsync", "rename", "renameat", "unlink", "unlinkat"];
+
+/// Where the boot loader looks, and what it would find of the system that runs.
+const ENTRIES: &str = "boot/loader/entries";
+const RUNS: &str = "boot/loader/entries/dreams_0.1.0_1+1.conf";
+
+/// A unit that runs version 0.1.0, an artist, and what `make image` left of newer versions.
+struct Frame {
+    artist: Artist,
+}
+
+impl Frame {
+    fn new() -> Self {
+        let frame = Self { artist: Artist::new() };
+        frame.runs("dreams", "0.1.0");
+        fs::create_dir_all(frame.at(ENTRIES)).unwrap();
+        fs::create_dir_all(frame.at("boot/EFI/dreams/0.1.0_1")).unwrap();
+        fs::write(frame.at(RUNS), "what runs").unwrap();
+        fs::write(frame.at("slot"), vec![0xee; 100_000]).unwrap();
+        let system = frame.at("os-release");
+        let config = format!("system = \"{}\"\nowner = \"/nowhere\"\nreserve_mib = 0\n", system.display());
+        fs::write(frame.at("update.toml"), config).unwrap();
+        for version in ["0.2.0", "0.3.0"] {
+            frame.made(version);
+        }
+        frame
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.artist.at(name)
+    }
+
+    /// What the unit's system says of itself.
+    fn runs(&self, id: &str, version: &str) {
+        fs::write(self.at("os-release"), format!("ID={id}\nVERSION_ID={version}\n")).unwrap();
+    }
+
+    /// `make image` has made this version.
+    fn made(&self, version: &str) {
+        let folder = self.at(version);
+        make_halves(&folder, version);
+        fs::create_dir_all(folder.join("keys")).unwrap();
+        fs::copy(self.at("artist.pub"), folder.join("keys/artist.pub")).unwrap();
+    }
+
+    /// Signs this version, and lays it on the stick.
+    fn pack(&self, version: &str, options: &[&str]) -> String {
+        let words = ["pack", version, "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
+        let said = self.artist.says(0, &[&words, options].concat());
+        fs::create_dir_all(self.at("stick")).unwrap();
+        self.artist.says(0, &["publish", "outbox", "stick", "--trust", "artist.pub"]);
+        said
+    }
+
+    /// `dreams-update` with these words.
+    fn command(&self, words: &[&str]) -> Command {
+        let mut command = Command::new(programs::updater());
+        command.args(["--json", "--unit", "lobby", "--config"]).arg(self.at("update.toml")).args(words);
+        for (option, name) in [("--store", "store"), ("--notice", "notice"), ("--keys", "artist.pub")] {
+            command.arg(option).arg(self.at(name));
+        }
+        command
+    }
+
+    /// Updates from the stick.
+    fn update(&self) -> Output {
+        output(&mut self.command(&[self.at("stick").to_str().unwrap()]))
+    }
+
+    /// What became of the system on the stick.
+    fn fetched(&self) -> Value {
+        let said = self.update();
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        json(&said)["system"].clone()
+    }
+
+    fn writer(&self) -> Command {
+        self.command(&["--slot", self.at("slot").to_str().unwrap(), "--boot", self.at("boot").to_str().unwrap()])
+    }
+
+    /// Writes what was fetched to the slot; what became of it.
+    fn written(&self) -> Value {
+        let said = output(&mut self.writer());
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        json(&said)["system"].clone()
+    }
+
+    /// What the boot loader would find to start.
+    fn entries(&self) -> Vec<String> {
+        let mut entries: Vec<_> = fs::read_dir(self.at(ENTRIES)).unwrap().map(|e| e.unwrap().path()).collect();
+        entries.retain(|entry| entry.extension().is_some_and(|ending| ending == "conf"));
+        let name = |entry: &PathBuf| entry.file_name().unwrap().to_str().unwrap().to_owned();
+        let mut names: Vec<_> = entries.iter().map(name).collect();
+        names.sort();
+        names
+    }
+
+    /// Whether the slot holds this version, and behind it what was there.
+    fn slot_is(&self, version: &str) -> bool {
+        fs::read(self.at("slot")).unwrap().starts_with(&fs::read(self.at(version).join("root.img")).unwrap())
+    }
+
+    fn told(&self) -> String {
+        let text = fs::read_to_string(self.at("notice")).unwrap();
+        serde_json::from_str::<Value>(&text).unwrap()["text"].as_str().unwrap().to_owned()
+    }
+}
+
+/// Halves of this version that belong together, in `folder`.
+pub(crate) fn make_halves(folder: &Path, version: &str) {
+    fs::create_dir_all(folder).unwrap();
+    let salt = version.as_bytes()[2];
+    let (blocks, mut root) = (3, vec![salt; 3 * 4096]);
+    root.extend([0; 16]);
+    root.extend([salt; 16]);
+    root.extend(vec![salt; 60_000]);
+    fs::write(folder.join("root.img"), root).unwrap();
+    let slot = format!("{salt:02x}").repeat(16);
+    let words = format!("quiet dreams.version={version} dreams.root={slot}:{blocks}:salt:hash gpt");
+    for part in ["linux", "initramfs"] {
+        fs::write(folder.join(part), format!("{part} of {version}\n").repeat(300)).unwrap();
+    }
+    let mut start = Command::new(repository().join("image-build/start"));
+    start.arg(folder.join("dreams.start")).args([version, &words]);
+    programs::succeed(start.args(["linux", "initramfs"].map(|part| folder.join(part))));
+}
+
+#[test]
+fn a_system_travels_like_a_flock_and_ends_in_the_slot_that_does_not_run() {
+    let frame = Frame::new();
+    let said = frame.pack("0.2.0", &[]);
+    assert!(said.contains("packed system 0.2.0 for every unit: sequence 1"), "{said}");
+    let said = frame.artist.says(0, &["verify", "stick", "--trust", "artist.pub"]);
+    assert!(said.contains("system 0.2.0 for every unit, sequence 1"), "{said}");
+    assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.2.0" }));
+    assert!(frame.told().starts_with("A new system is here"), "{}", frame.told());
+    assert_eq!(frame.fetched(), "no-news", "it waits to be written");
+    assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf"]);
+
+    assert_eq!(frame.written(), serde_json::json!({ "written": "0.2.0" }));
+    assert!(frame.slot_is("0.2.0"));
+    assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "three tries, then the one before");
+    for part in ["linux", "initramfs"] {
+        let (there, sent) = (frame.at("boot/EFI/dreams/0.2.0_1").join(part), frame.at("0.2.0").join(part));
+        assert!(fs::read(there).unwrap() == fs::read(sent).unwrap());
+    }
+    assert_eq!((frame.written(), frame.fetched()), ("none".into(), "no-news".into()), "it has its chance, once");
+
+    // It runs, and is good: the next one takes the place of the one before.
+    let entry = |name: &str| frame.at(ENTRIES).join(name);
+    fs::rename(entry("dreams_0.2.0_1+3.conf"), entry("dreams_0.2.0_1+1.conf")).unwrap();
+    frame.runs("dreams", "0.2.0");
+    frame.pack("0.3.0", &["--unit", "lobby"]);
+    assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.3.0" }));
+    frame.written();
+    assert!(frame.slot_is("0.3.0"));
+    assert_eq!(frame.entries(), ["dreams_0.2.0_1+1.conf", "dreams_0.3.0_1+3.conf"]);
+    // What is in the store of a system that was written goes with the next flock.
+    assert!(!frame.at("store/system/staged").exists());
+}
+
+#[test]
+fn a_system_that_is_not_newer_or_not_ours_or_not_signed_is_not_taken() {
+    let frame = Frame::new();
+    frame.pack("0.2.0", &[]);
+    frame.runs("debian", "13");
+    assert_eq!(frame.fetched(), "none", "somebody else looks after that machine");
+    for version in ["0.2.0", "0.10.0"] {
+        frame.runs("dreams", version);
+        assert_eq!(frame.fetched(), "no-news", "{version} runs");
+    }
+    frame.runs("dreams", "0.1.0");
+    // Another system in the place of the signed one, half of it, or none at all.
+    let root = frame.at("stick").join(object(&frame, "0.2.0/root.img"));
+    let whole = fs::read(&root).unwrap();
+    for spoiled in [[&whole[..100], b"x", &whole[101..]].concat(), whole[..5_000].to_vec()] {
+        fs::write(&root, &spoiled).unwrap();
+        assert_eq!(frame.update().status.code(), Some(3));
+        assert!(frame.told().starts_with("This stick is damaged"), "{}", frame.told());
+        let said = frame.artist.says(1, &["verify", "stick", "--trust", "artist.pub"]);
+        assert!(said.contains("`root`"), "{said}");
+    }
+    fs::write(&root, &whole).unwrap();
+    let seal = frame.at("stick/systems/all.seal");
+    let text = fs::read_to_string(&seal).unwrap();
+    fs::write(&seal, text.replace("version 0.2.0", "version 9.2.0")).unwrap();
+    assert_eq!(frame.update().status.code(), Some(1));
+    assert!(frame.told().contains("not signed by anybody"), "{}", frame.told());
+    // Nothing of all that came to be written.
+    assert_eq!((frame.written(), frame.entries()), ("none".into(), vec!["dreams_0.1.0_1+1.conf".to_owned()]));
+    fs::write(&seal, text).unwrap();
+    assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.2.0" }));
+    // Halves that were not made with each other are no system.
+    fs::copy(frame.at("0.3.0/root.img"), frame.at("0.2.0/root.img")).unwrap();
+    let words = ["pack", "0.2.0", "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
+    let said = frame.artist.says(2, &words);
+    assert!(said.contains("is not the root that"), "{said}");
+}
+
+#[test]
+fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
+    let frame = Frame::new();
+    frame.pack("0.2.0", &[]);
+    let artist = fs::read_to_string(frame.at("artist.pub")).unwrap();
+    fs::write(frame.at("owner.toml"), format!("keys = [\"{}\"]\n", artist.lines().nth(1).unwrap())).unwrap();
+    fs::create_dir(frame.at("keys")).unwrap();
+    fs::create_dir(frame.at("system-keys")).unwrap();
+    let config = |keys: &str| {
+        let path = |name: &str| frame.at(name).display().to_string();
+        let lines = [("system", "os-release"), ("owner", "owner.toml"), ("system_keys", keys)];
+        let text = lines.map(|(key, name)| format!("{key} = \"{}\"\n", path(name))).concat();
+        fs::write(frame.at("update.toml"), text + "reserve_mib = 0\n").unwrap();
+    };
+    let stick = frame.at("stick");
+    let update = || {
+        let mut command = Command::new(programs::updater());
+        command.args(["--json", "--unit", "lobby", "--config"]).arg(frame.at("update.toml")).arg(&stick);
+        for (option, name) in [("--store", "store"), ("--notice", "notice"), ("--keys", "keys")] {
+            command.arg(option).arg(frame.at(name));
+        }
+        output(&mut command)
+    };
+    // Neither where the unit has a role for systems, nor where it has none.
+    for keys in ["system-keys", "no-such-folder"] {
+        config(keys);
+        let said = update();
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert!(said.status.code() == Some(1) && error.contains("is signed by key"), "{keys}: {error}");
+    }
+    frame.artist.pack(&["--unit", "lobby"]);
+    fs::create_dir(frame.at("flocks")).unwrap();
+    frame.artist.says(0, &["publish", "bundle", "flocks", "--trust", "artist.pub"]);
+    let flock = output(Command::new(programs::updater()).args(["--json", "--unit", "lobby", "--config"]).args([
+        frame.at("update.toml"),
+        frame.at("flocks"),
+        "--store".into(),
+        frame.at("store"),
+        "--keys".into(),
+        frame.at("keys"),
+    ]));
+    assert_eq!(json(&flock)["outcome"], "installed", "{}", String::from_utf8_lossy(&flock.stderr));
+    // Who has the role gives both.
+    fs::copy(frame.at("artist.pub"), frame.at("system-keys/artist.pub")).unwrap();
+    config("system-keys");
+    let said = update();
+    assert_eq!(
+        json(&said)["system"],
+        serde_json::json!({ "staged": "0.2.0" }),
+        "{}",
+        String::from_utf8_lossy(&said.stderr)
+    );
+}
+
+#[test]
+fn a_system_that_does_not_trust_whoever_signs_it_is_packed_only_if_that_is_asked_for() {
+    let frame = Frame::new();
+    let words = ["pack", "0.2.0", "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
+    fs::remove_file(frame.at("0.2.0/keys/artist.pub")).unwrap();
+    let said = frame.artist.says(2, &words);
+    assert!(said.contains("system `0.2.0` does not trust key") && said.contains("it trusts nobody"), "{said}");
+    frame.artist.says(0, &["keygen", "other.key", "--passphrase-file", "passphrase"]);
+    fs::copy(frame.at("other.pub"), frame.at("0.2.0/keys/other.pub")).unwrap();
+    assert!(!frame.artist.says(2, &words).contains("nobody"), "the key that it trusts is named");
+    assert!(!frame.at("outbox").exists(), "nothing was packed");
+    frame.artist.says(0, &[&words[..], &["--allow-untrusted"]].concat());
+}
+
+#[test]
+fn a_slot_written_to_any_step_starts_what_ran_and_the_next_attempt_completes_it() {
+    let frame = Frame::new();
+    frame.pack("0.2.0", &[]);
+    frame.fetched();
+    fs::write(frame.at(ENTRIES).join("dreams_0.0.9_1+0-3.conf"), "what was tried before").unwrap();
+    fs::create_dir_all(frame.at("boot/EFI/dreams/0.0.9_1")).unwrap();
+    fs::write(frame.at("boot/EFI/dreams/0.0.9_1/linux"), "what was tried before").unwrap();
+    let kept: Vec<&str> = vec!["store", "boot", "slot"];
+    let reset = || {
+        for name in &kept {
+            let (now, then) = (frame.at(name), frame.at(&format!("{name}.kept")));
+            if now.is_dir() { fs::remove_dir_all(&now) } else { fs::remove_file(&now) }.ok();
+            programs::succeed(Command::new("cp").arg("-a").arg(&then).arg(&now));
+        }
+    };
+    for name in &kept {
+        fs::rename(frame.at(name), frame.at(&format!("{name}.kept"))).unwrap();
+    }
+    let writer = || {
+        reset();
+        frame.writer()
+    };
+    let broken = syscall_faults::at_every_step(&CHANGES, &frame.at("strace"), writer, |case| {
+        let entries = frame.entries();
+        assert!(entries.contains(&"dreams_0.1.0_1+1.conf".to_owned()), "{case}: {entries:?}");
+        if entries.contains(&"dreams_0.2.0_1+3.conf".to_owned()) {
+            let kernel = fs::read(frame.at("boot/EFI/dreams/0.2.0_1/linux")).unwrap();
+            let is_whole = frame.slot_is("0.2.0") && kernel == fs::read(frame.at("0.2.0/linux")).unwrap();
+            assert!(is_whole, "{case}: what is started is whole");
+        }
+        frame.fetched();
+        frame.written();
+        assert!(frame.slot_is("0.2.0"), "{case}");
+        assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "{case}");
+    });
+    assert!(broken > 20, "only {broken} steps were seen");
+}
+
+/// Where the content of this file lies in a bundle.
+fn object(frame: &Frame, file: &str) -> String {
+    bundle::ObjectId::of(&fs::read(frame.at(file)).unwrap()).path()
+}
