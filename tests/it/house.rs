@@ -4,7 +4,7 @@
 //! under which licences we build on others, what the unit files promise. Never runs our programs: the rest of `it`
 //! does.
 //!
-//! Start at [`layers`], [`folders`] and [`rooms`] for the arrows, at [`sources`] for the rules that every file keeps.
+//! Start at [`layers`] and [`folders`] for the arrows, at [`sources`] for the rules that every file keeps.
 
 mod disk;
 mod facts;
@@ -12,7 +12,6 @@ mod folders;
 mod layers;
 mod layout;
 mod licences;
-mod rooms;
 mod sources;
 mod tokens;
 mod tracked;
