@@ -15,6 +15,7 @@ use bundle::{CURRENT, Consent, Folder, LocalDisk, Playing, Source, Store, Trust,
 use claims::block_log::BlockLog;
 use claims::cuts::Cuts;
 use claims::press::{Files, Press, rubbish};
+use claims::wait;
 use claims::web::{Manners, Web};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -22,7 +23,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::{Mutex, MutexGuard};
 use std::thread;
 use tempfile::TempDir;
@@ -237,8 +238,8 @@ impl Lab {
         let alone = self.alone();
         let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
         drop(alone);
-        let said = started.and_then(Child::wait_with_output);
-        let said = said.unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"));
+        let started = started.unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"));
+        let said = wait::output("dreams-update", 600, started);
         let answer: Value = serde_json::from_slice(&said.stdout).unwrap_or_default();
         if said.status.success() && answer["missing"] == 0 {
             Ok(answer)

@@ -8,11 +8,12 @@
 //! Start at [`Recording::of`] and [`Disk::new`].
 
 use claims::block_log::BlockLog;
-use rustix::event::{Timespec, poll};
+use claims::wait;
 use rustix::io::Errno;
 use rustix::mount::{MountFlags, UnmountFlags, mount, unmount};
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
+use std::iter;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -26,8 +27,8 @@ const FILE_SYSTEM: u64 = 9 << 20;
 const BLOCK: usize = 4096;
 /// So much is compared at once; a whole number of blocks.
 const STRETCH: usize = 16 * BLOCK;
-/// Milliseconds that anything is waited for, at most.
-const TICKS: usize = 10_000;
+/// Seconds that a program of the system may take, or a device to be ready.
+const LONGEST_S: u32 = 120;
 /// How many network block devices the kernel has.
 const DEVICES: usize = 16;
 /// Recordings so far. They take turns with the devices, so that none meets what is left of the one before.
@@ -52,8 +53,10 @@ pub(crate) struct Recording {
 
 /// Runs a command of the system, which must succeed; returns what it says.
 fn run(program: &str, words: &[&str]) -> String {
-    let said =
-        Command::new(program).args(words).output().unwrap_or_else(|error| panic!("cannot run {program}: {error}"));
+    let mut command = Command::new(program);
+    command.args(words).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap_or_else(|error| panic!("cannot run {program}: {error}"));
+    let said = wait::output(&format!("{command:?}"), LONGEST_S, child);
     assert!(said.status.success(), "{program} {words:?}: {}", String::from_utf8_lossy(&said.stderr));
     String::from_utf8(said.stdout).expect("systems speak UTF-8")
 }
@@ -124,7 +127,7 @@ impl Disk {
     /// Waits until nobody is in its way: a process that is just being started has for a moment all files of this one.
     pub(crate) fn unmount(&self) {
         let folder = self.folder.path().join("mounted");
-        await_that("nobody uses the disk", || match unmount(&folder, UnmountFlags::empty()) {
+        wait::until("nobody uses the disk", LONGEST_S, || match unmount(&folder, UnmountFlags::empty()) {
             Err(Errno::BUSY) => false,
             done => done.map(|()| true).unwrap(),
         });
@@ -172,11 +175,14 @@ impl Recording {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap_or_else(|error| panic!("cannot run qemu-nbd: {error}"));
-        let said = BufReader::new(server.stderr.take().expect("it is piped")).lines().map_while(Result::ok);
-        let said: Vec<String> = said.take_while(|line| !line.contains("now connected")).collect();
+        let mut stderr = BufReader::new(server.stderr.take().expect("it is piped"));
+        let lines = iter::repeat_with(|| wait::line("qemu-nbd is connected", LONGEST_S, &mut stderr));
+        let said: Vec<String> = lines.take_while(|line| !line.is_empty() && !line.contains("now connected")).collect();
         assert!(server.try_wait().unwrap().is_none(), "{said:?}");
         let size = format!("/sys/block/{}/size", device.trim_start_matches("/dev/"));
-        await_that("the kernel knows how large the disk is", || fs::read_to_string(&size).unwrap().trim() != "0");
+        wait::until("the kernel knows how large the disk is", LONGEST_S, || {
+            fs::read_to_string(&size).unwrap().trim() != "0"
+        });
         let before = run("losetup", &["--find", "--show", "--direct-io=on", &device]).trim().to_owned();
         Self { folder, base, device, before, server, marks: 0 }
     }
@@ -202,21 +208,9 @@ impl Recording {
     fn ended(mut self) -> BlockLog {
         run("losetup", &["--detach", &self.before]);
         run("qemu-nbd", &["--disconnect", &self.device]);
-        self.server.wait().unwrap();
+        wait::ended("qemu-nbd, which was told to disconnect", LONGEST_S, &mut self.server);
         BlockLog::read(self.base, fs::read(self.folder.path().join("log")).unwrap())
     }
-}
-
-/// Asks every millisecond whether `is_so`: nobody tells of it.
-fn await_that(what: &str, mut is_so: impl FnMut() -> bool) {
-    let tick = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
-    for _ in 0..TICKS {
-        if is_so() {
-            return;
-        }
-        poll(&mut [], Some(&tick)).unwrap();
-    }
-    panic!("it does not come to pass that {what}");
 }
 
 /// The entries of `log` that are marks.

@@ -7,6 +7,7 @@
 use crate::lives::{Lab, UNIT, Way};
 use crate::reports::{Script, Step};
 use claims::press::rubbish;
+use claims::wait;
 use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
@@ -101,7 +102,7 @@ impl Lab {
         let alone = self.alone();
         let child = owner.arg("--notice").arg(at("notice")).stdout(Stdio::null()).spawn();
         drop(alone);
-        let ended = child.and_then(|mut child| child.wait()).unwrap();
+        let ended = wait::ended("dreams-owner take-in", 600, &mut child.unwrap());
         assert!(ended.success(), "{owner:?} ended with {ended}");
     }
 

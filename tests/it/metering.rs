@@ -5,8 +5,9 @@
 //! Start at [`Meter::run`].
 
 use crate::programs::repository;
+use claims::wait;
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 /// The most that a program may have in memory at once, its own text included: half of what a unit has.
@@ -44,8 +45,7 @@ impl Meter {
     /// Runs the program that `words` begin with to its end.
     pub(crate) fn run(&mut self, words: &[&str]) -> Metered {
         writeln!(self.to, "{}", json!(words)).unwrap();
-        let mut line = String::new();
-        self.from.read_line(&mut line).unwrap();
+        let line = wait::line(&format!("the end of {words:?}"), 2 * HANGS_S, &mut self.from);
         let told: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{words:?}: {error}: {line}"));
         let text = |key: &str| told[key].as_str().unwrap().to_owned();
         Metered {

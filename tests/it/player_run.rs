@@ -5,13 +5,14 @@
 //!
 //! Start at [`Playing::of`].
 
-use crate::programs::{self, ends_within};
+use crate::programs;
 use crate::trace::Trace;
+use claims::wait::{self, ends_within};
 use rustix::io::ioctl_fionread;
 use rustix::pipe::fcntl_setpipe_size;
 use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, kill_process, prlimit};
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use tempfile::TempDir;
@@ -19,6 +20,8 @@ use tempfile::TempDir;
 /// The display of a guest.
 pub(crate) const VKMS: &str = "kms:/dev/dri/by-driver/vkms";
 
+/// Seconds for which the player may tell nothing.
+const SILENCE_S: u32 = 300;
 /// More bytes than a line of the trace has.
 const LINE: u64 = 256;
 
@@ -82,9 +85,10 @@ impl Running {
     /// Waits until the player has told `lines` more lines of its trace.
     pub(crate) fn await_lines(&mut self, lines: u64) {
         for line in 0..lines {
-            let bytes =
-                self.told.as_mut().expect("read to its end only by `end_within`").read_line(&mut self.text).unwrap();
-            assert!(bytes > 0, "the player ended by itself after {line} lines: {}", self.text);
+            let told = self.told.as_mut().expect("read to its end only by `end_within`");
+            let next = wait::line("a line of the player's trace", SILENCE_S, told);
+            self.text += &next;
+            assert!(!next.is_empty(), "the player ended by itself after {line} lines: {}", self.text);
         }
     }
 
@@ -101,9 +105,7 @@ impl Running {
         let pipe = self.told.as_ref().expect("read to its end only by `end_within`").get_ref();
         let size = fcntl_setpipe_size(pipe, 4_096).unwrap() as u64;
         // A line goes in whole or not at all, so the last few bytes may stay free.
-        while ioctl_fionread(pipe).unwrap() < size - LINE {
-            std::thread::yield_now();
-        }
+        wait::until("the pipe of the trace is full", SILENCE_S, || ioctl_fionread(pipe).unwrap() >= size - LINE);
     }
 
     /// Sets the player's soft limit of `resource`; returns the one before.

@@ -7,11 +7,10 @@
 //!
 //! Start at [`player`] and [`flock`].
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use claims::wait;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::time::SystemTime;
 
 /// `dreams-player` as `make check` built it.
@@ -85,9 +84,19 @@ fn fresh(program: &Path) -> PathBuf {
     program.to_owned()
 }
 
-/// Runs `command` to its end and hands over what it said.
+/// Seconds that a command may take: a guest's whole life, the making of an image.
+const LONGEST_S: u32 = 1_800;
+
+/// Runs `command` to its end, with nothing to read; hands over what it said.
 pub(crate) fn output(command: &mut Command) -> Output {
-    command.output().unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"))
+    output_to(Stdio::piped(), command)
+}
+
+/// The same, with its standard output going to `stdout`.
+pub(crate) fn output_to(stdout: impl Into<Stdio>, command: &mut Command) -> Output {
+    let child = command.stdin(Stdio::null()).stdout(stdout).stderr(Stdio::piped()).spawn();
+    let child = child.unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"));
+    wait::output(&format!("{command:?}"), LONGEST_S, child)
 }
 
 /// Runs `command`, which must succeed, and hands over its standard output.
@@ -95,12 +104,4 @@ pub(crate) fn succeed(command: &mut Command) -> Vec<u8> {
     let said = output(command);
     assert!(said.status.success(), "{command:?} ended with {}: {}", said.status, String::from_utf8_lossy(&said.stderr));
     said.stdout
-}
-
-/// Whether `child` ends within `seconds`. It is left running if not.
-pub(crate) fn ends_within(child: &Child, seconds: u32) -> bool {
-    let pid = Pid::from_child(child);
-    let Ok(handle) = pidfd_open(pid, PidfdFlags::empty()) else { return true };
-    let limit = Timespec { tv_sec: i64::from(seconds), tv_nsec: 0 };
-    poll(&mut [PollFd::new(&handle, PollFlags::IN)], Some(&limit)).unwrap() > 0
 }

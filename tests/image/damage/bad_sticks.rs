@@ -89,7 +89,8 @@ fn make(disk: &Path, stick: u64, whole: &[Vec<u8>; 3]) {
     }
     let script = disk.with_extension("sfdisk");
     fs::write(&script, table).unwrap();
-    succeed(Command::new("sfdisk").arg("--quiet").arg(disk).stdin(File::open(script).unwrap()));
+    let label = "sfdisk --quiet \"$0\" < \"$1\"";
+    succeed(Command::new("sh").args(["-c", label]).args([disk, &script]));
     for number in 1..=COUNT {
         let kind = (number % 3) as usize;
         let (mut image, mut random) = (whole[kind].clone(), ChaCha8Rng::seed_from_u64(stick * COUNT + number));

@@ -141,7 +141,7 @@ impl Life {
         machine.hang(playing().stick.gallery);
         let mut looks = Vec::new();
         if moment != Moment::Start && !is_woken {
-            looks = machine.watch_for(PAUSE, Look::is_art);
+            looks = machine.watch_for(PAUSE, "the picture", Look::is_art);
         }
         match moment {
             Moment::Play | Moment::Start => {}

@@ -19,7 +19,7 @@ fn twenty_looks_a_second_at_an_update_show_art_and_nothing_else() {
     machine.hang(stick.gallery);
     machine.stands_still = true;
     machine.plug(&stick.disk);
-    let mut looks = machine.watch_for(PAUSE, is_autumn);
+    let mut looks = machine.watch_for(PAUSE, "the flock of the stick", is_autumn);
     looks.extend(machine.watch_move(PAUSE, MOVES));
     only_art(&looks, 20.0);
 }
@@ -29,7 +29,7 @@ fn ten_looks_a_second_at_a_start_show_art_and_nothing_else() {
     let unit = Unit::new();
     let mut machine = unit.start();
     machine.stands_still = true;
-    let mut looks = machine.watch(2 * PAUSE, |line| line.contains("BENCH"));
+    let mut looks = machine.watch(2 * PAUSE, "its shell", |line| line.contains("BENCH"));
     looks.extend(machine.watch_while(2 * PAUSE, PROVEN));
     looks.extend(machine.watch_while(2 * PAUSE, UP));
     only_art(&looks, 10.0);

@@ -15,13 +15,13 @@ const BY_HAND: &str = "setsid --ctty dreams-player --config /etc/dreams/player.t
 
 /// Waits until console `name` has the display, and the picture has left it.
 fn shows_text(machine: &mut Machine, name: &str) {
-    machine.watch_for(PAUSE, Look::is_dark);
+    machine.watch_for(PAUSE, "an empty console", Look::is_dark);
     assert_eq!(machine.run("cat /sys/class/tty/tty0/active").trim(), name);
     machine.run(&format!("echo text > /dev/{name}"));
     // White on black, and little of it.
-    machine.watch_for(PAUSE, |look| !look.is_dark() && !look.is_art());
+    machine.watch_for(PAUSE, "text", |look| !look.is_dark() && !look.is_art());
     machine.run(&format!("printf '\\033[2J' > /dev/{name}"));
-    machine.watch_for(PAUSE, Look::is_dark);
+    machine.watch_for(PAUSE, "an empty console", Look::is_dark);
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn a_player_on_a_text_console_leaves_it_to_others_and_as_it_was() {
     machine.press(&["alt", "f2"]);
     shows_text(&mut machine, "tty2");
     machine.press(&["alt", "f1"]);
-    machine.watch_for(PAUSE, Look::is_art);
+    machine.watch_for(PAUSE, "the picture", Look::is_art);
     only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
 
     machine.run("kill -INT $(pidof dreams-player)");

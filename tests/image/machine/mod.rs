@@ -161,8 +161,9 @@ impl Machine {
         Some(look)
     }
 
-    /// Looks at the glass every `pause` until its serial port says what `is_it`. All looks, the last one included.
-    pub(crate) fn watch(&mut self, pause: Duration, is_it: impl Fn(&str) -> bool) -> Vec<Look> {
+    /// Looks at the screen every `pause` until the serial port says a line that `is_it`, which is called `what`. All looks, the
+    /// last one included.
+    pub(crate) fn watch(&mut self, pause: Duration, what: &str, is_it: impl Fn(&str) -> bool) -> Vec<Look> {
         let end = now() + PATIENCE;
         let mut looks = Vec::new();
         while now() < end {
@@ -177,11 +178,7 @@ impl Machine {
                 }
             }
         }
-        panic!(
-            "what was awaited is not said in ten minutes; on the glass: {:?}; {}",
-            looks.last(),
-            self.serial.lately()
-        );
+        panic!("not said in ten minutes: {what}; on the screen: {:?}; {}", looks.last(), self.serial.lately());
     }
 
     /// Waits until its serial port says `word`; what it says behind that.
@@ -200,13 +197,13 @@ impl Machine {
     /// Looks at the glass every `pause` while its shell runs `command`, which must succeed.
     pub(crate) fn watch_while(&mut self, pause: Duration, command: &str) -> Vec<Look> {
         self.serial.send(command);
-        let looks = self.watch(pause, |line| line.starts_with("DONE "));
+        let looks = self.watch(pause, command, |line| line.starts_with("DONE "));
         assert_eq!(self.serial.status(), 0, "`{command}`: {}", self.serial.lately());
         looks
     }
 
-    /// Looks at the glass every `pause` until what is there is what `is_it`. All looks, the last one included.
-    pub(crate) fn watch_for(&mut self, pause: Duration, mut is_it: impl FnMut(&Look) -> bool) -> Vec<Look> {
+    /// Looks at the screen every `pause` until a look `is_it`, which is called `what`. All looks, the last one included.
+    pub(crate) fn watch_for(&mut self, pause: Duration, what: &str, mut is_it: impl FnMut(&Look) -> bool) -> Vec<Look> {
         let end = now() + PATIENCE;
         let mut looks = Vec::new();
         while now() < end {
@@ -218,17 +215,13 @@ impl Machine {
             }
             self.wait(next.saturating_sub(now()));
         }
-        panic!(
-            "what was awaited is not shown in ten minutes; on the glass: {:?}; {}",
-            looks.last(),
-            self.serial.lately()
-        );
+        panic!("not shown in ten minutes: {what}; on the screen: {:?}; {}", looks.last(), self.serial.lately());
     }
 
     /// Looks at the glass every `pause` until the picture has moved on so many times.
     pub(crate) fn watch_move(&mut self, pause: Duration, mut times: u32) -> Vec<Look> {
-        let mut before = None;
-        self.watch_for(pause, |look| {
+        let (what, mut before) = (format!("the picture moves on, {times} times more"), None);
+        self.watch_for(pause, &what, |look| {
             let has_moved = look.is_art() && before.is_some() && before != look.place;
             before.clone_from(&look.place);
             times -= u32::from(has_moved);
@@ -238,7 +231,7 @@ impl Machine {
 
     /// Looks until its shell is there.
     pub(crate) fn await_shell(&mut self) -> Vec<Look> {
-        self.watch(PAUSE, |line| line.contains("BENCH"))
+        self.watch(PAUSE, "its shell", |line| line.contains("BENCH"))
     }
 
     /// Lets this much time pass.

@@ -4,8 +4,12 @@
 
 use crate::machine::qemu::Said;
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::os::unix::net::UnixStream;
+use std::time::Duration;
+
+/// How long an answer may take.
+const PATIENCE: Duration = Duration::from_mins(5);
 
 /// A connection to the monitor of one machine.
 pub(crate) struct Monitor {
@@ -17,8 +21,9 @@ pub(crate) struct Monitor {
 impl Monitor {
     /// Takes up the conversation on `stream` with a QEMU that says `said` besides.
     pub(crate) fn new(stream: UnixStream, said: Said) -> Self {
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let mut monitor = Self { from: BufReader::new(stream.try_clone().unwrap()), to: stream, said };
-        monitor.line();
+        monitor.line("its greeting");
         monitor.ask("qmp_capabilities", &json!({}));
         monitor
     }
@@ -35,7 +40,7 @@ impl Monitor {
             self.said.ended();
         }
         loop {
-            let line = self.line();
+            let line = self.line(command);
             if let Some(answer) = line.get("return") {
                 return Ok(answer.clone());
             }
@@ -45,11 +50,13 @@ impl Monitor {
         }
     }
 
-    fn line(&mut self) -> Value {
+    /// The next line; `what` is waited for.
+    fn line(&mut self, what: &str) -> Value {
         let mut line = String::new();
-        if self.from.read_line(&mut line).is_err() || line.is_empty() {
-            self.said.ended();
+        match self.from.read_line(&mut line) {
+            Ok(1..) => serde_json::from_str(&line).unwrap(),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => panic!("QEMU's monitor does not answer: {what}"),
+            Ok(_) | Err(_) => self.said.ended(),
         }
-        serde_json::from_str(&line).unwrap()
     }
 }

@@ -3,13 +3,15 @@
 //! Owns that it ends together with its machine; and that one which has ended by itself, or was killed, fails the claim at once,
 //! with what it said. Never knows QEMU's words.
 
+use claims::wait;
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::thread;
-use std::time::Duration;
+
+/// Seconds that QEMU may take to connect to a socket.
+const PATIENCE_S: u32 = 300;
 
 /// The process. It is killed when this is dropped.
 pub(crate) struct Qemu {
@@ -69,14 +71,16 @@ impl Socket {
     /// The connection, once `qemu` has made it.
     pub(crate) fn accept(self, qemu: &mut Qemu) -> UnixStream {
         self.listener.set_nonblocking(true).unwrap();
-        loop {
+        let mut accepted = None;
+        wait::until(&format!("QEMU connects to {}", self.path.display()), PATIENCE_S, || {
+            qemu.is_there();
             match self.listener.accept() {
-                Ok((stream, _)) => return stream,
+                Ok((stream, _)) => accepted = Some(stream),
                 Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock, "{error}"),
             }
-            qemu.is_there();
-            thread::park_timeout(Duration::from_millis(10));
-        }
+            accepted.is_some()
+        });
+        accepted.expect("it was waited for")
     }
 }
 

@@ -31,6 +31,9 @@ const CELL_TOLERANCE: f32 = 10.0;
 /// While a picture is copied over the one before, parts of so many successive frames may be seen at once.
 const TORN: usize = 3;
 
+/// Seconds that the decoding of one clip may take.
+const LONGEST_S: &str = "600";
+
 /// What was looked at of a picture: red, green and blue, row by row.
 #[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Samples(Vec<[u8; 3]>);
@@ -194,8 +197,8 @@ impl Gallery {
 
 /// What every frame of `clip` looks like.
 fn decoded(clip: &Path) -> Vec<Samples> {
-    let mut ffmpeg = Command::new("ffmpeg");
-    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(clip).stdout(Stdio::piped());
+    let mut ffmpeg = Command::new("timeout");
+    ffmpeg.args([LONGEST_S, "ffmpeg", "-v", "error", "-nostdin", "-i"]).arg(clip).stdout(Stdio::piped());
     ffmpeg.args(["-an", "-pix_fmt", "yuv420p", "-fps_mode", "passthrough", "-f", "rawvideo", "-"]);
     let mut running = ffmpeg.spawn().expect("ffmpeg starts");
     let mut pictures = running.stdout.take().unwrap();

@@ -2,6 +2,7 @@
 //!
 //! Owns the lines that come, and waiting for them. Never sends what it was not given.
 
+use crate::machine::clock::now;
 use crate::machine::qemu::Said;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
@@ -9,7 +10,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-/// The longest that a command may say nothing.
+/// The longest that a command may take.
+const PATIENCE: Duration = Duration::from_mins(20);
+/// The longest that it may say nothing.
 const SILENCE: Duration = Duration::from_mins(5);
 
 /// The port.
@@ -76,13 +79,13 @@ impl Serial {
     /// Has the shell run `command`; what it says, and its exit status.
     pub(crate) fn run(&mut self, command: &str) -> (String, i32) {
         self.send(command);
-        let mut lines = Vec::new();
-        loop {
-            match self.line(SILENCE) {
-                Some(line) if line.starts_with("DONE ") => return (lines.join("\n"), self.status()),
-                Some(line) => lines.push(line),
-                None => panic!("`{command}` says nothing any more; {}", self.lately()),
+        let (end, mut lines) = (now() + PATIENCE, Vec::new());
+        while let Some(line) = self.line(SILENCE.min(end.saturating_sub(now()))) {
+            if line.starts_with("DONE ") {
+                return (lines.join("\n"), self.status());
             }
+            lines.push(line);
         }
+        panic!("`{command}` does not end; {}", self.lately());
     }
 }

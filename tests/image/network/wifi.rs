@@ -8,7 +8,7 @@
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
-use crate::owner::settings_error::{OPEN, TAKE_IN, has_card};
+use crate::owner::settings_error::{OPEN, TAKE_IN, has_notice};
 use crate::programs::{repository, succeed};
 use crate::starts::first_start::{OFTEN, listens_to_nobody, playing};
 use std::fs;
@@ -87,7 +87,7 @@ fn set(machine: &mut Machine, lines: &str) {
 /// What people are told over the running picture, once they are told something of the Wi-Fi.
 fn told(machine: &mut Machine) -> String {
     let mut looks = machine.watch_while(PAUSE, "until [ -e /run/dreams-update/notice.wifi ]; do sleep 1; done");
-    looks.extend(machine.watch_for(PAUSE, has_card));
+    looks.extend(machine.watch_for(PAUSE, "a notice", has_notice));
     only_art(&looks, OFTEN);
     machine.run(TOLD)
 }

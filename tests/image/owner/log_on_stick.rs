@@ -4,7 +4,7 @@
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
-use crate::owner::settings_error::has_card;
+use crate::owner::settings_error::has_notice;
 use crate::programs::{output, succeed};
 use crate::starts::first_start::{OFTEN, playing};
 use std::fs;
@@ -38,7 +38,7 @@ fn put_in(machine: &mut Machine, stick: &Path) -> (Vec<String>, bool) {
     let listed = output(Command::new("mdir").args(["-b", "-i"]).arg(stick));
     let mut names: Vec<_> = String::from_utf8(listed.stdout).unwrap().lines().map(str::to_owned).collect();
     names.sort();
-    (names, looks.iter().any(has_card))
+    (names, looks.iter().any(has_notice))
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub(crate) const TAKE_IN: &str = "umount /run/owner && \
     systemctl start --no-block dreams-owner@vda4";
 
 /// Whether something is told over the picture.
-pub(crate) fn has_card(look: &Look) -> bool {
+pub(crate) fn has_notice(look: &Look) -> bool {
     look.place.as_ref().is_some_and(|place| place.has_notice)
 }
 
@@ -27,14 +27,14 @@ fn what_is_wrong_in_the_owners_file_is_told_over_the_running_picture_until_it_is
     let file = "/run/owner/dreams.toml";
     machine.run(&format!("{OPEN} && echo 'brightness = 400' >> {file}"));
     machine.run(TAKE_IN);
-    let mut looks = machine.watch_for(PAUSE, has_card);
+    let mut looks = machine.watch_for(PAUSE, "a notice", has_notice);
     let notice = machine.run("cat /run/dreams-update/notice.settings; echo");
     assert!(notice.contains("dreams.toml is wrong in line 3, at brightness."), "{notice}");
     assert_eq!(machine.run(KEPT), before, "what was right before stays");
     looks.extend(machine.watch_move(PAUSE, MOVES));
 
     machine.run(&format!("mount /dev/vda4 /run/owner && sed -i 's/= 400/= \"100\"/' {file} && {TAKE_IN}"));
-    looks.extend(machine.watch_for(PAUSE, |look| look.is_art() && !has_card(look)));
+    looks.extend(machine.watch_for(PAUSE, "the picture without a notice", |look| look.is_art() && !has_notice(look)));
     machine.run("[ ! -e /run/dreams-update/notice.settings ]");
     assert_eq!(machine.run(KEPT), format!("{before}\nbrightness = \"100\""));
     only_art(&looks, OFTEN);

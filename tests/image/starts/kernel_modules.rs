@@ -3,7 +3,7 @@
 //! Owns the claims that nothing is kept without what it needs, and that the build sees it if something is. The lists are
 //! in `image-build/modules`; what keeps and checks by them is `image-build/prune`.
 
-use crate::programs::{repository, succeed};
+use crate::programs::{output, repository, succeed};
 use crate::starts::first_start::playing;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ fn copied(folder: &Path) -> PathBuf {
 
 /// Whether `prune check` finds nothing, and what it says.
 fn check(folder: &Path) -> (bool, String) {
-    let done = Command::new(folder.join("prune")).arg("check").arg(folder.join("tree")).output().unwrap();
+    let done = output(Command::new(folder.join("prune")).arg("check").arg(folder.join("tree")));
     (done.status.success(), String::from_utf8(done.stderr).unwrap())
 }
 
@@ -69,7 +69,7 @@ fn a_line_of_the_lists_that_names_or_excuses_nothing_is_a_fault() {
     add("disks.txt", "drivers/ata/no_such_disk # why not");
     let (is_whole, said) = check(folder.path());
     assert!(!is_whole && said.contains("`i915 i915/none_dmc.bin` excuses nothing (firmware.txt, line "), "{said}");
-    let done = Command::new(folder.path().join("prune")).arg("keep").arg(folder.path().join("tree")).output().unwrap();
+    let done = output(Command::new(folder.path().join("prune")).arg("keep").arg(folder.path().join("tree")));
     let said = String::from_utf8(done.stderr).unwrap();
     assert!(!done.status.success() && said.contains("`drivers/ata/no_such_disk` names no module (disks.txt, line "));
 }

@@ -12,7 +12,7 @@ use crate::machine::Machine;
 use crate::machine::disk::Disk;
 use crate::machine::hardware::{Hardware, USUAL};
 use crate::machine::write_loss;
-use crate::programs::{repository, succeed};
+use crate::programs::{output, repository, succeed};
 use rand_chacha::ChaCha8Rng;
 use std::fs;
 use std::os::unix::fs::FileExt;
@@ -127,7 +127,7 @@ impl Unit {
 
     /// Where the partition `number` of its disk begins, in bytes; `None` if there is none yet.
     fn find(&self, number: u32) -> Option<u64> {
-        let said = Command::new("sfdisk").arg("--json").arg(&self.table).output().unwrap();
+        let said = output(Command::new("sfdisk").arg("--json").arg(&self.table));
         let table: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
         let partitions = table["partitiontable"]["partitions"].as_array().unwrap();
         let name = format!("disk.img{number}");

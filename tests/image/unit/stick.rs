@@ -84,7 +84,8 @@ fn join(disk: &Path, parts: &[PathBuf]) {
     file.set_len((MIB.iter().sum::<u64>() + 2) << 20).unwrap();
     let script = disk.with_extension("sfdisk");
     fs::write(&script, TABLE).unwrap();
-    succeed(Command::new("sfdisk").arg("--quiet").arg(disk).stdin(File::open(script).unwrap()));
+    let label = "sfdisk --quiet \"$0\" < \"$1\"";
+    succeed(Command::new("sh").args(["-c", label]).args([disk, &script]));
     let mut at = 1 << 20;
     for part in parts {
         let bytes = fs::read(part).unwrap();

@@ -24,7 +24,7 @@ fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
     let (_unit, mut machine) = frozen.wake();
     machine.hang(stick.gallery);
     machine.plug(&stick.disk);
-    let looks = machine.watch_for(PAUSE, is_autumn);
+    let looks = machine.watch_for(PAUSE, "the flock of the stick", is_autumn);
     let since = only_art(&looks, OFTEN);
     let places = || since.iter().filter_map(|look| look.place.as_ref());
     assert!(places().any(|place| place.has_notice && &*place.flock == "demo"), "the notice is on the running picture");

@@ -126,7 +126,7 @@ fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
     machine.run(&format!("systemctl mask --runtime {RESTART}"));
     machine.run("grep -q ^url /var/lib/dreams/owner/dreams.toml");
     machine.plug(&stick.disk);
-    let mut looks = machine.watch_for(PAUSE, is_autumn);
+    let mut looks = machine.watch_for(PAUSE, "the flock of the stick", is_autumn);
     machine.pull();
     let is_proved = "journalctl --unit=dreams-player --output=cat | grep -q 'passed its trial'";
     looks.extend(machine.watch_while(PAUSE, &format!("until {is_proved}; do sleep 5; done")));

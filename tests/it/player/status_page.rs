@@ -13,6 +13,7 @@ use std::net::{TcpListener, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
 
 /// An answer of the page: its head and its body.
 pub(crate) struct Answer {
@@ -26,12 +27,16 @@ impl Answer {
     }
 }
 
+/// How long the page may take to answer.
+const PATIENCE: Duration = Duration::from_mins(1);
+
 /// Asks the page on `socket`; HTTP 1.0, so that the body comes as it is.
 pub(crate) fn ask(socket: &Path, request: &str) -> Answer {
     let mut stream = UnixStream::connect(socket).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
     write!(stream, "{request} HTTP/1.0\r\nHost: unit\r\nConnection: close\r\n\r\n").unwrap();
     let mut all = Vec::new();
-    stream.read_to_end(&mut all).unwrap();
+    stream.read_to_end(&mut all).expect("the page answers within a minute");
     let end = all.windows(4).position(|four| four == b"\r\n\r\n").expect("a head ends with an empty line");
     Answer { head: String::from_utf8(all[..end].to_vec()).unwrap().to_lowercase(), body: all[end + 4..].to_vec() }
 }
@@ -127,9 +132,10 @@ fn the_page_is_told_to_nobody_who_was_led_here_by_another_name() {
     let port = address.rsplit(':').next().unwrap();
     let status = |host: &str| {
         let mut stream = TcpStream::connect(&address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         write!(stream, "GET /status.json HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
         let mut told = String::new();
-        stream.read_to_string(&mut told).unwrap();
+        stream.read_to_string(&mut told).expect("the page answers within a minute");
         told.split(' ').nth(1).unwrap().to_owned()
     };
     let name =

@@ -8,6 +8,7 @@
 use crate::flocks::SMALL;
 use crate::programs::{self, claims_folder, output};
 use crate::tools::command_line::json;
+use claims::wait;
 use serde_json::Value;
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -289,7 +290,7 @@ fn a_passphrase_is_asked_for_on_the_terminal_and_not_shown() {
     script.stdin(std::process::Stdio::piped()).stdout(std::process::Stdio::piped());
     let mut child = script.spawn().unwrap();
     std::io::Write::write_all(&mut child.stdin.take().unwrap(), b"velvet\nvelvet\n").unwrap();
-    let said = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
+    let said = String::from_utf8(wait::output("flock keygen", 120, child).stdout).unwrap();
     assert!(said.contains("New passphrase of new.key: ") && said.contains("secret key"), "{said}");
     fs::rename(artist.at("new.pub"), artist.at("artist.pub")).unwrap();
     artist.pack_by("new", &[]);

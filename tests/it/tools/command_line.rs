@@ -213,12 +213,12 @@ fn shares_of_a_faulty_flock_are_those_of_what_is_played() {
 fn what_cannot_be_written_ends_with_3_and_what_nobody_reads_is_fine() {
     let full = || std::fs::File::create("/dev/full").unwrap();
     for words in [&["--help"][..], &["walk", "--help"], &["--version"], &["completions", "bash"]] {
-        let said = output(Command::new(programs::flock()).args(words).stdout(full()));
+        let said = programs::output_to(full(), Command::new(programs::flock()).args(words));
         assert_eq!(said.status.code(), Some(3), "{words:?} to a full disk");
         assert!(String::from_utf8_lossy(&said.stderr).contains("cannot write the answer"), "{words:?}");
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        let said = output(Command::new(programs::flock()).args(words).stdout(writer));
+        let said = programs::output_to(writer, Command::new(programs::flock()).args(words));
         assert_eq!(said.status.code(), Some(0), "{words:?} to nobody");
     }
 }

@@ -6,6 +6,7 @@
 use crate::flocks::SMALL;
 use crate::programs::{self, output};
 use crate::tools::command_line::json;
+use claims::wait;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -314,7 +315,7 @@ fn commands_at_the_same_time_lose_no_edit() {
         add.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap()
     };
     let mut running: Vec<_> = (0..16).map(add).collect();
-    assert!(running.iter_mut().all(|child| child.wait().unwrap().success()));
+    assert!(running.iter_mut().all(|child| wait::ended("one of the additions", 120, child).success()));
     assert_eq!(table.manifest().matches("[[sheep]]").count(), 16);
 }
 

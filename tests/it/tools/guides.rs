@@ -7,6 +7,7 @@ use crate::programs::{self, output, repository, succeed};
 use crate::tools::tutorial::{Step, is_shown, marked, printed, steps};
 use crate::updates::systems::make_halves;
 use claims::press::Press;
+use claims::wait;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Read, Write};
@@ -20,6 +21,8 @@ const MAINTAINING: &str = "docs/maintaining.md";
 const STICK: &str = "/media/stick";
 /// The flock of the guide: the demo's, without these.
 const LEFT_OUT: [&str; 5] = ["caldera", "nocturne", "orchid", "rosette", "undertow"];
+/// Seconds for which the terminal may show nothing.
+const SILENCE_S: u32 = 600;
 const PASSPHRASE: &str = "velvet underground";
 
 /// Whether the terminal shows this while somebody is asked for a passphrase.
@@ -77,14 +80,18 @@ const NEW_PACKAGES: &str = "linux-image-6.12.57+deb13-amd64\t6.12.57-1\nffmpeg-s
 fn typed(terminal: &mut Child) -> String {
     let (mut keyboard, mut glass) = (terminal.stdin.take().unwrap(), terminal.stdout.take().unwrap());
     let (mut shown, mut byte) = (String::new(), [0]);
-    while glass.read(&mut byte).unwrap() > 0 {
+    loop {
+        assert!(wait::is_ready(&glass, SILENCE_S), "the terminal shows nothing more: {shown}");
+        if glass.read(&mut byte).unwrap() == 0 {
+            return shown;
+        }
+
         shown.push(char::from(byte[0]));
         if is_prompt(shown.lines().next_back().unwrap_or_default()) {
             writeln!(keyboard, "{PASSPHRASE}").unwrap();
             shown.push('\n');
         }
     }
-    shown
 }
 
 #[test]
@@ -130,7 +137,7 @@ fn follow(guide: &str, folder: &Path) {
     socat.env("PATH", path).env("NO_COLOR", "1").stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut terminal = socat.spawn().unwrap();
     let shown = typed(&mut terminal);
-    assert!(terminal.wait().unwrap().success());
+    assert!(wait::ended("the terminal", 60, &mut terminal).success());
 
     let said = masked(&fs::read_to_string(at("said")).unwrap()).replace("stick", STICK);
     for (Step { command, shows }, (lines, status)) in steps.iter().zip(printed(&said, steps.len())) {

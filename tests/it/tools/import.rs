@@ -5,8 +5,9 @@
 
 use crate::clips::framemd5;
 use crate::flocks::SMALL;
-use crate::programs::{self, ends_within, output, succeed};
+use crate::programs::{self, output, succeed};
 use crate::tools::command_line::json;
+use claims::wait::ends_within;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::fs;

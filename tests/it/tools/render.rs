@@ -2,8 +2,9 @@
 //!
 //! Owns the claims on whole runs of the program. What is chosen, kept and refused in detail is tested beside the code.
 
-use crate::programs::{self, ends_within, output};
+use crate::programs::{self, output};
 use crate::tools::command_line::json;
+use claims::wait::{self, ends_within};
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -120,8 +121,7 @@ fn a_rendering_killed_between_two_clips_goes_on_and_ends_the_same() {
     let (whole, killed) = (genomes(), genomes());
     output(&mut render(whole.path(), &["--threads", "1"]));
     let mut running = render(killed.path(), &["--threads", "2"]).stdout(Stdio::piped()).spawn().unwrap();
-    let mut line = String::new();
-    BufReader::new(running.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    wait::line("the first clip", 600, &mut BufReader::new(running.stdout.as_mut().unwrap()));
     running.kill().unwrap();
     running.wait().unwrap();
     let said = output(&mut render(killed.path(), &[]));

@@ -4,6 +4,7 @@
 //! a network of its name is seen on a whole machine, in `image/network/dhcp_request.rs`.
 
 use crate::programs::{repository, succeed};
+use claims::wait;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -80,6 +81,6 @@ fn a_card_whose_driver_comes_late_is_waited_for() {
     machine.says(address.with_extension("new").join("address").to_str().unwrap(), "52:54:00:12:34:56");
     let at = |path: &Path| machine.root.path().join(path);
     fs::rename(at(&address.with_extension("new")), at(address)).unwrap();
-    assert!(naming.wait().unwrap().success());
+    assert!(wait::ended("dreams-name, which waits for the card", 120, &mut naming).success());
     assert_eq!(machine.is_called(), "dreams-123456");
 }

@@ -3,9 +3,10 @@
 //! Owns the claims on `dreams-update` with an address: what it asks for, how often, and what it does not believe. The
 //! servers stand in `web.rs`.
 
-use crate::programs::{ends_within, output};
+use crate::programs::output;
 use crate::updates::sticks::{Unit, object};
 use claims::press::{files_in, rubbish};
+use claims::wait::ends_within;
 use claims::web::{Manners, Web};
 use serde_json::Value;
 use std::fs;

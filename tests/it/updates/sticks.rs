@@ -8,11 +8,12 @@
 use crate::programs::{self, output};
 use crate::tools::command_line::json;
 use claims::press::{Files, Press, files_in, rubbish};
+use claims::wait;
 use rustix::fs::{FlockOperation, flock};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
@@ -117,9 +118,7 @@ fn a_stick_put_in_while_another_one_is_read_waits_for_its_turn_and_is_not_lost()
     let slow = unit.path("update.toml");
     fs::write(&slow, "bandwidth_kib = 100\n").unwrap();
     let mut first = unit.update_from(Some(&unit.stick())).arg("--config").arg(slow).spawn().unwrap();
-    while unit.notice().is_none() {
-        std::thread::yield_now();
-    }
+    wait::until("the first stick is read", 60, || unit.notice().is_some());
     let answer = output(&mut unit.update_from(Some(&unit.path("second"))));
     assert_eq!(answer.status.code(), Some(0), "{}", String::from_utf8_lossy(&answer.stderr));
     assert!(first.try_wait().unwrap().is_some_and(|ended| ended.success()), "the first one was read to its end before");
@@ -142,11 +141,10 @@ fn a_stick_that_waits_for_another_ends_when_it_is_pulled_and_a_look_on_a_schedul
 
     let mut waiting = unit.update_from(Some(&unit.stick())).stderr(Stdio::piped()).spawn().unwrap();
     let mut told = BufReader::new(waiting.stderr.take().unwrap());
-    let mut line = String::new();
-    told.read_line(&mut line).unwrap();
+    let line = wait::line("that it waits", 60, &mut told);
     assert!(line.contains("waiting for another update"), "{line}");
     kill_process(Pid::from_child(&waiting), Signal::TERM).unwrap();
-    assert_eq!(waiting.wait().unwrap().code(), Some(3));
+    assert_eq!(wait::ended("the update that waits", 60, &mut waiting).code(), Some(3));
     assert_eq!(unit.playing(), None);
 }
 
