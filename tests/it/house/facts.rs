@@ -5,6 +5,9 @@
 //!
 //! Start at the tests: each is one pair of places.
 
+use std::collections::BTreeSet;
+
+use super::tracked::tracked;
 use super::{files, metadata, quoted, read, root, section};
 
 /// The documents that a reader meets first.
@@ -160,24 +163,43 @@ fn clippy_counts_to_the_same_longest_function() {
     assert_eq!(threshold, super::sources::LONGEST_FUNCTION);
 }
 
+/// The folders that are two levels deep, and those above that have none.
+fn deep_folders(paths: &[String]) -> BTreeSet<&str> {
+    let above = |path: &'_ str, level: usize| path.match_indices('/').nth(level).map(|(end, _)| end);
+    let deep: BTreeSet<&str> = paths.iter().filter_map(|path| Some(&path[..above(path, 1)?])).collect();
+    let has_deep = |folder: &str| deep.iter().any(|path| path.starts_with(&format!("{folder}/")));
+    let flat = paths.iter().filter_map(|path| Some(&path[..above(path, 0)?])).filter(|folder| !has_deep(folder));
+    flat.chain(deep.iter().copied()).collect()
+}
+
 #[test]
-fn every_door_of_the_code_map_is_there() {
-    let architecture = read("ARCHITECTURE.md");
-    let code = files(".rs");
+fn the_list_of_folders_names_every_folder_and_only_starts_that_are_there() {
+    let (architecture, tracked, code) = (read("ARCHITECTURE.md"), tracked(), files(".rs"));
     let has = |krate: &str, item: &str| {
         let kinds = ["struct", "enum", "trait", "fn"].map(|kind| format!("pub {kind} {item}"));
         let of_crate = |path: &str| path.starts_with(&format!("crates/{krate}/src/"));
         code.iter().any(|(path, text)| of_crate(path) && kinds.iter().any(|kind| text.contains(kind)))
     };
-    let map = section(&architecture, "## Code map").into_iter().filter(|line| line.starts_with("| `"));
-    let doors: Vec<_> = map.flat_map(|line| quoted(line.split('|').nth(1).unwrap_or_default())).collect();
-    assert!(doors.len() >= 5, "only {doors:?} were read");
-    for door in doors {
-        match door.split_once("::") {
-            Some((krate, item)) => assert!(has(krate, item), "`{door}` is not in crates/{krate}"),
-            None => assert!(root().join(door).exists(), "`{door}` is not there"),
+    let (mut listed, mut starts) = (BTreeSet::new(), 0);
+    for row in section(&architecture, "## Folders").into_iter().filter(|line| line.starts_with("| `")) {
+        let (folders, told) = row.trim_start_matches("| ").split_once(" | ").unwrap();
+        let folders = quoted(folders);
+        for start in told.rsplit_once(": ").map(|(_, starts)| quoted(starts)).unwrap_or_default() {
+            let is_there = match start.split_once("::") {
+                Some((krate, item)) => has(krate, item),
+                None => folders.iter().any(|folder| tracked.contains(&format!("{folder}/{start}"))),
+            };
+            assert!(is_there, "`{start}` is not there: {row}");
+            starts += 1;
         }
+        listed.extend(folders);
     }
+    assert!(starts >= 20, "only {starts} places to start were read");
+    let missing: Vec<_> = deep_folders(&tracked).difference(&listed).copied().collect();
+    assert_eq!(missing, [""; 0], "not in the list");
+    assert!(listed.iter().all(|folder| root().join(folder).is_dir()), "a folder that is not there is in the list");
+    let paths = ["a/b/c/d", "a/e", "f/g"].map(str::to_owned);
+    assert_eq!(deep_folders(&paths), BTreeSet::from(["a/b", "f"]));
 }
 
 #[test]

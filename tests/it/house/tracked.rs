@@ -112,7 +112,7 @@ fn allowed(path: &str, is_script: bool) -> (usize, Option<usize>) {
 }
 
 /// Every tracked file, by its path from the root.
-fn tracked() -> Vec<String> {
+pub(super) fn tracked() -> Vec<String> {
     let mut git = Command::new("git");
     let said = git.args(["-c", "safe.directory=*", "ls-files", "-z"]).current_dir(root()).output().expect("git starts");
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
