@@ -7,18 +7,18 @@
 //! Start at [`after`].
 
 use crate::lives::{Edition, Lab, Way};
-use crate::reports::{So, Step};
+use crate::reports::{Progress, Step};
 use crate::rig::Disk;
 use crate::upkeep::{ROTTEN, Settings, rotten};
 use bundle::{CURRENT, LocalDisk, Sequence, Store};
-use claims::press::{Files, files_in};
+use claims::bundle_maker::{Files, files_in};
 use std::path::Path;
 
 /// Looks at the disk after a cut, when a life was `so` far. With `completes`, brings the last flock that way.
 ///
 /// # Errors
 /// What does not hold.
-pub(crate) fn after(lab: &Lab, disk: &Disk, so: So, completes: Option<Way>) -> Result<(), String> {
+pub(crate) fn after(lab: &Lab, disk: &Disk, so: Progress, completes: Option<Way>) -> Result<(), String> {
     let mounted = disk.mount()?;
     let store = mounted.join("store");
     let verdict =
@@ -34,7 +34,7 @@ pub(crate) fn after(lab: &Lab, disk: &Disk, so: So, completes: Option<Way>) -> R
 }
 
 /// As the player finds it.
-fn has_a_whole_flock(lab: &Lab, store: &Path, so: So) -> Result<(), String> {
+fn has_a_whole_flock(lab: &Lab, store: &Path, so: Progress) -> Result<(), String> {
     let found = plays(store);
     let told = so.many(Step::Edition);
     let allowed = lab.editions.iter().skip(told).take(1 + usize::from(so.is_at(Step::Edition)));
@@ -57,7 +57,7 @@ fn rotted(files: &Files) -> Files {
 }
 
 /// As the player and the updater find what the owner has set.
-fn has_whole_settings(lab: &Lab, mounted: &Path, so: So) -> Result<(), String> {
+fn has_whole_settings(lab: &Lab, mounted: &Path, so: Progress) -> Result<(), String> {
     let told = so.many(Step::Owner);
     let allowed = || lab.settings.iter().skip(told).take(1 + usize::from(so.is_at(Step::Owner)));
     let found = Settings::in_folder(mounted);
@@ -68,12 +68,12 @@ fn has_whole_settings(lab: &Lab, mounted: &Path, so: So) -> Result<(), String> {
 }
 
 /// As the updater finds it: opened, looked at again, and brought up to date.
-fn goes_on(lab: &Lab, store: &Path, so: So, way: Way) -> Result<(), String> {
+fn goes_on(lab: &Lab, store: &Path, so: Progress, way: Way) -> Result<(), String> {
     let open = || {
         let disk = LocalDisk::open(store).map_err(|error| format!("the store cannot be opened: {error}"))?;
         Store::open(Box::new(disk), lab.trust()).map_err(|error| format!("the store cannot be opened: {error:?}"))
     };
-    let is_revoked = |store: &Store| store.trust().revoked().any(|id| id == lab.press.stranger());
+    let is_revoked = |store: &Store| store.trust().revoked().any(|id| id == lab.maker.stranger());
     let (floor, revoked) = {
         let _alone = lab.alone();
         let store = open()?;

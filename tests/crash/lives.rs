@@ -8,15 +8,15 @@
 
 use crate::careless::{Careless, Carelessness};
 use crate::judge;
-use crate::reports::{EDITS, Script, So, UPDATES, UPKEEP};
+use crate::reports::{EDITS, Progress, Script, UPDATES, UPKEEP};
 use crate::rig::{Disk, Recording, marks};
 use crate::upkeep::Settings;
 use bundle::{CURRENT, Consent, Folder, LocalDisk, Playing, Source, Store, Trust, UnitId, Unverified};
 use claims::block_log::BlockLog;
+use claims::bundle_maker::{BundleMaker, Files, rubbish};
 use claims::cuts::Cuts;
-use claims::press::{Files, Press, rubbish};
 use claims::wait;
-use claims::web::{Manners, Web};
+use claims::web::{Behaviour, WebServer};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -50,7 +50,7 @@ type Form = (usize, usize);
 pub(crate) struct Edition {
     pub(crate) files: Files,
     stick: PathBuf,
-    web: Web,
+    web: WebServer,
 }
 
 /// The laboratory.
@@ -59,7 +59,7 @@ pub(crate) struct Lab {
     pub(crate) owner: String,
     /// Different ones, in the whole lives.
     states: usize,
-    pub(crate) press: Press,
+    pub(crate) maker: BundleMaker,
     pub(crate) editions: Vec<Edition>,
     /// The bundle with which a key is called back.
     pub(crate) revoking: Edition,
@@ -75,7 +75,7 @@ pub(crate) struct Lab {
 }
 
 /// What was found in a life.
-struct Found {
+struct Findings {
     /// Different states of the disk that were looked at.
     states: usize,
     /// What did not hold, and how often.
@@ -95,8 +95,8 @@ impl Lab {
         let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER OWNER STATES"));
         let (updater, owner) = (word("the updater"), word("the owner's program"));
         let states = word("the number of states").parse().unwrap();
-        let (press, folder, sticks) =
-            (Press::with_new_keys(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let (maker, folder, sticks) =
+            (BundleMaker::with_new_keys(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         // The disks here are smaller than what a unit keeps free.
         fs::write(folder.path().join(SETTINGS), "reserve_mib = 0\n").unwrap();
         let disks = [Disk::new(0), Disk::new(1)];
@@ -104,7 +104,7 @@ impl Lab {
         let (editions, settings, base) = (Vec::new(), Vec::new(), Vec::new());
         let revoking = Edition::of(rubbish(LEAST.0, LEAST.1, 1), sticks.path().join("revoking"));
         let mut lab =
-            Self { updater, owner, states, press, editions, revoking, settings, disks, base, folder, sticks, door };
+            Self { updater, owner, states, maker, editions, revoking, settings, disks, base, folder, sticks, door };
         lab.settings = lab.all_settings(UPKEEP.len());
         lab
     }
@@ -116,11 +116,11 @@ impl Lab {
         let edition = |number: u64| {
             let stick = self.sticks.path().join(number.to_string());
             let files = rubbish(clips, bytes, 2 * number as usize);
-            self.press.bundle(&stick, &files, &[], number);
+            self.maker.bundle(&stick, &files, &[], number);
             Edition::of(files, stick)
         };
         self.editions = (1..=EDITIONS).map(edition).collect();
-        self.press.vouch(&self.editions[0].stick);
+        self.maker.vouch(&self.editions[0].stick);
         let revoking = self.sticks.path().join("revoking");
         self.lay_revoking(&revoking, (clips, bytes));
         self.revoking = Edition::of(Files::new(), revoking);
@@ -133,7 +133,7 @@ impl Lab {
 
     /// Whom its units trust.
     pub(crate) fn trust(&self) -> Trust {
-        Trust::read(&self.press.keys()).unwrap()
+        Trust::read(&self.maker.keys()).unwrap()
     }
 
     /// Whether every cut through the lives of a unit leaves it a whole flock.
@@ -188,7 +188,7 @@ impl Lab {
     }
 
     /// Cuts through a life, and looks at each different state once, on all disks at once.
-    fn cut(&self, log: &BlockLog, script: Script, cuts: usize, completes: Option<Way>) -> Found {
+    fn cut(&self, log: &BlockLog, script: Script, cuts: usize, completes: Option<Way>) -> Findings {
         let reports = marks(log);
         assert_eq!(reports.len(), script.len(), "each step was reported");
         let cuts = Mutex::new(Cuts::of(log, &reports, cuts, 0));
@@ -198,11 +198,11 @@ impl Lab {
             while let Some(told) = next(&mut disk) {
                 device.load(&disk);
                 states += 1;
-                faults.extend(judge::after(self, device, So::far(script, told), completes).err());
+                faults.extend(judge::after(self, device, Progress::far(script, told), completes).err());
             }
             (states, faults)
         };
-        let mut found = Found { states: 0, faults: BTreeMap::new() };
+        let mut found = Findings { states: 0, faults: BTreeMap::new() };
         thread::scope(|scope| {
             let at_work: Vec<_> = self.disks.iter().map(|disk| scope.spawn(|| judged(disk))).collect();
             for (states, faults) in at_work.into_iter().map(|worker| worker.join().unwrap()) {
@@ -233,7 +233,7 @@ impl Lab {
     /// Runs the updater, which must succeed and leave nothing missing.
     pub(crate) fn update(&self, store: &Path, source: &str, options: &[&str]) -> Result<Value, String> {
         let mut command = Command::new(&self.updater);
-        command.args(["--json", "--unit", UNIT, source]).arg("--store").arg(store).arg("--keys").arg(self.press.keys());
+        command.args(["--json", "--unit", UNIT, source]).arg("--store").arg(store).arg("--keys").arg(self.maker.keys());
         command.args(options).arg("--config").arg(self.folder.path().join(SETTINGS));
         let alone = self.alone();
         let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
@@ -280,7 +280,7 @@ impl Lab {
 impl Edition {
     /// What lies in the folder `stick`, which a web server has from now on, too.
     fn of(files: Files, stick: PathBuf) -> Self {
-        Self { files, web: Web::serve(&stick, Manners::Good), stick }
+        Self { files, web: WebServer::serve(&stick, Behaviour::Good), stick }
     }
 
     pub(crate) fn source(&self, way: Way) -> String {
@@ -300,7 +300,7 @@ fn careless_cuts(carelessness: Carelessness) -> usize {
     }
 }
 
-impl Found {
+impl Findings {
     /// As a line, and the faults that came first.
     fn told(&self, log: &BlockLog) -> String {
         let (wrong, writes, flushes) = (self.faults.values().sum::<usize>(), log.entries.len(), log.flushes());

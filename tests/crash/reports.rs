@@ -3,7 +3,7 @@
 //! Owns the scripts of the lives: which steps there are, and in which order. A step is reported when the program that does it
 //! has ended well. What was reported must be there after every cut that follows; what is under way may be there or not.
 //!
-//! Start at [`Script`] and [`So`].
+//! Start at [`Script`] and [`Progress`].
 
 /// A step of a life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,12 +33,12 @@ pub(crate) const EDITS: Script = &[Step::Owner, Step::Owner];
 
 /// How far a life is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct So {
+pub(crate) struct Progress {
     script: Script,
     told: usize,
 }
 
-impl So {
+impl Progress {
     /// After so many reports.
     pub(crate) fn far(script: Script, told: usize) -> Self {
         Self { script, told }

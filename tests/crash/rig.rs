@@ -25,7 +25,7 @@ use tempfile::TempDir;
 const DISK: u64 = 10 << 20;
 const FILE_SYSTEM: u64 = 9 << 20;
 const BLOCK: usize = 4096;
-/// So much is compared at once; a whole number of blocks.
+/// Bytes compared at once; a whole number of blocks.
 const STRETCH: usize = 16 * BLOCK;
 /// Seconds that a program of the system may take, or a device to be ready.
 const LONGEST_S: u32 = 120;
@@ -150,7 +150,7 @@ impl Recording {
         let is_over = AtomicBool::new(!is_noisy);
         thread::scope(|scope| {
             scope.spawn(|| noise(&mounted, &is_over));
-            let _silence = Silence(&is_over);
+            let _silence = NoiseEnd(&is_over);
             live(&mounted, &mut || recording.mark());
         });
         unmount(&mounted, UnmountFlags::empty()).unwrap();
@@ -220,9 +220,9 @@ pub(crate) fn marks(log: &BlockLog) -> Vec<usize> {
 }
 
 /// Ends the noise, however a life ends.
-struct Silence<'n>(&'n AtomicBool);
+struct NoiseEnd<'n>(&'n AtomicBool);
 
-impl Drop for Silence<'_> {
+impl Drop for NoiseEnd<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }

@@ -6,7 +6,7 @@
 
 use crate::lives::{Lab, UNIT, Way};
 use crate::reports::{Script, Step};
-use claims::press::rubbish;
+use claims::bundle_maker::rubbish;
 use claims::wait;
 use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
@@ -133,7 +133,7 @@ impl Lab {
 
     /// Lays out the bundle whose key is called back by what lies beside it.
     pub(crate) fn lay_revoking(&self, stick: &Path, form: (usize, usize)) {
-        self.press.forgery(stick, &rubbish(form.0, form.1, 1), &[], CALLED_BACK);
-        self.press.call_back(stick);
+        self.maker.forgery(stick, &rubbish(form.0, form.1, 1), &[], CALLED_BACK);
+        self.maker.call_back(stick);
     }
 }

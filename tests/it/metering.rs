@@ -24,7 +24,7 @@ pub(crate) struct Meter {
 
 /// What a program did, and what it took.
 #[derive(Debug)]
-pub(crate) struct Metered {
+pub(crate) struct Measurement {
     /// Below 0 for a signal.
     pub(crate) code: i64,
     pub(crate) stdout: String,
@@ -43,12 +43,12 @@ impl Meter {
     }
 
     /// Runs the program that `words` begin with to its end.
-    pub(crate) fn run(&mut self, words: &[&str]) -> Metered {
+    pub(crate) fn run(&mut self, words: &[&str]) -> Measurement {
         writeln!(self.to, "{}", json!(words)).unwrap();
         let line = wait::line(&format!("the end of {words:?}"), 2 * HANGS_S, &mut self.from);
         let told: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{words:?}: {error}: {line}"));
         let text = |key: &str| told[key].as_str().unwrap().to_owned();
-        Metered {
+        Measurement {
             code: told["code"].as_i64().unwrap(),
             stdout: text("stdout"),
             stderr: text("stderr"),

@@ -14,7 +14,7 @@ use std::path::Path;
 pub(crate) struct Trace {
     /// What was lit, once for every mode and every form of the pictures.
     pub(crate) starts: Vec<Start>,
-    /// Frames in the order of their arrival on the glass.
+    /// Frames in the order of their arrival on the screen.
     pub(crate) flips: Vec<Flip>,
     /// Clip pairs at their joins.
     pub(crate) joins: Vec<(String, String)>,
@@ -35,7 +35,7 @@ pub(crate) struct Start {
     pub(crate) format: String,
 }
 
-/// One frame's arrival on the glass.
+/// One frame's arrival on the screen.
 #[derive(Debug)]
 pub(crate) struct Flip {
     /// The clip's path in the manifest.

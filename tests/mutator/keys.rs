@@ -18,7 +18,7 @@ const STATEMENT: &str = "dreams key statement 1\n";
 
 /// Whose key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Who {
+pub enum KeyHolder {
     /// Trusted by the unit.
     Artist,
     /// Trusted by the unit, too.
@@ -47,40 +47,40 @@ impl Keys {
         Self([artist, spare, new, key("format-1/keys/lost.key"), key("keys/artist.key")])
     }
 
-    fn secret(&self, who: Who) -> &SecretKey {
+    fn secret(&self, who: KeyHolder) -> &SecretKey {
         &self.0[who as usize]
     }
 
     /// The line of `who`'s public key.
-    pub fn line(&self, who: Who) -> String {
+    pub fn line(&self, who: KeyHolder) -> String {
         PublicKey::from_secret_key(self.secret(who)).unwrap().to_base64()
     }
 
     /// The text of the file of `who`'s public key.
-    pub fn public(&self, who: Who) -> String {
+    pub fn public(&self, who: KeyHolder) -> String {
         PublicKey::from_secret_key(self.secret(who)).unwrap().to_box().unwrap().to_string()
     }
 
     /// What `who` is called.
-    pub fn id(&self, who: Who) -> String {
+    pub fn id(&self, who: KeyHolder) -> String {
         let number = self.secret(who).keynum().try_into().expect("eight bytes");
         format!("{:016X}", u64::from_le_bytes(number))
     }
 
     /// `text`, signed by `who`.
-    pub fn sign(&self, who: Who, text: &[u8]) -> Vec<u8> {
+    pub fn sign(&self, who: KeyHolder, text: &[u8]) -> Vec<u8> {
         self.sign_beside(who, text, "a mutant")
     }
 
     /// The same with this comment.
-    pub fn sign_beside(&self, who: Who, text: &[u8], comment: &str) -> Vec<u8> {
+    pub fn sign_beside(&self, who: KeyHolder, text: &[u8], comment: &str) -> Vec<u8> {
         let said = "signature from minisign secret key";
         let signature = minisign::sign(None, self.secret(who), Cursor::new(text), Some(comment), Some(said)).unwrap();
         [signature.to_string().trim_end().as_bytes(), b"\n", text].concat()
     }
 
     /// `text`, signed by `who`, who says that it was `other`.
-    pub fn sign_as(&self, who: Who, other: Who, text: &[u8]) -> Vec<u8> {
+    pub fn sign_as(&self, who: KeyHolder, other: KeyHolder, text: &[u8]) -> Vec<u8> {
         let signed = String::from_utf8(self.sign(who, text)).unwrap();
         let mut lines: Vec<String> = signed.split_inclusive('\n').map(str::to_owned).collect();
         let mut raw = Base64::decode_to_vec(lines[1].trim_end(), None).unwrap();
@@ -90,24 +90,24 @@ impl Keys {
     }
 
     /// `who`'s public key under the name of `other`'s.
-    pub fn line_as(&self, who: Who, other: Who) -> String {
+    pub fn line_as(&self, who: KeyHolder, other: KeyHolder) -> String {
         let mut raw = Base64::decode_to_vec(self.line(who), None).unwrap();
         raw[2..10].copy_from_slice(self.secret(other).keynum());
         Base64::encode_to_string(raw).unwrap()
     }
 
     /// The word of `by` that `of` is to be trusted.
-    pub fn trust(&self, by: Who, of: Who) -> Vec<u8> {
+    pub fn trust(&self, by: KeyHolder, of: KeyHolder) -> Vec<u8> {
         self.state(by, &format!("trust {}", self.line(of)))
     }
 
     /// The artist's word that `of` is called back.
-    pub fn revoke(&self, of: Who) -> Vec<u8> {
-        self.state(Who::Artist, &format!("revoke {}", self.id(of)))
+    pub fn revoke(&self, of: KeyHolder) -> Vec<u8> {
+        self.state(KeyHolder::Artist, &format!("revoke {}", self.id(of)))
     }
 
     /// A statement of `by`, who says `said`.
-    pub fn state(&self, by: Who, said: &str) -> Vec<u8> {
+    pub fn state(&self, by: KeyHolder, said: &str) -> Vec<u8> {
         self.sign_beside(by, format!("{STATEMENT}{said}\n").as_bytes(), "a statement about a key")
     }
 }

@@ -20,10 +20,10 @@ mod statements;
 mod stick;
 
 pub use dice::Dice;
-pub use keys::{Keys, Who};
-pub use stick::{Good, Stick, Ware};
+pub use keys::{KeyHolder, Keys};
+pub use stick::{Good, Item, Stick};
 
-use crate::press::{Files, rubbish};
+use crate::bundle_maker::{Files, rubbish};
 use std::path::Path;
 
 /// The number of the bundle that the unit plays, the artist's.
@@ -54,7 +54,7 @@ pub enum Level {
 
 /// Who can see that it is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seen {
+pub enum Detection {
     /// Whoever looks.
     ByAll,
     /// Whoever looks, or else what comes of it is exactly what was signed.
@@ -73,7 +73,7 @@ pub struct Mutant {
     /// What was done.
     pub what: String,
     /// Who can see it.
-    pub seen: Seen,
+    pub detection: Detection,
     /// What lies there now.
     pub stick: Stick,
     /// What it was made of.
@@ -103,19 +103,23 @@ impl Mutator {
         let keys = Keys::read(fixtures);
         let flock = |edition| rubbish(FORM.0, FORM.1, edition);
         let good = |edition, who, unit, sequence| Good::new(&keys, &flock(edition), who, unit, sequence);
-        let said = [keys.trust(Who::Artist, Who::New), keys.trust(Who::Artist, Who::Lost), keys.revoke(Who::Lost)];
-        let mut played = good(0, Who::Artist, "lobby", PLAYED);
+        let said = [
+            keys.trust(KeyHolder::Artist, KeyHolder::New),
+            keys.trust(KeyHolder::Artist, KeyHolder::Lost),
+            keys.revoke(KeyHolder::Lost),
+        ];
+        let mut played = good(0, KeyHolder::Artist, "lobby", PLAYED);
         played.say(&said[1..]);
         let mut goods = vec![
-            good(2, Who::Artist, "lobby", COMING),
-            good(3, Who::New, "lobby", 1),
-            good(2, Who::Artist, "lobby", COMING),
+            good(2, KeyHolder::Artist, "lobby", COMING),
+            good(3, KeyHolder::New, "lobby", 1),
+            good(2, KeyHolder::Artist, "lobby", COMING),
         ];
         for good in &mut goods {
             good.say(&said[..1]);
         }
         goods[2].add_system(&keys, fixtures);
-        let others = good(1, Who::Artist, "stairs", COMING + 1);
+        let others = good(1, KeyHolder::Artist, "stairs", COMING + 1);
         Self { keys, goods, played, others }
     }
 
@@ -136,7 +140,7 @@ impl Mutator {
 
     /// The public keys that units trust: each a file's name and text.
     pub fn trusted(&self) -> [(&'static str, String); 2] {
-        [("artist.pub", self.keys.public(Who::Artist)), ("spare.pub", self.keys.public(Who::Spare))]
+        [("artist.pub", self.keys.public(KeyHolder::Artist)), ("spare.pub", self.keys.public(KeyHolder::Spare))]
     }
 
     /// Mutant number `seed`.
@@ -151,28 +155,28 @@ impl Mutator {
             }
         };
         let mut stick = self.goods[good].stick.clone();
-        let (from, stuff) = (&self.goods[good], Stuff { mutator: self, number: good });
-        let (what, seen) = match level {
+        let (from, material) = (&self.goods[good], Material { mutator: self, number: good });
+        let (what, detection) = match level {
             Level::Bytes => bytes::change(&mut stick, &mut dice),
-            Level::Fields => fields::change(&mut stick, from, stuff, &mut dice),
+            Level::Fields => fields::change(&mut stick, from, material, &mut dice),
             Level::Files => files::change(&mut stick, &mut dice),
-            Level::Seals => seals::change(&mut stick, from, stuff, &mut dice),
-            Level::Statements => statements::change(&mut stick, from, stuff, &mut dice),
-            Level::Lists => lists::change(&mut stick, from, stuff, &mut dice),
-            Level::Starts => starts::change(&mut stick, from, stuff, &mut dice),
+            Level::Seals => seals::change(&mut stick, from, material, &mut dice),
+            Level::Statements => statements::change(&mut stick, from, material, &mut dice),
+            Level::Lists => lists::change(&mut stick, from, material, &mut dice),
+            Level::Starts => starts::change(&mut stick, from, material, &mut dice),
         };
-        Mutant { seed, level, what, seen, stick, good }
+        Mutant { seed, level, what, detection, stick, good }
     }
 }
 
 /// What else there is to make a mutant of.
 #[derive(Clone, Copy)]
-struct Stuff<'m> {
+struct Material<'m> {
     mutator: &'m Mutator,
     number: usize,
 }
 
-impl<'m> Stuff<'m> {
+impl<'m> Material<'m> {
     fn keys(&self) -> &'m Keys {
         &self.mutator.keys
     }

@@ -5,14 +5,14 @@
 //!
 //! Start at [`change`].
 
-use super::fields::{Dress, dressed};
-use super::keys::Who;
-use super::{Dice, Good, Seen, Stick, Stuff};
+use super::fields::{Signing, dressed};
+use super::keys::KeyHolder;
+use super::{Detection, Dice, Good, Material, Stick};
 use crate::mutator::bytes;
 use bundle::ObjectId;
 
 /// Changes one half of the system; what was done.
-pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mut Dice) -> (String, Seen) {
+pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let release = good.release();
     let name = *dice.of_these(&["start", "root"]);
     let line = release.lines().find(|line| line.starts_with(name)).expect("each system has both");
@@ -26,16 +26,19 @@ pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mu
     let done = done.join(", ");
     if dice.chance(40) {
         stick.put(&path, half);
-        return (format!("the {name} of the system: {done}"), Seen::ByAllOrHarmless);
+        return (format!("the {name} of the system: {done}"), Detection::ByAllOrHarmless);
     }
     let id = ObjectId::of(&half);
     let text = release.replace(line, &format!("{name} {} {id}", half.len()));
     stick.put_object(&half);
     // What a root holds, nobody asks whom the artist has told: it is started, and not tried again if it does not.
     let by_artist = name == "start" && dice.chance(50);
-    let dresses = [Dress::Kept, Dress::By(Who::Stranger), Dress::By(Who::Lost), Dress::Claimed];
-    let dress = if by_artist { Dress::By(Who::Artist) } else { *dice.of_these(&dresses) };
-    let seal = dressed(stuff.keys(), dress, stick.bytes("systems/all.seal"), Who::Artist, text.as_bytes());
+    let dresses = [Signing::Kept, Signing::By(KeyHolder::Stranger), Signing::By(KeyHolder::Lost), Signing::Claimed];
+    let signing = if by_artist { Signing::By(KeyHolder::Artist) } else { *dice.of_these(&dresses) };
+    let seal = dressed(material.keys(), signing, stick.bytes("systems/all.seal"), KeyHolder::Artist, text.as_bytes());
     stick.put("systems/all.seal", seal);
-    (format!("the {name} of the system, {dress:?}: {done}"), if by_artist { Seen::ByUnits } else { Seen::ByAll })
+    (
+        format!("the {name} of the system, {signing:?}: {done}"),
+        if by_artist { Detection::ByUnits } else { Detection::ByAll },
+    )
 }

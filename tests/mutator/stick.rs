@@ -5,8 +5,8 @@
 //!
 //! Start at [`Good::new`] and [`Stick::lay`].
 
-use super::keys::{Keys, Who};
-use crate::press::Files;
+use super::keys::{KeyHolder, Keys};
+use crate::bundle_maker::Files;
 use bundle::ObjectId;
 use rustix::fs::{CWD, Mode, mkfifoat};
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ const HUGE: u64 = 100 << 30;
 
 /// What lies in the place of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ware {
+pub enum Item {
     /// A file.
     Bytes(Vec<u8>),
     /// An empty folder.
@@ -34,7 +34,7 @@ pub enum Ware {
 
 /// What lies on a stick, by path.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Stick(pub BTreeMap<String, Ware>);
+pub struct Stick(pub BTreeMap<String, Item>);
 
 /// A good stick.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ pub struct Good {
     /// The number of its bundle.
     pub sequence: u64,
     /// Who has signed it.
-    pub who: Who,
+    pub who: KeyHolder,
     /// For which unit.
     pub unit: String,
 }
@@ -55,14 +55,14 @@ impl Stick {
     /// The bytes at `path`; none if there is no file.
     pub fn bytes(&self, path: &str) -> &[u8] {
         match self.0.get(path) {
-            Some(Ware::Bytes(bytes)) => bytes,
-            Some(Ware::Folder | Ware::Link(_) | Ware::Pipe | Ware::Huge(_)) | None => &[],
+            Some(Item::Bytes(bytes)) => bytes,
+            Some(Item::Folder | Item::Link(_) | Item::Pipe | Item::Huge(_)) | None => &[],
         }
     }
 
     /// Lays `bytes` at `path`.
     pub fn put(&mut self, path: &str, bytes: impl Into<Vec<u8>>) {
-        self.0.insert(path.to_owned(), Ware::Bytes(bytes.into()));
+        self.0.insert(path.to_owned(), Item::Bytes(bytes.into()));
     }
 
     /// Lays an object in its place; where that is.
@@ -74,26 +74,26 @@ impl Stick {
 
     /// Whether all of it are plain files, as a web server has them.
     pub fn is_plain(&self) -> bool {
-        self.0.values().all(|ware| matches!(ware, Ware::Bytes(_)))
+        self.0.values().all(|item| matches!(item, Item::Bytes(_)))
     }
 
     /// Makes `folder` hold this and nothing else.
     pub fn lay(&self, folder: &Path) {
         fs::remove_dir_all(folder).ok();
         fs::create_dir_all(folder).unwrap();
-        for (path, ware) in &self.0 {
+        for (path, item) in &self.0 {
             let path = folder.join(path);
             let parent = path.parent().expect("it lies in the folder");
             // What lies in the place of a folder hides what would lie in it.
             if fs::create_dir_all(parent).is_err() {
                 continue;
             }
-            match ware {
-                Ware::Bytes(bytes) => fs::write(&path, bytes).unwrap(),
-                Ware::Folder => fs::create_dir_all(&path).unwrap(),
-                Ware::Link(to) => symlink(to, &path).unwrap(),
-                Ware::Pipe => mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).unwrap(),
-                Ware::Huge(bytes) => {
+            match item {
+                Item::Bytes(bytes) => fs::write(&path, bytes).unwrap(),
+                Item::Folder => fs::create_dir_all(&path).unwrap(),
+                Item::Link(to) => symlink(to, &path).unwrap(),
+                Item::Pipe => mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).unwrap(),
+                Item::Huge(bytes) => {
                     fs::write(&path, bytes).unwrap();
                     File::options().write(true).open(&path).unwrap().set_len(HUGE).unwrap();
                 }
@@ -104,7 +104,7 @@ impl Stick {
 
 impl Good {
     /// The bundle of `files` for `unit`, signed by `who`.
-    pub fn new(keys: &Keys, files: &Files, who: Who, unit: &str, sequence: u64) -> Self {
+    pub fn new(keys: &Keys, files: &Files, who: KeyHolder, unit: &str, sequence: u64) -> Self {
         let mut stick = Stick::default();
         for bytes in files.values() {
             stick.put_object(bytes);
@@ -157,7 +157,7 @@ impl Good {
             let id = ObjectId::parse(line.rsplit(' ').next().unwrap()).unwrap();
             self.stick.put(&id.path(), fs::read(from.join(id.path())).unwrap());
         }
-        self.stick.put("systems/all.seal", keys.sign(Who::Artist, text.as_bytes()));
+        self.stick.put("systems/all.seal", keys.sign(KeyHolder::Artist, text.as_bytes()));
     }
 
     /// What its system's seal says, without who has signed it; empty if it brings none.

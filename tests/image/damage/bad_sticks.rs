@@ -9,7 +9,7 @@
 use crate::machine::PAUSE;
 use crate::machine::picture::only_art;
 use crate::programs::succeed;
-use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::stick::exfat;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -105,8 +105,8 @@ fn make(disk: &Path, stick: u64, whole: &[Vec<u8>; 3]) {
 
 #[test]
 fn two_hundred_damaged_sticks_neither_halt_a_unit_nor_stop_its_picture() {
-    let Playing { frozen, .. } = playing();
-    let (unit, mut machine) = frozen.wake();
+    let PlayingUnit { snapshot, .. } = playing_unit();
+    let (unit, mut machine) = snapshot.wake();
     let folder = unit.path("bad-sticks");
     fs::create_dir(&folder).unwrap();
     let whole = whole(&folder);

@@ -3,7 +3,7 @@
 use crate::damage::boot_copies::{FAT, KIB, LOOKED, is_whole_again, shows_its_art, slot};
 use crate::machine::{Machine, PAUSE};
 use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
-use crate::updates::next_system::{Coming, NOW, coming, kept, version};
+use crate::updates::next_system::{NOW, UpdatingUnit, kept, updating_unit, version};
 use std::sync::LazyLock;
 
 /// What an entry starts, and the entry; the second copy is started first.
@@ -72,11 +72,11 @@ fn both_copies_on_a_boot_partition_damaged_cost_nothing() {
 
 #[test]
 fn a_new_system_whose_kernel_is_damaged_is_left_and_the_one_before_goes_on() {
-    let Coming { written, kept: before, .. } = coming();
+    let UpdatingUnit { written, kept: before, .. } = updating_unit();
     let unit = written.copy();
     unit.spoil_file(BOOT, "EFI/dreams/9.0.0_1/linux", 5_000_000, &rubbish(4 * KIB));
     let mut machine = unit.start_forgetful();
-    machine.hang(crate::starts::first_start::playing().stick.gallery);
+    machine.also_expect(crate::starts::first_start::playing_unit().stick.reference);
     machine.await_word("BENCH");
     assert_eq!(version(&mut machine), NOW);
     machine.run(crate::starts::first_start::PROVEN);

@@ -4,7 +4,7 @@
 
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
-use crate::starts::first_start::{MOVES, OFTEN, PROVEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PROVEN, PlayingUnit, playing_unit};
 use crate::unit::{DATA, Unit, rubbish};
 
 const MIB: usize = 1 << 20;
@@ -26,8 +26,8 @@ fn heals(unit: &Unit) -> (Machine, Vec<Look>) {
 
 #[test]
 fn a_disk_of_the_flocks_that_lost_its_superblock_keeps_all_else() {
-    let Playing { frozen, path, .. } = playing();
-    let unit = frozen.copy();
+    let PlayingUnit { snapshot, path, .. } = playing_unit();
+    let unit = snapshot.copy();
     unit.spoil(DATA, 0, &rubbish(4096));
     let (mut machine, looks) = heals(&unit);
     assert!(path.clone().came_back_with(&looks), "the path goes on");
@@ -37,7 +37,7 @@ fn a_disk_of_the_flocks_that_lost_its_superblock_keeps_all_else() {
 #[test]
 fn a_disk_of_the_flocks_that_lost_its_folders_or_nearly_all_heals() {
     for lost in [MIB, 300 * MIB] {
-        let unit = playing().frozen.copy();
+        let unit = playing_unit().snapshot.copy();
         unit.spoil(DATA, 0, &rubbish(lost));
         heals(&unit);
     }

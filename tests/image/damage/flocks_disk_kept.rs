@@ -7,7 +7,7 @@ use crate::machine::direct_boot::parts;
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::programs::{repository, succeed};
-use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
 use crate::unit::{DATA, Unit};
 use std::fs;
@@ -31,9 +31,9 @@ fn is_told(machine: &mut Machine, words: &str) {
 
 #[test]
 fn a_system_that_cannot_read_the_flocks_leaves_them_as_they_are() {
-    let Playing { frozen, path, .. } = playing();
+    let PlayingUnit { snapshot, path, .. } = playing_unit();
     let mut path = path.clone();
-    let unit = frozen.copy();
+    let unit = snapshot.copy();
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
     let mut words = parts(folder.path());
     words.last_mut().expect("the kernel's command line").push_str(" module_blacklist=ext4");
@@ -49,9 +49,9 @@ fn a_system_that_cannot_read_the_flocks_leaves_them_as_they_are() {
 
 #[test]
 fn a_disk_of_the_flocks_that_is_lost_from_the_table_is_found_again() {
-    let Playing { frozen, path, .. } = playing();
+    let PlayingUnit { snapshot, path, .. } = playing_unit();
     let mut path = path.clone();
-    let unit = frozen.copy();
+    let unit = snapshot.copy();
     unit.lose_entry(DATA);
     let mut machine = unit.start();
     shows_its_art(&mut machine, Some(&mut path));
@@ -66,8 +66,8 @@ fn a_disk_of_the_flocks_that_is_lost_from_the_table_is_found_again() {
 
 #[test]
 fn a_disk_of_the_flocks_that_is_well_and_cannot_be_mounted_is_left_as_it_is() {
-    let Playing { frozen, .. } = playing();
-    let unit: Unit = frozen.copy();
+    let PlayingUnit { snapshot, .. } = playing_unit();
+    let unit: Unit = snapshot.copy();
     // Blocks larger than this kernel can mount, and than `e2fsck` minds.
     let (large, folder) = (unit.path("large.img"), unit.path("large"));
     fs::create_dir(&folder).unwrap();

@@ -8,11 +8,11 @@
 use crate::machine::clock::now;
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
-use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
 use crate::unit::stick::AUTUMN;
-use crate::unit::{Frozen, Unit};
-use crate::updates::next_system::{Coming, FETCH, NEXT, NOW, Step, WRITE, coming, kept, version};
+use crate::unit::{Snapshot, Unit};
+use crate::updates::next_system::{FETCH, NEXT, NOW, Step, UpdatingUnit, WRITE, kept, updating_unit, version};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::time::Duration;
@@ -47,7 +47,7 @@ const IS_KEPT: &str = "until grep -qs '^unit = \"lobby\"' /var/lib/dreams/owner/
 pub(crate) struct Life {
     unit: Unit,
     /// As what it is woken, once; else it is off.
-    frozen: Option<&'static Frozen>,
+    snapshot: Option<&'static Snapshot>,
     path: Option<Path>,
     /// Which systems may run, and the flock and the settings that no cut may take, where one is on its way.
     systems: Option<([&'static str; 2], &'static str)>,
@@ -59,28 +59,28 @@ pub(crate) struct Life {
 
 /// The longest that a unit has until its power goes.
 fn longest(moment: Moment) -> Duration {
-    let start = playing().start;
+    let start = playing_unit().start;
     match moment {
         Moment::Play | Moment::Scrub => start.mul_f64(0.5),
         Moment::Start => start.mul_f64(1.2),
         Moment::Update => start.mul_f64(0.8),
         Moment::Edit => start.mul_f64(0.4),
-        Moment::Fetch => coming().fetching.time.mul_f64(1.1),
-        Moment::Write => coming().writing.time.mul_f64(1.1),
+        Moment::Fetch => updating_unit().fetching.time.mul_f64(1.1),
+        Moment::Write => updating_unit().writing.time.mul_f64(1.1),
     }
 }
 
 impl Life {
     /// Of the unit that plays.
     pub(crate) fn of_playing(seed: u64) -> Self {
-        let Playing { frozen, path, .. } = playing();
-        Self::of(frozen.copy(), Some(frozen), Some(path), seed)
+        let PlayingUnit { snapshot, path, .. } = playing_unit();
+        Self::of(snapshot.copy(), Some(snapshot), Some(path), seed)
     }
 
     /// Of the unit that plays and is about to do `moment` of what brings its next system: to fetch, to write or to start it.
     pub(crate) fn of_a_new_system(moment: Moment, seed: u64) -> Self {
-        let Coming { fetching, writing, written, path, kept, .. } = coming();
-        let of = |step: &'static Step| Self::of(step.frozen.copy(), Some(&step.frozen), Some(&step.path), seed);
+        let UpdatingUnit { fetching, writing, written, path, kept, .. } = updating_unit();
+        let of = |step: &'static Step| Self::of(step.snapshot.copy(), Some(&step.snapshot), Some(&step.path), seed);
         let life = match moment {
             Moment::Fetch => of(fetching),
             Moment::Write => of(writing),
@@ -94,15 +94,15 @@ impl Life {
     /// Of one that comes out of its box.
     pub(crate) fn out_of_the_box(seed: u64) -> Self {
         // The first that asks for what plays clears away the units of claims before.
-        let owner = &playing().stick.owner;
+        let owner = &playing_unit().stick.owner;
         let unit = Unit::new();
         unit.lay_for_owner(owner);
         Self::of(unit, None, None, seed)
     }
 
-    fn of(unit: Unit, frozen: Option<&'static Frozen>, path: Option<&Path>, seed: u64) -> Self {
+    fn of(unit: Unit, snapshot: Option<&'static Snapshot>, path: Option<&Path>, seed: u64) -> Self {
         let [moments, losses] = [seed, !seed].map(ChaCha8Rng::seed_from_u64);
-        Self { unit, frozen, path: path.cloned(), systems: None, moments, losses }
+        Self { unit, snapshot, path: path.cloned(), systems: None, moments, losses }
     }
 
     /// It lives until its power goes, at some moment of these; and so on, and comes back to its art in the end.
@@ -111,7 +111,7 @@ impl Life {
             self.is_cut(*moment);
         }
         let mut machine = self.unit.start();
-        machine.hang(playing().stick.gallery);
+        machine.also_expect(playing_unit().stick.reference);
         let mut looks = machine.await_shell();
         looks.extend(machine.watch_move(PAUSE, MOVES));
         self.follows(false, &looks);
@@ -130,22 +130,22 @@ impl Life {
     fn is_cut(&mut self, moment: Moment) {
         let loses = self.moments.next_u32().is_multiple_of(2);
         let part = f64::from(self.moments.next_u32()) / f64::from(u32::MAX);
-        let woken = self.frozen.take().filter(|_| moment != Moment::Start);
+        let woken = self.snapshot.take().filter(|_| moment != Moment::Start);
         let is_woken = woken.is_some();
         // All of its writes are kept, or what a cut leaves of them.
         let mut machine = match woken {
             _ if loses => self.unit.record(woken),
-            Some(frozen) => self.unit.wake(frozen),
+            Some(snapshot) => self.unit.wake(snapshot),
             None => self.unit.start(),
         };
-        machine.hang(playing().stick.gallery);
+        machine.also_expect(playing_unit().stick.reference);
         let mut looks = Vec::new();
         if moment != Moment::Start && !is_woken {
             looks = machine.watch_for(PAUSE, "the picture", Look::is_art);
         }
         match moment {
             Moment::Play | Moment::Start => {}
-            Moment::Update => machine.plug(&playing().stick.disk),
+            Moment::Update => machine.plug(&playing_unit().stick.disk),
             Moment::Scrub => machine.serial.send("systemctl start dreams-scrub"),
             Moment::Edit => machine.serial.send(EDIT),
             Moment::Fetch => machine.serial.send(&format!("{WRITE} && {FETCH}")),
@@ -166,7 +166,7 @@ impl Life {
         println!("cut {time:.1?} into {moment:?}, lost {lost}, lit {}: {path}", looks.iter().any(Look::is_art));
     }
 
-    /// Holds what was seen against what may be, on a glass that was lit before or not.
+    /// Holds what was seen against what may be, on a screen that was lit before or not.
     fn follows(&mut self, was_lit: bool, looks: &[Look]) {
         if looks.iter().any(Look::is_art) {
             only_art(looks, OFTEN);
@@ -184,10 +184,10 @@ impl Life {
 /// For its shell: whoever has the flock of the stick has learned what lies beside it, and not forgotten it.
 fn has_learned() -> String {
     let states = "/var/lib/dreams/store/state.0 /var/lib/dreams/store/state.1";
-    format!("! grep -qs {AUTUMN} {states} || grep -qs 'revoke {}' {states}", playing().stick.revoked)
+    format!("! grep -qs {AUTUMN} {states} || grep -qs 'revoke {}' {states}", playing_unit().stick.revoked)
 }
 
-/// What is on its glass while it is let live so long.
+/// What is on its screen while it is let live so long.
 fn lives(machine: &mut Machine, time: Duration) -> Vec<Look> {
     let end = now() + time;
     let mut looks = Vec::new();

@@ -3,13 +3,13 @@
 //! Owns the claim that the player sets the backlight from within its sandbox. QEMU has no panel: files like those that the
 //! kernel has for a backlight are laid below the connector, in the place of a folder that nobody misses.
 
-use crate::starts::first_start::playing;
+use crate::starts::first_start::playing_unit;
 
 const BACKLIGHT: &str = "/sys/class/drm/card0-Virtual-1/power";
 
 #[test]
 fn a_panel_is_dimmed_by_its_backlight_as_its_owner_has_set() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     machine.run(&format!(
         "mount -t tmpfs -o mode=755 backlight {BACKLIGHT} && cd {BACKLIGHT} && echo 400 > max_brightness"
     ));

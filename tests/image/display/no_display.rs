@@ -9,9 +9,9 @@ use crate::machine::hardware::{Display, Hardware, USUAL};
 use crate::machine::picture::{Look, only_art};
 use crate::programs::repository;
 use crate::starts::boot_time::seconds;
-use crate::starts::first_start::{MOVES, OFTEN, PROVEN, UP, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PROVEN, UP, playing_unit};
 use crate::unit::Unit;
-use crate::updates::next_system::{NEXT, NOW, coming, version};
+use crate::updates::next_system::{NEXT, NOW, updating_unit, version};
 
 /// What the kernel is told of the socket: nothing is plugged in, whatever it says.
 const UNPLUGGED: &str = " video=Virtual-1:d";
@@ -54,10 +54,10 @@ fn start_unseen(unit: &Unit, what: &str) {
 
 #[test]
 fn six_starts_without_a_display_are_not_held_against_a_system_good_or_on_trial() {
-    let unit = coming().written.copy();
+    let unit = updating_unit().written.copy();
     start_unseen(&unit, "on trial");
     let mut machine = unit.start();
-    machine.hang(playing().stick.gallery);
+    machine.also_expect(playing_unit().stick.reference);
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_while(PAUSE, PROVEN));
     only_art(&looks, OFTEN);
@@ -65,7 +65,7 @@ fn six_starts_without_a_display_are_not_held_against_a_system_good_or_on_trial()
     drop(machine);
     start_unseen(&unit, "a good one");
     let mut machine = unit.start();
-    machine.hang(playing().stick.gallery);
+    machine.also_expect(playing_unit().stick.reference);
     only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
     assert_eq!(version(&mut machine), NEXT, "{NOW} is not asked");
 }

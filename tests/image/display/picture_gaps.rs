@@ -4,7 +4,7 @@
 //! own clock says how close the looks are.
 
 use crate::machine::picture::only_art;
-use crate::starts::first_start::{MOVES, PROVEN, Playing, UP, playing};
+use crate::starts::first_start::{MOVES, PROVEN, PlayingUnit, UP, playing_unit};
 use crate::unit::Unit;
 use crate::updates::flock_from_stick::is_autumn;
 use std::time::Duration;
@@ -14,9 +14,9 @@ const PAUSE: Duration = Duration::from_millis(30);
 
 #[test]
 fn twenty_looks_a_second_at_an_update_show_art_and_nothing_else() {
-    let Playing { frozen, stick, .. } = playing();
-    let (_unit, mut machine) = frozen.wake();
-    machine.hang(stick.gallery);
+    let PlayingUnit { snapshot, stick, .. } = playing_unit();
+    let (_unit, mut machine) = snapshot.wake();
+    machine.also_expect(stick.reference);
     machine.stands_still = true;
     machine.plug(&stick.disk);
     let mut looks = machine.watch_for(PAUSE, "the flock of the stick", is_autumn);

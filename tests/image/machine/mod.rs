@@ -1,6 +1,6 @@
 //! A machine that runs a unit's system.
 //!
-//! Owns QEMU's command line, what is done to a machine from outside, and the looks on the glass. QEMU emulates every
+//! Owns QEMU's command line, what is done to a machine from outside, and the looks on the screen. QEMU emulates every
 //! instruction, so that it runs anywhere; its clock is this machine's. Never judges: the claims do.
 //!
 //! Start at [`Machine`]; a unit and its disk are in `unit/mod.rs`.
@@ -22,7 +22,7 @@ use crate::machine::hardware::{Hardware, USUAL};
 use crate::machine::monitor::Monitor;
 use crate::machine::picture::Look;
 use crate::machine::qemu::{Qemu, Socket};
-use crate::machine::reference_frames::Gallery;
+use crate::machine::reference_frames::ReferenceFrames;
 use crate::machine::serial::Serial;
 use crate::programs::repository;
 use serde_json::json;
@@ -33,7 +33,7 @@ use std::process::Command;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Between two looks at the glass where nothing is claimed of it.
+/// Between two looks at the screen where nothing is claimed of it.
 pub(crate) const PAUSE: Duration = Duration::from_millis(200);
 /// The longest that anything may take.
 const PATIENCE: Duration = Duration::from_mins(10);
@@ -47,9 +47,9 @@ pub(crate) struct Machine {
     monitor: Monitor,
     pub(crate) serial: Serial,
     shot: PathBuf,
-    /// What may hang on the glass.
-    galleries: Vec<&'static Gallery>,
-    /// Where in them the last look was.
+    /// The flocks whose frames may be shown.
+    references: Vec<&'static ReferenceFrames>,
+    /// The frame that was found last.
     near: usize,
     has_shown_art: bool,
     /// Whether its pictures are copied to where they are shown, and not swapped between two frames.
@@ -62,8 +62,9 @@ pub(crate) struct Machine {
 }
 
 /// The flock that is part of every unit's system.
-pub(crate) fn built_in() -> &'static Gallery {
-    static BUILT_IN: LazyLock<Gallery> = LazyLock::new(|| Gallery::of(&repository().join("flock-tools/demo/small")));
+pub(crate) fn built_in() -> &'static ReferenceFrames {
+    static BUILT_IN: LazyLock<ReferenceFrames> =
+        LazyLock::new(|| ReferenceFrames::of(&repository().join("flock-tools/demo/small")));
     &BUILT_IN
 }
 
@@ -72,7 +73,7 @@ impl Machine {
     pub(crate) fn start(folder: &Path, disk: &Disk, hardware: Hardware, more: &[String]) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         // Before its clock runs.
-        let galleries = vec![built_in()];
+        let references = vec![built_in()];
         let drive = |file: &Path, what: &str| format!("file={},{what}", file.display());
         let (serial, monitor) = (Socket::new(folder.join("serial")), Socket::new(folder.join("monitor")));
         let mut command = Command::new(hardware.program());
@@ -94,7 +95,7 @@ impl Machine {
             monitor,
             serial,
             shot,
-            galleries,
+            references,
             near: 0,
             has_shown_art: false,
             may_tear: hardware.display.may_tear(),
@@ -133,12 +134,12 @@ impl Machine {
         }
     }
 
-    /// Lets frames of `gallery` be art, too.
-    pub(crate) fn hang(&mut self, gallery: &'static Gallery) {
-        self.galleries.push(gallery);
+    /// Accepts the frames of `reference`, too.
+    pub(crate) fn also_expect(&mut self, reference: &'static ReferenceFrames) {
+        self.references.push(reference);
     }
 
-    /// What is on the glass; `None` while the display is off.
+    /// What is on the screen; `None` while the display is off.
     pub(crate) fn look(&mut self) -> Option<Look> {
         let shot = json!({ "filename": self.shot });
         if self.stands_still {
@@ -147,7 +148,7 @@ impl Machine {
         let at = now();
         let shown = self.monitor.try_to("screendump", &shot);
         let at_its_time = at.saturating_sub(self.stood);
-        let judged = |_| Look::new(&self.shot, at_its_time, &self.galleries, &mut self.near, self.may_tear);
+        let judged = |_| Look::new(&self.shot, at_its_time, &self.references, &mut self.near, self.may_tear);
         let look = shown.map(judged);
         if self.stands_still {
             self.stood += now().saturating_sub(at);
@@ -194,7 +195,7 @@ impl Machine {
         panic!("`{word}` is not said in ten minutes; {}", self.serial.lately());
     }
 
-    /// Looks at the glass every `pause` while its shell runs `command`, which must succeed.
+    /// Looks at the screen every `pause` while its shell runs `command`, which must succeed.
     pub(crate) fn watch_while(&mut self, pause: Duration, command: &str) -> Vec<Look> {
         self.serial.send(command);
         let looks = self.watch(pause, command, |line| line.starts_with("DONE "));
@@ -218,7 +219,7 @@ impl Machine {
         panic!("not shown in ten minutes: {what}; on the screen: {:?}; {}", looks.last(), self.serial.lately());
     }
 
-    /// Looks at the glass every `pause` until the picture has moved on so many times.
+    /// Looks at the screen every `pause` until the picture has moved on so many times.
     pub(crate) fn watch_move(&mut self, pause: Duration, mut times: u32) -> Vec<Look> {
         let (what, mut before) = (format!("the picture moves on, {times} times more"), None);
         self.watch_for(pause, &what, |look| {

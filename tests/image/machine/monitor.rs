@@ -2,7 +2,7 @@
 //!
 //! Owns the connection and its words (QMP). Never decides what to do.
 
-use crate::machine::qemu::Said;
+use crate::machine::qemu::Stderr;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::os::unix::net::UnixStream;
@@ -15,12 +15,12 @@ const PATIENCE: Duration = Duration::from_mins(5);
 pub(crate) struct Monitor {
     to: UnixStream,
     from: BufReader<UnixStream>,
-    said: Said,
+    said: Stderr,
 }
 
 impl Monitor {
     /// Takes up the conversation on `stream` with a QEMU that says `said` besides.
-    pub(crate) fn new(stream: UnixStream, said: Said) -> Self {
+    pub(crate) fn new(stream: UnixStream, said: Stderr) -> Self {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let mut monitor = Self { from: BufReader::new(stream.try_clone().unwrap()), to: stream, said };
         monitor.line("its greeting");

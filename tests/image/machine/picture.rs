@@ -1,8 +1,8 @@
-//! What is on the glass of a machine, and whether it is art.
+//! What is on the screen of a machine, and whether it is art.
 //!
 //! Owns the reading of QEMU's pictures; what art is, `reference_frames.rs` says. Never touches a machine.
 
-use crate::machine::reference_frames::{Gallery, Place, SIZE, Samples};
+use crate::machine::reference_frames::{Place, ReferenceFrames, SIZE, Samples};
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use std::time::Duration;
 /// Nothing that is as dark as this is a frame, and nothing around a frame is lighter.
 const DARK: u8 = 24;
 
-/// What a look at the glass has shown.
+/// What a look at the screen has shown.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     /// When it was.
@@ -22,9 +22,15 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    /// Judges a binary PPM, as QEMU writes it, by what may hang there. `near` is where in the gallery the last one was;
+    /// Judges a binary PPM, as QEMU writes it, against `references`. `near` is the frame that was found last;
     /// `may_tear` says that pictures are copied to where they are shown, so that parts of two may be seen.
-    pub(crate) fn new(path: &Path, at: Duration, galleries: &[&Gallery], near: &mut usize, may_tear: bool) -> Self {
+    pub(crate) fn new(
+        path: &Path,
+        at: Duration,
+        references: &[&ReferenceFrames],
+        near: &mut usize,
+        may_tear: bool,
+    ) -> Self {
         let bytes = fs::read(path).unwrap();
         let mut ends = bytes.iter().enumerate().filter(|(_, byte)| byte.is_ascii_whitespace()).map(|(at, _)| at);
         // `P6`, width, height, 255: four words.
@@ -40,17 +46,17 @@ impl Look {
         // That spares looking through all of them while a machine starts.
         let colour =
             |x: usize, y: usize| -> [u8; 3] { pixels[(y * size.0 + x) * 3..][..3].try_into().expect("three bytes") };
-        let glass = Glass::of(size);
+        let glass = ScreenGeometry::of(size);
         let is_framed = || glass.border().all(|(x, y)| colour(x, y).iter().all(|light| *light <= DARK));
         if brightest > DARK && is_framed() {
             let samples = Samples::of(|x, y| glass.pixel(x, y, colour));
-            let mut whole = |gallery: &&Gallery| match size {
-                SIZE => gallery.find(&samples, near),
-                _ => gallery.find_scaled(&samples),
+            let mut whole = |reference: &&ReferenceFrames| match size {
+                SIZE => reference.find(&samples, near),
+                _ => reference.find_scaled(&samples),
             };
-            let torn = |gallery: &&Gallery| gallery.find_torn(&samples);
-            place = galleries.iter().find_map(&mut whole);
-            place = place.or_else(|| galleries.iter().filter(|_| may_tear).find_map(torn));
+            let torn = |reference: &&ReferenceFrames| reference.find_torn(&samples);
+            place = references.iter().find_map(&mut whole);
+            place = place.or_else(|| references.iter().filter(|_| may_tear).find_map(torn));
         }
         Self { at, other: place.is_none().then_some((size, brightest)), place }
     }
@@ -66,13 +72,13 @@ impl Look {
     }
 }
 
-/// A glass of another size than the pictures: they are as large as fits, in the middle, and black is around them.
-struct Glass {
+/// A screen of another size than the pictures: they are as large as fits, in the middle, and black is around them.
+struct ScreenGeometry {
     size: (usize, usize),
     scale: f64,
 }
 
-impl Glass {
+impl ScreenGeometry {
     fn of(size: (usize, usize)) -> Self {
         Self { size, scale: (size.0 as f64 / SIZE.0 as f64).min(size.1 as f64 / SIZE.1 as f64) }
     }

@@ -16,22 +16,22 @@ const PATIENCE_S: u32 = 300;
 /// The process. It is killed when this is dropped.
 pub(crate) struct Qemu {
     process: Child,
-    said: Said,
+    said: Stderr,
 }
 
 /// What the process has said on its standard error, in a file.
 #[derive(Clone)]
-pub(crate) struct Said(PathBuf);
+pub(crate) struct Stderr(PathBuf);
 
 impl Qemu {
     /// Starts `command`; what it says lies in the file `said`.
     pub(crate) fn start(command: &mut Command, said: PathBuf) -> Self {
         let process = command.stderr(Stdio::from(File::create(&said).unwrap())).spawn().expect("QEMU starts");
-        Self { process, said: Said(said) }
+        Self { process, said: Stderr(said) }
     }
 
     /// What it has said, for whoever notices that it has ended.
-    pub(crate) fn said(&self) -> Said {
+    pub(crate) fn said(&self) -> Stderr {
         self.said.clone()
     }
 
@@ -43,7 +43,7 @@ impl Qemu {
     }
 }
 
-impl Said {
+impl Stderr {
     /// Fails, since the process has ended.
     pub(crate) fn ended(&self) -> ! {
         panic!("QEMU has ended; it said: {}", fs::read_to_string(&self.0).unwrap_or_default().trim_end());

@@ -1,17 +1,17 @@
-//! Every frame of a flock, as it looks on the glass.
+//! Every frame of a flock, as it looks on the screen.
 //!
-//! Owns what a look at the glass is held against: whatever is not a whole frame of the flock, from its first row to its
+//! Owns what a look at the screen is compared with: whatever is not a whole frame of the flock, from its first row to its
 //! last, is no art, be it black, text, or half of each of two frames. Only a notice may lie over it, where notices lie.
 //! `ffmpeg` is the witness for what the clips show. Never touches a machine.
 //!
-//! Start at [`Gallery::of`] and [`Gallery::find`].
+//! Start at [`ReferenceFrames::of`] and [`ReferenceFrames::find`].
 
 use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-/// The glass, in pixels.
+/// The screen, in pixels.
 pub(crate) const SIZE: (usize, usize) = (1280, 720);
 /// Every so manieth column and row is looked at: finer than letters are high.
 const STEP: (usize, usize) = (20, 6);
@@ -39,7 +39,7 @@ const LONGEST_S: &str = "600";
 pub(crate) struct Samples(Vec<[u8; 3]>);
 
 /// The frames of one flock.
-pub(crate) struct Gallery {
+pub(crate) struct ReferenceFrames {
     frames: Vec<Frame>,
 }
 
@@ -127,7 +127,7 @@ impl Samples {
     }
 }
 
-impl Gallery {
+impl ReferenceFrames {
     /// The frames of the flock in `folder`.
     pub(crate) fn of(folder: &Path) -> Self {
         let manifest = std::fs::read_to_string(folder.join("flock.toml")).unwrap();
@@ -213,20 +213,20 @@ fn decoded(clip: &Path) -> Vec<Samples> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Frame, Gallery, Place, SIZE, Samples};
+    use super::{Frame, Place, ReferenceFrames, SIZE, Samples};
 
     fn picture(number: usize, x: usize, y: usize) -> [u8; 3] {
         [(x / 5 + number * 40) as u8, (y / 3) as u8, 90]
     }
 
-    fn gallery() -> Gallery {
+    fn reference() -> ReferenceFrames {
         let place = |number| Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_notice: false };
         let frame = |number| Frame::new(place(number), Samples::of(|x, y| picture(number, x, y)));
-        Gallery { frames: (0..4).map(frame).collect() }
+        ReferenceFrames { frames: (0..4).map(frame).collect() }
     }
 
     fn found(colour: impl Fn(usize, usize) -> [u8; 3]) -> Option<(usize, bool)> {
-        let place = gallery().find(&Samples::of(colour), &mut 2)?;
+        let place = reference().find(&Samples::of(colour), &mut 2)?;
         Some((place.frame, place.has_notice))
     }
 
@@ -251,7 +251,7 @@ mod tests {
     #[test]
     fn a_scaled_frame_is_found_and_nothing_else_is() {
         let scaled = |colour: &dyn Fn(usize, usize) -> [u8; 3]| {
-            gallery().find_scaled(&Samples::of(colour)).map(|place| place.frame)
+            reference().find_scaled(&Samples::of(colour)).map(|place| place.frame)
         };
         // Two pixels in one.
         assert_eq!(scaled(&|x, y| picture(1, x / 2 * 2, y / 2 * 2)), Some(1));
@@ -264,7 +264,7 @@ mod tests {
     #[test]
     fn parts_of_successive_frames_are_a_torn_frame_and_nothing_else_is() {
         let torn = |colour: &dyn Fn(usize, usize) -> [u8; 3]| {
-            gallery().find_torn(&Samples::of(colour)).map(|place| place.frame)
+            reference().find_torn(&Samples::of(colour)).map(|place| place.frame)
         };
         assert_eq!(torn(&|x, y| picture(if y < SIZE.1 / 2 { 3 } else { 2 }, x, y)), Some(3));
         assert_eq!(torn(&|x, y| picture(if y < SIZE.1 / 2 { 3 } else { 0 }, x, y)), None, "not successive");

@@ -3,7 +3,7 @@
 //! Owns the lines that come, and waiting for them. Never sends what it was not given.
 
 use crate::machine::clock::now;
-use crate::machine::qemu::Said;
+use crate::machine::qemu::Stderr;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -21,12 +21,12 @@ pub(crate) struct Serial {
     lines: Receiver<String>,
     /// What was said lately, to be told when something goes wrong.
     said: Vec<String>,
-    qemu: Said,
+    qemu: Stderr,
 }
 
 impl Serial {
     /// The port behind `stream`, of a QEMU that says `qemu` itself.
-    pub(crate) fn new(stream: UnixStream, qemu: Said) -> Self {
+    pub(crate) fn new(stream: UnixStream, qemu: Stderr) -> Self {
         let from = BufReader::new(stream.try_clone().unwrap());
         let (sender, lines) = channel();
         thread::spawn(move || {

@@ -3,12 +3,12 @@
 //! Owns that question as it stands on the wire, and the claims on it. How the name comes about is tried in
 //! `it/unit/hostname.rs`.
 //!
-//! Start at [`asked`].
+//! Start at [`dhcp_request`].
 
 use crate::machine::Machine;
 use crate::machine::clock::now;
 use crate::owner::settings_error::{OPEN, TAKE_IN};
-use crate::starts::first_start::playing;
+use crate::starts::first_start::playing_unit;
 use etherparse::{SlicedPacket, TransportSlice};
 use std::time::Duration;
 
@@ -25,13 +25,13 @@ const CARD: [u8; 7] = [1, 0x52, 0x54, 0x00, 0x12, 0x34, 0x56];
 
 /// What a unit says of itself.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Asked {
+pub(crate) struct DhcpRequest {
     pub(crate) client: Vec<u8>,
     pub(crate) name: String,
 }
 
 /// Has the unit ask for an address, and listens in.
-pub(crate) fn asked(machine: &mut Machine) -> Asked {
+pub(crate) fn dhcp_request(machine: &mut Machine) -> DhcpRequest {
     let wire = machine.wire();
     wire.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
     machine.run("systemctl restart systemd-networkd");
@@ -39,20 +39,20 @@ pub(crate) fn asked(machine: &mut Machine) -> Asked {
     let mut frame = [0; 2048];
     while now() < end {
         let Ok(length) = wire.recv(&mut frame) else { continue };
-        if let Some(asked) = question(&frame[..length]) {
-            return asked;
+        if let Some(dhcp_request) = question(&frame[..length]) {
+            return dhcp_request;
         }
     }
     panic!("nobody asks for an address in two minutes; {}", machine.serial.lately());
 }
 
 /// What the frame asks, if it asks for an address.
-fn question(frame: &[u8]) -> Option<Asked> {
+fn question(frame: &[u8]) -> Option<DhcpRequest> {
     let packet = SlicedPacket::from_ethernet(frame).ok()?;
     let Some(TransportSlice::Udp(udp)) = &packet.transport else { return None };
     let options = udp.payload().get(HEAD..).filter(|_| udp.destination_port() == SERVER)?;
     let said = |wanted| option(options, wanted).map(<[u8]>::to_vec).unwrap_or_default();
-    Some(Asked { client: said(CLIENT), name: String::from_utf8(said(NAME)).unwrap() })
+    Some(DhcpRequest { client: said(CLIENT), name: String::from_utf8(said(NAME)).unwrap() })
 }
 
 /// What stands in the option of this number.
@@ -69,9 +69,9 @@ fn option(mut options: &[u8], wanted: u8) -> Option<&[u8]> {
 
 #[test]
 fn a_unit_asks_for_an_address_by_its_card_and_by_its_name() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     assert_eq!(machine.run("cat /proc/sys/kernel/hostname"), "lobby", "as its owner calls it");
-    assert_eq!(asked(&mut machine), Asked { client: CARD.to_vec(), name: "lobby".to_owned() });
+    assert_eq!(dhcp_request(&mut machine), DhcpRequest { client: CARD.to_vec(), name: "lobby".to_owned() });
     machine.run("[ ! -e /etc/hostname ]");
     machine.run("rm /var/lib/dreams/owner/name && systemctl restart dreams-name");
     assert_eq!(machine.run("cat /proc/sys/kernel/hostname"), "dreams-123456", "by its card");

@@ -2,7 +2,7 @@
 //!
 //! Owns the claim that a network can tell them apart.
 
-use crate::network::dhcp_request::asked;
+use crate::network::dhcp_request::dhcp_request;
 use crate::starts::first_start::UP;
 use crate::unit::Unit;
 
@@ -17,7 +17,7 @@ fn two_units_with_the_same_number_on_their_boards_are_two_to_their_network() {
         let mut machine = unit.start_with(&words);
         machine.await_shell();
         machine.run(UP);
-        (machine.run("cat /etc/machine-id"), asked(&mut machine))
+        (machine.run("cat /etc/machine-id"), dhcp_request(&mut machine))
     };
     let (one_id, one) = twin("52:54:00:aa:00:01");
     let (other_id, other) = twin("52:54:00:aa:00:02");

@@ -5,7 +5,7 @@
 
 use crate::machine::Machine;
 use crate::network::port_scanner::{PortScanner, Ports, Protocol};
-use crate::starts::first_start::playing;
+use crate::starts::first_start::playing_unit;
 use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv6Addr};
 use std::ops::RangeInclusive;
@@ -26,7 +26,7 @@ fn addresses(machine: &mut Machine) -> [IpAddr; 2] {
 
 /// Scans `ports` from the network; every one is closed.
 pub(crate) fn are_closed(ports: &[RangeInclusive<u16>]) {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     let addresses = addresses(&mut machine);
     // The kernel limits how often it answers `port unreachable`; the scan needs every answer.
     machine.run("cd /proc/sys/net && echo 0 | tee ipv4/icmp_ratemask ipv6/icmp/ratelimit");

@@ -10,7 +10,7 @@ use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::owner::settings_error::{OPEN, TAKE_IN, has_notice};
 use crate::programs::{repository, succeed};
-use crate::starts::first_start::{OFTEN, listens_to_nobody, playing};
+use crate::starts::first_start::{OFTEN, listens_to_nobody, playing_unit};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -96,7 +96,7 @@ fn told(machine: &mut Machine) -> String {
 fn a_unit_joins_its_owners_wifi_and_tells_why_where_it_cannot() {
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
     let disk = disk(folder.path());
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     assert_eq!(machine.run("systemctl list-units --all --plain --no-legend 'dreams-wifi@*'"), "", "there is no radio");
     give_radios(&mut machine, &disk);
     machine.run("[ ! -e /run/dreams-wifi/wlan0 ]");

@@ -6,7 +6,7 @@ use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::owner::settings_error::has_notice;
 use crate::programs::{output, succeed};
-use crate::starts::first_start::{OFTEN, playing};
+use crate::starts::first_start::{OFTEN, playing_unit};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -48,7 +48,7 @@ fn a_stick_that_asks_for_the_log_gets_it_and_any_other_stays_as_it_is() {
     stick(&asks, "dreams-log.txt");
     stick(&other, "holiday.jpg");
     let before = fs::read(&other).unwrap();
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     assert_eq!(put_in(&mut machine, &other), (vec!["::/holiday.jpg".to_owned()], false));
     assert!(fs::read(&other).unwrap() == before, "not a byte is written");
 

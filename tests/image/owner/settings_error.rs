@@ -1,10 +1,10 @@
 //! An owner makes a mistake, and mends it.
 //!
-//! Owns what is on the glass then: the picture, and over it what is wrong, until it is right.
+//! Owns what is on the screen then: the picture, and over it what is wrong, until it is right.
 
 use crate::machine::PAUSE;
 use crate::machine::picture::{Look, only_art};
-use crate::starts::first_start::{MOVES, OFTEN, playing};
+use crate::starts::first_start::{MOVES, OFTEN, playing_unit};
 
 /// What the unit has taken in of its owner's settings.
 const KEPT: &str = "cat /var/lib/dreams/owner/dreams.toml";
@@ -22,7 +22,7 @@ pub(crate) fn has_notice(look: &Look) -> bool {
 
 #[test]
 fn what_is_wrong_in_the_owners_file_is_told_over_the_running_picture_until_it_is_right() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     let before = machine.run(KEPT);
     let file = "/run/owner/dreams.toml";
     machine.run(&format!("{OPEN} && echo 'brightness = 400' >> {file}"));

@@ -5,7 +5,7 @@
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
-use crate::starts::first_start::{OFTEN, playing};
+use crate::starts::first_start::{OFTEN, playing_unit};
 
 const SLICE: &str = "/sys/fs/cgroup/dreams.slice";
 /// Takes memory until the kernel ends it.
@@ -20,7 +20,7 @@ fn read(machine: &mut Machine, file: &str, key: &str) -> u64 {
 
 #[test]
 fn a_program_that_takes_all_memory_takes_none_of_the_pictures() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     for file in ["memory.min", "dreams-player.service/memory.min"] {
         assert_eq!(read(&mut machine, file, ""), 256 << 20, "{file}");
     }

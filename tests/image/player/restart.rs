@@ -1,11 +1,11 @@
 //! The player falls, and systemd brings it back.
 //!
-//! Owns what is on the glass meanwhile, the last frame, held; and where the path goes on. A player that stops or hangs is
+//! Owns what is on the screen meanwhile, the last frame, held; and where the path goes on. A player that stops or hangs is
 //! in `watchdog.rs`: noticing that takes longer.
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
-use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
 
 /// Asks for its process.
@@ -30,7 +30,7 @@ pub(crate) fn ends_and_comes_back(machine: &mut Machine, path: &mut Path, comman
 
 #[test]
 fn a_player_that_falls_comes_back_and_its_last_frame_is_held_meanwhile() {
-    let Playing { frozen, path, .. } = playing();
-    let (_unit, mut machine) = frozen.wake();
+    let PlayingUnit { snapshot, path, .. } = playing_unit();
+    let (_unit, mut machine) = snapshot.wake();
     ends_and_comes_back(&mut machine, &mut path.clone(), "systemctl kill --signal=KILL dreams-player");
 }

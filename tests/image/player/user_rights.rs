@@ -3,7 +3,7 @@
 //! Owns the attempts, and the list of all that is left to that user: `writable.txt` beside this file. The services have less
 //! than their user: what systemd takes from each stands in `systemd/`, and `it` measures it.
 
-use crate::starts::first_start::playing;
+use crate::starts::first_start::playing_unit;
 
 /// Runs words as that user, with the groups that the player has.
 const AS_DREAMS: &str =
@@ -36,7 +36,7 @@ const WRITABLE: &str = "find / \\( -path /proc -o -path '/var/lib/dreams/store/*
 
 #[test]
 fn whoever_is_the_players_user_sets_nothing_that_is_the_owners_and_replaces_nothing_that_is_roots() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     machine.run("mkdir -p /run/dreams-mounts");
     for words in FENCED {
         let (said, status) = machine.serial.run(&format!("{AS_DREAMS} {words}"));
@@ -50,7 +50,7 @@ fn whoever_is_the_players_user_sets_nothing_that_is_the_owners_and_replaces_noth
 
 #[test]
 fn all_that_the_players_and_the_updaters_user_may_write_to_stands_in_a_list() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     let listed: Vec<&str> =
         include_str!("writable.txt").lines().filter(|line| line.starts_with('/')).map(str::trim_end).collect();
     let found = machine.run(&format!("{AS_DREAMS} sh -c \"{WRITABLE}\""));

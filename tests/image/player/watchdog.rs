@@ -3,15 +3,15 @@
 //! Owns the ways in which it hangs: it is fed by flips alone, and none comes any more.
 
 use crate::player::restart::ends_and_comes_back;
-use crate::starts::first_start::{Playing, playing};
+use crate::starts::first_start::{PlayingUnit, playing_unit};
 
 /// Whatever it is told, it does nothing, not even end.
 const FREEZE: &str = "echo 1 > /sys/fs/cgroup/$(systemctl show -P ControlGroup dreams-player)/cgroup.freeze";
 
 #[test]
 fn a_player_that_stops_or_hangs_is_brought_back_by_the_watchdog() {
-    let Playing { frozen, path, .. } = playing();
-    let (_unit, mut machine) = frozen.wake();
+    let PlayingUnit { snapshot, path, .. } = playing_unit();
+    let (_unit, mut machine) = snapshot.wake();
     let mut path = path.clone();
     for (times, command) in ["systemctl kill --signal=STOP dreams-player", FREEZE].into_iter().enumerate() {
         ends_and_comes_back(&mut machine, &mut path, command);

@@ -1,9 +1,9 @@
-//! From the switch to the art, and nothing else ever on the glass.
+//! From the switch to the art, and nothing else ever on the screen.
 //!
 //! Owns the claims on a unit that nobody disturbs: what it shows, what it is made of, what it offers to the network.
-//! Leaves the unit as it plays then, frozen, to the claims that disturb it.
+//! Hands a snapshot of the unit that plays to the claims that disturb it.
 //!
-//! Start at [`playing`].
+//! Start at [`playing_unit`].
 
 use crate::machine::clock::now;
 use crate::machine::picture::{Look, only_art};
@@ -11,7 +11,7 @@ use crate::machine::{Machine, PAUSE};
 use crate::programs::{repository, succeed};
 use crate::unit::path::Path;
 use crate::unit::stick::{AUTUMN, Stick};
-use crate::unit::{Frozen, Unit, image};
+use crate::unit::{Snapshot, Unit, image};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 use std::process::Command;
@@ -31,13 +31,13 @@ pub(crate) const PROVEN: &str = "until [ \"$(systemctl show -P SubState dreams-g
 pub(crate) const UP: &str = "until systemctl --quiet is-active multi-user.target; do sleep 1; done";
 
 /// A unit that has started, out of its box, and plays.
-pub(crate) struct Playing {
+pub(crate) struct PlayingUnit {
     /// How it looked on the way.
     looks: Vec<Look>,
     /// How long it took to its first lit frame.
     pub(crate) start: Duration,
     /// As it plays.
-    pub(crate) frozen: Frozen,
+    pub(crate) snapshot: Snapshot,
     /// Where it is in its path then.
     pub(crate) path: Path,
     /// A stick that its owner trusts.
@@ -45,8 +45,8 @@ pub(crate) struct Playing {
 }
 
 /// The unit that all claims here take over; it is started once.
-pub(crate) fn playing() -> &'static Playing {
-    static PLAYING: LazyLock<Playing> = LazyLock::new(|| {
+pub(crate) fn playing_unit() -> &'static PlayingUnit {
+    static PLAYING_UNIT: LazyLock<PlayingUnit> = LazyLock::new(|| {
         let unit = Unit::new();
         let stick = Stick::new(&unit.path(""));
         unit.lay_for_owner(&stick.owner);
@@ -62,9 +62,9 @@ pub(crate) fn playing() -> &'static Playing {
         machine.watch_move(PAUSE, 2).iter().for_each(|look| path.saw(look));
         let start = looks.iter().find(|look| look.is_art()).expect("art is lit").at.saturating_sub(began);
         println!("lit after {start:.1?}; frozen at {path}");
-        Playing { looks, start, frozen: unit.freeze(machine), path, stick }
+        PlayingUnit { looks, start, snapshot: unit.freeze(machine), path, stick }
     });
-    &PLAYING
+    &PLAYING_UNIT
 }
 
 /// Whether an address of `/proc/net/tcp` and its like is this machine's own.
@@ -118,7 +118,7 @@ fn the_system_is_small() {
 
 #[test]
 fn the_programs_of_a_unit_are_the_ones_that_are_tried() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     let sum = |folder: &str, names: &str| format!("cd {folder} && sha256sum {names}");
     let tried = std::env::var("DREAMS_PROGRAMS").map_or_else(|_| repository().join("target/unit/bin"), PathBuf::from);
     for (folder, names) in [("bin", "dreams-player dreams-update dreams-owner"), ("lib/dreams-player", "*.so.*")] {
@@ -132,5 +132,5 @@ fn the_programs_of_a_unit_are_the_ones_that_are_tried() {
 
 #[test]
 fn from_power_to_art_and_nothing_else_ever() {
-    only_art(&playing().looks, OFTEN);
+    only_art(&playing_unit().looks, OFTEN);
 }

@@ -4,7 +4,7 @@
 //! in `image-build/modules`; what keeps and checks by them is `image-build/prune`.
 
 use crate::programs::{output, repository, succeed};
-use crate::starts::first_start::playing;
+use crate::starts::first_start::playing_unit;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -76,7 +76,7 @@ fn a_line_of_the_lists_that_names_or_excuses_nothing_is_a_fault() {
 
 #[test]
 fn the_driver_of_every_display_loads_without_its_card() {
-    let (_unit, mut machine) = playing().frozen.wake();
+    let (_unit, mut machine) = playing_unit().snapshot.wake();
     for driver in DISPLAYS.split(' ') {
         machine.run(&format!("modprobe {driver} && [ -d /sys/module/{driver} ]"));
     }

@@ -5,7 +5,7 @@
 use crate::machine::PAUSE;
 use crate::machine::hardware::{Bus, Hardware, USUAL};
 use crate::machine::picture::only_art;
-use crate::starts::first_start::{MOVES, OFTEN, PROVEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PROVEN, PlayingUnit, playing_unit};
 use crate::unit::{SLOT_A, SLOT_B, Unit, rubbish};
 use std::fs;
 
@@ -15,9 +15,9 @@ const OF_FLOCKS: &str = "findmnt --noheadings --output SOURCE /var/lib/dreams | 
 
 #[test]
 fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
-    let Playing { frozen, path, .. } = playing();
+    let PlayingUnit { snapshot, path, .. } = playing_unit();
     let mut path = path.clone();
-    let unit = frozen.copy();
+    let unit = snapshot.copy();
     let stick = Unit::new();
     // The stick's owner would have it called otherwise.
     let theirs = stick.path("dreams.toml");
@@ -47,12 +47,12 @@ fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
 
 #[test]
 fn a_root_that_has_to_be_taken_from_another_disk_brings_neither_its_flocks_nor_its_owners_settings() {
-    let Playing { frozen, .. } = playing();
-    let unit = frozen.copy();
+    let PlayingUnit { snapshot, .. } = playing_unit();
+    let unit = snapshot.copy();
     for slot in [SLOT_A, SLOT_B] {
         unit.spoil(slot, 0, &rubbish(1 << 20));
     }
-    let stick = frozen.copy();
+    let stick = snapshot.copy();
     let theirs = stick.path("dreams.toml");
     fs::write(&theirs, "unit = \"nobody\"\n").unwrap();
     stick.lay_for_owner(&theirs);

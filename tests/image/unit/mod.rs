@@ -1,9 +1,9 @@
 //! A unit: its disk, from the box or from a life before.
 //!
-//! Owns the copies of the image, what its owner lays on it, and units that were frozen while they
-//! played, to be woken again and again within a second. Never looks at the glass.
+//! Owns the copies of the image, what its owner lays on it, and snapshots
+//! of units that play, which are resumed within a second. Never looks at the screen.
 //!
-//! Start at [`Unit::new`], [`Unit::start`] and [`Frozen`].
+//! Start at [`Unit::new`], [`Unit::start`] and [`Snapshot`].
 
 pub(crate) mod path;
 pub(crate) mod stick;
@@ -40,8 +40,8 @@ pub(crate) struct Unit {
     table: PathBuf,
 }
 
-/// A unit that was stopped in the midst of its life.
-pub(crate) struct Frozen {
+/// A unit that was stopped while it ran, with its memory.
+pub(crate) struct Snapshot {
     unit: Unit,
 }
 
@@ -65,7 +65,7 @@ fn folder() -> TempDir {
     tempfile::Builder::new().prefix(&format!("{LIFE}{}-", process::id())).tempdir_in(folders()).unwrap()
 }
 
-/// Clears away the units of processes that are gone: what is frozen outlives its claims.
+/// Clears away the units of processes that are gone: a snapshot outlives its claims.
 fn clear_folders() {
     for entry in fs::read_dir(folders()).unwrap().flatten() {
         let name = entry.file_name();
@@ -211,19 +211,19 @@ impl Unit {
         self.start()
     }
 
-    /// Wakes it as it was `frozen`, which has the same disk.
-    pub(crate) fn wake(&self, frozen: &Frozen) -> Machine {
-        Machine::wake(self.folder.path(), &self.disk, &frozen.state())
+    /// Resumes it from `snapshot`, which has the same disk.
+    pub(crate) fn wake(&self, snapshot: &Snapshot) -> Machine {
+        Machine::wake(self.folder.path(), &self.disk, &snapshot.state())
     }
 
-    /// Gives it power, or wakes it as it was `frozen`, which has the same disk. What its disk is told is recorded, and the
+    /// Gives it power, or resumes it from `snapshot`, which has the same disk. What its disk is told is recorded, and the
     /// disk itself does not change, until the power goes and it is seen what that leaves: see [`Unit::lose`].
-    pub(crate) fn record(&self, frozen: Option<&Frozen>) -> Machine {
+    pub(crate) fn record(&self, snapshot: Option<&Snapshot>) -> Machine {
         let log = self.path("log");
         fs::write(&log, []).unwrap();
         let disk = Disk { log: Some(log), ..over(&self.disk.file, &self.path("record.qcow2")) };
-        match frozen {
-            Some(frozen) => Machine::wake(self.folder.path(), &disk, &frozen.state()),
+        match snapshot {
+            Some(snapshot) => Machine::wake(self.folder.path(), &disk, &snapshot.state()),
             None => Machine::start(self.folder.path(), &disk, USUAL, &[]),
         }
     }
@@ -234,14 +234,14 @@ impl Unit {
     }
 
     /// Stops `machine`, which is this unit's, to be woken later.
-    pub(crate) fn freeze(self, machine: Machine) -> Frozen {
+    pub(crate) fn freeze(self, machine: Machine) -> Snapshot {
         machine.freeze(&self.path("state"));
-        Frozen { unit: self }
+        Snapshot { unit: self }
     }
 }
 
-impl Frozen {
-    /// The unit as if its power had been cut when it was frozen.
+impl Snapshot {
+    /// The unit as if its power had been cut when the snapshot was taken.
     fn off(&self) -> Unit {
         let folder = folder();
         let disk = over(&self.unit.disk.file, &folder.path().join("disk.qcow2"));
@@ -258,7 +258,7 @@ impl Frozen {
         self.unit.path("state")
     }
 
-    /// The unit, going on where it was frozen.
+    /// The unit, resumed.
     pub(crate) fn wake(&self) -> (Unit, Machine) {
         let unit = self.off();
         let machine = unit.wake(self);

@@ -1,6 +1,6 @@
-//! The path of a unit, as it is seen on the glass.
+//! The path of a unit, as it is seen on the screen.
 //!
-//! Owns where in its walk a unit is, by the looks at its glass, and how far from there it may come back when its player
+//! Owns where in its walk a unit is, by the looks at its screen, and how far from there it may come back when its player
 //! or its power was gone: one clip. What the walk is, `flock walk` says. Never touches a machine.
 //!
 //! Start at [`Path::told`], [`Path::saw`] and [`Path::came_back_with`].
@@ -32,7 +32,7 @@ pub(crate) struct Path {
     walks: Vec<Walk>,
     /// Which of them it is.
     walk: usize,
-    /// Which of its clips is on the glass.
+    /// Which of its clips is on the screen.
     at: usize,
     /// Which frame of that.
     frame: usize,
@@ -70,12 +70,12 @@ impl Path {
         self.walks.push(Walk::of(flock, folder, 0));
     }
 
-    /// The clip that is on the glass.
+    /// The clip that is on the screen.
     pub(crate) fn clip(&self) -> &str {
         self.walks[self.walk].clips.get(self.at).map_or("?", |clip| clip)
     }
 
-    /// Goes on with what was seen on a glass that is lit all the time.
+    /// Goes on with what was seen on a screen that is lit all the time.
     pub(crate) fn saw(&mut self, look: &Look) {
         let Some(place) = telling(look) else { return };
         if !self.has_gone(place) {

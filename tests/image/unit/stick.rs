@@ -9,10 +9,10 @@
 pub(crate) mod exfat;
 
 use crate::clips::Encode;
-use crate::machine::reference_frames::{Gallery, SIZE};
+use crate::machine::reference_frames::{ReferenceFrames, SIZE};
 use crate::programs::succeed;
 use bundle::KeyId;
-use claims::press::{Press, files_in};
+use claims::bundle_maker::{BundleMaker, files_in};
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::os::unix::fs::{FileExt, symlink};
@@ -40,7 +40,7 @@ pub(crate) struct Stick {
     /// The key that is called back there.
     pub(crate) revoked: KeyId,
     /// What is to be seen then.
-    pub(crate) gallery: &'static Gallery,
+    pub(crate) reference: &'static ReferenceFrames,
 }
 
 impl Stick {
@@ -48,12 +48,12 @@ impl Stick {
     pub(crate) fn new(folder: &Path) -> Self {
         let at = |file: &str| folder.join(file);
         make_flock(&at(AUTUMN));
-        let press = Press::with_new_keys();
-        press.bundle(&at("bundle"), &files_in(&at(AUTUMN)).unwrap(), &[UNIT], 1);
+        let maker = BundleMaker::with_new_keys();
+        maker.bundle(&at("bundle"), &files_in(&at(AUTUMN)).unwrap(), &[UNIT], 1);
         // A key that the artist took in, and calls back.
-        press.vouch(&at("bundle"));
-        press.call_back(&at("bundle"));
-        let key = fs::read_to_string(press.keys().join("artist.pub")).unwrap();
+        maker.vouch(&at("bundle"));
+        maker.call_back(&at("bundle"));
+        let key = fs::read_to_string(maker.keys().join("artist.pub")).unwrap();
         let key = key.lines().nth(1).expect("the key stands in the second line");
         fs::write(at("dreams.toml"), format!("unit = \"{UNIT}\"\nkeys = [\"{key}\"]\n")).unwrap();
 
@@ -73,8 +73,8 @@ impl Stick {
         succeed(Command::new("mke2fs").args(["-q", "-t", "ext4", "-d"]).args([&at("system"), &parts[2]]));
         let disk = at("stick.img");
         join(&disk, &parts);
-        let gallery = Box::leak(Box::new(Gallery::of(&at(AUTUMN))));
-        Self { disk, owner: at("dreams.toml"), revoked: press.stranger(), gallery }
+        let reference = Box::leak(Box::new(ReferenceFrames::of(&at(AUTUMN))));
+        Self { disk, owner: at("dreams.toml"), revoked: maker.stranger(), reference }
     }
 }
 

@@ -1,13 +1,13 @@
 //! A stick is put in, and its flock plays.
 //!
-//! Owns what is on the glass from then on: the picture, the notice on it, the new picture.
+//! Owns what is on the screen from then on: the picture, the notice on it, the new picture.
 
 use crate::machine::PAUSE;
 use crate::machine::picture::{Look, only_art};
-use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::stick::{AUTUMN, CLIPS};
 
-/// Whether the glass shows the flock of the stick, and nothing over it.
+/// Whether the screen shows the flock of the stick, and nothing over it.
 pub(crate) fn is_autumn(look: &Look) -> bool {
     look.place.as_ref().is_some_and(|place| &*place.flock == AUTUMN && !place.has_notice)
 }
@@ -20,9 +20,9 @@ fn is_verified(objects: &str) {
 
 #[test]
 fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
-    let Playing { frozen, stick, .. } = playing();
-    let (_unit, mut machine) = frozen.wake();
-    machine.hang(stick.gallery);
+    let PlayingUnit { snapshot, stick, .. } = playing_unit();
+    let (_unit, mut machine) = snapshot.wake();
+    machine.also_expect(stick.reference);
     machine.plug(&stick.disk);
     let looks = machine.watch_for(PAUSE, "the flock of the stick", is_autumn);
     let since = only_art(&looks, OFTEN);

@@ -4,18 +4,18 @@
 //! it, about to start it. Leaves those to the claims that disturb them. Whatever breaks while a slot is written is
 //! tried in `tests/it/updates/systems.rs`, too.
 //!
-//! Start at [`coming`].
+//! Start at [`updating_unit`].
 
 use crate::machine::clock::now;
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
 use crate::programs::{self, repository, succeed};
-use crate::starts::first_start::{MOVES, OFTEN, Playing, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
 use crate::unit::stick::Stick;
-use crate::unit::{Frozen, Unit};
+use crate::unit::{Snapshot, Unit};
 use crate::updates::flock_from_stick::is_autumn;
-use claims::web::{Manners, Web};
+use claims::web::{Behaviour, WebServer};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
@@ -35,9 +35,9 @@ const KEPT: &str = "cd /var/lib/dreams && find -H owner store/current -type f | 
 /// For its shell: whether the next system lies in the store, to be written to a slot.
 const IS_FETCHED: &str = "[ -e /var/lib/dreams/store/system/staged ]";
 
-/// A step of a unit on the way to its next system, before which it was frozen.
+/// A step of a unit on the way to its next system, with a snapshot from before it.
 pub(crate) struct Step {
-    pub(crate) frozen: Frozen,
+    pub(crate) snapshot: Snapshot,
     /// Where it is in its path then.
     pub(crate) path: Path,
     /// How long the step takes.
@@ -45,8 +45,8 @@ pub(crate) struct Step {
 }
 
 /// A unit to which its next system comes, while it plays a flock from its store.
-pub(crate) struct Coming {
-    _web: Web,
+pub(crate) struct UpdatingUnit {
+    _web: WebServer,
     pub(crate) fetching: Step,
     pub(crate) writing: Step,
     /// It is off, and is to start that system.
@@ -63,7 +63,7 @@ pub(crate) fn until_written() -> String {
 }
 
 /// Makes the next system, and serves it as its artist has signed it, with the key that the bench image is made with.
-fn served(unit: &Unit) -> Web {
+fn served(unit: &Unit) -> WebServer {
     let target = repository().join("target/image");
     let key = repository().join("tests/fixtures/keys/artist.pub");
     let mut build = Command::new(repository().join("image-build/build"));
@@ -79,11 +79,11 @@ fn served(unit: &Unit) -> Web {
     let mut pack = Command::new(programs::flock());
     pack.arg("pack").arg(target.join(format!("bench-{NEXT}"))).arg(&outbox).args(["--system", "--sequence", "2"]);
     succeed(pack.arg("--key").arg(&secret).arg("--passphrase-file").arg(&passphrase));
-    Web::serve(&outbox, Manners::Good)
+    WebServer::serve(&outbox, Behaviour::Good)
 }
 
 /// What its owner sets, so that it looks for its next system at `web`.
-fn settings(unit: &Unit, stick: &Stick, web: &Web) {
+fn settings(unit: &Unit, stick: &Stick, web: &WebServer) {
     // QEMU's network shows this machine's own address under that one.
     let url = web.url().replace("127.0.0.1", "10.0.2.2");
     let settings = format!("{}url = \"{url}\"\n", fs::read_to_string(&stick.owner).unwrap());
@@ -93,14 +93,14 @@ fn settings(unit: &Unit, stick: &Stick, web: &Web) {
 }
 
 /// The unit to which all claims here bring its next system; that is done once.
-pub(crate) fn coming() -> &'static Coming {
-    static COMING: LazyLock<Coming> = LazyLock::new(|| {
-        let Playing { frozen, path, stick, .. } = playing();
-        let (unit, mut path) = (frozen.copy(), path.clone());
+pub(crate) fn updating_unit() -> &'static UpdatingUnit {
+    static UPDATING_UNIT: LazyLock<UpdatingUnit> = LazyLock::new(|| {
+        let PlayingUnit { snapshot, path, stick, .. } = playing_unit();
+        let (unit, mut path) = (snapshot.copy(), path.clone());
         let web = served(&unit);
         settings(&unit, stick, &web);
-        let mut machine = unit.wake(frozen);
-        machine.hang(stick.gallery);
+        let mut machine = unit.wake(snapshot);
+        machine.also_expect(stick.reference);
         for look in is_ready(&mut machine, stick) {
             path.saw(&look);
         }
@@ -114,10 +114,10 @@ pub(crate) fn coming() -> &'static Coming {
         drop(machine);
 
         println!("the next system is fetched in {fetch:.1?}, and written in {write:.1?}");
-        let step = |(frozen, path), time| Step { frozen, path, time };
-        Coming { _web: web, fetching: step(fetching, fetch), writing: step(writing, write), written, path, kept }
+        let step = |(snapshot, path), time| Step { snapshot, path, time };
+        UpdatingUnit { _web: web, fetching: step(fetching, fetch), writing: step(writing, write), written, path, kept }
     });
-    &COMING
+    &UPDATING_UNIT
 }
 
 /// Has the unit play the flock of `stick` for good, and do nothing by itself of what is done here step by step.
@@ -134,12 +134,12 @@ fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
     looks
 }
 
-/// The unit that goes on where it was `frozen`, on a disk of its own, and does `command` while it plays on: and how long
+/// The unit resumed from `snapshot`, on a disk of its own, and does `command` while it plays on: and how long
 /// that takes.
-fn goes(frozen: &Frozen, path: &mut Path, command: &str) -> (Unit, Machine, Duration) {
-    let unit = frozen.copy();
-    let mut machine = unit.wake(frozen);
-    machine.hang(playing().stick.gallery);
+fn goes(snapshot: &Snapshot, path: &mut Path, command: &str) -> (Unit, Machine, Duration) {
+    let unit = snapshot.copy();
+    let mut machine = unit.wake(snapshot);
+    machine.also_expect(playing_unit().stick.reference);
     machine.watch_move(PAUSE, 1).iter().for_each(|look| path.saw(look));
     let began = now();
     let mut looks = machine.watch_while(PAUSE, command);

@@ -5,16 +5,16 @@
 
 use crate::machine::PAUSE;
 use crate::machine::clock::now;
-use crate::starts::first_start::{MOVES, UP, playing};
-use crate::updates::next_system::{NEXT, NOW, RESTART, coming, until_written, version};
+use crate::starts::first_start::{MOVES, UP, playing_unit};
+use crate::updates::next_system::{NEXT, NOW, RESTART, until_written, updating_unit, version};
 
 /// For its shell: whether the restart waits for its hour.
 const WAITS: &str = "[ \"$(systemctl show -P SubState dreams-restart)\" = start ]";
 
 #[test]
 fn a_unit_restarts_into_its_next_system_at_four_and_at_no_other_hour() {
-    let (_unit, mut machine) = coming().writing.frozen.wake();
-    machine.hang(playing().stick.gallery);
+    let (_unit, mut machine) = updating_unit().writing.snapshot.wake();
+    machine.also_expect(playing_unit().stick.reference);
     machine.run(&format!("date -u -s '2027-03-01 05:00:00' && systemctl unmask --runtime {RESTART}"));
     machine.run(&until_written());
     machine.run(&format!("until {WAITS}; do sleep 1; done; date -u -s '2027-03-02 03:59:30'"));

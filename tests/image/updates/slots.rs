@@ -5,9 +5,9 @@
 
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
-use crate::starts::first_start::{MOVES, OFTEN, PROVEN, playing};
+use crate::starts::first_start::{MOVES, OFTEN, PROVEN, playing_unit};
 use crate::unit::{SLOT_B, Unit, rubbish};
-use crate::updates::next_system::{Coming, FETCH, NEXT, NOW, coming, kept, version};
+use crate::updates::next_system::{FETCH, NEXT, NOW, UpdatingUnit, kept, updating_unit, version};
 
 /// For its shell: what the boot loader has to start was looked through.
 const LOOKED: &str =
@@ -18,14 +18,14 @@ const TRIES: usize = 3;
 /// Gives power to `unit`, which may show the flock of the stick.
 fn start(unit: &Unit) -> Machine {
     let mut machine = unit.start();
-    machine.hang(playing().stick.gallery);
+    machine.also_expect(playing_unit().stick.reference);
     machine
 }
 
 /// Plays until this start has proved its system good, with all that was there before; the looks at that are added to
 /// `looks`.
 fn proves_good(machine: &mut Machine, mut looks: Vec<Look>) {
-    let Coming { path, kept: before, .. } = coming();
+    let UpdatingUnit { path, kept: before, .. } = updating_unit();
     looks.extend(machine.watch_move(PAUSE, MOVES));
     looks.extend(machine.watch_while(PAUSE, PROVEN));
     only_art(&looks, OFTEN);
@@ -47,7 +47,7 @@ fn all(next: &str) -> String {
 
 #[test]
 fn a_system_that_never_shows_a_picture_is_left_again_and_the_flock_is_untouched() {
-    let unit = coming().written.copy();
+    let unit = updating_unit().written.copy();
     let mut machine = start(&unit);
     for left in (0..TRIES).rev() {
         machine.await_word("BENCH");
@@ -65,7 +65,7 @@ fn a_system_that_never_shows_a_picture_is_left_again_and_the_flock_is_untouched(
 
 #[test]
 fn a_new_system_that_shows_its_picture_stays_until_its_root_is_damaged() {
-    let unit = coming().written.copy();
+    let unit = updating_unit().written.copy();
     let mut machine = start(&unit);
     let looks = machine.await_shell();
     assert_eq!(version(&mut machine), NEXT);

@@ -44,7 +44,7 @@ fn a_night_in_black_leaves_the_display_on_and_the_path_goes_on_where_it_was() {
     assert_eq!(night.first(), Some(&BLACK), "it is black");
 }
 
-/// Whether the display was on over an evening, a night, a morning, and when the clock was lost. What was on the glass
+/// Whether the display was on over an evening, a night, a morning, and when the clock was lost. What was on the screen
 /// meanwhile is written to `glass`.
 fn over_a_night(playing: &Playing) -> Vec<String> {
     let seen = playing.path("seen");
@@ -90,7 +90,7 @@ fn goes_on(playing: &Playing, flock: &Flock) {
     assert!((10..=18).contains(&longest), "dark for {longest} s of some 14");
 }
 
-/// The checksum on the glass of every frame, by its hash, at this brightness.
+/// The checksum on the screen of every frame, by its hash, at this brightness.
 fn looks(percent: &str) -> BTreeMap<String, String> {
     let options = ["--screen", VKMS, "--seed", SEED, "--hash", "--clips", "40", "--brightness", percent];
     let playing = Playing::of(&SHORT.flock().folder).with(&options);

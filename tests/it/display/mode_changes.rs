@@ -10,7 +10,7 @@ use crate::player::flock_switch::edition;
 use crate::player_run::{Playing, VKMS};
 use crate::programs::updater;
 use crate::trace::{Flip, Trace};
-use claims::press::Press;
+use claims::bundle_maker::BundleMaker;
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
@@ -35,13 +35,13 @@ fn number(flip: &Flip) -> usize {
 /// Plays the first flock and brings the others.
 fn played() -> Playing {
     let flocks: Vec<Flock> = PLANS.iter().map(|(plan, ..)| plan.flock()).collect();
-    let press = Press::with_new_keys();
+    let maker = BundleMaker::with_new_keys();
     let playing = Playing::of("/tmp/store/current".as_ref());
     let playing = playing.with(&["--screen", VKMS, "--seed", "5", "--hash", "--prefetch-ms", "2000"]);
-    fs::rename(press.keys(), playing.path("keys")).unwrap();
+    fs::rename(maker.keys(), playing.path("keys")).unwrap();
     let update = |number: usize| {
         let bundle = playing.path(&number.to_string());
-        press.bundle(&bundle, &edition(&flocks[number], &number.to_string()), &[], number as u64 + 1);
+        maker.bundle(&bundle, &edition(&flocks[number], &number.to_string()), &[], number as u64 + 1);
         let mut update = Command::new(updater());
         update.args(["--unit", "lobby", "--store", "/tmp/store", "--keys"]).arg(playing.path("keys")).arg(bundle);
         shell_words(&update)

@@ -1,4 +1,4 @@
-//! What is on the glass before the player.
+//! What is on the screen before the player.
 //!
 //! Owns the claim that the first picture is lit by a prelude, stays, and is the very one that the player begins with,
 //! also where there was no place in the path yet. That it comes before systemd is told by `tests/image/starts/boot_time.rs`.

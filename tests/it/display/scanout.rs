@@ -1,6 +1,6 @@
 //! What the display really scans out.
 //!
-//! Owns the claim that the frames told in the trace are the frames on the glass: vkms composes every frame that it
+//! Owns the claim that the frames told in the trace are the frames on the screen: vkms composes every frame that it
 //! scans out and tells its checksum with the vblank it began at.
 
 use crate::flocks::Plan;

@@ -47,7 +47,7 @@ fn another_flock_stands_in_until_the_units_own_can_be_read() {
     let playing = Playing::of(&own).with(&free).with(&[spare.to_str().unwrap()]);
     let mut running = playing.start();
     await_joins(&mut running, 10);
-    unit.press.bundle(&unit.stick(), &edition(&flock, "own"), &[], 1);
+    unit.maker.bundle(&unit.stick(), &edition(&flock, "own"), &[], 1);
     unit.updated(&[]);
     running.await_line_with("own/");
     await_joins(&mut running, 10);

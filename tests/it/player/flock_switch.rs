@@ -10,7 +10,7 @@ use crate::player_run::{Playing, Running};
 use crate::programs::output;
 use crate::trace::{Flip, Trace};
 use crate::updates::sticks::Unit;
-use claims::press::Files;
+use claims::bundle_maker::Files;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use std::fs;
@@ -35,7 +35,7 @@ pub(crate) fn edition(flock: &Flock, edition: &str) -> Files {
 /// A unit that plays the edition `one` of the flock, and has proved that it does.
 fn unit_with(flock: &Flock) -> (Unit, Playing) {
     let unit = Unit::new();
-    unit.press.bundle(&unit.stick(), &edition(flock, "one"), &[], 1);
+    unit.maker.bundle(&unit.stick(), &edition(flock, "one"), &[], 1);
     unit.updated(&[]);
     let playing = Playing::of(&unit.path("store/current")).with(&FREE);
     let mut running = playing.start();
@@ -90,7 +90,7 @@ fn the_player_goes_over_to_a_new_flock_at_a_join_with_every_frame_and_on_the_sam
     let (unit, playing) = unit_with(&flock);
     let mut running = playing.start();
     running.await_line_with("\"join\"");
-    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     assert_eq!(unit.updated(&[])["outcome"], "installed");
     running.await_line_with("\"to\":\"two/");
     await_joins(&mut running, JOINS);
@@ -118,7 +118,7 @@ fn a_new_flock_that_does_not_play_gives_way_to_the_one_before_and_is_marked_bad(
     }
     let mut running = playing.start();
     running.await_line_with("\"join\"");
-    unit.press.bundle(&unit.stick(), &bad, &[], 2);
+    unit.maker.bundle(&unit.stick(), &bad, &[], 2);
     unit.updated(&[]);
     running.await_line_with("\"fault\"");
     await_joins(&mut running, JOINS);
@@ -137,7 +137,7 @@ fn a_new_flock_that_does_not_play_gives_way_to_the_one_before_and_is_marked_bad(
 fn a_new_flock_that_ends_the_player_again_and_again_gives_way_to_the_one_before() {
     let flock = SMALL.flock();
     let (unit, _) = unit_with(&flock);
-    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
     let playing = Playing::of(&unit.path("store/current")).with(&TIMED);
     for start in 1..=4 {
@@ -155,7 +155,7 @@ fn a_new_flock_that_ends_the_player_again_and_again_gives_way_to_the_one_before(
 fn a_trial_goes_on_over_short_evenings_and_through_starts_that_nobody_could_see() {
     let flock = SMALL.flock();
     let (unit, playing) = unit_with(&flock);
-    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
     let play = |options: &[&str]| Playing::of(&unit.path("store/current")).with(options);
     // No display at all, and an end that was asked for before anything was to be seen.
@@ -200,7 +200,7 @@ fn a_trial_goes_on_over_short_evenings_and_through_starts_that_nobody_could_see(
 fn a_trial_counts_nothing_that_was_decoded_for_a_display_that_is_not_plugged_in() {
     let flock = SMALL.flock();
     let (unit, _) = unit_with(&flock);
-    unit.press.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
+    unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
     let playing = Playing::of(&unit.path("store/current")).with(&["--screen", "kms:/dev/dri/$card"]);
     let play = shell_words(&playing.command());
@@ -221,11 +221,11 @@ fn a_flock_of_another_size_or_rate_takes_over_in_the_same_run_with_every_frame_a
     let (unit, playing) = unit_with(&small);
     let mut running = playing.start();
     running.await_line_with("\"join\"");
-    unit.press.bundle(&unit.stick(), &edition(&larger, "two"), &[], 2);
+    unit.maker.bundle(&unit.stick(), &edition(&larger, "two"), &[], 2);
     unit.updated(&[]);
     running.await_line_with("\"to\":\"two/");
     await_joins(&mut running, JOINS);
-    unit.press.bundle(&unit.stick(), &edition(&small, "three"), &[], 3);
+    unit.maker.bundle(&unit.stick(), &edition(&small, "three"), &[], 3);
     unit.updated(&[]);
     running.await_line_with("\"to\":\"three/");
     running.signal(Signal::TERM);

@@ -6,7 +6,7 @@ use crate::flocks::JOINS;
 use crate::player::status_page::{ask, pixels};
 use crate::player_run::Playing;
 use crate::updates::sticks::Unit;
-use claims::press::rubbish;
+use claims::bundle_maker::rubbish;
 
 /// The picture's size, and where a notice may be: the lowest quarter of it.
 const SIZE: (usize, usize) = (640, 480);
@@ -31,7 +31,7 @@ fn people_are_told_over_the_running_picture_what_became_of_their_stick() {
     running.await_lines(40);
     let shot = || pixels(&ask(&socket, "GET /screen.jpg").body, "jpg");
     let before = pane(&shot());
-    unit.press.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["stairs"], 1);
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["stairs"], 1);
     assert_eq!(unit.update(&[]).status.code(), Some(1));
     // The player looks twice a second; frames are told meanwhile.
     let mut told = 0;

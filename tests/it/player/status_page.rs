@@ -103,11 +103,11 @@ fn the_page_refuses_what_it_does_not_have() {
 fn the_page_tells_number_and_age_of_the_flock_the_last_contact_and_the_keys() {
     let unit = Unit::new();
     let flock = SMALL.flock();
-    unit.press.vouch(&unit.stick());
-    unit.press.call_back(&unit.stick());
-    unit.press.bundle(&unit.stick(), &edition(&flock, "one"), &[], 7);
+    unit.maker.vouch(&unit.stick());
+    unit.maker.call_back(&unit.stick());
+    unit.maker.bundle(&unit.stick(), &edition(&flock, "one"), &[], 7);
     unit.updated(&[]);
-    unit.press.bundle(&unit.stick(), &edition(&flock, "one"), &[], 3);
+    unit.maker.bundle(&unit.stick(), &edition(&flock, "one"), &[], 3);
     assert_eq!(unit.update(&[]).status.code(), Some(1));
     let socket = unit.path("socket");
     let address = format!("unix:{}", socket.display());
@@ -116,12 +116,12 @@ fn the_page_tells_number_and_age_of_the_flock_the_last_contact_and_the_keys() {
     running.await_line_with("\"flip\"");
     let facts: serde_json::Value = serde_json::from_slice(&ask(&socket, "GET /status.json").body).unwrap();
     let (generation, contact) = (&facts["generation"], &facts["contact"]);
-    let trusted = fs::read_to_string(unit.press.keys().join("artist.pub")).unwrap();
+    let trusted = fs::read_to_string(unit.maker.keys().join("artist.pub")).unwrap();
     let id = trusted.lines().next().unwrap().rsplit(' ').next().unwrap();
     assert_eq!((&generation["sequence"], &generation["is_on_trial"]), (&7.into(), &true.into()), "{facts}");
     assert_eq!((generation["signer"].as_str(), contact["trusted"][0].as_str()), (Some(id), Some(id)), "{facts}");
     assert!(generation["created"].is_string() && generation["age_s"].is_u64() && contact["age_s"].is_u64(), "{facts}");
-    let stranger = unit.press.stranger().to_string();
+    let stranger = unit.maker.stranger().to_string();
     assert_eq!((contact["source"].as_str(), contact["revoked"][0].as_str()), (Some("stick"), Some(&*stranger)));
     assert_eq!(contact["result"], "refused: older than what was played");
 }

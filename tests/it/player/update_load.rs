@@ -9,7 +9,7 @@ use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::player_run::Playing;
 use crate::programs::{player, repository, updater};
 use crate::trace::{Flip, Trace};
-use claims::press::{Files, Press};
+use claims::bundle_maker::{BundleMaker, Files};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -47,15 +47,15 @@ fn edition(folder: &Path, edition: &str, noise: usize) -> Files {
 
 #[test]
 fn an_update_on_the_same_slow_disk_makes_no_frame_late() {
-    let (flock, press) = (SMALL.flock(), Press::with_new_keys());
+    let (flock, maker) = (SMALL.flock(), BundleMaker::with_new_keys());
     let playing = Playing::of(&flock.folder);
     let (before, update) = (playing.path("before"), playing.path("update"));
-    press.bundle(&before, &edition(&flock.folder, "one", 0), &[], 1);
+    maker.bundle(&before, &edition(&flock.folder, "one", 0), &[], 1);
     let new = edition(&flock.folder, "two", NOISE);
-    press.bundle(&update, &new, &[], 2);
+    maker.bundle(&update, &new, &[], 2);
     fs::create_dir(playing.path("guest")).unwrap();
     let keys = playing.path("keys");
-    fs::rename(press.keys(), &keys).unwrap();
+    fs::rename(maker.keys(), &keys).unwrap();
     let programs = [player(), updater()].map(|program| program.parent().unwrap().to_owned());
     let words = [&playing.path("guest"), &programs[0], &keys, &before, &update].map(|path| word(path));
     let beside = repository().join("tests/soak/beside");

@@ -66,15 +66,15 @@ clip = \"d=b.mp4\"
 # the end";
 
 /// A flock of the manifest `text` alone.
-struct Table {
+struct FlockFolder {
     scratch: tempfile::TempDir,
 }
 
-impl Table {
+impl FlockFolder {
     fn of(text: &str) -> Self {
-        let table = Self { scratch: tempfile::tempdir().unwrap() };
-        fs::write(table.scratch.path().join("flock.toml"), text).unwrap();
-        table
+        let flock_folder = Self { scratch: tempfile::tempdir().unwrap() };
+        fs::write(flock_folder.scratch.path().join("flock.toml"), text).unwrap();
+        flock_folder
     }
 
     fn manifest(&self) -> String {
@@ -116,12 +116,12 @@ fn apart(text: &str) -> (Vec<String>, Vec<String>) {
 fn balanced_weights_are_written_and_nothing_else() {
     let plain = format!("{HEAD}{SHEEP}{TRANSITIONS}");
     for text in [plain.clone(), format!("{plain}\n"), plain.replace('\n', "\r\n"), format!("\u{feff}{plain}")] {
-        let table = Table::of(&text);
-        let before = table.answers("balance", &[]);
-        let answer = table.answers("balance", &["--write"]);
+        let flock_folder = FlockFolder::of(&text);
+        let before = flock_folder.answers("balance", &[]);
+        let answer = flock_folder.answers("balance", &["--write"]);
         assert_eq!(answer["changed"], true);
         assert_eq!(before["weights"], answer["weights"], "written are the weights that were shown");
-        let after = table.manifest();
+        let after = flock_folder.manifest();
         let line = |line: &String| line.trim_end_matches('\r').to_owned();
         let lines = |text: &str| apart(text).0.iter().map(line).collect::<Vec<_>>();
         assert_eq!(lines(&after), lines(&text), "{after}");
@@ -138,32 +138,32 @@ fn entries_in_arrays_get_their_weights_inside_their_braces() {
     let arrays = "transition = [ # all\n  {from='a',to=\"b\",frames=1,clip=\"x\",weight=3}, # weight = 3\n  { from = \"b\", \
                   to = \"a\", frames = 1, clip = \"y\" }, {from='b', to='b', weight = 0.5, clip='z', frames=2}\n]\n";
     let sheep = "sheep = [{id = \"a\"}, {id = \"b\", want = 3}]\n";
-    let table = Table::of(&format!("{HEAD}{sheep}{arrays}"));
-    let answer = table.answers("balance", &["--write", "--fairness", "inf", "--floor", "0"]);
+    let flock_folder = FlockFolder::of(&format!("{HEAD}{sheep}{arrays}"));
+    let answer = flock_folder.answers("balance", &["--write", "--fairness", "inf", "--floor", "0"]);
     let weight = |at: usize| format!("{:?}", answer["weights"][at]["weight"].as_f64().unwrap());
     let expected = arrays.replace("weight=3}", &format!("weight={}}}", weight(0)));
     let expected = expected.replace("clip = \"y\" }", &format!("clip = \"y\", weight = {} }}", weight(1)));
     let expected = expected.replace("weight = 0.5", &format!("weight = {}", weight(2)));
-    let said = table.manifest();
+    let said = flock_folder.manifest();
     assert_eq!(said, format!("{HEAD}{sheep}{expected}"));
 }
 
 #[test]
 fn what_is_balanced_keeps_its_promise_and_stays() {
     for terms in [&["--afresh"][..], &["--fairness", "inf", "--floor", "0"], &["--fairness", "30", "--afresh"]] {
-        let table = Table::of(&format!("{HEAD}{SHEEP}{TRANSITIONS}"));
+        let flock_folder = FlockFolder::of(&format!("{HEAD}{SHEEP}{TRANSITIONS}"));
         let write = [&["--write"], terms].concat();
-        let promised = table.answers("balance", &write);
-        let shares = table.answers("share", &[]);
+        let promised = flock_folder.answers("balance", &write);
+        let shares = flock_folder.answers("share", &[]);
         for (promised, got) in promised["sheep"].as_array().unwrap().iter().zip(shares["sheep"].as_array().unwrap()) {
             let (promised, got) = (promised["visits"].as_f64().unwrap(), got["visits"].as_f64().unwrap());
             assert!((promised - got).abs() < 1e-12, "{promised} {got}");
         }
-        let file = || fs::metadata(table.scratch.path().join("flock.toml")).unwrap().modified().unwrap();
-        let (written, at) = (table.manifest(), file());
-        let again = table.answers("balance", &write);
+        let file = || fs::metadata(flock_folder.scratch.path().join("flock.toml")).unwrap().modified().unwrap();
+        let (written, at) = (flock_folder.manifest(), file());
+        let again = flock_folder.answers("balance", &write);
         assert_eq!((&again["changed"], &again["weights"]), (&Value::Bool(false), &promised["weights"]));
-        assert_eq!((table.manifest(), file()), (written, at), "the file is not even touched");
+        assert_eq!((flock_folder.manifest(), file()), (written, at), "the file is not even touched");
     }
 }
 
@@ -174,15 +174,15 @@ fn a_flock_that_never_had_weights_is_balanced_once() {
         write!(text, "[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\nframes = 2000\nclip = \"{from}{to}\"\n")
             .unwrap();
     }
-    let table = Table::of(&text);
-    let said = table.flock("balance", &["--write"]);
+    let flock_folder = FlockFolder::of(&text);
+    let said = flock_folder.flock("balance", &["--write"]);
     let note = String::from_utf8(said.stderr).unwrap();
     assert!(note.starts_with("note: wrote 4 of 8 weights; the worst ratio of visits and want was 1.455"), "{note}");
-    let written = table.manifest();
+    let written = flock_folder.manifest();
     assert_ne!(written, text);
-    let again = table.flock("balance", &["--write"]);
+    let again = flock_folder.flock("balance", &["--write"]);
     assert_eq!(String::from_utf8(again.stderr).unwrap(), "note: nothing to write, all 8 weights stand already\n");
-    assert_eq!((table.manifest(), again.stdout), (written, said.stdout));
+    assert_eq!((flock_folder.manifest(), again.stdout), (written, said.stdout));
 }
 
 #[test]
@@ -190,46 +190,46 @@ fn where_no_weights_reach_the_wants_the_nearest_are_written_and_the_answer_is_no
     let link =
         |from: &str, to: &str| format!("[[transition]]\nfrom='{from}'\nto='{to}'\nframes=3\nclip='{from}{to}'\n");
     let star = [link("a", "b"), link("b", "a"), link("a", "c"), link("c", "a")].concat();
-    let table = Table::of(&format!("{HEAD}sheep = [{{id='a'}}, {{id='b'}}, {{id='c', want=2}}]\n{star}"));
-    let said = table.flock("balance", &["--write", "--json"]);
+    let flock_folder = FlockFolder::of(&format!("{HEAD}sheep = [{{id='a'}}, {{id='b'}}, {{id='c', want=2}}]\n{star}"));
+    let said = flock_folder.flock("balance", &["--write", "--json"]);
     assert_eq!(said.status.code(), Some(1));
     let answer = json(&said);
     assert_eq!((&answer["reachable"], &answer["changed"]), (&Value::Bool(false), &Value::Bool(true)));
-    assert_eq!(table.manifest().matches("weight=").count(), 2, "{}", table.manifest());
+    assert_eq!(flock_folder.manifest().matches("weight=").count(), 2, "{}", flock_folder.manifest());
 }
 
 #[test]
 fn a_manifest_that_cannot_be_saved_is_as_it_was() {
     let text = format!("{HEAD}{SHEEP}{TRANSITIONS}");
-    let table = Table::of(&text);
+    let flock_folder = FlockFolder::of(&text);
     // No file may grow: to a program that is the same as a full disk.
     let mut shell = Command::new("bash");
     shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::flock()).arg("balance");
-    let said = output(shell.arg(table.scratch.path()).arg("--write"));
+    let said = output(shell.arg(flock_folder.scratch.path()).arg("--write"));
     let error = String::from_utf8(said.stderr).unwrap();
     assert_eq!((said.status.code(), error.contains("cannot save `")), (Some(3), true), "{error}");
-    assert_eq!(table.manifest(), text);
+    assert_eq!(flock_folder.manifest(), text);
     assert!(said.stdout.is_empty(), "nothing is promised");
 }
 
 #[test]
 fn what_is_suggested_comes_true_by_command() {
-    let table = Table::of(&format!("{HEAD}{SHEEP}{TRANSITIONS}"));
-    let answer = table.answers("balance", &["--suggest", "2"]);
+    let flock_folder = FlockFolder::of(&format!("{HEAD}{SHEEP}{TRANSITIONS}"));
+    let answer = flock_folder.answers("balance", &["--suggest", "2"]);
     let word = |value: &Value| value.as_str().unwrap().to_owned();
     let number = |value: &Value| value.as_f64().unwrap();
     let (add, remove) = (answer["add"].as_array().unwrap(), answer["remove"].as_array().unwrap());
     assert_eq!(add.len(), 2, "{answer}");
     assert!(number(&add[1]["worst_ratio"]) < number(&answer["worst_ratio"]), "{answer}");
     for (suggestions, command) in [(remove, "unlink"), (add, "link")] {
-        let table = Table::of(&table.manifest());
+        let flock_folder = FlockFolder::of(&flock_folder.manifest());
         for one in suggestions {
             let (from, to) = (word(&one["from"]), word(&one["to"]));
             let (weight, frames) = (one["weight"].to_string(), one["frames"].to_string());
             let how: &[&str] = if command == "link" { &["--weight", &weight, "--frames", &frames] } else { &[] };
-            let done = table.flock(command, &[&[from.as_str(), &to], how].concat());
+            let done = flock_folder.flock(command, &[&[from.as_str(), &to], how].concat());
             assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-            let now = table.answers("balance", &[]);
+            let now = flock_folder.answers("balance", &[]);
             assert_eq!(now["worst_ratio"], one["worst_ratio"], "{command} {from} {to}");
         }
     }
@@ -269,15 +269,15 @@ fn what_is_not_played_is_told_apart_from_what_is_stuck() {
     // `a` and `b` both lead to `c` alone; nothing leads to `d`.
     let parts = ["a", "b", "c", "d"].map(sheep).into_iter().chain(["ac", "bc", "ca", "cb", "da"].map(transition));
     let head = "format = 1\nname = \"odd\"\nsize = [64, 64]\nfps = [30, 1]\n".to_owned();
-    let table = Table::of(&parts.fold(head, |text, part| text + &part));
-    let said = table.flock("balance", &[]);
+    let flock_folder = FlockFolder::of(&parts.fold(head, |text, part| text + &part));
+    let said = flock_folder.flock("balance", &[]);
     let told = String::from_utf8(said.stdout).unwrap();
     assert_eq!(said.status.code(), Some(1));
     assert!(told.contains("\nNot played: 1 sheep are wanted 25.000% and get nothing.\nthese  d\n"), "{told}");
     let stuck =
         "\nStuck: 2 sheep are wanted 50.000%, all 1 sheep that they lead to only 25.000%.\nthese  a b\nlead to  c\n";
     assert!(told.contains(stuck), "{told}");
-    let answer = table.answers("balance", &[]);
+    let answer = flock_folder.answers("balance", &[]);
     assert_eq!(answer["bottleneck"], serde_json::json!(["a", "b", "d"]));
     assert!((answer["deficiency"].as_f64().unwrap() - 0.5).abs() < 1e-9, "{}", answer["deficiency"]);
 }

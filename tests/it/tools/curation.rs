@@ -12,26 +12,26 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A flock on an artist's table.
-struct Table {
+/// The folder of a flock.
+struct FlockFolder {
     scratch: tempfile::TempDir,
 }
 
-impl Table {
+impl FlockFolder {
     /// An empty flock of clips like those of [`SMALL`].
     fn new() -> Self {
-        let table = Self::bare();
+        let flock_folder = Self::bare();
         let size = format!("{}x{}", SMALL.size.0, SMALL.size.1);
-        table.fine(&["new"], &["--size", &size, "--fps", "30"]);
-        table
+        flock_folder.fine(&["new"], &["--size", &size, "--fps", "30"]);
+        flock_folder
     }
 
     /// A flock of the manifest `text`, without a clip.
     fn of(text: &str) -> Self {
-        let table = Self::bare();
-        fs::create_dir(table.folder()).unwrap();
-        fs::write(table.folder().join("flock.toml"), text).unwrap();
-        table
+        let flock_folder = Self::bare();
+        fs::create_dir(flock_folder.folder()).unwrap();
+        fs::write(flock_folder.folder().join("flock.toml"), text).unwrap();
+        flock_folder
     }
 
     fn bare() -> Self {
@@ -82,87 +82,95 @@ fn odd() -> String {
 
 #[test]
 fn a_flock_grows_from_nothing_to_one_without_faults() {
-    let table = Table::new();
+    let flock_folder = FlockFolder::new();
     for folder in ["genomes", "loops", "transitions"] {
-        assert!(table.folder().join(folder).is_dir(), "{folder}");
+        assert!(flock_folder.folder().join(folder).is_dir(), "{folder}");
     }
-    let said = table.says(2, &["check"], &[]);
+    let said = flock_folder.says(2, &["check"], &[]);
     assert!(said.contains("`flock add`"), "{said}");
-    let first = table.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
+    let first = flock_folder.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
     assert!(first.contains("none while a sheep is never shown"), "{first}");
-    table.fine(&["add", "ewe"], &["--loop", &clip("s1.mp4"), "--want", "3", "--repeat", "2"]);
-    let there = table.fine(&["link", "ram", "ewe"], &["--clip", &clip("s0=s1.mp4")]);
+    flock_folder.fine(&["add", "ewe"], &["--loop", &clip("s1.mp4"), "--want", "3", "--repeat", "2"]);
+    let there = flock_folder.fine(&["link", "ram", "ewe"], &["--clip", &clip("s0=s1.mp4")]);
     assert!(there.contains("sheep `ewe` has no transition that leaves it"), "{there}");
-    let back = table.fine(&["link", "ewe", "ram"], &["--clip", &clip("s1=s2.mp4"), "--weight", "2.5"]);
+    let back = flock_folder.fine(&["link", "ewe", "ram"], &["--clip", &clip("s1=s2.mp4"), "--weight", "2.5"]);
     assert!(back.contains("worst ratio of visits and want: 2.000, the first\n"), "{back}");
-    assert_eq!(table.fine(&["check"], &[]).lines().last(), Some("no faults"));
+    assert_eq!(flock_folder.fine(&["check"], &[]).lines().last(), Some("no faults"));
     let bytes = |path: &str| fs::read(path).unwrap();
-    assert_eq!(bytes(table.folder().join("loops/ram.mp4").to_str().unwrap()), bytes(&clip("s0.mp4")));
-    let manifest = table.manifest();
+    assert_eq!(bytes(flock_folder.folder().join("loops/ram.mp4").to_str().unwrap()), bytes(&clip("s0.mp4")));
+    let manifest = flock_folder.manifest();
     for line in ["want = 3.0", "repeat = 2", "clip = \"transitions/ram=ewe.mp4\"", "weight = 2.5"] {
         assert!(manifest.contains(line), "{line}: {manifest}");
     }
     assert_eq!(manifest.matches("hash = \"b3:").count(), 4, "every clip's hash is written down");
-    let wanted = table.fine(&["want", "ewe", "1"], &[]);
+    let wanted = flock_folder.fine(&["want", "ewe", "1"], &[]);
     assert!(wanted.contains("worst ratio of visits and want: 1.000, was 2.000\n"), "{wanted}");
-    table.fine(&["add", "kid"], &["--no-loop"]);
-    assert!(table.manifest().contains("\n[[sheep]]\nid = \"kid\"\n\n[[transition]]\n"), "{}", table.manifest());
+    flock_folder.fine(&["add", "kid"], &["--no-loop"]);
+    assert!(
+        flock_folder.manifest().contains("\n[[sheep]]\nid = \"kid\"\n\n[[transition]]\n"),
+        "{}",
+        flock_folder.manifest()
+    );
 }
 
 #[test]
 fn what_is_yet_to_be_rendered_is_named_and_its_place_told() {
-    let table = Table::new();
+    let flock_folder = FlockFolder::new();
     let genome = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
     let genome = genome.to_str().unwrap();
-    let said = table.fine(&["add", "orchid"], &["--genome", genome, "--frames", "90"]);
+    let said = flock_folder.fine(&["add", "orchid"], &["--genome", genome, "--frames", "90"]);
     assert!(said.contains("note: `loops/orchid.mp4` is not there yet; `flock render` makes it"), "{said}");
-    let answer = table.answers(0, "link", &["orchid", "orchid"]);
+    let answer = flock_folder.answers(0, "link", &["orchid", "orchid"]);
     assert_eq!(answer["missing"], serde_json::json!(["transitions/orchid=orchid.mp4"]));
-    let manifest = table.manifest();
+    let manifest = flock_folder.manifest();
     assert!(manifest.contains("frames = 90\nclip = \"loops/orchid.mp4\"\ngenome = \"genomes/orchid.flam3\""));
     assert!(manifest.contains("frames = 384\nclip = \"transitions/orchid=orchid.mp4\""));
     assert!(!manifest.contains("hash"), "there is nothing to hash");
-    assert_eq!(fs::read(table.folder().join("genomes/orchid.flam3")).unwrap(), fs::read(genome).unwrap());
-    let faults = table.answers(1, "check", &[]);
+    assert_eq!(fs::read(flock_folder.folder().join("genomes/orchid.flam3")).unwrap(), fs::read(genome).unwrap());
+    let faults = flock_folder.answers(1, "check", &[]);
     let kinds: Vec<_> = faults["faults"].as_array().unwrap().iter().map(|fault| &fault["kind"]).collect();
     assert_eq!(kinds, ["missing-clip", "missing-clip"]);
 }
 
 #[test]
 fn a_clip_that_lies_in_the_flock_is_taken_where_it_lies() {
-    let table = Table::new();
-    let place = table.folder().join("loops/ram.mp4");
+    let flock_folder = FlockFolder::new();
+    let place = flock_folder.folder().join("loops/ram.mp4");
     fs::copy(clip("s0.mp4"), &place).unwrap();
-    table.fine(&["add", "ram"], &["--no-loop"]);
-    table.fine(&["drop", "ram"], &["--force"]);
+    flock_folder.fine(&["add", "ram"], &["--no-loop"]);
+    flock_folder.fine(&["drop", "ram"], &["--force"]);
     // In its usual place it needs no name; in another one it is named and stays.
     let genome = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
-    table.fine(&["add", "ram"], &["--genome", genome.to_str().unwrap()]);
-    assert!(table.manifest().contains("frames = 6\nclip = \"loops/ram.mp4\"\nhash"), "{}", table.manifest());
-    let own = table.folder().join("mine.mp4");
+    flock_folder.fine(&["add", "ram"], &["--genome", genome.to_str().unwrap()]);
+    assert!(
+        flock_folder.manifest().contains("frames = 6\nclip = \"loops/ram.mp4\"\nhash"),
+        "{}",
+        flock_folder.manifest()
+    );
+    let own = flock_folder.folder().join("mine.mp4");
     fs::rename(&place, &own).unwrap();
-    table.fine(&["add", "ewe"], &["--loop", own.to_str().unwrap()]);
-    assert!(table.manifest().contains("clip = \"mine.mp4\""));
-    assert!(!table.folder().join("loops/ewe.mp4").exists());
+    flock_folder.fine(&["add", "ewe"], &["--loop", own.to_str().unwrap()]);
+    assert!(flock_folder.manifest().contains("clip = \"mine.mp4\""));
+    assert!(!flock_folder.folder().join("loops/ewe.mp4").exists());
 }
 
 #[test]
 fn what_does_not_fit_is_refused_and_changes_nothing() {
-    let table = Table::new();
-    table.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
+    let flock_folder = FlockFolder::new();
+    flock_folder.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
     let files = || {
-        let list = |folder: &str| fs::read_dir(table.folder().join(folder)).unwrap().count();
-        (table.manifest(), list("."), list("loops"), list("transitions"), list("genomes"))
+        let list = |folder: &str| fs::read_dir(flock_folder.folder().join(folder)).unwrap().count();
+        (flock_folder.manifest(), list("."), list("loops"), list("transitions"), list("genomes"))
     };
     let before = files();
     let other_form = programs::repository().join("flock-tools/demo/small/loops/orchid.mp4");
     let other_form = other_form.to_str().unwrap();
-    let said = table.says(1, &["add", "big"], &["--loop", other_form]);
+    let said = flock_folder.says(1, &["add", "big"], &["--loop", other_form]);
     assert!(
         said.contains("size is `1280x720` (expected `320x240`)") && said.contains("hint: `flock import`"),
         "{said}"
     );
-    let said = table.says(2, &["want", "ram"], &["-3"]);
+    let said = flock_folder.says(2, &["want", "ram"], &["-3"]);
     assert!(said.contains("wanted a finite number above 0"), "{said}");
     for (code, command, words) in [
         (3, ["add", "x"], ["--loop", "no/such.mp4"]),
@@ -178,145 +186,151 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
         (2, ["wan", "ram"], ["1", "--json"]),
         (1, ["new", "--name"], ["x", "--json"]),
     ] {
-        let said = table.says(code, &command, &words);
+        let said = flock_folder.says(code, &command, &words);
         assert!(said.contains("error: "), "{said}");
     }
-    fs::write(table.folder().join("transitions/ram=ram.mp4"), "another film").unwrap();
-    let said = table.says(1, &["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4")]);
+    fs::write(flock_folder.folder().join("transitions/ram=ram.mp4"), "another film").unwrap();
+    let said = flock_folder.says(1, &["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4")]);
     assert!(said.contains("--force replaces it"), "{said}");
-    assert_eq!(fs::read_to_string(table.folder().join("transitions/ram=ram.mp4")).unwrap(), "another film");
-    table.fine(&["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4"), "--force"]);
-    table.fine(&["unlink", "ram", "ram"], &["--force", "--delete-files"]);
+    assert_eq!(fs::read_to_string(flock_folder.folder().join("transitions/ram=ram.mp4")).unwrap(), "another film");
+    flock_folder.fine(&["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4"), "--force"]);
+    flock_folder.fine(&["unlink", "ram", "ram"], &["--force", "--delete-files"]);
     assert_eq!(files(), before, "nothing else is left behind");
 }
 
 #[test]
 fn an_edit_that_would_take_sheep_off_the_wall_is_refused_unless_forced() {
-    let table = Table::of(&fs::read_to_string(programs::repository().join("tests/fixtures/seven/flock.toml")).unwrap());
-    let before = table.manifest();
+    let flock_folder =
+        FlockFolder::of(&fs::read_to_string(programs::repository().join("tests/fixtures/seven/flock.toml")).unwrap());
+    let before = flock_folder.manifest();
     let manifest: toml::Table = before.parse().unwrap();
     let refused: Vec<_> = manifest["transition"]
         .as_array()
         .unwrap()
         .iter()
         .filter(|t| {
-            table.flock("unlink", &[t["from"].as_str().unwrap(), t["to"].as_str().unwrap()]).status.code() == Some(1)
+            flock_folder.flock("unlink", &[t["from"].as_str().unwrap(), t["to"].as_str().unwrap()]).status.code()
+                == Some(1)
         })
         .map(|t| (t["from"].as_str().unwrap().to_owned(), t["to"].as_str().unwrap().to_owned()))
         .collect();
     // Whatever could be taken out was; what is left is needed.
-    let sparse = table.manifest();
+    let sparse = flock_folder.manifest();
     assert_ne!(sparse, before);
-    let played = |table: &Table| table.answers(0, "share", &[])["sheep"].as_array().unwrap().len();
-    assert_eq!(played(&table), 7, "all seven are still shown");
+    let played = |flock_folder: &FlockFolder| flock_folder.answers(0, "share", &[])["sheep"].as_array().unwrap().len();
+    assert_eq!(played(&flock_folder), 7, "all seven are still shown");
     let (from, to) = refused.last().expect("a flock of seven has a transition that it cannot lose");
-    let answer = table.answers(1, "unlink", &[from, to]);
-    assert_eq!((&answer["changed"], table.manifest()), (&Value::Bool(false), sparse));
+    let answer = flock_folder.answers(1, "unlink", &[from, to]);
+    assert_eq!((&answer["changed"], flock_folder.manifest()), (&Value::Bool(false), sparse));
     assert!(!answer["no_longer_shown"].as_array().unwrap().is_empty(), "{answer}");
-    let forced = table.answers(0, "unlink", &[from, to, "--force"]);
+    let forced = flock_folder.answers(0, "unlink", &[from, to, "--force"]);
     assert_eq!((&forced["changed"], &forced["no_longer_shown"]), (&Value::Bool(true), &answer["no_longer_shown"]));
     assert_eq!(forced["worst_ratio_after"], Value::Null);
     assert!(!forced["faults"].as_array().unwrap().is_empty());
-    assert_eq!(table.flock("check", &[]).status.code(), Some(1));
+    assert_eq!(flock_folder.flock("check", &[]).status.code(), Some(1));
 }
 
 #[test]
 fn a_manifest_in_any_hand_keeps_its_bytes_but_for_what_was_meant() {
-    let table = Table::of(&odd());
-    let answer = table.answers(0, "want", &["b", "3.5"]);
+    let flock_folder = FlockFolder::of(&odd());
+    let answer = flock_folder.answers(0, "want", &["b", "3.5"]);
     assert_eq!(answer["changed"], true);
-    assert_eq!(table.manifest(), odd().replace("want   = 0.5", "want   = 3.5"));
-    table.fine(&["want", "b", "0.5"], &[]);
-    assert_eq!(table.manifest(), odd());
-    table.fine(&["link", "c", "c"], &[]);
-    table.fine(&["unlink", "c", "c"], &["--force"]);
-    assert_eq!(table.manifest(), odd());
-    table.fine(&["rename", "b", "bee"], &[]);
-    table.fine(&["rename", "bee", "b"], &[]);
-    assert_eq!(table.manifest(), odd());
+    assert_eq!(flock_folder.manifest(), odd().replace("want   = 0.5", "want   = 3.5"));
+    flock_folder.fine(&["want", "b", "0.5"], &[]);
+    assert_eq!(flock_folder.manifest(), odd());
+    flock_folder.fine(&["link", "c", "c"], &[]);
+    flock_folder.fine(&["unlink", "c", "c"], &["--force"]);
+    assert_eq!(flock_folder.manifest(), odd());
+    flock_folder.fine(&["rename", "b", "bee"], &[]);
+    flock_folder.fine(&["rename", "bee", "b"], &[]);
+    assert_eq!(flock_folder.manifest(), odd());
 }
 
 #[test]
 fn a_renamed_sheep_brings_its_files_along() {
-    let table = Table::new();
-    table.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
-    table.fine(&["add", "ewe"], &["--loop", &clip("s1.mp4")]);
-    table.fine(&["link", "ram", "ewe"], &["--clip", &clip("s0=s1.mp4")]);
-    table.fine(&["link", "ewe", "ram"], &["--clip", &clip("s1=s2.mp4")]);
+    let flock_folder = FlockFolder::new();
+    flock_folder.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
+    flock_folder.fine(&["add", "ewe"], &["--loop", &clip("s1.mp4")]);
+    flock_folder.fine(&["link", "ram", "ewe"], &["--clip", &clip("s0=s1.mp4")]);
+    flock_folder.fine(&["link", "ewe", "ram"], &["--clip", &clip("s1=s2.mp4")]);
     // What a power cut in the middle of a first try leaves: a file that bears both names.
-    let at = |path: &str| table.folder().join(path);
+    let at = |path: &str| flock_folder.folder().join(path);
     fs::hard_link(at("loops/ram.mp4"), at("loops/goat.mp4")).unwrap();
-    let said = table.fine(&["rename", "ram", "goat"], &[]);
+    let said = flock_folder.fine(&["rename", "ram", "goat"], &[]);
     assert!(said.starts_with("renamed `ram` to `goat`, and 3 files\n"), "{said}");
-    assert_eq!(table.fine(&["check"], &[]).lines().last(), Some("no faults"));
-    assert!(!table.manifest().contains("ram\"") && !table.manifest().contains("ram="), "{}", table.manifest());
+    assert_eq!(flock_folder.fine(&["check"], &[]).lines().last(), Some("no faults"));
+    assert!(
+        !flock_folder.manifest().contains("ram\"") && !flock_folder.manifest().contains("ram="),
+        "{}",
+        flock_folder.manifest()
+    );
     for gone in ["loops/ram.mp4", "transitions/ram=ewe.mp4", "transitions/ewe=ram.mp4"] {
         assert!(!at(gone).exists(), "{gone}");
     }
-    let answer = table.answers(0, "rename", &["goat", "ram"]);
+    let answer = flock_folder.answers(0, "rename", &["goat", "ram"]);
     assert_eq!(answer["no_longer_shown"], serde_json::json!([]), "it is shown by another id");
-    table.fine(&["rename", "ram", "goat"], &[]);
+    flock_folder.fine(&["rename", "ram", "goat"], &[]);
     fs::write(at("loops/lamb.mp4"), "another film").unwrap();
-    let before = table.manifest();
-    let said = table.says(1, &["rename", "goat", "lamb"], &[]);
+    let before = flock_folder.manifest();
+    let said = flock_folder.says(1, &["rename", "goat", "lamb"], &[]);
     assert!(said.contains("loops/lamb.mp4`, which is another file"), "{said}");
-    assert_eq!(table.manifest(), before);
+    assert_eq!(flock_folder.manifest(), before);
 }
 
 #[test]
 fn files_stay_unless_told_otherwise_and_are_named() {
-    let table = Table::new();
+    let flock_folder = FlockFolder::new();
     for (id, file) in [("ram", "s0.mp4"), ("ewe", "s0.mp4"), ("kid", "s1.mp4")] {
-        table.fine(&["add", id], &["--loop", &clip(file)]);
+        flock_folder.fine(&["add", id], &["--loop", &clip(file)]);
     }
-    let answer = table.answers(0, "drop", &["ram"]);
+    let answer = flock_folder.answers(0, "drop", &["ram"]);
     assert_eq!(answer["unreferenced"], serde_json::json!(["loops/ram.mp4"]));
-    assert!(table.folder().join("loops/ram.mp4").exists());
-    let answer = table.answers(0, "drop", &["kid", "--delete-files"]);
+    assert!(flock_folder.folder().join("loops/ram.mp4").exists());
+    let answer = flock_folder.answers(0, "drop", &["kid", "--delete-files"]);
     assert_eq!(answer["unreferenced"], serde_json::json!([]));
-    assert!(!table.folder().join("loops/kid.mp4").exists());
-    assert!(table.folder().join("loops/ewe.mp4").exists());
+    assert!(!flock_folder.folder().join("loops/kid.mp4").exists());
+    assert!(flock_folder.folder().join("loops/ewe.mp4").exists());
 }
 
 #[test]
 fn a_full_disk_loses_nothing() {
     // No file may grow: to a program that is the same as a full disk.
-    let full = |table: &Table, command: &str, words: &[&str]| {
+    let full = |flock_folder: &FlockFolder, command: &str, words: &[&str]| {
         let mut shell = Command::new("bash");
         shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::flock()).arg(command);
-        let said = output(shell.arg(table.folder()).args(words));
+        let said = output(shell.arg(flock_folder.folder()).args(words));
         let error = String::from_utf8(said.stderr).unwrap();
         assert_eq!(said.status.code(), Some(3), "{error}");
         assert!(error.contains("cannot save `") && error.contains("flock.toml`"), "{error}");
     };
-    let table = Table::of(&odd());
-    full(&table, "want", &["b", "7"]);
-    assert_eq!(table.manifest(), odd());
-    assert_eq!(fs::read_dir(table.folder()).unwrap().count(), 1, "no half file is left");
-    let table = Table::new();
-    table.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
-    table.fine(&["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4")]);
-    let before = table.manifest();
-    full(&table, "rename", &["ram", "goat"]);
-    assert_eq!(table.manifest(), before);
-    assert_eq!(table.fine(&["check"], &[]).lines().last(), Some("no faults"));
-    let said = table.fine(&["rename", "ram", "goat"], &[]);
+    let flock_folder = FlockFolder::of(&odd());
+    full(&flock_folder, "want", &["b", "7"]);
+    assert_eq!(flock_folder.manifest(), odd());
+    assert_eq!(fs::read_dir(flock_folder.folder()).unwrap().count(), 1, "no half file is left");
+    let flock_folder = FlockFolder::new();
+    flock_folder.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
+    flock_folder.fine(&["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4")]);
+    let before = flock_folder.manifest();
+    full(&flock_folder, "rename", &["ram", "goat"]);
+    assert_eq!(flock_folder.manifest(), before);
+    assert_eq!(flock_folder.fine(&["check"], &[]).lines().last(), Some("no faults"));
+    let said = flock_folder.fine(&["rename", "ram", "goat"], &[]);
     assert!(said.starts_with("renamed `ram` to `goat`, and 2 files\n"), "{said}");
-    assert_eq!(fs::read_dir(table.folder().join("loops")).unwrap().count(), 1, "the old name is gone");
+    assert_eq!(fs::read_dir(flock_folder.folder().join("loops")).unwrap().count(), 1, "the old name is gone");
 }
 
 #[test]
 fn commands_at_the_same_time_lose_no_edit() {
-    let table = Table::new();
+    let flock_folder = FlockFolder::new();
     let program = programs::flock();
     let add = |number: usize| {
         let mut add = Command::new(&program);
-        add.arg("add").arg(table.folder()).args([&format!("s{number}"), "--no-loop"]);
+        add.arg("add").arg(flock_folder.folder()).args([&format!("s{number}"), "--no-loop"]);
         add.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap()
     };
     let mut running: Vec<_> = (0..16).map(add).collect();
     assert!(running.iter_mut().all(|child| wait::ended("one of the additions", 120, child).success()));
-    assert_eq!(table.manifest().matches("[[sheep]]").count(), 16);
+    assert_eq!(flock_folder.manifest().matches("[[sheep]]").count(), 16);
 }
 
 #[test]

@@ -6,7 +6,7 @@
 use crate::programs::{self, output, repository, succeed};
 use crate::tools::tutorial::{Step, is_shown, marked, printed, steps};
 use crate::updates::systems::make_halves;
-use claims::press::Press;
+use claims::bundle_maker::BundleMaker;
 use claims::wait;
 use std::collections::BTreeMap;
 use std::fs;
@@ -213,8 +213,8 @@ fn wrong_keys_and_addresses_are_told_before_anything_is_changed() {
     let at = |name: &str| folder.path().join(name);
     fs::create_dir_all(at("tree/etc/dreams")).unwrap();
     fs::copy(repository().join("config/update.toml"), at("tree/etc/dreams/update.toml")).unwrap();
-    let press = Press::with_new_keys();
-    let key = press.keys().join("artist.pub");
+    let maker = BundleMaker::with_new_keys();
+    let key = maker.keys().join("artist.pub");
     fs::create_dir(at("other")).unwrap();
     fs::copy(&key, at("other/artist.pub")).unwrap();
     fs::write(at("letter.pub"), "Dear Sir,\nRWhat a key\n").unwrap();

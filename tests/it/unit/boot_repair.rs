@@ -3,7 +3,7 @@
 //! Owns the claims on `dreams-mend`. Files stand for the slots, folders for the boot partitions, `veritysetup` makes the
 //! roots and `image-build/start` what the boot loader starts; whole machines are in `tests/image`.
 //!
-//! Start at [`Frame`].
+//! Start at [`UnitFiles`].
 
 use crate::programs::{self, output, repository, succeed};
 use crate::syscall_faults;
@@ -28,44 +28,44 @@ const SYSTEMS: &str = "EFI/dreams";
 const PARTS: [&str; 2] = ["linux", "initramfs"];
 
 /// A unit that runs 0.2.0 from slot b; 0.1.0 lies in slot a.
-struct Frame {
+struct UnitFiles {
     folder: TempDir,
 }
 
-impl Frame {
+impl UnitFiles {
     fn new() -> Self {
-        let frame = Self { folder: tempfile::tempdir().unwrap() };
+        let unit_files = Self { folder: tempfile::tempdir().unwrap() };
         for (version, slot) in [("0.1.0", "a"), ("0.2.0", "b")] {
-            frame.make(version, slot);
+            unit_files.make(version, slot);
             for boot in ["boot", "spare"] {
                 for copy in [1, 2] {
-                    frame.lay(version, boot, copy);
+                    unit_files.lay(version, boot, copy);
                 }
             }
         }
         for folder in ["loader/EFI/BOOT", "loader/loader"] {
-            fs::create_dir_all(frame.at(folder)).unwrap();
+            fs::create_dir_all(unit_files.at(folder)).unwrap();
         }
         for file in ["EFI/BOOT/BOOTX64.EFI", "EFI/BOOT/grubx64.efi", "loader/loader.conf"] {
-            fs::write(frame.at("loader").join(file), format!("the loader {file}\n").repeat(1_000)).unwrap();
+            fs::write(unit_files.at("loader").join(file), format!("the loader {file}\n").repeat(1_000)).unwrap();
         }
         let sums = "find . -type f -printf '%P\\n' | sort | xargs sha256sum > ../sums && mv ../sums loader/";
-        succeed(Command::new("sh").current_dir(frame.at("loader")).args(["-ec", sums]));
+        succeed(Command::new("sh").current_dir(unit_files.at("loader")).args(["-ec", sums]));
         for boot in ["boot", "spare"] {
-            succeed(Command::new("cp").arg("-a").arg(frame.at("loader/.")).arg(frame.at(boot)));
+            succeed(Command::new("cp").arg("-a").arg(unit_files.at("loader/.")).arg(unit_files.at(boot)));
         }
-        frame
+        unit_files
     }
 
     /// The same, with 0.2.0 in both slots.
     fn out_of_its_box() -> Self {
-        let frame = Self::new();
-        fs::copy(frame.at("b"), frame.at("a")).unwrap();
+        let unit_files = Self::new();
+        fs::copy(unit_files.at("b"), unit_files.at("a")).unwrap();
         for (boot, copy) in [("boot", 1), ("boot", 2), ("spare", 1), ("spare", 2)] {
-            fs::remove_file(frame.at(boot).join(ENTRIES).join(format!("dreams_0.1.0_{copy}+1.conf"))).unwrap();
+            fs::remove_file(unit_files.at(boot).join(ENTRIES).join(format!("dreams_0.1.0_{copy}+1.conf"))).unwrap();
         }
-        frame.looks("boot", 0);
-        frame
+        unit_files.looks("boot", 0);
+        unit_files
     }
 
     fn at(&self, name: &str) -> PathBuf {
@@ -154,10 +154,10 @@ fn entry(boot: &str, copy: u8) -> String {
 
 #[test]
 fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
-    let frame = Frame::new();
-    let whole = frame.all();
-    assert_eq!(frame.looks("all", 0), [vec![], Vec::<String>::new()]);
-    assert!(!frame.at("notice").exists(), "nobody is told anything");
+    let unit_files = UnitFiles::new();
+    let whole = unit_files.all();
+    assert_eq!(unit_files.looks("all", 0), [vec![], Vec::<String>::new()]);
+    assert!(!unit_files.at("notice").exists(), "nobody is told anything");
     let part = |boot: &str, copy: u8, part: &str| format!("{boot}/{SYSTEMS}/0.2.0_{copy}/{part}");
     // What is damaged, and what is said to be mended.
     let mut cases: Vec<_> = ["boot/EFI/BOOT/BOOTX64.EFI", "spare/EFI/BOOT/grubx64.efi", "boot/loader/loader.conf"]
@@ -168,135 +168,140 @@ fn whatever_is_damaged_once_is_whole_again_and_nothing_else_is_touched() {
         cases.extend(PARTS.map(|name| (part(boot, copy, name), entry(boot, copy))));
     }
     for (name, told) in &cases {
-        let size = fs::metadata(frame.at(name)).unwrap().len();
+        let size = fs::metadata(unit_files.at(name)).unwrap().len();
         for at in [0, 0x90, size / 2, size - 7] {
-            frame.spoil(name, at);
-            assert_eq!(frame.looks("boot", 0), [vec![told.clone()], vec![]], "byte {at} of {name}");
-            assert!(frame.all() == whole, "byte {at} of {name}");
+            unit_files.spoil(name, at);
+            assert_eq!(unit_files.looks("boot", 0), [vec![told.clone()], vec![]], "byte {at} of {name}");
+            assert!(unit_files.all() == whole, "byte {at} of {name}");
         }
-        fs::remove_file(frame.at(name)).unwrap();
-        frame.looks("all", 0);
-        assert!(frame.all() == whole, "{name} was gone");
+        fs::remove_file(unit_files.at(name)).unwrap();
+        unit_files.looks("all", 0);
+        assert!(unit_files.all() == whole, "{name} was gone");
     }
-    frame.spoil("boot/loader/sums", 3);
-    frame.looks("boot", 0);
-    assert!(frame.all() == whole, "the sums of the boot loader");
-    let notice = fs::read_to_string(frame.at("notice")).unwrap();
+    unit_files.spoil("boot/loader/sums", 3);
+    unit_files.looks("boot", 0);
+    assert!(unit_files.all() == whole, "the sums of the boot loader");
+    let notice = fs::read_to_string(unit_files.at("notice")).unwrap();
     assert!(notice.contains("was damaged, and is mended"), "{notice}");
 }
 
 #[test]
 fn any_block_of_a_slot_that_is_damaged_is_mended_from_the_other_slot_if_that_holds_the_same() {
-    let frame = Frame::out_of_its_box();
-    let whole = frame.all();
+    let unit_files = UnitFiles::out_of_its_box();
+    let whole = unit_files.all();
     assert!(!whole.keys().any(|name| name.contains("0.1.0")), "what no entry starts is gone");
     let block = |number: usize| (number * BLOCK) as u64;
     // The first block and the last, the superblock's name and salt, the top of the tree and its end.
     for at in [0, block(BLOCKS) - 7, block(BLOCKS) + 20, block(BLOCKS) + 90, block(BLOCKS + 1), block(BLOCKS + 4) + 100]
     {
         for slot in ["a", "b"] {
-            frame.spoil(slot, at);
-            assert_eq!(frame.looks("all", 0), [vec![slot.to_owned()], vec![]], "byte {at}");
-            assert!(frame.all() == whole, "byte {at} of {slot}");
+            unit_files.spoil(slot, at);
+            assert_eq!(unit_files.looks("all", 0), [vec![slot.to_owned()], vec![]], "byte {at}");
+            assert!(unit_files.all() == whole, "byte {at} of {slot}");
         }
     }
 }
 
 #[test]
 fn a_slot_whose_superblock_can_not_be_read_is_written_again() {
-    let frame = Frame::out_of_its_box();
-    let whole = frame.all();
-    let slot = frame.at("a").display().to_string();
+    let unit_files = UnitFiles::out_of_its_box();
+    let whole = unit_files.all();
+    let slot = unit_files.at("a").display().to_string();
     // Once for each of the four copies that may have their root there.
     let options = ["-P", &slot, "-e", "trace=pread64,pwrite64", "-e", "inject=pread64:error=EIO:when=1..4"];
-    let said = syscall_faults::traced(&frame.command("all"), &frame.at("strace"), &options);
+    let said = syscall_faults::traced(&unit_files.command("all"), &unit_files.at("strace"), &options);
     assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
     assert_eq!(json(&said)["mended"], serde_json::json!([slot]));
-    let log = fs::read_to_string(frame.at("strace")).unwrap();
+    let log = fs::read_to_string(unit_files.at("strace")).unwrap();
     assert!(log.contains(" pwrite64("), "{log}");
-    assert!(frame.all() == whole);
+    assert!(unit_files.all() == whole);
 }
 
 #[test]
 fn a_slot_whose_system_is_lost_takes_in_the_one_that_runs_and_nothing_points_to_the_lost_one() {
-    let frame = Frame::new();
-    frame.spoil("a", 5_000);
-    let [mended, lost] = frame.looks("all", 0);
+    let unit_files = UnitFiles::new();
+    unit_files.spoil("a", 5_000);
+    let [mended, lost] = unit_files.looks("all", 0);
     assert_eq!((mended, lost), (vec!["a".to_owned()], vec![]));
-    assert!(fs::read(frame.at("a")).unwrap()[..BLOCKS * BLOCK] == fs::read(frame.at("b")).unwrap()[..BLOCKS * BLOCK]);
-    let files = frame.all();
+    assert!(
+        fs::read(unit_files.at("a")).unwrap()[..BLOCKS * BLOCK]
+            == fs::read(unit_files.at("b")).unwrap()[..BLOCKS * BLOCK]
+    );
+    let files = unit_files.all();
     assert!(!files.keys().any(|name| name.contains("0.1.0")), "{:?}", files.keys());
-    assert_eq!(frame.looks("all", 0), [vec![], Vec::<String>::new()]);
+    assert_eq!(unit_files.looks("all", 0), [vec![], Vec::<String>::new()]);
 }
 
 #[test]
 fn what_runs_is_never_overwritten_by_something_else() {
-    let frame = Frame::new();
-    frame.spoil("b", 5_000);
-    let before = frame.all();
-    assert_eq!(frame.looks("all", 1), [vec![], vec!["b".to_owned()]]);
-    assert!(frame.all() == before, "the system that runs is damaged, and the other one is another system");
+    let unit_files = UnitFiles::new();
+    unit_files.spoil("b", 5_000);
+    let before = unit_files.all();
+    assert_eq!(unit_files.looks("all", 1), [vec![], vec!["b".to_owned()]]);
+    assert!(unit_files.all() == before, "the system that runs is damaged, and the other one is another system");
 }
 
 #[test]
 fn a_system_on_trial_has_no_other_copy_until_it_is_good() {
-    let frame = Frame::new();
-    let name = |boot: &str, name: &str| frame.at(boot).join(ENTRIES).join(name);
+    let unit_files = UnitFiles::new();
+    let name = |boot: &str, name: &str| unit_files.at(boot).join(ENTRIES).join(name);
     for entry in [entry("boot", 2), entry("spare", 1), entry("spare", 2)] {
-        fs::remove_file(frame.at(&entry)).unwrap();
+        fs::remove_file(unit_files.at(&entry)).unwrap();
     }
-    let (trial, good) = (name("boot", "dreams_0.2.0_1+2-1.conf"), frame.at(&entry("boot", 1)));
+    let (trial, good) = (name("boot", "dreams_0.2.0_1+2-1.conf"), unit_files.at(&entry("boot", 1)));
     fs::rename(&good, &trial).unwrap();
-    frame.looks("all", 0);
-    assert!(!frame.at(&entry("boot", 2)).exists() && !frame.at(&entry("spare", 1)).exists() && trial.exists());
+    unit_files.looks("all", 0);
+    assert!(
+        !unit_files.at(&entry("boot", 2)).exists() && !unit_files.at(&entry("spare", 1)).exists() && trial.exists()
+    );
     fs::rename(&trial, &good).unwrap();
-    assert_eq!(frame.looks("boot", 0), [vec![], Vec::<String>::new()], "it was not damaged");
+    assert_eq!(unit_files.looks("boot", 0), [vec![], Vec::<String>::new()], "it was not damaged");
     for (boot, copy) in [("boot", 2), ("spare", 1), ("spare", 2)] {
-        let text = fs::read_to_string(frame.at(&entry(boot, copy))).unwrap();
+        let text = fs::read_to_string(unit_files.at(&entry(boot, copy))).unwrap();
         assert!(text.contains(&format!("/0.2.0_{copy}/linux")), "{text}");
     }
     // One that gave way is called so everywhere.
     fs::rename(name("boot", "dreams_0.1.0_1+1.conf"), name("boot", "dreams_0.1.0_1+0-1.conf")).unwrap();
-    frame.looks("boot", 0);
+    unit_files.looks("boot", 0);
     assert!(!name("spare", "dreams_0.1.0_2+1.conf").exists() && name("spare", "dreams_0.1.0_2+0-1.conf").exists());
 }
 
 #[test]
 fn a_look_that_is_cut_short_at_any_step_leaves_what_runs_whole_and_the_next_one_ends_it() {
-    let frame = Frame::new();
+    let unit_files = UnitFiles::new();
     let damage = || {
-        frame.spoil("a", 5_000);
-        frame.spoil(&format!("boot/{SYSTEMS}/0.2.0_1/linux"), 1_005);
-        frame.spoil(&entry("boot", 2), 20);
-        frame.spoil("spare/EFI/BOOT/grubx64.efi", 3_000);
+        unit_files.spoil("a", 5_000);
+        unit_files.spoil(&format!("boot/{SYSTEMS}/0.2.0_1/linux"), 1_005);
+        unit_files.spoil(&entry("boot", 2), 20);
+        unit_files.spoil("spare/EFI/BOOT/grubx64.efi", 3_000);
     };
     damage();
-    let kept = frame.all();
+    let kept = unit_files.all();
     let reset = || {
-        for name in frame.all().into_keys().filter(|name| !kept.contains_key(name)) {
-            fs::remove_file(frame.at(&name)).unwrap();
+        for name in unit_files.all().into_keys().filter(|name| !kept.contains_key(name)) {
+            fs::remove_file(unit_files.at(&name)).unwrap();
         }
         for (name, bytes) in &kept {
-            fs::create_dir_all(frame.at(name).parent().unwrap()).unwrap();
-            fs::write(frame.at(name), bytes).unwrap();
+            fs::create_dir_all(unit_files.at(name).parent().unwrap()).unwrap();
+            fs::write(unit_files.at(name), bytes).unwrap();
         }
     };
     let look = || {
         reset();
-        frame.command("all")
+        unit_files.command("all")
     };
-    frame.looks("all", 0);
-    let whole = frame.all();
-    let broken = syscall_faults::at_every_step(&CHANGES, &frame.at("strace"), look, |case| {
-        let cut = frame.all();
+    unit_files.looks("all", 0);
+    let whole = unit_files.all();
+    let broken = syscall_faults::at_every_step(&CHANGES, &unit_files.at("strace"), look, |case| {
+        let cut = unit_files.all();
         let is = |name: &str| cut.get(name) == whole.get(name);
         let copy = |number: u8| {
             is(&entry("spare", number))
                 && PARTS.iter().all(|part| is(&format!("spare/{SYSTEMS}/0.2.0_{number}/{part}")))
         };
         assert!(is("b") && copy(1) && copy(2), "{case}");
-        frame.looks("all", 0);
-        assert!(frame.all() == whole, "{case}");
+        unit_files.looks("all", 0);
+        assert!(unit_files.all() == whole, "{case}");
     });
     assert!(broken > 40, "only {broken} steps were seen");
 }

@@ -6,7 +6,7 @@
 use crate::programs::{repository, succeed};
 use crate::updates::sticks::Unit;
 use bundle::limits;
-use claims::press::rubbish;
+use claims::bundle_maker::rubbish;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -31,7 +31,7 @@ fn what_a_store_has_learned_comes_back_when_its_disk_is_made_anew() {
     assert_eq!(fs::read_dir(&store).unwrap().count(), 0, "rubbish is nothing that was learned");
     let mut known = Vec::new();
     for sequence in [2, 1] {
-        unit.press.bundle(&unit.stick(), &rubbish(2, 500, sequence as usize), &[], sequence);
+        unit.maker.bundle(&unit.stick(), &rubbish(2, 500, sequence as usize), &[], sequence);
         unit.updated(&["--allow-older"]);
         let current = bundle::Playing::of(&store.join(bundle::CURRENT)).unwrap().unwrap();
         current.judge().unwrap().won(current.number()).unwrap();

@@ -8,7 +8,7 @@ use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
 use crate::player_run::{Playing, VKMS};
 use crate::programs::{self, claims_folder, output};
 use crate::updates::sticks::Unit;
-use claims::press::rubbish;
+use claims::bundle_maker::rubbish;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -143,7 +143,7 @@ fn a_unit_restarts_only_in_the_hours_for_it_and_while_no_flock_is_on_trial() {
     };
     let (dark, lit) = (hours(now + 700, now + 740), hours(now + 1_420, now + 700));
     assert_eq!((may_restart(&dark), may_restart(&lit)), (Some(0), Some(1)), "at minute {now}");
-    unit.press.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["lobby"], 1);
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["lobby"], 1);
     assert_eq!(unit.update(&[]).status.code(), Some(0));
     assert_eq!(may_restart(&dark), Some(1), "the flock that has come is on trial");
 }
@@ -175,9 +175,9 @@ fn the_player_goes_by_what_the_owner_sets_from_that_moment_on() {
 #[test]
 fn the_updater_goes_by_the_name_and_the_keys_that_the_owner_set() {
     let unit = Unit::new();
-    unit.press.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["stairs"], 1);
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["stairs"], 1);
     assert_eq!(unit.update(&[]).status.code(), Some(1), "it is not for this unit");
-    let file = fs::read_to_string(unit.press.keys().join("artist.pub")).unwrap();
+    let file = fs::read_to_string(unit.maker.keys().join("artist.pub")).unwrap();
     let key = file.lines().nth(1).unwrap();
     let config = config_with(&unit.path("update.toml"), &unit.path("owner.toml"));
     fs::write(unit.path("owner.toml"), format!("unit = \"stairs\"\nkeys = [\"{key}\"]\n")).unwrap();

@@ -3,21 +3,21 @@
 //! Owns the claim on both sides: what the unit takes and refuses, and that `flock verify --unit` says the same of the same
 //! stick. That a store of an older format learns for whom its flock was is told in `old_formats.rs`.
 //!
-//! Start at [`Post`].
+//! Start at [`Sender`].
 
 use crate::programs::{self, output};
 use crate::tools::bundles::Artist;
-use claims::press::{Press, rubbish};
+use claims::bundle_maker::{BundleMaker, rubbish};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
 /// An artist, a stick, and units that trust the artist.
-struct Post {
+struct Sender {
     artist: Artist,
 }
 
-impl Post {
+impl Sender {
     fn new() -> Self {
         Self { artist: Artist::new() }
     }
@@ -75,60 +75,60 @@ fn verify(unit: &str) -> [&str; 8] {
 
 #[test]
 fn who_has_taken_its_own_takes_nothing_for_everybody_and_its_next_own_all_the_same() {
-    let post = Post::new();
-    post.sends(&[]);
-    post.is_taken("lobby");
-    post.sends(&[]);
-    post.is_taken("lobby");
-    post.sends(&["lobby"]);
-    post.is_taken("lobby");
-    post.sends(&[]);
-    post.is_taken("stairs");
-    post.is_refused(
+    let sender = Sender::new();
+    sender.sends(&[]);
+    sender.is_taken("lobby");
+    sender.sends(&[]);
+    sender.is_taken("lobby");
+    sender.sends(&["lobby"]);
+    sender.is_taken("lobby");
+    sender.sends(&[]);
+    sender.is_taken("stairs");
+    sender.is_refused(
         "lobby",
         "the bundle is for every unit, this unit takes only those for `lobby` since it was given one",
     );
-    let notice = fs::read_to_string(post.artist.at("notice")).unwrap();
+    let notice = fs::read_to_string(sender.artist.at("notice")).unwrap();
     assert!(
         notice.contains("This stick is for every frame. This frame is lobby, and takes what is for it by name."),
         "{notice}"
     );
     // What came in between does not keep its own from it.
-    post.sends(&["lobby"]);
-    post.is_taken("lobby");
+    sender.sends(&["lobby"]);
+    sender.is_taken("lobby");
     // Somebody on site may say otherwise, or call it otherwise.
-    post.sends(&[]);
-    let said = post.update("lobby", &["--allow-older"]);
+    sender.sends(&[]);
+    let said = sender.update("lobby", &["--allow-older"]);
     assert!(said.stdout.starts_with(b"installed"), "{}", String::from_utf8_lossy(&said.stderr));
-    fs::rename(post.artist.at("store-stairs"), post.artist.at("store-attic")).unwrap();
-    post.sends(&["attic"]);
-    post.is_taken("attic");
-    post.sends(&[]);
-    post.is_refused("attic", "for every unit");
-    fs::rename(post.artist.at("store-attic"), post.artist.at("store-cellar")).unwrap();
-    post.is_taken("cellar");
+    fs::rename(sender.artist.at("store-stairs"), sender.artist.at("store-attic")).unwrap();
+    sender.sends(&["attic"]);
+    sender.is_taken("attic");
+    sender.sends(&[]);
+    sender.is_refused("attic", "for every unit");
+    fs::rename(sender.artist.at("store-attic"), sender.artist.at("store-cellar")).unwrap();
+    sender.is_taken("cellar");
 }
 
 #[test]
 fn a_seal_for_others_under_the_name_for_everybody_is_refused_by_both() {
-    let post = Post::new();
-    post.sends(&["stairs"]);
-    let seals = post.stick().join("seals");
+    let sender = Sender::new();
+    sender.sends(&["stairs"]);
+    let seals = sender.stick().join("seals");
     fs::rename(seals.join("stairs.seal"), seals.join("all.seal")).unwrap();
-    post.is_refused("lobby", "the bundle is for `stairs`, this unit is `lobby`");
+    sender.is_refused("lobby", "the bundle is for `stairs`, this unit is `lobby`");
 }
 
 #[test]
 fn what_is_for_everybody_is_refused_also_where_the_own_seal_has_gone_from_the_stick() {
     let unit = crate::updates::sticks::Unit::new();
-    let press: &Press = &unit.press;
-    press.bundle(&unit.stick(), &rubbish(2, 3_000, 0), &["lobby"], 1);
+    let maker: &BundleMaker = &unit.maker;
+    maker.bundle(&unit.stick(), &rubbish(2, 3_000, 0), &["lobby"], 1);
     unit.updated(&[]);
-    press.bundle(&unit.stick(), &rubbish(2, 3_000, 1), &[], 2);
+    maker.bundle(&unit.stick(), &rubbish(2, 3_000, 1), &[], 2);
     assert_eq!(unit.updated(&[])["outcome"], "no-news", "its own lies beside it");
     fs::remove_file(unit.stick().join("seals/lobby.seal")).unwrap();
     assert_eq!(unit.update(&[]).status.code(), Some(1));
     assert_eq!(unit.playing(), Some(rubbish(2, 3_000, 0)));
-    press.bundle(&unit.stick(), &rubbish(2, 3_000, 2), &["lobby"], 2);
+    maker.bundle(&unit.stick(), &rubbish(2, 3_000, 2), &["lobby"], 2);
     assert_eq!(unit.updated(&[])["outcome"], "installed");
 }

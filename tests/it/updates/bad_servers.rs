@@ -5,7 +5,7 @@
 
 use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::programs::{claims_folder, updater};
-use claims::press::{Press, rubbish};
+use claims::bundle_maker::{BundleMaker, rubbish};
 use std::fmt::Write as _;
 
 /// A server of static files, for one request: `GET /PATH`.
@@ -41,11 +41,11 @@ fn ended(console: &str, case: &str) -> (u64, u64) {
 fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
     let folder = tempfile::tempdir_in(claims_folder()).unwrap();
     let at = |name: &str| folder.path().join(name);
-    let press = Press::with_new_keys();
+    let maker = BundleMaker::with_new_keys();
     for number in [1, 2] {
-        press.bundle(&at(&number.to_string()), &rubbish(3, 5_000, number), &[], number as u64);
+        maker.bundle(&at(&number.to_string()), &rubbish(3, 5_000, number), &[], number as u64);
     }
-    std::fs::rename(press.keys(), at("keys")).unwrap();
+    std::fs::rename(maker.keys(), at("keys")).unwrap();
     for (name, script) in [("server", SERVER), ("half", HALF), ("drip", DRIP)] {
         std::fs::write(at(name), script).unwrap();
     }

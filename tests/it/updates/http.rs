@@ -5,9 +5,9 @@
 
 use crate::programs::output;
 use crate::updates::sticks::{Unit, object};
-use claims::press::{files_in, rubbish};
+use claims::bundle_maker::{files_in, rubbish};
 use claims::wait::ends_within;
-use claims::web::{Manners, Web};
+use claims::web::{Behaviour, WebServer};
 use serde_json::Value;
 use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
@@ -29,9 +29,9 @@ fn fetch(unit: &Unit, url: &str, options: &[&str]) -> (Option<i32>, Value) {
 #[test]
 fn a_look_without_news_costs_one_small_request_however_large_the_flock() {
     let unit = Unit::new();
-    unit.press.bundle(&unit.stick(), &rubbish(1_125, 100, 0), &["lobby"], 1);
+    unit.maker.bundle(&unit.stick(), &rubbish(1_125, 100, 0), &["lobby"], 1);
     unit.updated(&[]);
-    let web = Web::serve(&unit.stick(), Manners::Good);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
     let (code, answer) = fetch(&unit, &web.url(), &[]);
     assert_eq!((code, &answer["outcome"]), (Some(0), &"no-news".into()));
     let (asked, sent) = web.heard();
@@ -42,8 +42,9 @@ fn a_look_without_news_costs_one_small_request_however_large_the_flock() {
 #[test]
 fn a_unit_tells_how_it_is_only_where_its_owner_says_and_after_a_look_that_was_due() {
     let unit = Unit::new();
-    unit.press.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
-    let (web, home) = (Web::serve(&unit.stick(), Manners::Good), Web::serve(&unit.stick(), Manners::Good));
+    unit.maker.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    let (web, home) =
+        (WebServer::serve(&unit.stick(), Behaviour::Good), WebServer::serve(&unit.stick(), Behaviour::Good));
     // The player's status page, as far as the updater sees it.
     fs::write(unit.stick().join("status.json"), "{\"flock\": \"aurora\"}").unwrap();
     let page = web.url().replace("http://", "");
@@ -61,14 +62,14 @@ fn a_unit_tells_how_it_is_only_where_its_owner_says_and_after_a_look_that_was_du
     let found = (&told["unit"], &told["update"]["outcome"], &told["error"], &told["status"]["flock"]);
     assert_eq!(found, (&"lobby".into(), &"no-news".into(), &Value::Null, &"aurora".into()));
 
-    web.behave(Manners::Portal);
+    web.behave(Behaviour::Portal);
     assert_eq!(look(&web.url(), "two"), Some(3));
     let told: Value = serde_json::from_str(&home.received()[0]).unwrap();
     assert!(told["error"].as_str().is_some_and(|error| error.contains("portal")), "{told}");
     assert!(told["update"].is_null() && told["status"].is_null(), "{told}");
 
     drop(home);
-    web.behave(Manners::Good);
+    web.behave(Behaviour::Good);
     assert_eq!(look(&web.url(), "three"), Some(0), "that nobody listens stops nothing");
 }
 
@@ -76,8 +77,8 @@ fn a_unit_tells_how_it_is_only_where_its_owner_says_and_after_a_look_that_was_du
 fn a_server_that_dies_at_every_chunk_costs_time_and_no_byte_twice() {
     let unit = Unit::new();
     let (one, two) = (rubbish(6, 300_000, 0), rubbish(6, 300_000, 3));
-    unit.press.bundle(&unit.stick(), &one, &[], 1);
-    let web = Web::serve(&unit.stick(), Manners::Dies(70_000));
+    unit.maker.bundle(&unit.stick(), &one, &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Dies(70_000));
     let (code, answer) = fetch(&unit, &web.url(), &[]);
     assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
     let content: usize = one.values().map(Vec::len).sum();
@@ -86,7 +87,7 @@ fn a_server_that_dies_at_every_chunk_costs_time_and_no_byte_twice() {
     let papers = |sent: u64, content: u64| sent.checked_sub(content).expect("all of the content was sent");
     assert!(papers(web.heard().1, content as u64) < 4_000, "beside the content, only seal and list");
 
-    unit.press.bundle(&unit.stick(), &two, &[], 2);
+    unit.maker.bundle(&unit.stick(), &two, &[], 2);
     let (_, answer) = fetch(&unit, &web.url(), &[]);
     assert_eq!(answer["fetched_bytes"], 900_000, "only what is new");
     assert!(papers(web.heard().1, 900_000) < 4_000);
@@ -97,8 +98,8 @@ fn a_server_that_dies_at_every_chunk_costs_time_and_no_byte_twice() {
 fn a_server_that_drips_is_left_and_what_came_stays() {
     let unit = Unit::new();
     let files = rubbish(2, 50_000, 0);
-    unit.press.bundle(&unit.stick(), &files, &[], 1);
-    let web = Web::serve(&unit.stick(), Manners::Drips);
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Drips);
     // All of it would take three hours.
     let mut look = unit.update_from(Some(Path::new(&web.url()))).stdout(Stdio::null()).spawn().unwrap();
     assert!(ends_within(&look, 150), "it still waits");
@@ -106,7 +107,7 @@ fn a_server_that_drips_is_left_and_what_came_stays() {
     let came = files_in(&unit.path("store/incoming")).unwrap().into_values().map(|part| part.len()).sum::<usize>()
         + files_in(&unit.path("store/objects")).unwrap().into_values().map(|object| object.len()).sum::<usize>();
     assert!(came > 100, "{came} bytes came");
-    web.behave(Manners::Good);
+    web.behave(Behaviour::Good);
     let (code, answer) = fetch(&unit, &web.url(), &[]);
     let content: usize = files.values().map(Vec::len).sum();
     assert_eq!((code, answer["fetched_bytes"].as_u64()), (Some(0), Some((content - came) as u64)));
@@ -117,35 +118,35 @@ fn a_server_that_drips_is_left_and_what_came_stays() {
 fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next_good_answer() {
     let unit = Unit::new();
     let (one, two) = (rubbish(3, 5_000, 0), rubbish(3, 5_000, 1));
-    unit.press.bundle(&unit.stick(), &one, &["lobby"], 1);
+    unit.maker.bundle(&unit.stick(), &one, &["lobby"], 1);
     unit.updated(&[]);
-    unit.press.bundle(&unit.stick(), &two, &["lobby"], 2);
-    let elsewhere = Web::serve(&unit.stick(), Manners::Portal);
-    let web = Web::serve(&unit.stick(), Manners::Good);
+    unit.maker.bundle(&unit.stick(), &two, &["lobby"], 2);
+    let elsewhere = WebServer::serve(&unit.stick(), Behaviour::Portal);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
     let cases = [
-        (Manners::Portal, 3),
-        (Manners::Redirects(elsewhere.url()), 3),
-        (Manners::Redirects(web.url()), 3),
-        (Manners::Fails, 3),
-        (Manners::Refuses, 3),
-        (Manners::Dies(0), 3),
-        (Manners::Dies(100), 3),
-        (Manners::PromisesMore, 3),
-        (Manners::PromisesLess, 1),
-        (Manners::Endless, 1),
+        (Behaviour::Portal, 3),
+        (Behaviour::Redirects(elsewhere.url()), 3),
+        (Behaviour::Redirects(web.url()), 3),
+        (Behaviour::Fails, 3),
+        (Behaviour::Refuses, 3),
+        (Behaviour::Dies(0), 3),
+        (Behaviour::Dies(100), 3),
+        (Behaviour::PromisesMore, 3),
+        (Behaviour::PromisesLess, 1),
+        (Behaviour::Endless, 1),
     ];
-    for (manners, code) in cases {
-        web.behave(manners.clone());
+    for (behaviour, code) in cases {
+        web.behave(behaviour.clone());
         let (found, answer) = fetch(&unit, &web.url(), &[]);
-        assert_eq!((found, answer), (Some(code), Value::Null), "{manners:?}");
-        assert_eq!(unit.playing().as_ref(), Some(&one), "{manners:?}");
-        assert!(web.heard().0.len() < 20, "{manners:?}: it is not asked for ever");
+        assert_eq!((found, answer), (Some(code), Value::Null), "{behaviour:?}");
+        assert_eq!(unit.playing().as_ref(), Some(&one), "{behaviour:?}");
+        assert!(web.heard().0.len() < 20, "{behaviour:?}: it is not asked for ever");
     }
     let (code, _) = fetch(&unit, "http://127.0.0.1:9", &[]);
     assert_eq!(code, Some(3), "nobody listens there");
     // Elsewhere is fine, if what lies there is ours.
-    elsewhere.behave(Manners::Good);
-    web.behave(Manners::Redirects(elsewhere.url()));
+    elsewhere.behave(Behaviour::Good);
+    web.behave(Behaviour::Redirects(elsewhere.url()));
     let (code, answer) = fetch(&unit, &format!("{}/", web.url()), &[]);
     assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
     assert_eq!(unit.playing(), Some(two));
@@ -187,8 +188,8 @@ fn proxy(is_strict: bool) -> (String, Arc<Mutex<Vec<String>>>) {
 fn what_is_fetched_through_a_proxy_comes_from_nowhere_else() {
     let unit = Unit::new();
     let files = rubbish(3, 5_000, 0);
-    unit.press.bundle(&unit.stick(), &files, &[], 1);
-    let web = Web::serve(&unit.stick(), Manners::Good);
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
     let config = unit.path("update.toml");
     let look = |proxy: &str| {
         fs::write(&config, format!("proxy = \"{proxy}\"\n")).unwrap();
@@ -212,31 +213,31 @@ fn what_is_fetched_through_a_proxy_comes_from_nowhere_else() {
 
 #[test]
 fn a_part_is_taken_for_what_it_is() {
-    for (manners, code, sent) in [
-        (Manners::Good, 0, 4_000),
-        (Manners::Whole, 0, 5_000),
-        (Manners::WrongPart, 3, 0),
+    for (behaviour, code, sent) in [
+        (Behaviour::Good, 0, 4_000),
+        (Behaviour::Whole, 0, 5_000),
+        (Behaviour::WrongPart, 3, 0),
         // A part that is not what it says: all of it once more.
-        (Manners::LyingPart, 0, 4_001 + 5_000),
+        (Behaviour::LyingPart, 0, 4_001 + 5_000),
     ] {
         let unit = Unit::new();
         let files = rubbish(1, 5_000, 0);
-        unit.press.bundle(&unit.stick(), &files, &[], 1);
+        unit.maker.bundle(&unit.stick(), &files, &[], 1);
         let clip = &files["loops/0.mp4"];
         let incoming = unit.path("store/incoming");
         fs::create_dir_all(&incoming).unwrap();
         fs::write(incoming.join(bundle::ObjectId::of(clip).to_string()), &clip[..1_000]).unwrap();
-        let web = Web::serve(&unit.stick(), manners.clone());
+        let web = WebServer::serve(&unit.stick(), behaviour.clone());
         let (found, _) = fetch(&unit, &web.url(), &[]);
         let (asked, all) = web.heard();
-        assert_eq!(found, Some(code), "{manners:?}");
+        assert_eq!(found, Some(code), "{behaviour:?}");
         if code == 0 {
             let papers = all - files["flock.toml"].len() as u64 - sent;
-            assert!(papers < 1_500, "{manners:?}: {papers} bytes more than expected were sent for {asked:?}");
-            assert_eq!(unit.playing().as_ref(), Some(&files), "{manners:?}");
+            assert!(papers < 1_500, "{behaviour:?}: {papers} bytes more than expected were sent for {asked:?}");
+            assert_eq!(unit.playing().as_ref(), Some(&files), "{behaviour:?}");
         } else {
             assert!(asked.iter().filter(|path| **path == object(clip)).count() < 10, "{asked:?}");
-            web.behave(Manners::Good);
+            web.behave(Behaviour::Good);
             let (found, answer) = fetch(&unit, &web.url(), &[]);
             assert_eq!((found, answer["fetched_bytes"].as_u64()), (Some(0), Some(4_000)), "what was there stayed");
         }
@@ -246,8 +247,8 @@ fn a_part_is_taken_for_what_it_is() {
 #[test]
 fn a_unit_looks_for_news_when_it_is_time_and_not_before() {
     let unit = Unit::new();
-    unit.press.bundle(&unit.stick(), &rubbish(2, 500, 0), &["lobby"], 1);
-    let web = Web::serve(&unit.stick(), Manners::Good);
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 500, 0), &["lobby"], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
     let config = unit.path("update.toml");
     fs::write(&config, format!("url = \"{}\"\nevery_minutes = 60\n", web.url())).unwrap();
     let look = || {

@@ -11,7 +11,7 @@ use crate::syscall_faults;
 use crate::tools::command_line::json;
 use crate::updates::sticks::{Unit, object};
 use bundle::Playing;
-use claims::press::{Files, rubbish};
+use claims::bundle_maker::{Files, rubbish};
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
@@ -32,9 +32,9 @@ struct Breakage {
 impl Breakage {
     fn new() -> Self {
         let (unit, old, new) = (Unit::new(), rubbish(3, 9_000, 0), rubbish(3, 9_000, 2));
-        unit.press.bundle(&unit.stick(), &old, &[], 1);
+        unit.maker.bundle(&unit.stick(), &old, &[], 1);
         unit.updated(&[]);
-        unit.press.bundle(&unit.stick(), &new, &[], 2);
+        unit.maker.bundle(&unit.stick(), &new, &[], 2);
         fs::rename(unit.path("store"), unit.path("kept")).unwrap();
         Self { unit, old, new }
     }
@@ -150,7 +150,7 @@ fn a_stick_that_cannot_be_read_at_any_read_or_from_any_on_is_told_in_one_sentenc
 #[test]
 fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_could() {
     let (unit, files) = (Unit::new(), rubbish(3, 9_000, 0));
-    unit.press.bundle(&unit.stick(), &files, &[], 1);
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
     unit.updated(&[]);
     fs::rename(unit.path("store"), unit.path("kept")).unwrap();
     let breakage = Breakage { unit, old: files.clone(), new: files };
@@ -172,7 +172,7 @@ fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_c
 #[test]
 fn a_look_at_a_disk_that_does_not_give_what_it_holds_takes_nothing_away() {
     let (unit, files) = (Unit::new(), rubbish(20, 9_000, 0));
-    unit.press.bundle(&unit.stick(), &files, &["lobby"], 5);
+    unit.maker.bundle(&unit.stick(), &files, &["lobby"], 5);
     unit.updated(&[]);
     Playing::of(&unit.path("store/current")).unwrap().unwrap().judge().unwrap().won(1).unwrap();
     let objects: Vec<String> =
@@ -217,7 +217,7 @@ fn unprivileged(command: &Command) -> Command {
 #[test]
 fn what_was_frozen_when_the_power_failed_is_taken_as_it_is_or_begun_again() {
     let (unit, files) = (Unit::new(), rubbish(3, 9_000, 0));
-    unit.press.bundle(&unit.stick(), &files, &[], 1);
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
     let frozen = |clip: &str, bytes: &[u8]| {
         let part = unit.path("store/incoming").join(bundle::ObjectId::of(&files[clip]).to_string());
         fs::create_dir_all(part.parent().unwrap()).unwrap();
@@ -278,7 +278,7 @@ fn a_stick_of_ten_thousand_strange_files_leads_nowhere() {
     let ways = [("seals/all.seal", "secret"), ("seals", ""), (&*clip, "secret"), ("objects", "store")];
     for (way, target) in ways {
         fs::remove_dir_all(&stick).unwrap();
-        unit.press.bundle(&stick, &good, &[], 1);
+        unit.maker.bundle(&stick, &good, &[], 1);
         link(&stick.join(way), &unit.path(target));
         let said = unit.update(&[]);
         assert_eq!(said.status.code(), Some(3), "{way}: {}", String::from_utf8_lossy(&said.stderr));

@@ -96,7 +96,7 @@ fn lay_with_longest_list(unit: &Unit, folder: &Path, toml: &str) {
         contents_size: list.len() as u64,
         statements: None,
     };
-    to.put_seal(&letter.addressees, &unit.press.sign(&letter)).unwrap();
+    to.put_seal(&letter.addressees, &unit.maker.sign(&letter)).unwrap();
     fs::write(folder.join(bundle::STATEMENTS), "untrusted comment: \n".repeat(limits::STATEMENTS as usize / 20))
         .unwrap();
 }
@@ -112,7 +112,7 @@ fn an_updater_reads_whatever_keeps_to_the_limits_within_half_of_a_units_memory()
     }
     let unit = Unit::new();
     let toml = dotted(HEAD, limits::FLOCK_DOCUMENT);
-    unit.press.bundle(&unit.stick(), &[("flock.toml".to_owned(), toml.into_bytes())].into(), &[], 1);
+    unit.maker.bundle(&unit.stick(), &[("flock.toml".to_owned(), toml.into_bytes())].into(), &[], 1);
     says("updater, a manifest of dotted keys", &unit.update_from(Some(&unit.stick())), 1, "unknown key `k0`");
     let file = unit.path("update.toml");
     for (bytes, code, words) in

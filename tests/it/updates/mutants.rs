@@ -4,13 +4,13 @@
 //! a good flock, by stick, and in part by HTTP. `MUTANTS` in the environment says how many, and `MUTANT` names a single one
 //! by its number. The mutants are made in `tests/mutator`.
 //!
-//! Start at [`Desk::judge`].
+//! Start at [`Worker::judge`].
 
-use crate::metering::{Meter, Metered, PEAK_KIB};
+use crate::metering::{Measurement, Meter, PEAK_KIB};
 use crate::programs::{self, repository};
-use claims::mutator::{Good, Level, Mutant, Mutator, Seen};
-use claims::press::files_in;
-use claims::web::{Manners, Web};
+use claims::bundle_maker::files_in;
+use claims::mutator::{Detection, Good, Level, Mutant, Mutator};
+use claims::web::{Behaviour, WebServer};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::env;
@@ -26,24 +26,24 @@ const MUTANTS: u64 = 300;
 /// What a program may take of processor time for one mutant.
 const CPU_S: f64 = 10.0;
 /// One mutant of so many goes over HTTP as well.
-const FAR: u64 = 4;
+const BY_HTTP: u64 = 4;
 /// The least part of all mutants that is refused, in percent; the others come to what was signed.
 const REFUSED: usize = 75;
 /// Desks at work. Most of the time one waits for the disk, or for a server to be asked again.
-const DESKS: usize = 4;
+const WORKERS: usize = 4;
 /// Faults that are told.
-const TOLD: usize = 5;
+const MOST_FAULTS: usize = 5;
 
 /// Where mutants are tried: `flock verify`, and a unit.
-struct Desk<'m> {
+struct Worker<'m> {
     mutator: &'m Mutator,
     scratch: TempDir,
-    web: Web,
+    web: WebServer,
     meter: Meter,
 }
 
 /// What a program did.
-struct Ran {
+struct ProgramRun {
     code: i64,
     answer: Value,
     error: String,
@@ -65,8 +65,8 @@ struct Tally {
     levels: BTreeMap<Level, (usize, usize)>,
 }
 
-impl<'m> Desk<'m> {
-    /// A desk with a unit that plays what it should, and has learned what it should.
+impl<'m> Worker<'m> {
+    /// A worker with a unit that plays what it should, and has learned what it should.
     fn new(mutator: &'m Mutator) -> Self {
         let scratch = tempfile::tempdir_in(programs::claims_folder()).unwrap();
         let at = |name: &str| scratch.path().join(name);
@@ -80,15 +80,15 @@ impl<'m> Desk<'m> {
         let os = at("os-release");
         fs::write(at("update.toml"), format!("system = \"{}\"\nowner = \"/nowhere\"\nreserve_mib = 0\n", os.display()))
             .unwrap();
-        let web = Web::serve(&at("web"), Manners::Good);
-        let mut desk = Self { mutator, scratch, web, meter: Meter::new() };
-        mutator.played().stick.lay(&desk.at("stick"));
-        let ran = desk.update(&desk.at("stick"));
+        let web = WebServer::serve(&at("web"), Behaviour::Good);
+        let mut worker = Self { mutator, scratch, web, meter: Meter::new() };
+        mutator.played().stick.lay(&worker.at("stick"));
+        let ran = worker.update(&worker.at("stick"));
         assert_eq!((ran.code, &ran.answer["outcome"]), (0, &"installed".into()), "{}", ran.error);
-        let playing = bundle::Playing::of(&desk.at("store/current")).unwrap().unwrap();
+        let playing = bundle::Playing::of(&worker.at("store/current")).unwrap().unwrap();
         playing.judge().unwrap().won(playing.number()).unwrap();
-        fs::rename(desk.at("store"), desk.at("kept")).unwrap();
-        desk
+        fs::rename(worker.at("store"), worker.at("kept")).unwrap();
+        worker
     }
 
     fn at(&self, name: &str) -> PathBuf {
@@ -96,25 +96,25 @@ impl<'m> Desk<'m> {
     }
 
     /// Runs a program to its end.
-    fn run(&mut self, words: &[&str]) -> Ran {
-        let Metered { code, stdout, stderr: error, peak_kib, cpu_s } = self.meter.run(words);
-        Ran { code, answer: serde_json::from_str(&stdout).unwrap_or_default(), error, peak_kib, cpu_s }
+    fn run(&mut self, words: &[&str]) -> ProgramRun {
+        let Measurement { code, stdout, stderr: error, peak_kib, cpu_s } = self.meter.run(words);
+        ProgramRun { code, answer: serde_json::from_str(&stdout).unwrap_or_default(), error, peak_kib, cpu_s }
     }
 
-    fn verify(&mut self) -> Ran {
+    fn verify(&mut self) -> ProgramRun {
         let [stick, keys] = [self.at("stick"), self.at("keys")].map(|path| text(&path));
         let flock = text(&programs::flock());
         self.run(&[&flock, "verify", &stick, "--trust", &keys, "--unit", "lobby", "--json"])
     }
 
-    fn unit(&mut self, words: &[&str]) -> Ran {
+    fn unit(&mut self, words: &[&str]) -> ProgramRun {
         let [config, store, keys] = ["update.toml", "store", "keys"].map(|name| text(&self.at(name)));
         let updater = text(&programs::updater());
         let always = ["--json", "--unit", "lobby", "--config", &config, "--store", &store, "--keys", &keys];
         self.run(&[&[&*updater], &always[..], words].concat())
     }
 
-    fn update(&mut self, from: &Path) -> Ran {
+    fn update(&mut self, from: &Path) -> ProgramRun {
         self.unit(&[&text(from)])
     }
 
@@ -130,14 +130,14 @@ impl<'m> Desk<'m> {
         let good = self.mutator.good(mutant);
         mutant.stick.lay(&self.at("stick"));
         let mut is_refused = true;
-        if mutant.seen != Seen::ByUnits {
+        if mutant.detection != Detection::ByUnits {
             let ran = self.verify();
             is_refused = ran.code != 0;
             let found = is_as_documented(&ran, &[0, 1, 2, 3]).and_then(|()| verified(&ran, mutant, good));
             tally.note(mutant, "flock verify", &ran, found.err());
         }
         let mut sources = vec![self.at("stick")];
-        if mutant.seed.is_multiple_of(FAR) && mutant.stick.is_plain() {
+        if mutant.seed.is_multiple_of(BY_HTTP) && mutant.stick.is_plain() {
             mutant.stick.lay(&self.at("web"));
             sources.push(PathBuf::from(self.web.url()));
         }
@@ -156,14 +156,14 @@ impl<'m> Desk<'m> {
     }
 
     /// Whether the unit has refused the mutant; and plays what it played, or exactly what was signed.
-    fn kept(&self, ran: &Ran, mutant: &Mutant, good: &Good) -> Result<bool, String> {
+    fn kept(&self, ran: &ProgramRun, mutant: &Mutant, good: &Good) -> Result<bool, String> {
         let playing = files_in(&self.at("store/current")).map_err(|error| format!("nothing plays: {error}"))?;
         let staged = fs::read(self.at("store/system/staged")).unwrap_or_default();
         let is_old = playing == self.mutator.played().files;
         if !is_old && playing != good.files {
             return Err(format!("it plays neither flock, but {:?}", playing.keys()));
         }
-        if !is_old && mutant.seen == Seen::ByAll && !is_of_the_system(mutant) {
+        if !is_old && mutant.detection == Detection::ByAll && !is_of_the_system(mutant) {
             return Err(format!("it was taken in: {}", ran.answer));
         }
         let says = ran.answer["outcome"].as_str();
@@ -171,7 +171,7 @@ impl<'m> Desk<'m> {
             return Err(format!("it says {}, and plays the old flock: {is_old}", ran.answer));
         }
         let is_good = staged == good.stick.bytes("systems/all.seal");
-        if !staged.is_empty() && !is_good && mutant.seen != Seen::ByUnits {
+        if !staged.is_empty() && !is_good && mutant.detection != Detection::ByUnits {
             return Err(format!("a system was taken in: {}", ran.answer));
         }
         Ok(if is_of_the_system(mutant) { staged.is_empty() || !is_good } else { is_old })
@@ -216,8 +216,8 @@ fn text(path: &Path) -> String {
 }
 
 /// That a program ended as its help says, by itself and within its limits.
-fn is_as_documented(ran: &Ran, codes: &[i64]) -> Result<(), String> {
-    let Ran { code, error, peak_kib, cpu_s, .. } = ran;
+fn is_as_documented(ran: &ProgramRun, codes: &[i64]) -> Result<(), String> {
+    let ProgramRun { code, error, peak_kib, cpu_s, .. } = ran;
     if !codes.contains(code) || error.contains("panicked") {
         return Err(format!("it ended with {code}: {error}"));
     }
@@ -228,19 +228,19 @@ fn is_as_documented(ran: &Ran, codes: &[i64]) -> Result<(), String> {
 }
 
 /// That `flock verify` takes nothing for good but what lies there as it was signed.
-fn verified(ran: &Ran, mutant: &Mutant, good: &Good) -> Result<(), String> {
+fn verified(ran: &ProgramRun, mutant: &Mutant, good: &Good) -> Result<(), String> {
     // What the good bundle and the good system have, beside statements, must all be there.
     let signed = good.stick.0.iter().filter(|(path, _)| path.as_str() != "statements");
-    let mut other = signed.filter(|(path, ware)| mutant.stick.0.get(*path) != Some(ware)).map(|(path, _)| path);
+    let mut other = signed.filter(|(path, item)| mutant.stick.0.get(*path) != Some(item)).map(|(path, _)| path);
     match (ran.code, other.next()) {
-        (0, _) if mutant.seen == Seen::ByAll => Err(format!("it was taken for good: {}", ran.answer)),
+        (0, _) if mutant.detection == Detection::ByAll => Err(format!("it was taken for good: {}", ran.answer)),
         (0, Some(path)) => Err(format!("it was taken for good, though `{path}` is another: {}", ran.answer)),
         _ => Ok(()),
     }
 }
 
 impl Tally {
-    fn note(&mut self, mutant: &Mutant, whom: &str, ran: &Ran, fault: Option<String>) {
+    fn note(&mut self, mutant: &Mutant, whom: &str, ran: &ProgramRun, fault: Option<String>) {
         self.peak_kib = self.peak_kib.max(ran.peak_kib);
         self.cpu_s = self.cpu_s.max(ran.cpu_s);
         self.all_cpu_s += ran.cpu_s;
@@ -276,43 +276,43 @@ fn no_mutant_is_accepted_or_costs_much_or_leaves_a_unit_without_its_flock() {
         (None, count) => (0, count.unwrap_or(MUTANTS)),
     };
     let next = AtomicU64::new(first);
-    let at_a_desk = || {
-        let (mut desk, mut tally) = (Desk::new(&mutator), Tally::default());
+    let work = || {
+        let (mut worker, mut tally) = (Worker::new(&mutator), Tally::default());
         loop {
             let seed = next.fetch_add(1, Ordering::Relaxed);
             if seed >= last {
                 return tally;
             }
             let mutant = mutator.mutant(seed);
-            desk.judge(&mutant, &mut tally);
+            worker.judge(&mutant, &mut tally);
             if last == first + 1 {
-                println!("{:?} of {:?}: {}", mutant.seen, mutant.level, mutant.what);
+                println!("{:?} of {:?}: {}", mutant.detection, mutant.level, mutant.what);
             }
         }
     };
-    let desks = DESKS.min((last - first) as usize);
+    let workers = WORKERS.min((last - first) as usize);
     let tally = thread::scope(|scope| {
-        let desks: Vec<_> = (0..desks).map(|_| scope.spawn(at_a_desk)).collect();
-        desks.into_iter().map(|desk| desk.join().unwrap()).fold(Tally::default(), Tally::with)
+        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().map(|worker| worker.join().unwrap()).fold(Tally::default(), Tally::with)
     });
     let Tally { refused, harmless, faults, peak_kib, cpu_s, all_cpu_s, levels } = tally;
     println!("{refused} mutants refused, {harmless} came to what was signed: {levels:?}");
     println!("at most {peak_kib} KiB and {cpu_s:.2} CPU-s for one, {all_cpu_s:.1} CPU-s for all");
-    assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults[..faults.len().min(TOLD)].join("\n"));
+    assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults[..faults.len().min(MOST_FAULTS)].join("\n"));
     assert!(last == first + 1 || refused * 100 >= REFUSED * (refused + harmless), "{refused} were refused");
 }
 
 #[test]
 fn what_mutants_are_made_of_is_good() {
     let mutator = Mutator::new(&repository().join("tests/fixtures"));
-    let mut desk = Desk::new(&mutator);
+    let mut worker = Worker::new(&mutator);
     for good in mutator.goods() {
-        good.stick.lay(&desk.at("stick"));
-        let ran = desk.verify();
+        good.stick.lay(&worker.at("stick"));
+        let ran = worker.verify();
         assert_eq!(ran.code, 0, "{} {}", ran.answer, ran.error);
-        desk.reset();
-        assert_eq!(desk.takes_the_next(good), Ok(()));
-        assert_eq!(desk.at("store/system/staged").exists(), !good.release().is_empty());
+        worker.reset();
+        assert_eq!(worker.takes_the_next(good), Ok(()));
+        assert_eq!(worker.at("store/system/staged").exists(), !good.release().is_empty());
     }
     let again = Mutator::new(&repository().join("tests/fixtures"));
     for seed in 0..200 {

@@ -5,7 +5,7 @@
 
 use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::programs::{claims_folder, repository, succeed, updater};
-use claims::press::{Press, files_in, rubbish};
+use claims::bundle_maker::{BundleMaker, files_in, rubbish};
 use serde_json::Value;
 use std::fs::{self, File};
 use std::process::Command;
@@ -30,9 +30,9 @@ fn figure(said: &str, key: &str) -> Option<u64> {
 fn a_stick_pulled_a_hundred_times_is_read_on_from_where_it_was_and_no_byte_twice() {
     let folder = tempfile::tempdir_in(claims_folder()).unwrap();
     let at = |name: &str| folder.path().join(name);
-    let (press, files) = (Press::with_new_keys(), rubbish(CLIPS, CLIP_BYTES, 0));
-    press.bundle(&at("bundle"), &files, &[], 1);
-    fs::rename(press.keys(), at("keys")).unwrap();
+    let (maker, files) = (BundleMaker::with_new_keys(), rubbish(CLIPS, CLIP_BYTES, 0));
+    maker.bundle(&at("bundle"), &files, &[], 1);
+    fs::rename(maker.keys(), at("keys")).unwrap();
     File::create(at("stick")).unwrap().set_len(STICK).unwrap();
     succeed(Command::new("mke2fs").args(["-q", "-t", "ext4", "-d"]).args([at("bundle"), at("stick")]));
     let text = format!(

@@ -7,7 +7,7 @@
 
 use crate::programs::{self, output};
 use crate::tools::command_line::json;
-use claims::press::{Files, Press, files_in, rubbish};
+use claims::bundle_maker::{BundleMaker, Files, files_in, rubbish};
 use claims::wait;
 use rustix::fs::{FlockOperation, flock};
 use rustix::process::{Pid, Signal, kill_process};
@@ -21,7 +21,7 @@ use tempfile::TempDir;
 /// A unit called `lobby`, with its store and a stick.
 pub(crate) struct Unit {
     folder: TempDir,
-    pub(crate) press: Press,
+    pub(crate) maker: BundleMaker,
 }
 
 impl Unit {
@@ -29,7 +29,7 @@ impl Unit {
     pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir_in(programs::claims_folder()).unwrap();
         fs::create_dir(folder.path().join("stick")).unwrap();
-        Self { folder, press: Press::with_new_keys() }
+        Self { folder, maker: BundleMaker::with_new_keys() }
     }
 
     /// The folder in which everything else lies.
@@ -49,7 +49,7 @@ impl Unit {
         for (option, value) in [("--store", "store"), ("--notice", "notice")] {
             command.arg(option).arg(self.path(value));
         }
-        command.arg("--keys").arg(self.press.keys());
+        command.arg("--keys").arg(self.maker.keys());
         command
     }
 
@@ -83,7 +83,7 @@ impl Unit {
 fn a_stick_brings_a_flock_and_the_next_one_only_what_is_new() {
     let unit = Unit::new();
     let (one, two) = (rubbish(20, 30_000, 0), rubbish(20, 30_000, 1));
-    unit.press.bundle(&unit.stick(), &one, &["lobby", "stairs"], 1);
+    unit.maker.bundle(&unit.stick(), &one, &["lobby", "stairs"], 1);
     let answer = unit.updated(&[]);
     let all: usize = one.values().map(Vec::len).sum();
     assert_eq!(
@@ -98,8 +98,8 @@ fn a_stick_brings_a_flock_and_the_next_one_only_what_is_new() {
     assert_eq!((&answer["outcome"], answer["fetched_bytes"].as_u64()), (&"no-news".into(), Some(0)));
     assert_eq!(unit.notice().as_deref(), Some("This flock is here already. You may remove the stick."));
 
-    unit.press.bundle(&unit.stick(), &two, &[], 2);
-    unit.press.bundle(&unit.stick(), &two, &["lobby"], 2);
+    unit.maker.bundle(&unit.stick(), &two, &[], 2);
+    unit.maker.bundle(&unit.stick(), &two, &["lobby"], 2);
     let answer = unit.updated(&[]);
     assert_eq!((answer["sequence"].as_u64(), answer["fetched_bytes"].as_u64()), (Some(2), Some(30_000)));
     assert_eq!(unit.playing(), Some(two));
@@ -112,8 +112,8 @@ fn a_stick_brings_a_flock_and_the_next_one_only_what_is_new() {
 fn a_stick_put_in_while_another_one_is_read_waits_for_its_turn_and_is_not_lost() {
     let unit = Unit::new();
     let (one, two) = (rubbish(20, 30_000, 0), rubbish(20, 30_000, 1));
-    unit.press.bundle(&unit.stick(), &one, &[], 1);
-    unit.press.bundle(&unit.path("second"), &two, &[], 2);
+    unit.maker.bundle(&unit.stick(), &one, &[], 1);
+    unit.maker.bundle(&unit.path("second"), &two, &[], 2);
     // Half a megabyte at 100 KiB a second: long enough that the second one comes meanwhile.
     let slow = unit.path("update.toml");
     fs::write(&slow, "bandwidth_kib = 100\n").unwrap();
@@ -131,7 +131,7 @@ fn a_stick_put_in_while_another_one_is_read_waits_for_its_turn_and_is_not_lost()
 #[test]
 fn a_stick_that_waits_for_another_ends_when_it_is_pulled_and_a_look_on_a_schedule_does_not_wait() {
     let unit = Unit::new();
-    unit.press.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    unit.maker.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
     fs::create_dir(unit.path("store")).unwrap();
     let lock = fs::File::create(unit.path("store/lock")).unwrap();
     flock(&lock, FlockOperation::LockExclusive).unwrap();
@@ -162,7 +162,7 @@ struct Refusal<'p> {
 
 /// Tries a unit that plays `good` with each stick.
 fn refuses(unit: &Unit, good: &Files, refusals: &[Refusal<'_>]) {
-    unit.press.bundle(&unit.stick(), good, &[], 7);
+    unit.maker.bundle(&unit.stick(), good, &[], 7);
     unit.updated(&[]);
     for Refusal { case, prepare, reserve_mib, code, said, told } in refusals {
         fs::remove_dir_all(unit.stick()).unwrap();
@@ -182,11 +182,11 @@ fn refuses(unit: &Unit, good: &Files, refusals: &[Refusal<'_>]) {
 #[test]
 fn a_stick_that_is_refused_changes_nothing_and_says_why_in_one_sentence() {
     let unit = Unit::new();
-    let (press, other) = (&unit.press, rubbish(3, 5_000, 1));
+    let (maker, other) = (&unit.maker, rubbish(3, 5_000, 1));
     let refusals = [
         Refusal {
             case: "for other units",
-            prepare: Box::new(|stick| press.bundle(stick, &other, &["attic", "stairs"], 9)),
+            prepare: Box::new(|stick| maker.bundle(stick, &other, &["attic", "stairs"], 9)),
             reserve_mib: 0,
             code: 1,
             said: "none for `lobby`",
@@ -195,7 +195,7 @@ fn a_stick_that_is_refused_changes_nothing_and_says_why_in_one_sentence() {
         Refusal {
             case: "readdressed",
             prepare: Box::new(|stick| {
-                press.bundle(stick, &other, &["stairs"], 9);
+                maker.bundle(stick, &other, &["stairs"], 9);
                 fs::rename(stick.join("seals/stairs.seal"), stick.join("seals/lobby.seal")).unwrap();
             }),
             reserve_mib: 0,
@@ -205,7 +205,7 @@ fn a_stick_that_is_refused_changes_nothing_and_says_why_in_one_sentence() {
         },
         Refusal {
             case: "forged",
-            prepare: Box::new(|stick| press.forgery(stick, &other, &["lobby"], 9)),
+            prepare: Box::new(|stick| maker.forgery(stick, &other, &["lobby"], 9)),
             reserve_mib: 0,
             code: 1,
             said: "trusted are ",
@@ -213,7 +213,7 @@ fn a_stick_that_is_refused_changes_nothing_and_says_why_in_one_sentence() {
         },
         Refusal {
             case: "older",
-            prepare: Box::new(|stick| press.bundle(stick, &other, &[], 6)),
+            prepare: Box::new(|stick| maker.bundle(stick, &other, &[], 6)),
             reserve_mib: 0,
             code: 1,
             said: "sequence 6, and key",
@@ -226,12 +226,12 @@ fn a_stick_that_is_refused_changes_nothing_and_says_why_in_one_sentence() {
 #[test]
 fn a_stick_that_turns_out_bad_changes_nothing_and_says_why_in_one_sentence() {
     let unit = Unit::new();
-    let (press, other) = (&unit.press, rubbish(3, 5_000, 1));
+    let (maker, other) = (&unit.maker, rubbish(3, 5_000, 1));
     let clip = object(&other["loops/0.mp4"]);
     let refusals = [
         Refusal {
             case: "too large",
-            prepare: Box::new(|stick| press.bundle(stick, &rubbish(1, 9_000, 1), &[], 9)),
+            prepare: Box::new(|stick| maker.bundle(stick, &rubbish(1, 9_000, 1), &[], 9)),
             reserve_mib: 1 << 20,
             code: 1,
             said: "there is no room",
@@ -241,7 +241,7 @@ fn a_stick_that_turns_out_bad_changes_nothing_and_says_why_in_one_sentence() {
             case: "no flock",
             prepare: Box::new(|stick| {
                 let toml = Files::from([("flock.toml".to_owned(), b"format = 2\n".to_vec())]);
-                press.bundle(stick, &toml, &[], 9);
+                maker.bundle(stick, &toml, &[], 9);
             }),
             reserve_mib: 0,
             code: 1,
@@ -251,7 +251,7 @@ fn a_stick_that_turns_out_bad_changes_nothing_and_says_why_in_one_sentence() {
         Refusal {
             case: "without a clip",
             prepare: Box::new(|stick| {
-                press.bundle(stick, &other, &[], 9);
+                maker.bundle(stick, &other, &[], 9);
                 fs::remove_file(stick.join(&clip)).unwrap();
             }),
             reserve_mib: 0,
@@ -262,7 +262,7 @@ fn a_stick_that_turns_out_bad_changes_nothing_and_says_why_in_one_sentence() {
         Refusal {
             case: "damaged",
             prepare: Box::new(|stick| {
-                press.bundle(stick, &other, &[], 9);
+                maker.bundle(stick, &other, &[], 9);
                 fs::write(stick.join(&clip), vec![7; 5_000]).unwrap();
             }),
             reserve_mib: 0,
@@ -294,9 +294,9 @@ fn a_stick_without_any_bundle_is_nobodys_business() {
 fn the_owner_may_go_back_on_the_machine_itself() {
     let unit = Unit::new();
     let (old, new) = (rubbish(2, 2_000, 0), rubbish(2, 2_000, 1));
-    unit.press.bundle(&unit.stick(), &new, &[], 2);
+    unit.maker.bundle(&unit.stick(), &new, &[], 2);
     unit.updated(&[]);
-    unit.press.bundle(&unit.stick(), &old, &[], 1);
+    unit.maker.bundle(&unit.stick(), &old, &[], 1);
     assert_eq!(unit.update(&[]).status.code(), Some(1));
     assert_eq!(unit.updated(&["--allow-older"])["sequence"], 1);
     assert_eq!(unit.playing(), Some(old));
@@ -306,9 +306,9 @@ fn the_owner_may_go_back_on_the_machine_itself() {
 fn a_new_key_travels_with_the_bundle_that_it_has_signed() {
     let unit = Unit::new();
     let files = rubbish(2, 2_000, 0);
-    unit.press.forgery(&unit.stick(), &files, &[], 1);
+    unit.maker.forgery(&unit.stick(), &files, &[], 1);
     assert_eq!(unit.update(&[]).status.code(), Some(1));
-    unit.press.vouch(&unit.stick());
+    unit.maker.vouch(&unit.stick());
     assert_eq!(unit.updated(&[])["outcome"], "installed");
     assert_eq!(unit.playing(), Some(files));
 }
@@ -317,7 +317,7 @@ fn a_new_key_travels_with_the_bundle_that_it_has_signed() {
 fn what_rots_in_the_store_stays_until_it_was_fetched_again() {
     let unit = Unit::new();
     let files = rubbish(5, 20_000, 0);
-    unit.press.bundle(&unit.stick(), &files, &[], 1);
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
     unit.updated(&[]);
     let clip = unit.path("store/current/loops/3.mp4");
     // Rot: the same file, other bytes; a rewritten file would be another one.
@@ -364,7 +364,7 @@ fn every_refusal_of_the_updater_has_its_exit_code_and_names_what_it_refuses() {
         let mut command = Command::new(programs::updater());
         command.arg(unit.stick()).arg("--store").arg(unit.path("store"));
         if options[0] != "--keys" {
-            command.arg("--keys").arg(unit.press.keys());
+            command.arg("--keys").arg(unit.maker.keys());
         }
         let said = output(command.args(options));
         let error = String::from_utf8_lossy(&said.stderr);
@@ -380,7 +380,7 @@ fn every_refusal_of_the_updater_has_its_exit_code_and_names_what_it_refuses() {
             .arg("--store")
             .arg(unit.path("store"))
             .arg("--keys")
-            .arg(unit.press.keys()),
+            .arg(unit.maker.keys()),
     );
     assert_eq!(said.status.code(), Some(3), "a stick that is not there");
 }

@@ -3,7 +3,7 @@
 //! Owns the claims on `flock pack --system` and on `dreams-update` where the unit's own system is one of ours. Files stand
 //! for the slot and for the boot loader's partition; whole machines are in `tests/image`.
 //!
-//! Start at [`Frame`].
+//! Start at [`UnitFiles`].
 
 use crate::programs::{self, output, repository};
 use crate::syscall_faults;
@@ -22,25 +22,25 @@ const ENTRIES: &str = "boot/loader/entries";
 const RUNS: &str = "boot/loader/entries/dreams_0.1.0_1+1.conf";
 
 /// A unit that runs version 0.1.0, an artist, and what `make image` left of newer versions.
-struct Frame {
+struct UnitFiles {
     artist: Artist,
 }
 
-impl Frame {
+impl UnitFiles {
     fn new() -> Self {
-        let frame = Self { artist: Artist::new() };
-        frame.runs("dreams", "0.1.0");
-        fs::create_dir_all(frame.at(ENTRIES)).unwrap();
-        fs::create_dir_all(frame.at("boot/EFI/dreams/0.1.0_1")).unwrap();
-        fs::write(frame.at(RUNS), "what runs").unwrap();
-        fs::write(frame.at("slot"), vec![0xee; 100_000]).unwrap();
-        let system = frame.at("os-release");
+        let unit_files = Self { artist: Artist::new() };
+        unit_files.runs("dreams", "0.1.0");
+        fs::create_dir_all(unit_files.at(ENTRIES)).unwrap();
+        fs::create_dir_all(unit_files.at("boot/EFI/dreams/0.1.0_1")).unwrap();
+        fs::write(unit_files.at(RUNS), "what runs").unwrap();
+        fs::write(unit_files.at("slot"), vec![0xee; 100_000]).unwrap();
+        let system = unit_files.at("os-release");
         let config = format!("system = \"{}\"\nowner = \"/nowhere\"\nreserve_mib = 0\n", system.display());
-        fs::write(frame.at("update.toml"), config).unwrap();
+        fs::write(unit_files.at("update.toml"), config).unwrap();
         for version in ["0.2.0", "0.3.0"] {
-            frame.made(version);
+            unit_files.made(version);
         }
-        frame
+        unit_files
     }
 
     fn at(&self, name: &str) -> PathBuf {
@@ -144,96 +144,104 @@ pub(crate) fn make_halves(folder: &Path, version: &str) {
 
 #[test]
 fn a_system_travels_like_a_flock_and_ends_in_the_slot_that_does_not_run() {
-    let frame = Frame::new();
-    let said = frame.pack("0.2.0", &[]);
+    let unit_files = UnitFiles::new();
+    let said = unit_files.pack("0.2.0", &[]);
     assert!(said.contains("packed system 0.2.0 for every unit: sequence 1"), "{said}");
-    let said = frame.artist.says(0, &["verify", "stick", "--trust", "artist.pub"]);
+    let said = unit_files.artist.says(0, &["verify", "stick", "--trust", "artist.pub"]);
     assert!(said.contains("system 0.2.0 for every unit, sequence 1"), "{said}");
-    assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.2.0" }));
-    assert!(frame.told().starts_with("A new system is here"), "{}", frame.told());
-    assert_eq!(frame.fetched(), "no-news", "it waits to be written");
-    assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf"]);
+    assert_eq!(unit_files.fetched(), serde_json::json!({ "staged": "0.2.0" }));
+    assert!(unit_files.told().starts_with("A new system is here"), "{}", unit_files.told());
+    assert_eq!(unit_files.fetched(), "no-news", "it waits to be written");
+    assert_eq!(unit_files.entries(), ["dreams_0.1.0_1+1.conf"]);
 
-    assert_eq!(frame.written(), serde_json::json!({ "written": "0.2.0" }));
-    assert!(frame.slot_is("0.2.0"));
-    assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "three tries, then the one before");
+    assert_eq!(unit_files.written(), serde_json::json!({ "written": "0.2.0" }));
+    assert!(unit_files.slot_is("0.2.0"));
+    assert_eq!(
+        unit_files.entries(),
+        ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"],
+        "three tries, then the one before"
+    );
     for part in ["linux", "initramfs"] {
-        let (there, sent) = (frame.at("boot/EFI/dreams/0.2.0_1").join(part), frame.at("0.2.0").join(part));
+        let (there, sent) = (unit_files.at("boot/EFI/dreams/0.2.0_1").join(part), unit_files.at("0.2.0").join(part));
         assert!(fs::read(there).unwrap() == fs::read(sent).unwrap());
     }
-    assert_eq!((frame.written(), frame.fetched()), ("none".into(), "no-news".into()), "it has its chance, once");
+    assert_eq!(
+        (unit_files.written(), unit_files.fetched()),
+        ("none".into(), "no-news".into()),
+        "it has its chance, once"
+    );
 
     // It runs, and is good: the next one takes the place of the one before.
-    let entry = |name: &str| frame.at(ENTRIES).join(name);
+    let entry = |name: &str| unit_files.at(ENTRIES).join(name);
     fs::rename(entry("dreams_0.2.0_1+3.conf"), entry("dreams_0.2.0_1+1.conf")).unwrap();
-    frame.runs("dreams", "0.2.0");
-    frame.pack("0.3.0", &["--unit", "lobby"]);
-    assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.3.0" }));
-    frame.written();
-    assert!(frame.slot_is("0.3.0"));
-    assert_eq!(frame.entries(), ["dreams_0.2.0_1+1.conf", "dreams_0.3.0_1+3.conf"]);
+    unit_files.runs("dreams", "0.2.0");
+    unit_files.pack("0.3.0", &["--unit", "lobby"]);
+    assert_eq!(unit_files.fetched(), serde_json::json!({ "staged": "0.3.0" }));
+    unit_files.written();
+    assert!(unit_files.slot_is("0.3.0"));
+    assert_eq!(unit_files.entries(), ["dreams_0.2.0_1+1.conf", "dreams_0.3.0_1+3.conf"]);
     // What is in the store of a system that was written goes with the next flock.
-    assert!(!frame.at("store/system/staged").exists());
+    assert!(!unit_files.at("store/system/staged").exists());
 }
 
 #[test]
 fn a_system_that_is_not_newer_or_not_ours_or_not_signed_is_not_taken() {
-    let frame = Frame::new();
-    frame.pack("0.2.0", &[]);
-    frame.runs("debian", "13");
-    assert_eq!(frame.fetched(), "none", "somebody else looks after that machine");
+    let unit_files = UnitFiles::new();
+    unit_files.pack("0.2.0", &[]);
+    unit_files.runs("debian", "13");
+    assert_eq!(unit_files.fetched(), "none", "somebody else looks after that machine");
     for version in ["0.2.0", "0.10.0"] {
-        frame.runs("dreams", version);
-        assert_eq!(frame.fetched(), "no-news", "{version} runs");
+        unit_files.runs("dreams", version);
+        assert_eq!(unit_files.fetched(), "no-news", "{version} runs");
     }
-    frame.runs("dreams", "0.1.0");
+    unit_files.runs("dreams", "0.1.0");
     // Another system in the place of the signed one, half of it, or none at all.
-    let root = frame.at("stick").join(object(&frame, "0.2.0/root.img"));
+    let root = unit_files.at("stick").join(object(&unit_files, "0.2.0/root.img"));
     let whole = fs::read(&root).unwrap();
     for spoiled in [[&whole[..100], b"x", &whole[101..]].concat(), whole[..5_000].to_vec()] {
         fs::write(&root, &spoiled).unwrap();
-        assert_eq!(frame.update().status.code(), Some(3));
-        assert!(frame.told().starts_with("This stick is damaged"), "{}", frame.told());
-        let said = frame.artist.says(1, &["verify", "stick", "--trust", "artist.pub"]);
+        assert_eq!(unit_files.update().status.code(), Some(3));
+        assert!(unit_files.told().starts_with("This stick is damaged"), "{}", unit_files.told());
+        let said = unit_files.artist.says(1, &["verify", "stick", "--trust", "artist.pub"]);
         assert!(said.contains("`root`"), "{said}");
     }
     fs::write(&root, &whole).unwrap();
-    let seal = frame.at("stick/systems/all.seal");
+    let seal = unit_files.at("stick/systems/all.seal");
     let text = fs::read_to_string(&seal).unwrap();
     fs::write(&seal, text.replace("version 0.2.0", "version 9.2.0")).unwrap();
-    assert_eq!(frame.update().status.code(), Some(1));
-    assert!(frame.told().contains("not signed by anybody"), "{}", frame.told());
+    assert_eq!(unit_files.update().status.code(), Some(1));
+    assert!(unit_files.told().contains("not signed by anybody"), "{}", unit_files.told());
     // Nothing of all that came to be written.
-    assert_eq!((frame.written(), frame.entries()), ("none".into(), vec!["dreams_0.1.0_1+1.conf".to_owned()]));
+    assert_eq!((unit_files.written(), unit_files.entries()), ("none".into(), vec!["dreams_0.1.0_1+1.conf".to_owned()]));
     fs::write(&seal, text).unwrap();
-    assert_eq!(frame.fetched(), serde_json::json!({ "staged": "0.2.0" }));
+    assert_eq!(unit_files.fetched(), serde_json::json!({ "staged": "0.2.0" }));
     // Halves that were not made with each other are no system.
-    fs::copy(frame.at("0.3.0/root.img"), frame.at("0.2.0/root.img")).unwrap();
+    fs::copy(unit_files.at("0.3.0/root.img"), unit_files.at("0.2.0/root.img")).unwrap();
     let words = ["pack", "0.2.0", "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
-    let said = frame.artist.says(2, &words);
+    let said = unit_files.artist.says(2, &words);
     assert!(said.contains("is not the root that"), "{said}");
 }
 
 #[test]
 fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
-    let frame = Frame::new();
-    frame.pack("0.2.0", &[]);
-    let artist = fs::read_to_string(frame.at("artist.pub")).unwrap();
-    fs::write(frame.at("owner.toml"), format!("keys = [\"{}\"]\n", artist.lines().nth(1).unwrap())).unwrap();
-    fs::create_dir(frame.at("keys")).unwrap();
-    fs::create_dir(frame.at("system-keys")).unwrap();
+    let unit_files = UnitFiles::new();
+    unit_files.pack("0.2.0", &[]);
+    let artist = fs::read_to_string(unit_files.at("artist.pub")).unwrap();
+    fs::write(unit_files.at("owner.toml"), format!("keys = [\"{}\"]\n", artist.lines().nth(1).unwrap())).unwrap();
+    fs::create_dir(unit_files.at("keys")).unwrap();
+    fs::create_dir(unit_files.at("system-keys")).unwrap();
     let config = |keys: &str| {
-        let path = |name: &str| frame.at(name).display().to_string();
+        let path = |name: &str| unit_files.at(name).display().to_string();
         let lines = [("system", "os-release"), ("owner", "owner.toml"), ("system_keys", keys)];
         let text = lines.map(|(key, name)| format!("{key} = \"{}\"\n", path(name))).concat();
-        fs::write(frame.at("update.toml"), text + "reserve_mib = 0\n").unwrap();
+        fs::write(unit_files.at("update.toml"), text + "reserve_mib = 0\n").unwrap();
     };
-    let stick = frame.at("stick");
+    let stick = unit_files.at("stick");
     let update = || {
         let mut command = Command::new(programs::updater());
-        command.args(["--json", "--unit", "lobby", "--config"]).arg(frame.at("update.toml")).arg(&stick);
+        command.args(["--json", "--unit", "lobby", "--config"]).arg(unit_files.at("update.toml")).arg(&stick);
         for (option, name) in [("--store", "store"), ("--notice", "notice"), ("--keys", "keys")] {
-            command.arg(option).arg(frame.at(name));
+            command.arg(option).arg(unit_files.at(name));
         }
         output(&mut command)
     };
@@ -244,20 +252,20 @@ fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
         let error = String::from_utf8_lossy(&said.stderr);
         assert!(said.status.code() == Some(1) && error.contains("is signed by key"), "{keys}: {error}");
     }
-    frame.artist.pack(&["--unit", "lobby"]);
-    fs::create_dir(frame.at("flocks")).unwrap();
-    frame.artist.says(0, &["publish", "bundle", "flocks", "--trust", "artist.pub"]);
+    unit_files.artist.pack(&["--unit", "lobby"]);
+    fs::create_dir(unit_files.at("flocks")).unwrap();
+    unit_files.artist.says(0, &["publish", "bundle", "flocks", "--trust", "artist.pub"]);
     let flock = output(Command::new(programs::updater()).args(["--json", "--unit", "lobby", "--config"]).args([
-        frame.at("update.toml"),
-        frame.at("flocks"),
+        unit_files.at("update.toml"),
+        unit_files.at("flocks"),
         "--store".into(),
-        frame.at("store"),
+        unit_files.at("store"),
         "--keys".into(),
-        frame.at("keys"),
+        unit_files.at("keys"),
     ]));
     assert_eq!(json(&flock)["outcome"], "installed", "{}", String::from_utf8_lossy(&flock.stderr));
     // Who has the role gives both.
-    fs::copy(frame.at("artist.pub"), frame.at("system-keys/artist.pub")).unwrap();
+    fs::copy(unit_files.at("artist.pub"), unit_files.at("system-keys/artist.pub")).unwrap();
     config("system-keys");
     let said = update();
     assert_eq!(
@@ -270,58 +278,58 @@ fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
 
 #[test]
 fn a_system_that_does_not_trust_whoever_signs_it_is_packed_only_if_that_is_asked_for() {
-    let frame = Frame::new();
+    let unit_files = UnitFiles::new();
     let words = ["pack", "0.2.0", "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
-    fs::remove_file(frame.at("0.2.0/keys/artist.pub")).unwrap();
-    let said = frame.artist.says(2, &words);
+    fs::remove_file(unit_files.at("0.2.0/keys/artist.pub")).unwrap();
+    let said = unit_files.artist.says(2, &words);
     assert!(said.contains("system `0.2.0` does not trust key") && said.contains("it trusts nobody"), "{said}");
-    frame.artist.says(0, &["keygen", "other.key", "--passphrase-file", "passphrase"]);
-    fs::copy(frame.at("other.pub"), frame.at("0.2.0/keys/other.pub")).unwrap();
-    assert!(!frame.artist.says(2, &words).contains("nobody"), "the key that it trusts is named");
-    assert!(!frame.at("outbox").exists(), "nothing was packed");
-    frame.artist.says(0, &[&words[..], &["--allow-untrusted"]].concat());
+    unit_files.artist.says(0, &["keygen", "other.key", "--passphrase-file", "passphrase"]);
+    fs::copy(unit_files.at("other.pub"), unit_files.at("0.2.0/keys/other.pub")).unwrap();
+    assert!(!unit_files.artist.says(2, &words).contains("nobody"), "the key that it trusts is named");
+    assert!(!unit_files.at("outbox").exists(), "nothing was packed");
+    unit_files.artist.says(0, &[&words[..], &["--allow-untrusted"]].concat());
 }
 
 #[test]
 fn a_slot_written_to_any_step_starts_what_ran_and_the_next_attempt_completes_it() {
-    let frame = Frame::new();
-    frame.pack("0.2.0", &[]);
-    frame.fetched();
-    fs::write(frame.at(ENTRIES).join("dreams_0.0.9_1+0-3.conf"), "what was tried before").unwrap();
-    fs::create_dir_all(frame.at("boot/EFI/dreams/0.0.9_1")).unwrap();
-    fs::write(frame.at("boot/EFI/dreams/0.0.9_1/linux"), "what was tried before").unwrap();
+    let unit_files = UnitFiles::new();
+    unit_files.pack("0.2.0", &[]);
+    unit_files.fetched();
+    fs::write(unit_files.at(ENTRIES).join("dreams_0.0.9_1+0-3.conf"), "what was tried before").unwrap();
+    fs::create_dir_all(unit_files.at("boot/EFI/dreams/0.0.9_1")).unwrap();
+    fs::write(unit_files.at("boot/EFI/dreams/0.0.9_1/linux"), "what was tried before").unwrap();
     let kept: Vec<&str> = vec!["store", "boot", "slot"];
     let reset = || {
         for name in &kept {
-            let (now, then) = (frame.at(name), frame.at(&format!("{name}.kept")));
+            let (now, then) = (unit_files.at(name), unit_files.at(&format!("{name}.kept")));
             if now.is_dir() { fs::remove_dir_all(&now) } else { fs::remove_file(&now) }.ok();
             programs::succeed(Command::new("cp").arg("-a").arg(&then).arg(&now));
         }
     };
     for name in &kept {
-        fs::rename(frame.at(name), frame.at(&format!("{name}.kept"))).unwrap();
+        fs::rename(unit_files.at(name), unit_files.at(&format!("{name}.kept"))).unwrap();
     }
     let writer = || {
         reset();
-        frame.writer()
+        unit_files.writer()
     };
-    let broken = syscall_faults::at_every_step(&CHANGES, &frame.at("strace"), writer, |case| {
-        let entries = frame.entries();
+    let broken = syscall_faults::at_every_step(&CHANGES, &unit_files.at("strace"), writer, |case| {
+        let entries = unit_files.entries();
         assert!(entries.contains(&"dreams_0.1.0_1+1.conf".to_owned()), "{case}: {entries:?}");
         if entries.contains(&"dreams_0.2.0_1+3.conf".to_owned()) {
-            let kernel = fs::read(frame.at("boot/EFI/dreams/0.2.0_1/linux")).unwrap();
-            let is_whole = frame.slot_is("0.2.0") && kernel == fs::read(frame.at("0.2.0/linux")).unwrap();
+            let kernel = fs::read(unit_files.at("boot/EFI/dreams/0.2.0_1/linux")).unwrap();
+            let is_whole = unit_files.slot_is("0.2.0") && kernel == fs::read(unit_files.at("0.2.0/linux")).unwrap();
             assert!(is_whole, "{case}: what is started is whole");
         }
-        frame.fetched();
-        frame.written();
-        assert!(frame.slot_is("0.2.0"), "{case}");
-        assert_eq!(frame.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "{case}");
+        unit_files.fetched();
+        unit_files.written();
+        assert!(unit_files.slot_is("0.2.0"), "{case}");
+        assert_eq!(unit_files.entries(), ["dreams_0.1.0_1+1.conf", "dreams_0.2.0_1+3.conf"], "{case}");
     });
     assert!(broken > 20, "only {broken} steps were seen");
 }
 
 /// Where the content of this file lies in a bundle.
-fn object(frame: &Frame, file: &str) -> String {
-    bundle::ObjectId::of(&fs::read(frame.at(file)).unwrap()).path()
+fn object(unit_files: &UnitFiles, file: &str) -> String {
+    bundle::ObjectId::of(&fs::read(unit_files.at(file)).unwrap()).path()
 }

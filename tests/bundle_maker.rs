@@ -1,8 +1,8 @@
-//! A press for bundles: flocks, signed and laid into folders, as sticks and servers have them.
+//! Makes bundles: flocks, signed and laid into folders, as sticks and servers have them.
 //!
 //! Owns the keys of the claims' artists. The clips may be rubbish: an updater does not look inside.
 //!
-//! Start at [`Press::bundle`].
+//! Start at [`BundleMaker::bundle`].
 
 use bundle::{Folder, KeyId, Letter, SecretKey, Statement};
 use std::collections::BTreeMap;
@@ -18,15 +18,15 @@ mod folders;
 /// The files of a flock, by path.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
-/// Keys, and a folder of those that units trust.
-pub struct Press {
+/// Signs bundles; it has a folder of the keys that units trust.
+pub struct BundleMaker {
     folder: TempDir,
     artist: SecretKey,
     stranger: SecretKey,
 }
 
-impl Press {
-    /// A press with keys of its own; units trust the artist's.
+impl BundleMaker {
+    /// One with keys of its own; units trust the artist's.
     pub fn with_new_keys() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let key = |name: &str| SecretKey::create(&folder.path().join(name), "").unwrap();
