@@ -1,6 +1,6 @@
-//! Makes bundles: flocks, signed and laid into folders, as sticks and servers have them.
+//! Makes bundles, signed, in folders like those on sticks and servers.
 //!
-//! Owns the keys of the claims' artists. The clips may be rubbish: an updater does not look inside.
+//! Owns the keys that sign in the claims. Clips are random bytes: an updater does not decode them.
 //!
 //! Start at [`BundleMaker::bundle`].
 
@@ -26,7 +26,7 @@ pub struct BundleMaker {
 }
 
 impl BundleMaker {
-    /// One with keys of its own; units trust the artist's.
+    /// One with new keys; units trust the artist's.
     pub fn with_new_keys() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let key = |name: &str| SecretKey::create(&folder.path().join(name), "").unwrap();
@@ -42,32 +42,32 @@ impl BundleMaker {
         self.folder.path().join("trusted")
     }
 
-    /// Lays a bundle of `files` into `folder`, signed by the artist, for `units`, or for all if there are none.
+    /// Writes a bundle of `files` to `folder`, signed by the artist, for `units`, or for all units if there are none.
     pub fn bundle(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
         folders::lay(&self.artist, folder, files, units, sequence);
     }
 
-    /// The same, signed by somebody whom no unit knows.
+    /// The same, signed by a key that units do not know.
     pub fn forgery(&self, folder: &Path, files: &Files, units: &[&str], sequence: u64) {
         folders::lay(&self.stranger, folder, files, units, sequence);
     }
 
-    /// The seal that says `letter`, signed by the artist.
+    /// The seal with the text `letter`, signed by the artist.
     pub fn sign(&self, letter: &Letter) -> Vec<u8> {
         letter.sign(&self.artist).unwrap()
     }
 
-    /// Lays out the artist's word that the stranger may be trusted.
+    /// Adds the artist's statement that the stranger's key may be trusted.
     pub fn vouch(&self, folder: &Path) {
         self.say(folder, &Statement::Trust(self.stranger.public()));
     }
 
-    /// Lays out the artist's word that the stranger, whom she has taken in, is called back.
+    /// Adds the artist's statement that revokes the stranger's key.
     pub fn call_back(&self, folder: &Path) {
         self.say(folder, &Statement::Revoke(self.stranger()));
     }
 
-    /// What the stranger's key is called.
+    /// The id of the stranger's key.
     pub fn stranger(&self) -> KeyId {
         self.stranger.public().id()
     }
@@ -78,8 +78,8 @@ impl BundleMaker {
     }
 }
 
-/// A flock of so many sheep, each with a loop of `bytes` bytes of rubbish; those below `edition` differ from edition to
-/// edition.
+/// A flock of `sheep` sheep, each with a loop of `bytes` random bytes; those with a number below `edition` differ from
+/// edition to edition.
 pub fn rubbish(sheep: usize, bytes: usize, edition: usize) -> Files {
     let mut toml = "format = 1\nname = \"aurora\"\nsize = [64, 64]\nfps = [30, 1]\n".to_owned();
     let mut files = Files::new();
@@ -95,10 +95,10 @@ pub fn rubbish(sheep: usize, bytes: usize, edition: usize) -> Files {
     files
 }
 
-/// Every file beneath `folder`.
+/// Every file below `folder`.
 ///
 /// # Errors
-/// What the disk says.
+/// The error of the file system.
 pub fn files_in(folder: &Path) -> io::Result<Files> {
     folders::files_in(folder)
 }

@@ -1,7 +1,7 @@
-//! Whole-system claims live in `it/` and `image/`, the crash laboratory in `crash/`: this is what they share.
+//! What the claims in `it/` and `image/` and the crash laboratory in `crash/` share.
 //!
-//! Owns the maker of bundles, the mutator of sticks, a web server that misbehaves, waits with a limit, and what a power cut
-//! leaves of a disk. Never starts a program.
+//! Owns the maker of bundles, the mutator of sticks, a web server that misbehaves, waits with a limit, and what a power
+//! cut leaves of a disk. Never starts a program.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::missing_panics_doc, reason = "a claim fails by panicking")]
 

@@ -1,4 +1,4 @@
-//! Waits, each with a limit and with what it waits for.
+//! Waits with a limit, which fail with what they waited for.
 //!
 //! Owns the wait for a state, for a line and for the end of a process. Never reads a clock: the kernel counts the time.
 //!

@@ -1,6 +1,6 @@
 //! A web server of static files, on this machine, which misbehaves as asked.
 //!
-//! Owns the count of what was asked and sent. Never looks into a bundle.
+//! Owns the counts of requests and of bytes sent. Never looks into a bundle.
 //!
 //! Start at [`WebServer::serve`].
 
@@ -18,36 +18,36 @@ use std::time::Duration;
 pub enum Behaviour {
     /// As it should.
     Good,
-    /// It sends so many bytes of each body, and dies.
+    /// It sends so many bytes of each body, and closes the connection.
     Dies(usize),
-    /// It promises more than it has.
+    /// It announces more bytes than it sends.
     PromisesMore,
-    /// It promises less than it sends.
+    /// It announces fewer bytes than it sends.
     PromisesLess,
-    /// It sends rubbish behind what was asked for, for ever.
+    /// It sends random bytes after the body, without end.
     Endless,
-    /// It sends ten bytes of an object a second.
+    /// It sends ten bytes of an object per second.
     Drips,
-    /// It knows no parts: always everything.
+    /// It ignores ranges, and sends whole files.
     Whole,
-    /// It sends the part behind the one that was asked for, and says so.
+    /// It sends a range that begins a byte too late, and says so.
     WrongPart,
-    /// It sends the wrong part, and says that it is the right one.
+    /// It sends a range that begins a byte too early, and claims that it begins where it should.
     LyingPart,
-    /// It is no server of ours: the portal of a hotel.
+    /// It answers with another page, as the portal of a hotel does.
     Portal,
-    /// It sends everyone elsewhere.
+    /// It redirects to another address.
     Redirects(String),
-    /// It is out of order.
+    /// It answers with a server error.
     Fails,
-    /// It lets nobody in.
+    /// It answers that access is forbidden.
     Refuses,
 }
 
-/// From one byte to the next where it drips.
+/// The time between two bytes when it drips.
 const DRIP: Duration = Duration::from_millis(100);
 
-/// A server at work. It ends when dropped.
+/// A running server. It ends when dropped.
 pub struct WebServer {
     address: SocketAddr,
     state: Arc<ServerState>,
@@ -58,14 +58,14 @@ struct ServerState {
     folder: PathBuf,
     behaviour: Mutex<Behaviour>,
     asked: Mutex<Vec<String>>,
-    /// What was sent here.
+    /// What was sent here by POST.
     posted: Mutex<Vec<String>>,
     sent: AtomicU64,
     is_over: AtomicBool,
 }
 
 impl WebServer {
-    /// Serves what lies in `folder`.
+    /// Serves the files in `folder`.
     pub fn serve(folder: &Path, behaviour: Behaviour) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
@@ -101,12 +101,12 @@ impl WebServer {
         *self.state.behaviour.lock().unwrap() = behaviour;
     }
 
-    /// What was sent here by POST since the last time.
+    /// What was sent here by POST since the last call.
     pub fn received(&self) -> Vec<String> {
         std::mem::take(&mut *self.state.posted.lock().unwrap())
     }
 
-    /// What was asked for since the last time, and how many bytes of bodies were sent.
+    /// The paths that were requested since the last call, and the bytes of bodies that were sent.
     pub fn heard(&self) -> (Vec<String>, u64) {
         (std::mem::take(&mut *self.state.asked.lock().unwrap()), self.state.sent.swap(0, Ordering::Relaxed))
     }
@@ -122,12 +122,12 @@ impl Drop for WebServer {
     }
 }
 
-/// What is sent.
+/// An answer.
 struct Reply<'b> {
     status: &'static str,
     /// Further headers, each with its end of line.
     headers: String,
-    /// The length that is promised; `None` for nothing said.
+    /// The announced length, if any.
     promised: Option<usize>,
     body: &'b [u8],
     is_endless: bool,

@@ -1,8 +1,8 @@
-//! The lives that are recorded: a unit that plays one edition of a flock is brought two more, and is looked after meanwhile.
+//! Recorded scenarios: a unit with one edition of a flock gets two more, and is maintained in between.
 //!
-//! Owns the editions, how each comes (by the real updater from a stick or over HTTP, or by one that is careless on
-//! purpose) and how many cuts each life gets. No two lives have a flock of the same form: what the disk is told, and so
-//! what a power cut may leave of it, is another each time. Says what it found, a line for each life.
+//! Owns the editions, the way of each (the real updater from a stick or over HTTP, or a faulty one that skips syncs)
+//! and the number of cuts. Each scenario has a flock of another size, so that the writes differ. Prints a line for each
+//! scenario.
 //!
 //! Start at [`Lab::whole_lives`].
 
@@ -30,17 +30,17 @@ use tempfile::TempDir;
 
 pub(crate) const UNIT: &str = "lobby";
 const SETTINGS: &str = "update.toml";
-/// Editions of the flock: the first one plays, the others come.
+/// Editions of the flock: the first one is installed, the others come.
 const EDITIONS: u64 = 3;
-/// How many clips, of how many bytes each, a careless life's flock has.
+/// The number of clips and the bytes of each for the faulty updater.
 const CARELESS: Form = (6, 30_000);
-/// The least that a flock has of both, and how many numbers of clips there are before clips become longer, by a block.
+/// The least number of clips and bytes; and how many numbers of clips are used before the clips grow by a block.
 const LEAST: Form = (4, 10_000);
 const NUMBERS: usize = 7;
 const BLOCK: usize = 4096;
-/// A careless life must be caught so often, at least.
+/// The number of cuts at least that must reveal the faulty updater.
 const CAUGHT: usize = 3;
-/// Faults that are told of one life.
+/// Faults that are printed for one scenario.
 const TOLD: usize = 3;
 
 /// How many clips a flock has, and how many bytes each of them. Of those of edition `n` the first `2 n` are its own.
@@ -61,28 +61,28 @@ pub(crate) struct Lab {
     states: usize,
     pub(crate) maker: BundleMaker,
     pub(crate) editions: Vec<Edition>,
-    /// The bundle with which a key is called back.
+    /// The bundle with the statement that revokes a key.
     pub(crate) revoking: Edition,
-    /// What the owner's file becomes, before any edit and after each.
+    /// The owner's settings before the first edit and after each edit.
     pub(crate) settings: Vec<Settings>,
     disks: [Disk; 2],
-    /// The disk of a unit that plays the first edition.
+    /// The disk of a unit with the first edition.
     base: Vec<u8>,
     pub(crate) folder: TempDir,
-    /// Where the editions lie.
+    /// Where the editions are.
     sticks: TempDir,
     door: Mutex<()>,
 }
 
-/// What was found in a life.
+/// The result of one scenario.
 struct Findings {
-    /// Different states of the disk that were looked at.
+    /// The number of different disks that were checked.
     states: usize,
     /// What did not hold, and how often.
     faults: BTreeMap<String, usize>,
 }
 
-/// How a flock comes.
+/// The way of a flock to the unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Way {
     Stick,
@@ -90,7 +90,7 @@ pub(crate) enum Way {
 }
 
 impl Lab {
-    /// `UPDATER OWNER STATES`: the programs, and how many states of their disk are looked at.
+    /// `UPDATER OWNER STATES`: the two programs, and how many different disks are checked.
     pub(crate) fn from(mut words: impl Iterator<Item = String>) -> Self {
         let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER OWNER STATES"));
         let (updater, owner) = (word("the updater"), word("the owner's program"));
@@ -109,7 +109,7 @@ impl Lab {
         lab
     }
 
-    /// Has the artist make another flock, of this form, and the unit play its first edition.
+    /// Makes a new flock of this size, and a disk with its first edition.
     fn raise(&mut self, (clips, bytes): Form) {
         self.editions.clear();
         self.sticks = tempfile::tempdir().unwrap();
@@ -131,12 +131,12 @@ impl Lab {
         self.base = self.disks[0].made(bring);
     }
 
-    /// Whom its units trust.
+    /// The keys that units trust.
     pub(crate) fn trust(&self) -> Trust {
         Trust::read(&self.maker.keys()).unwrap()
     }
 
-    /// Whether every cut through the lives of a unit leaves it a whole flock.
+    /// Whether every cut in every scenario leaves a whole flock.
     pub(crate) fn whole_lives(&mut self) -> bool {
         let mut holds = true;
         let ways = [(Way::Stick, false), (Way::Stick, true), (Way::Http, false), (Way::Http, true)];
@@ -160,7 +160,7 @@ impl Lab {
         holds
     }
 
-    /// Whether lives that forget something are caught.
+    /// Whether updates that skip syncs are detected.
     pub(crate) fn careless_lives(&mut self) -> bool {
         let mut proves = true;
         self.raise(CARELESS);
@@ -187,7 +187,7 @@ impl Lab {
         proves && found.faults.values().sum::<usize>() >= CAUGHT
     }
 
-    /// Cuts through a life, and looks at each different state once, on all disks at once.
+    /// Cuts a recording, and checks each different disk once, on all devices in parallel.
     fn cut(&self, log: &BlockLog, script: Script, cuts: usize, completes: Option<Way>) -> Findings {
         let reports = marks(log);
         assert_eq!(reports.len(), script.len(), "each step was reported");
@@ -215,7 +215,7 @@ impl Lab {
         found
     }
 
-    /// Brings the edition by the updater, reports it, and has the player find that it plays.
+    /// Installs the edition with the updater, reports it, and marks it as played.
     pub(crate) fn brought(&self, store: &Path, edition: &Edition, way: Way, report: &mut dyn FnMut()) {
         let answer = self.update(store, &edition.source(way), &[]).unwrap();
         assert_eq!(answer["outcome"], "installed");
@@ -224,8 +224,8 @@ impl Lab {
         playing.judge().unwrap().won(playing.number()).unwrap();
     }
 
-    /// While the result lives, nobody else opens a store or starts a program: what is just being started has for a
-    /// moment all open files of this process, and with them the lock of a store.
+    /// While the guard lives, no other thread opens a store or starts a program: until its `exec`, a new process has
+    /// all open files of this one, and with them the lock of a store.
     pub(crate) fn alone(&self) -> MutexGuard<'_, ()> {
         self.door.lock().unwrap()
     }
@@ -248,7 +248,7 @@ impl Lab {
         }
     }
 
-    /// The same by the steps of the updater, on a store that forgets something.
+    /// The same by the updater's own steps, on a store that skips something.
     fn brought_carelessly(
         &self,
         store: &Path,
@@ -278,7 +278,7 @@ impl Lab {
 }
 
 impl Edition {
-    /// What lies in the folder `stick`, which a web server has from now on, too.
+    /// The files in the folder `stick`, served over HTTP from now on as well.
     fn of(files: Files, stick: PathBuf) -> Self {
         Self { files, web: WebServer::serve(&stick, Behaviour::Good), stick }
     }
@@ -291,7 +291,7 @@ impl Edition {
     }
 }
 
-/// How many cuts a careless life gets: some things are seldom caught.
+/// The number of cuts for a faulty updater: some faults show seldom.
 fn careless_cuts(carelessness: Carelessness) -> usize {
     match carelessness {
         Carelessness::NoFileSync => 100,
@@ -301,7 +301,7 @@ fn careless_cuts(carelessness: Carelessness) -> usize {
 }
 
 impl Findings {
-    /// As a line, and the faults that came first.
+    /// As a line of text, with the first faults.
     fn told(&self, log: &BlockLog) -> String {
         let (wrong, writes, flushes) = (self.faults.values().sum::<usize>(), log.entries.len(), log.flushes());
         let mut told = format!("{} states, of {writes} writes and {flushes} flushes, {wrong} wrong", self.states);
@@ -312,7 +312,7 @@ impl Findings {
     }
 }
 
-/// Somebody else on the same disk writes something, and syncs it.
+/// Another process writes to the same disk, and syncs.
 fn noise(disk: &LocalDisk) {
     for _ in 0..5 {
         let mut file = bundle::Disk::append(disk, "noise").unwrap();

@@ -1,9 +1,8 @@
-//! Disks to be recorded and disks to be looked at.
+//! Disks that are recorded, and disks that are checked.
 //!
-//! Owns the devices: a recorded disk is QEMU's `blklogwrites` behind the kernel's network block device, a disk after a
-//! cut lies in memory behind a loop device. QEMU does not record that a write must be on the disk when it is done
-//! (FUA); so there is a loop device before the recorded disk as well, which knows no such writes: the kernel flushes
-//! instead. Never knows what is on the disks but ext4.
+//! Owns the devices. A recorded disk is QEMU's `blklogwrites` behind the kernel's network block device; a disk after a
+//! cut is in memory behind a loop device. QEMU does not record FUA, so a loop device in front of the recorded disk
+//! turns FUA writes into flushes. Knows nothing of the files on the disks.
 //!
 //! Start at [`Recording::of`] and [`Disk::new`].
 
@@ -21,7 +20,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use tempfile::TempDir;
 
-/// The size of every disk; its file system ends before that, and the marks lie behind it.
+/// The size of every disk; its file system ends before that, and marks are written behind it.
 const DISK: u64 = 10 << 20;
 const FILE_SYSTEM: u64 = 9 << 20;
 const BLOCK: usize = 4096;
@@ -31,7 +30,7 @@ const STRETCH: usize = 16 * BLOCK;
 const LONGEST_S: u32 = 120;
 /// How many network block devices the kernel has.
 const DEVICES: usize = 16;
-/// Recordings so far. They take turns with the devices, so that none meets what is left of the one before.
+/// Number of recordings so far. They take turns with the devices, since a device is busy for a moment after its use.
 static RECORDINGS: AtomicUsize = AtomicUsize::new(0);
 
 /// A loop device with a disk in memory, and where it is mounted.
@@ -41,7 +40,7 @@ pub(crate) struct Disk {
     folder: TempDir,
 }
 
-/// A disk at work, of which everything is recorded.
+/// A disk in use, of which everything is recorded.
 pub(crate) struct Recording {
     folder: TempDir,
     base: Vec<u8>,
@@ -51,7 +50,7 @@ pub(crate) struct Recording {
     marks: u64,
 }
 
-/// Runs a command of the system, which must succeed; returns what it says.
+/// Runs a program of the system, which must succeed; returns its output.
 fn run(program: &str, words: &[&str]) -> String {
     let mut command = Command::new(program);
     command.args(words).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -78,7 +77,7 @@ impl Disk {
         Self { file, device, folder }
     }
 
-    /// Gives it a new file system, has it filled, and returns its bytes.
+    /// Makes a new file system, calls `fill` with its mount point, and returns the disk's bytes.
     pub(crate) fn made(&self, fill: impl FnOnce(&Path)) -> Vec<u8> {
         let kib = (FILE_SYSTEM >> 10).to_string();
         run(
@@ -102,8 +101,8 @@ impl Disk {
         bytes
     }
 
-    /// Makes it what `bytes` say. Only while it is not mounted. What is right already is not written: the kernel of a
-    /// guest is slow at taking memory.
+    /// Sets its content to `bytes`, while it is not mounted. Blocks that are right already are not written: a guest's
+    /// kernel is slow at allocating memory.
     pub(crate) fn load(&self, bytes: &[u8]) {
         let mut here = vec![0; STRETCH];
         for (stretch, wanted) in bytes.chunks(STRETCH).enumerate() {
@@ -116,7 +115,7 @@ impl Disk {
         }
     }
 
-    /// Mounts it; its journal is replayed.
+    /// Mounts it; the journal is replayed.
     pub(crate) fn mount(&self) -> Result<PathBuf, String> {
         let folder = self.folder.path().join("mounted");
         mount(&self.device, &folder, "ext4", MountFlags::NOATIME, None)
@@ -124,7 +123,7 @@ impl Disk {
         Ok(folder)
     }
 
-    /// Waits until nobody is in its way: a process that is just being started has for a moment all files of this one.
+    /// Unmounts it, after a wait for other users: until its `exec`, a new process has all open files of this one.
     pub(crate) fn unmount(&self) {
         let folder = self.folder.path().join("mounted");
         wait::until("nobody uses the disk", LONGEST_S, || match unmount(&folder, UnmountFlags::empty()) {
@@ -133,7 +132,7 @@ impl Disk {
         });
     }
 
-    /// What ext4 found to be wrong with itself since it was mounted. Then the cut was none that a disk may leave.
+    /// The errors that ext4 has found since it was mounted. There must be none after a power cut.
     pub(crate) fn errors(&self) -> u64 {
         let name = self.device.trim_start_matches("/dev/");
         let count = fs::read_to_string(format!("/sys/fs/ext4/{name}/errors_count")).unwrap();
@@ -142,7 +141,7 @@ impl Disk {
 }
 
 impl Recording {
-    /// Records what `live` does with a disk that holds `base`, with or without somebody else who syncs all the time.
+    /// Records what `live` does on a disk that holds `base`, with or without another process that syncs all the time.
     pub(crate) fn of(base: Vec<u8>, is_noisy: bool, live: impl FnOnce(&Path, &mut dyn FnMut())) -> BlockLog {
         let mut recording = Self::new(base);
         let mounted = recording.folder.path().join("mounted");
@@ -187,7 +186,7 @@ impl Recording {
         Self { folder, base, device, before, server, marks: 0 }
     }
 
-    /// Marks the log, behind everything that is done: a sector behind the file system is written, and nothing flushed.
+    /// Writes a mark to the log, after all writes so far: a sector behind the file system, without a flush.
     fn mark(&mut self) {
         let sector = FILE_SYSTEM / claims::block_log::SECTOR as u64 + self.marks;
         run(
@@ -219,7 +218,7 @@ pub(crate) fn marks(log: &BlockLog) -> Vec<usize> {
     (0..log.entries.len()).filter(is_mark).collect()
 }
 
-/// Ends the noise, however a life ends.
+/// Ends the noise when it is dropped.
 struct NoiseEnd<'n>(&'n AtomicBool);
 
 impl Drop for NoiseEnd<'_> {
@@ -228,7 +227,7 @@ impl Drop for NoiseEnd<'_> {
     }
 }
 
-/// Syncs a file again and again, so that the journal commits whatever else is under way.
+/// Syncs a file again and again, so that the journal commits whatever else is in progress.
 fn noise(folder: &Path, is_over: &AtomicBool) {
     let mut count = 0u64;
     while !is_over.load(Ordering::Relaxed) {

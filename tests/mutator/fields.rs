@@ -1,18 +1,18 @@
-//! A line or a value of a text is another one.
+//! Changes a line or a value of a text.
 //!
-//! Owns which values no unit may take, whoever has signed them, and which ones only the artist may set. The first are also
-//! signed by the artist, the others by everybody else. Never changes what is no text.
+//! Owns the values that no unit may accept, whoever signed them, and those that only the artist may set. The first are
+//! also signed by the artist, the others by all other keys.
 //!
 //! Start at [`change`].
 
 use super::keys::{KeyHolder, Keys};
 use super::{Detection, Dice, Good, Material, Stick};
 
-/// A text with something done to it.
+/// A changed text.
 pub(super) struct Change {
     pub(super) text: Vec<u8>,
     pub(super) what: String,
-    /// Whether no unit may take it, even from the artist.
+    /// Whether no unit may accept it, even from the artist.
     pub(super) breaks: bool,
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Change {
 pub(super) enum Signing {
     /// Nobody: the signature is that of the text before.
     Kept,
-    /// Somebody, who says so.
+    /// This key, in its own name.
     By(KeyHolder),
     /// A stranger, in the name of the artist.
     Claimed,
@@ -64,7 +64,7 @@ const WRONG: &[(&str, &[&str])] = &[
         &["", "12320", "-1 %", "+12320 %", "1073741825 %", "18446744073709551616 %", "12320 x%", "1 %", "12321 %"],
     ),
 ];
-/// Values that the artist may set, and nobody else.
+/// Values that only the artist may set.
 const OTHERS: &[(&str, &[&str])] = &[
     ("sequence", &["7", "1000", "18446744073709551615"]),
     ("units", &["*", "lobby stairs"]),
@@ -72,7 +72,7 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("flock", &["borealis"]),
     ("version", &["0.3.0", "18446744073709551615"]),
 ];
-/// What no manifest may say, beside what it should.
+/// Lines that no manifest may have.
 const WRONG_MANIFESTS: &[(&str, &str)] = &[
     ("format = 1", "format = 2"),
     ("format = 1", "format = 1\ncolour = 1"),
@@ -106,7 +106,7 @@ const WRONG_MANIFESTS: &[(&str, &str)] = &[
     ("[[sheep]]", "[[sheep]"),
 ];
 
-/// Changes one text and has it signed; what was done.
+/// Changes one text and signs it; returns what was done.
 pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let keys = material.keys();
     let has_system = stick.0.contains_key("systems/all.seal");
@@ -139,7 +139,7 @@ pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dic
     }
 }
 
-/// Who signs.
+/// Chooses who signs.
 pub(super) fn signing(breaks: bool, dice: &mut Dice) -> Signing {
     if breaks && dice.chance(60) {
         return Signing::By(KeyHolder::Artist);
@@ -147,7 +147,7 @@ pub(super) fn signing(breaks: bool, dice: &mut Dice) -> Signing {
     *dice.of_these(&[Signing::Kept, Signing::By(KeyHolder::Stranger), Signing::By(KeyHolder::Lost), Signing::Claimed])
 }
 
-/// `text` signed so, where `before` was signed before; the artist's key is that of `who`.
+/// `text` signed in this way, where `before` was signed before; `who` stands for the artist.
 pub(super) fn dressed(keys: &Keys, signing: Signing, before: &[u8], who: KeyHolder, text: &[u8]) -> Vec<u8> {
     match signing {
         Signing::Kept => {
@@ -160,7 +160,7 @@ pub(super) fn dressed(keys: &Keys, signing: Signing, before: &[u8], who: KeyHold
     }
 }
 
-/// Lays out a seal that says what was changed.
+/// Writes a changed seal.
 pub(super) fn sealed(
     stick: &mut Stick,
     good: &Good,
@@ -174,7 +174,7 @@ pub(super) fn sealed(
     (format!("the seal, {signing:?}: {}", changed.what), Detection::ByAll)
 }
 
-/// Lays out a list that says what was changed, and a seal that names it; or the list in the place of the other.
+/// Writes a changed list with a seal that names it, or in the place of the other list.
 pub(super) fn listed(
     stick: &mut Stick,
     good: &Good,
@@ -192,7 +192,7 @@ pub(super) fn listed(
     sealed(stick, good, keys, &changed, dice)
 }
 
-/// Lays out a manifest that says what was changed, a list that names it, and a seal.
+/// Writes a changed manifest, with a list that names it, and a seal.
 fn in_manifest(stick: &mut Stick, good: &Good, keys: &Keys, changed: &Change, dice: &mut Dice) -> (String, Detection) {
     stick.put_object(&changed.text);
     let mut files = good.files.clone();
@@ -223,7 +223,7 @@ fn manifest(good: &Good, dice: &mut Dice) -> Change {
     Change { text, what: what.to_owned(), breaks: true }
 }
 
-/// A manifest of 15 MB, of which every line is as it should be.
+/// A manifest of 15 MB, of which every line is valid.
 fn many_sheep(text: &str) -> Vec<u8> {
     let sheep = |at: usize| format!("[[sheep]]\nid = \"a{at}\"\nframes = 9\nclip = \"loops/0.mp4\"\n");
     let all: Vec<String> = (0..GIANT / sheep(0).len()).map(sheep).collect();
@@ -264,7 +264,7 @@ fn long_or(dice: &mut Dice, key: &str, breaks: bool, values: &[&str]) -> String 
     }
 }
 
-/// Changes the structure of a text of ours, which has one spelling only.
+/// Changes the structure of a text, which has one valid spelling only.
 pub(super) fn structural(text: &str, dice: &mut Dice) -> Change {
     let mut lines: Vec<Vec<u8>> = text.split_inclusive('\n').map(|line| line.as_bytes().to_vec()).collect();
     let at = dice.below(lines.len());

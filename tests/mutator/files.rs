@@ -1,13 +1,13 @@
-//! Something else lies in the place of a file.
+//! Replaces a file by something else.
 //!
-//! Owns what that may be: nothing, another file, a folder, a link, a pipe, a file without end. Never changes bytes.
+//! Owns the replacements: nothing, another file, a folder, a link, a pipe, a file without end.
 
 use super::{Detection, Dice, Item, Stick};
 
-/// Where links lead.
+/// The targets of links.
 const TARGETS: &[&str] = &["/etc/passwd", "/dev/zero", "/dev/null", "/proc/self/mem", "..", ".", "../kept", "/nowhere"];
 
-/// Changes what lies in one place; what was done.
+/// Replaces one file; returns what was done.
 pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Detection) {
     let paths: Vec<String> = stick.0.keys().cloned().collect();
     let path = dice.of_these(&paths).clone();
@@ -75,7 +75,7 @@ pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Detection) 
     (what, Detection::ByAllOrHarmless)
 }
 
-/// Puts something in the place of a folder that `path` lies in.
+/// Replaces a folder in `path`.
 fn folder(stick: &mut Stick, path: &str, dice: &mut Dice) -> String {
     let ends: Vec<usize> = path.match_indices('/').map(|(at, _)| at).collect();
     let folder = ends.get(dice.below(ends.len().max(1))).map_or(path, |end| &path[..*end]);

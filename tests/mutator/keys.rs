@@ -1,7 +1,7 @@
-//! The keys of the mutator: of the artist, of those whom she has taken in or called back, and of a stranger.
+//! The keys of the mutator: of the artist, of keys that she trusts or has revoked, and of a stranger.
 //!
-//! Owns signing any text with any of them, also one that our own tools would refuse to sign: that is what a careless or a
-//! stolen key may do. Never reads a secret of anybody else.
+//! Owns signing of any text with any of them, also of texts that our tools refuse to sign, since a careless or stolen
+//! key may do that.
 //!
 //! Start at [`Keys::sign`].
 
@@ -11,7 +11,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-/// What the fixtures' keys are locked with.
+/// The passphrase of the fixtures' keys.
 const PASSPHRASE: &str = "velvet";
 /// The first line of a statement.
 const STATEMENT: &str = "dreams key statement 1\n";
@@ -23,9 +23,9 @@ pub enum KeyHolder {
     Artist,
     /// Trusted by the unit, too.
     Spare,
-    /// Taken in by the artist, if the stick says so.
+    /// Trusted by a statement of the artist, if the stick has it.
     New,
-    /// Taken in by the artist and called back, as the unit knows.
+    /// Trusted by a statement of the artist and revoked, as the unit knows.
     Lost,
     /// Unknown.
     Stranger,
@@ -51,23 +51,23 @@ impl Keys {
         &self.0[who as usize]
     }
 
-    /// The line of `who`'s public key.
+    /// The line of this public key.
     pub fn line(&self, who: KeyHolder) -> String {
         PublicKey::from_secret_key(self.secret(who)).unwrap().to_base64()
     }
 
-    /// The text of the file of `who`'s public key.
+    /// The text of the file of this public key.
     pub fn public(&self, who: KeyHolder) -> String {
         PublicKey::from_secret_key(self.secret(who)).unwrap().to_box().unwrap().to_string()
     }
 
-    /// What `who` is called.
+    /// The id of this key.
     pub fn id(&self, who: KeyHolder) -> String {
         let number = self.secret(who).keynum().try_into().expect("eight bytes");
         format!("{:016X}", u64::from_le_bytes(number))
     }
 
-    /// `text`, signed by `who`.
+    /// `text`, signed with this key.
     pub fn sign(&self, who: KeyHolder, text: &[u8]) -> Vec<u8> {
         self.sign_beside(who, text, "a mutant")
     }
@@ -79,7 +79,7 @@ impl Keys {
         [signature.to_string().trim_end().as_bytes(), b"\n", text].concat()
     }
 
-    /// `text`, signed by `who`, who says that it was `other`.
+    /// `text`, signed by `who` in the name of `other`.
     pub fn sign_as(&self, who: KeyHolder, other: KeyHolder, text: &[u8]) -> Vec<u8> {
         let signed = String::from_utf8(self.sign(who, text)).unwrap();
         let mut lines: Vec<String> = signed.split_inclusive('\n').map(str::to_owned).collect();
@@ -89,24 +89,24 @@ impl Keys {
         lines.concat().into_bytes()
     }
 
-    /// `who`'s public key under the name of `other`'s.
+    /// This public key under the id of `other`.
     pub fn line_as(&self, who: KeyHolder, other: KeyHolder) -> String {
         let mut raw = Base64::decode_to_vec(self.line(who), None).unwrap();
         raw[2..10].copy_from_slice(self.secret(other).keynum());
         Base64::encode_to_string(raw).unwrap()
     }
 
-    /// The word of `by` that `of` is to be trusted.
+    /// The statement of `by` that `of` is trusted.
     pub fn trust(&self, by: KeyHolder, of: KeyHolder) -> Vec<u8> {
         self.state(by, &format!("trust {}", self.line(of)))
     }
 
-    /// The artist's word that `of` is called back.
+    /// The artist's statement that revokes `of`.
     pub fn revoke(&self, of: KeyHolder) -> Vec<u8> {
         self.state(KeyHolder::Artist, &format!("revoke {}", self.id(of)))
     }
 
-    /// A statement of `by`, who says `said`.
+    /// A statement of `by` with the text `said`.
     pub fn state(&self, by: KeyHolder, said: &str) -> Vec<u8> {
         self.sign_beside(by, format!("{STATEMENT}{said}\n").as_bytes(), "a statement about a key")
     }

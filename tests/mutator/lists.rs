@@ -1,6 +1,6 @@
-//! The list of files names others.
+//! Changes the list of files.
 //!
-//! Owns lists that are longer, shorter or another bundle's, and lists that lead astray or break a limit, which are also
+//! Owns lists that are longer, shorter or another bundle's, and lists with bad paths or over a limit, which are also
 //! signed by the artist. Never changes the files themselves.
 //!
 //! Start at [`change`].
@@ -10,7 +10,7 @@ use super::fields::{Change, listed};
 use super::{Detection, Dice, Good, Material, Stick};
 use bundle::ObjectId;
 
-/// Sizes that no file has, or none of these.
+/// Invalid or wrong sizes.
 const SIZES: &[&str] = &[
     "0",
     "1",
@@ -28,8 +28,8 @@ const SIZES: &[&str] = &[
     "3000.0",
 ];
 
-/// Lays out another list; what it is. What another bundle's list names lies there too, so that nothing but the papers can be
-/// wrong.
+/// Writes another list; returns what it is. The files that another bundle's list names are there too, so that only list
+/// and seal can be wrong.
 pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let other = material.other(dice);
     for (path, item) in other.stick.0.iter().filter(|(path, _)| path.starts_with("objects/")) {
@@ -42,7 +42,7 @@ pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dic
     listed(stick, good, material.keys(), &changed, dice)
 }
 
-/// A clip is another one, as long as before, and the list in the place of the good one names it.
+/// Replaces a clip by another one of the same length, and the list by one that names it, in its old place.
 fn of_a_changed_clip(stick: &mut Stick, good: &Good, dice: &mut Dice) -> (String, Detection) {
     let list = good.list();
     let mut files = good.files.clone();
@@ -118,7 +118,7 @@ fn changed(good: &Good, other: &Good, dice: &mut Dice) -> Change {
     }
 }
 
-/// The lines of a list with one more, in its place.
+/// The list with one more line, in its place.
 fn sorted<'l>(lines: &[&'l str], more: &'l str) -> Vec<&'l str> {
     let mut sorted = [&lines[1..], &[more]].concat();
     sorted.sort_by_key(|line| line.splitn(3, ' ').nth(2));

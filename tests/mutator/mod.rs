@@ -1,8 +1,8 @@
-//! Sticks with something done to them, each by a number: what strangers, broken tools and bad sticks lay before a unit.
+//! Sticks with one change each, by number: what strangers, faulty tools and faulty sticks bring to a unit.
 //!
-//! Owns the keys, the good sticks that all others are made of, and what a stick may hold in the place of a file. A number
-//! makes the same mutant on every machine, but for the noise in fresh signatures. What is done to it, the modules below
-//! choose: one for each level. Never runs a program, never judges.
+//! Owns the keys, the good sticks that all others are made from, and what a stick may have in place of a file. A number
+//! makes the same mutant on every machine, but for random parts of new signatures. The modules below make the changes,
+//! one for each level. Never runs a program, never judges.
 //!
 //! Start at [`Mutator::mutant`].
 
@@ -26,68 +26,68 @@ pub use stick::{Good, Item, Stick};
 use crate::bundle_maker::{Files, rubbish};
 use std::path::Path;
 
-/// The number of the bundle that the unit plays, the artist's.
+/// The number of the bundle that the unit has installed, the artist's.
 pub const PLAYED: u64 = 5;
-/// The number of the one that comes.
+/// The number of the bundle on the stick.
 pub const COMING: u64 = 6;
-/// How a flock here is made: so many sheep, each with a loop of so many bytes.
+/// The flocks here: so many sheep, each with a loop of so many bytes.
 const FORM: (usize, usize) = (3, 3_000);
 
-/// Which part of a stick something is done to.
+/// The part of a stick that is changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Bytes of any file.
     Bytes,
     /// A line or a value in a text.
     Fields,
-    /// What lies in the place of a file.
+    /// A file is replaced.
     Files,
-    /// Who has signed, and what.
+    /// The signature, or what is signed.
     Seals,
-    /// What keys say about keys.
+    /// Statements about keys.
     Statements,
     /// The list of files.
     Lists,
-    /// What a system starts from.
+    /// The parts that a system starts from.
     Starts,
 }
 
-/// Who can see that it is wrong.
+/// Who can detect the change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detection {
-    /// Whoever looks.
+    /// Every reader.
     ByAll,
-    /// Whoever looks, or else what comes of it is exactly what was signed.
+    /// Every reader, or the content is exactly what was signed.
     ByAllOrHarmless,
     /// Only a unit, by what it knows.
     ByUnits,
 }
 
-/// A stick with something done to it.
+/// A changed stick.
 #[derive(Clone, Debug)]
 pub struct Mutant {
     /// Its number.
     pub seed: u64,
-    /// On which level.
+    /// The part that was changed.
     pub level: Level,
     /// What was done.
     pub what: String,
-    /// Who can see it.
+    /// Who can detect it.
     pub detection: Detection,
-    /// What lies there now.
+    /// The content of the stick.
     pub stick: Stick,
-    /// What it was made of.
+    /// The number of the good stick that it was made from.
     pub good: usize,
 }
 
-/// What all mutants are made of.
+/// Makes all mutants.
 pub struct Mutator {
     keys: Keys,
-    /// By the artist, by a key that a statement takes in, and one that brings a system too.
+    /// By the artist, by a key that a statement trusts, and one with a system.
     goods: Vec<Good>,
-    /// What the unit plays.
+    /// The bundle that the unit has installed.
     played: Good,
-    /// Another unit's, by the artist.
+    /// A bundle for another unit, by the artist.
     others: Good,
 }
 
@@ -123,12 +123,12 @@ impl Mutator {
         Self { keys, goods, played, others }
     }
 
-    /// What the unit plays.
+    /// The bundle that the unit has installed.
     pub fn played(&self) -> &Good {
         &self.played
     }
 
-    /// What `mutant` was made of.
+    /// The good stick that `mutant` was made from.
     pub fn good(&self, mutant: &Mutant) -> &Good {
         &self.goods[mutant.good]
     }
@@ -138,7 +138,7 @@ impl Mutator {
         &self.goods
     }
 
-    /// The public keys that units trust: each a file's name and text.
+    /// The public keys that units trust: name and text of each file.
     pub fn trusted(&self) -> [(&'static str, String); 2] {
         [("artist.pub", self.keys.public(KeyHolder::Artist)), ("spare.pub", self.keys.public(KeyHolder::Spare))]
     }
@@ -169,7 +169,7 @@ impl Mutator {
     }
 }
 
-/// What else there is to make a mutant of.
+/// What else mutants are made from.
 #[derive(Clone, Copy)]
 struct Material<'m> {
     mutator: &'m Mutator,
@@ -181,7 +181,7 @@ impl<'m> Material<'m> {
         &self.mutator.keys
     }
 
-    /// A good stick that is another one.
+    /// Another good stick.
     fn other(&self, dice: &mut Dice) -> &'m Good {
         let Mutator { goods, played, others, .. } = self.mutator;
         [played, others, &goods[1 - self.number.min(1)]][dice.below(3)]

@@ -1,7 +1,7 @@
-//! Somebody else has signed it, or the artist something else.
+//! Replaces the seal, or its signature.
 //!
-//! Owns seals of other bundles, of other keys, of before, and signatures that belong to something else. Never changes what a
-//! seal vouches for, but where somebody signs the change who may not.
+//! Owns seals of other bundles, of other keys, of earlier bundles, and signatures of other files. Changes what a seal
+//! vouches for only where a key signs that must not.
 //!
 //! Start at [`change`].
 
@@ -10,10 +10,10 @@ use super::keys::KeyHolder;
 use super::{Detection, Dice, Good, Material, PLAYED, Stick};
 use crate::mutator::bytes;
 
-/// Bytes that a seal may have.
+/// The most bytes of a seal.
 const LARGEST: usize = 16 << 10;
 
-/// Lays out another seal; what it is.
+/// Writes another seal; returns what it is.
 pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let keys = material.keys();
     let (path, list) = (good.seal(), good.list());
@@ -69,7 +69,7 @@ pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dic
     (format!("the seal is {what}"), detection)
 }
 
-/// The seal with a signature whose lines are not as they were.
+/// The seal with a signature whose lines are changed.
 fn comment(seal: &[u8], dice: &mut Dice) -> Vec<u8> {
     let mut lines: Vec<Vec<u8>> = seal.split_inclusive(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect();
     let at = dice.below(4);
@@ -88,7 +88,7 @@ fn comment(seal: &[u8], dice: &mut Dice) -> Vec<u8> {
     lines.concat()
 }
 
-/// A clip is another one, all papers name it, and somebody signs who may not.
+/// Replaces a clip, and list and seal with it, signed by a key that must not.
 fn changed_by_a_stranger(
     stick: &mut Stick,
     good: &Good,

@@ -1,7 +1,7 @@
-//! What a system starts from is not what was made.
+//! Changes the start file or the root of a system.
 //!
-//! Owns start files and roots with something done to them, as they came and with papers that name what they are now. Those
-//! that the artist herself has signed are a unit's to find out, when it lays them before the boot loader.
+//! Owns changes with the old papers and with papers that name the changed file. Those that the artist has signed are
+//! detected by the unit only, when it installs them.
 //!
 //! Start at [`change`].
 
@@ -11,7 +11,7 @@ use super::{Detection, Dice, Good, Material, Stick};
 use crate::mutator::bytes;
 use bundle::ObjectId;
 
-/// Changes one half of the system; what was done.
+/// Changes one half of the system; returns what was done.
 pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let release = good.release();
     let name = *dice.of_these(&["start", "root"]);

@@ -1,7 +1,7 @@
-//! What keys say about keys is not what they said.
+//! Changes the statements about keys.
 //!
-//! Owns statements that are gone, that come twice, too late or in thousands, and those of people who may not say so. Never
-//! has a trusted key call another back: that is no mutant.
+//! Owns statements that are missing, that come twice, too late or in thousands, and statements of keys that must not
+//! make them. A trusted key never revokes another one: that would be valid.
 //!
 //! Start at [`change`].
 
@@ -10,11 +10,11 @@ use super::{Detection, Dice, Good, Material, Stick};
 use crate::mutator::bytes;
 use ct_codecs::{Base64, Encoder};
 
-/// More statements than anybody reads.
+/// More statements than a unit reads.
 const MANY: usize = 70;
 const THOUSANDS: usize = 5_000;
 
-/// Changes the statements; what was done.
+/// Changes the statements; returns what was done.
 pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let keys = material.keys();
     let said = stick.bytes("statements").to_vec();
@@ -68,14 +68,14 @@ pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dic
     (format!("the statements {what}"), Detection::ByAllOrHarmless)
 }
 
-/// A stranger's words that nobody is to be trusted any more.
+/// A stranger's statements that revoke every key.
 fn revocations(material: Material<'_>) -> Vec<Vec<u8>> {
     let keys = material.keys();
     let all = [KeyHolder::Artist, KeyHolder::Spare, KeyHolder::New];
     all.iter().map(|who| keys.state(KeyHolder::Stranger, &format!("revoke {}", keys.id(*who)))).collect()
 }
 
-/// What is said to take in a key that nobody has.
+/// A statement that trusts a key nobody has.
 fn any_key(dice: &mut Dice) -> String {
     let raw = [b"Ed".to_vec(), dice.bytes(40)].concat();
     format!("trust {}", Base64::encode_to_string(raw).unwrap())

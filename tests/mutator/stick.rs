@@ -1,7 +1,7 @@
-//! What lies on a stick, and a good one to begin with.
+//! The content of a stick, and a good one to begin with.
 //!
-//! Owns laying a stick out in a folder, also with what no bundle has: folders, links, pipes and files without end in the
-//! place of files. The texts of a bundle are written here by hand, so that they can be written wrongly.
+//! Owns writing a stick to a folder, also with what no bundle has: folders, links, pipes and files without end in place
+//! of files. The texts of a bundle are written by hand here, so that they can be wrong.
 //!
 //! Start at [`Good::new`] and [`Stick::lay`].
 
@@ -14,10 +14,10 @@ use std::fs::{self, File};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
-/// How large a file is that is said to be huge: 100 GiB of holes.
+/// The size of a huge file: 100 GiB of holes.
 const HUGE: u64 = 100 << 30;
 
-/// What lies in the place of a file.
+/// What is in the place of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Item {
     /// A file.
@@ -26,22 +26,22 @@ pub enum Item {
     Folder,
     /// A symbolic link.
     Link(String),
-    /// A pipe that nobody writes to.
+    /// A pipe without a writer.
     Pipe,
-    /// A file that begins with these bytes and goes on for ever.
+    /// A file that begins with these bytes and has no end.
     Huge(Vec<u8>),
 }
 
-/// What lies on a stick, by path.
+/// The content of a stick, by path.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stick(pub BTreeMap<String, Item>);
 
 /// A good stick.
 #[derive(Clone, Debug)]
 pub struct Good {
-    /// What lies on it.
+    /// Its content.
     pub stick: Stick,
-    /// What a unit plays that takes it in.
+    /// The files of its flock.
     pub files: Files,
     /// The number of its bundle.
     pub sequence: u64,
@@ -60,12 +60,12 @@ impl Stick {
         }
     }
 
-    /// Lays `bytes` at `path`.
+    /// Puts `bytes` at `path`.
     pub fn put(&mut self, path: &str, bytes: impl Into<Vec<u8>>) {
         self.0.insert(path.to_owned(), Item::Bytes(bytes.into()));
     }
 
-    /// Lays an object in its place; where that is.
+    /// Puts an object in its place; returns where.
     pub fn put_object(&mut self, bytes: &[u8]) -> String {
         let path = ObjectId::of(bytes).path();
         self.put(&path, bytes);
@@ -117,7 +117,7 @@ impl Good {
         good
     }
 
-    /// Where its seal lies.
+    /// The path of its seal.
     pub fn seal(&self) -> String {
         format!("seals/{}.seal", self.unit)
     }
@@ -148,7 +148,7 @@ impl Good {
         self.stick.put("statements", statements.concat());
     }
 
-    /// Adds the system of the fixtures, which has come from the artist.
+    /// Adds the system of the fixtures, signed by the artist.
     pub fn add_system(&mut self, keys: &Keys, fixtures: &Path) {
         let from = fixtures.join("format-1/stick");
         let signed = fs::read_to_string(from.join("systems/all.seal")).unwrap();
@@ -160,7 +160,7 @@ impl Good {
         self.stick.put("systems/all.seal", keys.sign(KeyHolder::Artist, text.as_bytes()));
     }
 
-    /// What its system's seal says, without who has signed it; empty if it brings none.
+    /// The text of its system's seal, without the signature; empty if it has none.
     pub fn release(&self) -> String {
         let signed = String::from_utf8(self.stick.bytes("systems/all.seal").to_vec()).unwrap();
         signed.split_inclusive('\n').skip(4).collect()

@@ -1,8 +1,8 @@
 //! Sticks whose file systems are damaged.
 //!
-//! Owns a corpus of 210, by seed, thirty on each of seven sticks: 70 each of FAT, exFAT and ext4, the last of which asks to
-//! halt the machine at the first fault. Each is mounted by the service that mounts every stick, and read by the updater,
-//! while the picture goes on. ext4 is looked at because this unit's installer has allowed it.
+//! Owns a corpus of 210 file systems, by seed, thirty on each of seven sticks: 70 each of FAT, exFAT and ext4. The ext4
+//! ones ask the kernel to panic at the first error. The service for sticks mounts each, and the updater reads it, while
+//! the picture goes on. ext4 is included because an installer can allow it.
 //!
 //! Start at [`two_hundred_damaged_sticks_neither_halt_a_unit_nor_stop_its_picture`].
 
@@ -19,25 +19,25 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::process::Command;
 
-/// How many sticks there are, and how many file systems are on each, as many of every kind.
+/// Number of sticks, and of file systems on each, the kinds in turn.
 const STICKS: u64 = 7;
 const COUNT: u64 = 30;
 /// Bytes of each.
 const SIZE: u64 = 4 << 20;
-/// So much of each is read when it is mounted and looked through: half of the damage lies there.
+/// The part of each that is read when it is mounted and listed: half of the damage is there.
 const HEAD: u64 = 192 << 10;
-/// In ext4's superblock: what to do when a fault is found, and the answer that it halts the machine.
+/// In ext4's superblock: the offset of the behaviour on errors, and the value for a panic.
 const ERRORS: (u64, [u8; 2]) = (1024 + 0x3c, [3, 0]);
-/// For its shell: ext4 is allowed, too.
+/// For the unit's shell: allows ext4, too.
 const ALLOWED: &str =
     "echo STICKS=vfat,exfat,ext4 > /run/sticks.conf && mount --bind /run/sticks.conf /etc/dreams/sticks.conf";
-/// For its shell: waits until every one was looked at that the kernel could take for a file system.
+/// For the unit's shell: waits until every partition with a file system was handled.
 const ALL_LOOKED_AT: &str = "sleep 5; udevadm settle -t 600; \
     while systemctl list-units --plain --no-legend --state=activating 'dreams-update@*' | grep -q .; do sleep 2; done";
-/// For its shell: how many were mounted.
+/// For the unit's shell: the number of partitions that were mounted.
 const MOUNTED: &str = "journalctl --boot --output=cat --identifier=systemd | grep -c '^Finished dreams-update@'";
 
-/// What lies on each before it is damaged: what an updater reads, and folders that it does not.
+/// The files on each before it is damaged: some that an updater reads, and folders that it ignores.
 fn lay(folder: &Path) {
     for name in ["seals", "objects/3f", "systems", "DCIM/100"] {
         fs::create_dir_all(folder.join(name)).unwrap();
@@ -50,7 +50,7 @@ fn lay(folder: &Path) {
     fs::write(folder.join("statements"), "no statement\n").unwrap();
 }
 
-/// One whole file system of each kind, in `folder`.
+/// One undamaged file system of each kind, in `folder`.
 fn whole(folder: &Path) -> [Vec<u8>; 3] {
     let at = |name: &str| folder.join(name);
     fs::create_dir(at("tree")).unwrap();
@@ -67,7 +67,7 @@ fn whole(folder: &Path) -> [Vec<u8>; 3] {
     ["fat", "exfat", "ext4"].map(|name| fs::read(at(name)).unwrap())
 }
 
-/// Damages it: some bytes, or a run of them, and most of that where it begins.
+/// Damages it: single bytes or runs of them, most of them at the beginning.
 fn spoil(image: &mut [u8], random: &mut ChaCha8Rng) {
     for _ in 0..=random.next_u32() % 24 {
         let reach = if random.next_u32().is_multiple_of(2) { HEAD } else { SIZE };
@@ -78,7 +78,7 @@ fn spoil(image: &mut [u8], random: &mut ChaCha8Rng) {
     }
 }
 
-/// Makes `disk` the stick of this number, with damaged copies of what is `whole`, each in a partition.
+/// Writes stick number `stick` to `disk`: damaged copies of the `whole` file systems, each in a partition.
 fn make(disk: &Path, stick: u64, whole: &[Vec<u8>; 3]) {
     let file = File::create(disk).unwrap();
     file.set_len((COUNT + 2) * SIZE).unwrap();

@@ -1,8 +1,8 @@
-//! Nothing that can be damaged is there once.
+//! Every part that a unit starts from exists twice.
 //!
-//! Owns what is damaged of what a unit starts from, and the claims that it shows its art all the same, at that very start,
-//! and that it is whole again afterwards. The firmware has forgotten all it was told before each start. What `dreams-mend`
-//! does in detail is in `tests/it/unit/boot_repair.rs`.
+//! Owns the claims that a unit shows its picture at the very start at which a part is damaged, and that the part is
+//! repaired afterwards. The firmware's variables are reset before each start. The details of `dreams-mend` are in
+//! `tests/it/unit/boot_repair.rs`.
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
@@ -10,15 +10,15 @@ use crate::starts::first_start::{MOVES, OFTEN, PROVEN};
 use crate::unit::{BOOT, SLOT_A, Unit, rubbish};
 
 pub(crate) const KIB: usize = 1024;
-/// Where the first table of a boot partition begins, behind its reserved sectors.
+/// Where the first FAT of a boot partition begins, after its reserved sectors.
 pub(crate) const FAT: u64 = 32 * 512;
-/// For its shell: the end of this start's look through what it starts from.
+/// For the unit's shell: waits for the end of this start's check of the parts.
 pub(crate) const LOOKED: &str = "until journalctl --boot --output=cat --unit=dreams-mend@boot --unit=dreams-mend@all | grep '^Finished'; do sleep 1; done";
-/// For its shell: both slots hold the same, and so do both boot partitions.
+/// For the unit's shell: both slots are equal, and so are both boot partitions.
 const IS_WHOLE: &str = "cmp -n 140000000 /dev/vda2 /dev/vda3 && mkdir -p /run/one /run/two && mount -o ro /dev/vda1 /run/one && \
                         mount -o ro /dev/vda7 /run/two && diff -r /run/one /run/two && umount /run/one /run/two";
 
-/// Starts to art, and proves its system good.
+/// Starts it until it shows its picture and has proved its system good.
 pub(crate) fn shows_its_art(unit: &Unit) -> Machine {
     let mut machine = unit.start_forgetful();
     let mut looks = machine.await_shell();
@@ -30,12 +30,12 @@ pub(crate) fn shows_its_art(unit: &Unit) -> Machine {
     machine
 }
 
-/// The partition from which the root of the machine is read.
+/// The number of the partition that the root is read from.
 pub(crate) fn slot(machine: &mut Machine) -> u32 {
     machine.run("cat /sys/class/block/dm-0/slaves/*/partition").trim().parse().unwrap()
 }
 
-/// Waits until it has looked through all, and holds it whole.
+/// Waits until everything was checked, and is whole.
 pub(crate) fn is_whole_again(machine: &mut Machine) {
     machine.watch_while(PAUSE, LOOKED);
     machine.run(IS_WHOLE);

@@ -1,4 +1,4 @@
-//! Each thing that a unit starts from, damaged in each way: see `boot_copies.rs`, which has the cheapest of these claims.
+//! Damage in each part that a unit starts from, in each way. `boot_copies.rs` has the fastest of these claims.
 
 use crate::damage::boot_copies::{FAT, KIB, LOOKED, is_whole_again, shows_its_art, slot};
 use crate::machine::{Machine, PAUSE};
@@ -6,7 +6,7 @@ use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
 use crate::updates::next_system::{NOW, UpdatingUnit, kept, updating_unit, version};
 use std::sync::LazyLock;
 
-/// What an entry starts, and the entry; the second copy is started first.
+/// A file that an entry starts, and the entry; the second copy is started first.
 fn part(copy: u8, name: &str) -> String {
     format!("EFI/dreams/{NOW}_{copy}/{name}")
 }
@@ -15,13 +15,13 @@ fn entry(copy: u8) -> String {
     format!("loader/entries/dreams_{NOW}_{copy}+1.conf")
 }
 
-/// Waits until the look of this start is over, which has mended what the boot loader starts.
+/// Waits for the end of this start's check, which has repaired what the boot loader starts.
 fn mends_what_is_started(machine: &mut Machine) {
     machine.watch_while(PAUSE, LOOKED);
     machine.run("journalctl --boot --output=cat --identifier=dreams-mend | grep 'is mended'");
 }
 
-/// A unit that was started once: it knows now that Secure Boot is off.
+/// A unit that was started once: it knows that Secure Boot is off.
 fn started() -> &'static Unit {
     static STARTED: LazyLock<Unit> = LazyLock::new(|| {
         let unit = Unit::new();

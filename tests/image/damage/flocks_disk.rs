@@ -1,6 +1,6 @@
-//! The disk of the flocks is damaged, and heals.
+//! The partition of the flocks is damaged, and is repaired or made anew.
 //!
-//! Owns what is done to it while the machine is off, and what must be there again after the next start, with nobody near.
+//! Owns the damage, done while the machine is off, and what must be there after the next start without any help.
 
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
@@ -8,10 +8,10 @@ use crate::starts::first_start::{MOVES, OFTEN, PROVEN, PlayingUnit, playing_unit
 use crate::unit::{DATA, Unit, rubbish};
 
 const MIB: usize = 1 << 20;
-/// What the unit has taken in of its owner's settings.
+/// The owner's settings that the unit has applied.
 const KEPT: &str = "/var/lib/dreams/owner/dreams.toml";
 
-/// Starts, to art and nothing else, on a disk of the flocks that takes what is written to it.
+/// Starts it until it shows its picture, with a writable partition of the flocks.
 fn heals(unit: &Unit) -> (Machine, Vec<Look>) {
     let mut machine = unit.start();
     let mut looks = machine.await_shell();

@@ -1,7 +1,7 @@
-//! The disk of the flocks is never made anew when it can be mounted or mended.
+//! The partition of the flocks is not made anew if it can be mounted or repaired.
 //!
-//! Owns what makes it look lost: a kernel that can't read it, an entry that is missing in the table, a file system that is
-//! well and can't be mounted. What damage to the disk itself does is in `flocks_disk.rs`.
+//! Owns the cases in which it seems lost: a kernel without ext4, a missing entry in the partition table, a sound file
+//! system that cannot be mounted. Damage to the partition itself is in `flocks_disk.rs`.
 
 use crate::machine::direct_boot::parts;
 use crate::machine::picture::only_art;
@@ -13,10 +13,10 @@ use crate::unit::{DATA, Unit};
 use std::fs;
 use std::process::Command;
 
-/// What the unit has taken in of its owner's settings.
+/// The owner's settings that the unit has applied.
 const KEPT: &str = "cat /var/lib/dreams/owner/dreams.toml";
 
-/// Starts to art; a path, if one is known, goes on where it was.
+/// Starts it until it shows its picture; with `path`, the walk continues where it was.
 fn shows_its_art(machine: &mut Machine, path: Option<&mut Path>) {
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_move(PAUSE, MOVES));
@@ -24,7 +24,7 @@ fn shows_its_art(machine: &mut Machine, path: Option<&mut Path>) {
     assert!(path.is_none_or(|path| path.came_back_with(&looks)), "the path goes on");
 }
 
-/// Waits until its log has these words: it is moved to the disk of the flocks behind the picture.
+/// Waits until the log has these words. The log moves to the partition of the flocks after the first picture.
 fn is_told(machine: &mut Machine, words: &str) {
     machine.watch_while(PAUSE, &format!("until journalctl --boot --output=cat | grep -q '{words}'; do sleep 1; done"));
 }

@@ -1,7 +1,7 @@
-//! The power goes a hundred times.
+//! A hundred power cuts.
 //!
-//! Owns how often, and in which lives: `power_cuts.rs` has the moments. `CUTS` in the environment says how many cuts instead,
-//! and `SEED` which lives: the hundred can be had in pieces, each with a seed of its own.
+//! Owns their number and their scenarios; the moments are in `power_cuts.rs`. `CUTS` in the environment sets another
+//! number, and `SEED` other scenarios, so that the hundred can be run in parts.
 
 use crate::damage::power_cuts::{Life, Moment};
 use crate::machine::clock::now;
@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::env;
 
-/// A number that the environment may say otherwise.
+/// A number from the environment, or `otherwise`.
 fn number(name: &str, otherwise: u64) -> u64 {
     env::var(name).map_or(otherwise, |number| number.parse().unwrap())
 }

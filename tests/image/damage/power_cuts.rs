@@ -1,7 +1,7 @@
-//! The power goes, at any moment, and the unit comes back to its art.
+//! Power cuts at any moment, after each of which the unit shows its picture again.
 //!
-//! Owns the moments, and the life of a unit from one cut to the next. QEMU is killed. Then its disk has all that it was
-//! told, or, as the dice fall, what it had flushed and any part of the rest: that is what a disk may lose.
+//! Owns the moments, and the life of a unit from one cut to the next. QEMU is killed. The disk then has all writes, or,
+//! by chance, all that were flushed and any part of the rest.
 //!
 //! Start at [`Life::goes_on`].
 
@@ -17,47 +17,47 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::time::Duration;
 
-/// While what the power goes.
+/// What the unit does when the power goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moment {
     /// It plays.
     Play,
-    /// It starts, out of its box or not.
+    /// It starts, from its box or later.
     Start,
-    /// It takes in a flock from a stick, and that a key is called back.
+    /// It installs a flock from a stick, with a statement that revokes a key.
     Update,
-    /// It reads every byte of its flocks.
+    /// It scrubs its store.
     Scrub,
-    /// It takes in what its owner has edited.
+    /// It applies edited settings of its owner.
     Edit,
     /// It fetches its next system.
     Fetch,
-    /// It writes that to the slot that does not run.
+    /// It writes that system to the slot that does not run.
     Write,
 }
 
-/// For its shell: its owner edits the settings, and the unit takes them in.
+/// For the unit's shell: edits the owner's settings and applies them.
 const EDIT: &str = "mkdir -p /run/edited && mount -t vfat /dev/vda4 /run/edited && \
                     echo 'timezone = \"Europe/Zurich\"' >> /run/edited/dreams.toml && umount /run/edited && \
                     systemctl start dreams-owner@vda4";
-/// For its shell: what the owner has set is kept, whole, as it was or as it is.
+/// For the unit's shell: the owner's settings are whole, from before or after the edit.
 const IS_KEPT: &str = "until grep -qs '^unit = \"lobby\"' /var/lib/dreams/owner/dreams.toml; do sleep 1; done";
 
-/// A unit whose power goes again and again.
+/// A unit whose power is cut again and again.
 pub(crate) struct Life {
     unit: Unit,
-    /// As what it is woken, once; else it is off.
+    /// The snapshot that it is resumed from, the first time; otherwise it is off.
     snapshot: Option<&'static Snapshot>,
     path: Option<Path>,
-    /// Which systems may run, and the flock and the settings that no cut may take, where one is on its way.
+    /// The versions that may run, and the checksum of flock and settings, while a new system comes.
     systems: Option<([&'static str; 2], &'static str)>,
-    /// Of when its power goes.
+    /// Random numbers for the moments of the cuts.
     moments: ChaCha8Rng,
-    /// Of what its disk loses then.
+    /// Random numbers for the lost writes.
     losses: ChaCha8Rng,
 }
 
-/// The longest that a unit has until its power goes.
+/// The longest time before the power is cut.
 fn longest(moment: Moment) -> Duration {
     let start = playing_unit().start;
     match moment {
@@ -77,7 +77,7 @@ impl Life {
         Self::of(snapshot.copy(), Some(snapshot), Some(path), seed)
     }
 
-    /// Of the unit that plays and is about to do `moment` of what brings its next system: to fetch, to write or to start it.
+    /// Of the unit that plays and is about to do `moment`: to fetch, to write or to start its next system.
     pub(crate) fn of_a_new_system(moment: Moment, seed: u64) -> Self {
         let UpdatingUnit { fetching, writing, written, path, kept, .. } = updating_unit();
         let of = |step: &'static Step| Self::of(step.snapshot.copy(), Some(&step.snapshot), Some(&step.path), seed);
@@ -91,7 +91,7 @@ impl Life {
         Self { systems: Some(([NOW, NEXT], kept)), ..life }
     }
 
-    /// Of one that comes out of its box.
+    /// Of a unit out of its box.
     pub(crate) fn out_of_the_box(seed: u64) -> Self {
         // The first that asks for what plays clears away the units of claims before.
         let owner = &playing_unit().stick.owner;
@@ -105,7 +105,7 @@ impl Life {
         Self { unit, snapshot, path: path.cloned(), systems: None, moments, losses }
     }
 
-    /// It lives until its power goes, at some moment of these; and so on, and comes back to its art in the end.
+    /// Cuts the power at each of `moments`, and then lets it start and show its picture.
     pub(crate) fn goes_on(mut self, moments: &[Moment]) {
         for moment in moments {
             self.is_cut(*moment);
@@ -166,7 +166,7 @@ impl Life {
         println!("cut {time:.1?} into {moment:?}, lost {lost}, lit {}: {path}", looks.iter().any(Look::is_art));
     }
 
-    /// Holds what was seen against what may be, on a screen that was lit before or not.
+    /// Compares the looks with what may be shown; `was_lit` says whether the screen showed the picture before.
     fn follows(&mut self, was_lit: bool, looks: &[Look]) {
         if looks.iter().any(Look::is_art) {
             only_art(looks, OFTEN);
@@ -181,13 +181,13 @@ impl Life {
     }
 }
 
-/// For its shell: whoever has the flock of the stick has learned what lies beside it, and not forgotten it.
+/// For the unit's shell: a unit with the flock of the stick knows the revoked key.
 fn has_learned() -> String {
     let states = "/var/lib/dreams/store/state.0 /var/lib/dreams/store/state.1";
     format!("! grep -qs {AUTUMN} {states} || grep -qs 'revoke {}' {states}", playing_unit().stick.revoked)
 }
 
-/// What is on its screen while it is let live so long.
+/// The looks at the screen during `time`.
 fn lives(machine: &mut Machine, time: Duration) -> Vec<Look> {
     let end = now() + time;
     let mut looks = Vec::new();

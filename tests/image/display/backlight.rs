@@ -1,7 +1,7 @@
 //! A panel with a backlight.
 //!
-//! Owns the claim that the player sets the backlight from within its sandbox. QEMU has no panel: files like those that the
-//! kernel has for a backlight are laid below the connector, in the place of a folder that nobody misses.
+//! Owns the claim that the player can set the backlight in its sandbox. QEMU has no panel: files like those of the
+//! kernel's backlight class replace a folder of the connector that is not used.
 
 use crate::starts::first_start::playing_unit;
 

@@ -1,7 +1,7 @@
-//! A display that is not there when its unit starts.
+//! A unit that starts without a display.
 //!
-//! Owns the claims that the unit comes up all the same, lights the display when it is plugged in, and holds no start without
-//! one against its system.
+//! Owns the claims that it comes up all the same, shows the picture when a display is plugged in, and does not count
+//! such a start against its system.
 
 use crate::machine::PAUSE;
 use crate::machine::direct_boot::parts;
@@ -13,9 +13,9 @@ use crate::starts::first_start::{MOVES, OFTEN, PROVEN, UP, playing_unit};
 use crate::unit::Unit;
 use crate::updates::next_system::{NEXT, NOW, updating_unit, version};
 
-/// What the kernel is told of the socket: nothing is plugged in, whatever it says.
+/// A kernel parameter: the connector counts as unplugged.
 const UNPLUGGED: &str = " video=Virtual-1:d";
-/// For its shell: it has said that this start is not counted.
+/// For the unit's shell: the log says that this start is not counted.
 const EXCUSED: &str =
     "until journalctl --boot --unit=dreams-good --output=cat | grep -q 'not counted'; do sleep 1; done";
 const PLUG: &str = "echo on > /sys/class/drm/card0-Virtual-1/status";
@@ -42,7 +42,7 @@ fn a_unit_without_a_display_comes_up_all_the_same_and_lights_one_that_is_plugged
     machine.is_well();
 }
 
-/// Six starts without a display, none of which is counted.
+/// Starts it six times without a display; none is counted.
 fn start_unseen(unit: &Unit, what: &str) {
     for _ in 0..6 {
         let mut machine = unit.start_as(Hardware { display: Display::None, ..USUAL }, &[]);

@@ -1,7 +1,7 @@
-//! Looks so close to each other that nothing comes between them.
+//! Looks at the screen so close to each other that no gap in the picture is missed.
 //!
-//! Owns the claims on every moment of a start and of an update. The machine stands still while it is looked at, so that its
-//! own clock says how close the looks are.
+//! Owns the claims on a whole start and a whole update. The machine is stopped during each look, so that the interval
+//! is short in its own time.
 
 use crate::machine::picture::only_art;
 use crate::starts::first_start::{MOVES, PROVEN, PlayingUnit, UP, playing_unit};

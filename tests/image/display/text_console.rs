@@ -1,7 +1,7 @@
-//! A player that somebody starts on a text console.
+//! A player that is started by hand on a text console.
 //!
-//! Owns the claims that another console can be switched to and shows its text, that the picture comes back with its own,
-//! and that the console shows text again when the player has ended.
+//! Owns the claims that one can switch to another console and read it, that the picture returns with the player's
+//! console, and that the console shows text after the player has ended.
 
 use crate::machine::direct_boot::parts;
 use crate::machine::picture::{Look, only_art};
@@ -13,7 +13,7 @@ use crate::unit::Unit;
 const BY_HAND: &str = "setsid --ctty dreams-player --config /etc/dreams/player.toml --screen kms \
     < /dev/tty1 > /run/player.log 2>&1 &";
 
-/// Waits until console `name` has the display, and the picture has left it.
+/// Waits until console `name` is shown without the picture.
 fn shows_text(machine: &mut Machine, name: &str) {
     machine.watch_for(PAUSE, "an empty console", Look::is_dark);
     assert_eq!(machine.run("cat /sys/class/tty/tty0/active").trim(), name);

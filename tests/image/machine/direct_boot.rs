@@ -1,14 +1,13 @@
-//! A start without a boot loader: QEMU loads kernel and initramfs, and brings the command line.
+//! A start without a boot loader: QEMU loads kernel, initramfs and command line.
 //!
-//! Owns the taking apart of what the image's boot loader starts.
+//! Owns the extraction of these parts from the image.
 
 use crate::unit::image;
 use bundle::{LaidOut, lay_out};
 use std::fs;
 use std::path::Path;
 
-/// QEMU's words for a start of the image's kernel and initramfs, which are laid into `folder`. The kernel's command line is
-/// the last of them.
+/// QEMU's options for such a start; the parts are written to `folder`. The last option is the kernel's command line.
 pub(crate) fn parts(folder: &Path) -> Vec<String> {
     let start = fs::read(image().join("dreams.start")).unwrap();
     let LaidOut { entry, parts } = lay_out(&start, 1).expect("what was just made is whole");

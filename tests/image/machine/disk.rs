@@ -1,6 +1,6 @@
 //! The disk of a machine.
 //!
-//! Owns how QEMU is told of it. Never writes to it.
+//! Owns QEMU's options for it. Never writes to it.
 
 use std::path::PathBuf;
 
@@ -8,19 +8,19 @@ use std::path::PathBuf;
 #[derive(Debug)]
 pub(crate) struct Disk {
     pub(crate) file: PathBuf,
-    /// QEMU's word for the form that it has.
+    /// QEMU's name of its format.
     pub(crate) format: &'static str,
-    /// Where QEMU writes down all that the disk is told, as `claims::block_log` reads it.
+    /// The file in which QEMU records all writes and flushes, as `claims::block_log` reads it.
     pub(crate) log: Option<PathBuf>,
 }
 
 impl Disk {
-    /// One in `file`, of whose writes nothing is told.
+    /// One in `file`, without a record.
     pub(crate) fn new(file: PathBuf, format: &'static str) -> Self {
         Self { file, format, log: None }
     }
 
-    /// QEMU's words for the node `disk`.
+    /// QEMU's options for the node `disk`.
     pub(crate) fn words(&self) -> Vec<String> {
         // A QEMU that is killed loses nothing that it was given: this machine's kernel has it.
         let node = |name: &str, words: &str| ["-blockdev".to_owned(), format!("node-name={name},{words}")];

@@ -1,10 +1,10 @@
-//! What a machine is made of: how its disk hangs on it, its display, its memory.
+//! The parts of a machine: the bus of its disk, its display, its memory, its firmware.
 //!
-//! Owns QEMU's words for each of them. Never starts a machine.
+//! Owns QEMU's options for each of them. Never starts a machine.
 
 use std::path::Path;
 
-/// Where the disk hangs: as QEMU's devices, the last of which takes the node `disk`.
+/// The bus of the disk, as QEMU's devices, the last of which has the node `disk`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bus {
     Ahci,
@@ -23,28 +23,28 @@ pub(crate) enum Display {
     Cirrus,
     None,
     Qxl,
-    /// A framebuffer of the firmware's, and no card that a driver could be for.
+    /// A framebuffer of the firmware, without a card that has a driver.
     Ramfb,
     StandardVga,
     Virtio,
-    /// The same without what a PC's has besides.
+    /// The same without the VGA part of a PC.
     VirtioGpu,
     /// A card whose driver is not in the image.
     Vmware,
 }
 
-/// What starts the machine.
+/// The firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Firmware {
-    /// It starts whatever is there.
+    /// It starts any program.
     Plain,
-    /// It starts what is signed with a key that it knows, if it knows any; its variables hold these.
+    /// It starts signed programs only, if its variables have keys.
     Secure,
-    /// That of a computer with an ARM processor; it starts whatever is there.
+    /// That of an ARM computer; it starts any program.
     Arm64,
 }
 
-/// A machine's parts.
+/// The parts of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Hardware {
     pub(crate) bus: Bus,
@@ -53,7 +53,7 @@ pub(crate) struct Hardware {
     pub(crate) firmware: Firmware,
 }
 
-/// What the claims of other files are tried on.
+/// The machine of all claims that name no other.
 pub(crate) const USUAL: Hardware =
     Hardware { bus: Bus::VirtioBlk, display: Display::Virtio, memory_mib: 1024, firmware: Firmware::Plain };
 
@@ -72,18 +72,18 @@ impl Bus {
         }
     }
 
-    /// How large a disk it takes, in MiB, if not any: cards are powers of two.
+    /// The size of the disk in MiB, where the bus needs one: cards have powers of two.
     pub(crate) fn disk_mib(self) -> Option<u64> {
         (self == Self::Sd).then_some(4_096)
     }
 
-    /// Whether the firmware of Debian's `ovmf` reads it. It has no driver for QEMU's SD host, and of USB disks it knows the
-    /// older protocol only, QEMU's UAS disk the newer one only; UAS disks that one can buy know both.
+    /// Whether Debian's `ovmf` can start from it. It has no driver for QEMU's SD host, and for USB disks the old
+    /// protocol only, while QEMU's UAS disk has the new one only; real UAS disks have both.
     pub(crate) fn is_read_by_firmware(self) -> bool {
         !matches!(self, Self::Sd | Self::Uas)
     }
 
-    /// Whether the kernel calls it so, of the names in `/sys/block`.
+    /// Whether this name in `/sys/block` belongs to it.
     pub(crate) fn is_called(self, name: &str) -> bool {
         let beginning = match self {
             Self::Ahci | Self::Uas | Self::UsbStorage | Self::VirtioScsi => "sd",
@@ -110,15 +110,15 @@ impl Display {
         }
     }
 
-    /// Whether what is shown is a copy, made while it is shown: a framebuffer of the firmware's has one buffer, and so has
-    /// the driver of `cirrus`.
+    /// Whether the picture is copied while it is shown: a framebuffer of the firmware has one buffer, and so has the
+    /// driver of `cirrus`.
     pub(crate) fn may_tear(self) -> bool {
         matches!(self, Self::Cirrus | Self::Ramfb | Self::Vmware)
     }
 }
 
 impl Firmware {
-    /// Its variables as they leave the factory: one that is secure knows Microsoft's keys.
+    /// Its variables as delivered: a secure one has Microsoft's keys.
     pub(crate) fn variables(self) -> &'static Path {
         Path::new(match self {
             Self::Plain => "/usr/share/OVMF/OVMF_VARS_4M.fd",
@@ -127,7 +127,7 @@ impl Firmware {
         })
     }
 
-    /// QEMU's words for the processor and the rest of the board.
+    /// QEMU's options for processor and board.
     fn board(self) -> &'static [&'static str] {
         match self {
             Self::Plain => &["-cpu", "max", "-machine", "q35"],
@@ -138,7 +138,7 @@ impl Firmware {
         }
     }
 
-    /// Where it lies: it is Debian's `ovmf`, or `qemu-efi-aarch64`.
+    /// Its file, from Debian's `ovmf` or `qemu-efi-aarch64`.
     fn code(self) -> &'static str {
         match self {
             Self::Plain => "/usr/share/OVMF/OVMF_CODE_4M.fd",
@@ -157,7 +157,7 @@ impl Hardware {
         }
     }
 
-    /// QEMU's words for it. The node `disk` is there already; the firmware's variables come next.
+    /// QEMU's options for it. The node `disk` is there already; the firmware's variables come next.
     pub(crate) fn words(self) -> Vec<String> {
         let mut words: Vec<_> = self.firmware.board().iter().map(|&word| word.to_owned()).collect();
         let code = format!("if=pflash,format=raw,readonly=on,file={}", self.firmware.code());

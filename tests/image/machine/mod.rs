@@ -1,7 +1,7 @@
-//! A machine that runs a unit's system.
+//! An emulated machine that runs a unit's system.
 //!
-//! Owns QEMU's command line, what is done to a machine from outside, and the looks on the screen. QEMU emulates every
-//! instruction, so that it runs anywhere; its clock is this machine's. Never judges: the claims do.
+//! Owns QEMU's command line, actions from outside, and looks at the screen. QEMU emulates every instruction, so that it
+//! runs anywhere; its clock is this machine's. The claims judge what it shows.
 //!
 //! Start at [`Machine`]; a unit and its disk are in `unit/mod.rs`.
 
@@ -33,15 +33,15 @@ use std::process::Command;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Between two looks at the screen where nothing is claimed of it.
+/// Between two looks at the screen where no frequency is claimed.
 pub(crate) const PAUSE: Duration = Duration::from_millis(200);
-/// The longest that anything may take.
+/// The longest wait.
 const PATIENCE: Duration = Duration::from_mins(10);
 
-/// One machine at a time: each takes all processors.
+/// One machine at a time: each uses all processors.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// A unit that runs. It loses its power when this is dropped.
+/// A running machine. Its power is cut when this is dropped.
 pub(crate) struct Machine {
     _qemu: Qemu,
     monitor: Monitor,
@@ -52,11 +52,11 @@ pub(crate) struct Machine {
     /// The frame that was found last.
     near: usize,
     has_shown_art: bool,
-    /// Whether its pictures are copied to where they are shown, and not swapped between two frames.
+    /// Whether its display copies pictures while they are shown, instead of swapping buffers.
     pub(crate) may_tear: bool,
-    /// Whether it stands still while it is looked at, so that the looks are as close in its own time as they are to be.
+    /// Whether it is stopped during each look, so that the looks are close in its own time.
     pub(crate) stands_still: bool,
-    /// For how long it stood still.
+    /// For how long it was stopped.
     stood: Duration,
     _turn: MutexGuard<'static, ()>,
 }
@@ -69,7 +69,7 @@ pub(crate) fn built_in() -> &'static ReferenceFrames {
 }
 
 impl Machine {
-    /// A machine of these parts with this disk, its other things in `folder`; `more` are words of QEMU's.
+    /// Starts a machine with this disk and hardware, its other files in `folder`; `more` are further options of QEMU.
     pub(crate) fn start(folder: &Path, disk: &Disk, hardware: Hardware, more: &[String]) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         // Before its clock runs.
@@ -105,7 +105,7 @@ impl Machine {
         }
     }
 
-    /// A machine like that one, which goes on where `state` was left.
+    /// The same, resumed from the memory in `state`.
     pub(crate) fn wake(folder: &Path, disk: &Disk, state: &Path) -> Self {
         let from = ["-incoming".to_owned(), format!("exec:cat '{}'", state.display())];
         let mut machine = Self::start(folder, disk, USUAL, &from);
@@ -114,14 +114,14 @@ impl Machine {
         machine
     }
 
-    /// Stops it and leaves all that it has in mind in `state`. Its disk is then as it was left; it runs no more.
+    /// Stops it and saves its memory to `state`. It does not run again.
     pub(crate) fn freeze(mut self, state: &Path) {
         self.monitor.ask("stop", &json!({}));
         self.monitor.ask("migrate", &json!({ "uri": format!("exec:cat > '{}'", state.display()) }));
         self.await_status("postmigrate");
     }
 
-    /// Stands still from now on; what it was just saying to its disk is said.
+    /// Stops it; writes in progress are completed.
     pub(crate) fn halt(&mut self) {
         self.monitor.ask("stop", &json!({}));
     }
@@ -139,7 +139,7 @@ impl Machine {
         self.references.push(reference);
     }
 
-    /// What is on the screen; `None` while the display is off.
+    /// A look at the screen; `None` while the display is off.
     pub(crate) fn look(&mut self) -> Option<Look> {
         let shot = json!({ "filename": self.shot });
         if self.stands_still {
@@ -162,8 +162,8 @@ impl Machine {
         Some(look)
     }
 
-    /// Looks at the screen every `pause` until the serial port says a line that `is_it`, which is called `what`. All looks, the
-    /// last one included.
+    /// Looks at the screen every `pause` until the serial port has a line for which `is_it` is true; `what` names it.
+    /// Returns all looks.
     pub(crate) fn watch(&mut self, pause: Duration, what: &str, is_it: impl Fn(&str) -> bool) -> Vec<Look> {
         let end = now() + PATIENCE;
         let mut looks = Vec::new();
@@ -182,7 +182,7 @@ impl Machine {
         panic!("not said in ten minutes: {what}; on the screen: {:?}; {}", looks.last(), self.serial.lately());
     }
 
-    /// Waits until its serial port says `word`; what it says behind that.
+    /// Waits for `word` on the serial port; returns the rest of its line.
     pub(crate) fn await_word(&mut self, word: &str) -> String {
         let end = now() + PATIENCE;
         while now() < end {
@@ -195,7 +195,7 @@ impl Machine {
         panic!("`{word}` is not said in ten minutes; {}", self.serial.lately());
     }
 
-    /// Looks at the screen every `pause` while its shell runs `command`, which must succeed.
+    /// Looks at the screen every `pause` while the shell runs `command`, which must succeed.
     pub(crate) fn watch_while(&mut self, pause: Duration, command: &str) -> Vec<Look> {
         self.serial.send(command);
         let looks = self.watch(pause, command, |line| line.starts_with("DONE "));
@@ -203,7 +203,7 @@ impl Machine {
         looks
     }
 
-    /// Looks at the screen every `pause` until a look `is_it`, which is called `what`. All looks, the last one included.
+    /// Looks at the screen every `pause` until `is_it` is true of a look; `what` names it. Returns all looks.
     pub(crate) fn watch_for(&mut self, pause: Duration, what: &str, mut is_it: impl FnMut(&Look) -> bool) -> Vec<Look> {
         let end = now() + PATIENCE;
         let mut looks = Vec::new();
@@ -219,7 +219,7 @@ impl Machine {
         panic!("not shown in ten minutes: {what}; on the screen: {:?}; {}", looks.last(), self.serial.lately());
     }
 
-    /// Looks at the screen every `pause` until the picture has moved on so many times.
+    /// Looks at the screen every `pause` until the picture has changed `times` times.
     pub(crate) fn watch_move(&mut self, pause: Duration, mut times: u32) -> Vec<Look> {
         let (what, mut before) = (format!("the picture moves on, {times} times more"), None);
         self.watch_for(pause, &what, |look| {
@@ -230,12 +230,12 @@ impl Machine {
         })
     }
 
-    /// Looks until its shell is there.
+    /// Looks at the screen until the shell is there.
     pub(crate) fn await_shell(&mut self) -> Vec<Look> {
         self.watch(PAUSE, "its shell", |line| line.contains("BENCH"))
     }
 
-    /// Lets this much time pass.
+    /// Waits for `time`.
     pub(crate) fn wait(&mut self, time: Duration) {
         let end = now() + time;
         while now() < end {
@@ -243,14 +243,14 @@ impl Machine {
         }
     }
 
-    /// Has its shell run `command`, which must succeed; what it says.
+    /// Runs `command` in the shell, which must succeed; returns its output.
     pub(crate) fn run(&mut self, command: &str) -> String {
         let (said, status) = self.serial.run(command);
         assert_eq!(status, 0, "`{command}`: {said}");
         said
     }
 
-    /// Has it say that none of its services has failed, and that systemd left none out to find an order.
+    /// Checks that no service has failed, and that systemd found no ordering cycle.
     pub(crate) fn is_well(&mut self) {
         let failed = "systemctl --failed --no-legend --plain | while read -r unit _; do echo $unit; \
             journalctl --boot --no-pager --quiet --output=short-monotonic --lines=20 --unit=$unit; done";
@@ -259,7 +259,7 @@ impl Machine {
         assert!(!said.is_empty() && !said.contains("ordering cycle"), "{said}");
     }
 
-    /// A cable to its network, in the place of the world: that answers for everybody.
+    /// Connects its network card to a socket, in place of QEMU's user network, which answers for every address.
     pub(crate) fn wire(&mut self) -> UnixDatagram {
         let [theirs, ours] = ["wire.qemu", "wire"].map(|end| self.shot.with_file_name(end));
         let wire = UnixDatagram::bind(&ours).unwrap();
@@ -273,23 +273,23 @@ impl Machine {
         wire
     }
 
-    /// Starts it anew, as its button would.
+    /// Resets it.
     pub(crate) fn reset(&mut self) {
         self.monitor.ask("system_reset", &json!({}));
     }
 
-    /// Presses these keys at once, by QEMU's names.
+    /// Presses these keys together, by QEMU's names.
     pub(crate) fn press(&mut self, keys: &[&str]) {
         let keys: Vec<_> = keys.iter().map(|key| json!({ "type": "qcode", "data": key })).collect();
         self.monitor.ask("send-key", &json!({ "keys": keys }));
     }
 
-    /// Puts in a stick, to which nobody may write.
+    /// Plugs in a stick, read-only.
     pub(crate) fn plug(&mut self, stick: &Path) {
         self.plug_stick(stick, true);
     }
 
-    /// Puts in a stick that can be written to.
+    /// Plugs in a stick that can be written to.
     pub(crate) fn plug_to_write(&mut self, stick: &Path) {
         self.plug_stick(stick, false);
     }
@@ -303,12 +303,12 @@ impl Machine {
         self.monitor.ask("device_add", &device);
     }
 
-    /// Pulls it.
+    /// Unplugs the stick.
     pub(crate) fn pull(&mut self) {
         self.monitor.ask("device_del", &json!({ "id": "stick" }));
     }
 
-    /// Takes its disk back, once it is pulled: another one can be put in, and this machine may read what was written.
+    /// Releases the stick's file, once it is unplugged: it can be read here, and another one plugged in.
     pub(crate) fn take_stick(&mut self) {
         let there = "ls -d /sys/block/sd* 2> /dev/null; systemctl list-units --all --plain --no-legend 'dreams-*@sd*'";
         self.run(&format!("until [ -z \"$({there})\" ]; do sleep 1; done"));

@@ -1,6 +1,6 @@
-//! QEMU's monitor: what is done to a machine from outside.
+//! QEMU's monitor.
 //!
-//! Owns the connection and its words (QMP). Never decides what to do.
+//! Owns the connection and its protocol, QMP.
 
 use crate::machine::qemu::Stderr;
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ pub(crate) struct Monitor {
 }
 
 impl Monitor {
-    /// Takes up the conversation on `stream` with a QEMU that says `said` besides.
+    /// Opens the conversation on `stream`; `said` is the standard error of that QEMU.
     pub(crate) fn new(stream: UnixStream, said: Stderr) -> Self {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let mut monitor = Self { from: BufReader::new(stream.try_clone().unwrap()), to: stream, said };
@@ -28,12 +28,12 @@ impl Monitor {
         monitor
     }
 
-    /// Has the machine do `command`; what it answers.
+    /// Runs `command`, which must succeed; returns its answer.
     pub(crate) fn ask(&mut self, command: &str, arguments: &Value) -> Value {
         self.try_to(command, arguments).unwrap_or_else(|error| panic!("{command} {arguments}: {error}"))
     }
 
-    /// The same, for what may be refused. A machine that has ended refuses nothing.
+    /// The same for a command that may fail. Panics if QEMU has ended.
     pub(crate) fn try_to(&mut self, command: &str, arguments: &Value) -> Result<Value, String> {
         let request = json!({ "execute": command, "arguments": arguments });
         if writeln!(self.to, "{request}").is_err() {
@@ -50,7 +50,7 @@ impl Monitor {
         }
     }
 
-    /// The next line; `what` is waited for.
+    /// The next message; `what` is waited for.
     fn line(&mut self, what: &str) -> Value {
         let mut line = String::new();
         match self.from.read_line(&mut line) {

@@ -1,23 +1,23 @@
-//! What is on the screen of a machine, and whether it is art.
+//! Looks at the screen of a machine: which frame it shows, if any.
 //!
-//! Owns the reading of QEMU's pictures; what art is, `reference_frames.rs` says. Never touches a machine.
+//! Owns the reading of QEMU's screen dumps; `reference_frames.rs` has the frames that they are compared with.
 
 use crate::machine::reference_frames::{Place, ReferenceFrames, SIZE, Samples};
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-/// Nothing that is as dark as this is a frame, and nothing around a frame is lighter.
+/// The brightest value of black: frames are brighter somewhere, borders nowhere.
 const DARK: u8 = 24;
 
-/// What a look at the screen has shown.
+/// The result of one look.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
-    /// When it was.
+    /// When it was taken.
     pub(crate) at: Duration,
-    /// The frame that was there, if it was one.
+    /// The frame that was shown, if it was one.
     pub(crate) place: Option<Place>,
-    /// Else, what it was: its pixels across and down, and its brightest sample.
+    /// Otherwise the size of the picture in pixels, and its brightest sample.
     pub(crate) other: Option<((usize, usize), u8)>,
 }
 
@@ -61,18 +61,18 @@ impl Look {
         Self { at, other: place.is_none().then_some((size, brightest)), place }
     }
 
-    /// Whether it is a frame of a flock, whole.
+    /// Whether it shows a whole frame of a flock.
     pub(crate) fn is_art(&self) -> bool {
         self.place.is_some()
     }
 
-    /// Whether nothing is to be seen.
+    /// Whether it shows black only.
     pub(crate) fn is_dark(&self) -> bool {
         self.other.is_some_and(|(_, brightest)| brightest <= DARK)
     }
 }
 
-/// A screen of another size than the pictures: they are as large as fits, in the middle, and black is around them.
+/// The geometry of a screen of another size: the picture is scaled to fit, in the middle, with black borders.
 struct ScreenGeometry {
     size: (usize, usize),
     scale: f64,
@@ -89,14 +89,14 @@ impl ScreenGeometry {
         (margin(self.size.0, SIZE.0), margin(self.size.1, SIZE.1))
     }
 
-    /// The colour where the middle of this pixel of the picture is.
+    /// The colour at the middle of this pixel of the picture.
     fn pixel(&self, x: usize, y: usize, colour: impl Fn(usize, usize) -> [u8; 3]) -> [u8; 3] {
         let (left, top) = self.margins();
         let place = |margin: f64, at: usize| (margin + (at as f64 + 0.5) * self.scale) as usize;
         colour(place(left, x), place(top, y))
     }
 
-    /// Pixels around the picture, not closer to it than a rounding.
+    /// Pixels around the picture, but for those that rounding may reach.
     fn border(&self) -> impl Iterator<Item = (usize, usize)> {
         let ((left, top), (width, height)) = (self.margins(), self.size);
         let is_outside = move |at: usize, margin: f64, size: usize| at.min(size - 1 - at) as f64 + 3.0 < margin;
@@ -105,7 +105,7 @@ impl ScreenGeometry {
     }
 }
 
-/// The looks from the first lit frame on, all of which must be art. `how_often` they were taken a second, at least.
+/// The looks from the first frame on, all of which must show a frame. `how_often` is the least number per second.
 pub(crate) fn only_art(looks: &[Look], how_often: f64) -> &[Look] {
     let first = looks.iter().position(Look::is_art).expect("art is lit");
     let since = &looks[first..];

@@ -1,7 +1,7 @@
-//! QEMU's process, what it says, and the sockets on which it is spoken to.
+//! QEMU's process, its standard error, and the sockets that it connects to.
 //!
-//! Owns that it ends together with its machine; and that one which has ended by itself, or was killed, fails the claim at once,
-//! with what it said. Never knows QEMU's words.
+//! Owns the end of the process together with its machine; a process that has ended by itself fails the claim at once,
+//! with its standard error.
 
 use claims::wait;
 use std::fs::{self, File};
@@ -19,23 +19,23 @@ pub(crate) struct Qemu {
     said: Stderr,
 }
 
-/// What the process has said on its standard error, in a file.
+/// The standard error of the process, in a file.
 #[derive(Clone)]
 pub(crate) struct Stderr(PathBuf);
 
 impl Qemu {
-    /// Starts `command`; what it says lies in the file `said`.
+    /// Starts `command`, with its standard error in the file `said`.
     pub(crate) fn start(command: &mut Command, said: PathBuf) -> Self {
         let process = command.stderr(Stdio::from(File::create(&said).unwrap())).spawn().expect("QEMU starts");
         Self { process, said: Stderr(said) }
     }
 
-    /// What it has said, for whoever notices that it has ended.
+    /// Its standard error.
     pub(crate) fn said(&self) -> Stderr {
         self.said.clone()
     }
 
-    /// Fails if it has ended.
+    /// Panics if it has ended.
     pub(crate) fn is_there(&mut self) {
         if self.process.try_wait().unwrap().is_some() {
             self.said.ended();
@@ -44,7 +44,7 @@ impl Qemu {
 }
 
 impl Stderr {
-    /// Fails, since the process has ended.
+    /// Panics, since the process has ended.
     pub(crate) fn ended(&self) -> ! {
         panic!("QEMU has ended; it said: {}", fs::read_to_string(&self.0).unwrap_or_default().trim_end());
     }
@@ -57,13 +57,13 @@ pub(crate) struct Socket {
 }
 
 impl Socket {
-    /// One that waits at `path`.
+    /// One that listens at `path`.
     pub(crate) fn new(path: PathBuf) -> Self {
         fs::remove_file(&path).ok();
         Self { listener: UnixListener::bind(&path).unwrap(), path }
     }
 
-    /// As QEMU is told of it.
+    /// QEMU's option for it.
     pub(crate) fn argument(&self, id: &str) -> String {
         format!("socket,id={id},path={}", self.path.display())
     }
@@ -104,7 +104,7 @@ mod tests {
     use std::process::Command;
     use std::time::Duration;
 
-    /// What `claim` fails with.
+    /// The panic message of `claim`.
     fn fails(claim: impl FnOnce()) -> String {
         *catch_unwind(AssertUnwindSafe(claim)).unwrap_err().downcast::<String>().unwrap()
     }

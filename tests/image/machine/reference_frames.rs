@@ -1,8 +1,7 @@
-//! Every frame of a flock, as it looks on the screen.
+//! The frames of a flock, as they look on the screen.
 //!
-//! Owns what a look at the screen is compared with: whatever is not a whole frame of the flock, from its first row to its
-//! last, is no art, be it black, text, or half of each of two frames. Only a notice may lie over it, where notices lie.
-//! `ffmpeg` is the witness for what the clips show. Never touches a machine.
+//! Owns the comparison: a look that is not a whole frame, from the first row to the last, is no frame, whether black,
+//! text, or halves of two frames. Only a notice may cover a part, in its place. `ffmpeg` decodes the clips.
 //!
 //! Start at [`ReferenceFrames::of`] and [`ReferenceFrames::find`].
 
@@ -11,30 +10,30 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-/// The screen, in pixels.
+/// The size of the screen, in pixels.
 pub(crate) const SIZE: (usize, usize) = (1280, 720);
-/// Every so manieth column and row is looked at: finer than letters are high.
+/// Every how many columns and rows a pixel is compared: closer than letters are high.
 const STEP: (usize, usize) = (20, 6);
-/// The player's colours are integers: off by one step, and rounded.
+/// The greatest difference of a colour: the player calculates in integers, and rounds.
 const TOLERANCE: u8 = 2;
 /// Where a notice may lie: left, top, right and bottom.
 const NOTICE: [usize; 4] = [16, 600, 752, 704];
 /// The greys of a notice's pane, letters and line.
 const GREYS: [u8; 3] = [16, 63, 203];
-/// So many looked-at pixels of these greys are a notice.
+/// The least number of compared pixels of these greys that make a notice.
 const PANE: usize = 60;
-/// A picture that was scaled is compared by the mean colours of cells: so many looked-at columns and rows make one.
+/// Compared columns and rows in a cell: a scaled picture is compared by the mean colours of cells.
 const CELL: (usize, usize) = (8, 10);
-/// How far the mean colour of a cell may be off: a pixel of a scaled picture is a mean of several pixels, and a looked-at
-/// pixel of the frame is one of them.
+/// The greatest difference of a cell's mean colour: a pixel of a scaled picture is a mean of several pixels, of which
+/// one is compared.
 const CELL_TOLERANCE: f32 = 10.0;
-/// While a picture is copied over the one before, parts of so many successive frames may be seen at once.
+/// While a picture is copied over the one before, the screen may show parts of this many successive frames.
 const TORN: usize = 3;
 
 /// Seconds that the decoding of one clip may take.
 const LONGEST_S: &str = "600";
 
-/// What was looked at of a picture: red, green and blue, row by row.
+/// The compared pixels of a picture: red, green and blue, row by row.
 #[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Samples(Vec<[u8; 3]>);
 
@@ -76,12 +75,12 @@ fn may_bear_notice((x, y): (usize, usize)) -> bool {
 }
 
 impl Samples {
-    /// Of a picture whose pixels `colour` tells.
+    /// Of a picture with the pixels `colour`.
     pub(crate) fn of(colour: impl Fn(usize, usize) -> [u8; 3]) -> Self {
         Self(grid().map(|(x, y)| colour(x, y)).collect())
     }
 
-    /// Of a picture as clips have it: three planes one behind the other, BT.709, limited range.
+    /// Of a decoded frame: three planes, BT.709, limited range.
     fn of_planes(planes: &[u8]) -> Self {
         let (luma, chroma) = planes.split_at(SIZE.0 * SIZE.1);
         let (blue, red) = chroma.split_at(SIZE.0 * SIZE.1 / 4);
@@ -107,7 +106,7 @@ impl Samples {
         rows.chunks(CELL.1).flat_map(|rows| columns().map(|column| cell(rows, column)).collect::<Vec<_>>()).collect()
     }
 
-    /// Whether they are those of `frame`, where `counts` says that they count.
+    /// Whether they match those of `frame` where `counts` is true.
     fn are(&self, frame: &Self, counts: impl Fn((usize, usize)) -> bool) -> bool {
         let alike = |ours: &[u8; 3], theirs: &[u8; 3]| {
             ours.iter().zip(theirs).all(|(ours, theirs)| ours.abs_diff(*theirs) <= TOLERANCE)
@@ -145,7 +144,7 @@ impl ReferenceFrames {
         Self { frames }
     }
 
-    /// Which of its frames `samples` are of; the first one from `near` on, which becomes the frame found.
+    /// The frame that `samples` match, searched from `near` on; `near` becomes its number.
     pub(crate) fn find(&self, samples: &Samples, near: &mut usize) -> Option<Place> {
         let order = || (0..self.frames.len()).map(|at| (at + *near) % self.frames.len());
         let place = |found: usize| self.frames[found].place.clone();
@@ -161,8 +160,7 @@ impl ReferenceFrames {
         Some(Place { has_notice: true, ..place(found) })
     }
 
-    /// Which of its frames `samples` are most like, if these are of a frame that was scaled: each cell has nearly the colour
-    /// that it has in the frame.
+    /// The frame that `samples` of a scaled picture are most like: the mean colour of each cell is nearly the same.
     pub(crate) fn find_scaled(&self, samples: &Samples) -> Option<Place> {
         let cells = samples.cells();
         let off = |frame: &Frame| {
@@ -176,8 +174,8 @@ impl ReferenceFrames {
         Some(best.1.place.clone())
     }
 
-    /// Which of its frames, scaled or not, was being copied over the one before as `samples` were taken: each cell has
-    /// nearly a colour between those that it has in successive frames of one clip.
+    /// The frame that was being copied over the one before when `samples` were taken: the mean colour of each cell is
+    /// nearly within those of successive frames of a clip.
     pub(crate) fn find_torn(&self, samples: &Samples) -> Option<Place> {
         let cells = samples.cells();
         let fits = |frames: &[Frame]| {
@@ -195,7 +193,7 @@ impl ReferenceFrames {
     }
 }
 
-/// What every frame of `clip` looks like.
+/// The samples of every frame of `clip`.
 fn decoded(clip: &Path) -> Vec<Samples> {
     let mut ffmpeg = Command::new("timeout");
     ffmpeg.args([LONGEST_S, "ffmpeg", "-v", "error", "-nostdin", "-i"]).arg(clip).stdout(Stdio::piped());

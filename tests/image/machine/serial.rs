@@ -1,6 +1,6 @@
-//! The serial port of a machine: its shell in the profile `bench`.
+//! The serial port of a machine, with its shell in the profile `bench`.
 //!
-//! Owns the lines that come, and waiting for them. Never sends what it was not given.
+//! Owns the lines that it prints, and the wait for them.
 
 use crate::machine::clock::now;
 use crate::machine::qemu::Stderr;
@@ -19,13 +19,13 @@ const SILENCE: Duration = Duration::from_mins(5);
 pub(crate) struct Serial {
     to: UnixStream,
     lines: Receiver<String>,
-    /// What was said lately, to be told when something goes wrong.
+    /// The lines so far, printed when a claim fails.
     said: Vec<String>,
     qemu: Stderr,
 }
 
 impl Serial {
-    /// The port behind `stream`, of a QEMU that says `qemu` itself.
+    /// The port behind `stream`, of the QEMU with the standard error `qemu`.
     pub(crate) fn new(stream: UnixStream, qemu: Stderr) -> Self {
         let from = BufReader::new(stream.try_clone().unwrap());
         let (sender, lines) = channel();
@@ -52,31 +52,31 @@ impl Serial {
         }
     }
 
-    /// Lets this much time pass, or as much as goes by until the next line.
+    /// Waits for `time`, or until the next line.
     pub(crate) fn pass(&mut self, time: Duration) {
         self.line(time);
     }
 
-    /// What was said lately.
+    /// The last lines.
     pub(crate) fn lately(&self) -> String {
         let from = self.said.len().saturating_sub(20);
         format!("it said lately: {}", self.said[from..].join("\n"))
     }
 
-    /// The exit status that the shell has told last.
+    /// The exit status of the last command.
     pub(crate) fn status(&self) -> i32 {
         let told = self.said.iter().rev().find_map(|line| line.strip_prefix("DONE "));
         told.and_then(|status| status.parse().ok()).expect("a status was told")
     }
 
-    /// Has the shell run `command`, without waiting.
+    /// Sends `command` to the shell, without waiting.
     pub(crate) fn send(&mut self, command: &str) {
         if writeln!(self.to, "{command}").is_err() {
             self.qemu.ended();
         }
     }
 
-    /// Has the shell run `command`; what it says, and its exit status.
+    /// Runs `command` in the shell; returns its output and its exit status.
     pub(crate) fn run(&mut self, command: &str) -> (String, i32) {
         self.send(command);
         let (end, mut lines) = (now() + PATIENCE, Vec::new());

@@ -1,7 +1,7 @@
-//! What a power cut takes from a disk: whatever it had not flushed may be lost, or torn.
+//! The writes that a power cut takes from a disk: those after the last flush may be lost or torn.
 //!
-//! Owns the disk after the cut, made from the one before and all that was written since. Never chooses: `claims::cuts`
-//! does, as it does for the crash laboratory.
+//! Owns the disk after the cut, made from the one before and the record. `claims::cuts` chooses, as it does for the
+//! crash laboratory.
 
 use claims::block_log::{BlockLog, SECTOR};
 use claims::cuts::{UNTORN, survivors};
@@ -11,9 +11,9 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
-/// Makes `disk`, on which all that is in `log` would have been written, what a power cut leaves of it. The file system
-/// that begins at `data` writes its superblock in place. Says how many writes there were, how many of
-/// them nothing had flushed, and how many of those are left.
+/// Makes `disk` what a power cut leaves of the writes in `log`. The file system that begins at `data` writes its
+/// superblock in place. Returns the number of writes, of those that were not flushed, and of those that survive of
+/// them.
 pub(crate) fn cut(log: &Path, disk: &Path, data: Option<u64>, random: &mut ChaCha8Rng) -> [usize; 3] {
     let log = fs::read(log).unwrap();
     if log.is_empty() {

@@ -1,7 +1,7 @@
-//! What a unit says of itself when it asks its network for an address.
+//! The DHCP request of a unit.
 //!
-//! Owns that question as it stands on the wire, and the claims on it. How the name comes about is tried in
-//! `it/unit/hostname.rs`.
+//! Owns the parsing of the request, and the claims on the name and the client id in it. Where the name comes from is
+//! tried in `it/unit/hostname.rs`.
 //!
 //! Start at [`dhcp_request`].
 
@@ -12,25 +12,25 @@ use crate::starts::first_start::playing_unit;
 use etherparse::{SlicedPacket, TransportSlice};
 use std::time::Duration;
 
-/// How long the question may take.
+/// The longest wait for the request.
 const PATIENCE: Duration = Duration::from_mins(2);
-/// Who takes it, by UDP; in front of its options lie so many bytes.
+/// The server's UDP port, and the number of bytes before the options.
 const SERVER: u16 = 67;
 const HEAD: usize = 240;
-/// The options that hold the name and the client's own id.
+/// The options with the name and with the client id.
 const NAME: u8 = 12;
 const CLIENT: u8 = 61;
-/// QEMU's own address for a first card, behind the number that says that it is one of a cable.
+/// QEMU's address for a first card, after the type byte for Ethernet.
 const CARD: [u8; 7] = [1, 0x52, 0x54, 0x00, 0x12, 0x34, 0x56];
 
-/// What a unit says of itself.
+/// What a unit sends of itself.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct DhcpRequest {
     pub(crate) client: Vec<u8>,
     pub(crate) name: String,
 }
 
-/// Has the unit ask for an address, and listens in.
+/// Makes the unit send a request, and receives it.
 pub(crate) fn dhcp_request(machine: &mut Machine) -> DhcpRequest {
     let wire = machine.wire();
     wire.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
@@ -46,7 +46,7 @@ pub(crate) fn dhcp_request(machine: &mut Machine) -> DhcpRequest {
     panic!("nobody asks for an address in two minutes; {}", machine.serial.lately());
 }
 
-/// What the frame asks, if it asks for an address.
+/// The request in the frame, if it has one.
 fn question(frame: &[u8]) -> Option<DhcpRequest> {
     let packet = SlicedPacket::from_ethernet(frame).ok()?;
     let Some(TransportSlice::Udp(udp)) = &packet.transport else { return None };
@@ -55,7 +55,7 @@ fn question(frame: &[u8]) -> Option<DhcpRequest> {
     Some(DhcpRequest { client: said(CLIENT), name: String::from_utf8(said(NAME)).unwrap() })
 }
 
-/// What stands in the option of this number.
+/// The value of the option with this number.
 fn option(mut options: &[u8], wanted: u8) -> Option<&[u8]> {
     loop {
         let (number, length) = (*options.first()?, usize::from(*options.get(1)?));

@@ -1,4 +1,4 @@
-//! Two units whose maker gave both boards the same number.
+//! Two units whose boards have the same serial number.
 //!
 //! Owns the claim that a network can tell them apart.
 
@@ -6,7 +6,7 @@ use crate::network::dhcp_request::dhcp_request;
 use crate::starts::first_start::UP;
 use crate::unit::Unit;
 
-/// What such boards say of themselves.
+/// The UUID that such boards report.
 const UUID: &str = "03000200-0400-0500-0006-000700080009";
 
 #[test]

@@ -1,8 +1,8 @@
 //! A unit in its owner's Wi-Fi.
 //!
-//! Owns the claims on two radios without hardware, `mac80211_hwsim`: the unit has one, and `hostapd` on a network of its own
-//! has the other. Both programs and that module come on a disk of the test and are no part of the unit's system. What may
-//! be set is tried in the player's `wifi.rs`, what is told when in `owner/link.rs`.
+//! Owns the claims, on two simulated radios of `mac80211_hwsim`: the unit has one, and `hostapd` in its own network
+//! namespace has the other. Both programs and the module come on a disk of the test and are not part of the unit's
+//! system. The settings are tried in `player/src/wifi.rs`, the notices in `player/dreams-owner/link.rs`.
 //!
 //! Start at [`a_unit_joins_its_owners_wifi_and_tells_why_where_it_cannot`].
 
@@ -15,20 +15,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where the disk of the test is mounted, and what runs at the other end of the Wi-Fi.
+/// Where the disk of the test is mounted, and the network namespace of the access point.
 const AIR: &str = "/run/air";
 const AP: &str = "nsenter --net=/run/netns/ap";
-/// The access point's settings but for its kind, and the other end's address.
+/// The access point's settings but for its kind, and its DHCP server's.
 const ACCESS_POINT: &str =
     "interface=wlan1\ndriver=nl80211\nssid=Home\nhw_mode=g\nchannel=1\nwpa=2\nrsn_pairwise=CCMP\n";
 const WPA2: &str = "wpa_key_mgmt=WPA-PSK\nwpa_passphrase=velvet under\n";
 const WPA3: &str = "wpa_key_mgmt=SAE\nieee80211w=2\nsae_password=velvet under\n";
 const SERVER: &str = "interface wlan1\nstart 10.9.0.20\nend 10.9.0.30\nlease_file /run/leases\npidfile /run/udhcpd.pid\n\
     opt router 10.9.0.1\nopt subnet 255.255.255.0\nopt lease 600\n";
-/// For the unit's shell: whether it is in the Wi-Fi, and whether it is not.
+/// For the unit's shell: it is in the Wi-Fi, and it is not.
 const IS_IN: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" = 1 ] && /run/air/busybox ping -I wlan0 -c 1 -w 2 10.9.0.1 > /dev/null";
 const IS_OUT: &str = "[ \"$(cat /sys/class/net/wlan0/carrier 2> /dev/null)\" != 1 ]";
-/// The same: what people are told of it.
+/// The same: the notice on the Wi-Fi.
 const TOLD: &str = "cat /run/dreams-update/notice.wifi 2> /dev/null; echo";
 
 /// Makes the disk of the test in `folder`.
@@ -54,7 +54,7 @@ fn until(machine: &mut Machine, command: &str) {
     machine.run(&format!("until {command}; do sleep 1; done"));
 }
 
-/// Gives the machine two radios, and takes the second one away to a network of its own.
+/// Creates two radios, and moves the second one to a network namespace of its own.
 fn give_radios(machine: &mut Machine, disk: &Path) {
     machine.plug(disk);
     machine.run(&format!("mkdir -p {AIR} /run/netns"));
@@ -67,7 +67,7 @@ fn give_radios(machine: &mut Machine, disk: &Path) {
     machine.run(&format!("{AP} {AIR}/busybox ip address add 10.9.0.1/24 dev wlan1"));
 }
 
-/// Has the access point be of this kind.
+/// Starts an access point of this kind.
 fn comes(machine: &mut Machine, kind: &str) {
     machine.run(&format!("{AP} {AIR}/hostapd -B -P /run/hostapd.pid {AIR}/{kind}.conf > /run/hostapd.log || {{ cat /run/hostapd.log; false; }}"));
     machine.run(&format!("[ -e /run/udhcpd.pid ] || {AP} {AIR}/busybox udhcpd {AIR}/server.conf"));
@@ -78,13 +78,13 @@ fn goes(machine: &mut Machine) {
     until(machine, "[ ! -e /run/hostapd.pid ]");
 }
 
-/// Has its owner set this of the Wi-Fi, and nothing else of it.
+/// Sets these lines, and no others, of the Wi-Fi in the owner's file.
 fn set(machine: &mut Machine, lines: &str) {
     let (file, lines) = ("/run/owner/dreams.toml", lines.replace('\n', "\\n"));
     machine.run(&format!("{OPEN} && sed -i /^wifi/d {file} && printf '{lines}' >> {file} && {TAKE_IN}"));
 }
 
-/// What people are told over the running picture, once they are told something of the Wi-Fi.
+/// The notice on the Wi-Fi, once there is one.
 fn told(machine: &mut Machine) -> String {
     let mut looks = machine.watch_while(PAUSE, "until [ -e /run/dreams-update/notice.wifi ]; do sleep 1; done");
     looks.extend(machine.watch_for(PAUSE, "a notice", has_notice));

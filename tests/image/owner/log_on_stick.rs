@@ -1,6 +1,6 @@
-//! A stick asks for the unit's log.
+//! A stick that asks for the unit's log.
 //!
-//! Owns the claims on that: what asks, what is written then, and that nothing is written else.
+//! Owns the claims on it: the file that asks, what is written then, and that nothing else is written.
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
@@ -11,11 +11,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// For the unit's shell: waits until it is through with the stick, and says how that ended.
+/// For the unit's shell: waits until it is done with the stick, and prints the result.
 const IS_THROUGH: &str = "until systemctl list-units --all --plain --no-legend 'dreams-update@sda.service' | grep -q exited && \
     [ -z \"$(systemctl list-jobs --plain --no-legend | grep dreams-log)\" ]; do sleep 1; done";
 
-/// An empty stick, with this file on it.
+/// An empty stick with this file on it.
 fn stick(path: &Path, file: &str) {
     fs::File::create(path).unwrap().set_len(64 << 20).unwrap();
     succeed(Command::new("mkfs.vfat").args(["-F", "32"]).arg(path));
@@ -24,7 +24,7 @@ fn stick(path: &Path, file: &str) {
     succeed(Command::new("mcopy").arg("-i").arg(path).arg(&empty).arg(format!("::{file}")));
 }
 
-/// What lies on the stick after it was in the unit, by name; and whether people were told something meanwhile.
+/// The files on the stick after it was in the unit, and whether there was a notice.
 fn put_in(machine: &mut Machine, stick: &Path) -> (Vec<String>, bool) {
     machine.plug_to_write(stick);
     let mut looks = machine.watch_while(PAUSE, IS_THROUGH);

@@ -1,21 +1,21 @@
-//! An owner makes a mistake, and mends it.
+//! A mistake in the owner's settings, and its correction.
 //!
-//! Owns what is on the screen then: the picture, and over it what is wrong, until it is right.
+//! Owns the claim on the screen: the picture with a notice on the mistake, until it is corrected.
 
 use crate::machine::PAUSE;
 use crate::machine::picture::{Look, only_art};
 use crate::starts::first_start::{MOVES, OFTEN, playing_unit};
 
-/// What the unit has taken in of its owner's settings.
+/// The owner's settings that the unit has applied.
 const KEPT: &str = "cat /var/lib/dreams/owner/dreams.toml";
-/// Lays what the owner may change open at /run/owner.
+/// Mounts the owner's partition at /run/owner.
 pub(crate) const OPEN: &str = "mkdir -p /run/owner && mount /dev/vda4 /run/owner";
-/// As another computer would have it, and as every start of the unit takes it in; one that is still at it ends first.
+/// Unmounts it and has the unit apply the settings, as at a start; an earlier run is waited for.
 pub(crate) const TAKE_IN: &str = "umount /run/owner && \
     until [ \"$(systemctl show -P ActiveState dreams-owner@vda4)\" != activating ]; do sleep 1; done && \
     systemctl start --no-block dreams-owner@vda4";
 
-/// Whether something is told over the picture.
+/// Whether there is a notice.
 pub(crate) fn has_notice(look: &Look) -> bool {
     look.place.as_ref().is_some_and(|place| place.has_notice)
 }

@@ -1,18 +1,18 @@
-//! A program that takes all memory.
+//! A program that uses up all memory.
 //!
-//! Owns the claims that the picture's memory, the prelude's included, stays where it is, and that this is due to its
-//! protection.
+//! Owns the claims that the player's memory, with the files that the prelude read, stays in memory, and that its
+//! protection is the reason.
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::starts::first_start::{OFTEN, playing_unit};
 
 const SLICE: &str = "/sys/fs/cgroup/dreams.slice";
-/// Takes memory until the kernel ends it.
+/// Uses memory until the kernel kills it.
 const HOG: &str = "systemd-run --wait --quiet --property=OOMScoreAdjust=1000 tail /dev/zero; \
     dmesg | grep -q 'Out of memory: Killed process .* (tail)' && dmesg --clear";
 
-/// A number of the slice's, from a line of its own or behind `key`.
+/// A number of the slice, on a line of its own or after `key`.
 fn read(machine: &mut Machine, file: &str, key: &str) -> u64 {
     let told = machine.run(&format!("sed -n 's/^{key}\\([0-9]*\\)$/\\1/p' {SLICE}/{file}"));
     told.trim().parse().unwrap_or_else(|_| panic!("{file} has a number behind `{key}`, found `{told}`"))

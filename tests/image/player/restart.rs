@@ -1,17 +1,17 @@
-//! The player falls, and systemd brings it back.
+//! The player is killed, and systemd starts it again.
 //!
-//! Owns what is on the screen meanwhile, the last frame, held; and where the path goes on. A player that stops or hangs is
-//! in `watchdog.rs`: noticing that takes longer.
+//! Owns the claims that the last frame stays on the screen, and that the walk continues. A player that stops or hangs
+//! is in `watchdog.rs`, which takes longer.
 
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
 
-/// Asks for its process.
+/// Prints its process id.
 const PROCESS: &str = "systemctl show --value --property=MainPID dreams-player";
 
-/// The player ends as `command` has it, and comes back.
+/// `command` ends the player, which comes back.
 pub(crate) fn ends_and_comes_back(machine: &mut Machine, path: &mut Path, command: &str) {
     let before = machine.run(PROCESS);
     machine.watch_move(PAUSE, 1).iter().for_each(|look| path.saw(look));

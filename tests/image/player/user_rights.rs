@@ -1,15 +1,15 @@
-//! Users are fences: what whoever is the player's and the updater's user can write to on a unit, and what not.
+//! What the user of the player and the updater may write to on a unit.
 //!
-//! Owns the attempts, and the list of all that is left to that user: `writable.txt` beside this file. The services have less
-//! than their user: what systemd takes from each stands in `systemd/`, and `it` measures it.
+//! Owns the attempts, and the list of all that this user may write to, `writable.txt`. The sandboxes of the services
+//! restrict it further: `it` measures them.
 
 use crate::starts::first_start::playing_unit;
 
-/// Runs words as that user, with the groups that the player has.
+/// Runs a command as this user, with the groups of the player.
 const AS_DREAMS: &str =
     "setpriv --reuid=dreams --regid=dreams --groups=video,render --no-new-privs --bounding-set=-all";
 
-/// What would make this user the owner, or root, if it could be done.
+/// Commands that would make this user the owner, or root.
 const FENCED: [&str; 14] = [
     // Whom the unit trusts, and where it looks.
     "touch /var/lib/dreams/owner/dreams.toml.new",
@@ -30,7 +30,7 @@ const FENCED: [&str; 14] = [
     "sh -c ': >> /dev/vda5'",
 ];
 
-/// What this user may write to, each line once; numbers are `N`, and what it owns is not looked into.
+/// The paths that this user may write to, each once, with `N` for numbers; folders that it owns are not searched.
 const WRITABLE: &str = "find / \\( -path /proc -o -path '/var/lib/dreams/store/*' -o -path '/var/lib/dreams/state/*' \\) -prune \
     -o ! -type l -writable -print 2> /dev/null | sed 's/[0-9][0-9]*/N/g' | sort -u";
 

@@ -1,11 +1,11 @@
-//! The player stops or hangs, and the watchdog has systemd bring it back.
+//! The player stops or hangs, and the watchdog makes systemd start it again.
 //!
-//! Owns the ways in which it hangs: it is fed by flips alone, and none comes any more.
+//! Owns the two ways to hang. The watchdog is fed by flips only.
 
 use crate::player::restart::ends_and_comes_back;
 use crate::starts::first_start::{PlayingUnit, playing_unit};
 
-/// Whatever it is told, it does nothing, not even end.
+/// Freezes its processes, so that they cannot even end.
 const FREEZE: &str = "echo 1 > /sys/fs/cgroup/$(systemctl show -P ControlGroup dreams-player)/cgroup.freeze";
 
 #[test]

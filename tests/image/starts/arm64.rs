@@ -1,7 +1,7 @@
 //! A unit with an ARM processor.
 //!
-//! Owns the claim that the same recipe gives an image for it that starts by UEFI and shows its art. No Raspberry Pi is
-//! emulated here: what was seen of those is in `docs/hardware.md`.
+//! Owns the claim that the same build makes an image for it that starts by UEFI and shows its picture. Raspberry Pis
+//! are not emulated: `docs/hardware.md` has what was seen on them.
 
 use crate::machine::PAUSE;
 use crate::machine::hardware::{Display, Firmware, Hardware, USUAL};
@@ -11,7 +11,7 @@ use crate::starts::first_start::{MOVES, OFTEN, PROVEN};
 use crate::unit::Unit;
 
 const ARM: Hardware = Hardware { firmware: Firmware::Arm64, display: Display::VirtioGpu, ..USUAL };
-/// Where `make crash` has it built.
+/// Where `make crash` builds it.
 const IMAGE: &str = concat!("target/image-arm64/bench-", env!("CARGO_PKG_VERSION"));
 
 #[test]

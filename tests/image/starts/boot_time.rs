@@ -1,9 +1,8 @@
-//! How soon a picture is there.
+//! The time from the start to the first picture.
 //!
-//! Owns the measurement of a start: the very kernel and initramfs of the image, once as it is and once with a first
-//! program that does nothing, by turns, in the guest's own time, on disks in the same state: out of the box, and of a unit
-//! that has played. And what the time between the two goes to. Never claims anything of a machine that does other things,
-//! too: `make bench what=boot` runs it.
+//! Owns the measurement: the image's kernel and initramfs, once as they are and once with a first program that does
+//! nothing, in turns, in the guest's own time, on equal disks: out of the box, and of a unit that has played. And the
+//! parts of the time between. Only meaningful on a quiet machine: `make bench what=boot` runs it.
 //!
 //! Start at [`a_picture_takes_half_as_long_again_as_doing_nothing`].
 
@@ -18,25 +17,25 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// How often each is started, unless `ROUNDS` says so.
+/// The number of starts of each kind, unless `ROUNDS` sets it.
 const ROUNDS: usize = 5;
-/// The most that a start may take, as a multiple of one that does nothing.
+/// The longest start, as a multiple of one that does nothing.
 const AT_MOST: f64 = 1.5;
-/// How `image-build/init` ends: with what the picture needs, and then systemd.
+/// The end of `image-build/init`: what the picture needs, then systemd.
 const ALL: &str = "\
 chroot /new /usr/bin/nice -n -20 /usr/bin/dreams-early
 exec switch_root /new /usr/lib/systemd/systemd
 ";
-/// How it ends where nothing is to be done: in the same root, by its smallest program.
+/// The end that does nothing: in the same root, with its smallest program.
 const NOTHING: &str = r#"exec switch_root /new /bin/sh -c 'read up rest < /proc/uptime; echo "HERE $up" > /dev/ttyS0; read word < /dev/ttyS0'
 "#;
 
-/// What `dreams-early` tells the kernel's log, when it is so.
+/// Lines of `dreams-early` in the kernel's log.
 const BEGUN: &str = "dreams: the picture is begun";
 const LIT: &str = "dreams: the first picture is lit";
 
-/// What is timed on the way, in the order in which it begins: its name, and what begins and ends it, as `dreams-early` tells
-/// or as systemd calls it. From the second line to the fourth it goes on side by side, with systemd beside it.
+/// The parts that are timed, in the order of their beginning: name, beginning and end, as lines of `dreams-early` or
+/// properties of systemd. The second to the fourth run in parallel, with systemd beside them.
 const CHAIN: [(&str, &str, &str); 7] = [
     ("kernel and initramfs", "", BEGUN),
     ("the display's driver", BEGUN, "dreams: the display is there"),
@@ -51,7 +50,7 @@ const CHAIN: [(&str, &str, &str); 7] = [
     ),
 ];
 
-/// QEMU's words for a start without a boot loader: of the image as it is, and with a first program that does nothing.
+/// QEMU's options for a start without a boot loader: of the image as it is, and with a first program that does nothing.
 fn starts(folder: &Path) -> (Vec<String>, Vec<String>) {
     let is = parts(folder);
     // The kernel unpacks one behind the other: what comes later takes the place of what was there.
@@ -69,12 +68,12 @@ fn starts(folder: &Path) -> (Vec<String>, Vec<String>) {
     (is, does_nothing)
 }
 
-/// Seconds from the kernel's start until the first program of `unit` said so.
+/// Seconds from the kernel's start to the first program of `unit`.
 fn nothing(unit: &Unit, words: &[String]) -> f64 {
     unit.start_with(words).await_word("HERE ").parse().unwrap()
 }
 
-/// Seconds from the kernel's start to `time`, as [`CHAIN`] has it.
+/// Seconds from the kernel's start to `time`, named as in [`CHAIN`].
 pub(crate) fn seconds(machine: &mut Machine, time: &str) -> f64 {
     if time.is_empty() {
         return 0.0;
@@ -86,7 +85,7 @@ pub(crate) fn seconds(machine: &mut Machine, time: &str) -> f64 {
     told.trim().parse().unwrap_or_else(|_| panic!("`{time}` is told once, found `{told}`"))
 }
 
-/// The start of a unit until its first frame is lit: the time of that, and the times on the way.
+/// A start until the first frame is shown: its time, and the times of the parts.
 fn lit(machine: &mut Machine) -> (f64, Value) {
     machine.await_word("BENCH");
     // It plays with its own first frame, which is the one that was lit before.
@@ -105,14 +104,14 @@ fn median(times: &[f64]) -> f64 {
     times[times.len() / 2]
 }
 
-/// What a round has measured.
+/// The results of one round.
 struct Round {
-    /// Of a unit out of its box: nothing, and the first frame.
+    /// Of a unit out of its box: the start that does nothing, and the first frame.
     first: (f64, f64),
-    /// The same of one that has played.
+    /// The same of a unit that has played.
     later: (f64, f64),
     chains: Value,
-    /// What systemd says of the last start.
+    /// The output of `systemd-analyze` for the last start.
     analysis: Value,
 }
 

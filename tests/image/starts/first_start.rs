@@ -1,7 +1,7 @@
-//! From the switch to the art, and nothing else ever on the screen.
+//! The first start of a unit: from power to the picture, and nothing else on the screen.
 //!
-//! Owns the claims on a unit that nobody disturbs: what it shows, what it is made of, what it offers to the network.
-//! Hands a snapshot of the unit that plays to the claims that disturb it.
+//! Owns the claims on an undisturbed unit: what it shows, its size, its programs, its open ports. Hands a snapshot of
+//! the unit that plays to the other claims.
 //!
 //! Start at [`playing_unit`].
 
@@ -18,33 +18,33 @@ use std::process::Command;
 use std::sync::LazyLock;
 use std::time::Duration;
 
-/// So many looks a second there must be, on a machine that does other things, too; `display/picture_gaps.rs` looks more often.
+/// The least number of looks per second, on a busy machine; `display/picture_gaps.rs` looks more often.
 pub(crate) const OFTEN: f64 = 1.0;
 
-/// A picture that moves on so often is played.
+/// The number of changes of the picture that prove that it plays.
 pub(crate) const MOVES: u32 = 20;
 
-/// Waits until a start has proved itself: a hundred frames, and the next one counts anew.
+/// Waits until a start has proved itself: after a hundred frames.
 pub(crate) const PROVEN: &str = "until [ \"$(systemctl show -P SubState dreams-good)\" = exited ]; do sleep 1; done";
 
-/// Waits until all that comes up behind the picture is there.
+/// Waits until all services are up.
 pub(crate) const UP: &str = "until systemctl --quiet is-active multi-user.target; do sleep 1; done";
 
-/// A unit that has started, out of its box, and plays.
+/// A unit after its first start.
 pub(crate) struct PlayingUnit {
-    /// How it looked on the way.
+    /// The looks on the way.
     looks: Vec<Look>,
-    /// How long it took to its first lit frame.
+    /// The time to its first frame.
     pub(crate) start: Duration,
-    /// As it plays.
+    /// It plays.
     pub(crate) snapshot: Snapshot,
-    /// Where it is in its path then.
+    /// The place in its walk at that moment.
     pub(crate) path: Path,
-    /// A stick that its owner trusts.
+    /// A stick whose key its owner trusts.
     pub(crate) stick: Stick,
 }
 
-/// The unit that all claims here take over; it is started once.
+/// The unit that all other claims begin with; it is started once.
 pub(crate) fn playing_unit() -> &'static PlayingUnit {
     static PLAYING_UNIT: LazyLock<PlayingUnit> = LazyLock::new(|| {
         let unit = Unit::new();
@@ -67,7 +67,7 @@ pub(crate) fn playing_unit() -> &'static PlayingUnit {
     &PLAYING_UNIT
 }
 
-/// Whether an address of `/proc/net/tcp` and its like is this machine's own.
+/// Whether an address in `/proc/net/tcp` and the like is a loopback address.
 fn is_loopback(address: &str) -> bool {
     let host = address.split(':').next().unwrap();
     host.ends_with("7F") || host == "00000000000000000000000001000000" || host == "0000000000000000FFFF00000100007F"

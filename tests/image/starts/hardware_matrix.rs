@@ -1,4 +1,4 @@
-//! Every machine that `docs/hardware.md` promises a picture on, as far as QEMU has it: see `hardware_sample.rs`.
+//! All machines of `docs/hardware.md` that QEMU can emulate. `hardware_sample.rs` has the one for `make check`.
 
 use crate::machine::hardware::{Bus, Display, Hardware, USUAL};
 use crate::starts::hardware_sample::shows_its_art;

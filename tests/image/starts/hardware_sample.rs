@@ -1,7 +1,7 @@
-//! Other machines: each bus that a disk hangs on, each display that QEMU has, little memory and much.
+//! A unit on other hardware: buses, displays, memory.
 //!
-//! Owns which of them there are, and the claim that each shows its art. What QEMU 7.2 has not, no claim is made of: eMMC,
-//! UFS, Intel's VMD.
+//! Owns the claim that it shows its picture, and the machine for `make check`. QEMU 7.2 cannot emulate eMMC, UFS and
+//! Intel's VMD.
 
 use crate::machine::direct_boot::parts;
 use crate::machine::hardware::{Bus, Display, Firmware, Hardware, USUAL};
@@ -11,12 +11,12 @@ use crate::programs::repository;
 use crate::starts::first_start::{MOVES, OFTEN};
 use crate::unit::Unit;
 
-/// For its shell: what the firmware says of itself, and the kernel; no module was refused.
+/// For the unit's shell: firmware and kernel say that Secure Boot is on, and no module was refused.
 pub(crate) const IS_SECURE: &str = "od -An -j4 -tu1 /sys/firmware/efi/efivars/SecureBoot-* | grep -qw 1 && \
                                     grep -qF '[integrity]' /sys/kernel/security/lockdown && \
                                     ! dmesg | grep -E 'Lockdown: (systemd-)?modprobe|module verification failed'";
 
-/// Starts a unit out of its box on a machine of these parts; it shows its art.
+/// Starts a unit out of its box on this hardware; it shows its picture.
 pub(crate) fn shows_its_art(hardware: Hardware) {
     let unit = hardware.bus.disk_mib().map_or_else(Unit::new, Unit::of_size);
     unit.know(hardware.firmware.variables());

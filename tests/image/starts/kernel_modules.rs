@@ -1,7 +1,7 @@
-//! What a unit keeps of the kernel's modules and of the firmware.
+//! The kernel modules and firmware files of a unit.
 //!
-//! Owns the claims that nothing is kept without what it needs, and that the build sees it if something is. The lists are
-//! in `image-build/modules`; what keeps and checks by them is `image-build/prune`.
+//! Owns the claims that every kept module has what it needs, and that the build fails otherwise. The lists are in
+//! `image-build/modules`; `image-build/prune` applies and checks them.
 
 use crate::programs::{output, repository, succeed};
 use crate::starts::first_start::playing_unit;
@@ -9,10 +9,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The drivers of the displays that PCs have, as they are loaded.
+/// The drivers of PC displays.
 const DISPLAYS: &str = "i915 xe amdgpu nouveau ast mgag200 qxl bochs cirrus udl";
 
-/// The modules and the firmware of the image's root, and `prune` with its lists, as copies in `folder`: both may be changed.
+/// Copies of the root's modules and firmware, and of `prune` with its lists, in `folder`, to be changed.
 fn copied(folder: &Path) -> PathBuf {
     let lib = folder.join("tree/usr/lib");
     fs::create_dir_all(&lib).unwrap();
@@ -23,7 +23,7 @@ fn copied(folder: &Path) -> PathBuf {
     lib
 }
 
-/// Whether `prune check` finds nothing, and what it says.
+/// Whether `prune check` finds nothing, and its output.
 fn check(folder: &Path) -> (bool, String) {
     let done = output(Command::new(folder.join("prune")).arg("check").arg(folder.join("tree")));
     (done.status.success(), String::from_utf8(done.stderr).unwrap())

@@ -1,6 +1,6 @@
-//! `make boot` on a machine that has no display.
+//! `make boot` on a machine without a display.
 //!
-//! Owns the claim that it leaves a picture of what a unit shows; a window is for eyes.
+//! Owns the claim that it leaves a picture of the unit's screen.
 
 use crate::machine::built_in;
 use crate::machine::picture::Look;

@@ -1,7 +1,7 @@
-//! Machines whose firmware starts nothing but what is signed.
+//! Machines with Secure Boot.
 //!
-//! Owns the claims on Secure Boot: a unit out of its box under a firmware with Microsoft's keys, one that is signed with its
-//! artist's own key under a firmware that has taken that, and that what was changed is started by neither.
+//! Owns the claims on a unit out of its box under Microsoft's keys, on one that is signed with a key of its own, and on
+//! changed files, which neither starts.
 
 use crate::machine::hardware::{Firmware, Hardware, USUAL};
 use crate::machine::picture::only_art;
@@ -15,16 +15,16 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 const SECURE: Hardware = Hardware { firmware: Firmware::Secure, ..USUAL };
-/// For its shell: the entry that was started.
+/// For the unit's shell: the boot loader entry that was started.
 const ENTRY: &str =
     "tr -d '\\0' < /sys/firmware/efi/efivars/LoaderEntrySelected-4a67b082-0a4c-41cf-b6c7-440b29bb8c4f | cut -c 2-";
 
-/// The kernel of a copy, in whose midst a byte is to change.
+/// The kernel of a copy, in which a byte is changed.
 fn kernel(copy: u8) -> String {
     format!("EFI/dreams/{NOW}_{copy}/linux")
 }
 
-/// Starts `unit` to art, with Secure Boot on.
+/// Starts `unit` with Secure Boot until it shows its picture.
 fn shows_its_art(unit: &Unit) -> Machine {
     let mut machine = unit.start_as(SECURE, &[]);
     let mut looks = machine.await_shell();
@@ -35,7 +35,7 @@ fn shows_its_art(unit: &Unit) -> Machine {
     machine
 }
 
-/// A unit that is signed with a key of its own, and whose firmware has taken that; it has shown its art.
+/// A unit that is signed with a key of its own, which its firmware has taken; it has shown its picture.
 fn signed() -> &'static Unit {
     static SIGNED: LazyLock<Unit> = LazyLock::new(|| {
         let target = repository().join("target/image");

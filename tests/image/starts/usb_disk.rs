@@ -1,6 +1,6 @@
-//! A unit whose own disk is on USB, beside another disk with the same names on it.
+//! A unit whose own disk is on USB, beside another disk with the same partition names.
 //!
-//! Owns the claim that it knows its own partitions from the other's, whichever is found first.
+//! Owns the claim that it uses its own partitions, whichever disk is found first.
 
 use crate::machine::PAUSE;
 use crate::machine::hardware::{Bus, Hardware, USUAL};
@@ -9,7 +9,7 @@ use crate::starts::first_start::{MOVES, OFTEN, PROVEN, PlayingUnit, playing_unit
 use crate::unit::{SLOT_A, SLOT_B, Unit, rubbish};
 use std::fs;
 
-/// For its shell: the disk on which a file system or the root lies.
+/// For the unit's shell: the disk of the root, and of the flocks.
 const OF_ROOT: &str = "basename $(readlink -f /sys/class/block/dm-0/slaves/*/..)";
 const OF_FLOCKS: &str = "findmnt --noheadings --output SOURCE /var/lib/dreams | sed 's|/dev/||; s/[0-9]*$//'";
 

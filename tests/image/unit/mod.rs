@@ -1,7 +1,7 @@
-//! A unit: its disk, from the box or from a life before.
+//! A unit: its disk, out of the box or after some use.
 //!
-//! Owns the copies of the image, what its owner lays on it, and snapshots
-//! of units that play, which are resumed within a second. Never looks at the screen.
+//! Owns the copies of the image, the owner's files on them, damage to them, and snapshots of units that play, which are
+//! resumed within a second. Never looks at the screen.
 //!
 //! Start at [`Unit::new`], [`Unit::start`] and [`Snapshot`].
 
@@ -21,7 +21,7 @@ use std::process::{self, Command};
 use std::sync::Once;
 use tempfile::TempDir;
 
-/// The disk that a unit is given: larger than the image, which is to take all of it.
+/// The size of a unit's disk: larger than the image, which grows to fill it.
 const DISK_MIB: u64 = 1_400;
 
 /// The partitions, as `image-build/disk.sfdisk` counts them.
@@ -36,7 +36,7 @@ pub(crate) const SPARE: u32 = 7;
 pub(crate) struct Unit {
     folder: TempDir,
     disk: Disk,
-    /// A disk with the same partitions that can be read as it is.
+    /// A disk with the same partitions, as a raw file.
     table: PathBuf,
 }
 
@@ -45,27 +45,27 @@ pub(crate) struct Snapshot {
     unit: Unit,
 }
 
-/// What `image-build/build` made for the bench.
+/// The image that `image-build/build` made for the profile `bench`.
 pub(crate) fn image() -> PathBuf {
     let image = repository().join("target/image").join(concat!("bench-", env!("CARGO_PKG_VERSION")));
     assert!(image.is_dir(), "`{}` is missing: `make image profile=bench` makes it", image.display());
     image
 }
 
-/// Where units lie, and how their folders' names begin.
+/// The folder of all units, and the prefix of their folders' names.
 fn folders() -> PathBuf {
     repository().join("target/image")
 }
 const LIFE: &str = "life-";
 
-/// A folder for a unit, called by this process.
+/// A folder for a unit, with the number of this process in its name.
 fn folder() -> TempDir {
     static CLEARED: Once = Once::new();
     CLEARED.call_once(clear_folders);
     tempfile::Builder::new().prefix(&format!("{LIFE}{}-", process::id())).tempdir_in(folders()).unwrap()
 }
 
-/// Clears away the units of processes that are gone: a snapshot outlives its claims.
+/// Removes the units of processes that have ended: statics with snapshots are never dropped.
 fn clear_folders() {
     for entry in fs::read_dir(folders()).unwrap().flatten() {
         let name = entry.file_name();
@@ -76,21 +76,21 @@ fn clear_folders() {
     }
 }
 
-/// Bytes that mean nothing, the same in every run.
+/// Random bytes, the same in every run.
 pub(crate) fn rubbish(length: usize) -> Vec<u8> {
     let mut bytes = vec![0; length];
     blake3::Hasher::new().update(b"rubbish").finalize_xof().fill(&mut bytes);
     bytes
 }
 
-/// A disk that is `disk`, and keeps what is written to it in `file`.
+/// A disk that is backed by `disk`, and keeps changes in `file`.
 fn over(disk: &Path, file: &Path) -> Disk {
     succeed(Command::new("qemu-img").args(["create", "-q", "-f", "qcow2", "-F", "raw", "-b"]).args([disk, file]));
     Disk::new(file.to_owned(), "qcow2")
 }
 
 impl Unit {
-    /// A unit as it comes out of its box.
+    /// A unit out of its box.
     pub(crate) fn new() -> Self {
         Self::of_size(DISK_MIB)
     }
@@ -100,7 +100,7 @@ impl Unit {
         Self::of_image(image, DISK_MIB)
     }
 
-    /// One with a disk of so many MiB.
+    /// One with a disk of `disk_mib` MiB.
     pub(crate) fn of_size(disk_mib: u64) -> Self {
         Self::of_image(&image(), disk_mib)
     }
@@ -111,7 +111,7 @@ impl Unit {
         unit
     }
 
-    /// One with copies of these.
+    /// One with copies of these files.
     fn with(disk: &Path, variables: &Path) -> Self {
         let folder = folder();
         let copy = folder.path().join("disk.img");
@@ -120,7 +120,7 @@ impl Unit {
         Self { folder, table: copy.clone(), disk: Disk::new(copy, "raw") }
     }
 
-    /// A file beside its disk.
+    /// A path beside its disk.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -135,19 +135,19 @@ impl Unit {
         found.map(|part| part["start"].as_u64().unwrap() * 512)
     }
 
-    /// Lays `file` onto its owner's partition, as any computer would.
+    /// Copies `file` to the owner's partition, as any computer would.
     pub(crate) fn lay_for_owner(&self, file: &Path) {
         let partition = format!("{}@@{}", self.table.display(), self.find(OWNER).unwrap());
         succeed(Command::new("mcopy").args(["-o", "-i", &partition]).arg(file).arg("::"));
     }
 
-    /// Writes `bytes` over what is in its partition of this number, from `at` on.
+    /// Writes `bytes` over its partition `number`, from `at` on.
     pub(crate) fn spoil(&self, number: u32, at: u64, bytes: &[u8]) {
         let disk = fs::File::options().write(true).open(&self.disk.file).unwrap();
         disk.write_all_at(bytes, self.find(number).unwrap() + at).unwrap();
     }
 
-    /// Writes `bytes` over what is in the file of a boot partition, from `at` on.
+    /// Writes `bytes` over a file of a boot partition, from `at` on.
     pub(crate) fn spoil_file(&self, number: u32, file: &str, at: u64, bytes: &[u8]) {
         let partition = format!("{}@@{}", self.disk.file.display(), self.find(number).unwrap());
         let (copy, there) = (self.path("spoilt"), format!("::{file}"));
@@ -156,43 +156,43 @@ impl Unit {
         succeed(Command::new("mcopy").args(["-n", "-o", "-i", &partition]).arg(&copy).arg(&there));
     }
 
-    /// Takes the entry of a partition out of the table of its disk, and leaves what lies there.
+    /// Deletes the entry of a partition from the table, and leaves its content.
     pub(crate) fn lose_entry(&self, number: u32) {
         let disk = self.disk.file.to_str().unwrap();
         succeed(Command::new("sfdisk").args(["--quiet", "--delete", disk, &number.to_string()]));
     }
 
-    /// Where its disk lies, which can be read as it is.
+    /// The raw file of its disk.
     pub(crate) fn disk(&self) -> &Path {
         &self.disk.file
     }
 
-    /// The same unit once more. This one is off, and has a disk that can be read as it is.
+    /// A copy of it. It must be off, with a raw disk.
     pub(crate) fn copy(&self) -> Self {
         Self::with(&self.disk.file, &self.path("variables"))
     }
 
-    /// Gives it power.
+    /// Starts it.
     pub(crate) fn start(&self) -> Machine {
         self.start_with(&[])
     }
 
-    /// The same, with more words of QEMU's.
+    /// The same, with more options of QEMU.
     pub(crate) fn start_with(&self, more: &[String]) -> Machine {
         self.start_as(USUAL, more)
     }
 
-    /// The same, on a machine of these parts.
+    /// The same, on this hardware.
     pub(crate) fn start_as(&self, hardware: Hardware, more: &[String]) -> Machine {
         Machine::start(self.folder.path(), &self.disk, hardware, more)
     }
 
-    /// Has its firmware know what that of another unit does.
+    /// Copies the firmware's variables of another unit.
     pub(crate) fn take_variables(&self, other: &Self) {
         fs::copy(other.path("variables"), self.path("variables")).unwrap();
     }
 
-    /// How many bytes a file of a boot partition has.
+    /// The size of a file of a boot partition.
     pub(crate) fn size_of(&self, number: u32, file: &str) -> u64 {
         let partition = format!("{}@@{}", self.disk.file.display(), self.find(number).unwrap());
         let copy = self.path("measured");
@@ -200,12 +200,12 @@ impl Unit {
         fs::metadata(copy).unwrap().len()
     }
 
-    /// Has its firmware know what is in this file.
+    /// Sets the firmware's variables to this file.
     pub(crate) fn know(&self, variables: &Path) {
         fs::copy(variables, self.path("variables")).unwrap();
     }
 
-    /// Gives power to a machine whose firmware has forgotten all that it was told.
+    /// Starts it with new variables of the firmware.
     pub(crate) fn start_forgetful(&self) -> Machine {
         self.know(USUAL.firmware.variables());
         self.start()
@@ -216,8 +216,8 @@ impl Unit {
         Machine::wake(self.folder.path(), &self.disk, &snapshot.state())
     }
 
-    /// Gives it power, or resumes it from `snapshot`, which has the same disk. What its disk is told is recorded, and the
-    /// disk itself does not change, until the power goes and it is seen what that leaves: see [`Unit::lose`].
+    /// Starts it, or resumes it from `snapshot`, which has the same disk. Writes are recorded, and the disk itself does
+    /// not change until [`Unit::lose`].
     pub(crate) fn record(&self, snapshot: Option<&Snapshot>) -> Machine {
         let log = self.path("log");
         fs::write(&log, []).unwrap();
@@ -228,12 +228,12 @@ impl Unit {
         }
     }
 
-    /// Leaves on its disk what a power cut may have left of what was recorded: see [`write_loss::cut`].
+    /// Applies to its disk what a power cut may leave of the record: see [`write_loss::cut`].
     pub(crate) fn lose(&self, random: &mut ChaCha8Rng) -> [usize; 3] {
         write_loss::cut(&self.path("log"), &self.disk.file, self.find(DATA), random)
     }
 
-    /// Stops `machine`, which is this unit's, to be woken later.
+    /// Stops `machine`, which is this unit's, and keeps its state.
     pub(crate) fn freeze(self, machine: Machine) -> Snapshot {
         machine.freeze(&self.path("state"));
         Snapshot { unit: self }
@@ -241,7 +241,7 @@ impl Unit {
 }
 
 impl Snapshot {
-    /// The unit as if its power had been cut when the snapshot was taken.
+    /// The unit as if its power had been cut at the snapshot.
     fn off(&self) -> Unit {
         let folder = folder();
         let disk = over(&self.unit.disk.file, &folder.path().join("disk.qcow2"));

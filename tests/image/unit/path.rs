@@ -1,7 +1,7 @@
-//! The path of a unit, as it is seen on the screen.
+//! The place of a unit in its walk, as seen on the screen.
 //!
-//! Owns where in its walk a unit is, by the looks at its screen, and how far from there it may come back when its player
-//! or its power was gone: one clip. What the walk is, `flock walk` says. Never touches a machine.
+//! Owns the place by the looks, and how far from it the walk may continue after the player or the power was gone: one
+//! clip. `flock walk` prints the walk.
 //!
 //! Start at [`Path::told`], [`Path::saw`] and [`Path::came_back_with`].
 
@@ -11,28 +11,28 @@ use crate::programs::{self, repository, succeed};
 use serde_json::Value;
 use std::process::Command;
 
-/// Longer than any life here: steps of the walk.
+/// More steps of the walk than any claim takes.
 const STEPS: &str = "2000";
-/// The first frames of what leads away from a sheep are alike, so that they tell nothing.
+/// The first frames of clips that begin at the same sheep are equal, and do not tell the clips apart.
 const ALIKE: usize = 6;
-/// While nobody looks a path that is alive goes on by fewer clips.
+/// The most clips that a walk advances between two looks.
 const UNSEEN: usize = 12;
 
-/// The clips of a flock as the walk has them.
+/// The clips of a flock in the order of its walk.
 #[derive(Clone, Debug)]
 struct Walk {
     flock: String,
     clips: Vec<String>,
 }
 
-/// Where a unit is in its path.
+/// The place of a unit in its walk.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
-    /// Of the flock that hangs there, and of one that may.
+    /// Of the flock that plays, and of one that may replace it.
     walks: Vec<Walk>,
-    /// Which of them it is.
+    /// Which of them plays.
     walk: usize,
-    /// Which of its clips is on the screen.
+    /// Which of its clips is shown.
     at: usize,
     /// Which frame of that.
     frame: usize,
@@ -52,7 +52,7 @@ impl Walk {
 }
 
 impl Path {
-    /// The path that the unit's `status`, its own words, tells of: through the built-in flock.
+    /// The place by the unit's `status`, in the built-in flock.
     pub(crate) fn told(status: &str) -> Self {
         let status = &status[status.find('{').expect("the player can be asked")..];
         let status: Value = serde_json::from_str(status).unwrap();
@@ -65,17 +65,17 @@ impl Path {
         Self { walks: vec![walk], walk: 0, at, frame: 0 }
     }
 
-    /// Lets it go over to the flock in `folder`, whose walk is the same with every seed.
+    /// Allows a change to the flock in `folder`, whose walk is the same with every seed.
     pub(crate) fn may_go_to(&mut self, flock: &str, folder: &std::path::Path) {
         self.walks.push(Walk::of(flock, folder, 0));
     }
 
-    /// The clip that is on the screen.
+    /// The clip that is shown.
     pub(crate) fn clip(&self) -> &str {
         self.walks[self.walk].clips.get(self.at).map_or("?", |clip| clip)
     }
 
-    /// Goes on with what was seen on a screen that is lit all the time.
+    /// Advances by a look at a screen that always showed the picture.
     pub(crate) fn saw(&mut self, look: &Look) {
         let Some(place) = telling(look) else { return };
         if !self.has_gone(place) {
@@ -86,8 +86,8 @@ impl Path {
         self.frame = place.frame;
     }
 
-    /// Goes on with the looks at a picture that has come back, of which the first that tells where the path is must be
-    /// near to where it was. Whether there is one.
+    /// Advances by the looks at a picture that has come back; the first one that tells a place must be near the last
+    /// place. Returns whether there is one.
     pub(crate) fn came_back_with(&mut self, looks: &[Look]) -> bool {
         let mut telling = looks.iter().enumerate().filter_map(|(at, look)| Some((at, telling(look)?)));
         let Some((first, place)) = telling.next() else { return false };
@@ -104,8 +104,8 @@ impl Path {
         true
     }
 
-    /// Whether it has gone over to another flock, wherever in it. The path through the one before is then forgotten: if
-    /// that comes back, it begins anew, nobody knows how.
+    /// Whether the unit has changed to another flock, at any place in it. The place in the flock before is then
+    /// forgotten.
     fn has_gone(&mut self, place: &Place) -> bool {
         let before = self.walk;
         let walk = self.walks.iter().position(|walk| walk.flock == *place.flock);
@@ -118,7 +118,7 @@ impl Path {
     }
 }
 
-/// What a look tells of where the path is.
+/// The place by one look.
 fn telling(look: &Look) -> Option<&Place> {
     look.place.as_ref().filter(|place| place.frame >= ALIKE)
 }

@@ -1,8 +1,7 @@
 //! A stick with a new flock, for a unit whose owner trusts its artist.
 //!
-//! Owns the disk of the stick, what is on it, and the owner's words. The flock lies on exFAT, between what other people
-//! have on theirs: photographs on FAT, a whole system on ext4, with links that lead out of it, and nothing at all. Never
-//! plugs it in.
+//! Owns the disk of the stick, its content, and the owner's settings. The flock is on exFAT, between other partitions:
+//! photographs on FAT, ext4 with links that lead out of it, and an empty one.
 //!
 //! Start at [`Stick::new`].
 
@@ -19,27 +18,27 @@ use std::os::unix::fs::{FileExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the flock on the stick is called; no frame of it is one of the built-in flock.
+/// The name of the stick's flock; no frame of it is equal to one of the built-in flock.
 pub(crate) const AUTUMN: &str = "autumn";
-/// What the unit is called.
+/// The name of the unit.
 const UNIT: &str = "lobby";
-/// The partitions of the stick, as `sfdisk` is told of them, and how many MiB each has.
+/// The partitions of the stick for `sfdisk`, and their sizes in MiB.
 const TABLE: &str = "label: dos\nsize=8M, type=c\nsize=48M, type=7\nsize=8M, type=83\nsize=4M, type=83\n";
 const MIB: [u64; 4] = [8, 48, 8, 4];
-/// How many clips the flock has.
+/// The number of clips of the flock.
 pub(crate) const CLIPS: usize = 4;
-/// Frames of each of its clips, at least.
+/// The number of frames of each clip.
 const FRAMES: u32 = 30;
 
-/// A flock on its way.
+/// A stick with a flock.
 pub(crate) struct Stick {
-    /// The stick's own disk.
+    /// The stick's disk.
     pub(crate) disk: PathBuf,
-    /// What the owner of the unit sets, so that it takes the flock: the file `dreams.toml`.
+    /// The owner's settings that make the unit accept the flock: the file `dreams.toml`.
     pub(crate) owner: PathBuf,
-    /// The key that is called back there.
+    /// The key that a statement on the stick revokes.
     pub(crate) revoked: KeyId,
-    /// What is to be seen then.
+    /// The frames of the flock.
     pub(crate) reference: &'static ReferenceFrames,
 }
 
@@ -78,7 +77,7 @@ impl Stick {
     }
 }
 
-/// Makes a disk of these partitions.
+/// Writes the partitions `parts` to `disk`.
 fn join(disk: &Path, parts: &[PathBuf]) {
     let file = File::create(disk).unwrap();
     file.set_len((MIB.iter().sum::<u64>() + 2) << 20).unwrap();
@@ -94,7 +93,7 @@ fn join(disk: &Path, parts: &[PathBuf]) {
     }
 }
 
-/// Two sheep, and the ways between them.
+/// A flock of two sheep, with a transition in each direction.
 fn make_flock(folder: &Path) {
     fs::create_dir(folder).unwrap();
     let (width, height) = SIZE;

@@ -1,18 +1,18 @@
-//! A stick is put in, and its flock plays.
+//! A stick is plugged in, and its flock plays.
 //!
-//! Owns what is on the screen from then on: the picture, the notice on it, the new picture.
+//! Owns the claim on the screen: the picture, the notice on it, the new picture.
 
 use crate::machine::PAUSE;
 use crate::machine::picture::{Look, only_art};
 use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::stick::{AUTUMN, CLIPS};
 
-/// Whether the screen shows the flock of the stick, and nothing over it.
+/// Whether the look shows the flock of the stick, without a notice.
 pub(crate) fn is_autumn(look: &Look) -> bool {
     look.place.as_ref().is_some_and(|place| &*place.flock == AUTUMN && !place.has_notice)
 }
 
-/// Whether the kernel verifies each of these files as it is read, as `lsattr` tells.
+/// Whether all of these files have fs-verity, by the output of `lsattr`.
 fn is_verified(objects: &str) {
     let flags = objects.lines().map(|line| line.split(' ').next().unwrap_or_default());
     assert!(flags.clone().count() > CLIPS && flags.clone().all(|flags| flags.contains('V')), "{objects}");

@@ -1,8 +1,7 @@
-//! The next system comes to a unit that plays.
+//! A unit that plays gets its next system.
 //!
-//! Owns how that system is made, signed and served, and the unit at each step of its way: about to fetch it, about to write
-//! it, about to start it. Leaves those to the claims that disturb them. Whatever breaks while a slot is written is
-//! tried in `tests/it/updates/systems.rs`, too.
+//! Owns how that system is made, signed and served, and snapshots of the unit before each step: fetching, writing,
+//! starting. Failures while a slot is written are in `tests/it/updates/systems.rs`, too.
 //!
 //! Start at [`updating_unit`].
 
@@ -22,47 +21,47 @@ use std::process::Command;
 use std::sync::LazyLock;
 use std::time::Duration;
 
-/// What runs, and what comes.
+/// The version that runs, and the next one.
 pub(crate) const NOW: &str = env!("CARGO_PKG_VERSION");
 pub(crate) const NEXT: &str = "9.0.0";
-/// What the unit is told to do, while all that its owner has set holds.
+/// Commands for the steps, with the owner's settings in force.
 pub(crate) const FETCH: &str = "systemctl start dreams-update.service";
 pub(crate) const WRITE: &str = "systemctl start dreams-system.path";
-/// What restarts it into its next system, which these claims do themselves.
+/// The service that restarts it into its next system, which these claims do themselves.
 pub(crate) const RESTART: &str = "dreams-restart.service";
-/// For its shell: the flock that it plays and what its owner has set, as one word.
+/// For the unit's shell: the checksum of its flock and its owner's settings.
 const KEPT: &str = "cd /var/lib/dreams && find -H owner store/current -type f | sort | xargs sha256sum | sha256sum";
-/// For its shell: whether the next system lies in the store, to be written to a slot.
+/// For the unit's shell: whether the next system is in the store, ready to be written.
 const IS_FETCHED: &str = "[ -e /var/lib/dreams/store/system/staged ]";
 
-/// A step of a unit on the way to its next system, with a snapshot from before it.
+/// A step on the way to the next system, with a snapshot from before it.
 pub(crate) struct Step {
     pub(crate) snapshot: Snapshot,
-    /// Where it is in its path then.
+    /// The place in its walk at that moment.
     pub(crate) path: Path,
-    /// How long the step takes.
+    /// The duration of the step.
     pub(crate) time: Duration,
 }
 
-/// A unit to which its next system comes, while it plays a flock from its store.
+/// A unit that gets its next system while it plays a flock from its store.
 pub(crate) struct UpdatingUnit {
     _web: WebServer,
     pub(crate) fetching: Step,
     pub(crate) writing: Step,
-    /// It is off, and is to start that system.
+    /// It is off, and starts that system next.
     pub(crate) written: Unit,
     pub(crate) path: Path,
-    /// Its flock and its owner's settings, as one word.
+    /// The checksum of its flock and its owner's settings.
     pub(crate) kept: String,
 }
 
-/// For its shell: writes its next system, and waits until that is done.
+/// For the unit's shell: writes the next system, and waits for the end.
 pub(crate) fn until_written() -> String {
     let is_over = "[ \"$(systemctl show -P ActiveState dreams-system)\" = inactive ]";
     format!("{WRITE}; until ! {IS_FETCHED} && {is_over}; do sleep 1; done")
 }
 
-/// Makes the next system, and serves it as its artist has signed it, with the key that the bench image is made with.
+/// Makes the next system and serves it, signed with the key that the bench image trusts.
 fn served(unit: &Unit) -> WebServer {
     let target = repository().join("target/image");
     let key = repository().join("tests/fixtures/keys/artist.pub");
@@ -82,7 +81,7 @@ fn served(unit: &Unit) -> WebServer {
     WebServer::serve(&outbox, Behaviour::Good)
 }
 
-/// What its owner sets, so that it looks for its next system at `web`.
+/// Sets the owner's settings so that it looks for systems at `web`.
 fn settings(unit: &Unit, stick: &Stick, web: &WebServer) {
     // QEMU's network shows this machine's own address under that one.
     let url = web.url().replace("127.0.0.1", "10.0.2.2");
@@ -92,7 +91,7 @@ fn settings(unit: &Unit, stick: &Stick, web: &WebServer) {
     unit.lay_for_owner(&file);
 }
 
-/// The unit to which all claims here bring its next system; that is done once.
+/// The unit that all claims on new systems begin with; it is prepared once.
 pub(crate) fn updating_unit() -> &'static UpdatingUnit {
     static UPDATING_UNIT: LazyLock<UpdatingUnit> = LazyLock::new(|| {
         let PlayingUnit { snapshot, path, stick, .. } = playing_unit();
@@ -120,7 +119,7 @@ pub(crate) fn updating_unit() -> &'static UpdatingUnit {
     &UPDATING_UNIT
 }
 
-/// Has the unit play the flock of `stick` for good, and do nothing by itself of what is done here step by step.
+/// Makes the unit play the flock of `stick`, and disables what would do the steps by itself.
 fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
     machine.run("systemctl stop dreams-update.timer dreams-system.path && systemctl start dreams-owner@vda4");
     machine.run(&format!("systemctl mask --runtime {RESTART}"));
@@ -134,8 +133,7 @@ fn is_ready(machine: &mut Machine, stick: &Stick) -> Vec<Look> {
     looks
 }
 
-/// The unit resumed from `snapshot`, on a disk of its own, and does `command` while it plays on: and how long
-/// that takes.
+/// The unit resumed from `snapshot`, on a copy of its disk, after `command`, while it plays; and how long that took.
 fn goes(snapshot: &Snapshot, path: &mut Path, command: &str) -> (Unit, Machine, Duration) {
     let unit = snapshot.copy();
     let mut machine = unit.wake(snapshot);
@@ -152,14 +150,14 @@ fn goes(snapshot: &Snapshot, path: &mut Path, command: &str) -> (Unit, Machine, 
     (unit, machine, time)
 }
 
-/// The flock that the unit plays and what its owner has set, as one word.
+/// The checksum of its flock and its owner's settings.
 pub(crate) fn kept(machine: &mut Machine) -> String {
     let kept = machine.run(KEPT);
     assert!(machine.run("find -H /var/lib/dreams/store/current -type f | wc -l").trim() == "5", "a flock is there");
     kept
 }
 
-/// Which system runs.
+/// The version that runs.
 pub(crate) fn version(machine: &mut Machine) -> String {
     machine.run("sed 's/.*dreams.version=\\([^ ]*\\).*/\\1/' /proc/cmdline").trim().to_owned()
 }

@@ -1,14 +1,14 @@
-//! A unit that plays day and night starts its next system.
+//! A unit that plays day and night restarts into its next system.
 //!
-//! Owns the claim that it does so by itself, at the hour for it and at no other. Which hours these are is tried in the
-//! player's `hours.rs`, what holds it back in `it/unit/owner_settings.rs`.
+//! Owns the claim that it does so by itself at the set hour, and not before. The hours are tried in
+//! `player/src/hours.rs`, what delays the restart in `it/unit/owner_settings.rs`.
 
 use crate::machine::PAUSE;
 use crate::machine::clock::now;
 use crate::starts::first_start::{MOVES, UP, playing_unit};
 use crate::updates::next_system::{NEXT, NOW, RESTART, until_written, updating_unit, version};
 
-/// For its shell: whether the restart waits for its hour.
+/// For the unit's shell: the restart waits for its hour.
 const WAITS: &str = "[ \"$(systemctl show -P SubState dreams-restart)\" = start ]";
 
 #[test]

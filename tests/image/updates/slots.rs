@@ -1,7 +1,7 @@
-//! A unit goes over to its next system, and leaves one that shows nothing or is damaged.
+//! A unit changes to its next system, and returns from one that shows nothing or is damaged.
 //!
-//! Owns the claims on the two slots: who runs after which start, what the boot loader is told, and that neither the flock
-//! nor what the owner has set is touched by any of it. How the system came there is in `next_system.rs`.
+//! Owns the claims on the two slots: which one runs after which start, the boot loader's entries, and that flock and
+//! settings stay as they are. How the system was installed is in `next_system.rs`.
 
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
@@ -9,21 +9,20 @@ use crate::starts::first_start::{MOVES, OFTEN, PROVEN, playing_unit};
 use crate::unit::{SLOT_B, Unit, rubbish};
 use crate::updates::next_system::{FETCH, NEXT, NOW, UpdatingUnit, kept, updating_unit, version};
 
-/// For its shell: what the boot loader has to start was looked through.
+/// For the unit's shell: waits for the check of what the boot loader starts.
 const LOOKED: &str =
     "until journalctl --boot --output=cat --unit=dreams-mend@boot | grep -q Finished; do sleep 1; done";
-/// How often the boot loader starts what it does not know to be good.
+/// How often the boot loader tries a system that is not known to be good.
 const TRIES: usize = 3;
 
-/// Gives power to `unit`, which may show the flock of the stick.
+/// Starts `unit`, which may show the flock of the stick.
 fn start(unit: &Unit) -> Machine {
     let mut machine = unit.start();
     machine.also_expect(playing_unit().stick.reference);
     machine
 }
 
-/// Plays until this start has proved its system good, with all that was there before; the looks at that are added to
-/// `looks`.
+/// Plays until this start has proved its system good, with the flock and settings of before; `looks` are those so far.
 fn proves_good(machine: &mut Machine, mut looks: Vec<Look>) {
     let UpdatingUnit { path, kept: before, .. } = updating_unit();
     looks.extend(machine.watch_move(PAUSE, MOVES));
@@ -34,13 +33,13 @@ fn proves_good(machine: &mut Machine, mut looks: Vec<Look>) {
     machine.is_well();
 }
 
-/// What the boot loader has to start.
+/// The boot loader's entries.
 fn entries(machine: &mut Machine) -> String {
     let look = "mkdir -p /run/look && mount -o ro /dev/vda1 /run/look && ls /run/look/loader/entries | grep dreams_; umount /run/look";
     machine.run(look).split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The same, of both systems, when the next one is good or has given way.
+/// The same of both systems, when the next one is good or was given up.
 fn all(next: &str) -> String {
     format!("dreams_{NOW}_1+1.conf dreams_{NOW}_2+1.conf dreams_{NEXT}_1{next}.conf dreams_{NEXT}_2{next}.conf")
 }

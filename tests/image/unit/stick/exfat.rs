@@ -1,7 +1,9 @@
-//! Files on exFAT, the file system that sticks come with.
+//! Files on exFAT, the file system of new sticks.
 //!
-//! Owns laying them into one that `mkfs.exfat` made and `fsck.exfat` finds to be sound: no tool copies into one, and not
-//! every machine can mount one. Every file and folder lies in one piece, so that none is chained. Names are ASCII.
+//! Owns writing files into a file system that `mkfs.exfat` made; `fsck.exfat` checks the result. exfatprogs has no tool
+//! that copies files, mtools knows FAT only, and mounting needs root and a kernel with exFAT, which the guests of
+//! `tests/vkms` do not have. Every file and folder is contiguous, so that no cluster chains are needed. Names are
+//! ASCII.
 //!
 //! Start at [`make`].
 
@@ -11,7 +13,7 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::process::Command;
 
-/// What a folder's entries are, and in which pieces they come.
+/// The size of a directory entry, and its types.
 const ENTRY: usize = 32;
 const BITMAP: u8 = 0x81;
 const FILE: u8 = 0x85;
@@ -20,25 +22,25 @@ const NAME: u8 = 0xC1;
 /// Characters of a name in one entry.
 const NAME_PART: usize = 15;
 const IS_FOLDER: u16 = 0x10;
-/// It may have clusters; and they lie one behind the other.
+/// Flags: the entry may have clusters; they are contiguous.
 const MAY_HAVE: u8 = 1;
 const IN_ONE_PIECE: u8 = 3;
-/// The first day of 1980, where days begin.
+/// The first day of 1980, the epoch of the timestamps.
 const FIRST_DAY: u32 = 0x21 << 16;
 
 /// A file system that is being filled.
 struct Exfat {
     image: File,
-    /// Where its clusters begin, and how large each is, in bytes.
+    /// Where its clusters begin, and the size of each, in bytes.
     heap: u64,
     cluster: u64,
     root: u32,
-    /// Where the map of its clusters lies, and that map.
+    /// The allocation bitmap, and where it is.
     map_at: u64,
     map: Vec<u8>,
 }
 
-/// Makes the file system `image`, of so many bytes, with what is in `folder`.
+/// Makes the file system `image` of `bytes` bytes with the files in `folder`.
 pub(crate) fn make(image: &Path, bytes: u64, folder: &Path) {
     File::create(image).unwrap().set_len(bytes).unwrap();
     succeed(Command::new("mkfs.exfat").args(["-c", "32K"]).arg(image));
@@ -71,7 +73,7 @@ impl Exfat {
         exfat
     }
 
-    /// Where a cluster lies; the first one is called 2.
+    /// Where a cluster begins; the first one has number 2.
     fn at(&self, cluster: u32) -> u64 {
         self.heap + u64::from(cluster - 2) * self.cluster
     }
@@ -86,7 +88,7 @@ impl Exfat {
         self.image.write_all_at(bytes, self.at(cluster)).unwrap();
     }
 
-    /// Takes so many clusters behind all that are taken; the first of them.
+    /// Allocates `count` clusters after all allocated ones; returns the first.
     fn take(&mut self, count: u64) -> u32 {
         let is_taken = |map: &[u8], at: usize| map[at / 8] & (1 << (at % 8)) != 0;
         let first = (0..self.map.len() * 8).rev().find(|at| is_taken(&self.map, *at)).unwrap() + 1;
@@ -96,7 +98,7 @@ impl Exfat {
         u32::try_from(first).unwrap() + 2
     }
 
-    /// Lays down what is in `folder`; its entries.
+    /// Writes the files in `folder`; returns their directory entries.
     fn folder(&mut self, folder: &Path) -> Vec<u8> {
         let mut names: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();
@@ -119,7 +121,7 @@ impl Exfat {
     }
 }
 
-/// What a folder says of a file or a folder in it.
+/// The directory entries of a file or folder.
 fn entry(name: &str, is_folder: bool, first: u32, bytes: u64) -> Vec<u8> {
     let utf16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
     let parts = name.len().div_ceil(NAME_PART);
@@ -152,7 +154,7 @@ fn entry(name: &str, is_folder: bool, first: u32, bytes: u64) -> Vec<u8> {
     set
 }
 
-/// The sum that exFAT keeps of names and of entries: turned by a bit before each byte.
+/// exFAT's checksum of names and entries: rotated by a bit before each byte.
 fn sum(sum: u16, byte: u8) -> u16 {
     sum.rotate_right(1).wrapping_add(u16::from(byte))
 }
