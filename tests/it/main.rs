@@ -1,4 +1,5 @@
-//! Claims about the whole system, tried on the real programs.
+//! Claims about the whole system, tried on the real programs. What they share lies beside this file, the claims in
+//! folders by subject.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
 

@@ -1,6 +1,6 @@
-//! What a program takes of memory and of processor time.
+//! The memory and the processor time of a program.
 //!
-//! Owns the runner in `metered.py`, which tells both, and how much memory any program of a unit may take.
+//! Owns the runner `metered.py`, which measures both, and the limit of memory for every program of a unit.
 //!
 //! Start at [`Meter::run`].
 
@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 use std::io::{BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// The most that a program may have in memory at once, its own text included: half of what a unit has.
+/// The largest resident set of a program: half of a unit's memory.
 pub(crate) const PEAK_KIB: u64 = 125_000;
-/// Seconds after which a program is taken to hang, and killed.
+/// Seconds after which a program is killed, since it hangs.
 const HANGS_S: u32 = 120;
 
 /// Runs programs, one after the other.
@@ -22,10 +22,10 @@ pub(crate) struct Meter {
     from: BufReader<ChildStdout>,
 }
 
-/// What a program did, and what it took.
+/// The result of a program, and what it used.
 #[derive(Debug)]
 pub(crate) struct Measurement {
-    /// Below 0 for a signal.
+    /// Negative for a signal.
     pub(crate) code: i64,
     pub(crate) stdout: String,
     pub(crate) stderr: String,

@@ -1,7 +1,7 @@
-//! Runs of the player: its command line, and the process while it runs.
+//! Runs of the player: its command line, and the running process.
 //!
-//! Owns one scratch folder for each: its state, its trace. Never decides where it runs: here on the virtual screen,
-//! or in a guest on a real one.
+//! Owns a scratch folder for each: its state, its trace. A claim decides where it runs: here on the virtual screen, or
+//! in a guest.
 //!
 //! Start at [`Playing::of`].
 
@@ -20,12 +20,12 @@ use tempfile::TempDir;
 /// The display of a guest.
 pub(crate) const VKMS: &str = "kms:/dev/dri/by-driver/vkms";
 
-/// Seconds for which the player may tell nothing.
+/// The most seconds without a line of the trace.
 const SILENCE_S: u32 = 300;
 /// More bytes than a line of the trace has.
 const LINE: u64 = 256;
 
-/// What to play and how; may be started again, and then goes on where it was.
+/// A flock and options; started again, it continues where it was.
 pub(crate) struct Playing {
     scratch: TempDir,
     options: Vec<OsString>,
@@ -54,17 +54,17 @@ impl Playing {
         command
     }
 
-    /// A path in the scratch folder, which vanishes with this value.
+    /// A path in the scratch folder, which is removed with this value.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.scratch.path().join(name)
     }
 
-    /// The trace that [`Self::command`] left.
+    /// The trace of [`Self::command`].
     pub(crate) fn trace(&self) -> Trace {
         Trace::read(&self.path("trace"))
     }
 
-    /// Starts the player here, telling its trace to us.
+    /// Starts the player here, with its trace on a pipe.
     pub(crate) fn start(&self) -> Running {
         let mut command = Command::new(programs::player());
         command.args(&self.options).args(["--trace", "/dev/stdout"]).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -82,7 +82,7 @@ pub(crate) struct Running {
 }
 
 impl Running {
-    /// Waits until the player has told `lines` more lines of its trace.
+    /// Waits for `lines` more lines of the trace.
     pub(crate) fn await_lines(&mut self, lines: u64) {
         for line in 0..lines {
             let told = self.told.as_mut().expect("read to its end only by `end_within`");
@@ -92,7 +92,7 @@ impl Running {
         }
     }
 
-    /// Waits until the player has told a line of its trace that holds `words`.
+    /// Waits for a line of the trace with `words` in it.
     pub(crate) fn await_line_with(&mut self, words: &str) {
         let seen = |text: &str| text.lines().next_back().is_some_and(|line| line.contains(words));
         while !seen(&self.text) {
@@ -100,7 +100,7 @@ impl Running {
         }
     }
 
-    /// Stops reading, and waits until the pipe is full: the player is stuck in the middle of a word.
+    /// Stops reading, and waits until the pipe is full: the player blocks in the middle of a line.
     pub(crate) fn stop_listening(&self) {
         let pipe = self.told.as_ref().expect("read to its end only by `end_within`").get_ref();
         let size = fcntl_setpipe_size(pipe, 4_096).unwrap() as u64;
@@ -108,7 +108,7 @@ impl Running {
         wait::until("the pipe of the trace is full", SILENCE_S, || ioctl_fionread(pipe).unwrap() >= size - LINE);
     }
 
-    /// Sets the player's soft limit of `resource`; returns the one before.
+    /// Sets the player's soft limit of `resource`; returns the previous one.
     pub(crate) fn limit(&self, resource: Resource, current: Option<u64>) -> Option<u64> {
         let pid = Some(Pid::from_child(&self.child));
         // The hard limit stays what it is: ours, which the player inherited.
@@ -121,8 +121,7 @@ impl Running {
         kill_process(Pid::from_child(&self.child), signal).unwrap();
     }
 
-    /// Waits for the end, at most `seconds`, reading nothing meanwhile; returns the exit code and the trace as far as
-    /// it was told.
+    /// Waits for the end, at most `seconds`, without reading; returns the exit code and what there is of the trace.
     pub(crate) fn end_unread_within(self, seconds: u32) -> (Option<i32>, Trace) {
         assert!(ends_within(&self.child, seconds), "the player still runs after {seconds} s");
         self.end_within(seconds)

@@ -1,9 +1,8 @@
-//! The programs under claim, and the commands that check them.
+//! The programs that the claims try, and the running of commands.
 //!
-//! Owns where the built programs lie, that they are newer than their sources, and running a command to its end. A unit's
-//! programs lie where `$DREAMS_PROGRAMS` says: `make check` names those that the image holds. Without it they are those
-//! that `cargo build` made here.
-//! Never builds anything: `make check` builds first, and a missing or stale program is a loud failure here.
+//! Owns where the built programs are, the check that they are newer than their sources, and the running of a command to
+//! its end. A unit's programs are in `$DREAMS_PROGRAMS`: `make check` names those in the image. Otherwise they are
+//! those that `cargo build` made here. Never builds anything: a missing or outdated program fails the claim.
 //!
 //! Start at [`player`] and [`flock`].
 
@@ -33,7 +32,7 @@ pub(crate) fn mender() -> PathBuf {
     fresh(&units().join("dreams-mend"))
 }
 
-/// `flock` as `make check` built it, beside the program that it hands over to.
+/// `flock` as `make check` built it, beside `flock-video`.
 pub(crate) fn flock() -> PathBuf {
     fresh(&built().join("flock-video"));
     fresh(&built().join("flock"))
@@ -61,14 +60,14 @@ pub(crate) fn units() -> PathBuf {
     std::env::var_os("DREAMS_PROGRAMS").map_or_else(built, PathBuf::from)
 }
 
-/// A folder for what claims build once and use again.
+/// A folder for what claims make once and use again.
 pub(crate) fn claims_folder() -> PathBuf {
     let folder = built().parent().expect("release/ lies in the target folder").join("claims");
     fs::create_dir_all(&folder).unwrap();
     folder
 }
 
-/// `program`, newer than every source that its compiler's dependency list names.
+/// `program`, if it is newer than every source in its compiler's list of dependencies.
 fn fresh(program: &Path) -> PathBuf {
     let remedy = "build it first, as `make check` does";
     let changed = |path: &Path| fs::metadata(path).and_then(|file| file.modified());
@@ -84,10 +83,10 @@ fn fresh(program: &Path) -> PathBuf {
     program.to_owned()
 }
 
-/// Seconds that a command may take: a guest's whole life, the making of an image.
+/// The longest time for a command, in seconds: the whole run of a guest, the making of an image.
 const LONGEST_S: u32 = 1_800;
 
-/// Runs `command` to its end, with nothing to read; hands over what it said.
+/// Runs `command` to its end, with an empty standard input; returns its output.
 pub(crate) fn output(command: &mut Command) -> Output {
     output_to(Stdio::piped(), command)
 }
@@ -99,7 +98,7 @@ pub(crate) fn output_to(stdout: impl Into<Stdio>, command: &mut Command) -> Outp
     wait::output(&format!("{command:?}"), LONGEST_S, child)
 }
 
-/// Runs `command`, which must succeed, and hands over its standard output.
+/// Runs `command`, which must succeed; returns its standard output.
 pub(crate) fn succeed(command: &mut Command) -> Vec<u8> {
     let said = output(command);
     assert!(said.status.success(), "{command:?} ended with {}: {}", said.status, String::from_utf8_lossy(&said.stderr));

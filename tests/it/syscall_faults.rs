@@ -1,7 +1,6 @@
 //! Faults at the system calls of a program: it is killed at one, or the call fails.
 //!
-//! Owns `strace`, which makes the real programs run into them, one call after the other. Never judges what a program leaves:
-//! the claims do.
+//! Owns the use of `strace` for that, for one call after the other. The claims judge what a program leaves.
 //!
 //! Start at [`at_every_step`].
 
@@ -10,23 +9,23 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// How a step is broken: the program is killed there, or the disk fails.
+/// The kind of fault: the program is killed at the call, or the disk fails.
 const WAYS: [&str; 2] = ["signal=KILL", "error=EIO"];
 
-/// Runs `command` under `strace` with these options, which writes the calls to `log`.
+/// Runs `command` under `strace` with these options; the calls are written to `log`.
 pub(crate) fn traced(command: &Command, log: &Path, options: &[&str]) -> Output {
     let mut strace = Command::new("strace");
     strace.args(["-f", "-qq", "-o"]).arg(log).args(options);
     output(strace.arg(command.get_program()).args(command.get_args()))
 }
 
-/// The same, with the system call `call` broken as `how` says, at those times that `step` says.
+/// The same, with a fault of the kind `how` at the system call `call`, at the occurrences that `step` says.
 pub(crate) fn broken(command: &Command, log: &Path, call: &str, how: &str, step: &str) -> Output {
     traced(command, log, &["-e", &format!("trace={call}"), "-e", &format!("inject={call}:{how}:when={step}")])
 }
 
-/// Breaks the command that `prepare` makes, from the same state each time, at every one of these calls, in every way; after
-/// each `judge` is told which it was. How many there were.
+/// Runs the command that `prepare` makes with every kind of fault at every one of these calls, from the same state each
+/// time; `judge` is called after each. Returns the number of faults.
 pub(crate) fn at_every_step(
     calls: &[&str],
     log: &Path,

@@ -1,7 +1,7 @@
-//! Installing what the repository needs from the distribution.
+//! The installation of what the repository needs from the distribution.
 //!
-//! Owns the claims on `.ci/install`, tried with an `apt-get` and a `dpkg-query` that only write down what they are asked.
-//! What a real apt makes of it is seen by `tests/soak/fresh`.
+//! Owns the claims on `.ci/install`, tried with an `apt-get` and a `dpkg-query` that only record their arguments.
+//! `tests/soak/fresh` tries the real ones.
 
 use crate::programs::{output, repository};
 use std::fs;
@@ -9,8 +9,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// An apt that installs all that it is asked for, unless the file `stubborn` says otherwise:
-/// `held`: only if it may downgrade; `never`: not at all, and it says that it succeeded.
+/// An `apt-get` that installs everything, unless the file `stubborn` exists: `held`: only if it may downgrade; `never`:
+/// nothing, and it reports success.
 const APT: &str = r#"#!/bin/sh
 echo "$*" >> "$MACHINE/asked"
 case $1 in update) exit 0 ;; esac
@@ -23,7 +23,7 @@ for word in "$@"; do
 done
 "#;
 
-/// Everybody is root there: no `sudo`, which would find the real programs.
+/// The user counts as root: with `sudo`, the real programs would be found.
 const ID: &str = "#!/bin/sh\necho 0\n";
 
 const DPKG_QUERY: &str = r#"#!/bin/sh
@@ -31,8 +31,8 @@ for package in "$@"; do :; done
 grep -qx -- "$package" "$MACHINE/installed" && printf installed
 "#;
 
-/// Runs `.ci/install image` on a machine where `installed` is there and apt is `stubborn`; what it says, and what apt was
-/// asked.
+/// Runs `.ci/install image` on a machine with the packages `installed` and an apt that is `stubborn`; returns its
+/// output and the arguments of apt.
 fn install(machine: &Path, installed: &str, stubborn: &str) -> (Output, Vec<String>) {
     for (name, program) in [("apt-get", APT), ("dpkg-query", DPKG_QUERY), ("id", ID)] {
         fs::write(machine.join(name), program).unwrap();

@@ -1,13 +1,13 @@
-//! Where a unit's packages come from.
+//! The archives that a unit's packages come from.
 //!
-//! Owns the claims on `image-build/archives`: this machine's own archives, or what they held at a time.
+//! Owns the claims on `image-build/archives`: this machine's archives, or snapshots of a time.
 
 use crate::programs::{output, repository};
 use std::fs;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// A machine whose apt has these settings of its own.
+/// A machine with these settings of apt.
 struct Machine {
     folder: TempDir,
 }
@@ -19,7 +19,7 @@ impl Machine {
         Self { folder }
     }
 
-    /// `script`, of the image's, with `words` and at that time, if there is one.
+    /// Runs `script` of `image-build` with `words`, and with this time, if there is one.
     fn run(&self, script: &str, words: &[&str], snapshot: Option<&str>) -> Output {
         let mut command = Command::new(repository().join("image-build").join(script));
         command.args(words).env("APT_CONFIG", self.folder.path().join("apt.conf")).env_remove("SNAPSHOT");

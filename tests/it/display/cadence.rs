@@ -1,6 +1,6 @@
-//! For how many vblanks frames stay lit on a display of 60 Hz, and on one of 59.81 Hz.
+//! For how many vblanks frames are shown on a display of 60 Hz, and of 59.81 Hz.
 //!
-//! Owns the five rates of film and video. The arithmetic they are held to stands in `joins.rs`, written afresh.
+//! Owns the five rates of film and video. The expected values are calculated independently in `joins.rs`.
 
 use crate::display::joins::on_the_beat;
 use crate::flocks::Plan;
@@ -9,15 +9,15 @@ use crate::player_run::{Playing, VKMS};
 use crate::trace::Trace;
 use std::fs;
 
-/// Plays 24 clips of 7 to 13 frames on the exact 60 Hz mode of 1280x720 and holds every flip to the beat.
-/// Returns for how many vblanks the first frames were lit.
+/// Plays 24 clips of 7 to 13 frames in the exact 60 Hz mode of 1280x720 and checks the vblank of every flip. Returns
+/// for how many vblanks the first frames were shown.
 fn first_holds(name: &'static str, fps: (u32, u32)) -> Vec<u32> {
     let trace = played(&Plan { name, size: (1280, 720), fps, sheep: 3, frames: 7 }, "1280x720@60");
     assert_eq!(trace.refresh(), (60, 1), "the mode lit is exactly 60 Hz");
     trace.flips.windows(2).take(8).map(|pair| pair[1].vblank.wrapping_sub(pair[0].vblank)).collect()
 }
 
-/// Plays 24 clips of a flock in the mode that the display's owner has set, and holds every flip to the beat.
+/// Plays 24 clips of a flock in the mode that the owner has set, and checks the vblank of every flip.
 fn played(plan: &Plan, mode: &str) -> Trace {
     let flock = plan.flock();
     let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--clips", "24"]);

@@ -1,7 +1,7 @@
-//! The cable is pulled and pushed in a hundred times.
+//! The cable is unplugged and plugged in a hundred times.
 //!
-//! Owns the claim that it is the same process afterwards, with its picture back and nothing leaked. The card is one
-//! of our own that vkms makes from a description, since its cable can be pulled by writing a file.
+//! Owns the claim that the same process shows its picture again and leaks nothing. vkms makes the card from a
+//! description, so that its cable can be unplugged by writing a file.
 
 use crate::flocks::JOINS;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
@@ -10,16 +10,16 @@ use crate::player_run::{Playing, VKMS};
 use std::fmt::Write as _;
 use std::fs;
 
-/// How often the cable is pulled.
+/// The number of times.
 const TIMES: usize = 100;
 
-/// Longest wait for the picture after the cable is back, in nanoseconds of virtual time.
+/// The longest time until the picture is back, in nanoseconds of virtual time.
 const BACK_NS: u64 = 2_000_000_000;
 
-/// By then a player has seen that the cable is out, and sends no light.
+/// The time after which a player has seen that the cable is unplugged.
 const DARK_NS: u64 = 300_000_000;
 
-/// Makes a card `frame` with one of everything and waits for nothing; `$card` is its device.
+/// Makes a card `frame` with one of everything; `$card` is its device.
 pub(crate) const CARD: &str = r"
 frame=/sys/kernel/config/vkms/frame
 mkdir $frame
@@ -32,7 +32,7 @@ echo 1 > $frame/enabled
 card=$(basename /sys/devices/faux/frame/drm/card*)
 ";
 
-/// Functions of the guest's script: the cable, and a count of all that a player could leak.
+/// Functions of the guest's script: the cable, and the number of everything that a player could leak.
 pub(crate) const HANDS: &str = r#"
 now() { read -r up _ < /proc/uptime; echo "$1 $up"; }
 pull() { now pull; echo 2 > $frame/connectors/cable/status; }
@@ -114,7 +114,7 @@ fn seconds(ms: u64) -> String {
     format!("{}.{:03}", ms / 1_000, ms % 1_000)
 }
 
-/// A reading of `/proc/uptime`, which has hundredths of a second, in nanoseconds.
+/// A reading of `/proc/uptime`, in hundredths of a second, in nanoseconds.
 fn nanoseconds(uptime: &str) -> u64 {
     let (whole, hundredths) = uptime.split_once('.').unwrap();
     whole.parse::<u64>().unwrap() * 1_000_000_000 + hundredths.parse::<u64>().unwrap() * 10_000_000

@@ -1,7 +1,7 @@
-//! The night, and how bright the day is, on a real display driver.
+//! Hours and brightness on a real display driver.
 //!
-//! Owns the claims on the hours and the brightness of a unit; which light it is at what time is decided in
-//! `player/src/hours.rs`, and tried there.
+//! Owns the claims on the run of an evening, a night and a morning; `player/src/hours.rs` decides what is shown when,
+//! and is tried there.
 
 use crate::display::scanout::{SHORT, scanned_out};
 use crate::flocks::{Flock, SMALL};
@@ -12,9 +12,9 @@ use std::fs;
 
 /// A seed like any other.
 const SEED: &str = "3";
-/// The checksum of a black display of 1024x768 by vkms: CRC-32 of its pixels of four 16-bit numbers, alpha first.
+/// The checksum by vkms of a black display of 1024x768: CRC-32 of pixels of four 16-bit numbers, alpha first.
 const BLACK: &str = "0x4c4126bf";
-/// Vblanks looked at, for each brightness.
+/// Vblanks observed, for each brightness.
 const LOOKS: usize = 60;
 
 #[test]
@@ -44,8 +44,8 @@ fn a_night_in_black_leaves_the_display_on_and_the_path_goes_on_where_it_was() {
     assert_eq!(night.first(), Some(&BLACK), "it is black");
 }
 
-/// Whether the display was on over an evening, a night, a morning, and when the clock was lost. What was on the screen
-/// meanwhile is written to `glass`.
+/// Whether the display was on over an evening, a night and a morning, and when the clock was lost. What was shown is
+/// written to `glass`.
 fn over_a_night(playing: &Playing) -> Vec<String> {
     let seen = playing.path("seen");
     let text = format!(
@@ -70,7 +70,7 @@ fn over_a_night(playing: &Playing) -> Vec<String> {
     lights.split_whitespace().map(str::to_owned).collect()
 }
 
-/// Holds the run over that night to its path: no frame is lost, repeated or late.
+/// Checks the run over that night: no frame is lost, repeated or late.
 fn goes_on(playing: &Playing, flock: &Flock) {
     let trace = playing.trace();
     assert!(trace.faults.is_empty(), "{:?}", trace.faults);
@@ -90,7 +90,7 @@ fn goes_on(playing: &Playing, flock: &Flock) {
     assert!((10..=18).contains(&longest), "dark for {longest} s of some 14");
 }
 
-/// The checksum on the screen of every frame, by its hash, at this brightness.
+/// The checksum of every frame at this brightness, by the frame's hash.
 fn looks(percent: &str) -> BTreeMap<String, String> {
     let options = ["--screen", VKMS, "--seed", SEED, "--hash", "--clips", "40", "--brightness", percent];
     let playing = Playing::of(&SHORT.flock().folder).with(&options);

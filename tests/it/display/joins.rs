@@ -1,6 +1,6 @@
-//! A thousand joins on a real display, every frame where it belongs.
+//! A thousand joins on a real display, with every frame at its vblank.
 //!
-//! Owns the claim that every other player fails: nothing is missing, doubled, black or late at a join.
+//! Owns the claim that no frame is missing, repeated, black or late at a join.
 
 use crate::flocks::JOINS;
 use crate::guest::succeed_in_virtual_time;
@@ -33,9 +33,9 @@ fn a_thousand_joins_show_every_frame_once_and_in_time() {
     on_the_beat(&trace, (30, 1));
 }
 
-/// Holds every flip to its vblank, however many joins lie between; and the clock to the counter. Where the refresh is within
-/// 1 % of a whole multiple of the frame rate, every frame is lit for that many vblanks. Elsewhere frame n of a run is lit at
-/// the vblank nearest to `n * refresh / fps` after the first, halves downwards.
+/// Checks the vblank of every flip, however many joins lie between, and the clock against the counter. Where the
+/// refresh is within 1 % of a multiple of the frame rate, every frame is shown for that many vblanks. Elsewhere frame n
+/// of a run is shown at the vblank nearest to `n * refresh / fps` after the first, halves downwards.
 pub(crate) fn on_the_beat(trace: &Trace, fps: (u64, u64)) {
     let refresh = trace.refresh();
     let (up, down) = (refresh.0 * fps.1, refresh.1 * fps.0);

@@ -1,7 +1,7 @@
-//! A flock of another size or rate comes to a real display.
+//! Flocks of another size or rate come to a player on a real display.
 //!
-//! Owns the claim that nothing is dark meanwhile: the next picture comes at the vblank at which it is due, and where a
-//! mode has to be set, at the first that there is. That every frame is there, in order and on the same path, is in
+//! Owns the claim that the screen is never dark: the next picture comes at its vblank, or, where a mode has to be set,
+//! at the first one after that. That every frame is shown in order, and that the walk continues, is tried in
 //! `player/flock_switch.rs`.
 
 use crate::flocks::{Flock, Plan, SMALL};
@@ -15,8 +15,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
-/// Flocks that come one after the other, each `SECONDS` after the one before, with how many vblanks their frames are lit
-/// and the mode that they get: all but the last are in the middle of the same one.
+/// Flocks that come one after the other, each `SECONDS` after the one before, with the vblanks per frame and the mode:
+/// all but the last are shown in the middle of the same mode.
 const PLANS: [(Plan, u32, &str); 4] = [
     (Plan { name: "forms", ..SMALL }, 2, "1024x768@"),
     (Plan { name: "forms-smaller", size: (160, 120), ..SMALL }, 2, "1024x768@"),
@@ -24,15 +24,15 @@ const PLANS: [(Plan, u32, &str); 4] = [
     (Plan { name: "forms-larger", size: (640, 480), ..SMALL }, 2, "640x480@"),
 ];
 const SECONDS: u32 = 4;
-/// Vblanks that a mode may take to be set here.
+/// The most vblanks that the setting of a mode takes here.
 const SETTING: u32 = 3;
 
-/// Which of the flocks a flip is of.
+/// The flock that a flip belongs to.
 fn number(flip: &Flip) -> usize {
     flip.clip.split_once('/').unwrap().0.parse().unwrap()
 }
 
-/// Plays the first flock and brings the others.
+/// Plays the first flock, and installs the others.
 fn played() -> Playing {
     let flocks: Vec<Flock> = PLANS.iter().map(|(plan, ..)| plan.flock()).collect();
     let maker = BundleMaker::with_new_keys();

@@ -1,7 +1,7 @@
-//! What is on the screen before the player.
+//! The first picture, shown before the player starts.
 //!
-//! Owns the claim that the first picture is lit by a prelude, stays, and is the very one that the player begins with,
-//! also where there was no place in the path yet. That it comes before systemd is told by `tests/image/starts/boot_time.rs`.
+//! Owns the claims that the prelude shows it, that it stays, and that the player begins with the same picture, also
+//! where no place was saved yet. `tests/image/starts/boot_time.rs` shows that it comes before systemd.
 
 use crate::display::scanout::scanned_out_while;
 use crate::flocks::JOINS;
@@ -10,7 +10,7 @@ use crate::player_run::{Playing, VKMS};
 use crate::programs;
 use std::process::Command;
 
-/// Vblanks looked at, from before the player is started until after its first frames.
+/// Vblanks observed, from before the player's start until after its first frames.
 const LOOKS: usize = 150;
 
 #[test]

@@ -1,7 +1,7 @@
-//! What the display really scans out.
+//! The frames that the display scans out.
 //!
-//! Owns the claim that the frames told in the trace are the frames on the screen: vkms composes every frame that it
-//! scans out and tells its checksum with the vblank it began at.
+//! Owns the claim that they are the frames in the trace: vkms composes every frame that it scans out, and reports its
+//! checksum with the number of its vblank.
 
 use crate::flocks::Plan;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
@@ -9,19 +9,19 @@ use crate::player_run::{Playing, VKMS};
 use std::collections::HashMap;
 use std::fs;
 
-/// Clips so short that most come round again within the vblanks looked at.
+/// Clips so short that most are repeated within the observed vblanks.
 pub(crate) const SHORT: Plan = Plan { name: "short", size: (640, 480), fps: (30, 1), sheep: 3, frames: 2 };
 
-/// Vblanks looked at: composing each costs a guest a tenth of a second.
+/// Vblanks observed: the guest takes a tenth of a second to compose each.
 const LOOKS: usize = 150;
 
-/// Plays while another process reads the checksums of what is scanned out at so many vblanks. Returns these.
+/// Plays while another process reads the checksums of so many vblanks; returns the checksums.
 pub(crate) fn scanned_out(playing: &Playing, looks: usize) -> HashMap<u32, String> {
     let player = shell_words(&playing.command());
     scanned_out_while(playing, looks, &format!("{player} & player=$!; sleep 1"), "wait $player")
 }
 
-/// The same of any script: what it does before the first look, and beside the looks.
+/// The same with a script: what it does before the first reading, and during the readings.
 pub(crate) fn scanned_out_while(playing: &Playing, looks: usize, before: &str, beside: &str) -> HashMap<u32, String> {
     let list = playing.path("scanned-out");
     let crc = "/sys/kernel/debug/dri/vkms/crtc-0/crc";

@@ -1,14 +1,14 @@
-//! What is told of a unit's disk in several places.
+//! The partitions of a unit's disk, in several files.
 //!
-//! Owns the comparison of `image-build/disk.sfdisk`, which lays the disk out, with whoever names its partitions or counts on
-//! their size. Never lays out a disk: `image-build/build` does.
+//! Owns the comparison of `image-build/disk.sfdisk`, which defines them, with all files that name a partition or rely
+//! on its size.
 
 use super::{facts::number_after, read};
 use std::collections::BTreeMap;
 
 /// Sectors in a MiB.
 const SECTORS: u64 = 2_048;
-/// What lies in front of the first partition and behind the last one, in MiB: the table and its copy.
+/// MiB before the first partition and after the last one: the table and its copy.
 const TABLES_MIB: u64 = 2;
 
 /// Number, name and MiB of every partition that an image has.

@@ -1,7 +1,7 @@
-//! A fact is written once; where it must stand twice, the two are compared here.
+//! Facts that are written twice agree.
 //!
-//! Owns the claims about documents, manifests and scripts: what they name exists, what they list gives its reason,
-//! what two of them say is the same. Never looks into Rust code beyond finding a name: [`super::sources`] does.
+//! Owns the claims about documents, manifests and scripts: what they name exists, lists give reasons, and two mentions
+//! of a fact are equal. Rust code is searched for names only: [`super::sources`] judges it.
 //!
 //! Start at the tests: each is one pair of places.
 
@@ -38,7 +38,7 @@ fn unexplained(text: &str) -> Vec<&str> {
     (0..lines.len()).filter(|at| entry(lines[*at]) && !above(*at).starts_with('#')).map(|at| lines[at]).collect()
 }
 
-/// The targets of the Makefile that say what they do.
+/// The targets of the Makefile that have a description.
 fn make_targets() -> Vec<String> {
     let explained = |line: &str| Some(line.split_once(": ## ")?.0.to_owned());
     read("Makefile").lines().filter_map(explained).collect()
@@ -51,13 +51,13 @@ fn make_commands(document: &str) -> Vec<&str> {
     spans.filter_map(|code| code.strip_prefix("make ")?.split_whitespace().next()).collect()
 }
 
-/// What the document's links point to, within the repository.
+/// The targets of the document's links, within the repository.
 fn links(document: &str) -> Vec<&str> {
     let targets = document.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
     targets.filter(|target| !target.is_empty() && !target.contains("://")).collect()
 }
 
-/// The number that stands in `text` after `mark`.
+/// The number after `mark` in `text`.
 pub(super) fn number_after(text: &str, mark: &str) -> usize {
     let rest = text.split_once(mark).unwrap_or_else(|| panic!("no `{mark}`")).1;
     rest.chars().take_while(char::is_ascii_digit).collect::<String>().parse().unwrap()

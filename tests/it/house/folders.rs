@@ -1,8 +1,8 @@
-//! Within a package, a folder sees only the folders above it in the table of the package's root file.
+//! Within a package, a folder depends only on folders above it in the table of the package's root file.
 //!
-//! Owns the claim for every package whose `lib.rs` or `main.rs` has such a table, in tests no more than in the code, and how
-//! many arrows the player may have. A row is a folder or a single file; a file without a row belongs to the root: it may see
-//! all, and none may see it. Arrows between packages are [`super::layers`]'.
+//! Owns the claim for every package whose `lib.rs` or `main.rs` has such a table, for code and tests, and the limit for
+//! the player's dependencies. A row is a folder or a single file; a file without a row belongs to the root, which may
+//! use all and which none may use. Packages are in [`super::layers`].
 //!
 //! Start at [`wrong_arrows`].
 
@@ -18,18 +18,18 @@ const PLAYER: &str = "player/dreams-player/main.rs";
 const MOST_FOLDERS: usize = 15;
 const MOST_ARROWS: usize = 35;
 
-/// The folders and files that the text of a root lists in its header, in this order, without `.rs`.
+/// The folders and files in the table of a root, in order, without `.rs`.
 fn listed(root: &str) -> Vec<&str> {
     let table = root.lines().skip_while(|line| *line != HEAD).skip(2).take_while(|line| line.starts_with("//! | "));
     table.map(|row| super::quoted(row)[0].trim_end_matches(".rs")).collect()
 }
 
-/// The folder, or single file, that the file at `path` belongs to; `path` is seen from the root's folder.
+/// The folder, or single file, that the file at `path` belongs to; `path` is relative to the root's folder.
 fn folder(path: &str) -> &str {
     path.split('/').next().unwrap_or_default().trim_end_matches(".rs")
 }
 
-/// What the file at `path` sees of its package: the first part of each path, and its line.
+/// What the file at `path` uses of its package: the first part of each path, and its line.
 fn seen<'t>(path: &str, tokens: &'t [Token]) -> Vec<(&'t str, usize)> {
     let depth = path.trim_end_matches("/mod.rs").split('/').count();
     let is = |at: usize, text: &str| tokens.get(at).is_some_and(|token| token.text == text);
@@ -57,7 +57,8 @@ fn seen<'t>(path: &str, tokens: &'t [Token]) -> Vec<(&'t str, usize)> {
     seen
 }
 
-/// The arrows that lead to a folder further down in the table, or to none; `files` are by their paths from the root's folder.
+/// The dependencies on folders further down in the table, or on none of it; `files` are by their paths from the root's
+/// folder.
 fn wrong_arrows(folders: &[&str], files: &[(&str, &str)]) -> Vec<String> {
     let place = |folder: &str| folders.iter().position(|other| *other == folder);
     let mut wrong = Vec::new();

@@ -1,7 +1,7 @@
-//! Clips that are broken in every way a disk or a hurried artist breaks them.
+//! Clips that are damaged in every way that a disk or an artist may damage them.
 //!
-//! Owns the claims that the tools name each of them, and that a player which meets them anyway shows art and never
-//! black, and names each once.
+//! Owns the claims that the tools report each of them, and that a player leaves them out, reports each once, and never
+//! shows black.
 
 use crate::clips::Encode;
 use crate::flocks::{Flock, Plan};
@@ -21,8 +21,8 @@ const SOUND: Plan = Plan { name: "sound", size: (640, 480), fps: (30, 1), sheep:
 /// Breaks the clip at a path.
 type Break = fn(&Path);
 
-/// Every way to break a clip, the clip it is done to, and the kind of fault that `flock check` tells. The transitions
-/// broken are the chords of the ring: the walk comes by all of them again and again.
+/// Every kind of damage, the clip that has it, and the kind of fault that `flock check` reports. The damaged
+/// transitions are the chords of the ring: the walk reaches all of them again and again.
 const BROKEN: [(&str, &str, &str, Break); 9] = [
     ("a flipped byte", "s0=s2.mp4", "damaged-clip", flip_a_byte),
     ("half the file", "s1=s3.mp4", "damaged-clip", halve),
@@ -35,7 +35,7 @@ const BROKEN: [(&str, &str, &str, Break); 9] = [
     ("a frame too few", "s3.mp4", "wrong-clip", a_frame_less),
 ];
 
-/// Flips the first byte after the middle that a decoder minds: some only change a colour, and only a hash tells.
+/// Flips the first byte after the middle that breaks decoding: some only change a colour, which only the hash shows.
 fn flip_a_byte(clip: &Path) {
     let sound = fs::read(clip).unwrap();
     for place in sound.len() / 2..sound.len() {
@@ -81,14 +81,14 @@ fn directory(clip: &Path) {
     fs::create_dir(clip).unwrap();
 }
 
-/// A link to itself: even root cannot open it.
+/// A link to itself, which even root cannot open.
 fn unreadable(clip: &Path) {
     remove(clip);
     symlink(clip, clip).unwrap();
 }
 
-/// A copy of the sound flock in a scratch folder, with those of [`BROKEN`] done to it that `done` names. The manifest
-/// tells the clips' true hashes where `hashed`, else none; a broken clip's hash is then its own.
+/// A copy of the sound flock in a scratch folder, with the damage of [`BROKEN`] that `done` names. With `hashed` the
+/// manifest has the hashes of the sound clips, otherwise none.
 fn broken_flock(done: &[&str], hashed: bool) -> (tempfile::TempDir, Flock) {
     let sound = SOUND.flock();
     let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
@@ -108,7 +108,7 @@ fn broken_flock(done: &[&str], hashed: bool) -> (tempfile::TempDir, Flock) {
     (scratch, flock)
 }
 
-/// The faults that `flock check` finds in `flock`, as kind and clip; with its exit code.
+/// The faults that `flock check` finds in `flock`, as kind and clip, with its exit code.
 fn faults(flock: &Flock) -> (Option<i32>, Vec<(String, String)>) {
     let said = output(Command::new(programs::flock()).arg("check").arg(&flock.folder).arg("--json"));
     let answer = json(&said);

@@ -1,4 +1,4 @@
-//! The daemon of a unit, as systemd and an installer rely on it.
+//! The player as a service of a unit.
 //!
 //! Owns the claims on its trace, its exit codes, its config and its end.
 

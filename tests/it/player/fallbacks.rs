@@ -1,7 +1,7 @@
-//! What a unit shows when its player or its flock cannot be had.
+//! What a unit shows without a player or without a flock of its own.
 //!
-//! Owns the claims on the still picture, and on the flock that stands in. When they are called for is systemd's: the unit
-//! files say it.
+//! Owns the claims on the still picture, and on the flock that stands in. systemd starts the still picture:
+//! `house/units.rs` checks when.
 
 use crate::flocks::SMALL;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};

@@ -1,7 +1,8 @@
-//! The player goes over to another flock: at a join, with every frame, on the same path; and back, if it does not play.
+//! The player changes to another flock: at a join, with every frame, with the same walk; and back, if the new one does
+//! not play.
 //!
-//! Owns the claims on the player and the updater together: the real programs, on a virtual screen that flips as fast
-//! as frames come. What an update installs is in `updates/sticks.rs`.
+//! Owns the claims on player and updater together, on a virtual screen that flips as fast as frames come. What an
+//! update installs is in `updates/sticks.rs`.
 
 use crate::display::hot_plug::{CARD, HANDS};
 use crate::flocks::{Flock, Plan, SMALL};
@@ -15,14 +16,14 @@ use rustix::process::Signal;
 use serde_json::{Value, json};
 use std::fs;
 
-/// Options of a player that flips as fast as it can.
+/// Options of a player that plays as fast as possible.
 const FREE: [&str; 9] = ["--screen", "virtual", "--clock", "free", "--hash", "--status", "off", "--seed", "5"];
-/// Of one that goes by the time: it can be ended in the midst of its first clip.
+/// Options of one in real time: it can be ended during its first clip.
 const TIMED: [&str; 7] = ["--screen", "virtual", "--hash", "--status", "off", "--seed", "5"];
-/// More joins than win a trial: the player counts a clip when the next but few are chosen.
+/// More joins than win a trial: the player counts a clip some clips later.
 const JOINS: usize = 60;
 
-/// The flock with its clips in the folder `edition`, so that a trace tells one edition from another.
+/// The flock with its clips in the folder `edition`, so that a trace distinguishes editions.
 pub(crate) fn edition(flock: &Flock, edition: &str) -> Files {
     let toml = fs::read_to_string(flock.folder.join("flock.toml")).unwrap();
     let toml = toml.replace("clip = \"", &format!("clip = \"{edition}/"));
@@ -32,7 +33,7 @@ pub(crate) fn edition(flock: &Flock, edition: &str) -> Files {
     files
 }
 
-/// A unit that plays the edition `one` of the flock, and has proved that it does.
+/// A unit that plays the edition `one`, which has won its trial.
 fn unit_with(flock: &Flock) -> (Unit, Playing) {
     let unit = Unit::new();
     unit.maker.bundle(&unit.stick(), &edition(flock, "one"), &[], 1);
@@ -54,7 +55,7 @@ pub(crate) fn await_joins(running: &mut Running, count: usize) {
     }
 }
 
-/// What the store of the unit knows.
+/// The state of the unit's store.
 fn state(unit: &Unit) -> Value {
     let text = fs::read_to_string(unit.path("store/state.0")).unwrap();
     serde_json::from_str(text.split_once('\n').unwrap().1).unwrap()
@@ -65,8 +66,8 @@ fn named(flip: &Flip) -> (&str, &str) {
     flip.clip.split_once('/').expect("every clip lies in the folder of its edition")
 }
 
-/// The clips of a trace, each once for each time that it was played, the last perhaps not to its end; every frame of each
-/// is there, once and in order.
+/// The clips of a trace, in order, the last one perhaps incomplete. Checks that every frame of each is there, once and
+/// in order.
 pub(crate) fn played<'t>(flock: &Flock, trace: &'t Trace) -> Vec<(&'t str, &'t str)> {
     let mut clips = Vec::new();
     let mut rest = &trace.flips[..];

@@ -1,6 +1,7 @@
-//! What people in front of the picture are told: over the running picture, and not for long.
+//! Notices over the running picture.
 //!
-//! Owns the claim on the player and the updater together; which sentence it is, is in `updates/sticks.rs`.
+//! Owns the claim on player and updater together, that a notice appears and disappears. Its sentences are in
+//! `updates/sticks.rs`.
 
 use crate::flocks::JOINS;
 use crate::player::status_page::{ask, pixels};
@@ -8,12 +9,12 @@ use crate::player_run::Playing;
 use crate::updates::sticks::Unit;
 use claims::bundle_maker::rubbish;
 
-/// The picture's size, and where a notice may be: the lowest quarter of it.
+/// The size of the picture, and of its lowest quarter, where a notice may be.
 const SIZE: (usize, usize) = (640, 480);
-/// The luma of a pane is far below that of any of the test picture's large fields, and it has no colour.
+/// The luma of a notice's pane is far below that of the test picture there, and it has no colour.
 const DARK: u8 = 40;
 
-/// How many dark and colourless pixels the lowest quarter of the picture has.
+/// The number of dark, colourless pixels in the lowest quarter of the picture.
 fn pane(rgb: &[u8]) -> usize {
     let quarter = &rgb[SIZE.0 * SIZE.1 * 3 * 3 / 4..];
     let is_pane = |pixel: &&[u8]| pixel.iter().all(|sample| (10..DARK).contains(sample));

@@ -1,15 +1,15 @@
-//! The path is the one that `flock walk` prints, also after the player was killed at any moment.
+//! The walk is the one that `flock walk` prints, also after the player was killed at any moment.
 //!
-//! Owns the claims on the seed and on the place that outlives a power cut.
+//! Owns the claims on the seed and on the saved place.
 
 use crate::flocks::SMALL;
 use crate::player_run::Playing;
 use rustix::process::Signal;
 
-/// How often the player is killed.
+/// The number of kills.
 const KILLS: u64 = 50;
 
-/// Options of a player that flips as fast as it can.
+/// Options of a player that plays as fast as possible.
 const FREE: [&str; 6] = ["--screen", "virtual", "--clock", "free", "--status", "off"];
 
 #[test]
@@ -37,8 +37,8 @@ fn a_path_started_without_a_seed_is_a_new_one() {
     assert_ne!(path(), path());
 }
 
-/// The player runs ahead of its reader by as much as the pipe holds and the machine likes: the moments are as random
-/// as those of pulled plugs, and spread by repeatable numbers besides.
+/// The player is ahead of its reader by what the pipe holds, which varies: the moments of the kills are as random as
+/// those of power cuts.
 #[test]
 fn a_player_killed_fifty_times_goes_on_where_it_was() {
     let flock = SMALL.flock();
@@ -67,7 +67,7 @@ fn a_player_killed_fifty_times_goes_on_where_it_was() {
     assert!(repeated > KILLS / 2, "a kill in the middle of a clip repeats it, and no more: {repeated} of {KILLS}");
 }
 
-/// A repeatable stream of numbers (Knuth's MMIX constants), good enough to spread moments.
+/// A repeatable stream of random numbers (Knuth's MMIX constants).
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {

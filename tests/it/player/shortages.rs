@@ -1,13 +1,13 @@
-//! What the machine denies for a while costs neither a clip nor the place in the path.
+//! Resources that are denied for a while cost neither a clip nor the place in the walk.
 //!
-//! Owns the claims on a reader that stops reading and on descriptors that run out. A broken clip is another matter:
+//! Owns the claims on a reader that stops reading the trace and on missing file descriptors. Damaged clips are in
 //! `bad_clips.rs`.
 
 use crate::flocks::SMALL;
 use crate::player_run::Playing;
 use rustix::process::{Resource, Signal};
 
-/// Options of a player that flips as fast as it can.
+/// Options of a player that plays as fast as possible.
 const FREE: [&str; 8] = ["--screen", "virtual", "--clock", "free", "--status", "off", "--seed", "5"];
 
 #[test]

@@ -1,6 +1,6 @@
-//! The status page, as an installer, a monitoring system and a browser see it.
+//! The status page, for an installer, a monitoring system and a browser.
 //!
-//! Owns the claims on its addresses and on how it looks in a browser.
+//! Owns the claims on its addresses, and on how a browser shows it.
 
 use crate::flocks::SMALL;
 use crate::player::flock_switch::edition;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// An answer of the page: its head and its body.
+/// An answer of the page: head and body.
 pub(crate) struct Answer {
     head: String,
     pub(crate) body: Vec<u8>,
@@ -30,7 +30,7 @@ impl Answer {
 /// How long the page may take to answer.
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// Asks the page on `socket`; HTTP 1.0, so that the body comes as it is.
+/// Requests a page from `socket`, by HTTP 1.0, so that the body is not encoded.
 pub(crate) fn ask(socket: &Path, request: &str) -> Answer {
     let mut stream = UnixStream::connect(socket).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -41,7 +41,7 @@ pub(crate) fn ask(socket: &Path, request: &str) -> Answer {
     Answer { head: String::from_utf8(all[..end].to_vec()).unwrap().to_lowercase(), body: all[end + 4..].to_vec() }
 }
 
-/// A player that has lit frames and serves its page at `address`.
+/// A player that plays and serves its page at `address`.
 fn serving(address: &str) -> (Playing, Running) {
     let flock = SMALL.flock();
     let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", address]);

@@ -1,8 +1,7 @@
-//! systemd watches over the player.
+//! The player under systemd.
 //!
-//! Owns the claims on what it does with a player that falls, hangs or cannot play: the real unit files, by a real systemd,
-//! with a real display, in virtual time. Their sandbox stays out of it: `house/units.rs` measures that, and the tests of
-//! the image run it.
+//! Owns the claims on a player that crashes, hangs or cannot play: the real unit files and systemd, with a real display
+//! driver, in virtual time, without the sandbox. `house/units.rs` and the claims on the image try the sandbox.
 
 use crate::flocks::SMALL;
 use crate::guest::{script, succeed_in_virtual_time, word};
@@ -11,7 +10,7 @@ use crate::programs::{self, claims_folder};
 use std::fs;
 use std::path::Path;
 
-/// What a unit file says about when things start and end; all else is sandbox and limits.
+/// The keys of a unit file that say when things start and end; the others are sandbox and limits.
 const KEPT: [&str; 24] = [
     "AccuracySec",
     "After",
@@ -39,7 +38,7 @@ const KEPT: [&str; 24] = [
     "WatchdogSec",
 ];
 
-/// Starts systemd as the manager of a user, with the unit files in `$units`, and defines what follows.
+/// Starts systemd as a user's manager, with the unit files in `$units`, and defines the functions below.
 const MANAGER: &str = r#"
 mkdir -p /run/systemd/system /run/u/systemd /run/u/config/systemd
 mount -t cgroup2 cgroup2 /sys/fs/cgroup
@@ -54,7 +53,7 @@ tell() {
 }
 "#;
 
-/// Lays the unit files into `folder`, without their sandbox, for the program that was built and the flock at `flock`.
+/// Writes the unit files to `folder`, without their sandbox, for the built program and the flock at `flock`.
 fn lay(folder: &Path, flock: &Path) {
     fs::create_dir(folder).unwrap();
     let (player, scratch) = (programs::player(), flock.parent().unwrap());
@@ -77,7 +76,7 @@ fn lay(folder: &Path, flock: &Path) {
     }
 }
 
-/// What is told of the player in a guest in which `acts` happen.
+/// The player's log in a guest that runs `acts`.
 fn told(acts: &str) -> String {
     let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
     let (units, told, flock) =

@@ -1,8 +1,8 @@
-//! An update beside the player, on the same disk.
+//! An update while the player plays, on the same disk.
 //!
-//! Owns the claim that nobody sees it, and that it would be seen: somebody who stands back for nobody comes after it. The
-//! disk is slow, and the time virtual: what waits for the disk is late, and what another process of this machine costs
-//! is not counted. `make soak` brings 5 GB.
+//! Owns the claim that no frame is late, and that the test would see it: a process with normal priority makes frames
+//! late afterwards. The disk is slow, and time is virtual, so that only waits for the disk count. `make soak` installs
+//! 5 GB.
 
 use crate::flocks::SMALL;
 use crate::guest::{script, succeed_in_virtual_time, word};
@@ -14,14 +14,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// Bytes of noise behind each clip of the update, which MP4 readers pass over.
+/// Bytes of padding after each clip of the update, which MP4 readers skip.
 const NOISE: usize = 5_000_000;
 /// Vblanks from one frame to the next.
 const PACE: u32 = 2;
-/// What the disk gives and takes in a second.
+/// What the disk reads and writes per second.
 const SPEED: u64 = 10_000_000;
 
-/// The flock in `folder` with its clips in the folder `edition`, each with so much noise behind it.
+/// The flock in `folder` with its clips in the folder `edition`, each with this much padding.
 fn edition(folder: &Path, edition: &str, noise: usize) -> Files {
     let mut files = Files::new();
     for entry in fs::read_dir(folder).unwrap() {

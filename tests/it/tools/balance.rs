@@ -1,7 +1,7 @@
-//! Balanced weights go into the manifest, as an artist writes it.
+//! Balanced weights in the manifest.
 //!
-//! Owns the claims on `flock balance --write` and `--suggest`: what is changed, what is left alone, that promises are
-//! kept. Never looks at how weights are found: the flock crate's own tests do.
+//! Owns the claims on `flock balance --write` and `--suggest`: what they change, what they leave as it is, that they
+//! reach what they promise. The flock crate tests how weights are found.
 
 use crate::flocks::SMALL;
 use crate::programs::{self, output};
@@ -12,7 +12,7 @@ use std::fs;
 use std::process::{Command, Output};
 
 const HEAD: &str = "# Aurora\nformat = 1 # the first\nname='aurora'\nsize = [ 64,\n  64 ]\nfps = [30, 1]\n\n";
-/// Four sheep, unequally wished; every weight is written another way, or not at all.
+/// Four sheep with different wants; every weight is written in another way, or missing.
 const SHEEP: &str =
     "sheep = [ {id = \"a\"}, {id='b',want=2}, # weight = 3\n\t{ id = \"c\" , want = 1.5e0 },{id=\"d\"}]\n";
 const TRANSITIONS: &str = "
@@ -65,7 +65,7 @@ frames = 384
 clip = \"d=b.mp4\"
 # the end";
 
-/// A flock of the manifest `text` alone.
+/// A flock with the manifest `text` only.
 struct FlockFolder {
     scratch: tempfile::TempDir,
 }
@@ -90,8 +90,7 @@ impl FlockFolder {
     }
 }
 
-/// The manifest's lines with every weight's value taken out, and without the lines that are nothing but a weight; with
-/// the weights.
+/// The manifest's lines without the values of weights, and without lines that are only a weight; and the weights.
 fn apart(text: &str) -> (Vec<String>, Vec<String>) {
     let (mut rest, mut weights) = (Vec::new(), Vec::new());
     for line in text.split('\n') {

@@ -1,7 +1,7 @@
-//! A flock is signed, and whoever tampers with it is found out.
+//! Signed flocks, and the detection of changes to them.
 //!
-//! Owns the claims on `flock keygen`, `pack` and `verify`: what is signed and by whom, what is refused, what is named.
-//! How a bundle gets to a unit is told elsewhere: `publish.rs`.
+//! Owns the claims on `flock keygen`, `pack` and `verify`: what is signed and by which key, what is refused, what is
+//! reported. How a bundle gets to a unit is in `publish.rs`.
 //!
 //! Start at [`Artist`].
 
@@ -15,13 +15,13 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Where an artist signs: keys, a flock of their own to spoil, and a folder for bundles.
+/// An artist's folder: keys, a flock, and bundles.
 pub(crate) struct Artist {
     scratch: tempfile::TempDir,
 }
 
 impl Artist {
-    /// One with the key `artist` and a copy of the flock [`SMALL`], whose clips do not meet.
+    /// One with the key `artist` and a copy of the flock [`SMALL`], whose clips do not match at joins.
     pub(crate) fn new() -> Self {
         let artist = Self { scratch: tempfile::tempdir_in(claims_folder()).unwrap() };
         fs::create_dir(artist.at("flock")).unwrap();
@@ -41,18 +41,18 @@ impl Artist {
         self.scratch.path().join(name)
     }
 
-    /// Writes a file that nobody else can read.
+    /// Writes a file that only its owner can read.
     pub(crate) fn secret(&self, name: &str, text: &str) {
         fs::write(self.at(name), text).unwrap();
         fs::set_permissions(self.at(name), fs::Permissions::from_mode(0o600)).unwrap();
     }
 
-    /// `flock WORDS...` in this artist's folder.
+    /// `flock WORDS...` in this folder.
     pub(crate) fn flock(&self, words: &[&str]) -> Output {
         output(Command::new(programs::flock()).args(words).current_dir(self.scratch.path()))
     }
 
-    /// The same, which must end with `code`; what it says on both streams.
+    /// The same, which must end with `code`; returns its output on both streams.
     pub(crate) fn says(&self, code: i32, words: &[&str]) -> String {
         let said = self.flock(words);
         let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
@@ -89,20 +89,20 @@ impl Artist {
         self.answers(code, &["verify", "bundle", "--trust", "artist.pub"])
     }
 
-    /// The file in the bundle that holds the flock's file `name`.
+    /// The file in the bundle that has the content of the flock's file `name`.
     pub(crate) fn object(&self, name: &str) -> PathBuf {
         let id = blake3::hash(&fs::read(self.at("flock").join(name)).unwrap()).to_hex();
         self.at("bundle/objects").join(&id[..2]).join(&id[2..])
     }
 }
 
-/// Puts `bytes` in the place of the file `path`, without touching what else bears its name.
+/// Replaces the file `path` by `bytes`, without a change to other links of it.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) {
     fs::remove_file(path).unwrap();
     fs::write(path, bytes).unwrap();
 }
 
-/// A flock of one sheep that is grey, and stays so.
+/// A flock of one sheep, which is grey and does not move.
 fn still(artist: &Artist) -> String {
     fs::create_dir(artist.at("still")).unwrap();
     let mut ffmpeg = Command::new("ffmpeg");

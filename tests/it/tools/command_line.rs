@@ -1,7 +1,7 @@
-//! The artist's command line, as scripts rely on it.
+//! The artist's command line, as scripts use it.
 //!
-//! Owns the claims on `flock check`, `share`, `walk` and `simulate`: their JSON, their exit codes, where they write, how
-//! they refuse. The defective manifests lie in `tests/fixtures`, each named for its defect.
+//! Owns the claims on `flock check`, `share`, `walk` and `simulate`: their JSON, exit codes, streams and errors. The
+//! defective manifests are in `tests/fixtures`, each named for its defect.
 
 use crate::programs::{self, output};
 use serde_json::Value;
@@ -19,12 +19,12 @@ fn flock(command: &str, defect: &str, options: &[&str]) -> Output {
     output(Command::new(programs::flock()).arg(command).arg(fixture(defect)).args(options))
 }
 
-/// The options that `command` cannot do without.
+/// The options that `command` requires.
 fn steps_of(command: &str) -> &'static [&'static str] {
     if ["walk", "simulate"].contains(&command) { &["--seed", "1", "--steps", "3"] } else { &[] }
 }
 
-/// The one JSON document that `said` has on its standard output.
+/// The one JSON document on the standard output of `said`.
 pub(crate) fn json(said: &Output) -> Value {
     let text = String::from_utf8_lossy(&said.stdout);
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("standard output is no JSON: {error}: {text}"))
@@ -164,7 +164,7 @@ fn a_simulation_tells_visits_returns_and_repeats() {
     assert!(answer["worst_ratio"].as_f64().unwrap() >= 1.0);
 }
 
-/// The field of each of `answer`'s sheep, by id.
+/// The field of each sheep of `answer`, by id.
 fn of_sheep<'a>(answer: &'a Value, field: &str) -> BTreeMap<&'a str, Option<f64>> {
     let sheep = answer["sheep"].as_array().unwrap().iter();
     sheep.map(|sheep| (sheep["id"].as_str().unwrap(), sheep[field].as_f64())).collect()

@@ -1,7 +1,7 @@
-//! A flock is curated by command, as an artist does it.
+//! A flock is edited by commands.
 //!
 //! Owns the claims on `flock new`, `add`, `link`, `unlink`, `drop`, `rename` and `want`: what they change, what they
-//! leave alone, what they refuse, what they say of the balance. Never renders: the clips are made by ffmpeg.
+//! leave as it is, what they refuse, what they say about the balance. Never renders: ffmpeg makes the clips.
 
 use crate::flocks::SMALL;
 use crate::programs::{self, output};
@@ -18,7 +18,7 @@ struct FlockFolder {
 }
 
 impl FlockFolder {
-    /// An empty flock of clips like those of [`SMALL`].
+    /// An empty flock, for clips like those of [`SMALL`].
     fn new() -> Self {
         let flock_folder = Self::bare();
         let size = format!("{}x{}", SMALL.size.0, SMALL.size.1);
@@ -26,7 +26,7 @@ impl FlockFolder {
         flock_folder
     }
 
-    /// A flock of the manifest `text`, without a clip.
+    /// A flock with the manifest `text`, without clips.
     fn of(text: &str) -> Self {
         let flock_folder = Self::bare();
         fs::create_dir(flock_folder.folder()).unwrap();
@@ -51,7 +51,7 @@ impl FlockFolder {
         output(Command::new(programs::flock()).arg(command).arg(self.folder()).args(words))
     }
 
-    /// The same, which must end with `code`; what it says on both streams.
+    /// The same, which must end with `code`; returns its output on both streams.
     fn says(&self, code: i32, command: &[&str], words: &[&str]) -> String {
         let said = self.flock(command[0], &[&command[1..], words].concat());
         let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();

@@ -1,7 +1,7 @@
-//! The guides to sending and to maintaining do what they show.
+//! The guides to sending and to maintaining work as printed.
 //!
-//! Owns the claim that their commands, in order, print what stands below them, and ask for the passphrases that are shown.
-//! They run at a terminal of their own, where the passphrases are typed. Never judges the prose.
+//! Owns the claim that their commands, in order, print what the guide shows, and ask for the passphrases that it shows.
+//! They run on a terminal of their own, where the passphrases are typed.
 
 use crate::programs::{self, output, repository, succeed};
 use crate::tools::tutorial::{Step, is_shown, marked, printed, steps};
@@ -15,22 +15,22 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// The guides, from the root of the repository, and the stick that they speak of.
+/// The guides, from the root of the repository, and the mount point of the stick in them.
 const SENDING: &str = "docs/sending.md";
 const MAINTAINING: &str = "docs/maintaining.md";
 const STICK: &str = "/media/stick";
-/// The flock of the guide: the demo's, without these.
+/// The flock of the guide is the demo's without these sheep.
 const LEFT_OUT: [&str; 5] = ["caldera", "nocturne", "orchid", "rosette", "undertow"];
-/// Seconds for which the terminal may show nothing.
+/// The most seconds without output on the terminal.
 const SILENCE_S: u32 = 600;
 const PASSPHRASE: &str = "velvet underground";
 
-/// Whether the terminal shows this while somebody is asked for a passphrase.
+/// Whether this line of the terminal asks for a passphrase.
 fn is_prompt(line: &str) -> bool {
     line.ends_with(": ") && line.to_lowercase().contains("passphrase of ")
 }
 
-/// The text with every key's number by the order in which it comes, and without times.
+/// The text with the ids of keys replaced by numbers, and without times.
 fn masked(text: &str) -> String {
     let mut keys: BTreeMap<String, usize> = BTreeMap::new();
     let mut mask = |word: &str| {
@@ -52,8 +52,8 @@ fn masked(text: &str) -> String {
         .collect()
 }
 
-/// A `make` that makes an image as the Makefile says, but for the system itself: it only lays out whom that trusts, and
-/// halves that belong together. Its folder holds such halves of each version, `made-VERSION`.
+/// A `make` that makes an image as the Makefile says, but without the system: it writes the settings of the sender, and
+/// two matching halves of a system. Its folder has such halves of each version, `made-VERSION`.
 const MAKE: &str = r#"#!/bin/sh
 set -eu
 words=$("$REAL_MAKE" --dry-run --no-print-directory -C "$REPOSITORY" "$@" | sed -n 's/^image-build\/build //p')
@@ -72,11 +72,11 @@ cp -r "tree-$version/etc/dreams/keys" "$folder/unit-$version/"
 echo made
 "#;
 
-/// What such halves are made of: the guide to maintaining tells one from the other.
+/// The packages of such halves, which the guide to maintaining compares.
 const OLD_PACKAGES: &str = "linux-image-6.12.48+deb13-amd64\t6.12.48-1\nffmpeg-source\t7:7.1.2-0+deb13u1\n";
 const NEW_PACKAGES: &str = "linux-image-6.12.57+deb13-amd64\t6.12.57-1\nffmpeg-source\t7:7.1.3-0+deb13u1\n";
 
-/// Answers every prompt on the terminal; returns what it showed.
+/// Answers every prompt on the terminal; returns everything that it showed.
 fn typed(terminal: &mut Child) -> String {
     let (mut keyboard, mut glass) = (terminal.stdin.take().unwrap(), terminal.stdout.take().unwrap());
     let (mut shown, mut byte) = (String::new(), [0]);
@@ -113,7 +113,7 @@ fn the_guides_commands_print_what_it_shows_and_ask_for_what_it_tells() {
     is_taken_by_a_unit(folder.path());
 }
 
-/// Does what `guide` shows in `folder`, where all that it begins with lies.
+/// Runs the commands of `guide` in `folder`, which has the files that it starts from.
 fn follow(guide: &str, folder: &Path) {
     let at = |name: &str| folder.join(name);
     let text = masked(&fs::read_to_string(repository().join(guide)).unwrap());
@@ -153,7 +153,7 @@ fn follow(guide: &str, folder: &Path) {
     assert_eq!(asked, prompts, "the passphrases that are asked for");
 }
 
-/// Lays such a `make` and what it hands out into `folder`.
+/// Writes such a `make` and its halves to `folder`.
 fn lay_make(folder: &Path) {
     for version in ["0.1.0", "0.1.1", "0.2.0"] {
         let made = folder.join(format!("made-{version}"));
@@ -165,7 +165,7 @@ fn lay_make(folder: &Path) {
     fs::set_permissions(folder.join("make"), fs::Permissions::from_mode(0o755)).unwrap();
 }
 
-/// A unit of the guide's image takes what lies on the guide's stick, and looks where the guide says.
+/// A unit with the guide's image takes the flock from the guide's stick, and looks for updates where the guide says.
 fn is_taken_by_a_unit(folder: &Path) {
     for version in ["0.1.0", "0.2.0"] {
         let settings = folder.join(format!("tree-{version}/etc/dreams"));

@@ -1,7 +1,7 @@
-//! `flock import`, as an artist with somebody else's clips relies on it.
+//! Clips of other people come into a flock.
 //!
-//! Owns the claims on what comes into a flock and how: frame for frame, with its tags, and nothing that is damaged or
-//! that nobody knows the name of. The clips are made, and the frames compared, by ffmpeg.
+//! Owns the claims on `flock import`: frame for frame, with tags, without damaged or unknown files. ffmpeg makes the
+//! clips and compares the frames.
 
 use crate::clips::framemd5;
 use crate::flocks::SMALL;
@@ -14,18 +14,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Frames of most clips here.
+/// The number of frames of most clips here.
 const FRAMES: usize = 30;
-/// What an original is, at least, beside its copy in a flock.
+/// The least PSNR of a copy in a flock, in dB.
 const FAITHFUL_DB: f64 = 38.0;
 
-/// An empty flock, and a folder beside it for what is to come in.
+/// An empty flock, and a folder with what is imported.
 struct Folders {
     scratch: tempfile::TempDir,
 }
 
 impl Folders {
-    /// A flock of clips of `size` at 30 frames a second.
+    /// A flock with clips of `size` at 30 frames per second.
     fn new(size: &str) -> Self {
         let folders = Self { scratch: tempfile::tempdir().unwrap() };
         fs::create_dir(folders.inbox()).unwrap();
@@ -45,14 +45,14 @@ impl Folders {
         fs::read_to_string(self.flock().join("flock.toml")).unwrap()
     }
 
-    /// `flock import FLOCK WORDS...`, in the inbox.
+    /// `flock import FLOCK WORDS...`, in the folder `inbox`.
     fn import(&self, words: &[&str]) -> Command {
         let mut import = Command::new(programs::flock());
         import.arg("import").arg(self.flock()).args(words).current_dir(self.inbox());
         import
     }
 
-    /// Its answer, with which it must end with `code`.
+    /// Its answer; it must end with `code`.
     fn answer(&self, code: i32, words: &[&str]) -> Value {
         let said = output(self.import(words).arg("--json"));
         let error = String::from_utf8_lossy(&said.stderr);
@@ -60,7 +60,7 @@ impl Folders {
         json(&said)
     }
 
-    /// Makes `name` in the inbox: `frames` frames of a moving picture of `size`, `rate` a second.
+    /// Makes `name` in the inbox: `frames` frames of a moving picture of `size`, `rate` per second.
     fn film(&self, name: &str, size: &str, rate: &str, frames: usize, settings: &[&str]) -> PathBuf {
         let path = self.inbox().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -71,7 +71,7 @@ impl Folders {
         path
     }
 
-    /// What `flock check` says of the flock, graph apart.
+    /// The faults by `flock check`, without those of the graph.
     fn clip_faults(&self) -> Vec<Value> {
         let said = output(Command::new(programs::flock()).arg("check").arg(self.flock()).arg("--json"));
         if !self.manifest().contains("[[sheep]]") {
@@ -82,10 +82,10 @@ impl Folders {
     }
 }
 
-/// What Electric Sheep's own clips are.
+/// The form of Electric Sheep's own clips.
 const SHEEP: &[&str] = &["-c:v", "mpeg4", "-q:v", "3", "-bf", "2"];
 
-/// The PSNR of every frame of `copy` beside `original`, drawn at the copy's size, frame by frame.
+/// The PSNR of every frame of `copy` compared with `original`, scaled to the copy's size.
 fn psnr(original: &Path, copy: &Path) -> Vec<f64> {
     let scratch = tempfile::NamedTempFile::new().unwrap();
     let scaled = "[0:v]setpts=N/TB,scale=in_color_matrix=bt601:out_color_matrix=bt709:out_range=tv,format=yuv420p[a];";
@@ -109,8 +109,8 @@ fn reasons(answer: &Value) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Makes a content folder of Electric Sheep: three sheep, one without a loop, and all that may lie about beside them.
-/// Hands over a loop, which has tags, and a transition.
+/// Makes a content folder of Electric Sheep: three sheep, one without a loop, and other files beside them. Returns a
+/// loop with tags, and a transition.
 fn content(folders: &Folders) -> [PathBuf; 2] {
     let tags = ["-metadata", "title=Aurora", "-metadata", "copyright=CC BY 4.0", "-metadata", "artist=Ram"];
     let loop_of = |number: &str| format!("content/mpeg/00202={number}={number}={number}.avi");
@@ -132,7 +132,7 @@ fn content(folders: &Folders) -> [PathBuf; 2] {
     [first, there]
 }
 
-/// What a clip tells of its origin, as ffmpeg reads it.
+/// The tags of origin of a clip, as ffmpeg reads them.
 fn tags(clip: &Path) -> Value {
     let mut probe = Command::new("ffprobe");
     probe.args(["-v", "error", "-show_entries", "format_tags", "-of", "json"]);

@@ -1,16 +1,15 @@
-//! What the artist's command line says of itself.
+//! Help, man pages, completions and colours of the artist's command line.
 //!
-//! Owns the claims on help, man pages, completions and colours: one source, every command in each of them. Never tries
-//! what a command does.
+//! Owns the claims that they have one source, and that every command is in each of them.
 
 use crate::programs::{self, output, repository, succeed};
 use std::fs;
 use std::process::Command;
 
-/// Commands that answer with a text for machines already.
+/// Commands whose answer is a text for machines.
 const WITHOUT_JSON: [&str; 1] = ["completions"];
 
-/// Every command, and what the help says of it in a line.
+/// Every command with its line in the help.
 fn commands() -> Vec<(String, String)> {
     let help = String::from_utf8(succeed(Command::new(programs::flock()).arg("--help"))).unwrap();
     let (_, list) = help.split_once("\nCommands:\n").expect("a list of commands");

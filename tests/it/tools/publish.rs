@@ -1,7 +1,7 @@
-//! Bundles get to a stick or a server whole, whatever happens on the way.
+//! Bundles on a stick or a server are whole, whatever interrupts the copying.
 //!
-//! Owns the claims on `flock diff` and `flock publish`: what is written and what is not, what a kill, a full disk and a
-//! damaged stick leave behind. What a bundle is, `bundles.rs` tells.
+//! Owns the claims on `flock diff` and `flock publish`: what they write, and what a kill, a full disk and a damaged
+//! stick leave behind. The content of a bundle is in `bundles.rs`.
 
 use crate::programs::{self, output};
 use crate::tools::bundles::{Artist, replace};
@@ -15,14 +15,14 @@ use std::process::{Command, Output};
 const PUBLISH: [&str; 5] = ["publish", "bundle", "stick", "--trust", "artist.pub"];
 const VERIFY: [&str; 4] = ["verify", "stick", "--trust", "artist.pub"];
 
-/// A artist with an empty folder `stick`.
+/// An artist with an empty folder `stick`.
 fn artist() -> Artist {
     let artist = Artist::new();
     fs::create_dir(artist.at("stick")).unwrap();
     artist
 }
 
-/// Gives the flock's clip `name` so many bytes more, of this `edition`: another clip that shows the same.
+/// Appends so many bytes of this `edition` to the flock's clip `name`: another clip with the same frames.
 fn change(artist: &Artist, name: &str, edition: u8, bytes: usize) {
     let path = artist.at("flock").join(name);
     let before = blake3::hash(&fs::read(&path).unwrap());
@@ -46,7 +46,7 @@ fn clips(artist: &Artist) -> Vec<String> {
     clips
 }
 
-/// Every file under `folder`, with its inode and its time of change.
+/// Every file in `folder`, with its inode and modification time.
 fn files(folder: &Path) -> Vec<(PathBuf, u64, i64)> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];
@@ -194,7 +194,7 @@ fn what_no_bundle_needs_any_more_goes_when_asked() {
     assert!(said.contains("cannot tell what `seals/attic.seal` in `stick` needs"), "{said}");
 }
 
-/// A artist with a bundle in `old`, and in `bundle` the one after it, of which every clip is another.
+/// An artist with a bundle in `old`, and the next one in `bundle`, with other clips.
 fn two_editions() -> Artist {
     let artist = artist();
     artist.pack(&["--unit", "lobby"]);
@@ -206,7 +206,7 @@ fn two_editions() -> Artist {
     artist
 }
 
-/// Runs `script` with a fresh file system of the options `mount` on the artist's folder `stick`.
+/// Runs `script` with a new file system mounted with the options `mount` at the artist's folder `stick`.
 fn on_a_small_disk(artist: &Artist, mount: &str, script: &str) -> Output {
     let prepared = format!("mount -t tmpfs -o {mount} none stick || exit 77; ulimit -c 0; {script}");
     let mut unshare = Command::new("unshare");
@@ -220,7 +220,7 @@ fn on_a_small_disk(artist: &Artist, mount: &str, script: &str) -> Output {
     said
 }
 
-/// What a script said on both streams, line by line.
+/// The output of a script on both streams, line by line.
 fn lines(said: &Output) -> String {
     [&said.stdout, &said.stderr].map(|text| String::from_utf8_lossy(text).into_owned()).concat()
 }

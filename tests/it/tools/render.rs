@@ -1,4 +1,4 @@
-//! `flock render`, as an artist relies on it: what is missing comes, whatever interrupts.
+//! `flock render` makes what is missing, and continues after an interruption.
 //!
 //! Owns the claims on whole runs of the program. What is chosen, kept and refused in detail is tested beside the code.
 
@@ -62,7 +62,7 @@ const CLIPS: [&str; 5] = [
     "transitions/undertow=orchid.mp4",
 ];
 
-/// A flock of three sheep's genomes, of which nothing is rendered.
+/// A flock with the genomes of three sheep, and no clips.
 fn genomes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("flock.toml"), MANIFEST).unwrap();
@@ -74,7 +74,7 @@ fn genomes() -> TempDir {
     folder
 }
 
-/// `flock render FOLDER OPTIONS...`, coarse.
+/// `flock render FOLDER OPTIONS...`, at low quality.
 fn render(folder: &Path, options: &[&str]) -> Command {
     let mut command = Command::new(programs::flock());
     command.arg("render").arg(folder).args(["--temporal-samples", "4"]).args(options);

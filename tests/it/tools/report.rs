@@ -1,7 +1,7 @@
-//! `flock report`, as an artist's browser and other programs read it.
+//! `flock report` for a browser and for other programs.
 //!
-//! Owns the claims on the page: it opens without a network, shows its pictures in either light, and nothing that a
-//! flock is called can break it; and on the graph for other programs.
+//! Owns the claims on the page: it opens without a network, shows its pictures in light and dark mode, and no name in a
+//! flock can break it; and on the graph for other programs.
 //!
 //! Start at [`seen`].
 
@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// What a page is asked once it is drawn. Put at its top, so that no error is missed.
+/// The probe that a browser runs in the page. It is put at the top, so that it sees every error.
 const PROBE: &str = r"<body><script>
   const complaints = []
   addEventListener('error', event => complaints.push(String(event.message ?? event.target)), true)
@@ -51,7 +51,7 @@ const PROBE: &str = r"<body><script>
   })
 </script>";
 
-/// A screen that a page is looked at on.
+/// The screen of a browser.
 #[derive(Clone, Copy)]
 struct Screen {
     size: &'static str,
@@ -65,7 +65,7 @@ fn flock(args: &[&str], folder: &Path) -> Output {
     output(Command::new(programs::flock()).args(args).arg(folder))
 }
 
-/// Reports the flock in `folder`, which must end with `status`; hands over the page's file.
+/// Makes the report of the flock in `folder`, which must end with `status`; returns the page's file.
 fn report(folder: &Path, status: i32) -> (tempfile::TempDir, PathBuf) {
     let scratch = tempfile::tempdir().unwrap();
     let page = scratch.path().join("a page.html");
@@ -74,7 +74,7 @@ fn report(folder: &Path, status: i32) -> (tempfile::TempDir, PathBuf) {
     (scratch, page)
 }
 
-/// What a browser without a network makes of the page: its console, which must stay empty, and the probe's answer.
+/// The page in a browser without a network: the browser's console, which must be empty, and the probe's answer.
 fn seen(page: &Path, screen: Screen) -> Value {
     let text = fs::read_to_string(page).unwrap();
     let probed = page.with_file_name("probed.html");
@@ -102,14 +102,14 @@ fn seen(page: &Path, screen: Screen) -> Value {
     told
 }
 
-/// A folder with nothing but this manifest.
+/// A folder with this manifest only.
 fn written(manifest: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("flock.toml"), manifest).unwrap();
     folder
 }
 
-/// A manifest without clips: `n` sheep in a ring, each with `chords` more ways to go.
+/// A manifest without clips: `n` sheep in a ring, each with `chords` more transitions.
 fn bare(n: usize, chords: usize) -> String {
     let mut text = "format = 1\nname = \"bare\"\nsize = [1280, 720]\nfps = [30, 1]\n".to_owned();
     for sheep in 0..n {

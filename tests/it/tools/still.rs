@@ -1,4 +1,4 @@
-//! `flock still`, as scripts rely on it: a picture and its figures.
+//! `flock still`: a picture and its figures, for scripts.
 //!
 //! Owns the claims on whole runs of the program.
 
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// `flock still orchid --out OUT OPTIONS...` in `folder`, small and coarse.
+/// `flock still orchid --out OUT OPTIONS...` in `folder`, small and at low quality.
 fn still(folder: &Path, out: &str, options: &[&str]) -> Output {
     let genome = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
     let mut coarse = vec!["--size", "64x36", "--supersample", "2", "--json"];
@@ -27,7 +27,7 @@ fn still(folder: &Path, out: &str, options: &[&str]) -> Output {
     )
 }
 
-/// The answer to a still that must be fine.
+/// The answer to a still that must succeed.
 fn answer(said: &Output) -> Value {
     assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
     json(said)

@@ -15,7 +15,7 @@ const TUTORIAL: &str = "docs/tutorial.md";
 /// Printed between the commands; no command prints it.
 const MARK: &str = "\u{1}";
 
-/// A command of the tutorial, and what stands below it.
+/// A command of the tutorial, and the output that it shows.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Step {
     pub(crate) command: String,
@@ -38,7 +38,7 @@ pub(crate) fn steps(document: &str) -> Vec<Step> {
     steps
 }
 
-/// Whether the lines are those shown; `...` stands for any.
+/// Whether the lines are those that are shown; `...` stands for any.
 pub(crate) fn is_shown(shown: &[String], lines: &[&str]) -> bool {
     match shown.split_first() {
         None => lines.is_empty(),
@@ -47,12 +47,12 @@ pub(crate) fn is_shown(shown: &[String], lines: &[&str]) -> bool {
     }
 }
 
-/// The step as a script runs it: what it prints ends with a mark and its status.
+/// The step as a line of a script: a mark and its exit status follow its output.
 pub(crate) fn marked(step: &Step) -> String {
     format!("{}\nstatus=$?; printf '{MARK}%d\\n' $status; (exit $status)\n", step.command)
 }
 
-/// What each of so many steps printed, and its status.
+/// The output of each of so many steps, and its exit status.
 pub(crate) fn printed(said: &str, steps: usize) -> Vec<(Vec<&str>, &str)> {
     let mut parts = said.split(MARK);
     let mut before = parts.next().unwrap_or_default();

@@ -1,7 +1,7 @@
-//! What a unit starts from is looked through, and what is damaged is mended from what is whole.
+//! Damage in what a unit starts from is found, and repaired from a copy.
 //!
-//! Owns the claims on `dreams-mend`. Files stand for the slots, folders for the boot partitions, `veritysetup` makes the
-//! roots and `image-build/start` what the boot loader starts; whole machines are in `tests/image`.
+//! Owns the claims on `dreams-mend`. Files stand for the slots, folders for the boot partitions; `veritysetup` makes
+//! the roots, and `image-build/start` what the boot loader starts. Whole machines are in `tests/image/damage`.
 //!
 //! Start at [`UnitFiles`].
 
@@ -17,17 +17,17 @@ use std::process::Command;
 use tempfile::TempDir;
 
 const BLOCK: usize = 4096;
-/// Blocks of a root: its tree of hashes has two levels.
+/// Blocks of a root: its hash tree has two levels.
 const BLOCKS: usize = 300;
 const SLOT: u64 = 2 << 20;
-/// The calls that change a disk.
+/// The system calls that change a disk.
 const CHANGES: [&str; 5] = ["write", "pwrite64", "fsync", "rename", "unlink"];
 const ENTRIES: &str = "loader/entries";
 const SYSTEMS: &str = "EFI/dreams";
-/// What an entry starts.
+/// The files that an entry starts.
 const PARTS: [&str; 2] = ["linux", "initramfs"];
 
-/// A unit that runs 0.2.0 from slot b; 0.1.0 lies in slot a.
+/// A unit that runs 0.2.0 from slot b; 0.1.0 is in slot a.
 struct UnitFiles {
     folder: TempDir,
 }
@@ -72,7 +72,7 @@ impl UnitFiles {
         self.folder.path().join(name)
     }
 
-    /// Lays a system on a boot partition, as this copy.
+    /// Copies a system to a boot partition, as this copy.
     fn lay(&self, version: &str, boot: &str, copy: u8) {
         let bytes = fs::read(self.at(version)).unwrap();
         let LaidOut { entry, parts } = lay_out(&bytes, copy).expect("it is whole");
@@ -84,7 +84,7 @@ impl UnitFiles {
         }
     }
 
-    /// Makes a system: its root in a slot, and what the boot loader starts in the file `version`.
+    /// Makes a system: its root in a slot, and its start files in the file `version`.
     fn make(&self, version: &str, slot: &str) {
         let root: Vec<u8> =
             (0..BLOCKS * BLOCK).map(|at| (at / 7 * usize::from(version.as_bytes()[2]) % 251) as u8).collect();
@@ -117,7 +117,7 @@ impl UnitFiles {
         command
     }
 
-    /// Looks through, and ends with this status; what was mended, and what is lost.
+    /// Runs the check, which must end with this status; returns what was repaired, and what is lost.
     fn looks(&self, look: &str, status: i32) -> [Vec<String>; 2] {
         let said = output(&mut self.command(look));
         assert_eq!(said.status.code(), Some(status), "{}", String::from_utf8_lossy(&said.stderr));
@@ -132,13 +132,13 @@ impl UnitFiles {
         path.strip_prefix(self.folder.path()).unwrap().to_str().unwrap().to_owned()
     }
 
-    /// Writes rubbish over a few bytes of a file.
+    /// Overwrites a few bytes of a file.
     fn spoil(&self, name: &str, at: u64) {
         let file = fs::File::options().write(true).open(self.at(name)).unwrap();
         file.write_all_at(b"rubbish", at).unwrap();
     }
 
-    /// All that the unit starts from.
+    /// Everything that the unit starts from.
     fn all(&self) -> BTreeMap<String, Vec<u8>> {
         let said =
             succeed(Command::new("find").current_dir(&self.folder).args(["a", "b", "boot", "spare", "-type", "f"]));
@@ -147,7 +147,7 @@ impl UnitFiles {
     }
 }
 
-/// The name of an entry of the system that runs.
+/// The name of the running system's entry.
 fn entry(boot: &str, copy: u8) -> String {
     format!("{boot}/{ENTRIES}/dreams_0.2.0_{copy}+1.conf")
 }

@@ -1,7 +1,7 @@
-//! What a unit calls itself on a network.
+//! The host name of a unit.
 //!
-//! Owns the claims on `dreams-name`, tried on folders that say what other machines say of themselves. What a unit tells
-//! a network of its name is seen on a whole machine, in `image/network/dhcp_request.rs`.
+//! Owns the claims on `dreams-name`, tried on folders that stand for the `/sys` and `/proc` of machines. What the
+//! network sees of the name is tried on a whole machine, in `image/network/dhcp_request.rs`.
 
 use crate::programs::{repository, succeed};
 use claims::wait;
@@ -10,13 +10,13 @@ use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
 
-/// What a machine says of itself.
+/// The `/sys` and `/proc` of a machine.
 struct Machine {
     root: TempDir,
 }
 
 impl Machine {
-    /// One whose id tells nothing of its cards.
+    /// One whose machine id is not derived from its cards.
     fn new() -> Self {
         let machine = Self { root: tempfile::tempdir().unwrap() };
         machine.says("proc/sys/kernel/hostname", "dreams");
@@ -30,7 +30,7 @@ impl Machine {
         fs::write(path, format!("{text}\n")).unwrap();
     }
 
-    /// A card on its PCI bus, with the address that its driver tells in `file`.
+    /// Adds a card on the PCI bus, with its address in `file`.
     fn has_card(&self, place: &str, class: &str, file: &str, address: &str) {
         self.says(&format!("sys/bus/pci/devices/{place}/class"), class);
         self.says(&format!("sys/bus/pci/devices/{place}/{file}"), address);

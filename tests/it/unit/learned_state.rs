@@ -1,7 +1,7 @@
-//! What a unit has learned outlives the disk of its flocks.
+//! What a unit has learned about numbers and keys survives the loss of the flocks' partition.
 //!
-//! Owns the claim on `dreams-learned`, tried with the real updater's store and a file for the partition. That the disk is
-//! made anew, and when, is tried in the image: `tests/image/damage/flocks_disk.rs`.
+//! Owns the claim on `dreams-learned`, tried with a real store and a file for the partition. When that partition is
+//! made anew is tried in `tests/image/damage/flocks_disk.rs`.
 
 use crate::programs::{repository, succeed};
 use crate::updates::sticks::Unit;
@@ -12,7 +12,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// As large as the partition on a unit's disk.
+/// The size of the partition on a unit's disk.
 const PARTITION: usize = 1 << 20;
 
 fn learned(what: &str, device: &Path, store: &Path) {

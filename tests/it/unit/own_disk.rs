@@ -1,7 +1,7 @@
-//! Which disk is a unit's own, where several bear the same names.
+//! Which disk is a unit's own, where several have partitions of the same names.
 //!
-//! Owns the claim on `own-disk`, tried on folders that say what other machines' kernels say of their disks, and that udev's
-//! rules ask it. A unit beside a copy of its own disk is seen on a whole machine, in `image/starts/usb_disk.rs`.
+//! Owns the claim on `own-disk`, tried on folders that stand for the `/sys` of machines, and that the udev rules call
+//! it. A unit beside a copy of its own disk is tried on a whole machine, in `image/starts/usb_disk.rs`.
 
 use crate::programs::{output, repository};
 use std::fs;
@@ -10,23 +10,23 @@ use std::path::PathBuf;
 use std::process::Command;
 use tempfile::TempDir;
 
-/// A disk within the machine, one on USB, and a third whose name begins as the first one's.
+/// A disk in the machine, one on USB, and a third whose name begins with the first one's.
 const WITHIN: &str = "pci0000:00/0000:00:1f.2/ata1/host0/target0:0:0/0:0:0:0/block/sda";
 const ON_USB: &str = "pci0000:00/0000:00:14.0/usb2/2-1/2-1:1.0/host6/target6:0:0/6:0:0:0/block/sdb";
 const BESIDE: &str = "pci0000:00/0000:00:1f.2/ata1/host0/target0:0:0/0:0:0:0/block/sdaa";
-/// Devices that lie on others: the verified root, and a disk that its owner has encrypted.
+/// Devices on top of others: the verified root, and an encrypted disk.
 const VERIFIED: &str = "virtual/block/dm-0";
 const ENCRYPTED: &str = "virtual/block/dm-1";
-/// A root that is no block device.
+/// The device number of a root that is no block device.
 const IN_MEMORY: &str = "0:25";
 
-/// What a kernel says of its disks.
+/// The disks of a machine in `/sys`.
 struct Machine {
     root: TempDir,
 }
 
 impl Machine {
-    /// One with three disks of five partitions each, whose root is the device of this `number`.
+    /// One with three disks of five partitions each, and its root on the device with this `number`.
     fn started_from(number: &str) -> Self {
         let machine = Self { root: tempfile::tempdir().unwrap() };
         for (major, disk) in [(8, WITHIN), (9, ON_USB), (10, BESIDE)] {
@@ -57,7 +57,7 @@ impl Machine {
         }
     }
 
-    /// The device `path`, of this `number`, lies on the one `below`.
+    /// Puts the device `path`, with this `number`, on top of the device `below`.
     fn lays(self, path: &str, number: &str, below: &str) -> Self {
         self.has(path, number);
         let slaves = self.devices().join(path).join("slaves");
@@ -66,7 +66,7 @@ impl Machine {
         self
     }
 
-    /// Those of the devices that are said to lie on the disk that this machine runs from.
+    /// The devices that count as parts of the unit's own disk.
     fn own(&self) -> Vec<&'static str> {
         let path = format!("{}:{}", self.root.path().join("bin").display(), std::env::var("PATH").unwrap());
         let is_own = |name: &&str| {

@@ -1,7 +1,7 @@
-//! What the owner of a unit sets, on the real programs.
+//! The owner's settings.
 //!
-//! Owns the claims on `dreams-owner`, and on the player and the updater that go by what it kept. What may be set is tried
-//! in the player's `owner.rs`.
+//! Owns the claims on `dreams-owner`, and on the player and the updater that read what it kept. The keys and values are
+//! tried in `player/src/owner.rs`.
 
 use crate::flocks::SMALL;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
@@ -16,7 +16,7 @@ use std::process::Command;
 use std::time::SystemTime;
 use tempfile::TempDir;
 
-/// An owner's partition and what a unit makes of it.
+/// An owner's partition, and what a unit keeps of it.
 struct Settings {
     scratch: TempDir,
 }
@@ -41,7 +41,7 @@ impl Settings {
         owner
     }
 
-    /// The exit code of `dreams-owner`, and what it says, after the owner has written `text`.
+    /// The exit code and the output of `dreams-owner` for an owner's file `text`.
     fn set(&self, text: &str) -> (Option<i32>, String) {
         fs::write(self.path("partition/dreams.toml"), text).unwrap();
         let said = output(&mut self.taking());
@@ -52,7 +52,7 @@ impl Settings {
         fs::read_to_string(self.path(name)).ok()
     }
 
-    /// What people are told until it is mended.
+    /// The notice on a mistake in the settings.
     fn told(&self) -> Option<String> {
         self.read("notice.settings")
     }
@@ -188,7 +188,7 @@ fn the_updater_goes_by_the_name_and_the_keys_that_the_owner_set() {
     assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
 }
 
-/// A config of the updater that names the owner's kept settings.
+/// A config of the updater that names the kept settings.
 fn config_with(path: &Path, owner: &Path) -> PathBuf {
     fs::write(path, format!("owner = \"{}\"\n", owner.display())).unwrap();
     path.to_owned()

@@ -1,7 +1,7 @@
-//! A unit that was addressed by its name is not taken over by what is for everybody.
+//! A bundle for one unit by name is not replaced by one for all units.
 //!
-//! Owns the claim on both sides: what the unit takes and refuses, and that `flock verify --unit` says the same of the same
-//! stick. That a store of an older format learns for whom its flock was is told in `old_formats.rs`.
+//! Owns the claim for the unit and for `flock verify --unit`, which must agree. How a store of an older format learns
+//! for whom its flock was is in `old_formats.rs`.
 //!
 //! Start at [`Sender`].
 
@@ -26,7 +26,7 @@ impl Sender {
         self.artist.at("stick")
     }
 
-    /// Packs the next bundle, and lays it out on an empty stick; `units` are whom it is for.
+    /// Packs the next bundle for `units`, and writes it to an empty stick.
     fn sends(&self, units: &[&str]) {
         let to: Vec<&str> = units.iter().flat_map(|unit| ["--unit", unit]).collect();
         self.artist.pack(&to);
@@ -42,7 +42,7 @@ impl Sender {
         }
     }
 
-    /// What the unit says of the stick.
+    /// The unit's answer to the stick.
     fn update(&self, unit: &str, more: &[&str]) -> Output {
         let mut update = Command::new(programs::updater());
         update.arg(self.stick()).args(["--unit", unit]).args(more);
@@ -50,7 +50,7 @@ impl Sender {
         output(update.arg("--keys").arg(self.artist.at("artist.pub")).arg("--notice").arg(self.artist.at("notice")))
     }
 
-    /// Both the artist's tool and the unit take the stick.
+    /// Both the artist's tool and the unit accept the stick.
     fn is_taken(&self, unit: &str) {
         let said = self.artist.says(0, &verify(unit));
         assert!(said.contains("no faults"), "{said}");
@@ -59,7 +59,7 @@ impl Sender {
         assert!(said.stdout.starts_with(b"installed"), "{}", String::from_utf8_lossy(&said.stdout));
     }
 
-    /// Neither does, in the same words.
+    /// Both refuse it, with the same words.
     fn is_refused(&self, unit: &str, words: &str) {
         let said = self.artist.says(1, &verify(unit));
         assert!(said.contains(words), "{said}");

@@ -1,7 +1,7 @@
-//! Servers that are not what they should be, and a unit that does not know what time it is.
+//! Servers that stop answering, and a unit with a wrong clock.
 //!
-//! Owns the claims that take a clock: how long a server that says nothing is waited for, and what TLS is worth on a unit
-//! that woke in 1970. They run in a guest whose time is virtual, so that waiting costs nothing.
+//! Owns the claims that take time: how long a silent server is waited for, and TLS on a unit whose clock says 1970.
+//! They run in a guest with virtual time.
 
 use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::programs::{claims_folder, updater};
@@ -20,16 +20,16 @@ else
 fi
 "#;
 
-/// One that falls silent in the middle of its answer, and one that goes on for ever.
+/// One that stops in the middle of its answer, and one that sends a byte every ten seconds.
 const HALF: &str = r"printf 'HTTP/1.1 200 OK\r\n'; sleep 100000";
 const DRIP: &str = r"printf 'HTTP/1.1 200 OK\r\n\r\n'; while sleep 10; do printf x; done";
 
-/// Seconds after which nobody waits for a server any more that says nothing.
+/// The most seconds for a silent server.
 const SILENCE: u64 = 30;
-/// The same for one that sends drop by drop.
+/// The same for one that sends single bytes.
 const DRIPPING: u64 = 60;
 
-/// What an updater came to in the guest: its status, and after how many seconds.
+/// The result of an updater in the guest: its exit status, and the seconds that it took.
 fn ended(console: &str, case: &str) -> (u64, u64) {
     let line = console.lines().find_map(|line| line.strip_prefix(&format!("{case}: ")));
     let line = line.unwrap_or_else(|| panic!("nothing is told of `{case}`: {console}"));

@@ -1,7 +1,7 @@
-//! A flock travels over the network: from any web server, and whatever that answers.
+//! Updates over HTTP, with good and bad answers.
 //!
-//! Owns the claims on `dreams-update` with an address: what it asks for, how often, and what it does not believe. The
-//! servers stand in `web.rs`.
+//! Owns the claims on `dreams-update` with an address: what it requests, how often, and what it rejects. The server is
+//! in `tests/web.rs`.
 
 use crate::programs::output;
 use crate::updates::sticks::{Unit, object};
@@ -17,10 +17,10 @@ use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 use std::thread;
 
-/// The largest answer to a look without news.
+/// The most bytes of the answers when there is no news.
 const SMALL: u64 = 64 << 10;
 
-/// Updates from an address; returns the exit code and the answer, if there is one.
+/// Updates from an address; returns the exit code and the JSON answer, if there is one.
 fn fetch(unit: &Unit, url: &str, options: &[&str]) -> (Option<i32>, Value) {
     let said = output(unit.update_from(Some(Path::new(url))).args(options));
     (said.status.code(), serde_json::from_slice(&said.stdout).unwrap_or_default())
@@ -152,8 +152,8 @@ fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next
     assert_eq!(unit.playing(), Some(two));
 }
 
-/// A proxy on this machine, as long as this process lives: its address, and where it was asked to connect to. One that
-/// `is_strict` connects to the port of `https://` alone, as many do.
+/// A proxy on this machine, for as long as this process runs: its address, and the addresses that it was asked for. A
+/// strict one connects to port 443 only, as many do.
 fn proxy(is_strict: bool) -> (String, Arc<Mutex<Vec<String>>>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = format!("http://{}", listener.local_addr().unwrap());

@@ -1,8 +1,8 @@
-//! Whatever breaks in the middle of an update: the process, the disk, the stick.
+//! Failures in the middle of an update: of the process, the disk, the stick.
 //!
-//! Owns the claims that the unit keeps a whole flock, old or new, that it says so in one sentence, and that the next
-//! attempt completes the update. `strace` breaks things: it kills the real program at a system call, or makes the call
-//! fail, one call after the other. What the order of calls promises across a power cut is shown in `crates/bundle`.
+//! Owns the claims that the unit keeps a whole flock, old or new, that it reports the failure in one sentence, and that
+//! the next attempt completes the update. `strace` kills the real program at a system call, or makes the call fail, one
+//! call after the other. What the order of calls guarantees after a power cut is tested in `crates/bundle`.
 //!
 //! Start at [`Breakage`].
 
@@ -17,12 +17,12 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The calls that change the disk.
+/// The system calls that change the disk.
 const CHANGES: [&str; 7] = ["write", "fsync", "renameat", "linkat", "mkdirat", "unlinkat", "symlinkat"];
-/// Exit code of a program whose libraries cannot be read.
+/// The exit code of a program whose libraries cannot be read.
 const NOT_STARTED: i32 = 127;
 
-/// A unit that plays `old`, with a stick that brings `new`, to be broken in many ways.
+/// A unit that plays `old`, and a stick with `new`, to be interrupted in many ways.
 struct Breakage {
     unit: Unit,
     old: Files,
@@ -50,12 +50,12 @@ impl Breakage {
         self.unit.update_from(Some(&self.unit.stick()))
     }
 
-    /// The update, under `strace` with these options.
+    /// The update under `strace` with these options.
     fn strace(&self, options: &[&str]) -> Output {
         syscall_faults::traced(&self.update(), &self.unit.path("strace"), options)
     }
 
-    /// How often an update that nothing breaks makes this call.
+    /// The number of these calls in an update without failures.
     fn steps(&self, call: &str) -> usize {
         self.reset();
         let said = self.strace(&["-e", &format!("trace={call}")]);
@@ -66,18 +66,18 @@ impl Breakage {
         log.lines().filter(is_call).count()
     }
 
-    /// Breaks the update at the `step`th such call, in this way.
+    /// Fails the update at call number `step`, in this way.
     fn broken(&self, call: &str, how: &str, step: &str) -> Output {
         self.reset();
         self.broken_as_it_is(call, how, step)
     }
 
-    /// The same, of the unit as it is.
+    /// The same, without a new unit.
     fn broken_as_it_is(&self, call: &str, how: &str, step: &str) -> Output {
         syscall_faults::broken(&self.update(), &self.unit.path("strace"), call, how, step)
     }
 
-    /// What plays is whole, old or new; and the next attempt completes the update.
+    /// Checks that a whole flock is installed, old or new, and that the next attempt completes the update.
     fn recovers(&self, case: &str) {
         let playing = self.unit.playing();
         assert!(playing.as_ref() == Some(&self.old) || playing.as_ref() == Some(&self.new), "{case}");
@@ -201,7 +201,7 @@ fn a_look_at_a_disk_that_does_not_give_what_it_holds_takes_nothing_away() {
     assert_eq!((unit.updated(&["--scrub"])["missing"].as_u64(), unit.playing()), (Some(0), Some(files)));
 }
 
-/// `command` as a unit runs it: by one whom a file's mode keeps out.
+/// `command` run by a user who is bound by file modes, as on a unit.
 fn unprivileged(command: &Command) -> Command {
     if !rustix::process::geteuid().is_root() {
         let mut same = Command::new(command.get_program());
@@ -287,7 +287,7 @@ fn a_stick_of_ten_thousand_strange_files_leads_nowhere() {
     assert_eq!(fs::read_to_string(&secret).unwrap(), "the host's own");
 }
 
-/// Puts a symbolic link in the place of what lies at `path`.
+/// Replaces the file at `path` by a symbolic link.
 fn link(path: &Path, target: &Path) {
     if path.is_dir() {
         fs::remove_dir_all(path).unwrap();

@@ -1,8 +1,7 @@
-//! Whatever a unit is given to read, it reads within half of the memory that it has.
+//! Every program of a unit reads what it is given within half of the unit's memory.
 //!
-//! Owns the claim on every file that others make: each at its limit, in the form that takes the most memory, read by the
-//! real programs, whose peak is measured; and that an artist's tools name what is over a limit before a unit refuses it.
-//! The limits themselves are the bundle crate's.
+//! Owns the claim for every file that others make: each at its limit, in the form that takes the most memory; and that
+//! the artist's tools report what is over a limit. The limits are in `crates/bundle`.
 //!
 //! Start at [`says`].
 
@@ -18,11 +17,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The most bytes of settings, as the programs tell it.
+/// The most bytes of settings.
 const SETTINGS: usize = 64 << 10;
 const HEAD: &str = "format = 1\nname = \"large\"\nsize = [320, 240]\nfps = [30, 1]\n";
 
-/// Has `command` read what `name` says: it ends with `code`, says `words`, and keeps to the memory that it may take.
+/// Has `command` read the file `name`: it ends with `code`, prints `words`, and keeps to the limit of memory.
 fn says(name: &str, command: &Command, code: i64, words: &str) {
     let told = [command.get_program()].into_iter().chain(command.get_args()).map(|word| word.to_str().unwrap());
     let said = Meter::new().run(&told.collect::<Vec<_>>());
@@ -30,7 +29,7 @@ fn says(name: &str, command: &Command, code: i64, words: &str) {
     assert!(said.code == code && said.stderr.contains(words), "{name}: {said:?}");
 }
 
-/// `text`, and `table` for every number from 0 on, as far as `bytes` reach.
+/// `text`, then `table` for every number from 0 on, up to `bytes` bytes.
 fn filled(text: &str, bytes: u64, table: impl Fn(usize) -> String) -> String {
     let mut text = text.to_owned();
     for table in (0..).map(table) {
@@ -42,7 +41,7 @@ fn filled(text: &str, bytes: u64, table: impl Fn(usize) -> String) -> String {
     text
 }
 
-/// The plain manifests that take the most memory: of as many sheep as can be, and of as many transitions.
+/// The valid manifests that take the most memory: with the most sheep, and with the most transitions.
 fn plain() -> [(&'static str, String); 2] {
     let sheep = |at| format!("[[sheep]]\nid=\"{at:x}\"\n");
     let transition = |at: usize| {
@@ -57,7 +56,7 @@ fn plain() -> [(&'static str, String); 2] {
     ]
 }
 
-/// A TOML document of `bytes` bytes in the form that takes the most memory: keys of many parts.
+/// A TOML document of `bytes` bytes in the form that takes the most memory: dotted keys of many parts.
 fn dotted(text: &str, bytes: u64) -> String {
     let deep = vec!["a"; 78].join(".");
     let document = filled(text, bytes, |at| format!("k{at}.{deep}=0\n"));
@@ -65,8 +64,8 @@ fn dotted(text: &str, bytes: u64) -> String {
     document + &"\n".repeat(rest)
 }
 
-/// Lays a bundle for everybody into `folder`: of the manifest `toml`, and as many other files as a list may have, none
-/// of which lies there.
+/// Writes a bundle for all units to `folder`: with the manifest `toml`, and a list of as many other files as possible,
+/// which are not there.
 fn lay_with_longest_list(unit: &Unit, folder: &Path, toml: &str) {
     let entry = |path: String, bytes: &[u8], size| FileEntry {
         path: FilePath::new(&path).unwrap(),

@@ -1,8 +1,8 @@
-//! Whatever lies on a stick or a server, nothing that nobody signed is taken in, and a unit keeps its flock.
+//! Nothing unsigned is accepted, whatever is on a stick or a server, and a unit keeps its flock.
 //!
-//! Owns the claim on thousands of mutants, each of which is put before the real `flock verify` and before a unit that plays
-//! a good flock, by stick, and in part by HTTP. `MUTANTS` in the environment says how many, and `MUTANT` names a single one
-//! by its number. The mutants are made in `tests/mutator`.
+//! Owns the claim on thousands of mutants, each of which is given to the real `flock verify` and to a unit with a good
+//! flock, on a stick, and in part over HTTP. `MUTANTS` in the environment sets their number, and `MUTANT` chooses one.
+//! `tests/mutator` makes them.
 //!
 //! Start at [`Worker::judge`].
 
@@ -21,20 +21,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use tempfile::TempDir;
 
-/// So many mutants, unless `MUTANTS` says otherwise.
+/// The number of mutants, unless `MUTANTS` sets another.
 const MUTANTS: u64 = 300;
-/// What a program may take of processor time for one mutant.
+/// The most processor time of a program for one mutant, in seconds.
 const CPU_S: f64 = 10.0;
-/// One mutant of so many goes over HTTP as well.
+/// One in so many mutants is served over HTTP as well.
 const BY_HTTP: u64 = 4;
-/// The least part of all mutants that is refused, in percent; the others come to what was signed.
+/// The least percentage of mutants that are refused; the others lead to what was signed.
 const REFUSED: usize = 75;
-/// Desks at work. Most of the time one waits for the disk, or for a server to be asked again.
+/// Workers at once. Most of the time one waits for the disk, or for a server's next answer.
 const WORKERS: usize = 4;
-/// Faults that are told.
+/// The most faults that are printed.
 const MOST_FAULTS: usize = 5;
 
-/// Where mutants are tried: `flock verify`, and a unit.
+/// Gives mutants to `flock verify` and to a unit.
 struct Worker<'m> {
     mutator: &'m Mutator,
     scratch: TempDir,
@@ -42,7 +42,7 @@ struct Worker<'m> {
     meter: Meter,
 }
 
-/// What a program did.
+/// The result of a program.
 struct ProgramRun {
     code: i64,
     answer: Value,
@@ -51,11 +51,11 @@ struct ProgramRun {
     cpu_s: f64,
 }
 
-/// What became of mutants.
+/// The results of many mutants.
 #[derive(Debug, Default)]
 struct Tally {
     refused: usize,
-    /// Those of which what was signed came, and nothing else.
+    /// Those that led to what was signed, and nothing else.
     harmless: usize,
     faults: Vec<String>,
     peak_kib: u64,
@@ -66,7 +66,7 @@ struct Tally {
 }
 
 impl<'m> Worker<'m> {
-    /// A worker with a unit that plays what it should, and has learned what it should.
+    /// A worker whose unit has the installed flock and the learned keys.
     fn new(mutator: &'m Mutator) -> Self {
         let scratch = tempfile::tempdir_in(programs::claims_folder()).unwrap();
         let at = |name: &str| scratch.path().join(name);
@@ -118,14 +118,14 @@ impl<'m> Worker<'m> {
         self.unit(&[&text(from)])
     }
 
-    /// The unit as it was before any mutant.
+    /// Resets the unit to its state before any mutant.
     fn reset(&self) {
         fs::remove_dir_all(self.at("store")).ok();
         let copied = Command::new("cp").arg("-a").arg(self.at("kept")).arg(self.at("store")).status().unwrap();
         assert!(copied.success());
     }
 
-    /// Puts `mutant` before all who may take it.
+    /// Gives `mutant` to all programs that may read it.
     fn judge(&mut self, mutant: &Mutant, tally: &mut Tally) {
         let good = self.mutator.good(mutant);
         mutant.stick.lay(&self.at("stick"));
@@ -155,7 +155,7 @@ impl<'m> Worker<'m> {
         *if is_refused { &mut tally.refused } else { &mut tally.harmless } += 1;
     }
 
-    /// Whether the unit has refused the mutant; and plays what it played, or exactly what was signed.
+    /// Whether the unit has refused the mutant; fails unless it has the old flock, or exactly what was signed.
     fn kept(&self, ran: &ProgramRun, mutant: &Mutant, good: &Good) -> Result<bool, String> {
         let playing = files_in(&self.at("store/current")).map_err(|error| format!("nothing plays: {error}"))?;
         let staged = fs::read(self.at("store/system/staged")).unwrap_or_default();
@@ -177,7 +177,7 @@ impl<'m> Worker<'m> {
         Ok(if is_of_the_system(mutant) { staged.is_empty() || !is_good } else { is_old })
     }
 
-    /// That no system is laid before the boot loader but the good one.
+    /// Checks that no system but the good one gets an entry of the boot loader.
     fn started(&mut self, tally: &mut Tally, mutant: &Mutant, good: &Good) -> Result<(), String> {
         let Ok(staged) = fs::read(self.at("store/system/staged")) else { return Ok(()) };
         fs::remove_dir_all(self.at("boot")).ok();
@@ -194,7 +194,7 @@ impl<'m> Worker<'m> {
         Err(format!("after {} the boot loader would start {begun:?}, and the system is good: {is_good}", ran.code))
     }
 
-    /// That the unit takes the good stick after all: nothing is left of the mutant that keeps it from that.
+    /// Checks that the unit accepts the good stick afterwards: nothing is left of the mutant.
     fn takes_the_next(&mut self, good: &Good) -> Result<(), String> {
         good.stick.lay(&self.at("stick"));
         let ran = self.update(&self.at("stick"));
@@ -215,7 +215,7 @@ fn text(path: &Path) -> String {
     path.to_str().expect("paths here are plain").to_owned()
 }
 
-/// That a program ended as its help says, by itself and within its limits.
+/// Checks that a program ended with a documented code, and within its limits.
 fn is_as_documented(ran: &ProgramRun, codes: &[i64]) -> Result<(), String> {
     let ProgramRun { code, error, peak_kib, cpu_s, .. } = ran;
     if !codes.contains(code) || error.contains("panicked") {
@@ -227,7 +227,7 @@ fn is_as_documented(ran: &ProgramRun, codes: &[i64]) -> Result<(), String> {
     Ok(())
 }
 
-/// That `flock verify` takes nothing for good but what lies there as it was signed.
+/// Checks that `flock verify` accepts only what was signed.
 fn verified(ran: &ProgramRun, mutant: &Mutant, good: &Good) -> Result<(), String> {
     // What the good bundle and the good system have, beside statements, must all be there.
     let signed = good.stick.0.iter().filter(|(path, _)| path.as_str() != "statements");
@@ -263,7 +263,7 @@ impl Tally {
     }
 }
 
-/// A number that the environment may say.
+/// A number from the environment.
 fn number(name: &str) -> Option<u64> {
     env::var(name).ok().map(|number| number.parse().unwrap_or_else(|_| panic!("{name}: `{number}` is no number")))
 }

@@ -1,8 +1,8 @@
-//! What programs of before have written is still read.
+//! Files of earlier versions can still be read.
 //!
-//! Owns the claim, and what it is tried on: `tests/fixtures/format-1` was made by the programs of the first format and
-//! is never made again. In it are an artist's keys, statements and outbox; a stick; a unit's store with a flock on
-//! trial, a good one, one that was marked bad and a staged system; the place in the path; and an owner's settings.
+//! Owns the claim. `tests/fixtures/format-1` was made by programs of the first format: an artist's keys, statements and
+//! outbox; a stick; a unit's store with a flock on trial, a good one, a bad one and a staged system; a saved place; and
+//! an owner's settings. It is never made again.
 //!
 //! Start at [`OldFiles`].
 
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// What the fixture's keys are locked with.
+/// The passphrase of the fixture's keys.
 const PASSPHRASE: &str = "velvet\n";
 
 /// A copy of the fixture.
@@ -41,7 +41,7 @@ impl OldFiles {
         self.scratch.path().join(name)
     }
 
-    /// `flock WORDS...`, which must end with `code`; what it says on both streams.
+    /// `flock WORDS...`, which must end with `code`; returns its output on both streams.
     fn flock(&self, code: i32, words: &[&str]) -> String {
         let said = output(Command::new(programs::flock()).args(words).current_dir(self.at("")));
         let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
@@ -62,7 +62,7 @@ impl OldFiles {
     }
 }
 
-/// The numbers of the last good generation and of the one on trial, and the highest floor.
+/// The numbers of the last good generation and of the one on trial, and the highest number that was accepted.
 fn known(store: &Path) -> (Option<u64>, Option<u64>, Option<Sequence>) {
     let trust = Trust::read(&store.join("../trusted")).unwrap();
     let store = Store::open(Box::new(LocalDisk::open(store).unwrap()), trust).unwrap();

@@ -1,12 +1,12 @@
-//! The power fails, at the level of the disk's blocks.
+//! Power cuts at the level of the disk's blocks.
 //!
-//! Owns the claim that the crash laboratory of `tests/crash` finds nothing, and that it would.
+//! Owns the claim that the crash laboratory, `tests/crash`, finds no fault, and that it can find some.
 
 use crate::guest::in_real_time;
 use crate::programs;
 use std::process::Command;
 
-/// States of the disk that are looked at here; `make crash` looks at twenty times as many.
+/// The number of different disks that are checked; `make crash` checks twenty times as many.
 const STATES: u32 = 500;
 
 #[test]

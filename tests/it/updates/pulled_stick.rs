@@ -1,7 +1,7 @@
-//! A stick is pulled while it is read, again and again.
+//! A stick is unplugged while it is read, again and again.
 //!
-//! Owns the claim that this costs nothing but the time. The stick is a real block device, of a guest whose time is
-//! virtual, and it is gone each time; `pulled_stick.py` is its other end. Reads that merely fail are in `interruptions.rs`.
+//! Owns the claim that the update continues where it was. The stick is a network block device of a guest with virtual
+//! time; `pulled_stick.py` serves it and disconnects. Reads that only fail are in `interruptions.rs`.
 
 use crate::guest::{script, succeed_in_virtual_time, word};
 use crate::programs::{claims_folder, repository, succeed, updater};
@@ -10,17 +10,17 @@ use serde_json::Value;
 use std::fs::{self, File};
 use std::process::Command;
 
-/// How often it is pulled, and how many bytes it has given then: those that tell what is on it, and a few of the flock's.
+/// The number of times, and the bytes read before each: the seal and the list, and a little of the flock.
 const PULLS: usize = 100;
 const GIVEN: usize = 72_000;
-/// The flock: it takes a little longer than that.
+/// The flock, which needs a little more than that.
 const CLIPS: usize = 40;
 const CLIP_BYTES: usize = 72_000;
-/// Bytes of the stick, and network block devices of a guest.
+/// The bytes of the stick, and the number of network block devices of a guest.
 const STICK: u64 = 8 << 20;
 const DEVICES: usize = 16;
 
-/// The number behind `key` in what an updater said, in its log or in its answer.
+/// The number after `key` in an updater's log or answer.
 fn figure(said: &str, key: &str) -> Option<u64> {
     let behind = said.split(key).nth(1)?.trim_start_matches(['"', '=', ':', ' ']);
     behind[..behind.find(|c: char| !c.is_ascii_digit())?].parse().ok()

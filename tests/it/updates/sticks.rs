@@ -1,7 +1,7 @@
-//! A flock travels to a unit: whole or not at all, and nothing that happens on the way costs it the one it has.
+//! Updates from a stick: a flock is installed whole, or the unit keeps the one that it has.
 //!
 //! Owns the claims on `dreams-update` with a stick: what it installs, what it refuses and with which words.
-//! Whatever breaks on the way is in `interruptions.rs`.
+//! Interruptions are in `interruptions.rs`.
 //!
 //! Start at [`Unit`].
 
@@ -25,14 +25,14 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
-    /// A unit that has no flock.
+    /// A unit without a flock.
     pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir_in(programs::claims_folder()).unwrap();
         fs::create_dir(folder.path().join("stick")).unwrap();
         Self { folder, maker: BundleMaker::with_new_keys() }
     }
 
-    /// The folder in which everything else lies.
+    /// The folder of everything else.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -58,21 +58,21 @@ impl Unit {
         output(self.update_from(Some(&self.stick())).args(options))
     }
 
-    /// Updates from the stick, which must work; returns the answer.
+    /// Updates from the stick, which must succeed; returns the answer.
     pub(crate) fn updated(&self, options: &[&str]) -> Value {
         let said = self.update(options);
         assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
         json(&said)
     }
 
-    /// What people in front of the picture are told.
+    /// The notice.
     pub(crate) fn notice(&self) -> Option<String> {
         let text = fs::read_to_string(self.path("notice")).ok()?;
         let notice: Value = serde_json::from_str(&text).unwrap();
         Some(notice["text"].as_str().unwrap().to_owned())
     }
 
-    /// The flock that plays, as the player would find it.
+    /// The installed flock, as the player finds it.
     pub(crate) fn playing(&self) -> Option<Files> {
         let current = self.path("store").join(bundle::CURRENT);
         current.exists().then(|| files_in(&current).unwrap())
@@ -156,11 +156,11 @@ struct Refusal<'p> {
     code: i32,
     /// What standard error says.
     said: &'static str,
-    /// How what people in front of the picture are told begins.
+    /// The beginning of the notice.
     told: &'static str,
 }
 
-/// Tries a unit that plays `good` with each stick.
+/// Gives each stick to a unit that plays `good`.
 fn refuses(unit: &Unit, good: &Files, refusals: &[Refusal<'_>]) {
     unit.maker.bundle(&unit.stick(), good, &[], 7);
     unit.updated(&[]);
@@ -274,7 +274,7 @@ fn a_stick_that_turns_out_bad_changes_nothing_and_says_why_in_one_sentence() {
     refuses(&unit, &rubbish(3, 5_000, 0), &refusals);
 }
 
-/// Where an object with these bytes lies in a bundle.
+/// The path in a bundle of an object with these bytes.
 pub(crate) fn object(bytes: &[u8]) -> String {
     bundle::ObjectId::of(bytes).path()
 }
@@ -336,7 +336,7 @@ fn what_rots_in_the_store_stays_until_it_was_fetched_again() {
     assert_eq!(unit.playing(), Some(files));
 }
 
-/// Changes bytes within the file, as a failing disk does: where the file is under fs-verity, through a new file.
+/// Changes bytes in the file, as a failing disk does: a file under fs-verity is replaced by a new one.
 fn rot(path: &Path) {
     use std::os::unix::fs::FileExt;
     let open = fs::OpenOptions::new().write(true).open(path);

@@ -1,7 +1,7 @@
-//! A key is stolen, and the fleet is healthy again.
+//! A stolen key is revoked, and all units are healthy again.
 //!
-//! Owns the claim on the drill of `docs/sending.md`, from theft to a healthy fleet, on the real programs: whatever units met
-//! of the thief before, and whatever the thief left out.
+//! Owns the claim on the procedure of `docs/sending.md`, on the real programs, whatever units have received from the
+//! thief before, and whatever the thief has left out.
 //!
 //! Start at [`Fleet`].
 
@@ -14,10 +14,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Command, Output};
 
-/// Keys that the thief has the stolen one take in beside their own: more than any quota.
+/// The number of keys that the thief has the stolen key trust: more than the quota.
 const FLOOD: u32 = 150;
 
-/// An artist with a spare key, units that trust both, and a thief who has a key of their own.
+/// An artist with a spare key, units that trust both, and a thief with a key of their own.
 struct Fleet {
     artist: Artist,
 }
@@ -45,21 +45,21 @@ impl Fleet {
         PublicKey::read(&self.artist.at(&format!("{name}.pub"))).unwrap().id().to_string()
     }
 
-    /// Packs the flock into `folder`, signed by the key `key`.
+    /// Packs the flock into `folder`, signed with the key `key`.
     fn pack(&self, key: &str, folder: &str, more: &[&str]) {
         let key = format!("{key}.key");
         let words = ["pack", "flock", folder, "--key", &key, "--passphrase-file", "passphrase", "--allow-jumps"];
         self.artist.says(0, &[&words, more].concat());
     }
 
-    /// `unit` looks at the stick `stick`.
+    /// `unit` updates from the stick `stick`.
     fn look(&self, unit: &str, stick: &str) -> Output {
         let mut update = Command::new(programs::updater());
         update.args(["--json", "--unit", unit, "--keys", "trusted", "--config", "update.toml", "--notice", "notice"]);
         output(update.args(["--store", &format!("store-{unit}"), stick]).current_dir(self.artist.at("")))
     }
 
-    /// The number of the flock that `unit` takes from the stick.
+    /// The number of the flock that `unit` installs from the stick.
     fn takes(&self, unit: &str, stick: &str) -> Option<u64> {
         let said = self.look(unit, stick);
         assert_eq!(said.status.code(), Some(0), "{unit}: {}", String::from_utf8_lossy(&said.stderr));
@@ -68,7 +68,7 @@ impl Fleet {
         answer["sequence"].as_u64()
     }
 
-    /// Why `unit` refuses the stick.
+    /// The reason for which `unit` refuses the stick.
     fn refuses(&self, unit: &str, stick: &str) -> String {
         let said = self.look(unit, stick);
         let error = String::from_utf8(said.stderr).unwrap();
@@ -76,7 +76,7 @@ impl Fleet {
         error
     }
 
-    /// Whom `unit` trusts.
+    /// The keys that `unit` trusts.
     fn trusted(&self, unit: &str) -> BTreeSet<String> {
         let disk = LocalDisk::open(&self.artist.at(&format!("store-{unit}"))).unwrap();
         let store = Store::open(Box::new(disk), Trust::read(&self.artist.at("trusted")).unwrap()).unwrap();
@@ -87,8 +87,8 @@ impl Fleet {
         succeed(Command::new("cp").arg("-r").arg(self.artist.at(from)).arg(self.artist.at(to)));
     }
 
-    /// What the thief does: has the stolen key take in a key of theirs and many more, lays that out with a flock for all
-    /// units in `loot`; and beside, in `bait`, what only teaches the unit `stairs` whom to trust.
+    /// The thief's actions: the stolen key trusts a key of theirs and many more, and signs a flock for all units in
+    /// `loot`; and a bundle in `bait` that makes the unit `stairs` learn these keys.
     fn is_robbed(&self) {
         let (artist, thief) = (self.key("artist"), self.key("thief").public());
         let line = thief.line();
@@ -104,8 +104,8 @@ impl Fleet {
         fs::rename(self.artist.at("bait/seals/lobby.seal"), self.artist.at("bait/seals/stairs.seal")).unwrap();
     }
 
-    /// The drill: a new key that the spare one takes in, the stolen one called back with all that it took in, and the
-    /// flock anew, laid out on the stick that the thief had in hand.
+    /// The procedure: the spare key trusts a new key and revokes the stolen one with every key that it trusts; the
+    /// flock is signed again, and written to the stick that the thief had.
     fn drill(&self) {
         let signed = |words: &[&str]| {
             self.artist.says(0, &[&["keygen"], words, &["--signer-passphrase-file", "passphrase"]].concat())

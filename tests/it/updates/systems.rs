@@ -1,7 +1,7 @@
-//! A system travels like a flock, and ends in the slot that does not run.
+//! A system is updated like a flock, into the slot that does not run.
 //!
-//! Owns the claims on `flock pack --system` and on `dreams-update` where the unit's own system is one of ours. Files stand
-//! for the slot and for the boot loader's partition; whole machines are in `tests/image`.
+//! Owns the claims on `flock pack --system`, and on `dreams-update` in a unit's own system. Files stand for the slot
+//! and for the boot partition; whole machines are in `tests/image/updates`.
 //!
 //! Start at [`UnitFiles`].
 
@@ -14,14 +14,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The calls that change a disk.
+/// The system calls that change a disk.
 const CHANGES: [&str; 6] = ["write", "fsync", "rename", "renameat", "unlink", "unlinkat"];
 
-/// Where the boot loader looks, and what it would find of the system that runs.
+/// The boot loader's entries, and those of the running system.
 const ENTRIES: &str = "boot/loader/entries";
 const RUNS: &str = "boot/loader/entries/dreams_0.1.0_1+1.conf";
 
-/// A unit that runs version 0.1.0, an artist, and what `make image` left of newer versions.
+/// A unit that runs version 0.1.0, an artist, and the images of newer versions.
 struct UnitFiles {
     artist: Artist,
 }
@@ -47,12 +47,12 @@ impl UnitFiles {
         self.artist.at(name)
     }
 
-    /// What the unit's system says of itself.
+    /// The `os-release` of the unit's system.
     fn runs(&self, id: &str, version: &str) {
         fs::write(self.at("os-release"), format!("ID={id}\nVERSION_ID={version}\n")).unwrap();
     }
 
-    /// `make image` has made this version.
+    /// Writes an image of this version, as `make image` does.
     fn made(&self, version: &str) {
         let folder = self.at(version);
         make_halves(&folder, version);
@@ -60,7 +60,7 @@ impl UnitFiles {
         fs::copy(self.at("artist.pub"), folder.join("keys/artist.pub")).unwrap();
     }
 
-    /// Signs this version, and lays it on the stick.
+    /// Signs this version, and copies it to the stick.
     fn pack(&self, version: &str, options: &[&str]) -> String {
         let words = ["pack", version, "outbox", "--system", "--key", "artist.key", "--passphrase-file", "passphrase"];
         let said = self.artist.says(0, &[&words, options].concat());
@@ -69,7 +69,7 @@ impl UnitFiles {
         said
     }
 
-    /// `dreams-update` with these words.
+    /// `dreams-update` with these options.
     fn command(&self, words: &[&str]) -> Command {
         let mut command = Command::new(programs::updater());
         command.args(["--json", "--unit", "lobby", "--config"]).arg(self.at("update.toml")).args(words);
@@ -84,7 +84,7 @@ impl UnitFiles {
         output(&mut self.command(&[self.at("stick").to_str().unwrap()]))
     }
 
-    /// What became of the system on the stick.
+    /// The result for the system on the stick.
     fn fetched(&self) -> Value {
         let said = self.update();
         assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
@@ -95,14 +95,14 @@ impl UnitFiles {
         self.command(&["--slot", self.at("slot").to_str().unwrap(), "--boot", self.at("boot").to_str().unwrap()])
     }
 
-    /// Writes what was fetched to the slot; what became of it.
+    /// Writes the fetched system to the slot; returns the result.
     fn written(&self) -> Value {
         let said = output(&mut self.writer());
         assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
         json(&said)["system"].clone()
     }
 
-    /// What the boot loader would find to start.
+    /// The entries of the boot loader.
     fn entries(&self) -> Vec<String> {
         let mut entries: Vec<_> = fs::read_dir(self.at(ENTRIES)).unwrap().map(|e| e.unwrap().path()).collect();
         entries.retain(|entry| entry.extension().is_some_and(|ending| ending == "conf"));
@@ -112,7 +112,7 @@ impl UnitFiles {
         names
     }
 
-    /// Whether the slot holds this version, and behind it what was there.
+    /// Whether the slot holds this version, and what was behind it before.
     fn slot_is(&self, version: &str) -> bool {
         fs::read(self.at("slot")).unwrap().starts_with(&fs::read(self.at(version).join("root.img")).unwrap())
     }
@@ -123,7 +123,7 @@ impl UnitFiles {
     }
 }
 
-/// Halves of this version that belong together, in `folder`.
+/// Two halves of this version, in `folder`.
 pub(crate) fn make_halves(folder: &Path, version: &str) {
     fs::create_dir_all(folder).unwrap();
     let salt = version.as_bytes()[2];
@@ -329,7 +329,7 @@ fn a_slot_written_to_any_step_starts_what_ran_and_the_next_attempt_completes_it(
     assert!(broken > 20, "only {broken} steps were seen");
 }
 
-/// Where the content of this file lies in a bundle.
+/// The path in a bundle of the content of this file.
 fn object(unit_files: &UnitFiles, file: &str) -> String {
     bundle::ObjectId::of(&fs::read(unit_files.at(file)).unwrap()).path()
 }

@@ -1,7 +1,7 @@
-//! What strangers write is on no wall, and in no log.
+//! Text from strangers appears on no screen, and in no log.
 //!
-//! Owns the claim on the names of files on a stick and on what a web server says: only names that a unit may have, and
-//! sentences of our own, reach the notice, the log and what the status page reads.
+//! Owns the claim on the names of files on a stick and on the answers of a web server: only valid unit names, and
+//! sentences of our own, reach the notice, the log and the status page.
 
 use crate::programs::output;
 use crate::updates::sticks::Unit;
@@ -14,10 +14,10 @@ use std::path::Path;
 use std::process::Output;
 use std::thread;
 
-/// What no name of ours holds.
+/// Characters that none of our texts has.
 const STRANGE: &str = "evil";
 
-/// The exit code, and everything that the updater told anybody, which is nothing of a stranger's.
+/// The exit code, and the updater's complete output; checks that it has no text of a stranger.
 fn told(unit: &Unit, said: &Output) -> (Option<i32>, String) {
     let read = |path: &Path| fs::read_to_string(path).unwrap_or_default();
     let files = [read(&unit.path("notice")), read(&unit.path("store/contact.json"))].concat();
