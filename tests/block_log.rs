@@ -45,7 +45,7 @@ impl BlockLog {
         for _ in 0..count {
             let (sector, sectors, flags) = (word(at), word(at + 8) as usize, word(at + 16));
             at += SECTOR;
-            // Whoever discards must not rely on it, so that it changes nothing here.
+            // Discarded blocks keep their content here: nothing may rely on a discard.
             let length = if flags & DISCARD == 0 { sectors * SECTOR } else { 0 };
             entries.push(Entry { at: sector as usize * SECTOR, bytes: at..at + length, is_flush: flags & FLUSH != 0 });
             at += length;

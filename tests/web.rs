@@ -84,7 +84,7 @@ impl WebServer {
                     return;
                 }
                 let served = Arc::clone(&served);
-                // Visitors that leave in the middle are what this is about.
+                // Clients may close the connection early.
                 thread::spawn(move || served.answer(&visitor.unwrap()).ok());
             }
         });
@@ -115,7 +115,7 @@ impl WebServer {
 impl Drop for WebServer {
     fn drop(&mut self) {
         self.state.is_over.store(true, Ordering::Relaxed);
-        // The last visitor, so that it looks up.
+        // A last connection ends its `accept`.
         drop(TcpStream::connect(self.address));
         let thread = self.thread.take().expect("it is joined once");
         thread.join().unwrap();

@@ -90,7 +90,7 @@ fn goes_on(lab: &Lab, store: &Path, so: Progress, way: Way) -> Result<(), String
         return Err("the key that was called back is trusted again".to_owned());
     }
     if so.may_rot() {
-        // What plays comes back from where it came from.
+        // The installed flock can be fetched again from its source.
         lab.update(store, &lab.editions[told].source(way), &["--scrub"])?;
     }
     let last = lab.editions.last().expect("there are some");

@@ -144,7 +144,7 @@ impl Lab {
         let lives: Vec<_> = scripts.into_iter().flat_map(|script| ways.map(|way| (script, way))).collect();
         let mut forms = (0..).map(|life| (LEAST.0 + life % NUMBERS, LEAST.1 + life / NUMBERS * BLOCK));
         for ((name, script), (way, is_noisy)) in &lives {
-            // A life has only so many states; another flock has others.
+            // One recording has only so many different states; another flock has others.
             let mut missing = self.states.div_ceil(lives.len());
             while missing > 0 {
                 self.raise(forms.next().expect("there is no end of forms"));
@@ -165,7 +165,7 @@ impl Lab {
         let mut proves = true;
         self.raise(CARELESS);
         for carelessness in Carelessness::ALL {
-            // Only a file that is not synced needs others that are to come to light.
+            // Only an unsynced file needs other writes to be noticed.
             let is_noisy = carelessness == Carelessness::NoFileSync;
             let log = Recording::of(self.base.clone(), is_noisy, |mounted, report| {
                 for edition in &self.editions[1..] {

@@ -144,7 +144,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // Fails only where it has ended by itself, which is as good.
+        // Fails only if it has ended by itself.
         let _ended = self.child.kill();
         let _status = self.child.wait();
     }

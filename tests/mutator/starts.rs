@@ -31,7 +31,7 @@ pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dic
     let id = ObjectId::of(&half);
     let text = release.replace(line, &format!("{name} {} {id}", half.len()));
     stick.put_object(&half);
-    // What a root holds, nobody asks whom the artist has told: it is started, and not tried again if it does not.
+    // A root that the artist has signed is not examined further: it is started, and given up if it fails.
     let by_artist = name == "start" && dice.chance(50);
     let dresses = [Signing::Kept, Signing::By(KeyHolder::Stranger), Signing::By(KeyHolder::Lost), Signing::Claimed];
     let signing = if by_artist { Signing::By(KeyHolder::Artist) } else { *dice.of_these(&dresses) };

@@ -18,7 +18,7 @@ const THOUSANDS: usize = 5_000;
 pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let keys = material.keys();
     let said = stick.bytes("statements").to_vec();
-    // The signature of the good statement does not fit them; whoever reads them finds that out.
+    // The signature of the good statement is wrong for them, which every reader detects.
     let strangers = || [keys.state(KeyHolder::Stranger, "revoke 0000000000000000")].concat().repeat(THOUSANDS);
     let letter = good.letter(&good.list());
     let by_a_stranger = keys.sign(KeyHolder::Stranger, letter.as_bytes());

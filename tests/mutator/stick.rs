@@ -84,7 +84,7 @@ impl Stick {
         for (path, item) in &self.0 {
             let path = folder.join(path);
             let parent = path.parent().expect("it lies in the folder");
-            // What lies in the place of a folder hides what would lie in it.
+            // A file in place of a folder hides the files in it.
             if fs::create_dir_all(parent).is_err() {
                 continue;
             }

@@ -61,7 +61,7 @@ fn whole(folder: &Path) -> [Vec<u8>; 3] {
     succeed(Command::new("sh").args(["-c", copy]).args([at("fat"), at("tree")]));
     exfat::make(&at("exfat"), SIZE, &at("tree"));
     let mut ext4 = Command::new("mke2fs");
-    // Without sums, so that damage is met where it lies, and not at the door.
+    // Without checksums, so that the kernel reads damaged structures instead of rejecting them.
     ext4.args(["-q", "-t", "ext4", "-O", "^metadata_csum,^has_journal", "-d"]).args([at("tree"), at("ext4")]);
     succeed(ext4.arg(format!("{}k", SIZE >> 10)));
     ["fat", "exfat", "ext4"].map(|name| fs::read(at(name)).unwrap())

@@ -23,7 +23,7 @@ pub(crate) fn shows_its_art(unit: &Unit) -> Machine {
     let mut machine = unit.start_forgetful();
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_move(PAUSE, MOVES));
-    // No wall has a machine as slow as this one: it would show nothing but the player from now on.
+    // This machine is slower than any unit: with the usual weight the player would use all of it.
     machine.run("systemctl set-property --runtime dreams.slice CPUWeight=20");
     looks.extend(machine.watch_while(PAUSE, PROVEN));
     only_art(&looks, OFTEN);

@@ -42,7 +42,7 @@ fn a_unit_whose_first_boot_partition_and_first_slot_are_damaged_mends_both() {
     drop(machine);
     let mut machine = shows_its_art(&unit);
     assert_eq!(slot(&mut machine), 2, "the first one is whole again");
-    // What `init` had to leave at the first start is done at this one.
+    // What `init` could not repair at the first start is repaired at this one.
     is_whole_again(&mut machine);
 }
 

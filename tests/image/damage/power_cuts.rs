@@ -93,7 +93,7 @@ impl Life {
 
     /// Of a unit out of its box.
     pub(crate) fn out_of_the_box(seed: u64) -> Self {
-        // The first that asks for what plays clears away the units of claims before.
+        // The first call of `playing_unit` removes the units of earlier runs.
         let owner = &playing_unit().stick.owner;
         let unit = Unit::new();
         unit.lay_for_owner(owner);
@@ -132,7 +132,7 @@ impl Life {
         let part = f64::from(self.moments.next_u32()) / f64::from(u32::MAX);
         let woken = self.snapshot.take().filter(|_| moment != Moment::Start);
         let is_woken = woken.is_some();
-        // All of its writes are kept, or what a cut leaves of them.
+        // Either all writes are kept, or what a power cut leaves of them.
         let mut machine = match woken {
             _ if loses => self.unit.record(woken),
             Some(snapshot) => self.unit.wake(snapshot),
@@ -201,6 +201,6 @@ fn lives(machine: &mut Machine, time: Duration) -> Vec<Look> {
 #[test]
 fn five_power_cuts_end_in_art() {
     let starts = [Moment::Start; 4];
-    // By this seed all but the third lose what was not flushed, and the first start is cut about when its art comes.
+    // With this seed all cuts but the third lose writes, and the first start is cut near its first frame.
     Life::of_playing(138).goes_on(&[[Moment::Update].as_slice(), &starts].concat());
 }

@@ -15,7 +15,7 @@ fn a_panel_is_dimmed_by_its_backlight_as_its_owner_has_set() {
     ));
     machine.run("echo 7 > brightness && chgrp video brightness && chmod 660 brightness && cd /");
     machine.run("systemctl restart dreams-player");
-    // A file is written on; in `/sys` it would begin anew.
+    // A regular file is appended to, unlike one in `/sys`.
     let is_told = |power: &str| format!("until grep -q '{power}$' {BACKLIGHT}/brightness; do sleep 1; done");
     machine.run(&is_told("400"));
     machine.run("echo 'brightness = \"30\"' >> /var/lib/dreams/owner/dreams.toml");

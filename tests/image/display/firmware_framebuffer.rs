@@ -14,7 +14,7 @@ fn a_driver_that_comes_late_takes_the_picture_over_from_the_firmwares_framebuffe
     let unit = Unit::new();
     let folder = tempfile::tempdir_in(repository().join("target/image")).unwrap();
     let mut words = parts(folder.path());
-    // No driver is loaded by itself.
+    // The driver is not loaded automatically.
     words.last_mut().unwrap().push_str(" modprobe.blacklist=virtio_gpu");
     let mut machine = unit.start_with(&words);
     machine.may_tear = true;

@@ -47,7 +47,7 @@ fn a_player_on_a_text_console_leaves_it_to_others_and_as_it_was() {
 
     machine.run("kill -INT $(pidof dreams-player)");
     shows_text(&mut machine, "tty1");
-    // Nobody has to be asked any more.
+    // The console is no longer in graphics mode.
     machine.press(&["alt", "f2"]);
     machine.run("until [ \"$(cat /sys/class/tty/tty0/active)\" = tty2 ]; do sleep 1; done");
 }

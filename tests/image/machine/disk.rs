@@ -22,7 +22,7 @@ impl Disk {
 
     /// QEMU's options for the node `disk`.
     pub(crate) fn words(&self) -> Vec<String> {
-        // A QEMU that is killed loses nothing that it was given: this machine's kernel has it.
+        // When QEMU is killed, its writes are in this machine's page cache, and are not lost.
         let node = |name: &str, words: &str| ["-blockdev".to_owned(), format!("node-name={name},{words}")];
         let file = |file: &PathBuf| format!("driver=file,cache.no-flush=on,filename={}", file.display());
         let form = format!("driver={},cache.no-flush=on,file=file", self.format);

@@ -60,12 +60,12 @@ pub(crate) const USUAL: Hardware =
 impl Bus {
     fn devices(self) -> &'static [&'static str] {
         match self {
-            // The one that the machine has anyhow.
+            // The controller that the machine has by default.
             Self::Ahci => &["ide-hd,bus=ide.0"],
             Self::Nvme => &["nvme,serial=unit"],
             Self::Sd => &["sdhci-pci", "sd-card"],
             Self::Uas => &["usb-uas,id=uas,bus=xhci.0", "scsi-hd,bus=uas.0"],
-            // What else is on USB is not started.
+            // Other USB disks are not started.
             Self::UsbStorage => &["usb-storage,bus=xhci.0,port=2,bootindex=0"],
             Self::VirtioBlk => &["virtio-blk-pci"],
             Self::VirtioScsi => &["virtio-scsi-pci,id=scsi", "scsi-hd,bus=scsi.0"],

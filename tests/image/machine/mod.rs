@@ -79,7 +79,7 @@ impl Machine {
         let mut command = Command::new(hardware.program());
         command.args(["-accel", "tcg,thread=multi", "-smp", "2"]);
         command.args(["-nodefaults", "-display", "none", "-device", "virtio-rng-pci"]);
-        // A network with the world on one port; there are others.
+        // A hub with QEMU's user network on one port, so that others can be added.
         command.args(["-netdev", "user,id=world", "-netdev", "hubport,id=port,hubid=0,netdev=world"]);
         command.args(["-netdev", "hubport,id=net,hubid=0", "-device", "virtio-net-pci,netdev=net"]);
         command.args(["-chardev", &serial.argument("serial"), "-serial", "chardev:serial"]);
@@ -187,7 +187,7 @@ impl Machine {
         let end = now() + PATIENCE;
         while now() < end {
             let line = self.serial.line(end.saturating_sub(now()));
-            // The firmware moves about on the same line.
+            // The firmware moves the cursor within the line.
             if let Some((_, rest)) = line.as_deref().and_then(|line| line.split_once(word)) {
                 return rest.trim().to_owned();
             }

@@ -43,7 +43,7 @@ impl Look {
         assert_eq!(pixels.len(), size.0 * size.1 * 3);
         let brightest = pixels.iter().step_by(7).copied().max().unwrap_or_default();
         let mut place = None;
-        // That spares looking through all of them while a machine starts.
+        // This saves the comparison with all frames while a machine starts.
         let colour =
             |x: usize, y: usize| -> [u8; 3] { pixels[(y * size.0 + x) * 3..][..3].try_into().expect("three bytes") };
         let glass = ScreenGeometry::of(size);

@@ -86,7 +86,7 @@ impl Socket {
 
 impl Drop for Qemu {
     fn drop(&mut self) {
-        // A machine that is gone is gone.
+        // It may have ended already.
         self.process.kill().ok();
         self.process.wait().ok();
     }

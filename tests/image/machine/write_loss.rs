@@ -17,7 +17,7 @@ use std::path::Path;
 pub(crate) fn cut(log: &Path, disk: &Path, data: Option<u64>, random: &mut ChaCha8Rng) -> [usize; 3] {
     let log = fs::read(log).unwrap();
     if log.is_empty() {
-        // It was told nothing at all.
+        // Nothing was written.
         return [0; 3];
     }
     let log = BlockLog::read(Vec::new(), log);

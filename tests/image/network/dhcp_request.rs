@@ -76,7 +76,7 @@ fn a_unit_asks_for_an_address_by_its_card_and_by_its_name() {
     machine.run("rm /var/lib/dreams/owner/name && systemctl restart dreams-name");
     assert_eq!(machine.run("cat /proc/sys/kernel/hostname"), "dreams-123456", "by its card");
 
-    // Their own address takes the place of one from the network.
+    // An address of the owner's replaces the one from the network.
     let file = "/run/owner/dreams.toml";
     machine.run(&format!("{OPEN} && echo 'address = \"192.0.2.7/24\"' >> {file} && {TAKE_IN}"));
     machine.run("until grep -q '|-- 192.0.2.7$' /proc/net/fib_trie; do sleep 1; done");

@@ -72,7 +72,7 @@ impl PortScanner {
             while let Ok(length) = receiver.recv(&mut frame) {
                 let Ok(packet) = SlicedPacket::from_ethernet(&frame[..length]) else { continue };
                 if let Some(here) = resolution(&packet) {
-                    // QEMU may be gone.
+                    // QEMU may have ended.
                     receiver.send(&here).ok();
                 } else if let Some(answer) = answer(&packet)
                     && sender.send(answer).is_err()

@@ -42,7 +42,7 @@ fn whoever_is_the_players_user_sets_nothing_that_is_the_owners_and_replaces_noth
         let (said, status) = machine.serial.run(&format!("{AS_DREAMS} {words}"));
         assert_ne!(status, 0, "`{words}` was done: {said}");
     }
-    // And that it is the user who cannot, not the words.
+    // The commands themselves work where this user may write.
     machine.run(&format!("{AS_DREAMS} touch /var/lib/dreams/store/mine && {AS_DREAMS} rm /var/lib/dreams/store/mine"));
     machine.run(&format!("{AS_DREAMS} grep -q . /var/lib/dreams/owner/dreams.toml"));
     assert_eq!(machine.run("stat --format '%U %a' /var/lib/dreams /var/lib/dreams/owner").trim(), "root 755\nroot 775");

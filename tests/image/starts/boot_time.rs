@@ -53,7 +53,7 @@ const CHAIN: [(&str, &str, &str); 7] = [
 /// QEMU's options for a start without a boot loader: of the image as it is, and with a first program that does nothing.
 fn starts(folder: &Path) -> (Vec<String>, Vec<String>) {
     let is = parts(folder);
-    // The kernel unpacks one behind the other: what comes later takes the place of what was there.
+    // The kernel unpacks concatenated archives in order: later files replace earlier ones.
     let init = fs::read_to_string(repository().join("image-build/init")).unwrap();
     assert!(init.ends_with(ALL), "`init` ends otherwise");
     fs::write(folder.join("init"), init.replace(ALL, NOTHING)).unwrap();
@@ -88,7 +88,7 @@ pub(crate) fn seconds(machine: &mut Machine, time: &str) -> f64 {
 /// A start until the first frame is shown: its time, and the times of the parts.
 fn lit(machine: &mut Machine) -> (f64, Value) {
     machine.await_word("BENCH");
-    // It plays with its own first frame, which is the one that was lit before.
+    // The player is up with its first frame, which the prelude has shown before.
     machine.run("systemctl start dreams-player.service");
     let chain = CHAIN.map(|(name, from, to)| {
         json!({

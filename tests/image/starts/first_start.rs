@@ -54,7 +54,7 @@ pub(crate) fn playing_unit() -> &'static PlayingUnit {
         let mut machine = unit.start();
         let mut looks = machine.await_shell();
         looks.extend(machine.watch_move(PAUSE, 3 * MOVES));
-        // No wall has a machine as slow as this one: it would show nothing but the player from now on.
+        // This machine is slower than any unit: with the usual weight the player would use all of it.
         machine.run("systemctl set-property --runtime dreams.slice CPUWeight=20 && udevadm settle -t 240");
         is_as_it_should_be(&mut machine);
         let mut path = Path::told(&machine.run("dreams-status; echo"));
@@ -110,7 +110,7 @@ fn the_system_is_small() {
     let mb = |file: PathBuf| std::fs::metadata(file).unwrap().len() as f64 / 1e6;
     let root = mb(image().join("root.img"));
     let initramfs = mb(image().with_file_name("initramfs").join("initramfs"));
-    // What is written of the disk, flock and all; packed it is less.
+    // The written blocks of the disk; compressed they are fewer.
     let disk = std::fs::metadata(image().join("disk.img")).unwrap().blocks() as f64 * 512.0 / 1e6;
     let sizes = format!("a root of {root} MB, an initramfs of {initramfs} MB, {disk} MB of the disk");
     assert!(root <= 220.0 && initramfs <= 3.0 && disk <= 500.0, "{sizes}");

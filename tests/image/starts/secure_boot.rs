@@ -45,7 +45,7 @@ fn signed() -> &'static Unit {
         let mut build = Command::new(repository().join("image-build/build"));
         succeed(build.arg(&target).args(["--profile", "bench", "--sign"]).arg(&keys));
         let unit = Unit::of(&target.join(concat!("bench-", env!("CARGO_PKG_VERSION"), "-signed")));
-        // It knows no keys, and is ready to take some.
+        // In setup mode: it has no keys, and accepts new ones.
         unit.know(USUAL.firmware.variables());
         shows_its_art(&unit).run("sync");
         unit

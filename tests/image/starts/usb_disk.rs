@@ -19,7 +19,7 @@ fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
     let mut path = path.clone();
     let unit = snapshot.copy();
     let stick = Unit::new();
-    // The stick's owner would have it called otherwise.
+    // The stick's settings have another name for the unit.
     let theirs = stick.path("dreams.toml");
     fs::write(&theirs, "unit = \"nobody\"\n").unwrap();
     stick.lay_for_owner(&theirs);
@@ -38,7 +38,7 @@ fn a_unit_on_usb_knows_its_own_disk_from_a_copy_of_the_image_on_a_stick() {
         let (root, flocks) = (machine.run(OF_ROOT), machine.run(OF_FLOCKS));
         assert_eq!(root, flocks);
         machine.run("! grep -q nobody /var/lib/dreams/owner/dreams.toml");
-        // Its own partitions bear no flocks to take in; the other's may.
+        // No update runs for its own partitions; one may run for the other disk's.
         machine.run(&format!("! systemctl list-units --all --plain --no-legend 'dreams-update@{root}*' | grep ."));
         machine.run("systemctl list-units --all --plain --no-legend 'dreams-update@sd*' 'dreams-owner@*'");
         machine.is_well();

@@ -93,7 +93,7 @@ impl Path {
         let Some((first, place)) = telling.next() else { return false };
         if !self.has_gone(place) {
             let walk = &self.walks[self.walk];
-            // What was seen may have been the first of two rounds, when it was the second.
+            // A clip that is shown twice: the look may have been taken in the first or the second round.
             let rounds = usize::from(walk.clips[self.at] == walk.clips[self.at + 1]);
             let near = [self.at, self.at + 1, self.at.saturating_sub(1), self.at + 1 + rounds];
             let found = walk.find(&place.clip, near.into_iter());

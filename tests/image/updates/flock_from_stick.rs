@@ -28,7 +28,7 @@ fn a_stick_brings_a_flock_and_says_so_on_the_running_picture() {
     let since = only_art(&looks, OFTEN);
     let places = || since.iter().filter_map(|look| look.place.as_ref());
     assert!(places().any(|place| place.has_notice && &*place.flock == "demo"), "the notice is on the running picture");
-    // Photographs on FAT are nobody's business; ext4, and what bears nothing, is not even looked at.
+    // Photographs on FAT cause no message; ext4 and empty partitions are not mounted.
     for part in 1..=2 {
         machine.run(&format!("until systemctl --quiet is-active dreams-update@sda{part}; do sleep 1; done"));
     }

@@ -75,7 +75,7 @@ fn a_new_system_that_shows_its_picture_stays_until_its_root_is_damaged() {
     assert!(starts.trim().parse::<u32>().unwrap() >= 2, "the log still knows of the start before, found {starts}");
     drop(machine);
 
-    // The beginning, which every start reads; and the middle, which is met on the way or never.
+    // The beginning, which every start reads; and the middle, which a start may not read at all.
     for (at, length) in [(0, 1 << 20), (40 << 20, 60 << 20)] {
         let unit = unit.copy();
         unit.spoil(SLOT_B, at, &rubbish(length));

@@ -64,7 +64,7 @@ fn a_time_pins_the_archives_to_what_they_held_then() {
 
 #[test]
 fn a_system_of_a_time_is_not_made_again_whatever_the_archives_hold_today() {
-    // Nobody answers there.
+    // No server listens there.
     let machine =
         Machine::new("Acquire::http::Proxy \"http://127.0.0.1:9\"; Acquire::https::Proxy \"http://127.0.0.1:9\";");
     let inputs = |snapshot| {

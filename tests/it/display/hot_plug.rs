@@ -53,7 +53,7 @@ fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
     writeln!(text, "{} &\nplayer=$!", shell_words(&playing.command())).unwrap();
     let mut random = Random(2);
     for time in 0..TIMES {
-        // Every third time the cable is back before the player can have looked.
+        // Every third time the cable is back before the player has noticed.
         let away_ms = if time % 3 == 0 { random.below(40) } else { random.below(1_500) };
         let lit_ms = BACK_NS / 1_000_000 + random.below(700);
         writeln!(text, "sleep {}; holds; pull", seconds(lit_ms)).unwrap();

@@ -88,7 +88,7 @@ fn systemd_understands_every_line_of_every_service() {
 fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_is() {
     let rules = super::read("systemd/80-dreams-update.rules");
     assert!(rules.contains("ENV{SYSTEMD_WANTS}+=\"dreams-update@%k.service\""));
-    // ext4, whose driver obeys what the file system says of itself, only where an installer has said so.
+    // ext4 only where an installer has allowed it, since its driver trusts the file system.
     for wanted in [
         "ENV{ID_FS_TYPE}!=\"vfat|exfat|ext4\", GOTO=",
         "ENV{ID_FS_TYPE}==\"ext4\", IMPORT{file}=\"/etc/dreams/sticks.conf\"",
@@ -174,7 +174,7 @@ fn the_picture_comes_before_whatever_else_the_unit_does() {
         assert!(has(&player(), wanted), "{wanted}");
     }
     assert!(has(&super::read("systemd/dreams-still.service"), "Slice=dreams.slice"));
-    // Right below the root: memory is protected only as far as all that lies above is.
+    // Directly below the root slice: protection of memory is limited by that of all slices above.
     for wanted in ["MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000"] {
         assert!(has(&super::read("systemd/dreams.slice"), wanted), "{wanted}");
     }
@@ -183,7 +183,7 @@ fn the_picture_comes_before_whatever_else_the_unit_does() {
         for wanted in ["OOMScoreAdjust=500", "MemoryMax=256M", "IOWeight=1"] {
             assert!(has(&text, wanted), "{wanted} in {unit}");
         }
-        // Where somebody waits, a fiftieth of what the player has; else nothing that the player could use.
+        // An update that somebody waits for has a fiftieth of the player's weight; others run only when idle.
         let weight = if unit == "dreams-update@.service" { "CPUWeight=20" } else { "CPUWeight=idle" };
         assert!(has(&text, weight), "{weight} in {unit}");
     }

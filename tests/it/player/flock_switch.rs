@@ -159,7 +159,7 @@ fn a_trial_goes_on_over_short_evenings_and_through_starts_that_nobody_could_see(
     unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
     let play = |options: &[&str]| Playing::of(&unit.path("store/current")).with(options);
-    // No display at all, and an end that was asked for before anything was to be seen.
+    // Starts without a display, and with an early end by a signal.
     for _ in 0..4 {
         let said = output(&mut play(&["--screen", "kms:/dev/null"]).command());
         assert_eq!(said.status.code(), Some(3), "{}", String::from_utf8_lossy(&said.stderr));
@@ -172,7 +172,7 @@ fn a_trial_goes_on_over_short_evenings_and_through_starts_that_nobody_could_see(
         assert_eq!(running.end_within(10).0, Some(0));
     }
     assert_eq!(state(&unit)["trial"]["starts"], 0, "nothing of that is held against it");
-    // The plug is pulled every evening, after some joins.
+    // The power is cut every evening, after some joins.
     let (mut evenings, mut joins) = (0, 0);
     while state(&unit)["trial"]["joins"].as_u64().is_none_or(|joins| joins < 17) {
         let mut running = playing.start();

@@ -68,7 +68,7 @@ fn an_update_on_the_same_slow_disk_makes_no_frame_late() {
     let log = fs::read_to_string(playing.path("guest/log")).unwrap();
     let at =
         |word: &str| -> f64 { log.lines().find_map(|line| line.strip_prefix(word)).unwrap().trim().parse().unwrap() };
-    // Who writes as much and stands back for nobody is seen.
+    // The same load with normal priority makes frames late.
     let (beside, rudely): (Vec<_>, Vec<_>) = trace.flips.iter().partition(|flip| (flip.t_ns as f64) < at("rude") * 1e9);
     let paces = |flips: &[&Flip]| -> BTreeSet<u32> {
         flips.windows(2).map(|pair| pair[1].vblank.wrapping_sub(pair[0].vblank)).collect()

@@ -31,7 +31,7 @@ impl Artist {
             fs::copy(small.join(&name), artist.at("flock").join(&name)).unwrap();
         }
         artist.secret("passphrase", "velvet\n");
-        // Of the time when to open one cost a tenth of a second.
+        // A key of an old format, which opens in a tenth of a second.
         artist.secret("artist.key", include_str!("../../fixtures/keys/artist.key"));
         fs::write(artist.at("artist.pub"), include_str!("../../fixtures/keys/artist.pub")).unwrap();
         artist
@@ -147,7 +147,7 @@ fn a_flock_that_is_packed_is_taken_in_and_takes_no_room() {
     for key in ["sequence", "signer", "files", "bytes"] {
         assert_eq!(bundle[key], packed[key], "{key}");
     }
-    // What the flock has beside its manifest, clips and genomes stays at home.
+    // Other files than manifest, clips and genomes are not packed.
     assert!(!artist.object("shows").exists());
     // Another unit's bundle in the same folder shares the content and gets the next number.
     let another = artist.pack(&["--unit", "stairs", "--unit", "lobby"]);
@@ -213,7 +213,7 @@ fn whatever_is_tampered_with_is_named() {
     let said = artist.says(1, &["verify", "bundle", "--trust", "artist.pub"]);
     assert!(said.contains("the bundle is for `lobby`, this unit is `attic`"), "{said}");
     fs::remove_file(artist.at("bundle/seals/attic.seal")).unwrap();
-    // What no unit could be called, another system has left there.
+    // Names that no unit can have are files of another system.
     fs::write(artist.at("bundle/seals/._lobby.seal"), "whatever").unwrap();
     artist.verify(0);
     let list = text.lines().last().unwrap().rsplit(' ').next().unwrap();
@@ -309,7 +309,7 @@ fn an_old_key_takes_in_a_new_one_and_calls_it_back() {
     assert!(said.contains(&format!("is signed by key {id}, trusted are ")), "{said}");
     artist.pack_by("new", &["--statement", "new.trusted"]);
     assert_eq!(artist.verify(0)["bundles"][0]["signer"], made["id"]);
-    // The key itself needs nobody's word, and the word of a stranger is none.
+    // The key's own bundles need no statement, and a stranger's statement is ignored.
     artist.answers(0, &["verify", "bundle", "--trust", "new.pub"]);
     artist.key("stranger", &[]);
     artist.answers(1, &["verify", "bundle", "--trust", "stranger.pub"]);

@@ -141,7 +141,7 @@ fn a_simulation_comes_to_what_the_shares_predict() {
     assert_eq!(of_sheep(&simulated, "predicted"), of_sheep(&shares, "visits"));
     assert_eq!(simulated["outside"], 0);
     for (id, bound) in of_sheep(&simulated, "bound") {
-        // Of 20,000 steps: a walk that throws dice could be off by ten times as much.
+        // For 20,000 steps: a purely random walk could be off by ten times as much.
         assert!(bound.is_some_and(|bound| (0.0..0.002).contains(&bound)), "{id}: {bound:?}");
     }
 }

@@ -207,7 +207,7 @@ fn a_slot_whose_superblock_can_not_be_read_is_written_again() {
     let unit_files = UnitFiles::out_of_its_box();
     let whole = unit_files.all();
     let slot = unit_files.at("a").display().to_string();
-    // Once for each of the four copies that may have their root there.
+    // Once for each of the four copies whose root may be there.
     let options = ["-P", &slot, "-e", "trace=pread64,pwrite64", "-e", "inject=pread64:error=EIO:when=1..4"];
     let said = syscall_faults::traced(&unit_files.command("all"), &unit_files.at("strace"), &options);
     assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));

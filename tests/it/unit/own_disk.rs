@@ -92,9 +92,9 @@ fn a_partition_is_a_units_own_only_on_the_disk_that_it_runs_from() {
     let both = verified(ENCRYPTED).lays(ENCRYPTED, "254:1", &partition(ON_USB, 1));
     assert_eq!(both.own(), on_usb);
     assert_eq!(Machine::started_from("8:1").own(), within, "a root without verity");
-    // Where nobody can tell, what can be carried away is not it.
+    // Where the root tells no disk, a removable disk is not the unit's own.
     assert_eq!(Machine::started_from(IN_MEMORY).own(), ["sda", "sda5", "sdaa", "sdaa5"]);
-    // The root had to be taken from whichever disk there was.
+    // The root was taken from another disk.
     let elsewhere = verified(&partition(WITHIN, 2));
     fs::create_dir(elsewhere.root.path().join("run")).unwrap();
     fs::write(elsewhere.root.path().join("run/dreams-elsewhere"), "").unwrap();

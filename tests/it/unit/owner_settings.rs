@@ -133,7 +133,7 @@ fn a_unit_restarts_only_in_the_hours_for_it_and_while_no_flock_is_on_trial() {
         owner.args(["may-restart", "--keep"]).arg(&keep).arg("--flock").arg(unit.path("store/current"));
         output(&mut owner).status.code()
     };
-    // Dark now, whatever the clock of this machine shows; and lit.
+    // Hours that exclude the present time, and hours that include it.
     fs::write(&keep, "").unwrap();
     let written = fs::metadata(&keep).unwrap().modified().unwrap().duration_since(SystemTime::UNIX_EPOCH).unwrap();
     let now = written.as_secs() / 60 % 1_440;

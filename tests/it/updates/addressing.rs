@@ -93,10 +93,10 @@ fn who_has_taken_its_own_takes_nothing_for_everybody_and_its_next_own_all_the_sa
         notice.contains("This stick is for every frame. This frame is lobby, and takes what is for it by name."),
         "{notice}"
     );
-    // What came in between does not keep its own from it.
+    // A bundle for all units in between does not keep it from its own.
     sender.sends(&["lobby"]);
     sender.is_taken("lobby");
-    // Somebody on site may say otherwise, or call it otherwise.
+    // A person on site may change that, by an option or by another name.
     sender.sends(&[]);
     let said = sender.update("lobby", &["--allow-older"]);
     assert!(said.stdout.starts_with(b"installed"), "{}", String::from_utf8_lossy(&said.stderr));

@@ -144,7 +144,7 @@ fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next
     }
     let (code, _) = fetch(&unit, "http://127.0.0.1:9", &[]);
     assert_eq!(code, Some(3), "nobody listens there");
-    // Elsewhere is fine, if what lies there is ours.
+    // A redirect is followed if the files there are signed.
     elsewhere.behave(Behaviour::Good);
     web.behave(Behaviour::Redirects(elsewhere.url()));
     let (code, answer) = fetch(&unit, &format!("{}/", web.url()), &[]);
@@ -217,7 +217,7 @@ fn a_part_is_taken_for_what_it_is() {
         (Behaviour::Good, 0, 4_000),
         (Behaviour::Whole, 0, 5_000),
         (Behaviour::WrongPart, 3, 0),
-        // A part that is not what it says: all of it once more.
+        // After a wrong range the whole file is requested again.
         (Behaviour::LyingPart, 0, 4_001 + 5_000),
     ] {
         let unit = Unit::new();

@@ -157,7 +157,7 @@ fn what_was_fetched_again_is_put_back_also_if_the_updater_was_killed_before_it_c
     let clip = "loops/0.mp4";
     for (call, how) in [("linkat", "signal=KILL"), ("linkat", "error=EIO"), ("renameat", "signal=KILL")] {
         breakage.reset();
-        // As a look at every byte leaves what it finds damaged.
+        // As a scrub leaves a damaged object.
         for name in [format!("current/{clip}"), object(&breakage.old[clip])] {
             fs::remove_file(breakage.unit.path("store").join(name)).unwrap();
         }
@@ -272,7 +272,7 @@ fn a_stick_of_ten_thousand_strange_files_leads_nowhere() {
         Some("This stick is for attic000, attic001, attic002 and 197 more. This frame is lobby.")
     );
     assert!(error.len() < 600, "it names a few of them: {error}");
-    // Ways out of the stick, in every place where something is read.
+    // Links out of the stick, in place of everything that is read.
     let good = rubbish(2, 3_000, 0);
     let clip = object(&good["loops/1.mp4"]);
     let ways = [("seals/all.seal", "secret"), ("seals", ""), (&*clip, "secret"), ("objects", "store")];

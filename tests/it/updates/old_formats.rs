@@ -153,7 +153,7 @@ fn an_owners_settings_of_the_first_format_are_kept_as_they_were() {
     let read = |name: &str| fs::read_to_string(old_files.at(name)).unwrap();
     assert_eq!(read("kept"), read("owner/kept"));
     assert!(read("wired.conf").contains("Address=192.0.2.7/24") && read("wifi.conf").contains("psk=\"velvet under\""));
-    // What was kept then says whose flocks are taken.
+    // The kept settings say which keys are trusted.
     fs::write(old_files.at("update.toml"), "owner = \"owner/kept\"\nreserve_mib = 0\n").unwrap();
     let words =
         ["pack", "flock", "outbox", "--key", "keys/spare.key", "--passphrase-file", "passphrase", "--allow-jumps"];

@@ -168,7 +168,7 @@ fn a_bundle_whose_statements_were_left_out_is_refused() {
     fs::write(fleet.artist.at("stripped").join(&object), &said).unwrap();
     assert_eq!(fleet.takes("lobby", "stripped"), Some(2));
     assert_eq!(fleet.trusted("lobby"), ["spare", "next"].map(|key| fleet.id(key)).into());
-    // Whoever is called back by what the seal expects has sealed nothing.
+    // A seal is invalid if the statements that it expects revoke its own key.
     fleet.pack("artist", "last", &["--statement", "artist.revoked"]);
     fs::remove_file(fleet.artist.at("last").join(STATEMENTS)).unwrap();
     let revoked = format!("is signed by key {}, which was revoked", fleet.id("artist"));

@@ -211,7 +211,7 @@ fn a_system_that_is_not_newer_or_not_ours_or_not_signed_is_not_taken() {
     fs::write(&seal, text.replace("version 0.2.0", "version 9.2.0")).unwrap();
     assert_eq!(unit_files.update().status.code(), Some(1));
     assert!(unit_files.told().contains("not signed by anybody"), "{}", unit_files.told());
-    // Nothing of all that came to be written.
+    // Nothing of that was written.
     assert_eq!((unit_files.written(), unit_files.entries()), ("none".into(), vec!["dreams_0.1.0_1+1.conf".to_owned()]));
     fs::write(&seal, text).unwrap();
     assert_eq!(unit_files.fetched(), serde_json::json!({ "staged": "0.2.0" }));
@@ -264,7 +264,7 @@ fn keys_that_the_owner_gives_sign_flocks_and_no_systems() {
         unit_files.at("keys"),
     ]));
     assert_eq!(json(&flock)["outcome"], "installed", "{}", String::from_utf8_lossy(&flock.stderr));
-    // Who has the role gives both.
+    // A key with this role signs both.
     fs::copy(unit_files.at("artist.pub"), unit_files.at("system-keys/artist.pub")).unwrap();
     config("system-keys");
     let said = update();

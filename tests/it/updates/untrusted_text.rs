@@ -67,7 +67,7 @@ fn what_a_server_says_is_told_in_our_own_words() {
     ] {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = format!("http://{}/flocks", listener.local_addr().unwrap());
-        // It ends with the claims.
+        // It runs until the claims have ended.
         thread::spawn(move || {
             for stream in listener.incoming() {
                 let mut stream = stream.unwrap();
