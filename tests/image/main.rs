@@ -1,8 +1,8 @@
 //! Claims about the image of a unit on a whole machine: those that `make check` runs.
 //!
-//! Owns this list, apart from `it`, since a machine under QEMU takes all processors for minutes. The image has the profile
-//! `bench`, which `make check` has made: that of a unit, with a shell on the serial port. Claims that take longer are listed
-//! in `whole.rs`.
+//! Owns this list, apart from `it`, since a machine under QEMU takes all processors for minutes. The image has the
+//! profile `bench`, which `make check` has made: that of a unit, with a shell on the serial port. Claims that take longer
+//! are listed in `whole.rs`.
 //!
 //! Start at [`starts::first_start`]; [`machine`] is the emulated machine, [`unit`] its disk.
 #![forbid(unsafe_code)]

@@ -3,7 +3,7 @@
 //! Owns a scratch folder for each: its state, its trace. A claim decides where it runs: here on the virtual screen, or
 //! in a guest.
 //!
-//! Start at [`Playing::of`].
+//! Start at [`PlayerRun::of`].
 
 use crate::programs;
 use crate::trace::Trace;
@@ -26,12 +26,12 @@ const SILENCE_S: u32 = 300;
 const LINE: u64 = 256;
 
 /// A flock and options; started again, it continues where it was.
-pub(crate) struct Playing {
+pub(crate) struct PlayerRun {
     scratch: TempDir,
     options: Vec<OsString>,
 }
 
-impl Playing {
+impl PlayerRun {
     /// Plays the flock in `folder` with a state folder of its own.
     pub(crate) fn of(folder: &Path) -> Self {
         let scratch = tempfile::tempdir_in(programs::claims_folder()).unwrap();
@@ -65,23 +65,23 @@ impl Playing {
     }
 
     /// Starts the player here, with its trace on a pipe.
-    pub(crate) fn start(&self) -> Running {
+    pub(crate) fn start(&self) -> RunningPlayer {
         let mut command = Command::new(programs::player());
         command.args(&self.options).args(["--trace", "/dev/stdout"]).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().unwrap();
         let told = BufReader::new(child.stdout.take().expect("its standard output is piped"));
-        Running { child, told: Some(told), text: String::new() }
+        RunningPlayer { child, told: Some(told), text: String::new() }
     }
 }
 
 /// A player that runs here. It is killed when dropped.
-pub(crate) struct Running {
+pub(crate) struct RunningPlayer {
     child: Child,
     told: Option<BufReader<ChildStdout>>,
     text: String,
 }
 
-impl Running {
+impl RunningPlayer {
     /// Waits for `lines` more lines of the trace.
     pub(crate) fn await_lines(&mut self, lines: u64) {
         for line in 0..lines {
@@ -142,7 +142,7 @@ impl Running {
     }
 }
 
-impl Drop for Running {
+impl Drop for RunningPlayer {
     fn drop(&mut self) {
         // Fails only if it has ended by itself.
         let _ended = self.child.kill();

@@ -5,7 +5,7 @@
 use crate::display::joins::on_the_beat;
 use crate::flocks::Plan;
 use crate::guest::succeed_in_virtual_time;
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use crate::trace::Trace;
 use std::fs;
 
@@ -20,7 +20,7 @@ fn first_holds(name: &'static str, fps: (u32, u32)) -> Vec<u32> {
 /// Plays 24 clips of a flock in the mode that the owner has set, and checks the vblank of every flip.
 fn played(plan: &Plan, mode: &str) -> Trace {
     let flock = plan.flock();
-    let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--clips", "24"]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--clips", "24"]);
     let owner = playing.path("dreams.toml");
     fs::write(&owner, format!("mode = \"{mode}\"\n")).unwrap();
     let playing = playing.with(&["--owner", owner.to_str().unwrap()]);

@@ -6,7 +6,7 @@
 use crate::flocks::JOINS;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
 use crate::player::resume::Random;
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use std::fmt::Write as _;
 use std::fs;
 
@@ -47,7 +47,7 @@ holds() {
 #[test]
 fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
     let flock = JOINS.flock();
-    let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--screen", "kms:/dev/dri/$card"]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--seed", "5", "--screen", "kms:/dev/dri/$card"]);
     let log = playing.path("log");
     let mut text = format!("{CARD}{HANDS}exec > {}\n", word(&log));
     writeln!(text, "{} &\nplayer=$!", shell_words(&playing.command())).unwrap();
@@ -86,7 +86,7 @@ fn a_cable_pulled_a_hundred_times_brings_the_picture_back_and_leaks_nothing() {
 #[test]
 fn a_player_started_before_its_display_lights_it_within_two_seconds() {
     let flock = JOINS.flock();
-    let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--clips", "3", "--screen", "kms:/dev/dri/$card"]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--seed", "5", "--clips", "3", "--screen", "kms:/dev/dri/$card"]);
     let log = playing.path("log");
     let play = shell_words(&playing.command());
     let text = format!("{CARD}{HANDS}exec > {}\npull\n{play} &\nplayer=$!\nsleep 20; push; wait $player", word(&log));
@@ -100,7 +100,7 @@ fn a_player_started_before_its_display_lights_it_within_two_seconds() {
 #[test]
 fn a_player_waits_while_another_program_has_the_display() {
     let flock = JOINS.flock();
-    let playing = Playing::of(&flock.folder).with(&["--seed", "5", "--clips", "3", "--screen", VKMS]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--seed", "5", "--clips", "3", "--screen", VKMS]);
     let other = "sleep 20 | modetest -M vkms -s 53@45:640x480 &";
     let text = format!("{other} sleep 1; {} &\nwait %2", shell_words(&playing.command()));
     let console = succeed_in_virtual_time(60, &script(&text));

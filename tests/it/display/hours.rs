@@ -6,7 +6,7 @@
 use crate::display::scanout::{SHORT, scanned_out};
 use crate::flocks::{Flock, SMALL};
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
@@ -21,7 +21,7 @@ const LOOKS: usize = 60;
 fn the_display_sleeps_at_night_and_the_path_goes_on_where_it_was() {
     let flock = SMALL.flock();
     let hours = ["--hours", "08:00-23:00", "--timezone", "UTC", "--brightness", "22:00 60, 08:00 100"];
-    let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", SEED, "--hash"]).with(&hours);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--seed", SEED, "--hash"]).with(&hours);
     let lights = over_a_night(&playing);
     assert_eq!(lights, ["1", "0", "0", "1", "1"], "day, night, night, day, no date");
     goes_on(&playing, &flock);
@@ -31,7 +31,7 @@ fn the_display_sleeps_at_night_and_the_path_goes_on_where_it_was() {
 fn a_night_in_black_leaves_the_display_on_and_the_path_goes_on_where_it_was() {
     let flock = SMALL.flock();
     let hours = ["--hours", "08:00-23:00", "--timezone", "UTC", "--night", "black"];
-    let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", SEED, "--hash"]).with(&hours);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--seed", SEED, "--hash"]).with(&hours);
     let lights = over_a_night(&playing);
     assert_eq!(lights, ["1", "1", "1", "1", "1"]);
     goes_on(&playing, &flock);
@@ -46,7 +46,7 @@ fn a_night_in_black_leaves_the_display_on_and_the_path_goes_on_where_it_was() {
 
 /// Whether the display was on over an evening, a night and a morning, and when the clock was lost. What was shown is
 /// written to `glass`.
-fn over_a_night(playing: &Playing) -> Vec<String> {
+fn over_a_night(playing: &PlayerRun) -> Vec<String> {
     let seen = playing.path("seen");
     let text = format!(
         "crc=/sys/kernel/debug/dri/vkms/crtc-0/crc
@@ -71,7 +71,7 @@ fn over_a_night(playing: &Playing) -> Vec<String> {
 }
 
 /// Checks the run over that night: no frame is lost, repeated or late.
-fn goes_on(playing: &Playing, flock: &Flock) {
+fn goes_on(playing: &PlayerRun, flock: &Flock) {
     let trace = playing.trace();
     assert!(trace.faults.is_empty(), "{:?}", trace.faults);
     let end = trace.end.as_ref().unwrap();
@@ -93,7 +93,7 @@ fn goes_on(playing: &Playing, flock: &Flock) {
 /// The checksum of every frame at this brightness, by the frame's hash.
 fn looks(percent: &str) -> BTreeMap<String, String> {
     let options = ["--screen", VKMS, "--seed", SEED, "--hash", "--clips", "40", "--brightness", percent];
-    let playing = Playing::of(&SHORT.flock().folder).with(&options);
+    let playing = PlayerRun::of(&SHORT.flock().folder).with(&options);
     let glass = scanned_out(&playing, LOOKS);
     let look = |flip: &crate::trace::Flip| Some((flip.hash.clone()?, glass.get(&flip.vblank)?.clone()));
     playing.trace().flips.iter().filter_map(look).collect()

@@ -4,7 +4,7 @@
 
 use crate::flocks::JOINS;
 use crate::guest::succeed_in_virtual_time;
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use crate::trace::{End, Trace};
 
 /// Clips played: one more than joins.
@@ -15,7 +15,7 @@ fn a_thousand_joins_show_every_frame_once_and_in_time() {
     let flock = JOINS.flock();
     let clips = flock.walk("7", CLIPS);
     let due = flock.frames(&clips);
-    let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "7", "--hash"]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--seed", "7", "--hash"]);
     let playing = playing.with(&["--clips", &CLIPS.to_string()]);
     succeed_in_virtual_time(240, &playing.command());
     let trace = playing.trace();

@@ -7,7 +7,7 @@
 use crate::flocks::{Flock, Plan, SMALL};
 use crate::guest::{script, shell_words, succeed_in_virtual_time};
 use crate::player::flock_switch::edition;
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use crate::programs::updater;
 use crate::trace::{Flip, Trace};
 use claims::bundle_maker::BundleMaker;
@@ -33,10 +33,10 @@ fn number(flip: &Flip) -> usize {
 }
 
 /// Plays the first flock, and installs the others.
-fn played() -> Playing {
+fn played() -> PlayerRun {
     let flocks: Vec<Flock> = PLANS.iter().map(|(plan, ..)| plan.flock()).collect();
     let maker = BundleMaker::with_new_keys();
-    let playing = Playing::of("/tmp/store/current".as_ref());
+    let playing = PlayerRun::of("/tmp/store/current".as_ref());
     let playing = playing.with(&["--screen", VKMS, "--seed", "5", "--hash", "--prefetch-ms", "2000"]);
     fs::rename(maker.keys(), playing.path("keys")).unwrap();
     let update = |number: usize| {

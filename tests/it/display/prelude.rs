@@ -6,7 +6,7 @@
 use crate::display::scanout::scanned_out_while;
 use crate::flocks::JOINS;
 use crate::guest::{shell_words, word};
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use crate::programs;
 use std::process::Command;
 
@@ -16,7 +16,7 @@ const LOOKS: usize = 150;
 #[test]
 fn a_first_picture_is_held_until_the_player_goes_on_from_it() {
     let flock = JOINS.flock();
-    let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--clips", "8"]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--clips", "8"]);
     let said = playing.path("said");
     let mut prelude = Command::new(programs::player());
     prelude.args(["--prelude", "--screen", VKMS, "--flock"]).arg(&flock.folder);

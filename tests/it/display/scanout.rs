@@ -5,7 +5,7 @@
 
 use crate::flocks::Plan;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use std::collections::HashMap;
 use std::fs;
 
@@ -16,13 +16,13 @@ pub(crate) const SHORT: Plan = Plan { name: "short", size: (640, 480), fps: (30,
 const LOOKS: usize = 150;
 
 /// Plays while another process reads the checksums of so many vblanks; returns the checksums.
-pub(crate) fn scanned_out(playing: &Playing, looks: usize) -> HashMap<u32, String> {
+pub(crate) fn scanned_out(playing: &PlayerRun, looks: usize) -> HashMap<u32, String> {
     let player = shell_words(&playing.command());
     scanned_out_while(playing, looks, &format!("{player} & player=$!; sleep 1"), "wait $player")
 }
 
 /// The same with a script: what it does before the first reading, and during the readings.
-pub(crate) fn scanned_out_while(playing: &Playing, looks: usize, before: &str, beside: &str) -> HashMap<u32, String> {
+pub(crate) fn scanned_out_while(playing: &PlayerRun, looks: usize, before: &str, beside: &str) -> HashMap<u32, String> {
     let list = playing.path("scanned-out");
     let crc = "/sys/kernel/debug/dri/vkms/crtc-0/crc";
     let read = format!("head -n {looks} {crc}/data > {}", word(&list));
@@ -40,7 +40,7 @@ pub(crate) fn scanned_out_while(playing: &Playing, looks: usize, before: &str, b
 #[test]
 fn every_frame_of_the_trace_is_on_the_glass_for_all_its_vblanks() {
     let flock = SHORT.flock();
-    let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--hash", "--clips", "40"]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--seed", "3", "--hash", "--clips", "40"]);
     let glass = scanned_out(&playing, LOOKS);
     let trace = playing.trace();
     let mut looks: HashMap<&str, &str> = HashMap::new();

@@ -6,7 +6,7 @@
 use crate::clips::Encode;
 use crate::flocks::{Flock, Plan};
 use crate::guest::succeed_in_virtual_time;
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use crate::programs::{self, claims_folder, output};
 use crate::tools::command_line::json;
 use std::collections::{HashMap, HashSet};
@@ -137,7 +137,7 @@ fn broken_clips_at_play_time_cost_no_black_frame_and_are_named_once() {
     let names: Vec<_> = BROKEN.iter().map(|(name, ..)| *name).collect();
     for hashed in [true, false] {
         let (_scratch, flock) = broken_flock(&names, hashed);
-        let playing = Playing::of(&flock.folder).with(&["--screen", VKMS, "--seed", "2", "--hash", "--clips", "150"]);
+        let playing = PlayerRun::of(&flock.folder).with(&["--screen", VKMS, "--seed", "2", "--hash", "--clips", "150"]);
         succeed_in_virtual_time(120, &playing.command());
         let trace = playing.trace();
 

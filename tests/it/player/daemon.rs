@@ -4,7 +4,7 @@
 
 use crate::flocks::SMALL;
 use crate::guest::{script, shell_words, succeed_in_virtual_time};
-use crate::player_run::Playing;
+use crate::player_run::PlayerRun;
 use crate::programs::{self, claims_folder, output};
 use crate::trace::End;
 use rustix::process::Signal;
@@ -14,7 +14,7 @@ use std::process::Command;
 #[test]
 fn a_signal_ends_the_player_within_a_second_and_the_place_is_kept() {
     let flock = SMALL.flock();
-    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--status", "off", "--seed", "8"]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", "virtual", "--status", "off", "--seed", "8"]);
     let walk = flock.walk("8", 200);
     let mut place = 0;
     for signal in [Signal::TERM, Signal::INT, Signal::TERM] {
@@ -37,7 +37,7 @@ fn the_trace_tells_what_is_lit_and_closes_with_its_counts() {
     let flock = SMALL.flock();
     let options =
         ["--screen", "virtual:320x240@50", "--clock", "free", "--status", "off", "--clips", "20", "--seed", "1"];
-    let (code, trace) = Playing::of(&flock.folder).with(&options).start().end_within(30);
+    let (code, trace) = PlayerRun::of(&flock.folder).with(&options).start().end_within(30);
     assert_eq!(code, Some(0));
     let [start] = &trace.starts[..] else { panic!("one start, found {:?}", trace.starts) };
     assert_eq!((start.screen.as_str(), start.mode.as_str()), ("virtual", "320x240@50"));
@@ -84,7 +84,7 @@ fn every_refusal_has_its_exit_code_and_names_what_it_refuses() {
 fn a_display_is_lit_where_there_is_one_and_the_virtual_screen_where_there_is_none() {
     let flock = SMALL.flock();
     for (prepare, screen) in [("true", "kms:/dev/dri/card1 "), ("rm -r /dev/dri", "virtual")] {
-        let playing = Playing::of(&flock.folder).with(&["--clips", "2", "--seed", "1"]);
+        let playing = PlayerRun::of(&flock.folder).with(&["--clips", "2", "--seed", "1"]);
         succeed_in_virtual_time(60, &script(&format!("{prepare}; {}", shell_words(&playing.command()))));
         let [start] = &playing.trace().starts[..] else { panic!("one start") };
         assert!(start.screen.starts_with(screen), "after `{prepare}`, `{}` is lit", start.screen);

@@ -6,7 +6,7 @@
 use crate::flocks::SMALL;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
 use crate::player::flock_switch::{await_joins, edition, played};
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use crate::programs::{self, claims_folder};
 use crate::updates::sticks::Unit;
 use rustix::process::Signal;
@@ -44,7 +44,7 @@ fn another_flock_stands_in_until_the_units_own_can_be_read() {
     }
     let (own, spare) = (unit.path("store/current"), unit.path("spare"));
     let free = ["--screen", "virtual", "--clock", "free", "--hash", "--status", "off", "--seed", "5", "--spare"];
-    let playing = Playing::of(&own).with(&free).with(&[spare.to_str().unwrap()]);
+    let playing = PlayerRun::of(&own).with(&free).with(&[spare.to_str().unwrap()]);
     let mut running = playing.start();
     await_joins(&mut running, 10);
     unit.maker.bundle(&unit.stick(), &edition(&flock, "own"), &[], 1);

@@ -7,7 +7,7 @@
 use crate::display::hot_plug::{CARD, HANDS};
 use crate::flocks::{Flock, Plan, SMALL};
 use crate::guest::{script, shell_words, succeed_in_virtual_time};
-use crate::player_run::{Playing, Running};
+use crate::player_run::{PlayerRun, RunningPlayer};
 use crate::programs::output;
 use crate::trace::{Flip, Trace};
 use crate::updates::sticks::Unit;
@@ -34,11 +34,11 @@ pub(crate) fn edition(flock: &Flock, edition: &str) -> Files {
 }
 
 /// A unit that plays the edition `one`, which has won its trial.
-fn unit_with(flock: &Flock) -> (Unit, Playing) {
+fn unit_with(flock: &Flock) -> (Unit, PlayerRun) {
     let unit = Unit::new();
     unit.maker.bundle(&unit.stick(), &edition(flock, "one"), &[], 1);
     unit.updated(&[]);
-    let playing = Playing::of(&unit.path("store/current")).with(&FREE);
+    let playing = PlayerRun::of(&unit.path("store/current")).with(&FREE);
     let mut running = playing.start();
     await_joins(&mut running, JOINS);
     running.signal(Signal::TERM);
@@ -48,7 +48,7 @@ fn unit_with(flock: &Flock) -> (Unit, Playing) {
 }
 
 /// Waits for so many joins.
-pub(crate) fn await_joins(running: &mut Running, count: usize) {
+pub(crate) fn await_joins(running: &mut RunningPlayer, count: usize) {
     for _ in 0..count {
         running.await_line_with("\"join\"");
         running.await_lines(1);
@@ -140,7 +140,7 @@ fn a_new_flock_that_ends_the_player_again_and_again_gives_way_to_the_one_before(
     let (unit, _) = unit_with(&flock);
     unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
-    let playing = Playing::of(&unit.path("store/current")).with(&TIMED);
+    let playing = PlayerRun::of(&unit.path("store/current")).with(&TIMED);
     for start in 1..=4 {
         let mut running = playing.start();
         running.await_line_with("\"flip\"");
@@ -158,7 +158,7 @@ fn a_trial_goes_on_over_short_evenings_and_through_starts_that_nobody_could_see(
     let (unit, playing) = unit_with(&flock);
     unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
-    let play = |options: &[&str]| Playing::of(&unit.path("store/current")).with(options);
+    let play = |options: &[&str]| PlayerRun::of(&unit.path("store/current")).with(options);
     // Starts without a display, and with an early end by a signal.
     for _ in 0..4 {
         let said = output(&mut play(&["--screen", "kms:/dev/null"]).command());
@@ -203,7 +203,7 @@ fn a_trial_counts_nothing_that_was_decoded_for_a_display_that_is_not_plugged_in(
     let (unit, _) = unit_with(&flock);
     unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
     unit.updated(&[]);
-    let playing = Playing::of(&unit.path("store/current")).with(&["--screen", "kms:/dev/dri/$card"]);
+    let playing = PlayerRun::of(&unit.path("store/current")).with(&["--screen", "kms:/dev/dri/$card"]);
     let play = shell_words(&playing.command());
     let start = format!("{play} &\nplayer=$!\nsleep 30; kill -KILL $player; wait $player || true\n");
     let text = format!("{CARD}{HANDS}pull\n{}", start.repeat(4));

@@ -5,7 +5,7 @@
 
 use crate::flocks::JOINS;
 use crate::player::status_page::{ask, pixels};
-use crate::player_run::Playing;
+use crate::player_run::PlayerRun;
 use crate::updates::sticks::Unit;
 use claims::bundle_maker::rubbish;
 
@@ -27,7 +27,7 @@ fn people_are_told_over_the_running_picture_what_became_of_their_stick() {
     let (socket, notice) = (unit.path("page"), unit.path("notice"));
     let status = format!("unix:{}", socket.display());
     let options = ["--screen", "virtual", "--seed", "1", "--status", &status, "--notice", notice.to_str().unwrap()];
-    let playing = Playing::of(&JOINS.flock().folder).with(&options);
+    let playing = PlayerRun::of(&JOINS.flock().folder).with(&options);
     let mut running = playing.start();
     running.await_lines(40);
     let shot = || pixels(&ask(&socket, "GET /screen.jpg").body, "jpg");

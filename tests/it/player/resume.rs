@@ -3,7 +3,7 @@
 //! Owns the claims on the seed and on the saved place.
 
 use crate::flocks::SMALL;
-use crate::player_run::Playing;
+use crate::player_run::PlayerRun;
 use rustix::process::Signal;
 
 /// The number of kills.
@@ -16,7 +16,7 @@ const FREE: [&str; 6] = ["--screen", "virtual", "--clock", "free", "--status", "
 fn the_player_plays_what_the_walk_prints() {
     let flock = SMALL.flock();
     for seed in ["0", "1", "20260101"] {
-        let playing = Playing::of(&flock.folder).with(&FREE).with(&["--clips", "60", "--hash", "--seed", seed]);
+        let playing = PlayerRun::of(&flock.folder).with(&FREE).with(&["--clips", "60", "--hash", "--seed", seed]);
         let (code, trace) = playing.start().end_within(60);
         assert_eq!(code, Some(0));
         let clips = flock.walk(seed, 60);
@@ -30,7 +30,7 @@ fn the_player_plays_what_the_walk_prints() {
 fn a_path_started_without_a_seed_is_a_new_one() {
     let flock = SMALL.flock();
     let path = || {
-        let (code, trace) = Playing::of(&flock.folder).with(&FREE).with(&["--clips", "60"]).start().end_within(60);
+        let (code, trace) = PlayerRun::of(&flock.folder).with(&FREE).with(&["--clips", "60"]).start().end_within(60);
         assert_eq!(code, Some(0));
         trace.clips().iter().map(|&clip| clip.to_owned()).collect::<Vec<_>>()
     };
@@ -42,7 +42,7 @@ fn a_path_started_without_a_seed_is_a_new_one() {
 #[test]
 fn a_player_killed_fifty_times_goes_on_where_it_was() {
     let flock = SMALL.flock();
-    let playing = Playing::of(&flock.folder).with(&FREE).with(&["--seed", "11"]);
+    let playing = PlayerRun::of(&flock.folder).with(&FREE).with(&["--seed", "11"]);
     let walk = flock.walk("11", 8_000);
     let (mut place, mut repeated) = (0, 0);
     let mut random = Random(1);

@@ -4,7 +4,7 @@
 //! `bad_clips.rs`.
 
 use crate::flocks::SMALL;
-use crate::player_run::Playing;
+use crate::player_run::PlayerRun;
 use rustix::process::{Resource, Signal};
 
 /// Options of a player that plays as fast as possible.
@@ -13,7 +13,7 @@ const FREE: [&str; 8] = ["--screen", "virtual", "--clock", "free", "--status", "
 #[test]
 fn a_trace_that_nobody_reads_holds_up_no_signal_and_costs_no_place() {
     let flock = SMALL.flock();
-    let playing = Playing::of(&flock.folder).with(&FREE);
+    let playing = PlayerRun::of(&flock.folder).with(&FREE);
     let mut running = playing.start();
     running.await_lines(200);
     running.stop_listening();
@@ -32,7 +32,7 @@ fn a_trace_that_nobody_reads_holds_up_no_signal_and_costs_no_place() {
 #[test]
 fn a_machine_out_of_descriptors_is_waited_for_and_no_clip_is_struck() {
     let flock = SMALL.flock();
-    let mut running = Playing::of(&flock.folder).with(&FREE).start();
+    let mut running = PlayerRun::of(&flock.folder).with(&FREE).start();
     running.await_lines(50);
     let limit = running.limit(Resource::Nofile, Some(0));
     running.await_line_with("missing-clip");

@@ -4,7 +4,7 @@
 
 use crate::flocks::SMALL;
 use crate::player::flock_switch::edition;
-use crate::player_run::{Playing, Running};
+use crate::player_run::{PlayerRun, RunningPlayer};
 use crate::programs::{output, succeed};
 use crate::updates::sticks::Unit;
 use std::fs;
@@ -42,23 +42,23 @@ pub(crate) fn ask(socket: &Path, request: &str) -> Answer {
 }
 
 /// A player that plays and serves its page at `address`.
-fn serving(address: &str) -> (Playing, Running) {
+fn serving(address: &str) -> (PlayerRun, RunningPlayer) {
     let flock = SMALL.flock();
-    let playing = Playing::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", address]);
+    let playing = PlayerRun::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", address]);
     let mut running = playing.start();
     running.await_lines(40);
     (playing, running)
 }
 
 /// The same, on the socket returned.
-fn on_a_socket() -> (Playing, Running, PathBuf) {
+fn on_a_socket() -> (PlayerRun, RunningPlayer, PathBuf) {
     let socket = tempfile::Builder::new().prefix("page").tempdir().unwrap().keep().join("socket");
     let (playing, running) = serving(&format!("unix:{}", socket.display()));
     (playing, running, socket)
 }
 
 /// The same, at the host and port returned.
-fn on_a_port() -> (Playing, Running, String) {
+fn on_a_port() -> (PlayerRun, RunningPlayer, String) {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let address = format!("127.0.0.1:{port}");
     let (playing, running) = serving(&address);
@@ -111,7 +111,7 @@ fn the_page_tells_number_and_age_of_the_flock_the_last_contact_and_the_keys() {
     assert_eq!(unit.update(&[]).status.code(), Some(1));
     let socket = unit.path("socket");
     let address = format!("unix:{}", socket.display());
-    let playing = Playing::of(&unit.path("store/current")).with(&["--screen", "virtual", "--status", &address]);
+    let playing = PlayerRun::of(&unit.path("store/current")).with(&["--screen", "virtual", "--status", &address]);
     let mut running = playing.start();
     running.await_line_with("\"flip\"");
     let facts: serde_json::Value = serde_json::from_slice(&ask(&socket, "GET /status.json").body).unwrap();

@@ -6,7 +6,7 @@
 
 use crate::flocks::SMALL;
 use crate::guest::{script, succeed_in_virtual_time, word};
-use crate::player_run::Playing;
+use crate::player_run::PlayerRun;
 use crate::programs::{player, repository, updater};
 use crate::trace::{Flip, Trace};
 use claims::bundle_maker::{BundleMaker, Files};
@@ -48,7 +48,7 @@ fn edition(folder: &Path, edition: &str, noise: usize) -> Files {
 #[test]
 fn an_update_on_the_same_slow_disk_makes_no_frame_late() {
     let (flock, maker) = (SMALL.flock(), BundleMaker::with_new_keys());
-    let playing = Playing::of(&flock.folder);
+    let playing = PlayerRun::of(&flock.folder);
     let (before, update) = (playing.path("before"), playing.path("update"));
     maker.bundle(&before, &edition(&flock.folder, "one", 0), &[], 1);
     let new = edition(&flock.folder, "two", NOISE);

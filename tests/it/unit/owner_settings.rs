@@ -5,7 +5,7 @@
 
 use crate::flocks::SMALL;
 use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
-use crate::player_run::{Playing, VKMS};
+use crate::player_run::{PlayerRun, VKMS};
 use crate::programs::{self, claims_folder, output};
 use crate::updates::sticks::Unit;
 use claims::bundle_maker::rubbish;
@@ -153,7 +153,7 @@ fn the_player_goes_by_what_the_owner_sets_from_that_moment_on() {
     let settings = Settings::new();
     let kept = settings.path("kept");
     let options = ["--screen", VKMS, "--seed", "3", "--timezone", "UTC", "--owner", kept.to_str().unwrap()];
-    let playing = Playing::of(&SMALL.flock().folder).with(&options);
+    let playing = PlayerRun::of(&SMALL.flock().folder).with(&options);
     let text = format!(
         "state() {{ sleep 3; sed -n 's/^\\tactive=//p' /sys/kernel/debug/dri/vkms/state; }}
         set_to() {{ echo \"$1\" > {partition}; {owner} || echo refused; }}
