@@ -44,6 +44,7 @@ pub fn ends_within(child: &Child, seconds: u32) -> bool {
 pub fn ended(what: &str, seconds: u32, child: &mut Child) -> ExitStatus {
     if !ends_within(child, seconds) {
         child.kill().unwrap();
+        child.wait().unwrap();
         panic!("waited {seconds} s for the end of this: {what}");
     }
     child.wait().unwrap()
@@ -54,10 +55,11 @@ pub fn output(what: &str, seconds: u32, child: Child) -> Output {
     let handle = pidfd_open(Pid::from_child(&child), PidfdFlags::empty()).unwrap();
     let (sender, said) = channel();
     thread::spawn(move || sender.send(child.wait_with_output()));
-    said.recv_timeout(Duration::from_secs(seconds.into())).map(Result::unwrap).unwrap_or_else(|_| {
+    let Ok(output) = said.recv_timeout(Duration::from_secs(seconds.into())) else {
         pidfd_send_signal(handle, Signal::KILL).ok();
         panic!("waited {seconds} s for the end of this: {what}");
-    })
+    };
+    output.unwrap()
 }
 
 /// Whether `file` can be read, or has ended, within `seconds`.
@@ -92,6 +94,7 @@ mod tests {
             assert!(said.starts_with("waited 1 s for ") && said.ends_with("this: a miracle"), "{said}");
         }
         child.kill().unwrap();
+        child.wait().unwrap();
     }
 
     #[test]
