@@ -12,8 +12,8 @@ use std::io::{self, Cursor, Read};
 use std::sync::OnceLock;
 
 use bundle::{
-    Addressees, Letter, ObjectId, PublicKey, Refused, SecretKey, Sequence, Source, Trust, UnitId, Unverified, Verified,
-    limits, statements,
+    Addressees, ObjectId, PublicKey, Refusal, SealBody, SecretKey, Sequence, Source, Trust, UnitId, UnverifiedSeal,
+    VerifiedBundle, limits, statements,
 };
 
 use crate::folders;
@@ -55,8 +55,8 @@ fn below_signature(signed: &[u8]) -> &[u8] {
 
 /// A seal. As it is, nobody trusted has signed it; under a good signature it is refused, or says just what it says.
 pub(crate) fn seal(data: &[u8]) -> bool {
-    assert!(Unverified::new(data).verify(&trusting()).is_err(), "accepted without a signature");
-    let Ok(seal) = Unverified::new(signed(data)).verify(&trusting()) else { return false };
+    assert!(UnverifiedSeal::new(data).verify(&trusting()).is_err(), "accepted without a signature");
+    let Ok(seal) = UnverifiedSeal::new(signed(data)).verify(&trusting()) else { return false };
     assert_eq!(below_signature(&seal.letter().sign(artist()).unwrap()), data, "read otherwise than it was written");
     true
 }
@@ -64,7 +64,7 @@ pub(crate) fn seal(data: &[u8]) -> bool {
 /// A list of files, as the artist signed it: refused, or read just as it is written, and safe to follow.
 pub(crate) fn contents(data: &[u8]) -> bool {
     let id = ObjectId::of(data);
-    let letter = Letter {
+    let letter = SealBody {
         flock: "fuzz".to_owned(),
         addressees: Addressees::Anyone,
         sequence: Sequence(1),
@@ -74,7 +74,7 @@ pub(crate) fn contents(data: &[u8]) -> bool {
         statements: None,
     };
     let Ok(bytes) = letter.sign(artist()) else { return false };
-    let seal = Unverified::new(bytes).verify(&Trust::of([artist().public()])).unwrap();
+    let seal = UnverifiedSeal::new(bytes).verify(&Trust::of([artist().public()])).unwrap();
     let Ok(bundle) = seal.open(data.to_vec()) else { return false };
     let files = bundle.contents().files();
     assert_eq!(bundle.contents().to_text().as_bytes(), data, "read otherwise than it was written");
@@ -157,10 +157,10 @@ fn wares() -> &'static Stall {
 }
 
 /// What a unit takes in: the bytes of every file, each of which was checked.
-fn take(stall: &mut Stall) -> Result<BTreeMap<String, Vec<u8>>, Refused> {
+fn take(stall: &mut Stall) -> Result<BTreeMap<String, Vec<u8>>, Refusal> {
     let lobby = UnitId::new("lobby").unwrap();
     let trust = Trust::of([artist().public()]);
-    let bundle: Verified = Unverified::open(stall, &lobby)?.verify(&trust)?.fetch(stall)?;
+    let bundle: VerifiedBundle = UnverifiedSeal::open(stall, &lobby)?.verify(&trust)?.fetch(stall)?;
     let mut files = BTreeMap::new();
     for file in bundle.contents().files() {
         let part = bundle::Part::Object(file.id);
@@ -168,11 +168,11 @@ fn take(stall: &mut Stall) -> Result<BTreeMap<String, Vec<u8>>, Refused> {
         let read = stall
             .object(&file.id, file.size, 0)
             .and_then(|reader| reader.take(file.size + 1).read_to_end(&mut bytes))
-            .map_err(|source| Refused::Read { part: part.clone(), source });
+            .map_err(|source| Refusal::Read { part: part.clone(), source });
         read?;
         let found = ObjectId::of(&bytes);
         if found != file.id {
-            return Err(Refused::Damaged { part, expected: file.id, found });
+            return Err(Refusal::Damaged { part, expected: file.id, found });
         }
         files.insert(file.path.to_string(), bytes);
     }
@@ -180,7 +180,7 @@ fn take(stall: &mut Stall) -> Result<BTreeMap<String, Vec<u8>>, Refused> {
     Ok(files)
 }
 
-fn flock_toml(bundle: &Verified) -> &str {
+fn flock_toml(bundle: &VerifiedBundle) -> &str {
     let found = bundle.contents().files().iter().find(|file| file.path.as_str() == "flock.toml");
     found.expect("a list without a flock.toml is refused").path.as_str()
 }

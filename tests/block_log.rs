@@ -1,7 +1,7 @@
-//! What a disk was told to do, in order: writes, flushes, and marks of what was reported meanwhile.
+//! The log of a disk: writes and flushes in their order, and marks.
 //!
-//! Owns reading the log that QEMU's `blklogwrites` keeps, which is that of Linux' dm-log-writes. Never decides what a
-//! power cut leaves of it: `cuts.rs` does.
+//! Owns the format of the log of QEMU's `blklogwrites`, which is that of Linux' dm-log-writes. What a power cut leaves
+//! of the disk is in `cuts.rs`.
 //!
 //! Start at [`BlockLog::read`].
 
@@ -14,29 +14,29 @@ pub const SECTOR: usize = 512;
 const FLUSH: u64 = 1;
 const DISCARD: u64 = 4;
 
-/// One thing that the disk was told.
+/// One entry of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// Where on the disk its bytes belong.
     pub at: usize,
-    /// Where in the log they lie; empty for a mere flush.
+    /// Where its bytes are in the log; empty for a flush without data.
     pub bytes: Range<usize>,
-    /// Everything before it is on the disk when it is done.
+    /// Whether all entries before it are on the disk when it is completed.
     pub is_flush: bool,
 }
 
-/// A recorded life of a disk.
+/// A disk, and everything that was written to it.
 #[derive(Debug)]
 pub struct BlockLog {
-    /// The disk as it was before.
+    /// The disk before the first entry.
     pub base: Vec<u8>,
-    /// What it was told, in order.
+    /// The entries, in order.
     pub entries: Vec<Entry>,
     log: Vec<u8>,
 }
 
 impl BlockLog {
-    /// Reads `log`, kept of a disk that held `base`.
+    /// Reads `log`, recorded on a disk that held `base`.
     pub fn read(base: Vec<u8>, log: Vec<u8>) -> Self {
         let word = |at: usize| u64::from_le_bytes(log[at..at + 8].try_into().expect("eight bytes"));
         let count = word(16);
@@ -45,7 +45,7 @@ impl BlockLog {
         for _ in 0..count {
             let (sector, sectors, flags) = (word(at), word(at + 8) as usize, word(at + 16));
             at += SECTOR;
-            // Whoever discards must not rely on it, so that it changes nothing here.
+            // Discarded blocks keep their content here: nothing may rely on a discard.
             let length = if flags & DISCARD == 0 { sectors * SECTOR } else { 0 };
             entries.push(Entry { at: sector as usize * SECTOR, bytes: at..at + length, is_flush: flags & FLUSH != 0 });
             at += length;
@@ -53,7 +53,7 @@ impl BlockLog {
         Self { base, entries, log }
     }
 
-    /// Writes those sectors of the entry to `disk` for which `keeps` says so.
+    /// Writes those sectors of the entry to `disk` for which `keeps` is true.
     pub fn apply(&self, entry: &Entry, disk: &mut [u8], mut keeps: impl FnMut(usize) -> bool) {
         for (sector, bytes) in self.bytes(entry).chunks(SECTOR).enumerate() {
             let at = entry.at + sector * SECTOR;
@@ -68,7 +68,7 @@ impl BlockLog {
         &self.log[entry.bytes.clone()]
     }
 
-    /// How many flushes there are.
+    /// The number of flushes.
     pub fn flushes(&self) -> usize {
         self.entries.iter().filter(|entry| entry.is_flush).count()
     }

@@ -1,8 +1,7 @@
 //! What a power cut leaves of a disk.
 //!
-//! Owns the choice, as a function of the log and a seed. Everything that was written before the last flush is there; of
-//! what was written since, each write is there or not, or some of its sectors are: disks keep writes in memory and
-//! choose their own order.
+//! Owns the choice, as a function of the log and a seed. Everything before the last flush is on the disk. Each later
+//! write is there, or not, or only some of its sectors: disks cache writes and choose their own order.
 //!
 //! Start at [`Cuts::next`] and [`survivors`].
 
@@ -12,39 +11,39 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// How many writes in a hundred survive that were not flushed; one of these for each cut.
+/// The percentage of writes that survive without a flush; each cut has one of these.
 const SURVIVING: [u32; 5] = [0, 10, 50, 90, 100];
-/// How many of those in a hundred are torn.
+/// The percentage of those that are torn.
 const TORN: u32 = 10;
-/// How many entries a cut right behind another entry may be away from it.
+/// The greatest distance, in entries, of a cut right after an entry.
 const BEHIND: usize = 4;
-/// What begins before this on its partition is not torn: ext4 writes its superblock in place, and trusts a disk with so
-/// much.
+/// Writes before this offset of the partition are not torn: ext4 writes its superblock in place, and relies on that.
 pub const UNTORN: usize = 4096;
 
-/// Power cuts, one after the other through the life of a disk.
+/// Power cuts in the recording of a disk.
 pub struct Cuts<'l> {
     log: &'l BlockLog,
     random: ChaCha8Rng,
-    /// The cuts that are left, each behind so many entries; the latest first.
+    /// The cuts to come, each after so many entries; the latest first.
     places: Vec<usize>,
-    /// The disk as far as it is sure to be.
+    /// The disk with everything that is certain so far.
     flushed: Vec<u8>,
-    /// How many entries that is.
+    /// The number of entries in it.
     done: usize,
-    /// What was left before.
+    /// The results so far.
     known: BTreeSet<State>,
 }
 
 /// Entries of a log, and which sectors of each.
 pub type Survivors = Vec<(usize, Vec<bool>)>;
 
-/// What is left: of how many entries all, of which later ones which sectors, and how many reports were told by then.
+/// A result: the number of entries that are whole, the later entries with the sectors that survive, and the number of
+/// reports.
 type State = (usize, Survivors, usize);
 
 impl<'l> Cuts<'l> {
-    /// So many cuts, spread over the whole log; a quarter of them right behind the entries `reports`: what was reported
-    /// then must be there at once.
+    /// `count` cuts, spread over the whole log; a quarter of them right after the entries `reports`, since a report
+    /// must hold from then on.
     pub fn of(log: &'l BlockLog, reports: &[usize], count: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let length = log.entries.len();
@@ -62,8 +61,8 @@ impl<'l> Cuts<'l> {
 }
 
 impl Cuts<'_> {
-    /// Makes `disk` what the next cut leaves that leaves something else than those before. Returns how many of `reports`
-    /// were told by then; `None` if there are no more cuts.
+    /// Makes `disk` the result of the next cut that differs from all before. Returns the number of `reports` before it;
+    /// `None` if there are no more cuts.
     pub fn next(&mut self, reports: &[usize], disk: &mut Vec<u8>) -> Option<usize> {
         let log = self.log;
         loop {
@@ -86,7 +85,7 @@ impl Cuts<'_> {
     }
 }
 
-/// Which sectors survive of these entries, none of which was flushed. `is_whole` says where none is torn.
+/// Which sectors of these entries survive, none of which was flushed. `is_whole` says where nothing is torn.
 pub fn survivors(
     log: &BlockLog,
     entries: Range<usize>,
@@ -118,7 +117,7 @@ mod tests {
 
     const FLUSH: u64 = 1;
 
-    /// What so many cuts leave, by the number of entries before them.
+    /// The results of `count` cuts, by the number of entries before them.
     fn all(log: &BlockLog, count: usize) -> Vec<(usize, Vec<u8>)> {
         let (mut cuts, mut disk) = (Cuts::of(log, &[], count, 1), Vec::new());
         let every: Vec<usize> = (0..log.entries.len()).collect();

@@ -1,8 +1,8 @@
-//! A web server of static files, on this machine, with whatever manners are asked for.
+//! A web server of static files, on this machine, which misbehaves as asked.
 //!
-//! Owns the count of what was asked and sent. Never looks into a bundle.
+//! Owns the counts of requests and of bytes sent. Never looks into a bundle.
 //!
-//! Start at [`Web::serve`].
+//! Start at [`WebServer::serve`].
 
 use std::fs;
 use std::io::{self, BufRead, BufReader, Read, Write};
@@ -15,80 +15,80 @@ use std::time::Duration;
 
 /// How a server behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Manners {
+pub enum Behaviour {
     /// As it should.
     Good,
-    /// It sends so many bytes of each body, and dies.
+    /// It sends so many bytes of each body, and closes the connection.
     Dies(usize),
-    /// It promises more than it has.
+    /// It announces more bytes than it sends.
     PromisesMore,
-    /// It promises less than it sends.
+    /// It announces fewer bytes than it sends.
     PromisesLess,
-    /// It sends rubbish behind what was asked for, for ever.
+    /// It sends random bytes after the body, without end.
     Endless,
-    /// It sends ten bytes of an object a second.
+    /// It sends ten bytes of an object per second.
     Drips,
-    /// It knows no parts: always everything.
+    /// It ignores ranges, and sends whole files.
     Whole,
-    /// It sends the part behind the one that was asked for, and says so.
+    /// It sends a range that begins a byte too late, and says so.
     WrongPart,
-    /// It sends the wrong part, and says that it is the right one.
+    /// It sends a range that begins a byte too early, and claims that it begins where it should.
     LyingPart,
-    /// It is no server of ours: the portal of a hotel.
+    /// It answers with another page, as the portal of a hotel does.
     Portal,
-    /// It sends everyone elsewhere.
+    /// It redirects to another address.
     Redirects(String),
-    /// It is out of order.
+    /// It answers with a server error.
     Fails,
-    /// It lets nobody in.
+    /// It answers that access is forbidden.
     Refuses,
 }
 
-/// From one byte to the next where it drips.
+/// The time between two bytes when it drips.
 const DRIP: Duration = Duration::from_millis(100);
 
-/// A server at work. It ends when dropped.
-pub struct Web {
+/// A running server. It ends when dropped.
+pub struct WebServer {
     address: SocketAddr,
-    inside: Arc<Inside>,
+    state: Arc<ServerState>,
     thread: Option<JoinHandle<()>>,
 }
 
-struct Inside {
+struct ServerState {
     folder: PathBuf,
-    manners: Mutex<Manners>,
+    behaviour: Mutex<Behaviour>,
     asked: Mutex<Vec<String>>,
-    /// What was sent here.
+    /// What was sent here by POST.
     posted: Mutex<Vec<String>>,
     sent: AtomicU64,
     is_over: AtomicBool,
 }
 
-impl Web {
-    /// Serves what lies in `folder`.
-    pub fn serve(folder: &Path, manners: Manners) -> Self {
+impl WebServer {
+    /// Serves the files in `folder`.
+    pub fn serve(folder: &Path, behaviour: Behaviour) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
-        let inside = Arc::new(Inside {
+        let state = Arc::new(ServerState {
             folder: folder.to_owned(),
-            manners: Mutex::new(manners),
+            behaviour: Mutex::new(behaviour),
             asked: Mutex::default(),
             posted: Mutex::default(),
             sent: AtomicU64::new(0),
             is_over: AtomicBool::new(false),
         });
-        let served = Arc::clone(&inside);
+        let served = Arc::clone(&state);
         let thread = thread::spawn(move || {
             for visitor in listener.incoming() {
                 if served.is_over.load(Ordering::Relaxed) {
                     return;
                 }
                 let served = Arc::clone(&served);
-                // Visitors that leave in the middle are what this is about.
+                // Clients may close the connection early.
                 thread::spawn(move || served.answer(&visitor.unwrap()).ok());
             }
         });
-        Self { address, inside, thread: Some(thread) }
+        Self { address, state, thread: Some(thread) }
     }
 
     /// Its address.
@@ -97,44 +97,44 @@ impl Web {
     }
 
     /// Behaves so from now on.
-    pub fn behave(&self, manners: Manners) {
-        *self.inside.manners.lock().unwrap() = manners;
+    pub fn behave(&self, behaviour: Behaviour) {
+        *self.state.behaviour.lock().unwrap() = behaviour;
     }
 
-    /// What was sent here by POST since the last time.
+    /// What was sent here by POST since the last call.
     pub fn received(&self) -> Vec<String> {
-        std::mem::take(&mut *self.inside.posted.lock().unwrap())
+        std::mem::take(&mut *self.state.posted.lock().unwrap())
     }
 
-    /// What was asked for since the last time, and how many bytes of bodies were sent.
+    /// The paths that were requested since the last call, and the bytes of bodies that were sent.
     pub fn heard(&self) -> (Vec<String>, u64) {
-        (std::mem::take(&mut *self.inside.asked.lock().unwrap()), self.inside.sent.swap(0, Ordering::Relaxed))
+        (std::mem::take(&mut *self.state.asked.lock().unwrap()), self.state.sent.swap(0, Ordering::Relaxed))
     }
 }
 
-impl Drop for Web {
+impl Drop for WebServer {
     fn drop(&mut self) {
-        self.inside.is_over.store(true, Ordering::Relaxed);
-        // The last visitor, so that it looks up.
+        self.state.is_over.store(true, Ordering::Relaxed);
+        // A last connection ends its `accept`.
         drop(TcpStream::connect(self.address));
         let thread = self.thread.take().expect("it is joined once");
         thread.join().unwrap();
     }
 }
 
-/// What is sent.
+/// An answer.
 struct Reply<'b> {
     status: &'static str,
     /// Further headers, each with its end of line.
     headers: String,
-    /// The length that is promised; `None` for nothing said.
+    /// The announced length, if any.
     promised: Option<usize>,
     body: &'b [u8],
     is_endless: bool,
     is_dripping: bool,
 }
 
-impl Inside {
+impl ServerState {
     fn answer(&self, visitor: &TcpStream) -> io::Result<()> {
         let mut reader = BufReader::new(visitor);
         let (mut line, mut from, mut length) = (String::new(), 0, 0);
@@ -169,9 +169,9 @@ impl Inside {
             return self.send(visitor, &received);
         }
         self.asked.lock().unwrap().push(path.clone());
-        let manners = self.manners.lock().unwrap().clone();
+        let behaviour = self.behaviour.lock().unwrap().clone();
         let file = fs::read(self.folder.join(&path));
-        self.send(visitor, &reply(&manners, &path, file.as_deref().ok(), from))
+        self.send(visitor, &reply(&behaviour, &path, file.as_deref().ok(), from))
     }
 
     fn send(&self, mut visitor: &TcpStream, reply: &Reply<'_>) -> io::Result<()> {
@@ -194,8 +194,8 @@ impl Inside {
     }
 }
 
-/// What a server of these manners answers who asks for `path`, which holds `file`, from byte `from` on.
-fn reply<'f>(manners: &Manners, path: &str, file: Option<&'f [u8]>, from: usize) -> Reply<'f> {
+/// The answer of a server with this behaviour to a request for `path`, which holds `file`, from byte `from` on.
+fn reply<'f>(behaviour: &Behaviour, path: &str, file: Option<&'f [u8]>, from: usize) -> Reply<'f> {
     let other = |status, headers: &str, body: &'f [u8]| Reply {
         status,
         headers: headers.to_owned(),
@@ -207,43 +207,43 @@ fn reply<'f>(manners: &Manners, path: &str, file: Option<&'f [u8]>, from: usize)
     let part = |begins: usize, told: usize| {
         let bytes = file.unwrap_or_default();
         let range = format!("Content-Range: bytes {told}-{}/{}\r\n", bytes.len().saturating_sub(1), bytes.len());
-        let is_part = from > 0 && *manners != Manners::Whole;
+        let is_part = from > 0 && *behaviour != Behaviour::Whole;
         let (status, range) = if is_part { ("206 Partial Content", &*range) } else { ("200 OK", "") };
         other(status, range, if is_part { &bytes[begins.min(bytes.len())..] } else { bytes })
     };
-    match manners {
-        Manners::Portal => return other("200 OK", "Content-Type: text/html\r\n", b"<html>Welcome!</html>"),
-        Manners::Redirects(to) => return other("302 Found", &format!("Location: {to}/{path}\r\n"), b""),
-        Manners::Fails => return other("500 Internal Server Error", "", b"sorry"),
-        Manners::Refuses => return other("403 Forbidden", "", b"no"),
-        Manners::Good
-        | Manners::Dies(_)
-        | Manners::PromisesMore
-        | Manners::PromisesLess
-        | Manners::Endless
-        | Manners::Drips
-        | Manners::Whole
-        | Manners::WrongPart
-        | Manners::LyingPart => {}
+    match behaviour {
+        Behaviour::Portal => return other("200 OK", "Content-Type: text/html\r\n", b"<html>Welcome!</html>"),
+        Behaviour::Redirects(to) => return other("302 Found", &format!("Location: {to}/{path}\r\n"), b""),
+        Behaviour::Fails => return other("500 Internal Server Error", "", b"sorry"),
+        Behaviour::Refuses => return other("403 Forbidden", "", b"no"),
+        Behaviour::Good
+        | Behaviour::Dies(_)
+        | Behaviour::PromisesMore
+        | Behaviour::PromisesLess
+        | Behaviour::Endless
+        | Behaviour::Drips
+        | Behaviour::Whole
+        | Behaviour::WrongPart
+        | Behaviour::LyingPart => {}
     }
     if file.is_none() {
         return other("404 Not Found", "", b"no");
     }
     let good = part(from, from);
     let length = good.body.len();
-    match *manners {
-        Manners::Dies(after) => Reply { body: &good.body[..after.min(length)], ..good },
-        Manners::PromisesMore => Reply { promised: Some(length + 1_000), ..good },
-        Manners::PromisesLess => Reply { promised: Some(length / 2), ..good },
-        Manners::Drips => Reply { is_dripping: path.starts_with("objects/"), ..good },
-        Manners::Endless => Reply { promised: None, is_endless: true, ..good },
-        Manners::WrongPart => part(from + 1, from + 1),
-        Manners::LyingPart => part(from.saturating_sub(1), from),
-        Manners::Good
-        | Manners::Whole
-        | Manners::Portal
-        | Manners::Redirects(_)
-        | Manners::Fails
-        | Manners::Refuses => good,
+    match *behaviour {
+        Behaviour::Dies(after) => Reply { body: &good.body[..after.min(length)], ..good },
+        Behaviour::PromisesMore => Reply { promised: Some(length + 1_000), ..good },
+        Behaviour::PromisesLess => Reply { promised: Some(length / 2), ..good },
+        Behaviour::Drips => Reply { is_dripping: path.starts_with("objects/"), ..good },
+        Behaviour::Endless => Reply { promised: None, is_endless: true, ..good },
+        Behaviour::WrongPart => part(from + 1, from + 1),
+        Behaviour::LyingPart => part(from.saturating_sub(1), from),
+        Behaviour::Good
+        | Behaviour::Whole
+        | Behaviour::Portal
+        | Behaviour::Redirects(_)
+        | Behaviour::Fails
+        | Behaviour::Refuses => good,
     }
 }

@@ -1,42 +1,54 @@
 //! The artist's command line, in two programs.
 //!
-//! Owns the list of subcommands. Never does their work: each has its own module, and `report.rs` says how it ended.
-//! `flock` is linked without ffmpeg, which takes longer to load than most commands to answer; what opens clips it hands
-//! over to `flock-video`, the same commands with the decoder. `decoder.rs` is the line between the two.
+//! Owns the list of subcommands. Never does their work: each has its own module. `flock` is linked without ffmpeg, which
+//! takes longer to load than most commands to answer. Where a command opens clips, `flock` hands over to `flock-video`,
+//! which has the same commands and ffmpeg; `decoder/mod.rs` is the line between the two.
+//!
+//! A folder sees only folders above it in this table; `tests/it/house/folders.rs` holds that.
+//!
+//! | folder | what is there |
+//! |---|---|
+//! | `program` | what every command needs: arguments, exit codes, printing, progress bars, saving, the clock |
+//! | `flock_folder` | a flock's folder: its manifest, read and edited; the paths and contents of its files |
+//! | `decoder` | what commands ask of ffmpeg, and which program has it |
+//! | `joins` | which clips meet, and how well |
+//! | `check` | `flock check`: the faults of graph, clips and joins |
+//! | `render` | `flock render`, `flock still`: clips and pictures from genomes |
+//! | `demo` | `flock demo` |
+//! | `curate` | the commands that edit a flock by hand: `new`, `add`, `drop`, `link`, `unlink`, `rename`, `want` |
+//! | `import` | `flock import`: clips and genomes from elsewhere |
+//! | `walks` | `flock walk`, `flock simulate`, `flock share` |
+//! | `balance` | `flock balance`: weights, and transitions to add or remove |
+//! | `report` | `flock report`: a flock as one page |
+//! | `bundles` | `flock keygen`, `pack`, `publish`, `verify`, `diff`: a flock or a system on its way to units |
+//! | `manual` | `flock completions`, `flock man` |
+//! | `bin` | the two programs |
+//!
+//! Start at [`run`].
 #![forbid(unsafe_code)]
 
-use std::process::ExitCode;
-
-use clap::{Parser, Subcommand};
-use report::{Exit, Fatal};
-
-mod arguments;
 mod balance;
 mod bundles;
 mod check;
-mod clips;
 mod curate;
 mod decoder;
 mod demo;
-mod draft;
+mod flock_folder;
 mod import;
 mod joins;
 mod manual;
-mod now;
-mod open;
-mod page;
-mod places;
-mod progress;
+mod program;
 mod render;
 mod report;
-mod save;
-mod share;
-mod simulate;
-mod still;
-mod thumbnail;
-mod walk;
+mod walks;
 
-pub use decoder::Video;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use decoder::ffmpeg::Ffmpeg;
+use decoder::{Decoder, DecoderHandle, hand_over};
+use program::{Exit, Fatal, finish};
 
 /// The artist's tools for flocks of animated flames
 #[derive(Debug, Parser)]
@@ -64,47 +76,100 @@ enum Command {
     Publish(bundles::publish::Args),
     Rename(curate::rename::Args),
     Render(render::Args),
-    Report(page::Args),
-    Share(share::Args),
-    Simulate(simulate::Args),
-    Still(still::Args),
+    Report(report::Args),
+    Share(walks::share::Args),
+    Simulate(walks::simulate::Args),
+    Still(render::still::Args),
     Unlink(curate::unlink::Args),
     Verify(bundles::verify::Args),
-    Walk(walk::Args),
+    Walk(walks::walk::Args),
     Want(curate::want::Args),
 }
 
-/// Runs the program that was called, which has `video` here or elsewhere.
-pub fn run(video: Video) -> ExitCode {
-    report::finish(Args::try_parse().map(|args| answer(args.command, video)))
+/// A command that needs ffmpeg from its beginning.
+type FfmpegCommand<A> = fn(&A) -> Result<Exit, Fatal>;
+
+/// The part that needs ffmpeg: the decoder, and the commands that always need it. A program that does not call
+/// [`FfmpegPart::linked`] is linked without ffmpeg.
+#[derive(Clone, Copy)]
+pub struct FfmpegPart {
+    decoder: &'static dyn Decoder,
+    demo: FfmpegCommand<demo::Args>,
+    import: FfmpegCommand<import::Args>,
+    pack: FfmpegCommand<bundles::pack::Args>,
+    render: FfmpegCommand<render::Args>,
 }
 
-fn answer(command: Command, video: Video) -> Result<Exit, Fatal> {
+impl FfmpegPart {
+    /// The part, with ffmpeg: for `flock-video`.
+    pub fn linked() -> Self {
+        Self {
+            decoder: &Ffmpeg,
+            demo: demo::run,
+            import: |args| import::run(args, &Ffmpeg),
+            pack: |args| bundles::pack::run(args, &Ffmpeg),
+            render: render::run,
+        }
+    }
+}
+
+/// Runs the command that the command line names, with `ffmpeg` or without.
+pub fn run(ffmpeg: Option<FfmpegPart>) -> ExitCode {
+    finish(Args::try_parse().map(|args| answer(args.command, ffmpeg)))
+}
+
+fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
+    let decoder = DecoderHandle(ffmpeg.map(|part| part.decoder));
+    let part = || ffmpeg.ok_or_else(hand_over);
     match command {
-        Command::Add(args) => curate::add::run(&args, video),
+        Command::Add(args) => curate::add::run(&args, decoder),
         Command::Balance(args) => balance::run(&args),
-        Command::Check(args) => check::run(&args, video),
-        Command::Completions(args) => manual::completions::run(&args),
-        Command::Demo(args) => video.decoder()?.demo(&args),
+        Command::Check(args) => check::run(&args, decoder),
+        Command::Completions(args) => manual::completions::run(&args, command_line()),
+        Command::Demo(args) => (part()?.demo)(&args),
         Command::Diff(args) => bundles::diff::run(&args),
         Command::Drop(args) => curate::drop::run(&args),
-        Command::Import(args) => video.decoder()?.import(&args),
+        Command::Import(args) => (part()?.import)(&args),
         Command::Keygen(args) => bundles::keygen::run(&args),
-        Command::Link(args) => curate::link::run(&args, video),
-        Command::Man(args) => manual::man::run(&args),
+        Command::Link(args) => curate::link::run(&args, decoder),
+        Command::Man(args) => manual::man::run(&args, command_line()),
         Command::New(args) => curate::new::run(&args),
         Command::Pack(args) if args.system => bundles::system::pack(&args),
-        Command::Pack(args) => video.decoder()?.pack(&args),
+        Command::Pack(args) => (part()?.pack)(&args),
         Command::Publish(args) => bundles::publish::run(&args),
         Command::Rename(args) => curate::rename::run(&args),
-        Command::Render(args) => video.decoder()?.render(&args),
-        Command::Report(args) => page::run(&args, video),
-        Command::Share(args) => share::run(&args),
-        Command::Simulate(args) => simulate::run(&args),
-        Command::Still(args) => still::run(&args),
+        Command::Render(args) => (part()?.render)(&args),
+        Command::Report(args) => report::run(&args, decoder),
+        Command::Share(args) => walks::share::run(&args),
+        Command::Simulate(args) => walks::simulate::run(&args),
+        Command::Still(args) => render::still::run(&args),
         Command::Unlink(args) => curate::unlink::run(&args),
         Command::Verify(args) => bundles::verify::run(&args),
-        Command::Walk(args) => walk::run(&args),
+        Command::Walk(args) => walks::walk::run(&args),
         Command::Want(args) => curate::want::run(&args),
+    }
+}
+
+/// The whole command line, as clap knows it.
+fn command_line() -> clap::Command {
+    let mut command = Args::command();
+    command.build();
+    command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Args, CommandFactory};
+
+    #[test]
+    fn every_subcommand_tells_its_exit_statuses() {
+        let mut command = Args::command();
+        for subcommand in command.get_subcommands_mut() {
+            let help = subcommand.render_long_help().to_string();
+            let (_, block) = help.split_once("Exit status:\n").expect("an `Exit status:` block");
+            for status in 0..=3 {
+                assert!(block.contains(&format!("\n  {status}  ")) || block.starts_with(&format!("  {status}  ")));
+            }
+        }
     }
 }

@@ -7,8 +7,8 @@
 
 use crate::fatal::{Answer, Fatal, at};
 use crate::plan::{Entry, EntryName, Place, Step};
-use bundle::{ENTRIES, LaidOut, SYSTEMS, StartFile, copy_folder, gather, lay_out};
-use player::{FlushedWriter, drop_cache, sync_folder};
+use bundle::{BootFiles, ENTRIES, SYSTEMS, StartFile, copy_folder, gather, lay_out};
+use durable::{FlushedWriter, drop_cache, persist, sync_names};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fmt;
@@ -114,7 +114,7 @@ impl<'o> Boots<'o> {
                 Step::Remove { place, was_damaged } => {
                     let path = self.entry(&place);
                     fs::remove_file(&path).map_err(at("remove", &path))?;
-                    sync(&path)?;
+                    sync_names(&path).map_err(at("sync the folder of", &path))?;
                     let parts = self.parts(&place);
                     if parts.is_dir() {
                         remove_parts(&parts)?;
@@ -127,8 +127,7 @@ impl<'o> Boots<'o> {
                 Step::Rename { place, to } => {
                     let path = self.entry(&place);
                     let to = self.entry(&Place { boot: place.boot, name: to });
-                    fs::rename(&path, &to).map_err(at("rename", &path))?;
-                    sync(&to)?;
+                    persist(&path, &to).map_err(at("rename", &path))?;
                 }
             }
         }
@@ -140,7 +139,7 @@ impl<'o> Boots<'o> {
         let damaged = || io::Error::new(ErrorKind::InvalidData, "it was whole before and is damaged now");
         let source = self.entry(from);
         let bytes = self.gathered(from)?.ok_or_else(damaged).map_err(at("read", &source))?;
-        let LaidOut { entry, parts } =
+        let BootFiles { entry, parts } =
             lay_out(&bytes, to.name.copy).ok_or_else(damaged).map_err(at("read", &source))?;
         for (path, part) in parts {
             put(part, &self.folders[to.boot].join(path))?;
@@ -216,7 +215,7 @@ fn remove_parts(folder: &Path) -> Result<(), Fatal> {
         fs::remove_file(&path).map_err(at("remove", &path))?;
     }
     fs::remove_dir(folder).map_err(at("remove", folder))?;
-    sync(folder)
+    sync_names(folder).map_err(at("sync the folder of", folder))
 }
 
 /// Every file in a folder and the folders in it.
@@ -268,11 +267,5 @@ fn put(bytes: &[u8], path: &Path) -> Result<(), Fatal> {
         let other = io::Error::new(ErrorKind::InvalidData, "other bytes were read back than were written");
         return Err(at("read back", &unfinished)(other));
     }
-    fs::rename(&unfinished, path).map_err(at("make", path))?;
-    sync(path)
-}
-
-fn sync(path: &Path) -> Result<(), Fatal> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    sync_folder(folder).map_err(at("sync", folder))
+    persist(&unfinished, path).map_err(at("make", path))
 }

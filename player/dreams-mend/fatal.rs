@@ -2,7 +2,8 @@
 //!
 //! Owns [`Fatal`], the answer, and the notice.
 
-use player::{Exit, Notice, Output, chain, fail};
+use exit::{Exit, chain, print_error};
+use player::{Notice, Output};
 use serde::Serialize;
 use std::fmt;
 use std::io;
@@ -66,9 +67,9 @@ pub(crate) fn finish(result: Result<Output<Answer>, Fatal>) -> ExitCode {
         Ok(output) if output.answer.lost.is_empty() => Exit::Fine,
         Ok(_) => Exit::No,
         Err(fatal) => {
-            fail(&fatal, "the disk may be failing; the system that runs goes on");
-            Exit::Unread
+            print_error(&fatal, Some("the disk may be failing; the system that runs goes on"));
+            Exit::Unreadable
         }
     };
-    ExitCode::from(exit as u8)
+    ExitCode::from(exit)
 }

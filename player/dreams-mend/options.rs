@@ -6,7 +6,7 @@ use bundle::Version;
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 
-/// The end of the help. `player::Exit` has the same four codes.
+/// The end of the help. `exit::Exit` has the same four codes.
 pub(crate) const EXIT_STATUS: &str = "\
 Exit status:
   0  everything is whole, or whole again
@@ -57,7 +57,7 @@ pub(crate) struct Options {
 mod tests {
     use super::{EXIT_STATUS, Options};
     use clap::Parser;
-    use player::Exit;
+    use exit::Exit;
     use std::path::Path;
 
     #[test]
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn the_help_names_every_exit_code() {
-        for exit in [Exit::Fine, Exit::No, Exit::Wrong, Exit::Unread] {
+        for exit in [Exit::Fine, Exit::No, Exit::Malformed, Exit::Unreadable] {
             assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
         }
         assert_eq!(EXIT_STATUS.lines().count(), 5);

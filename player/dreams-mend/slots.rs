@@ -10,7 +10,7 @@ use crate::fatal::{Answer, Fatal, at};
 use crate::plan::Entry;
 use crate::verity::{BLOCK, Root};
 use bundle::Version;
-use player::{FlushedWriter, drop_cache};
+use durable::{FlushedWriter, drop_cache};
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::unix::fs::FileExt;

@@ -8,9 +8,10 @@
 use crate::link::{Effect, Link, event};
 use crate::supplicant::Supplicant;
 use clap::Args;
+use exit::{chain, print_error};
 use player::owner::FILE_NAME;
 use player::wifi::CONTROL;
-use player::{FileVersion, Lasting, Notice, Owner, chain, fail, now};
+use player::{FileVersion, Lasting, Notice, Owner, now};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,7 @@ pub(crate) fn run(options: &Options) -> ! {
             // The same thing again and again is said once.
             let why = chain(&error);
             if why != said {
-                fail(&error, "trying again in ten seconds");
+                print_error(&error, Some("trying again in ten seconds"));
                 said = why;
             }
             thread::park_timeout(PAUSE);
@@ -97,7 +98,7 @@ fn tell(options: &Options, what: &str) {
     let text = format!("The Wi-Fi {name} {what} {FILE_NAME}.");
     eprintln!("{text}");
     if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Wifi.path(&options.notice)) {
-        fail(&error, "cannot write the notice over the picture");
+        print_error(&error, Some("cannot write the notice over the picture"));
     }
 }
 

@@ -5,10 +5,11 @@
 //!
 //! Start at [`run`].
 
-use bundle::Playing;
+use bundle::CurrentGeneration;
 use clap::Args;
+use exit::Exit;
 use player::hours::{Brightness, Day};
-use player::{Exit, Owner, clock_s, up_s};
+use player::{Owner, clock_s, up_s};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
@@ -53,6 +54,6 @@ fn day(keep: &Path) -> Day {
 
 /// Whether the flock at `path` is on trial. One that cannot be read is not: the built-in one plays.
 fn is_on_trial(path: &Path) -> bool {
-    let Ok(Some(playing)) = Playing::of(path) else { return false };
-    playing.judge().is_ok_and(|judge| judge.is_on_trial(playing.number()))
+    let Ok(Some(playing)) = CurrentGeneration::of(path) else { return false };
+    playing.recorder().is_ok_and(|recorder| recorder.is_on_trial(playing.number()))
 }

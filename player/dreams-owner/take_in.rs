@@ -7,13 +7,13 @@
 //! Start at [`run`].
 
 use clap::Args;
+use exit::{Exit, chain, print_error};
 use player::config_file::text_of;
 use player::owner::FILE_NAME;
 use player::wifi::{Wifi, without_password};
-use player::{ConfigError, Exit, Lasting, Notice, Owner, chain, fail};
-use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write as _};
-use std::os::unix::fs::OpenOptionsExt;
+use player::{ConfigError, Lasting, Notice, Owner};
+use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Who may read a file: all, the user and its group, or the user alone.
@@ -87,28 +87,12 @@ fn tell(path: &Path, text: Option<&str>, mode: u32) -> Result<(), Fatal> {
     let unwritten = |source| Fatal::Write { path: path.to_owned(), source };
     match text {
         Some(text) if fs::read_to_string(path).is_ok_and(|there| there == text) => Ok(()),
-        Some(text) => replace(path, text, mode).map_err(unwritten),
+        Some(text) => durable::write_with_mode(path, text.as_bytes(), mode).map_err(unwritten),
         None => match fs::remove_file(path) {
             Err(source) if source.kind() != ErrorKind::NotFound => Err(unwritten(source)),
             Ok(()) | Err(_) => Ok(()),
         },
     }
-}
-
-/// Writes `text` to `path`, whole or not at all, whatever happens to the machine.
-fn replace(path: &Path, text: &str, mode: u32) -> io::Result<()> {
-    let temporary = PathBuf::from(format!("{}.new", path.display()));
-    // What is left of an attempt may be for others to read.
-    if let Err(error) = fs::remove_file(&temporary)
-        && error.kind() != ErrorKind::NotFound
-    {
-        return Err(error);
-    }
-    let mut file = File::options().write(true).create_new(true).mode(mode).open(&temporary)?;
-    file.write_all(text.as_bytes())?;
-    file.sync_all()?;
-    fs::rename(&temporary, path)?;
-    File::open(path.parent().unwrap_or(Path::new(".")))?.sync_all()
 }
 
 /// Writes the notice that says what is wrong with the owner's file.
@@ -124,14 +108,14 @@ fn warn_people(fatal: &Fatal, notice: &Path) {
         Fatal::Write { .. } => "The memory of this frame does not take the settings. The picture goes on.".to_owned(),
     };
     if let Err(error) = (Notice { text, thousandths: None }).tell(&Lasting::Settings.path(notice)) {
-        fail(&error, "cannot write the notice over the picture");
+        print_error(&error, Some("cannot write the notice over the picture"));
     }
 }
 
 /// Removes that notice.
 fn take_back(notice: &Path) {
     if let Err(error) = Lasting::Settings.take_back(notice) {
-        fail(&error, "cannot remove the notice over the picture");
+        print_error(&error, Some("cannot remove the notice over the picture"));
     }
 }
 
@@ -139,12 +123,12 @@ fn take_back(notice: &Path) {
 fn ended(fatal: &Fatal) -> Exit {
     match fatal {
         Fatal::Settings(ConfigError::Malformed { .. }) => {
-            fail(fatal, "every key is explained in `config/dreams.toml`");
-            Exit::Wrong
+            print_error(fatal, Some("every key is explained in `config/dreams.toml`"));
+            Exit::Malformed
         }
         Fatal::Settings(ConfigError::Read { .. }) | Fatal::Write { .. } => {
-            fail(fatal, &format!("what was kept before stays: {}", chain(fatal)));
-            Exit::Unread
+            print_error(fatal, Some(&format!("what was kept before stays: {}", chain(fatal))));
+            Exit::Unreadable
         }
     }
 }

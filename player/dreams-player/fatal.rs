@@ -2,8 +2,9 @@
 //!
 //! Owns [`Fatal`] and its exit codes. What goes wrong while playing is a fault and ends nothing: `recording/faults.rs`.
 
+use exit::{Exit, print_error};
 use flock::ManifestError;
-use player::{ConfigError, Exit, ThreadError, fail};
+use player::{ConfigError, ThreadError};
 use screen::ScreenError;
 use std::io;
 use std::path::PathBuf;
@@ -44,7 +45,7 @@ impl Fatal {
                 if source.kind() == io::ErrorKind::InvalidData =>
             {
                 // It was read, and is no text.
-                Exit::Wrong
+                Exit::Malformed
             }
             Self::Config(ConfigError::Read { .. })
             | Self::Decoder(_)
@@ -53,8 +54,8 @@ impl Fatal {
             | Self::Screen(ScreenError::Open { .. })
             | Self::Signals(_)
             | Self::Thread(_)
-            | Self::Trace { .. } => Exit::Unread,
-            Self::Config(_) | Self::Flock(_) | Self::Screen(_) => Exit::Wrong,
+            | Self::Trace { .. } => Exit::Unreadable,
+            Self::Config(_) | Self::Flock(_) | Self::Screen(_) => Exit::Malformed,
         }
     }
 
@@ -76,10 +77,10 @@ impl Fatal {
 /// Ends the program: silently if all went well, else with the error and what to do about it.
 pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
     match result {
-        Ok(()) => ExitCode::from(Exit::Fine as u8),
+        Ok(()) => ExitCode::from(Exit::Fine),
         Err(fatal) => {
-            fail(&fatal, fatal.hint());
-            ExitCode::from(fatal.exit() as u8)
+            print_error(&fatal, Some(fatal.hint()));
+            ExitCode::from(fatal.exit())
         }
     }
 }
@@ -87,7 +88,8 @@ pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::{Exit, Fatal};
-    use player::{ConfigError, chain, config_file};
+    use exit::chain;
+    use player::{ConfigError, config_file};
     use std::io;
 
     #[test]
@@ -95,7 +97,7 @@ mod tests {
         let source = io::Error::other("device vanished");
         let fatal = Fatal::from(ConfigError::Read { path: "/etc/player.toml".into(), source });
         assert_eq!(chain(&fatal), "cannot read config `/etc/player.toml`: device vanished");
-        assert_eq!(fatal.exit(), Exit::Unread);
+        assert_eq!(fatal.exit(), Exit::Unreadable);
     }
 
     #[test]
@@ -103,8 +105,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("flock.toml"), b"name = \"\xff\xfe\"").unwrap();
         let fatal = Fatal::from(flock::Manifest::read(folder.path()).unwrap_err());
-        assert_eq!(fatal.exit(), Exit::Wrong);
+        assert_eq!(fatal.exit(), Exit::Malformed);
         let fatal = Fatal::from(config_file::load::<toml::Table>(&folder.path().join("flock.toml")).unwrap_err());
-        assert_eq!(fatal.exit(), Exit::Wrong);
+        assert_eq!(fatal.exit(), Exit::Malformed);
     }
 }

@@ -2,6 +2,19 @@
 //!
 //! Owns only the order: options, settings, log, run. Start at `run.rs`, which connects the threads, then read
 //! `pipeline/presenter.rs` (the flip thread) with `playback.rs` and `pacing.rs` (its decisions).
+//!
+//! A folder sees only folders above it in this table, and `player/src`; `tests/it/house/folders.rs` holds that.
+//!
+//! | folder | what is there |
+//! |---|---|
+//! | `fatal.rs` | why the player ends, and its exit codes |
+//! | `settings` | config, command line, and the types of their values |
+//! | `stream` | the flock, its clips in their order, and their frames |
+//! | `recording` | trace, log lines, counters, faults, and the saved place |
+//! | `control` | brightness, hours, and notices over the picture |
+//! | `pipeline` | three threads that choose, decode and show |
+//! | `startup` | the first picture, its hand-over, and the still picture |
+//! | `status` | the status page |
 #![forbid(unsafe_code)]
 
 mod control;

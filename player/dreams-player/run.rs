@@ -18,8 +18,9 @@ use crate::startup::signals::{stop_on_signals, watchdog_interval};
 use crate::startup::{handover, screen_opening};
 use crate::status;
 use crate::stream::{Generation, Plan, StreamFormat, path};
+use exit::chain;
 use flock::{Flock, Itinerary, ManifestError, Place};
-use player::{Owner, chain, clock_s, now};
+use player::{Owner, clock_s, now};
 use screen::ScreenError;
 use std::num::NonZero;
 use std::panic::resume_unwind;
@@ -79,7 +80,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let (frames, pipeline) = start_pipeline(config, generation, itinerary, &faults, &shared)?;
     let output = Owner::kept(&config.owner).output();
     let screen = screen_opening::screen(&config.screen, format, output, card)?;
-    if let Some(trial) = trial.as_ref().filter(|_| screen.lit().is_none()) {
+    if let Some(trial) = trial.as_ref().filter(|_| screen.info().is_none()) {
         trial.excused();
     }
     let saver = PlaceSaver::start(store, faults.clone(), is_free)?;

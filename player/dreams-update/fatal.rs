@@ -3,8 +3,9 @@
 //! Owns [`Fatal`] and its exit codes. The notices are in `sentences.rs`.
 
 use crate::answer::Answer;
-use bundle::{FolderError, KeyError, NameError, Refused, Shortfall, StoreError, UnitId, few};
-use player::{ConfigError, Exit, Output, fail};
+use bundle::{FolderError, KeyError, NameError, Refusal, Shortfall, StoreError, UnitId, few};
+use exit::{Exit, print_error};
+use player::{ConfigError, Output};
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -31,7 +32,7 @@ pub(crate) enum Fatal {
     #[error("cannot read `{name}` from the source")]
     Read { name: String, source: io::Error },
     #[error(transparent)]
-    Refused(Refused),
+    Refused(Refusal),
     #[error("there is no room: {} bytes are needed, {} are free", .0.needed, .0.room)]
     Room(Shortfall),
     #[error("cannot listen for signals")]
@@ -58,11 +59,11 @@ impl Fatal {
     pub(crate) fn exit(&self) -> Exit {
         match self {
             Self::Address { .. } | Self::Config(ConfigError::Malformed { .. }) | Self::Nameless(_) | Self::Nowhere => {
-                Exit::Wrong
+                Exit::Malformed
             }
             Self::ForOthers { .. } | Self::Room(_) => Exit::No,
             Self::Refused(refused) if !refused.is_io() => Exit::No,
-            Self::Keys(error) if !matches!(error, KeyError::Read { .. }) => Exit::Wrong,
+            Self::Keys(error) if !matches!(error, KeyError::Read { .. }) => Exit::Malformed,
             Self::Busy { .. }
             | Self::Config(ConfigError::Read { .. })
             | Self::Host { .. }
@@ -74,7 +75,7 @@ impl Fatal {
             | Self::Source(_)
             | Self::Stopped
             | Self::Store(_)
-            | Self::Unwritten(_) => Exit::Unread,
+            | Self::Unwritten(_) => Exit::Unreadable,
         }
     }
 
@@ -85,15 +86,15 @@ impl Fatal {
             }
             Self::Busy { .. } => "it ends by itself; start again then",
             Self::Config(_) => "every key is explained in `config/update.toml`",
-            Self::ForOthers { .. } | Self::Refused(Refused::ForOthers { .. }) => {
+            Self::ForOthers { .. } | Self::Refused(Refusal::ForOthers { .. }) => {
                 "`--unit NAME` says what this unit is called; `flock pack --unit NAME` addresses a bundle to it"
             }
             Self::Host { .. } | Self::Nameless(_) => "name the unit: `unit` in the config, or `--unit NAME`",
             Self::Keys(_) => "lay the artist's public key into the folder that `keys` names",
-            Self::Refused(Refused::ForEverybody { .. } | Refused::Older { .. } | Refused::MarkedBad { .. }) => {
+            Self::Refused(Refusal::ForEverybody { .. } | Refusal::Older { .. } | Refusal::MarkedBad { .. }) => {
                 "`--allow-older` takes it all the same, once"
             }
-            Self::Refused(Refused::UnknownKey { .. }) => {
+            Self::Refused(Refusal::UnknownKey { .. }) => {
                 "if the key is the artist's, lay its file into the folder that `keys` names"
             }
             Self::Refused(_) => "nothing was changed; ask whoever made the bundle",
@@ -111,9 +112,9 @@ impl Fatal {
 /// Ends the program: with the answer, or with the error and what to do about it.
 pub(crate) fn finish(result: Result<Output<Answer>, Fatal>) -> ExitCode {
     let fatal = match result.and_then(|output| output.print().map_err(Fatal::Unwritten)) {
-        Ok(()) => return ExitCode::from(Exit::Fine as u8),
+        Ok(()) => return ExitCode::from(Exit::Fine),
         Err(fatal) => fatal,
     };
-    fail(&fatal, fatal.hint());
-    ExitCode::from(fatal.exit() as u8)
+    print_error(&fatal, Some(fatal.hint()));
+    ExitCode::from(fatal.exit())
 }

@@ -7,8 +7,9 @@ use crate::fatal::Fatal;
 use crate::origin::Origin;
 use crate::progress::Progress;
 use crate::rate_limit::RateLimit;
-use bundle::{Intake, Source, Store, StoreError, Wanted};
-use player::{chain, now};
+use bundle::{FetchItem, Intake, Source, Store, StoreError};
+use exit::chain;
+use player::now;
 use std::io::{ErrorKind, Read};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -40,7 +41,7 @@ impl Fetcher<'_> {
     ///
     /// # Errors
     /// [`Fatal`]. What has arrived stays.
-    pub(crate) fn fetch(&mut self, store: &Store, wanted: &Wanted) -> Result<(), Fatal> {
+    pub(crate) fn fetch(&mut self, store: &Store, wanted: &FetchItem) -> Result<(), Fatal> {
         let mut tries = 0;
         loop {
             let mut intake = store.intake(wanted)?;
@@ -72,7 +73,7 @@ impl Fetcher<'_> {
     }
 
     /// Reads what is missing of an object.
-    fn pour(&mut self, wanted: &Wanted, intake: &mut Intake<'_>) -> Result<(), Fatal> {
+    fn pour(&mut self, wanted: &FetchItem, intake: &mut Intake<'_>) -> Result<(), Fatal> {
         if intake.missing() == 0 {
             return Ok(());
         }
@@ -90,7 +91,7 @@ impl Fetcher<'_> {
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) => return Err(unread(error)),
             };
-            intake.take(&chunk[..count])?;
+            intake.append(&chunk[..count])?;
             self.bytes += count as u64;
             self.progress.moved(count as u64, now());
             let wait = self.rate_limit.after(count as u64, now());

@@ -10,7 +10,7 @@ use player::{Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
 
-/// The end of the help. `player::Exit` has the same four codes.
+/// The end of the help. `exit::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  a flock or a system was taken in, or there was nothing new
@@ -126,7 +126,7 @@ mod tests {
     use super::{EXIT_STATUS, Options};
     use bundle::Consent;
     use clap::Parser;
-    use player::Exit;
+    use exit::Exit;
     use std::io::Write;
 
     #[test]
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_updaters_help_names_every_exit_code() {
-        for exit in [Exit::Fine, Exit::No, Exit::Wrong, Exit::Unread] {
+        for exit in [Exit::Fine, Exit::No, Exit::Malformed, Exit::Unreadable] {
             assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
         }
         assert_eq!(EXIT_STATUS.lines().count(), 5);

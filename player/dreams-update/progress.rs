@@ -3,7 +3,8 @@
 //! Owns the file that the player draws from, and how often it is written. That it cannot be written stops nothing.
 
 use crate::sentences;
-use player::{Notice, chain};
+use exit::chain;
+use player::Notice;
 use std::path::PathBuf;
 use std::time::Duration;
 use timing::Nanos;

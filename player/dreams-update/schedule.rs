@@ -11,7 +11,7 @@ use player::is_clock_wrong;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::str::FromStr;
 
 /// The first wait after a failure, in seconds; it doubles with each further one.
@@ -47,9 +47,7 @@ impl Schedule {
     /// # Errors
     /// What the file system says.
     pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
-        let temporary = PathBuf::from(format!("{}.new", path.display()));
-        fs::write(&temporary, serde_json::to_vec(self).map_err(io::Error::other)?)?;
-        fs::rename(temporary, path)
+        durable::write(path, &serde_json::to_vec(self).map_err(io::Error::other)?)
     }
 
     /// Whether to look now: `up_s` seconds after the machine's start, when its clock shows `clock_s` since 1970.

@@ -4,7 +4,7 @@
 
 use crate::answer::{Outcome, SystemOutcome};
 use crate::fatal::Fatal;
-use bundle::{Refused, StoreError, few};
+use bundle::{Refusal, StoreError, few};
 
 /// While a flock is coming in.
 pub(crate) const COMING: &str = "A new flock is coming in.";
@@ -69,13 +69,13 @@ pub(crate) fn of_look(ended: Result<Outcome, &Fatal>) -> &'static str {
         Ok(Outcome::NoNews) => "no news",
         Ok(Outcome::NoBundle) => "nothing for this unit",
         Ok(Outcome::NotNow) => "nothing was looked for",
-        Err(Fatal::ForOthers { .. } | Fatal::Refused(Refused::ForOthers { .. })) => "for other units",
-        Err(Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped | Fatal::Refused(Refused::Read { .. })) => {
+        Err(Fatal::ForOthers { .. } | Fatal::Refused(Refusal::ForOthers { .. })) => "for other units",
+        Err(Fatal::Read { .. } | Fatal::Source(_) | Fatal::Stopped | Fatal::Refused(Refusal::Read { .. })) => {
             "could not be read to its end"
         }
-        Err(Fatal::Refused(Refused::ForEverybody { .. })) => "refused: for every unit, and this one has its own",
-        Err(Fatal::Refused(Refused::Older { .. })) => "refused: older than what was played",
-        Err(Fatal::Refused(Refused::MarkedBad { .. })) => "refused: it was tried before, and did not play",
+        Err(Fatal::Refused(Refusal::ForEverybody { .. })) => "refused: for every unit, and this one has its own",
+        Err(Fatal::Refused(Refusal::Older { .. })) => "refused: older than what was played",
+        Err(Fatal::Refused(Refusal::MarkedBad { .. })) => "refused: it was tried before, and did not play",
         Err(Fatal::Refused(_)) => "refused",
         Err(Fatal::Room(_)) => "there is no room for it",
         Err(Fatal::Store(_)) => "damaged, or the disk does not take it",
@@ -85,36 +85,36 @@ pub(crate) fn of_look(ended: Result<Outcome, &Fatal>) -> &'static str {
 
 const AGAIN: &str = "The stick could not be read to its end. Put it in again, and the rest follows.";
 
-fn of_refused(refused: &Refused) -> String {
+fn of_refused(refused: &Refusal) -> String {
     match refused {
-        Refused::ForEverybody { unit } => {
+        Refusal::ForEverybody { unit } => {
             format!("This stick is for every frame. This frame is {unit}, and takes what is for it by name.")
         }
-        Refused::ForOthers { addressees, unit } => {
-            format!("This stick is for {}. This frame is {unit}.", addressees.told())
+        Refusal::ForOthers { addressees, unit } => {
+            format!("This stick is for {}. This frame is {unit}.", addressees.summary())
         }
-        Refused::MarkedBad { .. } => "This flock was tried here before, and did not play.".to_owned(),
-        Refused::Older { sequence, floor, .. } => {
+        Refusal::MarkedBad { .. } => "This flock was tried here before, and did not play.".to_owned(),
+        Refusal::Older { sequence, floor, .. } => {
             format!("This flock is number {sequence}. This frame has already played number {floor}.")
         }
-        Refused::Read { .. } => AGAIN.to_owned(),
-        Refused::Withheld { .. } => {
+        Refusal::Read { .. } => AGAIN.to_owned(),
+        Refusal::Withheld { .. } => {
             "This stick lacks what its artist sent along about keys. Please ask for it again.".to_owned()
         }
-        Refused::Forged { .. }
-        | Refused::NotSigned { .. }
-        | Refused::RevokedKey { .. }
-        | Refused::UnknownKey { .. } => "This flock is not signed by anybody whom this frame trusts.".to_owned(),
-        Refused::Damaged { .. }
-        | Refused::Length { .. }
-        | Refused::Line { .. }
-        | Refused::MissingFile { .. }
-        | Refused::Name { .. }
-        | Refused::NotAFlock { .. }
-        | Refused::Order { .. }
-        | Refused::Quota { .. }
-        | Refused::TooLarge { .. }
-        | Refused::TooMany { .. } => "This flock is damaged, or was made wrongly.".to_owned(),
+        Refusal::Forged { .. }
+        | Refusal::NotSigned { .. }
+        | Refusal::RevokedKey { .. }
+        | Refusal::UnknownKey { .. } => "This flock is not signed by anybody whom this frame trusts.".to_owned(),
+        Refusal::Damaged { .. }
+        | Refusal::Length { .. }
+        | Refusal::Line { .. }
+        | Refusal::MissingFile { .. }
+        | Refusal::Name { .. }
+        | Refusal::NotAFlock { .. }
+        | Refusal::Order { .. }
+        | Refusal::Quota { .. }
+        | Refusal::TooLarge { .. }
+        | Refusal::TooMany { .. } => "This flock is damaged, or was made wrongly.".to_owned(),
     }
 }
 

@@ -13,9 +13,10 @@ use crate::fatal::Fatal;
 use crate::options::Order;
 use crate::system::running;
 use bundle::{
-    ENTRIES, FileEntry, LaidOut, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
+    BootFiles, ENTRIES, FileEntry, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
 };
-use player::{FlushedWriter, chain, sync_folder};
+use durable::{FlushedWriter, persist, sync_folder};
+use exit::chain;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -49,7 +50,7 @@ pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) ->
         give_up(store, &system, &fatal);
         return Err(fatal);
     }
-    store.settle(&system)?;
+    store.mark_written(&system)?;
     Ok(SystemOutcome::Written(version.clone()))
 }
 
@@ -80,7 +81,7 @@ fn announce(store: &Store, start: &FileEntry, version: &Version, boot: &Path) ->
     let mut from = store.object(&start.id)?;
     copy_object(&start.id, start.size, &mut *from, &mut bytes).map_err(at("write", boot))?;
     let no_start_file = || io::Error::new(ErrorKind::InvalidData, format!("{} is no start file", start.id));
-    let LaidOut { entry, parts } = lay_out(&bytes, COPY).ok_or_else(no_start_file).map_err(at("write", boot))?;
+    let BootFiles { entry, parts } = lay_out(&bytes, COPY).ok_or_else(no_start_file).map_err(at("write", boot))?;
     let folder = boot.join(SYSTEMS).join(copy_folder(version, COPY));
     fs::create_dir_all(&folder).map_err(at("make", &folder))?;
     for (path, part) in parts {
@@ -91,7 +92,7 @@ fn announce(store: &Store, start: &FileEntry, version: &Version, boot: &Path) ->
     let new = entries.join(format!("{OURS}{version}_{COPY}.new"));
     put(&new, entry.as_bytes())?;
     let name = entries.join(format!("{OURS}{version}_{COPY}+{TRIES}.conf"));
-    fs::rename(&new, &name).and_then(|()| sync_folder(&entries)).map_err(at("make", &name))
+    persist(&new, &name).map_err(at("make", &name))
 }
 
 /// Makes the file at `path` hold `bytes`, and reads it back from the disk.

@@ -6,8 +6,8 @@
 //! Start at [`heeded`].
 
 use crate::fatal::Fatal;
-use bundle::{Lesson, Refused, STATEMENTS, Source, Store, limits};
-use player::chain;
+use bundle::{Refusal, STATEMENTS, Source, Store, TrustUpdate, limits};
+use exit::chain;
 use std::io::{ErrorKind, Read};
 use tracing::{info, warn};
 
@@ -19,8 +19,8 @@ use tracing::{info, warn};
 pub(crate) fn heeded<S>(
     store: &mut Store,
     source: &mut dyn Source,
-    verify: impl Fn(&Store) -> Result<S, Refused>,
-    expected: impl Fn(&S, &mut dyn Source) -> Result<Vec<u8>, Refused>,
+    verify: impl Fn(&Store) -> Result<S, Refusal>,
+    expected: impl Fn(&S, &mut dyn Source) -> Result<Vec<u8>, Refusal>,
 ) -> Result<S, Fatal> {
     let said = read(source)?;
     learn(store, &said)?;
@@ -34,7 +34,7 @@ pub(crate) fn heeded<S>(
 }
 
 fn learn(store: &mut Store, said: &[u8]) -> Result<(), Fatal> {
-    let Lesson { news, refused } = store.learn(said)?;
+    let TrustUpdate { news, refused } = store.learn(said)?;
     for learned in news {
         info!(?learned, "learned about a key");
     }

@@ -11,7 +11,8 @@ use crate::fetch::Fetcher;
 use crate::options::Order;
 use crate::statements;
 use bundle::{Store, System, SystemAdmission, UnverifiedSystem, Version};
-use player::{chain, now};
+use exit::chain;
+use player::now;
 use std::fs;
 use std::path::Path;
 use tracing::{info, warn};
@@ -36,13 +37,13 @@ pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) 
     info!(%version, %signer, "fetching a system");
     let mut plan = store.plan_system(&system)?;
     let reserve = order.config.reserve_mib << 20;
-    if plan.shortfall(store.room()?, reserve).is_some() {
+    if plan.shortfall(store.free_bytes()?, reserve).is_some() {
         if let Err(error) = store.collect(None) {
             warn!(error = chain(&error), "cannot remove unused objects from the store");
         }
         plan = store.plan_system(&system)?;
     }
-    if let Some(shortfall) = plan.shortfall(store.room()?, reserve) {
+    if let Some(shortfall) = plan.shortfall(store.free_bytes()?, reserve) {
         return Err(Fatal::Room(shortfall));
     }
     fetcher.progress.is_of_a_system();

@@ -20,9 +20,11 @@ use crate::statements;
 use crate::status_report;
 use crate::system;
 use bundle::{
-    Admission, KeyError, LocalDisk, Refused, Seal, Store, StoreError, Trust, Unread, Unverified, Verified, Wanted,
+    Admission, FetchItem, KeyError, LocalDisk, Refusal, Seal, Store, StoreError, Trust, UnreadableObject,
+    UnverifiedSeal, VerifiedBundle,
 };
-use player::{Contact, Exit, Output, chain, clock_s, is_clock_wrong, now, up_s};
+use exit::{Exit, chain};
+use player::{Contact, Output, clock_s, is_clock_wrong, now, up_s};
 use std::io::{self, ErrorKind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -62,7 +64,7 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     }
     let ended = update(order, stop);
     status_report::send(order, ended.as_ref());
-    let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unread);
+    let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unreadable);
     let next = schedule.after(is_failure, up_s(), order.config.every_minutes * 60, rand::random());
     if let Err(error) = next.write(path) {
         warn!(path = %path.display(), error = chain(&error), "cannot save when the next update is due");
@@ -117,7 +119,7 @@ fn bring(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_
     let taken = take(order, store, place, fetcher);
     // What keeps one from coming need not keep the other, unless it is the source.
     let system = match &taken {
-        Err(fatal) if fatal.exit() == Exit::Unread => SystemOutcome::None,
+        Err(fatal) if fatal.exit() == Exit::Unreadable => SystemOutcome::None,
         Ok(_) | Err(_) => system::take(order, store, fetcher)?,
     };
     let outcome = taken?;
@@ -187,15 +189,15 @@ fn is_for_nobody(order: &Order, place: &str, source: &Origin) -> Result<(), Fata
 
 /// Installs the flock at `place` for this unit, if it is new.
 fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>) -> Result<Outcome, Fatal> {
-    let unverified = match Unverified::open(fetcher.source, &order.unit) {
+    let unverified = match UnverifiedSeal::open(fetcher.source, &order.unit) {
         Ok(unverified) => unverified,
-        Err(Refused::Read { source: error, .. }) if error.kind() == ErrorKind::NotFound => {
+        Err(Refusal::Read { source: error, .. }) if error.kind() == ErrorKind::NotFound => {
             is_for_nobody(order, place, fetcher.source)?;
             return Ok(Outcome::NoBundle);
         }
         Err(refused) => return Err(Fatal::Refused(refused)),
     };
-    if store.is_no_news(&unverified) {
+    if store.is_current(&unverified) {
         return Ok(Outcome::NoNews);
     }
     let verify = |store: &Store| unverified.clone().verify(store.trust());
@@ -210,7 +212,7 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
     make_room(order, store, &bundle)?;
     let plan = store.plan(&bundle)?;
     fetcher.progress.begins(plan.bytes, plan.bytes - plan.to_fetch(), now());
-    let (toml, clips): (Vec<&Wanted>, Vec<&Wanted>) =
+    let (toml, clips): (Vec<&FetchItem>, Vec<&FetchItem>) =
         plan.wanted.iter().partition(|wanted| wanted.path.as_str() == flock::FILE_NAME);
     // What the flock says is looked at before anything large is fetched.
     toml.into_iter().try_for_each(|wanted| fetcher.fetch(store, wanted))?;
@@ -227,19 +229,20 @@ fn take(order: &Order, store: &mut Store, place: &str, fetcher: &mut Fetcher<'_>
 }
 
 /// Removes unused objects, and if that is not enough the reserve, until the bundle fits.
-fn make_room(order: &Order, store: &mut Store, bundle: &Verified) -> Result<(), Fatal> {
+fn make_room(order: &Order, store: &mut Store, bundle: &VerifiedBundle) -> Result<(), Fatal> {
     let reserve = order.config.reserve_mib << 20;
-    let shortfall = |store: &Store| -> Result<_, Fatal> { Ok(store.plan(bundle)?.shortfall(store.room()?, reserve)) };
+    let shortfall =
+        |store: &Store| -> Result<_, Fatal> { Ok(store.plan(bundle)?.shortfall(store.free_bytes()?, reserve)) };
     tidy(store, bundle);
     if shortfall(store)?.is_some() && store.state().before.is_some() {
         info!("removing the flock before the last good one to make room");
-        store.give_up_reserve()?;
+        store.drop_reserve()?;
         tidy(store, bundle);
     }
     shortfall(store)?.map_or(Ok(()), |shortfall| Err(Fatal::Room(shortfall)))
 }
 
-fn tidy(store: &Store, bundle: &Verified) {
+fn tidy(store: &Store, bundle: &VerifiedBundle) {
     if let Err(error) = store.collect(Some(bundle)) {
         warn!(error = chain(&error), "cannot remove unused objects from the store");
     }
@@ -251,7 +254,7 @@ fn scrub(store: &Store, stop: &AtomicBool) -> Result<(), Fatal> {
     for damaged in &found.damaged {
         warn!(clip = damaged.path.as_str(), "a file is damaged, it stays until it is fetched again");
     }
-    for Unread { wanted, why } in &found.unread {
+    for UnreadableObject { wanted, why } in &found.unread {
         warn!(clip = wanted.path.as_str(), error = why, "cannot read a file, it stays");
     }
     for generation in &found.unlisted {
@@ -276,12 +279,12 @@ fn mend(store: &Store, fetcher: &mut Fetcher<'_>) -> Result<(usize, usize), Fata
     };
     let (mut mended, mut missing, mut trouble) = (0, 0, None);
     for wanted in &lacking {
-        let mended_by = |fetcher: &mut Fetcher<'_>| match store.reclaim(wanted) {
+        let repair_with = |fetcher: &mut Fetcher<'_>| match store.restore(wanted) {
             Ok(true) => Ok(()),
             Ok(false) => fetcher.fetch(store, wanted),
             Err(error) => Err(error.into()),
         };
-        match mended_by(fetcher) {
+        match repair_with(fetcher) {
             Ok(()) => mended += 1,
             Err(Fatal::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => missing += 1,
             Err(fatal) => {
@@ -291,6 +294,6 @@ fn mend(store: &Store, fetcher: &mut Fetcher<'_>) -> Result<(usize, usize), Fata
         }
     }
     // Also what an attempt before this one fetched, and was ended before it could put it back.
-    store.mend()?;
+    store.repair()?;
     trouble.map_or(Ok((mended, missing)), Err)
 }

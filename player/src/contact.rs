@@ -36,13 +36,11 @@ impl Contact {
         serde_json::from_slice(&fs::read(path).ok().filter(|_| is_small)?).ok()
     }
 
-    /// Writes it to `store`. A power cut may lose it: it is for people.
+    /// Writes it to `store`.
     ///
     /// # Errors
     /// What the disk says.
     pub fn tell(&self, store: &Path) -> io::Result<()> {
-        let new = store.join(format!("{FILE_NAME}.new"));
-        fs::write(&new, serde_json::to_vec(self).map_err(io::Error::other)?)?;
-        fs::rename(new, store.join(FILE_NAME))
+        durable::write(&store.join(FILE_NAME), &serde_json::to_vec(self).map_err(io::Error::other)?)
     }
 }

@@ -1,6 +1,6 @@
 //! What the four programs of a unit share; each has a folder of its name beside this one.
 //!
-//! Owns how they end, where they log, how they read their settings, and the files through which one tells the other.
+//! Owns how they answer, where they log, how they read their settings, and the files through which one tells the other.
 //! Never plays and never fetches.
 //!
 //! Start at the `main.rs` of `dreams-player`, `dreams-update`, `dreams-owner` or `dreams-mend`.
@@ -9,13 +9,12 @@
 pub mod config_file;
 pub mod contact;
 pub mod day;
-pub mod ending;
 pub mod file_version;
-pub mod flushed_writer;
 pub mod hours;
 pub mod journal;
 pub mod notice;
 pub mod now;
+pub mod output;
 pub mod owner;
 pub mod threads;
 pub mod wifi;
@@ -23,11 +22,10 @@ pub mod wifi;
 pub use config_file::ConfigError;
 pub use contact::Contact;
 pub use day::is_clock_wrong;
-pub use ending::{Exit, Output, chain, fail};
 pub use file_version::FileVersion;
-pub use flushed_writer::{FlushedWriter, drop_cache, sync_folder};
 pub use journal::LogLevel;
 pub use notice::{Lasting, Notice};
 pub use now::{clock_s, now, up_s};
+pub use output::Output;
 pub use owner::Owner;
 pub use threads::{ThreadError, hold};

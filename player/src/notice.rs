@@ -63,9 +63,7 @@ impl Notice {
     /// # Errors
     /// What the file system says; the notice before it stays.
     pub fn tell(&self, path: &Path) -> io::Result<()> {
-        let temporary = PathBuf::from(format!("{}.new", path.display()));
-        fs::write(&temporary, serde_json::to_vec(self).map_err(io::Error::other)?)?;
-        fs::rename(temporary, path)
+        durable::write(path, &serde_json::to_vec(self).map_err(io::Error::other)?)
     }
 
     /// The notice at `path`; `None` if there is none, or it cannot be read.

@@ -97,18 +97,18 @@ def measured(*words, **more):
     return {"wall_s": wall, "cpu_s": processor() - before}
 
 
-def verifying(studio, flock, rounds):
+def verifying(artist, flock, rounds):
     """The best run of `flock verify` and of b3sum over the same bytes, by turns; both warm. The best: what else the
     machine does can only add."""
-    objects = [os.path.join(at, name) for at, _, names in os.walk(f"{studio}/bundle/objects") for name in names]
+    objects = [os.path.join(at, name) for at, _, names in os.walk(f"{artist}/bundle/objects") for name in names]
     verify = [flock, "verify", "bundle", "--trust", "artist.pub"]
     runs = {"flock verify": [], "b3sum": []}
     for _ in range(rounds + 1):
         runs["b3sum"].append(measured("b3sum", *objects))
-        runs["flock verify"].append(measured(*verify, cwd=studio, stderr=subprocess.DEVNULL))
+        runs["flock verify"].append(measured(*verify, cwd=artist, stderr=subprocess.DEVNULL))
     # The first round warms the page cache.
     best = {name: {key: min(run[key] for run in told[1:]) for key in told[0]} for name, told in runs.items()}
-    return best, stored(f"{studio}/bundle/objects")
+    return best, stored(f"{artist}/bundle/objects")
 
 
 def synced(folder, *words, **more):
@@ -116,36 +116,36 @@ def synced(folder, *words, **more):
     return seconds(*words, **more) + seconds("sync", "-f", folder)
 
 
-def rsync(studio, disk):
+def rsync(artist, disk):
     """One edition by rsync, with its network algorithm: seconds, and bytes in both directions."""
     os.makedirs(f"{disk}/rsync", exist_ok=True)
     before = time.monotonic()
-    told = run("rsync", "-a", "--no-whole-file", "--stats", f"{studio}/flock/", f"{disk}/rsync/")
+    told = run("rsync", "-a", "--no-whole-file", "--stats", f"{artist}/flock/", f"{disk}/rsync/")
     run("sync", "-f", disk)
     both = re.findall(r"Total bytes (?:sent|received): ([\d,.]+)", told)
     return {"seconds": time.monotonic() - before, "bytes": sum(int(re.sub(r"[,.]", "", count)) for count in both)}
 
 
-def casync(studio, disk, edition):
+def casync(artist, disk, edition):
     """One edition by casync: seconds of chunking and of extracting, and the bytes of the chunks that are new."""
-    store, index = f"{studio}/chunks", f"{studio}/{edition}.caidx"
+    store, index = f"{artist}/chunks", f"{artist}/{edition}.caidx"
     os.makedirs(store, exist_ok=True)
     there = stored(store)
-    chunking = seconds("casync", "make", f"--store={store}", index, f"{studio}/flock")
+    chunking = seconds("casync", "make", f"--store={store}", index, f"{artist}/flock")
     new = stored(store) - there + os.path.getsize(index)
     seed = [f"--seed={disk}/casync.{edition - 1}"] if edition else []
     extract = ["casync", "extract", f"--store={store}", *seed, index, f"{disk}/casync.{edition}"]
     return {"seconds": synced(disk, *extract), "artist_seconds": chunking, "bytes": new}
 
 
-def publish(studio, disk, flock):
+def publish(artist, disk, flock):
     """One edition by `flock pack` and `flock publish`: seconds, and bytes written."""
     key = ["--key", "artist.key", "--passphrase-file", "passphrase"]
-    packing = seconds(flock, "pack", "flock", "bundle", "--unit", "lobby", *key, cwd=studio)
+    packing = seconds(flock, "pack", "flock", "bundle", "--unit", "lobby", *key, cwd=artist)
     os.makedirs(f"{disk}/published", exist_ok=True)
     words = [flock, "publish", "bundle", f"{disk}/published", "--trust", "artist.pub", "--json"]
     before = time.monotonic()
-    answer = json.loads(run(*words, cwd=studio))
+    answer = json.loads(run(*words, cwd=artist))
     return {"seconds": time.monotonic() - before, "artist_seconds": packing, "bytes": answer["new_bytes"]}
 
 
@@ -193,9 +193,9 @@ def serving(folder):
         server.server_close()
 
 
-def unit(studio, disk, updater):
+def unit(artist, disk, updater):
     """A unit looks at the web server once: what it did, seconds until all is on its disk, requests and bytes."""
-    words = [updater, "--json", "--unit", "lobby", "--store", f"{disk}/store", "--keys", f"{studio}/artist.pub"]
+    words = [updater, "--json", "--unit", "lobby", "--store", f"{disk}/store", "--keys", f"{artist}/artist.pub"]
     with serving(f"{disk}/published") as (address, heard):
         before = time.monotonic()
         answer = json.loads(run(*words, address, stderr=subprocess.DEVNULL))
@@ -203,25 +203,25 @@ def unit(studio, disk, updater):
         return {"outcome": answer["outcome"], "seconds": time.monotonic() - before, **heard}
 
 
-def contest(studio, disk, flock, updater, frames):
+def contest(artist, disk, flock, updater, frames):
     """Both editions by every tool, how many bytes are new in the second, and a look of a unit that has both."""
     os.makedirs(disk)
-    make(f"{studio}/flock", frames)
-    with open(f"{studio}/passphrase", "w") as out:
+    make(f"{artist}/flock", frames)
+    with open(f"{artist}/passphrase", "w") as out:
         os.chmod(out.name, 0o600)
         out.write("bench\n")
-    run(flock, "keygen", "artist.key", "--passphrase-file", "passphrase", cwd=studio)
+    run(flock, "keygen", "artist.key", "--passphrase-file", "passphrase", cwd=artist)
     tools = {"publish": [], "unit": [], "rsync": [], "casync": []}
     new = 0
     for edition in range(2):
         if edition:
-            new = sum(clip(f"{studio}/flock", number, edition, frames) for number in range(0, CLIPS, EVERY))
-        tools["publish"].append(publish(studio, disk, flock))
-        tools["unit"].append(unit(studio, disk, updater))
+            new = sum(clip(f"{artist}/flock", number, edition, frames) for number in range(0, CLIPS, EVERY))
+        tools["publish"].append(publish(artist, disk, flock))
+        tools["unit"].append(unit(artist, disk, updater))
         assert tools["unit"][-1]["outcome"] == "installed", tools["unit"]
-        tools["rsync"].append(rsync(studio, disk))
-        tools["casync"].append(casync(studio, disk, edition))
-    look = unit(studio, disk, updater)
+        tools["rsync"].append(rsync(artist, disk))
+        tools["casync"].append(casync(artist, disk, edition))
+    look = unit(artist, disk, updater)
     assert look["outcome"] == "no-news", look
     return tools, new, look
 
@@ -237,9 +237,9 @@ def main():
     rounds = int(sys.argv[4]) if len(sys.argv) > 4 else 7
     disk = os.path.abspath(f"{folder}/bundles")
     shutil.rmtree(disk, ignore_errors=True)
-    with tempfile.TemporaryDirectory(dir=memory(3 * CLIPS * CLIP_BYTES) or folder) as studio:
-        tools, new, look = contest(studio, disk, flock, updater, base(studio))
-        verify, verified = verifying(studio, flock, rounds)
+    with tempfile.TemporaryDirectory(dir=memory(3 * CLIPS * CLIP_BYTES) or folder) as artist:
+        tools, new, look = contest(artist, disk, flock, updater, base(artist))
+        verify, verified = verifying(artist, flock, rounds)
     shutil.rmtree(disk)
     for name, figure in verify.items():
         print(f"{name:14}{verified / figure['wall_s'] / 1e9:8.2f} GB/s, {figure['cpu_s']:.2f} s of processors")

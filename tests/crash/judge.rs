@@ -1,24 +1,24 @@
 //! What must hold after a power cut.
 //!
-//! Owns the verdict over one disk: the unit has a whole flock, the last one that was reported or the one that was
-//! coming; the owner's settings are whole, the last ones that were reported or those that were being taken in; what it knows
-//! of floors and of keys that were called back is not less than what it said; and the update then completes by itself.
+//! Owns the checks of one disk: it has a whole flock, the last one that was reported or the one that was being
+//! installed; the owner's settings are whole, the reported ones or the next; the numbers and revoked keys that it
+//! reported are still known; and the update then completes.
 //!
 //! Start at [`after`].
 
 use crate::lives::{Edition, Lab, Way};
-use crate::reports::{So, Step};
+use crate::reports::{Progress, Step};
 use crate::rig::Disk;
 use crate::upkeep::{ROTTEN, Settings, rotten};
 use bundle::{CURRENT, LocalDisk, Sequence, Store};
-use claims::press::{Files, files_in};
+use claims::bundle_maker::{Files, files_in};
 use std::path::Path;
 
-/// Looks at the disk after a cut, when a life was `so` far. With `completes`, brings the last flock that way.
+/// Checks the disk after a cut that came at `so` in its script. With `completes`, installs the last flock in that way.
 ///
 /// # Errors
 /// What does not hold.
-pub(crate) fn after(lab: &Lab, disk: &Disk, so: So, completes: Option<Way>) -> Result<(), String> {
+pub(crate) fn after(lab: &Lab, disk: &Disk, so: Progress, completes: Option<Way>) -> Result<(), String> {
     let mounted = disk.mount()?;
     let store = mounted.join("store");
     let verdict =
@@ -34,7 +34,7 @@ pub(crate) fn after(lab: &Lab, disk: &Disk, so: So, completes: Option<Way>) -> R
 }
 
 /// As the player finds it.
-fn has_a_whole_flock(lab: &Lab, store: &Path, so: So) -> Result<(), String> {
+fn has_a_whole_flock(lab: &Lab, store: &Path, so: Progress) -> Result<(), String> {
     let found = plays(store);
     let told = so.many(Step::Edition);
     let allowed = lab.editions.iter().skip(told).take(1 + usize::from(so.is_at(Step::Edition)));
@@ -48,7 +48,7 @@ fn has_a_whole_flock(lab: &Lab, store: &Path, so: So) -> Result<(), String> {
     Err(format!("after {told} editions plays edition {which:?}, of {names:?}"))
 }
 
-/// The flock with the clip that rots.
+/// The flock with the damaged clip.
 fn rotted(files: &Files) -> Files {
     let mut files = files.clone();
     let clip = files.get_mut(ROTTEN).expect("every flock has it");
@@ -56,8 +56,8 @@ fn rotted(files: &Files) -> Files {
     files
 }
 
-/// As the player and the updater find what the owner has set.
-fn has_whole_settings(lab: &Lab, mounted: &Path, so: So) -> Result<(), String> {
+/// The owner's settings, as the player and the updater find them.
+fn has_whole_settings(lab: &Lab, mounted: &Path, so: Progress) -> Result<(), String> {
     let told = so.many(Step::Owner);
     let allowed = || lab.settings.iter().skip(told).take(1 + usize::from(so.is_at(Step::Owner)));
     let found = Settings::in_folder(mounted);
@@ -67,13 +67,13 @@ fn has_whole_settings(lab: &Lab, mounted: &Path, so: So) -> Result<(), String> {
     if is_kept && is_wifi { Ok(()) } else { Err(format!("after {told} edits the settings are {found:?}")) }
 }
 
-/// As the updater finds it: opened, looked at again, and brought up to date.
-fn goes_on(lab: &Lab, store: &Path, so: So, way: Way) -> Result<(), String> {
+/// As the updater finds it: opened, scrubbed, and brought up to date.
+fn goes_on(lab: &Lab, store: &Path, so: Progress, way: Way) -> Result<(), String> {
     let open = || {
         let disk = LocalDisk::open(store).map_err(|error| format!("the store cannot be opened: {error}"))?;
         Store::open(Box::new(disk), lab.trust()).map_err(|error| format!("the store cannot be opened: {error:?}"))
     };
-    let is_revoked = |store: &Store| store.trust().revoked().any(|id| id == lab.press.stranger());
+    let is_revoked = |store: &Store| store.trust().revoked().any(|id| id == lab.maker.stranger());
     let (floor, revoked) = {
         let _alone = lab.alone();
         let store = open()?;
@@ -90,7 +90,7 @@ fn goes_on(lab: &Lab, store: &Path, so: So, way: Way) -> Result<(), String> {
         return Err("the key that was called back is trusted again".to_owned());
     }
     if so.may_rot() {
-        // What plays comes back from where it came from.
+        // The installed flock can be fetched again from its source.
         lab.update(store, &lab.editions[told].source(way), &["--scrub"])?;
     }
     let last = lab.editions.last().expect("there are some");
@@ -108,7 +108,7 @@ fn goes_on(lab: &Lab, store: &Path, so: So, way: Way) -> Result<(), String> {
     if is_clean { Ok(()) } else { Err(format!("the next update leaves {scrubbed:?}")) }
 }
 
-/// The flock that plays; `None` if there is none, or it cannot be read.
+/// The installed flock; `None` if there is none, or if it cannot be read.
 fn plays(store: &Path) -> Option<Files> {
     files_in(&store.join(CURRENT)).ok()
 }

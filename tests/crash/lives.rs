@@ -1,45 +1,46 @@
-//! The lives that are recorded: a unit that plays one edition of a flock is brought two more, and is looked after meanwhile.
+//! Recorded scenarios: a unit with one edition of a flock gets two more, and is maintained in between.
 //!
-//! Owns the editions, how each comes (by the real updater from a stick or over HTTP, or by one that is careless on
-//! purpose) and how many cuts each life gets. No two lives have a flock of the same form: what the disk is told, and so
-//! what a power cut may leave of it, is another each time. Says what it found, a line for each life.
+//! Owns the editions, the way of each (the real updater from a stick or over HTTP, or a faulty one that skips syncs)
+//! and the number of cuts. Each scenario has a flock of another size, so that the writes differ. Prints a line for each
+//! scenario.
 //!
 //! Start at [`Lab::whole_lives`].
 
 use crate::careless::{Careless, Carelessness};
 use crate::judge;
-use crate::reports::{EDITS, Script, So, UPDATES, UPKEEP};
+use crate::reports::{EDITS, Progress, Script, UPDATES, UPKEEP};
 use crate::rig::{Disk, Recording, marks};
 use crate::upkeep::Settings;
-use bundle::{CURRENT, Consent, Folder, LocalDisk, Playing, Source, Store, Trust, UnitId, Unverified};
+use bundle::{CURRENT, Consent, CurrentGeneration, Folder, LocalDisk, Source, Store, Trust, UnitId, UnverifiedSeal};
 use claims::block_log::BlockLog;
+use claims::bundle_maker::{BundleMaker, Files, rubbish};
 use claims::cuts::Cuts;
-use claims::press::{Files, Press, rubbish};
-use claims::web::{Manners, Web};
+use claims::wait;
+use claims::web::{Behaviour, WebServer};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::{Mutex, MutexGuard};
 use std::thread;
 use tempfile::TempDir;
 
 pub(crate) const UNIT: &str = "lobby";
 const SETTINGS: &str = "update.toml";
-/// Editions of the flock: the first one plays, the others come.
+/// Editions of the flock: the first one is installed, the others come.
 const EDITIONS: u64 = 3;
-/// How many clips, of how many bytes each, a careless life's flock has.
+/// The number of clips and the bytes of each for the faulty updater.
 const CARELESS: Form = (6, 30_000);
-/// The least that a flock has of both, and how many numbers of clips there are before clips become longer, by a block.
+/// The least number of clips and bytes; and how many numbers of clips are used before the clips grow by a block.
 const LEAST: Form = (4, 10_000);
 const NUMBERS: usize = 7;
 const BLOCK: usize = 4096;
-/// A careless life must be caught so often, at least.
+/// The number of cuts at least that must reveal the faulty updater.
 const CAUGHT: usize = 3;
-/// Faults that are told of one life.
+/// Faults that are printed for one scenario.
 const TOLD: usize = 3;
 
 /// How many clips a flock has, and how many bytes each of them. Of those of edition `n` the first `2 n` are its own.
@@ -49,7 +50,7 @@ type Form = (usize, usize);
 pub(crate) struct Edition {
     pub(crate) files: Files,
     stick: PathBuf,
-    web: Web,
+    web: WebServer,
 }
 
 /// The laboratory.
@@ -58,30 +59,30 @@ pub(crate) struct Lab {
     pub(crate) owner: String,
     /// Different ones, in the whole lives.
     states: usize,
-    pub(crate) press: Press,
+    pub(crate) maker: BundleMaker,
     pub(crate) editions: Vec<Edition>,
-    /// The bundle with which a key is called back.
+    /// The bundle with the statement that revokes a key.
     pub(crate) revoking: Edition,
-    /// What the owner's file becomes, before any edit and after each.
+    /// The owner's settings before the first edit and after each edit.
     pub(crate) settings: Vec<Settings>,
     disks: [Disk; 2],
-    /// The disk of a unit that plays the first edition.
+    /// The disk of a unit with the first edition.
     base: Vec<u8>,
     pub(crate) folder: TempDir,
-    /// Where the editions lie.
-    shelf: TempDir,
+    /// Where the editions are.
+    sticks: TempDir,
     door: Mutex<()>,
 }
 
-/// What was found in a life.
-struct Found {
-    /// Different states of the disk that were looked at.
+/// The result of one scenario.
+struct Findings {
+    /// The number of different disks that were checked.
     states: usize,
     /// What did not hold, and how often.
     faults: BTreeMap<String, usize>,
 }
 
-/// How a flock comes.
+/// The way of a flock to the unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Way {
     Stick,
@@ -89,38 +90,38 @@ pub(crate) enum Way {
 }
 
 impl Lab {
-    /// `UPDATER OWNER STATES`: the programs, and how many states of their disk are looked at.
+    /// `UPDATER OWNER STATES`: the two programs, and how many different disks are checked.
     pub(crate) fn from(mut words: impl Iterator<Item = String>) -> Self {
         let mut word = |what| words.next().unwrap_or_else(|| panic!("{what} is missing: crash UPDATER OWNER STATES"));
         let (updater, owner) = (word("the updater"), word("the owner's program"));
         let states = word("the number of states").parse().unwrap();
-        let (press, folder, shelf) =
-            (Press::with_new_keys(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let (maker, folder, sticks) =
+            (BundleMaker::with_new_keys(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         // The disks here are smaller than what a unit keeps free.
         fs::write(folder.path().join(SETTINGS), "reserve_mib = 0\n").unwrap();
         let disks = [Disk::new(0), Disk::new(1)];
         let door = Mutex::new(());
         let (editions, settings, base) = (Vec::new(), Vec::new(), Vec::new());
-        let revoking = Edition::of(rubbish(LEAST.0, LEAST.1, 1), shelf.path().join("revoking"));
+        let revoking = Edition::of(rubbish(LEAST.0, LEAST.1, 1), sticks.path().join("revoking"));
         let mut lab =
-            Self { updater, owner, states, press, editions, revoking, settings, disks, base, folder, shelf, door };
+            Self { updater, owner, states, maker, editions, revoking, settings, disks, base, folder, sticks, door };
         lab.settings = lab.all_settings(UPKEEP.len());
         lab
     }
 
-    /// Has the artist make another flock, of this form, and the unit play its first edition.
+    /// Makes a new flock of this size, and a disk with its first edition.
     fn raise(&mut self, (clips, bytes): Form) {
         self.editions.clear();
-        self.shelf = tempfile::tempdir().unwrap();
+        self.sticks = tempfile::tempdir().unwrap();
         let edition = |number: u64| {
-            let stick = self.shelf.path().join(number.to_string());
+            let stick = self.sticks.path().join(number.to_string());
             let files = rubbish(clips, bytes, 2 * number as usize);
-            self.press.bundle(&stick, &files, &[], number);
+            self.maker.bundle(&stick, &files, &[], number);
             Edition::of(files, stick)
         };
         self.editions = (1..=EDITIONS).map(edition).collect();
-        self.press.vouch(&self.editions[0].stick);
-        let revoking = self.shelf.path().join("revoking");
+        self.maker.vouch(&self.editions[0].stick);
+        let revoking = self.sticks.path().join("revoking");
         self.lay_revoking(&revoking, (clips, bytes));
         self.revoking = Edition::of(Files::new(), revoking);
         let bring = |mounted: &Path| {
@@ -130,12 +131,12 @@ impl Lab {
         self.base = self.disks[0].made(bring);
     }
 
-    /// Whom its units trust.
+    /// The keys that units trust.
     pub(crate) fn trust(&self) -> Trust {
-        Trust::read(&self.press.keys()).unwrap()
+        Trust::read(&self.maker.keys()).unwrap()
     }
 
-    /// Whether every cut through the lives of a unit leaves it a whole flock.
+    /// Whether every cut in every scenario leaves a whole flock.
     pub(crate) fn whole_lives(&mut self) -> bool {
         let mut holds = true;
         let ways = [(Way::Stick, false), (Way::Stick, true), (Way::Http, false), (Way::Http, true)];
@@ -143,7 +144,7 @@ impl Lab {
         let lives: Vec<_> = scripts.into_iter().flat_map(|script| ways.map(|way| (script, way))).collect();
         let mut forms = (0..).map(|life| (LEAST.0 + life % NUMBERS, LEAST.1 + life / NUMBERS * BLOCK));
         for ((name, script), (way, is_noisy)) in &lives {
-            // A life has only so many states; another flock has others.
+            // One recording has only so many different states; another flock has others.
             let mut missing = self.states.div_ceil(lives.len());
             while missing > 0 {
                 self.raise(forms.next().expect("there is no end of forms"));
@@ -159,12 +160,12 @@ impl Lab {
         holds
     }
 
-    /// Whether lives that forget something are caught.
+    /// Whether updates that skip syncs are detected.
     pub(crate) fn careless_lives(&mut self) -> bool {
         let mut proves = true;
         self.raise(CARELESS);
         for carelessness in Carelessness::ALL {
-            // Only a file that is not synced needs others that are to come to light.
+            // Only an unsynced file needs other writes to be noticed.
             let is_noisy = carelessness == Carelessness::NoFileSync;
             let log = Recording::of(self.base.clone(), is_noisy, |mounted, report| {
                 for edition in &self.editions[1..] {
@@ -186,8 +187,8 @@ impl Lab {
         proves && found.faults.values().sum::<usize>() >= CAUGHT
     }
 
-    /// Cuts through a life, and looks at each different state once, on all disks at once.
-    fn cut(&self, log: &BlockLog, script: Script, cuts: usize, completes: Option<Way>) -> Found {
+    /// Cuts a recording, and checks each different disk once, on all devices in parallel.
+    fn cut(&self, log: &BlockLog, script: Script, cuts: usize, completes: Option<Way>) -> Findings {
         let reports = marks(log);
         assert_eq!(reports.len(), script.len(), "each step was reported");
         let cuts = Mutex::new(Cuts::of(log, &reports, cuts, 0));
@@ -197,11 +198,11 @@ impl Lab {
             while let Some(told) = next(&mut disk) {
                 device.load(&disk);
                 states += 1;
-                faults.extend(judge::after(self, device, So::far(script, told), completes).err());
+                faults.extend(judge::after(self, device, Progress::far(script, told), completes).err());
             }
             (states, faults)
         };
-        let mut found = Found { states: 0, faults: BTreeMap::new() };
+        let mut found = Findings { states: 0, faults: BTreeMap::new() };
         thread::scope(|scope| {
             let at_work: Vec<_> = self.disks.iter().map(|disk| scope.spawn(|| judged(disk))).collect();
             for (states, faults) in at_work.into_iter().map(|worker| worker.join().unwrap()) {
@@ -214,17 +215,17 @@ impl Lab {
         found
     }
 
-    /// Brings the edition by the updater, reports it, and has the player find that it plays.
+    /// Installs the edition with the updater, reports it, and marks it as played.
     pub(crate) fn brought(&self, store: &Path, edition: &Edition, way: Way, report: &mut dyn FnMut()) {
         let answer = self.update(store, &edition.source(way), &[]).unwrap();
         assert_eq!(answer["outcome"], "installed");
         report();
-        let playing = Playing::of(&store.join(CURRENT)).unwrap().expect("a generation plays");
-        playing.judge().unwrap().won(playing.number()).unwrap();
+        let playing = CurrentGeneration::of(&store.join(CURRENT)).unwrap().expect("a generation plays");
+        playing.recorder().unwrap().accept(playing.number()).unwrap();
     }
 
-    /// While the result lives, nobody else opens a store or starts a program: what is just being started has for a
-    /// moment all open files of this process, and with them the lock of a store.
+    /// While the guard lives, no other thread opens a store or starts a program: until its `exec`, a new process has
+    /// all open files of this one, and with them the lock of a store.
     pub(crate) fn alone(&self) -> MutexGuard<'_, ()> {
         self.door.lock().unwrap()
     }
@@ -232,13 +233,13 @@ impl Lab {
     /// Runs the updater, which must succeed and leave nothing missing.
     pub(crate) fn update(&self, store: &Path, source: &str, options: &[&str]) -> Result<Value, String> {
         let mut command = Command::new(&self.updater);
-        command.args(["--json", "--unit", UNIT, source]).arg("--store").arg(store).arg("--keys").arg(self.press.keys());
+        command.args(["--json", "--unit", UNIT, source]).arg("--store").arg(store).arg("--keys").arg(self.maker.keys());
         command.args(options).arg("--config").arg(self.folder.path().join(SETTINGS));
         let alone = self.alone();
         let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
         drop(alone);
-        let said = started.and_then(Child::wait_with_output);
-        let said = said.unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"));
+        let started = started.unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"));
+        let said = wait::output("dreams-update", 600, started);
         let answer: Value = serde_json::from_slice(&said.stdout).unwrap_or_default();
         if said.status.success() && answer["missing"] == 0 {
             Ok(answer)
@@ -247,7 +248,7 @@ impl Lab {
         }
     }
 
-    /// The same by the steps of the updater, on a store that forgets something.
+    /// The same by the updater's own steps, on a store that skips something.
     fn brought_carelessly(
         &self,
         store: &Path,
@@ -258,7 +259,7 @@ impl Lab {
         let careless = Careless { disk: LocalDisk::open(store).unwrap(), carelessness, meanwhile: noise };
         let mut store = Store::open(Box::new(careless), self.trust()).unwrap();
         let mut source = Folder::open(&edition.stick).unwrap();
-        let unverified = Unverified::open(&mut source, &UnitId::new(UNIT).unwrap()).unwrap();
+        let unverified = UnverifiedSeal::open(&mut source, &UnitId::new(UNIT).unwrap()).unwrap();
         let seal = unverified.verify(store.trust()).unwrap();
         store.admit(&seal, &UnitId::new(UNIT).unwrap(), Consent::Newer).unwrap();
         let bundle = seal.fetch(&mut source).unwrap();
@@ -267,19 +268,19 @@ impl Lab {
             let mut bytes = Vec::new();
             source.object(&wanted.id, wanted.size, 0).unwrap().read_to_end(&mut bytes).unwrap();
             let mut intake = store.intake(&wanted).unwrap();
-            intake.take(&bytes).unwrap();
+            intake.append(&bytes).unwrap();
             intake.finish().unwrap();
         }
         store.install(&bundle).unwrap();
         report();
-        store.won().unwrap();
+        store.accept().unwrap();
     }
 }
 
 impl Edition {
-    /// What lies in the folder `stick`, which a web server has from now on, too.
+    /// The files in the folder `stick`, served over HTTP from now on as well.
     fn of(files: Files, stick: PathBuf) -> Self {
-        Self { files, web: Web::serve(&stick, Manners::Good), stick }
+        Self { files, web: WebServer::serve(&stick, Behaviour::Good), stick }
     }
 
     pub(crate) fn source(&self, way: Way) -> String {
@@ -290,7 +291,7 @@ impl Edition {
     }
 }
 
-/// How many cuts a careless life gets: some things are seldom caught.
+/// The number of cuts for a faulty updater: some faults show seldom.
 fn careless_cuts(carelessness: Carelessness) -> usize {
     match carelessness {
         Carelessness::NoFileSync => 100,
@@ -299,8 +300,8 @@ fn careless_cuts(carelessness: Carelessness) -> usize {
     }
 }
 
-impl Found {
-    /// As a line, and the faults that came first.
+impl Findings {
+    /// As a line of text, with the first faults.
     fn told(&self, log: &BlockLog) -> String {
         let (wrong, writes, flushes) = (self.faults.values().sum::<usize>(), log.entries.len(), log.flushes());
         let mut told = format!("{} states, of {writes} writes and {flushes} flushes, {wrong} wrong", self.states);
@@ -311,10 +312,10 @@ impl Found {
     }
 }
 
-/// Somebody else on the same disk writes something, and syncs it.
+/// Another process writes to the same disk, and syncs.
 fn noise(disk: &LocalDisk) {
     for _ in 0..5 {
-        let mut file = bundle::Disk::append(disk, "noise").unwrap();
+        let mut file = durable::Storage::append(disk, "noise").unwrap();
         file.write_all(b"noise").unwrap();
         file.sync().unwrap();
     }

@@ -1,9 +1,9 @@
 //! The crash laboratory: cuts the power of a unit's disk, thousands of times, at the level of its blocks.
 //!
-//! The real `dreams-update` and `dreams-owner` run on ext4, on a disk of which every write and every flush is recorded. Then the disk is
-//! made as it may be after a power cut at any of them: what was flushed is there, of the rest any part, torn writes
-//! included. Each such disk is mounted and looked at, and then the update has to complete by itself. Owns the lives
-//! that are recorded and what must hold after each cut. Needs root and devices of its own: `run` starts it in a guest.
+//! The real `dreams-update` and `dreams-owner` run on ext4, on a disk of which every write and every flush is recorded.
+//! From the recording it makes disks as a power cut may leave them: everything before the last flush, and any part of
+//! the rest, torn writes included. It mounts each disk, checks it, and completes the update. Owns the scenarios and the
+//! checks. Needs root and devices of its own: `run` starts it in a guest.
 //!
 //! Start at [`lives`], then [`claims::cuts::Cuts`] and [`judge`].
 #![forbid(unsafe_code)]

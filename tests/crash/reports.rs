@@ -1,60 +1,60 @@
-//! What a life reports, and what must hold from then on.
+//! The steps of a scenario, and how many were reported.
 //!
-//! Owns the scripts of the lives: which steps there are, and in which order. A step is reported when the program that does it
-//! has ended well. What was reported must be there after every cut that follows; what is under way may be there or not.
+//! Owns the scripts. A step is reported when its program has ended well. A reported step must hold after every later
+//! cut; a step that was not completed may hold or not.
 //!
-//! Start at [`Script`] and [`So`].
+//! Start at [`Script`] and [`Progress`].
 
-/// A step of a life.
+/// A step of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// The next edition of the flock was taken in.
+    /// The next edition of the flock was installed.
     Edition,
-    /// What rotted was found by a look at every byte, and was fetched again.
+    /// A scrub found the damaged clip, and it was fetched again.
     Mended,
-    /// The owner's edited file was taken in.
+    /// The owner's edited file was applied.
     Owner,
-    /// A key was called back.
+    /// A key was revoked.
     Revoked,
-    /// A clip of the flock that plays has rotted.
+    /// A clip of the installed flock was damaged.
     Rotten,
 }
 
-/// The steps of a life.
+/// The steps of a scenario.
 pub(crate) type Script = &'static [Step];
 
-/// A unit that is brought flocks.
+/// Updates only.
 pub(crate) const UPDATES: Script = &[Step::Edition, Step::Edition];
-/// One that is looked after, too.
+/// Updates and maintenance.
 pub(crate) const UPKEEP: Script =
     &[Step::Owner, Step::Rotten, Step::Mended, Step::Revoked, Step::Edition, Step::Owner, Step::Edition];
-/// One whose owner edits the file, and nothing else.
+/// Edits of the owner's file only.
 pub(crate) const EDITS: Script = &[Step::Owner, Step::Owner];
 
-/// How far a life is.
+/// How far a scenario has come.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct So {
+pub(crate) struct Progress {
     script: Script,
     told: usize,
 }
 
-impl So {
-    /// After so many reports.
+impl Progress {
+    /// After `told` reports.
     pub(crate) fn far(script: Script, told: usize) -> Self {
         Self { script, told }
     }
 
-    /// How many such steps were reported.
+    /// How many steps of this kind were reported.
     pub(crate) fn many(self, step: Step) -> usize {
         self.script[..self.told].iter().filter(|told| **told == step).count()
     }
 
-    /// Whether such a step may be under way.
+    /// Whether such a step may be in progress.
     pub(crate) fn is_at(self, step: Step) -> bool {
         self.script.get(self.told) == Some(&step)
     }
 
-    /// Whether a clip of the flock may be rotten.
+    /// Whether a clip of the flock may be damaged.
     pub(crate) fn may_rot(self) -> bool {
         self.is_at(Step::Rotten) || self.many(Step::Rotten) > self.many(Step::Mended)
     }

@@ -1,18 +1,18 @@
-//! Disks to be recorded and disks to be looked at.
+//! Disks that are recorded, and disks that are checked.
 //!
-//! Owns the devices: a recorded disk is QEMU's `blklogwrites` behind the kernel's network block device, a disk after a
-//! cut lies in memory behind a loop device. QEMU does not record that a write must be on the disk when it is done
-//! (FUA); so there is a loop device before the recorded disk as well, which knows no such writes: the kernel flushes
-//! instead. Never knows what is on the disks but ext4.
+//! Owns the devices. A recorded disk is QEMU's `blklogwrites` behind the kernel's network block device; a disk after a
+//! cut is in memory behind a loop device. QEMU does not record FUA, so a loop device in front of the recorded disk
+//! turns FUA writes into flushes. Knows nothing of the files on the disks.
 //!
 //! Start at [`Recording::of`] and [`Disk::new`].
 
 use claims::block_log::BlockLog;
-use rustix::event::{Timespec, poll};
+use claims::wait;
 use rustix::io::Errno;
 use rustix::mount::{MountFlags, UnmountFlags, mount, unmount};
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
+use std::iter;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -20,17 +20,17 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use tempfile::TempDir;
 
-/// The size of every disk; its file system ends before that, and the marks lie behind it.
+/// The size of every disk; its file system ends before that, and marks are written behind it.
 const DISK: u64 = 10 << 20;
 const FILE_SYSTEM: u64 = 9 << 20;
 const BLOCK: usize = 4096;
-/// So much is compared at once; a whole number of blocks.
+/// Bytes compared at once; a whole number of blocks.
 const STRETCH: usize = 16 * BLOCK;
-/// Milliseconds that anything is waited for, at most.
-const TICKS: usize = 10_000;
+/// Seconds that a program of the system may take, or a device to be ready.
+const LONGEST_S: u32 = 120;
 /// How many network block devices the kernel has.
 const DEVICES: usize = 16;
-/// Recordings so far. They take turns with the devices, so that none meets what is left of the one before.
+/// Number of recordings so far. They take turns with the devices, since a device is busy for a moment after its use.
 static RECORDINGS: AtomicUsize = AtomicUsize::new(0);
 
 /// A loop device with a disk in memory, and where it is mounted.
@@ -40,7 +40,7 @@ pub(crate) struct Disk {
     folder: TempDir,
 }
 
-/// A disk at work, of which everything is recorded.
+/// A disk in use, of which everything is recorded.
 pub(crate) struct Recording {
     folder: TempDir,
     base: Vec<u8>,
@@ -50,10 +50,12 @@ pub(crate) struct Recording {
     marks: u64,
 }
 
-/// Runs a command of the system, which must succeed; returns what it says.
+/// Runs a program of the system, which must succeed; returns its output.
 fn run(program: &str, words: &[&str]) -> String {
-    let said =
-        Command::new(program).args(words).output().unwrap_or_else(|error| panic!("cannot run {program}: {error}"));
+    let mut command = Command::new(program);
+    command.args(words).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap_or_else(|error| panic!("cannot run {program}: {error}"));
+    let said = wait::output(&format!("{command:?}"), LONGEST_S, child);
     assert!(said.status.success(), "{program} {words:?}: {}", String::from_utf8_lossy(&said.stderr));
     String::from_utf8(said.stdout).expect("systems speak UTF-8")
 }
@@ -75,7 +77,7 @@ impl Disk {
         Self { file, device, folder }
     }
 
-    /// Gives it a new file system, has it filled, and returns its bytes.
+    /// Makes a new file system, calls `fill` with its mount point, and returns the disk's bytes.
     pub(crate) fn made(&self, fill: impl FnOnce(&Path)) -> Vec<u8> {
         let kib = (FILE_SYSTEM >> 10).to_string();
         run(
@@ -99,8 +101,8 @@ impl Disk {
         bytes
     }
 
-    /// Makes it what `bytes` say. Only while it is not mounted. What is right already is not written: the kernel of a
-    /// guest is slow at taking memory.
+    /// Sets its content to `bytes`, while it is not mounted. Blocks that are right already are not written: a guest's
+    /// kernel is slow at allocating memory.
     pub(crate) fn load(&self, bytes: &[u8]) {
         let mut here = vec![0; STRETCH];
         for (stretch, wanted) in bytes.chunks(STRETCH).enumerate() {
@@ -113,7 +115,7 @@ impl Disk {
         }
     }
 
-    /// Mounts it; its journal is replayed.
+    /// Mounts it; the journal is replayed.
     pub(crate) fn mount(&self) -> Result<PathBuf, String> {
         let folder = self.folder.path().join("mounted");
         mount(&self.device, &folder, "ext4", MountFlags::NOATIME, None)
@@ -121,16 +123,16 @@ impl Disk {
         Ok(folder)
     }
 
-    /// Waits until nobody is in its way: a process that is just being started has for a moment all files of this one.
+    /// Unmounts it, after a wait for other users: until its `exec`, a new process has all open files of this one.
     pub(crate) fn unmount(&self) {
         let folder = self.folder.path().join("mounted");
-        await_that("nobody uses the disk", || match unmount(&folder, UnmountFlags::empty()) {
+        wait::until("nobody uses the disk", LONGEST_S, || match unmount(&folder, UnmountFlags::empty()) {
             Err(Errno::BUSY) => false,
             done => done.map(|()| true).unwrap(),
         });
     }
 
-    /// What ext4 found to be wrong with itself since it was mounted. Then the cut was none that a disk may leave.
+    /// The errors that ext4 has found since it was mounted. There must be none after a power cut.
     pub(crate) fn errors(&self) -> u64 {
         let name = self.device.trim_start_matches("/dev/");
         let count = fs::read_to_string(format!("/sys/fs/ext4/{name}/errors_count")).unwrap();
@@ -139,7 +141,7 @@ impl Disk {
 }
 
 impl Recording {
-    /// Records what `live` does with a disk that holds `base`, with or without somebody else who syncs all the time.
+    /// Records what `live` does on a disk that holds `base`, with or without another process that syncs all the time.
     pub(crate) fn of(base: Vec<u8>, is_noisy: bool, live: impl FnOnce(&Path, &mut dyn FnMut())) -> BlockLog {
         let mut recording = Self::new(base);
         let mounted = recording.folder.path().join("mounted");
@@ -147,7 +149,7 @@ impl Recording {
         let is_over = AtomicBool::new(!is_noisy);
         thread::scope(|scope| {
             scope.spawn(|| noise(&mounted, &is_over));
-            let _silence = Silence(&is_over);
+            let _silence = NoiseEnd(&is_over);
             live(&mounted, &mut || recording.mark());
         });
         unmount(&mounted, UnmountFlags::empty()).unwrap();
@@ -172,16 +174,19 @@ impl Recording {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap_or_else(|error| panic!("cannot run qemu-nbd: {error}"));
-        let said = BufReader::new(server.stderr.take().expect("it is piped")).lines().map_while(Result::ok);
-        let said: Vec<String> = said.take_while(|line| !line.contains("now connected")).collect();
+        let mut stderr = BufReader::new(server.stderr.take().expect("it is piped"));
+        let lines = iter::repeat_with(|| wait::line("qemu-nbd is connected", LONGEST_S, &mut stderr));
+        let said: Vec<String> = lines.take_while(|line| !line.is_empty() && !line.contains("now connected")).collect();
         assert!(server.try_wait().unwrap().is_none(), "{said:?}");
         let size = format!("/sys/block/{}/size", device.trim_start_matches("/dev/"));
-        await_that("the kernel knows how large the disk is", || fs::read_to_string(&size).unwrap().trim() != "0");
+        wait::until("the kernel knows how large the disk is", LONGEST_S, || {
+            fs::read_to_string(&size).unwrap().trim() != "0"
+        });
         let before = run("losetup", &["--find", "--show", "--direct-io=on", &device]).trim().to_owned();
         Self { folder, base, device, before, server, marks: 0 }
     }
 
-    /// Marks the log, behind everything that is done: a sector behind the file system is written, and nothing flushed.
+    /// Writes a mark to the log, after all writes so far: a sector behind the file system, without a flush.
     fn mark(&mut self) {
         let sector = FILE_SYSTEM / claims::block_log::SECTOR as u64 + self.marks;
         run(
@@ -202,21 +207,9 @@ impl Recording {
     fn ended(mut self) -> BlockLog {
         run("losetup", &["--detach", &self.before]);
         run("qemu-nbd", &["--disconnect", &self.device]);
-        self.server.wait().unwrap();
+        wait::ended("qemu-nbd, which was told to disconnect", LONGEST_S, &mut self.server);
         BlockLog::read(self.base, fs::read(self.folder.path().join("log")).unwrap())
     }
-}
-
-/// Asks every millisecond whether `is_so`: nobody tells of it.
-fn await_that(what: &str, mut is_so: impl FnMut() -> bool) {
-    let tick = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
-    for _ in 0..TICKS {
-        if is_so() {
-            return;
-        }
-        poll(&mut [], Some(&tick)).unwrap();
-    }
-    panic!("it does not come to pass that {what}");
 }
 
 /// The entries of `log` that are marks.
@@ -225,16 +218,16 @@ pub(crate) fn marks(log: &BlockLog) -> Vec<usize> {
     (0..log.entries.len()).filter(is_mark).collect()
 }
 
-/// Ends the noise, however a life ends.
-struct Silence<'n>(&'n AtomicBool);
+/// Ends the noise when it is dropped.
+struct NoiseEnd<'n>(&'n AtomicBool);
 
-impl Drop for Silence<'_> {
+impl Drop for NoiseEnd<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
 }
 
-/// Syncs a file again and again, so that the journal commits whatever else is under way.
+/// Syncs a file again and again, so that the journal commits whatever else is in progress.
 fn noise(folder: &Path, is_over: &AtomicBool) {
     let mut count = 0u64;
     while !is_over.load(Ordering::Relaxed) {

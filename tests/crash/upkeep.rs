@@ -1,25 +1,26 @@
-//! What becomes of a unit besides flocks: its disk rots and is looked at, a key is called back, its owner edits the file.
+//! Maintenance of a unit: a clip is damaged and fetched again, a key is revoked, the owner edits the settings.
 //!
-//! Owns these steps, each by the real program, and what they leave. Never judges.
+//! Owns these steps, each by the real program, and what they leave on the disk. The checks are in `judge.rs`.
 //!
 //! Start at [`Lab::steps`].
 
 use crate::lives::{Lab, UNIT, Way};
 use crate::reports::{Script, Step};
-use claims::press::rubbish;
+use claims::bundle_maker::rubbish;
+use claims::wait;
 use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// The clip that rots: every flock has it.
+/// The clip that is damaged: every flock has it.
 pub(crate) const ROTTEN: &str = "loops/3.mp4";
-/// What stands there then, and where.
+/// The bytes that damage it, and where.
 const ROT: &[u8] = b"rot";
 const ROT_AT: usize = 40;
-/// The number of the bundle with which a key is called back: nobody takes it.
+/// The number of the bundle that comes with the revocation; no unit installs it.
 const CALLED_BACK: u64 = 100;
-/// Where the owner's settings lie on the disk.
+/// Where the owner's settings are on the disk.
 const OWNER: &str = "owner";
 
 /// What `dreams-owner` keeps of the owner's file.
@@ -27,19 +28,19 @@ const OWNER: &str = "owner";
 pub(crate) struct Settings {
     /// All but the password.
     pub(crate) kept: Option<String>,
-    /// The Wi-Fi.
+    /// The Wi-Fi, with its password.
     pub(crate) wifi: Option<String>,
 }
 
 impl Settings {
-    /// Those on the disk that is mounted there.
+    /// Those on the disk that is mounted at `mounted`.
     pub(crate) fn in_folder(mounted: &Path) -> Self {
         let read = |name: &str| fs::read_to_string(mounted.join(OWNER).join(name)).ok();
         Self { kept: read("dreams.toml"), wifi: read("wifi.conf") }
     }
 }
 
-/// What the owner has written the `edit`th time.
+/// The owner's file after edit number `edit`.
 fn file(edit: usize) -> String {
     let hour = 6 + edit;
     format!(
@@ -47,13 +48,13 @@ fn file(edit: usize) -> String {
     )
 }
 
-/// Has a clip rot.
+/// Damages a clip.
 pub(crate) fn rotten(clip: &mut [u8]) {
     clip[ROT_AT..ROT_AT + ROT.len()].copy_from_slice(ROT);
 }
 
 impl Lab {
-    /// Lives by `script`, on the disk that is mounted there, and reports each step.
+    /// Runs the steps of `script` on the mounted disk, and reports each.
     pub(crate) fn steps(&self, script: Script, mounted: &Path, way: Way, report: &mut dyn FnMut()) {
         let store = mounted.join("store");
         let (mut editions, mut edits) = (1, 0);
@@ -88,7 +89,7 @@ impl Lab {
         }
     }
 
-    /// Takes in what the owner has written the `edit`th time.
+    /// Applies the owner's file after edit number `edit`.
     pub(crate) fn edited(&self, mounted: &Path, edit: usize) {
         let at = |name: &str| self.folder.path().join(name);
         let kept = |name: &str| mounted.join(OWNER).join(name);
@@ -101,11 +102,11 @@ impl Lab {
         let alone = self.alone();
         let child = owner.arg("--notice").arg(at("notice")).stdout(Stdio::null()).spawn();
         drop(alone);
-        let ended = child.and_then(|mut child| child.wait()).unwrap();
+        let ended = wait::ended("dreams-owner take-in", 600, &mut child.unwrap());
         assert!(ended.success(), "{owner:?} ended with {ended}");
     }
 
-    /// The same by somebody who is careless: in place, and without seeing that it is on the disk.
+    /// The same without a temporary file and without syncs.
     pub(crate) fn edited_carelessly(&self, mounted: &Path, edit: usize) {
         let Settings { kept, wifi } = &self.settings[edit];
         for (name, text) in [("dreams.toml", kept), ("wifi.conf", wifi)] {
@@ -113,14 +114,14 @@ impl Lab {
         }
     }
 
-    /// A stick comes whose key is called back by what lies beside it.
+    /// A stick comes whose key is revoked by a statement on it.
     fn called_back(&self, store: &Path, way: Way) {
         let revoked = self.revoking.source(way);
         let refused = self.update(store, &revoked, &[]).expect_err("nobody trusts who has signed it");
         assert!(refused.contains("was revoked"), "{refused}");
     }
 
-    /// What every edit of the owner's file must leave, tried where nobody cuts the power.
+    /// The settings after each edit, made where no power is cut.
     pub(crate) fn all_settings(&self, count: usize) -> Vec<Settings> {
         let quiet = tempfile::tempdir().unwrap();
         let left = |edit| {
@@ -130,9 +131,9 @@ impl Lab {
         (0..=count).map(left).collect()
     }
 
-    /// Lays out the bundle whose key is called back by what lies beside it.
+    /// Writes the bundle whose key is revoked by a statement beside it.
     pub(crate) fn lay_revoking(&self, stick: &Path, form: (usize, usize)) {
-        self.press.forgery(stick, &rubbish(form.0, form.1, 1), &[], CALLED_BACK);
-        self.press.call_back(stick);
+        self.maker.forgery(stick, &rubbish(form.0, form.1, 1), &[], CALLED_BACK);
+        self.maker.call_back(stick);
     }
 }

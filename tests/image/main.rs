@@ -1,45 +1,42 @@
-//! Claims about the image of a unit, tried on a whole machine: from power to art, and back to art whatever happens.
+//! Claims about the image of a unit on a whole machine: those that `make check` runs.
 //!
-//! Owns its own folder of claims, since a machine under QEMU takes all processors for minutes. The image is the one of
-//! the profile `bench`, which `make check` has made: that of a wall, with a shell on the serial port. What takes longer
-//! stands in `whole.rs` beside these.
+//! Owns this list, apart from `it`, since a machine under QEMU takes all processors for minutes. The image has the
+//! profile `bench`, which `make check` has made: that of a unit, with a shell on the serial port. Claims that take longer
+//! are listed in `whole.rs`.
 //!
-//! Start at [`starting`]; what a machine is, says [`machine`].
+//! Start at [`starts::first_start`]; [`machine`] is the emulated machine, [`unit`] its disk.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
-#![allow(dead_code, reason = "what `whole.rs` needs is here, too")]
+#![allow(dead_code, reason = "it shares helpers with `whole.rs` and `it`, and needs a part of each")]
 
-mod arriving;
 #[path = "../it/clips.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
-mod closure;
-mod cuts;
-mod direct;
-mod disk;
-mod fences;
-mod gallery;
-mod hardware;
-mod lease;
-mod loss;
+mod damage {
+    mod boot_copies;
+    mod power_cuts;
+}
 mod machine;
-mod matrix;
-mod mistake;
-mod monitor;
-mod neighbour;
-mod now;
-mod path;
-mod picture;
-mod player;
-mod ports;
+mod network {
+    mod dhcp_request;
+    mod port_scanner;
+    mod ports;
+}
+mod owner {
+    pub(crate) mod settings_error;
+}
+mod player {
+    mod restart;
+    mod user_rights;
+}
 #[path = "../it/programs.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
-mod qemu;
-mod redundant;
-mod serial;
-#[allow(dead_code, reason = "it is only measured from `whole.rs`")]
-mod starting;
-mod stick;
-mod system;
+mod starts {
+    pub(crate) mod first_start;
+    mod hardware_sample;
+    mod kernel_modules;
+}
 mod unit;
+mod updates {
+    pub(crate) mod flock_from_stick;
+    pub(crate) mod next_system;
+}

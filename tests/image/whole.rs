@@ -1,66 +1,67 @@
-//! The claims on whole machines that take longer, and nearly all of `main.rs`: `make crash` tries them.
+//! Claims about the image of a unit on a whole machine: nearly all of them, for `make crash`.
 //!
-//! Owns no more than that list.
+//! Owns this list. It has all of `main.rs` but `kernel_modules`, and the claims that take longer; `make crash` leaves out
+//! [`starts::boot_time`], which `make bench` measures.
 //!
-//! Start at [`hundred`], [`arm64`], [`backlight`], [`bad_sticks`], [`booting`], [`closely`], [`console`], [`dark`], [`damage`],
-//! [`damages`], [`firmware`], [`flocks_disk`], [`hanging`], [`log`], [`machines`], [`memory`], [`restart`], [`secure`],
-//! [`slots`], [`twins`], [`usb`] and [`wifi`]; [`soon`] is only measured: `make bench` does.
+//! Start at [`starts`], [`player`], [`updates`], [`damage`], [`display`], [`network`] and [`owner`].
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
-mod all_ports;
-mod arm64;
-mod arriving;
-mod backlight;
-mod bad_sticks;
-mod booting;
 #[path = "../it/clips.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod clips;
-mod closely;
-mod console;
-mod cuts;
-mod damage;
-mod damages;
-mod dark;
-mod direct;
-mod disk;
-mod fences;
-mod firmware;
-mod flocks_disk;
-mod gallery;
-mod hanging;
-mod hardware;
-mod hundred;
-mod lease;
-mod log;
-mod loss;
+mod damage {
+    mod bad_sticks;
+    mod boot_copies;
+    mod boot_copies_matrix;
+    mod flocks_disk;
+    mod flocks_disk_kept;
+    mod hundred_power_cuts;
+    mod power_cuts;
+}
+mod display {
+    mod backlight;
+    mod firmware_framebuffer;
+    mod no_display;
+    mod picture_gaps;
+    mod text_console;
+}
 mod machine;
-mod machines;
-mod matrix;
-mod memory;
-mod mistake;
-mod monitor;
-mod neighbour;
-mod now;
-mod path;
-mod picture;
-mod player;
-mod ports;
+mod network {
+    mod all_ports;
+    mod dhcp_request;
+    mod equal_boards;
+    mod port_scanner;
+    mod ports;
+    mod wifi;
+}
+mod owner {
+    mod log_on_stick;
+    pub(crate) mod settings_error;
+}
+mod player {
+    mod memory_shortage;
+    mod restart;
+    mod user_rights;
+    mod watchdog;
+}
 #[path = "../it/programs.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
-mod qemu;
-mod redundant;
-mod restart;
-mod secure;
-mod serial;
-mod slots;
-mod soon;
-mod starting;
-mod stick;
-mod system;
-mod twins;
+mod starts {
+    mod arm64;
+    pub(crate) mod boot_time;
+    pub(crate) mod first_start;
+    mod hardware_matrix;
+    mod hardware_sample;
+    mod make_boot;
+    mod secure_boot;
+    mod usb_disk;
+}
 mod unit;
-mod usb;
-mod wifi;
+mod updates {
+    pub(crate) mod flock_from_stick;
+    pub(crate) mod next_system;
+    mod restart_hour;
+    mod slots;
+}

@@ -1,7 +1,7 @@
-//! Test clips in the flock's form, made by the `ffmpeg` program, and what it says that they show.
+//! Test clips in the flock's form, made by the `ffmpeg` program, and the frames that it decodes from them.
 //!
-//! Owns the encoder settings and the fingerprints of frames. Never uses the project's own decoder or encoder:
-//! `ffmpeg` is the witness here.
+//! Owns the encoder settings and the hashes of frames. Never uses the project's own decoder or encoder, so that
+//! `ffmpeg` is an independent reference.
 //!
 //! Start at [`Encode::make`] and [`framemd5`].
 
@@ -9,20 +9,20 @@ use crate::programs::succeed;
 use std::path::Path;
 use std::process::Command;
 
-/// What one test clip shows and how it is encoded.
+/// The pictures of a test clip, and how it is encoded.
 #[derive(Clone, Copy, Debug, Hash)]
 pub(crate) struct Encode {
     /// Width and height in pixels.
     pub(crate) size: (u32, u32),
     /// Frames per second, numerator and denominator.
     pub(crate) fps: (u32, u32),
-    /// How many frames.
+    /// The number of frames.
     pub(crate) frames: u32,
-    /// Which picture and which of [`SETTINGS`]; two numbers never show the same frame.
+    /// Chooses the pictures and one of [`SETTINGS`]; two numbers have no frame in common.
     pub(crate) number: usize,
 }
 
-/// Encoder settings that clips take in turn: every one is H.264 High with a closed GOP, and none like the next.
+/// Encoder settings, taken in turn: all are H.264 High with a closed GOP, and each differs from the next.
 pub(crate) const SETTINGS: [(&str, &str); 6] = [
     ("veryfast", "bframes=3:ref=2:cabac=1:crf=23"),
     ("ultrafast", "bframes=0:ref=1:cabac=0:8x8dct=1:crf=30"),
@@ -42,12 +42,12 @@ impl Encode {
         succeed(ffmpeg.arg(path));
     }
 
-    /// The same pictures in another codec: a clip that is not in the flock's form.
+    /// The same pictures in another codec, which a flock does not accept.
     pub(crate) fn make_as(self, codec: &str, path: &Path) {
         succeed(self.source().args(["-c:v", codec]).arg(path));
     }
 
-    /// `ffmpeg` with this clip's raw pictures as its input and BT.709 limited range as its tags.
+    /// `ffmpeg` with the raw pictures of this clip as its input, tagged as BT.709 limited range.
     fn source(self) -> Command {
         let ((width, height), (num, den), turn) = (self.size, self.fps, self.number * 47);
         let picture = format!("testsrc2=size={width}x{height}:rate={num}/{den},hue=h={turn},format=yuv420p");

@@ -1,7 +1,7 @@
 //! Small flocks to play, made once and kept.
 //!
-//! Owns the flocks that claims are tried on: their graph, their clips, and what every clip's frames hash to.
-//! Never plays one: `playing.rs` does. A flock with bad clips is made from a good one in `bad_clips.rs`.
+//! Owns the flocks that claims use: their graph, their clips, and the hashes of all frames. `player_run.rs` plays them;
+//! `player/bad_clips.rs` damages copies.
 //!
 //! Start at [`Plan::flock`].
 
@@ -15,22 +15,23 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 
-/// What flock to make. Its graph is a ring with chords: every sheep leads to the next and to the one after.
+/// The plan of a flock. Its graph is a ring with chords: every sheep leads to the next and to the one after.
 #[derive(Clone, Copy, Debug, Hash)]
 pub(crate) struct Plan {
-    /// The flock's name, and the beginning of its folder's.
+    /// The flock's name, and the prefix of its folder's name.
     pub(crate) name: &'static str,
     /// Width and height of its clips in pixels.
     pub(crate) size: (u32, u32),
     /// Frames per second, numerator and denominator.
     pub(crate) fps: (u32, u32),
-    /// How many sheep, at least 3. The last has no loop where there are 5 or more; the second is shown twice a visit.
+    /// The number of sheep, at least 3. The last has no loop where there are 5 or more; the second is shown twice per
+    /// visit.
     pub(crate) sheep: usize,
-    /// The shortest clip's frames; the longest has 6 more.
+    /// The number of frames of the shortest clip; the longest has 6 more.
     pub(crate) frames: u32,
 }
 
-/// A flock on disk, and what it shows.
+/// A flock on disk, with its frames.
 pub(crate) struct Flock {
     /// Its folder.
     pub(crate) folder: PathBuf,
@@ -38,16 +39,16 @@ pub(crate) struct Flock {
     pub(crate) shows: HashMap<String, Vec<String>>,
 }
 
-/// The flock of the thousand joins: six sheep, every clip encoded unlike its neighbours.
+/// The flock of the thousand joins: six sheep, with clips that are all encoded differently.
 pub(crate) const JOINS: Plan = Plan { name: "joins", size: (640, 480), fps: (30, 1), sheep: 6, frames: 6 };
 
-/// A flock of small frames, whose clips are over within a moment of free running.
+/// A flock of small frames and short clips, to be played as fast as possible.
 pub(crate) const SMALL: Plan = Plan { name: "small", size: (320, 240), fps: (30, 1), sheep: 5, frames: 6 };
 
 static MAKING: Mutex<()> = Mutex::new(());
 
 impl Plan {
-    /// The flock of this plan: made now if no earlier run left it.
+    /// The flock of this plan: made now, unless an earlier run has made it.
     pub(crate) fn flock(&self) -> Flock {
         let mut hasher = DefaultHasher::new();
         (self, crate::clips::SETTINGS, include_str!("flocks.rs"), include_str!("clips.rs")).hash(&mut hasher);
@@ -98,7 +99,7 @@ impl Plan {
     }
 }
 
-/// The frame hashes that [`Plan::make`] left in `folder`; no two frames of a flock are alike.
+/// The frame hashes that [`Plan::make`] wrote to `folder`; no two frames of a flock are equal.
 fn read_shows(folder: &Path) -> HashMap<String, Vec<String>> {
     let text = fs::read_to_string(folder.join("shows")).unwrap();
     let mut shows = HashMap::new();

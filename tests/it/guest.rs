@@ -1,7 +1,7 @@
-//! A machine with a real KMS display, for as long as one command runs.
+//! A guest with a real KMS display, for as long as one command runs.
 //!
-//! Owns the runner `tests/vkms/run` and how many guests run at once. Never looks into what the command does.
-//! In virtual time a guest is deterministic and infinitely fast: its clock moves only while everything sleeps.
+//! Owns the runner `tests/vkms/run` and the number of guests that run at once. In virtual time a guest is
+//! deterministic: its clock moves only while all its processes sleep.
 //!
 //! Start at [`in_virtual_time`].
 
@@ -16,7 +16,7 @@ const AT_ONCE: usize = 2;
 static RUNNING: Mutex<usize> = Mutex::new(0);
 static ENDED: Condvar = Condvar::new();
 
-/// A place among the running guests, given back when dropped.
+/// A place among the running guests, released when dropped.
 struct Place;
 
 impl Place {
@@ -34,14 +34,14 @@ impl Drop for Place {
     }
 }
 
-/// Runs `command` in a guest whose time is virtual, for at most `limit_s` seconds of this machine's time.
-/// What the guest's console showed is the output; its exit status is the command's.
+/// Runs `command` in a guest with virtual time, for at most `limit_s` seconds of real time. The output is the guest's
+/// console; the exit status is the command's.
 pub(crate) fn in_virtual_time(limit_s: u32, command: &Command) -> Output {
     in_time("virtual", limit_s, command)
 }
 
-/// The same in a guest whose time is this machine's, and which has one processor: two of a guest wait for each other
-/// whenever this machine takes one away.
+/// The same in real time, with one processor: two processors of a guest wait for each other whenever this machine
+/// interrupts one.
 pub(crate) fn in_real_time(limit_s: u32, command: &Command) -> Output {
     in_time("real", limit_s, command)
 }
@@ -63,19 +63,19 @@ pub(crate) fn succeed_in_virtual_time(limit_s: u32, command: &Command) -> String
     console
 }
 
-/// A shell script as a command, for what a guest does beside the player.
+/// A shell script as a command.
 pub(crate) fn script(text: &str) -> Command {
     let mut bash = Command::new("bash");
     bash.args(["-euc", text]);
     bash
 }
 
-/// `path` as a word of such a script, whatever is in it.
+/// `path`, quoted as a word of such a script.
 pub(crate) fn word(path: &Path) -> String {
     format!("'{}'", path.to_str().expect("claims use plain names").replace('\'', r"'\''"))
 }
 
-/// `command` as a line of such a script; `$name` in it still means the script's variable.
+/// `command` as a line of such a script; `$name` in it is the script's variable.
 pub(crate) fn shell_words(command: &Command) -> String {
     let words = [command.get_program()].into_iter().chain(command.get_args());
     let quoted: Vec<_> = words.map(|word| format!("\"{}\"", word.to_str().expect("claims use plain names"))).collect();

@@ -1,10 +1,9 @@
-//! The house keeps its own rules.
+//! Claims about the code itself.
 //!
-//! Owns the claims about the code itself: which crate sees which, how a file reads, what a fact written twice says,
-//! under which licences we build on others, what the unit files promise. Never runs our programs: the rest of `it`
-//! does.
+//! Owns the rules: which crate and folder depends on which, how a file is written, that facts written twice agree,
+//! which licences are allowed, what the unit files promise. Never runs our programs.
 //!
-//! Start at [`layers`], [`folders`] and [`rooms`] for the arrows, at [`sources`] for the rules that every file keeps.
+//! Start at [`layers`] and [`folders`] for the arrows, at [`sources`] for the rules that every file keeps.
 
 mod disk;
 mod facts;
@@ -12,7 +11,6 @@ mod folders;
 mod layers;
 mod layout;
 mod licences;
-mod rooms;
 mod sources;
 mod tokens;
 mod tracked;
@@ -28,12 +26,12 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the package of the claims lies in the repository")
 }
 
-/// The text of the file at `path`, seen from the root of the repository.
+/// The text of the file at `path`, relative to the root of the repository.
 fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("cannot read `{path}`: {error}"))
 }
 
-/// Every file of ours whose name ends in `ending`, by its path from the root, with its text; sorted.
+/// Every file of the repository whose name ends in `ending`, by its path, with its text; sorted.
 fn files(ending: &str) -> Vec<(String, String)> {
     let mut found = Vec::new();
     collect(root(), ending, &mut found);
@@ -54,7 +52,7 @@ fn collect(folder: &Path, ending: &str, found: &mut Vec<(String, String)>) {
     }
 }
 
-/// What cargo knows of our packages, and with `dependencies` of everything that they build on for this machine.
+/// Our packages as cargo knows them; with `dependencies`, also everything that they depend on for this machine.
 fn metadata(dependencies: bool) -> Metadata {
     let mut options = vec!["--locked".to_owned()];
     if dependencies {
@@ -72,7 +70,7 @@ fn section<'text>(document: &'text str, heading: &str) -> Vec<&'text str> {
     lines.take_while(|line| !line.starts_with('#')).collect()
 }
 
-/// The words of `line` that stand in backticks.
+/// The words of `line` in backticks.
 fn quoted(line: &str) -> Vec<&str> {
     line.split('`').skip(1).step_by(2).collect()
 }

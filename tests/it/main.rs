@@ -1,62 +1,75 @@
-//! Claims about the whole system, tried on the real programs.
+//! Claims about the whole system, tried on the real programs. What they share lies beside this file, the claims in
+//! folders by subject.
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
 
-mod addressing;
-mod archives;
-mod bad_clips;
-mod balancing;
-mod beside;
-mod broken_updates;
-mod bundles;
-mod cadence;
-mod changing;
+mod build {
+    mod ci_install;
+    mod package_archives;
+}
 mod clips;
-mod command_line;
-mod crashes;
-mod curating;
-mod far_away;
-mod faults;
-mod fetching;
+mod display {
+    mod cadence;
+    pub(crate) mod hot_plug;
+    mod hours;
+    mod joins;
+    mod mode_changes;
+    mod prelude;
+    mod scanout;
+}
 mod flocks;
-mod formats;
-mod forms;
-mod glass;
 mod guest;
-mod hot_plug;
 mod house;
-mod importing;
-mod installing;
-mod joins;
-mod last_resort;
-mod learning;
-mod lightness;
-mod manual;
-mod mending;
 mod metering;
-mod mutants;
-mod naming;
-mod night;
-mod own_disk;
-mod owning;
-mod playing;
-mod prelude;
+mod player {
+    mod bad_clips;
+    mod daemon;
+    mod fallbacks;
+    pub(crate) mod flock_switch;
+    mod notices;
+    pub(crate) mod resume;
+    mod shortages;
+    mod status_page;
+    mod systemd;
+    mod update_load;
+}
+mod player_run;
 mod programs;
-mod publishing;
-mod pulling;
-mod rendering;
-mod reporting;
-mod resume;
-mod sending;
-mod shortage;
-mod status_page;
-mod stills;
-mod strangers;
-mod systems;
-mod telling;
-mod theft;
+mod syscall_faults;
+mod tools {
+    mod balance;
+    pub(crate) mod bundles;
+    pub(crate) mod command_line;
+    mod curation;
+    mod guides;
+    mod import;
+    mod manual;
+    mod publish;
+    mod render;
+    mod report;
+    mod still;
+    mod tutorial;
+}
 mod trace;
-mod tutorial;
-mod unit;
-mod updating;
-mod watching_over;
+mod unit {
+    mod boot_repair;
+    mod hostname;
+    mod learned_state;
+    mod own_disk;
+    mod owner_settings;
+}
+mod updates {
+    mod addressing;
+    mod bad_servers;
+    mod http;
+    mod interruptions;
+    mod memory_limits;
+    mod mutants;
+    mod old_formats;
+    mod power_cuts;
+    mod pulled_stick;
+    pub(crate) mod sticks;
+    mod stolen_key;
+    pub(crate) mod systems;
+    mod untrusted_text;
+}

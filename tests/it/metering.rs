@@ -1,17 +1,18 @@
-//! What a program takes of memory and of processor time.
+//! The memory and the processor time of a program.
 //!
-//! Owns the runner in `metered.py`, which tells both, and how much memory any program of a unit may take.
+//! Owns the runner `metered.py`, which measures both, and the limit of memory for every program of a unit.
 //!
 //! Start at [`Meter::run`].
 
 use crate::programs::repository;
+use claims::wait;
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// The most that a program may have in memory at once, its own text included: half of what a unit has.
+/// The largest resident set of a program: half of a unit's memory.
 pub(crate) const PEAK_KIB: u64 = 125_000;
-/// Seconds after which a program is taken to hang, and killed.
+/// Seconds after which a program is killed, since it hangs.
 const HANGS_S: u32 = 120;
 
 /// Runs programs, one after the other.
@@ -21,10 +22,10 @@ pub(crate) struct Meter {
     from: BufReader<ChildStdout>,
 }
 
-/// What a program did, and what it took.
+/// The result of a program, and what it used.
 #[derive(Debug)]
-pub(crate) struct Metered {
-    /// Below 0 for a signal.
+pub(crate) struct Measurement {
+    /// Negative for a signal.
     pub(crate) code: i64,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
@@ -42,13 +43,12 @@ impl Meter {
     }
 
     /// Runs the program that `words` begin with to its end.
-    pub(crate) fn run(&mut self, words: &[&str]) -> Metered {
+    pub(crate) fn run(&mut self, words: &[&str]) -> Measurement {
         writeln!(self.to, "{}", json!(words)).unwrap();
-        let mut line = String::new();
-        self.from.read_line(&mut line).unwrap();
+        let line = wait::line(&format!("the end of {words:?}"), 2 * HANGS_S, &mut self.from);
         let told: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{words:?}: {error}: {line}"));
         let text = |key: &str| told[key].as_str().unwrap().to_owned();
-        Metered {
+        Measurement {
             code: told["code"].as_i64().unwrap(),
             stdout: text("stdout"),
             stderr: text("stderr"),

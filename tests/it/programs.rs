@@ -1,17 +1,15 @@
-//! The programs under claim, and the commands that check them.
+//! The programs that the claims try, and the running of commands.
 //!
-//! Owns where the built programs lie, that they are newer than their sources, and running a command to its end. A unit's
-//! programs lie where `$DREAMS_PROGRAMS` says: `make check` names those that the image holds. Without it they are those
-//! that `cargo build` made here.
-//! Never builds anything: `make check` builds first, and a missing or stale program is a loud failure here.
+//! Owns where the built programs are, the check that they are newer than their sources, and the running of a command to
+//! its end. A unit's programs are in `$DREAMS_PROGRAMS`: `make check` names those in the image. Otherwise they are
+//! those that `cargo build` made here. Never builds anything: a missing or outdated program fails the claim.
 //!
 //! Start at [`player`] and [`flock`].
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use claims::wait;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::time::SystemTime;
 
 /// `dreams-player` as `make check` built it.
@@ -34,7 +32,7 @@ pub(crate) fn mender() -> PathBuf {
     fresh(&units().join("dreams-mend"))
 }
 
-/// `flock` as `make check` built it, beside the program that it hands over to.
+/// `flock` as `make check` built it, beside `flock-video`.
 pub(crate) fn flock() -> PathBuf {
     fresh(&built().join("flock-video"));
     fresh(&built().join("flock"))
@@ -62,14 +60,14 @@ pub(crate) fn units() -> PathBuf {
     std::env::var_os("DREAMS_PROGRAMS").map_or_else(built, PathBuf::from)
 }
 
-/// A folder for what claims build once and use again.
+/// A folder for what claims make once and use again.
 pub(crate) fn claims_folder() -> PathBuf {
     let folder = built().parent().expect("release/ lies in the target folder").join("claims");
     fs::create_dir_all(&folder).unwrap();
     folder
 }
 
-/// `program`, newer than every source that its compiler's dependency list names.
+/// `program`, if it is newer than every source in its compiler's list of dependencies.
 fn fresh(program: &Path) -> PathBuf {
     let remedy = "build it first, as `make check` does";
     let changed = |path: &Path| fs::metadata(path).and_then(|file| file.modified());
@@ -85,22 +83,24 @@ fn fresh(program: &Path) -> PathBuf {
     program.to_owned()
 }
 
-/// Runs `command` to its end and hands over what it said.
+/// The longest time for a command, in seconds: the whole run of a guest, the making of an image.
+const LONGEST_S: u32 = 1_800;
+
+/// Runs `command` to its end, with an empty standard input; returns its output.
 pub(crate) fn output(command: &mut Command) -> Output {
-    command.output().unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"))
+    output_to(Stdio::piped(), command)
 }
 
-/// Runs `command`, which must succeed, and hands over its standard output.
+/// The same, with its standard output going to `stdout`.
+pub(crate) fn output_to(stdout: impl Into<Stdio>, command: &mut Command) -> Output {
+    let child = command.stdin(Stdio::null()).stdout(stdout).stderr(Stdio::piped()).spawn();
+    let child = child.unwrap_or_else(|error| panic!("cannot run {command:?}: {error}"));
+    wait::output(&format!("{command:?}"), LONGEST_S, child)
+}
+
+/// Runs `command`, which must succeed; returns its standard output.
 pub(crate) fn succeed(command: &mut Command) -> Vec<u8> {
     let said = output(command);
     assert!(said.status.success(), "{command:?} ended with {}: {}", said.status, String::from_utf8_lossy(&said.stderr));
     said.stdout
-}
-
-/// Whether `child` ends within `seconds`. It is left running if not.
-pub(crate) fn ends_within(child: &Child, seconds: u32) -> bool {
-    let pid = Pid::from_child(child);
-    let Ok(handle) = pidfd_open(pid, PidfdFlags::empty()) else { return true };
-    let limit = Timespec { tv_sec: i64::from(seconds), tv_nsec: 0 };
-    poll(&mut [PollFd::new(&handle, PollFlags::IN)], Some(&limit)).unwrap() > 0
 }

@@ -1,7 +1,7 @@
-//! The player's trace, read back.
+//! The player's trace, parsed.
 //!
-//! Owns the shape of its lines as the contract gives it; a line of another shape fails the claim that reads it.
-//! Never judges what was played: the claims do.
+//! Owns the form of its lines, which is part of the contract; a line of another form fails the claim. The claims judge
+//! what was played.
 //!
 //! Start at [`Trace::read`].
 
@@ -9,14 +9,14 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Everything that one run of the player told.
+/// The trace of one run.
 #[derive(Debug, Default)]
 pub(crate) struct Trace {
-    /// What was lit, once for every mode and every form of the pictures.
+    /// The screen and its mode, once for every mode and every form of pictures.
     pub(crate) starts: Vec<Start>,
-    /// Frames in the order of their arrival on the glass.
+    /// Frames in the order of their flips.
     pub(crate) flips: Vec<Flip>,
-    /// Clip pairs at their joins.
+    /// Pairs of clips at joins.
     pub(crate) joins: Vec<(String, String)>,
     /// Kinds and messages of faults.
     pub(crate) faults: Vec<(String, String)>,
@@ -24,31 +24,31 @@ pub(crate) struct Trace {
     pub(crate) end: Option<End>,
 }
 
-/// What is lit, and how.
+/// A screen with its mode.
 #[derive(Debug)]
 pub(crate) struct Start {
     /// `kms:/dev/dri/card1 Virtual-1` or `virtual`.
     pub(crate) screen: String,
-    /// `1280x720@60`: pixels and exact vblanks a second.
+    /// `1280x720@60`: pixels and exact vblanks per second.
     pub(crate) mode: String,
     /// The plane's pixel format.
     pub(crate) format: String,
 }
 
-/// One frame's arrival on the glass.
+/// The flip of a frame.
 #[derive(Debug)]
 pub(crate) struct Flip {
     /// The clip's path in the manifest.
     pub(crate) clip: String,
-    /// The frame's place in its clip, from 0.
+    /// The frame's number in its clip, from 0.
     pub(crate) frame: u64,
-    /// The kernel's vblank counter at its arrival.
+    /// The kernel's vblank counter at the flip.
     pub(crate) vblank: u32,
-    /// Nanoseconds on the monotonic clock.
+    /// Nanoseconds of the monotonic clock.
     pub(crate) t_ns: u64,
-    /// Vblanks that it came too late.
+    /// Vblanks that it was late.
     pub(crate) late: u64,
-    /// MD5 of the visible planes, under `--hash`.
+    /// MD5 of the visible planes, with `--hash`.
     pub(crate) hash: Option<String>,
 }
 
@@ -64,13 +64,13 @@ pub(crate) struct End {
 }
 
 impl Trace {
-    /// Reads the trace that a player left at `path`.
+    /// Reads the trace at `path`.
     pub(crate) fn read(path: &Path) -> Self {
         let text = fs::read_to_string(path);
         Self::parse(&text.unwrap_or_else(|error| panic!("no trace at `{}`: {error}", path.display())))
     }
 
-    /// Reads a trace. A last line cut off by a kill is left out.
+    /// Parses a trace. A last line that a kill has cut off is left out.
     pub(crate) fn parse(text: &str) -> Self {
         let mut trace = Self::default();
         for line in text.split_inclusive('\n').filter(|line| line.ends_with('\n')) {
@@ -95,7 +95,7 @@ impl Trace {
         }
     }
 
-    /// The clips in the order in which their frames were lit.
+    /// The clips in the order of their flips.
     pub(crate) fn clips(&self) -> Vec<&str> {
         let mut clips: Vec<&str> = Vec::new();
         let mut before = None;
@@ -109,7 +109,7 @@ impl Trace {
         clips
     }
 
-    /// Exact vblanks a second of the only mode lit, as numerator and denominator.
+    /// Exact vblanks per second of the only mode, as numerator and denominator.
     pub(crate) fn refresh(&self) -> (u64, u64) {
         let [start] = &self.starts[..] else { panic!("one mode was lit, found {:?}", self.starts) };
         let (_, rate) = start.mode.split_once('@').expect("a mode is WxH@RATE");

@@ -1,14 +1,15 @@
-//! Something is done to the bytes of a file.
+//! Changes bytes of a file.
 //!
-//! Owns what can happen to bytes that nobody looks into: seals, lists, objects, statements, start files. Never signs.
+//! Owns the changes that need no knowledge of the content: in seals, lists, objects, statements, start files. Never
+//! signs.
 
-use super::{Dice, Seen, Stick};
+use super::{Detection, Dice, Stick};
 
-/// What texts and numbers trip over.
+/// Values at which text and number parsers fail.
 const SPECIAL: &[u8] = b"\0\n\r\t /.\\-0\x7f\x80\xff";
 
-/// Changes one file; what was done.
-pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Seen) {
+/// Changes one file; returns what was done.
+pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Detection) {
     let paths: Vec<String> = stick.0.keys().cloned().collect();
     let path = dice.of_these(&paths).clone();
     let good = stick.bytes(&path).to_vec();
@@ -21,10 +22,10 @@ pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Seen) {
         done.push("a flipped bit at 0".to_owned());
     }
     stick.put(&path, bytes);
-    (format!("`{path}`: {}", done.join(", ")), Seen::ByAllOrHarmless)
+    (format!("`{path}`: {}", done.join(", ")), Detection::ByAllOrHarmless)
 }
 
-/// Does one thing to the bytes; what.
+/// Makes one change to the bytes; returns what.
 pub(super) fn varied(bytes: &mut Vec<u8>, dice: &mut Dice) -> String {
     if bytes.is_empty() {
         bytes.push(7);

@@ -1,11 +1,11 @@
-//! Chance, as a function of a mutant's number.
+//! Random numbers, as a function of a mutant's number.
 //!
-//! Owns the stream of random numbers and what is drawn from it. Never knows what it decides.
+//! Owns the stream of random numbers and how values are drawn from it.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// The dice of one mutant.
+/// The random numbers of one mutant.
 pub struct Dice(ChaCha8Rng);
 
 impl Dice {
@@ -19,7 +19,7 @@ impl Dice {
         self.0.next_u32() as usize % count
     }
 
-    /// Whether something comes true that does so in `percent` of a hundred times.
+    /// True in `percent` of a hundred cases.
     pub fn chance(&mut self, percent: usize) -> bool {
         self.below(100) < percent
     }
@@ -29,7 +29,7 @@ impl Dice {
         &things[self.below(things.len())]
     }
 
-    /// So many bytes.
+    /// `count` bytes.
     pub fn bytes(&mut self, count: usize) -> Vec<u8> {
         let mut bytes = vec![0; count];
         self.0.fill_bytes(&mut bytes);

@@ -1,28 +1,28 @@
-//! A line or a value of a text is another one.
+//! Changes a line or a value of a text.
 //!
-//! Owns which values no unit may take, whoever has signed them, and which ones only the artist may set. The first are also
-//! signed by the artist, the others by everybody else. Never changes what is no text.
+//! Owns the values that no unit may accept, whoever signed them, and those that only the artist may set. The first are
+//! also signed by the artist, the others by all other keys.
 //!
 //! Start at [`change`].
 
-use super::keys::{Keys, Who};
-use super::{Dice, Good, Seen, Stick, Stuff};
+use super::keys::{KeyHolder, Keys};
+use super::{Detection, Dice, Good, Material, Stick};
 
-/// A text with something done to it.
-pub(super) struct Changed {
+/// A changed text.
+pub(super) struct Change {
     pub(super) text: Vec<u8>,
     pub(super) what: String,
-    /// Whether no unit may take it, even from the artist.
+    /// Whether no unit may accept it, even from the artist.
     pub(super) breaks: bool,
 }
 
 /// Who has signed a text that was changed.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Dress {
+pub(super) enum Signing {
     /// Nobody: the signature is that of the text before.
     Kept,
-    /// Somebody, who says so.
-    By(Who),
+    /// This key, in its own name.
+    By(KeyHolder),
     /// A stranger, in the name of the artist.
     Claimed,
 }
@@ -64,7 +64,7 @@ const WRONG: &[(&str, &[&str])] = &[
         &["", "12320", "-1 %", "+12320 %", "1073741825 %", "18446744073709551616 %", "12320 x%", "1 %", "12321 %"],
     ),
 ];
-/// Values that the artist may set, and nobody else.
+/// Values that only the artist may set.
 const OTHERS: &[(&str, &[&str])] = &[
     ("sequence", &["7", "1000", "18446744073709551615"]),
     ("units", &["*", "lobby stairs"]),
@@ -72,7 +72,7 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("flock", &["borealis"]),
     ("version", &["0.3.0", "18446744073709551615"]),
 ];
-/// What no manifest may say, beside what it should.
+/// Lines that no manifest may have.
 const WRONG_MANIFESTS: &[(&str, &str)] = &[
     ("format = 1", "format = 2"),
     ("format = 1", "format = 1\ncolour = 1"),
@@ -106,9 +106,9 @@ const WRONG_MANIFESTS: &[(&str, &str)] = &[
     ("[[sheep]]", "[[sheep]"),
 ];
 
-/// Changes one text and has it signed; what was done.
-pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mut Dice) -> (String, Seen) {
-    let keys = stuff.keys();
+/// Changes one text and signs it; returns what was done.
+pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
+    let keys = material.keys();
     let has_system = stick.0.contains_key("systems/all.seal");
     match dice.below(if has_system { 5 } else { 4 }) {
         0 => {
@@ -125,89 +125,89 @@ pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mu
         }
         3 => {
             let changed = letter("dreams key statement 1\n", dice);
-            let said = keys.sign(*dice.of_these(&[Who::Artist, Who::Stranger]), &changed.text);
+            let said = keys.sign(*dice.of_these(&[KeyHolder::Artist, KeyHolder::Stranger]), &changed.text);
             stick.put("statements", said);
-            (format!("the statement: {}", changed.what), Seen::ByAllOrHarmless)
+            (format!("the statement: {}", changed.what), Detection::ByAllOrHarmless)
         }
         _ => {
             let changed = letter(&good.release(), dice);
-            let dress = dress(changed.breaks, dice);
-            let seal = dressed(keys, dress, stick.bytes("systems/all.seal"), Who::Artist, &changed.text);
+            let signing = signing(changed.breaks, dice);
+            let seal = dressed(keys, signing, stick.bytes("systems/all.seal"), KeyHolder::Artist, &changed.text);
             stick.put("systems/all.seal", seal);
-            (format!("the system's seal, {dress:?}: {}", changed.what), Seen::ByAll)
+            (format!("the system's seal, {signing:?}: {}", changed.what), Detection::ByAll)
         }
     }
 }
 
-/// Who signs.
-pub(super) fn dress(breaks: bool, dice: &mut Dice) -> Dress {
+/// Chooses who signs.
+pub(super) fn signing(breaks: bool, dice: &mut Dice) -> Signing {
     if breaks && dice.chance(60) {
-        return Dress::By(Who::Artist);
+        return Signing::By(KeyHolder::Artist);
     }
-    *dice.of_these(&[Dress::Kept, Dress::By(Who::Stranger), Dress::By(Who::Lost), Dress::Claimed])
+    *dice.of_these(&[Signing::Kept, Signing::By(KeyHolder::Stranger), Signing::By(KeyHolder::Lost), Signing::Claimed])
 }
 
-/// `text` signed so, where `before` was signed before; the artist's key is that of `who`.
-pub(super) fn dressed(keys: &Keys, dress: Dress, before: &[u8], who: Who, text: &[u8]) -> Vec<u8> {
-    match dress {
-        Dress::Kept => {
+/// `text` signed in this way, where `before` was signed before; `who` stands for the artist.
+pub(super) fn dressed(keys: &Keys, signing: Signing, before: &[u8], who: KeyHolder, text: &[u8]) -> Vec<u8> {
+    match signing {
+        Signing::Kept => {
             let lines: Vec<&[u8]> = before.split_inclusive(|byte| *byte == b'\n').take(4).collect();
             [&lines.concat(), text].concat()
         }
-        Dress::By(Who::Artist) => keys.sign(who, text),
-        Dress::By(who) => keys.sign(who, text),
-        Dress::Claimed => keys.sign_as(Who::Stranger, who, text),
+        Signing::By(KeyHolder::Artist) => keys.sign(who, text),
+        Signing::By(who) => keys.sign(who, text),
+        Signing::Claimed => keys.sign_as(KeyHolder::Stranger, who, text),
     }
 }
 
-/// Lays out a seal that says what was changed.
+/// Writes a changed seal.
 pub(super) fn sealed(
     stick: &mut Stick,
     good: &Good,
     keys: &Keys,
-    changed: &Changed,
+    changed: &Change,
     dice: &mut Dice,
-) -> (String, Seen) {
-    let dress = dress(changed.breaks, dice);
-    let seal = dressed(keys, dress, good.stick.bytes(&good.seal()), good.who, &changed.text);
+) -> (String, Detection) {
+    let signing = signing(changed.breaks, dice);
+    let seal = dressed(keys, signing, good.stick.bytes(&good.seal()), good.who, &changed.text);
     stick.put(&good.seal(), seal);
-    (format!("the seal, {dress:?}: {}", changed.what), Seen::ByAll)
+    (format!("the seal, {signing:?}: {}", changed.what), Detection::ByAll)
 }
 
-/// Lays out a list that says what was changed, and a seal that names it; or the list in the place of the other.
+/// Writes a changed list with a seal that names it, or in the place of the other list.
 pub(super) fn listed(
     stick: &mut Stick,
     good: &Good,
     keys: &Keys,
-    changed: &Changed,
+    changed: &Change,
     dice: &mut Dice,
-) -> (String, Seen) {
+) -> (String, Detection) {
     if dice.chance(25) {
         stick.put(&bundle::ObjectId::of(good.list().as_bytes()).path(), changed.text.clone());
-        return (format!("the list in its place: {}", changed.what), Seen::ByAll);
+        return (format!("the list in its place: {}", changed.what), Detection::ByAll);
     }
     stick.put_object(&changed.text);
     let letter = good.letter_of(&changed.text).into_bytes();
-    let changed = Changed { text: letter, what: format!("the list: {}", changed.what), ..*changed };
+    let changed = Change { text: letter, what: format!("the list: {}", changed.what), ..*changed };
     sealed(stick, good, keys, &changed, dice)
 }
 
-/// Lays out a manifest that says what was changed, a list that names it, and a seal.
-fn in_manifest(stick: &mut Stick, good: &Good, keys: &Keys, changed: &Changed, dice: &mut Dice) -> (String, Seen) {
+/// Writes a changed manifest, with a list that names it, and a seal.
+fn in_manifest(stick: &mut Stick, good: &Good, keys: &Keys, changed: &Change, dice: &mut Dice) -> (String, Detection) {
     stick.put_object(&changed.text);
     let mut files = good.files.clone();
     files.insert("flock.toml".to_owned(), changed.text.clone());
     let list = Good { files, ..good.clone() }.list();
     let what = format!("the manifest: {}", changed.what);
-    listed(stick, good, keys, &Changed { text: list.into_bytes(), what, breaks: changed.breaks }, dice)
+    listed(stick, good, keys, &Change { text: list.into_bytes(), what, breaks: changed.breaks }, dice)
 }
 
-fn manifest(good: &Good, dice: &mut Dice) -> Changed {
+fn manifest(good: &Good, dice: &mut Dice) -> Change {
     let text = String::from_utf8(good.files["flock.toml"].clone()).unwrap();
     let (before, after) = *dice.of_these(WRONG_MANIFESTS);
     if dice.chance(70) {
         let what = format!("`{}` becomes `{}`", before.escape_debug(), after.escape_debug());
-        return Changed { text: text.replacen(before, after, 1).into_bytes(), what, breaks: true };
+        return Change { text: text.replacen(before, after, 1).into_bytes(), what, breaks: true };
     }
     let deep = format!("{text}genome = {}{}\n", "[".repeat(30_000), "]".repeat(30_000));
     let wide = format!("{text}{} = 1\n", "a.".repeat(20_000) + "a");
@@ -220,10 +220,10 @@ fn manifest(good: &Good, dice: &mut Dice) -> Changed {
         5 => ("not UTF-8", [text.as_bytes(), b"# \xff\n"].concat()),
         _ => ("nothing", Vec::new()),
     };
-    Changed { text, what: what.to_owned(), breaks: true }
+    Change { text, what: what.to_owned(), breaks: true }
 }
 
-/// A manifest of 15 MB, of which every line is as it should be.
+/// A manifest of 15 MB, of which every line is valid.
 fn many_sheep(text: &str) -> Vec<u8> {
     let sheep = |at: usize| format!("[[sheep]]\nid = \"a{at}\"\nframes = 9\nclip = \"loops/0.mp4\"\n");
     let all: Vec<String> = (0..GIANT / sheep(0).len()).map(sheep).collect();
@@ -231,7 +231,7 @@ fn many_sheep(text: &str) -> Vec<u8> {
 }
 
 /// Changes a value or the structure of a letter.
-fn letter(text: &str, dice: &mut Dice) -> Changed {
+fn letter(text: &str, dice: &mut Dice) -> Change {
     if dice.chance(35) {
         return structural(text, dice);
     }
@@ -249,7 +249,7 @@ fn letter(text: &str, dice: &mut Dice) -> Changed {
     let new = format!("{key} {}", value.replace('%', digest));
     let mut what = format!("{key} becomes `{}`", value.escape_debug());
     what.truncate(what.floor_char_boundary(120));
-    Changed { text: text.replacen(line, &new, 1).into_bytes(), what, breaks }
+    Change { text: text.replacen(line, &new, 1).into_bytes(), what, breaks }
 }
 
 /// One of `values`, or one that is too long.
@@ -264,8 +264,8 @@ fn long_or(dice: &mut Dice, key: &str, breaks: bool, values: &[&str]) -> String 
     }
 }
 
-/// Changes the structure of a text of ours, which has one spelling only.
-pub(super) fn structural(text: &str, dice: &mut Dice) -> Changed {
+/// Changes the structure of a text, which has one valid spelling only.
+pub(super) fn structural(text: &str, dice: &mut Dice) -> Change {
     let mut lines: Vec<Vec<u8>> = text.split_inclusive('\n').map(|line| line.as_bytes().to_vec()).collect();
     let at = dice.below(lines.len());
     let within = dice.below(lines[at].len());
@@ -328,5 +328,5 @@ pub(super) fn structural(text: &str, dice: &mut Dice) -> Changed {
             "or rather the first has a mark before it"
         }
     };
-    Changed { text: lines.concat(), what: format!("line {} {what}", at + 1), breaks: true }
+    Change { text: lines.concat(), what: format!("line {} {what}", at + 1), breaks: true }
 }

@@ -1,19 +1,19 @@
-//! Something else lies in the place of a file.
+//! Replaces a file by something else.
 //!
-//! Owns what that may be: nothing, another file, a folder, a link, a pipe, a file without end. Never changes bytes.
+//! Owns the replacements: nothing, another file, a folder, a link, a pipe, a file without end.
 
-use super::{Dice, Seen, Stick, Ware};
+use super::{Detection, Dice, Item, Stick};
 
-/// Where links lead.
+/// The targets of links.
 const TARGETS: &[&str] = &["/etc/passwd", "/dev/zero", "/dev/null", "/proc/self/mem", "..", ".", "../kept", "/nowhere"];
 
-/// Changes what lies in one place; what was done.
-pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Seen) {
+/// Replaces one file; returns what was done.
+pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Detection) {
     let paths: Vec<String> = stick.0.keys().cloned().collect();
     let path = dice.of_these(&paths).clone();
     let bytes = stick.bytes(&path).to_vec();
-    let lay = |stick: &mut Stick, ware, what: &str| {
-        stick.0.insert(path.clone(), ware);
+    let lay = |stick: &mut Stick, item, what: &str| {
+        stick.0.insert(path.clone(), item);
         format!("`{path}` is {what}")
     };
     let what = match dice.below(14) {
@@ -31,21 +31,21 @@ pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Seen) {
             }
             format!("`{path}` and `{other}` are swapped, or the one is missing")
         }
-        2 => lay(stick, Ware::Folder, "a folder"),
+        2 => lay(stick, Item::Folder, "a folder"),
         3 => {
             let target = *dice.of_these(TARGETS);
-            lay(stick, Ware::Link(target.to_owned()), &format!("a link to `{target}`"))
+            lay(stick, Item::Link(target.to_owned()), &format!("a link to `{target}`"))
         }
         4 => {
             // To the very bytes.
             stick.put("beside", bytes);
             let up = "../".repeat(path.matches('/').count());
-            lay(stick, Ware::Link(format!("{up}beside")), "a link to what it should be")
+            lay(stick, Item::Link(format!("{up}beside")), "a link to what it should be")
         }
-        5 => lay(stick, Ware::Pipe, "a pipe"),
-        6 => lay(stick, Ware::Huge(Vec::new()), "a hole of 100 GiB"),
-        7 => lay(stick, Ware::Huge(bytes), "followed by a hole of 100 GiB"),
-        8 => lay(stick, Ware::Bytes(Vec::new()), "empty"),
+        5 => lay(stick, Item::Pipe, "a pipe"),
+        6 => lay(stick, Item::Huge(Vec::new()), "a hole of 100 GiB"),
+        7 => lay(stick, Item::Huge(bytes), "followed by a hole of 100 GiB"),
+        8 => lay(stick, Item::Bytes(Vec::new()), "empty"),
         9 => {
             let size = bytes.len() / 2;
             stick.0.remove(&path);
@@ -56,9 +56,9 @@ pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Seen) {
         10 => folder(stick, &path, dice),
         11 => {
             let beneath = paths.iter().map(String::as_str).find(|other| *other != path).unwrap_or_default();
-            let ware = stick.0.remove(beneath).expect("it lies there");
+            let item = stick.0.remove(beneath).expect("it lies there");
             stick.0.remove(&path);
-            stick.0.insert(format!("{path}/inside"), ware);
+            stick.0.insert(format!("{path}/inside"), item);
             format!("`{path}` is a folder with `{beneath}` in it")
         }
         12 => {
@@ -72,25 +72,25 @@ pub(super) fn change(stick: &mut Stick, dice: &mut Dice) -> (String, Seen) {
             "300 seals of others are there, and not its own".to_owned()
         }
     };
-    (what, Seen::ByAllOrHarmless)
+    (what, Detection::ByAllOrHarmless)
 }
 
-/// Puts something in the place of a folder that `path` lies in.
+/// Replaces a folder in `path`.
 fn folder(stick: &mut Stick, path: &str, dice: &mut Dice) -> String {
     let ends: Vec<usize> = path.match_indices('/').map(|(at, _)| at).collect();
     let folder = ends.get(dice.below(ends.len().max(1))).map_or(path, |end| &path[..*end]);
     let inside = format!("{folder}/");
     let moved: Vec<String> = stick.0.keys().filter(|path| path.starts_with(&inside)).cloned().collect();
     for path in moved {
-        let ware = stick.0.remove(&path).expect("it was found above");
-        stick.0.insert(path.replacen(folder, "elsewhere", 1), ware);
+        let item = stick.0.remove(&path).expect("it was found above");
+        stick.0.insert(path.replacen(folder, "elsewhere", 1), item);
     }
     let up = "../".repeat(folder.matches('/').count());
-    let (ware, what) = match dice.below(3) {
-        0 => (Ware::Link(format!("{up}elsewhere")), "a link to one"),
-        1 => (Ware::Bytes(b"no folder".to_vec()), "a file"),
-        _ => (Ware::Pipe, "a pipe"),
+    let (item, what) = match dice.below(3) {
+        0 => (Item::Link(format!("{up}elsewhere")), "a link to one"),
+        1 => (Item::Bytes(b"no folder".to_vec()), "a file"),
+        _ => (Item::Pipe, "a pipe"),
     };
-    stick.0.insert(folder.to_owned(), ware);
+    stick.0.insert(folder.to_owned(), item);
     format!("`{folder}`, which should be a folder, is {what}")
 }

@@ -1,7 +1,7 @@
-//! The keys of the mutator: of the artist, of those whom she has taken in or called back, and of a stranger.
+//! The keys of the mutator: of the artist, of keys that she trusts or has revoked, and of a stranger.
 //!
-//! Owns signing any text with any of them, also one that our own tools would refuse to sign: that is what a careless or a
-//! stolen key may do. Never reads a secret of anybody else.
+//! Owns signing of any text with any of them, also of texts that our tools refuse to sign, since a careless or stolen
+//! key may do that.
 //!
 //! Start at [`Keys::sign`].
 
@@ -11,21 +11,21 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-/// What the fixtures' keys are locked with.
+/// The passphrase of the fixtures' keys.
 const PASSPHRASE: &str = "velvet";
 /// The first line of a statement.
 const STATEMENT: &str = "dreams key statement 1\n";
 
 /// Whose key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Who {
+pub enum KeyHolder {
     /// Trusted by the unit.
     Artist,
     /// Trusted by the unit, too.
     Spare,
-    /// Taken in by the artist, if the stick says so.
+    /// Trusted by a statement of the artist, if the stick has it.
     New,
-    /// Taken in by the artist and called back, as the unit knows.
+    /// Trusted by a statement of the artist and revoked, as the unit knows.
     Lost,
     /// Unknown.
     Stranger,
@@ -47,40 +47,40 @@ impl Keys {
         Self([artist, spare, new, key("format-1/keys/lost.key"), key("keys/artist.key")])
     }
 
-    fn secret(&self, who: Who) -> &SecretKey {
+    fn secret(&self, who: KeyHolder) -> &SecretKey {
         &self.0[who as usize]
     }
 
-    /// The line of `who`'s public key.
-    pub fn line(&self, who: Who) -> String {
+    /// The line of this public key.
+    pub fn line(&self, who: KeyHolder) -> String {
         PublicKey::from_secret_key(self.secret(who)).unwrap().to_base64()
     }
 
-    /// The text of the file of `who`'s public key.
-    pub fn public(&self, who: Who) -> String {
+    /// The text of the file of this public key.
+    pub fn public(&self, who: KeyHolder) -> String {
         PublicKey::from_secret_key(self.secret(who)).unwrap().to_box().unwrap().to_string()
     }
 
-    /// What `who` is called.
-    pub fn id(&self, who: Who) -> String {
+    /// The id of this key.
+    pub fn id(&self, who: KeyHolder) -> String {
         let number = self.secret(who).keynum().try_into().expect("eight bytes");
         format!("{:016X}", u64::from_le_bytes(number))
     }
 
-    /// `text`, signed by `who`.
-    pub fn sign(&self, who: Who, text: &[u8]) -> Vec<u8> {
+    /// `text`, signed with this key.
+    pub fn sign(&self, who: KeyHolder, text: &[u8]) -> Vec<u8> {
         self.sign_beside(who, text, "a mutant")
     }
 
     /// The same with this comment.
-    pub fn sign_beside(&self, who: Who, text: &[u8], comment: &str) -> Vec<u8> {
+    pub fn sign_beside(&self, who: KeyHolder, text: &[u8], comment: &str) -> Vec<u8> {
         let said = "signature from minisign secret key";
         let signature = minisign::sign(None, self.secret(who), Cursor::new(text), Some(comment), Some(said)).unwrap();
         [signature.to_string().trim_end().as_bytes(), b"\n", text].concat()
     }
 
-    /// `text`, signed by `who`, who says that it was `other`.
-    pub fn sign_as(&self, who: Who, other: Who, text: &[u8]) -> Vec<u8> {
+    /// `text`, signed by `who` in the name of `other`.
+    pub fn sign_as(&self, who: KeyHolder, other: KeyHolder, text: &[u8]) -> Vec<u8> {
         // The text may be a mutant already, and no UTF-8.
         let signed = self.sign(who, text);
         let mut lines: Vec<Vec<u8>> = signed.split_inclusive(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect();
@@ -90,25 +90,25 @@ impl Keys {
         lines.concat()
     }
 
-    /// `who`'s public key under the name of `other`'s.
-    pub fn line_as(&self, who: Who, other: Who) -> String {
+    /// This public key under the id of `other`.
+    pub fn line_as(&self, who: KeyHolder, other: KeyHolder) -> String {
         let mut raw = Base64::decode_to_vec(self.line(who), None).unwrap();
         raw[2..10].copy_from_slice(self.secret(other).keynum());
         Base64::encode_to_string(raw).unwrap()
     }
 
-    /// The word of `by` that `of` is to be trusted.
-    pub fn trust(&self, by: Who, of: Who) -> Vec<u8> {
+    /// The statement of `by` that `of` is trusted.
+    pub fn trust(&self, by: KeyHolder, of: KeyHolder) -> Vec<u8> {
         self.state(by, &format!("trust {}", self.line(of)))
     }
 
-    /// The artist's word that `of` is called back.
-    pub fn revoke(&self, of: Who) -> Vec<u8> {
-        self.state(Who::Artist, &format!("revoke {}", self.id(of)))
+    /// The artist's statement that revokes `of`.
+    pub fn revoke(&self, of: KeyHolder) -> Vec<u8> {
+        self.state(KeyHolder::Artist, &format!("revoke {}", self.id(of)))
     }
 
-    /// A statement of `by`, who says `said`.
-    pub fn state(&self, by: Who, said: &str) -> Vec<u8> {
+    /// A statement of `by` with the text `said`.
+    pub fn state(&self, by: KeyHolder, said: &str) -> Vec<u8> {
         self.sign_beside(by, format!("{STATEMENT}{said}\n").as_bytes(), "a statement about a key")
     }
 }

@@ -1,16 +1,16 @@
-//! The list of files names others.
+//! Changes the list of files.
 //!
-//! Owns lists that are longer, shorter or another bundle's, and lists that lead astray or break a limit, which are also
+//! Owns lists that are longer, shorter or another bundle's, and lists with bad paths or over a limit, which are also
 //! signed by the artist. Never changes the files themselves.
 //!
 //! Start at [`change`].
 
 use super::astray::ASTRAY;
-use super::fields::{Changed, listed};
-use super::{Dice, Good, Seen, Stick, Stuff};
+use super::fields::{Change, listed};
+use super::{Detection, Dice, Good, Material, Stick};
 use bundle::ObjectId;
 
-/// Sizes that no file has, or none of these.
+/// Invalid or wrong sizes.
 const SIZES: &[&str] = &[
     "0",
     "1",
@@ -28,22 +28,22 @@ const SIZES: &[&str] = &[
     "3000.0",
 ];
 
-/// Lays out another list; what it is. What another bundle's list names lies there too, so that nothing but the papers can be
-/// wrong.
-pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mut Dice) -> (String, Seen) {
-    let other = stuff.other(dice);
-    for (path, ware) in other.stick.0.iter().filter(|(path, _)| path.starts_with("objects/")) {
-        stick.0.entry(path.clone()).or_insert_with(|| ware.clone());
+/// Writes another list; returns what it is. The files that another bundle's list names are there too, so that only list
+/// and seal can be wrong.
+pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
+    let other = material.other(dice);
+    for (path, item) in other.stick.0.iter().filter(|(path, _)| path.starts_with("objects/")) {
+        stick.0.entry(path.clone()).or_insert_with(|| item.clone());
     }
     if dice.chance(20) {
         return of_a_changed_clip(stick, good, dice);
     }
     let changed = changed(good, other, dice);
-    listed(stick, good, stuff.keys(), &changed, dice)
+    listed(stick, good, material.keys(), &changed, dice)
 }
 
-/// A clip is another one, as long as before, and the list in the place of the good one names it.
-fn of_a_changed_clip(stick: &mut Stick, good: &Good, dice: &mut Dice) -> (String, Seen) {
+/// Replaces a clip by another one of the same length, and the list by one that names it, in its old place.
+fn of_a_changed_clip(stick: &mut Stick, good: &Good, dice: &mut Dice) -> (String, Detection) {
     let list = good.list();
     let mut files = good.files.clone();
     let clip = files.get_mut("loops/0.mp4").expect("each flock here has it");
@@ -52,16 +52,16 @@ fn of_a_changed_clip(stick: &mut Stick, good: &Good, dice: &mut Dice) -> (String
     stick.put_object(clip);
     let changed = Good { files, ..good.clone() }.list();
     stick.put(&ObjectId::of(list.as_bytes()).path(), changed);
-    (format!("the list in its place names a clip with another byte at {at}"), Seen::ByAll)
+    (format!("the list in its place names a clip with another byte at {at}"), Detection::ByAll)
 }
 
-fn changed(good: &Good, other: &Good, dice: &mut Dice) -> Changed {
+fn changed(good: &Good, other: &Good, dice: &mut Dice) -> Change {
     let list = good.list();
     let lines: Vec<&str> = list.split_inclusive('\n').collect();
     let other = other.list();
     let others: Vec<&str> = other.split_inclusive('\n').collect();
     let at = 1 + dice.below(lines.len() - 1);
-    let said = |what: &str, lines: &[&str], breaks| Changed {
+    let said = |what: &str, lines: &[&str], breaks| Change {
         text: lines.concat().into_bytes(),
         what: what.to_owned(),
         breaks,
@@ -118,7 +118,7 @@ fn changed(good: &Good, other: &Good, dice: &mut Dice) -> Changed {
     }
 }
 
-/// The lines of a list with one more, in its place.
+/// The list with one more line, in its place.
 fn sorted<'l>(lines: &[&'l str], more: &'l str) -> Vec<&'l str> {
     let mut sorted = [&lines[1..], &[more]].concat();
     sorted.sort_by_key(|line| line.splitn(3, ' ').nth(2));

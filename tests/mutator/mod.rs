@@ -1,8 +1,8 @@
-//! Sticks with something done to them, each by a number: what strangers, broken tools and bad sticks lay before a unit.
+//! Sticks with one change each, by number: what strangers, faulty tools and faulty sticks bring to a unit.
 //!
-//! Owns the keys, the good sticks that all others are made of, and what a stick may hold in the place of a file. A number
-//! makes the same mutant on every machine, but for the noise in fresh signatures. What is done to it, the modules below
-//! choose: one for each level. Never runs a program, never judges.
+//! Owns the keys, the good sticks that all others are made from, and what a stick may have in place of a file. A number
+//! makes the same mutant on every machine, but for random parts of new signatures. The modules below make the changes,
+//! one for each level. Never runs a program, never judges.
 //!
 //! Start at [`Mutator::mutant`].
 
@@ -20,74 +20,74 @@ mod statements;
 mod stick;
 
 pub use dice::Dice;
-pub use keys::{Keys, Who};
-pub use stick::{Good, Stick, Ware};
+pub use keys::{KeyHolder, Keys};
+pub use stick::{Good, Item, Stick};
 
-use crate::press::{Files, rubbish};
+use crate::bundle_maker::{Files, rubbish};
 use std::path::Path;
 
-/// The number of the bundle that the unit plays, the artist's.
+/// The number of the bundle that the unit has installed, the artist's.
 pub const PLAYED: u64 = 5;
-/// The number of the one that comes.
+/// The number of the bundle on the stick.
 pub const COMING: u64 = 6;
-/// How a flock here is made: so many sheep, each with a loop of so many bytes.
+/// The flocks here: so many sheep, each with a loop of so many bytes.
 const FORM: (usize, usize) = (3, 3_000);
 
-/// Which part of a stick something is done to.
+/// The part of a stick that is changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Bytes of any file.
     Bytes,
     /// A line or a value in a text.
     Fields,
-    /// What lies in the place of a file.
+    /// A file is replaced.
     Files,
-    /// Who has signed, and what.
+    /// The signature, or what is signed.
     Seals,
-    /// What keys say about keys.
+    /// Statements about keys.
     Statements,
     /// The list of files.
     Lists,
-    /// What a system starts from.
+    /// The parts that a system starts from.
     Starts,
 }
 
-/// Who can see that it is wrong.
+/// Who can detect the change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seen {
-    /// Whoever looks.
+pub enum Detection {
+    /// Every reader.
     ByAll,
-    /// Whoever looks, or else what comes of it is exactly what was signed.
+    /// Every reader, or the content is exactly what was signed.
     ByAllOrHarmless,
     /// Only a unit, by what it knows.
     ByUnits,
 }
 
-/// A stick with something done to it.
+/// A changed stick.
 #[derive(Clone, Debug)]
 pub struct Mutant {
     /// Its number.
     pub seed: u64,
-    /// On which level.
+    /// The part that was changed.
     pub level: Level,
     /// What was done.
     pub what: String,
-    /// Who can see it.
-    pub seen: Seen,
-    /// What lies there now.
+    /// Who can detect it.
+    pub detection: Detection,
+    /// The content of the stick.
     pub stick: Stick,
-    /// What it was made of.
+    /// The number of the good stick that it was made from.
     pub good: usize,
 }
 
-/// What all mutants are made of.
+/// Makes all mutants.
 pub struct Mutator {
     keys: Keys,
-    /// By the artist, by a key that a statement takes in, and one that brings a system too.
+    /// By the artist, by a key that a statement trusts, and one with a system.
     goods: Vec<Good>,
-    /// What the unit plays.
+    /// The bundle that the unit has installed.
     played: Good,
-    /// Another unit's, by the artist.
+    /// A bundle for another unit, by the artist.
     others: Good,
 }
 
@@ -103,28 +103,32 @@ impl Mutator {
         let keys = Keys::read(fixtures);
         let flock = |edition| rubbish(FORM.0, FORM.1, edition);
         let good = |edition, who, unit, sequence| Good::new(&keys, &flock(edition), who, unit, sequence);
-        let said = [keys.trust(Who::Artist, Who::New), keys.trust(Who::Artist, Who::Lost), keys.revoke(Who::Lost)];
-        let mut played = good(0, Who::Artist, "lobby", PLAYED);
+        let said = [
+            keys.trust(KeyHolder::Artist, KeyHolder::New),
+            keys.trust(KeyHolder::Artist, KeyHolder::Lost),
+            keys.revoke(KeyHolder::Lost),
+        ];
+        let mut played = good(0, KeyHolder::Artist, "lobby", PLAYED);
         played.say(&said[1..]);
         let mut goods = vec![
-            good(2, Who::Artist, "lobby", COMING),
-            good(3, Who::New, "lobby", 1),
-            good(2, Who::Artist, "lobby", COMING),
+            good(2, KeyHolder::Artist, "lobby", COMING),
+            good(3, KeyHolder::New, "lobby", 1),
+            good(2, KeyHolder::Artist, "lobby", COMING),
         ];
         for good in &mut goods {
             good.say(&said[..1]);
         }
         goods[2].add_system(&keys, fixtures);
-        let others = good(1, Who::Artist, "stairs", COMING + 1);
+        let others = good(1, KeyHolder::Artist, "stairs", COMING + 1);
         Self { keys, goods, played, others }
     }
 
-    /// What the unit plays.
+    /// The bundle that the unit has installed.
     pub fn played(&self) -> &Good {
         &self.played
     }
 
-    /// What `mutant` was made of.
+    /// The good stick that `mutant` was made from.
     pub fn good(&self, mutant: &Mutant) -> &Good {
         &self.goods[mutant.good]
     }
@@ -134,9 +138,9 @@ impl Mutator {
         &self.goods
     }
 
-    /// The public keys that units trust: each a file's name and text.
+    /// The public keys that units trust: name and text of each file.
     pub fn trusted(&self) -> [(&'static str, String); 2] {
-        [("artist.pub", self.keys.public(Who::Artist)), ("spare.pub", self.keys.public(Who::Spare))]
+        [("artist.pub", self.keys.public(KeyHolder::Artist)), ("spare.pub", self.keys.public(KeyHolder::Spare))]
     }
 
     /// Mutant number `seed`.
@@ -151,33 +155,33 @@ impl Mutator {
             }
         };
         let mut stick = self.goods[good].stick.clone();
-        let (from, stuff) = (&self.goods[good], Stuff { mutator: self, number: good });
-        let (what, seen) = match level {
+        let (from, material) = (&self.goods[good], Material { mutator: self, number: good });
+        let (what, detection) = match level {
             Level::Bytes => bytes::change(&mut stick, &mut dice),
-            Level::Fields => fields::change(&mut stick, from, stuff, &mut dice),
+            Level::Fields => fields::change(&mut stick, from, material, &mut dice),
             Level::Files => files::change(&mut stick, &mut dice),
-            Level::Seals => seals::change(&mut stick, from, stuff, &mut dice),
-            Level::Statements => statements::change(&mut stick, from, stuff, &mut dice),
-            Level::Lists => lists::change(&mut stick, from, stuff, &mut dice),
-            Level::Starts => starts::change(&mut stick, from, stuff, &mut dice),
+            Level::Seals => seals::change(&mut stick, from, material, &mut dice),
+            Level::Statements => statements::change(&mut stick, from, material, &mut dice),
+            Level::Lists => lists::change(&mut stick, from, material, &mut dice),
+            Level::Starts => starts::change(&mut stick, from, material, &mut dice),
         };
-        Mutant { seed, level, what, seen, stick, good }
+        Mutant { seed, level, what, detection, stick, good }
     }
 }
 
-/// What else there is to make a mutant of.
+/// What else mutants are made from.
 #[derive(Clone, Copy)]
-struct Stuff<'m> {
+struct Material<'m> {
     mutator: &'m Mutator,
     number: usize,
 }
 
-impl<'m> Stuff<'m> {
+impl<'m> Material<'m> {
     fn keys(&self) -> &'m Keys {
         &self.mutator.keys
     }
 
-    /// A good stick that is another one.
+    /// Another good stick.
     fn other(&self, dice: &mut Dice) -> &'m Good {
         let Mutator { goods, played, others, .. } = self.mutator;
         [played, others, &goods[1 - self.number.min(1)]][dice.below(3)]

@@ -1,18 +1,18 @@
-//! What a system starts from is not what was made.
+//! Changes the start file or the root of a system.
 //!
-//! Owns start files and roots with something done to them, as they came and with papers that name what they are now. Those
-//! that the artist herself has signed are a unit's to find out, when it lays them before the boot loader.
+//! Owns changes with the old papers and with papers that name the changed file. Those that the artist has signed are
+//! detected by the unit only, when it installs them.
 //!
 //! Start at [`change`].
 
-use super::fields::{Dress, dressed};
-use super::keys::Who;
-use super::{Dice, Good, Seen, Stick, Stuff};
+use super::fields::{Signing, dressed};
+use super::keys::KeyHolder;
+use super::{Detection, Dice, Good, Material, Stick};
 use crate::mutator::bytes;
 use bundle::ObjectId;
 
-/// Changes one half of the system; what was done.
-pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mut Dice) -> (String, Seen) {
+/// Changes one half of the system; returns what was done.
+pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
     let release = good.release();
     let name = *dice.of_these(&["start", "root"]);
     let line = release.lines().find(|line| line.starts_with(name)).expect("each system has both");
@@ -26,16 +26,19 @@ pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mu
     let done = done.join(", ");
     if dice.chance(40) {
         stick.put(&path, half);
-        return (format!("the {name} of the system: {done}"), Seen::ByAllOrHarmless);
+        return (format!("the {name} of the system: {done}"), Detection::ByAllOrHarmless);
     }
     let id = ObjectId::of(&half);
     let text = release.replace(line, &format!("{name} {} {id}", half.len()));
     stick.put_object(&half);
-    // What a root holds, nobody asks whom the artist has told: it is started, and not tried again if it does not.
+    // A root that the artist has signed is not examined further: it is started, and given up if it fails.
     let by_artist = name == "start" && dice.chance(50);
-    let dresses = [Dress::Kept, Dress::By(Who::Stranger), Dress::By(Who::Lost), Dress::Claimed];
-    let dress = if by_artist { Dress::By(Who::Artist) } else { *dice.of_these(&dresses) };
-    let seal = dressed(stuff.keys(), dress, stick.bytes("systems/all.seal"), Who::Artist, text.as_bytes());
+    let dresses = [Signing::Kept, Signing::By(KeyHolder::Stranger), Signing::By(KeyHolder::Lost), Signing::Claimed];
+    let signing = if by_artist { Signing::By(KeyHolder::Artist) } else { *dice.of_these(&dresses) };
+    let seal = dressed(material.keys(), signing, stick.bytes("systems/all.seal"), KeyHolder::Artist, text.as_bytes());
     stick.put("systems/all.seal", seal);
-    (format!("the {name} of the system, {dress:?}: {done}"), if by_artist { Seen::ByUnits } else { Seen::ByAll })
+    (
+        format!("the {name} of the system, {signing:?}: {done}"),
+        if by_artist { Detection::ByUnits } else { Detection::ByAll },
+    )
 }

@@ -1,57 +1,57 @@
-//! What keys say about keys is not what they said.
+//! Changes the statements about keys.
 //!
-//! Owns statements that are gone, that come twice, too late or in thousands, and those of people who may not say so. Never
-//! has a trusted key call another back: that is no mutant.
+//! Owns statements that are missing, that come twice, too late or in thousands, and statements of keys that must not
+//! make them. A trusted key never revokes another one: that would be valid.
 //!
 //! Start at [`change`].
 
-use super::keys::Who;
-use super::{Dice, Good, Seen, Stick, Stuff};
+use super::keys::KeyHolder;
+use super::{Detection, Dice, Good, Material, Stick};
 use crate::mutator::bytes;
 use ct_codecs::{Base64, Encoder};
 
-/// More statements than anybody reads.
+/// More statements than a unit reads.
 const MANY: usize = 70;
 const THOUSANDS: usize = 5_000;
 
-/// Changes the statements; what was done.
-pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mut Dice) -> (String, Seen) {
-    let keys = stuff.keys();
+/// Changes the statements; returns what was done.
+pub(super) fn change(stick: &mut Stick, good: &Good, material: Material<'_>, dice: &mut Dice) -> (String, Detection) {
+    let keys = material.keys();
     let said = stick.bytes("statements").to_vec();
-    // The signature of the good statement does not fit them; whoever reads them finds that out.
-    let strangers = || [keys.state(Who::Stranger, "revoke 0000000000000000")].concat().repeat(THOUSANDS);
+    // The signature of the good statement is wrong for them, which every reader detects.
+    let strangers = || [keys.state(KeyHolder::Stranger, "revoke 0000000000000000")].concat().repeat(THOUSANDS);
     let letter = good.letter(&good.list());
-    let by_a_stranger = keys.sign(Who::Stranger, letter.as_bytes());
+    let by_a_stranger = keys.sign(KeyHolder::Stranger, letter.as_bytes());
     let (what, new) = match dice.below(15) {
         0 => ("are gone", Vec::new()),
         1 => ("come twice", said.repeat(2)),
-        2 => ("are a stranger's", keys.trust(Who::Stranger, Who::New)),
-        3 => ("are a stranger's who calls everybody back", revocations(stuff).concat()),
+        2 => ("are a stranger's", keys.trust(KeyHolder::Stranger, KeyHolder::New)),
+        3 => ("are a stranger's who calls everybody back", revocations(material).concat()),
         4 => ("come behind thousands of a stranger's", [strangers(), said].concat()),
         5 => ("come before thousands of a stranger's", [said, strangers()].concat()),
         6 => {
-            let many: Vec<u8> = (0..MANY).flat_map(|_| keys.state(Who::Stranger, &any_key(dice))).collect();
+            let many: Vec<u8> = (0..MANY).flat_map(|_| keys.state(KeyHolder::Stranger, &any_key(dice))).collect();
             ("come behind 70 of a stranger's", [many, said].concat())
         }
         7 => ("come behind a line", [b"a line\n".to_vec(), said].concat()),
         8 => ("come behind a line without end", [vec![b'x'; 1 << 20], said].concat()),
         9 => {
             stick.put(&good.seal(), by_a_stranger);
-            ("are a stranger's who has signed", keys.trust(Who::Stranger, Who::Stranger))
+            ("are a stranger's who has signed", keys.trust(KeyHolder::Stranger, KeyHolder::Stranger))
         }
         10 => {
             stick.put(&good.seal(), by_a_stranger);
-            ("are of a key that was called back", [said, keys.trust(Who::Lost, Who::Stranger)].concat())
+            ("are of a key that was called back", [said, keys.trust(KeyHolder::Lost, KeyHolder::Stranger)].concat())
         }
         11 => {
-            stick.put(&good.seal(), keys.sign_as(Who::Stranger, Who::Spare, letter.as_bytes()));
-            let two = format!("trust {}", keys.line_as(Who::Stranger, Who::Spare));
-            ("give a key the name of another", keys.state(Who::Artist, &two))
+            stick.put(&good.seal(), keys.sign_as(KeyHolder::Stranger, KeyHolder::Spare, letter.as_bytes()));
+            let two = format!("trust {}", keys.line_as(KeyHolder::Stranger, KeyHolder::Spare));
+            ("give a key the name of another", keys.state(KeyHolder::Artist, &two))
         }
         12 => {
             let wrong =
                 ["trust", "trust ", "revoke", "revoke all", "trust RW", "trust ../key", "revoke 00", "believe me"];
-            ("say what nobody can say", keys.state(Who::Artist, wrong[dice.below(wrong.len())]))
+            ("say what nobody can say", keys.state(KeyHolder::Artist, wrong[dice.below(wrong.len())]))
         }
         13 => {
             let ends = String::from_utf8(said).unwrap().replace('\n', "\r\n");
@@ -61,21 +61,21 @@ pub(super) fn change(stick: &mut Stick, good: &Good, stuff: Stuff<'_>, dice: &mu
             let mut changed = said;
             let done = bytes::varied(&mut changed, dice);
             stick.put("statements", changed);
-            return (format!("the statements: {done}"), Seen::ByAllOrHarmless);
+            return (format!("the statements: {done}"), Detection::ByAllOrHarmless);
         }
     };
     stick.put("statements", new);
-    (format!("the statements {what}"), Seen::ByAllOrHarmless)
+    (format!("the statements {what}"), Detection::ByAllOrHarmless)
 }
 
-/// A stranger's words that nobody is to be trusted any more.
-fn revocations(stuff: Stuff<'_>) -> Vec<Vec<u8>> {
-    let keys = stuff.keys();
-    let all = [Who::Artist, Who::Spare, Who::New];
-    all.iter().map(|who| keys.state(Who::Stranger, &format!("revoke {}", keys.id(*who)))).collect()
+/// A stranger's statements that revoke every key.
+fn revocations(material: Material<'_>) -> Vec<Vec<u8>> {
+    let keys = material.keys();
+    let all = [KeyHolder::Artist, KeyHolder::Spare, KeyHolder::New];
+    all.iter().map(|who| keys.state(KeyHolder::Stranger, &format!("revoke {}", keys.id(*who)))).collect()
 }
 
-/// What is said to take in a key that nobody has.
+/// A statement that trusts a key nobody has.
 fn any_key(dice: &mut Dice) -> String {
     let raw = [b"Ed".to_vec(), dice.bytes(40)].concat();
     format!("trust {}", Base64::encode_to_string(raw).unwrap())

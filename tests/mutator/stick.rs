@@ -1,12 +1,12 @@
-//! What lies on a stick, and a good one to begin with.
+//! The content of a stick, and a good one to begin with.
 //!
-//! Owns laying a stick out in a folder, also with what no bundle has: folders, links, pipes and files without end in the
-//! place of files. The texts of a bundle are written here by hand, so that they can be written wrongly.
+//! Owns writing a stick to a folder, also with what no bundle has: folders, links, pipes and files without end in place
+//! of files. The texts of a bundle are written by hand here, so that they can be wrong.
 //!
 //! Start at [`Good::new`] and [`Stick::lay`].
 
-use super::keys::{Keys, Who};
-use crate::press::Files;
+use super::keys::{KeyHolder, Keys};
+use crate::bundle_maker::Files;
 use bundle::ObjectId;
 use rustix::fs::{CWD, Mode, mkfifoat};
 use std::collections::BTreeMap;
@@ -14,39 +14,39 @@ use std::fs::{self, File};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
-/// How large a file is that is said to be huge: 100 GiB of holes.
+/// The size of a huge file: 100 GiB of holes.
 const HUGE: u64 = 100 << 30;
 
-/// What lies in the place of a file.
+/// What is in the place of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ware {
+pub enum Item {
     /// A file.
     Bytes(Vec<u8>),
     /// An empty folder.
     Folder,
     /// A symbolic link.
     Link(String),
-    /// A pipe that nobody writes to.
+    /// A pipe without a writer.
     Pipe,
-    /// A file that begins with these bytes and goes on for ever.
+    /// A file that begins with these bytes and has no end.
     Huge(Vec<u8>),
 }
 
-/// What lies on a stick, by path.
+/// The content of a stick, by path.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Stick(pub BTreeMap<String, Ware>);
+pub struct Stick(pub BTreeMap<String, Item>);
 
 /// A good stick.
 #[derive(Clone, Debug)]
 pub struct Good {
-    /// What lies on it.
+    /// Its content.
     pub stick: Stick,
-    /// What a unit plays that takes it in.
+    /// The files of its flock.
     pub files: Files,
     /// The number of its bundle.
     pub sequence: u64,
     /// Who has signed it.
-    pub who: Who,
+    pub who: KeyHolder,
     /// For which unit.
     pub unit: String,
 }
@@ -55,17 +55,17 @@ impl Stick {
     /// The bytes at `path`; none if there is no file.
     pub fn bytes(&self, path: &str) -> &[u8] {
         match self.0.get(path) {
-            Some(Ware::Bytes(bytes)) => bytes,
-            Some(Ware::Folder | Ware::Link(_) | Ware::Pipe | Ware::Huge(_)) | None => &[],
+            Some(Item::Bytes(bytes)) => bytes,
+            Some(Item::Folder | Item::Link(_) | Item::Pipe | Item::Huge(_)) | None => &[],
         }
     }
 
-    /// Lays `bytes` at `path`.
+    /// Puts `bytes` at `path`.
     pub fn put(&mut self, path: &str, bytes: impl Into<Vec<u8>>) {
-        self.0.insert(path.to_owned(), Ware::Bytes(bytes.into()));
+        self.0.insert(path.to_owned(), Item::Bytes(bytes.into()));
     }
 
-    /// Lays an object in its place; where that is.
+    /// Puts an object in its place; returns where.
     pub fn put_object(&mut self, bytes: &[u8]) -> String {
         let path = ObjectId::of(bytes).path();
         self.put(&path, bytes);
@@ -74,26 +74,26 @@ impl Stick {
 
     /// Whether all of it are plain files, as a web server has them.
     pub fn is_plain(&self) -> bool {
-        self.0.values().all(|ware| matches!(ware, Ware::Bytes(_)))
+        self.0.values().all(|item| matches!(item, Item::Bytes(_)))
     }
 
     /// Makes `folder` hold this and nothing else.
     pub fn lay(&self, folder: &Path) {
         fs::remove_dir_all(folder).ok();
         fs::create_dir_all(folder).unwrap();
-        for (path, ware) in &self.0 {
+        for (path, item) in &self.0 {
             let path = folder.join(path);
             let parent = path.parent().expect("it lies in the folder");
-            // What lies in the place of a folder hides what would lie in it.
+            // A file in place of a folder hides the files in it.
             if fs::create_dir_all(parent).is_err() {
                 continue;
             }
-            match ware {
-                Ware::Bytes(bytes) => fs::write(&path, bytes).unwrap(),
-                Ware::Folder => fs::create_dir_all(&path).unwrap(),
-                Ware::Link(to) => symlink(to, &path).unwrap(),
-                Ware::Pipe => mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).unwrap(),
-                Ware::Huge(bytes) => {
+            match item {
+                Item::Bytes(bytes) => fs::write(&path, bytes).unwrap(),
+                Item::Folder => fs::create_dir_all(&path).unwrap(),
+                Item::Link(to) => symlink(to, &path).unwrap(),
+                Item::Pipe => mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).unwrap(),
+                Item::Huge(bytes) => {
                     fs::write(&path, bytes).unwrap();
                     File::options().write(true).open(&path).unwrap().set_len(HUGE).unwrap();
                 }
@@ -104,7 +104,7 @@ impl Stick {
 
 impl Good {
     /// The bundle of `files` for `unit`, signed by `who`.
-    pub fn new(keys: &Keys, files: &Files, who: Who, unit: &str, sequence: u64) -> Self {
+    pub fn new(keys: &Keys, files: &Files, who: KeyHolder, unit: &str, sequence: u64) -> Self {
         let mut stick = Stick::default();
         for bytes in files.values() {
             stick.put_object(bytes);
@@ -117,7 +117,7 @@ impl Good {
         good
     }
 
-    /// Where its seal lies.
+    /// The path of its seal.
     pub fn seal(&self) -> String {
         format!("seals/{}.seal", self.unit)
     }
@@ -148,7 +148,7 @@ impl Good {
         self.stick.put("statements", statements.concat());
     }
 
-    /// Adds the system of the fixtures, which has come from the artist.
+    /// Adds the system of the fixtures, signed by the artist.
     pub fn add_system(&mut self, keys: &Keys, fixtures: &Path) {
         let from = fixtures.join("format-1/stick");
         let signed = fs::read_to_string(from.join("systems/all.seal")).unwrap();
@@ -157,10 +157,10 @@ impl Good {
             let id = ObjectId::parse(line.rsplit(' ').next().unwrap()).unwrap();
             self.stick.put(&id.path(), fs::read(from.join(id.path())).unwrap());
         }
-        self.stick.put("systems/all.seal", keys.sign(Who::Artist, text.as_bytes()));
+        self.stick.put("systems/all.seal", keys.sign(KeyHolder::Artist, text.as_bytes()));
     }
 
-    /// What its system's seal says, without who has signed it; empty if it brings none.
+    /// The text of its system's seal, without the signature; empty if it has none.
     pub fn release(&self) -> String {
         let signed = String::from_utf8(self.stick.bytes("systems/all.seal").to_vec()).unwrap();
         signed.split_inclusive('\n').skip(4).collect()

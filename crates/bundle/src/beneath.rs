@@ -1,8 +1,8 @@
-//! Files beneath a folder, and nowhere else.
+//! Access to files beneath a folder only.
 //!
-//! Owns opening: the kernel itself follows no symbolic link, crosses no mount and never leaves the folder, whatever
-//! stands in a path (`openat2`; where that is not to be had, one folder after the other is opened, to the same end). Only
-//! plain files are opened, and of these only as much is read as was asked for.
+//! Opens files with `openat2`, so that no path can follow a symbolic link, cross a mount or leave the folder; where
+//! `openat2` is not available, the folders of the path are opened one by one with the same effect. Only regular files
+//! are opened, and reading is limited in size.
 //!
 //! Start at [`Root`].
 
@@ -11,10 +11,11 @@ use std::io::{self, Read};
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::Path;
 
+use durable::{Append, Storage};
 use rustix::fs::{AtFlags, CWD, Mode, OFlags, ResolveFlags};
 use rustix::io::Errno;
 
-/// A folder that nothing opened through it can leave.
+/// A folder whose paths cannot lead out of it.
 #[derive(Debug)]
 pub(crate) struct Root(OwnedFd);
 
@@ -27,23 +28,23 @@ impl Root {
 
     /// Opens the plain file at `path` for reading.
     pub(crate) fn file(&self, path: &str) -> io::Result<File> {
-        plain(File::from(self.at(path, OFlags::RDONLY | OFlags::NONBLOCK, 0)?))
+        check_plain_file(File::from(self.at(path, OFlags::RDONLY | OFlags::NONBLOCK, 0)?))
     }
 
-    /// Opens whatever lies at `path`, with these flags.
+    /// Opens `path` with these flags.
     pub(crate) fn at(&self, path: &str, flags: OFlags, mode: u32) -> io::Result<OwnedFd> {
         let confined =
             ResolveFlags::BENEATH | ResolveFlags::NO_SYMLINKS | ResolveFlags::NO_MAGICLINKS | ResolveFlags::NO_XDEV;
         let flags = flags | OFlags::CLOEXEC | OFlags::NOFOLLOW;
         match rustix::fs::openat2(&self.0, path, flags, Mode::from_raw_mode(mode), confined) {
-            // systemd's `RestrictSUIDSGID=` cannot look into its arguments, and says that there is no such call.
-            Err(Errno::NOSYS) => self.part_by_part(path, flags, mode),
+            // systemd's `RestrictSUIDSGID=` cannot check its arguments, and returns `ENOSYS`.
+            Err(Errno::NOSYS) => self.open_stepwise(path, flags, mode),
             opened => Ok(opened?),
         }
     }
 
-    /// The same without that call: no part of the path may be a link, lead upwards or lie on another file system.
-    fn part_by_part(&self, path: &str, flags: OFlags, mode: u32) -> io::Result<OwnedFd> {
+    /// The same without `openat2`: no part of the path may be a link, lead upwards or lie on another file system.
+    fn open_stepwise(&self, path: &str, flags: OFlags, mode: u32) -> io::Result<OwnedFd> {
         if path.starts_with('/') || path.split('/').any(|part| part == "..") {
             return Err(Errno::XDEV.into());
         }
@@ -68,7 +69,7 @@ impl Root {
         self.at(if path.is_empty() { "." } else { path }, OFlags::RDONLY | OFlags::DIRECTORY, 0)
     }
 
-    /// The folder that `path` lies in, opened, and its last part: for calls that take no resolve flags.
+    /// The open folder of `path`, and its file name: for calls without resolve flags.
     pub(crate) fn parent<'p>(&self, path: &'p str) -> io::Result<(OwnedFd, &'p str)> {
         let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
         if matches!(name, "" | "." | "..") {
@@ -77,13 +78,39 @@ impl Root {
         Ok((self.folder(folder)?, name))
     }
 
-    /// The size of the plain file at `path`; `None` if nothing lies there.
+    /// The size of the plain file at `path`; `None` if there is none.
     pub(crate) fn length(&self, path: &str) -> io::Result<Option<u64>> {
         match self.parent(path).and_then(|(folder, name)| length_at(&folder, name)) {
             Ok(length) => Ok(Some(length)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(error),
         }
+    }
+}
+
+impl Storage for Root {
+    fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
+        read_all(self.file(path)?, limit)
+    }
+
+    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+        let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::APPEND | OFlags::NONBLOCK;
+        let file = File::from(self.at(path, flags, 0o644)?);
+        Ok(Box::new(file))
+    }
+
+    fn rename(&self, from: &str, to: &str) -> io::Result<()> {
+        let ((from, old), (to, new)) = (self.parent(from)?, self.parent(to)?);
+        Ok(rustix::fs::renameat(from, old, to, new)?)
+    }
+
+    fn remove(&self, path: &str) -> io::Result<()> {
+        let Some((folder, name)) = none_if_missing(self.parent(path))? else { return Ok(()) };
+        ignore_error(rustix::fs::unlinkat(folder, name, AtFlags::empty()), io::ErrorKind::NotFound)
+    }
+
+    fn sync_folder(&self, path: &str) -> io::Result<()> {
+        Ok(rustix::fs::fsync(self.folder(path)?)?)
     }
 }
 
@@ -96,22 +123,22 @@ impl AsFd for Root {
 /// Reads the file at `path` whole, if it has at most `limit` bytes.
 pub(crate) fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    read_all(plain(File::from(rustix::fs::openat(CWD, path, flags, Mode::empty())?))?, limit)
+    read_all(check_plain_file(File::from(rustix::fs::openat(CWD, path, flags, Mode::empty())?))?, limit)
 }
 
-/// Everything that `reader` yields, if that is at most `limit` bytes; never reads more than one byte beyond.
+/// Everything that `reader` yields, if that is at most `limit` bytes; at most one byte more is read.
 pub(crate) fn read_all(reader: impl Read, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
 }
 
-/// The error of something that is larger than it may be.
+/// The error for data above its size limit.
 pub(crate) fn too_large(limit: u64) -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {limit} bytes"))
 }
 
-fn plain(file: File) -> io::Result<File> {
+fn check_plain_file(file: File) -> io::Result<File> {
     if file.metadata()?.is_file() {
         Ok(file)
     } else {
@@ -125,6 +152,23 @@ fn length_at(folder: &OwnedFd, name: &str) -> io::Result<u64> {
         Ok(u64::try_from(status.st_size).unwrap_or_default())
     } else {
         Err(io::Error::new(io::ErrorKind::InvalidData, "it is not a plain file"))
+    }
+}
+
+/// What was found; `None` if a folder on the way is not there.
+pub(crate) fn none_if_missing<T>(found: io::Result<T>) -> io::Result<Option<T>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// Done; an error of this kind counts as done.
+pub(crate) fn ignore_error(done: rustix::io::Result<()>, kind: io::ErrorKind) -> io::Result<()> {
+    match done.map_err(io::Error::from) {
+        Err(error) if error.kind() == kind => Ok(()),
+        done => done,
     }
 }
 
@@ -152,10 +196,10 @@ mod tests {
             ["link", "near", "up/secret", "../secret", "sub/../../secret", absolute, "pipe", "sub", "", ".", "no"]
         {
             assert!(root.file(path).is_err(), "{path}");
-            let by_parts = root.part_by_part(path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOFOLLOW, 0);
-            assert!(by_parts.and_then(|file| plain(file.into())).is_err(), "{path}");
+            let by_parts = root.open_stepwise(path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOFOLLOW, 0);
+            assert!(by_parts.and_then(|file| check_plain_file(file.into())).is_err(), "{path}");
         }
-        let by_parts = |path| root.part_by_part(path, OFlags::RDONLY | OFlags::NOFOLLOW, 0).map(File::from);
+        let by_parts = |path| root.open_stepwise(path, OFlags::RDONLY | OFlags::NOFOLLOW, 0).map(File::from);
         assert_eq!(read_all(by_parts("sub/fine").unwrap(), 4).unwrap(), b"fine");
         assert!(by_parts(".").unwrap().metadata().unwrap().is_dir());
         assert_eq!(by_parts("up/in/sub/fine").unwrap_err().raw_os_error(), Some(Errno::NOTDIR.raw_os_error()));

@@ -1,8 +1,8 @@
 //! The list of files of a bundle.
 //!
-//! Owns its one spelling: a heading, then a line for each file, sorted by path: digest, size, path. Nobody reads it
-//! before its own digest was found in a seal. What a flock consists of stands in its `flock.toml`, which is a file
-//! like the others; that the two agree is checked by [`Verified::flock`].
+//! Owns its one spelling: a heading, then a line for each file, sorted by path: digest, size, path. It is parsed only
+//! after its digest was compared with a seal. `flock.toml` is a file like the others; [`VerifiedBundle::flock`] checks
+//! that the two agree.
 //!
 //! ```text
 //! dreams contents 1
@@ -10,15 +10,15 @@
 //! 9f86d0... 4194304 loops/191.21054.mp4
 //! ```
 //!
-//! Start at [`Verified`].
+//! Start at [`VerifiedBundle`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::limits;
 use crate::lines::Lines;
-use crate::names::{FilePath, ObjectId, plain};
-use crate::refused::{Part, Refused};
+use crate::names::{FilePath, ObjectId, parse_plain};
+use crate::refusal::{Part, Refusal};
 use crate::seal::Seal;
 
 /// The first line of a list.
@@ -41,9 +41,9 @@ pub struct FileEntry {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contents(Vec<FileEntry>);
 
-/// A bundle that is what a trusted key signed, as far as its list of files: the only thing that has files.
+/// A bundle whose list of files is verified. Only this type has files.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Verified {
+pub struct VerifiedBundle {
     seal: Seal,
     contents: Contents,
     bytes: Vec<u8>,
@@ -53,13 +53,13 @@ impl Contents {
     /// The list of `files`, in any order.
     ///
     /// # Errors
-    /// [`Refused`] if no unit would take it: a path twice, too many files, no `flock.toml`.
-    pub fn new(mut files: Vec<FileEntry>) -> Result<Self, Refused> {
+    /// [`Refusal`] if it is invalid: a path twice, too many files, no `flock.toml`.
+    pub fn new(mut files: Vec<FileEntry>) -> Result<Self, Refusal> {
         files.sort_by(|a, b| a.path.cmp(&b.path));
         let contents = Self(files);
         let text = contents.to_text();
         if text.len() as u64 > limits::CONTENTS {
-            return Err(Refused::TooLarge { part: Part::Contents, limit: limits::CONTENTS });
+            return Err(Refusal::TooLarge { part: Part::Contents, limit: limits::CONTENTS });
         }
         Self::parse(text.as_bytes())
     }
@@ -82,42 +82,42 @@ impl Contents {
         flock.chain(&self.0).filter(|file| seen.insert(file.id)).collect()
     }
 
-    /// Reads a list. It costs no more memory than a few times its bytes.
-    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Refused> {
+    /// Parses a list. Memory is limited to a few times its size.
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Refusal> {
         let part = Part::Contents;
         if bytes.len() as u64 > limits::CONTENTS {
-            return Err(Refused::TooLarge { part, limit: limits::CONTENTS });
+            return Err(Refusal::TooLarge { part, limit: limits::CONTENTS });
         }
-        let text = std::str::from_utf8(bytes).map_err(|_| Refused::NotSigned { part, why: "it is not text" })?;
+        let text = std::str::from_utf8(bytes).map_err(|_| Refusal::NotSigned { part, why: "it is not text" })?;
         let mut lines = Lines::new(Part::Contents, text);
-        lines.exactly(HEADING)?;
+        lines.expect_line(HEADING)?;
         let mut files: Vec<FileEntry> = Vec::new();
         let mut sizes: BTreeMap<ObjectId, u64> = BTreeMap::new();
         let mut total: u64 = 0;
         while let Some(line) = lines.next(WANTED)? {
             if files.len() == limits::FILES {
-                return Err(Refused::TooMany { part: Part::Contents, limit: limits::FILES, things: "files" });
+                return Err(Refusal::TooMany { part: Part::Contents, limit: limits::FILES, things: "files" });
             }
             let file = entry(line, &lines)?;
             total = total.saturating_add(file.size);
             if file.size > limits::FILE {
-                return Err(Refused::TooLarge { part: Part::Object(file.id), limit: limits::FILE });
+                return Err(Refusal::TooLarge { part: Part::Object(file.id), limit: limits::FILE });
             }
             let out_of_order = files.last().is_some_and(|last| last.path >= file.path);
             if out_of_order || *sizes.entry(file.id).or_insert(file.size) != file.size {
-                return Err(Refused::Order { part: Part::Contents, line: lines.line(), path: file.path });
+                return Err(Refusal::Order { part: Part::Contents, line: lines.line(), path: file.path });
             }
             files.push(file);
         }
         if total > limits::TOTAL {
-            return Err(Refused::TooLarge { part: Part::Contents, limit: limits::TOTAL });
+            return Err(Refusal::TooLarge { part: Part::Contents, limit: limits::TOTAL });
         }
         let contents = Self(files);
         contents.has_no_file_as_folder()?;
         match contents.file(flock::FILE_NAME) {
-            None => Err(Refused::MissingFile { path: flock::FILE_NAME.to_owned() }),
+            None => Err(Refusal::MissingFile { path: flock::FILE_NAME.to_owned() }),
             Some(toml) if toml.size > limits::FLOCK_TOML => {
-                Err(Refused::TooLarge { part: Part::Flock, limit: limits::FLOCK_TOML })
+                Err(Refusal::TooLarge { part: Part::Flock, limit: limits::FLOCK_TOML })
             }
             Some(_) => Ok(contents),
         }
@@ -128,17 +128,17 @@ impl Contents {
         self.0.binary_search_by(|file| file.path.as_str().cmp(path)).ok().map(|at| &self.0[at])
     }
 
-    fn has_no_file_as_folder(&self) -> Result<(), Refused> {
+    fn has_no_file_as_folder(&self) -> Result<(), Refusal> {
         for (index, file) in self.0.iter().enumerate() {
             if file.path.folders().any(|folder| self.file(folder).is_some()) {
-                return Err(Refused::Order { part: Part::Contents, line: index + 2, path: file.path.clone() });
+                return Err(Refusal::Order { part: Part::Contents, line: index + 2, path: file.path.clone() });
             }
         }
         Ok(())
     }
 }
 
-impl Verified {
+impl VerifiedBundle {
     pub(crate) fn new(seal: Seal, contents: Contents, bytes: Vec<u8>) -> Self {
         Self { seal, contents, bytes }
     }
@@ -162,18 +162,18 @@ impl Verified {
     /// bundle carries every clip that it names.
     ///
     /// # Errors
-    /// [`Refused`] if the bytes are others, are no flock, or name what is not carried.
-    pub fn flock(&self, toml: &[u8]) -> Result<flock::Manifest, Refused> {
-        let missing = |path: &str| Refused::MissingFile { path: path.to_owned() };
+    /// [`Refusal`] if the bytes differ, are not a flock, or name a file that the bundle lacks.
+    pub fn flock(&self, toml: &[u8]) -> Result<flock::Manifest, Refusal> {
+        let missing = |path: &str| Refusal::MissingFile { path: path.to_owned() };
         let listed = self.contents.file(flock::FILE_NAME).ok_or_else(|| missing(flock::FILE_NAME))?;
         let found = ObjectId::of(toml);
         if found != listed.id {
-            return Err(Refused::Damaged { part: Part::Flock, expected: listed.id, found });
+            return Err(Refusal::Damaged { part: Part::Flock, expected: listed.id, found });
         }
         let path = Path::new(flock::FILE_NAME);
         let text =
-            std::str::from_utf8(toml).map_err(|_| Refused::NotSigned { part: Part::Flock, why: "it is not text" })?;
-        let manifest = flock::Manifest::parse_on_unit(text, path).map_err(|source| Refused::NotAFlock { source })?;
+            std::str::from_utf8(toml).map_err(|_| Refusal::NotSigned { part: Part::Flock, why: "it is not text" })?;
+        let manifest = flock::Manifest::parse_on_unit(text, path).map_err(|source| Refusal::NotAFlock { source })?;
         let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
         let named = manifest.clips().map(|clip| &clip.path).chain(genomes);
         for path in named.map(flock::ClipPath::as_str) {
@@ -183,13 +183,13 @@ impl Verified {
     }
 }
 
-fn entry(line: &str, lines: &Lines<'_>) -> Result<FileEntry, Refused> {
+fn entry(line: &str, lines: &Lines<'_>) -> Result<FileEntry, Refusal> {
     let mut words = line.splitn(3, ' ');
     let (Some(id), Some(size), Some(path)) = (words.next(), words.next(), words.next()) else {
-        return Err(lines.unlike(WANTED, line));
+        return Err(lines.wrong_line(WANTED, line));
     };
-    let id = ObjectId::parse(id).map_err(|error| lines.misnamed(error))?;
-    let size = plain(size).ok_or_else(|| lines.unlike(WANTED, line))?;
-    let path = FilePath::new(path).map_err(|error| lines.misnamed(error))?;
+    let id = ObjectId::parse(id).map_err(|error| lines.bad_name(error))?;
+    let size = parse_plain(size).ok_or_else(|| lines.wrong_line(WANTED, line))?;
+    let path = FilePath::new(path).map_err(|error| lines.bad_name(error))?;
     Ok(FileEntry { path, id, size })
 }

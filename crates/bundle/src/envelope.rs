@@ -1,9 +1,9 @@
-//! What every seal has, whatever it stands in front of: a signature, and for whom and when it was made.
+//! The common parts of all seals: signature, addressees, sequence and time.
 //!
-//! Owns the way from signed bytes to the text within and back, and the lines that a flock's seal and a system's have in
-//! common. Never knows what is sealed: [`crate::Seal`] and [`crate::System`] do.
+//! Signs and verifies the text of a seal, and owns the lines that a flock's seal and a system's have in common. The
+//! rest is in [`crate::Seal`] and [`crate::System`].
 //!
-//! Start at [`opened`].
+//! Start at [`open_text`].
 
 use std::io::Read;
 
@@ -11,20 +11,20 @@ use crate::beneath;
 use crate::key::{KeyError, KeyId};
 use crate::limits;
 use crate::lines::Lines;
-use crate::names::{Addressees, ObjectId, Sequence, UnitId, plain};
-use crate::refused::{Part, Refused};
+use crate::names::{Addressees, ObjectId, Sequence, UnitId, parse_plain};
+use crate::refusal::{Part, Refusal};
 use crate::secret::SecretKey;
 use crate::source::Source;
 use crate::trust::Trust;
 
-/// What `units` says of a seal for everybody.
+/// The value of `units` in a seal for all units.
 const EVERYBODY: &str = "*";
-/// What begins the line that says which statements are expected.
+/// The key of the line with the expected statements.
 const STATEMENTS: &str = "statements";
-const TOO_LARGE: Refused = Refused::TooLarge { part: Part::Seal, limit: limits::SEAL };
+const TOO_LARGE: Refusal = Refusal::TooLarge { part: Part::Seal, limit: limits::SEAL };
 
-/// The lines that say for whom a seal is, its number, and when it was made.
-pub(crate) struct Address {
+/// The lines with addressees, sequence and time.
+pub(crate) struct SealHeader {
     pub(crate) addressees: Addressees,
     pub(crate) sequence: Sequence,
     pub(crate) created: String,
@@ -34,28 +34,28 @@ pub(crate) struct Address {
 #[derive(Debug, thiserror::Error)]
 pub enum SignError {
     /// The key did not sign.
-    #[error("cannot seal the bundle")]
+    #[error("cannot sign the bundle")]
     Key(#[source] KeyError),
     /// No unit would take it.
-    #[error("no unit would take this bundle")]
-    Refused(#[source] Refused),
+    #[error("units would refuse this bundle")]
+    Refused(#[source] Refusal),
 }
 
-/// Who signed `bytes`, and the text that begins with the line `heading`, once the signature was checked.
+/// Verifies `bytes`; returns the signer, and the text, which begins with the line `heading`.
 ///
 /// # Errors
-/// [`Refused`] if it is too large, or nobody trusted signed it, or as something else.
-pub(crate) fn opened<'a>(bytes: &'a [u8], trust: &Trust, heading: &str) -> Result<(KeyId, &'a str), Refused> {
+/// [`Refusal`] if it is too large, not signed by a trusted key, or has another heading.
+pub(crate) fn open_text<'a>(bytes: &'a [u8], trust: &Trust, heading: &str) -> Result<(KeyId, &'a str), Refusal> {
     if bytes.len() as u64 > limits::SEAL {
         return Err(TOO_LARGE);
     }
     trust.verify(&Part::Seal, bytes, heading)
 }
 
-/// The bytes of the file of a seal that says `text`; `comment` is for people.
+/// Signs `text`; returns the bytes of the seal's file. `comment` is for people.
 ///
 /// # Errors
-/// [`SignError`] if the key does not sign, or it would be too large.
+/// [`SignError`] if signing fails, or it would be too large.
 pub(crate) fn signed(key: &SecretKey, comment: &str, text: &str) -> Result<Vec<u8>, SignError> {
     let bytes = key.sign(comment, text).map_err(SignError::Key)?;
     if bytes.len() as u64 > limits::SEAL {
@@ -64,79 +64,79 @@ pub(crate) fn signed(key: &SecretKey, comment: &str, text: &str) -> Result<Vec<u
     Ok(bytes)
 }
 
-/// The bytes of the seal that `source` has at `path`.
-pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refused> {
+/// Reads the seal at `path` of `source`.
+pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refusal> {
     let read = source.small(path, limits::SEAL).and_then(|reader| beneath::read_all(reader, limits::SEAL));
     read.map_err(|error| {
         if error.kind() == std::io::ErrorKind::FileTooLarge {
             TOO_LARGE
         } else {
-            Refused::Read { part: Part::Seal, source: error }
+            Refusal::Read { part: Part::Seal, source: error }
         }
     })
 }
 
-/// The line that says which statements about keys a seal expects; nothing if it expects none.
+/// The line with the expected statements about keys; empty if there are none.
 pub(crate) fn statements_text(statements: Option<(ObjectId, u64)>) -> String {
     statements.map_or_else(String::new, |(id, size)| format!("{STATEMENTS} {size} {id}\n"))
 }
 
-/// The statements about keys that the next line expects, if it is the line for that, and their size in bytes.
-pub(crate) fn statements(lines: &mut Lines<'_>) -> Result<Option<(ObjectId, u64)>, Refused> {
+/// The expected statements about keys and their size in bytes, if the next line has them.
+pub(crate) fn statements(lines: &mut Lines<'_>) -> Result<Option<(ObjectId, u64)>, Refusal> {
     let wanted = "`statements`, a size and a digest, or nothing";
-    let Some(value) = lines.value_if_any(STATEMENTS, wanted)? else { return Ok(None) };
+    let Some(value) = lines.optional_value(STATEMENTS, wanted)? else { return Ok(None) };
     let (id, size) = sized(lines, value, wanted)?;
     if size > limits::STATEMENTS {
-        return Err(Refused::TooLarge { part: Part::Statement, limit: limits::STATEMENTS });
+        return Err(Refusal::TooLarge { part: Part::Statement, limit: limits::STATEMENTS });
     }
     Ok(Some((id, size)))
 }
 
-/// Reads the statements about keys that a seal expects from `source`, which must have them; none if it expects none.
-pub(crate) fn expected(statements: Option<(ObjectId, u64)>, source: &mut dyn Source) -> Result<Vec<u8>, Refused> {
+/// Reads the statements about keys that a seal expects from `source`; empty if it expects none.
+pub(crate) fn read_expected(statements: Option<(ObjectId, u64)>, source: &mut dyn Source) -> Result<Vec<u8>, Refusal> {
     let Some((expected, size)) = statements else { return Ok(Vec::new()) };
-    let withheld = |found| Refused::Withheld { expected, found };
+    let withheld = |found| Refusal::Withheld { expected, found };
     let mut bytes = Vec::new();
     match source.object(&expected, size, 0).and_then(|reader| reader.take(size).read_to_end(&mut bytes)) {
         Ok(_) => {}
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(withheld(None)),
-        Err(source) => return Err(Refused::Read { part: Part::Statement, source }),
+        Err(source) => return Err(Refusal::Read { part: Part::Statement, source }),
     }
     let found = ObjectId::of(&bytes);
     if found == expected { Ok(bytes) } else { Err(withheld(Some(found))) }
 }
 
-impl Address {
+impl SealHeader {
     /// The three lines.
     pub(crate) fn to_text(addressees: &Addressees, sequence: Sequence, created: &str) -> String {
         format!("units {}\nsequence {sequence}\ncreated {created}\n", named(addressees))
     }
 
-    pub(crate) fn parse(lines: &mut Lines<'_>) -> Result<Self, Refused> {
+    pub(crate) fn parse(lines: &mut Lines<'_>) -> Result<Self, Refusal> {
         let wanted = "`units` and `*`, or names in order";
         let addressees = addressees(&lines.value("units", wanted).map(str::to_owned)?, lines, wanted)?;
         let sequence = lines.value("sequence", "`sequence` and a number")?;
-        let sequence = Sequence::parse(sequence).map_err(|error| lines.misnamed(error))?;
+        let sequence = Sequence::parse(sequence).map_err(|error| lines.bad_name(error))?;
         let wanted = "`created` and a time as 2026-03-01T12:00:00Z";
         let created = lines.value("created", wanted)?.to_owned();
         if !is_time(&created) {
-            return Err(lines.unlike(wanted, &created));
+            return Err(lines.wrong_line(wanted, &created));
         }
         Ok(Self { addressees, sequence, created })
     }
 }
 
-/// The object and its size, in bytes, that the line `name` gives.
-pub(crate) fn object(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refused> {
+/// The object on the line `name`, and its size in bytes.
+pub(crate) fn object(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refusal> {
     let value = lines.value(name, wanted)?;
     sized(lines, value, wanted)
 }
 
-/// The object and its size, in bytes, that `value` on the line read last gives.
-fn sized(lines: &Lines<'_>, value: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refused> {
-    let (size, id) = value.split_once(' ').ok_or_else(|| lines.unlike(wanted, value))?;
-    let size = plain(size).ok_or_else(|| lines.unlike(wanted, value))?;
-    let id = ObjectId::parse(id).map_err(|error| lines.misnamed(error))?;
+/// The object in `value` of the last line, and its size in bytes.
+fn sized(lines: &Lines<'_>, value: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refusal> {
+    let (size, id) = value.split_once(' ').ok_or_else(|| lines.wrong_line(wanted, value))?;
+    let size = parse_plain(size).ok_or_else(|| lines.wrong_line(wanted, value))?;
+    let id = ObjectId::parse(id).map_err(|error| lines.bad_name(error))?;
     Ok((id, size))
 }
 
@@ -148,19 +148,19 @@ fn named(addressees: &Addressees) -> String {
     }
 }
 
-/// For whom a seal is that says so in `value`.
-fn addressees(value: &str, lines: &Lines<'_>, wanted: &'static str) -> Result<Addressees, Refused> {
+/// The addressees in `value`.
+fn addressees(value: &str, lines: &Lines<'_>, wanted: &'static str) -> Result<Addressees, Refusal> {
     if value == EVERYBODY {
         return Ok(Addressees::Anyone);
     }
     let mut units: Vec<UnitId> = Vec::new();
     for name in value.split(' ') {
         if units.len() == limits::UNITS {
-            return Err(Refused::TooMany { part: Part::Seal, limit: limits::UNITS, things: "units" });
+            return Err(Refusal::TooMany { part: Part::Seal, limit: limits::UNITS, things: "units" });
         }
-        let unit = UnitId::new(name).map_err(|error| lines.misnamed(error))?;
+        let unit = UnitId::new(name).map_err(|error| lines.bad_name(error))?;
         if units.last().is_some_and(|last| *last >= unit) {
-            return Err(lines.unlike(wanted, value));
+            return Err(lines.wrong_line(wanted, value));
         }
         units.push(unit);
     }
@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::folder::Folder;
     use crate::seal::tests::letter;
-    use crate::seal::{Letter, Unverified};
+    use crate::seal::{SealBody, UnverifiedSeal};
     use crate::secret::tests::{artist, stranger};
     use crate::trust::Statement;
     use std::fs;
@@ -191,13 +191,13 @@ mod tests {
         let said = Statement::Trust(stranger().public()).sign(artist()).unwrap();
         let statements = folder.put_statements(std::slice::from_ref(&said)).unwrap();
         let (id, size) = statements.unwrap();
-        let letter = Letter { statements, ..letter(8) };
+        let letter = SealBody { statements, ..letter(8) };
         let trust = Trust::of([artist().public()]);
-        let seal = |letter: &Letter| Unverified::new(letter.sign(artist()).unwrap()).verify(&trust).unwrap();
+        let seal = |letter: &SealBody| UnverifiedSeal::new(letter.sign(artist()).unwrap()).verify(&trust).unwrap();
         let bound = seal(&letter);
         assert!(bound.letter() == &letter && bound.bytes().ends_with(format!("statements {size} {id}\n").as_bytes()));
         assert_eq!(bound.expected_statements(&mut folder).unwrap(), said);
-        let plain = seal(&Letter { statements: None, ..letter.clone() });
+        let plain = seal(&SealBody { statements: None, ..letter.clone() });
         assert_eq!(plain.expected_statements(&mut folder).unwrap(), b"");
 
         let path = scratch.path().join(id.path());
@@ -205,25 +205,25 @@ mod tests {
             fs::write(&path, other).unwrap();
             let refused = bound.expected_statements(&mut folder).unwrap_err();
             let other = ObjectId::of(&other[..other.len().min(said.len())]);
-            let is_withheld = matches!(refused, Refused::Withheld { expected, found: Some(found) } if (expected, found) == (id, other));
+            let is_withheld = matches!(refused, Refusal::Withheld { expected, found: Some(found) } if (expected, found) == (id, other));
             assert!(is_withheld, "{refused}");
         }
         fs::remove_file(&path).unwrap();
         let refused = bound.expected_statements(&mut folder).unwrap_err();
         assert_eq!(
             refused.to_string(),
-            format!("what keys say about keys is withheld: the seal expects {id}, found nothing")
+            format!("the statements about keys are missing or outdated: the seal expects {id}, found nothing")
         );
-        let large = Letter { statements: Some((id, limits::STATEMENTS + 1)), ..letter };
-        assert!(matches!(large.sign(artist()), Err(SignError::Refused(Refused::TooLarge { .. }))));
+        let large = SealBody { statements: Some((id, limits::STATEMENTS + 1)), ..letter };
+        assert!(matches!(large.sign(artist()), Err(SignError::Refused(Refusal::TooLarge { .. }))));
     }
 
     #[test]
     fn a_seal_names_so_many_units_and_no_more() {
         let to = |count: usize| Addressees::of((0..count).map(|at| UnitId::new(&at.to_string()).unwrap()));
-        let signed = |count| Letter { addressees: to(count), ..letter(8) }.sign(artist());
+        let signed = |count| SealBody { addressees: to(count), ..letter(8) }.sign(artist());
         signed(limits::UNITS).unwrap();
         let refused = signed(limits::UNITS + 1).unwrap_err();
-        assert!(matches!(refused, SignError::Refused(Refused::TooMany { limit: limits::UNITS, .. })), "{refused}");
+        assert!(matches!(refused, SignError::Refused(Refusal::TooMany { limit: limits::UNITS, .. })), "{refused}");
     }
 }

@@ -1,8 +1,8 @@
-//! A bundle in a folder: on a stick, on the way to a web server, beside the flock it was made from.
+//! A bundle in a folder: on a stick, for a web server, or beside its flock.
 //!
-//! Owns writing one so that whoever reads at the same time, or after the stick was pulled, finds the old bundle or the
-//! new one: content first, all of it on the disk, seals last, each in one step. What is there is not written again.
-//! File systems without links or with small files (FAT) are served too. Reading goes through [`Source`].
+//! Writes it so that a reader at the same time, or after the stick was pulled, finds the old bundle or the new one:
+//! objects are written and synced first, then the seals, each by a rename. Existing objects are not written again. File
+//! systems without links or with limited file size (FAT) are supported. Reading goes through [`Source`].
 //!
 //! Start at [`Folder::create`] and [`Folder::open`].
 
@@ -16,6 +16,7 @@ use std::io::{self, Read, Write};
 use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 
+use durable::Storage;
 use rustix::fs::{AtFlags, CWD, Mode, OFlags};
 
 use crate::beneath::Root;
@@ -24,7 +25,7 @@ use crate::names::ObjectId;
 use crate::source::Source;
 use parts::{FAT_LARGEST, Parts, part_path, parts};
 
-pub use upkeep::Swept;
+pub use upkeep::Sweep;
 
 /// What `statfs` calls FAT.
 const FAT: i64 = 0x4d44;
@@ -42,7 +43,7 @@ pub struct Folder {
 
 /// How an object came into a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Put {
+pub enum PutMethod {
     /// Its blocks are shared with the original.
     Cloned,
     /// Its bytes were copied.
@@ -53,11 +54,11 @@ pub enum Put {
     Linked,
 }
 
-/// Why a folder of bundles could not be read or written.
+/// Errors of reading or writing a folder of bundles.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// What was to be put in has changed, or is damaged.
-    #[error("`{path}` is not what it was (expected {expected}, found {found})")]
+    /// The source has changed, or is damaged.
+    #[error("`{path}` has changed (expected digest {expected}, found {found})")]
     Changed {
         /// The file.
         path: PathBuf,
@@ -71,7 +72,7 @@ pub enum FolderError {
     Read {
         /// What.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
     /// It could not be written.
@@ -79,7 +80,7 @@ pub enum FolderError {
     Write {
         /// What.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
 }
@@ -96,7 +97,7 @@ impl Folder {
         Ok(Self { root, path: path.to_owned(), largest })
     }
 
-    /// Opens the folder at `path` for writing, and makes it if it is not there.
+    /// Opens the folder at `path` for writing, and creates it if necessary.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -110,26 +111,26 @@ impl Folder {
         &self.path
     }
 
-    /// Whether the object is there, as far as its size tells.
+    /// Whether the object is there, judged by its size.
     pub fn holds(&self, id: &ObjectId, size: u64) -> bool {
-        self.whole(&id.path(), size)
+        self.is_complete(&id.path(), size)
     }
 
-    /// Puts in the file at `from`: shares its blocks, or links it, or copies it, whatever works first. `moved` is told
-    /// of bytes as they are copied or looked at.
+    /// Adds the file at `from`, by a reflink, a hard link or a copy, whatever works first. `moved` is called with the
+    /// bytes copied or read.
     ///
     /// # Errors
-    /// [`FolderError`]; the object is not there then.
+    /// [`FolderError`]; the object was not added.
     pub fn put_file(
         &self,
         id: &ObjectId,
         size: u64,
         from: &Path,
         moved: &mut dyn FnMut(u64),
-    ) -> Result<Put, FolderError> {
+    ) -> Result<PutMethod, FolderError> {
         let path = id.path();
-        if self.whole(&path, size) {
-            return Ok(Put::Kept);
+        if self.is_complete(&path, size) {
+            return Ok(PutMethod::Kept);
         }
         let unread = |source| FolderError::Read { path: from.to_owned(), source };
         let mut file = File::open(from).map_err(unread)?;
@@ -137,13 +138,13 @@ impl Folder {
             self.room_for(&path)?;
             let temporary = temporary(&path);
             let how = if self.clone(&file, &temporary).is_ok() {
-                Some(Put::Cloned)
+                Some(PutMethod::Cloned)
             } else {
                 self.clear(&temporary)?;
-                self.link(from, &temporary).is_ok().then_some(Put::Linked)
+                self.link(from, &temporary).is_ok().then_some(PutMethod::Linked)
             };
             if let Some(how) = how {
-                self.vouch(id, &temporary, from, moved)?;
+                self.verify_copy(id, &temporary, from, moved)?;
                 self.rename(&temporary, &path)?;
                 return Ok(how);
             }
@@ -151,10 +152,10 @@ impl Folder {
         self.put(id, size, &mut file, from, moved)
     }
 
-    /// Puts in what `from` yields. `moved` is told of bytes as they are copied, `name` is what errors call it.
+    /// Adds the contents of `from`. `moved` is called with the bytes copied; `name` is used in errors.
     ///
     /// # Errors
-    /// [`FolderError`]; the object is not there then.
+    /// [`FolderError`]; the object was not added.
     pub fn put(
         &self,
         id: &ObjectId,
@@ -162,32 +163,32 @@ impl Folder {
         from: &mut dyn Read,
         name: &Path,
         moved: &mut dyn FnMut(u64),
-    ) -> Result<Put, FolderError> {
+    ) -> Result<PutMethod, FolderError> {
         let path = id.path();
-        if self.whole(&path, size) {
-            return Ok(Put::Kept);
+        if self.is_complete(&path, size) {
+            return Ok(PutMethod::Kept);
         }
         self.room_for(&path)?;
         let mut hasher = blake3::Hasher::new();
         let parts: Vec<(String, u64)> = parts(&path, size, self.largest);
         let copy =
             |(part, length): &(String, u64)| self.copy(&temporary(part), *length, from, name, &mut hasher, moved);
-        let copied = parts.iter().try_for_each(copy).and_then(|()| unchanged(id, &hasher, name));
+        let copied = parts.iter().try_for_each(copy).and_then(|()| check_id(id, &hasher, name));
         if copied.is_err() {
-            // The room that a half takes is worth more than the half.
+            // A partial object is removed, to free its space.
             for (part, _) in &parts {
                 self.clear(&temporary(part)).ok();
             }
         }
         copied?;
-        // The first part last: while it is missing, so is the object.
+        // The first part is renamed last: without it the object does not exist.
         for (part, _) in parts.iter().rev() {
             self.rename(&temporary(part), part)?;
         }
-        Ok(Put::Copied)
+        Ok(PutMethod::Copied)
     }
 
-    /// Makes sure that all that was put in is on the disk.
+    /// Syncs all added objects.
     ///
     /// # Errors
     /// [`FolderError::Write`].
@@ -196,7 +197,7 @@ impl Folder {
     }
 
     /// Whether `path`, or its parts together, have `size` bytes.
-    fn whole(&self, path: &str, size: u64) -> bool {
+    fn is_complete(&self, path: &str, size: u64) -> bool {
         match self.root.length(path) {
             Ok(Some(length)) => length == size,
             Ok(None) => {
@@ -266,12 +267,12 @@ impl Folder {
             moved(count as u64);
             rest -= count as u64;
         }
-        // Its name must not reach the disk before it does: a resumed writer would take it for whole.
+        // Synced before the rename: a resumed writer would take a file under its final name for complete.
         file.sync_data().map_err(self.unwritten(to))
     }
 
-    /// Makes sure that what was cloned or linked to `temporary` is what it should be, and on the disk.
-    fn vouch(
+    /// Verifies the digest of a file that was cloned or linked to `temporary`, and syncs it.
+    fn verify_copy(
         &self,
         id: &ObjectId,
         temporary: &str,
@@ -285,7 +286,7 @@ impl Folder {
             file.sync_data()
         };
         let looked = look().map_err(|source| FolderError::Read { path: name.to_owned(), source });
-        let vouched = looked.and_then(|()| unchanged(id, &hasher, name));
+        let vouched = looked.and_then(|()| check_id(id, &hasher, name));
         if vouched.is_err() {
             self.clear(temporary)?;
         }
@@ -293,44 +294,23 @@ impl Folder {
         vouched
     }
 
-    /// A new file. What a kill left under its name goes, and is never written to: it may be a link to an artist's clip.
+    /// Creates a new file. One of an interrupted run is removed, not overwritten: it may be a link to an artist's clip.
     fn new_file(&self, path: &str) -> io::Result<File> {
-        self.remove(path)?;
+        self.root.remove(path)?;
         Ok(File::from(self.root.at(path, OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL, 0o644)?))
     }
 
     fn replace(&self, path: &str, bytes: &[u8]) -> Result<(), FolderError> {
         self.room_for(path)?;
-        let temporary = temporary(path);
-        let write = || -> io::Result<()> {
-            let mut file = self.new_file(&temporary)?;
-            file.write_all(bytes)?;
-            file.sync_all()
-        };
-        write().map_err(self.unwritten(path))?;
-        self.rename(&temporary, path)
+        durable::replace(&self.root, path, bytes).map_err(self.unwritten(path))
     }
 
     fn rename(&self, from: &str, to: &str) -> Result<(), FolderError> {
-        let rename = || -> io::Result<()> {
-            let (folder, name) = self.root.parent(to)?;
-            let (_, temporary) = self.root.parent(from)?;
-            Ok(rustix::fs::renameat(&folder, temporary, &folder, name)?)
-        };
-        rename().map_err(self.unwritten(to))
+        self.root.rename(from, to).map_err(self.unwritten(to))
     }
 
     fn clear(&self, path: &str) -> Result<(), FolderError> {
-        self.remove(path).map_err(self.unwritten(path))
-    }
-
-    /// Removes the file at `path`, if there is one.
-    fn remove(&self, path: &str) -> io::Result<()> {
-        let (folder, name) = self.root.parent(path)?;
-        match rustix::fs::unlinkat(folder, name, AtFlags::empty()) {
-            Ok(()) | Err(rustix::io::Errno::NOENT) => Ok(()),
-            Err(error) => Err(error.into()),
-        }
+        self.root.remove(path).map_err(self.unwritten(path))
     }
 
     fn unwritten(&self, path: &str) -> impl FnOnce(io::Error) -> FolderError {
@@ -365,8 +345,8 @@ impl AsFd for Folder {
     }
 }
 
-/// That what was hashed of `name` is the object `id`.
-fn unchanged(id: &ObjectId, hasher: &blake3::Hasher, name: &Path) -> Result<(), FolderError> {
+/// Checks that the digest of `name` is the object `id`.
+fn check_id(id: &ObjectId, hasher: &blake3::Hasher, name: &Path) -> Result<(), FolderError> {
     let found = ObjectId::new(*hasher.finalize().as_bytes());
     if found == *id { Ok(()) } else { Err(FolderError::Changed { path: name.to_owned(), expected: *id, found }) }
 }

@@ -1,7 +1,6 @@
-//! Public keys: whom a unit can tell from others.
+//! Public keys.
 //!
-//! Owns their id and their file, which is minisign's: a comment, and the key in Base64. Never holds a secret, and
-//! never says whom to trust: `trust.rs` does.
+//! Owns their id and their file format, which is minisign's: a comment, and the key in Base64. Trust is decided in `trust`.
 //!
 //! Start at [`PublicKey`].
 
@@ -10,7 +9,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use flock::told;
+use flock::excerpt;
 
 use crate::limits;
 use crate::signed::exact;
@@ -18,11 +17,11 @@ use crate::signed::exact;
 /// Algorithm, id, key.
 const KEY: usize = 2 + KeyId::BYTES + 32;
 
-/// The eight bytes by which a key is called, as minisign writes them: 16 capital hex digits.
+/// The id of a key: eight bytes, which minisign writes as 16 capital hex digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct KeyId([u8; Self::BYTES]);
 
-/// A key that signatures are checked with.
+/// A key that verifies signatures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PublicKey {
     id: KeyId,
@@ -33,14 +32,14 @@ pub struct PublicKey {
 /// Why a key could not be used.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyError {
-    /// The secret key is locked and was not opened.
-    #[error("the secret key `{path}` does not open with this passphrase")]
+    /// The secret key could not be decrypted.
+    #[error("wrong passphrase for the secret key `{path}`")]
     Locked {
         /// Its file.
         path: PathBuf,
     },
     /// Not a key.
-    #[error("`{path}` holds no {kind} of minisign's")]
+    #[error("`{path}` is not a minisign {kind}")]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -60,11 +59,11 @@ pub enum KeyError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
     /// Two keys of the same id.
-    #[error("`{path}` holds another key with the id {id}")]
+    #[error("`{path}` has a different key with the same id {id}")]
     SameId {
         /// The second one's file.
         path: PathBuf,
@@ -74,11 +73,11 @@ pub enum KeyError {
     /// The signing failed.
     #[error("cannot sign: {why}")]
     Sign {
-        /// What the signer says.
+        /// The error of the signer.
         why: String,
     },
     /// More keys than a unit looks at.
-    #[error("`{path}` holds more than {limit} keys")]
+    #[error("`{path}` has more than {limit} keys")]
     TooMany {
         /// The folder.
         path: PathBuf,
@@ -90,7 +89,7 @@ pub enum KeyError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the world says.
+        /// The system error.
         source: io::Error,
     },
 }
@@ -123,7 +122,7 @@ impl PublicKey {
     /// Reads the key in the file `path`.
     ///
     /// # Errors
-    /// [`KeyError::Read`], or [`KeyError::Malformed`] if it holds none.
+    /// [`KeyError::Read`], or [`KeyError::Malformed`] if it is not a key.
     pub fn read(path: &Path) -> Result<Self, KeyError> {
         let refused = || KeyError::Malformed { path: path.to_owned(), kind: "public key" };
         let bytes = crate::beneath::read_file(path, limits::PUBLIC_KEY)
@@ -151,7 +150,7 @@ impl PublicKey {
     }
 }
 
-/// By their lines, which tell them apart.
+/// By their lines, because ids may collide.
 impl Ord for PublicKey {
     fn cmp(&self, other: &Self) -> Ordering {
         self.line.cmp(&other.line)
@@ -179,7 +178,7 @@ impl serde::Serialize for KeyId {
 impl<'de> serde::Deserialize<'de> for KeyId {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        let refused = || serde::de::Error::custom(format!("wanted 16 capital hex digits, found `{}`", told(&text)));
+        let refused = || serde::de::Error::custom(format!("wanted 16 capital hex digits, found `{}`", excerpt(&text)));
         Self::parse(&text).ok_or_else(refused)
     }
 }

@@ -1,12 +1,12 @@
-//! A signed flock ready to travel, and the store of a unit that takes it in.
+//! Bundles (signed flocks for transfer to units), and the store of a unit that installs them.
 //!
-//! Owns the bundle: a folder that lies equally well on a stick and on any static web server. A signed [`Seal`] says
-//! for whom it is and names the list of files, the list names the files by their content, and nothing is believed
-//! before it was checked: [`Unverified::verify`] leads to a [`Seal`], [`Seal::fetch`] to a [`Verified`] bundle, and
-//! only that has files. A [`System`] travels in the same way. Owns also the store of a unit, shared by its generations. No archives, no compression.
-//! Never opens a socket, never mounts, never reads a clock.
+//! Owns the bundle: a folder that works on a stick and on any static web server. A signed [`Seal`] names the addressees
+//! and the digest of the list of files; the list names the files by their digests. Everything is verified before it is
+//! used: [`UnverifiedSeal::verify`] returns a [`Seal`], [`Seal::fetch`] a [`VerifiedBundle`], and only that has files.
+//! A [`System`] is transferred in the same way. Owns also the store of a unit, shared by its generations. No archives,
+//! no compression. Never opens a socket, mounts or reads a clock.
 //!
-//! Start at [`Unverified`], then [`Store`].
+//! Start at [`UnverifiedSeal`], then [`Store`].
 #![forbid(unsafe_code)]
 
 mod beneath;
@@ -17,7 +17,7 @@ mod key;
 pub mod limits;
 mod lines;
 mod names;
-mod refused;
+mod refusal;
 mod seal;
 mod secret;
 mod signed;
@@ -27,20 +27,20 @@ mod store;
 mod system;
 mod trust;
 
-pub use contents::{Contents, FileEntry, Verified};
+pub use contents::{Contents, FileEntry, VerifiedBundle};
 pub use envelope::SignError;
-pub use folder::{Folder, FolderError, Put, Swept};
+pub use folder::{Folder, FolderError, PutMethod, Sweep};
 pub use key::{KeyError, KeyId, PublicKey};
 pub use names::{Addressees, FilePath, NameError, ObjectId, Sequence, UnitId, Version, few};
-pub use refused::{Part, Refused};
-pub use seal::{Letter, Seal, Unverified, path as seal_path};
+pub use refusal::{Part, Refusal};
+pub use seal::{Seal, SealBody, UnverifiedSeal, path as seal_path};
 pub use secret::SecretKey;
 pub use source::{STATEMENTS, Source};
-pub use start_file::{COPIES, ENTRIES, LaidOut, SYSTEMS, StartFile, StartFileError, copy_folder, gather, lay_out};
+pub use start_file::{BootFiles, COPIES, ENTRIES, SYSTEMS, StartFile, StartFileError, copy_folder, gather, lay_out};
 pub use store::{
-    Admission, Append, CURRENT, Consent, Disk, Frozen, Generation, Held, Intake, JOINS, Judge, LocalDisk, Plan,
-    Playing, STARTS, Scrubbed, Shortfall, State, Store, StoreError, SystemAdmission, Trial, Unknown, Unread, Verdict,
-    Wanted, plan,
+    Admission, CURRENT, Consent, CurrentGeneration, Disk, FetchItem, FetchPlan, Generation, Intake, JOINS, LocalDisk,
+    Presence, Protection, STARTS, Scrub, Shortfall, State, Store, StoreError, SystemAdmission, Trial, TrialRecorder,
+    Unknown, UnreadableObject, Verdict, plan,
 };
 pub use system::{Release, System, UnverifiedSystem, copy_object, path as system_path};
-pub use trust::{Learned, Lesson, Statement, Trust, statements};
+pub use trust::{Statement, Trust, TrustChange, TrustUpdate, statements};

@@ -1,8 +1,8 @@
-//! How much of anything is taken from strangers.
+//! Limits on untrusted data.
 //!
-//! Owns every limit on sizes and counts. What is over one is refused before more of it is read. Whatever keeps to them
-//! is read in less than 128 MB of memory, half of what a unit has: `tests/it/lightness.rs` measures it. Never enforces
-//! one: the readers do, each where it reads.
+//! Owns every limit on sizes and counts. Data above a limit is refused before more of it is read. Data within the
+//! limits is read in less than 128 MB of memory, half of what a unit has: `tests/it/updates/memory_limits.rs` measures it. Each
+//! reader enforces its limits.
 
 /// Bytes of a seal: signature and text.
 pub const SEAL: u64 = 16 << 10;
@@ -28,7 +28,7 @@ pub const FILE: u64 = 64 << 30;
 pub const TOTAL: u64 = 4 << 40;
 /// Bytes of `flock.toml`.
 pub const FLOCK_TOML: u64 = flock::UNIT_BYTES;
-/// Bytes of a `flock.toml`, or of its head, that is no plain text but has to be read as a whole TOML document.
+/// Bytes of a `flock.toml`, or of its head, that is not in the plain form and has to be parsed as a TOML document.
 pub const FLOCK_DOCUMENT: u64 = flock::UNIT_DOCUMENT_BYTES;
 /// Bytes of each half of a system.
 pub const SYSTEM: u64 = 1 << 30;
@@ -40,17 +40,17 @@ pub const PUBLIC_KEY: u64 = 1 << 10;
 pub const SECRET_KEY: u64 = 4 << 10;
 /// Bytes of the statements about keys that a bundle carries.
 pub const STATEMENTS: u64 = 256 << 10;
-/// Bytes of the statements that a unit keeps. Owners' keys may still call back themselves, and others, beyond it.
-pub const SAID: usize = 384 << 10;
-/// Other keys that each of the owner's keys may speak of.
+/// Bytes of the statements that a unit keeps. Owners' keys may still revoke themselves, and others, beyond it.
+pub const LEARNED_STATEMENTS: usize = 384 << 10;
+/// Other keys that statements of one owner's key may name.
 pub const QUOTA: usize = 64;
-/// Other keys that each key that was taken in may speak of.
-pub const TAKEN_IN_QUOTA: usize = 16;
-/// Other keys that all keys together that were taken in may speak of.
+/// Other keys that statements of one added key may name.
+pub const ADDED_QUOTA: usize = 16;
+/// Other keys that statements of all added keys together may name.
 pub const SHARED_QUOTA: usize = 64;
 /// Keys that a revocation keeps.
 pub const KEPT: usize = 8;
-/// Revocations of one key by the same other key that keep different ones.
+/// Revocations of one key by the same signer that keep different keys.
 pub const REVISIONS: usize = 2;
 /// Keys in a folder of trusted keys.
 pub const TRUSTED_KEYS: usize = 64;
@@ -58,7 +58,7 @@ pub const TRUSTED_KEYS: usize = 64;
 pub const COMMENT: usize = 256;
 /// Bytes of the state of a store.
 pub const STATE: u64 = 1 << 20;
-/// Objects that a disk may not give before it is said to fail.
+/// Unreadable objects after which the disk counts as failing.
 pub const UNREAD: usize = 8;
-/// Parts of an object that a file system cannot hold in one.
+/// Parts of an object above the file size limit of a file system.
 pub const PARTS: u32 = 1000;

@@ -1,13 +1,13 @@
-//! Reading our own signed texts, line by line, in their only spelling.
+//! A parser of our signed texts, line by line.
 //!
-//! Owns where in a text one is, so that errors name the line. Never skips anything: every line is wanted, in order.
+//! Counts lines, so that errors name them. No line is skipped, and each must have its only valid spelling.
 
-use flock::told;
+use flock::excerpt;
 
 use crate::names::NameError;
-use crate::refused::{Part, Refused};
+use crate::refusal::{Part, Refusal};
 
-/// The lines of a text that are still to be read.
+/// The unread lines of a text.
 pub(crate) struct Lines<'a> {
     part: Part,
     rest: &'a str,
@@ -20,8 +20,8 @@ impl<'a> Lines<'a> {
         Self { part, rest: text, line: 0 }
     }
 
-    /// The next line, without its end; `None` behind the last.
-    pub(crate) fn next(&mut self, wanted: &'static str) -> Result<Option<&'a str>, Refused> {
+    /// The next line, without its end; `None` after the last.
+    pub(crate) fn next(&mut self, wanted: &'static str) -> Result<Option<&'a str>, Refusal> {
         if self.rest.is_empty() {
             return Ok(None);
         }
@@ -31,50 +31,50 @@ impl<'a> Lines<'a> {
                 self.rest = rest;
                 Ok(Some(line))
             }
-            None => Err(self.unlike(wanted, self.rest)),
+            None => Err(self.wrong_line(wanted, self.rest)),
         }
     }
 
     /// The next line, which must be `wanted`.
-    pub(crate) fn exactly(&mut self, wanted: &'static str) -> Result<(), Refused> {
+    pub(crate) fn expect_line(&mut self, wanted: &'static str) -> Result<(), Refusal> {
         match self.next(wanted)? {
             Some(line) if line == wanted => Ok(()),
-            line => Err(self.unlike(wanted, line.unwrap_or_default())),
+            line => Err(self.wrong_line(wanted, line.unwrap_or_default())),
         }
     }
 
-    /// What stands behind `key` and a space on the next line.
-    pub(crate) fn value(&mut self, key: &str, wanted: &'static str) -> Result<&'a str, Refused> {
+    /// The value after `key` and a space on the next line.
+    pub(crate) fn value(&mut self, key: &str, wanted: &'static str) -> Result<&'a str, Refusal> {
         let line = self.next(wanted)?.unwrap_or_default();
         let value = line.strip_prefix(key).and_then(|rest| rest.strip_prefix(' '));
-        value.ok_or_else(|| self.unlike(wanted, line))
+        value.ok_or_else(|| self.wrong_line(wanted, line))
     }
 
     /// The same, if the next line begins so; no line is read if it does not.
-    pub(crate) fn value_if_any(&mut self, key: &str, wanted: &'static str) -> Result<Option<&'a str>, Refused> {
+    pub(crate) fn optional_value(&mut self, key: &str, wanted: &'static str) -> Result<Option<&'a str>, Refusal> {
         let is_next = self.rest.strip_prefix(key).is_some_and(|rest| rest.starts_with(' '));
         if is_next { self.value(key, wanted).map(Some) } else { Ok(None) }
     }
 
     /// There must be no more lines.
-    pub(crate) fn end(&mut self) -> Result<(), Refused> {
+    pub(crate) fn end(&mut self) -> Result<(), Refusal> {
         match self.next("the end")? {
             None => Ok(()),
-            Some(line) => Err(self.unlike("the end", line)),
+            Some(line) => Err(self.wrong_line("the end", line)),
         }
     }
 
-    /// The line read last is not as it must be.
-    pub(crate) fn unlike(&self, wanted: &'static str, found: &str) -> Refused {
-        Refused::Line { part: self.part.clone(), line: self.line, wanted, found: told(found) }
+    /// The error for the last line, if it is invalid.
+    pub(crate) fn wrong_line(&self, wanted: &'static str, found: &str) -> Refusal {
+        Refusal::Line { part: self.part.clone(), line: self.line, wanted, found: excerpt(found) }
     }
 
-    /// A name on the line read last is none.
-    pub(crate) fn misnamed(&self, source: NameError) -> Refused {
-        Refused::Name { part: self.part.clone(), line: self.line, source }
+    /// The error for an invalid name on the last line.
+    pub(crate) fn bad_name(&self, source: NameError) -> Refusal {
+        Refusal::Name { part: self.part.clone(), line: self.line, source }
     }
 
-    /// The number of the line read last, from 1.
+    /// The number of the last line, from 1.
     pub(crate) fn line(&self) -> usize {
         self.line
     }

@@ -1,27 +1,27 @@
-//! Names that were checked once and are safe ever after: units, the files of a flock, objects, sequences, versions.
+//! Types of validated names: units, files of a flock, objects, sequences, versions.
 //!
-//! Owns their rules and how they are written. Never looks at the disk.
+//! Owns their rules and spelling.
 //!
-//! Start at [`ObjectId`], by which everything in a bundle is found.
+//! Start at [`ObjectId`], the name of all content in a bundle.
 
 use std::fmt;
 use std::io::{self, Read};
 
-use flock::told;
+use flock::excerpt;
 
 use crate::limits;
-use crate::refused::Refused;
+use crate::refusal::Refusal;
 
-/// The stem that addresses a seal to every unit; no unit is called so.
+/// The file stem of a seal for all units; not valid as a unit's name.
 const ANYONE: &str = "all";
-/// How many units are told by their names.
+/// How many units are listed by name in messages.
 const NAMED: usize = 3;
-/// How much is hashed at a time: with a quarter of it, verifying takes 3 % more processor time.
+/// Bytes hashed at a time: with a quarter of it, verifying takes 3 % more processor time.
 const CHUNK: usize = 256 << 10;
 
 /// A unit's own name: 1 to 64 of `a-z 0-9 . _ -`, beginning with a letter or digit, and not `all`.
 ///
-/// It names a file on sticks and servers, so there are no capitals: FAT does not tell them apart.
+/// It is used as a file name, so there are no capitals: FAT ignores case.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct UnitId(String);
 
@@ -34,7 +34,7 @@ pub enum Addressees {
     Units(Vec<UnitId>),
 }
 
-/// Where a file lies in its flock: relative, inside the folder, without `..`, written with `/`.
+/// The path of a file in its flock: relative, inside the folder, without `..`, written with `/`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FilePath(String);
 
@@ -42,12 +42,12 @@ pub struct FilePath(String);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ObjectId([u8; 32]);
 
-/// The number of a bundle among those of one key: the newer, the higher. At least 1.
+/// The sequence number of a key's bundles: newer ones have higher numbers. At least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(transparent)]
 pub struct Sequence(pub u64);
 
-/// The version of a system: 1 to 4 whole numbers with dots between them. The newer, the higher.
+/// The version of a system: 1 to 4 whole numbers separated by dots. Newer ones are higher.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Version(Vec<u64>);
 
@@ -72,7 +72,7 @@ pub enum NameError {
         /// As given, cut short.
         found: String,
     },
-    /// A unit's name with other characters, or too long, or empty, or kept for all.
+    /// A unit's name with invalid characters or length, or the reserved name `all`.
     #[error("wanted 1 to 64 of `a-z 0-9 . _ -`, a letter or digit first, and not `all`, found `{found}`")]
     Unit {
         /// As given, cut short.
@@ -97,7 +97,7 @@ impl UnitId {
         if first && text.len() <= limits::UNIT_NAME && text.bytes().all(allowed) && text != ANYONE {
             Ok(Self(text.to_owned()))
         } else {
-            Err(NameError::Unit { found: told(text) })
+            Err(NameError::Unit { found: excerpt(text) })
         }
     }
 
@@ -108,7 +108,7 @@ impl UnitId {
 }
 
 impl Addressees {
-    /// These units; every unit if there are none. Sorts, and drops what is named twice.
+    /// These units, sorted and without duplicates; all units if the list is empty.
     pub fn of(units: impl IntoIterator<Item = UnitId>) -> Self {
         let mut units: Vec<UnitId> = units.into_iter().collect();
         units.sort();
@@ -116,18 +116,18 @@ impl Addressees {
         if units.is_empty() { Self::Anyone } else { Self::Units(units) }
     }
 
-    /// Whether `unit` may take what is for these, if what it took last was for `last`: who was ever addressed by name
-    /// takes nothing any more that is for everybody, for then its own has gone astray.
+    /// Whether `unit` may install a bundle for these, if its last one was for `last`: a unit that was addressed by name
+    /// takes no bundles for all units any more.
     ///
     /// # Errors
-    /// [`Refused::ForEverybody`] or [`Refused::ForOthers`].
-    pub fn admit(&self, unit: &UnitId, last: Option<&Self>) -> Result<(), Refused> {
+    /// [`Refusal::ForEverybody`] or [`Refusal::ForOthers`].
+    pub fn admit(&self, unit: &UnitId, last: Option<&Self>) -> Result<(), Refusal> {
         if !self.include(unit) {
-            return Err(Refused::ForOthers { addressees: self.clone(), unit: unit.clone() });
+            return Err(Refusal::ForOthers { addressees: self.clone(), unit: unit.clone() });
         }
         match (self, last) {
             (Self::Anyone, Some(Self::Units(named))) if named.contains(unit) => {
-                Err(Refused::ForEverybody { unit: unit.clone() })
+                Err(Refusal::ForEverybody { unit: unit.clone() })
             }
             (Self::Anyone | Self::Units(_), _) => Ok(()),
         }
@@ -141,16 +141,16 @@ impl Addressees {
         }
     }
 
-    /// What people are told of them: the first three by name.
-    pub fn told(&self) -> String {
+    /// A summary for messages: the first three by name.
+    pub fn summary(&self) -> String {
         match self {
             Self::Anyone => ANYONE.to_owned(),
             Self::Units(units) => few(units),
         }
     }
 
-    /// The stems of the files under which a seal for them lies: one for each unit.
-    pub fn stems(&self) -> Vec<&str> {
+    /// The file stems of seals for them: one for each unit.
+    pub fn file_stems(&self) -> Vec<&str> {
         match self {
             Self::Anyone => vec![ANYONE],
             Self::Units(units) => units.iter().map(UnitId::as_str).collect(),
@@ -171,10 +171,10 @@ impl FilePath {
             && text.split('/').count() <= limits::PATH_PARTS
             && text.split('/').all(part_is_fine)
             && text.chars().all(char_is_fine);
-        if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: told(text) }) }
+        if fine { Ok(Self(text.to_owned())) } else { Err(NameError::Path { found: excerpt(text) }) }
     }
 
-    /// A file beside which there is no other: its name is a plain word of ours.
+    /// A path of one plain word.
     pub(crate) fn word(word: &'static str) -> Self {
         Self(word.to_owned())
     }
@@ -184,7 +184,7 @@ impl FilePath {
         &self.0
     }
 
-    /// The folders that it lies in, outermost first.
+    /// Its folders, outermost first.
     pub fn folders(&self) -> impl Iterator<Item = &str> {
         self.0.match_indices('/').map(|(at, _)| &self.0[..at])
     }
@@ -204,7 +204,7 @@ impl ObjectId {
     /// The name of everything that `reader` yields, and its length.
     ///
     /// # Errors
-    /// What the reader says.
+    /// The error of the reader.
     pub fn of_reader(mut reader: impl Read) -> io::Result<(Self, u64)> {
         let mut hasher = blake3::Hasher::new();
         let mut chunk = vec![0; CHUNK];
@@ -223,7 +223,7 @@ impl ObjectId {
     /// # Errors
     /// [`NameError::Object`] if `text` has another form.
     pub fn parse(text: &str) -> Result<Self, NameError> {
-        let refused = || NameError::Object { found: told(text) };
+        let refused = || NameError::Object { found: excerpt(text) };
         if text.bytes().any(|b| b.is_ascii_uppercase()) {
             return Err(refused());
         }
@@ -235,7 +235,7 @@ impl ObjectId {
         &self.0
     }
 
-    /// Where it lies in a bundle and in a store: `objects/ab/cdef...`.
+    /// Its path in a bundle and in a store: `objects/ab/cdef...`.
     pub fn path(&self) -> String {
         let hex = blake3::Hash::from_bytes(self.0).to_hex();
         format!("objects/{}/{}", &hex[..2], &hex[2..])
@@ -248,9 +248,9 @@ impl Sequence {
     /// # Errors
     /// [`NameError::Sequence`] if `text` has another form.
     pub fn parse(text: &str) -> Result<Self, NameError> {
-        match plain(text) {
+        match parse_plain(text) {
             Some(number) if number > 0 => Ok(Self(number)),
-            Some(_) | None => Err(NameError::Sequence { found: told(text) }),
+            Some(_) | None => Err(NameError::Sequence { found: excerpt(text) }),
         }
     }
 }
@@ -261,21 +261,21 @@ impl Version {
     /// # Errors
     /// [`NameError::Version`] if `text` has another form.
     pub fn parse(text: &str) -> Result<Self, NameError> {
-        let numbers: Option<Vec<u64>> = text.split('.').take(limits::VERSION + 1).map(plain).collect();
+        let numbers: Option<Vec<u64>> = text.split('.').take(limits::VERSION + 1).map(parse_plain).collect();
         let numbers = numbers.filter(|numbers| numbers.len() <= limits::VERSION);
-        numbers.map(Self).ok_or_else(|| NameError::Version { found: told(text) })
+        numbers.map(Self).ok_or_else(|| NameError::Version { found: excerpt(text) })
     }
 }
 
-/// The first three of `units`, and how many there are besides.
+/// The first three of `units`, and the number of the others.
 pub fn few(units: &[UnitId]) -> String {
     let (named, others) = units.split_at(units.len().min(NAMED));
     let named = named.iter().map(UnitId::as_str).collect::<Vec<_>>().join(", ");
     if others.is_empty() { named } else { format!("{named} and {} more", others.len()) }
 }
 
-/// The number in `text`, if it is written as we write it: digits only, no leading zeros.
-pub(crate) fn plain(text: &str) -> Option<u64> {
+/// The number in `text`: digits only, no leading zeros.
+pub(crate) fn parse_plain(text: &str) -> Option<u64> {
     let canonical = text.bytes().all(|b| b.is_ascii_digit()) && (text == "0" || !text.starts_with('0'));
     if canonical { text.parse().ok() } else { None }
 }
@@ -288,7 +288,7 @@ impl fmt::Display for UnitId {
 
 impl fmt::Display for Addressees {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.stems().join(" "))
+        f.write_str(&self.file_stems().join(" "))
     }
 }
 
@@ -427,7 +427,7 @@ mod tests {
         let unit = |name| UnitId::new(name).unwrap();
         assert!(Addressees::of([]).include(&unit("lobby")));
         let two = Addressees::of([unit("stairs"), unit("lobby"), unit("stairs")]);
-        assert_eq!(two.stems(), ["lobby", "stairs"]);
+        assert_eq!(two.file_stems(), ["lobby", "stairs"]);
         assert!(two.include(&unit("lobby")) && !two.include(&unit("attic")));
         for addressees in [Addressees::Anyone, two] {
             let text = serde_json::to_string(&addressees).unwrap();
@@ -444,7 +444,8 @@ mod tests {
             Ok(()) => "taken".to_owned(),
             Err(refused) => refused.to_string(),
         };
-        let everybody = "the bundle is for every unit, this unit takes only those for `lobby` since it was given one";
+        let everybody =
+            "the bundle is for every unit, but this unit takes only bundles for `lobby` since it was given one";
         for (to, last, wanted) in [
             (&Addressees::Anyone, None, "taken"),
             (&Addressees::Anyone, Some(&Addressees::Anyone), "taken"),

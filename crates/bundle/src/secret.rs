@@ -1,8 +1,8 @@
 //! Secret keys: how an artist signs.
 //!
-//! Owns making a key, its file (minisign's, locked by a passphrase through scrypt), and signing. A guess at a passphrase
-//! costs what it costs with the minisign tool: a gigabyte, for some seconds. A file that others could read is refused.
-//! Never asks for a passphrase: the command line does. Units have no use for this module.
+//! Creates keys, reads and writes their files (minisign's format, encrypted with a passphrase through scrypt), and
+//! signs. Trying a passphrase costs as much as with minisign: a gigabyte for some seconds. A file that others can read
+//! is refused. The caller asks for the passphrase. Units do not use this module.
 //!
 //! Start at [`SecretKey::read`].
 
@@ -20,10 +20,10 @@ use crate::key::{KeyError, PublicKey};
 use crate::limits;
 use crate::signed::UNTRUSTED_COMMENT;
 
-/// What others must not be able to do with a secret's file.
-const OTHERS: u32 = 0o077;
+/// Mode bits that a secret key's file must not have.
+const GROUP_AND_OTHERS: u32 = 0o077;
 
-/// Where in a secret key, unpacked, stand: the name of what locks it, salt and limits of that, and what it locks.
+/// Offsets in a decoded secret key: the KDF's name, salt and limits, and the encrypted part.
 const KDF: Range<usize> = 2..4;
 const SALT: Range<usize> = 6..38;
 const OPSLIMIT: Range<usize> = 38..46;
@@ -32,28 +32,28 @@ const LOCKED: Range<usize> = 54..158;
 /// scrypt.
 const SCRYPT: [u8; 2] = *b"Sc";
 
-/// What a guess at a passphrase costs.
+/// The cost of the KDF.
 struct Cost {
-    /// As files say it: salsa20 cores, and bytes.
+    /// As in files: salsa20 cores, and bytes.
     opslimit: u64,
     memlimit: u64,
     /// The logarithm of scrypt's N that this means; r is 8 and p is 1.
     log_n: u8,
 }
 
-/// What the minisign tool takes.
+/// The cost of the minisign tool.
 const FULL: Cost = Cost { opslimit: 1 << 25, memlimit: 1 << 30, log_n: 20 };
-/// For the empty passphrase, which is the first guess: no cost would keep anybody out.
+/// For the empty passphrase, which no cost protects.
 const NONE: Cost = Cost { opslimit: 1 << 20, memlimit: 1 << 25, log_n: 15 };
 
-/// A key that signs. It is shown to nobody: `Debug` tells its id only.
+/// A secret key. `Debug` prints its id only.
 pub struct SecretKey {
     secret: minisign::SecretKey,
     public: PublicKey,
 }
 
 impl SecretKey {
-    /// Makes a new key and writes its file at `path`, locked by `passphrase`; readable by its owner only.
+    /// Creates a new key and writes it to `path`, encrypted with `passphrase` and readable by its owner only.
     ///
     /// # Errors
     /// [`KeyError::Write`] if there is such a file already, or it cannot be written; [`KeyError::Sign`] if the
@@ -70,11 +70,11 @@ impl SecretKey {
             file.sync_all()
         };
         write().map_err(|source| KeyError::Write { path: path.to_owned(), source })?;
-        // What was written must open: better to learn it now than in a year.
+        // Check that the written key can be decrypted.
         Self::read(path, || Ok(passphrase.to_owned()))
     }
 
-    /// Reads the key in the file `path` and opens it with the passphrase that `ask` comes by.
+    /// Reads the key in the file `path` and decrypts it with the passphrase from `ask`.
     ///
     /// # Errors
     /// [`KeyError`]: above all if others could read the file, in which case nobody is asked.
@@ -82,8 +82,8 @@ impl SecretKey {
         let unread = |source| KeyError::Read { path: path.to_owned(), source };
         let malformed = || KeyError::Malformed { path: path.to_owned(), kind: "locked secret key" };
         let mode = fs::metadata(path).map_err(unread)?.mode() & 0o7777;
-        if mode & OTHERS != 0 {
-            // A public key that was named by mistake is for everybody.
+        if mode & GROUP_AND_OTHERS != 0 {
+            // A public key given by mistake may be readable by others.
             let is_public = PublicKey::read(path).is_ok();
             return Err(if is_public { malformed() } else { KeyError::Open { path: path.to_owned(), mode } });
         }
@@ -102,7 +102,7 @@ impl SecretKey {
         Ok(Self { secret, public: public(path, &pk)? })
     }
 
-    /// The key that its signatures are checked with.
+    /// The public key for its signatures.
     pub fn public(&self) -> PublicKey {
         self.public.clone()
     }
@@ -110,7 +110,7 @@ impl SecretKey {
     /// `text`, signed: four lines of signature, then the text. `comment` is covered by the signature.
     ///
     /// # Errors
-    /// [`KeyError::Sign`] if the system gives no randomness.
+    /// [`KeyError::Sign`] if there is no randomness.
     pub(crate) fn sign(&self, comment: &str, text: &str) -> Result<Vec<u8>, KeyError> {
         let signature = minisign::sign(None, &self.secret, Cursor::new(text), Some(comment), Some(UNTRUSTED_COMMENT))
             .map_err(|e| sign(&e))?;
@@ -124,7 +124,7 @@ impl fmt::Debug for SecretKey {
     }
 }
 
-/// The secret key, locked by the passphrase, as a file has it.
+/// The secret key, encrypted with the passphrase, as in its file.
 fn locked(secret: &minisign::SecretKey, passphrase: &str) -> Result<minisign::SecretKey, KeyError> {
     let failed = |why: String| KeyError::Sign { why };
     let cost = if passphrase.is_empty() { NONE } else { FULL };
@@ -160,10 +160,10 @@ pub(crate) mod tests {
     use std::fs::Permissions;
     use std::os::unix::fs::PermissionsExt;
 
-    /// As `flock keygen` wrote one until it took the minisign tool's cost: of the key 7F6F7B501F4A54A9.
+    /// A file of an older `flock keygen`, with a lower cost: of the key 7F6F7B501F4A54A9.
     const OLD: &str = include_str!("../../../tests/fixtures/keys/artist.key");
 
-    /// A key without a file, for tests: making a locked one takes scrypt its time.
+    /// A key without a file, for tests: encryption with scrypt is slow.
     fn bare() -> SecretKey {
         let KeyPair { pk, sk } = KeyPair::generate_unencrypted_keypair().unwrap();
         SecretKey { secret: sk, public: PublicKey::parse(&pk.to_base64()).unwrap() }

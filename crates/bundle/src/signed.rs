@@ -1,19 +1,19 @@
 //! A signed text: four lines of a minisign signature, then the text itself.
 //!
-//! Owns the form, in one spelling: a single changed byte, in a comment too, is refused. Signature and text lie in one
-//! file, so that nobody ever meets one without the other. Any text begins with a line that says what it is, so that
-//! what was signed as one thing is never taken for another. Never looks at the text before its signature holds.
+//! Owns the format, with a single spelling: any changed byte, also in a comment, is refused. Signature and text are one
+//! file, so that they cannot be separated. Every text begins with a heading, so that a text signed for one purpose is
+//! not accepted for another. The text is parsed only after its signature was verified.
 //!
-//! `head -n 4 FILE > f.minisig; tail -n +5 FILE > f; minisign -Vm f -p KEY.pub` checks one with minisign itself.
+//! To verify one with minisign: `head -n 4 FILE > f.minisig; tail -n +5 FILE > f; minisign -Vm f -p KEY.pub`.
 //!
-//! Start at [`Signed::open`]; [`crate::Trust::verify`] is the only way to the text.
+//! Start at [`SignedText::open`]; [`crate::Trust::verify`] returns the text.
 
 use ct_codecs::{Base64, Decoder, Encoder};
 use minisign_verify::{PublicKey, Signature};
 
 use crate::key::KeyId;
 use crate::limits;
-use crate::refused::{Part, Refused};
+use crate::refusal::{Part, Refusal};
 
 /// The first line of a signature: what minisign writes.
 pub(crate) const UNTRUSTED_COMMENT: &str = "signature from minisign secret key";
@@ -27,20 +27,20 @@ const SIGNATURE: usize = 2 + KeyId::BYTES + 64;
 const GLOBAL: usize = 64;
 
 /// A text whose signature has not been checked.
-pub(crate) struct Signed<'a> {
+pub(crate) struct SignedText<'a> {
     /// The key that it names.
     pub(crate) signer: KeyId,
     signature: Signature,
     text: &'a [u8],
 }
 
-impl<'a> Signed<'a> {
+impl<'a> SignedText<'a> {
     /// Splits `bytes` into signature and text.
     ///
     /// # Errors
-    /// [`Refused::NotSigned`] unless the signature is spelled in the only way.
-    pub(crate) fn open(part: &Part, bytes: &'a [u8]) -> Result<Self, Refused> {
-        let refused = |why| Refused::NotSigned { part: part.clone(), why };
+    /// [`Refusal::NotSigned`] unless the signature has the only valid spelling.
+    pub(crate) fn open(part: &Part, bytes: &'a [u8]) -> Result<Self, Refusal> {
+        let refused = |why| Refusal::NotSigned { part: part.clone(), why };
         let mut ends = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(at, _)| at + 1);
         let end = ends.nth(LINES - 1).ok_or_else(|| refused("it has no four lines of a signature"))?;
         let (head, text) = bytes.split_at(end);
@@ -64,21 +64,21 @@ impl<'a> Signed<'a> {
     }
 
     /// The text, if `key` has signed it and it begins with the line `heading`.
-    pub(crate) fn text(&self, part: &Part, key: &PublicKey, heading: &str) -> Result<&'a str, Refused> {
-        let forged = || Refused::Forged { part: part.clone(), signer: self.signer };
+    pub(crate) fn text(&self, part: &Part, key: &PublicKey, heading: &str) -> Result<&'a str, Refusal> {
+        let forged = || Refusal::Forged { part: part.clone(), signer: self.signer };
         key.verify(self.text, &self.signature, false).map_err(|_| forged())?;
-        // Signed, but as something else: as forged as any.
+        // Signed for another purpose, which counts as forged.
         let headed = self.text.strip_prefix(heading.as_bytes()).is_some_and(|rest| rest.starts_with(b"\n"));
         if headed { std::str::from_utf8(self.text).map_err(|_| forged()) } else { Err(forged()) }
     }
 
-    /// The text, whose signature was checked when it came in; that these are the same bytes, the caller knows.
-    pub(crate) fn kept(&self, part: &Part) -> Result<&'a str, Refused> {
-        std::str::from_utf8(self.text).map_err(|_| Refused::Forged { part: part.clone(), signer: self.signer })
+    /// The text of a file whose signature was verified before; the caller has checked that the bytes are the same.
+    pub(crate) fn kept(&self, part: &Part) -> Result<&'a str, Refusal> {
+        std::str::from_utf8(self.text).map_err(|_| Refusal::Forged { part: part.clone(), signer: self.signer })
     }
 }
 
-/// The `N` bytes that `text` spells in the only way, if it does.
+/// The `N` bytes in the Base64 `text`, if it has the only valid spelling.
 pub(crate) fn exact<const N: usize>(text: &str) -> Option<[u8; N]> {
     if text.len() > 2 * N + 4 {
         return None;
@@ -99,11 +99,11 @@ mod tests {
         artist().sign("a test", "dreams test 1\nthe text\n").unwrap()
     }
 
-    fn read(bytes: &[u8]) -> Result<String, Refused> {
+    fn read(bytes: &[u8]) -> Result<String, Refusal> {
         let key = artist().public();
-        let signed = Signed::open(&Part::Seal, bytes)?;
+        let signed = SignedText::open(&Part::Seal, bytes)?;
         if signed.signer != key.id() {
-            return Err(Refused::UnknownKey { part: Part::Seal, signer: signed.signer, trusted: vec![key.id()] });
+            return Err(Refusal::UnknownKey { part: Part::Seal, signer: signed.signer, trusted: vec![key.id()] });
         }
         signed.text(&Part::Seal, key.verifier(), HEADING).map(str::to_owned)
     }
@@ -139,6 +139,6 @@ mod tests {
     #[test]
     fn what_was_signed_as_something_else_is_refused() {
         let other = artist().sign("a test", "dreams test 10\nthe text\n").unwrap();
-        assert!(matches!(read(&other), Err(Refused::Forged { .. })));
+        assert!(matches!(read(&other), Err(Refusal::Forged { .. })));
     }
 }

@@ -1,7 +1,7 @@
-//! Where a bundle comes from: a stick or a server, which look the same from here.
+//! The source of a bundle: a stick or a server.
 //!
-//! Owns the layout that both have in common, and how little a source must be able to do. Whatever it answers is
-//! checked: a source may lie, and only costs time. Never opens a socket: the updater's own source does.
+//! Owns the layout that both have in common, and the calls of a source. A source is untrusted: everything that it
+//! returns is verified. The updater implements the network source.
 //!
 //! ```text
 //! seals/lobby.seal        for the unit `lobby`; `all.seal` for every other
@@ -16,7 +16,7 @@ use std::io::{self, Read};
 
 use crate::names::ObjectId;
 
-/// Where the statements about keys lie.
+/// The path of the statements about keys.
 pub const STATEMENTS: &str = "statements";
 
 /// A place that has bundles.
@@ -25,13 +25,13 @@ pub trait Source {
     /// [`STATEMENTS`]. At most `limit` bytes and one more will be read.
     ///
     /// # Errors
-    /// What the world says; [`io::ErrorKind::NotFound`] if there is no such file.
+    /// The source's error; [`io::ErrorKind::NotFound`] if there is no such file.
     fn small(&mut self, path: &str, limit: u64) -> io::Result<Box<dyn Read + '_>>;
 
     /// Opens the object `id` of `size` bytes at the byte `from`, which is at most its size. The reader may yield less
-    /// than was promised, or more: at most one byte beyond its size is read.
+    /// or more: at most one byte beyond its size is read.
     ///
     /// # Errors
-    /// What the world says; [`io::ErrorKind::NotFound`] if there is no such object.
+    /// The source's error; [`io::ErrorKind::NotFound`] if there is no such object.
     fn object(&mut self, id: &ObjectId, size: u64, from: u64) -> io::Result<Box<dyn Read + '_>>;
 }

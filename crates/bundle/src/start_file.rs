@@ -1,8 +1,8 @@
-//! What a boot loader starts of a system: the text of its entry, the kernel, and the initramfs.
+//! The boot files of a system: its boot loader entry, the kernel, and the initramfs.
 //!
-//! Owns the one file in which they travel, `dreams.start`, and how they lie on a boot partition, where there are two copies
-//! of each system. The entry says which system it starts, which root that was made with, and the size and SHA-256 of each
-//! part and of itself. `image-build/start` writes the file. Never reads a file or writes one.
+//! Owns the format of `dreams.start`, the file that contains them, and their layout on a boot partition, where there
+//! are two copies of each system. The entry has the system's version, its root hash, and the size and SHA-256 of each
+//! part and of itself. `image-build/start` writes the file. No file is read or written here.
 //!
 //! Start at [`StartFile::read`] and [`lay_out`].
 
@@ -10,43 +10,43 @@ use crate::names::{NameError, Version};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
-/// Where a boot loader looks for entries, below a boot partition.
+/// The boot loader's folder of entries on a boot partition.
 pub const ENTRIES: &str = "loader/entries";
-/// Where the parts that they start lie there, each copy of each system in a folder.
+/// The folder of kernels and initramfs there, with a subfolder for each copy of each system.
 pub const SYSTEMS: &str = "EFI/dreams";
-/// How many copies of a good system lie on each boot partition. The names of the copies are 1 and 2.
+/// The number of copies of a good system on each boot partition. They are named 1 and 2.
 pub const COPIES: u8 = 2;
-/// The copy as which an entry travels.
+/// The copy number in a start file.
 const FIRST: u8 = 1;
-/// The words of the command line that tell the version, and the root that it was made with.
+/// The kernel parameters with the version and the root hash.
 const VERSION: &[u8] = b"dreams.version=";
 const ROOT: &[u8] = b"dreams.root=";
-/// A line of an entry that tells name, size and SHA-256 of a part; the parts follow the entry in the same order.
+/// A line of an entry with name, size and SHA-256 of a part; the parts follow the entry in the same order.
 const PART: &str = "# part ";
 /// The last line of an entry: the SHA-256 of all lines above.
 const SEAL: &str = "# entry ";
 
-/// What a start file says of itself.
+/// The head of a start file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StartFile {
     /// The version of its system.
     pub version: Version,
-    /// What stands in the superblock of a slot that bears the root, in hex digits.
+    /// The UUID in the verity superblock of a slot with this root, in hex digits.
     pub slot: String,
-    /// How many blocks of 4096 bytes the root has. Behind them stand the superblock and the tree of hashes.
+    /// The number of 4096-byte blocks of the root. The superblock and the hash tree follow them.
     pub blocks: u64,
     /// The salt of every hash, in hex digits.
     pub salt: String,
-    /// The hash of all hashes, in hex digits.
+    /// The root hash, in hex digits.
     pub hash: String,
 }
 
-/// A copy of a system as it lies on a boot partition.
+/// The files of one copy of a system on a boot partition.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LaidOut<'b> {
+pub struct BootFiles<'b> {
     /// The text of its entry.
     pub entry: String,
-    /// The path of each part below the boot partition, and what is in it.
+    /// The path of each part on the boot partition, and its contents.
     pub parts: Vec<(String, &'b [u8])>,
 }
 
@@ -54,14 +54,14 @@ pub struct LaidOut<'b> {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StartFileError {
     /// It names no system or no root.
-    #[error("it does not say what system it starts")]
+    #[error("the boot entry does not name its system")]
     Mute,
     /// It names a version which is none.
-    #[error("it says that it is a version which is none")]
+    #[error("the boot entry has an invalid version")]
     Unversioned(#[source] NameError),
 }
 
-/// A part as the entry tells of it.
+/// A part as listed in the entry.
 struct Part<'b> {
     name: &'b str,
     size: usize,
@@ -79,11 +79,10 @@ impl<'b> Part<'b> {
 }
 
 impl StartFile {
-    /// What the start file `bytes`, or the entry in it, says of itself. Whether it is whole is another question: see
-    /// [`lay_out`].
+    /// Parses the start file `bytes`, or an entry alone. Checksums are verified in [`lay_out`].
     ///
     /// # Errors
-    /// [`StartFileError`] if it does not say it.
+    /// [`StartFileError`] if version or root hash are missing or invalid.
     pub fn read(bytes: &[u8]) -> Result<Self, StartFileError> {
         let version = word(bytes, VERSION).ok_or(StartFileError::Mute)?;
         let version = Version::parse(version).map_err(StartFileError::Unversioned)?;
@@ -100,9 +99,9 @@ pub fn copy_folder(version: &Version, copy: u8) -> String {
     format!("{version}_{copy}")
 }
 
-/// How the start file `bytes` lies on a boot partition as this copy; `None` if any byte of it is damaged.
+/// The files of the start file `bytes` on a boot partition as this copy; `None` if any byte is damaged.
 #[must_use]
-pub fn lay_out(bytes: &[u8], copy: u8) -> Option<LaidOut<'_>> {
+pub fn lay_out(bytes: &[u8], copy: u8) -> Option<BootFiles<'_>> {
     let entry = sealed(bytes)?;
     let version = StartFile::read(entry.as_bytes()).ok()?.version;
     let folder = copy_folder(&version, copy);
@@ -117,11 +116,11 @@ pub fn lay_out(bytes: &[u8], copy: u8) -> Option<LaidOut<'_>> {
         rest = behind;
     }
     let entry = entry.replace(&copy_folder(&version, FIRST), &folder);
-    rest.is_empty().then_some(LaidOut { entry, parts })
+    rest.is_empty().then_some(BootFiles { entry, parts })
 }
 
-/// The start file of which this copy lies on a boot partition, with what `read` finds at the path of each part; `None` if
-/// one is missing or of another size. Whether it is whole is another question.
+/// The start file from the files of this copy, which `read` returns by path; `None` if one is missing or has another
+/// size. Checksums are not verified.
 pub fn gather(entry: &str, copy: u8, mut read: impl FnMut(&str) -> Option<Vec<u8>>) -> Option<Vec<u8>> {
     let version = StartFile::read(entry.as_bytes()).ok()?.version;
     let folder = copy_folder(&version, copy);
@@ -136,7 +135,7 @@ pub fn gather(entry: &str, copy: u8, mut read: impl FnMut(&str) -> Option<Vec<u8
     Some(bytes)
 }
 
-/// The entry that `bytes` begin with, if it is whole.
+/// The entry at the start of `bytes`, if its checksum is right.
 fn sealed(bytes: &[u8]) -> Option<&str> {
     let seal = format!("\n{SEAL}");
     let at = bytes.windows(seal.len()).position(|window| window == seal.as_bytes())? + 1;
@@ -146,7 +145,7 @@ fn sealed(bytes: &[u8]) -> Option<&str> {
     (sha256(&bytes[..at]) == sum).then_some(entry)
 }
 
-/// The parts that an entry tells of.
+/// The parts listed in an entry.
 fn listed(entry: &str) -> Option<Vec<Part<'_>>> {
     entry.lines().filter_map(|line| line.strip_prefix(PART)).map(Part::read).collect()
 }
@@ -158,7 +157,7 @@ fn sha256(bytes: &[u8]) -> String {
     })
 }
 
-/// What stands behind `key` in `bytes`, up to where the word ends.
+/// The value of the parameter `key` in `bytes`.
 fn word<'b>(bytes: &'b [u8], key: &[u8]) -> Option<&'b str> {
     let at = bytes.windows(key.len()).position(|window| window == key)? + key.len();
     let end = bytes[at..].iter().position(|byte| byte.is_ascii_whitespace() || *byte == 0)?;
@@ -167,7 +166,7 @@ fn word<'b>(bytes: &'b [u8], key: &[u8]) -> Option<&'b str> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LaidOut, StartFile, StartFileError, gather, lay_out, sha256};
+    use super::{BootFiles, StartFile, StartFileError, gather, lay_out, sha256};
     use std::fmt::Write;
 
     /// A start file as `image-build/start` writes it.
@@ -201,7 +200,7 @@ mod tests {
     fn a_copy_starts_what_lies_in_its_own_folder_and_is_the_same_start_file() {
         let whole = started();
         for copy in [1, 2] {
-            let LaidOut { entry, parts } = lay_out(&whole, copy).unwrap();
+            let BootFiles { entry, parts } = lay_out(&whole, copy).unwrap();
             assert!(entry.contains(&format!("linux /EFI/dreams/0.2.0_{copy}/linux\n")), "{entry}");
             assert!(entry.contains(&format!("initrd=\\EFI\\dreams\\0.2.0_{copy}\\initramfs ")), "{entry}");
             let read = |path: &str| parts.iter().find(|(name, _)| *name == path).map(|(_, part)| part.to_vec());

@@ -1,9 +1,8 @@
-//! A system ready to travel: what a unit starts from.
+//! A signed system for transfer to units.
 //!
-//! Owns its seal and the one spelling of it. A system lies beside the flocks of a bundle, is signed by the same keys and
-//! addressed to the same units; its two halves are objects like all others: the file that the firmware starts, and the
-//! verified root. Its seal names both, so there is no list. What was signed as a flock is never taken for a system.
-//! Never writes a slot: the updater does.
+//! Owns its seal and its only spelling. A system lies beside the flocks of a bundle, with the same kinds of keys and
+//! addressees; its two halves are objects like others: the start file, and the root with its hash tree. The seal names
+//! both, so there is no list of files. A flock's seal is not accepted as a system's. The updater writes the slot.
 //!
 //! ```text
 //! dreams system 1
@@ -16,19 +15,21 @@
 //! statements 1432 77b0e4...
 //! ```
 //!
-//! The last line is as in a flock's seal.
+//! The last line is optional, as in a flock's seal.
 //!
-//! Start at [`UnverifiedSystem::verify`], which is the only way to a [`System`].
+//! Start at [`UnverifiedSystem::verify`], the only constructor of a [`System`].
 
 use std::io::{self, ErrorKind};
 
 use crate::contents::FileEntry;
-use crate::envelope::{Address, SignError, expected, object, opened, read, signed, statements, statements_text};
+use crate::envelope::{
+    SealHeader, SignError, object, open_text, read, read_expected, signed, statements, statements_text,
+};
 use crate::key::KeyId;
 use crate::limits;
 use crate::lines::Lines;
 use crate::names::{Addressees, FilePath, ObjectId, Sequence, UnitId, Version};
-use crate::refused::{Part, Refused};
+use crate::refusal::{Part, Refusal};
 use crate::secret::SecretKey;
 use crate::source::Source;
 use crate::trust::Trust;
@@ -39,30 +40,30 @@ const HEADING: &str = "dreams system 1";
 const START: &str = "start";
 const ROOT: &str = "root";
 
-/// The bytes of a system's seal, of which nothing is known yet.
+/// The bytes of a system's seal before verification.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnverifiedSystem(Vec<u8>);
 
-/// What is said in front of a system.
+/// The fields of a system's seal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Release {
-    /// Its version: a unit takes none that is not above its own.
+    /// Its version: a unit accepts only a higher one than its own.
     pub version: Version,
     /// For whom it is.
     pub addressees: Addressees,
-    /// Its number among all that its key has signed.
+    /// Its sequence number among the systems of its key.
     pub sequence: Sequence,
     /// When it was signed, as `2026-03-01T12:00:00Z`. For people only.
     pub created: String,
-    /// What the firmware starts, and its size in bytes.
+    /// The start file, and its size in bytes.
     pub start: (ObjectId, u64),
     /// The verified root, the tree of its hashes included, and its size in bytes.
     pub root: (ObjectId, u64),
-    /// What keys say about keys, which whoever takes the system must know, and its size in bytes.
+    /// The statements about keys that a unit must have learned before, and their size in bytes.
     pub statements: Option<(ObjectId, u64)>,
 }
 
-/// A system that a trusted key has signed: the only thing that has halves to be written.
+/// A system signed by a trusted key. Only this type has halves.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct System {
     release: Release,
@@ -71,11 +72,11 @@ pub struct System {
 }
 
 impl UnverifiedSystem {
-    /// Reads the system's seal that `source` has for `unit`, or else the one for everybody; `None` if it has neither.
+    /// Reads the system's seal of `source` for `unit`, or else the one for all units; `None` if it has neither.
     ///
     /// # Errors
-    /// [`Refused::Read`], or [`Refused::TooLarge`].
-    pub fn open(source: &mut dyn Source, unit: &UnitId) -> Result<Option<Self>, Refused> {
+    /// [`Refusal::Read`], or [`Refusal::TooLarge`].
+    pub fn open(source: &mut dyn Source, unit: &UnitId) -> Result<Option<Self>, Refusal> {
         for addressees in [Addressees::of([unit.clone()]), Addressees::Anyone] {
             if let Some(found) = Self::addressed(source, &addressees)? {
                 return Ok(Some(found));
@@ -84,40 +85,40 @@ impl UnverifiedSystem {
         Ok(None)
     }
 
-    /// Reads the system's seal that `source` has for the first of `addressees`; `None` if it has none.
+    /// Reads the system's seal of `source` for the first of `addressees`; `None` if it has none.
     ///
     /// # Errors
-    /// [`Refused::Read`], or [`Refused::TooLarge`].
-    pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Option<Self>, Refused> {
-        let stem = addressees.stems().first().copied().unwrap_or_default();
+    /// [`Refusal::Read`], or [`Refusal::TooLarge`].
+    pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Option<Self>, Refusal> {
+        let stem = addressees.file_stems().first().copied().unwrap_or_default();
         match read(source, &path(stem)) {
             Ok(bytes) => Ok(Some(Self(bytes))),
-            Err(Refused::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(None),
+            Err(Refusal::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(None),
             Err(refused) => Err(refused),
         }
     }
 
-    /// The seal in `bytes`, wherever they come from.
+    /// The seal in `bytes`.
     pub fn new(bytes: impl Into<Vec<u8>>) -> Self {
         Self(bytes.into())
     }
 
-    /// Checks the signature, and only then reads what it says.
+    /// Verifies the signature, and then parses the text.
     ///
     /// # Errors
-    /// [`Refused`] if nobody trusted signed it, or it says nothing that makes sense.
-    pub fn verify(self, trust: &Trust) -> Result<System, Refused> {
-        let (signer, text) = opened(&self.0, trust, HEADING)?;
+    /// [`Refusal`] if no trusted key signed it, or it is invalid.
+    pub fn verify(self, trust: &Trust) -> Result<System, Refusal> {
+        let (signer, text) = open_text(&self.0, trust, HEADING)?;
         let release = Release::parse(text)?;
         Ok(System { release, signer, bytes: self.0 })
     }
 }
 
 impl Release {
-    /// Signs it: the bytes of the seal's file.
+    /// Signs the fields; returns the bytes of the seal's file.
     ///
     /// # Errors
-    /// [`Refused`] if it says what no unit would take; [`crate::KeyError::Sign`] within.
+    /// [`SignError`] if units would refuse it, or signing fails.
     pub fn sign(&self, key: &SecretKey) -> Result<Vec<u8>, SignError> {
         let text = self.to_text();
         let read = Self::parse(&text).map_err(SignError::Refused)?;
@@ -128,19 +129,19 @@ impl Release {
 
     fn to_text(&self) -> String {
         let Self { version, addressees, sequence, created, start, root, statements } = self;
-        let (address, statements) = (Address::to_text(addressees, *sequence, created), statements_text(*statements));
+        let (address, statements) = (SealHeader::to_text(addressees, *sequence, created), statements_text(*statements));
         format!(
             "{HEADING}\nversion {version}\n{address}{START} {} {}\n{ROOT} {} {}\n{statements}",
             start.1, start.0, root.1, root.0
         )
     }
 
-    fn parse(text: &str) -> Result<Self, Refused> {
+    fn parse(text: &str) -> Result<Self, Refusal> {
         let mut lines = Lines::new(Part::Seal, text);
-        lines.exactly(HEADING)?;
+        lines.expect_line(HEADING)?;
         let version = lines.value("version", "`version` and a version")?;
-        let version = Version::parse(version).map_err(|error| lines.misnamed(error))?;
-        let Address { addressees, sequence, created } = Address::parse(&mut lines)?;
+        let version = Version::parse(version).map_err(|error| lines.bad_name(error))?;
+        let SealHeader { addressees, sequence, created } = SealHeader::parse(&mut lines)?;
         let start = half(&mut lines, START, "`start`, a size and a digest")?;
         let root = half(&mut lines, ROOT, "`root`, a size and a digest")?;
         let statements = statements(&mut lines)?;
@@ -165,16 +166,16 @@ impl System {
         &self.bytes
     }
 
-    /// Reads from `source` the statements about keys that the seal expects, as
+    /// Reads the expected statements about keys from `source`, as
     /// [`Seal::expected_statements`](crate::Seal::expected_statements) does.
     ///
     /// # Errors
-    /// [`Refused::Withheld`] if `source` has none or others, or [`Refused::Read`].
-    pub fn expected_statements(&self, source: &mut dyn Source) -> Result<Vec<u8>, Refused> {
-        expected(self.release.statements, source)
+    /// [`Refusal::Withheld`] if `source` lacks them, or [`Refusal::Read`].
+    pub fn expected_statements(&self, source: &mut dyn Source) -> Result<Vec<u8>, Refusal> {
+        read_expected(self.release.statements, source)
     }
 
-    /// What has to be there before it can be written: both halves, the smaller one first.
+    /// The objects that it consists of: both halves, the smaller one first.
     pub fn halves(&self) -> [FileEntry; 2] {
         [(START, self.release.start), (ROOT, self.release.root)].map(|(name, (id, size))| FileEntry {
             path: FilePath::word(name),
@@ -184,15 +185,15 @@ impl System {
     }
 }
 
-/// Where the system's seal for the unit with this stem lies in a bundle.
+/// The path of the system's seal with this file stem in a bundle.
 pub fn path(stem: &str) -> String {
     format!("systems/{stem}.seal")
 }
 
-/// Copies what `from` yields to `to`, `size` bytes of it, which must be the object `id`.
+/// Copies `size` bytes from `from` to `to`, and verifies that they are the object `id`.
 ///
 /// # Errors
-/// What either says; [`ErrorKind::InvalidData`] if the bytes are others or too few: they were written all the same.
+/// The error of either; [`ErrorKind::InvalidData`] if the bytes are wrong or too few: they were written nevertheless.
 pub fn copy_object(id: &ObjectId, size: u64, from: &mut dyn io::Read, to: &mut dyn io::Write) -> io::Result<()> {
     let mut tee = Tee { to, hasher: blake3::Hasher::new() };
     let copied = io::copy(&mut io::Read::take(from, size), &mut tee)?;
@@ -221,10 +222,10 @@ impl io::Write for Tee<'_> {
     }
 }
 
-fn half(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refused> {
+fn half(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(ObjectId, u64), Refusal> {
     let (id, size) = object(lines, name, wanted)?;
     if size > limits::SYSTEM {
-        return Err(Refused::TooLarge { part: Part::Object(id), limit: limits::SYSTEM });
+        return Err(Refusal::TooLarge { part: Part::Object(id), limit: limits::SYSTEM });
     }
     Ok((id, size))
 }
@@ -232,11 +233,11 @@ fn half(lines: &mut Lines<'_>, name: &str, wanted: &'static str) -> Result<(Obje
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::seal::Unverified;
+    use crate::seal::UnverifiedSeal;
     use crate::seal::tests::letter;
     use crate::secret::tests::{artist, stranger};
 
-    /// A system for everybody, signed by the artist.
+    /// A system for all units, signed by the artist.
     pub(crate) fn system(version: &str, sequence: u64) -> System {
         let bytes = release(version, sequence).sign(artist()).unwrap();
         UnverifiedSystem::new(bytes).verify(&Trust::of([artist().public()])).unwrap()
@@ -264,13 +265,13 @@ pub(crate) mod tests {
             [("start".to_owned(), 5), ("root".to_owned(), 8)]
         );
         let strange = UnverifiedSystem::new(release("0.2.0", 8).sign(&stranger()).unwrap());
-        assert!(matches!(strange.verify(&trust), Err(Refused::UnknownKey { .. })));
-        // A flock is no system, and the other way round, whoever signed it.
+        assert!(matches!(strange.verify(&trust), Err(Refusal::UnknownKey { .. })));
+        // A flock's seal is not accepted as a system's, and vice versa.
         let flock = letter(8).sign(artist()).unwrap();
-        assert!(matches!(UnverifiedSystem::new(flock).verify(&trust), Err(Refused::Forged { .. })));
-        assert!(matches!(Unverified::new(found.bytes()).verify(&trust), Err(Refused::Forged { .. })));
+        assert!(matches!(UnverifiedSystem::new(flock).verify(&trust), Err(Refusal::Forged { .. })));
+        assert!(matches!(UnverifiedSeal::new(found.bytes()).verify(&trust), Err(Refusal::Forged { .. })));
         let huge = Release { root: (ObjectId::of(b""), limits::SYSTEM + 1), ..release("1", 1) };
-        assert!(matches!(huge.sign(artist()), Err(SignError::Refused(Refused::TooLarge { .. }))));
+        assert!(matches!(huge.sign(artist()), Err(SignError::Refused(Refusal::TooLarge { .. }))));
     }
 
     #[test]

@@ -19,6 +19,6 @@ pub mod variations;
 pub use animate::{Loop, Motion, Transition};
 pub use genome::{Genome, GenomeError};
 pub use image::Image;
-pub use render::{Demand, Filter, RenderError, Renderer, Settings};
+pub use render::{Filter, FrameCost, RenderError, Renderer, Settings};
 pub use rng::Rng;
 pub use species::{Flame, Species};

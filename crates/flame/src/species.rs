@@ -1,7 +1,7 @@
-//! The one interface between the tools and what they render.
+//! The interface between the tools and what they render.
 //!
-//! Owns the notion of a species: something in motion that becomes a frame. Flames are the first; others need
-//! nothing from this crate but this trait. Never says how a frame is made.
+//! Owns the notion of a species: something moving that can be rendered as a frame. Flames are the only one so far;
+//! others need only this trait.
 //!
 //! Start at [`Species`].
 
@@ -9,7 +9,7 @@ use crate::animate::Motion;
 use crate::image::Image;
 use crate::render::{RenderError, Renderer, Settings};
 
-/// What turns a phase into a frame.
+/// Something that can be rendered frame by frame.
 pub trait Species: Sync {
     /// The picture at `frame`, in frames from the clip's start; fractions lie between frames.
     ///
@@ -18,12 +18,12 @@ pub trait Species: Sync {
     fn frame(&self, frame: f64, settings: &Settings) -> Result<Image, RenderError>;
 }
 
-/// The first species: a flame in motion, and the threads that draw it.
+/// A moving flame, and the threads that render it.
 #[derive(Debug)]
 pub struct Flame<'a, M> {
-    /// How the genome moves.
+    /// The moving genome.
     pub motion: M,
-    /// Who draws it.
+    /// The threads that render it.
     pub renderer: &'a Renderer,
 }
 

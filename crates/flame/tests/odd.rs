@@ -6,7 +6,7 @@
 
 use flame::genome::{FilterShape, Genome};
 use flame::variations::Kind;
-use flame::{Demand, Filter, Loop, Motion, RenderError, Renderer, Settings, Transition};
+use flame::{Filter, FrameCost, Loop, Motion, RenderError, Renderer, Settings, Transition};
 
 const TINY: Settings = Settings {
     size: Some([16, 12]),
@@ -27,7 +27,7 @@ fn xaos() -> Genome {
 
 /// Draws `motion` at `frame` where it can be drawn: everything must then be light.
 fn draw(motion: &dyn Motion, frame: f64, settings: &Settings, what: &str) -> Result<(), RenderError> {
-    let demand = Demand::of(motion, frame, settings)?;
+    let demand = FrameCost::of(motion, frame, settings)?;
     if demand.samples > 10_000_000 || demand.bytes > 1 << 30 {
         return Ok(());
     }
@@ -125,7 +125,7 @@ fn what_would_take_all_memory_or_for_ever_is_refused() {
     let named = |change: &dyn Fn(&mut Genome), settings: &Settings| {
         let mut genome = xaos();
         change(&mut genome);
-        match Demand::of(&genome, 0.0, settings) {
+        match FrameCost::of(&genome, 0.0, settings) {
             Err(RenderError::Range { name, .. }) => name,
             other => panic!("{other:?}"),
         }
@@ -144,7 +144,7 @@ fn what_would_take_all_memory_or_for_ever_is_refused() {
     assert_eq!(named(&|genome| genome.symmetries = vec![200; 1_000_000], &own), "xform");
     let (many, few) = (Genome { symmetries: vec![i32::MAX], ..xaos() }, xaos());
     let way = Transition::new(&Loop::new(&many, 10.0), &Loop::new(&few, 10.0), 10.0);
-    assert!(matches!(Demand::of(&way, 5.0, &TINY), Err(RenderError::Range { name: "xform", .. })));
+    assert!(matches!(FrameCost::of(&way, 5.0, &TINY), Err(RenderError::Range { name: "xform", .. })));
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod bred;
 
 use flame::genome::{Genome, TemporalShape};
 use flame::variations::{Kind, Variation};
-use flame::{Demand, Filter, Image, Loop, RenderError, Renderer, Settings};
+use flame::{Filter, FrameCost, Image, Loop, RenderError, Renderer, Settings};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -122,7 +122,7 @@ fn no_legal_genome_makes_anything_but_light() {
 #[test]
 fn a_renderer_that_is_told_to_stop_leaves_off_at_once() {
     let stop = Arc::new(AtomicBool::new(true));
-    let renderer = Renderer::new(2).unwrap().stopped_by(Arc::clone(&stop));
+    let renderer = Renderer::new(2).unwrap().with_stop_flag(Arc::clone(&stop));
     let endless = Settings { spp: Some(1e11), ..SMALL };
     assert_eq!(renderer.render(&xaos(), 0.0, &endless), Err(RenderError::Stopped));
     stop.store(false, Ordering::Relaxed);
@@ -131,9 +131,9 @@ fn a_renderer_that_is_told_to_stop_leaves_off_at_once() {
 
 #[test]
 fn a_frame_tells_what_it_takes_before_it_is_drawn() {
-    let demand = Demand::of(&xaos(), 0.0, &SMALL).unwrap();
+    let demand = FrameCost::of(&xaos(), 0.0, &SMALL).unwrap();
     assert_eq!(demand.samples, 64 * 48 * 50);
-    let large = Demand::of(&xaos(), 0.0, &Settings { size: Some([6400, 4800]), ..SMALL }).unwrap();
+    let large = FrameCost::of(&xaos(), 0.0, &Settings { size: Some([6400, 4800]), ..SMALL }).unwrap();
     let cells = 4 * 6400 * 4800;
     assert!((48 * cells..60 * cells).contains(&large.bytes), "{large:?}");
     for change in [
@@ -147,7 +147,7 @@ fn a_frame_tells_what_it_takes_before_it_is_drawn() {
         Settings { size: Some([0, 48]), ..SMALL },
         Settings { size: Some([u32::MAX, u32::MAX]), ..SMALL },
     ] {
-        let refused = Demand::of(&xaos(), 0.0, &change);
+        let refused = FrameCost::of(&xaos(), 0.0, &change);
         assert!(matches!(refused, Err(RenderError::Range { .. })), "{change:?}: {refused:?}");
     }
 }
@@ -160,9 +160,12 @@ fn what_cannot_be_drawn_is_refused_by_name() {
         change(&mut genome);
         renderer.render(&genome, 0.0, &SMALL).unwrap_err().to_string()
     };
-    assert_eq!(refused(|genome| genome.palette = None), "the genome carries no palette of its own");
+    assert_eq!(
+        refused(|genome| genome.palette = None),
+        "the genome has no palette, only the number of one in flam3's library"
+    );
     assert_eq!(refused(|genome| genome.xforms.clear()), "the genome has no transform with a weight above 0, among 0");
     assert_eq!(refused(|genome| genome.camera.scale = 0.0), "`scale` is 0, expected a finite number above 0");
     let unknown = refused(|genome| genome.xforms[1].extra.push(("mobius".into(), "0.7".into())));
-    assert_eq!(unknown, "transform 1 uses `mobius` (`0.7`), which this renderer does not know");
+    assert_eq!(unknown, "transform 1 uses `mobius` (`0.7`), which this renderer does not support");
 }

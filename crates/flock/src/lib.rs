@@ -1,8 +1,8 @@
 //! The flock: manifest, graph, faults, shares and the walk.
 //!
-//! Owns what a flock means: the studio and the unit read the same manifest and walk the same code, so that what
-//! `flock walk` prints is what the wall shows. Never touches a pixel, a socket or a clock; the only file it reads is
-//! the manifest, clips are hashed and probed by the tools.
+//! Owns what a flock means: the tools and the unit read the same manifest and run the same walk, so that a unit shows
+//! what `flock walk` prints. Never touches a pixel, a socket or a clock; the only file that it reads is the manifest;
+//! clips are hashed and probed by the tools.
 //!
 //! A folder sees only folders above it in this table; `tests/it/house/folders.rs` holds that.
 //!
@@ -29,14 +29,14 @@ mod shares;
 mod simulation;
 mod walk;
 
-pub use balance::{Balance, Balanced, Bottleneck, Suggestion, Suggestions, Terms, Weight};
+pub use balance::{Balance, Bottleneck, SheepBalance, Suggestion, Suggestions, Terms, Weight};
 pub use edit::{Edit, EditError};
 pub use flock::{Fault, FaultKind, Flock, FlockShares, SheepShare, TransitionShare, forced_repeats};
 pub use graph::{Exit, Graph, SheepIx, Structure};
 pub use manifest::{
-    Clip, ClipHash, ClipPath, FASTEST_FPS, FILE_NAME, MOST_FRAMES, MOST_REPEATS, Manifest, ManifestError, NameError,
-    SIDES_PX, Sheep, SheepId, Transition, UNIT_BYTES, UNIT_DOCUMENT_BYTES, told,
+    Clip, ClipHash, ClipPath, FILE_NAME, MAX_FPS, MAX_FRAMES, MAX_REPEATS, Manifest, ManifestError, NameError,
+    SIDES_PX, Sheep, SheepId, Transition, UNIT_BYTES, UNIT_DOCUMENT_BYTES, excerpt,
 };
 pub use shares::{Shares, SharesError};
 pub use simulation::{FirstRepeat, Simulation, Tally, Visits};
-pub use walk::{ClipRef, Itinerary, Leg, Place, PlaceError, Showing, Step, Walk, What};
+pub use walk::{ClipKind, ClipRef, Itinerary, Leg, Place, PlaceError, SheepVisits, Step, Walk};

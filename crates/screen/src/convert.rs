@@ -1,7 +1,7 @@
 //! BT.709 limited-range YUV to full-range RGB, in integers.
 //!
-//! Owns the one colour conversion of the player, for planes that take no YUV. Never runs where a plane converts by
-//! itself. Start at [`xrgb_row`]; a test compares it with the float matrix.
+//! Owns the player's colour conversion, for planes that take RGB only. Start at [`xrgb_row`]; a test compares it with
+//! the float matrix.
 
 /// Pixels converted together: a length that compilers turn into vector instructions.
 const BLOCK: usize = 16;
@@ -11,13 +11,14 @@ const SUM_BITS: u32 = 5;
 const LUMA_SHIFT: u32 = 7;
 const CHROMA_SHIFT: u32 = 8;
 
-/// 255 / 219: luma's range to full range.
+/// BT.709 luma weights of red, green and blue. `video` cannot see this crate and has its own copy; a test compares them.
+const WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];
+/// Limited range to full range: 219 steps of luma and 224 of chroma become 255.
 const LUMA: i16 = fixed(255.0 / 219.0, LUMA_SHIFT);
-/// BT.709 (Kr = 0.2126, Kb = 0.0722), chroma's range of 224 to full range of 255.
-const RED_FROM_V: i16 = fixed(2.0 * (1.0 - 0.2126) * 255.0 / 224.0, CHROMA_SHIFT);
-const GREEN_FROM_U: i16 = fixed(-2.0 * (1.0 - 0.0722) * 0.0722 / 0.7152 * 255.0 / 224.0, CHROMA_SHIFT);
-const GREEN_FROM_V: i16 = fixed(-2.0 * (1.0 - 0.2126) * 0.2126 / 0.7152 * 255.0 / 224.0, CHROMA_SHIFT);
-const BLUE_FROM_U: i16 = fixed(2.0 * (1.0 - 0.0722) * 255.0 / 224.0, CHROMA_SHIFT);
+const RED_FROM_V: i16 = fixed(2.0 * (1.0 - WEIGHTS[0]) * 255.0 / 224.0, CHROMA_SHIFT);
+const GREEN_FROM_U: i16 = fixed(-2.0 * (1.0 - WEIGHTS[2]) * WEIGHTS[2] / WEIGHTS[1] * 255.0 / 224.0, CHROMA_SHIFT);
+const GREEN_FROM_V: i16 = fixed(-2.0 * (1.0 - WEIGHTS[0]) * WEIGHTS[0] / WEIGHTS[1] * 255.0 / 224.0, CHROMA_SHIFT);
+const BLUE_FROM_U: i16 = fixed(2.0 * (1.0 - WEIGHTS[2]) * 255.0 / 224.0, CHROMA_SHIFT);
 
 /// `coefficient` such that [`high`] of it and a sample shifted left by `shift` has `SUM_BITS` fraction bits.
 const fn fixed(coefficient: f64, shift: u32) -> i16 {
@@ -52,7 +53,7 @@ pub(crate) fn xrgb_row(out: &mut [u8], y: &[u8], u: &[u8], v: &[u8]) {
     }
 }
 
-/// One pass per step, each over whole arrays: so every pass becomes a few vector instructions.
+/// One pass per step, each over whole arrays, so that the compiler vectorises it.
 fn block(y: [u8; BLOCK], u: [u8; BLOCK / 2], v: [u8; BLOCK / 2]) -> [u32; BLOCK] {
     let luma = y.map(|y| high((i16::from(y) - 16) << LUMA_SHIFT, LUMA) + (1 << (SUM_BITS - 1)));
     let u = u.map(|u| (i16::from(u) - 128) << CHROMA_SHIFT);
@@ -62,9 +63,8 @@ fn block(y: [u8; BLOCK], u: [u8; BLOCK / 2], v: [u8; BLOCK / 2]) -> [u32; BLOCK]
         let twice: [i16; BLOCK] = std::array::from_fn(|at| chroma[at / 2]);
         std::array::from_fn(|at| ((luma[at] + twice[at]) >> SUM_BITS).clamp(0, 255) as u8)
     };
-    let blue = channel(u.map(|u| high(u, BLUE_FROM_U)));
-    let green = channel(green);
-    let red = channel(v.map(|v| high(v, RED_FROM_V)));
+    let (blue, red) = (u.map(|u| high(u, BLUE_FROM_U)), v.map(|v| high(v, RED_FROM_V)));
+    let (blue, green, red) = (channel(blue), channel(green), channel(red));
     std::array::from_fn(|at| u32::from_le_bytes([blue[at], green[at], red[at], 255]))
 }
 
@@ -72,9 +72,9 @@ fn block(y: [u8; BLOCK], u: [u8; BLOCK / 2], v: [u8; BLOCK / 2]) -> [u32; BLOCK]
 mod tests {
     use super::*;
 
-    /// The matrix of BT.709 as it is published, in floats.
+    /// The published BT.709 matrix, in floats.
     fn by_the_book(y: u8, u: u8, v: u8) -> [f64; 3] {
-        let (kr, kb) = (0.2126, 0.0722);
+        let [kr, _, kb] = WEIGHTS;
         let kg = 1.0 - kr - kb;
         let luma = (f64::from(y) - 16.0) / 219.0;
         let (pb, pr) = ((f64::from(u) - 128.0) / 224.0, (f64::from(v) - 128.0) / 224.0);

@@ -1,20 +1,19 @@
-//! The display of this machine: a KMS card's, or the firmware's framebuffer while no driver has come.
+//! The display of this machine: a KMS card's, or the firmware's framebuffer while no driver is loaded.
 //!
-//! Owns which of the two shows the picture. The framebuffer is what is there before a driver comes, and for ever where none
-//! does. Once a card can light something it takes the picture over; a card that is there and dark leaves it to the framebuffer
-//! meanwhile.
+//! Owns the choice between the two. The framebuffer is used before a driver is loaded, and always where there is none.
+//! A card takes over as soon as it can light a display.
 //!
 //! Start at [`Display::open`].
 
 use crate::firmware_screen::FirmwareScreen;
 use crate::kms::Uevents;
-use crate::{Event, Keeper, KmsScreen, KmsSettings, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
+use crate::{Event, FdStore, KmsScreen, KmsSettings, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use rustix::fs::{fstat, major};
 use std::os::fd::OwnedFd;
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
-/// How often a card is looked for after something has come or gone, and for how long: a driver takes its time.
+/// How often a card is looked for after a hot-plug event, and for how long: drivers load slowly.
 const SOON: Duration = Duration::from_millis(100);
 const FOR: Duration = Duration::from_secs(10);
 /// How often otherwise.
@@ -23,7 +22,8 @@ const SELDOM: Duration = Duration::from_secs(10);
 /// The major number of the nodes of KMS cards.
 const CARDS: u32 = 226;
 
-/// Whether this is an open node of a KMS card: its picture goes with the last descriptor. The framebuffer's stays.
+/// Whether this is an open node of a KMS card, whose picture disappears when its last descriptor is closed. That of the
+/// framebuffer stays.
 pub fn is_card(device: &OwnedFd) -> bool {
     fstat(device).is_ok_and(|status| major(status.st_rdev) == CARDS)
 }
@@ -31,7 +31,7 @@ pub fn is_card(device: &OwnedFd) -> bool {
 /// The display of this machine.
 pub struct Display {
     device: Device,
-    /// That a card has taken over is told by two events, of which this is the second.
+    /// A card's take-over is reported by two events, of which this is the second.
     is_back: bool,
 }
 
@@ -42,26 +42,26 @@ enum Device {
     Firmware(Box<Waiting>),
 }
 
-/// The firmware's framebuffer, and what it waits for.
+/// The firmware's framebuffer, and the card that it waits for.
 struct Waiting {
     firmware: FirmwareScreen,
-    /// What a card would be opened with.
+    /// The settings to open a card.
     settings: KmsSettings,
     light: Light,
     uevents: Option<Uevents>,
-    /// When a card is looked for next, and until when that is soon.
+    /// When a card is looked for next, and until when the interval is short.
     look: Nanos,
     soon_until: Nanos,
 }
 
 impl Display {
-    /// The card that was asked for; without such a wish, the first that can light something, else the firmware's framebuffer.
+    /// Opens the card in the settings; without one, the first that can light a display, else the firmware's framebuffer.
     ///
     /// # Errors
     /// [`ScreenError::Open`] if there is neither.
     pub fn open(settings: KmsSettings) -> Result<Self, ScreenError> {
         let card = match KmsScreen::open(settings.clone()) {
-            Ok(card) if card.lit().is_some() => return Ok(Self::on(Device::Card(Box::new(card)))),
+            Ok(card) if card.info().is_some() => return Ok(Self::on(Device::Card(Box::new(card)))),
             card => card,
         };
         let firmware = match settings.device {
@@ -69,12 +69,12 @@ impl Display {
             Some(_) => None,
         };
         let Some(firmware) = firmware else { return card.map(|card| Self::on(Device::Card(Box::new(card)))) };
-        tracing::info!("no driver lights a display: the picture goes to the firmware's framebuffer");
+        tracing::info!("no DRM driver for a display, using the firmware framebuffer");
         let now = (settings.now)();
         Ok(Self::on(Device::Firmware(Box::new(Waiting {
             firmware,
-            // A descriptor that was kept has been tried, and is closed.
-            settings: KmsSettings { keeper: Keeper { kept: None, ..settings.keeper }, ..settings },
+            // A stored descriptor was tried already, and is closed.
+            settings: KmsSettings { keeper: FdStore { kept: None, ..settings.keeper }, ..settings },
             light: Light::FULL,
             uevents: Uevents::subscribe().ok(),
             look: now,
@@ -86,10 +86,10 @@ impl Display {
         Self { device, is_back: false }
     }
 
-    /// Leaves the device with what is on its glass to whoever gets it from the caller; `None` if it is not open.
-    pub fn bequeath(self) -> Option<OwnedFd> {
+    /// The device with its picture, to hand over to another process; `None` if it is not open.
+    pub fn into_fd(self) -> Option<OwnedFd> {
         match self.device {
-            Device::Card(card) => card.bequeath(),
+            Device::Card(card) => card.into_fd(),
             Device::Firmware(waiting) => Some(waiting.firmware.into_fd()),
         }
     }
@@ -110,7 +110,7 @@ impl Display {
 }
 
 impl Waiting {
-    /// A card that can light something now, if it is time to look for one.
+    /// A card that can light a display now, if it is time to look for one.
     fn card(&mut self) -> Option<KmsScreen> {
         let now = (self.settings.now)();
         if self.uevents.as_mut().is_some_and(Uevents::display_changed) {
@@ -121,7 +121,7 @@ impl Waiting {
         }
         let is_soon = now < self.soon_until || self.firmware.is_gone();
         self.look = now.after(if is_soon { SOON } else { SELDOM }.as_nanos() as u64);
-        let mut card = KmsScreen::open(self.settings.clone()).ok().filter(|card| card.lit().is_some())?;
+        let mut card = KmsScreen::open(self.settings.clone()).ok().filter(|card| card.info().is_some())?;
         card.set_light(self.light);
         self.firmware.leave_console_to_the_card();
         Some(card)
@@ -129,8 +129,8 @@ impl Waiting {
 }
 
 impl Screen for Display {
-    fn lit(&self) -> Option<Lit> {
-        self.screen().lit()
+    fn info(&self) -> Option<ScreenInfo> {
+        self.screen().info()
     }
 
     fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError> {
@@ -141,11 +141,11 @@ impl Screen for Display {
         self.screen_mut().commit();
     }
 
-    fn fit(&mut self, size: (u32, u32), fps: Rate) {
+    fn set_format(&mut self, size: (u32, u32), fps: Rate) {
         if let Device::Firmware(waiting) = &mut self.device {
             (waiting.settings.size, waiting.settings.fps) = (size, fps);
         }
-        self.screen_mut().fit(size, fps);
+        self.screen_mut().set_format(size, fps);
     }
 
     fn set_light(&mut self, light: Light) {
@@ -176,7 +176,9 @@ impl Screen for Display {
         };
         if let Some(card) = waiting.card() {
             (self.device, self.is_back) = (Device::Card(Box::new(card)), true);
-            return Event::Lost { reason: "the display's own driver has come, and takes the picture over".to_owned() };
+            return Event::Lost {
+                reason: "the display's DRM driver was loaded, switching from the firmware framebuffer to it".to_owned(),
+            };
         }
         waiting.firmware.next_event(timeout.min(SOON))
     }

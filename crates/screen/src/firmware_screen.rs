@@ -1,18 +1,18 @@
-//! The firmware's framebuffer: a display that no driver drives.
+//! The firmware's framebuffer, for a display without a driver.
 //!
-//! Owns the picture's way into it, through fbdev (`/dev/fb0`): scaled, rotated, dimmed and converted by us, at 60 pictures a
-//! second at most, since it has no vblank. It cannot be switched off: at night it is black. It is written to, never mapped:
-//! once the display's own driver has come the kernel refuses to write, and memory that is mapped would be the driver's.
+//! Writes pictures to it through fbdev (`/dev/fb0`): scaled, rotated, dimmed and converted in software, at most 60 a
+//! second, since it has no vblank. It cannot be switched off: at night it is black. It is written to and not mapped:
+//! once the display's DRM driver is loaded the kernel refuses writes, but mapped memory would be the driver's.
 //!
-//! Start at [`FirmwareScreen::open`]. Who takes its place is in `display.rs`; where pictures wait for their time, in
-//! `virtual_screen.rs`.
+//! Start at [`FirmwareScreen::open`]. `display.rs` replaces it by a card; `virtual_screen.rs` holds pictures until they
+//! are due.
 
-use crate::fit::{Fitter, Fitting};
-use crate::kms::{Console, Switch, fitted};
+use crate::kms::{Console, Switch, fit};
 use crate::paint::{Format, Layout, blacken, paint};
 use crate::raw::{Framebuffer, framebuffer};
+use crate::transform::{Transform, Transformer};
 use crate::virtual_screen::{Pace, VirtualScreen};
-use crate::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
+use crate::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use std::fs::{self, File};
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::FileExt;
@@ -21,9 +21,9 @@ use timing::{Nanos, Rate, Vblank};
 
 /// The framebuffer that the kernel takes over from the firmware.
 const DEVICE: &str = "/dev/fb0";
-/// Where the kernel says which driver it has.
+/// The name of its driver.
 const NAME: &str = "/sys/class/graphics/fb0/name";
-/// What the names of framebuffers end in that a KMS driver emulates.
+/// Suffix of the names of framebuffers that a DRM driver emulates.
 const EMULATED: &str = "drmfb";
 /// Pictures a second, at most.
 const REFRESH_HZ: u64 = 60;
@@ -33,7 +33,7 @@ const FULL: u16 = 1000;
 /// How a pixel lies in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Packing {
-    /// Blue, green, red, nothing: as we convert to.
+    /// Blue, green, red, unused: the output of `convert.rs`.
     Bgrx,
     /// Red, green, blue, nothing.
     Rgbx,
@@ -49,23 +49,23 @@ pub(crate) struct FirmwareScreen {
     name: String,
     framebuffer: Framebuffer,
     packing: Packing,
-    /// Where pictures wait for their vblank, which we make up.
+    /// Holds pictures until their vblank, which is computed.
     queue: VirtualScreen,
     output: OutputSettings,
     thousandths: u16,
-    fitter: Fitter,
-    /// The picture as blue, green, red and nothing, and as it goes into the framebuffer.
+    transformer: Transformer,
+    /// The picture as XRGB8888, and in the framebuffer's format.
     converted: Vec<u8>,
     packed: Vec<u8>,
     /// The kernel has refused to write.
     is_gone: bool,
-    /// That we were started on, by hand; and whether somebody looks at another one.
+    /// The console that the player was started on, and whether another one is active.
     console: Option<Console>,
     is_elsewhere: bool,
 }
 
 impl FirmwareScreen {
-    /// The firmware's framebuffer, for pictures of `size`; `None` if there is none, or not one that we can fill.
+    /// The firmware's framebuffer, for pictures of `size`; `None` if there is none, or its pixel format is not supported.
     pub(crate) fn open(size: (u32, u32), now: fn() -> Nanos, output: &OutputSettings) -> Option<Self> {
         let name = fs::read_to_string(NAME).ok()?.trim().to_owned();
         if name.ends_with(EMULATED) {
@@ -74,9 +74,9 @@ impl FirmwareScreen {
         let opened =
             File::options().write(true).read(true).open(DEVICE).and_then(|file| Ok((framebuffer(&file)?, file)));
         let (framebuffer, file) =
-            opened.inspect_err(|error| tracing::warn!(%error, "cannot use the firmware's framebuffer")).ok()?;
+            opened.inspect_err(|error| tracing::warn!(%error, "cannot open the firmware framebuffer")).ok()?;
         let packing = packing(&framebuffer).or_else(|| {
-            tracing::warn!(?framebuffer, "the firmware's framebuffer has pixels of no known form");
+            tracing::warn!(?framebuffer, "the firmware framebuffer has an unsupported pixel format");
             None
         })?;
         let refresh = Rate::new(REFRESH_HZ, 1).expect("60 Hz is a rate");
@@ -87,7 +87,7 @@ impl FirmwareScreen {
             queue: VirtualScreen::new(size, refresh, Pace::Timer, now).to_measure(),
             output: output.clone(),
             thousandths: FULL,
-            fitter: Fitter::default(),
+            transformer: Transformer::default(),
             converted: Vec::new(),
             packed: vec![0; framebuffer.pitch as usize * framebuffer.size.1 as usize],
             framebuffer,
@@ -97,22 +97,22 @@ impl FirmwareScreen {
         })
     }
 
-    /// Whether the display's own driver has taken it.
+    /// Whether the display's DRM driver has taken it over.
     pub(crate) fn is_gone(&self) -> bool {
         self.is_gone
     }
 
-    /// Leaves the console in graphics mode, for the card that takes the picture over, which has it as well.
+    /// Leaves the console in graphics mode for the card that takes over.
     pub(crate) fn leave_console_to_the_card(&mut self) {
         std::mem::forget(self.console.take());
     }
 
-    /// The open framebuffer, to hand over to somebody.
+    /// The open framebuffer, to hand over to another process.
     pub(crate) fn into_fd(self) -> OwnedFd {
         self.file.into()
     }
 
-    /// Puts the picture on the glass.
+    /// Puts the picture on the screen.
     fn draw(&mut self) {
         let size = (self.framebuffer.size.0 & !1, self.framebuffer.size.1 & !1);
         let layout = Layout::new(Format::Xr24, size, size.0 * 4);
@@ -122,9 +122,9 @@ impl FirmwareScreen {
         blacken(&mut self.converted, &layout);
         if let Some(picture) = self.queue.picture() {
             let rotation = self.output.rotation;
-            let area = fitted(rotation.of_size((picture.width, picture.height)), size, self.output.margin);
-            let fitting = Fitting { rotation, size: (area.width, area.height), thousandths: self.thousandths };
-            let picture = self.fitter.fit(&picture, fitting);
+            let area = fit(rotation.of_size((picture.width, picture.height)), size, self.output.margin);
+            let transform = Transform { rotation, size: (area.width, area.height), thousandths: self.thousandths };
+            let picture = self.transformer.apply(&picture, transform);
             paint(&mut self.converted, &layout, (area.left, area.top), &picture);
         }
         self.write(size);
@@ -143,12 +143,12 @@ impl FirmwareScreen {
         if let Err(error) = self.file.write_all_at(&self.packed, 0)
             && !std::mem::replace(&mut self.is_gone, true)
         {
-            tracing::info!(%error, "the firmware's framebuffer is gone");
+            tracing::info!(%error, "cannot write to the firmware framebuffer: it is gone");
         }
     }
 }
 
-/// How the pixels of `framebuffer` lie; `None` for a form that we do not write.
+/// The pixel format of `framebuffer`; `None` if it is not supported.
 fn packing(framebuffer: &Framebuffer) -> Option<Packing> {
     match (framebuffer.bits, framebuffer.red, framebuffer.green, framebuffer.blue) {
         (32, (16, 8), (8, 8), (0, 8)) => Some(Packing::Bgrx),
@@ -159,7 +159,7 @@ fn packing(framebuffer: &Framebuffer) -> Option<Packing> {
     }
 }
 
-/// Packs a row of blue, green, red and nothing.
+/// Packs a row of XRGB8888.
 fn pack(packing: Packing, row: &[u8], out: &mut [u8]) {
     let pixels = row.chunks_exact(4);
     match packing {
@@ -180,10 +180,10 @@ fn pack(packing: Packing, row: &[u8], out: &mut [u8]) {
 }
 
 impl Screen for FirmwareScreen {
-    fn lit(&self) -> Option<Lit> {
-        let lit = self.queue.lit()?;
+    fn info(&self) -> Option<ScreenInfo> {
+        let lit = self.queue.info()?;
         let (width, height) = self.framebuffer.size;
-        Some(Lit {
+        Some(ScreenInfo {
             screen: format!("firmware:{DEVICE} {} (no driver drives this display)", self.name),
             mode: format!("{width}x{height}@{}", lit.refresh),
             size: self.framebuffer.size,
@@ -200,8 +200,8 @@ impl Screen for FirmwareScreen {
         self.queue.commit();
     }
 
-    fn fit(&mut self, size: (u32, u32), fps: Rate) {
-        self.queue.fit(size, fps);
+    fn set_format(&mut self, size: (u32, u32), fps: Rate) {
+        self.queue.set_format(size, fps);
     }
 
     fn set_light(&mut self, light: Light) {
@@ -224,7 +224,7 @@ impl Screen for FirmwareScreen {
         while let Some(switch) = self.console.as_ref().and_then(Console::switch) {
             self.is_elsewhere = switch == Switch::Away;
             if let (Switch::Away, Some(console)) = (switch, &self.console) {
-                console.let_go();
+                console.release();
             }
         }
         let event = self.queue.next_event(timeout);

@@ -1,6 +1,6 @@
-//! What may be set of a display: which one, in which mode, which way up, with which levels, and how much of it is used.
+//! The owner's settings of a display: connector, mode, rotation, signal range and margin.
 //!
-//! Owns these settings and their spelling. Never asks whether a display can do it: `kms/choose.rs` does.
+//! Owns these settings and their spelling. `kms/choose.rs` checks whether a display supports them.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,19 +8,19 @@ use timing::Rate;
 
 /// The margin that may be set, in percent of the display's width and height, on each side.
 const MARGIN_PERCENT: std::ops::RangeInclusive<u8> = 0..=20;
-/// Pixels of a side of a mode that may be asked for.
+/// Allowed width and height of a mode in pixels.
 const SIDE: std::ops::RangeInclusive<u32> = 64..=16_384;
-/// The shortest period of a refresh that may be asked for, in nanoseconds.
+/// The shortest allowed period of a refresh, in nanoseconds.
 const SHORTEST_PERIOD_NS: u64 = 1_000_000;
 
-/// The settings of a display. The default leaves all to the display and its driver.
+/// The settings of a display. By default the display and its driver decide.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OutputSettings {
     /// The connector to use, as the kernel names it: `HDMI-A-1`. `None` for the best one.
     pub connector: Option<String>,
     /// The mode to set. `None` for the best one.
     pub mode: Option<RequestedMode>,
-    /// How the picture is rotated, besides what the panel itself asks for.
+    /// The rotation of the picture, added to that of a built-in panel.
     pub rotation: Rotation,
     /// Which levels of a channel are sent over the cable.
     pub range: SignalRange,
@@ -71,18 +71,18 @@ pub struct Margin(u8);
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutputError {
     /// For a margin.
-    #[error("`{0}` is no margin: a percentage from {start} to {end}", start = MARGIN_PERCENT.start(), end = MARGIN_PERCENT.end())]
+    #[error("`{0}` is not a margin: expected a percentage from {start} to {end}", start = MARGIN_PERCENT.start(), end = MARGIN_PERCENT.end())]
     Margin(String),
     /// For a mode.
     #[error(
-        "`{0}` is no mode: `1920x1080`, or with its refresh `1920x1080@60`, `1920x1080@59.94` or `1920x1080@60000/1001`"
+        "`{0}` is not a mode: expected `1920x1080`, or with a refresh rate `1920x1080@60`, `1920x1080@59.94` or `1920x1080@60000/1001`"
     )]
     Mode(String),
     /// For a range.
-    #[error("`{0}` is no range: `auto`, `full` or `limited`")]
+    #[error("`{0}` is not a signal range: expected `auto`, `full` or `limited`")]
     Range(String),
     /// For a rotation.
-    #[error("`{0}` is no rotation: 0, 90, 180 or 270")]
+    #[error("`{0}` is not a rotation: expected 0, 90, 180 or 270")]
     Rotation(String),
 }
 
@@ -134,7 +134,7 @@ impl Margin {
 }
 
 impl RequestedMode {
-    /// The mode's size and refresh, where both are told.
+    /// The mode's size and refresh, if both are set.
     pub fn exact(self) -> Option<((u32, u32), Rate)> {
         self.refresh.map(|refresh| (self.size, refresh))
     }
@@ -289,6 +289,6 @@ mod tests {
         assert_eq!("45".parse::<Rotation>(), Err(OutputError::Rotation("45".to_owned())));
         assert_eq!("full".parse(), Ok(SignalRange::Full));
         let refused = "16-235".parse::<SignalRange>().unwrap_err();
-        assert_eq!(refused.to_string(), "`16-235` is no range: `auto`, `full` or `limited`");
+        assert_eq!(refused.to_string(), "`16-235` is not a signal range: expected `auto`, `full` or `limited`");
     }
 }

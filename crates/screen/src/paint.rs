@@ -1,19 +1,19 @@
-//! Putting a picture into a scan-out buffer.
+//! Writing a picture into a scan-out buffer.
 //!
-//! Owns the pixel formats that we scan out, their memory layout, and the copy into it. Never reads a buffer back:
-//! it may be write-combined. Start at [`paint`].
+//! Owns the pixel formats that we scan out, their memory layout, and the copy into it. Buffers are not read, because
+//! they may be write-combined. Start at [`paint`].
 
 use crate::Picture;
 use crate::convert::xrgb_row;
 
-/// A pixel format that we can fill, the cheapest to fill first.
+/// A pixel format that we can write, the cheapest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Three planes, 4:2:0: the decoder's own form.
+    /// Three planes, 4:2:0: the decoder's format.
     Yu12,
     /// Luma, and interleaved chroma, 4:2:0.
     Nv12,
-    /// 8 bits each of blue, green, red and nothing.
+    /// 8 bits each of blue, green, red and unused.
     Xr24,
 }
 
@@ -118,7 +118,7 @@ pub(crate) fn paint(bytes: &mut [u8], layout: &Layout, (left, top): (u32, u32), 
                 let half = u32::from(plane > 0);
                 let (top, left, pitch) = (top >> half, left >> half, layout.pitches[plane] as usize);
                 match picture.packed(plane) {
-                    // Memory takes one large piece in half the time of its rows.
+                    // One large copy takes half the time of row by row.
                     Some(rows) if picture.strides[plane] == pitch => {
                         let first = layout.offsets[plane] as usize + top as usize * pitch;
                         bytes[first..][..rows.len()].copy_from_slice(rows);

@@ -1,7 +1,6 @@
-//! One decoded picture on its way to the glass.
+//! A decoded picture.
 //!
-//! Owns the borrowed view of its planes, and the copy that a screen in memory keeps. Never converts a pixel:
-//! `paint.rs` does, for the formats that a plane takes.
+//! Owns the borrowed view of its planes, and the copy that a screen in memory keeps. `paint.rs` converts pixels.
 
 use crate::ScreenError;
 
@@ -37,7 +36,7 @@ impl<'a> Picture<'a> {
         ((self.width >> half) as usize, (self.height >> half) as usize)
     }
 
-    /// Refuses a picture that is odd, empty, larger than `screen`, or whose planes are shorter than it says.
+    /// Checks the picture: its size must be even, not empty and not larger than `screen`, and its planes complete.
     pub(crate) fn check(&self, screen: (u32, u32)) -> Result<(), ScreenError> {
         let even = |n: u32| n > 0 && n.is_multiple_of(2);
         let filled = |plane: usize| {
@@ -62,7 +61,7 @@ pub(crate) struct OwnedPicture {
 }
 
 impl OwnedPicture {
-    /// Becomes a copy of `picture`, in the memory that it has.
+    /// Copies `picture`, reusing its memory.
     pub(crate) fn copy_from(&mut self, picture: &Picture<'_>) {
         self.size = (picture.width, picture.height);
         for (plane, bytes) in self.planes.iter_mut().enumerate() {
@@ -71,7 +70,7 @@ impl OwnedPicture {
         }
     }
 
-    /// Becomes a picture of this size, whose samples are whatever they were.
+    /// Changes the size; the samples are undefined.
     pub(crate) fn resize(&mut self, size: (u32, u32)) {
         self.size = size;
         for (plane, bytes) in self.planes.iter_mut().enumerate() {

@@ -1,8 +1,7 @@
-//! What the compiler cannot check: the memory behind a framebuffer, mapped for writing, and calls that only the kernel's headers
-//! describe.
+//! The `unsafe` code: mappings of framebuffers, and ioctls that no crate wraps.
 //!
-//! Owns every `unsafe` of this crate: two mappings, one descriptor, six ioctls, one field of a union. Never says what is written.
-//! Start at [`Memory::allocate`].
+//! Owns every `unsafe` of this crate: two mappings, one descriptor, six ioctls, one field of a union. Start at
+//! [`Memory::allocate`].
 #![allow(unsafe_code)]
 
 use gbm::{BufferObject, BufferObjectFlags};
@@ -14,7 +13,7 @@ use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd, RawFd};
 
 /// `DMA_BUF_IOCTL_SYNC` of `linux/dma-buf.h`; its argument is one `u64` of flags.
 const DMA_BUF_SYNC: rustix::ioctl::Opcode = opcode::write::<u64>(b'b', 0);
-/// `linux/fb.h`, where these numbers say nothing of their arguments.
+/// `linux/fb.h`, where these numbers do not encode their arguments.
 const FBIOGET_VSCREENINFO: rustix::ioctl::Opcode = 0x4600;
 const FBIOGET_FSCREENINFO: rustix::ioctl::Opcode = 0x4602;
 /// `linux/kd.h` and `linux/vt.h`, likewise.
@@ -25,7 +24,7 @@ const KD_TEXT: usize = 0;
 const KD_GRAPHICS: usize = 1;
 const VT_AUTO: u8 = 0;
 const VT_PROCESS: u8 = 1;
-/// Answers to a console switch: it may happen; it has happened.
+/// Answers to a console switch: allowed; acknowledged.
 pub(crate) const VT_ALLOWED: usize = 1;
 pub(crate) const VT_ACKNOWLEDGED: usize = 2;
 const SYNC_WRITE: u64 = 2;
@@ -33,9 +32,9 @@ const SYNC_END: u64 = 4;
 
 /// An allocation that a card can scan out.
 pub(crate) enum Memory {
-    /// The kernel's own, on every KMS driver.
+    /// A dumb buffer, which every KMS driver has.
     Dumb { handle: u32, pitch: u32, map: MmapMut },
-    /// The GPU driver's, through its dma-buf. Dropped in this order: mapping, descriptor, object.
+    /// A GBM buffer, through its dma-buf. Dropped in this order: mapping, descriptor, object.
     Gbm { map: MmapMut, dma_buf: OwnedFd, object: BufferObject<()> },
 }
 
@@ -44,7 +43,7 @@ impl Memory {
     /// else a dumb buffer.
     ///
     /// # Errors
-    /// What the kernel says about the dumb buffer.
+    /// The kernel's error for the dumb buffer.
     pub(crate) fn allocate(
         card: &File,
         gbm: Option<&gbm::Device<OwnedFd>>,
@@ -53,7 +52,7 @@ impl Memory {
         match gbm.map(|gbm| Self::from_gbm(card, gbm, width, height, bits)) {
             Some(Ok(memory)) => Ok(memory),
             Some(Err(error)) => {
-                tracing::debug!(%error, "gbm has no such buffer, taking a dumb one");
+                tracing::debug!(%error, "cannot allocate a GBM buffer, using a dumb buffer");
                 Self::dumb(card, width, height, bits)
             }
             None => Self::dumb(card, width, height, bits),
@@ -82,7 +81,7 @@ impl Memory {
         let format = if bits == 8 { gbm::Format::R8 } else { gbm::Format::Xrgb8888 };
         let usage = BufferObjectFlags::SCANOUT | BufferObjectFlags::LINEAR;
         let object: BufferObject<()> = gbm.create_buffer_object(width, height, format, usage)?;
-        // Not by `gbm`: some of its drivers hand out descriptors that cannot be mapped for writing.
+        // Not by `gbm`: some of its drivers return descriptors that cannot be mapped for writing.
         let flags = drm_ffi::DRM_CLOEXEC | drm_ffi::DRM_RDWR;
         let exported = drm_ffi::gem::handle_to_fd(card.as_fd(), gem_handle(&object), flags)?;
         // SAFETY: the kernel just made this descriptor for us, and nobody else has it.
@@ -112,7 +111,7 @@ impl Memory {
     /// Lets `paint` write the memory.
     ///
     /// # Errors
-    /// The GPU driver does not hand it over.
+    /// The GPU driver cannot synchronise it.
     pub(crate) fn write(&mut self, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
         match self {
             Self::Dumb { map, .. } => paint(map),
@@ -136,7 +135,7 @@ impl Memory {
     }
 }
 
-/// The firmware's framebuffer, as fbdev tells of it.
+/// The properties of the firmware's framebuffer, from fbdev.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Framebuffer {
     /// Pixels across and down.
@@ -145,13 +144,13 @@ pub(crate) struct Framebuffer {
     pub(crate) pitch: u32,
     /// Bits of a pixel.
     pub(crate) bits: u32,
-    /// The first bit of each channel, and how many there are.
+    /// The offset and length of each channel in bits.
     pub(crate) red: (u32, u32),
     pub(crate) green: (u32, u32),
     pub(crate) blue: (u32, u32),
 }
 
-/// What the kernel says of the framebuffer `file`.
+/// Reads the properties of the framebuffer `file`.
 ///
 /// # Errors
 /// It is none, or it is gone.
@@ -164,7 +163,7 @@ pub(crate) fn framebuffer(file: &File) -> io::Result<Framebuffer> {
     // SAFETY: `FBIOGET_FSCREENINFO` fills the 80 bytes of its structure, and keeps no pointer. As eight-byte words they are
     // aligned as it is.
     let fix = unsafe { ioctl(file, Getter::<FBIOGET_FSCREENINFO, [u64; 10]>::new()) }?;
-    // `line_length` stands behind a name of 16 bytes, an address, four numbers and three halves.
+    // `line_length` follows a name of 16 bytes, an address, four `u32` and three `u16`.
     let pitch = fix[6].to_ne_bytes();
     let pitch = u32::from_ne_bytes([pitch[0], pitch[1], pitch[2], pitch[3]]);
     let channel = |first: usize| (var[first], var[first + 1]);
@@ -178,7 +177,7 @@ pub(crate) fn framebuffer(file: &File) -> io::Result<Framebuffer> {
     })
 }
 
-/// Has the kernel write nothing on the `console`, or text again.
+/// Sets the `console` to graphics or text mode.
 ///
 /// # Errors
 /// It is no console.
@@ -189,13 +188,13 @@ pub(crate) fn set_graphics(console: &File, is_graphics: bool) -> io::Result<()> 
     Ok(())
 }
 
-/// Has the kernel ask this process, by these signals, before it switches away from the `console` and when it is back; or
-/// nobody.
+/// Sets the signals by which the kernel asks this process before it switches away from the `console`, and when it is
+/// back; `None` for automatic switching.
 ///
 /// # Errors
 /// It is no console.
 pub(crate) fn set_switching(console: &File, signals: Option<(i32, i32)>) -> io::Result<()> {
-    // `struct vt_mode`: two bytes, and three halves.
+    // `struct vt_mode`: two bytes and three `u16`.
     let (release, acquire) = signals.unwrap_or_default();
     let [release, acquire] = [release, acquire].map(|signal| i16::try_from(signal).unwrap_or_default().to_ne_bytes());
     let mode = if signals.is_some() { VT_PROCESS } else { VT_AUTO };
@@ -205,7 +204,7 @@ pub(crate) fn set_switching(console: &File, signals: Option<(i32, i32)>) -> io::
     Ok(())
 }
 
-/// Answers the kernel, which switches consoles.
+/// Answers the kernel's request to switch consoles.
 ///
 /// # Errors
 /// It has not asked.
@@ -215,9 +214,9 @@ pub(crate) fn answer_switch(console: &File, answer: usize) -> io::Result<()> {
     Ok(())
 }
 
-/// The open descriptor `number`, which whoever started this program has left to us.
-pub(crate) fn inherited(number: RawFd) -> OwnedFd {
-    // SAFETY: a `Keeper` tells the number of a descriptor that nobody else here has, and `Device` asks once.
+/// The open descriptor `number`, inherited from the process that started this program.
+pub(crate) fn take_inherited_fd(number: RawFd) -> OwnedFd {
+    // SAFETY: a `FdStore` tells the number of a descriptor that nobody else here has, and `Device` asks once.
     unsafe { OwnedFd::from_raw_fd(number) }
 }
 
@@ -226,7 +225,7 @@ fn gem_handle(object: &BufferObject<()>) -> u32 {
     unsafe { object.handle().u32_ }
 }
 
-/// Begins or ends writing by the processor, for GPUs whose caches do not follow it.
+/// Begins or ends writing by the processor, for GPUs without coherent caches.
 fn sync(dma_buf: &OwnedFd, flags: u64) -> io::Result<()> {
     // SAFETY: `DMA_BUF_IOCTL_SYNC` reads one u64 and keeps no pointer to it.
     rustix::io::retry_on_intr(|| unsafe { ioctl(dma_buf, Setter::<DMA_BUF_SYNC, u64>::new(flags)) })?;

@@ -1,15 +1,15 @@
-//! The one interface between the player and whatever is lit.
+//! The interface between the player and a screen.
 //!
-//! Owns the [`Screen`] trait and its events. Never decides when a frame is due: the player's cadence does.
-//! Implementations: `kms/` (a real display) and `virtual_screen.rs` (a picture in memory).
+//! Owns the [`Screen`] trait and its events. The player's cadence decides when a frame is due. Implementations: `kms/`
+//! (a real display) and `virtual_screen.rs` (a picture in memory).
 
 use crate::{OutputSettings, Picture};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
-/// What is lit, and how.
+/// The connector, mode and format of a screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Lit {
+pub struct ScreenInfo {
     /// The screen's name: `kms:/dev/dri/card0 HDMI-A-1` or `virtual`.
     pub screen: String,
     /// The mode's name and exact refresh: `1280x720@60`.
@@ -20,16 +20,16 @@ pub struct Lit {
     pub format: String,
     /// Exact vblanks per second.
     pub refresh: Rate,
-    /// What people on site are to be told of it, each as a sentence: what the screen does not do as its owner has set it.
+    /// The owner's settings that the screen does not fulfil, each as a sentence.
     pub notes: Vec<String>,
 }
 
 /// How bright a screen is to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Light {
-    /// Not at all: the display sleeps, and draws the power of a display that sleeps.
+    /// Off: the display is in standby.
     Off,
-    /// As bright as so many thousandths of every sample make it, 1000 at most. A screen that cannot be dimmed has all.
+    /// On, with this brightness in thousandths, 1000 at most. A screen that cannot be dimmed is at full brightness.
     On {
         /// Of each sample, after everything else.
         thousandths: u16,
@@ -41,10 +41,10 @@ impl Light {
     pub const FULL: Self = Self::On { thousandths: 1000 };
 }
 
-/// What a screen tells its player.
+/// The events of a screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The committed picture is on the glass since `vblank`, which began at `at`.
+    /// The committed picture is on the screen since `vblank`, which began at `at`.
     Flip {
         /// The vblank at which it arrived.
         vblank: Vblank,
@@ -59,40 +59,39 @@ pub enum Event {
         /// When it began; see [`Event::Flip`].
         at: Nanos,
     },
-    /// The screen is dark or gone (unplugged, another master, device removed). Pending flips will not come.
-    /// Keep calling [`Screen::next_event`]: it works towards [`Event::Back`] by itself.
+    /// The screen is dark or gone (unplugged, another master, device removed). Pending flips will not come. Keep
+    /// calling [`Screen::next_event`], which tries to recover until [`Event::Back`].
     Lost {
-        /// One sentence for the log: what was seen.
+        /// The cause, for the log.
         reason: String,
     },
-    /// The display sleeps, as [`Light::Off`] has asked. Pending flips will not come; after a [`Light::On`] comes
-    /// [`Event::Back`], or [`Event::Lost`] if there is nothing to light by then.
+    /// The display sleeps, as [`Light::Off`] has asked. Pending flips will not come; after [`Light::On`]
+    /// [`Event::Back`] follows, or [`Event::Lost`] if there is no display by then.
     Asleep,
-    /// There is a mode again; [`Screen::lit`] tells it. Nothing is lit until the next [`Screen::commit`]: re-stage.
+    /// There is a mode again, see [`Screen::info`]. Nothing is lit until the next picture is staged and committed.
     Back,
-    /// A flip or vblank event was lost or a commit failed for a while; the screen repaired itself and the picture
-    /// stands. No event is pending any more: commit again, whether or not there is something new to stage. Reported
-    /// so that it can be counted.
+    /// A flip or vblank event was lost, or commits failed for a while; the screen has recovered and the picture stays.
+    /// No event is pending any more: commit again, with or without a new picture. Reported so that it can be counted.
     Recovered {
-        /// One sentence for the log: what was seen and which rung of the ladder helped.
+        /// The cause and the recovery step, for the log.
         reason: String,
     },
-    /// Another way of lighting pictures takes the place of the one before, with the next [`Event::Flip`]: pictures of another
-    /// form, other settings of the owner, a better mode. [`Screen::lit`] tells it.
+    /// The display configuration changes with the next [`Event::Flip`]: for pictures of another size or rate, new
+    /// settings of the owner, or a better mode. See [`Screen::info`].
     Changed,
     /// Nothing happened within the timeout.
     Idle,
 }
 
-/// Why a screen cannot go on. Everything that time or a cable can mend is an [`Event`] instead.
+/// Errors of a screen that do not pass. Those that may pass by themselves are [`Event`]s.
 #[derive(Debug, thiserror::Error)]
 pub enum ScreenError {
-    /// No such device, or it is no KMS device.
+    /// No such device, or not a KMS device.
     #[error("cannot open screen `{device}`")]
     Open {
         /// As the user gave it.
         device: String,
-        /// What the kernel said.
+        /// The kernel error.
         source: std::io::Error,
     },
     /// The picture's size is odd or zero, or larger than the screen can scan out.
@@ -112,8 +111,8 @@ pub enum ScreenError {
 /// A surface that lights one picture per flip. One thread drives it; every call but [`Screen::next_event`]
 /// returns without waiting for a vblank.
 pub trait Screen {
-    /// What is lit; `None` while there is nothing to light (unplugged, not master).
-    fn lit(&self) -> Option<Lit>;
+    /// Mode and format of the screen; `None` while there is no display (unplugged, not DRM master).
+    fn info(&self) -> Option<ScreenInfo>;
 
     /// Copies `picture` into the free back buffer, so that [`Screen::commit`] is quick. Staging again before a commit
     /// replaces what was staged. Without effect while nothing is lit.
@@ -122,27 +121,27 @@ pub trait Screen {
     /// [`ScreenError::Size`]. What is lit stays lit.
     fn stage(&mut self, picture: &Picture<'_>) -> Result<(), ScreenError>;
 
-    /// Sends the staged picture to the glass at the next vblank; [`Event::Flip`] tells its arrival. With nothing staged
-    /// it lights the same picture again. At most one commit is in flight: a second before its flip is ignored, and
-    /// what is staged stays staged. Without effect while nothing is lit.
+    /// Shows the staged picture from the next vblank on; [`Event::Flip`] reports it. With nothing staged the same
+    /// picture is committed again. At most one commit is in flight: a second before its flip is ignored, and what is
+    /// staged stays staged. Without effect while nothing is lit.
     fn commit(&mut self);
 
-    /// From the next picture that is staged on, pictures are of `size` and come at `fps`: they go over to the glass as every
-    /// other, and a mode is set only where another one is better for them.
-    fn fit(&mut self, size: (u32, u32), fps: Rate);
+    /// Sets size and rate of the pictures, from the next staged one on. A mode is set only if another one is better for
+    /// them.
+    fn set_format(&mut self, size: (u32, u32), fps: Rate);
 
-    /// Makes it as bright as `light` from the next flip on, or lets it sleep from the next [`Screen::next_event`] on. It is
-    /// [`Light::FULL`] until this is called, and stays as it was told across whatever happens.
+    /// Sets the brightness from the next flip on, or switches the display off with the next [`Screen::next_event`]. The
+    /// default is [`Light::FULL`]; the setting survives hot-plug and recovery.
     fn set_light(&mut self, light: Light);
 
-    /// Goes by other settings of the display's owner, as soon as it can. What it cannot do as they say, it does otherwise, and
-    /// [`Lit::notes`] tells.
+    /// Applies new settings of the owner as soon as possible. Those that cannot be fulfilled are listed in
+    /// [`ScreenInfo::notes`].
     fn set_output(&mut self, output: &OutputSettings);
 
     /// Asks for an [`Event::Vblank`] at `vblank`, or at once if that is past; a later call replaces it. Without effect
     /// while nothing is lit, and before the first flip.
     fn notify_at(&mut self, vblank: Vblank);
 
-    /// Waits for the next event, at most `timeout`. Repairs, and modes being set, are done in here and may take longer.
+    /// Waits for the next event, at most `timeout`. Recovery and modesets are done here and may take longer.
     fn next_event(&mut self, timeout: Duration) -> Event;
 }

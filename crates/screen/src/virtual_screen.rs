@@ -1,16 +1,16 @@
 //! A screen in memory: for machines without a display, for tests, and for the live view.
 //!
-//! Owns its last picture and its own vblanks. Never drops or reorders a picture, never touches a device.
-//! Start at [`VirtualScreen::new`]; [`Pace`] says where its vblanks come from.
+//! Owns its last picture and its own vblanks. Pictures are neither dropped nor reordered. Start at
+//! [`VirtualScreen::new`]; [`Pace`] selects the source of its vblanks.
 
-use crate::beat::Beat;
 use crate::picture::OwnedPicture;
-use crate::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
+use crate::vblank_clock::VblankClock;
+use crate::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use rustix::event::{Timespec, poll};
 use std::time::Duration;
 use timing::{Nanos, Rate, Vblank};
 
-/// Where the vblanks of a virtual screen come from.
+/// The source of a virtual screen's vblanks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// From the clock: vblank `n` begins `n` periods after the screen was made.
@@ -24,12 +24,12 @@ pub enum Pace {
 #[derive(Debug)]
 pub struct VirtualScreen {
     size: (u32, u32),
-    /// It has the size of the pictures, whatever that is.
+    /// Its size follows that of the pictures.
     is_to_measure: bool,
     refresh: Rate,
     pace: Pace,
     now: fn() -> Nanos,
-    beat: Beat,
+    beat: VblankClock,
     /// Free pace only: the vblank that the player has reached.
     reached: u64,
     shown: Option<OwnedPicture>,
@@ -38,9 +38,9 @@ pub struct VirtualScreen {
     committed: Option<(OwnedPicture, u64)>,
     asked: Option<u64>,
     is_asleep: bool,
-    /// That it sleeps, or is back, is still to be told.
+    /// The event of sleeping or waking is not reported yet.
     turned: bool,
-    /// A picture that left the glass: its memory serves the next one.
+    /// A previous picture, whose memory is reused.
     spare: Option<OwnedPicture>,
 }
 
@@ -59,7 +59,7 @@ impl VirtualScreen {
             refresh,
             pace,
             now,
-            beat: Beat::new(origin, refresh),
+            beat: VblankClock::new(origin, refresh),
             reached: 0,
             shown: None,
             staged: None,
@@ -71,14 +71,14 @@ impl VirtualScreen {
         }
     }
 
-    /// The same screen, which will always have the size of its pictures.
+    /// The same screen, whose size follows that of its pictures.
     #[must_use]
     pub fn to_measure(mut self) -> Self {
         self.is_to_measure = true;
         self
     }
 
-    /// The picture on the glass: the last one whose flip was reported; `None` before the first.
+    /// The picture on the screen: the last one whose flip was reported; `None` before the first.
     pub fn picture(&self) -> Option<Picture<'_>> {
         self.shown.as_ref().map(OwnedPicture::view)
     }
@@ -91,7 +91,7 @@ impl VirtualScreen {
         }
     }
 
-    /// What happens next, and at which vblank.
+    /// The next event, and its vblank.
     fn due(&self) -> Option<u64> {
         let flip = self.committed.as_ref().map(|(_, vblank)| *vblank);
         [flip, self.asked].into_iter().flatten().min()
@@ -110,8 +110,8 @@ impl VirtualScreen {
 }
 
 impl Screen for VirtualScreen {
-    fn lit(&self) -> Option<Lit> {
-        (!self.is_asleep).then(|| Lit {
+    fn info(&self) -> Option<ScreenInfo> {
+        (!self.is_asleep).then(|| ScreenInfo {
             screen: "virtual".to_owned(),
             mode: format!("{}x{}@{}", self.size.0, self.size.1, self.refresh),
             size: self.size,
@@ -141,13 +141,13 @@ impl Screen for VirtualScreen {
         }
     }
 
-    fn fit(&mut self, size: (u32, u32), _: Rate) {
+    fn set_format(&mut self, size: (u32, u32), _: Rate) {
         if self.is_to_measure {
             self.size = size;
         }
     }
 
-    /// It sleeps and wakes as a display does; how bright a picture in memory is, nobody sees.
+    /// It sleeps and wakes like a display; brightness has no effect.
     fn set_light(&mut self, light: Light) {
         let sleeps = light == Light::Off;
         self.turned |= sleeps != self.is_asleep;
@@ -191,7 +191,7 @@ impl Screen for VirtualScreen {
     }
 }
 
-/// Waits for `span`, an hour at most, on no descriptor. An interrupted wait ends early: callers look at the clock again.
+/// Waits for `span`, an hour at most. An interrupted wait ends early: callers check the clock again.
 fn pause(span: Duration) {
     let span = Timespec::try_from(span.min(Duration::from_hours(1))).expect("an hour fits a timespec");
     let _ = poll(&mut [], Some(&span));
@@ -285,7 +285,7 @@ mod tests {
             screen.stage(&grey(&[1; 8])).unwrap();
             screen.commit();
             screen.set_light(Light::Off);
-            assert_eq!((screen.next_event(Duration::ZERO), screen.lit()), (Event::Asleep, None));
+            assert_eq!((screen.next_event(Duration::ZERO), screen.info()), (Event::Asleep, None));
             screen.stage(&grey(&[2; 8])).unwrap();
             screen.commit();
             screen.notify_at(Vblank(7));

@@ -1,9 +1,9 @@
-//! For how many vblanks each frame stays lit.
+//! How many vblanks each frame stays on the screen.
 //!
-//! Owns the cadence: the mapping from a clip's rate to the screen's. Pure arithmetic. Never reads a clock, never touches a
-//! screen. Where the screen's refresh is near a whole multiple of the clip's rate, every frame gets the same number of
-//! vblanks, and the run is so much slower or faster. Elsewhere the error is diffused and carried across joins: resetting it
-//! at each clip would make a visible hiccup.
+//! Owns the cadence: the mapping from a clip's rate to the screen's. Pure arithmetic. Never reads a clock, never
+//! touches a screen. Where the screen's refresh is near a whole multiple of the clip's rate, every frame gets the same
+//! number of vblanks, and playback is up to 1 % slower or faster. Elsewhere the rounding error is carried to the next
+//! frame and across joins: resetting it at each clip would be visible as a stutter.
 //!
 //! Start at [`Cadence::hold`]. Real display modes are tabled in `cadence/modes.rs`.
 
@@ -25,39 +25,39 @@ pub struct Cadence {
     /// Vblanks per frame as `up / down`, in lowest terms; `down` is 1 where the two rates are locked.
     up: u64,
     down: u64,
-    /// What is owed to the next frame, in `1 / down` vblanks; within `±down / 2`.
-    owed: i64,
+    /// Rounding error carried to the next frame, in `1 / down` vblanks; within `±down / 2`.
+    error: i64,
 }
 
 impl Cadence {
     /// The cadence of `frames` per second on a screen of `refresh` vblanks per second.
     pub fn new(frames: Rate, refresh: Rate) -> Self {
-        if let Some(vblanks) = refresh.locked_to(frames) {
-            return Self { up: vblanks.into(), down: 1, owed: 0 };
+        if let Some(vblanks) = refresh.multiple_of(frames) {
+            return Self { up: vblanks.into(), down: 1, error: 0 };
         }
         let up = u64::from(refresh.num()) * u64::from(frames.den());
         let down = u64::from(refresh.den()) * u64::from(frames.num());
         let divisor = gcd(up, down);
-        Self { up: up / divisor, down: down / divisor, owed: 0 }
+        Self { up: up / divisor, down: down / divisor, error: 0 }
     }
 
-    /// How many vblanks the next frame stays lit. 0 only where frames come faster than vblanks: such a frame is
-    /// due together with its successor.
+    /// How many vblanks the next frame stays lit. 0 only where the frame rate exceeds the refresh: such a frame is due
+    /// together with the next one.
     pub fn hold(&mut self) -> u32 {
         let down = i128::from(self.down);
-        let exact = i128::from(self.up) + i128::from(self.owed);
+        let exact = i128::from(self.up) + i128::from(self.error);
         // Nearest whole vblank, halves downwards: 2, 3, 2, 3 for film on 60 Hz.
         let held = (2 * exact - down).div_euclid(2 * down) + i128::from((2 * exact - down).rem_euclid(2 * down) != 0);
         let held = held.max(0);
-        self.owed = (exact - held * down) as i64;
+        self.error = (exact - held * down) as i64;
         u32::try_from(held).unwrap_or(u32::MAX)
     }
 
     /// The same phase on a screen of another refresh, after a mode change.
     #[must_use]
-    pub fn moved_to(&self, frames: Rate, refresh: Rate) -> Self {
+    pub fn with_rates(&self, frames: Rate, refresh: Rate) -> Self {
         let mut moved = Self::new(frames, refresh);
-        moved.owed = (i128::from(self.owed) * i128::from(moved.down) / i128::from(self.down)) as i64;
+        moved.error = (i128::from(self.error) * i128::from(moved.down) / i128::from(self.down)) as i64;
         moved
     }
 }
@@ -90,7 +90,7 @@ mod tests {
         let rate = |n, d| Rate::new(n, d).unwrap();
         let mut film = Cadence::new(rate(24, 1), rate(60, 1));
         film.hold();
-        let mut locked = film.moved_to(rate(24, 1), rate(48, 1));
+        let mut locked = film.with_rates(rate(24, 1), rate(48, 1));
         assert_eq!([locked.hold(), locked.hold(), locked.hold()], [2, 2, 2]);
     }
 
@@ -111,7 +111,7 @@ mod tests {
                 // |lit - frame * refresh / fps| <= 1/2, without dividing.
                 let up = i128::from(screen.num()) * i128::from(frames.den());
                 let down = i128::from(screen.den()) * i128::from(frames.num());
-                match screen.locked_to(frames) {
+                match screen.multiple_of(frames) {
                     Some(vblanks) => prop_assert_eq!(held, vblanks),
                     None => prop_assert!((2 * (lit * down - frame * up)).abs() <= down, "frame {} lit {}", frame, lit),
                 }

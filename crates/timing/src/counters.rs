@@ -1,6 +1,6 @@
-//! Counters that may not be mixed up: frames, vblanks, nanoseconds.
+//! Counters of different types: frames, vblanks, nanoseconds.
 //!
-//! Owns the newtypes. Never does more than count: rates live in `rate.rs`.
+//! Owns the newtypes. Rates are in `rate.rs`.
 
 use std::fmt;
 

@@ -1,9 +1,9 @@
 //! Exact rates, frame and vblank counters, and the cadence between them.
 //!
-//! Owns the arithmetic of time: nothing here is a float, so nothing drifts in a year of playing.
-//! Never reads a clock: the two roots do, each in its `now.rs`, and hand the reading in as [`Nanos`].
+//! Owns the arithmetic of time, in integers, so that nothing drifts over a year of playing. Never reads a clock: the
+//! two root packages do, each in its `now.rs`, and pass the time as [`Nanos`].
 //!
-//! Start at [`Cadence`], which says for how many vblanks a frame stays lit.
+//! Start at [`Cadence`], which says how many vblanks a frame stays lit.
 #![forbid(unsafe_code)]
 
 mod cadence;

@@ -13,14 +13,14 @@ pub struct Rate {
     den: NonZeroU32,
 }
 
-/// How far a screen's refresh may be off a whole multiple of the frame rate, in percent, for every frame to stay lit for
-/// that many vblanks. A silent picture may run so much slower or faster; nobody sees it, and everybody sees a frame that is
-/// lit for a vblank more than the others.
-const LOCK_PERCENT: u128 = 1;
+/// How far a screen's refresh may be off a whole multiple of the frame rate, in percent, for every frame to stay lit
+/// for that many vblanks. A change of speed by 1 % is invisible without sound; a frame that stays for one vblank more
+/// is visible.
+const LOCK_TOLERANCE_PERCENT: u128 = 1;
 
-/// Why two numbers are no rate.
+/// Two numbers that do not make a rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{num}/{den}` is no rate: both numbers must be from 1 to 4294967295")]
+#[error("`{num}/{den}` is not a rate: both numbers must be from 1 to 4294967295")]
 pub struct RateError {
     /// Numerator as given.
     pub num: u64,
@@ -29,7 +29,7 @@ pub struct RateError {
 }
 
 impl Rate {
-    /// The rate `num / den` per second, reduced.
+    /// `num / den` per second, reduced.
     ///
     /// # Errors
     /// [`RateError`] if either is 0, or too large for `u32` even in lowest terms.
@@ -57,11 +57,11 @@ impl Rate {
     }
 
     /// The whole number `n` for which this rate is within 1 % of `n` times `other`; `None` if there is none.
-    pub fn locked_to(self, other: Self) -> Option<u32> {
+    pub fn multiple_of(self, other: Self) -> Option<u32> {
         let up = u128::from(self.num()) * u128::from(other.den());
         let down = u128::from(self.den()) * u128::from(other.num());
         let nearest = (2 * up + down) / (2 * down);
-        let is_near = nearest > 0 && up.abs_diff(nearest * down) * 100 <= nearest * down * LOCK_PERCENT;
+        let is_near = nearest > 0 && up.abs_diff(nearest * down) * 100 <= nearest * down * LOCK_TOLERANCE_PERCENT;
         u32::try_from(nearest).ok().filter(|_| is_near)
     }
 }
@@ -98,13 +98,13 @@ mod tests {
     #[test]
     fn a_rate_locks_to_another_within_a_hundredth_of_a_multiple() {
         let hz = |n, d| Rate::new(n, d).unwrap();
-        assert_eq!(hz(60, 1).locked_to(hz(30, 1)), Some(2));
-        assert_eq!(hz(60_000, 1_001).locked_to(hz(30, 1)), Some(2));
-        assert_eq!(hz(60_600, 1_000).locked_to(hz(30, 1)), Some(2), "a hundredth is within");
-        assert_eq!(hz(60_601, 1_000).locked_to(hz(30, 1)), None);
-        assert_eq!(hz(60, 1).locked_to(hz(24, 1)), None);
-        assert_eq!(hz(30, 1).locked_to(hz(60, 1)), None, "half is no whole multiple");
-        assert_eq!(hz(1, u64::from(u32::MAX)).locked_to(hz(u64::from(u32::MAX), 1)), None);
+        assert_eq!(hz(60, 1).multiple_of(hz(30, 1)), Some(2));
+        assert_eq!(hz(60_000, 1_001).multiple_of(hz(30, 1)), Some(2));
+        assert_eq!(hz(60_600, 1_000).multiple_of(hz(30, 1)), Some(2), "a hundredth is within");
+        assert_eq!(hz(60_601, 1_000).multiple_of(hz(30, 1)), None);
+        assert_eq!(hz(60, 1).multiple_of(hz(24, 1)), None);
+        assert_eq!(hz(30, 1).multiple_of(hz(60, 1)), None, "half is no whole multiple");
+        assert_eq!(hz(1, u64::from(u32::MAX)).multiple_of(hz(u64::from(u32::MAX), 1)), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! One clip on its way into the decoder.
+//! A clip as a sequence of packets for the decoder.
 //!
-//! Owns the open file, its place in it, and the numbering of its packets by the frame they show. Never decodes:
-//! `session.rs` asks for one packet after another.
+//! Owns the open file, its place in it, and the numbering of its packets by the frame they show. `session.rs` takes the
+//! packets and decodes them.
 //!
 //! Start at [`Clip::open`].
 
@@ -9,7 +9,7 @@ use crate::code::Code;
 use crate::damage::Damage;
 use crate::form::{self, Difference, Form};
 use crate::nal;
-use crate::probe::{self, Opened, ProbeError};
+use crate::probe::{self, OpenedClip, ProbeError};
 use crate::raw::{Demuxer, Packet};
 use rustix::fs::{Advice, fadvise};
 use std::fs::File;
@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use timing::{FrameCount, Rate};
 
-/// A clip in the flock's form, positioned at its first packet.
+/// A clip in the flock's form, from_opened at its first packet.
 pub struct Clip {
     demuxer: Demuxer,
     file: File,
@@ -42,7 +42,7 @@ pub struct Clip {
 #[derive(Debug, thiserror::Error)]
 pub enum ClipError {
     /// It is a video, but not in the flock's form.
-    #[error("clip `{path}` is not in the flock's form: {}", form::listed(differences))]
+    #[error("clip `{path}` is not in the flock's form: {}", form::join_differences(differences))]
     Form {
         /// The file.
         path: PathBuf,
@@ -52,19 +52,19 @@ pub enum ClipError {
     /// It cannot be opened, or is no complete video.
     #[error(transparent)]
     Probe {
-        /// What is wrong with it.
+        /// The cause.
         error: ProbeError,
     },
 }
 
 impl ClipError {
-    /// Whether the machine, and not the clip, is at fault: it is short of file descriptors or memory. To be tried again.
+    /// Whether the cause is a shortage of file descriptors or memory, so that another attempt may succeed.
     pub fn is_shortage(&self) -> bool {
         matches!(self, Self::Probe { error: ProbeError::Open { source, .. } } if probe::is_shortage(source))
     }
 }
 
-/// What a clip hands out next.
+/// The next packet of a clip.
 pub(crate) enum Next {
     /// A packet that shows the frame at this place of the clip.
     Packet(u32),
@@ -75,27 +75,27 @@ pub(crate) enum Next {
 }
 
 impl Clip {
-    /// Opens the clip at `path` after a cheap look: header, index and first packet. A few milliseconds.
+    /// Opens the clip at `path` and checks header, index and first packet, in a few milliseconds.
     ///
     /// # Errors
-    /// [`ClipError`] if it is not in `form` with `frames` frames. Damage further inside shows when it is played.
+    /// [`ClipError`] if it is not in `form` with `frames` frames. Damage after that is found when it is played.
     pub fn open(path: &Path, form: &Form, frames: FrameCount) -> Result<Self, ClipError> {
         let opened = probe::open(path).map_err(|error| ClipError::Probe { error })?;
         let differences = opened.probe.differences(form, frames);
         if !differences.is_empty() {
             return Err(ClipError::Form { path: path.to_owned(), differences });
         }
-        Ok(Self::positioned(opened, form.fps))
+        Ok(Self::from_opened(opened, form.fps))
     }
 
     /// Opens any H.264 clip of even frame rate, whatever its size and length.
-    pub(crate) fn open_as_is(path: &Path) -> Result<Self, ClipError> {
+    pub(crate) fn open_any(path: &Path) -> Result<Self, ClipError> {
         let opened = probe::open(path).map_err(|error| ClipError::Probe { error })?;
         let probe = &opened.probe;
         let one = Rate::new(1, 1).expect("one per second is a rate");
-        // A single frame has no rate, and any will do to place it.
+        // A single frame has no rate: any value places it.
         match probe.fps.or((probe.frames == FrameCount(1)).then_some(one)) {
-            Some(fps) if probe.codec == "h264" => Ok(Self::positioned(opened, fps)),
+            Some(fps) if probe.codec == "h264" => Ok(Self::from_opened(opened, fps)),
             _ => {
                 let form = Form { size: probe.size, fps: one };
                 let differences = probe.differences(&form, probe.frames);
@@ -104,19 +104,19 @@ impl Clip {
         }
     }
 
-    fn positioned(opened: Opened, fps: Rate) -> Self {
-        let Opened { demuxer, first, probe, file } = opened;
-        let start = if first.hidden() { 0 } else { first.pts().unwrap_or(0) };
+    fn from_opened(opened: OpenedClip, fps: Rate) -> Self {
+        let OpenedClip { demuxer, first, probe, file } = opened;
+        let start = if first.is_discarded() { 0 } else { first.pts().unwrap_or(0) };
         let (frames, size) = (probe.frames, probe.size);
         let part = 0..frames.0;
         Self { demuxer, file, first: Some(first), start, fps, frames, size, read: 0, part, left: None }
     }
 
-    /// Only the frames `part` of this clip, as a clip of that length whose frames count from 0. It is read from the last
-    /// keyframe at or before them: what lies between is decoded and not shown, what comes after is not read.
+    /// Only the frames `part` of this clip, as a clip of that length whose frames count from 0. Reading starts at the last
+    /// keyframe at or before them; frames before the excerpt are decoded and not shown, those after it are not read.
     ///
-    /// To be asked before the clip is played. Frames beyond its end are left out; what cannot be read shows as damage
-    /// when it is played.
+    /// Call this before the clip is played. Frames beyond its end are left out; read errors are reported as damage when
+    /// it is played.
     #[must_use]
     pub fn excerpt(mut self, part: Range<u32>) -> Self {
         let end = part.end.min(self.frames.0);
@@ -160,11 +160,11 @@ impl Clip {
 
     /// Reads the whole file into the page cache, so that playing it never waits for storage.
     ///
-    /// Plain reads after `WILLNEED`, not a mapping: 60 MB after `DONTNEED` took 40 to 53 ms this way and 42 to 48 ms by
-    /// touching a mapping, but the mapping counted all 60 MB as the player's own memory and this nothing.
+    /// Plain reads after `WILLNEED`, not `mmap`: 60 MB after `DONTNEED` took 40 to 53 ms this way and 42 to 48 ms by
+    /// touching a mapping, but the mapping counted all 60 MB as the player's memory.
     ///
     /// # Errors
-    /// What the kernel says. The clip can be played all the same.
+    /// The kernel's error. The clip can still be played.
     pub fn page_in(&mut self) -> io::Result<()> {
         fadvise(&self.file, 0, None, Advice::WillNeed)?;
         io::copy(&mut &self.file, &mut io::sink())?;
@@ -181,14 +181,14 @@ impl Clip {
         self.size
     }
 
-    /// A copy of the packet that shows the first frame, in start-code form, as long as none was handed out.
-    pub(crate) fn opening(&self) -> Option<Packet> {
-        let mut packet = self.first.as_ref()?.twin().ok()?;
-        let is_whole = !packet.hidden() && !packet.corrupt() && self.number(&packet) == Some(0);
+    /// A copy of the packet that shows the first frame, in start-code form, until the first call of [`Clip::next`].
+    pub(crate) fn first_packet(&self) -> Option<Packet> {
+        let mut packet = self.first.as_ref()?.clone_ref().ok()?;
+        let is_whole = !packet.is_discarded() && !packet.is_corrupt() && self.number(&packet) == Some(0);
         (is_whole && nal::to_start_codes(packet.bytes_mut().ok()?).is_ok()).then_some(packet)
     }
 
-    /// The next packet, in start-code form, into `packet`. What is wrong with it goes to `blame`.
+    /// Reads the next packet, in start-code form, into `packet`. Damage is passed to `blame`.
     pub(crate) fn next(&mut self, packet: &mut Packet, blame: &mut impl FnMut(Damage)) -> Next {
         let frame = self.read;
         if self.left == Some(0) {
@@ -203,10 +203,10 @@ impl Clip {
             }
         }
         let whole = packet.bytes_mut().is_ok_and(|bytes| nal::to_start_codes(bytes).is_ok());
-        if !whole || packet.corrupt() {
+        if !whole || packet.is_corrupt() {
             blame(Damage::Malformed { frame });
         }
-        if packet.hidden() { Next::Hidden } else { self.place(packet, blame) }
+        if packet.is_discarded() { Next::Hidden } else { self.place(packet, blame) }
     }
 
     /// Reads the next packet that is needed; `false` at the end of the file.
@@ -218,14 +218,14 @@ impl Clip {
                 None => return Ok(false),
             }
             self.read += 1;
-            if !self.passes_over(packet) {
+            if !self.is_skippable(packet) {
                 return Ok(true);
             }
         }
     }
 
-    /// Whether a packet is of no use to an excerpt: its picture is neither shown nor needed for another.
-    fn passes_over(&self, packet: &mut Packet) -> bool {
+    /// Whether an excerpt can skip a packet: its picture is neither shown nor referenced by another.
+    fn is_skippable(&self, packet: &mut Packet) -> bool {
         let shown = || self.number(packet).is_none_or(|frame| self.part.contains(&u32::try_from(frame).unwrap_or(0)));
         self.left.is_some() && !shown() && packet.bytes_mut().is_ok_and(|bytes| nal::is_disposable(bytes))
     }
@@ -247,7 +247,7 @@ impl Clip {
         }
     }
 
-    /// The frame of the clip that a packet calls itself.
+    /// The packet's frame number in the clip, from its timestamp.
     fn number(&self, packet: &Packet) -> Option<i64> {
         let (num, den) = self.demuxer.time_base();
         let ticks = i128::from(packet.pts().unwrap_or(i64::MIN)) - i128::from(self.start);

@@ -1,6 +1,6 @@
-//! What ffmpeg answers when it will not: a negative number.
+//! ffmpeg's error codes.
 //!
-//! Owns telling the numbers apart. Never calls ffmpeg but for its words, through the fence.
+//! Owns the conversion of the negative numbers that ffmpeg returns; their text comes from ffmpeg, through `raw.rs`.
 //!
 //! Next: `raw.rs`, where they come from; `clip.rs`, `probe.rs` and `session.rs`, which make errors of them.
 
@@ -10,12 +10,12 @@ use std::ffi::c_int;
 use std::fmt;
 use std::io;
 
-/// What ffmpeg answered, as its own negative number.
+/// An error code of ffmpeg, negative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Code(c_int);
 
 impl Code {
-    /// Out of memory: the only answer of a decoder that is not the clip's fault.
+    /// Out of memory: the only error of a decoder that the clip does not cause.
     pub(crate) const NO_MEMORY: Self = Self(av::AVERROR(av::ENOMEM));
     /// A path or number that ffmpeg cannot take.
     pub(crate) const INVALID: Self = Self(av::AVERROR(av::EINVAL));
@@ -32,7 +32,7 @@ impl Code {
 
 impl fmt::Display for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&raw::words_for(self.0))
+        f.write_str(&raw::error_text(self.0))
     }
 }
 
@@ -44,7 +44,7 @@ impl From<Code> for String {
     }
 }
 
-/// `Ok` with ffmpeg's answer unless it is negative.
+/// `Ok` with ffmpeg's return value unless it is negative.
 pub(crate) fn check(answer: c_int) -> Result<c_int, Code> {
     if answer < 0 { Err(Code::of(answer)) } else { Ok(answer) }
 }

@@ -1,7 +1,6 @@
-//! What was wrong with a clip that was played all the same.
+//! Damage found in a clip while it is played.
 //!
-//! Owns [`Damage`], the one vocabulary for it. Never decides what follows from it: the player strikes the clip, the
-//! tools refuse it.
+//! Owns [`Damage`]. What follows is decided elsewhere: the player leaves the clip out, the tools refuse it.
 //!
 //! Found by `session.rs`.
 
@@ -10,18 +9,18 @@ use timing::FrameCount;
 /// One thing that was wrong with a clip. Frames are counted from 0 within the clip.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Damage {
-    /// Parts of this frame were guessed.
+    /// Parts of this frame are concealed errors.
     #[error("frame {frame} was decoded with errors")]
     Guessed {
         /// The frame.
         frame: u32,
     },
-    /// A frame came that is not where, or not what, the clip's header promised; it was left out.
-    #[error("frame {frame} does not belong: {reason}")]
+    /// A frame whose number or size contradicts the clip's header; it was left out.
+    #[error("frame {frame} does not match the clip's header: {reason}")]
     Misplaced {
-        /// The frame as it called itself.
+        /// The frame number in its packet.
         frame: i64,
-        /// What was wrong with it.
+        /// The cause.
         reason: String,
     },
     /// The container's or the packet's own structure is broken there.
@@ -30,12 +29,12 @@ pub enum Damage {
         /// The frame.
         frame: u32,
     },
-    /// Fewer frames came out than the header promised.
-    #[error("{found} frames came out (expected {expected})")]
+    /// Fewer frames were decoded than the header says.
+    #[error("{found} frames were decoded (expected {expected})")]
     TooFew {
-        /// What the header promised.
+        /// The number in the header.
         expected: FrameCount,
-        /// What came out.
+        /// The number found.
         found: FrameCount,
     },
     /// The decoder gave up on this frame.
@@ -43,15 +42,15 @@ pub enum Damage {
     Undecodable {
         /// The frame.
         frame: u32,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
-    /// The file cannot be read from there on, or not at all.
+    /// The file cannot be read from this frame on.
     #[error("cannot read frame {frame}: {reason}")]
     Unreadable {
         /// The first frame that is missing, in decoding order.
         frame: u32,
-        /// What ffmpeg or the kernel said.
+        /// The message of ffmpeg or the kernel.
         reason: String,
     },
 }

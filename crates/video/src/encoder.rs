@@ -1,9 +1,9 @@
 //! Makes clips in the flock's form.
 //!
-//! Owns the settings of x264 and of the MP4 file that make the form, and the promise that a file under its final name
-//! is whole. Never judges a picture and never chooses a quality: both come in as arguments.
+//! Owns the settings of x264 and of the MP4 file that give the flock's form, and that a file under its final name is
+//! complete. Pictures and quality are arguments.
 //!
-//! What the form is stands in `form.rs`; that our clips are in it is tested by probing them.
+//! The form is defined in `form.rs`; tests probe that our clips are in it.
 
 use crate::form::Form;
 use crate::raw;
@@ -16,19 +16,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 use timing::{FrameCount, Rate};
 
-/// Encoder threads. With more than one, x264 bounds the bit rate by how far the others happen to be: only one gives the
-/// same clip every time and on every machine.
+/// Encoder threads. With more than one, x264's rate control depends on thread timing: one thread gives the same clip on
+/// every run and machine.
 const THREADS: &str = "1";
 
-/// What x264 calls its presets. Presets and factors are checked here because x264 writes to stderr by itself when it
-/// refuses one.
+/// x264's presets. Presets and factors are checked here because x264 prints to stderr when it refuses one.
 const PRESETS: [&str; 10] =
     ["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow", "placebo"];
 
 /// Most ticks of a second, and of a frame.
-const MOST_TICKS: u32 = 1_000_000_000;
+const MAX_TICKS: u32 = 1_000_000_000;
 
-/// How good and how large a clip becomes.
+/// The quality and size of a clip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality<'a> {
     /// x264's constant rate factor, above 0.0 (which would be lossless, and outside High) to 51.0; 16 to 20 for art on
@@ -40,17 +39,17 @@ pub struct Quality<'a> {
     pub max_bits_per_second: Option<u32>,
 }
 
-/// Why a clip was not made. Nothing stands under its final name that was not there before.
+/// Why a clip was not encoded. The file under its final name is unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum EncodeError {
-    /// x264 or the MP4 writer refused or failed.
+    /// x264 or the MP4 muxer failed.
     #[error("cannot encode clip `{path}`: {step}: {reason}")]
     Encode {
         /// The clip.
         path: PathBuf,
         /// What was being done.
         step: &'static str,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// x264 has no such rate factor, or none within the form.
@@ -58,7 +57,7 @@ pub enum EncodeError {
     Factor {
         /// The clip.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested value.
         found: f32,
     },
     /// The name is not UTF-8.
@@ -72,15 +71,15 @@ pub enum EncodeError {
     Preset {
         /// The clip.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested value.
         found: String,
     },
     /// MP4 and ffmpeg count a second in ticks of at most 31 bits.
-    #[error("cannot encode clip `{path}`: {found} frames per second, whose numbers are above {MOST_TICKS}")]
+    #[error("cannot encode clip `{path}`: numerator or denominator of {found} frames per second is above {MAX_TICKS}")]
     Rate {
         /// The clip.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested value.
         found: Rate,
     },
     /// A picture is not of the form's size.
@@ -104,12 +103,12 @@ pub enum EncodeError {
     Write {
         /// The clip.
         path: PathBuf,
-        /// What the kernel said.
+        /// The kernel error.
         source: io::Error,
     },
 }
 
-/// A clip being made. Dropped before [`Encoder::finish`] it leaves nothing behind.
+/// A clip being encoded. If it is dropped before [`Encoder::finish`], its temporary file is removed.
 pub struct Encoder {
     path: PathBuf,
     part: Part,
@@ -128,14 +127,14 @@ struct Part {
 impl Drop for Part {
     fn drop(&mut self) {
         if !self.kept {
-            // Nothing to be done where even that fails: the name says that it is no clip.
+            // If that fails too, the file name still marks it as temporary.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
 impl Encoder {
-    /// Whether a clip `path` can be made so, as far as that can be told before there is a frame.
+    /// Checks what can be checked before the first frame.
     ///
     /// # Errors
     /// [`EncodeError::Factor`], [`EncodeError::Preset`] or [`EncodeError::Rate`].
@@ -147,7 +146,7 @@ impl Encoder {
         if !(quality.crf > 0.0 && quality.crf <= 51.0) {
             return Err(EncodeError::Factor { path: path(), found: quality.crf });
         }
-        if form.fps.num().max(form.fps.den()) > MOST_TICKS {
+        if form.fps.num().max(form.fps.den()) > MAX_TICKS {
             return Err(EncodeError::Rate { path: path(), found: form.fps });
         }
         Ok(())
@@ -161,8 +160,8 @@ impl Encoder {
         Self::create_tagged(path, form, quality, &[])
     }
 
-    /// Starts a clip as [`Encoder::create`] does, with tags, `(key, value)`, that tell of its origin: title, artist,
-    /// copyright, or any other. They stand in the file as they are, under the keys that they have.
+    /// Starts a clip as [`Encoder::create`] does, with tags, `(key, value)`, about its origin: title, artist,
+    /// copyright, or any other. Keys and values are written unchanged.
     ///
     /// # Errors
     /// As [`Encoder::create`].
@@ -172,7 +171,7 @@ impl Encoder {
         quality: Quality<'_>,
         tags: &[(String, String)],
     ) -> Result<Self, EncodeError> {
-        raw::hush();
+        raw::redirect_log();
         Self::check(path, form, quality)?;
         let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, error);
         let mut name: OsString = path.as_os_str().to_owned();
@@ -181,16 +180,16 @@ impl Encoder {
         if part.path.to_str().is_none_or(|name| name.contains('\0')) {
             return Err(EncodeError::Name { path: path.to_owned() });
         }
-        // First with the kernel, whose refusals name the cause.
+        // The file is created with a system call first: its errors name the cause.
         File::create(&part.path).map_err(|source| EncodeError::Write { path: path.to_owned(), source })?;
         let video = x264(form, quality).map_err(at("start x264"))?;
         let mut output = format::output_as(&part.path, "mp4").map_err(at("open the file"))?;
         let mut stream = output.add_stream_with(&video).map_err(at("add the stream"))?;
         stream.set_time_base(time_base(form));
         stream.set_avg_frame_rate(time_base(form).invert());
-        // `use_metadata_tags`: any key, where MP4 without it knows but a dozen, and a licence is none of them.
+        // `use_metadata_tags` writes any key; without it MP4 has about a dozen, and no licence among them.
         let flags = if tags.is_empty() { "+faststart" } else { "+faststart+use_metadata_tags" };
-        // What C would end before its end cannot be told.
+        // C strings end at a zero byte: such tags are left out.
         let told = tags.iter().filter(|(key, value)| !key.contains('\0') && !value.contains('\0'));
         output.set_metadata(told.map(|(key, value)| (key.as_str(), value.as_str())).collect());
         let header = Dictionary::from_iter([("movflags", flags), ("fflags", "+bitexact")]);
@@ -223,7 +222,7 @@ impl Encoder {
         self.write_packets()
     }
 
-    /// Writes what is still inside x264, makes the file durable and gives it its name. Answers how many frames it has.
+    /// Flushes x264, syncs the file and renames it to its final name. Returns its number of frames.
     ///
     /// # Errors
     /// [`EncodeError`]; a clip that had the name before is still there.
@@ -233,12 +232,8 @@ impl Encoder {
         self.output.write_trailer().map_err(|error| EncodeError::encode(&self.path, "write the index", error))?;
         let Self { path, mut part, video, output, pushed, .. } = self;
         drop((video, output));
-        let kept = File::open(&part.path).and_then(|file| file.sync_all()).and_then(|()| fs::rename(&part.path, &path));
-        kept.map_err(|source| EncodeError::Write { path: path.clone(), source })?;
+        durable::persist(&part.path, &path).map_err(|source| EncodeError::Write { path, source })?;
         part.kept = true;
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let synced = File::open(folder).and_then(|folder| folder.sync_all());
-        synced.map_err(|source| EncodeError::Write { path, source })?;
         Ok(FrameCount(pushed))
     }
 
@@ -290,7 +285,7 @@ fn x264(form: &Form, quality: Quality<'_>) -> Result<codec::encoder::video::Enco
         ("color_trc", "bt709"),
         ("colorspace", "bt709"),
         ("color_range", "tv"),
-        // 8x8dct: without it x264 would call the stream Main. open-gop: off by default, but the form depends on it.
+        // 8x8dct: without it x264 marks the stream as Main. open-gop: off by default, but the form depends on it.
         ("x264-params", "repeat-headers=1:open-gop=0:8x8dct=1"),
     ]);
     options.set("crf", &quality.crf.to_string());

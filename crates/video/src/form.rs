@@ -1,7 +1,7 @@
-//! The one form that all clips of a flock have.
+//! The form that all clips of a flock have.
 //!
-//! Owns [`Form`] and the comparison of a probed clip with it. A clip in the form goes through the endless decoder
-//! without a hiccup at either end; that is all the form is for. Never opens a file: `probe.rs` does.
+//! Owns [`Form`] and the comparison of a probed clip with it. The form lets all clips go through one decoder without a
+//! flush. Files are opened by `probe.rs`.
 //!
 //! Start at [`Probe::differences`].
 
@@ -9,14 +9,14 @@ use crate::probe::Probe;
 use std::fmt;
 use timing::{FrameCount, Rate};
 
-/// A flock's form: what differs from flock to flock. The rest is the same for all:
+/// A flock's form: the values that differ between flocks. The rest is the same for all:
 ///
 /// * MP4, one H.264 stream, profile High or one within it (Main, Constrained Baseline), 8-bit 4:2:0, progressive,
 ///   square pixels;
 /// * tagged BT.709 (primaries, transfer, matrix), limited range;
 /// * constant frame rate, as many frames as the manifest says;
-/// * the first access unit is an IDR picture and carries its parameter sets; they tell the reorder depth, so that the
-///   decoder never has to guess it and drop a frame; every GOP is closed.
+/// * the first access unit is an IDR picture and carries its parameter sets; they state the reorder depth, so that the
+///   decoder need not guess it, which may drop a frame; every GOP is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Form {
     /// Visible width and height in pixels.
@@ -30,9 +30,9 @@ pub struct Form {
 pub struct Difference {
     /// What differs: `codec`, `size`, `frame rate`, ...
     pub what: &'static str,
-    /// What the form asks for.
+    /// The value in the form.
     pub expected: String,
-    /// What the clip has.
+    /// The value of the clip.
     pub found: String,
 }
 
@@ -43,13 +43,13 @@ impl fmt::Display for Difference {
 }
 
 /// Differences as one line of text.
-pub(crate) fn listed(differences: &[Difference]) -> String {
+pub(crate) fn join_differences(differences: &[Difference]) -> String {
     differences.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
 impl Probe {
-    /// How the clip differs from `form` and `frames`; nothing if it is in the form. A clip that is not H.264 differs
-    /// in that alone.
+    /// How the clip differs from `form` and `frames`; empty if it is in the form. For a clip that is not H.264 only the
+    /// codec is compared.
     pub fn differences(&self, form: &Form, frames: FrameCount) -> Vec<Difference> {
         if self.codec != "h264" {
             let found = self.codec.clone();
@@ -71,7 +71,7 @@ impl Probe {
             ("colour", COLOUR.into(), self.colour.clone()),
             ("progressive", yes(true), yes(self.progressive)),
             ("square pixels", yes(true), yes(self.square_pixels)),
-            ("reorder depth told", yes(true), yes(self.reorder_told)),
+            ("reorder depth stated", yes(true), yes(self.reorder_told)),
             ("closed GOP", yes(true), yes(self.closed_gop)),
         ];
         // A single frame has no rate of its own: it is shown at the flock's.

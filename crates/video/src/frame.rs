@@ -1,7 +1,7 @@
 //! One decoded frame and its place in the stream.
 //!
-//! Owns [`Frame`], a shared handle on ffmpeg's own buffer: no pixel is copied between the decoder and the screen.
-//! Never outlives its memory, whatever becomes of the session.
+//! Owns [`Frame`], a shared handle on ffmpeg's own buffer: no pixel is copied between the decoder and the screen. The
+//! buffer lives as long as the frame, also after the session has ended.
 //!
 //! Made by `session.rs`.
 
@@ -38,8 +38,8 @@ impl Frame {
         self.in_clip
     }
 
-    /// Whether it is the clip's last frame by the header's count. In a damaged clip that frame may never come:
-    /// [`crate::Poll::ClipEnd`] always does.
+    /// Whether it is the clip's last frame by the header's count. In a damaged clip that frame may be missing:
+    /// [`crate::Poll::ClipEnd`] always comes.
     pub fn last(&self) -> bool {
         self.last
     }
@@ -60,9 +60,8 @@ impl Frame {
         self.picture.strides()
     }
 
-    /// Whether parts of it were guessed because the clip is damaged. With more than one thread the mark may sit on a
-    /// frame nearby, always of the same clip.
-    pub fn damaged(&self) -> bool {
+    /// Whether errors in it were concealed. With more than one thread a nearby frame of the same clip may carry the mark.
+    pub fn is_damaged(&self) -> bool {
         self.damaged
     }
 }

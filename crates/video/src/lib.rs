@@ -1,10 +1,10 @@
 //! The fence around ffmpeg: one endless decoder session, the probe, the encoder.
 //!
-//! Owns everything that is known of video files and of the flock's form. Never knows a screen or the walk: frames
-//! leave as planes of bytes, clips come in as paths.
+//! Owns all access to video files, and the flock's form. It knows neither the screen nor the walk: clips come in as
+//! paths, frames leave as planes of bytes.
 //!
-//! Start at [`Session`], which turns clips into frames; [`probe`] tells whether a clip may go in, [`Encoder`] makes one
-//! that may, [`Foreign`] reads the videos of others. All `unsafe` stands in `raw.rs`.
+//! Start at [`Session`], which turns clips into frames; [`probe`] examines a clip, [`Encoder`] makes one,
+//! [`ForeignVideo`] reads any other video. All `unsafe` stands in `raw.rs`.
 #![deny(unsafe_code)]
 
 mod clip;
@@ -25,9 +25,9 @@ mod yuv;
 pub use clip::{Clip, ClipError};
 pub use damage::Damage;
 pub use encoder::{EncodeError, Encoder, Quality};
-pub use foreign::{About, Foreign, ForeignError, ForeignPicture};
+pub use foreign::{ForeignError, ForeignPicture, ForeignVideo, VideoInfo};
 pub use form::{Difference, Form};
 pub use frame::Frame;
-pub use probe::{Probe, ProbeError, decodes, is_shortage, probe};
-pub use session::{ClipNumber, Poll, Session, SessionError, opening};
+pub use probe::{Probe, ProbeError, decode_whole, is_shortage, probe};
+pub use session::{ClipNumber, Poll, Session, SessionError, first_frame};
 pub use yuv::{PictureError, Yuv420p};

@@ -1,25 +1,25 @@
 //! The units inside an H.264 packet of an MP4 file.
 //!
 //! Owns the walk over length-prefixed NAL units, and the change of their lengths into start codes in place, so that
-//! clips with different configuration records go through one decoder. Never looks into a slice.
+//! clips with different configuration records go through one decoder. Slices are not parsed.
 //!
 //! Start at [`units`]. What a parameter set says is read in `sps.rs`.
 
-/// Bytes of a unit's length field: what every muxer we know writes, and as long as a start code.
+/// Bytes of a unit's length field: the size that every known muxer writes, and that of a start code.
 const PREFIX: usize = 4;
 
 /// A unit's length field points outside its packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Broken;
+pub(crate) struct MalformedUnit;
 
-/// What a unit is, as far as joins care.
+/// The kinds of units that matter at joins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// A slice of a picture that other pictures before it may be needed for.
+    /// A slice of a picture that may refer to pictures before it.
     Slice,
-    /// A slice of a picture that starts afresh.
+    /// A slice of an IDR picture.
     Idr,
-    /// Supplemental information; `true` if it tells a recovery point, the start of an open GOP.
+    /// Supplemental information; `true` if it has a recovery point, the start of an open GOP.
     Sei { recovery: bool },
     /// A sequence parameter set.
     Sps,
@@ -41,8 +41,8 @@ pub(crate) fn kind(unit: &[u8]) -> Kind {
     }
 }
 
-/// The units of a packet in order, each without its length field; ends after the first [`Broken`] one.
-pub(crate) fn units(packet: &[u8]) -> impl Iterator<Item = Result<&[u8], Broken>> {
+/// The units of a packet in order, each without its length field; ends after the first [`MalformedUnit`] one.
+pub(crate) fn units(packet: &[u8]) -> impl Iterator<Item = Result<&[u8], MalformedUnit>> {
     let mut rest = packet;
     std::iter::from_fn(move || {
         if rest.is_empty() {
@@ -60,7 +60,7 @@ pub(crate) fn units(packet: &[u8]) -> impl Iterator<Item = Result<&[u8], Broken>
     })
 }
 
-/// Whether no other picture is decoded from this one: the reference count of all its slices is 0.
+/// Whether no other picture refers to this one: `nal_ref_idc` of all its slices is 0.
 pub(crate) fn is_disposable(packet: &[u8]) -> bool {
     let slices = units(packet).flatten().filter(|unit| matches!(kind(unit), Kind::Slice | Kind::Idr));
     let mut counts = slices.map(|unit| unit[0] >> 5 & 3).peekable();
@@ -70,8 +70,8 @@ pub(crate) fn is_disposable(packet: &[u8]) -> bool {
 /// Turns every length field into a start code. From a broken one on, the rest becomes one last unit.
 ///
 /// # Errors
-/// [`Broken`] if a length pointed outside; the packet may still be decoded, as far as it goes.
-pub(crate) fn to_start_codes(packet: &mut [u8]) -> Result<(), Broken> {
+/// [`MalformedUnit`] if a length pointed outside; the packet may still be decoded, as far as it goes.
+pub(crate) fn to_start_codes(packet: &mut [u8]) -> Result<(), MalformedUnit> {
     let mut rest = packet;
     while !rest.is_empty() {
         let bytes = length(rest);
@@ -84,10 +84,10 @@ pub(crate) fn to_start_codes(packet: &mut [u8]) -> Result<(), Broken> {
 }
 
 /// The length that `rest` starts with: at least 1, and inside `rest`.
-fn length(rest: &[u8]) -> Result<usize, Broken> {
-    let (prefix, body) = rest.split_first_chunk::<PREFIX>().ok_or(Broken)?;
+fn length(rest: &[u8]) -> Result<usize, MalformedUnit> {
+    let (prefix, body) = rest.split_first_chunk::<PREFIX>().ok_or(MalformedUnit)?;
     let bytes = u32::from_be_bytes(*prefix) as usize;
-    if (1..=body.len()).contains(&bytes) { Ok(bytes) } else { Err(Broken) }
+    if (1..=body.len()).contains(&bytes) { Ok(bytes) } else { Err(MalformedUnit) }
 }
 
 #[cfg(test)]
@@ -125,8 +125,8 @@ mod tests {
     #[test]
     fn a_length_that_points_outside_is_told_and_ends_the_walk() {
         for packet in [&[0, 0, 0, 9, 0x65][..], &[0, 0, 0, 0, 1], &[0, 0, 1], &[255; 5]] {
-            assert_eq!(units(packet).collect::<Vec<_>>(), [Err(Broken)], "{packet:?}");
-            assert_eq!(to_start_codes(&mut packet.to_vec()), Err(Broken), "{packet:?}");
+            assert_eq!(units(packet).collect::<Vec<_>>(), [Err(MalformedUnit)], "{packet:?}");
+            assert_eq!(to_start_codes(&mut packet.to_vec()), Err(MalformedUnit), "{packet:?}");
         }
     }
 }

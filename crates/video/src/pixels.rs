@@ -1,11 +1,12 @@
-//! How the samples of other people's pictures lie in memory, and what colours they mean.
+//! Pixel formats and colours of imported pictures.
 //!
-//! Owns the table of layouts, colour matrices and chroma sites, and the way from them to display RGB. Never scales: a
-//! picture leaves in the size in which it came. Gamma and primaries are taken as they are: those of standard and high
-//! definition differ too little to be seen, and what differs much (HDR) is refused by `foreign.rs`.
+//! Owns the table of layouts, colour matrices and chroma sites, and the way from them to display RGB. The size is kept.
+//! Gamma and primaries are not converted: those of standard and high definition differ too little to be visible, and
+//! HDR is refused by `foreign.rs`.
 //!
 //! Start at [`Layout::of`], then [`rgb`].
 
+use crate::yuv::WEIGHTS;
 use ffmpeg_next::color::{Range, Space};
 use ffmpeg_next::frame::Video;
 use ffmpeg_next::util::chroma::Location;
@@ -18,7 +19,7 @@ pub(crate) struct Layout {
     is_rgb: bool,
     /// Luma samples for a chroma sample, across and down, as powers of two.
     chroma: [u32; 2],
-    /// The levels use the whole range, whatever the file tells.
+    /// Samples are full range, whatever the file says.
     full: bool,
     samples: Vec<Sample>,
 }
@@ -43,7 +44,7 @@ pub(crate) struct Levels {
 
 impl Layout {
     /// The layout of the pixel format that ffmpeg calls `name`, whose chroma is shared by `1 << chroma` pixels across
-    /// and down; `None` where we do not know it.
+    /// and down; `None` if it is not supported.
     pub(crate) fn of(name: &str, chroma: [u32; 2]) -> Option<Self> {
         planar(name, chroma).or_else(|| packed(name, chroma))
     }
@@ -111,8 +112,8 @@ fn packed(name: &str, chroma: [u32; 2]) -> Option<Layout> {
 }
 
 impl Levels {
-    /// What the levels of `frame` mean; `None` where we cannot turn them into RGB. Where the file does not tell, players
-    /// go by the size, and so do we: standard definition is BT.601, all else BT.709.
+    /// What the levels of `frame` mean; `None` if we cannot convert them to RGB. Where the file does not say, the size
+    /// decides, as in other players: standard definition is BT.601, all else BT.709.
     #[expect(clippy::wildcard_enum_match_arm, reason = "the list grows with every version of ffmpeg")]
     pub(crate) fn of(frame: &Video, layout: &Layout) -> Option<Self> {
         let standard = frame.width() < 1280 && frame.height() <= 576;
@@ -122,7 +123,7 @@ impl Levels {
             Space::SMPTE240M => [0.212, 0.087],
             Space::Unspecified | Space::Reserved if standard => [0.299, 0.114],
             // Of RGB there is nothing to turn.
-            Space::BT709 | Space::Unspecified | Space::Reserved | Space::RGB => [0.2126, 0.0722],
+            Space::BT709 | Space::Unspecified | Space::Reserved | Space::RGB => [WEIGHTS[0], WEIGHTS[2]],
             _ => return None,
         };
         let is_gray = layout.samples.len() == 1 && frame.color_range() == Range::Unspecified;
@@ -131,13 +132,13 @@ impl Levels {
         (!strange).then_some(Self { weights, full })
     }
 
-    /// Whether they mean what those of a flock's clips do.
-    pub(crate) fn are_the_flocks(self) -> bool {
-        self == Self { weights: [0.2126, 0.0722], full: false }
+    /// Whether they are those of a flock's clips.
+    pub(crate) fn is_bt709_limited(self) -> bool {
+        self == Self { weights: [WEIGHTS[0], WEIGHTS[2]], full: false }
     }
 }
 
-/// The picture as display RGB: `[height][width][3]`, row-major, 0 to 1 but for what limited levels have to spare.
+/// The picture as display RGB: `[height][width][3]`, row-major, 0 to 1; limited range may exceed that slightly.
 pub(crate) fn rgb(frame: &Video, layout: &Layout, levels: Levels) -> Vec<f32> {
     let (width, height) = (frame.width() as usize, frame.height() as usize);
     let planes: Vec<Plane> = (0..layout.samples.len()).map(|at| plane(frame, layout, at, levels.full)).collect();
@@ -210,7 +211,7 @@ fn site(location: Location, chroma: [u32; 2]) -> [f32; 2] {
         Location::Center => middle,
         Location::Top => [middle[0], 0.0],
         Location::TopLeft => [0.0; 2],
-        // MPEG-2 and all after it, where nothing is told.
+        // The default since MPEG-2.
         Location::Unspecified | Location::Left => [0.0, middle[1]],
         Location::BottomLeft => [0.0, 2.0 * middle[1]],
         Location::Bottom => [middle[0], 2.0 * middle[1]],

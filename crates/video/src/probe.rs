@@ -1,7 +1,7 @@
-//! What a clip is, told from its bytes.
+//! The properties of a clip, read from its file.
 //!
-//! Owns [`Probe`]: the header, the container's index, the first access unit and, on request, every packet. Never
-//! decodes a picture but in [`decodes`], which runs the whole clip through a session as the unit would.
+//! Owns [`Probe`]: the header, the container's index, the first access unit and, on request, every packet. Only
+//! [`decode_whole`] decodes pictures: it runs the whole clip through a session as a unit does.
 //!
 //! Next: `form.rs` compares a probe with the flock's form.
 
@@ -44,9 +44,9 @@ pub struct Probe {
     pub colour: String,
     /// Whether every picture is a whole frame.
     pub progressive: bool,
-    /// Whether pixels are square, or not said to be anything else.
+    /// Whether pixels are square, or their shape is not stated.
     pub square_pixels: bool,
-    /// Whether the parameter set tells how many pictures the decoder must hold back.
+    /// Whether the parameter set states how many pictures the decoder must hold back.
     pub reorder_told: bool,
     /// Whether every GOP is closed, as far as the packets read can tell.
     pub closed_gop: bool,
@@ -74,7 +74,7 @@ pub enum ProbeError {
     NotAVideo {
         /// The file.
         path: PathBuf,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// It is missing, or the kernel refuses it.
@@ -82,7 +82,7 @@ pub enum ProbeError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the kernel said.
+        /// The kernel error.
         source: io::Error,
     },
     /// Its packets cannot be read.
@@ -92,7 +92,7 @@ pub enum ProbeError {
         path: PathBuf,
         /// The first frame that cannot be read, in decoding order.
         frame: u32,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// The end of the file is missing.
@@ -107,10 +107,10 @@ pub enum ProbeError {
     },
 }
 
-/// Tells what the clip at `path` is, from its header and all its packets. Nothing is decoded.
+/// Reads the properties of the clip at `path` from its header and all its packets. Nothing is decoded.
 ///
 /// # Errors
-/// [`ProbeError`] if it is no complete video file. Whether it is in the form is asked of the [`Probe`].
+/// [`ProbeError`] if it is no complete video file. See [`Probe`] for whether it is in the form.
 pub fn probe(path: &Path) -> Result<Probe, ProbeError> {
     let mut opened = open(path)?;
     let mut scan = Scan { shown: Vec::new(), closed_gop: opened.probe.closed_gop };
@@ -131,35 +131,35 @@ pub fn probe(path: &Path) -> Result<Probe, ProbeError> {
     Ok(opened.probe)
 }
 
-/// Decodes the whole clip as a unit would, and tells how many frames came out.
+/// Decodes the whole clip as a unit does, and returns the number of frames.
 ///
 /// # Errors
-/// The first [`Damage`]: a frame that cannot be decoded, was guessed in part or is missing.
-pub fn decodes(path: &Path, threads: NonZero<usize>) -> Result<FrameCount, Damage> {
+/// The first [`Damage`]: a frame that cannot be decoded, has concealed errors, or is missing.
+pub fn decode_whole(path: &Path, threads: NonZero<usize>) -> Result<FrameCount, Damage> {
     let unreadable = |reason: String| Damage::Unreadable { frame: 0, reason };
     let mut session = Session::new(threads).map_err(|error| unreadable(error.to_string()))?;
-    session.push(Clip::open_as_is(path).map_err(|error| unreadable(error.to_string()))?);
+    session.push(Clip::open_any(path).map_err(|error| unreadable(error.to_string()))?);
     session.finish();
     loop {
         match session.poll() {
             Poll::Frame(_) | Poll::Starved => (),
             Poll::ClipEnd { frames, damage, .. } => return damage.into_iter().next().map_or(Ok(frames), Err),
-            Poll::Finished => return Err(unreadable("nothing came out".into())),
+            Poll::Finished => return Err(unreadable("no frame was decoded".into())),
             Poll::Failed(error) => return Err(unreadable(error.to_string())),
         }
     }
 }
 
-/// A clip after the cheap look: header, index and first packet.
-pub(crate) struct Opened {
+/// An open clip: header, index and first packet are read.
+pub(crate) struct OpenedClip {
     pub(crate) demuxer: Demuxer,
     pub(crate) first: Packet,
     pub(crate) probe: Probe,
     pub(crate) file: File,
 }
 
-/// Opens `path` and takes the cheap look.
-pub(crate) fn open(path: &Path) -> Result<Opened, ProbeError> {
+/// Opens `path` and reads header, index and first packet.
+pub(crate) fn open(path: &Path) -> Result<OpenedClip, ProbeError> {
     let (file, bytes) = open_file(path)?;
     let not_a_video = |code: Code| ProbeError::NotAVideo { path: path.to_owned(), reason: code.to_string() };
     let mut demuxer = Demuxer::open(path).map_err(|code| match code.system() {
@@ -178,7 +178,7 @@ pub(crate) fn open(path: &Path) -> Result<Opened, ProbeError> {
     let times: Vec<i64> = samples.iter().map(|sample| sample.dts).collect();
     let shown = samples.iter().filter(|sample| sample.shown).count();
     let unit = first.bytes_mut().map_err(|code| unreadable(path, 0, code))?;
-    let look = Look::at(unit, demuxer.configuration());
+    let look = FirstAccessUnit::at(unit, demuxer.configuration());
     let sps = look.sps.as_ref();
     let pixel = sps.and_then(|sps| sps.pixel);
     let probe = Probe {
@@ -196,10 +196,10 @@ pub(crate) fn open(path: &Path) -> Result<Opened, ProbeError> {
         reorder_told: sps.is_some_and(|sps| sps.reorder.is_some()),
         closed_gop: true,
     };
-    Ok(Opened { demuxer, first, probe, file })
+    Ok(OpenedClip { demuxer, first, probe, file })
 }
 
-/// Opens a plain file that has bytes; tells how many.
+/// Opens a regular, non-empty file; returns its size.
 fn open_file(path: &Path) -> Result<(File, u64), ProbeError> {
     let cannot = |source| ProbeError::Open { path: path.to_owned(), source };
     let kind = fs::metadata(path).map_err(cannot)?;
@@ -213,7 +213,7 @@ fn open_file(path: &Path) -> Result<(File, u64), ProbeError> {
     Ok((File::open(path).map_err(cannot)?, kind.len()))
 }
 
-/// Whether the machine was short of descriptors or memory: no file's fault, and gone in a moment.
+/// Whether the error is a shortage of descriptors or memory, which may pass.
 pub fn is_shortage(error: &io::Error) -> bool {
     let found = error.raw_os_error().map(Errno::from_raw_os_error);
     matches!(found, Some(Errno::MFILE | Errno::NFILE | Errno::NOMEM))
@@ -223,15 +223,15 @@ fn unreadable(path: &Path, frame: u32, reason: impl Into<String>) -> ProbeError 
     ProbeError::Read { path: path.to_owned(), frame, reason: reason.into() }
 }
 
-/// What the first access unit tells.
-struct Look {
+/// The properties in the first access unit.
+struct FirstAccessUnit {
     idr: bool,
     in_band: bool,
     sps: Option<Sps>,
 }
 
-impl Look {
-    /// Looks at the first packet; where it has no parameter set, at the one in the configuration record.
+impl FirstAccessUnit {
+    /// Reads the first packet and its parameter set, or else the one in the configuration record.
     fn at(packet: &[u8], configuration: &[u8]) -> Self {
         let units = || nal::units(packet).filter_map(Result::ok);
         let has = |kind| units().any(|unit| nal::kind(unit) == kind);
@@ -242,7 +242,7 @@ impl Look {
     }
 }
 
-/// What all packets together tell.
+/// The properties of all packets together.
 struct Scan {
     /// Presentation times of the shown frames, in ticks.
     shown: Vec<i64>,
@@ -251,7 +251,7 @@ struct Scan {
 
 impl Scan {
     fn packet(&mut self, packet: &mut Packet) -> Result<(), Code> {
-        if !packet.hidden() {
+        if !packet.is_discarded() {
             self.shown.push(packet.pts().unwrap_or(i64::MIN));
         }
         let units = nal::units(packet.bytes_mut()?).filter_map(Result::ok).map(nal::kind);

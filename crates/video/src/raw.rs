@@ -1,9 +1,9 @@
 //! The fence around ffmpeg: every `unsafe` block of this crate, behind types that are safe to use.
 //!
-//! Owns the lifetimes of ffmpeg's contexts, packets and frames, and the rule that no enum of ffmpeg is read from
-//! memory that a file could have shaped. Never decides anything: it speaks in [`Code`]s and plain numbers.
-//! Reading goes through `ffmpeg-next`'s bindings, because its safe layer cannot tell damaged frames and panics on
-//! file names that are not UTF-8; writing uses that safe layer, in `encoder.rs`.
+//! Owns the lifetimes of ffmpeg's contexts, packets and frames, and the rule that no enum of ffmpeg is read from memory
+//! that a file could have shaped. It decides nothing: it returns [`Code`]s and plain numbers. Reading goes through
+//! `ffmpeg-next`'s bindings, because its safe layer does not report damaged frames and panics on file names that are
+//! not UTF-8; writing uses that safe layer, in `encoder.rs`.
 //!
 //! Next: `probe.rs` and `clip.rs` read packets with it, `session.rs` decodes them.
 #![allow(unsafe_code)]
@@ -17,28 +17,28 @@ use std::ptr::{self, NonNull};
 use std::slice;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// What ffmpeg says of its own negative number.
-pub(crate) fn words_for(answer: c_int) -> String {
+/// ffmpeg's message for an error code.
+pub(crate) fn error_text(answer: c_int) -> String {
     let mut text = [0u8; 96];
     // SAFETY: `text` is writable for the length given; ffmpeg always ends it with a 0 within that length.
     unsafe { av::av_strerror(answer, text.as_mut_ptr().cast(), text.len()) };
     CStr::from_bytes_until_nul(&text).map_or("unknown error".into(), CStr::to_string_lossy).into_owned()
 }
 
-/// A path as ffmpeg's file protocol takes it, so that no name is mistaken for an address of another protocol.
+/// A path as a URL of ffmpeg's file protocol, so that no name is taken for another protocol.
 fn url(path: &Path) -> Result<CString, Code> {
     CString::new([b"file:", path.as_os_str().as_bytes()].concat()).map_err(|_| Code::INVALID)
 }
 
-/// Keeps ffmpeg's own messages off stderr, and hears the complaints of decoders.
-pub(crate) fn hush() {
+/// Keeps ffmpeg's messages off stderr, and counts the errors of decoders.
+pub(crate) fn redirect_log() {
     // SAFETY: sets one atomic pointer inside ffmpeg, to a function that lives for ever and may run on any thread.
-    unsafe { av::av_log_set_callback(Some(listen)) };
+    unsafe { av::av_log_set_callback(Some(log_callback)) };
 }
 
-/// ffmpeg's way to say anything. Where a [`Decoder`] complains, its clip's count goes up: with several threads ffmpeg 5.1
-/// tells of concealed errors in no other way. `Arguments` is the C compiler's `va_list`, never touched.
-unsafe extern "C" fn listen<Arguments>(who: *mut c_void, level: c_int, _: *const c_char, _: Arguments) {
+/// ffmpeg's log callback. Each error of a [`Decoder`] is added to its clip's count: with several threads ffmpeg 5.1
+/// reports concealed errors in no other way. `Arguments` is the C compiler's `va_list`, never touched.
+unsafe extern "C" fn log_callback<Arguments>(who: *mut c_void, level: c_int, _: *const c_char, _: Arguments) {
     if who.is_null() || level & 0xff > av::AV_LOG_ERROR {
         return;
     }
@@ -62,7 +62,7 @@ pub(crate) struct Sample {
     pub(crate) bytes: u64,
     /// Decoding time in ticks of [`Demuxer::time_base`].
     pub(crate) dts: i64,
-    /// Whether it is shown: an edit list may cut it away.
+    /// Whether it is shown: an edit list may discard it.
     pub(crate) shown: bool,
     /// Whether decoding can start there.
     pub(crate) key: bool,
@@ -80,7 +80,7 @@ unsafe impl Send for Demuxer {}
 impl Demuxer {
     /// Reads the header of `path`, which must be MP4 or its ancestor MOV.
     pub(crate) fn open(path: &Path) -> Result<Self, Code> {
-        hush();
+        redirect_log();
         let url = url(path)?;
         // SAFETY: plain lookups and an allocation; the context is freed by `avformat_open_input` if that fails.
         let context = unsafe {
@@ -209,12 +209,12 @@ impl Packet {
         NonNull::new(unsafe { av::av_packet_alloc() }).map(Self).ok_or(Code::NO_MEMORY)
     }
 
-    /// Another one of the same bytes, which are copied only if one of the two is changed.
-    pub(crate) fn twin(&self) -> Result<Self, Code> {
-        let twin = Self::new()?;
-        // SAFETY: both were allocated in `new` and are freed only in `drop`; the twin is ours alone and holds nothing.
-        check(unsafe { av::av_packet_ref(twin.0.as_ptr(), self.0.as_ptr()) })?;
-        Ok(twin)
+    /// A reference to the same bytes, which are copied only if one of the two is changed.
+    pub(crate) fn clone_ref(&self) -> Result<Self, Code> {
+        let clone_ref = Self::new()?;
+        // SAFETY: both were allocated in `new` and are freed only in `drop`; the clone_ref is ours alone and holds nothing.
+        check(unsafe { av::av_packet_ref(clone_ref.0.as_ptr(), self.0.as_ptr()) })?;
+        Ok(clone_ref)
     }
 
     /// Gives its bytes back.
@@ -240,13 +240,13 @@ impl Packet {
     }
 
     /// Whether the demuxer already knows that bytes are missing.
-    pub(crate) fn corrupt(&self) -> bool {
+    pub(crate) fn is_corrupt(&self) -> bool {
         // SAFETY: allocated in `new`, freed only in `drop`.
         unsafe { (*self.0.as_ptr()).flags & av::AV_PKT_FLAG_CORRUPT != 0 }
     }
 
-    /// Whether it is decoded but not shown: an edit list cuts it away.
-    pub(crate) fn hidden(&self) -> bool {
+    /// Whether it is decoded but not shown: an edit list discards it.
+    pub(crate) fn is_discarded(&self) -> bool {
         // SAFETY: allocated in `new`, freed only in `drop`.
         unsafe { (*self.0.as_ptr()).flags & av::AV_PKT_FLAG_DISCARD != 0 }
     }
@@ -273,7 +273,7 @@ impl Drop for Packet {
     }
 }
 
-/// One decoded picture, never changed after the decoder let go of it.
+/// A decoded picture, immutable once the decoder has returned it.
 pub(crate) struct Picture(NonNull<av::AVFrame>);
 
 // SAFETY: nothing writes to a picture once `Decoder::receive` returned it (the decoder only reads it as a reference),
@@ -308,8 +308,8 @@ impl Picture {
             && self.frame().data[..3].iter().all(|data| !data.is_null())
     }
 
-    /// Whether any of it was guessed because the stream was damaged.
-    pub(crate) fn damaged(&self) -> bool {
+    /// Whether errors in it were concealed.
+    pub(crate) fn is_damaged(&self) -> bool {
         self.frame().decode_error_flags != 0 || self.frame().flags & av::AV_FRAME_FLAG_CORRUPT != 0
     }
 
@@ -342,8 +342,8 @@ impl Drop for Picture {
     }
 }
 
-/// What came of offering a packet to the decoder.
-pub(crate) enum Sent {
+/// The result of sending a packet to the decoder.
+pub(crate) enum SendResult {
     /// It is in.
     Taken,
     /// Pictures must come out first; offer it again.
@@ -352,25 +352,25 @@ pub(crate) enum Sent {
     Failed(Code),
 }
 
-/// What came out of the decoder.
-pub(crate) enum Received {
+/// The result of receiving from the decoder.
+pub(crate) enum ReceiveResult {
     Picture(Picture),
     /// It wants a packet first.
-    Hungry,
+    NeedsInput,
     /// All is out after the end was announced.
     End,
     /// A packet could not be decoded.
     Failed(Code),
 }
 
-/// How many clips a decoder keeps apart at most: more than can be inside it, with one frame per thread.
-const CLIPS_APART: usize = 256;
+/// For how many clips a decoder counts errors: more than can be inside it, with one frame per thread.
+const MAX_CLIPS: usize = 256;
 
 /// An H.264 decoder.
 pub(crate) struct Decoder {
     context: NonNull<av::AVCodecContext>,
-    /// Complaints per clip, by its number modulo [`CLIPS_APART`]. Freed after `context`, see `drop`.
-    complaints: Box<[AtomicU32; CLIPS_APART]>,
+    /// Errors per clip, by its number modulo [`MAX_CLIPS`]. Freed after `context`, see `drop`.
+    error_count: Box<[AtomicU32; MAX_CLIPS]>,
 }
 
 // SAFETY: a codec context may move between threads as long as one uses it at a time: every method takes `&mut self`.
@@ -379,7 +379,7 @@ unsafe impl Send for Decoder {}
 impl Decoder {
     /// A decoder that works on `threads` pictures at a time.
     pub(crate) fn new(threads: usize) -> Result<Self, Code> {
-        hush();
+        redirect_log();
         // SAFETY: lookups and an allocation, checked for null before use.
         let context = unsafe {
             let codec = av::avcodec_find_decoder(av::AVCodecID::AV_CODEC_ID_H264);
@@ -389,8 +389,8 @@ impl Decoder {
             (NonNull::new(av::avcodec_alloc_context3(codec)).ok_or(Code::NO_MEMORY)?, codec)
         };
         let (context, codec) = context;
-        let complaints = Box::new([const { AtomicU32::new(0) }; CLIPS_APART]);
-        let mut decoder = Self { context, complaints };
+        let error_count = Box::new([const { AtomicU32::new(0) }; MAX_CLIPS]);
+        let mut decoder = Self { context, error_count };
         // SAFETY: the context is alive and exclusively ours, not yet open.
         unsafe {
             let context = decoder.context.as_mut();
@@ -401,7 +401,7 @@ impl Decoder {
         Ok(decoder)
     }
 
-    /// How many packets after a bad one its error is told.
+    /// After how many packets the error of a bad one is reported.
     pub(crate) fn lag(&self) -> usize {
         // SAFETY: allocated in `new`, freed only in `drop`.
         let context = unsafe { self.context.as_ref() };
@@ -409,11 +409,11 @@ impl Decoder {
         if threaded { usize::try_from(context.thread_count - 1).unwrap_or(0) } else { 0 }
     }
 
-    /// Offers a packet of the `clip`th clip.
-    pub(crate) fn send(&mut self, packet: &Packet, clip: u64) -> Sent {
-        let counter = &raw const self.complaints[slot(clip)];
+    /// Sends a packet of the `clip`th clip.
+    pub(crate) fn send(&mut self, packet: &Packet, clip: u64) -> SendResult {
+        let counter = &raw const self.error_count[counter_index(clip)];
         // SAFETY: the context is open and exclusively ours; the packet is alive and only read. ffmpeg copies `opaque`,
-        // never follows it; `listen` does, and the counter stays in place until `drop` has ended all threads.
+        // never follows it; `log_callback` does, and the counter stays in place until `drop` has ended all threads.
         let answer = unsafe {
             let before = self.context.as_ref().opaque;
             self.context.as_mut().opaque = counter.cast_mut().cast();
@@ -424,34 +424,34 @@ impl Decoder {
             answer
         };
         match answer {
-            answer if answer >= 0 => Sent::Taken,
-            answer if answer == av::AVERROR(av::EAGAIN) => Sent::Full,
-            answer => Sent::Failed(Code::of(answer)),
+            answer if answer >= 0 => SendResult::Taken,
+            answer if answer == av::AVERROR(av::EAGAIN) => SendResult::Full,
+            answer => SendResult::Failed(Code::of(answer)),
         }
     }
 
-    /// Announces the end: what is inside comes out.
+    /// Signals the end of the stream.
     pub(crate) fn send_end(&mut self) {
         // SAFETY: the context is open and exclusively ours; no packet is ffmpeg's sign for the end.
         unsafe { av::avcodec_send_packet(self.context.as_ptr(), ptr::null()) };
     }
 
-    /// How many complaints about the `clip`th clip came since this was last asked.
-    pub(crate) fn complaints(&self, clip: u64) -> u32 {
-        self.complaints[slot(clip)].swap(0, Ordering::Relaxed)
+    /// Errors of the `clip`th clip since the last call.
+    pub(crate) fn error_count(&self, clip: u64) -> u32 {
+        self.error_count[counter_index(clip)].swap(0, Ordering::Relaxed)
     }
 
     /// Takes the next picture out.
-    pub(crate) fn receive(&mut self) -> Received {
+    pub(crate) fn receive(&mut self) -> ReceiveResult {
         // SAFETY: an allocation, checked for null; the context is open and fills the blank frame with references.
         unsafe {
-            let Some(frame) = NonNull::new(av::av_frame_alloc()) else { return Received::Failed(Code::NO_MEMORY) };
+            let Some(frame) = NonNull::new(av::av_frame_alloc()) else { return ReceiveResult::Failed(Code::NO_MEMORY) };
             let picture = Picture(frame);
             match av::avcodec_receive_frame(self.context.as_ptr(), frame.as_ptr()) {
-                answer if answer >= 0 => Received::Picture(picture),
-                answer if answer == av::AVERROR(av::EAGAIN) => Received::Hungry,
-                av::AVERROR_EOF => Received::End,
-                answer => Received::Failed(Code::of(answer)),
+                answer if answer >= 0 => ReceiveResult::Picture(picture),
+                answer if answer == av::AVERROR(av::EAGAIN) => ReceiveResult::NeedsInput,
+                av::AVERROR_EOF => ReceiveResult::End,
+                answer => ReceiveResult::Failed(Code::of(answer)),
             }
         }
     }
@@ -465,6 +465,6 @@ impl Drop for Decoder {
     }
 }
 
-fn slot(clip: u64) -> usize {
-    usize::try_from(clip % CLIPS_APART as u64).unwrap_or(0)
+fn counter_index(clip: u64) -> usize {
+    usize::try_from(clip % MAX_CLIPS as u64).unwrap_or(0)
 }

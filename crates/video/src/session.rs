@@ -1,9 +1,9 @@
 //! The endless decoder.
 //!
-//! Owns one decoder for the whole run: it is fed with the packets of one clip after another and never told that a
-//! clip ended, so the last frames of a clip come out when the first packets of the next go in, and none is lost or
-//! delayed by a restart. Owns the book-keeping that says which frame belongs to which clip, whatever is damaged.
-//! Never waits and never starts a thread of its own: ffmpeg's threads work ahead between two calls of [`Session::poll`].
+//! Owns one decoder for the whole run: it receives the packets of one clip after another and is not flushed between
+//! them, so the last frames of a clip come out when the first packets of the next go in, and none is lost or delayed by
+//! a restart. Owns the mapping of frames to clips, also where clips are damaged. It does not wait and starts no thread:
+//! ffmpeg's threads work ahead between two calls of [`Session::poll`].
 //!
 //! Start at [`Session::poll`].
 
@@ -11,26 +11,26 @@ use crate::clip::{Clip, Next};
 use crate::code::Code;
 use crate::damage::Damage;
 use crate::frame::Frame;
-use crate::raw::{Decoder, Packet, Picture, Received, Sent};
+use crate::raw::{Decoder, Packet, Picture, ReceiveResult, SendResult};
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::sync::Arc;
 use timing::{FrameCount, FrameIndex};
 
-/// How many findings are kept per clip: the first ones say it all.
-const DAMAGE_KEPT: usize = 8;
+/// How many damages are kept per clip: the first ones suffice.
+const MAX_DAMAGE: usize = 8;
 
 /// A clip's place among all clips pushed into a session, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClipNumber(pub u64);
 
-/// Why a session cannot start or go on. No clip causes this.
+/// Why a session cannot start or continue. A clip never causes this.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SessionError {
     /// The decoder ran out of memory.
-    #[error("cannot decode on: {reason}")]
+    #[error("cannot continue decoding: {reason}")]
     Decode {
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
     /// ffmpeg has no H.264 decoder, or it cannot start its threads.
@@ -38,46 +38,46 @@ pub enum SessionError {
     Start {
         /// How many were asked for.
         threads: usize,
-        /// What ffmpeg said.
+        /// The message of ffmpeg.
         reason: String,
     },
 }
 
-/// What a session has next.
+/// The next result of a session.
 #[derive(Debug)]
 pub enum Poll {
     /// The next frame.
     Frame(Frame),
     /// All packets are in and more frames will only come after [`Session::push`] or [`Session::finish`].
     Starved,
-    /// The last frame of `clip` has come out, or will never come.
+    /// `clip` has ended: its last frame was returned, or is missing.
     ClipEnd {
         /// The clip.
         clip: ClipNumber,
         /// How many of its frames came out.
         frames: FrameCount,
-        /// The first things that were wrong with it, in the order of discovery; empty if nothing was.
+        /// The first damages found; empty if there were none.
         damage: Vec<Damage>,
     },
-    /// Everything has come out after [`Session::finish`].
+    /// All frames were returned after [`Session::finish`].
     Finished,
     /// The session cannot go on.
     Failed(SessionError),
 }
 
-/// The first frame of `clip`, which has not been played: to the bit what a session will give for it, and at once. A session
-/// gives its first frame only when it has seen as many packets as may be reordered, and those at the head of a clip are its
-/// largest. `None` if it is not whole, of which the session will tell.
-pub fn opening(clip: &Clip) -> Option<Frame> {
+/// Decodes the first frame of `clip`, which has not been played, at once and bit-exact. A session returns its first
+/// frame only after as many packets as may be reordered, and those at the start of a clip are its largest. `None` if
+/// the frame is damaged, which the session will report.
+pub fn first_frame(clip: &Clip) -> Option<Frame> {
     const CLIP: ClipNumber = ClipNumber(0);
-    let mut packet = clip.opening()?;
+    let mut packet = clip.first_packet()?;
     packet.set_tag(Some(0));
     let mut decoder = Decoder::new(1).ok()?;
-    let Sent::Taken = decoder.send(&packet, CLIP.0) else { return None };
+    let SendResult::Taken = decoder.send(&packet, CLIP.0) else { return None };
     decoder.send_end();
-    let Received::Picture(picture) = decoder.receive() else { return None };
+    let ReceiveResult::Picture(picture) = decoder.receive() else { return None };
     let is_sound = picture.size() == clip.size() && picture.is_yuv420p();
-    let damaged = picture.damaged() || decoder.complaints(CLIP.0) > 0;
+    let damaged = picture.is_damaged() || decoder.error_count(CLIP.0) > 0;
     let last = clip.frames() == FrameCount(1);
     (is_sound && !damaged).then(|| Frame {
         picture: Arc::new(picture),
@@ -98,21 +98,21 @@ pub struct Session {
     /// The clip that `packet` is of.
     loading: u64,
     /// Clips that have not ended, oldest first; only the newest ones still hold packets.
-    clips: VecDeque<Playing>,
-    /// Answers found and not yet given.
+    clips: VecDeque<ActiveClip>,
+    /// Results that were not yet returned.
     ready: VecDeque<Poll>,
-    /// Tags of the packets sent last, newest last: an error is told [`Decoder::lag`] packets late.
+    /// Tags of the packets sent last, newest last: an error is reported [`Decoder::lag`] packets late.
     sent: VecDeque<Option<i64>>,
     pushed: u64,
     /// The first tag of the next clip to be pushed. Every clip owns as many tags as its header promises frames.
     tags: i64,
     delivered: u64,
-    finishing: Finishing,
+    finishing: EndState,
 }
 
 /// How far the end of the session is.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Finishing {
+enum EndState {
     No,
     /// No more clips will come.
     Asked,
@@ -121,7 +121,7 @@ enum Finishing {
 }
 
 /// A clip between its first packet and its last frame.
-struct Playing {
+struct ActiveClip {
     number: ClipNumber,
     /// `None` once all packets are in.
     clip: Option<Clip>,
@@ -129,7 +129,7 @@ struct Playing {
     first: i64,
     frames: FrameCount,
     size: (u32, u32),
-    /// The lowest tag that may still come.
+    /// The lowest tag still expected.
     next: i64,
     delivered: u32,
     damage: Vec<Damage>,
@@ -154,7 +154,7 @@ impl Session {
             pushed: 0,
             tags: 0,
             delivered: 0,
-            finishing: Finishing::No,
+            finishing: EndState::No,
         })
     }
 
@@ -162,11 +162,11 @@ impl Session {
     pub fn push(&mut self, clip: Clip) -> ClipNumber {
         let number = ClipNumber(self.pushed);
         self.pushed += 1;
-        if self.finishing == Finishing::No {
+        if self.finishing == EndState::No {
             let (first, frames, size) = (self.tags, clip.frames(), clip.size());
             self.tags += i64::from(frames.0);
             let (delivered, damage) = (0, Vec::new());
-            self.clips.push_back(Playing {
+            self.clips.push_back(ActiveClip {
                 number,
                 clip: Some(clip),
                 first,
@@ -187,36 +187,36 @@ impl Session {
 
     /// No more clips: the last frames come out, then [`Poll::Finished`] for ever.
     pub fn finish(&mut self) {
-        if self.finishing == Finishing::No {
-            self.finishing = Finishing::Asked;
+        if self.finishing == EndState::No {
+            self.finishing = EndState::Asked;
         }
     }
 
-    /// Feeds the decoder until it has something to tell, and tells it.
+    /// Feeds the decoder until there is a result, and returns it.
     pub fn poll(&mut self) -> Poll {
         loop {
             if let Some(answer) = self.ready.pop_front() {
                 return answer;
             }
             match self.decoder.receive() {
-                Received::Picture(picture) => self.place(picture),
-                Received::Hungry if self.load() => {
+                ReceiveResult::Picture(picture) => self.place(picture),
+                ReceiveResult::NeedsInput if self.load() => {
                     if let Err(code) = self.send() {
                         return failed(code);
                     }
                 }
-                Received::Hungry if !self.ready.is_empty() => (),
-                Received::Hungry if self.finishing == Finishing::No => return Poll::Starved,
-                Received::Hungry if self.finishing == Finishing::Asked => {
-                    self.finishing = Finishing::Draining;
+                ReceiveResult::NeedsInput if !self.ready.is_empty() => (),
+                ReceiveResult::NeedsInput if self.finishing == EndState::No => return Poll::Starved,
+                ReceiveResult::NeedsInput if self.finishing == EndState::Asked => {
+                    self.finishing = EndState::Draining;
                     self.decoder.send_end();
                 }
-                Received::Hungry | Received::End => {
+                ReceiveResult::NeedsInput | ReceiveResult::End => {
                     self.end_before(self.clips.len());
                     self.ready.push_back(Poll::Finished);
                 }
-                Received::Failed(Code::NO_MEMORY) => return failed(Code::NO_MEMORY),
-                Received::Failed(code) => self.undecodable(code),
+                ReceiveResult::Failed(Code::NO_MEMORY) => return failed(Code::NO_MEMORY),
+                ReceiveResult::Failed(code) => self.on_decode_error(code),
             }
         }
     }
@@ -226,7 +226,7 @@ impl Session {
         while !self.loaded {
             let Some(playing) = self.clips.iter_mut().find(|playing| playing.clip.is_some()) else { return false };
             if !playing.load(&mut self.packet) {
-                self.settle();
+                self.end_finished_clips();
                 continue;
             }
             (self.loaded, self.loading) = (true, playing.number.0);
@@ -238,40 +238,40 @@ impl Session {
         true
     }
 
-    /// Offers `packet` to the decoder. Only an error that is no clip's fault comes back.
+    /// Sends `packet` to the decoder. Only errors that no clip causes are returned.
     fn send(&mut self) -> Result<(), Code> {
         let answer = self.decoder.send(&self.packet, self.loading);
-        self.loaded = matches!(answer, Sent::Full);
+        self.loaded = matches!(answer, SendResult::Full);
         match answer {
-            Sent::Taken | Sent::Full => Ok(()),
-            Sent::Failed(Code::NO_MEMORY) => Err(Code::NO_MEMORY),
-            Sent::Failed(code) => {
-                self.undecodable(code);
+            SendResult::Taken | SendResult::Full => Ok(()),
+            SendResult::Failed(Code::NO_MEMORY) => Err(Code::NO_MEMORY),
+            SendResult::Failed(code) => {
+                self.on_decode_error(code);
                 Ok(())
             }
         }
     }
 
-    /// Gives a picture its place, and ends the clips that it shows to be over.
+    /// Assigns a picture to its clip, and ends the clips before that.
     fn place(&mut self, picture: Picture) {
-        // No tag: a picture that is not shown. A tag that nobody owns: its clip has ended without it.
+        // No tag: a picture that is not shown. A tag without an owner: its clip has ended already.
         let Some(tag) = picture.tag() else { return };
         let Some(at) = self.clips.iter().position(|playing| playing.owns(tag)) else { return };
-        if let Err(damage) = self.clips[at].admit(tag, &picture) {
+        if let Err(damage) = self.clips[at].check_picture(tag, &picture) {
             return self.clips[at].blame(damage);
         }
         self.end_before(at);
         let index = FrameIndex(self.delivered);
         self.delivered += 1;
         let Some(playing) = self.clips.front_mut() else { return };
-        let complaints = self.decoder.complaints(playing.number.0);
-        let frame = playing.deliver(tag, picture, index, complaints);
+        let error_count = self.decoder.error_count(playing.number.0);
+        let frame = playing.deliver(tag, picture, index, error_count);
         self.ready.push_back(Poll::Frame(frame));
-        self.settle();
+        self.end_finished_clips();
     }
 
-    /// Lays a decoding error at the door of the clip whose packet it concerns.
-    fn undecodable(&mut self, code: Code) {
+    /// Adds a decoding error to the damage of the clip whose packet caused it.
+    fn on_decode_error(&mut self, code: Code) {
         let tag = self.sent.front().copied().flatten();
         let owner = self.clips.iter_mut().find(|playing| tag.is_none_or(|tag| playing.owns(tag)));
         if let Some(playing) = owner {
@@ -281,8 +281,8 @@ impl Session {
     }
 
     /// Ends the clips from which nothing more can come: all packets are in and the last frame is out.
-    fn settle(&mut self) {
-        while self.clips.front().is_some_and(Playing::is_over) {
+    fn end_finished_clips(&mut self) {
+        while self.clips.front().is_some_and(ActiveClip::is_over) {
             self.end_before(1);
         }
     }
@@ -290,13 +290,13 @@ impl Session {
     /// Ends the `count` oldest clips.
     fn end_before(&mut self, count: usize) {
         for playing in self.clips.drain(..count) {
-            let complaints = self.decoder.complaints(playing.number.0);
-            self.ready.push_back(playing.end(complaints));
+            let error_count = self.decoder.error_count(playing.number.0);
+            self.ready.push_back(playing.end(error_count));
         }
     }
 }
 
-impl Playing {
+impl ActiveClip {
     /// Reads the next packet and gives it its tag; `false` if there are no more.
     fn load(&mut self, packet: &mut Packet) -> bool {
         let Some(mut clip) = self.clip.take() else { return false };
@@ -323,12 +323,12 @@ impl Playing {
         u32::try_from(tag - self.first).unwrap_or(0)
     }
 
-    /// Whether the picture may be shown as the frame it calls itself.
-    fn admit(&self, tag: i64, picture: &Picture) -> Result<(), Damage> {
+    /// Checks that the picture's tag and size fit the clip.
+    fn check_picture(&self, tag: i64, picture: &Picture) -> Result<(), Damage> {
         let refuse = |reason| Err(Damage::Misplaced { frame: tag - self.first, reason });
         let ((width, height), (found_width, found_height)) = (self.size, picture.size());
         if tag < self.next {
-            return refuse("a later frame has come out already".into());
+            return refuse("a later frame was already returned".into());
         }
         if picture.size() != self.size {
             return refuse(format!("it has {found_width}x{found_height} pixels (expected {width}x{height})"));
@@ -339,9 +339,9 @@ impl Playing {
         Ok(())
     }
 
-    fn deliver(&mut self, tag: i64, picture: Picture, index: FrameIndex, complaints: u32) -> Frame {
+    fn deliver(&mut self, tag: i64, picture: Picture, index: FrameIndex, error_count: u32) -> Frame {
         let in_clip = self.frame(tag);
-        let damaged = picture.damaged() || complaints > 0;
+        let damaged = picture.is_damaged() || error_count > 0;
         if damaged {
             self.blame(Damage::Guessed { frame: in_clip });
         }
@@ -352,7 +352,7 @@ impl Playing {
     }
 
     fn blame(&mut self, damage: Damage) {
-        if self.damage.len() < DAMAGE_KEPT {
+        if self.damage.len() < MAX_DAMAGE {
             self.damage.push(damage);
         }
     }
@@ -361,9 +361,9 @@ impl Playing {
         self.clip.is_none() && self.next == self.end_tag()
     }
 
-    fn end(mut self, complaints: u32) -> Poll {
+    fn end(mut self, error_count: u32) -> Poll {
         let frames = FrameCount(self.delivered);
-        if complaints > 0 {
+        if error_count > 0 {
             self.blame(Damage::Guessed { frame: self.frame(self.next - 1) });
         }
         if frames != self.frames {

@@ -1,7 +1,6 @@
-//! What a sequence parameter set says of the pictures that follow.
+//! Sequence parameter sets.
 //!
-//! Owns its parser, so that a clip is judged by the very bytes that its decoder will obey, not by what its container
-//! claims. Never decodes a picture.
+//! Owns their parser, so that a clip is checked by the values that its decoder uses, not by those of its container.
 //!
 //! Start at [`Sps::parse`].
 //!
@@ -23,18 +22,18 @@ pub(crate) struct Sps {
     pub(crate) size: (u32, u32),
     /// Whether every picture is a whole frame.
     pub(crate) progressive: bool,
-    /// Width and height of a pixel; `None` where it is not told.
+    /// Width and height of a pixel; `None` if not stated.
     pub(crate) pixel: Option<(u32, u32)>,
     /// Whether samples use all 256 values.
     pub(crate) full_range: bool,
     /// Primaries, transfer and matrix by their code points: 1 is BT.709, 2 is untold.
     pub(crate) colour: [u32; 3],
-    /// How many pictures the decoder must hold back to put them in order; `None` where it is not told.
+    /// How many pictures the decoder must hold back to put them in order; `None` if not stated.
     pub(crate) reorder: Option<u32>,
 }
 
 impl Sps {
-    /// Reads a unit of kind SPS, header byte first; `None` if it ends early or says the impossible.
+    /// Reads a unit of kind SPS, header byte first; `None` if it ends early or is invalid.
     pub(crate) fn parse(unit: &[u8]) -> Option<Self> {
         let mut bits = Bits::new(unit.get(1..)?);
         let (profile, constraints, _level) = (bits.u(8)?, bits.u(8)?, bits.u(8)?);
@@ -78,7 +77,7 @@ impl Sps {
                 255 => Some((bits.u(16)?, bits.u(16)?)),
                 1 => Some((1, 1)),
                 0 => None,
-                // Every other code point of table E-1 is some pixel that is not square; which one does not matter.
+                // Every other code point of table E-1 is a pixel that is not square.
                 code => Some((code, 0)),
             };
         }

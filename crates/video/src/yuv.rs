@@ -1,26 +1,26 @@
-//! Pictures in the layout that clips are made of, and the way there and back.
+//! Pictures in 4:2:0, and their conversion from and to RGB.
 //!
-//! Owns the conversion between display RGB and BT.709 limited-range 4:2:0. Never changes tone or size: what comes in
-//! is already gamma-coded for the display.
+//! Owns the conversion between display RGB and BT.709 limited-range 4:2:0. Tone and size are kept: the input is already
+//! gamma-coded for the display.
 //!
 //! Start at [`Yuv420p::from_rgb16`]; `encoder.rs` takes the result.
 
 use crate::frame::Frame;
 
-/// BT.709 luma weights of red, green and blue.
-const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
-/// What `B - Y` and `R - Y` are divided by to lie within half a unit: `2 * (1 - weight)`.
-const SPAN: [f32; 2] = [1.8556, 1.5748];
+/// BT.709 luma weights of red, green and blue. `screen` cannot see this crate and has its own copy; a test compares them.
+pub(crate) const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
+/// What `B - Y` and `R - Y` are divided by to lie within half a unit.
+const SPAN: [f32; 2] = [2.0 * (1.0 - WEIGHTS[2]), 2.0 * (1.0 - WEIGHTS[0])];
 
-/// One 8-bit planar 4:2:0 picture in memory: BT.709, limited range, chroma sited left (as H.264 means it where
-/// nothing is told): between two rows, on every other column.
+/// One 8-bit planar 4:2:0 picture in memory: BT.709, limited range, chroma sited left (H.264's default): between two
+/// rows, on every other column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Yuv420p {
     size: (u32, u32),
     planes: [Vec<u8>; 3],
 }
 
-/// Why pixels make no picture.
+/// Why samples do not make a picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PictureError {
     /// The number of samples does not fit the size.
@@ -60,9 +60,9 @@ impl Yuv420p {
         Self::from_rgb(width, height, &unit(rgb), |_, _| 0.5)
     }
 
-    /// Converts as [`Yuv420p::from_rgb16`] does, but breaks up the bands of dark gradients: where a value lies between
-    /// two steps, a fixed pattern without visible structure decides. The same on every frame, so it codes cheaply and a
-    /// loop stays a loop.
+    /// Converts as [`Yuv420p::from_rgb16`] does, but dithers, against banding in dark gradients, with a fixed pattern
+    /// without visible structure. The pattern is the same on every frame, so that it compresses well and a loop stays a
+    /// loop.
     ///
     /// # Errors
     /// As [`Yuv420p::from_rgb16`].
@@ -127,7 +127,7 @@ impl Yuv420p {
                 let y_mean = luma(mean);
                 for (plane, difference, span) in [(1, mean[2] - y_mean, SPAN[0]), (2, mean[0] - y_mean, SPAN[1])] {
                     let level = 128.0 + 224.0 * difference / span;
-                    // Another part of the pattern for each plane, so that the three do not step together.
+                    // Each plane uses another part of the pattern, so that the three do not step together.
                     let offset = 29 * plane as u32;
                     planes[plane].push((level + threshold(x as u32 + offset, y as u32)) as u8);
                 }
@@ -148,8 +148,7 @@ impl Yuv420p {
 
     /// Bytes from one row to the next of Y, U and V.
     pub fn strides(&self) -> [usize; 3] {
-        let width = self.size.0 as usize;
-        [width, width / 2, width / 2]
+        [1, 2, 2].map(|part| self.size.0 as usize / part)
     }
 
     /// The picture as 8-bit RGB for looking at: `[height][width][3]`, row-major. Chroma is interpolated linearly.

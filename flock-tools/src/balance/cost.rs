@@ -1,7 +1,7 @@
-//! What suggested transitions cost: to render, and to keep.
+//! The cost of suggested transitions: to render them, or to keep them.
 //!
-//! Owns the estimate: processor time by a measurement on a few frames where there are genomes, bytes by the clips that
-//! are there. Never renders a clip.
+//! Owns the estimate: processor time by a measurement on a few frames if there are genomes, bytes by the clips that are
+//! there. Never renders a clip.
 
 use std::fs;
 use std::path::Path;
@@ -9,40 +9,39 @@ use std::path::Path;
 use flock::{Clip, Flock, Manifest, SheepId, Suggestion, Transition};
 use video::Form;
 
-use crate::places;
+use crate::flock_folder::paths;
 use crate::render::estimate;
-use crate::render::order::{Order, Wanted};
-use crate::render::plan::{ClipPlan, Look, Shows};
+use crate::render::plan::{ClipPlan, ClipRole, Look};
+use crate::render::selection::{Request, Selection};
 
-/// Clips that are looked at for their size, at most.
-const LOOKED_AT: usize = 256;
+/// The most clips whose sizes are read.
+const MOST_SIZES: usize = 256;
 
-/// What a clip costs.
+/// The cost of a clip.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub(crate) struct Cost {
     pub(super) frames: u32,
-    /// How long it is lit.
+    /// Its length.
     pub(super) seconds: f64,
-    /// What the renderer draws for it; `null` where a genome is missing, and for what is there already.
+    /// Samples to render; `null` if a genome is missing, and for a clip that is there.
     pub(super) samples: Option<f64>,
-    /// Processor time to render it, as measured on a few frames; `null` as above, and where nothing is measured.
+    /// Processor time to render it, measured on a few frames; `null` as above, and if nothing is measured.
     pub(super) cpu_hours: Option<f64>,
-    /// Its size, or what it will be if it is like the clips that are there; `null` where there are none.
+    /// Its size, estimated from the clips that are there; `null` if there are none.
     pub(super) bytes: Option<f64>,
 }
 
-/// How transitions would be rendered.
-struct Planned {
+/// The plans of transitions that might be rendered.
+struct RenderPlans {
     look: Look,
     plans: Vec<ClipPlan>,
 }
 
-/// What rendering the transitions `new` to the flock in `folder` costs; a measurement on a few frames tells what their
-/// samples take.
+/// The cost of rendering the transitions `new` to the flock in `folder`, with processor time measured on a few frames.
 pub(super) fn of_rendering(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
-    let planned = Planned::new(new, flock.manifest(), folder);
-    let mut costs = planned.costs(new, flock, folder);
-    let second = planned.seconds_a_sample();
+    let plans = RenderPlans::new(new, flock.manifest(), folder);
+    let mut costs = plans.costs(new, flock, folder);
+    let second = plans.seconds_a_sample();
     for cost in &mut costs {
         cost.cpu_hours = cost.samples.zip(second).map(|(samples, seconds)| samples * seconds / 3600.0);
     }
@@ -50,11 +49,11 @@ pub(super) fn of_rendering(new: &[Suggestion], flock: &Flock, folder: &Path) -> 
 }
 
 /// The same without the measurement: equal for equal flocks.
-pub(crate) fn foreseen(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
-    Planned::new(new, flock.manifest(), folder).costs(new, flock, folder)
+pub(crate) fn without_measurement(new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
+    RenderPlans::new(new, flock.manifest(), folder).costs(new, flock, folder)
 }
 
-/// What keeping the transitions `old` of the flock in `folder` costs.
+/// The cost of keeping the transitions `old` of the flock in `folder`.
 pub(super) fn of_keeping(old: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
     let cost = |old: &Suggestion| {
         let transitions = &flock.manifest().transitions;
@@ -65,7 +64,7 @@ pub(super) fn of_keeping(old: &[Suggestion], flock: &Flock, folder: &Path) -> Ve
     old.iter().map(cost).collect()
 }
 
-/// What the length of a suggested transition costs.
+/// The cost of a suggested transition, by its length alone.
 pub(crate) fn plain(suggestion: &Suggestion, flock: &Flock) -> Cost {
     let fps = flock.manifest().fps;
     let frames = suggestion.frames.0;
@@ -73,9 +72,9 @@ pub(crate) fn plain(suggestion: &Suggestion, flock: &Flock) -> Cost {
     Cost { frames, seconds, samples: None, cpu_hours: None, bytes: None }
 }
 
-/// What a frame of the clips in `folder` takes in the mean.
+/// The mean size of a frame of the clips in `folder`, in bytes.
 fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
-    let step = manifest.clips().count().div_ceil(LOOKED_AT).max(1);
+    let step = manifest.clips().count().div_ceil(MOST_SIZES).max(1);
     let (mut bytes, mut frames) = (0.0, 0.0);
     for clip in manifest.clips().step_by(step) {
         if let Ok(file) = fs::metadata(clip.path.inside(folder)) {
@@ -86,8 +85,8 @@ fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
     (frames > 0.0).then(|| bytes / frames)
 }
 
-impl Planned {
-    /// By the genomes' own quality. A genome that cannot be rendered is `flock render`'s to refuse.
+impl RenderPlans {
+    /// With the quality that the genomes have. `flock render` refuses genomes that cannot be rendered.
     fn new(new: &[Suggestion], manifest: &Manifest, folder: &Path) -> Self {
         let look = Look::of_genomes(Form { size: manifest.size, fps: manifest.fps });
         let ends: Vec<SheepId> = new.iter().flat_map(|new| [new.from.clone(), new.to.clone()]).collect();
@@ -97,25 +96,21 @@ impl Planned {
         let transition = |new: &Suggestion| Transition {
             from: new.from.clone(),
             to: new.to.clone(),
-            clip: Clip {
-                path: places::of_transition(&new.from, &new.to, places::CLIP),
-                frames: new.frames,
-                hash: None,
-            },
+            clip: Clip { path: paths::of_transition(&new.from, &new.to, paths::CLIP), frames: new.frames, hash: None },
             weight: new.weight,
         };
         let with = Manifest { transitions: new.iter().map(transition).collect(), ..manifest.clone() };
-        let order = Order::new(folder, &with, &Wanted { sheep: &ends, again: true }, &look);
-        let clips = order.map(|order| order.clips).unwrap_or_default();
-        let plans = clips.into_iter().filter(|clip| matches!(clip.shows, Shows::Transition(..))).collect();
+        let selection = Selection::new(folder, &with, &Request { sheep: &ends, again: true }, &look);
+        let clips = selection.map(|selection| selection.clips).unwrap_or_default();
+        let plans = clips.into_iter().filter(|clip| matches!(clip.role, ClipRole::Transition(..))).collect();
         Self { look, plans }
     }
 
-    /// What each of `new` costs, but for processor time.
+    /// The cost of each of `new`, without processor time.
     fn costs(&self, new: &[Suggestion], flock: &Flock, folder: &Path) -> Vec<Cost> {
         let per_frame = bytes_a_frame(flock.manifest(), folder);
         let cost = |new: &Suggestion| {
-            let own = |plan: &&ClipPlan| plan.shows == Shows::Transition(new.from.clone(), new.to.clone());
+            let own = |plan: &&ClipPlan| plan.role == ClipRole::Transition(new.from.clone(), new.to.clone());
             Cost {
                 samples: self.plans.iter().find(own).and_then(|plan| self.samples(plan)),
                 bytes: per_frame.map(|bytes| (bytes * f64::from(new.frames.0)).round()),

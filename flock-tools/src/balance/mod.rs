@@ -1,7 +1,7 @@
 //! `flock balance`: weights that give every sheep the share that is wanted.
 //!
-//! Owns the command and its answer's form. The weights, the proof where wants can't be reached, and what would help are
-//! the flock crate's. Weights go into the manifest by `write.rs`; what help costs is `cost.rs`'s.
+//! Owns the command and the form of its answer. The flock crate finds the weights, the bottleneck if no weights reach the
+//! wants, and the suggestions. `write.rs` writes the weights into the manifest; `cost.rs` estimates what suggestions cost.
 
 pub(crate) mod cost;
 mod suggest;
@@ -9,47 +9,48 @@ pub(crate) mod write;
 
 use std::path::PathBuf;
 
-use flock::{Balance, Balanced, Bottleneck, Flock, SheepId, Suggestions, Terms};
+use flock::{Balance, Bottleneck, Flock, SheepBalance, SheepId, Suggestions, Terms};
 
-use crate::draft::Draft;
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::Draft;
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, print};
 use suggest::Advice;
 
 /// Find weights that give every sheep the share that is wanted, or as near as the transitions allow
 ///
-/// Reaching the wants exactly silences transitions, so nearness to the wants is weighed against nearness to the weights
-/// as written, and no transition is played less than a floor. `--fairness inf --floor 0` serves the wants alone. Where no
-/// weights reach the wants, the answer is no, and names the sheep where they get stuck. Only the manifest is read.
+/// Weights that reach the wants exactly may silence transitions. So nearness to the wants is weighed against nearness
+/// to the weights as written, and every transition is played a minimum of times. `--fairness inf --floor 0` counts the
+/// wants alone. If no weights reach the wants, the answer is no, and names the sheep that are the bottleneck. Only the
+/// manifest is read.
 ///
-/// With --write the weights go into the manifest, and nothing else in it changes. What is balanced stays as it is: the
-/// same command again changes nothing, unless the flock had weights of its own. Then it comes a little nearer to the wants
-/// each time; --afresh forgets those.
+/// With --write the weights are written into the manifest, and nothing else in it changes. The same command again
+/// changes nothing if the weights were equal before; if the flock had weights of its own, it comes a little nearer to
+/// the wants each time. --afresh ignores those.
 ///
-/// With --suggest, transitions that would help most if added, or if removed, are told, with what the balance would then
-/// be and what it costs: each is the best one after those before it. Sheep that are not played are joined first.
+/// With --suggest, the transitions that would help most if added, or if removed, are listed, with the balance after
+/// that and the cost. Each is the best one after those before it. Sheep that are not played are joined first.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  some weights reach the wants exactly; the nearest under these terms are printed
-  1  no weights reach the wants; the nearest are printed, and written if asked, and where they get stuck
+  1  no weights reach the wants; the nearest are printed, and written if asked, with the bottleneck
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    /// How much the wants count beside the weights as written: above 0, or `inf`
+    /// How much the wants count against the weights as written: above 0, or `inf`
     #[arg(long, value_name = "L", default_value_t = Terms::default().fairness, allow_negative_numbers = true, value_parser = fairness)]
     fairness: f64,
-    /// How often every transition is played in a year at least
+    /// The least plays of every transition in a year
     #[arg(long, value_name = "N", default_value_t = Terms::default().floor, allow_negative_numbers = true, value_parser = floor)]
     floor: f64,
-    /// Count nearness from equal weights, whatever is written
+    /// Compare with equal weights, not with those as written
     #[arg(long)]
     afresh: bool,
     /// Write the weights into the manifest
     #[arg(long)]
     write: bool,
-    /// Tell up to K transitions to add, and up to K to remove
+    /// List up to K transitions to add, and up to K to remove
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1000))]
     suggest: Option<u16>,
     /// Answer with one JSON document
@@ -62,7 +63,7 @@ pub(crate) struct Args {
 struct Answer<'a> {
     #[serde(flatten)]
     balance: &'a Balance<'a>,
-    /// With `--write`: whether any weight was another one.
+    /// With `--write`: whether any weight changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     changed: Option<bool>,
     /// With `--suggest`.
@@ -72,7 +73,7 @@ struct Answer<'a> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let draft = args.write.then(|| Draft::take(&args.dir)).transpose()?;
+    let draft = args.write.then(|| Draft::lock(&args.dir)).transpose()?;
     let manifest =
         draft.as_ref().map_or_else(|| open::manifest(&args.dir), |draft| Ok(draft.edit.manifest().clone()))?;
     let flock = Flock::new(manifest);
@@ -80,24 +81,24 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let Some(balance) = Balance::of(&flock, terms) else { return Err(open::no_cycle(&flock)) };
     let unplayed = flock.whole().len() - flock.graph().len();
     if unplayed > 0 {
-        report::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
+        print::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
     }
     let changed = draft.map(|draft| write::weights(draft, &balance)).transpose()?;
     let advice = args.suggest.and_then(|count| {
-        let now = if args.write { write::written(&flock, &balance) } else { flock.clone() };
+        let now = if args.write { write::with_weights(&flock, &balance) } else { flock.clone() };
         let suggestions = Suggestions::of(&now, terms, usize::from(count))?;
         Some(Advice::new(&suggestions, &now, &args.dir))
     });
     if args.json {
-        report::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0), advice })?;
+        print::json(&Answer { balance: &balance, changed: changed.map(|changed| changed > 0), advice })?;
     } else {
-        report::lines(table(&balance).chain(advice.iter().flat_map(Advice::table)))?;
+        print::lines(table(&balance).chain(advice.iter().flat_map(Advice::table)))?;
     }
     if let Some(changed) = changed {
-        report::note(&write::told(changed, &flock));
+        print::note(&write::summary(changed, &flock));
     }
     if balance.least_plays < args.floor {
-        report::note(&format!(
+        print::note(&format!(
             "a year is too short for {} plays of each transition: the least played has {:.1}",
             args.floor, balance.least_plays
         ));
@@ -106,20 +107,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 fn fairness(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| format!("wanted a number above 0 or `inf`, found `{text}`"))?;
-    if number > 0.0 { Ok(number) } else { Err(format!("wanted a number above 0 or `inf`, found `{text}`")) }
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0);
+    number.ok_or_else(|| format!("wanted a number above 0 or `inf`, found `{text}`"))
 }
 
 fn floor(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| format!("wanted a number, 0 or more, found `{text}`"))?;
-    if number >= 0.0 && number.is_finite() {
-        Ok(number)
-    } else {
-        Err(format!("wanted a number, 0 or more, found `{text}`"))
-    }
+    let number = text.parse().ok().filter(|number: &f64| *number >= 0.0 && number.is_finite());
+    number.ok_or_else(|| format!("wanted a number, 0 or more, found `{text}`"))
 }
 
-/// The proof first, then the sheep, those furthest from their wants first, then the weights.
+/// The bottleneck first, then the sheep, those furthest from their wants first, then the weights.
 fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     let worst = balance.worst_ratio.map_or("a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
     let reach =
@@ -133,10 +130,10 @@ fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     if let Some(bottleneck) = &balance.bottleneck {
         lines.extend(proof(balance, bottleneck));
     }
-    let width = report::widest(balance.sheep.iter().map(|sheep| sheep.id));
+    let width = print::widest(balance.sheep.iter().map(|sheep| sheep.id));
     lines.push(String::new());
     lines.push(format!("{:<width$} {:>9} {:>9} {:>8}", "sheep", "visits", "want", "ratio"));
-    let mut sheep: Vec<&Balanced> = balance.sheep.iter().collect();
+    let mut sheep: Vec<&SheepBalance> = balance.sheep.iter().collect();
     sheep.sort_by(|a, b| b.off().total_cmp(&a.off()));
     let sheep = sheep.into_iter().map(move |sheep| row(sheep, width));
     let heading = format!("{:<width$} {:<width$} {:>12} {:>9}", "from", "to", "weight", "visits");
@@ -147,13 +144,15 @@ fn table<'a>(balance: &'a Balance<'a>) -> impl Iterator<Item = String> + 'a {
     lines.into_iter().chain(sheep).chain([String::new(), heading]).chain(weights)
 }
 
-/// The bottleneck in a form that can be checked by hand: first what is not played and so gets nothing.
+/// The bottleneck in a form that can be checked by hand: first the sheep that are not played.
 fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
     let list = |ids: &[&SheepId]| ids.iter().map(|id| id.as_str()).collect::<Vec<_>>().join(" ");
-    let told = |id: &&SheepId| balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).map(|at| &balance.sheep[at]);
-    let want =
-        |ids: &[&SheepId]| 100.0 * ids.iter().flat_map(told).map(|sheep| sheep.want).fold(0.0, |all, want| all + want);
-    let played = |id: &&SheepId| told(id).is_ok_and(|sheep| sheep.visits > 0.0);
+    let balanced =
+        |id: &&SheepId| balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).map(|at| &balance.sheep[at]);
+    let want = |ids: &[&SheepId]| {
+        100.0 * ids.iter().flat_map(balanced).map(|sheep| sheep.want).fold(0.0, |all, want| all + want)
+    };
+    let played = |id: &&SheepId| balanced(id).is_ok_and(|sheep| sheep.visits > 0.0);
     let (stuck, unplayed): (Vec<&SheepId>, Vec<&SheepId>) = bottleneck.sheep.iter().partition(|id| played(id));
     let mut lines = Vec::new();
     if !unplayed.is_empty() {
@@ -164,7 +163,7 @@ fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
     if !stuck.is_empty() {
         lines.push(String::new());
         lines.push(format!(
-            "Stuck: {} sheep are wanted {:.3}%, all {} sheep that they lead to only {:.3}%.",
+            "Bottleneck: {} sheep are wanted {:.3}%, all {} sheep that they lead to only {:.3}%.",
             stuck.len(),
             want(&stuck),
             bottleneck.followers.len(),
@@ -176,7 +175,7 @@ fn proof(balance: &Balance, bottleneck: &Bottleneck) -> Vec<String> {
     lines
 }
 
-fn row(sheep: &Balanced, width: usize) -> String {
+fn row(sheep: &SheepBalance, width: usize) -> String {
     format!(
         "{:<width$} {:>8.3}% {:>8.3}% {:>8.3}",
         sheep.id.as_str(),

@@ -1,44 +1,44 @@
-//! What to add and what to remove, as `flock balance --suggest` tells it.
+//! The answer of `flock balance --suggest`: transitions to add, and transitions to remove.
 //!
-//! Owns the answer's form. The choice is the flock crate's, the cost `cost.rs`'s.
+//! Owns its form. The flock crate chooses them; `cost.rs` estimates the cost.
 
 use std::path::Path;
 
 use flock::{Flock, SheepId, Suggestion, Suggestions};
 
 use super::cost::{self, Cost};
-use crate::report;
+use crate::program::print;
 
 /// The part of the answer that is asked for by `--suggest`.
 #[derive(serde::Serialize)]
 pub(super) struct Advice {
     /// Each is the best one after those before it.
-    add: Vec<Advised>,
+    add: Vec<TransitionAdvice>,
     /// Each is the best one after those before it, with none added.
-    remove: Vec<Advised>,
+    remove: Vec<TransitionAdvice>,
 }
 
 /// A transition to add or to remove.
 #[derive(serde::Serialize)]
-struct Advised {
+struct TransitionAdvice {
     from: SheepId,
     to: SheepId,
-    /// The balance's once this and those before it are done; `null` while a sheep is never shown.
+    /// That of the balance after this change and those before it; `null` while a sheep is never shown.
     worst_ratio: Option<f64>,
-    /// What it is counted with, or what it has.
+    /// Its weight, or the weight that the estimate gives it.
     weight: f64,
     #[serde(flatten)]
     cost: Cost,
 }
 
 impl Advice {
-    /// `suggestions` for `flock`, which lies in `folder`, with their costs.
+    /// `suggestions` for the `flock` in `folder`, with their costs.
     pub(super) fn new(suggestions: &Suggestions, flock: &Flock, folder: &Path) -> Self {
         let rendered = cost::of_rendering(&suggestions.add, flock, folder);
         let saved = cost::of_keeping(&suggestions.remove, flock, folder);
         let advised = |(suggestion, cost): (&Suggestion, Cost)| {
             let Suggestion { from, to, worst_ratio, weight, .. } = suggestion.clone();
-            Advised { from, to, worst_ratio, weight, cost }
+            TransitionAdvice { from, to, worst_ratio, weight, cost }
         };
         Self {
             add: suggestions.add.iter().zip(rendered).map(advised).collect(),
@@ -46,10 +46,10 @@ impl Advice {
         }
     }
 
-    /// The same for people.
+    /// The lines for people.
     pub(super) fn table(&self) -> Vec<String> {
-        let told = self.add.iter().chain(&self.remove);
-        let wide = report::widest(told.flat_map(|advised| [&advised.from, &advised.to]));
+        let all = self.add.iter().chain(&self.remove);
+        let wide = print::widest(all.flat_map(|advised| [&advised.from, &advised.to]));
         let mut lines = Vec::new();
         for (word, advised, none) in [
             ("add", &self.add, "No transition more makes the balance better."),
@@ -75,7 +75,7 @@ impl Advice {
     }
 }
 
-impl Advised {
+impl TransitionAdvice {
     fn row(&self, place: usize, wide: usize) -> String {
         let Cost { frames, seconds, cpu_hours, bytes, .. } = self.cost;
         let worst = self.worst_ratio.map_or("never".to_owned(), |ratio| format!("{ratio:.3}"));

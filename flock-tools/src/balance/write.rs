@@ -1,14 +1,14 @@
-//! Balanced weights, written into the manifest.
+//! Writes balanced weights into the manifest.
 //!
-//! Owns what `--write` changes: weights, and of those only the ones that are others. A manifest in which every weight
-//! stands already is not touched. Never decides a weight: the flock crate does.
+//! Owns the edit of `--write`: only weights that differ are changed. A manifest without such is not written. The flock crate
+//! finds the weights.
 
 use flock::{Balance, Flock, FlockShares};
 
-use crate::draft::Draft;
-use crate::report::{Exit, Fatal};
+use crate::flock_folder::Draft;
+use crate::program::{Exit, Fatal};
 
-/// Writes the weights of `balance` into `draft`, which it was found for; tells how many were others.
+/// Writes the weights of `balance` into `draft`, the manifest of the same flock; returns how many were changed.
 ///
 /// # Errors
 /// If the manifest cannot be saved. It is then as it was.
@@ -27,7 +27,7 @@ pub(super) fn weights(mut draft: Draft, balance: &Balance<'_>) -> Result<usize, 
 }
 
 /// `flock` with the weights of `balance`.
-pub(crate) fn written(flock: &Flock, balance: &Balance<'_>) -> Flock {
+pub(crate) fn with_weights(flock: &Flock, balance: &Balance<'_>) -> Flock {
     let whole = flock.whole();
     let mut manifest = flock.manifest().clone();
     let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
@@ -37,8 +37,8 @@ pub(crate) fn written(flock: &Flock, balance: &Balance<'_>) -> Flock {
     Flock::new(manifest)
 }
 
-/// What was written, in one line; `flock` is as it was.
-pub(super) fn told(changed: usize, flock: &Flock) -> String {
+/// What was written, in one line; `flock` is the flock before.
+pub(super) fn summary(changed: usize, flock: &Flock) -> String {
     let all = flock.whole().exit_count();
     if changed == 0 {
         return format!("note: nothing to write, all {all} weights stand already");

@@ -1,13 +1,12 @@
-//! `flock-video`, the artist's command line with the decoder.
+//! `flock-video`, the artist's command line with ffmpeg.
 //!
-//! Owns nothing but the name of the program. Never called by people: `flock` hands over to it. The table of contents is
-//! `lib.rs`.
+//! Owns the name of the program. `flock` starts it with its own command line. The table of contents is `lib.rs`.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
 
-use flock_tools::Video;
+use flock_tools::FfmpegPart;
 
 fn main() -> ExitCode {
-    flock_tools::run(Video::here())
+    flock_tools::run(Some(FfmpegPart::linked()))
 }

@@ -1,10 +1,10 @@
 //! The number of a key's last bundle, kept beside the key.
 //!
-//! Owns that no two bundles of a key get the same number, and none a lower one than before: units take only what is
-//! newer. A number is spent before its bundle is signed, so one may be skipped, never given twice. Two machines that
-//! share a key should share this file.
+//! Owns the rule that each bundle of a key gets a higher number than the one before: units take only what is newer. A
+//! number is saved as used before its bundle is signed, so one may be skipped, but none is used twice. Two machines that share
+//! a key should share this file.
 //!
-//! Start at [`Counter::take`].
+//! Start at [`Counter::lock`].
 
 use std::fs::{self, File};
 use std::io;
@@ -12,13 +12,12 @@ use std::path::{Path, PathBuf};
 
 use bundle::Sequence;
 
-use crate::report::{Exit, Fatal};
-use crate::save;
+use crate::program::{Exit, Fatal};
 
-/// What the file's name ends in, beside the key.
+/// The ending of the file beside the key.
 const ENDING: &str = "sequence";
 
-/// The counter of one key, in the hands of one command.
+/// The counter of one key, locked by one command.
 #[derive(Debug)]
 pub(super) struct Counter {
     path: PathBuf,
@@ -29,50 +28,46 @@ pub(super) struct Counter {
 
 /// Why there is no next number.
 #[derive(Debug, thiserror::Error)]
-enum Uncounted {
+enum CounterError {
     #[error("`{path}`: wanted the number of the key's last bundle, found `{found}`")]
     Malformed { path: PathBuf, found: String },
     #[error("sequence {asked} is not above {last}, the last one of this key")]
     NotAbove { asked: Sequence, last: u64 },
-    #[error("cannot read `{path}`")]
-    Read { path: PathBuf, source: io::Error },
     #[error("this key has used up all numbers")]
     UsedUp,
-    #[error("cannot save `{path}`")]
-    Write { path: PathBuf, source: io::Error },
 }
 
 impl Counter {
-    /// Takes the counter of the key in the file `key`; waits while another command has it.
-    pub(super) fn take(key: &Path) -> Result<Self, Fatal> {
-        // Where a file system knows no locks, two that sign at once are the artist's to avoid.
+    /// Locks the counter of the key in the file `key`; waits while another command has it.
+    pub(super) fn lock(key: &Path) -> Result<Self, Fatal> {
+        // On a file system without locks the artist must not sign twice at once.
         let lock = File::open(key).ok().filter(|key| key.lock().is_ok());
         let path = key.with_extension(ENDING);
         let last = match fs::read_to_string(&path) {
             Ok(text) => text.trim_end().parse().map_err(|_| {
                 let found = text.chars().take(40).collect();
-                Fatal::new(Exit::Malformed, Uncounted::Malformed { path: path.clone(), found })
+                Fatal::new(Exit::Malformed, CounterError::Malformed { path: path.clone(), found })
             })?,
             Err(error) if error.kind() == io::ErrorKind::NotFound => 0,
-            Err(source) => return Err(Fatal::new(Exit::Unreadable, Uncounted::Read { path, source })),
+            Err(source) => return Err(Fatal::read(&path, source)),
         };
         Ok(Self { path, last, _lock: lock })
     }
 
-    /// A bundle of this key has been seen: nothing below it is given any more.
-    pub(super) fn seen(&mut self, sequence: Sequence) {
+    /// Takes note of the number of a bundle of this key: the next number is above it.
+    pub(super) fn raise_to(&mut self, sequence: Sequence) {
         self.last = self.last.max(sequence.0);
     }
 
-    /// Spends the next number, or the one that is `asked` for.
-    pub(super) fn spend(&mut self, asked: Option<Sequence>) -> Result<Sequence, Fatal> {
-        let next = self.last.checked_add(1).ok_or_else(|| Fatal::new(Exit::No, Uncounted::UsedUp))?;
+    /// Saves the next number, or the one that is `asked` for, as used, and returns it.
+    pub(super) fn advance(&mut self, asked: Option<Sequence>) -> Result<Sequence, Fatal> {
+        let next = self.last.checked_add(1).ok_or_else(|| Fatal::new(Exit::No, CounterError::UsedUp))?;
         let sequence = asked.unwrap_or(Sequence(next));
         if sequence.0 < next {
-            return Err(Fatal::new(Exit::No, Uncounted::NotAbove { asked: sequence, last: self.last }));
+            return Err(Fatal::new(Exit::No, CounterError::NotAbove { asked: sequence, last: self.last }));
         }
-        let unsaved = |source| Fatal::new(Exit::Unreadable, Uncounted::Write { path: self.path.clone(), source });
-        save::whole(&self.path, format!("{sequence}\n").as_bytes()).map_err(unsaved)?;
+        let saved = durable::save(&self.path, format!("{sequence}\n").as_bytes());
+        saved.map_err(|source| Fatal::write(&self.path, source))?;
         self.last = sequence.0;
         Ok(sequence)
     }
@@ -87,21 +82,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let key = folder.path().join("artist.key");
         fs::write(&key, "").unwrap();
-        let mut counter = Counter::take(&key).unwrap();
-        assert_eq!(counter.spend(None).unwrap(), Sequence(1));
-        assert_eq!(counter.spend(Some(Sequence(5))).unwrap(), Sequence(5));
-        assert!(counter.spend(Some(Sequence(5))).is_err());
+        let mut counter = Counter::lock(&key).unwrap();
+        assert_eq!(counter.advance(None).unwrap(), Sequence(1));
+        assert_eq!(counter.advance(Some(Sequence(5))).unwrap(), Sequence(5));
+        assert!(counter.advance(Some(Sequence(5))).is_err());
         drop(counter);
-        let mut counter = Counter::take(&key).unwrap();
-        counter.seen(Sequence(3));
-        assert_eq!(counter.spend(None).unwrap(), Sequence(6));
-        counter.seen(Sequence(9));
-        assert_eq!(counter.spend(None).unwrap(), Sequence(10));
+        let mut counter = Counter::lock(&key).unwrap();
+        counter.raise_to(Sequence(3));
+        assert_eq!(counter.advance(None).unwrap(), Sequence(6));
+        counter.raise_to(Sequence(9));
+        assert_eq!(counter.advance(None).unwrap(), Sequence(10));
         assert_eq!(fs::read_to_string(folder.path().join("artist.sequence")).unwrap(), "10\n");
-        counter.seen(Sequence(u64::MAX));
-        assert!(counter.spend(None).is_err());
+        counter.raise_to(Sequence(u64::MAX));
+        assert!(counter.advance(None).is_err());
         drop(counter);
         fs::write(folder.path().join("artist.sequence"), "ten").unwrap();
-        assert!(Counter::take(&key).is_err());
+        assert!(Counter::lock(&key).is_err());
     }
 }

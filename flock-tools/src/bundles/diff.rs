@@ -1,25 +1,25 @@
 //! `flock diff`: what a unit would have to fetch.
 //!
-//! Owns the command and its answer. That content is fetched by its digest, each once, is the bundle crate's rule: the
-//! same plan is made here as on the unit.
+//! Owns the command and its answer. The bundle crate makes the plan, here as on the unit: each content is fetched once, by
+//! its hash.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use bundle::{Contents, Held, ObjectId, Trust, UnitId, plan};
+use bundle::{Contents, ObjectId, Presence, Trust, UnitId, plan};
 use indicatif::DecimalBytes;
 
-use super::{listing, shelf, unusable};
-use crate::open;
-use crate::report::{self, Exit, Fatal};
+use super::{bundle_folder, key_fatal};
+use crate::flock_folder::{file_list, open};
+use crate::program::{Exit, Fatal, print};
 
 /// Tell what differs between two flocks or bundles, and how much a unit with the one would fetch for the other
 ///
-/// Each is the folder of a flock or of bundles, in any mixture. Content counts, not names: a clip that was only renamed
-/// is not fetched.
+/// Each is the folder of a flock or of bundles, in any mixture. A unit fetches content by its hash: a clip that was
+/// only renamed is not fetched.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
-  0  the answer is told, whether they differ or not
+  0  the answer is printed, whether they differ or not
   1  a bundle is refused, or there is none for the unit
   2  the command line, a manifest or a key is wrong
   3  a file could not be read")]
@@ -31,7 +31,7 @@ pub(crate) struct Args {
     /// The public key to trust, or a folder of such keys; needed for bundles
     #[arg(long, value_name = "PUB")]
     trust: Option<PathBuf>,
-    /// Of folders with several bundles, take what this unit would be given
+    /// In folders with several bundles, the bundle of this unit
     #[arg(long, value_name = "UNIT", value_parser = UnitId::new)]
     unit: Option<UnitId>,
     /// Answer with one JSON document
@@ -50,19 +50,19 @@ struct Answer {
     removed: Vec<String>,
     /// Files of the new one.
     files: usize,
-    /// What they take, each content once.
+    /// Their bytes, each content once.
     bytes: u64,
-    /// How many objects would be fetched.
+    /// The number of objects that would be fetched.
     fetch_objects: usize,
-    /// What they take.
+    /// Their bytes.
     fetch_bytes: u64,
-    /// What the list of files takes, which is fetched too.
+    /// The bytes of the list of files, which is fetched too.
     list_bytes: usize,
 }
 
-/// Why two sides cannot be compared.
+/// Why the two folders cannot be compared.
 #[derive(Debug, thiserror::Error)]
-enum Incomparable {
+enum DiffError {
     #[error("there are {count} bundles in `{path}`")]
     Several { path: PathBuf, count: usize },
     #[error("the bundles in `{path}` cannot be read without a key to trust")]
@@ -73,38 +73,38 @@ enum Incomparable {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let answer = compare(&contents(args, &args.old)?, &contents(args, &args.new)?);
     if args.json {
-        report::json(&answer)?;
+        print::json(&answer)?;
     } else {
-        report::lines(told(&answer))?;
+        print::lines(lines(&answer))?;
     }
     Ok(Exit::Fine)
 }
 
-/// The files of the flock in `folder`, or of the bundle that lies there.
+/// The files of the flock, or of the bundle, in `folder`.
 fn contents(args: &Args, folder: &Path) -> Result<Contents, Fatal> {
-    if !shelf::is_one(folder) {
-        return listing::contents(folder, &open::manifest(folder)?);
+    if !bundle_folder::is_bundle_folder(folder) {
+        return file_list::contents(folder, &open::manifest(folder)?);
     }
     let Some(trust) = &args.trust else {
-        let untrusted = Incomparable::Untrusted { path: folder.to_owned() };
+        let untrusted = DiffError::Untrusted { path: folder.to_owned() };
         return Err(Fatal::new(Exit::Malformed, untrusted).hint("--trust names the key"));
     };
-    let trust = Trust::read(trust).map_err(unusable)?;
-    let found = shelf::read(folder, &trust, args.unit.as_slice())?;
-    let mut bundles = shelf::bundles(folder, found)?;
+    let trust = Trust::read(trust).map_err(key_fatal)?;
+    let entries = bundle_folder::read(folder, &trust, args.unit.as_slice())?;
+    let mut bundles = bundle_folder::good_bundles(folder, entries)?;
     bundles.dedup_by(|(_, a), (_, b)| a.contents() == b.contents());
     match bundles.pop() {
         Some((_, bundle)) if bundles.is_empty() => Ok(bundle.contents().clone()),
         _ => {
-            let several = Incomparable::Several { path: folder.to_owned(), count: bundles.len() + 1 };
-            Err(Fatal::new(Exit::Malformed, several).hint("--unit says whose"))
+            let several = DiffError::Several { path: folder.to_owned(), count: bundles.len() + 1 };
+            Err(Fatal::new(Exit::Malformed, several).hint("--unit names the unit"))
         }
     }
 }
 
 fn compare(old: &Contents, new: &Contents) -> Answer {
     let there: BTreeSet<ObjectId> = old.files().iter().map(|file| file.id).collect();
-    let held = |id: &ObjectId| if there.contains(id) { Held::Whole } else { Held::Nothing };
+    let held = |id: &ObjectId| if there.contains(id) { Presence::Whole } else { Presence::Nothing };
     let Ok(plan) = plan(new, |file| Ok::<_, std::convert::Infallible>(held(&file.id)));
     let id = |contents: &Contents, path: &str| contents.file(path).map(|file| file.id);
     let mut answer = Answer {
@@ -129,12 +129,12 @@ fn compare(old: &Contents, new: &Contents) -> Answer {
     answer
 }
 
-fn told(answer: &Answer) -> Vec<String> {
+fn lines(answer: &Answer) -> Vec<String> {
     let Answer { added, changed, removed, files, bytes, fetch_objects, fetch_bytes, list_bytes } = answer;
     let marked = [('+', added), ('~', changed), ('-', removed)];
     let mut lines: Vec<String> =
         marked.iter().flat_map(|(mark, paths)| paths.iter().map(move |path| format!("{mark} {path}"))).collect();
-    let (objects, files) = (report::count(*fetch_objects, "object"), report::count(*files, "file"));
+    let (objects, files) = (print::count(*fetch_objects, "object"), print::count(*files, "file"));
     lines.push(format!(
         "a unit would fetch {objects}, {}, of {files}, {}; and the list of files, {}",
         DecimalBytes(*fetch_bytes),

@@ -1,7 +1,7 @@
 //! `fleet.toml`: what was published for which unit, and where.
 //!
-//! Owns the table: a row for each unit, kept by `flock publish`, so that the artist knows what hangs where. It can be
-//! lost: `flock verify` then does not know who has its own.
+//! Owns the table: a row for each unit, written by `flock publish`, so that the artist knows which unit has which flock.
+//! Without the file `flock verify` does not know which units have bundles of their own.
 //!
 //! ```toml
 //! [[unit]]
@@ -22,12 +22,11 @@ use std::path::{Path, PathBuf};
 
 use bundle::{Addressees, UnitId};
 
-use crate::report::{Exit, Fatal};
-use crate::save;
+use crate::program::{Exit, Fatal};
 
 /// The file's name, beside the bundles.
 pub(super) const FILE_NAME: &str = "fleet.toml";
-/// What stands at its top.
+/// The comment at its top.
 const HEADING: &str = "# What was published for which unit, and where. `flock publish` keeps it; `place` is yours.\n";
 
 /// The table.
@@ -38,7 +37,7 @@ pub(super) struct Fleet {
     pub(super) rows: Vec<Row>,
 }
 
-/// What a unit was given last.
+/// The last bundle that was published for a unit.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Row {
@@ -52,36 +51,33 @@ pub(super) struct Row {
     pub(super) place: Option<String>,
 }
 
-/// Why the table cannot be kept.
+/// A table that cannot be parsed.
 #[derive(Debug, thiserror::Error)]
-enum Unkept {
-    #[error("`{path}` is no table of units")]
-    Malformed { path: PathBuf, source: Box<toml::de::Error> },
-    #[error("cannot read `{path}`")]
-    Read { path: PathBuf, source: io::Error },
-    #[error("cannot save `{path}`")]
-    Write { path: PathBuf, source: io::Error },
+#[error("`{path}` is no table of units")]
+struct FleetError {
+    path: PathBuf,
+    source: Box<toml::de::Error>,
 }
 
 impl Fleet {
     /// Reads the table at `path`; an empty one if there is none.
     pub(super) fn read(path: &Path) -> Result<Self, Fatal> {
-        let path = path.to_owned();
-        match fs::read_to_string(&path) {
-            Ok(text) => toml::from_str(&text)
-                .map_err(|error| Fatal::new(Exit::Malformed, Unkept::Malformed { path, source: Box::new(error) })),
+        match fs::read_to_string(path) {
+            Ok(text) => toml::from_str(&text).map_err(|error| {
+                Fatal::new(Exit::Malformed, FleetError { path: path.to_owned(), source: Box::new(error) })
+            }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
-            Err(source) => Err(Fatal::new(Exit::Unreadable, Unkept::Read { path, source })),
+            Err(source) => Err(Fatal::read(path, source)),
         }
     }
 
-    /// For whom the last bundle of `unit` was, as far as the table knows.
-    pub(super) fn last(&self, unit: &UnitId) -> Option<Addressees> {
+    /// The addressees of the last bundle of `unit`, by the table.
+    pub(super) fn last_addressees(&self, unit: &UnitId) -> Option<Addressees> {
         self.rows.iter().find(|row| row.id == unit.as_str()).map(|_| Addressees::of([unit.clone()]))
     }
 
-    /// Takes down what a unit was given; its place stays.
-    pub(super) fn note(&mut self, row: Row) {
+    /// Sets the row of a unit; its place stays.
+    pub(super) fn set(&mut self, row: Row) {
         match self.rows.iter_mut().find(|there| there.id == row.id) {
             Some(there) => *there = Row { place: there.place.take(), ..row },
             None => self.rows.push(row),
@@ -89,11 +85,11 @@ impl Fleet {
         self.rows.sort_by(|a, b| a.id.cmp(&b.id));
     }
 
-    /// Saves the table at `path`, whole or not at all.
+    /// Saves the table at `path`.
     pub(super) fn save(&self, path: &Path) -> Result<(), Fatal> {
-        let unsaved = |source| Fatal::new(Exit::Unreadable, Unkept::Write { path: path.to_owned(), source });
+        let unsaved = |source| Fatal::write(path, source);
         let text = toml::to_string(self).map_err(|error| unsaved(io::Error::other(error)))?;
-        save::whole(path, format!("{HEADING}\n{text}").as_bytes()).map_err(unsaved)
+        durable::save(path, format!("{HEADING}\n{text}").as_bytes()).map_err(unsaved)
     }
 }
 
@@ -120,16 +116,16 @@ mod tests {
         let path = folder.path().join(FILE_NAME);
         let mut fleet = Fleet::read(&path).unwrap();
         assert_eq!(fleet, Fleet::default());
-        fleet.note(row("stairs", 1));
-        fleet.note(Row { place: Some("Hotel Adler".into()), ..row("lobby", 2) });
-        fleet.note(row("lobby", 3));
+        fleet.set(row("stairs", 1));
+        fleet.set(Row { place: Some("Hotel Adler".into()), ..row("lobby", 2) });
+        fleet.set(row("lobby", 3));
         fleet.save(&path).unwrap();
         let read = Fleet::read(&path).unwrap();
         assert_eq!(read, fleet);
-        let told: Vec<_> = read.rows.iter().map(|row| (&*row.id, row.sequence, row.place.as_deref())).collect();
-        let last = |name| read.last(&UnitId::new(name).unwrap());
+        let rows: Vec<_> = read.rows.iter().map(|row| (&*row.id, row.sequence, row.place.as_deref())).collect();
+        let last = |name| read.last_addressees(&UnitId::new(name).unwrap());
         assert_eq!((last("lobby"), last("attic")), (Some(Addressees::of([UnitId::new("lobby").unwrap()])), None));
-        assert_eq!(told, [("lobby", 3, Some("Hotel Adler")), ("stairs", 1, None)]);
+        assert_eq!(rows, [("lobby", 3, Some("Hotel Adler")), ("stairs", 1, None)]);
         for bad in ["unit = 3", "[[unit]]\nid = \"lobby\"\n", "[[units]]\n"] {
             fs::write(&path, bad).unwrap();
             assert!(Fleet::read(&path).is_err(), "{bad}");

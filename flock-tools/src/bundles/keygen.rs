@@ -1,6 +1,6 @@
-//! `flock keygen`: the keys that sign, and what one says about another.
+//! `flock keygen`: keys that sign, and statements of one key about another.
 //!
-//! Owns the command. The key's form is minisign's, and the bundle crate writes it. Never signs a bundle: `pack` does.
+//! Owns the command. The form of a key is minisign's; the bundle crate writes it. Never signs a bundle: `pack` does.
 
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;
@@ -9,26 +9,27 @@ use std::path::{Path, PathBuf};
 
 use bundle::{KeyId, PublicKey, SecretKey, Statement, limits};
 
-use super::{passphrase, unusable};
-use crate::report::{self, Exit, Fatal};
+use super::{key_fatal, passphrase};
+use crate::program::{Exit, Fatal, print};
 
-/// What the public key's file ends in.
+/// The ending of the public key's file.
 const PUBLIC: &str = "pub";
-/// What the file ends in by which one key takes in another.
+/// The ending of a statement by which one key takes in another.
 const TRUSTED: &str = "trusted";
-/// What the file ends in by which a key is called back.
+/// The ending of a statement by which a key is called back.
 const REVOKED: &str = "revoked";
 
 /// Make a key that signs bundles; have an old key take in a new one, or call one back
 ///
-/// The secret key goes into FILE, locked by a passphrase and readable by you alone; the public key beside it, with the
-/// ending `.pub`: that is what a unit is given. Both are minisign's. With --signed-by, the old key vouches for the new
-/// one in a statement with the ending `.trusted`; with --revoke, a key is called back by itself, or by each one that
-/// took it in, in a statement with the ending `.revoked`. `flock pack --statement` sends them to the units.
+/// The secret key is written to FILE, locked by a passphrase and readable by you alone. The public key is written
+/// beside it, with the ending `.pub`: units are given that one. Both have the form of minisign. With --signed-by, the
+/// old key vouches for the new one in a statement with the ending `.trusted`. With --revoke, a key is called back by
+/// itself, or by a key that took it in, in a statement with the ending `.revoked`. `flock pack --statement` sends
+/// statements to the units.
 ///
-/// What a key took in stays when it is called back, as is right for one that has served its time. If it was stolen, a
-/// thief may have had it take in keys of theirs: with --stolen all that it took in falls with it, but for what --keep
-/// names. `docs/sending.md` says the drill, from theft to a healthy fleet.
+/// The keys that a key took in stay trusted when it is called back: that is right for an old key that is replaced. A
+/// thief of a key may have had it take in other keys: with --stolen all keys that it took in are called back too,
+/// except those that --keep names. `docs/sending.md` has the steps after a theft.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the key, or the statement, is written
@@ -45,10 +46,10 @@ pub(crate) struct Args {
     /// Call back the key in this public key's file
     #[arg(long, value_name = "PUB", requires = "signed_by")]
     revoke: Option<PathBuf>,
-    /// It was stolen: all that it took in falls with it
+    /// It was stolen: call back all keys that it took in, too
     #[arg(long, requires = "revoke", conflicts_with = "file")]
     stolen: bool,
-    /// But the key in this public key's file, which it took in, stays; may be repeated
+    /// A key that it took in and that stays trusted, by its public key's file; may be repeated
     #[arg(long, value_name = "PUB", requires = "stolen", conflicts_with = "file")]
     keep: Vec<PathBuf>,
     /// Take the new key's passphrase from the first line of this file
@@ -62,10 +63,10 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// More keys are to stay than a statement holds.
+/// More keys are to stay than a statement can hold.
 #[derive(Debug, thiserror::Error)]
-#[error("{kept} keys are to stay, at most {} can", limits::KEPT)]
-struct TooMany {
+#[error("--keep names {kept} keys, at most {} are allowed", limits::KEPT)]
+struct TooManyKept {
     kept: usize,
 }
 
@@ -84,27 +85,27 @@ struct Answer {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let signer = || match &args.signed_by {
-        Some(key) => passphrase::known(key, args.signer_passphrase_file.as_deref()).map(Some),
+        Some(key) => passphrase::open_key(key, args.signer_passphrase_file.as_deref()).map(Some),
         None => Ok(None),
     };
     let answer = match (&args.file, &args.revoke) {
         (Some(file), _) => make(file, args.passphrase_file.as_deref(), signer()?.as_ref())?,
         (None, Some(public)) => {
-            let id = PublicKey::read(public).map_err(unusable)?.id();
+            let id = PublicKey::read(public).map_err(key_fatal)?.id();
             let statements = revocation(args, id)?;
-            let statement = signer()?.map(|key| say(&statements, &key, public, REVOKED));
+            let statement = signer()?.map(|key| write_statements(&statements, &key, public, REVOKED));
             Answer { id: Some(id), statement: statement.transpose()?, ..Answer::default() }
         }
         (None, None) => Answer::default(),
     };
     if args.json {
-        report::json(&answer)?;
+        print::json(&answer)?;
     } else {
         let id = answer.id.map(|id| format!("key         {id}"));
         let line = |what: &str, path: &PathBuf| format!("{what:<12}{}", path.display());
         let files = [("secret key", &answer.secret), ("public key", &answer.public), ("statement", &answer.statement)];
         let files = files.iter().filter_map(|(what, path)| path.as_ref().map(|path| line(what, path)));
-        report::lines(id.into_iter().chain(files))?;
+        print::lines(id.into_iter().chain(files))?;
     }
     Ok(Exit::Fine)
 }
@@ -113,38 +114,38 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 fn make(file: &Path, passphrase_file: Option<&Path>, signer: Option<&SecretKey>) -> Result<Answer, Fatal> {
     let (public, trusted) = (file.with_extension(PUBLIC), file.with_extension(TRUSTED));
     let others = [&*public, &*trusted];
-    // Nobody thinks up a passphrase for a key that cannot be written.
+    // Before the artist is asked for a passphrase.
     let there = others.into_iter().chain([file]).find(|path| path.exists());
     if let Some(taken) = there.or(others.contains(&file).then_some(file)) {
-        return Err(Fatal::unwritten(taken, io::ErrorKind::AlreadyExists.into()));
+        return Err(Fatal::write(taken, io::ErrorKind::AlreadyExists.into()));
     }
     let passphrase = passphrase::new(file, passphrase_file)?;
-    let key = SecretKey::create(file, &passphrase).map_err(unusable)?.public();
+    let key = SecretKey::create(file, &passphrase).map_err(key_fatal)?.public();
     write(&public, key.to_text().as_bytes())?;
-    let vouched = signer.map(|signer| say(&[Statement::Trust(key.clone())], signer, file, TRUSTED));
-    let statement = vouched.transpose()?;
-    Ok(Answer { id: Some(key.id()), secret: Some(file.to_owned()), public: Some(public), statement })
+    let statement = signer.map(|signer| write_statements(&[Statement::Trust(key.clone())], signer, file, TRUSTED));
+    let (id, secret) = (Some(key.id()), Some(file.to_owned()));
+    Ok(Answer { id, secret, public: Some(public), statement: statement.transpose()? })
 }
 
-/// What calls back the key `id`. Units of before know the first of two only.
+/// The statements that call back the key `id`. Units with older systems read the first of two only.
 fn revocation(args: &Args, id: KeyId) -> Result<Vec<Statement>, Fatal> {
     let mut statements = vec![Statement::Revoke(id)];
     if args.stolen {
         let kept: BTreeSet<PublicKey> =
-            args.keep.iter().map(|path| PublicKey::read(path)).collect::<Result<_, _>>().map_err(unusable)?;
+            args.keep.iter().map(|path| PublicKey::read(path)).collect::<Result<_, _>>().map_err(key_fatal)?;
         if kept.len() > limits::KEPT {
-            return Err(Fatal::new(Exit::Malformed, TooMany { kept: kept.len() }));
+            return Err(Fatal::new(Exit::Malformed, TooManyKept { kept: kept.len() }));
         }
         statements.push(Statement::Stolen(id, kept));
     }
     Ok(statements)
 }
 
-/// Has `key` say `statements`, in a file named after `about`.
-fn say(statements: &[Statement], key: &SecretKey, about: &Path, ending: &str) -> Result<PathBuf, Fatal> {
+/// Signs `statements` with `key`, in a file named after `about`.
+fn write_statements(statements: &[Statement], key: &SecretKey, about: &Path, ending: &str) -> Result<PathBuf, Fatal> {
     let path = about.with_extension(ending);
     let signed = statements.iter().map(|statement| statement.sign(key)).collect::<Result<Vec<_>, _>>();
-    write(&path, &signed.map_err(unusable)?.concat())?;
+    write(&path, &signed.map_err(key_fatal)?.concat())?;
     Ok(path)
 }
 
@@ -155,5 +156,5 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Fatal> {
         file.write_all(bytes)?;
         file.sync_all()
     };
-    write().map_err(|source| Fatal::unwritten(path, source))
+    write().map_err(|source| Fatal::write(path, source))
 }

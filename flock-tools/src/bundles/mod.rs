@@ -1,29 +1,27 @@
-//! Bundles: how a flock, or a system, is signed, sent to its units, and looked at on the way.
+//! Bundles: a flock, or a system, signed, published for its units, and verified.
 //!
-//! Owns what these commands have in common: how an error of a key, of a bundle or of a folder ends a command. What a
-//! bundle is, the bundle crate says; each command has its own module here. Never opens a socket: what is published is
-//! a folder.
+//! Owns what these commands have in common: how an error of a key, of a bundle or of a folder ends a command. Each command
+//! has its own module; the form of a bundle is the bundle crate's. Never opens a socket: a bundle is published as a folder.
 //!
 //! Start at [`pack`].
 
+mod bundle_folder;
 mod counter;
 pub(crate) mod diff;
 mod fleet;
 pub(crate) mod keygen;
-pub(crate) mod listing;
 pub(crate) mod pack;
 mod passphrase;
 pub(crate) mod publish;
-mod shelf;
 pub(crate) mod system;
 pub(crate) mod verify;
 
-use bundle::{FolderError, KeyError, Refused, SignError};
+use bundle::{FolderError, KeyError, Refusal, SignError};
 
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
-/// The end of a command that cannot use a key.
-fn unusable(error: KeyError) -> Fatal {
+/// Ends a command that cannot use a key.
+fn key_fatal(error: KeyError) -> Fatal {
     let (exit, hint) = match &error {
         KeyError::Locked { .. } => (Exit::No, None),
         KeyError::Open { path, .. } => (Exit::No, Some(format!("chmod 600 {}", path.display()))),
@@ -34,21 +32,21 @@ fn unusable(error: KeyError) -> Fatal {
     if let Some(hint) = hint { fatal.hint(hint) } else { fatal }
 }
 
-/// The end of a command that refuses a bundle.
-fn refused(error: Refused) -> Fatal {
+/// Ends a command that refuses a bundle.
+fn refusal_fatal(error: Refusal) -> Fatal {
     Fatal::new(if error.is_io() { Exit::Unreadable } else { Exit::No }, error)
 }
 
-/// The end of a command that cannot sign a bundle.
-fn unsigned(error: SignError) -> Fatal {
+/// Ends a command that cannot sign a bundle.
+fn sign_fatal(error: SignError) -> Fatal {
     match error {
-        SignError::Key(error) => unusable(error),
+        SignError::Key(error) => key_fatal(error),
         SignError::Refused(_) => Fatal::new(Exit::No, error),
     }
 }
 
-/// The end of a command that cannot read or write a folder of bundles.
-fn unmoved(error: FolderError) -> Fatal {
+/// Ends a command that cannot read or write a folder of bundles.
+fn folder_fatal(error: FolderError) -> Fatal {
     let exit = match error {
         FolderError::Changed { .. } => Exit::No,
         FolderError::Read { .. } | FolderError::Write { .. } => Exit::Unreadable,

@@ -1,9 +1,9 @@
-//! Passphrases: what opens a secret key.
+//! Passphrases, which open secret keys.
 //!
-//! Owns where one comes from: the terminal, unseen, or the first line of a file that nobody else can read. Never keeps
-//! one, and takes none from the command line or the environment, where others could see it.
+//! Owns where one comes from: the terminal, without echo, or the first line of a file that only its owner can read. Never
+//! stores one, and takes none from the command line or the environment, where other users could see it.
 //!
-//! Start at [`known`].
+//! Start at [`open_key`].
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -12,17 +12,17 @@ use std::path::{Path, PathBuf};
 
 use bundle::SecretKey;
 
-use super::unusable;
-use crate::report::{Exit, Fatal};
+use super::key_fatal;
+use crate::program::{Exit, Fatal};
 
-/// Bytes of a file with a passphrase.
+/// The most bytes of a file with a passphrase that are read.
 const LONGEST: u64 = 4 << 10;
-/// What others must not be able to do with it.
+/// The permission bits of group and others, which must be off.
 const OTHERS: u32 = 0o077;
 
 /// Why there is no passphrase.
 #[derive(Debug, thiserror::Error)]
-enum Unasked {
+enum PassphraseError {
     #[error("the two passphrases differ")]
     Differ,
     #[error("the passphrase of key `{key}` is empty")]
@@ -35,50 +35,50 @@ enum Unasked {
     Terminal { key: PathBuf, source: io::Error },
 }
 
-/// The secret key in the file `path`, opened with the passphrase in `file`, or else with one that is asked for.
-pub(super) fn known(path: &Path, file: Option<&Path>) -> Result<SecretKey, Fatal> {
+/// The secret key in the file `path`, opened with the passphrase in `file`, or else with one from the terminal.
+pub(super) fn open_key(path: &Path, file: Option<&Path>) -> Result<SecretKey, Fatal> {
     let from_file = file.map(read).transpose()?;
-    let mut unasked = None;
+    let mut failed = None;
     let ask = || match from_file {
         Some(passphrase) => Ok(passphrase),
         None => ask(path, "Passphrase of").or_else(|error| {
-            unasked = Some(error);
+            failed = Some(error);
             Ok(String::new())
         }),
     };
     let read = SecretKey::read(path, ask);
-    if let Some(error) = unasked {
+    if let Some(error) = failed {
         return Err(error);
     }
-    read.map_err(unusable)
+    read.map_err(key_fatal)
 }
 
-/// A passphrase for the key that will lie at `path`: that in `file`, or else one that is asked for twice.
+/// A passphrase for the new key at `path`: that in `file`, or else one that is typed twice.
 pub(super) fn new(path: &Path, file: Option<&Path>) -> Result<String, Fatal> {
     let passphrase = file.map_or_else(|| ask(path, "New passphrase of"), read)?;
     if file.is_none() && ask(path, "Once more, the passphrase of")? != passphrase {
-        return Err(Fatal::new(Exit::No, Unasked::Differ));
+        return Err(Fatal::new(Exit::No, PassphraseError::Differ));
     }
     if passphrase.is_empty() {
-        return Err(Fatal::new(Exit::No, Unasked::Empty { key: path.to_owned() }));
+        return Err(Fatal::new(Exit::No, PassphraseError::Empty { key: path.to_owned() }));
     }
     Ok(passphrase)
 }
 
 fn ask(key: &Path, what: &str) -> Result<String, Fatal> {
     rpassword::prompt_password(format!("{what} {}: ", key.display())).map_err(|source| {
-        let unasked = Unasked::Terminal { key: key.to_owned(), source };
-        Fatal::new(Exit::Unreadable, unasked).hint("--passphrase-file takes it from a file")
+        let error = PassphraseError::Terminal { key: key.to_owned(), source };
+        Fatal::new(Exit::Unreadable, error).hint("--passphrase-file takes it from a file")
     })
 }
 
-/// The first line of `file`, which others may not be able to read. What is no plain file, a pipe, is taken as it is.
+/// The first line of `file`, which others must not be able to read. The permissions of a pipe are not checked.
 fn read(file: &Path) -> Result<String, Fatal> {
-    let unread = |source| Fatal::new(Exit::Unreadable, Unasked::Read { path: file.to_owned(), source });
+    let unread = |source| Fatal::new(Exit::Unreadable, PassphraseError::Read { path: file.to_owned(), source });
     let status = fs::metadata(file).map_err(unread)?;
     let mode = status.mode() & 0o7777;
     if status.is_file() && mode & OTHERS != 0 {
-        let open = Unasked::Open { path: file.to_owned(), mode };
+        let open = PassphraseError::Open { path: file.to_owned(), mode };
         return Err(Fatal::new(Exit::No, open).hint(format!("chmod 600 {}", file.display())));
     }
     let mut text = String::new();

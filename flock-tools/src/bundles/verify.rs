@@ -1,16 +1,16 @@
-//! `flock verify`: would its units take this bundle?
+//! `flock verify`: whether its units would take a bundle.
 //!
-//! Owns the command and its answer. What is wrong is found by `shelf.rs`.
+//! Owns the command and its answer. `bundle_folder.rs` finds the faults.
 
 use std::path::PathBuf;
 
 use bundle::{KeyId, Sequence, Trust, UnitId};
 use indicatif::DecimalBytes;
 
+use super::bundle_folder::{self, BundleEntry, Fault, Kind};
 use super::fleet::{self, Fleet};
-use super::shelf::{self, Fault, Found, Kind};
-use super::{system, unusable};
-use crate::report::{self, Exit, Fatal};
+use super::{key_fatal, system};
+use crate::program::{Exit, Fatal, print};
 
 /// Tell whether bundles are what a trusted key signed, whole and undamaged, and name everything that is not
 ///
@@ -27,11 +27,11 @@ pub(crate) struct Args {
     /// The public key to trust, or a folder of such keys
     #[arg(long, value_name = "PUB")]
     trust: PathBuf,
-    /// Look only at what this unit would be given, and whether it would take it; may be repeated
+    /// Check only the bundle of this unit, and whether it would take it; may be repeated
     #[arg(long = "unit", value_name = "UNIT", value_parser = UnitId::new)]
     units: Vec<UnitId>,
-    /// The table of units, which knows who has bundles of its own and takes none for every unit [default: fleet.toml
-    /// beside the bundles]
+    /// The table of units: those with bundles of their own take none for every unit [default: fleet.toml beside the
+    /// bundles]
     #[arg(long, value_name = "FILE", requires = "units")]
     fleet: Option<PathBuf>,
     /// Answer with one JSON document: {"ok": ..., "bundles": [...], "systems": [...], "faults": [...]}
@@ -42,14 +42,14 @@ pub(crate) struct Args {
 #[derive(serde::Serialize)]
 struct Answer<'a> {
     ok: bool,
-    bundles: Vec<Told<'a>>,
+    bundles: Vec<BundleSummary<'a>>,
     systems: Vec<String>,
     faults: &'a [Fault],
 }
 
 /// A bundle whose seal and list are good.
 #[derive(serde::Serialize)]
-struct Told<'a> {
+struct BundleSummary<'a> {
     seal: &'a str,
     flock: &'a str,
     /// Empty if it is for every unit.
@@ -63,39 +63,39 @@ struct Told<'a> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let trust = Trust::read(&args.trust).map_err(unusable)?;
+    let trust = Trust::read(&args.trust).map_err(key_fatal)?;
     let systems = system::read(&args.bundle, &trust, &args.units)?;
-    let found = shelf::read_beside(&args.bundle, &trust, &args.units, !systems.is_empty())?;
+    let entries = bundle_folder::read_beside_systems(&args.bundle, &trust, &args.units, !systems.is_empty())?;
     let table = args.fleet.clone().unwrap_or_else(|| args.bundle.join(fleet::FILE_NAME));
     let fleet = if args.units.is_empty() { Fleet::default() } else { Fleet::read(&table)? };
-    let found = shelf::admitted(found, &args.units, &fleet);
-    let faults = shelf::faults(&args.bundle, &found, &systems);
-    let good = systems.iter().filter_map(|found| Some((found.unit.as_ref(), found.system.as_ref().ok()?)));
+    let entries = bundle_folder::admit(entries, &args.units, &fleet);
+    let faults = bundle_folder::faults(&args.bundle, &entries, &systems);
+    let good = systems.iter().filter_map(|entry| Some((entry.unit.as_ref(), entry.system.as_ref().ok()?)));
     let systems: Vec<String> = good.map(|(unit, system)| system::line(unit, system)).collect();
-    let bundles = found.iter().filter_map(told).collect();
+    let bundles = entries.iter().filter_map(summary).collect();
     let exit = match &faults[..] {
         [] => Exit::Fine,
         faults if faults.iter().all(|fault| fault.kind == Kind::Unreadable) => Exit::Unreadable,
         _ => Exit::No,
     };
     if args.json {
-        report::json(&Answer { ok: faults.is_empty(), bundles, systems, faults: &faults })?;
+        print::json(&Answer { ok: faults.is_empty(), bundles, systems, faults: &faults })?;
     } else {
-        report::lines(bundles.iter().map(line).chain(systems).chain(faults.iter().map(|fault| fault.message.clone())))?;
-        report::note(&report::count(faults.len(), "fault"));
+        print::lines(bundles.iter().map(line).chain(systems).chain(faults.iter().map(|fault| fault.message.clone())))?;
+        print::note(&print::count(faults.len(), "fault"));
     }
     Ok(exit)
 }
 
-fn told(found: &Found) -> Option<Told<'_>> {
-    let bundle = found.bundle.as_ref().ok()?;
+fn summary(entry: &BundleEntry) -> Option<BundleSummary<'_>> {
+    let bundle = entry.bundle.as_ref().ok()?;
     let letter = bundle.seal().letter();
     let units = match &letter.addressees {
         bundle::Addressees::Anyone => Vec::new(),
         bundle::Addressees::Units(units) => units.iter().map(ToString::to_string).collect(),
     };
-    Some(Told {
-        seal: &found.seal,
+    Some(BundleSummary {
+        seal: &entry.seal,
         flock: &letter.flock,
         units,
         sequence: letter.sequence,
@@ -106,10 +106,10 @@ fn told(found: &Found) -> Option<Told<'_>> {
     })
 }
 
-fn line(told: &Told<'_>) -> String {
-    let Told { seal, flock, units, sequence, created, signer, files, bytes } = told;
+fn line(summary: &BundleSummary<'_>) -> String {
+    let BundleSummary { seal, flock, units, sequence, created, signer, files, bytes } = summary;
     let units = if units.is_empty() { "every unit".to_owned() } else { units.join(", ") };
     let size = DecimalBytes(*bytes);
-    let files = report::count(*files, "file");
+    let files = print::count(*files, "file");
     format!("`{seal}`: `{flock}` for {units}, sequence {sequence} of {created}, key {signer}, {files}, {size}")
 }

@@ -1,27 +1,26 @@
-//! `flock add`: one sheep more.
+//! `flock add`: adds a sheep.
 //!
-//! Owns the command. The loop may be there already, or be rendered later from the genome.
+//! Owns the command. The loop may be there already, or `flock render` makes it later from the genome.
 
 use std::path::PathBuf;
 
 use clap::ArgGroup;
-use flock::{MOST_FRAMES, MOST_REPEATS, Sheep, SheepId};
+use flock::{MAX_FRAMES, MAX_REPEATS, Sheep, SheepId};
 
-use super::Desk;
-use super::files::{self, Incoming};
-use crate::arguments;
-use crate::decoder::Video;
-use crate::places;
-use crate::report::{self, Exit, Fatal};
+use super::EditSession;
+use super::files::{self, FileCopy};
+use crate::decoder::DecoderHandle;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, arguments, print};
 
-/// Frames of a loop that is yet to be rendered, unless told otherwise: 26 seconds at 30 per second.
+/// Frames of a loop that is yet to be rendered, by default: 26 seconds at 30 per second.
 pub(crate) const FRAMES: u32 = 768;
 
 /// Add a sheep: from a genome, a loop or both
 ///
-/// Files from elsewhere are copied into the flock's folder. A loop must be in the flock's form, and its hash is written
-/// down; without one its place is named, and `flock render` makes it from the genome. The sheep is shown once
-/// transitions lead to it and away from it: `flock link` adds them.
+/// Files from elsewhere are copied into the flock's folder. A loop must be in the flock's form; its hash is written
+/// into the manifest. Without a loop the manifest names its path, and `flock render` makes it from the genome. The
+/// sheep is shown once transitions lead to it and away from it: `flock link` adds them.
 #[derive(Debug, clap::Args)]
 #[command(group = ArgGroup::new("what").args(["genome", "clip", "no_loop"]).required(true).multiple(true))]
 #[command(after_help = "Exit status:
@@ -32,7 +31,7 @@ pub(crate) const FRAMES: u32 = 768;
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    /// What the sheep is called in the flock: 1 to 64 of A-Z a-z 0-9 . _ -
+    /// The id of the sheep in the flock: 1 to 64 of A-Z a-z 0-9 . _ -
     #[arg(value_parser = SheepId::new)]
     id: SheepId,
     /// Its genome: flam3 XML with one flame
@@ -46,14 +45,14 @@ pub(crate) struct Args {
     no_loop: bool,
     #[arg(long, value_name = "N", conflicts_with = "clip")]
     #[arg(help = format!("Frames of a loop that is yet to be rendered [default: {FRAMES}]"))]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     frames: Option<u32>,
     /// Its wished share relative to the others'
     #[arg(long, value_name = "W", default_value_t = 1.0, allow_negative_numbers = true, value_parser = arguments::positive)]
     want: f64,
     /// Loops per visit
     #[arg(long, value_name = "N", default_value_t = 1)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_REPEATS)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_REPEATS)))]
     repeat: u32,
     /// Replace other files that are in the places of the genome and the loop
     #[arg(long)]
@@ -64,13 +63,13 @@ pub(crate) struct Args {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let id = &args.id;
-    let mut desk = Desk::at(&args.dir)?;
-    let genome = args.genome.as_deref().map(|file| files::genome(&desk, file, id)).transpose()?;
-    let place = |ending: &str| places::of_loop(id, ending);
-    let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
-    let clip = (!args.no_loop).then(|| files::clip(&desk, &wish, place, video)).transpose()?;
+    let mut session = EditSession::start(&args.dir)?;
+    let genome = args.genome.as_deref().map(|file| files::genome(&session, file, id)).transpose()?;
+    let place = |ending: &str| paths::of_loop(id, ending);
+    let request = files::ClipRequest { file: args.clip.as_deref(), frames: args.frames, default_frames: FRAMES };
+    let clip = (!args.no_loop).then(|| files::clip(&session, &request, place, decoder)).transpose()?;
     let mut parts = Vec::new();
     parts.extend(clip.iter().map(|(clip, _)| format!("loop `{}`, {} frames", clip.path, clip.frames)));
     parts.extend(genome.iter().map(|genome| format!("genome `{}`", genome.path)));
@@ -81,14 +80,14 @@ pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
         want: args.want,
         repeat: args.repeat,
     };
-    desk.edit(|edit| edit.add_sheep(sheep))?;
+    session.edit(|edit| edit.add_sheep(sheep))?;
     let note = genome.as_ref().and_then(|genome| genome.note.clone());
-    let incoming = genome.and_then(|genome| genome.incoming).into_iter().chain(clip.and_then(|(_, incoming)| incoming));
-    Incoming::bring_all(incoming, &args.dir, args.force)?;
-    let effect = desk.save()?;
+    let copy = genome.and_then(|genome| genome.copy).into_iter().chain(clip.and_then(|(_, copy)| copy));
+    FileCopy::run_all(copy, &args.dir, args.force)?;
+    let result = session.save()?;
     if let Some(note) = note {
-        report::note(&note);
+        print::note(&note);
     }
     let what = if parts.is_empty() { "without a loop".to_owned() } else { parts.join(", ") };
-    effect.tell(&format!("added `{id}`: {what}"), args.json)
+    result.print(&format!("added `{id}`: {what}"), args.json)
 }

@@ -1,19 +1,18 @@
-//! `flock drop`: one sheep fewer.
+//! `flock drop`: removes a sheep.
 //!
-//! Owns the command. Never deletes a clip unless told to.
+//! Owns the command. Deletes clips only with --delete-files.
 
 use std::path::PathBuf;
 
 use flock::SheepId;
 
-use super::Desk;
-use crate::report::{self, Exit, Fatal};
+use super::EditSession;
+use crate::program::{Exit, Fatal, print};
 
 /// Take a sheep out of a flock, with every transition from and to it
 ///
-/// Refused if another sheep that is shown would then no longer be. The files stay where they are, unless
-/// --delete-files is given. In the manifest, the lines of the sheep and its transitions go and the comments around
-/// them stay.
+/// Refused if another sheep that is shown would then no longer be. The files stay where they are, unless --delete-files
+/// is given. In the manifest, the lines of the sheep and of its transitions are removed; the comments around them stay.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the sheep is gone
@@ -40,17 +39,17 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let id = &args.id;
-    let mut desk = Desk::at(&args.dir)?;
-    let transitions = desk.manifest().transitions.len();
-    desk.edit(|edit| edit.drop_sheep(id))?;
-    let gone = match transitions - desk.manifest().transitions.len() {
+    let mut session = EditSession::start(&args.dir)?;
+    let transitions = session.manifest().transitions.len();
+    session.edit(|edit| edit.drop_sheep(id))?;
+    let gone = match transitions - session.manifest().transitions.len() {
         0 => String::new(),
-        count => format!(" and {}", report::count(count, "transition")),
+        count => format!(" and {}", print::count(count, "transition")),
     };
-    desk.refuse_breaking(&format!("without sheep `{id}`"), args.force, args.json)?;
-    let effect = desk.save()?;
+    session.refuse_breaking(&format!("without sheep `{id}`"), args.force, args.json)?;
+    let result = session.save()?;
     if args.delete_files {
-        effect.delete_files()?;
+        result.delete_files()?;
     }
-    effect.tell(&format!("dropped `{id}`{gone}"), args.json)
+    result.print(&format!("dropped `{id}`{gone}"), args.json)
 }

@@ -1,7 +1,7 @@
-//! Files that come into a flock.
+//! Files that are added to a flock.
 //!
-//! Owns the look at a genome or a clip before it is taken in, and its copy. Files that lie in the flock's folder already
-//! stay where they are. Never edits the manifest.
+//! Owns the check of a genome or a clip before it is added, and its copy. Files in the flock's folder stay where they are.
+//! Never edits the manifest.
 //!
 //! Start at [`clip`] and [`genome`].
 
@@ -14,106 +14,104 @@ use flock::{Clip, ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
 use video::Form;
 
-use super::Desk;
-use crate::decoder::Video;
-use crate::places;
-use crate::report::{Exit, Fatal};
-use crate::save;
+use super::EditSession;
+use crate::check::clips;
+use crate::decoder::DecoderHandle;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal};
 
-/// What clip is wished for.
-pub(super) struct Wish<'a> {
-    /// The file, if it is there already.
+/// The clip that the command line asks for.
+pub(super) struct ClipRequest<'a> {
+    /// The file, if one is named.
     pub(super) file: Option<&'a Path>,
-    /// Its frames, if it is yet to be rendered and somebody said.
+    /// Its frames, if they are given.
     pub(super) frames: Option<u32>,
-    /// Its frames if nobody said.
-    pub(super) or: u32,
+    /// Its frames if it is yet to be rendered and none are given.
+    pub(super) default_frames: u32,
 }
 
-/// A file from elsewhere, and its place in the flock's folder.
-pub(super) struct Incoming {
+/// The copy of a file from elsewhere into the flock's folder.
+pub(super) struct FileCopy {
     from: PathBuf,
     to: ClipPath,
 }
 
-/// A genome that was looked at.
-pub(super) struct Known {
+/// A genome that was read.
+pub(super) struct GenomeFile {
     pub(super) path: ClipPath,
-    pub(super) incoming: Option<Incoming>,
-    /// What an artist might want to know of it.
+    pub(super) copy: Option<FileCopy>,
+    /// A hint for the artist.
     pub(super) note: Option<String>,
 }
 
-/// Why a file was not taken in.
+/// Why a file was not added.
 #[derive(Debug, thiserror::Error)]
-enum Untaken {
+enum AddError {
     #[error("cannot copy `{from}` to `{to}`")]
     Copy { from: PathBuf, to: PathBuf, source: io::Error },
     #[error("clip `{path}` has {found} frames (asked for {expected})")]
     Frames { path: PathBuf, expected: u32, found: FrameCount },
     #[error("`{path}` is not a genome")]
     NotAGenome { path: PathBuf, source: GenomeError },
+    #[error("cannot copy `{from}`: `{to}` is another file")]
+    Occupied { from: PathBuf, to: PathBuf },
     #[error("clip `{path}` {why}")]
     OtherForm { path: PathBuf, why: String },
     #[error("cannot read `{path}`")]
     Read { path: PathBuf, source: io::Error },
-    #[error("`{to}` is another file than `{from}`")]
-    Taken { from: PathBuf, to: PathBuf },
 }
 
-/// The clip that is wished for, for the place that `place` gives to a name's ending. A file that is in that place
-/// already is taken as it is.
+/// The clip that is asked for, at the path that `place` gives for an ending. A file that is there already is used.
 ///
 /// # Errors
 /// If the file is not in the flock's form or cannot be read.
 pub(super) fn clip(
-    desk: &Desk,
-    wish: &Wish,
+    session: &EditSession,
+    request: &ClipRequest,
     place: impl Fn(&str) -> ClipPath,
-    video: Video,
-) -> Result<(Clip, Option<Incoming>), Fatal> {
-    let usual = place(places::CLIP);
-    let there = usual.inside(&desk.folder);
-    let file = match wish.file {
+    decoder: DecoderHandle,
+) -> Result<(Clip, Option<FileCopy>), Fatal> {
+    let usual = place(paths::CLIP);
+    let there = usual.inside(&session.folder);
+    let file = match request.file {
         Some(file) => file,
         None if there.exists() => &there,
         None => {
-            let frames = FrameCount(wish.frames.unwrap_or(wish.or));
+            let frames = FrameCount(request.frames.unwrap_or(request.default_frames));
             return Ok((Clip { path: usual, frames, hash: None }, None));
         }
     };
-    let unreadable = |source| Fatal::new(Exit::Unreadable, Untaken::Read { path: file.to_owned(), source });
-    let hash = File::open(file).and_then(ClipHash::of).map_err(unreadable)?;
-    let form = Form { size: desk.manifest().size, fps: desk.manifest().fps };
-    let frames = video.decoder()?.frames(file, &form).map_err(|why| {
-        let refused = Untaken::OtherForm { path: file.to_owned(), why };
+    let hash = File::open(file).and_then(ClipHash::of).map_err(|source| Fatal::read(file, source))?;
+    let form = Form { size: session.manifest().size, fps: session.manifest().fps };
+    let frames = clips::frames(file, &form, decoder.get()?).map_err(|why| {
+        let refused = AddError::OtherForm { path: file.to_owned(), why };
         Fatal::new(Exit::No, refused).hint("`flock import` brings clips into the flock's form")
     })?;
-    if let Some(expected) = wish.frames.filter(|expected| FrameCount(*expected) != frames) {
-        let refused = Untaken::Frames { path: file.to_owned(), expected, found: frames };
+    if let Some(expected) = request.frames.filter(|expected| FrameCount(*expected) != frames) {
+        let refused = AddError::Frames { path: file.to_owned(), expected, found: frames };
         return Err(Fatal::new(Exit::No, refused));
     }
-    let (path, incoming) = settle(&desk.folder, file, place(ending(file).unwrap_or(places::CLIP)));
-    Ok((Clip { path, frames, hash: Some(hash) }, incoming))
+    let (path, copy) = place_in(&session.folder, file, place(ending(file).unwrap_or(paths::CLIP)));
+    Ok((Clip { path, frames, hash: Some(hash) }, copy))
 }
 
 /// The genome in `file`, for the sheep `id`.
 ///
 /// # Errors
 /// If it cannot be read or is not one genome.
-pub(super) fn genome(desk: &Desk, file: &Path, id: &SheepId) -> Result<Known, Fatal> {
+pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result<GenomeFile, Fatal> {
     let path = || file.to_owned();
     let text = fs::read_to_string(file).map_err(|source| {
         let malformed = source.kind() == io::ErrorKind::InvalidData;
         let exit = if malformed { Exit::Malformed } else { Exit::Unreadable };
-        Fatal::new(exit, Untaken::Read { path: path(), source })
+        Fatal::new(exit, AddError::Read { path: path(), source })
     })?;
     let genome = Genome::parse(&text).map_err(|source| {
         let several = matches!(source, GenomeError::Count { found } if found > 1);
-        let fatal = Fatal::new(Exit::Malformed, Untaken::NotAGenome { path: path(), source });
+        let fatal = Fatal::new(Exit::Malformed, AddError::NotAGenome { path: path(), source });
         if several { fatal.hint("`flock import` takes files with several flames") } else { fatal }
     })?;
-    let ([width, height], size) = (genome.camera.size, desk.manifest().size);
+    let ([width, height], size) = (genome.camera.size, session.manifest().size);
     let other_shape = u64::from(width) * u64::from(size.1) != u64::from(height) * u64::from(size.0);
     let note = other_shape.then(|| {
         format!(
@@ -121,28 +119,28 @@ pub(super) fn genome(desk: &Desk, file: &Path, id: &SheepId) -> Result<Known, Fa
             size.0, size.1
         )
     });
-    let (path, incoming) = settle(&desk.folder, file, places::genome(id, ending(file).unwrap_or(places::GENOME)));
-    Ok(Known { path, incoming, note })
+    let (path, copy) = place_in(&session.folder, file, paths::genome(id, ending(file).unwrap_or(paths::GENOME)));
+    Ok(GenomeFile { path, copy, note })
 }
 
-impl Incoming {
-    /// Copies all files to their places, or none if one of those is taken by another file and it is not forced.
-    pub(super) fn bring_all(incoming: impl Iterator<Item = Incoming>, folder: &Path, force: bool) -> Result<(), Fatal> {
+impl FileCopy {
+    /// Makes all copies, or none if another file is in the place of one and `force` is not set.
+    pub(super) fn run_all(copy: impl Iterator<Item = FileCopy>, folder: &Path, force: bool) -> Result<(), Fatal> {
         let mut copies = Vec::new();
-        for Incoming { from, to } in incoming {
+        for FileCopy { from, to } in copy {
             let to = to.inside(folder);
-            let unreadable = |source| Fatal::new(Exit::Unreadable, Untaken::Read { path: to.clone(), source });
+            let unreadable = |source| Fatal::read(&to, source);
             if !to.exists() || (force && to.is_file()) {
                 copies.push((from, to));
             } else if !to.is_file() || !same_bytes(&from, &to).map_err(unreadable)? {
-                let taken = Fatal::new(Exit::No, Untaken::Taken { from, to });
-                return Err(taken.hint("--force replaces it"));
+                let occupied = Fatal::new(Exit::No, AddError::Occupied { from, to });
+                return Err(occupied.hint("--force replaces it"));
             }
         }
         for (from, to) in copies {
             let parent = to.parent().unwrap_or(folder);
-            let copied = fs::create_dir_all(parent).and_then(|()| save::copy(&from, &to));
-            copied.map_err(|source| Fatal::new(Exit::Unreadable, Untaken::Copy { from, to, source }))?;
+            let copied = fs::create_dir_all(parent).and_then(|()| durable::copy(&from, &to));
+            copied.map_err(|source| Fatal::new(Exit::Unreadable, AddError::Copy { from, to, source }))?;
         }
         Ok(())
     }
@@ -151,14 +149,14 @@ impl Incoming {
 /// Whether two files have the same bytes.
 ///
 /// # Errors
-/// What the kernel says of either.
+/// The system's error for either.
 pub(super) fn same_bytes(a: &Path, b: &Path) -> io::Result<bool> {
     let hash = |path: &Path| File::open(path).and_then(ClipHash::of);
     Ok(fs::metadata(a)?.len() == fs::metadata(b)?.len() && hash(a)? == hash(b)?)
 }
 
-/// Where `file` is in `folder`, or that it comes to `place`.
-fn settle(folder: &Path, file: &Path, place: ClipPath) -> (ClipPath, Option<Incoming>) {
+/// The path of `file` in `folder`; if it is not in there, `place` and the copy to it.
+fn place_in(folder: &Path, file: &Path, place: ClipPath) -> (ClipPath, Option<FileCopy>) {
     let inside = || {
         let file = fs::canonicalize(file).ok()?;
         let inside = file.strip_prefix(fs::canonicalize(folder).ok()?).ok()?;
@@ -166,11 +164,11 @@ fn settle(folder: &Path, file: &Path, place: ClipPath) -> (ClipPath, Option<Inco
     };
     match inside() {
         Some(path) => (path, None),
-        None => (place.clone(), Some(Incoming { from: file.to_owned(), to: place })),
+        None => (place.clone(), Some(FileCopy { from: file.to_owned(), to: place })),
     }
 }
 
-/// What the name of `file` ends in, if that is plain.
+/// The ending of `file`, if it has only letters and digits.
 fn ending(file: &Path) -> Option<&str> {
     let ending = file.extension()?.to_str()?;
     ending.chars().all(|c| c.is_ascii_alphanumeric()).then_some(ending)

@@ -1,25 +1,24 @@
-//! `flock link`: one transition more.
+//! `flock link`: adds a transition.
 //!
-//! Owns the command. The clip may be there already, or be rendered later.
+//! Owns the command. The clip may be there already, or `flock render` makes it later.
 
 use std::path::PathBuf;
 
-use flock::{MOST_FRAMES, SheepId, Transition};
+use flock::{MAX_FRAMES, SheepId, Transition};
 
-use super::Desk;
-use super::files::{self, Incoming};
-use crate::arguments;
-use crate::decoder::Video;
-use crate::places;
-use crate::report::{Exit, Fatal};
+use super::EditSession;
+use super::files::{self, FileCopy};
+use crate::decoder::DecoderHandle;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, arguments};
 
-/// Frames of a transition that is yet to be rendered, unless told otherwise: 13 seconds at 30 per second.
+/// Frames of a transition that is yet to be rendered, by default: 13 seconds at 30 per second.
 const FRAMES: u32 = 384;
 
 /// Add a transition from one sheep to another
 ///
-/// With --clip, the clip is taken into the flock's folder if it is in the flock's form, and its hash is written down.
-/// Without, its place is named, and `flock render` makes it from both genomes.
+/// With --clip, the clip is copied into the flock's folder if it is in the flock's form, and its hash is written into
+/// the manifest. Without, the manifest names its path, and `flock render` makes it from both genomes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the transition is in the flock
@@ -40,7 +39,7 @@ pub(crate) struct Args {
     clip: Option<PathBuf>,
     #[arg(long, value_name = "N", conflicts_with = "clip")]
     #[arg(help = format!("Frames of a clip that is yet to be rendered [default: {FRAMES}]"))]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     frames: Option<u32>,
     /// How readily the walk takes it, relative to the others from the same sheep
     #[arg(long, value_name = "W", default_value_t = 1.0, allow_negative_numbers = true, value_parser = arguments::positive)]
@@ -54,15 +53,15 @@ pub(crate) struct Args {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args, video: Video) -> Result<Exit, Fatal> {
+pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let (from, to) = (args.from.clone(), args.to.clone());
-    let mut desk = Desk::at(&args.dir)?;
-    let place = |ending: &str| places::of_transition(&from, &to, ending);
-    let wish = files::Wish { file: args.clip.as_deref(), frames: args.frames, or: FRAMES };
-    let (clip, incoming) = files::clip(&desk, &wish, place, video)?;
+    let mut session = EditSession::start(&args.dir)?;
+    let place = |ending: &str| paths::of_transition(&from, &to, ending);
+    let request = files::ClipRequest { file: args.clip.as_deref(), frames: args.frames, default_frames: FRAMES };
+    let (clip, copy) = files::clip(&session, &request, place, decoder)?;
     let (frames, path) = (clip.frames, clip.path.clone());
     let transition = Transition { from: args.from.clone(), to: args.to.clone(), clip, weight: args.weight };
-    desk.edit(|edit| edit.add_transition(transition))?;
-    Incoming::bring_all(incoming.into_iter(), &args.dir, args.force)?;
-    desk.save()?.tell(&format!("linked `{from}` to `{to}`: `{path}`, {frames} frames"), args.json)
+    session.edit(|edit| edit.add_transition(transition))?;
+    FileCopy::run_all(copy.into_iter(), &args.dir, args.force)?;
+    session.save()?.print(&format!("linked `{from}` to `{to}`: `{path}`, {frames} frames"), args.json)
 }

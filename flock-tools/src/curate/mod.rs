@@ -1,10 +1,10 @@
-//! Curating a flock: the commands that edit its manifest.
+//! The commands that edit a flock's manifest.
 //!
-//! Owns what they have in common: the flock is taken, edited, judged, saved, and what the edit did to the balance is
-//! told. An edit breaks a flock if a sheep that was shown no longer would be; adding never does, since a sheep that is
-//! not yet linked is merely not shown. Never owns an edit: each command has its own module.
+//! Owns what they have in common: the manifest is locked, edited, checked and saved, and the effect on the balance is
+//! printed. An edit breaks a flock if a sheep that was shown no longer would be; adding never does, since a sheep that is not
+//! yet linked is merely not shown. Each command has its own module.
 //!
-//! Start at [`Desk`].
+//! Start at [`EditSession`].
 
 pub(crate) mod add;
 pub(crate) mod drop;
@@ -17,30 +17,29 @@ pub(crate) mod want;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, SheepId};
 
-use crate::draft::Draft;
-use crate::report::{self, Exit, Fatal};
+use crate::flock_folder::Draft;
+use crate::program::{Exit, Fatal, print};
 
-/// So many faults are told after an edit; `flock check` tells all.
-const TOLD: usize = 3;
-/// Worst ratios closer than this are told as the same.
+/// The most faults that are printed after an edit; `flock check` prints all.
+const MOST_FAULTS: usize = 3;
+/// Worst ratios closer than this count as the same.
 const SAME: f64 = 1e-9;
 
-/// A flock that is being edited by one command.
-struct Desk {
+/// A flock that one command edits.
+struct EditSession {
     folder: PathBuf,
     draft: Draft,
-    before: Standing,
+    before: FlockState,
 }
 
-/// How a flock stands, by its manifest alone.
-struct Standing {
+/// The state of a flock, by its manifest alone.
+struct FlockState {
     /// All its sheep.
-    there: BTreeSet<SheepId>,
+    sheep: BTreeSet<SheepId>,
     /// The sheep that the walk plays.
     shown: BTreeSet<SheepId>,
     /// `None` while a sheep is never shown.
@@ -50,11 +49,11 @@ struct Standing {
     files: BTreeSet<ClipPath>,
 }
 
-/// What a command did to a flock.
-struct Effect {
+/// The flock before and after a command.
+struct EditResult {
     folder: PathBuf,
-    before: Standing,
-    after: Standing,
+    before: FlockState,
+    after: FlockState,
 }
 
 /// The answer with `--json`.
@@ -65,7 +64,7 @@ struct Answer<'a> {
     /// `null` while a sheep is never shown, here and below.
     worst_ratio_before: Option<f64>,
     worst_ratio_after: Option<f64>,
-    /// Those of the manifest after the edit: clips are not looked at.
+    /// Those of the manifest after the edit: clips are not opened.
     faults: &'a [Fault],
     /// Sheep of the flock that were shown and no longer are.
     no_longer_shown: Vec<&'a SheepId>,
@@ -77,26 +76,33 @@ struct Answer<'a> {
 
 /// An edit that was refused.
 #[derive(Debug, thiserror::Error)]
-enum Refused {
+enum Refusal {
     #[error("{edit}, the flock would have no sheep")]
     Empty { edit: String },
     #[error("{edit}, {count} sheep that the walk shows would no longer be shown, `{first}` first")]
     Unshown { edit: String, count: usize, first: SheepId },
 }
 
-/// A file that could not be deleted.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot delete `{path}`")]
-struct Undeleted {
-    path: PathBuf,
-    source: io::Error,
+impl<'a> Answer<'a> {
+    /// The answer without the files.
+    fn of(changed: bool, before: &'a FlockState, after: &'a FlockState) -> Self {
+        Self {
+            changed,
+            worst_ratio_before: before.worst_ratio,
+            worst_ratio_after: after.worst_ratio,
+            faults: &after.faults,
+            no_longer_shown: lost(before, after),
+            unreferenced: Vec::new(),
+            missing: Vec::new(),
+        }
+    }
 }
 
-impl Desk {
-    /// Takes the flock in `folder`, which may be without sheep.
-    fn at(folder: &Path) -> Result<Self, Fatal> {
-        let draft = Draft::take(folder)?;
-        let before = Standing::of(draft.edit.manifest());
+impl EditSession {
+    /// Locks and reads the flock in `folder`, which may be without sheep.
+    fn start(folder: &Path) -> Result<Self, Fatal> {
+        let draft = Draft::lock(folder)?;
+        let before = FlockState::of(draft.edit.manifest());
         Ok(Self { folder: folder.to_owned(), draft, before })
     }
 
@@ -110,40 +116,32 @@ impl Desk {
         edit(&mut self.draft.edit).map_err(|error| Fatal::new(Exit::Malformed, error))
     }
 
-    /// Ends the command if the edits break the flock, unless they are forced. `edit` begins the sentence.
+    /// Ends the command if the edits break the flock, unless `force` is set. `edit` begins the sentence.
     fn refuse_breaking(&self, edit: &str, force: bool, json: bool) -> Result<(), Fatal> {
-        let after = Standing::of(self.manifest());
+        let after = FlockState::of(self.manifest());
         let lost = lost(&self.before, &after);
         let edit = edit.to_owned();
         let refused = match lost.first() {
             _ if force => return Ok(()),
-            _ if self.manifest().sheep.is_empty() => Refused::Empty { edit },
-            Some(first) => Refused::Unshown { edit, count: lost.len(), first: (*first).clone() },
+            _ if self.manifest().sheep.is_empty() => Refusal::Empty { edit },
+            Some(first) => Refusal::Unshown { edit, count: lost.len(), first: (*first).clone() },
             None => return Ok(()),
         };
         if json {
-            report::json(&Answer {
-                changed: false,
-                worst_ratio_before: self.before.worst_ratio,
-                worst_ratio_after: after.worst_ratio,
-                faults: &after.faults,
-                no_longer_shown: lost,
-                unreferenced: Vec::new(),
-                missing: Vec::new(),
-            })?;
+            print::json(&Answer::of(false, &self.before, &after))?;
         }
         Err(Fatal::new(Exit::No, refused).hint("--force does it all the same"))
     }
 
     /// Saves the manifest.
-    fn save(self) -> Result<Effect, Fatal> {
-        let after = Standing::of(self.manifest());
+    fn save(self) -> Result<EditResult, Fatal> {
+        let after = FlockState::of(self.manifest());
         self.draft.save()?;
-        Ok(Effect { folder: self.folder, before: self.before, after })
+        Ok(EditResult { folder: self.folder, before: self.before, after })
     }
 }
 
-impl Standing {
+impl FlockState {
     fn of(manifest: &Manifest) -> Self {
         let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
         let files = manifest.clips().map(|clip| &clip.path).chain(genomes).cloned().collect();
@@ -152,48 +150,41 @@ impl Standing {
         let shown =
             flock.graph().sheep().filter(|_| flock.is_walkable()).map(|sheep| flock.id(sheep).clone()).collect();
         let worst_ratio = FlockShares::of(&flock).filter(|_| flock.is_walkable()).and_then(|shares| shares.worst_ratio);
-        let there = manifest.sheep.iter().map(|sheep| sheep.id.clone()).collect();
-        Self { there, shown, worst_ratio, faults, files }
+        let sheep = manifest.sheep.iter().map(|sheep| sheep.id.clone()).collect();
+        Self { sheep, shown, worst_ratio, faults, files }
     }
 }
 
-impl Effect {
+impl EditResult {
     /// Deletes the files that the manifest no longer names.
     fn delete_files(&self) -> Result<(), Fatal> {
         for path in self.unreferenced() {
             let path = path.inside(&self.folder);
-            fs::remove_file(&path).map_err(|source| Fatal::new(Exit::Unreadable, Undeleted { path, source }))?;
+            fs::remove_file(&path).map_err(|source| Fatal::file("delete", &path, source))?;
         }
         Ok(())
     }
 
-    /// Tells what was `done`, what it did to the balance, and what the flock still lacks.
-    fn tell(&self, done: &str, json: bool) -> Result<Exit, Fatal> {
+    /// Prints what was `done`, its effect on the balance, and what the flock still lacks.
+    fn print(&self, done: &str, json: bool) -> Result<Exit, Fatal> {
         let (unreferenced, missing) = (self.unreferenced(), self.missing());
         if json {
-            report::json(&Answer {
-                changed: true,
-                worst_ratio_before: self.before.worst_ratio,
-                worst_ratio_after: self.after.worst_ratio,
-                faults: &self.after.faults,
-                no_longer_shown: lost(&self.before, &self.after),
-                unreferenced,
-                missing,
-            })?;
+            let answer = Answer::of(true, &self.before, &self.after);
+            print::json(&Answer { unreferenced, missing, ..answer })?;
             return Ok(Exit::Fine);
         }
-        report::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;
+        print::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;
         for path in missing {
-            report::note(&format!("note: `{path}` is not there yet; `flock render` makes it"));
+            print::note(&format!("note: `{path}` is not there yet; `flock render` makes it"));
         }
         for path in unreferenced {
-            report::note(&format!("note: `{path}` is no longer named, and still there"));
+            print::note(&format!("note: `{path}` is no longer named, and still there"));
         }
-        for fault in self.after.faults.iter().take(TOLD) {
-            report::note(&format!("note: {}", fault.message));
+        for fault in self.after.faults.iter().take(MOST_FAULTS) {
+            print::note(&format!("note: {}", fault.message));
         }
-        if let Some(more) = self.after.faults.len().checked_sub(TOLD).filter(|more| *more > 0) {
-            report::note(&format!("note: and {more} more, which `flock check` names"));
+        if let Some(more) = self.after.faults.len().checked_sub(MOST_FAULTS).filter(|more| *more > 0) {
+            print::note(&format!("note: and {more} more, which `flock check` names"));
         }
         Ok(Exit::Fine)
     }
@@ -209,12 +200,12 @@ impl Effect {
     }
 }
 
-/// The sheep that were shown `before` and are not `after`, although they are there.
-fn lost<'a>(before: &'a Standing, after: &'a Standing) -> Vec<&'a SheepId> {
-    before.shown.difference(&after.shown).filter(|id| after.there.contains(*id)).collect()
+/// The sheep that were shown `before` and are not `after`, although the flock still has them.
+fn lost<'a>(before: &'a FlockState, after: &'a FlockState) -> Vec<&'a SheepId> {
+    before.shown.difference(&after.shown).filter(|id| after.sheep.contains(*id)).collect()
 }
 
-/// What became of the worst ratio, in one line.
+/// The worst ratio and what it was, in one line.
 fn balance(before: Option<f64>, after: Option<f64>) -> String {
     let now = after.map_or("none while a sheep is never shown".to_owned(), |ratio| format!("{ratio:.3}"));
     let was = match (before, after) {
@@ -231,12 +222,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_balance_is_told_with_what_it_was() {
-        let told = |before, after| balance(before, after).split_once(": ").unwrap().1.to_owned();
-        assert_eq!(told(None, None), "none while a sheep is never shown");
-        assert_eq!(told(Some(2.0), None), "none while a sheep is never shown, was 2.000");
-        assert_eq!(told(None, Some(1.25)), "1.250, the first");
-        assert_eq!(told(Some(2.0), Some(1.25)), "1.250, was 2.000");
-        assert_eq!(told(Some(1.25), Some(1.25 + 1e-12)), "1.250, as before");
+    fn the_balance_is_printed_with_what_it_was() {
+        let text = |before, after| balance(before, after).split_once(": ").unwrap().1.to_owned();
+        assert_eq!(text(None, None), "none while a sheep is never shown");
+        assert_eq!(text(Some(2.0), None), "none while a sheep is never shown, was 2.000");
+        assert_eq!(text(None, Some(1.25)), "1.250, the first");
+        assert_eq!(text(Some(2.0), Some(1.25)), "1.250, was 2.000");
+        assert_eq!(text(Some(1.25), Some(1.25 + 1e-12)), "1.250, as before");
     }
 }

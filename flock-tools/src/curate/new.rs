@@ -1,26 +1,23 @@
 //! `flock new`: a flock without sheep.
 //!
-//! Owns the first manifest. Never touches a folder that has something in it.
+//! Owns the first manifest. Never changes a folder that is not empty.
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use flock::{Edit, FILE_NAME};
 use timing::Rate;
 
-use crate::arguments;
-use crate::places;
-use crate::report::{self, Exit, Fatal};
-use crate::save;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, arguments, print};
 
-/// What a manifest says to somebody who opens it.
-const GREETING: &str =
+/// The comment at the top of a new manifest.
+const HEADING: &str =
     "# A flock: sheep, and the transitions between them. `flock add` and `flock link` put them in below.\n";
 
 /// Start a flock: a folder with a manifest, and a place for genomes, loops and transitions
 ///
-/// All clips of a flock have one size and one rate, which are decided here.
+/// All clips of a flock have one size and one rate, which are set here.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock is there, without sheep
@@ -30,7 +27,7 @@ const GREETING: &str =
 pub(crate) struct Args {
     /// The folder; made where it is missing
     dir: PathBuf,
-    /// What the flock is called [default: as its folder]
+    /// The name of the flock [default: that of its folder]
     #[arg(long)]
     name: Option<String>,
     /// Width and height in pixels, both even
@@ -50,51 +47,47 @@ struct Answer {
     name: String,
 }
 
-/// Why no flock was started.
+/// A folder that is not empty.
 #[derive(Debug, thiserror::Error)]
-enum Unstarted {
-    #[error("folder `{folder}` is not empty: it has `{found}`")]
-    NotEmpty { folder: PathBuf, found: String },
-    #[error("cannot write `{path}`")]
-    Write { path: PathBuf, source: io::Error },
+#[error("folder `{folder}` is not empty: it has `{found}`")]
+struct NotEmpty {
+    folder: PathBuf,
+    found: String,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let name = args.name.clone().unwrap_or_else(|| name_of(&args.dir));
-    let text = format!("{GREETING}{}", Edit::blank(&name, args.size, args.fps).text());
-    start(&args.dir, &text).map_err(|error| {
-        let exit = if matches!(error, Unstarted::NotEmpty { .. }) { Exit::No } else { Exit::Unreadable };
-        Fatal::new(exit, error)
-    })?;
+    let text = format!("{HEADING}{}", Edit::blank(&name, args.size, args.fps).text());
+    start(&args.dir, &text)?;
     if args.json {
-        report::json(&Answer { changed: true, name })?;
+        print::json(&Answer { changed: true, name })?;
     } else {
         let (width, height) = args.size;
         let line = format!("flock `{name}` is there, {width}x{height} at {} frames per second", args.fps);
-        report::lines([line])?;
-        report::note("note: it has no sheep yet; `flock add` puts them in");
+        print::lines([line])?;
+        print::note("note: it has no sheep yet; `flock add` puts them in");
     }
     Ok(Exit::Fine)
 }
 
 /// Makes the folders and, last, the manifest.
-fn start(folder: &Path, text: &str) -> Result<(), Unstarted> {
+fn start(folder: &Path, text: &str) -> Result<(), Fatal> {
     let cannot = |path: &Path| {
         let path = path.to_owned();
-        move |source| Unstarted::Write { path, source }
+        move |source| Fatal::write(&path, source)
     };
     fs::create_dir_all(folder).map_err(cannot(folder))?;
     if let Some(found) = fs::read_dir(folder).map_err(cannot(folder))?.next() {
         let found = found.map_err(cannot(folder))?.file_name().to_string_lossy().into_owned();
-        return Err(Unstarted::NotEmpty { folder: folder.to_owned(), found });
+        return Err(Fatal::new(Exit::No, NotEmpty { folder: folder.to_owned(), found }));
     }
-    for name in places::FOLDERS {
+    for name in paths::FOLDERS {
         let path = folder.join(name);
         fs::create_dir(&path).map_err(cannot(&path))?;
     }
     let path = folder.join(FILE_NAME);
-    save::whole(&path, text.as_bytes()).map_err(cannot(&path))
+    durable::save(&path, text.as_bytes()).map_err(cannot(&path))
 }
 
 /// The name of a folder, as people call it.

@@ -1,7 +1,7 @@
 //! `flock rename`: another id for a sheep.
 //!
-//! Owns the command and the order of its steps. A file that bears the id gets its new name first and loses its old one
-//! last, so that the manifest names files that are there at every moment in between.
+//! Owns the command and the order of its steps: files get their new names, the manifest is saved, the old names are removed.
+//! So at every moment the files that the manifest names are there.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,11 +10,10 @@ use std::path::{Path, PathBuf};
 
 use flock::{Clip, ClipPath, Edit, EditError, SheepId};
 
-use super::Desk;
+use super::EditSession;
 use super::files;
-use crate::places;
-use crate::report::{self, Exit, Fatal};
-use crate::save;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, print};
 
 /// Give a sheep another id
 ///
@@ -23,7 +22,7 @@ use crate::save;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the sheep is renamed
-  1  another file bears the new name; nothing was changed
+  1  another file has the new name; nothing was changed
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
@@ -42,42 +41,42 @@ pub(crate) struct Args {
 
 /// Why a file was not renamed.
 #[derive(Debug, thiserror::Error)]
-enum Unmoved {
+enum RenameError {
     #[error("cannot rename `{old}` to `{new}`")]
     Move { old: PathBuf, new: PathBuf, source: io::Error },
     #[error("`{old}` cannot be renamed to `{new}`, which is another file")]
-    Taken { old: PathBuf, new: PathBuf },
+    Occupied { old: PathBuf, new: PathBuf },
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let Args { old, new, .. } = args;
-    let mut desk = Desk::at(&args.dir)?;
+    let mut session = EditSession::start(&args.dir)?;
     let mut moves = BTreeMap::new();
-    desk.edit(|edit| {
+    session.edit(|edit| {
         edit.rename(old, new)?;
         moves = rename_paths(edit, old, new)?;
         Ok(())
     })?;
     let there: Vec<_> = moves.iter().filter(|(old, _)| old.inside(&args.dir).exists()).collect();
     for (old, new) in &there {
-        bear(&old.inside(&args.dir), &new.inside(&args.dir))?;
+        link_or_copy(&old.inside(&args.dir), &new.inside(&args.dir))?;
     }
     let count = there.len();
-    let effect = desk.save()?;
-    effect.delete_files()?;
+    let result = session.save()?;
+    result.delete_files()?;
     let files = match count {
         0 => String::new(),
-        count => format!(", and {}", report::count(count, "file")),
+        count => format!(", and {}", print::count(count, "file")),
     };
-    effect.tell(&format!("renamed `{old}` to `{new}`{files}"), args.json)
+    result.print(&format!("renamed `{old}` to `{new}`{files}"), args.json)
 }
 
-/// Names the files of the sheep, now called `new`, after it where they are named after `old`; tells which they are.
+/// Renames in the manifest the files of the sheep, now called `new`, that are named after `old`; returns their paths.
 fn rename_paths(edit: &mut Edit, old: &SheepId, new: &SheepId) -> Result<BTreeMap<ClipPath, ClipPath>, EditError> {
     let mut moves = BTreeMap::new();
     let mut renamed = |path: &ClipPath| {
-        let to = places::renamed(path, old, new)?;
+        let to = paths::renamed(path, old, new)?;
         moves.insert(path.clone(), to.clone());
         Some(to)
     };
@@ -101,19 +100,20 @@ fn rename_paths(edit: &mut Edit, old: &SheepId, new: &SheepId) -> Result<BTreeMa
     Ok(moves)
 }
 
-/// Lets the file `old` bear the name `new` too.
-fn bear(old: &Path, new: &Path) -> Result<(), Fatal> {
+/// Gives the file `old` the name `new` too.
+fn link_or_copy(old: &Path, new: &Path) -> Result<(), Fatal> {
     let (from, to) = (old.to_owned(), new.to_owned());
-    let cannot = |source| Fatal::new(Exit::Unreadable, Unmoved::Move { old: from.clone(), new: to.clone(), source });
+    let cannot =
+        |source| Fatal::new(Exit::Unreadable, RenameError::Move { old: from.clone(), new: to.clone(), source });
     if new.exists() {
-        // What an earlier run left, if it is the same.
+        // An interrupted run may have left the same file.
         let same = files::same_bytes(old, new).map_err(cannot)?;
-        let taken = Unmoved::Taken { old: old.to_owned(), new: new.to_owned() };
-        return if same { Ok(()) } else { Err(Fatal::new(Exit::No, taken)) };
+        let occupied = RenameError::Occupied { old: old.to_owned(), new: new.to_owned() };
+        return if same { Ok(()) } else { Err(Fatal::new(Exit::No, occupied)) };
     }
     match fs::hard_link(old, new) {
-        Ok(()) => save::names(new).map_err(cannot),
-        // A stick's file system has no links.
-        Err(_) => save::copy(old, new).map_err(cannot),
+        Ok(()) => durable::sync_names(new).map_err(cannot),
+        // exFAT and the like have no links.
+        Err(_) => durable::copy(old, new).map_err(cannot),
     }
 }

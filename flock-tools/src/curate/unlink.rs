@@ -1,18 +1,18 @@
-//! `flock unlink`: one transition fewer.
+//! `flock unlink`: removes a transition.
 //!
-//! Owns the command. Never deletes a clip unless told to.
+//! Owns the command. Deletes clips only with --delete-files.
 
 use std::path::PathBuf;
 
 use flock::SheepId;
 
-use super::Desk;
-use crate::report::{Exit, Fatal};
+use super::EditSession;
+use crate::program::{Exit, Fatal};
 
 /// Take a transition out of a flock
 ///
 /// Refused if a sheep that is shown would then no longer be. The clip stays where it is, unless --delete-files is
-/// given. In the manifest, the transition's lines go and the comments around them stay.
+/// given. In the manifest, the lines of the transition are removed; the comments around them stay.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the transition is gone
@@ -42,12 +42,12 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let Args { from, to, .. } = args;
-    let mut desk = Desk::at(&args.dir)?;
-    desk.edit(|edit| edit.drop_transition(from, to))?;
-    desk.refuse_breaking(&format!("without the transition from `{from}` to `{to}`"), args.force, args.json)?;
-    let effect = desk.save()?;
+    let mut session = EditSession::start(&args.dir)?;
+    session.edit(|edit| edit.drop_transition(from, to))?;
+    session.refuse_breaking(&format!("without the transition from `{from}` to `{to}`"), args.force, args.json)?;
+    let result = session.save()?;
     if args.delete_files {
-        effect.delete_files()?;
+        result.delete_files()?;
     }
-    effect.tell(&format!("unlinked `{from}` from `{to}`"), args.json)
+    result.print(&format!("unlinked `{from}` from `{to}`"), args.json)
 }

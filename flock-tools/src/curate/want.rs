@@ -1,19 +1,18 @@
-//! `flock want`: how often a sheep is wished.
+//! `flock want`: sets how often a sheep is wished.
 //!
-//! Owns the command. What it does to the shares is nothing: `flock balance` brings them to the wants.
+//! Owns the command. The shares do not change: `flock balance` brings them to the wants.
 
 use std::path::PathBuf;
 
 use flock::SheepId;
 
-use super::Desk;
-use crate::arguments;
-use crate::report::{Exit, Fatal};
+use super::EditSession;
+use crate::program::{Exit, Fatal, arguments};
 
 /// Set how often a sheep is wished, relative to the others
 ///
-/// The walk does not change: `flock balance` finds the weights that bring it there. Only the manifest is read and
-/// written, and in it only this one number.
+/// The weights do not change: `flock balance` finds those that reach the wants. Only the manifest is read and written,
+/// and in it only this number.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the want is set
@@ -36,8 +35,8 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let mut desk = Desk::at(&args.dir)?;
-    let before = desk.manifest().sheep.iter().find(|sheep| sheep.id == args.id).map_or(1.0, |sheep| sheep.want);
-    desk.edit(|edit| edit.set_want(&args.id, args.want))?;
-    desk.save()?.tell(&format!("`{}` has want {}, was {before}", args.id, args.want), args.json)
+    let mut session = EditSession::start(&args.dir)?;
+    let before = session.manifest().sheep.iter().find(|sheep| sheep.id == args.id).map_or(1.0, |sheep| sheep.want);
+    session.edit(|edit| edit.set_want(&args.id, args.want))?;
+    session.save()?.print(&format!("`{}` has want {}, was {before}", args.id, args.want), args.json)
 }

@@ -1,6 +1,6 @@
-//! The finished demo's `flock.toml` and genomes.
+//! Writes the `flock.toml` and the genomes of the finished demo.
 //!
-//! Owns how they are written: last, and whole or not at all. Never says what the flock is: the plan does.
+//! Owns their text; the manifest is written last. `plan.rs` says what the flock is.
 //!
 //! Start at [`write`].
 
@@ -13,20 +13,19 @@ use flock::{ClipHash, FILE_NAME};
 use video::Form;
 
 use super::plan::{Plan, SHEEP};
-use crate::render::plan::Shows;
-use crate::save;
+use crate::render::plan::ClipRole;
 
 /// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
 ///
 /// # Errors
-/// What the kernel says; a manifest that was there before is then still there.
+/// The system's error; a manifest that was there before is then still there.
 pub(crate) fn write(plan: &Plan, hashes: &[ClipHash], folder: &Path) -> io::Result<()> {
     let genomes = folder.join("genomes");
     fs::create_dir_all(&genomes)?;
-    for seed in &SHEEP {
-        fs::write(genomes.join(format!("{}.flam3", seed.id)), seed.genome)?;
+    for sheep in &SHEEP {
+        fs::write(genomes.join(format!("{}.flam3", sheep.id)), sheep.genome)?;
     }
-    save::whole(&folder.join(FILE_NAME), text(plan, hashes).as_bytes())
+    durable::save(&folder.join(FILE_NAME), text(plan, hashes).as_bytes())
 }
 
 /// The manifest of `plan`, whose clips hash to `hashes`.
@@ -35,11 +34,11 @@ pub(crate) fn text(plan: &Plan, hashes: &[ClipHash]) -> String {
     let mut text =
         format!("format = 1\nname = \"demo\"\nsize = [{width}, {height}]\nfps = [{}, {}]\n", fps.num(), fps.den());
     for (clip, hash) in plan.clips.iter().zip(hashes) {
-        let names = match &clip.shows {
-            Shows::Loop(id) => {
+        let names = match &clip.role {
+            ClipRole::Loop(id) => {
                 format!("[[sheep]]\nid = \"{id}\"\ngenome = \"genomes/{id}.flam3\"\nrepeat = {}\n", plan.edition.repeat)
             }
-            Shows::Transition(from, to) => format!("[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\n"),
+            ClipRole::Transition(from, to) => format!("[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\n"),
         };
         write!(text, "\n{names}frames = {}\nclip = \"{}\"\nhash = \"{hash}\"\n", clip.frames.0, clip.path)
             .expect("writing to a string does not fail");

@@ -1,7 +1,7 @@
-//! `flock demo DIR`: a flock of our own, rendered here.
+//! `flock demo DIR`: renders the demo flock.
 //!
-//! Owns the command: its options and what is said about them. Never knows what a genome or a codec is beyond handing
-//! them on: `plan.rs` has the table of sheep, `render/make.rs` does the work, `manifest.rs` writes the flock down.
+//! Owns the command and its options. `plan.rs` has the table of sheep, `render/make.rs` renders, `manifest.rs` writes the
+//! manifest.
 //!
 //! Start at [`run`].
 
@@ -16,19 +16,18 @@ use std::path::PathBuf;
 use flock::{ClipHash, ClipPath};
 use plan::{Edition, Plan};
 
-use crate::arguments;
-use crate::render::make::{Effort, Outcome, make};
-use crate::render::{failed, options};
-use crate::report::{self, Exit, Fatal};
+use crate::program::{Exit, Fatal, arguments, print};
+use crate::render::make::{Outcome, RunOptions, make};
+use crate::render::{make_fatal, options};
 
 /// Render the demo flock into a folder
 ///
-/// Seven sheep and fourteen transitions, rendered on all cores. As fine as good pictures are it takes days; --small
-/// takes hours. Interrupted at any moment, the same command goes on where it was.
+/// Seven sheep and fourteen transitions, rendered on all cores. The full quality takes days; --small takes hours. If it
+/// is interrupted, the same command continues.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock is finished
-  1  it was interrupted, or another process is at it
+  1  it was interrupted, or another process renders a clip
   2  the command line is wrong
   3  a file could not be read or written, or a clip could not be made")]
 pub(crate) struct Args {
@@ -62,7 +61,7 @@ pub(crate) struct Args {
 
 #[derive(serde::Serialize)]
 struct Answer {
-    /// Where they lie in the folder.
+    /// Their paths in the folder.
     clips: Vec<ClipPath>,
 }
 
@@ -70,21 +69,21 @@ struct Answer {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let plan = Plan::new(args.edition()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let bytes = plan.bytes().map_err(|error| Fatal::new(Exit::Malformed, error))?;
-    let threads = options::at_once(args.threads, bytes)?;
-    let effort = Effort { threads, keep_frames: args.keep_frames, stop: options::stop_on_signals()? };
-    let made = make(&plan.clips, &plan.edition.look, &args.dir, &effort, &|_, _| ()).map_err(failed)?;
+    let threads = options::frames_at_once(args.threads, bytes)?;
+    let options = RunOptions { threads, keep_frames: args.keep_frames, stop: options::stop_on_signals()? };
+    let made = make(&plan.clips, &plan.edition.look, &args.dir, &options, &|_, _| ()).map_err(make_fatal)?;
     let hash = |outcome: &Outcome| match outcome {
-        Outcome::Made(hash) | Outcome::Stood(hash) => Some(*hash),
+        Outcome::Made(hash) | Outcome::UpToDate(hash) => Some(*hash),
         Outcome::Busy | Outcome::Unfinished => None,
     };
     let Some(hashes) = made.outcomes.iter().map(hash).collect::<Option<Vec<ClipHash>>>() else {
-        report::note("not finished; the same command goes on where this one stopped");
+        print::note("not finished; the same command continues where this one stopped");
         return Ok(Exit::No);
     };
     let written = manifest::write(&plan, &hashes, &args.dir);
-    written.map_err(|source| Fatal::unwritten(&args.dir, source))?;
+    written.map_err(|source| Fatal::write(&args.dir, source))?;
     if args.json {
-        report::json(&Answer { clips: plan.clips.into_iter().map(|clip| clip.path).collect() })?;
+        print::json(&Answer { clips: plan.clips.into_iter().map(|clip| clip.path).collect() })?;
     }
     Ok(Exit::Fine)
 }

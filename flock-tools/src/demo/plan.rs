@@ -1,18 +1,18 @@
-//! Who the demo flock's sheep are, where they lead, and the clips that make them visible.
+//! The sheep of the demo flock, their transitions, and the plans of their clips.
 //!
-//! Owns the one table of the demo and its two [`Edition`]s. Never renders and never touches a disk.
+//! Owns the table of the demo and its two [`Edition`]s. Never renders and never touches a disk.
 //!
-//! Start at [`SHEEP`], then [`Plan::new`]; `render/make.rs` turns its clips into files.
+//! Start at [`SHEEP`], then [`Plan::new`]; `render/make.rs` makes files of its clips.
 
 use flame::{Genome, GenomeError, RenderError};
 use flock::{ClipPath, SheepId};
 use timing::{FrameCount, Rate};
 use video::{Form, Quality};
 
-use crate::render::plan::{ClipPlan, Look, PRESET, SEED, Turning};
+use crate::render::plan::{ClipPlan, Look, PRESET, SEED, SheepMotion};
 
 /// A sheep of the demo.
-pub(crate) struct Seed {
+pub(crate) struct DemoSheep {
     /// Its id, and its genome's name.
     pub(crate) id: &'static str,
     /// Its genome, flam3 XML.
@@ -23,9 +23,9 @@ pub(crate) struct Seed {
     exits: [&'static str; 2],
 }
 
-macro_rules! seed {
+macro_rules! sheep {
     ($id:literal, $turn:literal -> $a:literal, $b:literal) => {
-        Seed {
+        DemoSheep {
             id: $id,
             genome: include_str!(concat!("../../demo/genomes/", $id, ".flam3")),
             turn: $turn,
@@ -34,18 +34,18 @@ macro_rules! seed {
     };
 }
 
-/// The flock. Everyone has two ways in and two ways out, chosen so that the pictures half way are good ones.
-pub(crate) const SHEEP: [Seed; 7] = [
-    seed!("blossom", 107 -> "orchid", "nautilus"),
-    seed!("caldera", 100 -> "nocturne", "orchid"),
-    seed!("nautilus", 113 -> "blossom", "caldera"),
-    seed!("nocturne", 113 -> "undertow", "blossom"),
-    seed!("orchid", 127 -> "rosette", "undertow"),
-    seed!("rosette", 100 -> "nautilus", "nocturne"),
-    seed!("undertow", 127 -> "caldera", "rosette"),
+/// The flock. Two transitions lead to each sheep and two away from it, chosen so that the pictures half way are good.
+pub(crate) const SHEEP: [DemoSheep; 7] = [
+    sheep!("blossom", 107 -> "orchid", "nautilus"),
+    sheep!("caldera", 100 -> "nocturne", "orchid"),
+    sheep!("nautilus", 113 -> "blossom", "caldera"),
+    sheep!("nocturne", 113 -> "undertow", "blossom"),
+    sheep!("orchid", 127 -> "rosette", "undertow"),
+    sheep!("rosette", 100 -> "nautilus", "nocturne"),
+    sheep!("undertow", 127 -> "caldera", "rosette"),
 ];
 
-/// How the table becomes a flock: how large, how fine, how slow.
+/// The size, the quality and the pace of a copy of the demo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Edition {
     /// How its clips are made.
@@ -57,7 +57,7 @@ pub(crate) struct Edition {
 }
 
 impl Edition {
-    /// As good pictures are made: a day or more on a strong machine.
+    /// In high quality: a day or more on a strong machine.
     pub(crate) fn fine() -> Self {
         Self::new(30, (400.0, 2), 17.0, 6, 1)
     }
@@ -81,11 +81,11 @@ impl Edition {
     }
 }
 
-/// The clips of the demo in a given edition, loops first.
+/// The clips of the demo in an edition, loops first.
 pub(crate) struct Plan {
     /// How it is made.
     pub(crate) edition: Edition,
-    /// What is made.
+    /// Its clips.
     pub(crate) clips: Vec<ClipPlan>,
 }
 
@@ -96,22 +96,22 @@ impl Plan {
     /// None for the genomes in the repository: a test parses them.
     pub(crate) fn new(edition: Edition) -> Result<Self, GenomeError> {
         let look = &edition.look;
-        let turn = |seed: &Seed| FrameCount(seed.turn * edition.pace);
-        let turning = |seed: &Seed| Ok(Turning::new(&Genome::parse(seed.genome)?, turn(seed), look));
-        let turnings = SHEEP.iter().map(turning).collect::<Result<Vec<_>, _>>()?;
+        let turn = |sheep: &DemoSheep| FrameCount(sheep.turn * edition.pace);
+        let motion = |sheep: &DemoSheep| Ok(SheepMotion::new(&Genome::parse(sheep.genome)?, turn(sheep), look));
+        let motions = SHEEP.iter().map(motion).collect::<Result<Vec<_>, _>>()?;
         let find =
-            |id: &str| SHEEP.iter().position(|seed| seed.id == id).expect("an exit leads to a sheep of the table");
+            |id: &str| SHEEP.iter().position(|sheep| sheep.id == id).expect("an exit leads to a sheep of the table");
         let mut clips = Vec::new();
-        for (seed, turning) in SHEEP.iter().zip(&turnings) {
-            let path = clip_path(&format!("loops/{}.mp4", seed.id));
-            clips.push(ClipPlan::of_loop(id(seed), turning, path, turn(seed), look));
+        for (sheep, motion) in SHEEP.iter().zip(&motions) {
+            let path = clip_path(&format!("loops/{}.mp4", sheep.id));
+            clips.push(ClipPlan::of_loop(id(sheep), motion, path, turn(sheep), look));
         }
-        for (from, seed) in SHEEP.iter().enumerate() {
-            for to in seed.exits.map(find) {
+        for (from, sheep) in SHEEP.iter().enumerate() {
+            for to in sheep.exits.map(find) {
                 // Half a turn at the speed of its ends.
-                let frames = FrameCount((seed.turn + SHEEP[to].turn) / 4 * edition.pace);
-                let path = clip_path(&format!("transitions/{}={}.mp4", seed.id, SHEEP[to].id));
-                let (ids, ends) = ([id(seed), id(&SHEEP[to])], [&turnings[from], &turnings[to]]);
+                let frames = FrameCount((sheep.turn + SHEEP[to].turn) / 4 * edition.pace);
+                let path = clip_path(&format!("transitions/{}={}.mp4", sheep.id, SHEEP[to].id));
+                let (ids, ends) = ([id(sheep), id(&SHEEP[to])], [&motions[from], &motions[to]]);
                 clips.push(ClipPlan::of_transition(ids, ends, path, frames, look));
             }
         }
@@ -128,8 +128,8 @@ impl Plan {
     }
 }
 
-fn id(seed: &Seed) -> SheepId {
-    SheepId::new(seed.id).expect("ids in the table are plain")
+fn id(sheep: &DemoSheep) -> SheepId {
+    SheepId::new(sheep.id).expect("ids in the table are plain")
 }
 
 fn clip_path(path: &str) -> ClipPath {
@@ -140,13 +140,13 @@ fn clip_path(path: &str) -> ClipPath {
 mod tests {
     use super::*;
     use crate::demo::manifest;
-    use crate::render::plan::Shows;
+    use crate::render::plan::ClipRole;
     use flock::Manifest;
     use std::path::Path;
 
     fn flock(edition: Edition) -> Manifest {
         let plan = Plan::new(edition).unwrap();
-        let hashes: Vec<_> = plan.clips.iter().map(|clip| clip.made_as).collect();
+        let hashes: Vec<_> = plan.clips.iter().map(|clip| clip.recipe).collect();
         Manifest::parse(&manifest::text(&plan, &hashes), Path::new("flock.toml")).unwrap()
     }
 
@@ -181,18 +181,18 @@ mod tests {
         let coarser = plan(|look| look.quality.crf = 40.0);
         let larger = plan(|look| look.form.size = (1920, 1080));
         for (was, (coarser, larger)) in was.clips.iter().zip(coarser.clips.iter().zip(&larger.clips)) {
-            assert_eq!(was.pictures, coarser.pictures);
-            assert_ne!(was.made_as, coarser.made_as);
-            assert_ne!(was.pictures, larger.pictures);
+            assert_eq!(was.picture_recipe, coarser.picture_recipe);
+            assert_ne!(was.recipe, coarser.recipe);
+            assert_ne!(was.picture_recipe, larger.picture_recipe);
         }
     }
 
     #[test]
     fn transitions_start_and_end_as_the_loops_do() {
         let plan = Plan::new(Edition::small()).unwrap();
-        let turns = |id: &SheepId| plan.clips.iter().find(|clip| clip.shows == Shows::Loop(id.clone())).unwrap();
+        let turns = |id: &SheepId| plan.clips.iter().find(|clip| clip.role == ClipRole::Loop(id.clone())).unwrap();
         for clip in &plan.clips {
-            if let Shows::Transition(from, to) = &clip.shows {
+            if let ClipRole::Transition(from, to) = &clip.role {
                 let end = f64::from(clip.frames.0);
                 for (frame, sheep) in [(0.0, from), (end, to)] {
                     let (ours, theirs) = (clip.motion.at(frame), turns(sheep).motion.at(0.0));

@@ -1,7 +1,7 @@
 //! The rendered copy in the repository is what this code makes.
 //!
 //! Owns the claims about `demo/small`: its form, its size, and that its pictures are ours. Never writes to it: the
-//! command that makes it again stands in `demo/README.md`.
+//! command that makes it again is in `demo/README.md`.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -15,7 +15,7 @@ use super::manifest;
 use super::plan::{Edition, Plan};
 use crate::render::plan::{ClipPlan, Look};
 
-/// What the copy may take on the disk, in bytes.
+/// The most bytes of the copy on the disk.
 const ROOM: u64 = 16_000_000;
 
 /// How near a frame of the copy comes to the same frame rendered now, in decibels: encoding at the copy's rate factor

@@ -1,9 +1,9 @@
-//! Files of flam3 genomes, taken in as sheep.
+//! The import of flam3 genomes as sheep.
 //!
-//! Owns how a flame comes by its id, and its own file: its text as it stood, so that names, nicknames, licences and
-//! genealogy stay. Never renders.
+//! Owns the id of a flame, and its file: a copy of its text, so that names, nicknames, licences and genealogy stay. Never
+//! renders.
 //!
-//! Start at [`take`].
+//! Start at [`import`].
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,68 +12,67 @@ use flame::Genome;
 use flock::{Clip, ClipPath, Sheep, SheepId};
 use timing::FrameCount;
 
-use super::LeftOut;
-use super::names::sheep;
-use crate::draft::Draft;
-use crate::places;
-use crate::report::{Exit, Fatal, chain};
-use crate::save;
+use super::SkippedFile;
+use super::file_kind::sheep;
+use crate::flock_folder::Draft;
+use crate::flock_folder::paths;
+use crate::program::{Exit, Fatal, chain};
 
-/// What Electric Sheep begins its names with.
+/// The beginning of Electric Sheep's names.
 const ELECTRIC: &str = "electricsheep.";
 
-/// What became of a flame.
+/// A flame in the answer.
 #[derive(Clone, Debug, serde::Serialize)]
-pub(super) struct Flamed {
+pub(super) struct GenomeAnswer {
     pub(super) source: PathBuf,
     pub(super) sheep: SheepId,
     pub(super) genome: ClipPath,
-    /// `added`: a sheep more; `given`: to a sheep that had none; `stood`: it had it already.
+    /// `added`: as a new sheep; `given`: to a sheep without a genome; `stood`: the sheep had it already.
     pub(super) state: &'static str,
 }
 
-/// Takes in every flame of the file `source` into the flock in `folder`: as the genome of the sheep that bears its name,
-/// or as a sheep more, whose loop of `frames` is yet to be rendered. With `dry`, tells what would become of each.
+/// Imports every flame of the file `source` into the flock in `folder`: as the genome of the sheep with its name, or as a
+/// new sheep, whose loop of `frames` is yet to be rendered. With `dry` nothing is written.
 ///
 /// # Errors
-/// What would stop every other file, too.
-pub(super) fn take(
+/// Those that concern every other file, too.
+pub(super) fn import(
     source: &Path,
     folder: &Path,
     frames: FrameCount,
     dry: bool,
-) -> Result<(Vec<Flamed>, Vec<LeftOut>), Fatal> {
-    let left_out = |reason: String| LeftOut { source: source.to_owned(), reason };
+) -> Result<(Vec<GenomeAnswer>, Vec<SkippedFile>), Fatal> {
+    let skipped = |reason: String| SkippedFile { source: source.to_owned(), reason };
     let text = match fs::read_to_string(source) {
         Ok(text) => text,
-        Err(error) => return Ok((Vec::new(), vec![left_out(format!("cannot be read: {error}"))])),
+        Err(error) => return Ok((Vec::new(), vec![skipped(format!("cannot be read: {error}"))])),
     };
     let flames = match Genome::split(&text) {
-        Ok(flames) if flames.is_empty() => return Ok((Vec::new(), vec![left_out("has no flame".to_owned())])),
+        Ok(flames) if flames.is_empty() => return Ok((Vec::new(), vec![skipped("has no flame".to_owned())])),
         Ok(flames) => flames,
-        Err(error) => return Ok((Vec::new(), vec![left_out(format!("is not readable: {}", chain(&error)))])),
+        Err(error) => return Ok((Vec::new(), vec![skipped(format!("is not readable: {}", chain(&error)))])),
     };
-    let (mut taken, mut refused) = (Vec::new(), Vec::new());
-    let mut draft = Draft::take(folder)?;
+    let (mut imported, mut refused) = (Vec::new(), Vec::new());
+    let mut draft = Draft::lock(folder)?;
     for (at, (genome, text)) in flames.iter().enumerate() {
         let number = (flames.len() > 1).then_some(at + 1);
         let Some(id) = id(genome.name.as_deref(), source, number) else {
-            refused.push(left_out(format!("flame {} has no name that a sheep can have", at + 1)));
+            refused.push(skipped(format!("flame {} has no name that a sheep can have", at + 1)));
             continue;
         };
-        let path = places::genome(&id, places::GENOME);
-        let flamed = |state| Flamed { source: source.to_owned(), sheep: id.clone(), genome: path.clone(), state };
+        let path = paths::genome(&id, paths::GENOME);
+        let answer = |state| GenomeAnswer { source: source.to_owned(), sheep: id.clone(), genome: path.clone(), state };
         let there = draft.edit.manifest().sheep.iter().find(|sheep| sheep.id == id);
         let own = there.and_then(|sheep| sheep.genome.as_ref()).map(|genome| genome.inside(folder));
         let place = own.clone().unwrap_or_else(|| path.inside(folder));
         let text = format!("{text}\n");
         let same = fs::read_to_string(&place).is_ok_and(|found| found.trim_end() == text.trim_end());
         if own.is_some() && same {
-            taken.push(flamed("stood"));
+            imported.push(answer("stood"));
             continue;
         }
         if own.is_some() || (place.exists() && !same) {
-            refused.push(left_out(format!(
+            refused.push(skipped(format!(
                 "flame {} is not the genome that `{id}` has in `{}`",
                 at + 1,
                 place.display()
@@ -87,23 +86,23 @@ pub(super) fn take(
         let edited = if there.is_some() {
             draft.edit.set_genome(&id, path.clone())
         } else {
-            let clip = Clip { path: places::of_loop(&id, places::CLIP), frames, hash: None };
+            let clip = Clip { path: paths::of_loop(&id, paths::CLIP), frames, hash: None };
             let sheep = Sheep { id: id.clone(), clip: Some(clip), genome: Some(path.clone()), want: 1.0, repeat: 1 };
             draft.edit.add_sheep(sheep)
         };
         edited.map_err(|error| Fatal::new(Exit::Malformed, error))?;
-        taken.push(flamed(state));
+        imported.push(answer(state));
     }
     if !dry {
         draft.save()?;
     }
-    Ok((taken, refused))
+    Ok((imported, refused))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Fatal> {
     let parent = path.parent().unwrap_or(Path::new("."));
-    let written = fs::create_dir_all(parent).and_then(|()| save::whole(path, text.as_bytes()));
-    written.map_err(|source| Fatal::unwritten(path, source))
+    let written = fs::create_dir_all(parent).and_then(|()| durable::save(path, text.as_bytes()));
+    written.map_err(|source| Fatal::write(path, source))
 }
 
 /// The id of a flame: its name, in the letters that an id may have; without one, the file's, and the flame's number

@@ -1,7 +1,7 @@
-//! What an import is going to do with each clip, before it does it.
+//! The plan of an import: what is done with each clip.
 //!
-//! Owns the look at a clip that is cheap: its header, its shape, whether the flock has it. Never decodes a picture and
-//! never writes: `take.rs` does.
+//! Owns the cheap checks of a clip: its header, its shape, whether the flock has it. Never decodes a picture and never
+//! writes: `importer.rs` does.
 //!
 //! Start at [`Plan::of`].
 
@@ -9,86 +9,88 @@ use std::path::{Path, PathBuf};
 
 use flock::{ClipPath, Manifest};
 use timing::Rate;
-use video::{About, Foreign, Form};
+use video::{ForeignVideo, Form, VideoInfo};
 
-use super::fit::{Fit, Fitting};
-use crate::places;
-use crate::render::plan::Shows;
-use crate::report::chain;
+use super::scaling::{Fit, Scaling};
+use crate::flock_folder::paths;
+use crate::program::chain;
+use crate::render::plan::ClipRole;
 
-/// How the artist wants clips to come in.
+/// The options of an import.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wishes {
+pub(super) struct ImportSettings<'a> {
+    /// The folder of the flock.
+    pub(super) folder: &'a Path,
     pub(super) form: Form,
     pub(super) fit: Option<Fit>,
-    /// What a second of a clip is, in its frames; `None`: whatever it is, the frames count.
+    /// Frames in a second of a clip; `None`: every frame becomes one frame.
     pub(super) fps: Option<Rate>,
 }
 
-/// A clip to take in.
+/// A clip to import.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) source: PathBuf,
-    pub(super) shows: Shows,
-    /// Where it goes.
+    pub(super) role: ClipRole,
+    /// Its path in the flock.
     pub(super) path: ClipPath,
-    pub(super) about: About,
-    /// `None` where it is in the flock's form and its bytes are taken as they are.
-    pub(super) encode: Option<Fitting>,
+    pub(super) about: VideoInfo,
+    /// `None` if it has the flock's form: its bytes are copied.
+    pub(super) encode: Option<Scaling>,
 }
 
-/// What a look at a clip found.
-pub(super) enum Looked {
-    /// It is to be taken in.
-    Due(Box<Plan>),
-    /// It is not; why.
-    LeftOut(String),
+/// A plan, or why there is none.
+pub(super) enum PlanResult {
+    /// The clip is to be imported.
+    Planned(Box<Plan>),
+    /// It cannot be imported; why.
+    Skipped(String),
     /// The flock has it.
-    Stands(ClipPath),
+    AlreadyThere(ClipPath),
 }
 
 impl Plan {
-    /// What becomes of the clip at `source`, which shows `shows`, in the flock of `manifest` in `folder`.
-    pub(super) fn of(source: &Path, shows: &Shows, folder: &Path, manifest: &Manifest, wishes: &Wishes) -> Looked {
-        if let Some(path) = stands(manifest, shows).filter(|path| path.inside(folder).exists()) {
-            return Looked::Stands(path.clone());
+    /// The plan of the clip at `source`, which is to be `role` in the flock of `manifest`.
+    pub(super) fn of(source: &Path, role: &ClipRole, manifest: &Manifest, settings: &ImportSettings<'_>) -> PlanResult {
+        if let Some(path) = existing_path(manifest, role).filter(|path| path.inside(settings.folder).exists()) {
+            return PlanResult::AlreadyThere(path.clone());
         }
-        let foreign = match Foreign::open(source) {
+        let foreign = match ForeignVideo::open(source) {
             Ok(foreign) => foreign,
-            Err(error) => return Looked::LeftOut(chain(&error)),
+            Err(error) => return PlanResult::Skipped(chain(&error)),
         };
-        let about = foreign.about().clone();
-        let fits = wishes.fps.is_none_or(|fps| fps == wishes.form.fps) && in_form(source, &wishes.form);
-        let encode = if fits { Ok(None) } else { Fitting::new(&about, wishes.form.size, wishes.fit).map(Some) };
+        let about = foreign.info().clone();
+        let fits = settings.fps.is_none_or(|fps| fps == settings.form.fps) && in_form(source, &settings.form);
+        let encode = if fits { Ok(None) } else { Scaling::new(&about, settings.form.size, settings.fit).map(Some) };
         match encode {
             Ok(encode) => {
-                let (source, shows, path) = (source.to_owned(), shows.clone(), place(shows));
-                Looked::Due(Box::new(Self { source, shows, path, about, encode }))
+                let (source, role, path) = (source.to_owned(), role.clone(), place(role));
+                PlanResult::Planned(Box::new(Self { source, role, path, about, encode }))
             }
-            Err(reason) => Looked::LeftOut(reason),
+            Err(reason) => PlanResult::Skipped(reason),
         }
     }
 }
 
-/// Where the flock's own clip of this lies, by its manifest.
-pub(super) fn stands<'a>(manifest: &'a Manifest, shows: &Shows) -> Option<&'a ClipPath> {
-    let clip = match shows {
-        Shows::Loop(id) => manifest.sheep.iter().find(|sheep| sheep.id == *id)?.clip.as_ref(),
-        Shows::Transition(from, to) => {
+/// The path of the clip that the manifest has for `role`.
+pub(super) fn existing_path<'a>(manifest: &'a Manifest, role: &ClipRole) -> Option<&'a ClipPath> {
+    let clip = match role {
+        ClipRole::Loop(id) => manifest.sheep.iter().find(|sheep| sheep.id == *id)?.clip.as_ref(),
+        ClipRole::Transition(from, to) => {
             manifest.transitions.iter().find(|t| t.from == *from && t.to == *to).map(|transition| &transition.clip)
         }
     };
     clip.map(|clip| &clip.path)
 }
 
-/// Whether a clip is in the form, by its packets.
+/// Whether a clip has the form, by its packets.
 fn in_form(source: &Path, form: &Form) -> bool {
     video::probe(source).is_ok_and(|probe| probe.differences(form, probe.frames).is_empty())
 }
 
-fn place(shows: &Shows) -> ClipPath {
-    match shows {
-        Shows::Loop(id) => places::of_loop(id, places::CLIP),
-        Shows::Transition(from, to) => places::of_transition(from, to, places::CLIP),
+fn place(role: &ClipRole) -> ClipPath {
+    match role {
+        ClipRole::Loop(id) => paths::of_loop(id, paths::CLIP),
+        ClipRole::Transition(from, to) => paths::of_transition(from, to, paths::CLIP),
     }
 }

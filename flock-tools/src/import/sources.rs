@@ -1,6 +1,6 @@
-//! What an artist named, as files to import.
+//! The files to import, found in the paths of the command line.
 //!
-//! Owns the walk through folders and the list of what is left out by its name. Never opens a file.
+//! Owns the search through folders, and the list of files that are skipped for their names. Never opens a file.
 //!
 //! Start at [`Sources::find`].
 
@@ -9,59 +9,51 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::LeftOut;
-use super::names::{Named, named};
-use crate::render::plan::Shows;
-use crate::report::{Exit, Fatal};
+use super::SkippedFile;
+use super::file_kind::{FileKind, file_kind};
+use crate::program::Fatal;
+use crate::render::plan::ClipRole;
 
-/// Folders in folders, at most.
+/// The deepest level of folders in folders.
 const DEEPEST: usize = 64;
 
 /// The files to import, in the order in which they are taken in: loops, transitions, genomes, each by name.
 #[derive(Debug, Default)]
 pub(super) struct Sources {
-    pub(super) clips: Vec<(PathBuf, Shows)>,
+    pub(super) clips: Vec<(PathBuf, ClipRole)>,
     pub(super) genomes: Vec<PathBuf>,
-    pub(super) left_out: Vec<LeftOut>,
-    /// Clips that were voted down or deleted, of which the name is left.
+    pub(super) skipped: Vec<SkippedFile>,
+    /// Clips that were voted down or deleted; only their names are left.
     pub(super) tombstones: usize,
     /// Files of other kinds.
     pub(super) others: usize,
 }
 
-/// A file or folder that was named and cannot be looked at.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot read `{path}`")]
-struct Unread {
-    path: PathBuf,
-    source: io::Error,
-}
-
 impl Sources {
-    /// What is in `named`: files, and folders with all that is in them. `told` is what all videos show, where their
-    /// names do not tell.
+    /// The files in `paths`: files, and folders with all that is in them. `given` is the role of all videos of the command
+    /// line, if it names one.
     ///
     /// # Errors
-    /// If one of them is not there or a folder cannot be listed.
-    pub(super) fn find(paths: &[PathBuf], told: Option<&Shows>) -> Result<Self, Fatal> {
+    /// If a path is missing, or a folder cannot be listed.
+    pub(super) fn find(paths: &[PathBuf], given: Option<&ClipRole>) -> Result<Self, Fatal> {
         let mut sources = Self::default();
         for path in paths {
-            let kind = fs::metadata(path).map_err(unread(path))?;
+            let kind = fs::metadata(path).map_err(|source| Fatal::read(path, source))?;
             if kind.is_dir() {
-                sources.walk(path, 0).map_err(|(path, source)| unread(&path)(source))?;
+                sources.walk(path, 0)?;
             } else {
-                sources.add(path, told, true);
+                sources.add(path, given, true);
             }
         }
         sources.clips.sort_by(|a, b| (is_transition(&a.1), &a.0).cmp(&(is_transition(&b.1), &b.0)));
         sources.genomes.sort();
-        sources.leave_out_seconds();
+        sources.skip_duplicates();
         Ok(sources)
     }
 
-    /// Adds what is in `folder`. Links to folders are not followed: they may lead around.
-    fn walk(&mut self, folder: &Path, depth: usize) -> Result<(), (PathBuf, io::Error)> {
-        let cannot = |source| (folder.to_owned(), source);
+    /// Adds the files in `folder`. Links to folders are not followed: they may lead in a circle.
+    fn walk(&mut self, folder: &Path, depth: usize) -> Result<(), Fatal> {
+        let cannot = |source| Fatal::read(folder, source);
         let mut inside: Vec<_> = fs::read_dir(folder).map_err(cannot)?.collect::<io::Result<_>>().map_err(cannot)?;
         inside.sort_by_key(fs::DirEntry::path);
         for entry in inside {
@@ -75,51 +67,46 @@ impl Sources {
         Ok(())
     }
 
-    fn add(&mut self, path: &Path, told: Option<&Shows>, by_name: bool) {
-        let name = named(path);
-        match (name, told) {
-            (Named::Genomes, _) => self.genomes.push(path.to_owned()),
-            (_, Some(shows)) => self.clips.push((path.to_owned(), shows.clone())),
-            (Named::Clip(shows), None) => self.clips.push((path.to_owned(), shows)),
-            (Named::Odd(reason), None) => self.left_out.push(LeftOut { source: path.to_owned(), reason }),
-            (Named::Tombstone, None) => self.tombstones += 1,
-            (Named::Other, None) if by_name => {
-                let reason = "its name is of no kind that is imported (expected a video or a genome)".to_owned();
-                self.left_out.push(LeftOut { source: path.to_owned(), reason });
+    fn add(&mut self, path: &Path, given: Option<&ClipRole>, is_given: bool) {
+        let kind = file_kind(path);
+        match (kind, given) {
+            (FileKind::Genomes, _) => self.genomes.push(path.to_owned()),
+            (_, Some(role)) => self.clips.push((path.to_owned(), role.clone())),
+            (FileKind::Clip(role), None) => self.clips.push((path.to_owned(), role)),
+            (FileKind::Unclear(reason), None) => self.skipped.push(SkippedFile { source: path.to_owned(), reason }),
+            (FileKind::Tombstone, None) => self.tombstones += 1,
+            (FileKind::Other, None) if is_given => {
+                let reason = "its ending is not one that is imported (expected a video or a genome)".to_owned();
+                self.skipped.push(SkippedFile { source: path.to_owned(), reason });
             }
-            (Named::Other, None) => self.others += 1,
+            (FileKind::Other, None) => self.others += 1,
         }
     }
 
-    /// Leaves out every clip that shows what another one shows.
-    fn leave_out_seconds(&mut self) {
-        let mut first: HashMap<Shows, PathBuf> = HashMap::new();
+    /// Skips every clip of a role that another clip has already.
+    fn skip_duplicates(&mut self) {
+        let mut first: HashMap<ClipRole, PathBuf> = HashMap::new();
         let clips = std::mem::take(&mut self.clips);
-        for (path, shows) in clips {
-            if let Some(first) = first.get(&shows) {
-                let reason = format!("it shows {}, as does `{}`", what(&shows), first.display());
-                self.left_out.push(LeftOut { source: path, reason });
+        for (path, role) in clips {
+            if let Some(first) = first.get(&role) {
+                let reason = format!("it shows {}, as does `{}`", in_words(&role), first.display());
+                self.skipped.push(SkippedFile { source: path, reason });
             } else {
-                first.insert(shows.clone(), path.clone());
-                self.clips.push((path, shows));
+                first.insert(role.clone(), path.clone());
+                self.clips.push((path, role));
             }
         }
     }
 }
 
 /// A clip's part of the graph, in words.
-pub(super) fn what(shows: &Shows) -> String {
-    match shows {
-        Shows::Loop(id) => format!("the loop of `{id}`"),
-        Shows::Transition(from, to) => format!("the transition from `{from}` to `{to}`"),
+fn in_words(role: &ClipRole) -> String {
+    match role {
+        ClipRole::Loop(id) => format!("the loop of `{id}`"),
+        ClipRole::Transition(from, to) => format!("the transition from `{from}` to `{to}`"),
     }
 }
 
-fn is_transition(shows: &Shows) -> bool {
-    matches!(shows, Shows::Transition(..))
-}
-
-fn unread(path: &Path) -> impl FnOnce(io::Error) -> Fatal {
-    let path = path.to_owned();
-    move |source| Fatal::new(Exit::Unreadable, Unread { path, source })
+fn is_transition(role: &ClipRole) -> bool {
+    matches!(role, ClipRole::Transition(..))
 }

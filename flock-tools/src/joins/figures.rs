@@ -1,10 +1,10 @@
-//! Does a join meet, in value and in velocity? The criterion, in figures.
+//! Whether a join meets, in value and in velocity: the criterion.
 //!
-//! Owns what is measured between the frames around a join and how much of it is too much. Never decodes: it is given
-//! views of frames (`view.rs`).
+//! Owns what is measured between the frames around a join, and the limits. Never decodes: it is given views of frames
+//! (`view.rs`).
 //!
 //! Every figure compares the join with what happens a few frames before and after it, in decibels of picture
-//! distance, so that a slow flock is not held to the steps of a fast one:
+//! distance, so that slow and fast flocks are judged alike:
 //!
 //! * [`Figures::step_db`], value: the distance between the last frame and the first, against the steps just before and
 //!   after. Too long: frames are missing, or it is another picture. Too short: a frame is shown twice.
@@ -13,52 +13,51 @@
 //! * [`Figures::speed_db`], velocity's size: the steps after the join against those before, each followed to the join.
 //!
 //! Measured on cuts through unbroken takes (a still, noise, a flame turning at 0.02, 0.1, 0.4 and 2 degrees a frame,
-//! three of the demo's loops, one of them at three times its pace), each half encoded by itself with x264 at rate
-//! factors 18, 26 and 34: cuts that meet come to at most 0.61 of what is allowed at 18 and 26, to 0.81 at 34. From 0.4
+//! three of the demo's loops, one of them at three times its pace), each half encoded separately with x264 at rate
+//! factors 18, 26 and 34: cuts that meet measure at most 0.61 of what is allowed at 18 and 26, 0.81 at 34. From 0.4
 //! degrees a frame on (a turn in 900 frames), at 1280x720, a frame missing measures 2.3 dB and more, a frame doubled
 //! 2.8, double speed 2.2, motion turned back 2.4, another sheep 15, and 4 levels of brightness 5. Hence a limit of 2 dB
 //! for all three. What is missed: the doubled frame at 0.4 degrees and rate factor 34 (0.86 of what is allowed); the
 //! step of brightness on the fastest takes; at 640x360, where a block is a larger part of the picture, a single frame
-//! missing or doubled at 0.4 degrees (0.3 to 1.1); and whatever is slower or fainter. There a break drowns in the
-//! encoder's noise, for the eye as well.
+//! missing or doubled at 0.4 degrees (0.3 to 1.1); and whatever is slower or fainter. There a break is hidden by the
+//! encoder's noise, for viewers as well.
 //!
-//! Motion that is very fast has distances that go up and down by themselves: after a few frames a flame that turns 12
-//! degrees in each looks as far away as it ever will. A course is held to how much those inside the clips swing, else
-//! sound joins of such loops came to 1.1. A transition that has half as many frames as its loops turns on average twice
-//! as fast or not at all; where loops are that short (30 frames, transitions 15) the pace changes threefold within the
-//! four frames after a join, which nothing here tells from a break: such joins are named, and longer transitions are
-//! the remedy.
+//! With very fast motion distances go up and down inside a clip: after a few frames of 12 degrees a flame is as far away
+//! as it can be. A course is compared with the swing of those inside the clips; without that, good joins
+//! of such loops measured 1.1. A transition that has half as many frames as its loops turns on average twice as fast or not
+//! at all. If loops are that short (30 frames, transitions 15), the pace changes threefold within the four frames after a
+//! join, and the criterion takes that for a break: render longer transitions.
 
 use std::ops::Range;
 
 use super::view::View;
 
-/// How many decibels a figure may be off before the join jumps.
+/// The decibels that a figure may be off before the join jumps.
 const LIMIT_DB: f64 = 2.0;
-/// Frames on either side that are looked at: the longest of [`SPANS`], and room before it.
+/// Frames on either side that are compared: the longest of [`SPANS`] and some more.
 pub(crate) const FRAMES: usize = 12;
 /// Frames between the two ends of a course.
 const SPANS: [usize; 3] = [2, 4, 8];
-/// Steps on either side that a step is compared with, and whose mean tells the speed.
+/// Steps on either side that a step is compared with, and whose mean is the speed.
 const NEAR: usize = 2;
-/// Steps on either side whose trend tells the speed.
+/// Steps on either side whose trend is the speed.
 const TREND: usize = 3;
 /// How much steps vary in smooth motion, in decibels.
 const SMOOTH_DB: f64 = 0.5;
 
-/// What counts as no distance, in levels of 255 (root mean square): the noise that x264 leaves at rate factor 34 between
-/// the end of one clip and the keyframe of the next. In fine and in broad blocks.
+/// The smallest distance that counts, in levels of 255 (root mean square): the noise of x264 at rate factor 34 between the
+/// end of one clip and the keyframe of the next. In fine and in broad blocks.
 const FLOOR: f64 = 2.5;
 const BROAD_FLOOR: f64 = 1.5;
 /// The same between two frames of one clip, which share their noise.
 const INNER_FLOOR: f64 = 0.5;
 
-/// How a join was found to meet.
+/// How well the clips of a join meet.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(crate) struct Figures {
     /// PSNR of the luma of the last frame and the first, in decibels.
     pub(crate) value_db: f64,
-    /// The same of neighbouring frames just before and after, averaged.
+    /// The mean of the same for neighbouring frames just before and after.
     pub(crate) inside_db: f64,
     /// How much longer the step across the join is than those around it.
     pub(crate) step_db: f64,
@@ -71,13 +70,13 @@ pub(crate) struct Figures {
 }
 
 impl Figures {
-    /// Whether anybody could see the join.
+    /// Whether a viewer could see the join.
     pub(crate) fn jumps(&self) -> bool {
         self.severity > 1.0
     }
 
-    /// What is furthest off, in words, with its figures.
-    pub(crate) fn told(&self) -> String {
+    /// The worst of the three figures, in words.
+    pub(crate) fn worst_in_words(&self) -> String {
         let Self { value_db, inside_db, step_db, course_db, speed_db, .. } = *self;
         let (size, what) = [(step_db, "step"), (course_db, "course"), (speed_db, "speed")]
             .into_iter()
@@ -100,9 +99,9 @@ impl Figures {
     }
 }
 
-/// The PSNRs of full frames around a join, from their mean squared differences.
+/// Mean squared differences of full frames around a join.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Squares {
+pub(crate) struct SquaredDifferences {
     /// Between the last frame and the first.
     pub(crate) across: f64,
     /// Between neighbours on one side or the other.
@@ -110,21 +109,21 @@ pub(crate) struct Squares {
 }
 
 /// Judges the join between the frames `before` and the frames `after`, each in order and at least one.
-pub(crate) fn figures(before: &[View], after: &[View], squares: &Squares) -> Figures {
+pub(crate) fn figures(before: &[View], after: &[View], squares: &SquaredDifferences) -> Figures {
     let inside = squares.inside.iter().sum::<f64>() / squares.inside.len().max(1) as f64;
-    let take = Take { frames: before.iter().chain(after).collect(), cut: before.len() };
-    let (fine, broad) = (take.step(fine, FLOOR), take.step(broad, BROAD_FLOOR));
+    let sequence = FrameSequence { frames: before.iter().chain(after).collect(), cut: before.len() };
+    let (fine, broad) = (sequence.step(fine, FLOOR), sequence.step(broad, BROAD_FLOOR));
     let step = if fine.over() >= broad.over() { fine } else { broad };
-    let course = SPANS.iter().filter_map(|span| take.course(*span)).max_by(|a, b| a.over().total_cmp(&b.over()));
-    let course = course.unwrap_or(Reading { found: 0.0, usual: 0.0 });
-    let speed = take.speed();
+    let course = SPANS.iter().filter_map(|span| sequence.course(*span)).max_by(|a, b| a.over().total_cmp(&b.over()));
+    let course = course.unwrap_or(Measurement { value: 0.0, variation: 0.0 });
+    let speed = sequence.speed();
     let severity = [step.over(), course.over(), speed.over()].into_iter().fold(0.0, f64::max);
     Figures {
         value_db: psnr(squares.across),
         inside_db: psnr(inside),
-        step_db: step.found,
-        course_db: course.found,
-        speed_db: speed.found,
+        step_db: step.value,
+        course_db: course.value,
+        speed_db: speed.value,
         severity,
     }
 }
@@ -142,53 +141,53 @@ fn broad(view: &View) -> &[f32] {
     &view.broad
 }
 
-/// A figure in decibels, and by how much the same figure varies where nothing is wrong.
+/// A figure in decibels, and by how much it varies inside the clips.
 #[derive(Clone, Copy)]
-struct Reading {
-    found: f64,
-    usual: f64,
+struct Measurement {
+    value: f64,
+    variation: f64,
 }
 
-impl Reading {
-    /// Against what is allowed.
+impl Measurement {
+    /// In parts of what is allowed.
     fn over(self) -> f64 {
-        self.found.abs() / (LIMIT_DB + self.usual)
+        self.value.abs() / (LIMIT_DB + self.variation)
     }
 }
 
-/// Frames in a row, cut before the frame `cut`.
-struct Take<'a> {
+/// Frames in a row, with the join before the frame `cut`.
+struct FrameSequence<'a> {
     frames: Vec<&'a View>,
     cut: usize,
 }
 
-impl Take<'_> {
-    /// The step across the cut against the ones around it.
-    fn step(&self, of: fn(&View) -> &[f32], floor: f64) -> Reading {
+impl FrameSequence<'_> {
+    /// The step across the join against the ones around it.
+    fn step(&self, of: fn(&View) -> &[f32], floor: f64) -> Measurement {
         let steps = self.steps(of, floor);
         let cut = self.cut - 1;
         let (before, after) = (&steps[..cut], &steps[cut + 1..]);
         let near = before.iter().rev().take(NEAR).chain(after.iter().take(NEAR)).copied();
         let around = mean(near).unwrap_or(decibels(0.0, floor));
-        Reading { found: steps[cut] - around, usual: usual(before, after) }
+        Measurement { value: steps[cut] - around, variation: variation(before, after) }
     }
 
-    /// The steps after the cut against those before: their means, or where the trend of either side leads, whichever
-    /// tells less. A bend in a smooth course misleads one of the two, a change of speed neither.
-    fn speed(&self) -> Reading {
+    /// The steps after the join against those before: by their means or by their trends, the smaller difference. A bend in a
+    /// smooth course misleads one of the two, a change of speed neither.
+    fn speed(&self) -> Measurement {
         let steps = self.steps(fine, INNER_FLOOR);
         let cut = self.cut - 1;
         let (before, mut after) = (steps[..cut].to_vec(), steps[cut + 1..].to_vec());
         after.reverse();
         let change = |before: Option<f64>, after: Option<f64>| after.zip(before).map(|(after, before)| after - before);
         let changes = [change(level(&before), level(&after)), change(lead(&before), lead(&after))];
-        let found = changes.into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0);
-        Reading { found, usual: usual(&before, &after) }
+        let value = changes.into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0);
+        Measurement { value, variation: variation(&before, &after) }
     }
 
-    /// Distances over `span` frames across the cut, against the nearest ones that do not cross it; `None` if there are
+    /// Distances over `span` frames across the join, against the nearest ones that do not cross it; `None` if there are
     /// none.
-    fn course(&self, span: usize) -> Option<Reading> {
+    fn course(&self, span: usize) -> Option<Measurement> {
         let cut = self.cut;
         if cut <= span || self.frames.len() < cut + span + 1 {
             return None;
@@ -198,8 +197,8 @@ impl Take<'_> {
             firsts.map(|first| decibels(self.square(first, first + span, fine), FLOOR)).collect()
         };
         let (before, after) = (inside(0..cut - span), inside(cut..self.frames.len() - span));
-        let found = decibels(across, FLOOR) - f64::midpoint(*before.last()?, *after.first()?);
-        Some(Reading { found, usual: (swing(&before).min(swing(&after)) - SMOOTH_DB).max(0.0) })
+        let value = decibels(across, FLOOR) - f64::midpoint(*before.last()?, *after.first()?);
+        Some(Measurement { value, variation: (swing(&before).min(swing(&after)) - SMOOTH_DB).max(0.0) })
     }
 
     /// Every frame's distance to the next, in decibels.
@@ -225,13 +224,12 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// How much steps vary where nothing is wrong, on the calmer side of a cut: nothing where motion is smooth, more where
-/// it jerks by itself.
-fn usual(before: &[f64], after: &[f64]) -> f64 {
+/// How much steps vary inside the clips, on the calmer side of a join: 0 where motion is smooth, more where it jerks.
+fn variation(before: &[f64], after: &[f64]) -> f64 {
     (jitter(before).min(jitter(after)) - SMOOTH_DB).max(0.0)
 }
 
-/// The most by which a step differs from those around it.
+/// The most that a step differs from those around it.
 fn jitter(steps: &[f64]) -> f64 {
     let around = |window: &[f64]| {
         let others = window.iter().sum::<f64>() - window[NEAR];
@@ -240,7 +238,7 @@ fn jitter(steps: &[f64]) -> f64 {
     steps.windows(2 * NEAR + 1).map(around).fold(0.0, f64::max)
 }
 
-/// By how much the furthest of `distances` is off their middle.
+/// Half the range of `distances`.
 fn swing(distances: &[f64]) -> f64 {
     let (least, most) = distances
         .iter()
@@ -248,12 +246,12 @@ fn swing(distances: &[f64]) -> f64 {
     (most - least).max(0.0) / 2.0
 }
 
-/// How long the last steps are; `None` without any.
+/// The mean of the last steps; `None` without any.
 fn level(steps: &[f64]) -> Option<f64> {
     mean(steps.iter().rev().take(NEAR).copied())
 }
 
-/// Where the trend of the last steps leads next, by the straight line that fits them best; `None` without any.
+/// The next step by the straight line that fits the last steps best; `None` without any.
 fn lead(steps: &[f64]) -> Option<f64> {
     let steps = &steps[steps.len().saturating_sub(TREND)..];
     let level = mean(steps.iter().copied())?;
@@ -289,7 +287,7 @@ mod tests {
     ) -> Figures {
         let before: Vec<View> = before.map(|at| frame(at, pace, 0.0)).collect();
         let after: Vec<View> = after.map(|at| frame(at, pace, brightness)).collect();
-        figures(&before, &after, &Squares::default())
+        figures(&before, &after, &SquaredDifferences::default())
     }
 
     fn places(from: i32, frames: i32) -> impl Iterator<Item = f64> {
@@ -320,7 +318,7 @@ mod tests {
 
     #[test]
     fn the_worst_figure_is_the_one_that_is_told() {
-        let told = |after: Vec<f64>| join(1.0 / 80.0, places(-12, 12), after.into_iter(), 0.0).told();
+        let told = |after: Vec<f64>| join(1.0 / 80.0, places(-12, 12), after.into_iter(), 0.0).worst_in_words();
         assert!(told(places(9, 12).collect()).starts_with("the step is"));
         assert!(told((0..12).map(|at| f64::from(-2 - at)).collect()).contains("less far"));
         assert!(told((0..12).map(|at| f64::from(2 * at)).collect()).contains("faster"));

@@ -1,13 +1,13 @@
-//! Do the clips of a flock meet? Every join, judged by the frames on either side.
+//! Whether the clips of a flock meet: every join, judged by the frames on either side.
 //!
-//! Owns the order of the work: which joins there are (`places.rs`), decoding their ends on all cores (`ends.rs`), the
-//! criterion (`figures.rs`), and the sheet on which the worst are looked at (`sheet.rs`). Never changes a clip.
+//! Owns the order of the work: list the joins (`list.rs`), decode the ends of clips on all cores (`ends.rs`), judge them
+//! (`figures.rs`), draw the worst on a contact sheet (`sheet.rs`). Never changes a clip.
 //!
-//! Start at [`judge`].
+//! Start at [`judge_with_bar`].
 
 mod ends;
 mod figures;
-mod places;
+mod list;
 mod sheet;
 mod view;
 
@@ -20,36 +20,36 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use video::{Form, Yuv420p};
 
 use crate::decoder::Decoder;
-use crate::progress;
+use crate::program::progress;
 use sheet::Sheet;
 
 pub(crate) use figures::Figures;
-pub(crate) use places::Place;
+pub(crate) use list::Join;
 
 /// How many joins a contact sheet shows.
 const ON_A_SHEET: usize = 20;
 
-/// One join and how it meets.
+/// A join and how well its clips meet.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Join {
-    /// Where.
-    pub(crate) place: Place,
-    /// How.
+pub(crate) struct JudgedJoin {
+    /// Which.
+    pub(crate) join: Join,
+    /// How well.
     pub(crate) figures: Figures,
 }
 
-/// Every join of a flock.
+/// Every join of a flock, judged.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Judged {
-    /// Those that could be seen, the worst first.
-    pub(crate) joins: Vec<Join>,
+pub(crate) struct Judgement {
+    /// Those that could be judged, the worst first.
+    pub(crate) joins: Vec<JudgedJoin>,
     /// Those that could not, and why: a clip is missing, damaged or of another form.
-    pub(crate) unseen: Vec<(Place, String)>,
+    pub(crate) unjudged: Vec<(Join, String)>,
 }
 
-impl Judged {
+impl Judgement {
     /// The joins that jump, the worst first.
-    pub(crate) fn jumps(&self) -> impl Iterator<Item = &Join> {
+    pub(crate) fn jumps(&self) -> impl Iterator<Item = &JudgedJoin> {
         self.joins.iter().take_while(|join| join.figures.jumps())
     }
 }
@@ -60,54 +60,59 @@ impl Join {
     ///
     /// # Errors
     /// Why a clip cannot be decoded.
-    pub(crate) fn pictures(&self, folder: &Path, manifest: &Manifest) -> Result<Vec<Yuv420p>, String> {
-        ends::pictures(folder, &form(manifest), &self.place.before, &self.place.after)
+    pub(crate) fn pictures(
+        &self,
+        folder: &Path,
+        manifest: &Manifest,
+        decoder: &dyn Decoder,
+    ) -> Result<Vec<Yuv420p>, String> {
+        ends::pictures(folder, &form(manifest), &self.before, &self.after, decoder)
     }
 }
 
-/// Judges every join of the flock in `folder`, on all cores, decoding no more than the ends of its clips. `done` is told
-/// after every clip how many joins were judged at its end; [`count`] tells how many there are.
-pub(crate) fn judge(folder: &Path, manifest: &Manifest, done: impl Fn(usize) + Sync) -> Judged {
+/// Judges every join of the flock in `folder`, on all cores. Only the ends of its clips are decoded. After each clip
+/// `progress` is given the number of joins that were judged at its end; [`count`] is the number of all.
+fn judge(folder: &Path, manifest: &Manifest, decoder: &dyn Decoder, progress: impl Fn(usize) + Sync) -> Judgement {
     let mut by_clip: HashMap<Clip, usize> = HashMap::new();
-    let mut groups: Vec<Vec<Place>> = Vec::new();
-    for place in places::places(manifest) {
-        let group = *by_clip.entry(place.before.clone()).or_insert_with(|| {
+    let mut groups: Vec<Vec<Join>> = Vec::new();
+    for join in list::all(manifest) {
+        let group = *by_clip.entry(join.before.clone()).or_insert_with(|| {
             groups.push(Vec::new());
             groups.len() - 1
         });
-        groups[group].push(place);
+        groups[group].push(join);
     }
     let form = form(manifest);
-    let look = |group: &Vec<Place>| {
-        let afters: Vec<&Clip> = group.iter().map(|place| &place.after).collect();
-        let found = ends::meetings(folder, &form, &group[0].before, &afters);
-        done(group.len());
-        found
+    let judge_group = |group: &Vec<Join>| {
+        let afters: Vec<&Clip> = group.iter().map(|join| &join.after).collect();
+        let figures = ends::judge(folder, &form, &group[0].before, &afters, decoder);
+        progress(group.len());
+        figures
     };
-    let found: Vec<_> = groups.par_iter().map(look).collect();
-    let mut judged = Judged::default();
-    for (place, found) in groups.into_iter().flatten().zip(found.into_iter().flatten()) {
-        match found {
-            Ok(figures) => judged.joins.push(Join { place, figures }),
-            Err(why) => judged.unseen.push((place, why)),
+    let results: Vec<_> = groups.par_iter().map(judge_group).collect();
+    let mut judgement = Judgement::default();
+    for (join, result) in groups.into_iter().flatten().zip(results.into_iter().flatten()) {
+        match result {
+            Ok(figures) => judgement.joins.push(JudgedJoin { join, figures }),
+            Err(why) => judgement.unjudged.push((join, why)),
         }
     }
-    judged.joins.sort_by(|a, b| b.figures.severity.total_cmp(&a.figures.severity));
-    judged
+    judgement.joins.sort_by(|a, b| b.figures.severity.total_cmp(&a.figures.severity));
+    judgement
 }
 
 /// As [`judge`], with its progress shown on a terminal.
-pub(crate) fn judge_with_bar(folder: &Path, manifest: &Manifest) -> Judged {
+pub(crate) fn judge_with_bar(folder: &Path, manifest: &Manifest, decoder: &dyn Decoder) -> Judgement {
     let bar = progress::bar("judging joins", count(manifest));
-    let judged = judge(folder, manifest, |done| bar.inc(done as u64));
+    let judgement = judge(folder, manifest, decoder, |joins| bar.inc(joins as u64));
     bar.finish_and_clear();
-    judged
+    judgement
 }
 
 /// A contact sheet that could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write the contact sheet `{path}`")]
-pub(crate) struct Undrawn {
+pub(crate) struct SheetError {
     path: PathBuf,
     source: io::Error,
 }
@@ -116,26 +121,26 @@ pub(crate) struct Undrawn {
 /// whose clips can no longer be decoded is left out.
 ///
 /// # Errors
-/// [`Undrawn`].
+/// [`SheetError`].
 pub(crate) fn draw(
     folder: &Path,
     manifest: &Manifest,
-    judged: &Judged,
+    judgement: &Judgement,
     path: &Path,
     decoder: &dyn Decoder,
-) -> Result<(), Undrawn> {
+) -> Result<(), SheetError> {
     let mut sheet = Sheet::new();
-    for join in judged.joins.iter().take(ON_A_SHEET) {
-        if let Ok(frames) = decoder.meeting(join, folder, manifest) {
-            sheet.add(join, &frames);
+    for judged in judgement.joins.iter().take(ON_A_SHEET) {
+        if let Ok(frames) = judged.join.pictures(folder, manifest, decoder) {
+            sheet.add(judged, &frames);
         }
     }
-    sheet.save(path).map_err(|source| Undrawn { path: path.to_owned(), source })
+    sheet.save(path).map_err(|source| SheetError { path: path.to_owned(), source })
 }
 
-/// How many joins `manifest` has.
-pub(crate) fn count(manifest: &Manifest) -> usize {
-    places::places(manifest).len()
+/// The number of joins that `manifest` has.
+fn count(manifest: &Manifest) -> usize {
+    list::all(manifest).len()
 }
 
 fn form(manifest: &Manifest) -> Form {
@@ -145,7 +150,7 @@ fn form(manifest: &Manifest) -> Form {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decoder::Ffmpeg;
+    use crate::decoder::ffmpeg::Ffmpeg;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     fn demo() -> (PathBuf, Manifest) {
@@ -158,12 +163,12 @@ mod tests {
     fn every_join_of_the_demo_meets_and_a_wrong_clip_is_the_worst() {
         let (folder, mut manifest) = demo();
         let counted = AtomicUsize::new(0);
-        let judged = judge(&folder, &manifest, |joins| {
+        let judgement = judge(&folder, &manifest, &Ffmpeg, |joins| {
             counted.fetch_add(joins, Ordering::Relaxed);
         });
-        let worst = &judged.joins[0];
+        let worst = &judgement.joins[0];
         assert!(!worst.figures.jumps(), "{worst:?}");
-        assert_eq!((judged.joins.len(), judged.unseen.len()), (35, 0));
+        assert_eq!((judgement.joins.len(), judgement.unjudged.len()), (35, 0));
         assert_eq!((counted.load(Ordering::Relaxed), count(&manifest)), (35, 35));
 
         // The loop of another sheep, and one that is not there.
@@ -173,15 +178,15 @@ mod tests {
         manifest.transitions.retain(|transition| transition.from.as_str() == "nautilus");
         let gone = manifest.transitions[1].clip.clone();
         manifest.sheep[1].clip = Some(Clip { path: flock::ClipPath::new("gone.mp4").unwrap(), ..gone });
-        let judged = judge(&folder, &manifest, |_| ());
-        assert_eq!((judged.joins.len(), judged.unseen.len()), (2, 2));
-        let jumping = judged.jumps().next().unwrap();
-        assert_eq!(jumping.place.before.path.as_str(), "transitions/nautilus=blossom.mp4");
+        let judgement = judge(&folder, &manifest, &Ffmpeg, |_| ());
+        assert_eq!((judgement.joins.len(), judgement.unjudged.len()), (2, 2));
+        let jumping = judgement.jumps().next().unwrap();
+        assert_eq!(jumping.join.before.path.as_str(), "transitions/nautilus=blossom.mp4");
         assert!(jumping.figures.step_db > 6.0, "{jumping:?}");
-        assert!(judged.unseen[0].1.contains("gone.mp4"), "{:?}", judged.unseen);
+        assert!(judgement.unjudged[0].1.contains("gone.mp4"), "{:?}", judgement.unjudged);
 
         let sheet = tempfile::NamedTempFile::new().unwrap();
-        draw(&folder, &manifest, &judged, sheet.path(), &Ffmpeg).unwrap();
+        draw(&folder, &manifest, &judgement, sheet.path(), &Ffmpeg).unwrap();
         let drawn = png::Decoder::new(io::BufReader::new(std::fs::File::open(sheet.path()).unwrap()));
         let size = drawn.read_info().unwrap().info().size();
         assert_eq!(size, (1344, 8 + 2 * (2 * 24 + 180 + 16)));

@@ -1,6 +1,6 @@
-//! A contact sheet of joins: the frames that meet, side by side, to be looked at.
+//! A contact sheet of joins: the frames that meet, side by side.
 //!
-//! Owns its layout. Never decides which joins are worth looking at: `mod.rs` sorts them.
+//! Owns its layout. Never chooses the joins: `mod.rs` sorts them.
 //!
 //! Start at [`Sheet`].
 
@@ -11,25 +11,25 @@ use std::path::Path;
 use font8x8::legacy::BASIC_LEGACY;
 use video::Yuv420p;
 
-use super::Join;
-use crate::thumbnail::{Thumbnail, shrink};
+use super::JudgedJoin;
+use crate::decoder::thumbnail::{Thumbnail, shrink};
 
 /// Width of one frame on the sheet, in pixels.
 const FRAME_WIDTH: u32 = 320;
 /// Frames in a row: two before the join, two after.
 const FRAMES: u32 = 4;
-/// Between frames, and around all.
+/// Pixels between frames, and around all.
 const GAP: u32 = 8;
-/// Between the frames before a join and those after.
+/// Pixels between the frames before a join and those after.
 const CUT: u32 = 24;
-/// How many pixels one dot of a letter takes.
+/// Pixels of one dot of a letter.
 const DOT: u32 = 2;
 /// Height of a line of text.
 const LINE: u32 = 8 * DOT + GAP;
 
 const PAPER: [u8; 3] = [24, 24, 28];
 const INK: [u8; 3] = [220, 220, 210];
-/// Of joins that jump.
+/// The colour of joins that jump.
 const ALARM: [u8; 3] = [255, 120, 90];
 
 /// A sheet being laid out, from the top down.
@@ -48,22 +48,21 @@ impl Sheet {
     }
 
     /// Adds a join: its names and figures, and below them its `frames`.
-    pub(crate) fn add(&mut self, join: &Join, frames: &[Yuv420p]) {
-        let Join { place, figures } = join;
+    pub(crate) fn add(&mut self, JudgedJoin { join, figures }: &JudgedJoin, frames: &[Yuv420p]) {
         let ink = if figures.jumps() { ALARM } else { INK };
-        let names = format!("{}: {} > {}", place.sheep, place.before.path, place.after.path);
+        let names = format!("{}: {} > {}", join.sheep, join.before.path, join.after.path);
         let [step, course, speed] = [figures.step_db, figures.course_db, figures.speed_db];
-        let told = format!(
+        let text = format!(
             "severity {:.2}: step {step:+.1} dB, course {course:+.1} dB, speed {speed:+.1} dB; PSNR {:.1} ({:.1}) dB",
             figures.severity, figures.value_db, figures.inside_db
         );
         self.line(&names, ink);
-        self.line(&told, ink);
+        self.line(&text, ink);
         let thumbnails: Vec<Thumbnail> = frames.iter().map(|frame| shrink(frame, FRAME_WIDTH)).collect();
         let top = self.height();
-        self.grow(thumbnails.iter().map(|thumbnail| thumbnail.height).max().unwrap_or(0) + 2 * GAP);
-        // Frames after the cut stand to the right also where one before it is missing.
-        let before = if place.before.frames.0 == 1 { 1 } else { 2 };
+        self.grow(thumbnails.iter().map(|thumbnail| thumbnail.size.1).max().unwrap_or(0) + 2 * GAP);
+        // Frames after the join stand to the right even if one before it is missing.
+        let before = if join.before.frames.0 == 1 { 1 } else { 2 };
         for (at, thumbnail) in (2 - before..).zip(&thumbnails) {
             let left = GAP + at * (FRAME_WIDTH + GAP) + if at >= 2 { CUT } else { 0 };
             self.paste(left, top, thumbnail);
@@ -73,7 +72,7 @@ impl Sheet {
     /// Writes the sheet as PNG.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The system's error.
     pub(crate) fn save(&self, path: &Path) -> io::Result<()> {
         let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), self.width, self.height());
         encoder.set_color(png::ColorType::Rgb);
@@ -91,7 +90,7 @@ impl Sheet {
         self.pixels.extend(PAPER.repeat((rows * self.width) as usize));
     }
 
-    /// A line of text; what does not fit is left off.
+    /// A line of text, cut at the edge of the sheet.
     fn line(&mut self, text: &str, ink: [u8; 3]) {
         let top = self.height();
         self.grow(LINE);
@@ -114,7 +113,7 @@ impl Sheet {
     }
 
     fn paste(&mut self, left: u32, top: u32, thumbnail: &Thumbnail) {
-        let rows = thumbnail.rgb.chunks(3 * thumbnail.width as usize);
+        let rows = thumbnail.rgb.chunks(3 * thumbnail.size.0 as usize);
         for (y, row) in (top..).zip(rows) {
             let at = 3 * (y * self.width + left) as usize;
             self.pixels[at..at + row.len()].copy_from_slice(row);

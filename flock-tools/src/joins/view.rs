@@ -1,17 +1,17 @@
-//! A frame as coarse as a join is judged.
+//! A frame reduced to the means of blocks, in which joins are judged.
 //!
-//! Owns the reduction: means over blocks, in which the noise of the encoder nearly vanishes and motion stays. Never
-//! compares two frames: `figures.rs` does.
+//! Owns the reduction: in means the noise of the encoder nearly vanishes, and motion stays. Never compares two frames:
+//! `figures.rs` does.
 //!
 //! Start at [`View::of`].
 
 use video::Yuv420p;
 
-/// How many blocks lie across a picture, where they are not at their smallest.
+/// Blocks across a picture, if they are larger than the smallest.
 const BLOCKS_ACROSS: usize = 80;
-/// The smallest block, in luma pixels: two blocks of the encoder's transform, whose errors a mean then levels out.
+/// The smallest block, in luma pixels: two blocks of the encoder's transform, so that their errors cancel in the mean.
 const SMALLEST_BLOCK: usize = 16;
-/// How many blocks of the fine view make one side of a block of the broad one.
+/// Blocks of the fine view along one side of a block of the broad view.
 const BROAD: usize = 4;
 
 /// The means of blocks of a frame, Y, U and V one after the other: each `0.0..=255.0`.
@@ -45,7 +45,7 @@ impl View {
     }
 }
 
-/// The mean of every block of `block` by `block` samples, row by row; at the right and lower edge of what is there.
+/// The mean of every block of `block` by `block` samples, row by row; blocks at the right and lower edge are smaller.
 fn means<'a, T: 'a>(rows: impl Iterator<Item = &'a [T]>, block: usize, value: impl Fn(&T) -> f32) -> Plane {
     let rows: Vec<&[T]> = rows.collect();
     let across = rows.first().map_or(0, |row| row.len());

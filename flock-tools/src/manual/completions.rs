@@ -1,11 +1,11 @@
-//! `flock completions`: the shell finishes the artist's words.
+//! `flock completions`: prints the completions for a shell.
 //!
 //! Owns the command. The scripts are clap's.
 
+use clap::Command;
 use clap_complete::Shell;
 
-use super::command_line;
-use crate::report::{self, Exit, Fatal};
+use crate::program::{Exit, Fatal, print};
 
 /// Print what a shell needs to complete the words of `flock`
 ///
@@ -22,10 +22,10 @@ pub(crate) struct Args {
     shell: Shell,
 }
 
-/// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+/// Runs the command, for the whole `command_line`.
+pub(crate) fn run(args: &Args, mut command_line: Command) -> Result<Exit, Fatal> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut command_line(), "flock", &mut script);
-    report::lines([String::from_utf8_lossy(&script).trim_end().to_owned()])?;
+    clap_complete::generate(args.shell, &mut command_line, "flock", &mut script);
+    print::lines([String::from_utf8_lossy(&script).trim_end().to_owned()])?;
     Ok(Exit::Fine)
 }

@@ -1,4 +1,4 @@
-//! `flock man`: a page for every command.
+//! `flock man`: writes a man page for every command.
 //!
 //! Owns the command. The pages are clap's.
 
@@ -6,14 +6,14 @@ use std::fs;
 use std::iter;
 use std::path::{Path, PathBuf};
 
+use clap::Command;
 use clap_mangen::Man;
 
-use super::command_line;
-use crate::report::{self, Exit, Fatal};
+use crate::program::{Exit, Fatal, print};
 
-/// What stands at the foot of every page.
+/// The name of the manual, at the foot of every page.
 const MANUAL: &str = "Dreams in High Fidelity";
-/// What clap puts above the exit statuses.
+/// The lines that clap puts above the exit codes.
 const EXITS: &str = ".SH EXTRA\nExit status:\n";
 
 /// Write man pages into a folder: `flock.1` and one for every command
@@ -39,24 +39,24 @@ struct Answer {
     pages: Vec<PathBuf>,
 }
 
-/// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let pages = write(args)?;
+/// Runs the command, for the whole `command_line`.
+pub(crate) fn run(args: &Args, command_line: Command) -> Result<Exit, Fatal> {
+    let pages = write(args, command_line)?;
     if args.json {
-        report::json(&Answer { pages })?;
+        print::json(&Answer { pages })?;
     } else {
-        report::lines(pages.iter().map(|page| page.display().to_string()))?;
+        print::lines(pages.iter().map(|page| page.display().to_string()))?;
     }
     Ok(Exit::Fine)
 }
 
-fn write(args: &Args) -> Result<Vec<PathBuf>, Fatal> {
+fn write(args: &Args, command_line: Command) -> Result<Vec<PathBuf>, Fatal> {
     let cannot = |path: &Path| {
         let path = path.to_owned();
-        move |source| Fatal::unwritten(&path, source)
+        move |source| Fatal::write(&path, source)
     };
     fs::create_dir_all(&args.dir).map_err(cannot(&args.dir))?;
-    let whole = command_line().disable_help_subcommand(true);
+    let whole = command_line.disable_help_subcommand(true);
     let commands = whole.get_subcommands().filter(|command| command.get_name() != "help");
     let source = format!("flock {}", whole.get_version().unwrap_or_default());
     let pages = iter::once(&whole).chain(commands).map(|command| {

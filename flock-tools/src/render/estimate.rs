@@ -1,21 +1,21 @@
-//! What rendering will cost, before it is begun.
+//! An estimate of the processor time of a rendering.
 //!
-//! Owns the measurement: some clips' frames with few samples, from which the cost with all of them follows. Never
-//! writes a file.
+//! Owns the measurement: it renders frames of some clips with few samples and extrapolates to all samples. Never writes a
+//! file.
 //!
 //! Start at [`cpu_seconds`].
 
 use std::time::Duration;
 
-use flame::{Demand, RenderError, Renderer, Settings};
+use flame::{FrameCost, RenderError, Renderer, Settings};
 
 use super::plan::{ClipPlan, Look};
-use crate::now::Stopwatch;
+use crate::program::now::Stopwatch;
 
-/// Clips that are measured, at most; the others cost as much as these on average.
+/// The most clips that are measured; the others cost as much as these on average.
 const MEASURED: usize = 6;
 
-/// Samples of the two frames that are measured of each.
+/// Samples of the two frames of a clip that are measured.
 const FEW: u64 = 500_000;
 const MORE: u64 = 4_000_000;
 
@@ -27,27 +27,27 @@ pub(crate) fn cpu_seconds(clips: &[ClipPlan], look: &Look) -> Result<f64, Render
     let renderer = Renderer::new(1)?;
     let step = clips.len().div_ceil(MEASURED).max(1);
     let measured: Vec<f64> =
-        clips.iter().step_by(step).map(|clip| of_a_frame(clip, look, &renderer)).collect::<Result<_, _>>()?;
+        clips.iter().step_by(step).map(|clip| seconds_of_a_frame(clip, look, &renderer)).collect::<Result<_, _>>()?;
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
     Ok(mean * clips.iter().map(|clip| f64::from(clip.frames.0)).sum::<f64>())
 }
 
-/// Processor seconds of a frame a third into `clip`: what it takes whatever its samples, and what each of them takes.
-fn of_a_frame(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<f64, RenderError> {
+/// Processor seconds of a frame a third into `clip`: a constant part, and a part for each sample.
+fn seconds_of_a_frame(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<f64, RenderError> {
     let frame = f64::from(clip.frames.0 / 3);
     let settings = look.settings();
-    let all = Demand::of(&*clip.motion, frame, &settings)?.samples;
-    let of_one = Demand::of(&*clip.motion, frame, &Settings { spp: Some(1.0), ..settings })?.samples;
-    let took = |samples: u64| {
+    let all = FrameCost::of(&*clip.motion, frame, &settings)?.samples;
+    let of_one = FrameCost::of(&*clip.motion, frame, &Settings { spp: Some(1.0), ..settings })?.samples;
+    let measure = |samples: u64| {
         let spp = samples.min(all) as f64 / of_one as f64;
         let watch = Stopwatch::start();
         renderer.render(&*clip.motion, frame, &Settings { spp: Some(spp), ..settings })?;
         Ok((spp * of_one as f64, watch.cpu()))
     };
-    Ok(extrapolated(took(FEW)?, took(MORE)?, all as f64))
+    Ok(extrapolated(measure(FEW)?, measure(MORE)?, all as f64))
 }
 
-/// The straight line through two measurements, at `samples`; where they tell nothing, the later one.
+/// The straight line through two measurements, at `samples`; the second one if both have the same samples.
 fn extrapolated(few: (f64, Duration), more: (f64, Duration), samples: f64) -> f64 {
     let (least, most) = (few.1.as_secs_f64(), more.1.as_secs_f64());
     if more.0 <= few.0 {

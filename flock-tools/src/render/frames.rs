@@ -1,7 +1,7 @@
-//! Rendered frames of a clip that is not finished yet, kept so that no frame is rendered twice.
+//! The store of a clip's rendered frames, so that no frame is rendered twice.
 //!
-//! Owns their files: planes as the encoder takes them, then their BLAKE3 digest, so that what a crash or a power cut
-//! left behind is never taken for a frame. Never renders and never encodes: `bench.rs` does.
+//! Owns their files: planes as the encoder takes them, then their BLAKE3 digest. By the digest a file that a crash or a power
+//! cut left incomplete is not taken for a frame. Never renders or encodes: `make.rs` and `clip_job.rs` do.
 //!
 //! Start at [`FrameStore::open`].
 
@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use flock::ClipHash;
 use video::Yuv420p;
 
-/// The file that says what the frames of a folder were rendered from.
+/// The file with the recipe of the frames in a folder.
 const STAMP: &str = "pictures";
 
-/// How long a digest is, written as text.
+/// The length of a digest as text.
 const DIGEST: usize = "b3:".len() + 64;
 
 /// The frames of one clip, in a folder of their own.
@@ -25,17 +25,16 @@ pub(crate) struct FrameStore {
 }
 
 impl FrameStore {
-    /// The store in `folder` for frames of `size` rendered from `pictures`. Frames rendered from anything else are
-    /// thrown away.
+    /// The store in `folder` for frames of `size` rendered by `recipe`. Frames rendered by another one are deleted.
     ///
     /// # Errors
-    /// What the kernel says.
-    pub(crate) fn open(folder: &Path, size: (u32, u32), pictures: ClipHash) -> io::Result<Self> {
+    /// The system's error.
+    pub(crate) fn open(folder: &Path, size: (u32, u32), recipe: ClipHash) -> io::Result<Self> {
         let stamp = folder.join(STAMP);
-        if fs::read_to_string(&stamp).ok() != Some(pictures.to_string()) {
+        if fs::read_to_string(&stamp).ok() != Some(recipe.to_string()) {
             absent_is_fine(fs::remove_dir_all(folder))?;
             fs::create_dir_all(folder)?;
-            fs::write(stamp, pictures.to_string())?;
+            fs::write(stamp, recipe.to_string())?;
         }
         Ok(Self { folder: folder.to_owned(), size })
     }
@@ -43,7 +42,7 @@ impl FrameStore {
     /// Frame `number`, if it was put here and is whole.
     ///
     /// # Errors
-    /// What the kernel says of a frame that is there.
+    /// The system's error for a frame that is there.
     pub(crate) fn get(&self, number: u32) -> io::Result<Option<Yuv420p>> {
         let mut bytes = Vec::new();
         match fs::File::open(self.path(number)).and_then(|mut file| file.read_to_end(&mut bytes)) {
@@ -59,26 +58,27 @@ impl FrameStore {
         Ok(Yuv420p::from_planes(self.size.0, self.size.1, planes).ok())
     }
 
-    /// Keeps `picture` as frame `number`.
+    /// Stores `picture` as frame `number`.
     ///
     /// # Errors
-    /// What the kernel says; the frame is then not there.
+    /// The system's error; the frame is then not there.
     pub(crate) fn put(&self, number: u32, picture: &Yuv420p) -> io::Result<()> {
         let mut bytes = picture.planes().concat();
         let digest = ClipHash::of(&bytes[..])?.to_string();
         bytes.extend_from_slice(digest.as_bytes());
         let path = self.path(number);
+        // Not synced, for there are thousands: `get` checks each frame, and a lost one is drawn again.
         let part = path.with_extension("part");
         fs::write(&part, bytes).and_then(|()| fs::rename(&part, path)).inspect_err(|_| {
-            // Where the disk is full, half a frame is in the way.
+            // If the disk is full, half a frame takes room.
             let _ = fs::remove_file(&part);
         })
     }
 
-    /// Throws the frames away.
+    /// Deletes the frames.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The system's error.
     pub(crate) fn clear(&self) -> io::Result<()> {
         absent_is_fine(fs::remove_dir_all(&self.folder))
     }
@@ -88,7 +88,7 @@ impl FrameStore {
     }
 }
 
-/// What is gone already need not be removed.
+/// Removing what is not there is no error.
 fn absent_is_fine(done: io::Result<()>) -> io::Result<()> {
     match done {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),

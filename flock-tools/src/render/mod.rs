@@ -1,18 +1,19 @@
-//! `flock render DIR [SHEEP...]`: the clips that a flock lacks, rendered here.
+//! `flock render DIR [SHEEP...]`: renders the clips that a flock lacks.
 //!
-//! Owns the command: its options, its answer and how it ends. What is missing is found by `order.rs`, a clip's motion
-//! and look are `plan.rs`'s, the work is done by `make.rs`; `settle.rs` writes the hashes into the manifest.
+//! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
+//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `still.rs` is `flock still`.
 //!
 //! Start at [`run`].
 
-mod bench;
+mod clip_job;
 pub(crate) mod estimate;
 mod frames;
+mod hashes;
 pub(crate) mod make;
 pub(crate) mod options;
-pub(crate) mod order;
 pub(crate) mod plan;
-mod settle;
+pub(crate) mod selection;
+pub(crate) mod still;
 #[cfg(test)]
 mod tests;
 
@@ -23,23 +24,22 @@ use std::sync::atomic::Ordering;
 use flock::{ClipHash, ClipPath, SheepId};
 use video::{Form, Quality};
 
-use crate::now::Stopwatch;
-use crate::open;
-use crate::report::{self, Exit, Fatal};
-use make::{Effort, MakeError, Outcome, Yield};
-use order::{LeftOut, Order, Wanted};
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, now::Stopwatch, print};
+use make::{MakeError, Outcome, RunOptions, RunResult};
 use plan::{ClipPlan, Look, PRESET, SEED};
+use selection::{Request, Selection, SkippedClip};
 
 /// Render the clips that a flock lacks, from its genomes
 ///
-/// Every loop of a sheep with a genome, and every transition between two of them, whose clip is not there. Size, rate
-/// and frames are the flock's, everything else the genome's unless told here. Interrupted at any moment, the same
-/// command goes on where it was; on several machines that share the folder, each renders what the others have not taken.
+/// These are every loop of a sheep with a genome, and every transition between two of them, whose clip is not there.
+/// Size, rate and frames are the flock's, everything else the genome's unless an option is given. If it is interrupted,
+/// the same command continues. On several machines that share the folder, each renders clips that no other has begun.
 /// The hashes of finished clips are written into the manifest.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  nothing is missing any more
-  1  a clip is still missing: no genome, another process is at it, or interrupted
+  1  a clip is still missing: it has no genome, another process renders it, or the run was interrupted
   2  the command line, the manifest or a genome is wrong
   3  a file could not be read or written, or a clip could not be made")]
 #[expect(clippy::struct_excessive_bools, reason = "independent switches")]
@@ -49,10 +49,10 @@ pub(crate) struct Args {
     /// Only the loops of these sheep and the transitions at them
     #[arg(value_parser = |text: &str| SheepId::new(text))]
     sheep: Vec<SheepId>,
-    /// Clips that are there, too, except those rendered from just the same before
+    /// Also clips that are there, except those that were rendered from the same recipe
     #[arg(long)]
     again: bool,
-    /// Only tell what would be rendered and what it would cost, measured on a few frames
+    /// Only print what would be rendered and its cost, measured on a few frames
     #[arg(long)]
     dry_run: bool,
     /// Samples per pixel
@@ -70,7 +70,7 @@ pub(crate) struct Args {
     /// Frames rendered at once, as far as memory goes
     #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
     threads: NonZeroUsize,
-    /// Which random numbers: the same give the same clips, whatever the threads
+    /// The seed of the random numbers: the same gives the same clips, with any number of threads
     #[arg(long, value_name = "S", default_value_t = SEED)]
     seed: u64,
     /// Keep the rendered frames, so that another --crf needs no rendering: 1.4 MB each at 1280x720
@@ -81,7 +81,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// What became of a clip.
+/// A clip in the answer.
 #[derive(serde::Serialize)]
 struct ClipAnswer<'a> {
     clip: &'a ClipPath,
@@ -91,21 +91,21 @@ struct ClipAnswer<'a> {
     hash: Option<String>,
 }
 
-/// What was rendered.
+/// The answer with `--json`.
 #[derive(serde::Serialize)]
 struct Answer<'a> {
     clips: Vec<ClipAnswer<'a>>,
-    left_out: &'a [LeftOut],
+    left_out: &'a [SkippedClip],
     frames: u64,
     cpu_s: f64,
     seconds: f64,
 }
 
-/// What would be rendered.
+/// The answer with `--json` and `--dry-run`.
 #[derive(serde::Serialize)]
 struct DryAnswer<'a> {
     clips: Vec<ClipAnswer<'a>>,
-    left_out: &'a [LeftOut],
+    left_out: &'a [SkippedClip],
     frames: u64,
     cpu_hours: f64,
     hours: f64,
@@ -115,16 +115,19 @@ struct DryAnswer<'a> {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let manifest = open::manifest(&args.dir)?;
     let look = args.look(Form { size: manifest.size, fps: manifest.fps });
-    let wanted = Wanted { sheep: &args.sheep, again: args.again };
-    let order = Order::new(&args.dir, &manifest, &wanted, &look)?;
-    for LeftOut { clip, reason } in &order.left_out {
-        report::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
+    let request = Request { sheep: &args.sheep, again: args.again };
+    let selection = Selection::new(&args.dir, &manifest, &request, &look)?;
+    for SkippedClip { clip, reason } in &selection.left_out {
+        print::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
     }
-    let threads = options::at_once(args.threads, order.bytes)?;
+    let threads = options::frames_at_once(args.threads, selection.bytes)?;
     if threads < args.threads {
-        report::note(&format!("note: {threads} frames at once: each takes {} MB of memory", order.bytes / 1_000_000));
+        print::note(&format!(
+            "note: {threads} frames at once: each takes {} MB of memory",
+            selection.bytes / 1_000_000
+        ));
     }
-    if args.dry_run { args.tell(&order, &look, threads) } else { args.make(&order, &look, threads) }
+    if args.dry_run { args.estimate(&selection, &look, threads) } else { args.make(&selection, &look, threads) }
 }
 
 impl Args {
@@ -134,74 +137,75 @@ impl Args {
         Look { form, spp, supersample, temporal_samples, seed, quality }
     }
 
-    /// Tells what would be rendered.
-    fn tell(&self, order: &Order, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
-        let seconds = estimate::cpu_seconds(&order.clips, look).map_err(|error| Fatal::new(Exit::Malformed, error))?;
+    /// Prints what would be rendered.
+    fn estimate(&self, selection: &Selection, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
+        let seconds =
+            estimate::cpu_seconds(&selection.clips, look).map_err(|error| Fatal::new(Exit::Malformed, error))?;
         let cpu_hours = seconds / 3600.0;
-        let clips: Vec<_> = order.clips.iter().map(|clip| told(clip, "missing", None)).collect();
-        let (left_out, frames, hours) = (&order.left_out[..], order.frames(), cpu_hours / threads.get() as f64);
+        let clips: Vec<_> = selection.clips.iter().map(|clip| clip_answer(clip, "missing", None)).collect();
+        let (left_out, frames, hours) = (&selection.left_out[..], selection.frames(), cpu_hours / threads.get() as f64);
         if self.json {
-            report::json(&DryAnswer { clips, left_out, frames, cpu_hours, hours })?;
+            print::json(&DryAnswer { clips, left_out, frames, cpu_hours, hours })?;
         } else {
             let lines = clips.iter().map(|clip| format!("{} {} frames", clip.clip, clip.frames));
             let sum =
                 format!("total {frames} frames, {cpu_hours:.3} CPU hours, {hours:.3} hours with {threads} threads");
-            report::lines(lines.chain([sum]))?;
+            print::lines(lines.chain([sum]))?;
         }
         Ok(Exit::Fine)
     }
 
-    fn make(&self, order: &Order, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
+    fn make(&self, selection: &Selection, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
         let watch = Stopwatch::start();
-        settle::settle(&self.dir)?;
-        let effort = Effort { threads, keep_frames: self.keep_frames, stop: options::stop_on_signals()? };
+        hashes::write_hashes(&self.dir)?;
+        let options = RunOptions { threads, keep_frames: self.keep_frames, stop: options::stop_on_signals()? };
         let finished = |clip: &ClipPlan, _: ClipHash| {
             if !self.json {
-                // Whoever reads along may leave; the flock is worth more than the line.
-                let _ = report::lines([format!("{} {} frames", clip.path, clip.frames)]);
+                // The run goes on if the reader has closed the pipe.
+                let _ = print::lines([format!("{} {} frames", clip.path, clip.frames)]);
             }
-            // An artist may be in the middle of an edit. What is not settled now is when all is done.
-            let _ = settle::settle(&self.dir);
+            // The artist may be in the middle of an edit. The end of the run writes the hashes again.
+            let _ = hashes::write_hashes(&self.dir);
         };
-        let made = make::make(&order.clips, look, &self.dir, &effort, &finished).map_err(failed)?;
-        settle::settle(&self.dir)?;
-        if effort.stop.load(Ordering::Relaxed) {
-            report::note("interrupted; the same command goes on where this one stopped");
+        let made = make::make(&selection.clips, look, &self.dir, &options, &finished).map_err(make_fatal)?;
+        hashes::write_hashes(&self.dir)?;
+        if options.stop.load(Ordering::Relaxed) {
+            print::note("interrupted; the same command continues where this one stopped");
         }
-        self.answer(order, &made, &watch)?;
-        let is_there = |outcome: &Outcome| matches!(outcome, Outcome::Made(_) | Outcome::Stood(_));
-        let complete = order.left_out.is_empty() && made.outcomes.iter().all(is_there);
+        self.answer(selection, &made, &watch)?;
+        let is_there = |outcome: &Outcome| matches!(outcome, Outcome::Made(_) | Outcome::UpToDate(_));
+        let complete = selection.left_out.is_empty() && made.outcomes.iter().all(is_there);
         Ok(if complete { Exit::Fine } else { Exit::No })
     }
 
-    fn answer(&self, order: &Order, made: &Yield, watch: &Stopwatch) -> Result<(), Fatal> {
+    fn answer(&self, selection: &Selection, made: &RunResult, watch: &Stopwatch) -> Result<(), Fatal> {
         let of_clip = |(clip, outcome): (_, &Outcome)| match outcome {
-            Outcome::Busy => told(clip, "busy", None),
-            Outcome::Made(hash) => told(clip, "made", Some(hash)),
-            Outcome::Stood(hash) => told(clip, "stood", Some(hash)),
-            Outcome::Unfinished => told(clip, "unfinished", None),
+            Outcome::Busy => clip_answer(clip, "busy", None),
+            Outcome::Made(hash) => clip_answer(clip, "made", Some(hash)),
+            Outcome::UpToDate(hash) => clip_answer(clip, "stood", Some(hash)),
+            Outcome::Unfinished => clip_answer(clip, "unfinished", None),
         };
-        let clips = order.clips.iter().zip(&made.outcomes).map(of_clip).collect();
+        let clips = selection.clips.iter().zip(&made.outcomes).map(of_clip).collect();
         let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
         if self.json {
-            return report::json(&Answer { clips, left_out: &order.left_out, frames: made.frames, cpu_s, seconds });
+            return print::json(&Answer { clips, left_out: &selection.left_out, frames: made.frames, cpu_s, seconds });
         }
         let busy = made.outcomes.iter().filter(|outcome| **outcome == Outcome::Busy).count();
         if busy > 0 {
-            report::note(&format!("note: {busy} clips are left to another process that has taken them"));
+            print::note(&format!("note: another process renders {busy} of the clips"));
         }
-        if order.clips.is_empty() && order.left_out.is_empty() {
-            report::note("nothing is missing");
+        if selection.clips.is_empty() && selection.left_out.is_empty() {
+            print::note("nothing is missing");
         }
         Ok(())
     }
 }
 
-fn told<'a>(clip: &'a ClipPlan, state: &'static str, hash: Option<&ClipHash>) -> ClipAnswer<'a> {
+fn clip_answer<'a>(clip: &'a ClipPlan, state: &'static str, hash: Option<&ClipHash>) -> ClipAnswer<'a> {
     ClipAnswer { clip: &clip.path, frames: clip.frames.0, state, hash: hash.map(ToString::to_string) }
 }
 
-/// The end of a command whose clips could not be made.
-pub(crate) fn failed(error: MakeError) -> Fatal {
-    Fatal::new(Exit::Unreadable, error).hint("the same command goes on where this one stopped")
+/// Ends a command whose clips could not be made.
+pub(crate) fn make_fatal(error: MakeError) -> Fatal {
+    Fatal::new(Exit::Unreadable, error).hint("the same command continues where this one stopped")
 }

@@ -1,6 +1,6 @@
-//! The options that all commands which render share.
+//! The options of all commands that render, and the memory and threads that rendering may take.
 //!
-//! Owns their words, ranges and defaults. Never renders.
+//! Owns their ranges and defaults. Never renders.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -9,10 +9,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use flame::Demand;
+use flame::FrameCost;
 use rustix::process::{Resource, getrlimit};
 
-use crate::report::{Exit, Fatal};
+use crate::program::{Exit, Fatal};
 
 /// Where control groups are found.
 const GROUPS: &str = "/sys/fs/cgroup";
@@ -20,16 +20,16 @@ const GROUPS: &str = "/sys/fs/cgroup";
 /// Most threads: more than any machine has cores.
 const MOST_THREADS: usize = 1024;
 
-/// What a machine lacks to render.
+/// Why this machine cannot render.
 #[derive(Debug, thiserror::Error)]
-enum Lack {
+enum MachineError {
     #[error("a frame takes {needed} MB of memory, and {free} MB are free")]
     Memory { needed: u64, free: u64 },
-    #[error("cannot listen to signals")]
+    #[error("cannot install a signal handler")]
     Signals { source: ctrlc::Error },
 }
 
-/// As many threads as there are cores.
+/// The number of cores.
 pub(crate) fn cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
@@ -60,9 +60,9 @@ pub(crate) fn rate_factor(text: &str) -> Result<f32, String> {
 /// A flag that SIGINT, SIGTERM or SIGHUP sets.
 pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
-    let heard = Arc::clone(&stop);
-    ctrlc::set_handler(move || heard.store(true, Ordering::Relaxed))
-        .map_err(|source| Fatal::new(Exit::Unreadable, Lack::Signals { source }))?;
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
+        .map_err(|source| Fatal::new(Exit::Unreadable, MachineError::Signals { source }))?;
     Ok(stop)
 }
 
@@ -70,7 +70,7 @@ pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
 ///
 /// # Errors
 /// [`Fatal`] where there is no room for one.
-pub(crate) fn at_once(threads: NonZeroUsize, bytes: u64) -> Result<NonZeroUsize, Fatal> {
+pub(crate) fn frames_at_once(threads: NonZeroUsize, bytes: u64) -> Result<NonZeroUsize, Fatal> {
     room(threads, bytes, bytes, free())
 }
 
@@ -78,24 +78,24 @@ pub(crate) fn at_once(threads: NonZeroUsize, bytes: u64) -> Result<NonZeroUsize,
 ///
 /// # Errors
 /// [`Fatal`] where there is no room for one.
-pub(crate) fn fitting(threads: NonZeroUsize, demand: &Demand) -> Result<NonZeroUsize, Fatal> {
+pub(crate) fn threads_that_fit(threads: NonZeroUsize, demand: &FrameCost) -> Result<NonZeroUsize, Fatal> {
     room(threads, demand.bytes, demand.bytes_per_thread, free())
 }
 
 /// How many fit into `free` bytes where the first takes `first` and every other one `next`: `most` at most.
 fn room(most: NonZeroUsize, first: u64, next: u64, free: Option<u64>) -> Result<NonZeroUsize, Fatal> {
     let Some(free) = free else { return Ok(most) };
-    // A twentieth is left to others.
+    // A twentieth is left to other programs.
     let Some(rest) = (free / 20 * 19).checked_sub(first) else {
-        let lack = Lack::Memory { needed: first / 1_000_000, free: free / 1_000_000 };
-        return Err(Fatal::new(Exit::Unreadable, lack).hint("a smaller size or --supersample takes less"));
+        let error = MachineError::Memory { needed: first / 1_000_000, free: free / 1_000_000 };
+        return Err(Fatal::new(Exit::Unreadable, error).hint("a smaller size or --supersample takes less"));
     };
     let more = usize::try_from(rest / next.max(1)).unwrap_or(usize::MAX);
     Ok(most.min(NonZeroUsize::MIN.saturating_add(more)))
 }
 
-/// Bytes of memory that this process may still take, as far as the kernel tells: of the machine, of its control groups
-/// (a container's or a batch job's) and of its own limit.
+/// Bytes of memory that this process may still take, by the kernel: of the machine, of its control groups (a container's or
+/// a batch job's) and of its own limit.
 fn free() -> Option<u64> {
     let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| available(&text));
     let own = getrlimit(Resource::As).current;

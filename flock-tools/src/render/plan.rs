@@ -1,32 +1,32 @@
-//! What a clip is rendered from, and how.
+//! The plan of a clip: what it is rendered from, and how.
 //!
-//! Owns the one place where a species is linked: genomes become motions here, motions become pictures. Never touches a
-//! disk and never decides which clips are made: `order.rs` does for a flock, `demo/plan.rs` for the demo.
+//! Owns the one place where a species is linked: genomes become motions here, and motions pictures. Never touches a disk and
+//! never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the demo.
 //!
-//! Start at [`Turning`], then [`ClipPlan`]; `make.rs` turns plans into files.
+//! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
 
-use flame::{Demand, Filter, Flame, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
+use flame::{Filter, Flame, FrameCost, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
 use flock::{ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
 use video::{Form, Quality, Yuv420p};
 
-/// The version of everything that turns a genome into pixels: another one means other pictures.
+/// The version of the renderer: another one makes other pictures.
 const RENDERING: &str = concat!("dreams ", env!("CARGO_PKG_VERSION"));
 
-/// Every frame of a clip is drawn from the same random numbers, unless told otherwise: what noise there is then moves
-/// with the flame, which looks calmer and costs fewer bits than noise that flickers.
+/// The default seed. Every frame of a clip is drawn from the same random numbers: the noise then moves with the flame,
+/// which looks calmer and costs fewer bits than noise that flickers.
 pub(crate) const SEED: u64 = 1;
 
 /// x264's preset for everything that we render: a frame costs so much more than its encoding.
 pub(crate) const PRESET: &str = "slower";
 
-/// x264's constant rate factor, unless told otherwise.
+/// x264's default constant rate factor.
 pub(crate) const CRF: f32 = 17.0;
 
-/// What a pixel takes on its way from the renderer to the encoder.
+/// Memory that a pixel takes between the renderer and the encoder.
 const BYTES_ON_THE_WAY: u64 = 24;
 
-/// How clips are made: what they depend on besides genomes and motion.
+/// How clips look: all that they depend on besides genomes and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Look {
     /// Size and rate of the clips.
@@ -43,18 +43,18 @@ pub(crate) struct Look {
     pub(crate) quality: Quality<'static>,
 }
 
-/// Which part of the graph a clip shows.
+/// The part of the graph that a clip shows.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Shows {
+pub(crate) enum ClipRole {
     /// A sheep's loop.
     Loop(SheepId),
     /// The way from the first sheep to the second.
     Transition(SheepId, SheepId),
 }
 
-/// A sheep in motion.
+/// The motion of a sheep.
 #[derive(Clone, Debug)]
-pub(crate) struct Turning {
+pub(crate) struct SheepMotion {
     motion: Loop,
     /// Equal for equal pictures.
     text: String,
@@ -62,23 +62,23 @@ pub(crate) struct Turning {
 
 /// A clip to be made.
 pub(crate) struct ClipPlan {
-    /// What it shows.
-    pub(crate) shows: Shows,
-    /// Where it goes, in the flock's folder.
+    /// The part of the graph that it shows.
+    pub(crate) role: ClipRole,
+    /// Its path in the flock's folder.
     pub(crate) path: ClipPath,
-    /// How long it is.
+    /// Its length.
     pub(crate) frames: FrameCount,
-    /// How its pictures change over its frames.
+    /// The motion that its frames show.
     pub(crate) motion: Box<dyn Motion + Send>,
-    /// Equal for equal pictures.
-    pub(crate) pictures: ClipHash,
-    /// Equal for equal pictures and encoding.
-    pub(crate) made_as: ClipHash,
+    /// The hash of all that its pictures depend on.
+    pub(crate) picture_recipe: ClipHash,
+    /// The hash of all that its pictures and its encoding depend on.
+    pub(crate) recipe: ClipHash,
 }
 
-impl Shows {
+impl ClipRole {
     /// The sheep that it starts and ends with.
-    pub(crate) fn ends(&self) -> [&SheepId; 2] {
+    pub(crate) fn sheep(&self) -> [&SheepId; 2] {
         match self {
             Self::Loop(id) => [id, id],
             Self::Transition(from, to) => [from, to],
@@ -87,13 +87,13 @@ impl Shows {
 }
 
 impl Look {
-    /// Clips of `form` as `flock render` makes them unless told otherwise: everything else is the genomes'.
+    /// Clips of `form` as `flock render` makes them by default: everything else is the genomes'.
     pub(crate) fn of_genomes(form: Form) -> Self {
         let quality = Quality { crf: CRF, preset: PRESET, max_bits_per_second: None };
         Self { form, spp: None, supersample: None, temporal_samples: None, seed: SEED, quality }
     }
 
-    /// What the renderer is told.
+    /// The settings of the renderer.
     pub(crate) fn settings(&self) -> Settings {
         Settings {
             size: Some([self.form.size.0, self.form.size.1]),
@@ -106,8 +106,8 @@ impl Look {
     }
 }
 
-impl Turning {
-    /// `genome` in a flock of `look`, turning once in `turn` frames.
+impl SheepMotion {
+    /// `genome` in a flock of `look`, which turns once in `turn` frames.
     pub(crate) fn new(genome: &Genome, turn: FrameCount, look: &Look) -> Self {
         let size = [look.form.size.0, look.form.size.1];
         // Cameras of one size, so that a transition between genomes of two sizes has no jump half way; and nothing
@@ -123,61 +123,61 @@ impl Turning {
         Self { motion: Loop::new(&genome, f64::from(turn.0)), text }
     }
 
-    /// What a frame of its loop takes.
+    /// The samples and the memory that a frame of its loop takes.
     ///
     /// # Errors
     /// [`RenderError`] if it cannot be rendered at all.
-    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+    pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
         demand(&self.motion, look)
     }
 }
 
 impl ClipPlan {
-    /// The loop of the sheep `id`, which `turning` shows, `frames` long.
-    pub(crate) fn of_loop(id: SheepId, turning: &Turning, path: ClipPath, frames: FrameCount, look: &Look) -> Self {
-        Self::new(Shows::Loop(id), path, frames, Box::new(turning.motion.clone()), &[turning], look)
+    /// The loop of the sheep `id`, of the motion `sheep`, `frames` long.
+    pub(crate) fn of_loop(id: SheepId, sheep: &SheepMotion, path: ClipPath, frames: FrameCount, look: &Look) -> Self {
+        Self::new(ClipRole::Loop(id), path, frames, Box::new(sheep.motion.clone()), &[sheep], look)
     }
 
-    /// The transition between the sheep `ids`, which `ends` show, `frames` long.
+    /// The transition between the sheep `ids`, of the motions `ends`, `frames` long.
     pub(crate) fn of_transition(
         ids: [SheepId; 2],
-        ends: [&Turning; 2],
+        ends: [&SheepMotion; 2],
         path: ClipPath,
         frames: FrameCount,
         look: &Look,
     ) -> Self {
         let motion = Transition::new(&ends[0].motion, &ends[1].motion, f64::from(frames.0));
         let [from, to] = ids;
-        Self::new(Shows::Transition(from, to), path, frames, Box::new(motion), &ends, look)
+        Self::new(ClipRole::Transition(from, to), path, frames, Box::new(motion), &ends, look)
     }
 
     fn new(
-        shows: Shows,
+        role: ClipRole,
         path: ClipPath,
         frames: FrameCount,
         motion: Box<dyn Motion + Send>,
-        ends: &[&Turning],
+        ends: &[&SheepMotion],
         look: &Look,
     ) -> Self {
         let ends: Vec<&str> = ends.iter().map(|end| end.text.as_str()).collect();
-        let pictures = format!("{RENDERING}\n{} frames\n{:?}\n{}", frames.0, look.settings(), ends.join("\n"));
-        let made_as = format!("{pictures}\n{} fps\n{:?}", look.form.fps, look.quality);
+        let picture_recipe = format!("{RENDERING}\n{} frames\n{:?}\n{}", frames.0, look.settings(), ends.join("\n"));
+        let recipe = format!("{picture_recipe}\n{} fps\n{:?}", look.form.fps, look.quality);
         let hash = |text: &str| ClipHash::of(text.as_bytes()).expect("reading memory does not fail");
-        Self { pictures: hash(&pictures), made_as: hash(&made_as), shows, path, frames, motion }
+        Self { picture_recipe: hash(&picture_recipe), recipe: hash(&recipe), role, path, frames, motion }
     }
 
-    /// What its first frame takes.
+    /// The samples and the memory that its first frame takes.
     ///
     /// # Errors
     /// [`RenderError`] if it cannot be rendered at all.
-    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+    pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
         demand(&*self.motion, look)
     }
 
-    /// Renders frame `number` as the encoder takes it; `None` if `renderer` was told to leave off.
+    /// Renders frame `number` as the encoder takes it; `None` if `renderer` was stopped.
     ///
     /// # Errors
-    /// What the renderer said.
+    /// The renderer's error.
     pub(crate) fn picture(&self, number: u32, look: &Look, renderer: &Renderer) -> Result<Option<Yuv420p>, String> {
         let flame = Flame { motion: &*self.motion, renderer };
         let image = match flame.frame(f64::from(number), &look.settings()) {
@@ -190,9 +190,9 @@ impl ClipPlan {
     }
 }
 
-/// What the first frame of `motion` takes, until it is with the encoder.
-fn demand(motion: &dyn Motion, look: &Look) -> Result<Demand, RenderError> {
-    let demand = Demand::of(motion, 0.0, &look.settings())?;
+/// The samples and the memory that the first frame of `motion` takes, until it is encoded.
+fn demand(motion: &dyn Motion, look: &Look) -> Result<FrameCost, RenderError> {
+    let demand = FrameCost::of(motion, 0.0, &look.settings())?;
     let pixels = u64::from(look.form.size.0) * u64::from(look.form.size.1);
-    Ok(Demand { bytes: demand.bytes + pixels * BYTES_ON_THE_WAY, ..demand })
+    Ok(FrameCost { bytes: demand.bytes + pixels * BYTES_ON_THE_WAY, ..demand })
 }

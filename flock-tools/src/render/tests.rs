@@ -1,6 +1,6 @@
-//! Rendering a flock: resumed, shared, refused, and written down.
+//! Rendering a flock: resumed, shared, refused, and its hashes written.
 //!
-//! Owns the claims on choosing, making and settling; whole runs of the program are claimed in `tests/it/rendering.rs`.
+//! Owns the claims on selecting, making and writing hashes; whole runs of the program are claimed in `tests/it/rendering.rs`.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -13,10 +13,10 @@ use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
 use timing::Rate;
 use video::{Form, Quality};
 
-use super::make::{Effort, MakeError, Outcome, Yield, make};
-use super::order::{Order, Wanted};
-use super::plan::{Look, SEED, Shows};
-use super::settle::settle;
+use super::hashes::write_hashes;
+use super::make::{MakeError, Outcome, RunOptions, RunResult, make};
+use super::plan::{ClipRole, Look, SEED};
+use super::selection::{Request, Selection};
 
 /// Tiny and coarse.
 static LOOK: LazyLock<Look> = LazyLock::new(|| Look {
@@ -55,9 +55,9 @@ clip = \"t/b=a.mp4\"
 ";
 
 /// A flock whose clips are all missing.
-struct Fold(tempfile::TempDir);
+struct TestFlock(tempfile::TempDir);
 
-impl Fold {
+impl TestFlock {
     fn new(body: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join(FILE_NAME), format!("{HEAD}{body}")).unwrap();
@@ -74,21 +74,21 @@ impl Fold {
         self.path().join(path)
     }
 
-    fn order(&self, sheep: &[&str], again: bool, look: &Look) -> Order {
+    fn selection(&self, sheep: &[&str], again: bool, look: &Look) -> Selection {
         let manifest = Manifest::read(self.path()).unwrap();
         let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
-        Order::new(self.path(), &manifest, &Wanted { sheep: &sheep, again }, look).unwrap()
+        Selection::new(self.path(), &manifest, &Request { sheep: &sheep, again }, look).unwrap()
     }
 
     fn refused(&self, sheep: &[&str]) -> String {
         let manifest = Manifest::read(self.path()).unwrap();
         let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
-        let refused = Order::new(self.path(), &manifest, &Wanted { sheep: &sheep, again: false }, &LOOK);
+        let refused = Selection::new(self.path(), &manifest, &Request { sheep: &sheep, again: false }, &LOOK);
         format!("{:?}", refused.err().unwrap())
     }
 
-    fn make(&self, again: bool, look: &Look, effort: &Effort) -> Result<Yield, MakeError> {
-        make(&self.order(&[], again, look).clips, look, self.path(), effort, &|_, _| ())
+    fn make(&self, again: bool, look: &Look, options: &RunOptions) -> Result<RunResult, MakeError> {
+        make(&self.selection(&[], again, look).clips, look, self.path(), options, &|_, _| ())
     }
 
     /// The bytes of all clips.
@@ -98,119 +98,120 @@ impl Fold {
     }
 }
 
-fn effort(threads: usize) -> Effort {
-    Effort { threads: NonZeroUsize::new(threads).unwrap(), keep_frames: false, stop: Arc::default() }
+fn options(threads: usize) -> RunOptions {
+    RunOptions { threads: NonZeroUsize::new(threads).unwrap(), keep_frames: false, stop: Arc::default() }
 }
 
-fn paths(order: &Order) -> Vec<&str> {
-    order.clips.iter().map(|clip| clip.path.as_str()).collect()
+fn paths(selection: &Selection) -> Vec<&str> {
+    selection.clips.iter().map(|clip| clip.path.as_str()).collect()
 }
 
 #[test]
 fn the_number_of_threads_changes_no_byte() {
-    let (one, three) = (Fold::new(BODY), Fold::new(BODY));
-    let made = one.make(false, &LOOK, &effort(1)).unwrap();
+    let (one, three) = (TestFlock::new(BODY), TestFlock::new(BODY));
+    let made = one.make(false, &LOOK, &options(1)).unwrap();
     assert_eq!(made.frames, 16);
-    assert_eq!(made.outcomes, three.make(false, &LOOK, &effort(3)).unwrap().outcomes);
+    assert_eq!(made.outcomes, three.make(false, &LOOK, &options(3)).unwrap().outcomes);
     assert_eq!(one.clips(), three.clips());
     assert!(!one.at(".render/loops/a.mp4").exists(), "frames of finished clips are thrown away");
 }
 
 #[test]
 fn what_was_interrupted_goes_on_and_ends_the_same() {
-    let (whole, torn) = (Fold::new(BODY), Fold::new(BODY));
-    whole.make(false, &LOOK, &effort(2)).unwrap();
-    torn.make(false, &LOOK, &Effort { keep_frames: true, ..effort(2) }).unwrap();
+    let (whole, torn) = (TestFlock::new(BODY), TestFlock::new(BODY));
+    whole.make(false, &LOOK, &options(2)).unwrap();
+    torn.make(false, &LOOK, &RunOptions { keep_frames: true, ..options(2) }).unwrap();
     fs::write(torn.at("loops/a.mp4"), &torn.clips()[0][..200]).unwrap();
     fs::write(torn.at(".render/loops/b.mp4.made"), b"b3:\xff").unwrap();
     fs::write(torn.at(".render/loops/b.mp4/000002.yuv"), b"torn").unwrap();
     fs::remove_file(torn.at("t/a=b.mp4")).unwrap();
-    let made = torn.make(true, &LOOK, &effort(2)).unwrap();
+    let made = torn.make(true, &LOOK, &options(2)).unwrap();
     assert_eq!(made.frames, 1, "one frame was torn");
-    assert!(matches!(made.outcomes[..], [Outcome::Made(_), Outcome::Made(_), Outcome::Made(_), Outcome::Stood(_)]));
+    assert!(matches!(made.outcomes[..], [Outcome::Made(_), Outcome::Made(_), Outcome::Made(_), Outcome::UpToDate(_)]));
     assert_eq!(torn.clips(), whole.clips());
 }
 
 #[test]
 fn a_run_that_is_stopped_leaves_no_half_clip() {
-    let fold = Fold::new(BODY);
-    let stopped = Effort { stop: Arc::new(AtomicBool::new(true)), ..effort(2) };
-    let made = fold.make(false, &LOOK, &stopped).unwrap();
+    let flock = TestFlock::new(BODY);
+    let stopped = RunOptions { stop: Arc::new(AtomicBool::new(true)), ..options(2) };
+    let made = flock.make(false, &LOOK, &stopped).unwrap();
     assert_eq!((made.frames, &made.outcomes[..]), (0, &[Outcome::Unfinished; 4][..]));
     let stop = Arc::new(AtomicBool::new(false));
-    let order = fold.order(&[], false, &LOOK);
+    let selection = flock.selection(&[], false, &LOOK);
     let after_one = |_: &_, _: ClipHash| stop.store(true, Ordering::Relaxed);
-    make(&order.clips, &LOOK, fold.path(), &Effort { stop: Arc::clone(&stop), ..effort(1) }, &after_one).unwrap();
-    assert_eq!(paths(&fold.order(&[], false, &LOOK)), ["loops/b.mp4", "t/a=b.mp4", "t/b=a.mp4"]);
-    assert_eq!(fs::read_dir(fold.at("loops")).unwrap().count(), 1, "nothing but the finished clip");
+    make(&selection.clips, &LOOK, flock.path(), &RunOptions { stop: Arc::clone(&stop), ..options(1) }, &after_one)
+        .unwrap();
+    assert_eq!(paths(&flock.selection(&[], false, &LOOK)), ["loops/b.mp4", "t/a=b.mp4", "t/b=a.mp4"]);
+    assert_eq!(fs::read_dir(flock.at("loops")).unwrap().count(), 1, "nothing but the finished clip");
 }
 
 #[test]
 fn a_clip_that_another_process_has_taken_is_left_to_it() {
-    let fold = Fold::new(BODY);
-    fs::create_dir_all(fold.at(".render/loops")).unwrap();
-    let other = fs::File::create(fold.at(".render/loops/b.mp4.made")).unwrap();
+    let flock = TestFlock::new(BODY);
+    fs::create_dir_all(flock.at(".render/loops")).unwrap();
+    let other = fs::File::create(flock.at(".render/loops/b.mp4.made")).unwrap();
     other.lock().unwrap();
-    let made = fold.make(false, &LOOK, &effort(2)).unwrap();
+    let made = flock.make(false, &LOOK, &options(2)).unwrap();
     assert!(matches!(made.outcomes[..], [Outcome::Made(_), Outcome::Busy, Outcome::Made(_), Outcome::Made(_)]));
     drop(other);
-    assert!(matches!(fold.make(false, &LOOK, &effort(2)).unwrap().outcomes[..], [Outcome::Made(_)]));
+    assert!(matches!(flock.make(false, &LOOK, &options(2)).unwrap().outcomes[..], [Outcome::Made(_)]));
 }
 
 #[test]
 fn a_full_disk_takes_neither_the_old_clip_nor_the_frames() {
-    let fold = Fold::new(BODY);
-    fold.make(false, &LOOK, &effort(2)).unwrap();
-    let before = fold.clips();
+    let flock = TestFlock::new(BODY);
+    flock.make(false, &LOOK, &options(2)).unwrap();
+    let before = flock.clips();
     let finer = Look { spp: Some(4.0), ..*LOOK };
     // The disk is full when the second frame comes, and later when the clip is encoded.
-    fs::create_dir_all(fold.at(".render/loops/a.mp4")).unwrap();
-    let order = fold.order(&[], true, &finer);
-    fs::write(fold.at(".render/loops/a.mp4/pictures"), order.clips[0].pictures.to_string()).unwrap();
-    symlink("/dev/full", fold.at(".render/loops/a.mp4/000001.part")).unwrap();
-    let full = fold.make(true, &finer, &effort(1)).unwrap_err();
+    fs::create_dir_all(flock.at(".render/loops/a.mp4")).unwrap();
+    let selection = flock.selection(&[], true, &finer);
+    fs::write(flock.at(".render/loops/a.mp4/pictures"), selection.clips[0].picture_recipe.to_string()).unwrap();
+    symlink("/dev/full", flock.at(".render/loops/a.mp4/000001.part")).unwrap();
+    let full = flock.make(true, &finer, &options(1)).unwrap_err();
     assert!(format!("{full:?}").contains("StorageFull"), "{full:?}");
-    symlink("/dev/full", fold.at("loops/a.mp4.new.part")).unwrap();
-    let full = fold.make(true, &finer, &effort(1)).unwrap_err();
+    symlink("/dev/full", flock.at("loops/a.mp4.new.part")).unwrap();
+    let full = flock.make(true, &finer, &options(1)).unwrap_err();
     assert!(matches!(full, MakeError::Encode(_)), "{full:?}");
-    assert_eq!(fold.clips(), before);
-    let made = fold.make(true, &finer, &effort(1)).unwrap();
+    assert_eq!(flock.clips(), before);
+    let made = flock.make(true, &finer, &options(1)).unwrap();
     assert_eq!(made.frames, 6 + 3 + 3, "the four frames of the first clip were kept");
-    assert_ne!(fold.clips(), before);
+    assert_ne!(flock.clips(), before);
 }
 
 #[test]
-fn only_what_is_missing_is_ordered_and_again_everything() {
-    let fold = Fold::new(BODY);
-    fs::create_dir(fold.at("t")).unwrap();
-    fs::write(fold.at("t/a=b.mp4"), "the artist's own").unwrap();
-    assert_eq!(paths(&fold.order(&[], false, &LOOK)), ["loops/a.mp4", "loops/b.mp4", "t/b=a.mp4"]);
-    assert_eq!(paths(&fold.order(&["a"], false, &LOOK)), ["loops/a.mp4", "t/b=a.mp4"]);
-    assert_eq!(paths(&fold.order(&[], true, &LOOK)).len(), 4);
-    assert!(fold.refused(&["ghost"]).contains("Unknown"));
+fn only_what_is_missing_is_selected_and_again_everything() {
+    let flock = TestFlock::new(BODY);
+    fs::create_dir(flock.at("t")).unwrap();
+    fs::write(flock.at("t/a=b.mp4"), "the artist's own").unwrap();
+    assert_eq!(paths(&flock.selection(&[], false, &LOOK)), ["loops/a.mp4", "loops/b.mp4", "t/b=a.mp4"]);
+    assert_eq!(paths(&flock.selection(&["a"], false, &LOOK)), ["loops/a.mp4", "t/b=a.mp4"]);
+    assert_eq!(paths(&flock.selection(&[], true, &LOOK)).len(), 4);
+    assert!(flock.refused(&["ghost"]).contains("Unknown"));
 }
 
 #[test]
 fn again_makes_what_was_made_from_something_else_and_nothing_twice() {
-    let fold = Fold::new(BODY);
-    let first = fold.make(false, &LOOK, &effort(2)).unwrap();
-    assert_eq!(fold.make(true, &LOOK, &effort(2)).unwrap().frames, 0);
-    fs::write(fold.at("b.flam3"), include_str!("../../demo/genomes/undertow.flam3")).unwrap();
-    let second = fold.make(true, &LOOK, &effort(2)).unwrap();
+    let flock = TestFlock::new(BODY);
+    let first = flock.make(false, &LOOK, &options(2)).unwrap();
+    assert_eq!(flock.make(true, &LOOK, &options(2)).unwrap().frames, 0);
+    fs::write(flock.at("b.flam3"), include_str!("../../demo/genomes/undertow.flam3")).unwrap();
+    let second = flock.make(true, &LOOK, &options(2)).unwrap();
     assert_eq!(second.frames, 6 + 3 + 3, "all but the loop of the sheep that stayed");
-    assert!(matches!((first.outcomes[0], second.outcomes[0]), (Outcome::Made(a), Outcome::Stood(b)) if a == b));
+    assert!(matches!((first.outcomes[0], second.outcomes[0]), (Outcome::Made(a), Outcome::UpToDate(b)) if a == b));
     let coarser = Look { quality: Quality { crf: 45.0, ..LOOK.quality }, ..*LOOK };
-    assert_eq!(fold.make(true, &coarser, &effort(2)).unwrap().frames, 16, "no frames were kept");
+    assert_eq!(flock.make(true, &coarser, &options(2)).unwrap().frames, 16, "no frames were kept");
 }
 
 #[test]
 fn what_cannot_be_rendered_is_told_with_its_reason() {
     let body = BODY.replace("genome = \"b.flam3\"\n", "")
         + "[[transition]]\nfrom = \"a\"\nto = \"c\"\nframes = 3\nclip = \"c\"\n";
-    let fold = Fold::new(&body);
-    let order = fold.order(&[], false, &LOOK);
-    assert_eq!(paths(&order), ["loops/a.mp4"]);
-    let told: Vec<_> = order.left_out.iter().map(|one| (one.clip.as_str(), one.reason.as_str())).collect();
+    let flock = TestFlock::new(&body);
+    let selection = flock.selection(&[], false, &LOOK);
+    assert_eq!(paths(&selection), ["loops/a.mp4"]);
+    let told: Vec<_> = selection.left_out.iter().map(|one| (one.clip.as_str(), one.reason.as_str())).collect();
     let no_genome = "sheep `b` has no genome";
     let all = [("loops/b.mp4", no_genome), ("t/a=b.mp4", no_genome), ("t/b=a.mp4", no_genome)];
     assert_eq!(told, [&all[..], &[("c", "sheep `c` is not in the flock")]].concat());
@@ -218,39 +219,39 @@ fn what_cannot_be_rendered_is_told_with_its_reason() {
 
 #[test]
 fn genomes_that_cannot_be_drawn_are_refused_before_anything_is_rendered() {
-    let fold = Fold::new(BODY);
+    let flock = TestFlock::new(BODY);
     for (text, part) in [
         ("<flame/>", "NoPalette"),
         ("not xml", "Xml"),
         ("<flames><flame/><flame/></flames>", "Count"),
         ("<flame><xform weight=\"1\" mobius=\"1\"/><palette count=\"256\" format=\"RGB\"/></flame>", "0 digits"),
     ] {
-        fs::write(fold.at("b.flam3"), text).unwrap();
-        assert!(fold.refused(&[]).contains(part), "{text}: {}", fold.refused(&[]));
+        fs::write(flock.at("b.flam3"), text).unwrap();
+        assert!(flock.refused(&[]).contains(part), "{text}: {}", flock.refused(&[]));
     }
-    fs::remove_file(fold.at("b.flam3")).unwrap();
-    assert!(fold.refused(&[]).contains("Unreadable"));
+    fs::remove_file(flock.at("b.flam3")).unwrap();
+    assert!(flock.refused(&[]).contains("Unreadable"));
 }
 
 #[test]
 fn nothing_is_rendered_over_a_genome_a_manifest_or_another_clip() {
     for path in ["flock.toml", "b.flam3", "loops/a.mp4"] {
-        let fold = Fold::new(&BODY.replace("t/a=b.mp4", path));
-        let order = fold.order(&[], true, &LOOK);
-        assert!(order.left_out.iter().any(|one| one.clip.as_str() == path), "{path}");
-        assert!(!paths(&order).contains(&path), "{path}");
+        let flock = TestFlock::new(&BODY.replace("t/a=b.mp4", path));
+        let selection = flock.selection(&[], true, &LOOK);
+        assert!(selection.left_out.iter().any(|one| one.clip.as_str() == path), "{path}");
+        assert!(!paths(&selection).contains(&path), "{path}");
     }
 }
 
 #[test]
 fn a_transition_between_cameras_of_two_sizes_has_no_jump_half_way() {
-    let fold = Fold::new(BODY);
-    let genome = fs::read_to_string(fold.at("b.flam3")).unwrap();
+    let flock = TestFlock::new(BODY);
+    let genome = fs::read_to_string(flock.at("b.flam3")).unwrap();
     let larger = genome.replace("size=\"1280 720\"", "size=\"64 64\"");
     assert_ne!(genome, larger, "the genome is 1280 by 720");
-    fs::write(fold.at("b.flam3"), larger).unwrap();
-    let order = fold.order(&[], false, &LOOK);
-    for clip in order.clips.iter().filter(|clip| matches!(clip.shows, Shows::Transition(..))) {
+    fs::write(flock.at("b.flam3"), larger).unwrap();
+    let selection = flock.selection(&[], false, &LOOK);
+    for clip in selection.clips.iter().filter(|clip| matches!(clip.role, ClipRole::Transition(..))) {
         let half = f64::from(clip.frames.0) / 2.0;
         let scale = |frame: f64| clip.motion.at(frame).camera.scale;
         assert!((scale(half - 1e-9) - scale(half + 1e-9)).abs() < 1e-3, "{}", clip.path);
@@ -259,29 +260,29 @@ fn a_transition_between_cameras_of_two_sizes_has_no_jump_half_way() {
 
 #[test]
 fn hashes_go_into_the_manifest_and_nothing_else_changes() {
-    let fold = Fold::new(BODY);
-    settle(fold.path()).unwrap();
-    fold.make(false, &LOOK, &effort(2)).unwrap();
-    settle(fold.path()).unwrap();
-    let manifest = Manifest::read(fold.path()).unwrap();
+    let flock = TestFlock::new(BODY);
+    write_hashes(flock.path()).unwrap();
+    flock.make(false, &LOOK, &options(2)).unwrap();
+    write_hashes(flock.path()).unwrap();
+    let manifest = Manifest::read(flock.path()).unwrap();
     for clip in manifest.clips() {
-        let file = fs::File::open(clip.path.inside(fold.path())).unwrap();
+        let file = fs::File::open(clip.path.inside(flock.path())).unwrap();
         assert_eq!(clip.hash, Some(ClipHash::of(file).unwrap()), "{}", clip.path);
     }
-    let text = fs::read_to_string(fold.at(FILE_NAME)).unwrap();
+    let text = fs::read_to_string(flock.at(FILE_NAME)).unwrap();
     let others: Vec<_> = text.lines().filter(|line| !line.starts_with("hash")).collect();
     assert_eq!(others, format!("{HEAD}{BODY}").lines().collect::<Vec<_>>());
-    settle(fold.path()).unwrap();
-    assert_eq!(fs::read_to_string(fold.at(FILE_NAME)).unwrap(), text);
+    write_hashes(flock.path()).unwrap();
+    assert_eq!(fs::read_to_string(flock.at(FILE_NAME)).unwrap(), text);
 }
 
 #[test]
 fn a_clip_that_the_tools_did_not_leave_so_keeps_its_hash() {
-    let fold = Fold::new(BODY);
-    fold.make(false, &LOOK, &effort(2)).unwrap();
-    fs::write(fold.at("loops/a.mp4"), "the artist's own").unwrap();
-    settle(fold.path()).unwrap();
-    let manifest = Manifest::read(fold.path()).unwrap();
+    let flock = TestFlock::new(BODY);
+    flock.make(false, &LOOK, &options(2)).unwrap();
+    fs::write(flock.at("loops/a.mp4"), "the artist's own").unwrap();
+    write_hashes(flock.path()).unwrap();
+    let manifest = Manifest::read(flock.path()).unwrap();
     let hashed: Vec<_> = manifest.clips().map(|clip| clip.hash.is_some()).collect();
     assert_eq!(hashed, [false, true, true, true]);
 }

@@ -58,7 +58,7 @@ impl Blackout {
 
     /// Whether all its flips have come.
     pub(crate) fn is_complete(&self, screen: &dyn Screen) -> bool {
-        self.flips >= FLIPS || screen.lit().is_none()
+        self.flips >= FLIPS || screen.info().is_none()
     }
 
     fn show(&mut self, screen: &mut dyn Screen) -> Result<(), ScreenError> {

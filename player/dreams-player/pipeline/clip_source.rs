@@ -11,8 +11,9 @@ use crate::pipeline::first_frame::FirstFrame;
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Faults, Kind, SharedView};
 use crate::stream::{Generation, Plan, ScheduledClip};
+use exit::chain;
 use flock::{ClipHash, ClipPath, Itinerary, Leg};
-use player::{ThreadError, chain, threads};
+use player::{ThreadError, threads};
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::fs::File;
@@ -149,7 +150,7 @@ impl ClipSource {
             return false;
         }
         self.strikes = Strikes::default();
-        self.itinerary.forgive();
+        self.itinerary.unblock();
         true
     }
 
@@ -205,7 +206,7 @@ impl ClipSource {
         if !is_missing {
             self.generation.failed();
         }
-        self.itinerary.strike(clip);
+        self.itinerary.block(clip);
         if is_missing {
             self.strikes.missing = Some((self.now)());
         } else {
@@ -217,11 +218,11 @@ impl ClipSource {
     /// not leave one sheep on the wall for ever.
     fn retry_missing(&mut self) {
         let is_over = |at| u128::from((self.now)().since(at)) >= RETRY.as_nanos();
-        if self.strikes.missing.is_some_and(is_over) && !self.itinerary.leads_on() {
+        if self.strikes.missing.is_some_and(is_over) && !self.itinerary.has_exit() {
             self.strikes.missing = None;
-            self.itinerary.forgive();
+            self.itinerary.unblock();
             for clip in &self.strikes.damaged {
-                self.itinerary.strike(clip);
+                self.itinerary.block(clip);
             }
         }
     }

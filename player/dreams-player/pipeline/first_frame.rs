@@ -24,7 +24,7 @@ impl FirstFrame {
     /// Puts the first frame of `clip`, the run's first, into the queue; if there is no room, the stream has come already.
     /// If the picture is not whole nothing is sent, and the stream comes all the same.
     pub(crate) fn send(self, clip: &Clip, scheduled: Arc<ScheduledClip>) {
-        let Some(frame) = video::opening(clip) else { return };
+        let Some(frame) = video::first_frame(clip) else { return };
         let pixels = Pixels::Decoded(frame);
         let hash = self.is_hashed.then(|| pixels.md5());
         self.frames

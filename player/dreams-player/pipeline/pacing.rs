@@ -38,15 +38,15 @@ impl Pacing {
     }
 
     /// The screen has `refresh` vblanks a second from now on.
-    pub(crate) fn moved_to(&mut self, refresh: Rate) {
-        self.cadence = self.cadence.moved_to(self.frames, refresh);
+    pub(crate) fn set_refresh(&mut self, refresh: Rate) {
+        self.cadence = self.cadence.with_rates(self.frames, refresh);
     }
 
     /// From the next frame on they come at another rate, and the screen has `refresh` vblanks a second: what is owed is
     /// carried over, and the lit frame keeps its time.
     pub(crate) fn goes_on(&mut self, frames: Rate, refresh: Rate) {
         self.frames = frames;
-        self.moved_to(refresh);
+        self.set_refresh(refresh);
     }
 
     /// The screen was away and shows the last frame again since `vblank`: it stays lit for its time, and the time
@@ -126,7 +126,7 @@ mod tests {
     fn time_without_a_screen_is_nobodys_lateness() {
         let mut pacing = Pacing::new(rate(25, 1), rate(60, 1));
         pacing.flipped(Vblank(100));
-        pacing.moved_to(rate(50, 1));
+        pacing.set_refresh(rate(50, 1));
         pacing.resumed(Vblank(7));
         assert_eq!(pacing.flipped(Vblank(9)), 0);
         assert_eq!(pacing.last_vblank_before_due(), Some(Vblank(10)));

@@ -19,7 +19,7 @@ use crate::recording::{Faults, Kind, PlaceSaver, Record, Recorder, SharedView, T
 use crate::stream::{FaultCard, Frame, Pixels, ScheduledClip, StreamFormat};
 use flock::Flock;
 use player::hours::Lighting;
-use screen::{Lit, OutputSettings, Screen, ScreenError};
+use screen::{OutputSettings, Screen, ScreenError, ScreenInfo};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -64,7 +64,7 @@ pub(crate) struct Presenter<'a, F> {
     format: StreamFormat,
     playback: Playback,
     /// How the screen is lit, and the pace on it; `None` until it was there for the first time.
-    lit: Option<(Arc<Lit>, Pacing)>,
+    lit: Option<(Arc<ScreenInfo>, Pacing)>,
     /// The frame on the glass, and the one that follows it.
     shown: Option<Frame>,
     next: Option<Frame>,
@@ -160,12 +160,12 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         }
         Ok(match self.playback {
             Playback::Dark => self.look(PATIENCE).or_else(|| self.listen(Duration::ZERO)),
-            Playback::Lit(Next::Missing) | Playback::Holding if self.format.free => self.look(PATIENCE),
-            Playback::Lit(Next::Missing) | Playback::Holding if !self.looked => {
+            Playback::ScreenInfo(Next::Missing) | Playback::Holding if self.format.free => self.look(PATIENCE),
+            Playback::ScreenInfo(Next::Missing) | Playback::Holding if !self.looked => {
                 self.looked = true;
                 self.look(Duration::ZERO).or_else(|| self.watch())
             }
-            Playback::Lit(_) | Playback::Holding => self.watch(),
+            Playback::ScreenInfo(_) | Playback::Holding => self.watch(),
             Playback::Rising | Playback::Flying | Playback::Relighting | Playback::Away(_) => self.listen(QUIET),
             Playback::Ended => None,
         })
@@ -282,13 +282,13 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
 
     /// The screen is there: again, or for the first time.
     fn back(&mut self) {
-        let Some(lit) = self.screen.lit().map(Arc::new) else { return };
+        let Some(lit) = self.screen.info().map(Arc::new) else { return };
         self.handles.view.lit(Some(&lit));
         if self.lit.as_ref().is_none_or(|(known, _)| *known != lit) {
             self.handles.recorder.record(Record::Start { lit: Arc::clone(&lit), fps: self.format.fps });
         }
         if let Some((known, pacing)) = &mut self.lit {
-            pacing.moved_to(lit.refresh);
+            pacing.set_refresh(lit.refresh);
             *known = lit;
             self.returned = true;
         } else {
@@ -302,7 +302,9 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         let is_new = match self.playback {
             Playback::Rising | Playback::Flying => true,
             Playback::Relighting => false,
-            Playback::Dark | Playback::Lit(_) | Playback::Holding | Playback::Away(_) | Playback::Ended => return None,
+            Playback::Dark | Playback::ScreenInfo(_) | Playback::Holding | Playback::Away(_) | Playback::Ended => {
+                return None;
+            }
         };
         (self.vblank, self.flipped) = (vblank, vblank);
         (self.looked, self.asked) = (false, None);
@@ -395,7 +397,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         let (size, fps) = form(&scheduled.flock);
         if before.is_some_and(|before| form(&before) != (size, fps)) {
             self.format.size = size;
-            self.screen.fit(size, fps);
+            self.screen.set_format(size, fps);
             self.fitted = Some(fps);
         }
     }
@@ -403,7 +405,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
     /// The first frame of another form is on the glass: it came in its time, unless a mode had to be set for it.
     fn goes_on(&mut self, vblank: Vblank, fps: Rate) {
         self.format.fps = fps;
-        let Some((lit, (known, pacing))) = self.screen.lit().map(Arc::new).zip(self.lit.as_mut()) else { return };
+        let Some((lit, (known, pacing))) = self.screen.info().map(Arc::new).zip(self.lit.as_mut()) else { return };
         if known.mode != lit.mode {
             pacing.resumed(vblank);
         }

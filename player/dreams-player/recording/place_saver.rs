@@ -6,7 +6,8 @@
 use crate::recording::faults::{Faults, Kind};
 use crate::recording::place_store::PlaceStore;
 use crate::stream::ScheduledClip;
-use player::{ThreadError, chain, threads};
+use exit::chain;
+use player::{ThreadError, threads};
 use std::iter::once;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

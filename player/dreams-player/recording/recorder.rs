@@ -6,8 +6,9 @@
 use crate::recording::trace::Line;
 use crate::recording::view::Tally;
 use crate::stream::ScheduledClip;
-use player::{ThreadError, chain, threads};
-use screen::Lit;
+use exit::chain;
+use player::{ThreadError, threads};
+use screen::ScreenInfo;
 use sd_notify::NotifyState;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -26,7 +27,7 @@ const WAITING: usize = 4_096;
 #[derive(Clone, Debug)]
 pub(crate) enum Record {
     /// The screen is taken.
-    Start { lit: Arc<Lit>, fps: Rate },
+    Start { lit: Arc<ScreenInfo>, fps: Rate },
     /// A picture arrived on the glass.
     Flip { clip: Option<Arc<ScheduledClip>>, frame: u32, vblank: Vblank, at: Nanos, late: u32, hash: Option<[u8; 16]> },
     /// The picture that arrives now is another clip's than the one before.

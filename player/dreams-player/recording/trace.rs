@@ -75,7 +75,7 @@ mod tests {
     use crate::recording::recorder::Record;
     use crate::recording::view::Tally;
     use crate::stream::scheduled_clip::tests::scheduled_clips;
-    use screen::Lit;
+    use screen::ScreenInfo;
     use std::sync::Arc;
     use timing::{Nanos, Rate, Vblank};
 
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn the_lines_have_the_fields_that_other_tools_rely_on() {
-        let lit = Lit {
+        let lit = ScreenInfo {
             screen: "virtual".to_owned(),
             mode: "640x480@60".to_owned(),
             size: (640, 480),

@@ -5,7 +5,7 @@
 
 use crate::stream::Frame;
 use player::hold;
-use screen::Lit;
+use screen::ScreenInfo;
 use serde::Serialize;
 use std::sync::{Arc, Mutex};
 
@@ -28,7 +28,7 @@ pub(crate) struct Tally {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct View {
     /// How the screen is lit; `None` while it is away.
-    pub(crate) lit: Option<Arc<Lit>>,
+    pub(crate) lit: Option<Arc<ScreenInfo>>,
     /// The picture.
     pub(crate) shown: Option<Frame>,
     /// The run so far.
@@ -55,7 +55,7 @@ impl SharedView {
     }
 
     /// Sets that the screen came or went. Rare enough to wait for the lock.
-    pub(crate) fn lit(&self, lit: Option<&Arc<Lit>>) {
+    pub(crate) fn lit(&self, lit: Option<&Arc<ScreenInfo>>) {
         hold(&self.0).lit = lit.map(Arc::clone);
     }
 

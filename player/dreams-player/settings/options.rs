@@ -10,7 +10,7 @@ use player::hours::{Brightness, Hours, Night, Zone};
 use player::{ConfigError, LogLevel, config_file};
 use std::path::PathBuf;
 
-/// The end of the help. `player::Exit` has the same four codes.
+/// The end of the help. `exit::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  the run ended as asked: by a signal, or after --clips
@@ -132,7 +132,7 @@ mod tests {
     use crate::settings::choices::ScreenChoice;
     use crate::settings::config::{Config, tests::keys_of_the_sample};
     use clap::{CommandFactory, Parser};
-    use player::Exit;
+    use exit::Exit;
     use std::io::Write;
 
     #[test]
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn the_help_names_every_exit_code() {
-        for exit in [Exit::Fine, Exit::No, Exit::Wrong, Exit::Unread] {
+        for exit in [Exit::Fine, Exit::No, Exit::Malformed, Exit::Unreadable] {
             assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
         }
         assert_eq!(EXIT_STATUS.lines().count(), 5);

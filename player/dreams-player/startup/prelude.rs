@@ -12,10 +12,11 @@ use crate::settings::{Config, ScreenChoice};
 use crate::startup::handover;
 use crate::startup::screen_opening;
 use crate::stream::{Generation, Pixels, StreamFormat, path};
+use exit::Exit;
 use flock::Place;
 use player::hours::Lighting;
-use player::{Exit, clock_s, threads};
-use screen::{Display, Event, Keeper, Light, OutputSettings, Screen, ScreenError};
+use player::{clock_s, threads};
+use screen::{Display, Event, FdStore, Light, OutputSettings, Screen, ScreenError};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::process;
@@ -59,7 +60,7 @@ fn end_in_time(is_lit: Arc<AtomicBool>) -> Result<(), Fatal> {
     let wait = move || {
         thread::park_timeout(PATIENCE);
         if !is_lit.load(Ordering::Relaxed) {
-            process::exit(Exit::Unread as i32);
+            process::exit(Exit::Unreadable as i32);
         }
     };
     Ok(threads::start("deadline", wait).map(drop)?)
@@ -74,7 +75,7 @@ fn begin(config: &Config) -> Result<(Place, Pixels, StreamFormat), Fatal> {
     let picture = leg.and_then(|leg| {
         let file = leg.clip.path.inside(&generation.folder);
         let clip = video::Clip::open(&file, &generation.form(), leg.clip.frames).ok()?;
-        Some((leg.place, Pixels::Decoded(video::opening(&clip)?)))
+        Some((leg.place, Pixels::Decoded(video::first_frame(&clip)?)))
     });
     let (place, pixels) = picture.ok_or_else(|| Fatal::NothingToPlay { flock: config.flock.clone() })?;
     Ok((place, pixels, StreamFormat::of(flock, false)))
@@ -93,16 +94,16 @@ fn lit(
         ScreenChoice::Auto => None,
         ScreenChoice::Virtual(_) => return Ok(None),
     };
-    let mut screen = Display::open(screen_opening::settings(device, format, output.clone(), Keeper::NOBODY))?;
+    let mut screen = Display::open(screen_opening::settings(device, format, output.clone(), FdStore::NOBODY))?;
     screen.set_light(light);
-    if screen.lit().is_none() {
+    if screen.info().is_none() {
         return Ok(None);
     }
     screen.stage(&pixels.picture())?;
     screen.commit();
     loop {
         match screen.next_event(QUIET) {
-            Event::Flip { .. } => return Ok(screen.bequeath()),
+            Event::Flip { .. } => return Ok(screen.into_fd()),
             Event::Lost { .. } | Event::Asleep => return Ok(None),
             Event::Vblank { .. } | Event::Back | Event::Changed | Event::Recovered { .. } | Event::Idle => {}
         }

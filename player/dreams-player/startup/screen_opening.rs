@@ -4,8 +4,9 @@
 
 use crate::settings::ScreenChoice;
 use crate::stream::StreamFormat;
-use player::{chain, now};
-use screen::{Display, Keeper, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen, is_card};
+use exit::chain;
+use player::now;
+use screen::{Display, FdStore, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen, is_card};
 use sd_notify::NotifyState;
 use std::os::fd::{AsFd, BorrowedFd, IntoRawFd, OwnedFd};
 use std::path::PathBuf;
@@ -41,7 +42,7 @@ pub(crate) fn screen(
 /// A display that can be lit now.
 fn display(format: StreamFormat, output: OutputSettings, handed: Option<OwnedFd>) -> Option<Box<dyn Screen>> {
     match Display::open(settings(None, format, output, keeper(handed))) {
-        Ok(screen) if screen.lit().is_some() => Some(Box::new(screen)),
+        Ok(screen) if screen.info().is_some() => Some(Box::new(screen)),
         Ok(_) => {
             info!("no display can be lit now; `--screen kms` waits for one");
             None
@@ -58,7 +59,7 @@ pub(crate) fn settings(
     device: Option<PathBuf>,
     format: StreamFormat,
     output: OutputSettings,
-    keeper: Keeper,
+    keeper: FdStore,
 ) -> KmsSettings {
     KmsSettings { device, size: format.size, fps: format.fps, now, keeper, output }
 }
@@ -66,14 +67,14 @@ pub(crate) fn settings(
 /// The file descriptor store of systemd (`FileDescriptorStoreMax=`), where there is one: when the player dies, the last
 /// frame stays lit until the next start lights another. A card that the prelude `handed` over is stored there from now
 /// on.
-fn keeper(handed: Option<OwnedFd>) -> Keeper {
+fn keeper(handed: Option<OwnedFd>) -> FdStore {
     let handed = handed.filter(is_card).map(|card| {
         keep(Some(card.as_fd()));
         card.into_raw_fd()
     });
     let kept = sd_notify::listen_fds_with_names().ok().into_iter().flatten();
     let kept = kept.filter(|(_, name)| name == FD_NAME).map(|(number, _)| number).last();
-    Keeper { kept: kept.or(handed), keep }
+    FdStore { kept: kept.or(handed), keep }
 }
 
 fn keep(card: Option<BorrowedFd<'_>>) {

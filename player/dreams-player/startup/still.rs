@@ -12,7 +12,8 @@ use crate::startup::handover;
 use crate::startup::screen_opening;
 use crate::startup::signals::{stop_on_signals, watchdog_interval};
 use crate::stream::{FaultCard, StreamFormat};
-use player::{Owner, chain};
+use exit::chain;
+use player::Owner;
 use screen::{Event, OutputSettings, Screen, ScreenError};
 use sd_notify::NotifyState;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -69,7 +70,7 @@ fn keep(
     tell: &dyn Fn(NotifyState<'_>),
 ) {
     let mut is_ready = false;
-    let mut is_away = screen.lit().is_none();
+    let mut is_away = screen.info().is_none();
     light(&mut *screen, picture);
     let mut quiet = Duration::ZERO;
     while !stop.load(Ordering::Relaxed) {
@@ -111,7 +112,7 @@ fn light(screen: &mut dyn Screen, picture: &FaultCard) {
 #[cfg(test)]
 mod tests {
     use super::{FaultCard, NotifyState, keep};
-    use screen::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
+    use screen::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
     use std::cell::RefCell;
     use std::collections::VecDeque;
     use std::rc::Rc;
@@ -130,7 +131,7 @@ mod tests {
     }
 
     impl Screen for Scripted {
-        fn lit(&self) -> Option<Lit> {
+        fn info(&self) -> Option<ScreenInfo> {
             None
         }
 
@@ -144,7 +145,7 @@ mod tests {
 
         fn notify_at(&mut self, _: Vblank) {}
 
-        fn fit(&mut self, _: (u32, u32), _: Rate) {}
+        fn set_format(&mut self, _: (u32, u32), _: Rate) {}
 
         fn set_light(&mut self, _: Light) {}
 

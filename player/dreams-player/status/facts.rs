@@ -116,13 +116,13 @@ impl Facts {
 }
 
 fn sheep(itinerary: &Itinerary) -> Vec<SheepFacts> {
-    let showings = itinerary.showings();
-    let all = showings.iter().map(|showing| showing.visits).sum::<u64>().max(1) as f64;
-    let facts = |showing: flock::Showing| SheepFacts {
+    let visits_by_sheep = itinerary.visits_by_sheep();
+    let all = visits_by_sheep.iter().map(|showing| showing.visits).sum::<u64>().max(1) as f64;
+    let facts = |showing: flock::SheepVisits| SheepFacts {
         id: showing.id.as_str().to_owned(),
         visits: showing.visits,
         share: showing.visits as f64 / all,
         due: showing.share,
     };
-    showings.into_iter().map(facts).collect()
+    visits_by_sheep.into_iter().map(facts).collect()
 }

@@ -2,7 +2,7 @@
 //!
 //! Owns the ages. Read anew for everyone who asks; a flock in a plain folder has none of it.
 
-use bundle::Playing;
+use bundle::CurrentGeneration;
 use jiff::Timestamp;
 use player::{Contact, is_clock_wrong};
 use serde::Serialize;
@@ -37,8 +37,8 @@ pub(crate) struct ContactFacts {
 /// Both, of the store whose `current` lies at `path`, at the time `clock_s`.
 pub(crate) fn read(path: &Path, clock_s: u64) -> (Option<GenerationFacts>, Option<ContactFacts>) {
     let since = |then_s: u64| (!is_clock_wrong(clock_s)).then(|| clock_s.saturating_sub(then_s));
-    let playing = Playing::of(path).ok().flatten();
-    let generation = playing.as_ref().and_then(Playing::standing).map(|(seal, is_on_trial)| {
+    let playing = CurrentGeneration::of(path).ok().flatten();
+    let generation = playing.as_ref().and_then(CurrentGeneration::status).map(|(seal, is_on_trial)| {
         let letter = seal.letter();
         let signed_s = letter.created.parse::<Timestamp>().ok().and_then(|at| u64::try_from(at.as_second()).ok());
         GenerationFacts {

@@ -5,9 +5,9 @@
 //!
 //! Start at [`Generation::open`].
 
-use bundle::{Judge, Playing, StoreError, Verdict};
+use bundle::{CurrentGeneration, StoreError, TrialRecorder, Verdict};
+use exit::chain;
 use flock::{Flock, Manifest, ManifestError};
-use player::chain;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub(crate) struct Generation {
     pub(crate) flock: Arc<Flock>,
     pub(crate) folder: PathBuf,
     /// `None` for a plain folder.
-    playing: Option<Playing>,
+    playing: Option<CurrentGeneration>,
     /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
     awaited: Option<PathBuf>,
     /// Its trial; `None` if it has passed.
@@ -50,7 +50,7 @@ impl StreamFormat {
 /// A trial that was on when this run came to the flock.
 #[derive(Debug)]
 pub(crate) struct Trial {
-    judge: Judge,
+    recorder: TrialRecorder,
     number: u64,
     is_over: AtomicBool,
     is_excused: AtomicBool,
@@ -97,7 +97,7 @@ impl Generation {
 
     /// The player begins to play it. `false` if it was begun too often: another one is to be played.
     pub(crate) fn begin(&mut self) -> bool {
-        let verdict = self.trial.as_ref().map_or(Ok(Verdict::Open), |trial| trial.judge.started(trial.number));
+        let verdict = self.trial.as_ref().map_or(Ok(Verdict::Open), |trial| trial.recorder.record_start(trial.number));
         match verdict {
             Ok(Verdict::Open | Verdict::Won) => true,
             Ok(Verdict::Lost) => {
@@ -120,7 +120,7 @@ impl Generation {
     /// Whether another flock is to be played by now.
     pub(crate) fn is_over(&self) -> bool {
         let has_come = |path: &PathBuf| path.join(flock::FILE_NAME).is_file();
-        self.playing.as_ref().is_some_and(Playing::is_over) || self.awaited.as_ref().is_some_and(has_come)
+        self.playing.as_ref().is_some_and(CurrentGeneration::is_replaced) || self.awaited.as_ref().is_some_and(has_come)
     }
 
     /// A clip of it is not what it should be.
@@ -132,10 +132,10 @@ impl Generation {
 }
 
 impl Trial {
-    fn of(playing: &Playing) -> Option<Self> {
-        let (judge, number) = (playing.judge().ok()?, playing.number());
+    fn of(playing: &CurrentGeneration) -> Option<Self> {
+        let (recorder, number) = (playing.recorder().ok()?, playing.number());
         let no = || AtomicBool::new(false);
-        judge.is_on_trial(number).then_some(Self { judge, number, is_over: no(), is_excused: no() })
+        recorder.is_on_trial(number).then_some(Self { recorder, number, is_over: no(), is_excused: no() })
     }
 
     /// A clip of it was on the glass to its end, as it should be.
@@ -143,7 +143,7 @@ impl Trial {
         if self.is_over.load(Ordering::Relaxed) {
             return;
         }
-        match self.judge.shown(self.number) {
+        match self.recorder.record_clip(self.number) {
             Ok(Verdict::Won) => {
                 self.is_over.store(true, Ordering::Relaxed);
                 info!(generation = self.number, "the new flock passed its trial");
@@ -156,7 +156,7 @@ impl Trial {
     /// That this start shows nothing is not its fault: there is no display, or the run ended as it was told to.
     pub(crate) fn excused(&self) {
         let is_done = self.is_excused.swap(true, Ordering::Relaxed) || self.is_over.load(Ordering::Relaxed);
-        if !is_done && let Err(error) = self.judge.excused(self.number) {
+        if !is_done && let Err(error) = self.recorder.excuse_start(self.number) {
             not_recorded(&error);
         }
     }
@@ -165,7 +165,7 @@ impl Trial {
     /// written down.
     pub(crate) fn lost(&self, why: &str) -> bool {
         self.is_over.store(true, Ordering::Relaxed);
-        match self.judge.lost(self.number) {
+        match self.recorder.reject(self.number) {
             Ok(true) => {
                 warn!(generation = self.number, why, "the new flock failed its trial, going back to the previous one");
                 true
@@ -180,8 +180,8 @@ impl Trial {
 }
 
 /// The generation that `path` names, if it is the link of a store.
-fn playing(path: &Path) -> Option<Playing> {
-    match Playing::of(path) {
+fn playing(path: &Path) -> Option<CurrentGeneration> {
+    match CurrentGeneration::of(path) {
         Ok(playing) => playing,
         // Reading the flock says what is missing.
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,

@@ -2,8 +2,8 @@
 //!
 //! Owns the choice between the saved place and a fresh path. Never writes a place.
 
+use exit::chain;
 use flock::{Flock, Itinerary, Place};
-use player::chain;
 use std::sync::Arc;
 use tracing::{info, warn};
 

@@ -1,14 +1,14 @@
-//! What is told of a unit's disk in several places.
+//! The partitions of a unit's disk, in several files.
 //!
-//! Owns the comparison of `image-build/disk.sfdisk`, which lays the disk out, with whoever names its partitions or counts on
-//! their size. Never lays out a disk: `image-build/build` does.
+//! Owns the comparison of `image-build/disk.sfdisk`, which defines them, with all files that name a partition or rely
+//! on its size.
 
 use super::{facts::number_after, read};
 use std::collections::BTreeMap;
 
 /// Sectors in a MiB.
 const SECTORS: u64 = 2_048;
-/// What lies in front of the first partition and behind the last one, in MiB: the table and its copy.
+/// MiB before the first partition and after the last one: the table and its copy.
 const TABLES_MIB: u64 = 2;
 
 /// Number, name and MiB of every partition that an image has.
@@ -42,7 +42,7 @@ fn the_partitions_are_called_and_numbered_the_same_wherever_they_are_told() {
     });
     assert_eq!(told.collect::<BTreeMap<u64, _>>(), names(), "the table in `image-build/README.md`");
 
-    let unit = read("tests/image/unit.rs");
+    let unit = read("tests/image/unit/mod.rs");
     let number = |key: &str| number_after(&unit, &format!("const {key}: u32 = ")) as u64;
     let tried = [
         (number("BOOT"), "boot"),
@@ -53,7 +53,7 @@ fn the_partitions_are_called_and_numbered_the_same_wherever_they_are_told() {
         (number("SPARE"), "spare"),
     ];
     for (number, name) in tried {
-        assert_eq!(names().get(&number), Some(&format!("dreams_{name}")), "`tests/image/unit.rs`");
+        assert_eq!(names().get(&number), Some(&format!("dreams_{name}")), "`tests/image/unit/mod.rs`");
     }
 }
 

@@ -1,10 +1,13 @@
-//! A fact is written once; where it must stand twice, the two are compared here.
+//! Facts that are written twice agree.
 //!
-//! Owns the claims about documents, manifests and scripts: what they name exists, what they list gives its reason,
-//! what two of them say is the same. Never looks into Rust code beyond finding a name: [`super::sources`] does.
+//! Owns the claims about documents, manifests and scripts: what they name exists, lists give reasons, and two mentions
+//! of a fact are equal. Rust code is searched for names only: [`super::sources`] judges it.
 //!
 //! Start at the tests: each is one pair of places.
 
+use std::collections::BTreeSet;
+
+use super::tracked::tracked;
 use super::{files, metadata, quoted, read, root, section};
 
 /// The documents that a reader meets first.
@@ -35,7 +38,7 @@ fn unexplained(text: &str) -> Vec<&str> {
     (0..lines.len()).filter(|at| entry(lines[*at]) && !above(*at).starts_with('#')).map(|at| lines[at]).collect()
 }
 
-/// The targets of the Makefile that say what they do.
+/// The targets of the Makefile that have a description.
 fn make_targets() -> Vec<String> {
     let explained = |line: &str| Some(line.split_once(": ## ")?.0.to_owned());
     read("Makefile").lines().filter_map(explained).collect()
@@ -48,13 +51,13 @@ fn make_commands(document: &str) -> Vec<&str> {
     spans.filter_map(|code| code.strip_prefix("make ")?.split_whitespace().next()).collect()
 }
 
-/// What the document's links point to, within the repository.
+/// The targets of the document's links, within the repository.
 fn links(document: &str) -> Vec<&str> {
     let targets = document.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
     targets.filter(|target| !target.is_empty() && !target.contains("://")).collect()
 }
 
-/// The number that stands in `text` after `mark`.
+/// The number after `mark` in `text`.
 pub(super) fn number_after(text: &str, mark: &str) -> usize {
     let rest = text.split_once(mark).unwrap_or_else(|| panic!("no `{mark}`")).1;
     rest.chars().take_while(char::is_ascii_digit).collect::<String>().parse().unwrap()
@@ -160,24 +163,43 @@ fn clippy_counts_to_the_same_longest_function() {
     assert_eq!(threshold, super::sources::LONGEST_FUNCTION);
 }
 
+/// The folders that are two levels deep, and those above that have none.
+fn deep_folders(paths: &[String]) -> BTreeSet<&str> {
+    let above = |path: &'_ str, level: usize| path.match_indices('/').nth(level).map(|(end, _)| end);
+    let deep: BTreeSet<&str> = paths.iter().filter_map(|path| Some(&path[..above(path, 1)?])).collect();
+    let has_deep = |folder: &str| deep.iter().any(|path| path.starts_with(&format!("{folder}/")));
+    let flat = paths.iter().filter_map(|path| Some(&path[..above(path, 0)?])).filter(|folder| !has_deep(folder));
+    flat.chain(deep.iter().copied()).collect()
+}
+
 #[test]
-fn every_door_of_the_code_map_is_there() {
-    let architecture = read("ARCHITECTURE.md");
-    let code = files(".rs");
+fn the_list_of_folders_names_every_folder_and_only_starts_that_are_there() {
+    let (architecture, tracked, code) = (read("ARCHITECTURE.md"), tracked(), files(".rs"));
     let has = |krate: &str, item: &str| {
         let kinds = ["struct", "enum", "trait", "fn"].map(|kind| format!("pub {kind} {item}"));
         let of_crate = |path: &str| path.starts_with(&format!("crates/{krate}/src/"));
         code.iter().any(|(path, text)| of_crate(path) && kinds.iter().any(|kind| text.contains(kind)))
     };
-    let map = section(&architecture, "## Code map").into_iter().filter(|line| line.starts_with("| `"));
-    let doors: Vec<_> = map.flat_map(|line| quoted(line.split('|').nth(1).unwrap_or_default())).collect();
-    assert!(doors.len() >= 5, "only {doors:?} were read");
-    for door in doors {
-        match door.split_once("::") {
-            Some((krate, item)) => assert!(has(krate, item), "`{door}` is not in crates/{krate}"),
-            None => assert!(root().join(door).exists(), "`{door}` is not there"),
+    let (mut listed, mut starts) = (BTreeSet::new(), 0);
+    for row in section(&architecture, "## Folders").into_iter().filter(|line| line.starts_with("| `")) {
+        let (folders, told) = row.trim_start_matches("| ").split_once(" | ").unwrap();
+        let folders = quoted(folders);
+        for start in told.rsplit_once(": ").map(|(_, starts)| quoted(starts)).unwrap_or_default() {
+            let is_there = match start.split_once("::") {
+                Some((krate, item)) => has(krate, item),
+                None => folders.iter().any(|folder| tracked.contains(&format!("{folder}/{start}"))),
+            };
+            assert!(is_there, "`{start}` is not there: {row}");
+            starts += 1;
         }
+        listed.extend(folders);
     }
+    assert!(starts >= 20, "only {starts} places to start were read");
+    let missing: Vec<_> = deep_folders(&tracked).difference(&listed).copied().collect();
+    assert_eq!(missing, [""; 0], "not in the list");
+    assert!(listed.iter().all(|folder| root().join(folder).is_dir()), "a folder that is not there is in the list");
+    let paths = ["a/b/c/d", "a/e", "f/g"].map(str::to_owned);
+    assert_eq!(deep_folders(&paths), BTreeSet::from(["a/b", "f"]));
 }
 
 #[test]
@@ -190,13 +212,11 @@ fn a_restart_is_refused_exactly_where_the_same_words_would_be_read_again() {
 }
 
 #[test]
-fn all_programs_end_with_the_same_codes() {
-    let codes = |path: &str| -> Vec<usize> {
-        let code = read(path);
-        let (_, variants) = code.split_once("enum Exit {").expect("`enum Exit`");
-        let numbered = variants.lines().take_while(|line| *line != "}").filter(|line| line.contains(" = "));
-        numbered.map(|line| number_after(line, " = ")).collect()
+fn the_screen_and_the_clips_weigh_colours_alike() {
+    let weights = |path: &str, number: &str| -> String {
+        let (code, mark) = (read(path), format!("const WEIGHTS: [{number}; 3] = "));
+        let (_, rest) = code.split_once(&mark).unwrap_or_else(|| panic!("no `{mark}` in `{path}`"));
+        rest.split_once(';').unwrap().0.to_owned()
     };
-    assert_eq!(codes("player/src/ending.rs"), [0, 1, 2, 3]);
-    assert_eq!(codes("flock-tools/src/report.rs"), [0, 1, 2, 3]);
+    assert_eq!(weights("crates/screen/src/convert.rs", "f64"), weights("crates/video/src/yuv.rs", "f32"));
 }

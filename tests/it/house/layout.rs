@@ -1,7 +1,7 @@
-//! What lies where on a unit.
+//! Where files lie on a unit.
 //!
-//! Owns the claims about `systemd/layout`, the one list of files, about `systemd/install`, which lays them out, and about
-//! `systemd/package`, which makes a Debian package of them. Never looks into a unit file: [`super::units`] does.
+//! Owns the claims about `systemd/layout`, the list of files, about `systemd/install`, which copies them, and about
+//! `systemd/package`, which makes a Debian package of them. Unit files are in [`super::units`].
 //!
 //! Start at [`Row`].
 
@@ -15,7 +15,7 @@ use std::process::Command;
 pub(super) struct Row {
     edition: String,
     mode: String,
-    from: String,
+    pub(super) from: String,
     pub(super) to: String,
 }
 
@@ -32,8 +32,8 @@ pub(super) fn layout() -> Vec<Row> {
     lines.map(row).collect()
 }
 
-/// What `systemd/install` with `edition` lays under `root`, with a text of its own for each program: what it says on
-/// standard error, and every file and link.
+/// The result of `systemd/install` with `edition` under `root`, with placeholders for the programs: its standard error,
+/// and every file and link.
 fn installed(edition: &str, root: &Path) -> BTreeSet<String> {
     let built = tempfile::tempdir().unwrap();
     for program in layout().iter().filter_map(|row| row.from.strip_prefix("built:")) {
@@ -67,10 +67,10 @@ fn places(edition: &str) -> BTreeSet<String> {
 #[test]
 fn whatever_is_made_for_a_unit_is_in_the_list_of_what_lies_on_it() {
     let rows = layout();
-    let ours = ["systemd", "systemd/image", "config"].map(|folder| (folder, super::root().join(folder)));
-    for (folder, path) in ours {
-        for entry in fs::read_dir(path).unwrap().map(Result::unwrap).filter(|entry| entry.path().is_file()) {
-            let from = format!("{folder}/{}", entry.file_name().to_str().unwrap());
+    for folder in ["systemd", "config"] {
+        let (path, mut found) = (super::root().join(folder), BTreeSet::new());
+        list(&path, &path, &mut found);
+        for from in found.iter().map(|file| format!("{folder}{file}")) {
             let is_about_it =
                 ["README.md", "layout", "install", "package"].iter().any(|name| from == format!("systemd/{name}"));
             let times = rows.iter().filter(|row| row.from == from).count();
@@ -146,7 +146,7 @@ fn package(folder: &Path) -> PathBuf {
     fs::read_dir(folder).unwrap().next().unwrap().unwrap().path()
 }
 
-/// What `dpkg-deb` with `arguments` says of `package`.
+/// The output of `dpkg-deb` with `arguments` for `package`.
 fn dpkg(arguments: &[&str], package: &Path) -> String {
     let said = Command::new("dpkg-deb").args(&arguments[..1]).arg(package).args(&arguments[1..]).output().unwrap();
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));

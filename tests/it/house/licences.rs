@@ -1,14 +1,14 @@
-//! What we build on may be shipped with an artwork.
+//! The licences of our dependencies.
 //!
-//! Owns the claim that every package we build on may be used under a licence that `deny.toml` allows. The list stands
-//! there, with its reasons, so that `cargo deny` and this test read the same one. Never looks at packages for other
-//! operating systems: none of them is ever built.
+//! Owns the claim that every dependency may be used under a licence that `deny.toml` allows. The list is there, with
+//! its reasons, so that `cargo deny` and this test read the same one. Dependencies for other operating systems are left
+//! out: they are never built.
 //!
 //! Start at [`refused`].
 
 use spdx::{Expression, LicenseReq, ParseMode};
 
-/// Why a package under `licence` may not be built on, if it may not: `allowed` are SPDX identifiers.
+/// Why a package under `licence` is not allowed, if it is not: `allowed` are SPDX identifiers.
 fn refused(allowed: &[String], licence: Option<&str>) -> Option<String> {
     let Some(licence) = licence else { return Some("names no licence".to_owned()) };
     let Ok(expression) = Expression::parse_mode(licence, ParseMode::LAX) else {

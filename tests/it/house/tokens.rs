@@ -1,21 +1,20 @@
 //! A Rust file as tokens with line numbers.
 //!
-//! Owns reading a file so that comments and strings cannot fool a rule, and macro bodies cannot hide from it. Never
-//! judges: [`super::sources`] does.
+//! Owns the parsing, so that comments and strings are no code, and macro bodies are. [`super::sources`] has the rules.
 //!
 //! Start at [`Token`].
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
-/// One token of a file. A group is flattened to its opening token, its contents and its closing token.
+/// One token of a file. A group becomes its opening token, its contents and its closing token.
 #[derive(Debug)]
 pub(super) struct Token {
     pub(super) text: String,
     /// From 1.
     pub(super) line: usize,
-    /// How many groups it stands in; an opening and its closing token stand beside each other at the outer depth.
+    /// The number of groups around it; an opening and its closing token have the depth outside of their group.
     pub(super) depth: usize,
-    /// Whether it stands in an item under `#[cfg(test)]`.
+    /// Whether it is in an item under `#[cfg(test)]`.
     pub(super) in_tests: bool,
 }
 
@@ -25,11 +24,11 @@ pub(super) struct Function {
     pub(super) name: String,
     pub(super) line: usize,
     pub(super) lines: usize,
-    /// How many groups it stands in: 0 at the top of its file.
+    /// The number of groups around it: 0 at the top of its file.
     pub(super) depth: usize,
 }
 
-/// The tokens of `text`, in order. `path` names it where it is not Rust.
+/// The tokens of `text`, in order. `path` is named if it is not Rust.
 pub(super) fn read(path: &str, text: &str) -> Vec<Token> {
     let stream: TokenStream = text.parse().unwrap_or_else(|error| panic!("`{path}` is not Rust: {error}"));
     let mut tokens = Vec::new();

@@ -1,18 +1,18 @@
-//! Which kinds of files are tracked where.
+//! The kinds of files that git tracks in each folder.
 //!
-//! Owns the table, and the claim that it says neither too little nor too much: a note, a log or a scratch file that was added
-//! by mistake is found here.
+//! Owns the table, and the claim that it is exact, so that a note, a log or a scratch file that was added by mistake is
+//! found.
 
 use super::root;
 use std::collections::BTreeSet;
 use std::fs;
 use std::process::Command;
 
-/// A script, whatever its name is: it begins with `#!`.
+/// A script: it begins with `#!`, whatever its name.
 const SCRIPT: &str = "#!";
 
-/// Folders, and the names that files in them or below them may have; the longest folder that fits counts. `*` stands for any
-/// letters. Where a note could pass for one of ours, each name stands by itself.
+/// Folders, and the names that files in them or below them may have; the longest matching folder counts. `*` stands for
+/// any letters. Where a note could pass for one of our files, each name is listed.
 const KINDS: &[(&str, &[&str])] = &[
     (
         "",
@@ -41,7 +41,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("docs", &["hardware.md", "invariants.md", "maintaining.md", "security.md", "sending.md", "tutorial.md", "*.png"]),
     ("flock-tools", &["Cargo.toml", "*.rs"]),
     ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg"]),
-    ("flock-tools/src/page/sheet", &["*.css", "*.html", "*.js"]),
+    ("flock-tools/src/report/sheet", &["*.css", "*.html", "*.js"]),
     ("fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
     ("fuzz/corpus", &["*"]),
     (
@@ -93,7 +93,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("tests/vkms", &["*.config", SCRIPT]),
 ];
 
-/// Whether a file's `name` is `pattern`, in which one `*` stands for any letters.
+/// Whether a file's `name` matches `pattern`, in which one `*` stands for any letters.
 fn is_named(name: &str, pattern: &str) -> bool {
     match pattern.split_once('*') {
         Some((begin, end)) => name.len() >= begin.len() + end.len() && name.starts_with(begin) && name.ends_with(end),
@@ -101,7 +101,7 @@ fn is_named(name: &str, pattern: &str) -> bool {
     }
 }
 
-/// The row of the table that `path` falls under, and the pattern in it that allows it.
+/// The row of the table for `path`, and the pattern in it that allows it.
 fn allowed(path: &str, is_script: bool) -> (usize, Option<usize>) {
     let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
     let is_in = |row: &str| folder == row || !row.is_empty() && folder.starts_with(&format!("{row}/"));
@@ -112,7 +112,7 @@ fn allowed(path: &str, is_script: bool) -> (usize, Option<usize>) {
 }
 
 /// Every tracked file, by its path from the root.
-fn tracked() -> Vec<String> {
+pub(super) fn tracked() -> Vec<String> {
     let mut git = Command::new("git");
     let said = git.args(["-c", "safe.directory=*", "ls-files", "-z"]).current_dir(root()).output().expect("git starts");
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));

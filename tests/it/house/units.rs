@@ -1,13 +1,17 @@
 //! What the unit files promise the appliance.
 //!
 //! Owns the claims about `systemd/`: that systemd understands every line, that little of the machine lies open to the
-//! player and the updater, and that a stick is mounted as something that strangers bring. Never starts a service: the image's tests do.
+//! services, and that a stick is mounted as something that strangers bring. Services are judged with their drop-ins, as
+//! systemd merges them. Never starts a service: the image's tests do.
 //!
 //! Start at [`judge`].
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
+
+use serde_json::Value;
 
 /// systemd's own measure of what lies open to a service: 0 nothing, 100 everything. It calls up to 19 `OK`.
 const EXPOSED_AT_MOST: &str = "15";
@@ -15,19 +19,63 @@ const EXPOSED_AT_MOST: &str = "15";
 const RADIO_EXPOSED_AT_MOST: &str = "19";
 /// Keys that systemd knows since 254; Debian 12 has 252, reads over them, and restarts at an even pace.
 const YOUNG_KEYS: [&str; 2] = ["RestartSteps", "RestartMaxDelaySec"];
+/// Services without a sandbox: they mount, partition, or start other units as root. Each replaces the common drop-in.
+const OPEN: [&str; 5] = ["bench", "data", "good", "journal", "rest"];
+/// What a service may do though the common drop-in forbids it, by systemd's names of its checks.
+const EXCEPTIONS: [(&str, &str); 4] = [
+    ("dreams-name.service", "ProtectHostname"),
+    ("dreams-name.service", "ProtectKernelTunables"),
+    ("dreams-player.service", "SystemCallFilter_resources"),
+    ("dreams-wifi@.service", "CapabilityBoundingSet_CAP_NET_ADMIN"),
+];
+/// Where unit files and drop-ins lie on a unit, and where those are that only the image has.
+const UNITS: &str = "/usr/lib/systemd/system/";
+const IMAGE_UNITS: &str = "image-build/system/usr/lib/systemd/system/";
+
+/// The drop-ins of services by their place below [`UNITS`]: those of the list, and those that only the image has.
+fn drop_ins() -> BTreeMap<String, String> {
+    let rows = super::layout::layout().into_iter();
+    let listed = rows.filter_map(|row| Some((row.to.strip_prefix(UNITS)?.to_owned(), super::read(&row.from))));
+    let confs = super::files(".conf").into_iter();
+    let of_image = confs.filter_map(|(path, text)| Some((path.strip_prefix(IMAGE_UNITS)?.to_owned(), text)));
+    listed.chain(of_image).filter(|(place, _)| place.contains(".service.d/")).collect()
+}
+
+/// Runs `systemd-analyze` with `arguments` on the unit file `text` of the name `name`, beside these drop-ins. The programs
+/// of the unit file need not be installed: `/bin/true` stands in for each.
+fn analyze(name: &str, text: &str, drop_ins: &BTreeMap<String, String>, arguments: &[&str]) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    for (place, text) in drop_ins {
+        let path = folder.path().join(place);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    let path = laid(folder.path(), name, text);
+    Command::new("systemd-analyze").args(arguments).arg(&path).output().expect("systemd-analyze starts")
+}
 
 /// What `systemd-analyze` with `arguments` finds wrong with the unit file `text` of the name `name`; empty if nothing.
-/// The programs of the unit file need not be installed: `/bin/true` stands in for each.
 fn judge(name: &str, text: &str, arguments: &[&str]) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    let path = laid(folder.path(), name, text);
-    let output = Command::new("systemd-analyze").args(arguments).arg(&path).output().expect("systemd-analyze starts");
+    let output = analyze(name, text, &drop_ins(), arguments);
     let said = String::from_utf8(output.stderr).unwrap();
     let mut faults: String = said.lines().filter(|line| !is_young(line)).collect();
     if !output.status.success() {
         faults.push_str(&String::from_utf8(output.stdout).unwrap());
     }
     faults
+}
+
+/// Whether the unit file at `path` is one of [`OPEN`].
+fn is_open(path: &str) -> bool {
+    OPEN.iter().any(|open| path.ends_with(&format!("/dreams-{open}.service")))
+}
+
+/// systemd's checks of the service `name`, merged with `drop_ins`, that fail: by their names.
+fn open_checks(name: &str, text: &str, drop_ins: &BTreeMap<String, String>) -> BTreeSet<String> {
+    let output = analyze(name, text, drop_ins, &["security", "--offline=true", "--no-pager", "--json=short"]);
+    let checks: Vec<Value> = serde_json::from_slice(&output.stdout).unwrap();
+    let open = checks.iter().filter(|check| check["set"] == false);
+    open.map(|check| check["json_field"].as_str().unwrap().to_owned()).collect()
 }
 
 /// The same for a timer, beside the service that it calls.
@@ -88,7 +136,7 @@ fn systemd_understands_every_line_of_every_service() {
 fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_is() {
     let rules = super::read("systemd/80-dreams-update.rules");
     assert!(rules.contains("ENV{SYSTEMD_WANTS}+=\"dreams-update@%k.service\""));
-    // ext4, whose driver obeys what the file system says of itself, only where an installer has said so.
+    // ext4 only where an installer has allowed it, since its driver trusts the file system.
     for wanted in [
         "ENV{ID_FS_TYPE}!=\"vfat|exfat|ext4\", GOTO=",
         "ENV{ID_FS_TYPE}==\"ext4\", IMPORT{file}=\"/etc/dreams/sticks.conf\"",
@@ -120,12 +168,9 @@ fn a_stick_is_mounted_as_what_strangers_bring_and_starts_the_service_that_there_
 }
 
 #[test]
-fn a_unit_waits_for_its_display_and_its_page_may_stand_back() {
-    let text = player();
-    let has = |wanted: &str| text.lines().any(|line| line == wanted);
-    assert!(has("ExecStart=/usr/bin/dreams-player --config /etc/dreams/player.toml --screen kms"));
-    // `setpriority` is one of `@resources`.
-    assert!(!has("SystemCallFilter=~@privileged @resources") || has("SystemCallFilter=setpriority"));
+fn a_unit_waits_for_its_display() {
+    let wanted = "ExecStart=/usr/bin/dreams-player --config /etc/dreams/player.toml --screen kms";
+    assert!(player().lines().any(|line| line == wanted));
 }
 
 #[test]
@@ -174,7 +219,7 @@ fn the_picture_comes_before_whatever_else_the_unit_does() {
         assert!(has(&player(), wanted), "{wanted}");
     }
     assert!(has(&super::read("systemd/dreams-still.service"), "Slice=dreams.slice"));
-    // Right below the root: memory is protected only as far as all that lies above is.
+    // Directly below the root slice: protection of memory is limited by that of all slices above.
     for wanted in ["MemoryMin=256M", "CPUWeight=1000", "IOWeight=1000"] {
         assert!(has(&super::read("systemd/dreams.slice"), wanted), "{wanted}");
     }
@@ -183,7 +228,7 @@ fn the_picture_comes_before_whatever_else_the_unit_does() {
         for wanted in ["OOMScoreAdjust=500", "MemoryMax=256M", "IOWeight=1"] {
             assert!(has(&text, wanted), "{wanted} in {unit}");
         }
-        // Where somebody waits, a fiftieth of what the player has; else nothing that the player could use.
+        // An update that somebody waits for has a fiftieth of the player's weight; others run only when idle.
         let weight = if unit == "dreams-update@.service" { "CPUWeight=20" } else { "CPUWeight=idle" };
         assert!(has(&text, weight), "{weight} in {unit}");
     }
@@ -199,34 +244,48 @@ fn the_picture_comes_before_whatever_else_the_unit_does() {
 }
 
 #[test]
-fn little_of_the_machine_lies_open_to_the_player_and_the_updater() {
+fn little_of_the_machine_lies_open_to_a_service() {
+    let mut judged = 0;
+    for (path, text) in super::files(".service") {
+        let name = path.rsplit('/').next().unwrap();
+        let most = if name == "dreams-wifi@.service" { RADIO_EXPOSED_AT_MOST } else { EXPOSED_AT_MOST };
+        let threshold = format!("--threshold={most}");
+        let faults = judge(name, &text, &["security", "--offline=true", "--no-pager", &threshold]);
+        assert_eq!(faults.is_empty(), !is_open(&path), "`{path}`: {faults}");
+        let [merged, alone] = [drop_ins(), BTreeMap::new()].map(|drop_ins| open_checks(name, &text, &drop_ins));
+        assert_eq!(merged == alone, is_open(&path), "the sandbox of `{path}`");
+        judged += 1;
+    }
+    assert!(judged >= 18, "only {judged} services were judged");
     let threshold = format!("--threshold={EXPOSED_AT_MOST}");
     let measure = ["security", "--offline=true", "--no-pager", &threshold];
-    assert_eq!(judge("dreams-player.service", &player(), &measure), "");
-    for unit in [
-        "dreams-still.service",
-        "dreams-owner@.service",
-        "dreams-update@.service",
-        "dreams-update.service",
-        "dreams-scrub.service",
-    ] {
-        assert_eq!(judge(unit, &super::read(&format!("systemd/{unit}")), &measure), "", "{unit}");
+    assert!(!analyze("dreams-player.service", &player(), &BTreeMap::new(), &measure).status.success());
+}
+
+#[test]
+fn a_service_may_do_what_the_sandbox_forbids_only_where_it_needs_it() {
+    let forbidden: BTreeSet<&str> = EXCEPTIONS.iter().map(|(_, check)| *check).collect();
+    let mut found = Vec::new();
+    for (path, text) in super::files(".service") {
+        let name = path.rsplit('/').next().unwrap().to_owned();
+        if !is_open(&path) {
+            let open = open_checks(&name, &text, &drop_ins()).into_iter();
+            found.extend(open.filter(|check| forbidden.contains(&**check)).map(|check| (name.clone(), check)));
+        }
     }
-    for unit in [
-        "dreams-system.service",
-        "dreams-learned.service",
-        "dreams-name.service",
-        "dreams-restart.service",
-        "dreams-log@.service",
-    ] {
-        let text = super::read(&format!("image-build/system/usr/lib/systemd/system/{unit}"));
-        assert_eq!(judge(unit, &text, &measure), "", "{unit}");
+    found.sort();
+    assert_eq!(found, EXCEPTIONS.map(|(name, check)| (name.to_owned(), check.to_owned())));
+}
+
+#[test]
+fn the_sandbox_is_written_once() {
+    let sandbox = super::read("systemd/dreams-.service.d/10-sandbox.conf");
+    let settings: Vec<&str> = sandbox.lines().filter(|line| line.contains('=') && !line.starts_with('#')).collect();
+    assert!(settings.len() >= 20, "only {settings:?} were read");
+    for (path, text) in super::files(".service") {
+        let again: Vec<_> = text.lines().filter(|line| !is_open(&path) && settings.contains(line)).collect();
+        assert!(again.is_empty(), "`{path}` repeats {again:?}");
     }
-    let radio = format!("--threshold={RADIO_EXPOSED_AT_MOST}");
-    let measure_radio = ["security", "--offline=true", "--no-pager", &radio];
-    assert_eq!(judge("dreams-wifi@.service", &super::read("systemd/dreams-wifi@.service"), &measure_radio), "");
-    let open = player().replace("ProtectSystem=strict", "").replace("CapabilityBoundingSet=", "#");
-    assert_ne!(judge("dreams-player.service", &open, &measure), "");
 }
 
 #[test]
@@ -255,7 +314,7 @@ fn whoever_starts_the_prelude_makes_the_folder_where_it_hands_over_and_passes_it
     let prelude = super::read("player/dreams-player/startup/prelude.rs");
     let word = prelude.split_once("write_all(b\"").and_then(|(_, rest)| rest.split_once("\\n\"")).unwrap().0;
     let told = early.replace("$lit", word);
-    let measured = super::read("tests/image/soon.rs");
+    let measured = super::read("tests/image/starts/boot_time.rs");
     let words: Vec<_> = measured.split('"').filter(|text| text.starts_with("dreams: ") && text.len() > 8).collect();
     assert!(words.len() >= 4, "only {words:?} were read");
     for word in words {

@@ -1,7 +1,7 @@
-//! Objects that a file system cannot hold in one file.
+//! Objects above the file size limit of a file system.
 //!
-//! Owns how they are cut, what the parts are called, and reading them as one. An artist's clip may be larger than the 4 GiB
-//! that a file on FAT can have, and most sticks come with that. Never writes: the folder does.
+//! Splits them into parts, names the parts and reads them as one file. A clip may be larger than the 4 GiB limit of
+//! FAT, which most sticks have. The folder writes the parts.
 //!
 //! Start at [`parts`] and [`Parts::open`].
 
@@ -14,7 +14,7 @@ use crate::limits;
 /// The largest part that is written to FAT, which ends at 4 GiB - 1.
 pub(super) const FAT_LARGEST: u64 = 2 << 30;
 
-/// The parts of an object, one after the other.
+/// A reader of an object's parts.
 pub(super) struct Parts<'f> {
     root: &'f Root,
     path: String,
@@ -23,14 +23,14 @@ pub(super) struct Parts<'f> {
 }
 
 impl<'f> Parts<'f> {
-    /// Opens the parts of the object at `path`, to be read from byte `from` of `size` on.
+    /// Opens the parts of the object at `path` for reading from byte `from` of `size` on.
     pub(super) fn open(root: &'f Root, path: String, from: u64, size: u64) -> io::Result<Self> {
         let mut parts = Self { root, path, next: 0, open: None };
         parts.skip(from, size)?;
         Ok(parts)
     }
 
-    /// Begins at the byte `from` of `size`.
+    /// Skips to byte `from` of `size`.
     fn skip(&mut self, from: u64, size: u64) -> io::Result<()> {
         let mut rest = from;
         loop {
@@ -65,7 +65,7 @@ impl Read for Parts<'_> {
     }
 }
 
-/// The files that an object of `size` bytes takes, with their lengths.
+/// The files of an object of `size` bytes, with their lengths.
 pub(super) fn parts(path: &str, size: u64, largest: u64) -> Vec<(String, u64)> {
     if size <= largest {
         return vec![(path.to_owned(), size)];
@@ -82,7 +82,7 @@ pub(super) fn part_path(path: &str, part: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::{Folder, Put};
+    use crate::folder::{Folder, PutMethod};
     use crate::names::ObjectId;
     use crate::source::Source;
     use std::path::Path;
@@ -103,7 +103,7 @@ mod tests {
             let mut folder = small(&scratch.path().join(format!("stick {size}")), 10);
             assert!(!folder.holds(&id, size));
             folder.put_file(&id, size, &clip, &mut |_| ()).unwrap();
-            assert_eq!(folder.put_file(&id, size, &clip, &mut |_| ()).unwrap(), Put::Kept);
+            assert_eq!(folder.put_file(&id, size, &clip, &mut |_| ()).unwrap(), PutMethod::Kept);
             assert!(folder.holds(&id, size) && !folder.holds(&id, size + 1));
             let there = std::fs::read_dir(folder.path().join(id.path()).parent().unwrap()).unwrap().count();
             assert_eq!(there, names, "{size} bytes");

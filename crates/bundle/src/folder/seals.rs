@@ -1,7 +1,6 @@
 //! The seals in a folder of bundles.
 //!
-//! Owns which ones lie there, and that a new one takes its place in one step, behind all that it vouches for. Never
-//! reads what they say.
+//! Lists them, and replaces them by a rename after all objects that they refer to. They are not parsed here.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,7 +12,7 @@ use crate::names::{Addressees, UnitId};
 use crate::{seal, system};
 
 impl Folder {
-    /// For whom seals of flocks lie here: these units, and everybody if `None` is among them.
+    /// The addressees of the flocks' seals here; `None` stands for all units.
     ///
     /// # Errors
     /// [`FolderError::Read`].
@@ -21,7 +20,7 @@ impl Folder {
         self.addressed("seals")
     }
 
-    /// For whom seals of systems lie here; for nobody if none was ever laid out here.
+    /// The addressees of the systems' seals here.
     ///
     /// # Errors
     /// [`FolderError::Read`].
@@ -32,7 +31,7 @@ impl Folder {
         }
     }
 
-    /// The names of files on a stick are anybody's: what no unit could be called goes no further than this.
+    /// File names on a stick are untrusted: names that are not valid for a unit are ignored.
     fn addressed(&self, folder: &str) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
         let path = self.path.join(folder);
         let unread = |source| FolderError::Read { path: path.clone(), source };
@@ -43,7 +42,7 @@ impl Folder {
             let Some(stem) = name.to_str().and_then(|name| name.strip_suffix(".seal")) else { continue };
             match UnitId::new(stem) {
                 Ok(unit) => drop(addressed.insert(Some(unit))),
-                Err(_) if everybody.stems().contains(&stem) => drop(addressed.insert(None)),
+                Err(_) if everybody.file_stems().contains(&stem) => drop(addressed.insert(None)),
                 Err(_) => {}
             }
             seals += 1;
@@ -55,8 +54,7 @@ impl Folder {
         Ok(addressed)
     }
 
-    /// Lays the seal out for each of its addressees, in one step each. Everything that it vouches for must be there:
-    /// this is what readers look for.
+    /// Writes the seal for each of its addressees, by a rename each. All objects that it refers to must be there.
     ///
     /// # Errors
     /// [`FolderError::Write`].
@@ -74,7 +72,7 @@ impl Folder {
 
     fn lay_out(&self, addressees: &Addressees, bytes: &[u8], path: fn(&str) -> String) -> Result<(), FolderError> {
         self.sync()?;
-        for stem in addressees.stems() {
+        for stem in addressees.file_stems() {
             self.replace(&path(stem), bytes)?;
         }
         self.sync()

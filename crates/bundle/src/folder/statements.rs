@@ -1,7 +1,7 @@
-//! What keys say about keys, in a folder of bundles.
+//! Statements about keys in a folder of bundles.
 //!
-//! Owns the file that it lies in, to which statements are only ever added, and the objects by which seals expect what lay
-//! there when they were signed. Never judges who may say what.
+//! Owns their file, to which statements are only added, and the objects with its contents at the time a seal was
+//! signed. Permissions of keys are checked in `trust`.
 //!
 //! Start at [`Folder::add_statements`].
 
@@ -15,7 +15,7 @@ use crate::names::ObjectId;
 use crate::source::STATEMENTS;
 
 impl Folder {
-    /// Lays out these statements about keys, beside those that lie there as far as there is room for them.
+    /// Adds these statements about keys to the file, as far as there is space for the old ones.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -25,8 +25,8 @@ impl Folder {
         if there == all { Ok(()) } else { self.replace(STATEMENTS, &all) }
     }
 
-    /// Puts in, as an object, these statements and those that lie here, as [`add_statements`](Self::add_statements) would
-    /// lay them out: which object that is, and its size in bytes. `None` if there are none.
+    /// Adds an object with these statements and the existing ones, as [`add_statements`](Self::add_statements) would
+    /// write them. Returns the object and its size in bytes; `None` if there are none.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -40,7 +40,7 @@ impl Folder {
         Ok(Some((id, size)))
     }
 
-    /// What lies there, as far as a unit would read it; nothing if there is no such file.
+    /// The file's contents up to the limit that units read; empty if there is no such file.
     fn statements(&self) -> Result<Vec<u8>, FolderError> {
         let mut bytes = Vec::new();
         match self.root.file(STATEMENTS).and_then(|file| file.take(limits::STATEMENTS).read_to_end(&mut bytes)) {
@@ -50,8 +50,8 @@ impl Folder {
         }
     }
 
-    /// What lies `there`, and those of `statements` that do not. Where both have no room, what lies there gives way:
-    /// others may have laid it there for that.
+    /// The statements in `there`, and the missing ones of `statements`. If there is no space for both, the new ones
+    /// win: somebody may have filled the file on purpose.
     fn joined(&self, there: &[u8], statements: &[Vec<u8>]) -> Result<Vec<u8>, FolderError> {
         let known = crate::trust::statements(there);
         let mut new: Vec<&[u8]> = Vec::new();

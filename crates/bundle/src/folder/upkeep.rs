@@ -1,7 +1,7 @@
-//! What a folder of bundles has lying about, and what goes.
+//! Removal of unused files from a folder of bundles.
 //!
-//! Owns what is left of writers that were killed, content that no bundle names any more, and content that turned out
-//! damaged. Never decides what is still wanted: whoever calls knows the seals.
+//! Removes files of interrupted writers, objects that no bundle names any more, and damaged objects. The caller knows
+//! which objects are needed.
 //!
 //! Start at [`Folder::sweep`].
 
@@ -18,9 +18,9 @@ use crate::names::ObjectId;
 /// The folder of all objects.
 const OBJECTS: &str = "objects";
 
-/// What went.
+/// What was removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Swept {
+pub struct Sweep {
     /// How many files.
     pub files: usize,
     /// How many bytes they had.
@@ -32,12 +32,12 @@ impl Folder {
     ///
     /// # Errors
     /// [`FolderError::Read`].
-    pub fn room(&self) -> Result<u64, FolderError> {
+    pub fn free_bytes(&self) -> Result<u64, FolderError> {
         let status = rustix::fs::fstatvfs(self).map_err(|error| self.unread("")(error.into()))?;
         Ok(status.f_bavail.saturating_mul(status.f_frsize))
     }
 
-    /// Removes an object, as far as it is there: it is damaged.
+    /// Removes a damaged object.
     ///
     /// # Errors
     /// [`FolderError::Write`].
@@ -54,13 +54,13 @@ impl Folder {
         Ok(())
     }
 
-    /// Removes what writers that were killed have left, and every object that is not to be kept. Nobody else may be
-    /// writing. What has another name than we give is not ours, and stays.
+    /// Removes files of interrupted writers, and every object that is not to be kept. There must be no other writer.
+    /// Files with unknown names stay.
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn sweep(&self, mut keep: impl FnMut(&ObjectId) -> bool) -> Result<Swept, FolderError> {
-        let mut swept = Swept::default();
+    pub fn sweep(&self, mut keep: impl FnMut(&ObjectId) -> bool) -> Result<Sweep, FolderError> {
+        let mut swept = Sweep::default();
         for prefix in self.names(OBJECTS)? {
             let Some(prefix) = prefix.to_str().filter(|prefix| prefix.len() == 2) else { continue };
             let folder = format!("{OBJECTS}/{prefix}");
@@ -80,7 +80,7 @@ impl Folder {
         Ok(swept)
     }
 
-    /// The names in the folder `path`; none if it is not there.
+    /// The names in the folder `path`; none if there is no such folder.
     fn names(&self, path: &str) -> Result<Vec<OsString>, FolderError> {
         let folder = self.path.join(path);
         let list = || fs::read_dir(&folder)?.map(|entry| Ok(entry?.file_name())).collect::<io::Result<Vec<_>>>();
@@ -96,7 +96,7 @@ impl Folder {
     }
 }
 
-/// The object that the file `name` in the folder `prefix` is, or is a part of, and whether it got its name.
+/// The object that the file `name` in the folder `prefix` is, or is a part of, and whether it has its final name.
 fn object(prefix: &str, name: &str) -> Option<(ObjectId, bool)> {
     let (name, is_whole) = match name.strip_suffix(temporary("").as_str()) {
         Some(name) => (name, false),
@@ -116,7 +116,7 @@ mod tests {
     fn what_was_left_and_what_nobody_wants_goes_and_nothing_else() {
         let scratch = tempfile::tempdir().unwrap();
         let folder = Folder::create(scratch.path()).unwrap();
-        assert_eq!(folder.sweep(|_| false).unwrap(), Swept::default(), "an empty folder has nothing");
+        assert_eq!(folder.sweep(|_| false).unwrap(), Sweep::default(), "an empty folder has nothing");
         let put = |bytes: &[u8]| {
             let id = ObjectId::of(bytes);
             folder.put(&id, bytes.len() as u64, &mut &bytes[..], scratch.path(), &mut |_| ()).unwrap();
@@ -134,13 +134,13 @@ mod tests {
             fs::write(path, "not ours").unwrap();
         }
         let again = folder.sweep(|id| *id == kept || *id == left).unwrap();
-        assert_eq!(again, Swept { files: 3, bytes: 3 + 4 + 4 });
+        assert_eq!(again, Sweep { files: 3, bytes: 3 + 4 + 4 });
         assert!(folder.holds(&kept, 4) && folder.holds(&left, 8) && !folder.holds(&old, 3));
         assert!(foreign.iter().all(|path| path.exists()));
         folder.discard(&left).unwrap();
         folder.discard(&left).unwrap();
         assert!(!folder.holds(&left, 8) && !beside(&left, ".001").exists());
-        assert!(folder.room().unwrap() > 0);
+        assert!(folder.free_bytes().unwrap() > 0);
     }
 
     #[test]
@@ -166,6 +166,6 @@ mod tests {
         let refused = folder.put_file(&id, 12, &clip, &mut |_| ()).unwrap_err();
         assert!(matches!(refused, FolderError::Changed { .. }), "{refused}");
         assert!(!folder.holds(&id, 12));
-        assert_eq!(folder.sweep(|_| true).unwrap(), Swept::default(), "no half is left");
+        assert_eq!(folder.sweep(|_| true).unwrap(), Sweep::default(), "no half is left");
     }
 }

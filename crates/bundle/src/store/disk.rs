@@ -1,178 +1,121 @@
-//! What the store does to a disk, each step by itself.
+//! The disk operations of the store.
 //!
-//! Owns the few operations that a store is made of, so that each can fail, and the machine die at each, in a test. On
-//! a unit they are [`LocalDisk`]'s: beneath one folder and nowhere else. All paths are relative to that folder.
+//! Owns the trait [`Disk`], so that tests can inject an error or a power cut at each operation, and [`LocalDisk`],
+//! which is used on a unit and is limited to one folder. All paths are relative to that folder.
 //!
 //! Start at [`Disk`].
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 
 use composefs_ioctls::fsverity::{EnableVerityError, fs_ioc_enable_verity};
+use durable::{Append, Storage};
 use rustix::fs::{Advice, AtFlags, FlockOperation, Mode, OFlags};
 
-use crate::beneath::{self, Root};
+use crate::beneath::{Root, ignore_error, none_if_missing};
 
-/// SHA-256 and pages of 4 KiB, the fs-verity that every kernel knows.
+/// fs-verity with SHA-256 and 4 KiB pages, which every kernel supports.
 const VERITY_SHA256: u8 = 1;
 const VERITY_PAGE: u32 = 4096;
 
 /// How well an object is protected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Frozen {
-    /// It is read-only; its file system knows no fs-verity.
+pub enum Protection {
+    /// It is read-only; its file system has no fs-verity.
     ReadOnly,
-    /// The kernel checks every page as it is read, and nobody can change it.
+    /// The kernel verifies every page as it is read, and the file cannot be changed.
     Verity,
 }
 
-/// A file that grows.
-pub trait Append: Write {
-    /// Returns when the disk has it all.
+/// A disk, or a model of one in a test: what an atomic write needs, and what a store needs besides.
+pub trait Disk: Storage + Send {
+    /// Opens a file for sequential reading.
     ///
     /// # Errors
-    /// What the disk says. What was written since the last time may be lost for good, and this must not be tried again.
-    fn sync(&mut self) -> io::Result<()>;
-}
-
-/// A disk, or what stands for one in a test. Nothing but what was synced survives a power cut: a file's bytes by its
-/// own sync, its name by that of its folder. A rename happens as a whole or not at all.
-pub trait Disk: Send {
-    /// The bytes of a small file.
-    ///
-    /// # Errors
-    /// What the disk says; [`io::ErrorKind::FileTooLarge`] if there are more than `limit`.
-    fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>>;
-
-    /// Opens a file to be read from end to end, once.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// The disk's error.
     fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>>;
 
     /// The size of a file in bytes; `None` if there is none.
     ///
     /// # Errors
-    /// What the disk says.
+    /// The disk's error.
     fn length(&self, path: &str) -> io::Result<Option<u64>>;
 
     /// The names in a folder, in any order; none if there is no such folder.
     ///
     /// # Errors
-    /// What the disk says.
+    /// The disk's error.
     fn list(&self, folder: &str) -> io::Result<Vec<String>>;
 
-    /// Opens a file at its end; makes it if there is none.
+    /// Creates a folder, unless it exists.
     ///
     /// # Errors
-    /// What the disk says.
-    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>>;
-
-    /// Makes a folder; that there is one already is fine.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// The disk's error.
     fn make_folder(&self, path: &str) -> io::Result<()>;
 
-    /// Gives a file a second name. That the name is taken is an error.
+    /// Creates a hard link. It is an error if `to` exists.
     ///
     /// # Errors
-    /// What the disk says.
+    /// The disk's error.
     fn link(&self, from: &str, to: &str) -> io::Result<()>;
 
-    /// Gives a file another name; who had that name before loses it.
+    /// Removes an empty folder, if it exists.
     ///
     /// # Errors
-    /// What the disk says.
-    fn rename(&self, from: &str, to: &str) -> io::Result<()>;
-
-    /// Takes a file's name away; that there is none is fine.
-    ///
-    /// # Errors
-    /// What the disk says.
-    fn remove(&self, path: &str) -> io::Result<()>;
-
-    /// Removes an empty folder; that there is none is fine.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// The disk's error.
     fn remove_folder(&self, path: &str) -> io::Result<()>;
 
-    /// Makes a symbolic link at `path`.
+    /// Creates a symbolic link at `path`.
     ///
     /// # Errors
-    /// What the disk says.
-    fn point(&self, path: &str, target: &str) -> io::Result<()>;
+    /// The disk's error.
+    fn symlink(&self, path: &str, target: &str) -> io::Result<()>;
 
-    /// Where the symbolic link at `path` points; `None` if there is none.
+    /// The target of the symbolic link at `path`; `None` if there is none.
     ///
     /// # Errors
-    /// What the disk says.
-    fn pointed(&self, path: &str) -> io::Result<Option<String>>;
-
-    /// Returns when the disk has all names in the folder.
-    ///
-    /// # Errors
-    /// What the disk says.
-    fn sync_folder(&self, path: &str) -> io::Result<()>;
+    /// The disk's error.
+    fn read_link(&self, path: &str) -> io::Result<Option<String>>;
 
     /// Makes a file read-only, under fs-verity where there is that, and syncs it.
     ///
     /// # Errors
-    /// What the disk says.
-    fn freeze(&self, path: &str) -> io::Result<Frozen>;
+    /// The disk's error.
+    fn make_read_only(&self, path: &str) -> io::Result<Protection>;
 
     /// The room that is left, in bytes.
     ///
     /// # Errors
-    /// What the disk says.
-    fn room(&self) -> io::Result<u64>;
+    /// The disk's error.
+    fn free_bytes(&self) -> io::Result<u64>;
 
-    /// Waits until nobody else changes the state of the store, and lets nobody do so while the result lives; `None` on
-    /// a disk that nobody else reaches.
+    /// Waits for the lock on the store's state, and holds it while the result lives; `None` on a disk without other users.
     ///
     /// # Errors
-    /// What the disk says.
-    fn hold(&self) -> io::Result<Option<File>>;
+    /// The disk's error.
+    fn lock_state(&self) -> io::Result<Option<File>>;
 
-    /// Whether somebody plays the generation in this folder.
+    /// Whether a player uses the generation in this folder.
     ///
     /// # Errors
-    /// What the disk says.
-    fn is_played(&self, folder: &str) -> io::Result<bool>;
+    /// The disk's error.
+    fn is_in_use(&self, folder: &str) -> io::Result<bool>;
 }
 
-/// The folder that the file at `path` lies in.
-pub(crate) fn folder_of(path: &str) -> &str {
-    path.rsplit_once('/').map_or("", |(folder, _)| folder)
-}
-
-/// Has the file at `path` hold `bytes`: as a whole or not at all, and on the disk when this returns.
-pub(crate) fn replace(disk: &dyn Disk, path: &str, bytes: &[u8]) -> io::Result<()> {
-    let new = format!("{path}.new");
-    disk.remove(&new)?;
-    let mut file = disk.append(&new)?;
-    file.write_all(bytes)?;
-    file.sync()?;
-    drop(file);
-    disk.rename(&new, path)?;
-    disk.sync_folder(folder_of(path))
-}
-
-/// A folder on a real disk, locked against a second updater. The player may judge meanwhile.
+/// A folder on a real disk, locked against a second updater. The player may record its trial at the same time.
 #[derive(Debug)]
 pub struct LocalDisk {
     root: Root,
-    /// Held for the lock on it; `None` beside an updater.
+    /// Holds the updater's lock; `None` without.
     _lock: Option<File>,
 }
 
 impl LocalDisk {
-    /// Opens the folder at `path`, makes it if it is not there, and locks it.
+    /// Opens the folder at `path`, creates it if necessary, and locks it.
     ///
     /// # Errors
-    /// What the disk says; [`io::ErrorKind::WouldBlock`] if another process holds the lock.
+    /// The disk's error; [`io::ErrorKind::WouldBlock`] if another process holds the lock.
     pub fn open(path: &Path) -> io::Result<Self> {
         std::fs::create_dir_all(path)?;
         let root = Root::open(path)?;
@@ -181,24 +124,42 @@ impl LocalDisk {
         Ok(Self { root, _lock: Some(lock) })
     }
 
-    /// Opens the folder at `path`, which must be there, beside an updater that may be at work on it.
-    pub(crate) fn beside(path: &Path) -> io::Result<Self> {
+    /// Opens the existing folder at `path` without the updater's lock.
+    pub(crate) fn open_shared(path: &Path) -> io::Result<Self> {
         Ok(Self { root: Root::open(path)?, _lock: None })
     }
 
-    /// Opens a folder and says that it is played for as long as the result lives.
-    pub(crate) fn play(&self, folder: &str) -> io::Result<File> {
+    /// Opens a generation's folder, and marks it as in use while the result lives.
+    pub(crate) fn lock_generation(&self, folder: &str) -> io::Result<File> {
         let folder = File::from(self.root.folder(folder)?);
         rustix::fs::flock(&folder, FlockOperation::LockShared)?;
         Ok(folder)
     }
 }
 
-impl Disk for LocalDisk {
+impl Storage for LocalDisk {
     fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
-        beneath::read_all(self.root.file(path)?, limit)
+        self.root.read(path, limit)
     }
 
+    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
+        self.root.append(path)
+    }
+
+    fn rename(&self, from: &str, to: &str) -> io::Result<()> {
+        self.root.rename(from, to)
+    }
+
+    fn remove(&self, path: &str) -> io::Result<()> {
+        self.root.remove(path)
+    }
+
+    fn sync_folder(&self, path: &str) -> io::Result<()> {
+        self.root.sync_folder(path)
+    }
+}
+
+impl Disk for LocalDisk {
     fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
         let file = self.root.file(path)?;
         rustix::fs::fadvise(&file, 0, None, Advice::Sequential)?;
@@ -217,22 +178,16 @@ impl Disk for LocalDisk {
         let mut names = Vec::new();
         for entry in rustix::fs::Dir::read_from(&folder)? {
             let entry = entry?;
-            // A name that is not text is none of ours; it can be neither opened nor removed by us.
+            // Names that are not UTF-8 are not ours.
             names
                 .extend(entry.file_name().to_str().ok().filter(|name| !matches!(*name, "." | "..")).map(str::to_owned));
         }
         Ok(names)
     }
 
-    fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
-        let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::APPEND | OFlags::NONBLOCK;
-        let file = File::from(self.root.at(path, flags, 0o644)?);
-        Ok(Box::new(file))
-    }
-
     fn make_folder(&self, path: &str) -> io::Result<()> {
         let (folder, name) = self.root.parent(path)?;
-        fine_if(rustix::fs::mkdirat(folder, name, Mode::from_raw_mode(0o755)), io::ErrorKind::AlreadyExists)
+        ignore_error(rustix::fs::mkdirat(folder, name, Mode::from_raw_mode(0o755)), io::ErrorKind::AlreadyExists)
     }
 
     fn link(&self, from: &str, to: &str) -> io::Result<()> {
@@ -240,66 +195,52 @@ impl Disk for LocalDisk {
         Ok(rustix::fs::linkat(from, old, to, new, AtFlags::empty())?)
     }
 
-    fn rename(&self, from: &str, to: &str) -> io::Result<()> {
-        let ((from, old), (to, new)) = (self.root.parent(from)?, self.root.parent(to)?);
-        Ok(rustix::fs::renameat(from, old, to, new)?)
-    }
-
-    fn remove(&self, path: &str) -> io::Result<()> {
-        let Some((folder, name)) = found(self.root.parent(path))? else { return Ok(()) };
-        fine_if(rustix::fs::unlinkat(folder, name, AtFlags::empty()), io::ErrorKind::NotFound)
-    }
-
     fn remove_folder(&self, path: &str) -> io::Result<()> {
-        let Some((folder, name)) = found(self.root.parent(path))? else { return Ok(()) };
-        fine_if(rustix::fs::unlinkat(folder, name, AtFlags::REMOVEDIR), io::ErrorKind::NotFound)
+        let Some((folder, name)) = none_if_missing(self.root.parent(path))? else { return Ok(()) };
+        ignore_error(rustix::fs::unlinkat(folder, name, AtFlags::REMOVEDIR), io::ErrorKind::NotFound)
     }
 
-    fn point(&self, path: &str, target: &str) -> io::Result<()> {
+    fn symlink(&self, path: &str, target: &str) -> io::Result<()> {
         let (folder, name) = self.root.parent(path)?;
         Ok(rustix::fs::symlinkat(target, folder, name)?)
     }
 
-    fn pointed(&self, path: &str) -> io::Result<Option<String>> {
+    fn read_link(&self, path: &str) -> io::Result<Option<String>> {
         let (folder, name) = self.root.parent(path)?;
         match rustix::fs::readlinkat(folder, name, Vec::new()) {
             Ok(target) => Ok(target.into_string().ok()),
-            // Nothing there, or something that is no link: either way it points nowhere.
+            // Nothing there, or not a link.
             Err(rustix::io::Errno::NOENT | rustix::io::Errno::INVAL) => Ok(None),
             Err(error) => Err(error.into()),
         }
     }
 
-    fn sync_folder(&self, path: &str) -> io::Result<()> {
-        Ok(rustix::fs::fsync(self.root.folder(path)?)?)
-    }
-
-    fn freeze(&self, path: &str) -> io::Result<Frozen> {
+    fn make_read_only(&self, path: &str) -> io::Result<Protection> {
         let file = self.root.file(path)?;
-        // Only who may write to a file may have it verified.
+        // Enabling fs-verity needs write permission.
         let sealed = fs_ioc_enable_verity(&file, VERITY_SHA256, VERITY_PAGE);
         rustix::fs::fchmod(&file, Mode::from_raw_mode(0o444))?;
         file.sync_all()?;
-        // It was read to be checked and will not be read soon: its pages serve the clips of the picture better.
+        // It was read only for verification: its pages are dropped from the cache.
         rustix::fs::fadvise(&file, 0, None, Advice::DontNeed)?;
         Ok(match sealed {
-            Ok(()) | Err(EnableVerityError::AlreadyEnabled) => Frozen::Verity,
-            Err(_) => Frozen::ReadOnly,
+            Ok(()) | Err(EnableVerityError::AlreadyEnabled) => Protection::Verity,
+            Err(_) => Protection::ReadOnly,
         })
     }
 
-    fn room(&self) -> io::Result<u64> {
+    fn free_bytes(&self) -> io::Result<u64> {
         let status = rustix::fs::fstatvfs(&self.root)?;
         Ok(status.f_bavail.saturating_mul(status.f_frsize))
     }
 
-    fn hold(&self) -> io::Result<Option<File>> {
+    fn lock_state(&self) -> io::Result<Option<File>> {
         let file = File::from(self.root.at("state.lock", OFlags::RDWR | OFlags::CREATE, 0o644)?);
         rustix::fs::flock(&file, FlockOperation::LockExclusive)?;
         Ok(Some(file))
     }
 
-    fn is_played(&self, folder: &str) -> io::Result<bool> {
+    fn is_in_use(&self, folder: &str) -> io::Result<bool> {
         let folder = match self.root.folder(folder) {
             Err(error) if error.kind() == io::ErrorKind::NotADirectory => return Ok(false),
             folder => folder?,
@@ -308,27 +249,5 @@ impl Disk for LocalDisk {
             Err(rustix::io::Errno::WOULDBLOCK) => Ok(true),
             locked => Ok(locked.map(|()| false)?),
         }
-    }
-}
-
-impl Append for File {
-    fn sync(&mut self) -> io::Result<()> {
-        self.sync_all()
-    }
-}
-
-/// What was found; `None` if a folder on the way is not there.
-fn found<T>(found: io::Result<T>) -> io::Result<Option<T>> {
-    match found {
-        Ok(found) => Ok(Some(found)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-fn fine_if(done: rustix::io::Result<()>, kind: io::ErrorKind) -> io::Result<()> {
-    match done.map_err(io::Error::from) {
-        Err(error) if error.kind() == kind => Ok(()),
-        done => done,
     }
 }

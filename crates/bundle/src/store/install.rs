@@ -1,42 +1,44 @@
 //! From objects to a generation.
 //!
-//! Owns the order: everything that the generation consists of is on the disk before the state speaks of it, and the
-//! state before the link. Never touches the generation that plays.
+//! Owns the order: all files of the generation are synced before the state names it, and the state is synced before the
+//! link. The generation that plays is not changed.
 //!
 //! Start at [`Store::install`](crate::Store::install).
 
 use std::collections::BTreeSet;
 use std::io;
 
+use durable::parent;
+
 use crate::beneath::read_all;
-use crate::contents::{Contents, Verified};
+use crate::contents::{Contents, VerifiedBundle};
 use crate::limits;
-use crate::refused::Refused;
-use crate::store::disk::{Disk, folder_of};
+use crate::refusal::Refusal;
+use crate::store::disk::Disk;
 use crate::store::state::{Generation, Unknown};
 use crate::store::{GENERATIONS, Store, StoreError, at, flock_folder, generation_folder};
 
 impl Store {
-    /// Reads the flock of the bundle, whose `flock.toml` must have been taken in, and checks that the bundle carries
-    /// all that it names. Worth doing before the clips are fetched.
+    /// Reads the bundle's flock, whose `flock.toml` must have been fetched, and checks that the bundle has all its
+    /// files. To be called before the clips are fetched.
     ///
     /// # Errors
-    /// [`StoreError::Refused`] if no player could play it, [`StoreError::Disk`] if it cannot be read.
-    pub fn flock(&self, bundle: &Verified) -> Result<flock::Manifest, StoreError> {
-        let missing = || Refused::MissingFile { path: flock::FILE_NAME.to_owned() };
+    /// [`StoreError::Refused`] if it is invalid, [`StoreError::Disk`] if it cannot be read.
+    pub fn flock(&self, bundle: &VerifiedBundle) -> Result<flock::Manifest, StoreError> {
+        let missing = || Refusal::MissingFile { path: flock::FILE_NAME.to_owned() };
         let toml = bundle.contents().file(flock::FILE_NAME).ok_or_else(|| StoreError::Refused(missing()))?;
         let path = toml.id.path();
         let read = self.disk.open(&path).and_then(|file| read_all(file, limits::FLOCK_TOML));
         bundle.flock(&read.map_err(at("read", &path))?).map_err(StoreError::Refused)
     }
 
-    /// Makes a generation of the bundle, all of whose objects must have been taken in, and puts it on trial: from now
-    /// on it is what plays. When this returns, no power cut undoes it.
+    /// Installs the bundle, all of whose objects must have been fetched, as a new generation on trial, which plays from
+    /// now on. When this returns, it survives a power cut.
     ///
     /// # Errors
-    /// [`StoreError::Missing`], [`StoreError::Refused`] if it is no flock, [`StoreError::Disk`]. What plays is what
-    /// played before.
-    pub fn install(&mut self, bundle: &Verified) -> Result<Generation, StoreError> {
+    /// [`StoreError::Missing`], [`StoreError::Refused`] if the flock is invalid, [`StoreError::Disk`]. The generation
+    /// that plays stays.
+    pub fn install(&mut self, bundle: &VerifiedBundle) -> Result<Generation, StoreError> {
         let plan = self.plan(bundle)?;
         if !plan.wanted.is_empty() {
             return Err(StoreError::Missing { missing: plan.wanted.len(), objects: plan.objects });
@@ -51,15 +53,15 @@ impl Store {
         let (signer, seal) = (seal.signer(), seal.id());
         let addressees = Some(letter.addressees.clone());
         let generation = Generation { number, flock, signer, sequence, seal, addressees, unknown: Unknown::new() };
-        self.change(|state| state.installed(generation.clone()))?;
+        self.change(|state| state.install_trial(generation.clone()))?;
         Ok(generation)
     }
 
-    /// What the store knows of a generation that it keeps.
+    /// The verified bundle of a kept generation.
     ///
     /// # Errors
     /// [`StoreError::Disk`], or [`StoreError::Generation`] if it is damaged.
-    pub fn bundle(&self, generation: &Generation) -> Result<Verified, StoreError> {
+    pub fn bundle(&self, generation: &Generation) -> Result<VerifiedBundle, StoreError> {
         let folder = generation_folder(generation.number);
         let read = |name: &str, limit| {
             let path = format!("{folder}/{name}");
@@ -71,12 +73,12 @@ impl Store {
         seal.and_then(|seal| seal.open(contents)).map_err(damaged)
     }
 
-    /// Removes a folder and what is in it, as far as it is there.
+    /// Removes a folder with its contents, if it exists.
     pub(crate) fn remove_tree(&self, path: &str) -> Result<(), StoreError> {
         remove_tree(&*self.disk, path).map_err(at("remove", path))
     }
 
-    fn build(&self, bundle: &Verified, number: u64) -> io::Result<()> {
+    fn build(&self, bundle: &VerifiedBundle, number: u64) -> io::Result<()> {
         let (disk, folder) = (&*self.disk, generation_folder(number));
         disk.make_folder(&folder)?;
         let said = self.state.statements.concat();
@@ -98,14 +100,13 @@ impl Store {
     }
 }
 
-/// Links every file of `contents` that is not there into the folder `flock`, and syncs what is new. Objects that are
-/// missing are left out.
+/// Links the missing files of `contents` into the folder `flock`, and syncs them. Missing objects are left out.
 pub(crate) fn link_all(disk: &dyn Disk, contents: &Contents, flock: &str) -> io::Result<()> {
     let mut folders = BTreeSet::from([flock.to_owned()]);
     for file in contents.files() {
         folders.extend(file.path.folders().map(|folder| format!("{flock}/{folder}")));
     }
-    // A folder sorts before what lies in it.
+    // A folder sorts before its contents.
     for folder in &folders {
         disk.make_folder(folder)?;
     }
@@ -120,9 +121,9 @@ pub(crate) fn link_all(disk: &dyn Disk, contents: &Contents, flock: &str) -> io:
     if is_new { folders.iter().rev().try_for_each(|folder| disk.sync_folder(folder)) } else { Ok(()) }
 }
 
-/// The folders that the objects of `contents` lie in.
+/// The folders of the objects of `contents`.
 fn object_folders(contents: &Contents) -> BTreeSet<String> {
-    contents.files().iter().map(|file| folder_of(&file.id.path()).to_owned()).collect()
+    contents.files().iter().map(|file| parent(&file.id.path()).to_owned()).collect()
 }
 
 fn remove_tree(disk: &dyn Disk, path: &str) -> io::Result<()> {

@@ -1,27 +1,28 @@
-//! One object on its way into the store.
+//! An object that is being fetched into the store.
 //!
-//! Owns the file that grows, and that nothing but the right bytes ever becomes an object. It can be dropped at any
-//! moment and taken up again where it was. Never knows where the bytes come from.
+//! Owns its partial file, and verifies it before it becomes an object. It can be dropped at any moment and continued later.
 //!
 //! Start at [`Store::intake`](crate::Store::intake).
 
 use std::io;
 
+use durable::{Append, parent};
+
 use crate::names::ObjectId;
-use crate::store::disk::{Append, Disk, Frozen, folder_of};
-use crate::store::plan::Wanted;
+use crate::store::disk::{Disk, Protection};
+use crate::store::plan::FetchItem;
 use crate::store::{Store, StoreError, at, incoming};
 
-/// After so many bytes, what was written is sent to the disk: a power cut costs no more than that, and the player never
-/// waits for its clips behind gigabytes of ours.
+/// Bytes between two syncs: a power cut loses no more than that, and the player's reads do not wait for gigabytes of
+/// dirty pages.
 const FLUSH_EVERY: u64 = 8 << 20;
 
 /// An object that is being taken in.
 pub struct Intake<'s> {
     disk: &'s dyn Disk,
-    wanted: Wanted,
+    wanted: FetchItem,
     path: String,
-    /// `None` if all is there already, and nobody may write to it any more.
+    /// `None` if it is complete and read-only already.
     file: Option<Box<dyn Append + 's>>,
     hasher: blake3::Hasher,
     have: u64,
@@ -29,16 +30,16 @@ pub struct Intake<'s> {
 }
 
 impl Store {
-    /// Begins to take in an object, or goes on where that was left.
+    /// Starts to fetch an object, or continues an earlier attempt.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn intake(&self, wanted: &Wanted) -> Result<Intake<'_>, StoreError> {
+    pub fn intake(&self, wanted: &FetchItem) -> Result<Intake<'_>, StoreError> {
         let (disk, path) = (&*self.disk, incoming(&wanted.id));
         let mut hasher = blake3::Hasher::new();
         let there = disk.length(&path).map_err(at("look at", &path))?;
         if there.is_some() {
-            // A part that cannot be read, or is longer than it can be, is begun again.
+            // A partial file that cannot be read, or is too long, is started again.
             let read = disk.open(&path).and_then(|reader| hasher.update_reader(reader).map(|_| ()));
             if read.is_err() || hasher.count() > wanted.size {
                 hasher.reset();
@@ -46,7 +47,7 @@ impl Store {
             }
         }
         let file = match disk.append(&path) {
-            // It was frozen, and the power failed before it got its name.
+            // It was made read-only, and the power failed before the rename.
             Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
                 if digest(&hasher) == wanted.id {
                     Ok(None)
@@ -63,7 +64,7 @@ impl Store {
 }
 
 impl Intake<'_> {
-    /// How many bytes there are: where to go on.
+    /// Bytes received so far: the offset at which to continue.
     pub fn have(&self) -> u64 {
         self.have
     }
@@ -76,11 +77,11 @@ impl Intake<'_> {
     /// Takes the next bytes.
     ///
     /// # Errors
-    /// [`StoreError::TooLong`] if they are more than there can be, or [`StoreError::Disk`]. After an error the intake
-    /// must be dropped; what is kept of it is sound.
-    pub fn take(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
+    /// [`StoreError::TooLong`], or [`StoreError::Disk`]. After an error the intake must be dropped; the partial file
+    /// stays valid.
+    pub fn append(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
         if bytes.len() as u64 > self.missing() {
-            self.throw_away()?;
+            self.discard()?;
             return Err(StoreError::TooLong { name: self.name(), size: self.wanted.size });
         }
         let Some(file) = &mut self.file else { return Ok(()) };
@@ -91,29 +92,29 @@ impl Intake<'_> {
         if self.unsynced >= FLUSH_EVERY { self.sync() } else { Ok(()) }
     }
 
-    /// Ends the intake when all bytes are there: checks them, and makes them an object that will not change.
+    /// Verifies the complete file and makes it a read-only object.
     ///
     /// # Errors
-    /// [`StoreError::Incomplete`] if there are not enough: what there is stays. [`StoreError::Damaged`] if they are
-    /// others than were listed: they are thrown away. [`StoreError::Disk`].
-    pub fn finish(mut self) -> Result<Frozen, StoreError> {
+    /// [`StoreError::Incomplete`] if bytes are missing: the partial file stays. [`StoreError::Damaged`] if the digest
+    /// is wrong: it is removed. [`StoreError::Disk`].
+    pub fn finish(mut self) -> Result<Protection, StoreError> {
         if self.missing() > 0 {
             self.sync()?;
             return Err(StoreError::Incomplete { name: self.name(), have: self.have, size: self.wanted.size });
         }
         let found = digest(&self.hasher);
         if found != self.wanted.id {
-            self.throw_away()?;
+            self.discard()?;
             return Err(StoreError::Damaged { name: self.name(), expected: self.wanted.id, found });
         }
         self.sync()?;
         let Self { disk, wanted, path, file, .. } = self;
-        // fs-verity wants nobody to have the file open for writing.
+        // fs-verity requires that the file is not open for writing.
         drop(file);
-        let frozen = disk.freeze(&path).map_err(at("freeze", &path))?;
+        let frozen = disk.make_read_only(&path).map_err(at("freeze", &path))?;
         let object = wanted.id.path();
         let publish = || -> io::Result<()> {
-            disk.make_folder(folder_of(&object))?;
+            disk.make_folder(parent(&object))?;
             disk.rename(&path, &object)
         };
         publish().map_err(at("keep", &object))?;
@@ -122,15 +123,15 @@ impl Intake<'_> {
 
     fn sync(&mut self) -> Result<(), StoreError> {
         self.unsynced = 0;
-        // When the disk fails here, nobody knows what it has: memory would read back what is lost.
+        // After a failed sync the data on the disk are unknown: the page cache may still show what is lost.
         let synced = self.file.as_mut().map_or(Ok(()), |file| file.sync());
         if synced.is_err() {
-            self.throw_away()?;
+            self.discard()?;
         }
         synced.map_err(at("sync", &self.path))
     }
 
-    fn throw_away(&self) -> Result<(), StoreError> {
+    fn discard(&self) -> Result<(), StoreError> {
         self.disk.remove(&self.path).map_err(at("remove", &self.path))
     }
 
@@ -139,7 +140,7 @@ impl Intake<'_> {
     }
 }
 
-/// Which object it is, if it ends here.
+/// The digest of the bytes received so far.
 fn digest(hasher: &blake3::Hasher) -> ObjectId {
     ObjectId::new(*hasher.finalize().as_bytes())
 }

@@ -1,10 +1,9 @@
 //! The store of a unit: content, shared by the flocks that were installed.
 //!
-//! Owns the order in which things reach the disk. Content lies under its digest, read-only; a *generation* is a folder
-//! of hard links to it, in the shape of a flock; one symbolic link says which generation plays. What that link must
-//! say is decided in [`State`], written down first, and made true again at every [`Store::open`]. Whatever step the
-//! power fails at, the unit has a complete, verified flock: the old one or the new one. Never decides when to act,
-//! never fetches: the updater does both.
+//! Owns the order of writes. Objects are stored by digest, read-only; a *generation* is a folder of hard links to them,
+//! in the layout of a flock; one symbolic link names the generation that plays. [`State`] decides its target, is saved
+//! first, and is applied again at every [`Store::open`]. After a power cut at any step the unit has a complete,
+//! verified flock: the old one or the new one. The updater decides when to act, and fetches.
 //!
 //! ```text
 //! objects/3f/a91c...                     content, 0444, under fs-verity where there is that
@@ -18,43 +17,44 @@
 //! ```
 //!
 //! An update: [`Store::admit`], [`Store::plan`], [`Store::intake`] for each object, [`Store::install`]; then
-//! [`Store::won`] or [`Store::lost`]; and when the player has changed over, [`Store::collect`].
+//! [`Store::accept`] or [`Store::reject`]; and when the player has switched, [`Store::collect`].
 //!
 //! Start at [`Store::open`].
 
 mod disk;
 mod install;
 mod intake;
-mod judge;
 mod plan;
 mod repair;
-mod slots;
 mod state;
+mod state_file;
 mod systems;
+mod trial;
 mod upkeep;
 
 use std::collections::BTreeSet;
 use std::io;
 
-use crate::contents::Verified;
+use durable::{Copies, Found};
+
+use crate::contents::VerifiedBundle;
 use crate::key::PublicKey;
 use crate::limits;
 use crate::names::{Addressees, ObjectId, UnitId};
-use crate::refused::Refused;
-use crate::seal::{Seal, Unverified};
-use crate::store::repair::ASIDE;
-use crate::store::slots::{Read, Slots};
-use crate::trust::{Lesson, Trust};
+use crate::refusal::Refusal;
+use crate::seal::{Seal, UnverifiedSeal};
+use crate::store::repair::QUARANTINE;
+use crate::trust::{Trust, TrustUpdate};
 
-pub use disk::{Append, Disk, Frozen, LocalDisk};
+pub use disk::{Disk, LocalDisk, Protection};
 pub use intake::Intake;
-pub use judge::{Judge, Playing};
-pub use plan::{Held, Plan, Shortfall, Wanted, plan};
+pub use plan::{FetchItem, FetchPlan, Presence, Shortfall, plan};
 pub use state::{Admission, Consent, Generation, JOINS, STARTS, State, Trial, Unknown, Verdict};
 pub use systems::SystemAdmission;
-pub use upkeep::{Scrubbed, Unread};
+pub use trial::{CurrentGeneration, TrialRecorder};
+pub use upkeep::{Scrub, UnreadableObject};
 
-/// The link that says which flock plays.
+/// The link to the flock that plays.
 pub const CURRENT: &str = "current";
 const INCOMING: &str = "incoming";
 const GENERATIONS: &str = "generations";
@@ -62,21 +62,21 @@ const GENERATIONS: &str = "generations";
 /// The store of a unit.
 pub struct Store {
     disk: Box<dyn Disk>,
-    slots: Slots,
+    copies: Copies<State>,
     state: State,
     pinned: Trust,
     trust: Trust,
-    /// Who may sign systems, before anything was learned.
+    /// The owner's keys for systems, without learned statements.
     system_pinned: Trust,
 }
 
-/// Why the store could not do it. What plays is what played before.
+/// Errors of the store. The generation that plays stays.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// What arrived is not what was listed. It was thrown away.
-    #[error("`{name}` arrived damaged (expected {expected}, found {found})")]
+    /// The received data have the wrong digest and were removed.
+    #[error("`{name}` was received damaged (expected digest {expected}, found {found})")]
     Damaged {
-        /// What people know it by.
+        /// Its name for people.
         name: String,
         /// Its digest as listed.
         expected: ObjectId,
@@ -86,30 +86,30 @@ pub enum StoreError {
     /// The disk failed.
     #[error("cannot {doing} `{path}`")]
     Disk {
-        /// What was tried.
+        /// The failed operation.
         doing: &'static str,
         /// On what, within the store.
         path: String,
-        /// What the disk says.
+        /// The disk's error.
         source: io::Error,
     },
-    /// The disk does not give what it holds.
-    #[error("cannot read {unread} files of the store, and looked at no more")]
+    /// The disk is failing.
+    #[error("cannot read {unread} files of the store; the check was stopped")]
     Failing {
         /// How many files it did not give.
         unread: usize,
     },
-    /// It ended before it was whole. What there is stays, to be continued.
+    /// The source ended early. The partial file stays.
     #[error("`{name}` ended after {have} of {size} bytes")]
     Incomplete {
-        /// What people know it by.
+        /// Its name for people.
         name: String,
         /// How much there is.
         have: u64,
         /// How much there must be.
         size: u64,
     },
-    /// Not everything was fetched before it was to be installed.
+    /// Objects are missing for the installation.
     #[error("cannot install the flock: {missing} of its {objects} objects are missing")]
     Missing {
         /// How many are missing.
@@ -117,21 +117,21 @@ pub enum StoreError {
         /// How many it has.
         objects: usize,
     },
-    /// What lies in the store is not what was verified once.
+    /// The generation's files in the store are damaged.
     #[error("generation {number} of the store is damaged")]
     Generation {
         /// Which.
         number: u64,
-        /// What is wrong with it.
-        source: Refused,
+        /// The cause.
+        source: Refusal,
     },
     /// The bundle is refused.
     #[error("the bundle is refused")]
-    Refused(#[source] Refused),
-    /// More bytes arrived than were listed. They were thrown away.
+    Refused(#[source] Refusal),
+    /// More bytes were received than listed. The file was removed.
     #[error("`{name}` is longer than its {size} bytes")]
     TooLong {
-        /// What people know it by.
+        /// Its name for people.
         name: String,
         /// How much there must be.
         size: u64,
@@ -139,73 +139,73 @@ pub enum StoreError {
 }
 
 impl Store {
-    /// Opens the store on `disk`, which may be empty, and makes true again what a power cut left half done. `pinned`
-    /// are the keys that the owner trusts.
+    /// Opens the store on `disk`, which may be empty, and completes what a power cut interrupted. `pinned` are the keys
+    /// that the owner trusts.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
     pub fn open(disk: Box<dyn Disk>, pinned: Trust) -> Result<Self, StoreError> {
-        let _held = disk.hold().map_err(at("hold the state of", ""))?;
-        for folder in ["objects", INCOMING, GENERATIONS, ASIDE] {
+        let _held = disk.lock_state().map_err(at("lock the state of", ""))?;
+        for folder in ["objects", INCOMING, GENERATIONS, QUARANTINE] {
             disk.make_folder(folder).map_err(at("make folder", folder))?;
         }
         disk.sync_folder("").map_err(at("sync", ""))?;
-        let (slots, read) = Slots::read(&*disk);
+        let (copies, found) = Copies::read(&*disk);
         let (trust, system_pinned) = (pinned.clone(), pinned.clone());
-        let mut store = Self { disk, slots, state: State::default(), trust, pinned, system_pinned };
-        match read {
-            Read::Nothing => return Ok(store),
-            Read::State { state, both } => {
-                store.trust = trusting(&store.pinned, &state.statements);
-                store.state = *state;
+        let mut store = Self { disk, copies, state: State::default(), trust, pinned, system_pinned };
+        match found {
+            Found::Nothing => return Ok(store),
+            Found::State { state, both } => {
+                store.trust = trust_from(&store.pinned, &state.statements);
+                store.state = state;
                 if !both {
                     store.write()?;
                 }
             }
-            Read::Unread(error) => return Err(at("read the state of", "")(error)),
-            Read::Damaged => {
+            Found::Unreadable(error) => return Err(at("read the state of", "")(error)),
+            Found::Damaged => {
                 store.rebuild()?;
                 store.write()?;
             }
         }
         store.learn_addressees()?;
-        store.stand()?;
-        follow(&*store.disk, &store.state)?;
+        store.check_playing()?;
+        update_link(&*store.disk, &store.state)?;
         Ok(store)
     }
 
-    /// What is known of the flocks of this unit.
+    /// The state of the store.
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// Whom this unit trusts, all statements learned so far taken into account.
+    /// The keys that this unit trusts, with all learned statements.
     pub fn trust(&self) -> &Trust {
         &self.trust
     }
 
-    /// Takes systems from `keys` and from whom they have taken in, and from nobody else: a role of its own.
+    /// Accepts systems only from `keys` and those that they have added: a separate role.
     #[must_use]
     pub fn with_system_keys(self, keys: Trust) -> Self {
         Self { system_pinned: keys, ..self }
     }
 
-    /// Whose systems this unit takes, all statements learned so far taken into account.
+    /// The keys whose systems this unit accepts, with all learned statements.
     pub fn system_trust(&self) -> Trust {
-        trusting(&self.system_pinned, &self.state.statements)
+        trust_from(&self.system_pinned, &self.state.statements)
     }
 
-    /// Learns from the file of statements that a bundle carries; returns what was new, and what was too much. What is
-    /// said by someone who may not say it is passed over.
+    /// Learns a bundle's statements; returns the changes, and the statements above quota. Statements of keys without
+    /// permission are ignored.
     ///
     /// # Errors
-    /// [`StoreError::Disk`] if it could not be kept; it was not learned then.
-    pub fn learn(&mut self, file: &[u8]) -> Result<Lesson, StoreError> {
+    /// [`StoreError::Disk`] if they could not be saved; nothing was learned then.
+    pub fn learn(&mut self, file: &[u8]) -> Result<TrustUpdate, StoreError> {
         let mut trust = self.trust.clone();
         let lesson = trust.learn_all(file);
         if !lesson.news.is_empty() {
             let counted: BTreeSet<&str> = self.trust.said().collect();
-            // The owner may have taken away the key that said so, and may give it back.
+            // Statements of a key that the owner has removed are kept, because the key may come back.
             let silent = self.state.statements.iter().filter(|text| !counted.contains(text.as_str())).cloned();
             let statements: Vec<String> = silent.chain(trust.said().map(str::to_owned)).collect();
             self.change(|state| State { statements, ..state })?;
@@ -216,86 +216,86 @@ impl Store {
     /// Whether the bundle behind `seal` may be installed on `unit`.
     ///
     /// # Errors
-    /// [`Refused::ForEverybody`], [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
-    pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refused> {
+    /// [`Refusal::ForEverybody`], [`Refusal::ForOthers`], [`Refusal::MarkedBad`] or [`Refusal::Older`].
+    pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refusal> {
         self.state.admit(seal, unit, consent)
     }
 
-    /// Whether `unverified` is the seal of the generation that plays: there is no news then.
-    pub fn is_no_news(&self, unverified: &Unverified) -> bool {
+    /// Whether `unverified` is the seal of the generation that plays.
+    pub fn is_current(&self, unverified: &UnverifiedSeal) -> bool {
         self.state.playing().is_some_and(|playing| playing.seal == ObjectId::of(unverified.bytes()))
     }
 
-    /// What has to be fetched for the bundle.
+    /// The objects to fetch for the bundle.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn plan(&self, bundle: &Verified) -> Result<Plan, StoreError> {
-        plan(bundle.contents(), |file| self.held(&file.id, file.size))
+    pub fn plan(&self, bundle: &VerifiedBundle) -> Result<FetchPlan, StoreError> {
+        plan(bundle.contents(), |file| self.presence(&file.id, file.size))
     }
 
     /// The room that is left, in bytes.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn room(&self) -> Result<u64, StoreError> {
-        self.disk.room().map_err(at("measure the room of", ""))
+    pub fn free_bytes(&self) -> Result<u64, StoreError> {
+        self.disk.free_bytes().map_err(at("measure the room of", ""))
     }
 
-    /// Whoever plays begins to play what is current. A trial that was begun too often is lost by that.
+    /// Records a start of the current generation. After too many starts it is rejected.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn started(&mut self) -> Result<Verdict, StoreError> {
+    pub fn record_start(&mut self) -> Result<Verdict, StoreError> {
         let mut verdict = Verdict::Open;
         self.change(|state| {
-            let (state, said) = state.started();
+            let (state, said) = state.record_start();
             verdict = said;
             state
         })?;
         Ok(verdict)
     }
 
-    /// The generation on trial has proved itself: it is the last good one from now on.
+    /// Accepts the generation on trial: it is the last good one from now on.
     ///
     /// # Errors
-    /// [`StoreError::Disk`]; the trial goes on then.
-    pub fn won(&mut self) -> Result<(), StoreError> {
-        self.change(State::won)
+    /// [`StoreError::Disk`]; the trial continues then.
+    pub fn accept(&mut self) -> Result<(), StoreError> {
+        self.change(State::accept)
     }
 
-    /// The generation on trial does not play: the last good one comes back, and the bundle is marked bad.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
-    pub fn lost(&mut self) -> Result<(), StoreError> {
-        self.change(State::lost)
-    }
-
-    /// The last good generation is beyond repair: the one before it comes back, if there is one.
+    /// Rejects the generation on trial: the last good one comes back, and the bundle is marked bad.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn good_is_gone(&mut self) -> Result<(), StoreError> {
-        self.change(State::good_is_gone)
+    pub fn reject(&mut self) -> Result<(), StoreError> {
+        self.change(State::reject)
     }
 
-    /// Gives up the reserve, the generation before the last good one, for its room. [`Store::collect`] frees it.
+    /// Drops the last good generation, which cannot be repaired: the one before it comes back, if there is one.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn give_up_reserve(&mut self) -> Result<(), StoreError> {
-        self.change(State::without_reserve)
+    pub fn drop_good(&mut self) -> Result<(), StoreError> {
+        self.change(State::drop_good)
     }
 
-    /// Changes the state as it stands now, writes it down, and then makes the disk follow.
+    /// Drops the generation before the last good one, for its space. [`Store::collect`] frees it.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`].
+    pub fn drop_reserve(&mut self) -> Result<(), StoreError> {
+        self.change(State::drop_before)
+    }
+
+    /// Changes the state, saves it, and then updates the link.
     fn change(&mut self, change: impl FnOnce(State) -> State) -> Result<(), StoreError> {
-        let held = self.disk.hold().map_err(at("hold the state of", ""))?;
+        let held = self.disk.lock_state().map_err(at("lock the state of", ""))?;
         if held.is_some()
-            && let (slots, Read::State { state, .. }) = Slots::read(&*self.disk)
+            && let (copies, Found::State { state, .. }) = Copies::read(&*self.disk)
         {
             // The player may have judged since.
-            (self.slots, self.state) = (slots, *state);
+            (self.copies, self.state) = (copies, state);
         }
         let state = change(self.state.clone());
         if state == self.state {
@@ -306,15 +306,15 @@ impl Store {
             self.state = before;
             return Err(error);
         }
-        self.trust = trusting(&self.pinned, &self.state.statements);
-        follow(&*self.disk, &self.state)
+        self.trust = trust_from(&self.pinned, &self.state.statements);
+        update_link(&*self.disk, &self.state)
     }
 
     fn write(&mut self) -> Result<(), StoreError> {
-        self.slots.write(&*self.disk, &self.state).map_err(at("write the state of", ""))
+        self.copies.write_both(&*self.disk, &self.state).map_err(at("write the state of", ""))
     }
 
-    /// Learns from their seals for whom the generations are of which an older program did not write it down.
+    /// Reads the addressees of generations from their seals, where an older program did not save them.
     fn learn_addressees(&mut self) -> Result<(), StoreError> {
         let state = self.state.clone().addressed(|generation| self.sealed_for(generation));
         if state == self.state {
@@ -324,16 +324,15 @@ impl Store {
         self.write()
     }
 
-    /// For whom the seal says that `generation` is, if it can be read.
+    /// The addressees in the seal of `generation`, if it can be read.
     fn sealed_for(&self, generation: &Generation) -> Option<Addressees> {
         let bytes = self.disk.read(&format!("{}/seal", generation_folder(generation.number)), limits::SEAL).ok()?;
         let seal = Seal::kept(bytes, generation.signer, generation.seal).ok()?;
         Some(seal.letter().addressees.clone())
     }
 
-    /// Gives up what plays if its folder is gone, which only a damaged file system can have done, and nothing in the
-    /// store mends it.
-    fn stand(&mut self) -> Result<(), StoreError> {
+    /// Drops the generation that plays if its folder is missing, after damage of the file system, and cannot be restored.
+    fn check_playing(&mut self) -> Result<(), StoreError> {
         while let Some(playing) = self.state.playing().cloned() {
             let toml = format!("{}/{}", flock_folder(playing.number), flock::FILE_NAME);
             let is_there = || self.disk.length(&toml).map_err(at("look at", &toml));
@@ -346,27 +345,27 @@ impl Store {
             if is_there()?.is_some() {
                 break;
             }
-            self.state = self.state.clone().vanished();
+            self.state = self.state.clone().drop_playing();
             self.write()?;
         }
         Ok(())
     }
 
-    fn held(&self, id: &ObjectId, size: u64) -> Result<Held, StoreError> {
+    fn presence(&self, id: &ObjectId, size: u64) -> Result<Presence, StoreError> {
         let length = |path: &str| self.disk.length(path).map_err(at("look at", path));
         if length(&id.path())? == Some(size) {
-            return Ok(Held::Whole);
+            return Ok(Presence::Whole);
         }
-        Ok(length(&incoming(id))?.map_or(Held::Nothing, Held::Part))
+        Ok(length(&incoming(id))?.map_or(Presence::Nothing, Presence::Part))
     }
 
-    /// What is known, from the generations themselves: both copies of the state are damaged.
+    /// Rebuilds the state from the generations, if both copies of it are damaged.
     fn rebuild(&mut self) -> Result<(), StoreError> {
-        let pointed = self.disk.pointed(CURRENT).map_err(at("read link", CURRENT))?;
+        let pointed = self.disk.read_link(CURRENT).map_err(at("read link", CURRENT))?;
         for name in self.disk.list(GENERATIONS).map_err(at("list", GENERATIONS))? {
-            let Some(number) = crate::names::plain(&name) else { continue };
+            let Some(number) = crate::names::parse_plain(&name) else { continue };
             self.state.newest = self.state.newest.max(number);
-            let Some(generation) = self.vouched(number)? else { continue };
+            let Some(generation) = self.verified_generation(number)? else { continue };
             let floor = self.state.floors.entry(generation.signer).or_insert(generation.sequence);
             *floor = generation.sequence.max(*floor);
             let plays = pointed.as_deref() == Some(&flock_folder(number));
@@ -384,25 +383,25 @@ impl Store {
         Ok(())
     }
 
-    /// The generation in the folder `number`, as far as its signature can tell; `None` if it cannot.
-    fn vouched(&mut self, number: u64) -> Result<Option<Generation>, StoreError> {
+    /// The generation in the folder `number`, if its signature is valid.
+    fn verified_generation(&mut self, number: u64) -> Result<Option<Generation>, StoreError> {
         let folder = generation_folder(number);
-        let said = self.paper(&format!("{folder}/statements"), limits::STATE)?.unwrap_or_default();
-        self.trust.recall(&said);
+        let said = self.read_if_present(&format!("{folder}/statements"), limits::STATE)?.unwrap_or_default();
+        self.trust.relearn(&said);
         self.state.statements = self.trust.said().map(str::to_owned).collect();
-        let bytes = self.paper(&format!("{folder}/seal"), limits::SEAL)?;
-        let Some(Ok(seal)) = bytes.map(|bytes| Unverified::new(bytes).verify(&self.trust)) else { return Ok(None) };
+        let bytes = self.read_if_present(&format!("{folder}/seal"), limits::SEAL)?;
+        let Some(Ok(seal)) = bytes.map(|bytes| UnverifiedSeal::new(bytes).verify(&self.trust)) else { return Ok(None) };
         let (letter, id) = (seal.letter(), seal.id());
         let (flock, signer, sequence) = (letter.flock.clone(), seal.signer(), letter.sequence);
         let addressees = Some(letter.addressees.clone());
         Ok(Some(Generation { number, flock, signer, sequence, seal: id, addressees, unknown: Unknown::new() }))
     }
 
-    /// What lies at `path`; `None` if there is nothing, or nothing that can be what it should.
-    fn paper(&self, path: &str, limit: u64) -> Result<Option<Vec<u8>>, StoreError> {
+    /// The file at `path`; `None` if there is none, or it is too large.
+    fn read_if_present(&self, path: &str, limit: u64) -> Result<Option<Vec<u8>>, StoreError> {
         match self.disk.read(path, limit) {
             Ok(bytes) => Ok(Some(bytes)),
-            // A disk that does not answer may do so later: nothing is given up for that.
+            // A read error may pass, so it does not count as missing.
             Err(error) if error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) => {
                 Err(at("read", path)(error))
             }
@@ -418,10 +417,10 @@ impl std::fmt::Debug for Store {
     }
 }
 
-/// Makes the link say what the state says.
-fn follow(disk: &dyn Disk, state: &State) -> Result<(), StoreError> {
+/// Updates the link from the state.
+fn update_link(disk: &dyn Disk, state: &State) -> Result<(), StoreError> {
     let wanted = state.playing().map(|generation| flock_folder(generation.number));
-    let found = disk.pointed(CURRENT).map_err(at("read link", CURRENT))?;
+    let found = disk.read_link(CURRENT).map_err(at("read link", CURRENT))?;
     if wanted == found {
         return Ok(());
     }
@@ -430,7 +429,7 @@ fn follow(disk: &dyn Disk, state: &State) -> Result<(), StoreError> {
             Some(target) => {
                 let temporary = format!("{CURRENT}.new");
                 disk.remove(&temporary)?;
-                disk.point(&temporary, target)?;
+                disk.symlink(&temporary, target)?;
                 disk.rename(&temporary, CURRENT)?;
             }
             None => disk.remove(CURRENT)?,
@@ -440,10 +439,10 @@ fn follow(disk: &dyn Disk, state: &State) -> Result<(), StoreError> {
     switch().map_err(at("switch", CURRENT))
 }
 
-/// Whom the owner trusts, and whom they vouched for since.
-fn trusting(pinned: &Trust, statements: &[String]) -> Trust {
+/// The owner's keys with the learned statements.
+fn trust_from(pinned: &Trust, statements: &[String]) -> Trust {
     let mut trust = pinned.clone();
-    trust.recall(statements.concat().as_bytes());
+    trust.relearn(statements.concat().as_bytes());
     trust
 }
 
@@ -459,7 +458,7 @@ fn incoming(id: &ObjectId) -> String {
     format!("{INCOMING}/{id}")
 }
 
-/// The error of trying `doing` on `path`.
+/// The error of `doing` on `path`.
 fn at(doing: &'static str, path: &str) -> impl FnOnce(io::Error) -> StoreError {
     let path = path.to_owned();
     move |source| StoreError::Disk { doing, path, source }

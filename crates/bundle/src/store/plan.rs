@@ -1,24 +1,24 @@
-//! What a unit has to fetch.
+//! The objects that a unit has to fetch.
 //!
-//! Owns the difference between what a bundle lists and what is there: by content, so that what two flocks share is
-//! never fetched again. Pure: what is there comes in as an argument.
+//! Owns the difference between a bundle's objects and the present ones, by digest, so that objects shared by flocks are
+//! fetched once. Pure: the present objects are an argument.
 //!
 //! Start at [`plan`].
 
 use crate::contents::{Contents, FileEntry};
 use crate::names::{FilePath, ObjectId};
 
-/// What a file system takes in pieces of: sizes are rounded up to it.
+/// The block size of a file system, to which sizes are rounded up.
 const BLOCK: u64 = 4096;
-/// One page of fs-verity's hashes for so many of content.
+/// Content pages for each page of fs-verity hashes.
 const VERITY_FAN: u64 = 127;
 
 /// How much of an object is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Held {
+pub enum Presence {
     /// Nothing.
     Nothing,
-    /// So many bytes from its beginning, not checked.
+    /// This many bytes from its start, not verified.
     Part(u64),
     /// All of it, checked.
     Whole,
@@ -26,23 +26,23 @@ pub enum Held {
 
 /// An object that is to be fetched.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wanted {
+pub struct FetchItem {
     /// Which.
     pub id: ObjectId,
     /// Its size in bytes.
     pub size: u64,
-    /// How much of it is there, from its beginning.
+    /// The bytes present, from its start.
     pub have: u64,
-    /// One of the paths that it has in the flock: what people know it by.
+    /// One of its paths in the flock, for messages.
     pub path: FilePath,
 }
 
-/// What has to be fetched for a bundle, `flock.toml` first, then in the order of the paths.
+/// The objects to fetch for a bundle, `flock.toml` first, then in the order of the paths.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Plan {
+pub struct FetchPlan {
     /// The objects, each once.
-    pub wanted: Vec<Wanted>,
-    /// How many objects the bundle has, those that are there included.
+    pub wanted: Vec<FetchItem>,
+    /// The number of all objects of the bundle.
     pub objects: usize,
     /// How many bytes they have.
     pub bytes: u64,
@@ -51,56 +51,56 @@ pub struct Plan {
 /// Room that is not there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shortfall {
-    /// What the plan and the reserve need, in bytes.
+    /// The bytes that the plan and the reserve need.
     pub needed: u64,
     /// What there is.
     pub room: u64,
 }
 
-/// Plans to fetch the objects of `contents` of which `held` tells that they are not whole.
+/// Plans to fetch the objects of `contents` that are incomplete according to `held`.
 ///
 /// # Errors
 /// The first one of `held`.
-pub fn plan<E>(contents: &Contents, held: impl FnMut(&FileEntry) -> Result<Held, E>) -> Result<Plan, E> {
+pub fn plan<E>(contents: &Contents, held: impl FnMut(&FileEntry) -> Result<Presence, E>) -> Result<FetchPlan, E> {
     plan_of(contents.objects(), held)
 }
 
-/// The same, of these `files`, none of which is there twice.
+/// The same for `files`, without duplicates.
 pub(crate) fn plan_of<'f, E>(
     files: impl IntoIterator<Item = &'f FileEntry>,
-    mut held: impl FnMut(&FileEntry) -> Result<Held, E>,
-) -> Result<Plan, E> {
-    let mut plan = Plan::default();
+    mut held: impl FnMut(&FileEntry) -> Result<Presence, E>,
+) -> Result<FetchPlan, E> {
+    let mut plan = FetchPlan::default();
     for file in files {
         plan.objects += 1;
         plan.bytes += file.size;
         let have = match held(file)? {
-            Held::Whole => continue,
-            // More than there can be was never ours.
-            Held::Part(have) if have <= file.size => have,
-            Held::Part(_) | Held::Nothing => 0,
+            Presence::Whole => continue,
+            // A partial file that is too long is not ours.
+            Presence::Part(have) if have <= file.size => have,
+            Presence::Part(_) | Presence::Nothing => 0,
         };
-        plan.wanted.push(Wanted { id: file.id, size: file.size, have, path: file.path.clone() });
+        plan.wanted.push(FetchItem { id: file.id, size: file.size, have, path: file.path.clone() });
     }
     Ok(plan)
 }
 
-impl Plan {
+impl FetchPlan {
     /// How many bytes are to be fetched.
     pub fn to_fetch(&self) -> u64 {
         self.wanted.iter().map(|wanted| wanted.size - wanted.have).sum()
     }
 
-    /// How many bytes of the disk that will take, with all that belongs to a file.
+    /// The disk space that this takes, in bytes, with the overhead of each file.
     pub fn to_store(&self) -> u64 {
-        let stored = |wanted: &Wanted| {
+        let stored = |wanted: &FetchItem| {
             let blocks = (wanted.size - wanted.have).div_ceil(BLOCK);
             (blocks + wanted.size.div_ceil(BLOCK * VERITY_FAN) + 1) * BLOCK
         };
         self.wanted.iter().map(stored).sum()
     }
 
-    /// What is missing if `room` bytes are free, of which `reserve` must stay so; `None` if it fits.
+    /// The shortfall if `room` bytes are free, of which `reserve` must stay free; `None` if it fits.
     pub fn shortfall(&self, room: u64, reserve: u64) -> Option<Shortfall> {
         if self.wanted.is_empty() {
             return None;

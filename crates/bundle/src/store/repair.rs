@@ -1,64 +1,65 @@
-//! From what is damaged to what is whole, without a moment in which a flock lacks a file.
+//! Replacement of damaged objects, without a moment in which a flock lacks a file.
 //!
-//! Owns what was put aside: objects that are damaged, or that the disk did not give, under their names in a folder of
-//! their own. The flocks keep them meanwhile, under their second names. An object that was put aside is missing, so that
-//! it is fetched again; then it takes the place of the other in every flock, in one step for each, and only then nothing
-//! is put aside any more. Never decides what is damaged: `upkeep.rs` does.
+//! Owns the quarantine: damaged or unreadable objects are renamed into a separate folder, while the flocks keep their
+//! hard links. A quarantined object counts as missing, so that it is fetched again; then it replaces the old one in
+//! every flock by a rename, and the quarantine is emptied last. `upkeep.rs` finds damaged objects.
 //!
-//! Start at [`Store::mend`](crate::Store::mend).
+//! Start at [`Store::repair`](crate::Store::repair).
 
 use std::collections::BTreeSet;
 use std::io;
 
-use crate::contents::Verified;
+use durable::parent;
+
+use crate::contents::VerifiedBundle;
 use crate::names::ObjectId;
-use crate::store::disk::{Disk, folder_of};
+use crate::store::disk::Disk;
 use crate::store::install::link_all;
-use crate::store::plan::Wanted;
+use crate::store::plan::FetchItem;
 use crate::store::state::Generation;
 use crate::store::{Store, StoreError, at, flock_folder, generation_folder};
 
-/// Where an object lies that was put aside.
-pub(crate) const ASIDE: &str = "aside";
+/// The path of a quarantined object.
+pub(crate) const QUARANTINE: &str = "aside";
 
 impl Store {
-    /// Puts an object aside: from now on it is missing. Every flock keeps the file.
-    pub(crate) fn put_aside(&self, id: &ObjectId) -> Result<(), StoreError> {
-        let (object, aside) = (id.path(), aside(id));
+    /// Quarantines an object: from now on it counts as missing. Every flock keeps the file.
+    pub(crate) fn quarantine(&self, id: &ObjectId) -> Result<(), StoreError> {
+        let (object, quarantined) = (id.path(), quarantined(id));
         let put = || -> io::Result<()> {
-            self.disk.rename(&object, &aside)?;
-            self.disk.sync_folder(ASIDE)?;
-            self.disk.sync_folder(folder_of(&object))
+            self.disk.rename(&object, &quarantined)?;
+            self.disk.sync_folder(QUARANTINE)?;
+            self.disk.sync_folder(parent(&object))
         };
-        put().map_err(at("put aside", &object))
+        put().map_err(at("quarantine", &object))
     }
 
-    /// Whether an object that was put aside is whole after all, as when the disk did not give it for a moment: it is back
-    /// then.
+    /// Restores a quarantined object that turns out to be intact, for example after a temporary read error; returns
+    /// whether it was.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn reclaim(&self, wanted: &Wanted) -> Result<bool, StoreError> {
-        let (object, aside) = (wanted.id.path(), aside(&wanted.id));
-        if !matches!(self.read_through(&aside, &mut |_| true), Ok(Some(read)) if read == wanted.id) {
+    pub fn restore(&self, wanted: &FetchItem) -> Result<bool, StoreError> {
+        let (object, quarantined) = (wanted.id.path(), quarantined(&wanted.id));
+        if !matches!(self.read_through(&quarantined, &mut |_| true), Ok(Some(read)) if read == wanted.id) {
             return Ok(false);
         }
         let back = || -> io::Result<()> {
-            self.disk.rename(&aside, &object)?;
-            self.disk.sync_folder(folder_of(&object))?;
-            self.disk.sync_folder(ASIDE)
+            self.disk.rename(&quarantined, &object)?;
+            self.disk.sync_folder(parent(&object))?;
+            self.disk.sync_folder(QUARANTINE)
         };
-        back().map_err(at("put back", &object))?;
+        back().map_err(at("restore", &object))?;
         Ok(true)
     }
 
-    /// Puts what was fetched again into the generations that lack it, and into the place of what was put aside.
+    /// Links refetched objects into the generations that lack them, replacing the quarantined ones.
     ///
     /// # Errors
     /// [`StoreError`].
-    pub fn mend(&self) -> Result<(), StoreError> {
+    pub fn repair(&self) -> Result<(), StoreError> {
         let mut replaced = BTreeSet::new();
-        for name in self.disk.list(ASIDE).map_err(at("list", ASIDE))? {
+        for name in self.disk.list(QUARANTINE).map_err(at("list", QUARANTINE))? {
             let Ok(id) = ObjectId::parse(&name) else { continue };
             let object = id.path();
             if self.disk.length(&object).map_err(at("look at", &object))?.is_some() {
@@ -72,28 +73,28 @@ impl Store {
             swap_all(&*self.disk, &bundle, generation, &replaced).map_err(at("mend", &folder))?;
         }
         for id in &replaced {
-            let aside = aside(id);
-            self.disk.remove(&aside).map_err(at("remove", &aside))?;
+            let quarantined = quarantined(id);
+            self.disk.remove(&quarantined).map_err(at("remove", &quarantined))?;
         }
-        if replaced.is_empty() { Ok(()) } else { self.disk.sync_folder(ASIDE).map_err(at("sync", ASIDE)) }
+        if replaced.is_empty() { Ok(()) } else { self.disk.sync_folder(QUARANTINE).map_err(at("sync", QUARANTINE)) }
     }
 
-    /// Links what a generation lacks and the store has.
-    pub(crate) fn link_again(&self, generation: &Generation, bundle: &Verified) -> Result<(), StoreError> {
+    /// Links the files that a generation lacks and the store has.
+    pub(crate) fn link_again(&self, generation: &Generation, bundle: &VerifiedBundle) -> Result<(), StoreError> {
         let folder = flock_folder(generation.number);
         link_all(&*self.disk, bundle.contents(), &folder).map_err(at("mend", &folder))
     }
 }
 
-/// Where an object lies that was put aside.
-pub(crate) fn aside(id: &ObjectId) -> String {
-    format!("{ASIDE}/{id}")
+/// The path of a quarantined object.
+pub(crate) fn quarantined(id: &ObjectId) -> String {
+    format!("{QUARANTINE}/{id}")
 }
 
-/// Has every file of the generation whose object was `replaced` be that object, and syncs what is new.
+/// Replaces every file of the generation whose object is in `replaced`, and syncs the new links.
 fn swap_all(
     disk: &dyn Disk,
-    bundle: &Verified,
+    bundle: &VerifiedBundle,
     generation: &Generation,
     replaced: &BTreeSet<ObjectId>,
 ) -> io::Result<()> {
@@ -105,9 +106,9 @@ fn swap_all(
         disk.remove(&new)?;
         disk.link(&file.id.path(), &new)?;
         disk.rename(&new, &name)?;
-        // Where both were the same file already, a rename leaves both names.
+        // If both names are the same file already, `rename` does nothing and both names stay.
         disk.remove(&new)?;
-        folders.insert(folder_of(&name).to_owned());
+        folders.insert(parent(&name).to_owned());
     }
     folders.iter().try_for_each(|folder| disk.sync_folder(folder))
 }

@@ -1,24 +1,22 @@
-//! What a unit knows of its flocks: which one plays, which one is on trial, which sequences it has seen.
+//! The state of a unit's flocks: the current generation, its trial, and the sequences seen.
 //!
-//! Owns every decision about generations, as pure functions of the state; whoever calls them writes the state down and
-//! makes the disk follow. The *floor* of a key is the highest sequence that has won its trial: nothing of that key that
-//! is not higher is let in again, but for the number of the floor itself once the disk has lost what it was: a unit
-//! takes back the flock that it had. A lost trial raises no floor, so that the artist may send the same number again,
-//! mended. Likewise the last that has won says for whom it was: a unit that was addressed by its name takes nothing any
-//! more that is for everybody.
+//! Owns every decision about generations, as pure functions of the state; the caller saves the state and updates the
+//! disk. The *floor* of a key is the highest sequence that was accepted after its trial. Bundles of that key must have
+//! a higher one, except that the floor itself is admitted again if the disk has lost that generation. A rejected trial
+//! does not raise the floor, so that the artist may send a corrected bundle with the same number. The addressees of the
+//! last accepted bundle are kept, too: a unit that was addressed by name admits no bundles for all units any more.
 //!
-//! A unit may fall back to an older program at any time: fields are only ever added, and what a program does not know it
-//! keeps and writes down again as it found it.
+//! A unit may go back to an older program at any time: fields are only added, and a program keeps unknown fields unchanged.
 //!
 //! | state | event | becomes |
 //! |---|---|---|
-//! | good `g` | installed `t` | good `g`, trial `t`; what was before `g` goes |
-//! | good `g`, trial `t` | installed `u` | good `g`, trial `u`; `t` goes, unjudged |
-//! | good `g`, trial `t` | shown, for the [`JOINS`]th time | won |
-//! | good `g`, trial `t` | started, for more than the [`STARTS`]th time in vain | lost |
-//! | good `g`, trial `t` | won | good `t`, before `g`; the floor of its key rises |
-//! | good `g`, trial `t` | lost | good `g`; `t` is marked bad and goes |
-//! | trial `t` | lost | nothing: the player falls back to its own |
+//! | good `g` | installed `t` | good `g`, trial `t`; the one before `g` is dropped |
+//! | good `g`, trial `t` | installed `u` | good `g`, trial `u`; `t` is dropped without a verdict |
+//! | good `g`, trial `t` | shown for the [`JOINS`]th time | accepted |
+//! | good `g`, trial `t` | started more than [`STARTS`] times without a clip | rejected |
+//! | good `g`, trial `t` | accepted | good `t`, before `g`; the floor of its key rises |
+//! | good `g`, trial `t` | rejected | good `g`; `t` is marked bad and dropped |
+//! | trial `t` | rejected | nothing: the player shows its built-in flock |
 //!
 //! Start at [`State::admit`].
 
@@ -29,94 +27,93 @@ use serde_json::Value;
 
 use crate::key::KeyId;
 use crate::names::{Addressees, ObjectId, Sequence, UnitId};
-use crate::refused::Refused;
+use crate::refusal::Refusal;
 use crate::seal::Seal;
 
-/// How often a trial may be begun in vain: a unit that died of a flock so often will not live with it.
+/// Starts of a trial without a completed clip after which it is rejected: the flock probably crashes the unit.
 pub const STARTS: u32 = 3;
-/// The joins on the glass that win a trial, over however many starts.
+/// Joins after which a trial is accepted, over any number of starts.
 pub const JOINS: u32 = 20;
 /// How many bad bundles are remembered.
 const BAD: usize = 64;
 
-/// What a newer program has written, by its name.
+/// Unknown fields of a newer program, by name.
 pub type Unknown = BTreeMap<String, Value>;
 
 /// One installed flock.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Generation {
-    /// Counts the installations of this unit; names its folder.
+    /// The number of the installation on this unit, and the name of its folder.
     pub number: u64,
-    /// What the artist calls the flock.
+    /// The flock's name.
     pub flock: String,
     /// Who signed it.
     pub signer: KeyId,
-    /// Its number among the bundles of that key.
+    /// Its sequence number.
     pub sequence: Sequence,
     /// The digest of its seal.
     pub seal: ObjectId,
-    /// For whom it is; `None` where a program has written it that did not ask.
+    /// Its addressees; `None` if an older program wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub addressees: Option<Addressees>,
-    /// What a newer program knows of it.
+    /// Unknown fields of a newer program.
     #[serde(flatten)]
     pub unknown: Unknown,
 }
 
-/// A generation that has to prove itself.
+/// A generation on trial.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Trial {
     /// Which.
     pub generation: Generation,
-    /// How often the unit has begun to play it since it last got as far as a join.
+    /// Starts since its last join.
     pub starts: u32,
-    /// The joins of it that were on the glass. A program that does not know them reads a trial without any.
+    /// Its joins that were shown. Missing in the state of older programs.
     #[serde(default, skip_serializing_if = "is_none")]
     pub joins: u32,
-    /// What a newer program knows of it.
+    /// Unknown fields of a newer program.
     #[serde(flatten)]
     pub unknown: Unknown,
 }
 
-/// What a unit knows of its flocks.
+/// The state of a unit's flocks.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct State {
-    /// The highest sequence of each key that has won a trial here.
+    /// The highest accepted sequence of each key.
     pub floors: BTreeMap<KeyId, Sequence>,
-    /// The last generation that has won its trial.
+    /// The last accepted generation.
     pub good: Option<Generation>,
     /// The one that played before it, kept as a reserve.
     pub before: Option<Generation>,
     /// The one on trial; it plays.
     pub trial: Option<Trial>,
-    /// The digests of seals that have lost a trial, oldest first.
+    /// The digests of rejected seals, oldest first.
     pub bad: Vec<ObjectId>,
-    /// What keys said about keys, in the order in which it was learned.
+    /// The learned statements about keys, in order.
     pub statements: Vec<String>,
-    /// The number of the newest generation there ever was.
+    /// The number of the newest generation so far.
     pub newest: u64,
-    /// For whom the last one was that has won its trial. It outlives that one: what is lost from the disk was still
-    /// meant for this unit.
+    /// The addressees of the last accepted generation. They are kept even if that generation is lost from the disk.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub addressees: Option<Addressees>,
-    /// What a newer program knows.
+    /// Unknown fields of a newer program.
     #[serde(flatten)]
     pub unknown: Unknown,
 }
 
-/// What the owner allows.
+/// The owner's consent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Consent {
     /// Newer bundles only.
     Newer,
-    /// This bundle, older or marked bad as it may be. To be given on the unit itself, by its owner.
+    /// Admits an older bundle, or one marked bad. Only the owner gives it, on the unit itself.
     Any,
 }
 
-/// What becomes of a bundle.
+/// The decision on a bundle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Admission {
-    /// It is kept for when the one on trial is lost. What the store lacks of it may be fetched.
+    /// It is kept in case the trial is rejected. Its missing objects may be fetched.
     Kept,
     /// It is to be installed.
     New,
@@ -126,14 +123,14 @@ pub enum Admission {
     Plays,
 }
 
-/// How a trial stands.
+/// The result of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It was begun too often and is lost.
+    /// Rejected, after too many starts.
     Lost,
     /// It goes on.
     Open,
-    /// It was shown often enough and is won.
+    /// Accepted, after enough clips.
     Won,
 }
 
@@ -152,8 +149,8 @@ impl State {
     /// Whether the bundle behind `seal` may be installed on `unit`.
     ///
     /// # Errors
-    /// [`Refused::ForEverybody`], [`Refused::ForOthers`], [`Refused::MarkedBad`] or [`Refused::Older`].
-    pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refused> {
+    /// [`Refusal::ForEverybody`], [`Refusal::ForOthers`], [`Refusal::MarkedBad`] or [`Refusal::Older`].
+    pub fn admit(&self, seal: &Seal, unit: &UnitId, consent: Consent) -> Result<Admission, Refusal> {
         let (letter, id, signer) = (seal.letter(), seal.id(), seal.signer());
         letter.addressees.admit(unit, None)?;
         let is = |generation: &Generation| generation.seal == id;
@@ -172,27 +169,26 @@ impl State {
         }
         letter.addressees.admit(unit, self.last_addressees())?;
         if self.bad.contains(&id) {
-            return Err(Refused::MarkedBad { sequence: letter.sequence });
+            return Err(Refusal::MarkedBad { sequence: letter.sequence });
         }
         let on_trial = self.trial.as_ref().filter(|trial| trial.generation.signer == signer);
         let floor = self.floors.get(&signer).copied().max(on_trial.map(|trial| trial.generation.sequence));
         let is_kept = |floor| self.kept().any(|kept| (kept.signer, kept.sequence) == (signer, floor));
         match floor {
             Some(floor) if letter.sequence < floor || letter.sequence == floor && is_kept(floor) => {
-                Err(Refused::Older { sequence: letter.sequence, floor, signer })
+                Err(Refusal::Older { sequence: letter.sequence, floor, signer })
             }
             Some(_) | None => Ok(Admission::New),
         }
     }
 
-    /// For whom the last bundle was: the one on trial, else the last that won one.
+    /// The addressees of the last bundle: the one on trial, else the last accepted one.
     fn last_addressees(&self) -> Option<&Addressees> {
         let on_trial = self.trial.as_ref().and_then(|trial| trial.generation.addressees.as_ref());
         on_trial.or(self.addressees.as_ref())
     }
 
-    /// What `seal_of` says for whom the generations are of which a program has written nothing about that. What plays
-    /// is the last of them.
+    /// Fills in missing addressees of generations from `seal_of`; the one that plays comes last.
     #[must_use]
     pub fn addressed(mut self, seal_of: impl Fn(&Generation) -> Option<Addressees>) -> Self {
         let trial = self.trial.as_mut().map(|trial| &mut trial.generation);
@@ -211,20 +207,20 @@ impl State {
         self.newest + 1
     }
 
-    /// The new generation is installed: it goes on trial.
+    /// A new generation is installed, and goes on trial.
     #[must_use]
-    pub fn installed(mut self, generation: Generation) -> Self {
+    pub fn install_trial(mut self, generation: Generation) -> Self {
         self.newest = self.newest.max(generation.number);
         self.before = None;
         self.trial = Some(Trial { generation, starts: 0, joins: 0, unknown: Unknown::new() });
         self
     }
 
-    /// The unit begins to play the one on trial.
+    /// The unit starts to play the generation on trial.
     #[must_use]
-    pub fn started(mut self) -> (Self, Verdict) {
+    pub fn record_start(mut self) -> (Self, Verdict) {
         match &mut self.trial {
-            Some(trial) if trial.starts >= STARTS => (self.lost(), Verdict::Lost),
+            Some(trial) if trial.starts >= STARTS => (self.reject(), Verdict::Lost),
             Some(trial) => {
                 trial.starts += 1;
                 (self, Verdict::Open)
@@ -233,28 +229,28 @@ impl State {
         }
     }
 
-    /// The last start is not held against the one on trial: nobody could have seen it, or it ended as it was told to.
+    /// The last start does not count: the picture was not visible, or the player was stopped regularly.
     #[must_use]
-    pub fn excused(mut self) -> Self {
+    pub fn excuse_start(mut self) -> Self {
         if let Some(trial) = &mut self.trial {
             trial.starts = trial.starts.saturating_sub(1);
         }
         self
     }
 
-    /// A clip of the one on trial was on the glass to its end. What ends a machine in the midst of a clip is met there
-    /// again by the next start, which then gets no further: so the starts before are not held against it.
+    /// A clip of the generation on trial was shown to its end. Earlier starts no longer count: a crash in a certain
+    /// clip would happen again at the next start.
     #[must_use]
-    pub fn shown(mut self) -> (Self, Verdict) {
+    pub fn record_clip(mut self) -> (Self, Verdict) {
         let Some(trial) = &mut self.trial else { return (self, Verdict::Open) };
         trial.starts = 0;
         trial.joins += 1;
-        if trial.joins < JOINS { (self, Verdict::Open) } else { (self.won(), Verdict::Won) }
+        if trial.joins < JOINS { (self, Verdict::Open) } else { (self.accept(), Verdict::Won) }
     }
 
-    /// The one on trial has proved itself.
+    /// The generation on trial is accepted.
     #[must_use]
-    pub fn won(mut self) -> Self {
+    pub fn accept(mut self) -> Self {
         if let Some(Trial { generation, .. }) = self.trial.take() {
             let floor = self.floors.entry(generation.signer).or_insert(generation.sequence);
             *floor = generation.sequence.max(*floor);
@@ -266,7 +262,7 @@ impl State {
 
     /// The one on trial does not play.
     #[must_use]
-    pub fn lost(mut self) -> Self {
+    pub fn reject(mut self) -> Self {
         if let Some(Trial { generation, .. }) = self.trial.take() {
             self.bad.retain(|bad| *bad != generation.seal);
             self.bad.push(generation.seal);
@@ -276,22 +272,22 @@ impl State {
         self
     }
 
-    /// The good one turned out to be beyond repair: the one before it plays.
+    /// The good generation cannot be repaired: the one before it plays.
     #[must_use]
-    pub fn good_is_gone(mut self) -> Self {
+    pub fn drop_good(mut self) -> Self {
         self.good = self.before.take();
         self
     }
 
-    /// What plays is gone from the disk, and nobody is to blame.
+    /// The generation that plays is missing on the disk; it is not marked bad.
     #[must_use]
-    pub fn vanished(mut self) -> Self {
-        if self.trial.take().is_none() { self.good_is_gone() } else { self }
+    pub fn drop_playing(mut self) -> Self {
+        if self.trial.take().is_none() { self.drop_good() } else { self }
     }
 
-    /// Nothing older than the good one is kept any longer.
+    /// The generation before the good one is no longer kept.
     #[must_use]
-    pub fn without_reserve(mut self) -> Self {
+    pub fn drop_before(mut self) -> Self {
         self.before = None;
         self
     }

@@ -1,8 +1,8 @@
-//! Systems on their way through the store.
+//! Systems in the store, before they are written to a slot.
 //!
-//! Owns which system may come, and what is remembered of those that came: the seal of one that is complete is *staged*,
-//! and *written* once it lies in a slot. A system is written once, whatever becomes of it there: one that does not start
-//! gives way to the one before, and is not tried for ever. Never touches a slot: the updater does.
+//! Owns the admission of systems and the seals of those received: that of a complete system is *staged*, and *written*
+//! once it is in a slot. Each system is written only once: one that does not start is replaced by the one before, and
+//! is not tried again. The updater writes the slot.
 //!
 //! ```text
 //! system/staged         the seal of a system whose halves are here, to be written
@@ -13,11 +13,13 @@
 
 use std::io::{self, ErrorKind, Read};
 
+use durable::{parent, replace};
+
 use crate::limits;
 use crate::names::{ObjectId, UnitId, Version};
-use crate::refused::Refused;
-use crate::store::disk::{Disk, folder_of, replace};
-use crate::store::plan::{Plan, plan_of};
+use crate::refusal::Refusal;
+use crate::store::disk::Disk;
+use crate::store::plan::{FetchPlan, plan_of};
 use crate::store::state::Consent;
 use crate::store::{Store, StoreError, at};
 use crate::system::{System, UnverifiedSystem};
@@ -25,20 +27,20 @@ use crate::system::{System, UnverifiedSystem};
 const FOLDER: &str = "system";
 const STAGED: &str = "system/staged";
 
-/// What becomes of a system.
+/// The decision on a system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SystemAdmission {
-    /// It runs, or a newer one does; or it waits to be written, or had its chance.
+    /// It, or a newer one, is running, staged, or was written before.
     Known,
     /// It is to be fetched and staged.
     New,
 }
 
 impl Store {
-    /// Whether `system` may come to `unit`, which runs the version `running`.
+    /// Whether `unit`, which runs the version `running`, may fetch `system`.
     ///
     /// # Errors
-    /// [`StoreError::Refused`] if it is for others, or not newer than another one of its key; [`StoreError::Disk`].
+    /// [`StoreError::Refused`] if it is for other units, or not newer than the last one of its key; [`StoreError::Disk`].
     pub fn admit_system(
         &self,
         system: &System,
@@ -48,7 +50,7 @@ impl Store {
     ) -> Result<SystemAdmission, StoreError> {
         let (release, signer) = (system.release(), system.signer());
         let refused = |refused| Err(StoreError::Refused(refused));
-        // Whoever has flocks of its own is mended like all others: a system says nothing about what is on the wall.
+        // Systems for all units are admitted also by units that have flocks of their own.
         release.addressees.admit(unit, None).map_err(StoreError::Refused)?;
         if release.version <= *running {
             return Ok(SystemAdmission::Known);
@@ -61,21 +63,21 @@ impl Store {
             Some(written) if written == *system => Ok(SystemAdmission::Known),
             Some(written) if written.release().sequence >= release.sequence => {
                 let (sequence, floor) = (release.sequence, written.release().sequence);
-                refused(Refused::Older { sequence, floor, signer })
+                refused(Refusal::Older { sequence, floor, signer })
             }
             Some(_) | None => Ok(SystemAdmission::New),
         }
     }
 
-    /// What has to be fetched for the system.
+    /// The objects to fetch for the system.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn plan_system(&self, system: &System) -> Result<Plan, StoreError> {
-        plan_of(&system.halves(), |half| self.held(&half.id, half.size))
+    pub fn plan_system(&self, system: &System) -> Result<FetchPlan, StoreError> {
+        plan_of(&system.halves(), |half| self.presence(&half.id, half.size))
     }
 
-    /// The system, whose halves must have been taken in, is to be written. It takes the place of one that was not yet.
+    /// Stages the system, whose halves must have been fetched, for writing. It replaces one that was staged before.
     ///
     /// # Errors
     /// [`StoreError::Missing`], or [`StoreError::Disk`].
@@ -87,7 +89,7 @@ impl Store {
         let lay = |disk: &dyn Disk| -> io::Result<()> {
             disk.make_folder(FOLDER)?;
             for half in system.halves() {
-                disk.sync_folder(folder_of(&half.id.path()))?;
+                disk.sync_folder(parent(&half.id.path()))?;
             }
             disk.sync_folder("objects")?;
             replace(disk, STAGED, system.bytes())?;
@@ -96,7 +98,7 @@ impl Store {
         lay(&*self.disk).map_err(at("stage", FOLDER))
     }
 
-    /// The system that is to be written. What a trusted key did not sign is not one.
+    /// The staged system, if its signature is trusted.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
@@ -104,7 +106,7 @@ impl Store {
         self.sealed(STAGED)
     }
 
-    /// Opens an object that is here, such as half a system, to be read from end to end.
+    /// Opens an object, such as half a system, for reading.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
@@ -112,17 +114,17 @@ impl Store {
         self.disk.open(&id.path()).map_err(at("open", &id.path()))
     }
 
-    /// The staged system lies in its slot. When this returns, no power cut brings it there again.
+    /// Marks the staged system as written. When this returns, that survives a power cut.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
-    pub fn settle(&self, system: &System) -> Result<(), StoreError> {
+    pub fn mark_written(&self, system: &System) -> Result<(), StoreError> {
         let written = written(system);
         let moved = self.disk.rename(STAGED, &written).and_then(|()| self.disk.sync_folder(FOLDER));
         moved.map_err(at("rename", &written))
     }
 
-    /// The staged system can't be written: what is here of it goes, so that it is fetched anew.
+    /// Removes the staged system and its objects, so that it is fetched again.
     ///
     /// # Errors
     /// [`StoreError::Disk`].
@@ -144,7 +146,7 @@ impl Store {
     }
 }
 
-/// Where the seal of the last written system of the same key lies.
+/// The path of the seal of the last written system of the same key.
 fn written(system: &System) -> String {
     format!("{FOLDER}/written.{}", system.signer())
 }

@@ -1,64 +1,61 @@
-//! Keeping the store small, and looking at every byte of it.
+//! Garbage collection and verification of the store.
 //!
-//! Owns what may go, and what is wrong with what stays. A look takes nothing away from any flock: an object that is
-//! damaged, or that the disk does not give, is put aside, so that it is fetched again; its clip stays in its place until
-//! then. How what was fetched takes that place is in `repair.rs`. Never fetches.
+//! Removes what is unused, and verifies the rest. Flocks lose no file: a damaged or unreadable object is quarantined,
+//! so that it is fetched again, and its clip stays in the flock until then. The replacement is in `repair.rs`.
 //!
 //! Start at [`Store::collect`](crate::Store::collect) and [`Store::scrub`](crate::Store::scrub).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind, Read};
 
-use crate::contents::{Contents, FileEntry, Verified};
+use crate::contents::{Contents, FileEntry, VerifiedBundle};
 use crate::limits;
-use crate::names::{ObjectId, plain};
-use crate::store::plan::Wanted;
-use crate::store::repair::ASIDE;
+use crate::names::{ObjectId, parse_plain};
+use crate::store::plan::FetchItem;
+use crate::store::repair::QUARANTINE;
 use crate::store::state::Generation;
 use crate::store::{GENERATIONS, INCOMING, Store, StoreError, at};
 use crate::system::System;
 
-/// How much is read between two looks at the pace.
+/// Bytes read between two calls of `pace`.
 const CHUNK: usize = 256 << 10;
 
-/// What a look at every byte found.
+/// The result of verifying every object.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Scrubbed {
+pub struct Scrub {
     /// Objects that were read and are whole.
     pub whole: usize,
-    /// Objects with other bytes than were signed: they have to be fetched again.
-    pub damaged: Vec<Wanted>,
-    /// Objects that the disk did not give: they have to be fetched again, unless it gives them after all.
-    pub unread: Vec<Unread>,
-    /// The disk did not give [`limits::UNREAD`] objects: it fails, and not they. The look ended there, and they are left
-    /// as they are.
+    /// Objects with a wrong digest, to be fetched again.
+    pub damaged: Vec<FetchItem>,
+    /// Objects that could not be read, to be fetched again unless a later read succeeds.
+    pub unread: Vec<UnreadableObject>,
+    /// [`limits::UNREAD`] objects could not be read: the disk is failing. The scrub ended there, without quarantine.
     pub is_failing: bool,
-    /// Generations of which nobody knows any more what they consist of.
+    /// Generations whose list of files is lost.
     pub unlisted: Vec<Generation>,
 }
 
 /// An object that could not be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unread {
+pub struct UnreadableObject {
     /// Which.
-    pub wanted: Wanted,
-    /// What the disk says.
+    pub wanted: FetchItem,
+    /// The disk's error.
     pub why: String,
 }
 
 impl Store {
-    /// Removes what no kept generation needs, nor the player now, nor the bundle that is being fetched, nor a staged
-    /// system.
+    /// Removes what is not needed by a kept generation, the player, the bundle that is being fetched, or a staged system.
     ///
     /// # Errors
     /// [`StoreError`]; nothing that is needed was removed.
-    pub fn collect(&self, fetching: Option<&Verified>) -> Result<(), StoreError> {
+    pub fn collect(&self, fetching: Option<&VerifiedBundle>) -> Result<(), StoreError> {
         let kept: BTreeSet<u64> = self.state.kept().map(|generation| generation.number).collect();
         for name in self.disk.list(GENERATIONS).map_err(at("list", GENERATIONS))? {
-            if plain(&name).is_none_or(|number| !kept.contains(&number)) {
+            if parse_plain(&name).is_none_or(|number| !kept.contains(&number)) {
                 let path = format!("{GENERATIONS}/{name}");
-                // What is still on the glass goes when the player has changed over.
-                if !self.disk.is_played(&path).map_err(at("look at", &path))? {
+                // A generation that is still played is removed after the player has switched.
+                if !self.disk.is_in_use(&path).map_err(at("look at", &path))? {
                     self.remove_tree(&path)?;
                 }
             }
@@ -66,7 +63,7 @@ impl Store {
         let mut needed: BTreeSet<ObjectId> = BTreeSet::new();
         let mut need = |contents: &Contents| needed.extend(contents.files().iter().map(|file| file.id));
         for generation in self.state.kept() {
-            // Of a generation that nobody can list, everything may be needed.
+            // Without the list of a generation, everything may be needed.
             need(self.bundle(generation)?.contents());
         }
         if let Some(bundle) = fetching {
@@ -85,7 +82,7 @@ impl Store {
         }
         let coming: BTreeSet<ObjectId> =
             fetching.iter().flat_map(|bundle| bundle.contents().files().iter().map(|file| file.id)).collect();
-        for (folder, wanted) in [(INCOMING, &coming), (ASIDE, &needed)] {
+        for (folder, wanted) in [(INCOMING, &coming), (QUARANTINE, &needed)] {
             for name in self.disk.list(folder).map_err(at("list", folder))? {
                 if ObjectId::parse(&name).is_ok_and(|id| !wanted.contains(&id)) {
                     let path = format!("{folder}/{name}");
@@ -96,14 +93,13 @@ impl Store {
         Ok(())
     }
 
-    /// Reads every byte of every generation that is kept, and puts aside what is damaged or cannot be read: no file of
-    /// any flock is taken away. `pace` is told of the bytes as they are read, may take its time, and ends the scrub by
-    /// saying `false`.
+    /// Reads every byte of every kept generation, and quarantines objects that are damaged or unreadable. `pace` is
+    /// called with the number of bytes read; it may block, and ends the scrub by returning `false`.
     ///
     /// # Errors
-    /// [`StoreError::Disk`] if what was found cannot be put aside.
-    pub fn scrub(&self, mut pace: impl FnMut(u64) -> bool) -> Result<Scrubbed, StoreError> {
-        let mut found = Scrubbed::default();
+    /// [`StoreError::Disk`] if an object cannot be quarantined.
+    pub fn scrub(&self, mut pace: impl FnMut(u64) -> bool) -> Result<Scrub, StoreError> {
+        let mut found = Scrub::default();
         let mut objects: BTreeMap<ObjectId, FileEntry> = BTreeMap::new();
         for generation in self.state.kept() {
             match self.bundle(generation) {
@@ -112,14 +108,14 @@ impl Store {
             }
         }
         for (id, file) in objects {
-            let wanted = || Wanted { id, size: file.size, have: 0, path: file.path.clone() };
+            let wanted = || FetchItem { id, size: file.size, have: 0, path: file.path.clone() };
             match self.read_through(&id.path(), &mut pace) {
                 Ok(None) => break,
                 Ok(Some(read)) if read == id => found.whole += 1,
                 Ok(Some(_)) => found.damaged.push(wanted()),
-                // Whoever asks what is missing is told of it.
+                // [`Store::missing`] lists it.
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
-                Err(error) => found.unread.push(Unread { wanted: wanted(), why: error.to_string() }),
+                Err(error) => found.unread.push(UnreadableObject { wanted: wanted(), why: error.to_string() }),
             }
             found.is_failing = found.unread.len() >= limits::UNREAD;
             if found.is_failing {
@@ -127,16 +123,16 @@ impl Store {
             }
         }
         let unread = found.unread.iter().map(|unread| &unread.wanted).filter(|_| !found.is_failing);
-        found.damaged.iter().chain(unread).try_for_each(|wanted| self.put_aside(&wanted.id))?;
+        found.damaged.iter().chain(unread).try_for_each(|wanted| self.quarantine(&wanted.id))?;
         Ok(found)
     }
 
-    /// What the kept generations lack, as far as names and sizes tell: cheap enough for every start.
+    /// The missing objects of the kept generations, by names and sizes only: cheap enough for every start.
     ///
     /// # Errors
     /// [`StoreError`].
-    pub fn missing(&self) -> Result<Vec<Wanted>, StoreError> {
-        let mut missing: BTreeMap<ObjectId, Wanted> = BTreeMap::new();
+    pub fn missing(&self) -> Result<Vec<FetchItem>, StoreError> {
+        let mut missing: BTreeMap<ObjectId, FetchItem> = BTreeMap::new();
         for generation in self.state.kept() {
             let plan = self.plan(&self.bundle(generation)?)?;
             missing.extend(plan.wanted.into_iter().map(|wanted| (wanted.id, wanted)));

@@ -1,18 +1,18 @@
-//! Whom a unit trusts.
+//! The keys that a unit trusts.
 //!
-//! Owns the set of keys: those that the owner laid into a folder, and what was said since about others. How keys stand by
-//! that is in `standing.rs`; who may say what is here:
+//! Owns the set of keys: those in the owner's folder, and the learned statements about others. The status of keys is
+//! computed in `standing.rs`; permissions are checked here:
 //!
-//! - A trusted key may take in others. A revoked key says nothing any more, except to revoke, and but for the keys that a
-//!   revocation of it keeps by name.
-//! - The owner's keys are called back by themselves only: a stolen key cannot lock out the spare one.
-//! - How much, says `quota.rs`. What has fallen is forgotten.
+//! - A trusted key may add others. Of a revoked key only revocations count, and its statements for keys that a
+//!   revocation keeps by name.
+//! - The owner's keys are revoked only by themselves: a stolen key cannot lock out the spare one.
+//! - Quotas are in `quota.rs`. Statements that no longer count are forgotten.
 //!
-//! So the order in which statements are learned makes no difference within the quotas, but for two: what a key says is
-//! passed over before anybody vouched for that key, unless both stand in one file; and what a key took in before it was
-//! called back by the word that keeps all, which is the older one, stays, and what it takes in afterwards does not count.
+//! Within the quotas the order of learning makes no difference, with two exceptions: statements of a key are ignored
+//! before that key is added, unless both are in one file; and keys added before a plain revocation of their signer
+//! stay, those added afterwards do not count.
 //!
-//! Never stores anything: the store of a unit does.
+//! The store of a unit saves the statements.
 //!
 //! Start at [`Trust::read`].
 
@@ -26,56 +26,56 @@ use std::path::Path;
 
 use crate::key::{KeyError, KeyId, PublicKey};
 use crate::limits;
-use crate::refused::{Part, Refused};
-use crate::signed::Signed;
-use standing::{Kept, Standing};
+use crate::refusal::{Part, Refusal};
+use crate::signed::SignedText;
+use standing::{KeptKeys, KeyStatuses};
 use statement::HEADING;
 
 pub use statement::{Statement, statements};
 
 /// The ending of a public key's file.
 const ENDING: &str = ".pub";
-/// So often a file of statements is read again as long as it brings something new: for keys that are vouched for only
-/// behind what they say.
+/// How often a file of statements is read again while it brings changes: a key's statements may stand before the one
+/// that adds it.
 const TURNS: usize = 16;
 
-/// The keys that are trusted, and those that were called back.
+/// The trusted and the revoked keys.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Trust {
     /// The owner's.
     pinned: BTreeMap<KeyId, PublicKey>,
-    /// What was said that counts, in the order in which it was learned.
-    words: Vec<Word>,
-    standing: Standing,
+    /// The statements that count, in the order in which they were learned.
+    words: Vec<SignedStatement>,
+    standing: KeyStatuses,
 }
 
-/// What a statement changed.
+/// The change by a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Learned {
-    /// This key is not trusted any more: whoever vouched for it was called back.
+pub enum TrustChange {
+    /// This key is not trusted any more, because the keys that added it were revoked.
     Fallen(KeyId),
-    /// It is remembered; this key stands as before.
+    /// The statement was saved; the status of this key is unchanged.
     Noted(KeyId),
     /// Nothing: it was known.
     Nothing,
-    /// This key is called back.
+    /// This key is revoked.
     Revoked(KeyId),
     /// This key is trusted from now on.
     Trusted(KeyId),
 }
 
-/// What a file of statements changed.
+/// The changes by a file of statements.
 #[derive(Debug, Default)]
-pub struct Lesson {
-    /// What is new.
-    pub news: Vec<Learned>,
-    /// What was not taken in, by the quotas.
-    pub refused: Vec<Refused>,
+pub struct TrustUpdate {
+    /// The changes.
+    pub news: Vec<TrustChange>,
+    /// The statements above quota.
+    pub refused: Vec<Refusal>,
 }
 
-/// What a key said.
+/// A statement with its signer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Word {
+struct SignedStatement {
     signer: PublicKey,
     said: Statement,
     /// Signature and all.
@@ -86,12 +86,12 @@ struct Word {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Quotas {
     Hold,
-    /// What is learned was learned before.
+    /// The statements were learned before.
     Rest,
 }
 
 impl Trust {
-    /// Trusts `keys`, and nobody else. Of two keys with the same id the first counts.
+    /// Trusts only `keys`. Of two keys with the same id the first counts.
     pub fn of(keys: impl IntoIterator<Item = PublicKey>) -> Self {
         let mut pinned = BTreeMap::new();
         for key in keys {
@@ -101,14 +101,14 @@ impl Trust {
     }
 
     fn pinning(pinned: BTreeMap<KeyId, PublicKey>) -> Self {
-        let standing = Standing::of(&pinned, &[]);
+        let standing = KeyStatuses::of(&pinned, &[]);
         Self { pinned, words: Vec::new(), standing }
     }
 
     /// Trusts the keys in the files `*.pub` of `folder`, or the key in the file `folder`.
     ///
     /// # Errors
-    /// [`KeyError`] if one of them is no key, or two have the same id.
+    /// [`KeyError`] if one of them is not a key, or two have the same id.
     pub fn read(folder: &Path) -> Result<Self, KeyError> {
         let unread = |source| KeyError::Read { path: folder.to_owned(), source };
         let mut paths = Vec::new();
@@ -151,49 +151,48 @@ impl Trust {
         self.words.iter().map(|word| &*word.text)
     }
 
-    /// Learns what one signed statement says.
+    /// Learns one signed statement.
     ///
     /// # Errors
-    /// [`Refused`] if it is not signed by a key that may say so, or has said as much as it may. Nothing was learned.
-    pub fn learn(&mut self, statement: &[u8]) -> Result<Learned, Refused> {
-        self.hear(statement, Quotas::Hold)
+    /// [`Refusal`] if its signer has no permission, or its quota is exceeded. Nothing was learned.
+    pub fn learn(&mut self, statement: &[u8]) -> Result<TrustChange, Refusal> {
+        self.apply(statement, Quotas::Hold)
     }
 
-    /// Learns from a file of statements. What is said by someone who may not say it is passed over; in which order the
-    /// statements stand makes no difference.
-    pub fn learn_all(&mut self, file: &[u8]) -> Lesson {
-        self.hear_all(file, Quotas::Hold)
+    /// Learns a file of statements in any order. Statements without permission are ignored.
+    pub fn learn_all(&mut self, file: &[u8]) -> TrustUpdate {
+        self.apply_all(file, Quotas::Hold)
     }
 
-    /// Learns again what was learned before.
-    pub(crate) fn recall(&mut self, file: &[u8]) {
-        self.hear_all(file, Quotas::Rest);
+    /// Learns saved statements again.
+    pub(crate) fn relearn(&mut self, file: &[u8]) {
+        self.apply_all(file, Quotas::Rest);
     }
 
-    /// The text of `bytes`, which a trusted key must have signed, and whose that is.
-    pub(crate) fn verify<'a>(&self, part: &Part, bytes: &'a [u8], heading: &str) -> Result<(KeyId, &'a str), Refused> {
+    /// Verifies that a trusted key signed `bytes`; returns the key and the text.
+    pub(crate) fn verify<'a>(&self, part: &Part, bytes: &'a [u8], heading: &str) -> Result<(KeyId, &'a str), Refusal> {
         let (signer, text) = self.signed(part, bytes, heading)?;
         let is_trusted = self.standing.get(signer).is_some_and(|stand| stand.is_trusted);
         if is_trusted { Ok((signer.id(), text)) } else { Err(revoked(part, signer)) }
     }
 
-    fn hear_all(&mut self, file: &[u8], quotas: Quotas) -> Lesson {
+    fn apply_all(&mut self, file: &[u8], quotas: Quotas) -> TrustUpdate {
         let trusted = |trust: &Self| trust.keys().map(PublicKey::id).collect::<BTreeSet<KeyId>>();
         let before = trusted(self);
-        let (mut left, mut lesson) = (statements(file), Lesson::default());
+        let (mut left, mut lesson) = (statements(file), TrustUpdate::default());
         for _ in 0..TURNS {
             let known = lesson.news.len();
             lesson.refused.clear();
-            left.retain(|statement| match self.hear(statement, quotas) {
+            left.retain(|statement| match self.apply(statement, quotas) {
                 Ok(learned) => {
-                    lesson.news.extend((learned != Learned::Nothing).then_some(learned));
+                    lesson.news.extend((learned != TrustChange::Nothing).then_some(learned));
                     true
                 }
-                Err(refused @ Refused::Quota { .. }) => {
+                Err(refused @ Refusal::Quota { .. }) => {
                     lesson.refused.push(refused);
                     true
                 }
-                Err(Refused::UnknownKey { .. } | Refused::RevokedKey { .. } | Refused::Forged { .. }) => true,
+                Err(Refusal::UnknownKey { .. } | Refusal::RevokedKey { .. } | Refusal::Forged { .. }) => true,
                 Err(_) => false,
             });
             if lesson.news.len() == known {
@@ -201,47 +200,47 @@ impl Trust {
             }
         }
         let after = trusted(self);
-        let fallen = before.difference(&after).map(|id| Learned::Fallen(*id));
-        let said: Vec<Learned> = lesson.news.clone();
-        let is_told = |fallen: &Learned| matches!(fallen, Learned::Fallen(id) if said.contains(&Learned::Revoked(*id)));
+        let fallen = before.difference(&after).map(|id| TrustChange::Fallen(*id));
+        let said: Vec<TrustChange> = lesson.news.clone();
+        let is_told = |fallen: &TrustChange| matches!(fallen, TrustChange::Fallen(id) if said.contains(&TrustChange::Revoked(*id)));
         lesson.news.extend(fallen.filter(|fallen| !is_told(fallen)));
         lesson
     }
 
-    fn hear(&mut self, statement: &[u8], quotas: Quotas) -> Result<Learned, Refused> {
+    fn apply(&mut self, statement: &[u8], quotas: Quotas) -> Result<TrustChange, Refusal> {
         let part = Part::Statement;
         if statement.len() as u64 > limits::SEAL {
-            return Err(Refused::TooLarge { part, limit: limits::SEAL });
+            return Err(Refusal::TooLarge { part, limit: limits::SEAL });
         }
         let (signer, text) = self.signed(&part, statement, HEADING)?;
         let (signer, said) = (signer.clone(), Statement::read(text)?);
         let text = String::from_utf8_lossy(statement).into_owned();
-        let word = Word { signer, said, text };
+        let word = SignedStatement { signer, said, text };
         let is_news = match &word.said {
             Statement::Trust(key) => self.may_take_in(&word.signer, key)?,
-            Statement::Revoke(id) | Statement::Stolen(id, _) => self.may_call_back(&word, *id)?,
+            Statement::Revoke(id) | Statement::Stolen(id, _) => self.may_revoke(&word, *id)?,
         };
         if !is_news {
-            return Ok(Learned::Nothing);
+            return Ok(TrustChange::Nothing);
         }
         if quotas == Quotas::Hold {
             quota::has_room(&self.pinned, &self.words, &word)?;
         }
-        let about = word.about();
-        let is_trusted = |trust: &Self| trust.standing.called(about).any(|(_, stand)| stand.is_trusted);
+        let subject = word.subject();
+        let is_trusted = |trust: &Self| trust.standing.with_id(subject).any(|(_, stand)| stand.is_trusted);
         let before = is_trusted(self);
         self.keep(word);
         Ok(match (before, is_trusted(self)) {
-            (false, true) => Learned::Trusted(about),
-            (true, false) => Learned::Revoked(about),
-            (true, true) | (false, false) => Learned::Noted(about),
+            (false, true) => TrustChange::Trusted(subject),
+            (true, false) => TrustChange::Revoked(subject),
+            (true, true) | (false, false) => TrustChange::Noted(subject),
         })
     }
 
-    /// Whether it is news that `signer` takes in `key`.
-    fn may_take_in(&self, signer: &PublicKey, key: &PublicKey) -> Result<bool, Refused> {
+    /// Whether `signer` may add `key`, and that is new.
+    fn may_take_in(&self, signer: &PublicKey, key: &PublicKey) -> Result<bool, Refusal> {
         let stand = self.standing.get(signer);
-        let is_kept = stand.is_some_and(|stand| matches!(&stand.kept, Kept::Only(kept) if kept.contains(key)));
+        let is_kept = stand.is_some_and(|stand| matches!(&stand.kept, KeptKeys::Only(kept) if kept.contains(key)));
         if !is_kept && !stand.is_some_and(|stand| stand.is_trusted) {
             return Err(revoked(&Part::Statement, signer));
         }
@@ -251,43 +250,44 @@ impl Trust {
         Ok(!is_owners && !is_known)
     }
 
-    /// Whether it is news that this `word` calls back the key `id`.
-    fn may_call_back(&self, word: &Word, id: KeyId) -> Result<bool, Refused> {
+    /// Whether `word` may revoke the key `id`, and that is new.
+    fn may_revoke(&self, word: &SignedStatement, id: KeyId) -> Result<bool, Refusal> {
         if id != word.signer.id() && self.pinned.contains_key(&id) {
             return Err(self.unknown(&Part::Statement, word.signer.id()));
         }
-        let Some((_, kept)) = word.said.call() else { return Ok(false) };
-        let there = self.called(&word.signer, id);
+        let Some((_, kept)) = word.said.as_revocation() else { return Ok(false) };
+        let there = self.revocation(&word.signer, id);
         Ok(there.is_none_or(|there| there.and(&kept) != there))
     }
 
-    /// What `signer` keeps of what the key `id` took in; `None` if it did not call that back.
-    fn called(&self, signer: &PublicKey, id: KeyId) -> Option<Kept> {
-        let calls = self.words.iter().filter(|word| word.signer == *signer).filter_map(|word| word.said.call());
-        calls.filter(|(called, _)| *called == id).map(|(_, kept)| kept).reduce(|one, two| one.and(&two))
+    /// The keys added by `id` that the revocation by `signer` keeps; `None` if there is no such revocation.
+    fn revocation(&self, signer: &PublicKey, id: KeyId) -> Option<KeptKeys> {
+        let revocations =
+            self.words.iter().filter(|word| word.signer == *signer).filter_map(|word| word.said.as_revocation());
+        revocations.filter(|(called, _)| *called == id).map(|(_, kept)| kept).reduce(|one, two| one.and(&two))
     }
 
-    /// Remembers `word`, and forgets what no longer counts by it.
-    fn keep(&mut self, word: Word) {
-        let known = |standing: &Standing, key: &PublicKey| standing.get(key).is_some();
+    /// Adds `word`, and removes statements that no longer count.
+    fn keep(&mut self, word: SignedStatement) {
+        let known = |standing: &KeyStatuses, key: &PublicKey| standing.get(key).is_some();
         let before = std::mem::take(&mut self.standing);
         self.words.retain(|there| !word.implies(there));
         self.words.push(word);
-        self.standing = Standing::of(&self.pinned, &self.words);
+        self.standing = KeyStatuses::of(&self.pinned, &self.words);
         let standing = &self.standing;
         self.words.retain(|word| match (standing.get(&word.signer), &word.said) {
             (Some(stand), Statement::Trust(key)) => stand.kept.includes(key),
             (Some(_), Statement::Revoke(_) | Statement::Stolen(..)) => true,
-            // Of whom nobody knew before, somebody else may know: the owner takes keys away, and gives them back.
+            // Statements about keys that were unknown before are kept: the owner may remove keys and add them again.
             (None, _) => !known(&before, &word.signer),
         });
     }
 
-    /// Who of those that somebody vouched for signed `bytes`, and their text.
-    fn signed<'a>(&self, part: &Part, bytes: &'a [u8], heading: &str) -> Result<(&PublicKey, &'a str), Refused> {
-        let signed = Signed::open(part, bytes)?;
+    /// The known key that signed `bytes`, and the text.
+    fn signed<'a>(&self, part: &Part, bytes: &'a [u8], heading: &str) -> Result<(&PublicKey, &'a str), Refusal> {
+        let signed = SignedText::open(part, bytes)?;
         let mut refused = self.unknown(part, signed.signer);
-        for (key, _) in self.standing.called(signed.signer) {
+        for (key, _) in self.standing.with_id(signed.signer) {
             match signed.text(part, key.verifier(), heading) {
                 Ok(text) => return Ok((key, text)),
                 Err(forged) => refused = forged,
@@ -296,22 +296,22 @@ impl Trust {
         Err(refused)
     }
 
-    fn unknown(&self, part: &Part, signer: KeyId) -> Refused {
-        Refused::UnknownKey { part: part.clone(), signer, trusted: self.keys().map(PublicKey::id).collect() }
+    fn unknown(&self, part: &Part, signer: KeyId) -> Refusal {
+        Refusal::UnknownKey { part: part.clone(), signer, trusted: self.keys().map(PublicKey::id).collect() }
     }
 }
 
-impl Word {
+impl SignedStatement {
     /// The key that it speaks of.
-    fn about(&self) -> KeyId {
+    fn subject(&self) -> KeyId {
         match &self.said {
             Statement::Revoke(id) | Statement::Stolen(id, _) => *id,
             Statement::Trust(key) => key.id(),
         }
     }
 
-    /// Whether nothing is lost without the `other` one. A plain revocation stays beside one that keeps: programs that do
-    /// not know that one obey it.
+    /// Whether this statement makes `other` redundant. A plain revocation stays beside one with `keep`, for older
+    /// programs that know only the plain one.
     fn implies(&self, other: &Self) -> bool {
         match (&self.said, &other.said) {
             (Statement::Stolen(id, kept), Statement::Stolen(other_id, others)) => {
@@ -322,8 +322,8 @@ impl Word {
     }
 }
 
-fn revoked(part: &Part, signer: &PublicKey) -> Refused {
-    Refused::RevokedKey { part: part.clone(), signer: signer.id() }
+fn revoked(part: &Part, signer: &PublicKey) -> Refusal {
+    Refusal::RevokedKey { part: part.clone(), signer: signer.id() }
 }
 
 #[cfg(test)]
@@ -349,13 +349,13 @@ mod tests {
         let mut trust = Trust::of([artist().public()]);
         assert!(trusts(&trust, artist()) && !trusts(&trust, &new));
         let taken_in = Statement::Trust(new.public());
-        assert!(matches!(trust.learn(&says(&other, &taken_in)), Err(Refused::UnknownKey { .. })));
-        assert!(matches!(trust.learn(&says(&new, &taken_in)), Err(Refused::UnknownKey { .. })));
+        assert!(matches!(trust.learn(&says(&other, &taken_in)), Err(Refusal::UnknownKey { .. })));
+        assert!(matches!(trust.learn(&says(&new, &taken_in)), Err(Refusal::UnknownKey { .. })));
         let word = says(artist(), &taken_in);
-        assert_eq!(trust.learn(&word).unwrap(), Learned::Trusted(new.public().id()));
-        assert_eq!(trust.learn(&word).unwrap(), Learned::Nothing);
+        assert_eq!(trust.learn(&word).unwrap(), TrustChange::Trusted(new.public().id()));
+        assert_eq!(trust.learn(&word).unwrap(), TrustChange::Nothing);
         assert!(trusts(&trust, &new) && !trusts(&trust, &other));
-        // And on: the new key takes in another.
+        // The new key adds another.
         trust.learn(&says(&new, &Statement::Trust(other.public()))).unwrap();
         assert!(trusts(&trust, &other));
     }
@@ -377,9 +377,9 @@ mod tests {
             let learned = trust.learn(&says(caller, &Statement::Revoke(called.public().id())));
             assert_eq!(learned.is_ok(), works);
             assert_eq!(trusts(&trust, called), !works);
-            // Who took it in nowise can take back nothing, either.
+            // A key that did not add it cannot revoke it.
             let learned = trust.learn(&says(&spare, &Statement::Revoke(new.public().id()))).unwrap();
-            assert_eq!((learned, trusts(&trust, called)), (Learned::Noted(new.public().id()), !works));
+            assert_eq!((learned, trusts(&trust, called)), (TrustChange::Noted(new.public().id()), !works));
             if works {
                 trust.learn(&says(artist(), &Statement::Trust(called.public()))).ok();
                 assert!(!trusts(&trust, called), "a key that was called back does not come again");
@@ -394,12 +394,12 @@ mod tests {
         trust.learn(&says(artist(), &Statement::Trust(before.public()))).unwrap();
         trust.learn(&says(artist(), &Statement::Revoke(artist().public().id()))).unwrap();
         let late = trust.learn(&says(artist(), &Statement::Trust(after.public())));
-        assert!(matches!(late, Err(Refused::RevokedKey { .. })));
+        assert!(matches!(late, Err(Refusal::RevokedKey { .. })));
         assert!(trusts(&trust, &before) && !trusts(&trust, &after) && !trusts(&trust, artist()));
         let signed = artist().sign("x", "dreams test 1\n").unwrap();
         let refused = trust.verify(&PART, &signed, "dreams test 1");
-        assert!(matches!(refused, Err(Refused::RevokedKey { .. })));
-        // Whom it took in by mistake it can still call back.
+        assert!(matches!(refused, Err(Refusal::RevokedKey { .. })));
+        // It can still revoke a key that it added by mistake.
         trust.learn(&says(artist(), &Statement::Revoke(before.public().id()))).unwrap();
         assert!(!trusts(&trust, &before));
     }

@@ -1,69 +1,76 @@
-//! How much keys may say about others.
+//! Quotas on statements.
 //!
-//! Owns the quotas. A revocation is always taken in if it is of the key that says so, or of one that it spoke of before;
-//! for all else each key has a quota of its own, so that a thief uses up that of the key that he stole, and no other.
+//! Owns the quotas. A revocation of the signer itself, or of a key that it named before, is always accepted; all other
+//! statements count against the signer's own quota, so that a thief uses up only that of the stolen key.
 //!
-//! | says | limit |
+//! | statement | limit |
 //! |---|---|
-//! | an owner's key calls back itself | none |
-//! | a key calls back one that it spoke of | [`limits::REVISIONS`] that keep different ones; what keeps less than all before takes their place |
-//! | a key speaks of another for the first time | [`limits::QUOTA`] for an owner's, [`limits::TAKEN_IN_QUOTA`] for another's, [`limits::SHARED_QUOTA`] for all others' together |
-//! | anything but an owner's revocations | [`limits::SAID`] bytes of all that was said |
+//! | an owner's key revokes itself | none |
+//! | a key revokes one that it named before | [`limits::REVISIONS`] with different keys to keep; one that keeps fewer than all before replaces them |
+//! | a key names another for the first time | [`limits::QUOTA`] for an owner's, [`limits::ADDED_QUOTA`] for another's, [`limits::SHARED_QUOTA`] for all others' together |
+//! | anything but an owner's revocations | [`limits::LEARNED_STATEMENTS`] bytes of all statements |
 //!
 //! Start at [`has_room`].
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Statement, Word};
+use super::{SignedStatement, Statement};
 use crate::key::{KeyId, PublicKey};
 use crate::limits;
-use crate::refused::Refused;
+use crate::refusal::Refusal;
 
-/// Fine if beside `words`, all that was said so far, there is room for `word`.
+/// Checks that the quotas allow `word` in addition to `words`.
 ///
 /// # Errors
-/// [`Refused::Quota`].
-pub(super) fn has_room(pinned: &BTreeMap<KeyId, PublicKey>, words: &[Word], word: &Word) -> Result<(), Refused> {
-    let (signer, about) = (word.signer.id(), word.about());
-    let is_owners = |word: &Word| pinned.contains_key(&word.signer.id());
-    let is_revocation = word.said.call().is_some();
-    if is_owners(word) && is_revocation && signer == about {
+/// [`Refusal::Quota`].
+pub(super) fn has_room(
+    pinned: &BTreeMap<KeyId, PublicKey>,
+    words: &[SignedStatement],
+    word: &SignedStatement,
+) -> Result<(), Refusal> {
+    let (signer, subject) = (word.signer.id(), word.subject());
+    let is_owners = |word: &SignedStatement| pinned.contains_key(&word.signer.id());
+    let is_revocation = word.said.as_revocation().is_some();
+    if is_owners(word) && is_revocation && signer == subject {
         return Ok(());
     }
-    let refused = |used, limit, things| Err(Refused::Quota { signer, used, limit, things });
-    let own: Vec<&Word> = words.iter().filter(|there| there.signer == word.signer).collect();
-    let is_spoken_of = signer == about || own.iter().any(|there| there.about() == about);
-    if !is_revocation || !is_spoken_of {
-        let (used, limit) = (others(&own), if is_owners(word) { limits::QUOTA } else { limits::TAKEN_IN_QUOTA });
+    let refused = |used, limit, things| Err(Refusal::Quota { signer, used, limit, things });
+    let own: Vec<_> = words.iter().filter(|there| there.signer == word.signer).collect();
+    let is_named = signer == subject || own.iter().any(|there| there.subject() == subject);
+    if !is_revocation || !is_named {
+        let (used, limit) = (others(&own), if is_owners(word) { limits::QUOTA } else { limits::ADDED_QUOTA });
         if used >= limit {
-            return refused(used, limit, "other keys that it may speak of");
+            return refused(used, limit, "other keys that its statements may name");
         }
-        let all: Vec<&Word> = words.iter().filter(|word| !is_owners(word)).collect();
+        let all: Vec<_> = words.iter().filter(|word| !is_owners(word)).collect();
         let used = others(&all);
         if !is_owners(word) && used >= limits::SHARED_QUOTA {
-            let things = "other keys that all keys together that were taken in may speak of";
+            let things = "other keys that statements of all added keys together may name";
             return refused(used, limits::SHARED_QUOTA, things);
         }
     }
-    let is_revision =
-        |there: &&&Word| there.about() == about && matches!(there.said, Statement::Stolen(..)) && !word.implies(there);
+    let is_revision = |there: &&&SignedStatement| {
+        there.subject() == subject && matches!(there.said, Statement::Stolen(..)) && !word.implies(there)
+    };
     let revisions = own.iter().filter(is_revision).count();
-    if is_revocation && signer != about && revisions >= limits::REVISIONS {
-        return refused(revisions, limits::REVISIONS, "revocations of one key that keep different ones");
+    if is_revocation && signer != subject && revisions >= limits::REVISIONS {
+        return refused(revisions, limits::REVISIONS, "revocations of one key with different keys to keep");
     }
     let used: usize = words.iter().map(|word| word.text.len()).sum();
-    if used + word.text.len() > limits::SAID && !(is_owners(word) && is_revocation) {
-        return refused(used, limits::SAID, "bytes that all statements together may have");
+    if used + word.text.len() > limits::LEARNED_STATEMENTS && !(is_owners(word) && is_revocation) {
+        return refused(used, limits::LEARNED_STATEMENTS, "bytes of all statements together");
     }
     Ok(())
 }
 
-/// Of how many other keys `words` speak.
-fn others(words: &[&Word]) -> usize {
-    let pair = |word: &Word| (word.signer.id(), word.about());
-    let (calls, trusts): (Vec<&Word>, Vec<&Word>) = words.iter().partition(|word| word.said.call().is_some());
+/// The number of other keys that `words` name.
+fn others(words: &[&SignedStatement]) -> usize {
+    let pair = |word: &SignedStatement| (word.signer.id(), word.subject());
+    let (revocations, trusts): (Vec<&SignedStatement>, Vec<&SignedStatement>) =
+        words.iter().partition(|word| word.said.as_revocation().is_some());
     let taken_in: BTreeSet<_> = trusts.iter().map(|word| pair(word)).collect();
-    let called: BTreeSet<_> = calls.iter().map(|word| pair(word)).filter(|(signer, about)| signer != about).collect();
+    let called: BTreeSet<_> =
+        revocations.iter().map(|word| pair(word)).filter(|(signer, subject)| signer != subject).collect();
     trusts.len() + called.difference(&taken_in).count()
 }
 
@@ -72,15 +79,15 @@ mod tests {
     use super::*;
     use crate::secret::SecretKey;
     use crate::secret::tests::{artist, stranger};
-    use crate::trust::{Learned, Lesson, Trust};
+    use crate::trust::{Trust, TrustChange, TrustUpdate};
 
-    fn say(trust: &mut Trust, key: &SecretKey, said: &Statement) -> Result<Learned, Refused> {
+    fn say(trust: &mut Trust, key: &SecretKey, said: &Statement) -> Result<TrustChange, Refusal> {
         trust.learn(&said.sign(key).unwrap())
     }
 
-    fn quota(said: Result<Learned, Refused>) -> (KeyId, usize) {
+    fn quota(said: Result<TrustChange, Refusal>) -> (KeyId, usize) {
         match said {
-            Err(Refused::Quota { signer, limit, .. }) => (signer, limit),
+            Err(Refusal::Quota { signer, limit, .. }) => (signer, limit),
             other => panic!("{other:?}"),
         }
     }
@@ -94,11 +101,14 @@ mod tests {
             .chain((0..200).map(|_| Statement::Trust(stranger().public())))
             .map(|said| said.sign(artist()).unwrap())
             .collect();
-        let Lesson { news, refused } = trust.learn_all(&flood.concat());
+        let TrustUpdate { news, refused } = trust.learn_all(&flood.concat());
         assert_eq!((news.len(), refused.len()), (limits::QUOTA, 201 - limits::QUOTA));
         let refusal = refused[0].to_string();
         let id = artist().public().id();
-        assert_eq!(refusal, format!("key {id} has used up its quota: 64 of 64 other keys that it may speak of"));
+        assert_eq!(
+            refusal,
+            format!("key {id} has used up its quota: 64 of 64 other keys that its statements may name")
+        );
         // The shared one, too.
         let thiefs: Vec<SecretKey> = (0..4).map(|_| stranger()).collect();
         let mut crowded = Trust::of([artist().public(), spare.public()]);
@@ -106,11 +116,11 @@ mod tests {
             say(&mut crowded, artist(), &Statement::Trust(key.public())).unwrap();
         }
         for key in &thiefs {
-            for _ in 0..limits::TAKEN_IN_QUOTA {
+            for _ in 0..limits::ADDED_QUOTA {
                 say(&mut crowded, key, &Statement::Trust(stranger().public())).unwrap();
             }
             let one_more = say(&mut crowded, key, &Statement::Trust(stranger().public()));
-            assert_eq!(quota(one_more), (key.public().id(), limits::TAKEN_IN_QUOTA));
+            assert_eq!(quota(one_more), (key.public().id(), limits::ADDED_QUOTA));
         }
         let one_more = say(&mut crowded, &thief, &Statement::Trust(stranger().public()));
         assert_eq!(quota(one_more), (thief.public().id(), limits::SHARED_QUOTA));
@@ -118,9 +128,9 @@ mod tests {
         for mut trust in [trust, crowded] {
             let (new, next) = (stranger(), stranger());
             say(&mut trust, &spare, &Statement::Trust(new.public())).unwrap();
-            let call = Statement::Stolen(id, BTreeSet::new()).sign(artist()).unwrap();
-            // Behind all that the thief says, in one file.
-            trust.learn_all(&[flood.concat(), call].concat());
+            let revocation = Statement::Stolen(id, BTreeSet::new()).sign(artist()).unwrap();
+            // After all statements of the thief, in one file.
+            trust.learn_all(&[flood.concat(), revocation].concat());
             let trusted: BTreeSet<KeyId> = trust.keys().map(PublicKey::id).collect();
             assert_eq!(trusted, [&spare, &new].map(|key| key.public().id()).into());
             assert!(trust.said().count() == 2, "what fell is forgotten");
@@ -143,7 +153,7 @@ mod tests {
             assert_eq!(say(&mut trust, artist(), &stolen(kept)).is_ok(), said, "{kept:?}");
             assert!(trust.keys().all(|key| *key != keys[0]));
         }
-        assert_eq!(say(&mut trust, artist(), &stolen(&[6])).unwrap(), Learned::Nothing);
+        assert_eq!(say(&mut trust, artist(), &stolen(&[6])).unwrap(), TrustChange::Nothing);
         assert_eq!(trust.keys().count(), limits::QUOTA, "the artist and all but the first");
     }
 
@@ -155,7 +165,7 @@ mod tests {
         for key in &all {
             say(&mut trust, artist(), &Statement::Trust(key.public())).unwrap();
         }
-        // Keys that call back themselves over and over, each time keeping others.
+        // Keys that revoke themselves repeatedly, keeping other keys each time.
         let kept: Vec<PublicKey> = (0..=limits::KEPT).map(|_| stranger().public()).collect();
         let mut full = None;
         'full: for key in &all {
@@ -167,12 +177,12 @@ mod tests {
                 }
             }
         }
-        assert!(matches!(full, Some(Refused::Quota { limit: limits::SAID, .. })), "{full:?}");
+        assert!(matches!(full, Some(Refusal::Quota { limit: limits::LEARNED_STATEMENTS, .. })), "{full:?}");
         let mut more = (0..4).map(|_| say(&mut trust, &spare, &Statement::Trust(stranger().public())));
-        assert_eq!(quota(more.find(Result::is_err).unwrap()), (spare.public().id(), limits::SAID));
-        // Of a key that was taken in, and of themselves, and nobody else does.
+        assert_eq!(quota(more.find(Result::is_err).unwrap()), (spare.public().id(), limits::LEARNED_STATEMENTS));
+        // The owners' keys may still revoke an added key, and themselves; others may not.
         let stolen = Statement::Stolen(all[0].public().id(), kept[1..].iter().cloned().collect());
-        assert_eq!(quota(say(&mut trust, &all[1], &stolen)), (all[1].public().id(), limits::SAID));
+        assert_eq!(quota(say(&mut trust, &all[1], &stolen)), (all[1].public().id(), limits::LEARNED_STATEMENTS));
         say(&mut trust, artist(), &stolen).unwrap();
         say(&mut trust, artist(), &Statement::Stolen(artist().public().id(), BTreeSet::new())).unwrap();
         assert!(trust.said().count() < 5, "what fell is forgotten");

@@ -1,44 +1,44 @@
-//! How keys stand, by all that was said.
+//! The status of keys by all statements.
 //!
-//! Owns the answer, as a pure function of what was said: in which order it was learned makes no difference. It is the
-//! least set of keys that holds the owner's and, of each key that it holds, what that one took in and still vouches for.
+//! A pure function of the statements, independent of their order. The known keys are the smallest set with the owner's
+//! keys and, for each key in the set, the keys that it added and has not revoked.
 //!
-//! - A key that called back itself is not trusted, whoever else took it in.
-//! - A key that calls back another takes back its own word for it, and no one else's: a key stays trusted as long as one
-//!   word for it stands. So a thief who takes in a key of ours cannot call it back thereby.
-//! - What a called-back key took in stays, unless a revocation says what is to stay. Several that say so about the same
-//!   key, by the same one or by that key itself, leave what all of them name.
-//! - What nobody vouches for any more has fallen: it is unknown, and so is what only it took in.
+//! - A key that revoked itself is not trusted, even if other keys added it.
+//! - A revocation of another key withdraws only the signer's own statement: a key stays trusted as long as another
+//!   key's statement for it counts. So a thief who adds one of our keys cannot revoke it.
+//! - Keys added by a revoked key stay, unless a revocation names those to keep. Several such revocations of the same
+//!   key, by the same signer or by that key itself, keep what all of them name.
+//! - A key without a valid statement for it is unknown, and so are the keys that only it added.
 //!
-//! Start at [`Standing::of`].
+//! Start at [`KeyStatuses::of`].
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Word;
+use super::SignedStatement;
 use super::statement::Statement;
 use crate::key::{KeyId, PublicKey};
 
-/// Which of the keys that a key took in its word still counts for.
+/// The keys added by a key that its statements still count for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Kept {
+pub(super) enum KeptKeys {
     All,
     Only(BTreeSet<PublicKey>),
 }
 
-/// How one key stands.
+/// The status of one key.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Stand {
+pub(super) struct KeyStatus {
     /// Else it was called back.
     pub(super) is_trusted: bool,
-    /// Which of the keys that it took in it still vouches for.
-    pub(super) kept: Kept,
+    /// Which of the keys that it added still count.
+    pub(super) kept: KeptKeys,
 }
 
-/// How every key stands that somebody vouches for, or vouched for until it was called back.
+/// The status of all known keys, revoked ones included.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Standing(BTreeMap<PublicKey, Stand>);
+pub(super) struct KeyStatuses(BTreeMap<PublicKey, KeyStatus>);
 
-impl Kept {
+impl KeptKeys {
     pub(super) fn includes(&self, key: &PublicKey) -> bool {
         match self {
             Self::All => true,
@@ -46,7 +46,7 @@ impl Kept {
         }
     }
 
-    /// What both keep.
+    /// The keys in both.
     pub(super) fn and(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::All, kept) | (kept, Self::All) => kept.clone(),
@@ -54,7 +54,7 @@ impl Kept {
         }
     }
 
-    /// What either keeps.
+    /// The keys in either.
     fn or(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::All, _) | (_, Self::All) => Self::All,
@@ -63,77 +63,77 @@ impl Kept {
     }
 }
 
-impl Standing {
-    /// How keys stand when `pinned` are the owner's, and `words` is all that was said.
-    pub(super) fn of(pinned: &BTreeMap<KeyId, PublicKey>, words: &[Word]) -> Self {
-        let everything = || Stand { is_trusted: true, kept: Kept::All };
-        let mut keys: BTreeMap<PublicKey, Stand> = pinned.values().map(|key| (key.clone(), everything())).collect();
-        let calls = calls(words);
-        let call = |signer, id: KeyId| calls.get(&(signer, id));
+impl KeyStatuses {
+    /// The status of keys with the owner's keys `pinned` and the statements `words`.
+    pub(super) fn of(pinned: &BTreeMap<KeyId, PublicKey>, words: &[SignedStatement]) -> Self {
+        let everything = || KeyStatus { is_trusted: true, kept: KeptKeys::All };
+        let mut keys: BTreeMap<PublicKey, KeyStatus> = pinned.values().map(|key| (key.clone(), everything())).collect();
+        let revocations = revocations(words);
+        let kept_by = |signer, id: KeyId| revocations.get(&(signer, id));
         let mut is_settled = false;
         while !is_settled {
             is_settled = true;
-            for Word { signer, said, .. } in words {
+            for SignedStatement { signer, said, .. } in words {
                 let Statement::Trust(key) = said else { continue };
                 let stands = keys.get(signer).is_some_and(|stand| stand.kept.includes(key))
-                    && call(signer, signer.id()).is_none_or(|kept| kept.includes(key));
+                    && kept_by(signer, signer.id()).is_none_or(|kept| kept.includes(key));
                 if !stands || signer == key || pinned.contains_key(&key.id()) {
                     continue;
                 }
-                let taken = match call(signer, key.id()) {
+                let taken = match kept_by(signer, key.id()) {
                     None => everything(),
-                    Some(kept) => Stand { is_trusted: false, kept: kept.clone() },
+                    Some(kept) => KeyStatus { is_trusted: false, kept: kept.clone() },
                 };
                 let joined = match keys.get(key) {
                     None => taken,
                     Some(stand) => {
-                        Stand { is_trusted: stand.is_trusted || taken.is_trusted, kept: stand.kept.or(&taken.kept) }
+                        KeyStatus { is_trusted: stand.is_trusted || taken.is_trusted, kept: stand.kept.or(&taken.kept) }
                     }
                 };
                 is_settled &= keys.insert(key.clone(), joined.clone()).is_some_and(|before| before == joined);
             }
         }
         for (key, stand) in &mut keys {
-            if let Some(kept) = call(key, key.id()) {
-                *stand = Stand { is_trusted: false, kept: stand.kept.and(kept) };
+            if let Some(kept) = kept_by(key, key.id()) {
+                *stand = KeyStatus { is_trusted: false, kept: stand.kept.and(kept) };
             }
         }
         Self(keys)
     }
 
-    /// How this key stands; `None` if nobody ever vouched for it, or nobody does any more.
-    pub(super) fn get(&self, key: &PublicKey) -> Option<&Stand> {
+    /// The status of this key; `None` if it is unknown.
+    pub(super) fn get(&self, key: &PublicKey) -> Option<&KeyStatus> {
         self.0.get(key)
     }
 
-    /// Every key of this id, and how it stands.
-    pub(super) fn called(&self, id: KeyId) -> impl Iterator<Item = (&PublicKey, &Stand)> {
+    /// Every key with this id, and its status.
+    pub(super) fn with_id(&self, id: KeyId) -> impl Iterator<Item = (&PublicKey, &KeyStatus)> {
         self.0.iter().filter(move |(key, _)| key.id() == id)
     }
 
-    /// Every key, and how it stands.
-    pub(super) fn all(&self) -> impl Iterator<Item = (&PublicKey, &Stand)> {
+    /// Every key, and its status.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&PublicKey, &KeyStatus)> {
         self.0.iter()
     }
 }
 
-/// What stays of whatever each key took in that was called back, by who said so.
-fn calls(words: &[Word]) -> BTreeMap<(&PublicKey, KeyId), Kept> {
-    let mut calls: BTreeMap<(&PublicKey, KeyId), Kept> = BTreeMap::new();
+/// The keys that revocations keep, by signer and revoked key.
+fn revocations(words: &[SignedStatement]) -> BTreeMap<(&PublicKey, KeyId), KeptKeys> {
+    let mut revocations: BTreeMap<(&PublicKey, KeyId), KeptKeys> = BTreeMap::new();
     for word in words {
-        let Some((id, kept)) = word.said.call() else { continue };
-        let there = calls.entry((&word.signer, id)).or_insert(Kept::All);
+        let Some((id, kept)) = word.said.as_revocation() else { continue };
+        let there = revocations.entry((&word.signer, id)).or_insert(KeptKeys::All);
         *there = there.and(&kept);
     }
-    calls
+    revocations
 }
 
 impl Statement {
-    /// The key that it calls back, and what stays of what that one took in.
-    pub(super) fn call(&self) -> Option<(KeyId, Kept)> {
+    /// The key that it revokes, and which of the keys added by that one are kept.
+    pub(super) fn as_revocation(&self) -> Option<(KeyId, KeptKeys)> {
         match self {
-            Self::Revoke(id) => Some((*id, Kept::All)),
-            Self::Stolen(id, kept) => Some((*id, Kept::Only(kept.clone()))),
+            Self::Revoke(id) => Some((*id, KeptKeys::All)),
+            Self::Stolen(id, kept) => Some((*id, KeptKeys::Only(kept.clone()))),
             Self::Trust(_) => None,
         }
     }
@@ -142,15 +142,15 @@ impl Statement {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::refused::{Part, Refused};
+    use crate::refusal::{Part, Refusal};
     use crate::secret::SecretKey;
     use crate::secret::tests::{artist, stranger};
-    use crate::trust::{Learned, Trust};
+    use crate::trust::{Trust, TrustChange};
     use ct_codecs::{Base64, Decoder, Encoder};
     use proptest::prelude::*;
     use std::sync::OnceLock;
 
-    fn signs(trust: &Trust, key: &SecretKey) -> Result<(), Refused> {
+    fn signs(trust: &Trust, key: &SecretKey) -> Result<(), Refusal> {
         let signed = key.sign("a test", "dreams test 1\n").unwrap();
         trust.verify(&Part::Seal, &signed, "dreams test 1").map(drop)
     }
@@ -159,7 +159,7 @@ mod tests {
         Statement::Trust(other.public()).sign(key).unwrap()
     }
 
-    fn calls(key: &SecretKey, other: &SecretKey, kept: &[&SecretKey]) -> Vec<u8> {
+    fn revocations(key: &SecretKey, other: &SecretKey, kept: &[&SecretKey]) -> Vec<u8> {
         let kept = kept.iter().map(|key| key.public()).collect();
         Statement::Stolen(other.public().id(), kept).sign(key).unwrap()
     }
@@ -171,15 +171,17 @@ mod tests {
         let thefts = [takes_in(artist(), &ours), takes_in(artist(), &thief), takes_in(&thief, &accomplice)].concat();
         trust.learn_all(&thefts);
         assert!(signs(&trust, &thief).is_ok() && signs(&trust, &accomplice).is_ok());
-        let news = trust.learn_all(&calls(artist(), artist(), &[&ours])).news;
-        let fallen = [&thief, &accomplice].map(|key| Learned::Fallen(key.public().id()));
-        assert!(news.contains(&Learned::Revoked(artist().public().id())) && fallen.iter().all(|id| news.contains(id)));
+        let news = trust.learn_all(&revocations(artist(), artist(), &[&ours])).news;
+        let fallen = [&thief, &accomplice].map(|key| TrustChange::Fallen(key.public().id()));
+        assert!(
+            news.contains(&TrustChange::Revoked(artist().public().id())) && fallen.iter().all(|id| news.contains(id))
+        );
         assert!(signs(&trust, &spare).is_ok() && signs(&trust, &ours).is_ok());
-        assert!(matches!(signs(&trust, artist()), Err(Refused::RevokedKey { .. })));
+        assert!(matches!(signs(&trust, artist()), Err(Refusal::RevokedKey { .. })));
         for key in [&thief, &accomplice] {
-            assert!(matches!(signs(&trust, key), Err(Refused::UnknownKey { .. })));
+            assert!(matches!(signs(&trust, key), Err(Refusal::UnknownKey { .. })));
             let said = trust.learn(&takes_in(key, &stranger()));
-            assert!(matches!(said, Err(Refused::UnknownKey { .. })), "what has fallen says nothing: {said:?}");
+            assert!(matches!(said, Err(Refusal::UnknownKey { .. })), "what has fallen says nothing: {said:?}");
         }
         trust.learn_all(&thefts);
         assert!(signs(&trust, &thief).is_err(), "nor does it come again");
@@ -189,8 +191,8 @@ mod tests {
     fn of_several_revocations_by_one_key_only_what_all_keep_stays_in_whatever_order() {
         let (spare, ours, both, thief) = (stranger(), stranger(), stranger(), stranger());
         let taken: Vec<u8> = [&ours, &both, &thief].iter().flat_map(|key| takes_in(artist(), key)).collect();
-        let his = calls(artist(), artist(), &[&thief, &both]);
-        let mine = calls(artist(), artist(), &[&ours, &both]);
+        let his = revocations(artist(), artist(), &[&thief, &both]);
+        let mine = revocations(artist(), artist(), &[&ours, &both]);
         for (one, two) in [(&his, &mine), (&mine, &his)] {
             let mut trust = Trust::of([artist().public(), spare.public()]);
             for file in [&taken, one, two] {
@@ -207,7 +209,7 @@ mod tests {
         let (spare, new) = (stranger(), stranger());
         let words = [
             takes_in(artist(), &new),
-            calls(artist(), &new, &[]),
+            revocations(artist(), &new, &[]),
             Statement::Revoke(new.public().id()).sign(artist()).unwrap(),
             takes_in(&spare, &new),
         ];
@@ -216,9 +218,9 @@ mod tests {
             trust.learn(word).unwrap();
         }
         assert!(signs(&trust, &new).is_ok());
-        assert!(matches!(trust.learn(&calls(&spare, artist(), &[])), Err(Refused::UnknownKey { .. })));
-        trust.learn(&calls(&new, &new, &[])).unwrap();
-        assert!(matches!(signs(&trust, &new), Err(Refused::RevokedKey { .. })), "but it can call back itself");
+        assert!(matches!(trust.learn(&revocations(&spare, artist(), &[])), Err(Refusal::UnknownKey { .. })));
+        trust.learn(&revocations(&new, &new, &[])).unwrap();
+        assert!(matches!(signs(&trust, &new), Err(Refusal::RevokedKey { .. })), "but it can call back itself");
     }
 
     #[test]
@@ -230,10 +232,10 @@ mod tests {
         assert_eq!(twin.id(), new.public().id());
         let mut trust = Trust::of([artist().public(), spare.public()]);
         trust.learn(&Statement::Trust(twin.clone()).sign(artist()).unwrap()).unwrap();
-        assert!(matches!(signs(&trust, &new), Err(Refused::Forged { .. })));
+        assert!(matches!(signs(&trust, &new), Err(Refusal::Forged { .. })));
         trust.learn(&takes_in(&spare, &new)).unwrap();
         assert!(signs(&trust, &new).is_ok(), "it does not keep out the one whose id it bears");
-        trust.learn(&calls(artist(), artist(), &[&new])).unwrap();
+        trust.learn(&revocations(artist(), artist(), &[&new])).unwrap();
         assert!(signs(&trust, &new).is_ok() && trust.keys().all(|key| *key != twin), "nor is it kept in its place");
     }
 
@@ -241,8 +243,8 @@ mod tests {
     fn a_revocation_counts_for_a_key_that_was_not_heard_of_yet() {
         let new = stranger();
         let mut trust = Trust::of([artist().public()]);
-        let called = trust.learn(&calls(artist(), &new, &[])).unwrap();
-        assert_eq!(called, Learned::Noted(new.public().id()));
+        let called = trust.learn(&revocations(artist(), &new, &[])).unwrap();
+        assert_eq!(called, TrustChange::Noted(new.public().id()));
         trust.learn(&takes_in(artist(), &new)).unwrap();
         assert!(signs(&trust, &new).is_err());
     }
@@ -252,15 +254,15 @@ mod tests {
         KEYS.get_or_init(|| std::array::from_fn(|_| stranger()))
     }
 
-    /// What one of the keys says of another: that it is to be trusted, or that it was stolen, and which are to stay.
+    /// A statement of one key about another: to trust it, or that it was stolen, and which keys to keep.
     fn word() -> impl Strategy<Value = Vec<u8>> {
-        (0usize..5, 0usize..5, proptest::option::weighted(0.4, 0u8..32)).prop_map(|(signer, about, stolen)| {
-            let (signer, about) = (&keys()[signer], &keys()[about]);
+        (0usize..5, 0usize..5, proptest::option::weighted(0.4, 0u8..32)).prop_map(|(signer, subject, stolen)| {
+            let (signer, subject) = (&keys()[signer], &keys()[subject]);
             match stolen {
-                None => takes_in(signer, about),
+                None => takes_in(signer, subject),
                 Some(kept) => {
                     let kept = keys().iter().enumerate().filter(|(at, _)| kept & (1 << at) != 0);
-                    calls(signer, about, &kept.map(|(_, key)| key).collect::<Vec<_>>())
+                    revocations(signer, subject, &kept.map(|(_, key)| key).collect::<Vec<_>>())
                 }
             }
         })
@@ -270,7 +272,7 @@ mod tests {
         let mut trust = Trust::of(keys()[..2].iter().map(SecretKey::public));
         trust.learn_all(&words.concat());
         let mut again = Trust::of(keys()[..2].iter().map(SecretKey::public));
-        again.recall(trust.said().collect::<String>().as_bytes());
+        again.relearn(trust.said().collect::<String>().as_bytes());
         let ids = |trust: &Trust| trust.keys().map(PublicKey::id).collect();
         assert_eq!(ids(&trust), ids(&again), "what is remembered says the same");
         (ids(&trust), trust.revoked().collect())

@@ -1,50 +1,50 @@
-//! What one key says about another.
+//! Statements of keys about keys.
 //!
-//! Owns its one spelling, signed and unsigned, and the way from a file of many to the single ones. Never judges who may
-//! say what: [`crate::Trust`] does.
+//! Owns its only spelling, signed and unsigned, and the splitting of a file of statements. [`crate::Trust`] checks
+//! permissions.
 //!
 //! ```text
 //! trust KEY             a new key is to be trusted
-//! revoke ID             a key is called back; what it took in stays
-//! revoke ID keep KEY...   a key is called back, and with it all that it took in, but for these
+//! revoke ID             a key is revoked; the keys that it added stay
+//! revoke ID keep KEY...   a key is revoked with all keys that it added, except these
 //! ```
 //!
-//! Whoever is to stay is named by the whole key: a thief can make a key of any id.
+//! Keys to keep are given in full, because a thief can create a key with any id.
 //!
 //! Start at [`Statement`].
 
 use std::collections::BTreeSet;
 
-use flock::told;
+use flock::excerpt;
 
 use crate::key::{KeyError, KeyId, PublicKey};
 use crate::limits;
-use crate::refused::{Part, Refused};
+use crate::refusal::{Part, Refusal};
 use crate::secret::SecretKey;
 
 /// The first line of a statement.
 pub(super) const HEADING: &str = "dreams key statement 1";
-/// Lines of a statement: its signature, its heading, what it says.
+/// Lines of a statement: signature, heading, text.
 const LINES: usize = 6;
-/// What stands before those that stay.
+/// The word before the keys to keep.
 const KEEP: &str = "keep";
 
-/// What a statement says.
+/// A statement about a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Statement {
-    /// This key is to be called back; what it took in stays.
+    /// Revoke this key, and keep the keys that it added.
     Revoke(KeyId),
-    /// This key is to be called back, and with it whatever it took in, but for these: at most [`limits::KEPT`].
+    /// Revoke this key and all keys that it added, except these: at most [`limits::KEPT`].
     Stolen(KeyId, BTreeSet<PublicKey>),
     /// This key is to be trusted, too.
     Trust(PublicKey),
 }
 
 impl Statement {
-    /// The statement, signed: the bytes of its file.
+    /// Signs the statement; returns the bytes of its file.
     ///
     /// # Errors
-    /// [`KeyError::Sign`] if the system gives no randomness.
+    /// [`KeyError::Sign`] if there is no randomness.
     pub fn sign(&self, key: &SecretKey) -> Result<Vec<u8>, KeyError> {
         let said = match self {
             Self::Revoke(id) => format!("revoke {id}"),
@@ -56,8 +56,8 @@ impl Statement {
         key.sign("a statement about a key", &format!("{HEADING}\n{said}\n"))
     }
 
-    /// Reads the text below the signature.
-    pub(super) fn read(text: &str) -> Result<Self, Refused> {
+    /// Parses the text below the signature.
+    pub(super) fn read(text: &str) -> Result<Self, Refusal> {
         let said = text.strip_prefix(HEADING).and_then(|rest| rest.strip_prefix('\n')).unwrap_or_default();
         let line = said.strip_suffix('\n').unwrap_or(said);
         let read = match line.split_once(' ') {
@@ -66,10 +66,10 @@ impl Statement {
             Some(_) | None => None,
         };
         let wanted = "`trust` and a key, or `revoke`, a key's id, and perhaps `keep` and keys in order";
-        read.ok_or_else(|| Refused::Line { part: Part::Statement, line: 2, wanted, found: told(said) })
+        read.ok_or_else(|| Refusal::Line { part: Part::Statement, line: 2, wanted, found: excerpt(said) })
     }
 
-    fn revocation(text: &str) -> Result<Option<Self>, Refused> {
+    fn revocation(text: &str) -> Result<Option<Self>, Refusal> {
         let mut words = text.split(' ');
         let Some(id) = words.next().and_then(KeyId::parse) else { return Ok(None) };
         match words.next() {
@@ -80,7 +80,7 @@ impl Statement {
         let mut kept: BTreeSet<PublicKey> = BTreeSet::new();
         for word in words {
             if kept.len() == limits::KEPT {
-                return Err(Refused::TooMany { part: Part::Statement, limit: limits::KEPT, things: "keys to keep" });
+                return Err(Refusal::TooMany { part: Part::Statement, limit: limits::KEPT, things: "keys to keep" });
             }
             let key = PublicKey::parse(word).filter(|key| kept.last().is_none_or(|last| last < key));
             let Some(key) = key else { return Ok(None) };
@@ -90,7 +90,7 @@ impl Statement {
     }
 }
 
-/// The single statements in the file that a bundle carries, one after the other; what is no statement ends them.
+/// The statements in a bundle's file; the first invalid one ends them.
 pub fn statements(bytes: &[u8]) -> Vec<&[u8]> {
     let mut rest = bytes;
     let mut found = Vec::new();
@@ -151,11 +151,11 @@ mod tests {
             format!("trust {one}{two}"),
         ] {
             let read = Statement::read(&format!("{HEADING}\n{said}\n"));
-            assert!(matches!(read, Err(Refused::Line { line: 2, .. })), "{said}: {read:?}");
+            assert!(matches!(read, Err(Refusal::Line { line: 2, .. })), "{said}: {read:?}");
         }
         let many: BTreeSet<_> = (0..=limits::KEPT).map(|_| stranger().public()).collect();
         let many = many.iter().fold(String::new(), |said, key| said + " " + key.line());
         let read = Statement::read(&format!("{HEADING}\nrevoke {id} keep{many}\n"));
-        assert!(matches!(read, Err(Refused::TooMany { limit: limits::KEPT, .. })), "{read:?}");
+        assert!(matches!(read, Err(Refusal::TooMany { limit: limits::KEPT, .. })), "{read:?}");
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Owns the carelessness, on top of any other disk. The crash laboratory of `tests/crash` has it on a real one.
 
-use bundle::{Append, Disk, Frozen};
+use bundle::{Disk, Protection};
+use durable::{Append, Storage};
 use std::fs::File;
 use std::io::{self, Read};
 
@@ -29,7 +30,7 @@ impl Carelessness {
 
 struct NoSync<'d>(Box<dyn Append + 'd>);
 
-impl<D: Disk> Disk for Careless<D> {
+impl<D: Disk> Storage for Careless<D> {
     fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
         let file = self.disk.append(path)?;
         Ok(if self.carelessness == Carelessness::NoFileSync { Box::new(NoSync(file)) } else { file })
@@ -39,10 +40,10 @@ impl<D: Disk> Disk for Careless<D> {
         if self.carelessness != Carelessness::WritesInPlace {
             return self.disk.rename(from, to);
         }
-        if let Some(target) = self.disk.pointed(from)? {
+        if let Some(target) = self.disk.read_link(from)? {
             self.disk.remove(to)?;
             (self.meanwhile)(&self.disk);
-            return self.disk.point(to, &target);
+            return self.disk.symlink(to, &target);
         }
         let bytes = self.disk.read(from, 1 << 30)?;
         self.disk.remove(to)?;
@@ -57,12 +58,22 @@ impl<D: Disk> Disk for Careless<D> {
         if self.carelessness == Carelessness::NoFolderSync { Ok(()) } else { self.disk.sync_folder(path) }
     }
 
-    fn freeze(&self, path: &str) -> io::Result<Frozen> {
-        if self.carelessness == Carelessness::NoFileSync { Ok(Frozen::ReadOnly) } else { self.disk.freeze(path) }
-    }
-
     fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
         self.disk.read(path, limit)
+    }
+
+    fn remove(&self, path: &str) -> io::Result<()> {
+        self.disk.remove(path)
+    }
+}
+
+impl<D: Disk> Disk for Careless<D> {
+    fn make_read_only(&self, path: &str) -> io::Result<Protection> {
+        if self.carelessness == Carelessness::NoFileSync {
+            Ok(Protection::ReadOnly)
+        } else {
+            self.disk.make_read_only(path)
+        }
     }
 
     fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
@@ -85,32 +96,28 @@ impl<D: Disk> Disk for Careless<D> {
         self.disk.link(from, to)
     }
 
-    fn remove(&self, path: &str) -> io::Result<()> {
-        self.disk.remove(path)
-    }
-
     fn remove_folder(&self, path: &str) -> io::Result<()> {
         self.disk.remove_folder(path)
     }
 
-    fn point(&self, path: &str, target: &str) -> io::Result<()> {
-        self.disk.point(path, target)
+    fn symlink(&self, path: &str, target: &str) -> io::Result<()> {
+        self.disk.symlink(path, target)
     }
 
-    fn pointed(&self, path: &str) -> io::Result<Option<String>> {
-        self.disk.pointed(path)
+    fn read_link(&self, path: &str) -> io::Result<Option<String>> {
+        self.disk.read_link(path)
     }
 
-    fn room(&self) -> io::Result<u64> {
-        self.disk.room()
+    fn free_bytes(&self) -> io::Result<u64> {
+        self.disk.free_bytes()
     }
 
-    fn hold(&self) -> io::Result<Option<File>> {
-        self.disk.hold()
+    fn lock_state(&self) -> io::Result<Option<File>> {
+        self.disk.lock_state()
     }
 
-    fn is_played(&self, folder: &str) -> io::Result<bool> {
-        self.disk.is_played(folder)
+    fn is_in_use(&self, folder: &str) -> io::Result<bool> {
+        self.disk.is_in_use(folder)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Owns how a bundle is laid out by hand, and how a folder is read back. Shared with the claims of the whole project,
 //! whose press has keys of its own.
 
-use bundle::{Addressees, Contents, FileEntry, FilePath, Folder, Letter, ObjectId, SecretKey, Sequence, UnitId};
+use bundle::{Addressees, Contents, FileEntry, FilePath, Folder, ObjectId, SealBody, SecretKey, Sequence, UnitId};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
@@ -25,7 +25,7 @@ pub(crate) fn lay(key: &SecretKey, folder: &Path, files: &Files, units: &[&str],
     for bytes in files.values().chain([&list]) {
         to.put(&ObjectId::of(bytes), bytes.len() as u64, &mut &bytes[..], folder, &mut |_| ()).unwrap();
     }
-    let letter = Letter {
+    let letter = SealBody {
         flock: "aurora".to_owned(),
         addressees: Addressees::of(units.iter().map(|name| UnitId::new(name).unwrap())),
         sequence: Sequence(sequence),

@@ -7,8 +7,9 @@ use crate::astray::ASTRAY;
 use crate::model::ModelDisk;
 use crate::press::{Files, flock, key, press, trust, unit, verified};
 use bundle::{
-    Addressees, Admission, CURRENT, Consent, Contents, FileEntry, FilePath, Folder, Letter, ObjectId, Part, Refused,
-    STATEMENTS, Sequence, SignError, Source, Statement, Store, Unverified, Verified, limits, seal_path,
+    Addressees, Admission, CURRENT, Consent, Contents, FileEntry, FilePath, Folder, ObjectId, Part, Refusal,
+    STATEMENTS, SealBody, Sequence, SignError, Source, Statement, Store, UnverifiedSeal, VerifiedBundle, limits,
+    seal_path,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -37,7 +38,7 @@ struct Counted(Box<dyn Read>, Rc<Cell<u64>>);
 /// A bundle with its content, ready to be tampered with.
 struct Good {
     stall: Stall,
-    bundle: Verified,
+    bundle: VerifiedBundle,
     files: Files,
 }
 
@@ -47,7 +48,7 @@ fn good(edition: usize, sequence: u64, units: &[&str]) -> Good {
     let stem = units.first().copied().unwrap_or("all");
     let mut source = Folder::open(folder.path()).unwrap();
     let to = Addressees::of(units.iter().map(|name| unit(name)));
-    let seal = Unverified::addressed(&mut source, &to).unwrap();
+    let seal = UnverifiedSeal::addressed(&mut source, &to).unwrap();
     let bundle = seal.clone().verify(&trust()).unwrap().fetch(&mut source).unwrap();
     let mut stall = Stall::default();
     stall.wares.insert(seal_path(stem), seal.bytes().to_vec());
@@ -65,7 +66,7 @@ fn attempt(store: &mut Store, stall: &mut Stall) -> Result<(), Box<dyn Error>> {
         reader.take(limits::STATEMENTS).read_to_end(&mut said)?;
         store.learn(&said)?;
     }
-    let seal = Unverified::open(stall, &unit("lobby"))?.verify(store.trust())?;
+    let seal = UnverifiedSeal::open(stall, &unit("lobby"))?.verify(store.trust())?;
     if store.admit(&seal, &unit("lobby"), Consent::Newer)? != Admission::New {
         return Err("no news".into());
     }
@@ -74,7 +75,7 @@ fn attempt(store: &mut Store, stall: &mut Stall) -> Result<(), Box<dyn Error>> {
         let mut intake = store.intake(&wanted)?;
         let mut bytes = Vec::new();
         stall.object(&wanted.id, wanted.size, intake.have())?.take(intake.missing() + 1).read_to_end(&mut bytes)?;
-        intake.take(&bytes)?;
+        intake.append(&bytes)?;
         intake.finish()?;
     }
     store.install(&bundle)?;
@@ -85,7 +86,7 @@ fn attempt(store: &mut Store, stall: &mut Stall) -> Result<(), Box<dyn Error>> {
 fn unit_that_knows(disk: &ModelDisk, played: &mut Good) -> Store {
     let mut store = Store::open(Box::new(disk.clone()), trust()).unwrap();
     attempt(&mut store, &mut played.stall).unwrap();
-    store.won().unwrap();
+    store.accept().unwrap();
     let spare = key("spare").public();
     let words =
         [Statement::Trust(spare.clone()), Statement::Revoke(spare.id())].map(|word| word.sign(key("artist")).unwrap());
@@ -249,13 +250,13 @@ fn deceit(which: u64, stall: &mut Stall, genuine: &Good, others: &Good, random: 
 
 /// The genuine bundle with another sequence, signed by `who`.
 fn resealed(stall: &mut Stall, genuine: &Good, sequence: u64, who: &'static str) {
-    let letter = Letter { sequence: Sequence(sequence), ..genuine.bundle.seal().letter().clone() };
+    let letter = SealBody { sequence: Sequence(sequence), ..genuine.bundle.seal().letter().clone() };
     stall.wares.insert(seal_path("lobby"), letter.sign(key(who)).unwrap());
 }
 
 /// A list of files that the artist has signed, whatever it says.
 fn listing(stall: &mut Stall, genuine: &Good, list: &str) {
-    let letter = Letter {
+    let letter = SealBody {
         contents: ObjectId::of(list.as_bytes()),
         contents_size: (list.len() as u64).min(limits::CONTENTS),
         sequence: Sequence(100),
@@ -370,10 +371,10 @@ fn a_list_at_its_limits_is_read_and_one_beyond_is_refused() {
         size: 1,
     };
     let made = Contents::new((0..limits::FILES).map(entry).collect()).unwrap_err();
-    let letter = Letter { contents_size: limits::CONTENTS + 1, ..genuine.bundle.seal().letter().clone() };
+    let letter = SealBody { contents_size: limits::CONTENTS + 1, ..genuine.bundle.seal().letter().clone() };
     let Err(SignError::Refused(signed)) = letter.sign(key("artist")) else { panic!("it was signed") };
     for refused in [made, signed] {
-        assert!(matches!(refused, Refused::TooLarge { part: Part::Contents, limit: limits::CONTENTS }), "{refused}");
+        assert!(matches!(refused, Refusal::TooLarge { part: Part::Contents, limit: limits::CONTENTS }), "{refused}");
     }
 }
 
@@ -386,23 +387,23 @@ fn a_list_that_is_longer_or_shorter_than_its_seal_says_is_refused_whoever_signed
         [(size - 1, size, "longer"), (size / 2, size / 2 + 1, "longer"), (size + 1, size, "shorter")]
     {
         let mut stall = genuine.stall.clone();
-        let letter = Letter { contents_size: signed, ..genuine.bundle.seal().letter().clone() };
+        let letter = SealBody { contents_size: signed, ..genuine.bundle.seal().letter().clone() };
         stall.wares.insert(seal_path("lobby"), letter.sign(key("artist")).unwrap());
         let told = format!(
             "the list of files of the bundle is {how} than its seal says: expected {signed} bytes, read {read}"
         );
         assert_eq!(verify(&mut stall).unwrap_err().to_string(), told);
         // The same where the whole list is at hand, as in a store.
-        let seal = Unverified::open(&mut stall, &unit("lobby")).unwrap().verify(&trust()).unwrap();
+        let seal = UnverifiedSeal::open(&mut stall, &unit("lobby")).unwrap().verify(&trust()).unwrap();
         assert!(matches!(
             seal.open(list.clone()),
-            Err(Refused::Length { expected, found, .. }) if (expected, found) == (signed, size)
+            Err(Refusal::Length { expected, found, .. }) if (expected, found) == (signed, size)
         ));
     }
 }
 
-fn verify(stall: &mut Stall) -> Result<Verified, Refused> {
-    Unverified::open(stall, &unit("lobby"))?.verify(&trust())?.fetch(stall)
+fn verify(stall: &mut Stall) -> Result<VerifiedBundle, Refusal> {
+    UnverifiedSeal::open(stall, &unit("lobby"))?.verify(&trust())?.fetch(stall)
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use crate::folders::files_in;
 use crate::press::{Files, fetch, flock, key, playing, press, store, trust, unit, verified};
 use bundle::{
-    Admission, CURRENT, Consent, Learned, LocalDisk, ObjectId, Playing, Refused, STARTS, Sequence, Statement, Store,
-    StoreError, Trust, Verdict, limits,
+    Admission, CURRENT, Consent, CurrentGeneration, LocalDisk, ObjectId, Refusal, STARTS, Sequence, Statement, Store,
+    StoreError, Trust, TrustChange, Verdict, limits,
 };
 use std::collections::BTreeSet;
 use std::fs;
@@ -30,7 +30,7 @@ fn a_flock_travels_whole_and_only_what_is_new_is_fetched() {
     let all: usize = one.values().map(Vec::len).sum();
     assert_eq!(update(&mut store, stick.path()), all as u64);
     assert_eq!(playing(unit.path()), Some(one.clone()));
-    store.won().unwrap();
+    store.accept().unwrap();
     press(stick.path(), &two, &[], 2, "artist");
     press(stick.path(), &two, &["lobby"], 2, "artist");
     assert_eq!(update(&mut store, stick.path()), two["loops/0.mp4"].len() as u64);
@@ -45,22 +45,22 @@ fn a_lost_trial_brings_the_last_good_flock_back_and_is_remembered() {
     let mut store = store(unit_folder.path());
     press(stick.path(), &flock(3, 0), &["lobby"], 1, "artist");
     update(&mut store, stick.path());
-    store.won().unwrap();
+    store.accept().unwrap();
     press(stick.path(), &flock(3, 1), &["lobby"], 2, "artist");
     update(&mut store, stick.path());
     for _ in 0..STARTS {
-        assert_eq!(store.started().unwrap(), Verdict::Open);
+        assert_eq!(store.record_start().unwrap(), Verdict::Open);
     }
-    assert_eq!(store.started().unwrap(), Verdict::Lost);
+    assert_eq!(store.record_start().unwrap(), Verdict::Lost);
     assert_eq!(playing(unit_folder.path()), Some(flock(3, 0)));
     let bad = verified(stick.path(), store.trust()).unwrap();
     let lobby = unit("lobby");
-    assert!(matches!(store.admit(bad.seal(), &lobby, Consent::Newer), Err(Refused::MarkedBad { .. })));
+    assert!(matches!(store.admit(bad.seal(), &lobby, Consent::Newer), Err(Refusal::MarkedBad { .. })));
     assert_eq!(store.admit(bad.seal(), &lobby, Consent::Any).unwrap(), Admission::New);
     // Mended, it may come with the same number.
     press(stick.path(), &flock(3, 2), &["lobby"], 2, "artist");
     update(&mut store, stick.path());
-    store.won().unwrap();
+    store.accept().unwrap();
     store.collect(None).unwrap();
     assert_eq!(playing(unit_folder.path()), Some(flock(3, 2)));
     assert_eq!(fs::read_dir(unit_folder.path().join("generations")).unwrap().count(), 2);
@@ -84,10 +84,10 @@ fn what_is_not_newer_is_refused_for_each_key_by_itself() {
         store.admit(bundle.seal(), &lobby, consent)
     };
     assert!(admit(&store, 6, "artist", Consent::Newer).is_err(), "older than what is on trial");
-    store.won().unwrap();
+    store.accept().unwrap();
     for sequence in [1, 6, 7] {
         let refused = admit(&store, sequence, "artist", Consent::Newer).unwrap_err();
-        assert!(matches!(refused, Refused::Older { floor: Sequence(7), .. }), "{refused}");
+        assert!(matches!(refused, Refusal::Older { floor: Sequence(7), .. }), "{refused}");
         assert_eq!(admit(&store, sequence, "artist", Consent::Any).unwrap(), Admission::New);
     }
     assert_eq!(admit(&store, 8, "artist", Consent::Newer).unwrap(), Admission::New);
@@ -113,7 +113,7 @@ fn what_a_newer_program_has_written_is_kept_by_one_that_does_not_know_it() {
     let mut there = store(unit_folder.path());
     press(stick.path(), &flock(2, 0), &[], 7, "artist");
     update(&mut there, stick.path());
-    there.won().unwrap();
+    there.accept().unwrap();
     press(stick.path(), &flock(2, 1), &[], 8, "artist");
     update(&mut there, stick.path());
     let word = Statement::Revoke(key("artist").public().id()).sign(key("artist")).unwrap();
@@ -144,12 +144,12 @@ fn what_a_newer_program_has_written_is_kept_by_one_that_does_not_know_it() {
     let mut there = store(unit_folder.path());
     assert_eq!(there.state().floors[&key("artist").public().id()], Sequence(7));
     assert_eq!(there.trust().keys().count(), 0, "what was called back stays called back");
-    there.started().unwrap();
+    there.record_start().unwrap();
     kept([true; 4]);
     // What is told of a generation goes with it.
-    there.lost().unwrap();
+    there.reject().unwrap();
     kept([true, true, false, false]);
-    there.good_is_gone().unwrap();
+    there.drop_good().unwrap();
     kept([true, false, false, false]);
 }
 
@@ -170,9 +170,9 @@ fn a_new_key_is_learned_once_and_kept() {
     let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     press(stick.path(), &flock(1, 0), &[], 1, "spare");
     let mut there = store(unit_folder.path());
-    assert!(matches!(verified(stick.path(), there.trust()), Err(Refused::UnknownKey { .. })));
+    assert!(matches!(verified(stick.path(), there.trust()), Err(Refusal::UnknownKey { .. })));
     let word = Statement::Trust(key("spare").public()).sign(key("artist")).unwrap();
-    assert_eq!(there.learn(&word).unwrap().news, [Learned::Trusted(key("spare").public().id())]);
+    assert_eq!(there.learn(&word).unwrap().news, [TrustChange::Trusted(key("spare").public().id())]);
     assert_eq!(there.learn(&word).unwrap().news, []);
     drop(there);
     let mut there = store(unit_folder.path());
@@ -181,7 +181,7 @@ fn a_new_key_is_learned_once_and_kept() {
     there.learn(&word).unwrap();
     drop(there);
     let there = store(unit_folder.path());
-    assert!(matches!(verified(stick.path(), there.trust()), Err(Refused::RevokedKey { .. })));
+    assert!(matches!(verified(stick.path(), there.trust()), Err(Refusal::RevokedKey { .. })));
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn what_fell_is_forgotten_and_what_a_key_said_is_kept_while_the_owner_has_taken_
     assert_eq!(there.trust().keys().count(), 2);
     let stolen = Statement::Stolen(artist, [].into()).sign(key("artist")).unwrap();
     let news = there.learn(&stolen).unwrap().news;
-    assert_eq!(news, [Learned::Revoked(artist), Learned::Fallen(key("stranger").public().id())]);
+    assert_eq!(news, [TrustChange::Revoked(artist), TrustChange::Fallen(key("stranger").public().id())]);
     let kept = [&words[1], &stolen].map(|word| String::from_utf8(word.clone()).unwrap());
     assert_eq!((there.trust().keys().count(), &there.state().statements[..]), (0, &kept[..]));
     drop(there);
@@ -220,7 +220,7 @@ fn a_fetch_goes_on_where_it_was_and_damage_never_becomes_an_object() {
     let clip = wanted.iter().find(|wanted| wanted.path.as_str() == "loops/2.mp4").unwrap();
     let bytes = &files["loops/2.mp4"];
     for half in [&bytes[..100], &bytes[100..300]] {
-        store.intake(clip).unwrap().take(half).unwrap();
+        store.intake(clip).unwrap().append(half).unwrap();
     }
     let planned = store.plan(&bundle).unwrap();
     assert_eq!(planned.wanted.iter().find(|wanted| wanted.id == clip.id).unwrap().have, 300);
@@ -229,11 +229,11 @@ fn a_fetch_goes_on_where_it_was_and_damage_never_becomes_an_object() {
     assert!(matches!(intake.finish(), Err(StoreError::Incomplete { have: 300, .. })));
     let mut intake = store.intake(clip).unwrap();
     assert_eq!(intake.have(), 300);
-    intake.take(&vec![7; bytes.len() - 300]).unwrap();
+    intake.append(&vec![7; bytes.len() - 300]).unwrap();
     assert!(matches!(intake.finish(), Err(StoreError::Damaged { .. })));
     let mut intake = store.intake(clip).unwrap();
     assert_eq!(intake.have(), 0, "what was damaged is not built upon");
-    assert!(matches!(intake.take(&[&bytes[..], b"x"].concat()), Err(StoreError::TooLong { .. })));
+    assert!(matches!(intake.append(&[&bytes[..], b"x"].concat()), Err(StoreError::TooLong { .. })));
     drop(intake);
     fetch(&store, stick.path(), &bundle);
     store.install(&bundle).unwrap();
@@ -257,11 +257,11 @@ fn what_is_damaged_stays_in_its_place_until_what_was_fetched_again_takes_it() {
     assert_eq!((found.whole, found.damaged.len(), found.damaged[0].path.as_str()), (5, 1, "loops/3.mp4"));
     assert!(fs::read(&clip).unwrap() != files["loops/3.mp4"], "the player meets it as it is");
     assert_eq!(store.missing().unwrap(), found.damaged);
-    store.mend().unwrap();
+    store.repair().unwrap();
     assert!(clip.exists(), "there is nothing yet that could take its place");
     let bundle = verified(stick.path(), store.trust()).unwrap();
     fetch(&store, stick.path(), &bundle);
-    store.mend().unwrap();
+    store.repair().unwrap();
     assert_eq!(playing(unit_folder.path()), Some(files));
     assert_eq!(store.missing().unwrap(), []);
 }
@@ -303,7 +303,7 @@ fn what_the_disk_does_not_give_stays_and_a_disk_that_fails_is_not_looked_through
     let aside = unit_folder.path().join("aside").join(missing[0].id.to_string());
     fs::remove_dir(&aside).unwrap();
     fs::write(&aside, &files[missing[0].path.as_str()]).unwrap();
-    assert_eq!(missing.iter().map(|wanted| store.reclaim(wanted).unwrap()).filter(|is_back| *is_back).count(), 1);
+    assert_eq!(missing.iter().map(|wanted| store.restore(wanted).unwrap()).filter(|is_back| *is_back).count(), 1);
     assert_eq!(store.missing().unwrap().len(), limits::UNREAD - 2);
 }
 
@@ -314,7 +314,7 @@ fn a_flock_that_the_disk_lost_is_taken_again_from_its_own_stick() {
     press(stick.path(), &files, &["lobby"], 5, "artist");
     let mut there = store(unit_folder.path());
     update(&mut there, stick.path());
-    there.won().unwrap();
+    there.accept().unwrap();
     drop(there);
     for lost in ["objects", "generations/1/flock"] {
         fs::remove_dir_all(unit_folder.path().join(lost)).unwrap();
@@ -322,14 +322,14 @@ fn a_flock_that_the_disk_lost_is_taken_again_from_its_own_stick() {
     let mut there = store(unit_folder.path());
     assert_eq!((playing(unit_folder.path()), there.state().floors.len()), (None, 1), "what was played is known");
     update(&mut there, stick.path());
-    there.won().unwrap();
+    there.accept().unwrap();
     assert_eq!(playing(unit_folder.path()), Some(files));
     // Nothing older is, and nothing else with the same number while it is there.
     for (sequence, edition) in [(4, 1), (5, 2)] {
         press(stick.path(), &flock(3, edition), &["lobby"], sequence, "artist");
         let other = verified(stick.path(), there.trust()).unwrap();
         let refused = there.admit(other.seal(), &unit("lobby"), Consent::Newer);
-        assert!(matches!(refused, Err(Refused::Older { .. })), "{sequence}");
+        assert!(matches!(refused, Err(Refusal::Older { .. })), "{sequence}");
     }
 }
 
@@ -346,29 +346,29 @@ fn a_second_updater_waits_outside() {
 fn the_player_judges_while_an_updater_is_at_work_and_neither_forgets_what_the_other_wrote() {
     let (stick, unit_folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let current = unit_folder.path().join(CURRENT);
-    assert_eq!(Playing::of(&current).unwrap_err().kind(), std::io::ErrorKind::NotFound);
+    assert_eq!(CurrentGeneration::of(&current).unwrap_err().kind(), std::io::ErrorKind::NotFound);
     let mut store = store(unit_folder.path());
     press(stick.path(), &flock(3, 0), &[], 1, "artist");
     update(&mut store, stick.path());
-    let first = Playing::of(&current).unwrap().unwrap();
-    let judge = first.judge().unwrap();
+    let first = CurrentGeneration::of(&current).unwrap().unwrap();
+    let judge = first.recorder().unwrap();
     assert!(judge.is_on_trial(1) && !judge.is_on_trial(2));
-    assert_eq!(judge.started(1).unwrap(), Verdict::Open);
-    judge.lost(7).unwrap();
-    judge.won(1).unwrap();
+    assert_eq!(judge.record_start(1).unwrap(), Verdict::Open);
+    judge.reject(7).unwrap();
+    judge.accept(1).unwrap();
     assert!(!judge.is_on_trial(1));
     // The updater still holds the lock, and knows nothing of it.
     press(stick.path(), &flock(3, 1), &[], 2, "artist");
     update(&mut store, stick.path());
     assert_eq!(store.state().good.as_ref().map(|good| good.number), Some(1));
-    assert!(first.is_over() && first.folder().join("flock.toml").exists());
-    let second = Playing::of(&current).unwrap().unwrap();
+    assert!(first.is_replaced() && first.folder().join("flock.toml").exists());
+    let second = CurrentGeneration::of(&current).unwrap().unwrap();
     assert_eq!(second.number(), 2);
     for _ in 0..STARTS {
-        assert_eq!(judge.started(2).unwrap(), Verdict::Open);
+        assert_eq!(judge.record_start(2).unwrap(), Verdict::Open);
     }
-    assert_eq!(judge.started(2).unwrap(), Verdict::Lost);
-    assert!(second.is_over() && !first.is_over());
+    assert_eq!(judge.record_start(2).unwrap(), Verdict::Lost);
+    assert!(second.is_replaced() && !first.is_replaced());
     assert_eq!(playing(unit_folder.path()), Some(flock(3, 0)));
 }
 
@@ -378,7 +378,7 @@ fn what_is_on_the_glass_stays_on_the_disk_until_the_player_has_changed_over() {
     let mut store = store(unit_folder.path());
     press(stick.path(), &flock(3, 0), &[], 1, "artist");
     update(&mut store, stick.path());
-    let shown = Playing::of(&unit_folder.path().join(CURRENT)).unwrap().unwrap();
+    let shown = CurrentGeneration::of(&unit_folder.path().join(CURRENT)).unwrap().unwrap();
     // Replaced before its trial was over: nothing else keeps it.
     press(stick.path(), &flock(3, 1), &[], 2, "artist");
     update(&mut store, stick.path());
@@ -393,11 +393,11 @@ fn what_is_on_the_glass_stays_on_the_disk_until_the_player_has_changed_over() {
 #[test]
 fn a_flock_in_a_plain_folder_is_no_generation() {
     let folder = tempfile::tempdir().unwrap();
-    assert!(Playing::of(folder.path()).unwrap().is_none());
+    assert!(CurrentGeneration::of(folder.path()).unwrap().is_none());
     fs::create_dir(folder.path().join(CURRENT)).unwrap();
-    assert!(Playing::of(&folder.path().join(CURRENT)).unwrap().is_none());
+    assert!(CurrentGeneration::of(&folder.path().join(CURRENT)).unwrap().is_none());
     let linked = folder.path().join("linked");
     fs::create_dir(&linked).unwrap();
     std::os::unix::fs::symlink("../somewhere/else", linked.join(CURRENT)).unwrap();
-    assert!(Playing::of(&linked.join(CURRENT)).unwrap().is_none());
+    assert!(CurrentGeneration::of(&linked.join(CURRENT)).unwrap().is_none());
 }

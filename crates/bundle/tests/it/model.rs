@@ -4,7 +4,8 @@
 //! others any subset survives. A file's bytes are durable once the file was synced; of the bytes behind that, any
 //! beginning survives, or rubbish. A rename happens as a whole or not at all. Harsher than any file system we know.
 
-use bundle::{Append, Disk, Frozen};
+use bundle::{Disk, Protection};
+use durable::{Append, Storage};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
@@ -196,31 +197,11 @@ impl World {
     }
 }
 
-impl Disk for ModelDisk {
+impl Storage for ModelDisk {
     fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
         let world = self.step()?;
         let bytes = world.inodes[&world.inode(path)?].bytes.clone();
         if bytes.len() as u64 > limit { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
-    }
-
-    fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
-        let world = self.step()?;
-        Ok(Box::new(Cursor::new(world.inodes[&world.inode(path)?].bytes.clone())))
-    }
-
-    fn length(&self, path: &str) -> io::Result<Option<u64>> {
-        let world = self.step()?;
-        match world.inode(path) {
-            Ok(inode) => Ok(Some(world.inodes[&inode].bytes.len() as u64)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(error),
-        }
-    }
-
-    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
-        let world = self.step()?;
-        let inside = |path: &&String| !path.is_empty() && parent(path) == folder;
-        Ok(world.names.keys().filter(inside).map(|path| path.rsplit('/').next().unwrap().to_owned()).collect())
     }
 
     fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {
@@ -237,24 +218,6 @@ impl Disk for ModelDisk {
             Err(error) => return Err(error),
         };
         Ok(Box::new(File { disk: self.clone(), inode }))
-    }
-
-    fn make_folder(&self, path: &str) -> io::Result<()> {
-        let mut world = self.step()?;
-        if matches!(world.names.get(path), Some(Node::Folder)) {
-            return Ok(());
-        }
-        world.free(path)?;
-        world.change(Change::Make(path.to_owned(), Node::Folder));
-        Ok(())
-    }
-
-    fn link(&self, from: &str, to: &str) -> io::Result<()> {
-        let mut world = self.step()?;
-        let inode = world.inode(from)?;
-        world.free(to)?;
-        world.change(Change::Make(to.to_owned(), Node::File(inode)));
-        Ok(())
     }
 
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {
@@ -277,32 +240,6 @@ impl Disk for ModelDisk {
         }
     }
 
-    fn remove_folder(&self, path: &str) -> io::Result<()> {
-        let mut world = self.step()?;
-        if world.names.keys().any(|other| other != path && parent(other) == path && !other.is_empty()) {
-            return Err(io::ErrorKind::DirectoryNotEmpty.into());
-        }
-        if world.names.contains_key(path) {
-            world.change(Change::Remove(path.to_owned()));
-        }
-        Ok(())
-    }
-
-    fn point(&self, path: &str, target: &str) -> io::Result<()> {
-        let mut world = self.step()?;
-        world.free(path)?;
-        world.change(Change::Make(path.to_owned(), Node::Link(target.to_owned())));
-        Ok(())
-    }
-
-    fn pointed(&self, path: &str) -> io::Result<Option<String>> {
-        let world = self.step()?;
-        Ok(match world.names.get(path) {
-            Some(Node::Link(target)) => Some(target.clone()),
-            Some(Node::File(_) | Node::Folder) | None => None,
-        })
-    }
-
     fn sync_folder(&self, path: &str) -> io::Result<()> {
         let mut world = self.step()?;
         assert!(matches!(world.node(path)?, Node::Folder), "`{path}` is a folder");
@@ -317,24 +254,90 @@ impl Disk for ModelDisk {
         }
         Ok(())
     }
+}
 
-    fn freeze(&self, path: &str) -> io::Result<Frozen> {
+impl Disk for ModelDisk {
+    fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>> {
+        let world = self.step()?;
+        Ok(Box::new(Cursor::new(world.inodes[&world.inode(path)?].bytes.clone())))
+    }
+
+    fn length(&self, path: &str) -> io::Result<Option<u64>> {
+        let world = self.step()?;
+        match world.inode(path) {
+            Ok(inode) => Ok(Some(world.inodes[&inode].bytes.len() as u64)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
+        let world = self.step()?;
+        let inside = |path: &&String| !path.is_empty() && parent(path) == folder;
+        Ok(world.names.keys().filter(inside).map(|path| path.rsplit('/').next().unwrap().to_owned()).collect())
+    }
+
+    fn make_folder(&self, path: &str) -> io::Result<()> {
+        let mut world = self.step()?;
+        if matches!(world.names.get(path), Some(Node::Folder)) {
+            return Ok(());
+        }
+        world.free(path)?;
+        world.change(Change::Make(path.to_owned(), Node::Folder));
+        Ok(())
+    }
+
+    fn link(&self, from: &str, to: &str) -> io::Result<()> {
+        let mut world = self.step()?;
+        let inode = world.inode(from)?;
+        world.free(to)?;
+        world.change(Change::Make(to.to_owned(), Node::File(inode)));
+        Ok(())
+    }
+
+    fn remove_folder(&self, path: &str) -> io::Result<()> {
+        let mut world = self.step()?;
+        if world.names.keys().any(|other| other != path && parent(other) == path && !other.is_empty()) {
+            return Err(io::ErrorKind::DirectoryNotEmpty.into());
+        }
+        if world.names.contains_key(path) {
+            world.change(Change::Remove(path.to_owned()));
+        }
+        Ok(())
+    }
+
+    fn symlink(&self, path: &str, target: &str) -> io::Result<()> {
+        let mut world = self.step()?;
+        world.free(path)?;
+        world.change(Change::Make(path.to_owned(), Node::Link(target.to_owned())));
+        Ok(())
+    }
+
+    fn read_link(&self, path: &str) -> io::Result<Option<String>> {
+        let world = self.step()?;
+        Ok(match world.names.get(path) {
+            Some(Node::Link(target)) => Some(target.clone()),
+            Some(Node::File(_) | Node::Folder) | None => None,
+        })
+    }
+
+    fn make_read_only(&self, path: &str) -> io::Result<Protection> {
         let mut world = self.step()?;
         let inode = world.inode(path)?;
         let inode = world.inodes.get_mut(&inode).unwrap();
         inode.durable.clone_from(&inode.bytes);
-        Ok(Frozen::ReadOnly)
+        Ok(Protection::ReadOnly)
     }
 
-    fn room(&self) -> io::Result<u64> {
+    fn free_bytes(&self) -> io::Result<u64> {
         Ok(self.step()?.room)
     }
 
-    fn hold(&self) -> io::Result<Option<std::fs::File>> {
+    fn lock_state(&self) -> io::Result<Option<std::fs::File>> {
         Ok(None)
     }
 
-    fn is_played(&self, _folder: &str) -> io::Result<bool> {
+    fn is_in_use(&self, _folder: &str) -> io::Result<bool> {
         Ok(false)
     }
 }

@@ -6,7 +6,7 @@
 use crate::careless::{Careless, Carelessness};
 use crate::model::{ModelDisk, Trouble};
 use crate::press::{Files, flock, press, trust, unit, verified};
-use bundle::{Admission, CURRENT, Consent, Disk, Refused, Sequence, Store, StoreError, Verified, Wanted};
+use bundle::{Admission, CURRENT, Consent, Disk, FetchItem, Refusal, Sequence, Store, StoreError, VerifiedBundle};
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::sync::OnceLock;
@@ -21,7 +21,7 @@ enum Told {
 
 /// The bundles of a life, with their content. The second one does not play.
 struct Edition {
-    bundle: Verified,
+    bundle: VerifiedBundle,
     files: Files,
     plays: bool,
 }
@@ -48,15 +48,15 @@ fn live(disk: Box<dyn Disk>, told: &mut Vec<Told>) -> Result<(), StoreError> {
                 told.push(Told::Installed(index));
             }
             Ok(Admission::OnTrial) => {}
-            Ok(Admission::Kept | Admission::Plays) | Err(Refused::Older { .. } | Refused::MarkedBad { .. }) => continue,
+            Ok(Admission::Kept | Admission::Plays) | Err(Refusal::Older { .. } | Refusal::MarkedBad { .. }) => continue,
             Err(refused) => panic!("{refused}"),
         }
-        store.started()?;
+        store.record_start()?;
         if edition.plays {
-            store.won()?;
+            store.accept()?;
             told.push(Told::Won(index));
         } else {
-            store.lost()?;
+            store.reject()?;
             told.push(Told::Lost);
         }
         store.collect(None)?;
@@ -68,12 +68,12 @@ fn fetch(store: &Store, edition: &Edition) -> Result<(), StoreError> {
     store.plan(&edition.bundle)?.wanted.iter().try_for_each(|wanted| fetch_one(store, wanted, edition))
 }
 
-fn fetch_one(store: &Store, wanted: &Wanted, edition: &Edition) -> Result<(), StoreError> {
+fn fetch_one(store: &Store, wanted: &FetchItem, edition: &Edition) -> Result<(), StoreError> {
     let bytes = &edition.files[wanted.path.as_str()];
     loop {
         let mut intake = store.intake(wanted)?;
         for chunk in bytes[intake.have() as usize..].chunks(900) {
-            intake.take(chunk)?;
+            intake.append(chunk)?;
         }
         match intake.finish() {
             // What a power cut left of it was rubbish: from the beginning.
@@ -159,11 +159,11 @@ fn mend(disk: Box<dyn Disk>, edition: &Edition) -> Result<(), StoreError> {
     let store = Store::open(disk, trust())?;
     store.scrub(|_| true)?;
     for wanted in store.missing()? {
-        if !store.reclaim(&wanted)? {
+        if !store.restore(&wanted)? {
             fetch_one(&store, &wanted, edition)?;
         }
     }
-    store.mend()?;
+    store.repair()?;
     store.collect(None)
 }
 
@@ -174,7 +174,7 @@ fn a_look_and_its_mending_cut_short_at_every_operation_take_no_file_from_the_flo
     let mut store = Store::open(Box::new(whole.clone()), trust()).unwrap();
     fetch(&store, edition).unwrap();
     store.install(&edition.bundle).unwrap();
-    store.won().unwrap();
+    store.accept().unwrap();
     drop(store);
     // All that was done before is on the disk.
     let rotten = whole.with(None);

@@ -1,7 +1,7 @@
 //! A press for bundles: small flocks, signed and laid into folders.
 
 use crate::folders::{files_in, lay};
-use bundle::{Folder, LocalDisk, SecretKey, Store, Trust, UnitId, Unverified, Verified};
+use bundle::{Folder, LocalDisk, SecretKey, Store, Trust, UnitId, UnverifiedSeal, VerifiedBundle};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -50,9 +50,9 @@ pub(crate) fn press(folder: &Path, files: &Files, units: &[&str], sequence: u64,
 }
 
 /// Opens what lies in `folder` for the unit `lobby`.
-pub(crate) fn verified(folder: &Path, trust: &Trust) -> Result<Verified, bundle::Refused> {
+pub(crate) fn verified(folder: &Path, trust: &Trust) -> Result<VerifiedBundle, bundle::Refusal> {
     let mut folder = Folder::open(folder).unwrap();
-    Unverified::open(&mut folder, &unit("lobby"))?.verify(trust)?.fetch(&mut folder)
+    UnverifiedSeal::open(&mut folder, &unit("lobby"))?.verify(trust)?.fetch(&mut folder)
 }
 
 pub(crate) fn store(path: &Path) -> Store {
@@ -60,7 +60,7 @@ pub(crate) fn store(path: &Path) -> Store {
 }
 
 /// Fetches what the store lacks of the bundle; returns how many bytes that were.
-pub(crate) fn fetch(store: &Store, folder: &Path, bundle: &Verified) -> u64 {
+pub(crate) fn fetch(store: &Store, folder: &Path, bundle: &VerifiedBundle) -> u64 {
     let mut source = Folder::open(folder).unwrap();
     let mut fetched = 0;
     for wanted in store.plan(bundle).unwrap().wanted {
@@ -69,7 +69,7 @@ pub(crate) fn fetch(store: &Store, folder: &Path, bundle: &Verified) -> u64 {
         let mut from = bundle::Source::object(&mut source, &wanted.id, wanted.size, intake.have()).unwrap();
         std::io::Read::read_to_end(&mut from, &mut bytes).unwrap();
         fetched += bytes.len() as u64;
-        intake.take(&bytes).unwrap();
+        intake.append(&bytes).unwrap();
         intake.finish().unwrap();
     }
     fetched

@@ -1,9 +1,9 @@
-//! The way from one affine part to another, while both turn.
+//! Interpolation from one affine part to another, while both turn.
 //!
-//! Owns the angles: how many whole turns a transition takes and how fast it is at every moment. Never knows
-//! weights or variations.
+//! Owns the angles: how many whole turns a transition makes, and its speed at every moment. Weights and variations are
+//! in `transition.rs`.
 //!
-//! Start at [`Way`].
+//! Start at [`AffinePath`].
 //!
 //! # Source
 //! Lengths and angles of the columns as in flam3; the speeds at both ends are those of the loops, by a cubic
@@ -14,12 +14,12 @@ use std::f64::consts::{PI, TAU};
 use super::transition::{Moment, mix};
 use crate::genome::Affine;
 
-/// Lengths below this are interpolated linearly: their logarithm runs away.
+/// Lengths below this are interpolated linearly: their logarithm is too large.
 const SHORT: f64 = 4.5e-5;
 
-/// The way from one affine part to another.
+/// Interpolation from one affine part to another.
 #[derive(Clone, Debug)]
-pub(crate) enum Way {
+pub(crate) enum AffinePath {
     /// By the lengths and angles of the columns.
     Polar(Polar),
     /// Entry by entry, each end turning as in its loop.
@@ -33,14 +33,14 @@ pub(crate) enum Way {
     },
 }
 
-/// A way by lengths and angles.
+/// Interpolation by lengths and angles.
 #[derive(Clone, Debug)]
 pub(crate) struct Polar {
     /// Lengths of the first and the second column, at both ends.
     lengths: [[f64; 2]; 2],
     /// Angle of the first column at the start, in radians.
     angle: f64,
-    /// What it grows by.
+    /// Its total change.
     travel: f64,
     /// From the first column's angle to the second's: at the start, and what it grows by.
     spread: [f64; 2],
@@ -53,7 +53,7 @@ pub(crate) struct Polar {
 }
 
 impl Polar {
-    /// The way from `ends[0]`, turning by `speeds[0]` radians per frame, to `ends[1]`, turning by `speeds[1]`.
+    /// Interpolates from `ends[0]`, turning by `speeds[0]` radians per frame, to `ends[1]`, turning by `speeds[1]`.
     pub(crate) fn new(ends: [Affine; 2], speeds: [f64; 2], frames: f64) -> Polar {
         let lengths = ends.map(|end| [end.a.hypot(end.d), end.b.hypot(end.e)]);
         let angles = |column: usize| {
@@ -61,7 +61,7 @@ impl Polar {
                 0 => ends[end].d.atan2(ends[end].a),
                 _ => ends[end].e.atan2(ends[end].b),
             };
-            // A column of length 0 has no angle: it borrows the other end's.
+            // A column of length 0 has no angle: it takes the other end's.
             match [lengths[0][column] > 0.0, lengths[1][column] > 0.0] {
                 [true, false] => [of(0), of(0)],
                 [false, true] => [of(1), of(1)],
@@ -111,12 +111,12 @@ impl Polar {
     }
 }
 
-impl Way {
+impl AffinePath {
     /// The affine part at `moment`.
     pub(crate) fn at(&self, moment: Moment) -> Affine {
         match self {
-            Way::Polar(polar) => polar.at(moment),
-            Way::Straight { ends, speeds, frames } => {
+            AffinePath::Polar(polar) => polar.at(moment),
+            AffinePath::Straight { ends, speeds, frames } => {
                 let from = ends[0].turned(speeds[0] * moment.frame);
                 let to = ends[1].turned(speeds[1] * (moment.frame - frames));
                 let blend = |entry: fn(&Affine) -> f64| mix(entry(&from), entry(&to), moment.eased);

@@ -1,19 +1,19 @@
 //! Giving two genomes the same parts.
 //!
-//! Owns the neutral transforms that stand in for missing ones. Never interpolates: `transition.rs` does.
+//! Owns the neutral transforms that pad the shorter genome. Never interpolates: `transition.rs` does.
 //!
-//! Start at [`aligned`].
+//! Start at [`align`].
 //!
 //! # Source
-//! The choice of neutral transforms follows what the flam3 documentation says of padding: beside a variation
-//! that tears the plane at its centre stands the identity as a half turn of a half turn.
+//! The choice of neutral transforms follows what the flam3 documentation says of padding: beside a variation that is
+//! discontinuous at its centre, the identity is written as a half turn of a half turn.
 
 use crate::genome::{Affine, Genome, Space, Xform};
 use crate::variations::{Kind, Variation};
 
 /// The two genomes with symmetries written out, equally many transforms, the same variations in each pair, and
 /// a final transform in both or in none. What is added changes no picture.
-pub(super) fn aligned(from: &Genome, to: &Genome) -> [Genome; 2] {
+pub(super) fn align(from: &Genome, to: &Genome) -> [Genome; 2] {
     let mut pair = [from.with_symmetry(), to.with_symmetry()];
     let polar = from.space == Space::Log && to.space == Space::Log;
     let count = pair[0].xforms.len().max(pair[1].xforms.len());
@@ -34,7 +34,7 @@ pub(super) fn aligned(from: &Genome, to: &Genome) -> [Genome; 2] {
         xform.chaos.resize(count, 1.0);
     }
     for xform in pair.iter_mut().flat_map(|genome| &mut genome.xforms) {
-        // Below 0 is never chosen, as 0 is; on the way to another weight it must not count longer.
+        // A weight below 0 is never chosen, like 0; interpolated, it would stay below 0 for longer.
         xform.weight = xform.weight.max(0.0);
     }
     let [from, to] = &mut pair;

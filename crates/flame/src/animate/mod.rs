@@ -2,9 +2,8 @@
 //!
 //! Owns how a genome changes over the frames of a clip. Never renders.
 //!
-//! Start at [`Motion`]. A [`Loop`] turns (`turning.rs`); a [`Transition`] leads from one loop to another
-//! (`transition.rs`), over affine parts (`affine.rs`) and palettes (`palette.rs`) once both genomes have the
-//! same parts (`align.rs`).
+//! Start at [`Motion`]. A [`Loop`] turns (`turning.rs`); a [`Transition`] leads from one loop to another (`transition.rs`),
+//! over affine parts (`affine.rs`) and palettes (`palette.rs`) once both genomes have the same parts (`align.rs`).
 
 mod affine;
 mod align;

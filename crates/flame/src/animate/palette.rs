@@ -1,18 +1,18 @@
-//! The way from one palette to another.
+//! Interpolation from one palette to another.
 //!
-//! Owns the four ways that genomes ask for. Never looks a colour up.
+//! Owns the four methods that genomes choose among. Looking a colour up is `genome/palette.rs`'s.
 //!
-//! Start at [`blended`].
+//! Start at [`blend`].
 
 use super::transition::mix;
 use crate::genome::palette::{from_hsv, to_hsv};
 use crate::genome::{HuePath, Palette};
 
-/// The palette `part` (`0.0..=1.0`) of the way from `from` to `to`.
+/// Interpolates from `from` to `to` by `part` (`0.0..=1.0`).
 ///
 /// * `path` — through which space.
-/// * `rgb` — how much of the straight way through RGB is mixed in, `0.0..=1.0`.
-pub(super) fn blended(from: &Palette, to: &Palette, part: f64, path: HuePath, rgb: f64) -> Palette {
+/// * `rgb` — how much of the linear RGB blend is mixed in, `0.0..=1.0`.
+pub(super) fn blend(from: &Palette, to: &Palette, part: f64, path: HuePath, rgb: f64) -> Palette {
     Palette::from_fn(|i| {
         let (start, end) = (from.entries[i], to.entries[i]);
         let straight: [f64; 4] = std::array::from_fn(|c| mix(start[c], end[c], part));

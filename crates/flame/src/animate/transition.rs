@@ -1,13 +1,13 @@
-//! Transitions: from one sheep's loop to another's, met in value and in velocity at both ends.
+//! Transitions from one sheep's loop to another's, continuous in value and velocity at both ends.
 //!
 //! Owns the easing and the interpolation of everything but affine parts and palettes. Never renders.
 //!
-//! Start at [`Transition::new`]. Everything but the turning is eased by 3b² - 2b³, so it stands still at both
-//! ends, as it does in loops; the turning leaves and arrives at the loops' own speeds.
+//! Start at [`Transition::new`]. Everything but the turning is eased by 3b² - 2b³, so its speed is 0 at both ends, as
+//! it is in loops; the turning starts and ends at the loops' own speeds.
 
-use super::affine::{Polar, Way};
-use super::align::aligned;
-use super::palette::blended;
+use super::affine::{AffinePath, Polar};
+use super::align::align;
+use super::palette::blend;
 use super::{Loop, Motion};
 use crate::genome::{Camera, Genome, Sampling, Space, Tone, Xform};
 
@@ -19,12 +19,12 @@ use crate::genome::{Camera, Genome, Sampling, Space, Tone, Xform};
 pub struct Transition {
     from: Genome,
     to: Genome,
-    /// For each transform: the way of its affine part.
-    ways: Vec<Way>,
-    /// For each transform, the final one last: the way of its post part.
-    posts: Vec<Way>,
+    /// For each transform: the interpolation of its affine part.
+    ways: Vec<AffinePath>,
+    /// For each transform, the final one last: the interpolation of its post part.
+    posts: Vec<AffinePath>,
     /// The way of the final transform's affine part.
-    final_way: Option<Way>,
+    final_way: Option<AffinePath>,
     frames: f64,
 }
 
@@ -43,10 +43,14 @@ impl Transition {
     /// Transforms are paired by their order; the shorter genome is padded with transforms of weight 0. The
     /// turning takes as many whole turns as bring its mean speed nearest to the mean of the loops'.
     pub fn new(from: &Loop, to: &Loop, frames: f64) -> Transition {
-        let [a, b] = aligned(from.genome(), to.genome());
+        let [a, b] = align(from.genome(), to.genome());
         let polar = a.space == Space::Log && b.space == Space::Log;
         let way = |ends, speeds| {
-            if polar { Way::Polar(Polar::new(ends, speeds, frames)) } else { Way::Straight { ends, speeds, frames } }
+            if polar {
+                AffinePath::Polar(Polar::new(ends, speeds, frames))
+            } else {
+                AffinePath::Straight { ends, speeds, frames }
+            }
         };
         let still = |a: &Xform, b: &Xform, part: fn(&Xform) -> crate::genome::Affine| way([part(a), part(b)], [0.0; 2]);
         let ways = a.xforms.iter().zip(&b.xforms).map(|(a, b)| way([a.affine, b.affine], [from.speed(a), to.speed(b)]));
@@ -86,7 +90,7 @@ impl Motion for Transition {
             camera: camera(&from.camera, &to.camera, part),
             sampling: sampling(&from.sampling, &to.sampling, part),
             tone: tone(&from.tone, &to.tone, part),
-            palette: palette.map(|(a, b)| blended(a, b, part, from.hue_path, hue_path_rgb)),
+            palette: palette.map(|(a, b)| blend(a, b, part, from.hue_path, hue_path_rgb)),
             palette_mode: nearer.palette_mode,
             hue_path: nearer.hue_path,
             hue_path_rgb,
@@ -101,12 +105,12 @@ impl Motion for Transition {
     }
 }
 
-/// The number `part` of the way from `a` to `b`.
+/// Linear interpolation from `a` to `b` by `part`.
 pub(super) fn mix(a: f64, b: f64, part: f64) -> f64 {
     a + (b - a) * part
 }
 
-fn xform(a: &Xform, b: &Xform, part: f64, way: &Way, post: &Way, moment: Moment) -> Xform {
+fn xform(a: &Xform, b: &Xform, part: f64, way: &AffinePath, post: &AffinePath, moment: Moment) -> Xform {
     let variations = a.variations.iter().zip(&b.variations).map(|(a, b)| {
         let mut variation = *a;
         variation.weight = mix(a.weight, b.weight, part);
@@ -127,7 +131,7 @@ fn xform(a: &Xform, b: &Xform, part: f64, way: &Way, post: &Way, moment: Moment)
         affine: way.at(moment),
         post: post.at(moment),
         variations: variations.collect(),
-        // What cannot be drawn at an end cannot be drawn on the way.
+        // What cannot be rendered at an end cannot be rendered in between.
         extra: a.extra.iter().chain(&b.extra).cloned().collect(),
         children: a.children.iter().chain(&b.children).cloned().collect(),
     }

@@ -1,7 +1,6 @@
 //! The attributes of a genome that choose among named alternatives.
 //!
-//! Owns the enums and their spelling in XML. Never says what a choice does: `render/filter.rs` and `animate`
-//! do.
+//! Owns the enums and their spelling in XML. What a choice does is in `render/filter.rs` and `animate`.
 //!
 //! Start at any of the enums: [`named`](FilterShape::named) reads what [`name`](FilterShape::name) writes.
 
@@ -79,7 +78,7 @@ choices! {
         Linear "linear",
     }
 
-    /// The way between two palettes.
+    /// Interpolation between two palettes.
     HuePath {
         /// Straight, channel by channel.
         Rgb "rgb",
@@ -91,7 +90,7 @@ choices! {
         Sweep "sweep",
     }
 
-    /// The way between the keys of one file.
+    /// Interpolation between the key frames of one file.
     Interpolation {
         /// Straight.
         Linear "linear",

@@ -1,6 +1,6 @@
 //! Why a file is not a genome.
 //!
-//! Owns the errors of reading. Never the refusals of rendering: those are `RenderError`.
+//! Owns the errors of reading; those of rendering are `RenderError`.
 //!
 //! Start at [`GenomeError`].
 
@@ -16,9 +16,9 @@ pub enum GenomeError {
         element: String,
         /// The attribute's name.
         attribute: String,
-        /// What stands there.
+        /// The value found.
         value: String,
-        /// What should.
+        /// The expected value.
         expected: &'static str,
     },
     /// The text holds another number of flames than one.
@@ -27,10 +27,10 @@ pub enum GenomeError {
         /// How many there are.
         found: usize,
     },
-    /// Elements lie in elements without end.
-    #[error("line {line}: more than {most} elements lie in one another")]
+    /// Elements are nested too deep.
+    #[error("line {line}: elements are nested more than {most} deep")]
     Deep {
-        /// Line of the first one that lies too deep, from 1.
+        /// Line of the first element that is too deep, from 1.
         line: u32,
         /// How many may.
         most: usize,
@@ -42,9 +42,9 @@ pub enum GenomeError {
         line: u32,
         /// The element's tag.
         element: String,
-        /// What stands there.
+        /// The value found.
         found: String,
-        /// What should.
+        /// The expected value.
         expected: &'static str,
     },
     /// Something is there twice that may be there once.
@@ -56,9 +56,9 @@ pub enum GenomeError {
         element: &'static str,
     },
     /// The text is not XML.
-    #[error("not readable as XML: {reason}")]
+    #[error("not well-formed XML: {reason}")]
     Xml {
-        /// What the XML reader says, with line and column.
+        /// The message of the XML parser, with line and column.
         reason: String,
     },
 }

@@ -1,7 +1,7 @@
 //! Genomes: the parameters of a flame, as flam3 XML holds them.
 //!
-//! Owns the data model and its defaults. Never renders and never moves: `render` and `animate` read it.
-//! Whatever this crate does not know is kept in `extra` fields, so that reading and writing loses nothing.
+//! Owns the data model and its defaults; `render` and `animate` read it. Unknown attributes and elements are kept in
+//! `extra` fields, so that reading and writing loses nothing.
 //!
 //! Start at [`Genome::parse_all`] and [`Genome::to_xml`].
 
@@ -19,7 +19,7 @@ pub use palette::Palette;
 
 use crate::variations::Variation;
 
-/// A flame: what is iterated, and how it is seen.
+/// A flame: its transforms, camera and colours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Genome {
     /// `name`: what people call it.
@@ -36,23 +36,23 @@ pub struct Genome {
     pub palette: Option<Palette>,
     /// `palette_mode`: how a colour coordinate becomes a palette entry.
     pub palette_mode: PaletteMode,
-    /// `palette_interpolation`: the way between two palettes.
+    /// `palette_interpolation`: interpolation between two palettes.
     pub hue_path: HuePath,
-    /// `hsv_rgb_palette_blend`: 0 takes the way through HSV, 1 the straight one through RGB.
+    /// `hsv_rgb_palette_blend`: 0 interpolates in HSV, 1 linearly in RGB.
     pub hue_path_rgb: f64,
-    /// `interpolation`: linear or smooth between the keys of one file.
+    /// `interpolation`: linear or smooth between the key frames of one file.
     pub interpolation: Interpolation,
     /// `interpolation_type`: the space in which affine parts are interpolated.
     pub space: Space,
     /// The transforms that the chaos game chooses among.
     pub xforms: Vec<Xform>,
-    /// The transform through which every point is seen; its result is not fed back.
+    /// The transform that is applied to every point before it is plotted; its result is not fed back.
     pub final_xform: Option<Xform>,
     /// `<symmetry kind>` elements: each adds rotations, and a reflection where it is negative.
     pub symmetries: Vec<i32>,
     /// Attributes of `<flame>` that are kept as they are, in file order.
     pub extra: Vec<(String, String)>,
-    /// Child elements that are kept as they are, in file order: `edit`, `sheep` and whatever else.
+    /// Child elements that are kept as they are, in file order: `edit`, `sheep` and others.
     pub children: Vec<Element>,
 }
 
@@ -113,7 +113,7 @@ pub struct Tone {
     pub gamma_threshold: f64,
     /// `vibrancy`: 1 applies gamma to the density only, 0 to every channel.
     pub vibrancy: f64,
-    /// `highlight_power`: below 0 highlights clip; from 0 on they keep their hue and pale.
+    /// `highlight_power`: below 0 highlights clip; from 0 on they keep their hue and fade to white.
     pub highlight_power: f64,
 }
 
@@ -140,8 +140,8 @@ pub struct Xform {
     pub post: Affine,
     /// The variations, each kind at most once.
     pub variations: Vec<Variation>,
-    /// Attributes that are kept as they are. One that is not 0 and not a name keeps the flame from being
-    /// rendered: it is a variation or a feature that this crate lacks.
+    /// Attributes that are kept as they are. If one is neither 0 nor a name, the flame is not rendered: it is a
+    /// variation or a feature that this crate lacks.
     pub extra: Vec<(String, String)>,
     /// Child elements that are kept as they are: `motion`.
     pub children: Vec<Element>,

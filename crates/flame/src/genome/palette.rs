@@ -1,7 +1,7 @@
 //! Palettes: 256 colours and how to look them up.
 //!
-//! Owns the colours and their conversion to and from HSV. Never reads XML (`parse.rs`) and never moves from
-//! one palette to another (`animate/palette.rs`).
+//! Owns the colours and their conversion to and from HSV. XML is read in `parse.rs`; interpolation is in
+//! `animate/palette.rs`.
 //!
 //! Start at [`Palette`].
 

@@ -1,6 +1,6 @@
 //! The forms in which flam3 XML gives colours.
 //!
-//! Owns `<color>`, `<colors>` and `<palette>` on the way in. Never writes: `write.rs` knows which form fits.
+//! Owns the reading of `<color>`, `<colors>` and `<palette>`; `write.rs` writes them.
 //!
 //! Start at [`read`].
 
@@ -12,8 +12,8 @@ use super::{Genome, GenomeError, Palette};
 /// A place that no colour has been given for.
 const MISSING: [f64; 4] = [f64::NAN; 4];
 
-/// Whether `node` gives colours itself, rather than naming some of flam3's library.
-pub(super) fn holds_colours(node: Node) -> bool {
+/// Whether `node` has colours itself, rather than the number of a palette in flam3's library.
+pub(super) fn has_colours(node: Node) -> bool {
     match node.tag_name().name() {
         "color" => true,
         "colors" => node.has_attribute("data"),

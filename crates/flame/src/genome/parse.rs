@@ -1,7 +1,7 @@
 //! Reading flam3 XML.
 //!
-//! Owns the attribute names on the way in; `write.rs` has them on the way out, and a property test holds the
-//! two together. Never judges whether a flame can be rendered: what it does not know it keeps.
+//! Owns the attribute names for reading; `write.rs` has them for writing, and a property test compares the two. Whether
+//! a flame can be rendered is checked later: unknown attributes are kept.
 //!
 //! Start at [`Genome::parse_all`].
 
@@ -16,7 +16,7 @@ use super::{
 use crate::variations::{Kind, Variation};
 
 /// How deep elements may lie in others: genealogies are a nested element for each generation.
-const MOST_DEEP: usize = 1000;
+const MAX_DEPTH: usize = 1000;
 
 /// What an attribute's value turned out to be.
 pub(super) enum Read {
@@ -44,8 +44,8 @@ impl Genome {
     /// As [`Genome::parse_all`].
     pub fn split(text: &str) -> Result<Vec<(Genome, &str)>, GenomeError> {
         let document = Document::parse(text).map_err(|error| GenomeError::Xml { reason: error.to_string() })?;
-        if let Some(deep) = too_deep(&document) {
-            return Err(GenomeError::Deep { line: line(deep), most: MOST_DEEP });
+        if let Some(deep) = find_too_deep(&document) {
+            return Err(GenomeError::Deep { line: line(deep), most: MAX_DEPTH });
         }
         let flames = document.descendants().filter(|node| node.has_tag_name("flame"));
         flames.map(|node| Ok((genome(node)?, &text[node.range()]))).collect()
@@ -65,12 +65,12 @@ impl Genome {
 }
 
 /// The first element that lies too deep in others, if there is one.
-fn too_deep<'a>(document: &'a Document<'a>) -> Option<Node<'a, 'a>> {
+fn find_too_deep<'a>(document: &'a Document<'a>) -> Option<Node<'a, 'a>> {
     let mut depths = HashMap::new();
     document.descendants().filter(Node::is_element).find(|node| {
         let above = node.parent().and_then(|parent| depths.get(&parent.id()).copied()).unwrap_or(0);
         depths.insert(node.id(), above + 1);
-        above >= MOST_DEEP
+        above >= MAX_DEPTH
     })
 }
 
@@ -91,7 +91,7 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
             }
             "finalxform" => genome.final_xform = Some(xform(child)?),
             "symmetry" => genome.symmetries.push(symmetry_kind(child)?),
-            "color" | "colors" | "palette" if super::palette_xml::holds_colours(child) => {
+            "color" | "colors" | "palette" if super::palette_xml::has_colours(child) => {
                 super::palette_xml::read(child, &mut genome)?;
             }
             _ => genome.children.push(element(child)),
@@ -314,7 +314,7 @@ fn numbers<T: FromStr + Copy + Finite, const N: usize>(slot: &mut [T; N], value:
     }
 }
 
-/// The finite numbers of a value, parted by white space.
+/// The finite numbers of a value, separated by white space.
 pub(super) fn list<T: FromStr + Finite>(value: &str) -> Option<Vec<T>> {
     value.split_whitespace().map(|word| word.parse().ok().filter(T::finite)).collect()
 }

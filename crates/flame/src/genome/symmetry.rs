@@ -11,13 +11,13 @@ use crate::variations::{Kind, Variation};
 
 impl Genome {
     /// How many transforms a flame may have to be rendered, those of its symmetries included.
-    pub const MOST_XFORMS: usize = 256;
+    pub const MAX_XFORMS: usize = 256;
 
     /// The same flame with its symmetries written out as transforms.
     ///
     /// `n >= 2` adds the rotations by 360 k/n degrees, `n < 0` a reflection in the vertical axis and the
     /// rotations of `-n`; 0 and 1 add nothing. The added ones have weight 1, keep colours and never turn. One more than
-    /// [`Genome::MOST_XFORMS`] is as many as it adds: what is beyond cannot be rendered anyway.
+    /// [`Genome::MAX_XFORMS`] is as many as it adds: what is beyond cannot be rendered anyway.
     #[must_use]
     pub fn with_symmetry(&self) -> Genome {
         let mut written = self.clone();
@@ -27,7 +27,7 @@ impl Genome {
             }
             let order = kind.unsigned_abs();
             for k in 1..order {
-                if written.xforms.len() > Genome::MOST_XFORMS {
+                if written.xforms.len() > Genome::MAX_XFORMS {
                     return written;
                 }
                 written.xforms.push(still(Affine::IDENTITY.turned(TAU * f64::from(k) / f64::from(order))));

@@ -1,7 +1,6 @@
 //! Writing flam3 XML.
 //!
-//! Owns the attribute names on the way out. Never drops anything: numbers are written so that they read back
-//! bit for bit.
+//! Owns the attribute names for writing. Nothing is dropped, and numbers read back bit for bit.
 //!
 //! Start at [`Genome::to_xml`].
 

@@ -1,22 +1,22 @@
 //! The chaos game.
 //!
-//! Owns the orbits: numbered batches of samples, each a pure function of the plan, the seed and its number.
-//! Never shares a counter with another thread: `histogram.rs` collects.
+//! Owns the orbits: numbered batches of samples, each a pure function of the plan, the seed and its number. Threads
+//! share no counter: `histogram.rs` collects.
 //!
 //! Start at [`Batches::run`].
 
 use super::histogram::Tile;
-use super::plan::{Plan, lost};
+use super::plan::{Plan, has_escaped};
 use crate::rng::Rng;
 
-/// Samples in a batch. Each batch starts a fresh orbit, so flames that fall apart show all their parts.
+/// Samples in a batch. Each batch starts a new orbit, so that all parts of a flame with several attractors are drawn.
 const BATCH: u64 = 10_000;
 
 /// Steps before an orbit is on the attractor; they are not seen.
 const FUSE: u32 = 20;
 
-/// How often in a row a lost orbit is thrown back before its point counts as a sample.
-const THROWS: u32 = 5;
+/// How often in a row an escaped orbit is restarted before its point counts as a sample.
+const MAX_RESTARTS: u32 = 5;
 
 /// All samples of a frame, cut into numbered batches.
 #[derive(Debug)]
@@ -47,7 +47,7 @@ impl<'a> Batches<'a> {
     }
 
     /// How many samples a batch has at most.
-    pub(crate) fn most_samples(&self) -> u64 {
+    pub(crate) fn max_samples(&self) -> u64 {
         BATCH.min(self.each)
     }
 
@@ -86,7 +86,7 @@ impl Orbit {
         }
     }
 
-    /// One step of the game. An orbit that leaves the plane is thrown back in at random and goes on.
+    /// One step of the game. An orbit that escapes is restarted at a random point.
     #[inline]
     fn step(&mut self, plan: &Plan) {
         for throw in 1.. {
@@ -94,9 +94,9 @@ impl Orbit {
             let chosen = &plan.moves[next];
             (self.x, self.y) = chosen.point(self.x, self.y, &mut self.rng);
             self.colour = chosen.colour(self.colour);
-            if lost(self.x, self.y) {
+            if has_escaped(self.x, self.y) {
                 (self.x, self.y) = (self.rng.signed(), self.rng.signed());
-                if throw < THROWS {
+                if throw < MAX_RESTARTS {
                     continue;
                 }
             }
@@ -114,7 +114,7 @@ impl Orbit {
         {
             (x, y) = lens.point(x, y, &mut self.rng);
             colour = lens.colour(colour);
-            if lost(x, y) {
+            if has_escaped(x, y) {
                 (x, y) = (self.rng.signed(), self.rng.signed());
             }
         }

@@ -1,14 +1,14 @@
 //! Why a genome is not rendered.
 //!
-//! Owns the refusals of the renderer. Never the errors of reading: those are `GenomeError`.
+//! Owns the errors of the renderer; those of reading are `GenomeError`.
 //!
 //! Start at [`RenderError`].
 
 /// Why a genome is not rendered. Nothing was drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// There are no colours of its own; it names some of a library that is not ours to ship.
-    #[error("the genome carries no palette of its own")]
+    /// It has no colours, only the number of a palette in flam3's library, which is not ours to ship.
+    #[error("the genome has no palette, only the number of one in flam3's library")]
     NoPalette,
     /// The chaos game could not choose anything.
     #[error("the genome has no transform with a weight above 0, among {xforms}")]
@@ -21,24 +21,24 @@ pub enum RenderError {
     Range {
         /// The attribute's or setting's name.
         name: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
-        /// What should.
+        /// The expected value.
         expected: &'static str,
     },
-    /// It was told to leave off.
-    #[error("the rendering was stopped")]
+    /// Rendering was stopped by the caller.
+    #[error("rendering was stopped")]
     Stopped,
     /// The system gives no threads.
     #[error("cannot start {threads} threads: {reason}")]
     Threads {
         /// How many were asked for; 0 means one per core.
         threads: usize,
-        /// What the system says.
+        /// The system error.
         reason: String,
     },
     /// The genome uses something that this crate lacks, most often a variation beyond V48.
-    #[error("{place} uses `{name}` (`{value}`), which this renderer does not know")]
+    #[error("{place} uses `{name}` (`{value}`), which this renderer does not support")]
     Unknown {
         /// Which transform.
         place: String,

@@ -3,7 +3,7 @@
 //! Owns the smoothing of a histogram that has few samples. Never blurs what is known: the window shrinks to one
 //! cell where there are many samples, and a cell beyond an edge of density or colour hardly counts in it.
 //!
-//! Start at [`smoothed`].
+//! Start at [`smooth`].
 //!
 //! # Source
 //! The radius shrinks with density as in Suykens & Willems, *Adaptive filtering for progressive Monte Carlo image
@@ -25,12 +25,12 @@ const COLOUR_VARIANCE: f32 = 0.1;
 /// The same light, spread over cells that differ by chance only.
 ///
 /// * `cells` — `[height][width][4]` of `view.cells`: linear red, green, blue and density in [`UNIT`]s.
-pub(super) fn smoothed(cells: &[[f32; 4]], view: &View, sampling: &Sampling) -> Vec<[f32; 4]> {
+pub(super) fn smooth(cells: &[[f32; 4]], view: &View, sampling: &Sampling) -> Vec<[f32; 4]> {
     let [width, height] = view.cells;
     let mut guide = vec![[0.0; 4]; cells.len()];
     guide.par_chunks_mut(width).enumerate().for_each(|(row, out)| {
         for (column, out) in out.iter_mut().enumerate() {
-            *out = guessed(cells, width, height, column, row);
+            *out = estimate(cells, width, height, column, row);
         }
     });
     let finest = view.supersample as f32;
@@ -45,7 +45,7 @@ pub(super) fn smoothed(cells: &[[f32; 4]], view: &View, sampling: &Sampling) -> 
                 let radius = ((widest + 1.0) / here[3].powf(curve)).clamp(narrowest.min(widest), widest);
                 if radius >= 1.0 {
                     let window = Window { cells, guide: &guide, width, height };
-                    *out = window.averaged(column, row, radius);
+                    *out = window.average(column, row, radius);
                 }
             }
         }
@@ -54,7 +54,7 @@ pub(super) fn smoothed(cells: &[[f32; 4]], view: &View, sampling: &Sampling) -> 
 }
 
 /// A first guess at a cell: mean colour in `0.0..=1.0` and samples, over its eight neighbours and itself.
-fn guessed(cells: &[[f32; 4]], width: usize, height: usize, column: usize, row: usize) -> [f32; 4] {
+fn estimate(cells: &[[f32; 4]], width: usize, height: usize, column: usize, row: usize) -> [f32; 4] {
     let mut sum = [0.0_f32; 4];
     for (down, outer) in [(row.saturating_sub(1), 0.25), (row, 0.5), ((row + 1).min(height - 1), 0.25)] {
         for (across, inner) in [(column.saturating_sub(1), 0.25), (column, 0.5), ((column + 1).min(width - 1), 0.25)] {
@@ -77,7 +77,7 @@ struct Window<'a> {
 
 impl Window<'_> {
     /// The mean of the cells within `radius` cells, each weighted by how likely it shows the same light.
-    fn averaged(&self, column: usize, row: usize, radius: f32) -> [f32; 4] {
+    fn average(&self, column: usize, row: usize, radius: f32) -> [f32; 4] {
         let here = self.guide[row * self.width + column];
         let reach = radius as usize;
         let mut sum = [0.0_f32; 4];

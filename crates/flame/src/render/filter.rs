@@ -14,11 +14,11 @@
 use std::f64::consts::PI;
 
 use super::RenderError;
-use super::view::within;
+use super::view::in_range;
 use crate::genome::{FilterShape, Sampling, TemporalShape};
 
 /// Most moments of a frame: each is a genome, compiled.
-const MOST_MOMENTS: u32 = 10_000;
+const MAX_MOMENTS: u32 = 10_000;
 
 /// A separable spatial filter, a weight for each cell around a pixel.
 #[derive(Clone, Debug)]
@@ -132,7 +132,7 @@ pub(crate) struct Moment {
 /// [`RenderError::Range`] where there are none, or more than memory should hold.
 pub(crate) fn shutter(sampling: &Sampling) -> Result<Vec<Moment>, RenderError> {
     let count = sampling.temporal_samples;
-    within("temporal_samples", count.into(), (1..=MOST_MOMENTS).contains(&count), "1 to 10000")?;
+    in_range("temporal_samples", count.into(), (1..=MAX_MOMENTS).contains(&count), "1 to 10000")?;
     if count == 1 {
         return Ok(vec![Moment { offset: 0.0, light: 1.0 }]);
     }

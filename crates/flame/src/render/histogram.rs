@@ -75,10 +75,10 @@ pub(crate) fn collect(view: &View, batches: &Batches, stop: &AtomicBool) -> Sums
             if tile.cells.is_empty() {
                 tile.cells = vec![[0; 4]; cells];
             }
-            if tile.is_full(batches.most_samples()) {
+            if tile.is_full(batches.max_samples()) {
                 tile.hand_in(&sums);
             }
-            tile.samples += batches.most_samples();
+            tile.samples += batches.max_samples();
             batches.run(number, &mut tile);
         }
         tile.hand_in(&sums);

@@ -1,4 +1,4 @@
-//! The renderer: a genome in motion and a moment become a picture.
+//! The renderer: draws a moving genome at a moment.
 //!
 //! Owns the order of the work and the promise that the number of threads changes no pixel: samples are
 //! drawn in numbered batches, each with its own random stream (`chaos.rs`), and counted in integers
@@ -33,7 +33,7 @@ use chaos::Batches;
 use plan::Plan;
 use view::View;
 
-/// What a render may change about a genome; `None` keeps the genome's own.
+/// Settings that override the genome's; `None` keeps the genome's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Width and height in pixels. The scale follows, so that the genome's own frame stays in view.
@@ -56,17 +56,16 @@ pub struct Settings {
 pub enum Filter {
     /// Not at all.
     None,
-    /// Cells are averaged with neighbours that differ by no more than chance. What is known stays sharp: with many
-    /// samples the filter goes to nothing.
+    /// Cells are averaged with neighbours that differ by no more than chance. With many samples the filter has no effect.
     #[default]
     Variance,
     /// As flam3 does: every cell is spread by a kernel that narrows with its density, whatever its neighbours are.
     Flam3,
 }
 
-/// What a frame takes to be rendered.
+/// Samples and memory that rendering a frame needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Demand {
+pub struct FrameCost {
     /// Samples that are drawn.
     pub samples: u64,
     /// Most bytes of memory that are in use at once, with one thread.
@@ -82,8 +81,8 @@ pub struct Renderer {
     stop: Arc<AtomicBool>,
 }
 
-/// Everything that is known of a frame before its first sample is drawn.
-struct Shot {
+/// A frame before its first sample is drawn.
+struct FrameSetup {
     genome: Genome,
     view: View,
     plans: Vec<Plan>,
@@ -105,9 +104,9 @@ impl Renderer {
         Ok(Renderer { pool, stop: Arc::default() })
     }
 
-    /// The same renderer, which leaves off within milliseconds once `stop` is set.
+    /// The same renderer, which stops within milliseconds once `stop` is set.
     #[must_use]
-    pub fn stopped_by(self, stop: Arc<AtomicBool>) -> Renderer {
+    pub fn with_stop_flag(self, stop: Arc<AtomicBool>) -> Renderer {
         Renderer { stop, ..self }
     }
 
@@ -117,46 +116,46 @@ impl Renderer {
     /// * Returns displayable light of the size that `settings` or the genome at `frame` asks for.
     ///
     /// # Errors
-    /// [`RenderError`] names what the genome lacks or what this renderer does not know; [`RenderError::Stopped`] if it
-    /// was told to leave off.
+    /// [`RenderError`] names what the genome lacks or what this renderer does not know; [`RenderError::Stopped`] if
+    /// `stop` was set.
     pub fn render(&self, motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Image, RenderError> {
-        let shot = Shot::new(motion, frame, settings)?;
+        let setup = FrameSetup::new(motion, frame, settings)?;
         self.pool.install(|| {
-            let batches = Batches::new(&shot.plans, shot.samples, settings.seed);
-            let histogram = histogram::collect(&shot.view, &batches, &self.stop);
+            let batches = Batches::new(&setup.plans, setup.samples, settings.seed);
+            let histogram = histogram::collect(&setup.view, &batches, &self.stop);
             if self.stop.load(Ordering::Relaxed) {
                 return Err(RenderError::Stopped);
             }
-            Ok(tonemap::develop(histogram, &shot.view, &shot.genome, shot.light, settings.filter))
+            Ok(tonemap::tone_map(histogram, &setup.view, &setup.genome, setup.light, settings.filter))
         })
     }
 }
 
-impl Demand {
-    /// What the moment `frame` of `motion` takes. Nothing is drawn.
+impl FrameCost {
+    /// What rendering the moment `frame` of `motion` needs. Nothing is drawn.
     ///
     /// # Errors
     /// As [`Renderer::render`]: what passes here can be rendered.
-    pub fn of(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Demand, RenderError> {
-        let shot = Shot::new(motion, frame, settings)?;
-        let [width, height] = shot.view.cells;
+    pub fn of(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<FrameCost, RenderError> {
+        let setup = FrameSetup::new(motion, frame, settings)?;
+        let [width, height] = setup.view.cells;
         let cells = (width * height) as u64;
-        let pixels = (shot.view.size[0] * shot.view.size[1]) as u64;
-        let plans = shot.plans.iter().map(Plan::bytes).sum::<u64>();
+        let pixels = (setup.view.size[0] * setup.view.size[1]) as u64;
+        let plans = setup.plans.iter().map(Plan::bytes).sum::<u64>();
         // While samples are drawn: the sums and each thread's tile. Then: the sums as floats, a guide and the smoothed.
         let drawing = cells * (histogram::BYTES_OF_SUMS + histogram::BYTES_OF_TILE);
-        let developing = 3 * cells * size_of::<[f32; 4]>() as u64;
+        let tone_mapping = 3 * cells * size_of::<[f32; 4]>() as u64;
         let picture = pixels * size_of::<[f32; 3]>() as u64;
-        Ok(Demand {
-            samples: Batches::new(&shot.plans, shot.samples, settings.seed).samples(),
-            bytes: plans + picture + drawing.max(developing),
+        Ok(FrameCost {
+            samples: Batches::new(&setup.plans, setup.samples, settings.seed).samples(),
+            bytes: plans + picture + drawing.max(tone_mapping),
             bytes_per_thread: cells * histogram::BYTES_OF_TILE,
         })
     }
 }
 
-impl Shot {
-    fn new(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Shot, RenderError> {
+impl FrameSetup {
+    fn new(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<FrameSetup, RenderError> {
         let mut genome = motion.at(frame);
         settings.apply_to(&mut genome);
         let view = View::new(&genome)?;
@@ -172,7 +171,7 @@ impl Shot {
         }
         let light = moments.iter().map(|moment| moment.light).sum::<f64>() / moments.len() as f64;
         let samples = view.samples(&genome.sampling)?;
-        Ok(Shot { genome, view, plans, samples, light })
+        Ok(FrameSetup { genome, view, plans, samples, light })
     }
 }
 

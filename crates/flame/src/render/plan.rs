@@ -1,18 +1,18 @@
 //! A genome compiled for iteration.
 //!
-//! Owns what the inner loop reads: transforms without their zero parts, tables to choose the next one, a
-//! palette in histogram units. Refuses what this renderer does not know. Never iterates: `chaos.rs` does.
+//! Owns what the inner loop reads: transforms without their zero parts, tables to choose the next one, a palette in
+//! histogram units. Unsupported genomes are refused here. `chaos.rs` iterates.
 //!
 //! Start at [`Plan::new`].
 
 use super::RenderError;
 use super::histogram::UNIT;
-use super::view::{View, within};
+use super::view::{View, in_range};
 use crate::genome::{Affine, Genome, Palette, PaletteMode, Xform};
 use crate::rng::Rng;
-use crate::variations::{Compiled, Needs, Point, bad, needs};
+use crate::variations::{Compiled, Needs, Point, is_out_of_range, needs};
 
-/// Table entries per palette entry where colours are blended: an eighth of a step is below what a byte shows.
+/// Table entries per palette entry where colours are blend: an eighth of a step is below what a byte shows.
 const BLEND_STEPS: usize = 8;
 
 /// Widest density estimation, in pixels: each cell looks at all others within.
@@ -22,11 +22,11 @@ const WIDEST_ESTIMATE: f64 = 100.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     /// The transforms with a weight.
-    pub(crate) moves: Vec<Move>,
+    pub(crate) moves: Vec<CompiledXform>,
     /// The final transform.
-    pub(crate) lens: Option<Move>,
+    pub(crate) lens: Option<CompiledXform>,
     /// How the next transform is chosen: one table, or one for each transform where there is xaos.
-    choices: Vec<Choice>,
+    choices: Vec<AliasTable>,
     /// Colours in histogram units.
     pub(crate) colours: Vec<[u32; 4]>,
     /// Where points land.
@@ -35,7 +35,7 @@ pub(crate) struct Plan {
 
 /// A transform ready to be applied.
 #[derive(Clone, Debug)]
-pub(crate) struct Move {
+pub(crate) struct CompiledXform {
     affine: Affine,
     post: Option<Affine>,
     variations: Vec<Compiled>,
@@ -51,8 +51,8 @@ pub(crate) struct Move {
 
 /// Walker's alias table: one random number chooses among any number of transforms.
 #[derive(Clone, Debug)]
-struct Choice {
-    /// For each slot: how much of it is its own, and whose the rest is.
+struct AliasTable {
+    /// For each slot: the probability of its own index, and the alias for the rest.
     slots: Vec<(f64, u32)>,
 }
 
@@ -65,7 +65,7 @@ impl Plan {
         check(genome)?;
         let genome = genome.with_symmetry();
         let count = genome.xforms.len();
-        within("xform", count as f64, count <= Genome::MOST_XFORMS, "at most 256 transforms, symmetries included")?;
+        in_range("xform", count as f64, count <= Genome::MAX_XFORMS, "at most 256 transforms, symmetries included")?;
         let palette = genome.palette.as_ref().ok_or(RenderError::NoPalette)?;
         let used: Vec<usize> = (0..genome.xforms.len()).filter(|i| genome.xforms[*i].weight > 0.0).collect();
         if used.is_empty() {
@@ -77,20 +77,20 @@ impl Plan {
         };
         let xaos = used.iter().any(|i| genome.xforms[*i].chaos.iter().any(|weight| *weight != 1.0));
         let choices = if xaos {
-            used.iter().map(|i| Choice::new(&weights(Some(*i)))).collect()
+            used.iter().map(|i| AliasTable::new(&weights(Some(*i)))).collect()
         } else {
-            vec![Choice::new(&weights(None))]
+            vec![AliasTable::new(&weights(None))]
         };
         Ok(Plan {
-            moves: used.iter().map(|i| Move::new(&genome.xforms[*i])).collect(),
-            lens: genome.final_xform.as_ref().map(Move::new),
+            moves: used.iter().map(|i| CompiledXform::new(&genome.xforms[*i])).collect(),
+            lens: genome.final_xform.as_ref().map(CompiledXform::new),
             choices,
             colours: colours(palette, genome.palette_mode, light),
             view,
         })
     }
 
-    /// Roughly what it takes in memory: nearly all of it is the palette.
+    /// Its size in memory, roughly: nearly all of it is the palette.
     pub(crate) fn bytes(&self) -> u64 {
         (size_of::<Plan>() + size_of_val(&self.colours[..]) + size_of_val(&self.moves[..])) as u64
     }
@@ -103,14 +103,14 @@ impl Plan {
     }
 }
 
-impl Move {
-    fn new(xform: &Xform) -> Move {
+impl CompiledXform {
+    fn new(xform: &Xform) -> CompiledXform {
         let used = || xform.variations.iter().filter(|variation| variation.weight != 0.0);
         let needs = used()
             .map(|variation| needs(variation.kind))
             .fold(Needs::default(), |all, one| Needs { theta: all.theta || one.theta, phi: all.phi || one.phi });
         let opacity = xform.opacity.clamp(0.0, 1.0);
-        Move {
+        CompiledXform {
             affine: xform.affine,
             post: (xform.post != Affine::IDENTITY).then_some(xform.post),
             variations: used().map(|variation| Compiled::new(variation, &xform.affine)).collect(),
@@ -122,7 +122,7 @@ impl Move {
         }
     }
 
-    /// The image of a point; it may be anything, see [`lost`].
+    /// The image of a point; it may be anything, see [`has_escaped`].
     #[inline]
     pub(crate) fn point(&self, x: f64, y: f64, rng: &mut Rng) -> (f64, f64) {
         let (x, y) = self.affine.apply(x, y);
@@ -142,13 +142,13 @@ impl Move {
     }
 }
 
-impl Choice {
+impl AliasTable {
     /// A table that draws each index by its weight; all weights 0 draws the first.
-    fn new(weights: &[f64]) -> Choice {
+    fn new(weights: &[f64]) -> AliasTable {
         let sum: f64 = weights.iter().sum();
         let count = weights.len();
         if sum <= 0.0 {
-            return Choice { slots: vec![(0.0, 0); count] };
+            return AliasTable { slots: vec![(0.0, 0); count] };
         }
         let mut share: Vec<f64> = weights.iter().map(|weight| weight / sum * count as f64).collect();
         let mut slots: Vec<(f64, u32)> = (0..count).map(|i| (1.0, i as u32)).collect();
@@ -161,7 +161,7 @@ impl Choice {
                 small.push(rich);
             }
         }
-        Choice { slots }
+        AliasTable { slots }
     }
 
     #[inline]
@@ -175,24 +175,24 @@ impl Choice {
 
 /// Whether a point has left the plane.
 #[inline]
-pub(crate) fn lost(x: f64, y: f64) -> bool {
-    bad(x) || bad(y)
+pub(crate) fn has_escaped(x: f64, y: f64) -> bool {
+    is_out_of_range(x) || is_out_of_range(y)
 }
 
 /// Refuses what cannot be drawn.
 fn check(genome: &Genome) -> Result<(), RenderError> {
     let (sampling, tone) = (&genome.sampling, &genome.tone);
-    within("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
+    in_range("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
     for (name, radius) in
         [("estimator_radius", sampling.estimator_radius), ("estimator_minimum", sampling.estimator_minimum)]
     {
-        within(name, radius, radius <= WIDEST_ESTIMATE, "at most 100 pixels")?;
+        in_range(name, radius, radius <= WIDEST_ESTIMATE, "at most 100 pixels")?;
     }
-    within("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
+    in_range("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
     let finals = genome.final_xform.iter().map(|xform| ("the final transform".to_owned(), xform));
     let numbered = genome.xforms.iter().enumerate().map(|(i, xform)| (format!("transform {i}"), xform));
     for (place, xform) in numbered.chain(finals) {
-        if let Some((name, value)) = xform.extra.iter().find(|(name, value)| matters(name, value)) {
+        if let Some((name, value)) = xform.extra.iter().find(|(name, value)| affects_picture(name, value)) {
             return Err(RenderError::Unknown { place, name: name.clone(), value: value.clone() });
         }
         if let Some(child) = xform.children.first() {
@@ -203,7 +203,7 @@ fn check(genome: &Genome) -> Result<(), RenderError> {
 }
 
 /// Whether an unknown attribute of a transform changes the picture.
-fn matters(name: &str, value: &str) -> bool {
+fn affects_picture(name: &str, value: &str) -> bool {
     name != "name" && !value.trim().parse::<f64>().is_ok_and(|number| number == 0.0)
 }
 
@@ -233,7 +233,7 @@ mod tests {
     #[test]
     fn transforms_are_chosen_by_their_weights() {
         let weights = [0.5, 0.0, 2.0, 1.5];
-        let choice = Choice::new(&weights);
+        let choice = AliasTable::new(&weights);
         let mut rng = Rng::stream(1, 1);
         let mut counts = [0_u32; 4];
         for _ in 0..400_000 {

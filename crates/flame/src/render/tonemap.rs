@@ -2,7 +2,7 @@
 //!
 //! Owns log-density, spatial filtering, gamma, vibrancy and highlights. Never draws samples.
 //!
-//! Start at [`develop`].
+//! Start at [`tone_map`].
 //!
 //! # Source
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008), log-density display, gamma, vibrancy. The constants
@@ -30,7 +30,7 @@ const WHITE: f64 = 256.0 / 255.0;
 /// * `sums` — `[height][width][4]` of `view.cells`: linear red, green, blue and density.
 /// * `light` — how open the shutter was on average, `0.0..=1.0`.
 /// * `smoothing` — how noise is smoothed, where the genome's estimator has a radius.
-pub(crate) fn develop(sums: Sums, view: &View, genome: &Genome, light: f64, smoothing: Filter) -> Image {
+pub(crate) fn tone_map(sums: Sums, view: &View, genome: &Genome, light: f64, smoothing: Filter) -> Image {
     let cells_per_pixel = (view.supersample * view.supersample) as f64;
     let expected = view.area() * view.samples_per_pixel(&genome.sampling) * light * f64::from(UNIT);
     let gain = genome.tone.brightness * GAIN;
@@ -38,7 +38,7 @@ pub(crate) fn develop(sums: Sums, view: &View, genome: &Genome, light: f64, smoo
     drop(sums);
     let smoothing = if genome.sampling.estimator_radius > 0.0 { smoothing } else { Filter::None };
     if smoothing == Filter::Variance {
-        cells = estimator::smoothed(&cells, view, &genome.sampling);
+        cells = estimator::smooth(&cells, view, &genome.sampling);
     }
     let kernels = (smoothing == Filter::Flam3).then(|| Spread::new(&cells, view, &genome.sampling));
     cells.par_chunks_mut(view.cells[0]).flatten().filter(|cell| cell[3] > 0.0).for_each(|cell| {
@@ -84,7 +84,7 @@ fn expose([red, green, blue, density]: [f64; 4], tone: &Tone) -> [f32; 3] {
     std::array::from_fn(|i| {
         let plain = [red, green, blue][i].max(0.0).powf(power);
         let value = lit[i] + (1.0 - tone.vibrancy) * WHITE * plain + (1.0 - covered) * tone.background[i];
-        // Where gamma or brightness ran away, what is no number is dark.
+        // NaN, from an extreme gamma or brightness, is shown as black.
         if value > 0.0 { value.min(1.0) as f32 } else { 0.0 }
     })
 }
@@ -99,7 +99,7 @@ fn opacity(density: f64, power: f64, threshold: f64) -> f64 {
     (1.0 - part) * density * threshold.powf(power) / threshold + part * curve
 }
 
-/// Scales a colour by `scale`; what exceeds white is held there, paling by `highlight_power`.
+/// Scales a colour by `scale`; values above white are clamped, fading to white by `highlight_power`.
 fn highlights(colour: [f64; 3], scale: f64, highlight_power: f64) -> [f64; 3] {
     let brightest = colour[0].max(colour[1]).max(colour[2]);
     if scale == 0.0 || brightest <= 0.0 {

@@ -10,13 +10,13 @@ use super::filter::Spatial;
 use crate::genome::{Affine, Genome, Sampling};
 
 /// Most cells a histogram may have: 48 bytes each.
-const MOST_CELLS: f64 = 1e9;
+const MAX_CELLS: f64 = 1e9;
 
 /// Widest spatial filter, in cells: each pixel looks at all of them, in both directions.
 const WIDEST_FILTER: usize = 1024;
 
 /// Most samples of a frame: a year of a hundred cores. No sum of a cell overflows before.
-const MOST_SAMPLES: f64 = 1e15;
+const MAX_SAMPLES: f64 = 1e15;
 
 /// A camera, ready to place points.
 #[derive(Clone, Debug)]
@@ -46,17 +46,17 @@ impl View {
         let camera = &genome.camera;
         let sampling = &genome.sampling;
         let scale_is_fine = camera.scale > 0.0 && camera.scale.is_finite();
-        within("scale", camera.scale, scale_is_fine, "a finite number above 0")?;
-        within("supersample", sampling.supersample.into(), (1..=64).contains(&sampling.supersample), "1 to 64")?;
-        within("filter", sampling.filter_radius, (0.0..=64.0).contains(&sampling.filter_radius), "0 to 64 pixels")?;
+        in_range("scale", camera.scale, scale_is_fine, "a finite number above 0")?;
+        in_range("supersample", sampling.supersample.into(), (1..=64).contains(&sampling.supersample), "1 to 64")?;
+        in_range("filter", sampling.filter_radius, (0.0..=64.0).contains(&sampling.filter_radius), "0 to 64 pixels")?;
         let supersample = sampling.supersample as usize;
         let spatial = Spatial::new(sampling.filter_shape, sampling.filter_radius, supersample);
         let wide = spatial.width();
-        within("filter", wide as f64, wide <= WIDEST_FILTER, "a radius and a supersample of at most 1024 cells")?;
+        in_range("filter", wide as f64, wide <= WIDEST_FILTER, "a radius and a supersample of at most 1024 cells")?;
         let rim = (spatial.width() - supersample) / 2;
         let cells = camera.size.map(|pixels| pixels as usize * supersample + 2 * rim);
         let count = cells[0] as f64 * cells[1] as f64;
-        within("size", count, camera.size.iter().all(|side| *side > 0) && count <= MOST_CELLS, "1 to 1e9 cells")?;
+        in_range("size", count, camera.size.iter().all(|side| *side > 0) && count <= MAX_CELLS, "1 to 1e9 cells")?;
         let magnification = camera.zoom.exp2();
         let pixels_per_unit = camera.scale * magnification;
         let scale = pixels_per_unit * supersample as f64;
@@ -72,10 +72,10 @@ impl View {
     /// How many samples a frame of this view takes.
     ///
     /// # Errors
-    /// [`RenderError::Range`] where there are none, or more than anyone can wait for.
+    /// [`RenderError::Range`] where there are none, or more than [`MAX_SAMPLES`].
     pub(crate) fn samples(&self, sampling: &Sampling) -> Result<u64, RenderError> {
         let samples = (self.samples_per_pixel(sampling) * (self.size[0] * self.size[1]) as f64).ceil();
-        within("samples", samples, (1.0..=MOST_SAMPLES).contains(&samples), "1 to 1e15 in a frame")?;
+        in_range("samples", samples, (1.0..=MAX_SAMPLES).contains(&samples), "1 to 1e15 in a frame")?;
         Ok(samples as u64)
     }
 
@@ -91,6 +91,6 @@ impl View {
 }
 
 /// Refuses `value` unless `holds`.
-pub(crate) fn within(name: &'static str, value: f64, holds: bool, expected: &'static str) -> Result<(), RenderError> {
+pub(crate) fn in_range(name: &'static str, value: f64, holds: bool, expected: &'static str) -> Result<(), RenderError> {
     if holds { Ok(()) } else { Err(RenderError::Range { name, value, expected }) }
 }

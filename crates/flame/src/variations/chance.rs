@@ -1,12 +1,12 @@
-//! The formulas with chance: each call may send the same point elsewhere.
+//! The random formulas: each call may send the same point elsewhere.
 //!
-//! Owns 13 of the 49. Never keeps a generator: it comes in. The letters are those of `formulas.rs`.
+//! Owns 13 of the 49. The random generator is an argument. The letters are those of `formulas.rs`.
 //!
 //! Start at any of them: each returns the variation's part of the result, weight included.
 
 use std::f64::consts::{PI, TAU};
 
-use super::formulas::{Compiled, Point, TINY, bad};
+use super::formulas::{Compiled, Point, TINY, is_out_of_range};
 use crate::rng::Rng;
 
 pub(super) fn julia(v: &Compiled, at: &Point, rng: &mut Rng) -> (f64, f64) {
@@ -91,7 +91,7 @@ pub(super) fn twintrian(v: &Compiled, at: &Point, rng: &mut Rng) -> (f64, f64) {
     let Point { x, r, .. } = *at;
     let (s, c) = (rng.unit() * v.w * r).sin_cos();
     let lobe = (s * s).log10() + c;
-    let lobe = if bad(lobe) { -30.0 } else { lobe };
+    let lobe = if is_out_of_range(lobe) { -30.0 } else { lobe };
     (v.w * x * lobe, v.w * x * (lobe - s * PI))
 }
 

@@ -62,7 +62,7 @@ impl Point {
     }
 }
 
-/// Takes a point and a source of chance to the variation's part of the result.
+/// From a point and a random generator to the variation's part of the result.
 type Formula = fn(&Compiled, &Point, &mut Rng) -> (f64, f64);
 
 /// A variation with everything precomputed that does not depend on the point.
@@ -71,7 +71,7 @@ pub(crate) struct Compiled {
     formula: Formula,
     /// The weight.
     pub(super) w: f64,
-    /// What the parameters come to.
+    /// Values precomputed from the parameters.
     pub(super) p: [f64; 4],
 }
 
@@ -169,9 +169,9 @@ fn formula(kind: Kind) -> Formula {
     }
 }
 
-/// Whether a coordinate has left the range in which orbits live.
+/// Whether a coordinate is so large, or not a number, that the orbit has escaped.
 #[inline]
-pub(crate) fn bad(value: f64) -> bool {
+pub(crate) fn is_out_of_range(value: f64) -> bool {
     value.is_nan() || value.abs() > 1e10
 }
 

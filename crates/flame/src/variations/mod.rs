@@ -1,7 +1,7 @@
 //! The published variations V0 to V48: their names, numbers and parameters.
 //!
-//! Owns the table that the XML reader, the writer, the animation and the renderer share. Never knows a
-//! transform or a picture: `formulas.rs` has the mathematics, `render` calls it.
+//! Owns the table that the XML reader, the writer, the animation and the renderer share. `formulas.rs` has the
+//! mathematics, `render` calls it.
 //!
 //! Start at [`Kind`].
 //!
@@ -12,7 +12,7 @@ mod chance;
 mod formulas;
 mod plain;
 
-pub(crate) use formulas::{Compiled, Needs, Point, bad, needs};
+pub(crate) use formulas::{Compiled, Needs, Point, is_out_of_range, needs};
 
 /// How many parameters a variation has at most.
 pub const MAX_PARAMETERS: usize = 4;

@@ -1,7 +1,7 @@
-//! The formulas without chance: the same point always goes to the same place.
+//! The deterministic formulas.
 //!
-//! Owns 36 of the 49. Never draws a random number: `chance.rs` has those that do. The letters are those of
-//! `formulas.rs`; a reader with the paper open finds each by its name.
+//! Owns 36 of the 49. The random ones are in `chance.rs`. The letters are those of `formulas.rs`; a reader with the
+//! paper open finds each by its name.
 //!
 //! Start at any of them: each returns the variation's part of the result, weight included.
 

@@ -5,7 +5,9 @@
 
 use std::sync::Arc;
 
-use flock::{Clip, ClipPath, Exit, Flock, Itinerary, Manifest, Place, Sheep, SheepId, Simulation, Transition, What};
+use flock::{
+    Clip, ClipKind, ClipPath, Exit, Flock, Itinerary, Manifest, Place, Sheep, SheepId, Simulation, Transition,
+};
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use timing::{FrameCount, Rate};
@@ -91,8 +93,8 @@ pub(crate) fn steered(flock: &Arc<Flock>, seed: u64, steps: usize, restarts: usi
             path = Itinerary::resume(Arc::clone(flock), &place).expect("the flock is the same");
         }
         match path.next_clip().expect("a walk has no end").what {
-            What::Loop { sheep } => start = start.or(Some(sheep)),
-            What::Transition { from, to } => {
+            ClipKind::Loop { sheep } => start = start.or(Some(sheep)),
+            ClipKind::Transition { from, to } => {
                 let graph = flock.graph();
                 let sheep = |id| graph.find(id).expect("a walk stays in its flock");
                 exits.push(graph.between(sheep(&from), sheep(&to)).expect("a walk takes transitions"));

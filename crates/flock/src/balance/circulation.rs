@@ -1,8 +1,8 @@
-//! The nearest circulation to what an artist has written and wants.
+//! The circulation nearest to the written weights and the wants.
 //!
-//! Owns the state of the search: how much flows along each transition, and how far rows and columns are from where
-//! they should be. One state is improved by [`Circulation::sweep`] (sheep by sheep) and [`Circulation::step`] (all at
-//! once, in the direction that `system.rs` finds). Never chooses fairness or floor: `solve.rs` does.
+//! Owns the state of the search: the flow along each transition, and the errors of rows and columns. One state is
+//! improved by [`Circulation::sweep`] (sheep by sheep) and [`Circulation::step`] (all at once, in the direction that
+//! `system.rs` finds). `solve.rs` chooses fairness and floor.
 //!
 //! # Source
 //! min over circulations `f >= floor`, with throughput `n`, of `KL(f || prior) + fairness * KL(want || n)`. In its dual
@@ -14,12 +14,12 @@ use std::ops::Range;
 
 use super::network::Network;
 
-/// Prices may rise a flow by so many times e in one step at most.
-const MOST_RISE: f64 = 12.0;
-/// A rise of fairness may raise a flow by so many times e at most.
-const MOST_LEAD: f64 = 3.0;
+/// The largest rise of a flow's logarithm in one step.
+const MAX_RISE: f64 = 12.0;
+/// The largest rise of a flow's logarithm by a rise of fairness.
+const MAX_LEAD: f64 = 3.0;
 /// A step may take at most this part of the way to where a throughput would be infinite.
-const MOST_FALL: f64 = 0.9;
+const MAX_FALL: f64 = 0.9;
 /// A step is long enough when the slope at its end is this small beside that at its start.
 const FLAT: f64 = 0.3;
 /// Tries for the length of a step.
@@ -39,13 +39,13 @@ const CLOSE: f64 = 1e-7;
 /// Flows along all transitions of a network, not yet balanced.
 #[derive(Clone, Debug)]
 pub(super) struct Circulation {
-    /// What `KL(want || n)` weighs beside `KL(f || prior)`; finite, above 0.
+    /// The factor of `KL(want || n)` relative to `KL(f || prior)`; finite, above 0.
     pub(super) fairness: f64,
-    /// What each transition carries at least.
+    /// The minimum flow of each transition.
     pub(super) floor: f64,
     /// The logarithm of what each transition carries above the floor.
     log_flow: Vec<f64>,
-    /// What each transition carries above the floor.
+    /// The flow of each transition above the floor.
     pub(super) flow: Vec<f64>,
     /// Want over throughput, by sheep.
     pub(super) scarcity: Vec<f64>,
@@ -94,7 +94,7 @@ impl Circulation {
         resumed
     }
 
-    /// What flows through `sheep`, by its prices.
+    /// The throughput of `sheep`, by its prices.
     pub(super) fn throughput(&self, network: &Network, sheep: usize) -> f64 {
         network.want[sheep] / self.scarcity[sheep]
     }
@@ -203,10 +203,10 @@ impl Circulation {
     pub(super) fn longest(&self, network: &Network, direction: &[f64], most: f64) -> f64 {
         let n = network.len();
         let rise = |arc: usize| direction[network.from[arc] as usize] + direction[n + network.to[arc] as usize];
-        let mut per_length = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MOST_RISE;
+        let mut per_length = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MAX_RISE;
         for sheep in 0..n {
             let fall = -(direction[sheep] + direction[n + sheep]) / self.fairness;
-            per_length = per_length.max(fall / (MOST_FALL * self.scarcity[sheep]));
+            per_length = per_length.max(fall / (MAX_FALL * self.scarcity[sheep]));
         }
         if per_length * most > 1.0 { 1.0 / per_length } else { most }
     }
@@ -246,7 +246,7 @@ impl Circulation {
         let tangent: Vec<f64> =
             self.prices.iter().zip(relief).map(|(price, relief)| price / self.fairness + relief).collect();
         let rise = |arc: usize| tangent[network.from[arc] as usize] + tangent[n + network.to[arc] as usize];
-        let mut per_one = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MOST_LEAD;
+        let mut per_one = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MAX_LEAD;
         for sheep in 0..n {
             let fall = -(relief[sheep] + relief[n + sheep]) / (self.fairness + by);
             per_one = per_one.max(fall / (0.5 * self.scarcity[sheep]));
@@ -283,7 +283,7 @@ impl Circulation {
         self.measure(network);
     }
 
-    /// Flows and sums anew from their logarithms.
+    /// Recomputes flows and sums from their logarithms.
     fn measure(&mut self, network: &Network) {
         let n = network.len();
         self.sums.fill(0.0);
@@ -306,16 +306,16 @@ fn own_price(log_sum: f64, fixed: f64, scarcity: f64, want: f64, fairness: f64) 
         return 0.0;
     }
     let aim = (through - fixed).max(1e-3 * through);
-    let least = |x: f64| x.max(-MOST_FALL * scarcity * fairness);
+    let least = |x: f64| x.max(-MAX_FALL * scarcity * fairness);
     let mut x = if off.abs() < NEAR { 0.0 } else { least(aim.ln() - log_sum) };
     let log_fixed = fixed.ln();
     for _ in 0..SWEEP_STEPS {
-        // In logarithms: flows may be too small to be numbers.
+        // In logarithms, because flows may underflow.
         let (log_flow, scarce) = (log_sum + x, scarcity + x / fairness);
         let over = log_fixed - log_flow;
         let value = log_flow.max(log_fixed) + (-over.abs()).exp().ln_1p() + scarce.ln() - want.ln();
         let slope = 1.0 / (1.0 + over.exp()) + 1.0 / (fairness * scarce);
-        let next = (x - value / slope).clamp(x - MOST_FALL * scarce * fairness, x + MOST_RISE);
+        let next = (x - value / slope).clamp(x - MAX_FALL * scarce * fairness, x + MAX_RISE);
         if (next - x).abs() <= SWEPT * (1.0 + x.abs()) {
             return next;
         }

@@ -1,7 +1,7 @@
-//! A circulation that meets the wants in whole units.
+//! A circulation that meets the wants exactly, in integers.
 //!
-//! Owns the last step where the wants alone count: what a search in floating point has found is put right to the unit,
-//! so that sheep keep their shares however nearly the flock falls apart. Never looks for the nearest circulation.
+//! Owns the last step with infinite fairness: the floating-point result is corrected to integers, so that sheep keep
+//! their shares also in a nearly decomposable flock.
 //!
 //! Start at [`circulation`].
 
@@ -18,7 +18,7 @@ const SILENT: f64 = 1e-7;
 /// follow from the weights alone.
 pub(super) fn circulation(network: &Network, flow: &[f64]) -> Option<Vec<f64>> {
     let mut carried = in_units(network, flow)?;
-    enliven(network, &mut carried);
+    activate_all(network, &mut carried);
     let whole = carried.iter().sum::<i128>() as f64;
     Some(carried.into_iter().map(|units| units as f64 / whole).collect())
 }
@@ -62,7 +62,7 @@ fn in_units(network: &Network, flow: &[f64]) -> Option<Vec<i128>> {
 }
 
 /// Lets every transition of `network` carry something, by closed ways that lead through those that do not.
-fn enliven(network: &Network, carried: &mut [i128]) {
+fn activate_all(network: &Network, carried: &mut [i128]) {
     let throughput = |flow: &[i128]| -> Vec<i128> {
         (0..network.len()).map(|sheep| flow[network.exits(sheep)].iter().sum()).collect()
     };

@@ -1,7 +1,7 @@
-//! What joins the sheep that are not played to those that are.
+//! Transitions that connect unplayed sheep to the played part.
 //!
-//! Owns the choice of the next transition that is missing between the parts of a flock. Never weighs shares against
-//! each other, but for where it may start and end in the part that is played.
+//! Owns the choice of the next missing transition between the parts of a flock. Shares only decide where it starts and
+//! ends in the played part.
 //!
 //! # Source
 //! Eswaran & Tarjan (1976): a flock is one part once its last parts lead to its first ones. Each transition here joins
@@ -43,7 +43,7 @@ pub(super) fn missing(flock: &Flock) -> Option<(SheepId, SheepId)> {
     Some((id(from).or_else(|| extreme(flock, false))?, id(to).or_else(|| extreme(flock, true))?))
 }
 
-/// The classes that are come to from `start`.
+/// The classes that can be reached from `start`.
 fn reached(next: &[Vec<usize>], start: usize) -> Vec<bool> {
     let mut reached = vec![false; next.len()];
     reached[start] = true;

@@ -1,10 +1,10 @@
-//! Weights that give every sheep the share that its artist wants, or as near as the transitions allow.
+//! Weights that give every sheep its wanted share, or as near as the transitions allow.
 //!
-//! Owns the answer of `flock balance`: whether the wants can be reached and where they get stuck, the weights, and what
-//! the walk makes of them. Never writes a manifest: the tools do.
+//! Owns the result of `flock balance`: whether the wants can be reached, the bottleneck if not, the weights, and the
+//! resulting shares. The tools write the manifest.
 //!
-//! Start at [`Balance::of`]; what fairness and floor mean is told in `terms.rs`, the method in `circulation.rs`, the
-//! proof in `reach.rs`. What would make a balance better is told by [`Suggestions`].
+//! Start at [`Balance::of`]; fairness and floor are defined in `terms.rs`, the method is in `circulation.rs`, the proof
+//! in `reach.rs`. Improvements are found by [`Suggestions`].
 
 mod circulation;
 mod exact;
@@ -28,20 +28,19 @@ use circulation::Circulation;
 use network::{Network, parts};
 use reach::Reach;
 pub use suggest::{Suggestion, Suggestions};
-use terms::Found;
+use terms::Solution;
 pub use terms::Terms;
-use weights::{Written, may_be_ours};
+use weights::{RoundedWeights, may_be_ours};
 
 /// Seconds in a year.
 const YEAR_S: f64 = 365.25 * 86_400.0;
 /// A year counts no more steps than this, of 50 s: clips that are shorter do not thin out the floor.
-const MOST_STEPS_A_YEAR: f64 = 630_000.0;
+const MAX_STEPS_A_YEAR: f64 = 630_000.0;
 
 /// Where the wants alone count, weights that give every visit to this part of it are good as they stand.
 const STANDS: f64 = 5e-7;
 
-/// Up to this worst ratio a search ends where it should wherever it begins. Far above, its end is told by rounding, and so
-/// by its way.
+/// Up to this worst ratio the result of a search does not depend on its start. Far above, rounding decides.
 const TAME: f64 = 100.0;
 
 /// The nearest shares, and the weights that give them: the answer of `flock balance`.
@@ -49,14 +48,14 @@ const TAME: f64 = 100.0;
 pub struct Balance<'f> {
     /// Whether some weights reach the wants exactly.
     pub reachable: bool,
-    /// What share of the wants no weights can carry; 0 exactly if they can be reached.
+    /// The share of the wants that no weights can meet; exactly 0 if they can be reached.
     pub deficiency: f64,
     /// The worst of visits/want and want/visits with these weights; `None` if a sheep is never visited.
     pub worst_ratio: Option<f64>,
     /// Every transition of the manifest, in the order of (from, to).
     pub weights: Vec<Weight<'f>>,
     /// Every sheep of the manifest, in the order of their ids.
-    pub sheep: Vec<Balanced<'f>>,
+    pub sheep: Vec<SheepBalance<'f>>,
     /// The proof, where the wants can't be reached.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub bottleneck: Option<Bottleneck<'f>>,
@@ -80,9 +79,9 @@ pub struct Weight<'f> {
     pub visits: f64,
 }
 
-/// What becomes of a sheep.
+/// The figures of a sheep.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Balanced<'f> {
+pub struct SheepBalance<'f> {
     /// Which.
     pub id: &'f SheepId,
     /// The fraction of visits that it gets with the weights as written; 0 if it is not played.
@@ -91,8 +90,8 @@ pub struct Balanced<'f> {
     pub want: f64,
 }
 
-/// Sheep that are wanted more than all sheep that they lead to. After every visit of the former comes one of the latter,
-/// so no weights can give them their wants; what the wants differ by is the deficiency.
+/// Sheep that are wanted more than all sheep that they lead to. Every visit of the former is followed by one of the
+/// latter, so no weights can meet their wants; the difference of the wants is the deficiency.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Bottleneck<'f> {
     /// The sheep, in the order of their ids; those that are not played belong to them.
@@ -105,12 +104,12 @@ pub struct Bottleneck<'f> {
 impl<'f> Balance<'f> {
     /// The balance of `flock`. `None` if it has no cycle to walk.
     ///
-    /// Only the part that is played can be balanced; what is wanted of the rest is part of the deficiency. Weights that
-    /// the balance of equal weights gave are kept, and so are any that serve the wants as well as can be where these
-    /// alone count: what is balanced and written is not balanced again.
+    /// Only the part that is played can be balanced; the wants of the rest are part of the deficiency. Weights from a
+    /// balance of equal weights are kept, and with infinite fairness any weights that are already optimal: balancing
+    /// twice changes nothing.
     pub fn of(flock: &'f Flock, terms: Terms) -> Option<Self> {
         let (sheep, played, answer) = visits(flock, terms, None)?;
-        let Answer { network, steps_a_year, found, written } = answer;
+        let PartBalance { network, steps_a_year, found, written } = answer;
         let reach = found.reach.unwrap_or_else(|| Reach::of(&network, &found.flow));
         let deficiency = deficiency(&sheep, &played, &reach);
         Some(Self {
@@ -133,12 +132,12 @@ impl<'f> Balance<'f> {
     }
 }
 
-/// What becomes of every sheep, which of them are played, and the answer for these. `None` if there is no cycle to walk.
+/// The figures of every sheep, those that are played, and the result for these. `None` if there is no cycle.
 fn visits<'f>(
     flock: &'f Flock,
     terms: Terms,
     near: Option<&Circulation>,
-) -> Option<(Vec<Balanced<'f>>, Vec<usize>, Answer)> {
+) -> Option<(Vec<SheepBalance<'f>>, Vec<usize>, PartBalance)> {
     if !flock.is_walkable() {
         return None;
     }
@@ -148,9 +147,9 @@ fn visits<'f>(
     let played: Vec<usize> =
         graph.sheep().filter_map(|sheep| whole.find(graph.id(sheep))).map(SheepIx::index).collect();
     let own_wants: Vec<f64> = played.iter().map(|&at| wants[at]).collect();
-    let answer = Answer::of(flock, &own_wants, terms, near)?;
-    let mut sheep: Vec<Balanced> =
-        whole.sheep().zip(&wants).map(|(at, &want)| Balanced { id: whole.id(at), visits: 0.0, want }).collect();
+    let answer = PartBalance::of(flock, &own_wants, terms, near)?;
+    let mut sheep: Vec<SheepBalance> =
+        whole.sheep().zip(&wants).map(|(at, &want)| SheepBalance { id: whole.id(at), visits: 0.0, want }).collect();
     for (ordinal, &at) in graph.sheep().zip(&played) {
         sheep[at].visits = answer.written.shares.visits(ordinal);
     }
@@ -158,28 +157,28 @@ fn visits<'f>(
 }
 
 /// The worst ratio of all; `None` if a sheep is never visited.
-fn worst(sheep: &[Balanced]) -> Option<f64> {
-    let worst = sheep.iter().map(Balanced::off).fold(1.0, f64::max);
+fn worst(sheep: &[SheepBalance]) -> Option<f64> {
+    let worst = sheep.iter().map(SheepBalance::off).fold(1.0, f64::max);
     worst.is_finite().then_some(worst)
 }
 
-/// What was found, before it is told by ids.
-struct Answer {
+/// The result, by ordinals.
+struct PartBalance {
     network: Network,
     steps_a_year: f64,
-    found: Found,
-    written: Written,
+    found: Solution,
+    written: RoundedWeights,
 }
 
-impl Answer {
-    /// The answer for the part of `flock` that is played, of which `wants` are wanted; `near` as in [`Terms::find`].
+impl PartBalance {
+    /// The result for the part of `flock` that is played, with these `wants`; `near` as in [`Terms::find`].
     fn of(flock: &Flock, wants: &[f64], terms: Terms, near: Option<&Circulation>) -> Option<Self> {
         let graph = flock.graph();
         if terms.afresh || may_be_ours(graph) {
             let equal = graph.reweighted(&vec![1.0; graph.exit_count()]);
             let afresh = Self::counted_from(&equal, flock, wants, terms, near.filter(|_| terms.afresh))?;
             if afresh.written.stands(graph) {
-                return Some(Self { written: Written::standing(graph, flock.shares()?), ..afresh });
+                return Some(Self { written: RoundedWeights::standing(graph, flock.shares()?), ..afresh });
             }
             if terms.afresh {
                 return Some(afresh);
@@ -193,7 +192,7 @@ impl Answer {
                 && graph.sheep().zip(&answer.found.visits).all(near)
                 && exits(flock).all(|exit| shares.taken(exit) >= answer.found.least)
             {
-                answer.written = Written::standing(graph, shares);
+                answer.written = RoundedWeights::standing(graph, shares);
             }
         }
         Some(answer)
@@ -210,12 +209,12 @@ impl Answer {
         let network = Network::new(graph, wants);
         let steps_a_year = steps_a_year(graph, flock, &network);
         let found = terms.find(&network, steps_a_year, near);
-        let written = Written::new(graph, &found.flow, &found.visits, found.tolerance, found.least)?;
+        let written = RoundedWeights::new(graph, &found.flow, &found.visits, found.tolerance, found.least)?;
         Some(Self { network, steps_a_year, found, written })
     }
 }
 
-impl Balanced<'_> {
+impl SheepBalance<'_> {
     /// How far its visits are from its want: the larger of visits/want and want/visits, at least 1, infinite if it is
     /// never visited.
     pub fn off(&self) -> f64 {
@@ -224,18 +223,18 @@ impl Balanced<'_> {
 }
 
 /// How many steps a year has by the flock's own clips if sheep get what they want and leave by the chances of `graph`;
-/// at most [`MOST_STEPS_A_YEAR`].
+/// at most [`MAX_STEPS_A_YEAR`].
 fn steps_a_year(graph: &Graph, flock: &Flock, network: &Network) -> f64 {
     let step_s = |sheep: SheepIx| {
         let on = |exit: Exit| graph.chance(exit) * flock.seconds(&flock.transition(exit).clip);
         flock.visit_seconds(sheep) + graph.exits(sheep).map(on).sum::<f64>()
     };
     let mean_s: f64 = graph.sheep().map(|sheep| network.want[sheep.index()] * step_s(sheep)).sum();
-    (YEAR_S / mean_s).min(MOST_STEPS_A_YEAR)
+    (YEAR_S / mean_s).min(MAX_STEPS_A_YEAR)
 }
 
-/// What no weights can carry: all that is wanted of sheep that are not played, and what gets stuck among the others.
-fn deficiency(sheep: &[Balanced], played: &[usize], reach: &Reach) -> f64 {
+/// The share of the wants that cannot be met: those of sheep that are not played, and the deficiency among the others.
+fn deficiency(sheep: &[SheepBalance], played: &[usize], reach: &Reach) -> f64 {
     if played.len() == sheep.len() {
         return reach.deficiency;
     }
@@ -260,7 +259,7 @@ fn exits(flock: &Flock) -> impl Iterator<Item = Exit> {
     flock.graph().sheep().flat_map(|sheep| flock.graph().exits(sheep))
 }
 
-fn weights<'f>(flock: &'f Flock, written: &Written) -> Vec<Weight<'f>> {
+fn weights<'f>(flock: &'f Flock, written: &RoundedWeights) -> Vec<Weight<'f>> {
     let (graph, whole) = (flock.graph(), flock.whole());
     let played: Vec<Option<SheepIx>> = whole.sheep().map(|sheep| graph.find(whole.id(sheep))).collect();
     let mut weights = Vec::with_capacity(whole.exit_count());

@@ -1,6 +1,6 @@
-//! Sheep and transitions as numbers: what the solvers of the balance work on.
+//! The numeric form of a flock for the solvers of the balance.
 //!
-//! Owns the compact form of the part of a flock that is played. Never solves anything: `circulation.rs` does.
+//! Owns the compact form of the part that is played; `circulation.rs` solves it.
 
 use crate::graph::Graph;
 
@@ -20,10 +20,9 @@ pub(super) struct Network {
 }
 
 /// No want counts for less than this part of the largest: a visit in millions of years.
-const LEAST_WANT: f64 = 1e-12;
-/// No weight counts for less than this part of the largest, in logarithms (1e-15): what is further apart than that is
-/// apart, and prices must stay numbers.
-const LEAST_PRIOR: f64 = -34.5;
+const MIN_WANT: f64 = 1e-12;
+/// Lower bound of a weight relative to the largest, as a logarithm (1e-15), so that prices stay finite.
+const MIN_PRIOR: f64 = -34.5;
 
 impl Network {
     /// The network of `graph`, whose sheep are wanted as often as `wants` say, relative to each other.
@@ -91,11 +90,11 @@ impl Network {
         network
     }
 
-    /// Makes the parts of the weights sum to 1. In logarithms, for weights may be hundreds of decades apart.
+    /// Makes the parts of the weights sum to 1. In logarithms, because weights may differ by hundreds of decades.
     fn normalise(&mut self) {
         let most = self.prior.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         for prior in &mut self.prior {
-            *prior = prior.max(most + LEAST_PRIOR);
+            *prior = prior.max(most + MIN_PRIOR);
         }
         let total = most + self.prior.iter().map(|prior| (prior - most).exp()).sum::<f64>().ln();
         for prior in &mut self.prior {
@@ -104,10 +103,10 @@ impl Network {
     }
 }
 
-/// The parts of the whole that positive `figures` make up; they may be so large that their sum is no number.
+/// The positive `figures` as parts of their sum, which may be infinite.
 pub(super) fn parts(figures: &[f64]) -> Vec<f64> {
     let most = figures.iter().copied().fold(0.0, f64::max);
-    let parts: Vec<f64> = figures.iter().map(|figure| (figure / most).max(LEAST_WANT)).collect();
+    let parts: Vec<f64> = figures.iter().map(|figure| (figure / most).max(MIN_WANT)).collect();
     let total: f64 = parts.iter().sum();
     parts.into_iter().map(|part| part / total).collect()
 }

@@ -1,11 +1,11 @@
-//! Whether any weights carry the wants, and where they get stuck if not.
+//! Whether the wants can be reached with any weights, and the bottleneck if not.
 //!
-//! Owns the greatest flow from the sheep as they are left to the sheep as they are entered, in whole numbers, and the
-//! certificate that it is the greatest. Never looks at weights: reachability is a matter of transitions and wants alone.
+//! Owns the integer maximum flow from sheep as sources to sheep as targets, and the minimum cut that proves it. Weights
+//! do not matter: reachability depends only on transitions and wants.
 //!
 //! # Source
-//! Gale (1957): wants are carried exactly if no set of sheep is wanted more than all its followers together. The flow
-//! is Dinic's (1970), with the distances measured from the far end.
+//! Gale (1957): the wants can be met exactly if no set of sheep is wanted more than all its followers together. The
+//! flow is Dinic's (1970), with the distances measured from the sink.
 
 use std::collections::VecDeque;
 
@@ -13,10 +13,9 @@ use super::exact;
 use super::network::Network;
 use crate::graph::classes;
 
-/// All wants together, in the units of the flow: any want of an `f64` down to 2^-47 of all is told without rounding.
+/// The sum of all wants in units of the flow: an `f64` want down to 2^-47 of the sum is exact.
 const WHOLE: f64 = (1u128 << 100) as f64;
-/// Wants count as reachable if each has to give way by no more than this part of it: they come from floating-point
-/// numbers, and are not better than that.
+/// Wants count as reachable within this relative error, which is that of their floating-point numbers.
 pub(super) const GIVE: i128 = 1_000_000_000;
 /// Not reached by the search.
 const FAR: u32 = u32::MAX;
@@ -24,9 +23,9 @@ const FAR: u32 = u32::MAX;
 /// What the flock's transitions can carry.
 #[derive(Clone, Debug)]
 pub(super) struct Reach {
-    /// What share of the wants no weights can carry; exactly 0 if it is no more than rounding.
+    /// The share of the wants that no weights can meet; exactly 0 if it is only rounding.
     pub(super) deficiency: f64,
-    /// Sheep that are wanted more than all sheep that they lead to: the certificate. Empty if the deficiency is 0.
+    /// Sheep that are wanted more than all sheep that they lead to: the minimum cut. Empty if the deficiency is 0.
     pub(super) bottleneck: Vec<usize>,
     /// Whether each transition can carry anything at all when the wants are met exactly. All of them if they can't be.
     pub(super) carries: Vec<bool>,
@@ -41,7 +40,7 @@ pub(super) struct Transport<'n> {
     pub(super) flow: Vec<i128>,
     /// What each transition can carry at most.
     limits: Vec<i128>,
-    /// What rows have yet to send, what columns can yet take.
+    /// The remaining supply of rows and demand of columns.
     unsent: Vec<i128>,
     room: Vec<i128>,
     /// Steps to a column with room, rows first.
@@ -157,7 +156,7 @@ impl<'n> Transport<'n> {
         self.unsent.iter().sum()
     }
 
-    /// Measures how far every node is from a column with room. Whether any row with something to send reaches one.
+    /// Computes the distance of every node from a column with remaining demand; whether a row with supply reaches one.
     fn measure(&mut self) -> bool {
         let n = self.network.len();
         self.distance.fill(FAR);
@@ -197,8 +196,8 @@ impl<'n> Transport<'n> {
         found
     }
 
-    /// Looks for a way from `row` to a column with room, along falling distances. Forward transitions and those to be
-    /// taken back take turns.
+    /// Searches an augmenting path from `row` to a column with remaining demand, along falling distances, with forward
+    /// and backward edges alternating.
     fn trace(&mut self, row: usize, path: &mut Vec<u32>) -> bool {
         let n = self.network.len();
         path.clear();

@@ -1,7 +1,7 @@
-//! A balance in outline: what one transition more or less would do to it.
+//! An approximate balance, to estimate the effect of adding or removing a transition.
 //!
-//! Owns the search near a balance that is known: which changes are worth a try, and the try itself, from the old prices
-//! and no more exact than a comparison needs. Never edits a flock.
+//! Owns the search near a known balance: it selects promising changes and evaluates them from the old prices, only as
+//! exactly as a comparison needs.
 //!
 //! Start at [`Sketch::of`].
 
@@ -14,7 +14,7 @@ use super::terms::Terms;
 use crate::flock::Flock;
 use crate::graph::classes;
 
-/// The highest fairness that is tried with: above, prices say ever more of ever fewer sheep.
+/// The highest fairness for estimates: above, prices depend on fewer and fewer sheep.
 const HIGHEST: f64 = 30.0;
 /// The linear system is solved to this part when reliefs are told.
 const FRACTION: f64 = 1e-3;
@@ -22,7 +22,7 @@ const FRACTION: f64 = 1e-3;
 const ROUGH: f64 = 1e-2;
 /// ... and to this when the best of them is where the next search begins.
 const SURE: f64 = 1e-8;
-/// To this power ratios count in the badness: the worst of them make nearly all of it, equal ones still add up.
+/// The exponent of ratios in the badness: the worst ones dominate, equal ones still add up.
 const POWER: i32 = 8;
 /// Changes that are tried, by price and by relief: these first, and if none of them makes the balance better, more. Of 600
 /// changes that were the best of 32 in flocks whose wants can nearly be reached, 586 were promised by relief, and 404 of
@@ -30,7 +30,7 @@ const POWER: i32 = 8;
 pub(super) const TRIES: [[usize; 2]; 2] = [[3, 5], [16, 16]];
 /// Tries times transitions: what a round may take.
 const EFFORT: usize = 2_000_000;
-/// Up to so many sheep all pairs are looked at; above, those among so many of the most promising on either side.
+/// Up to this many sheep all pairs are considered; above, those among this many most promising ones on each side.
 const PAIRS: usize = 96;
 
 /// A transition more or less, by the ordinals of what is played.

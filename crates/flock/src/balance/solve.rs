@@ -1,7 +1,7 @@
 //! The search for the nearest circulation.
 //!
-//! Owns the order of sweeps and Newton steps, the way to high fairness over lower ones, and the limit of infinite
-//! fairness. Never touches weights as they are written: `weights.rs` does.
+//! Owns the order of sweeps and Newton steps, the continuation from low to high fairness, and the limit of infinite
+//! fairness. Weights are rounded in `weights.rs`.
 
 use super::circulation::Circulation;
 use super::network::Network;
@@ -9,7 +9,7 @@ use super::system::System;
 
 /// A search ends when every row and column is this near to its sheep's throughput, as a part of it.
 pub(super) const EXACT: f64 = 1e-12;
-/// A search that was cut short is taken if it came as near as this.
+/// An incomplete search is accepted if it came as near as this.
 const AT_REST: f64 = 1e-10;
 /// On the way to a higher fairness this is near enough.
 const ON_THE_WAY: f64 = 1e-2;
@@ -34,8 +34,8 @@ const STEPS: usize = 80;
 /// A search also ends when so many steps in a row bring nothing.
 const PATIENCE: usize = 4;
 
-/// The nearest circulation in `network` for `fairness` (finite) with at least `floor` along every transition; for a lower
-/// fairness where numbers end before that.
+/// The nearest circulation in `network` for `fairness` (finite) with at least `floor` along every transition; for a
+/// lower fairness if the numbers overflow before.
 pub(super) fn nearest(network: &Network, fairness: f64, floor: f64) -> Circulation {
     let mut state = Circulation::new(network, fairness.min(FIRST), floor);
     for _ in 0..SWEEPS {
@@ -59,8 +59,7 @@ pub(super) fn nearest(network: &Network, fairness: f64, floor: f64) -> Circulati
     if state.is_sound() { state } else { sound }
 }
 
-/// The same from `near`, a circulation of that fairness in a network with the same sheep. `None` if it does not come to
-/// rest from there.
+/// The same from `near`, a circulation of that fairness in a network with the same sheep. `None` if it does not converge.
 pub(super) fn resumed(near: &Circulation, network: &Network, floor: f64) -> Option<Circulation> {
     let mut state = near.resumed(network);
     state.floor = floor;

@@ -1,9 +1,9 @@
 //! The transitions whose adding, and those whose removal, improve the balance most.
 //!
-//! Owns the choice, one at a time: each suggestion is found with those before it in place, and its effect is what
-//! `flock balance` would then say. Never knows what a clip costs to render: the tools do.
+//! Owns the choice, one at a time: each suggestion is found with the previous ones applied, and its effect is the
+//! result of `flock balance` after it. The tools add the cost of rendering.
 //!
-//! Start at [`Suggestions::of`]; how a change is tried before it is made is told in `sketch.rs`.
+//! Start at [`Suggestions::of`]; `sketch.rs` estimates the effect of a change.
 //!
 //! # Source
 //! Candidates are the pairs with the highest prices of leaving plus entering (the gain of the first flow along a new
@@ -23,10 +23,10 @@ use crate::flock::Flock;
 use crate::graph::SheepIx;
 use crate::manifest::{Clip, ClipPath, Manifest, SheepId, Transition};
 
-/// A change that makes the balance better by no more than this part of it is none.
+/// The smallest relative improvement that counts.
 const GAIN: f64 = 1e-6;
 
-/// What to change about a flock's transitions.
+/// Suggested changes of a flock's transitions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suggestions {
     /// Transitions to add, in this order; each is the best one after those before it.
@@ -53,7 +53,7 @@ pub struct Suggestion {
 
 /// Which changes are looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum Direction {
     Add,
     Remove,
 }
@@ -70,8 +70,8 @@ impl Suggestions {
         }
         let sketch = Sketch::of(flock, terms);
         let (add, remove) = thread::scope(|scope| {
-            let remove = scope.spawn(|| sequence(flock, terms, count, Way::Remove, sketch.clone()));
-            (sequence(flock, terms, count, Way::Add, sketch.clone()), remove.join())
+            let remove = scope.spawn(|| sequence(flock, terms, count, Direction::Remove, sketch.clone()));
+            (sequence(flock, terms, count, Direction::Add, sketch.clone()), remove.join())
         });
         Some(Self { add, remove: remove.unwrap_or_else(|panic| resume_unwind(panic)) })
     }
@@ -80,16 +80,16 @@ impl Suggestions {
 impl Suggestion {
     /// Up to `count` transitions to add to `flock`, as [`Suggestions::of`] tells them; in half the time.
     pub fn to_add(flock: &Flock, terms: Terms, count: usize) -> Option<Vec<Self>> {
-        flock.is_walkable().then(|| sequence(flock, terms, count, Way::Add, Sketch::of(flock, terms)))
+        flock.is_walkable().then(|| sequence(flock, terms, count, Direction::Add, Sketch::of(flock, terms)))
     }
 }
 
 /// The best changes of one kind, one after the other; `sketch` is that of `flock`.
-fn sequence(flock: &Flock, terms: Terms, count: usize, way: Way, sketch: Sketch) -> Vec<Suggestion> {
+fn sequence(flock: &Flock, terms: Terms, count: usize, way: Direction, sketch: Sketch) -> Vec<Suggestion> {
     let mut suggestions = Vec::new();
     let (mut now, mut sketch) = (flock.clone(), sketch);
     while suggestions.len() < count {
-        let missing = if way == Way::Add { join::missing(&now) } else { None };
+        let missing = if way == Direction::Add { join::missing(&now) } else { None };
         let found = match missing {
             Some((from, to)) => {
                 changed(&now, way, from, to).map(|(change, next)| (change, Sketch::of(&next, terms), next))
@@ -105,12 +105,12 @@ fn sequence(flock: &Flock, terms: Terms, count: usize, way: Way, sketch: Sketch)
 }
 
 /// The change that makes the part of `flock` that is played better than any other that was tried.
-fn best(flock: &Flock, way: Way, sketch: &Sketch) -> Option<(Suggestion, Sketch, Flock)> {
+fn best(flock: &Flock, way: Direction, sketch: &Sketch) -> Option<(Suggestion, Sketch, Flock)> {
     let better = |(_, after): &(Change, Sketch)| after.badness() < (1.0 - GAIN) * sketch.badness();
     let (change, outline) = TRIES.iter().find_map(|&tries| {
         let changes = match way {
-            Way::Add => sketch.additions(tries),
-            Way::Remove => sketch.removals(tries),
+            Direction::Add => sketch.additions(tries),
+            Direction::Remove => sketch.removals(tries),
         };
         sketch.best(changes).filter(better)
     })?;
@@ -121,17 +121,17 @@ fn best(flock: &Flock, way: Way, sketch: &Sketch) -> Option<(Suggestion, Sketch,
 }
 
 /// `flock` after a change, and the change as it is told but for its effect.
-fn changed(flock: &Flock, way: Way, from: SheepId, to: SheepId) -> Option<(Suggestion, Flock)> {
+fn changed(flock: &Flock, way: Direction, from: SheepId, to: SheepId) -> Option<(Suggestion, Flock)> {
     let mut manifest = flock.manifest().clone();
     let (frames, weight) = match way {
-        Way::Add => {
+        Direction::Add => {
             let (frames, weight) = (usual_frames(&manifest), usual_weight(&manifest, &from));
             let path = ClipPath::new("transition").expect("a plain name");
             let clip = Clip { path, frames, hash: None };
             manifest.transitions.push(Transition { from: from.clone(), to: to.clone(), clip, weight });
             (frames, weight)
         }
-        Way::Remove => {
+        Direction::Remove => {
             let gone = manifest.transitions.iter().position(|t| t.from == from && t.to == to)?;
             let (frames, weight) = (manifest.transitions[gone].clip.frames, manifest.transitions[gone].weight);
             manifest.transitions.retain(|t| t.from != from || t.to != to);

@@ -1,7 +1,7 @@
 //! The linear system of one Newton step.
 //!
-//! Owns its solution by conjugate gradients on the prices of leaving, those of entering eliminated. Never decides how
-//! far a step goes: `circulation.rs` does.
+//! Owns its solution by conjugate gradients on the prices of leaving, those of entering eliminated. `circulation.rs`
+//! decides the step length.
 
 use super::circulation::Circulation;
 use super::network::Network;

@@ -1,21 +1,21 @@
-//! From a circulation to weights that a manifest can hold.
+//! Rounding of a circulation to weights for a manifest.
 //!
-//! Owns the rounding: as few digits as keep the visits where they should be. Never changes a flow beyond that.
+//! Uses the fewest digits that keep the visits within tolerance.
 
 use crate::graph::Graph;
 use crate::shares::Shares;
 
 /// The significant digits that are tried, fewest first.
-const DIGITS: [usize; 7] = [3, 4, 6, 8, 10, 13, MOST_DIGITS];
+const DIGITS: [usize; 7] = [3, 4, 6, 8, 10, 13, MAX_DIGITS];
 /// So many digits lose nothing.
-const MOST_DIGITS: usize = 17;
+const MAX_DIGITS: usize = 17;
 /// Visits that are off by so many times what they may be are so, however roughly they are known.
 const SURELY: f64 = 1.5;
 /// Flocks of more sheep get a single try: the shares of a large flock are not for nothing.
 const LARGE: usize = 3000;
-/// The least chance that is written: shares multiply chances, and must stay numbers.
+/// The smallest probability that is written: shares are products of probabilities, and must stay finite.
 const LEAST: f64 = 1e-40;
-/// Weights that differ by no more than this part are the same: another machine may round another way.
+/// Relative difference below which weights are equal: rounding may differ between machines.
 const SAME: f64 = 1e-9;
 /// What rounding takes from the mean of a sheep's weights, or gives, at most.
 const ROUNDED: f64 = 0.01;
@@ -28,14 +28,14 @@ const HALFWAY: f64 = 1e-2;
 
 /// Weights as they are written, and what the walk makes of them.
 #[derive(Clone, Debug)]
-pub(super) struct Written {
+pub(super) struct RoundedWeights {
     /// By exit; those of a sheep are 1 in the mean.
     pub(super) weights: Vec<f64>,
     /// Of the walk with these weights.
     pub(super) shares: Shares,
 }
 
-impl Written {
+impl RoundedWeights {
     /// Weights by which `graph` carries `flow`, whose visits are `visits`; no visit more than the part `tolerance` off,
     /// no transition taken less than `least`.
     pub(super) fn new(graph: &Graph, flow: &[f64], visits: &[f64], tolerance: f64, least: f64) -> Option<Self> {
@@ -47,7 +47,7 @@ impl Written {
             let weights: Vec<f64> = exact.iter().map(|&weight| rounded(weight, digits)).collect();
             let reweighted = graph.reweighted(&weights);
             // What a few sweeps tell to be too far off need not be solved, unless it is the last to be tried.
-            let is_last = digits == MOST_DIGITS || graph.len() > LARGE;
+            let is_last = digits == MAX_DIGITS || graph.len() > LARGE;
             if !is_last && off(visits, &Shares::swept(&reweighted, visits)) > SURELY * tolerance {
                 continue;
             }

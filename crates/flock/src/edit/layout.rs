@@ -1,9 +1,9 @@
-//! Where the entries of a manifest stand in its text.
+//! The positions of a manifest's entries in its text.
 //!
-//! Owns the reading of the text as tokens with places: which bytes are a sheep, which a transition, which are their
-//! keys and values. Takes only text that the manifest's reader has accepted, and never judges it. A reader of its own,
-//! because neither of the manifest's (`manifest/mod.rs`) tells where line ends, commas and comments stand; of a million
-//! transitions it keeps the places of the entries alone, 16 MiB.
+//! Reads the text as tokens with positions, to find the bytes of each sheep and transition and of their keys and
+//! values. The text must be a valid manifest. This is a separate reader, because those of `manifest/mod.rs` do not
+//! return the positions of line ends, commas and comments; for a million transitions it keeps only the positions of the
+//! entries, 16 MiB.
 //!
 //! Start at [`Layout::of`]; one entry is read closer by [`fields`].
 
@@ -14,7 +14,7 @@ use toml_parser::lexer::{Token, TokenKind};
 
 use super::Kind;
 
-/// Where everything stands that an edit may touch.
+/// The positions that an edit may need.
 #[derive(Debug)]
 pub(super) struct Layout {
     sheep: Entries,

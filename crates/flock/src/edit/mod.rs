@@ -1,13 +1,13 @@
-//! Editing a manifest without disturbing it.
+//! Edits of a manifest that keep its formatting.
 //!
-//! Owns the edits that a curator's commands are made of. Whatever an edit does not mean keeps its bytes: comments,
-//! order, layout, line ends. Never opens or saves a file: the tools do, whole or not at all.
+//! Owns the edits for the tools' commands. Everything that an edit does not concern keeps its bytes: comments, order,
+//! layout, line ends. The tools open and save the file, atomically.
 //!
-//! The text is cut and spliced at the places that `layout.rs` finds. `toml_edit` (0.25), which writes it anew, was tried:
+//! Bytes are replaced at the positions that `layout.rs` finds. `toml_edit` (0.25), which writes it anew, was tried:
 //!
 //! - It writes every header of a kind like the first one: below `[[sheep]]`, `[[ "sheep" ]]` changes.
 //! - It drops a byte order mark and every `\r`. To convert line ends and back does not help a file that has both kinds.
-//! - A million weights take 4.6 GiB and 18 s of processor time; here 0.8 GiB and 5 s, with all that `flock want` checks.
+//! - A million weights take 4.6 GiB and 18 s of processor time; here 0.8 GiB and 5 s, including the checks of `flock want`.
 //!
 //! Start at [`Edit::parse`].
 
@@ -27,19 +27,19 @@ use crate::manifest::{Clip, ClipPath, Manifest, ManifestError, Sheep, SheepId, T
 use layout::Layout;
 use render::{Pair, number, quoted};
 
-/// A manifest being edited: its text, and what it comes to mean.
+/// A manifest being edited: its text, and its new contents.
 ///
-/// It may be without sheep, as a flock is before its first. Where sheep or transitions are named twice, an edit of one
-/// goes to the first, which is the one that counts; dropping and renaming go to all.
+/// It may have no sheep yet. Of duplicate sheep or transitions the first one is edited, because it counts; dropping and
+/// renaming affect all.
 #[derive(Debug)]
 pub struct Edit {
     text: String,
     layout: Layout,
     manifest: Manifest,
-    /// For each sheep and transition of `manifest`, where it stands among the entries of the text; `None` if it is new.
+    /// For each sheep and transition of `manifest`, its index among the entries of the text; `None` if it is new.
     sheep: Vec<Option<u32>>,
     transitions: Vec<Option<u32>>,
-    /// New values, or `None` for a key that goes, by entry and the key's place in the order of writing.
+    /// New values, or `None` for a removed key, by entry and the key's index in the order of writing.
     changes: BTreeMap<(Kind, u32, u8), Option<String>>,
     lookup: Option<Lookup>,
 }
@@ -48,21 +48,21 @@ pub struct Edit {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EditError {
     /// A sheep of this id is in the flock.
-    #[error("sheep `{id}` is in the flock already")]
+    #[error("sheep `{id}` already exists in the flock")]
     DuplicateSheep {
         /// Which.
         id: SheepId,
     },
     /// A transition between these two is in the flock.
-    #[error("a transition from `{from}` to `{to}` is in the flock already")]
+    #[error("a transition from `{from}` to `{to}` already exists in the flock")]
     DuplicateTransition {
         /// Where it starts.
         from: SheepId,
         /// Where it ends.
         to: SheepId,
     },
-    /// A want or weight that can be none.
-    #[error("a {what} is a finite number above 0, found `{found}`")]
+    /// An invalid want or weight.
+    #[error("a {what} must be a finite number above 0, found `{found}`")]
     Number {
         /// `want` or `weight`.
         what: &'static str,
@@ -92,7 +92,7 @@ enum Kind {
     Transition,
 }
 
-/// Where each sheep and transition stands in the manifest, so that many edits cost no more than one pass.
+/// The index of each sheep and transition in the manifest, so that many edits need one pass.
 #[derive(Debug)]
 struct Lookup {
     names: HashMap<SheepId, u32>,
@@ -107,7 +107,7 @@ impl Edit {
     /// [`ManifestError`], as [`Manifest::parse`], except that sheep may be missing.
     ///
     /// # Panics
-    /// If the manifest's reader sees other entries than the layout's: our bug, and a text not to be touched.
+    /// If the parsers of manifest and layout find different entries, which is a bug.
     pub fn parse(text: String, path: &Path) -> Result<Self, ManifestError> {
         let manifest = Manifest::parse_unfinished(&text, path)?;
         let layout = Layout::of(&text);
@@ -117,8 +117,7 @@ impl Edit {
         Ok(Self { text, layout, manifest, sheep, transitions, changes: BTreeMap::new(), lookup: None })
     }
 
-    /// The manifest of a flock without sheep, of clips of `size` (width and height in pixels) and `fps` frames per
-    /// second.
+    /// The manifest of a flock without sheep, of clips of `size` (width and height in pixels) and `fps` frames per second.
     pub fn blank(name: &str, size: (u32, u32), fps: Rate) -> Self {
         let text = render::head(name, size, fps);
         let manifest = Manifest { name: name.to_owned(), size, fps, sheep: Vec::new(), transitions: Vec::new() };
@@ -126,17 +125,17 @@ impl Edit {
         Self { text, layout, manifest, sheep, transitions, changes: BTreeMap::new(), lookup: None }
     }
 
-    /// What the text will mean.
+    /// The contents of the edited text.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// The text with all edits made. Bytes that no edit meant are those of the text that was parsed.
+    /// The text with all edits. Other bytes are unchanged.
     pub fn text(&self) -> String {
         place::text(self)
     }
 
-    /// Sets how readily the walk takes the transition from `from` to `to`.
+    /// Sets the weight of the transition from `from` to `to`.
     ///
     /// # Errors
     /// [`EditError::UnknownTransition`]; [`EditError::Number`] unless `weight` is finite and above 0.
@@ -150,7 +149,7 @@ impl Edit {
         Ok(())
     }
 
-    /// Sets the share wished for the sheep `id`, relative to the others.
+    /// Sets the want of the sheep `id`, relative to the others.
     ///
     /// # Errors
     /// [`EditError::UnknownSheep`]; [`EditError::Number`] unless `want` is finite and above 0.
@@ -242,7 +241,7 @@ impl Edit {
 
     /// Drops the sheep `id` and every transition from or to it.
     ///
-    /// An entry goes with its lines, from its header to its last key; comments above and below it stay.
+    /// An entry is removed with its lines, from its header to its last key; comments above and below it stay.
     ///
     /// # Errors
     /// [`EditError::UnknownSheep`].
@@ -300,7 +299,7 @@ impl Edit {
         self.lookup = None;
     }
 
-    /// Notes what becomes of the keys of the entry of `kind` at `at`, if it stands in the text.
+    /// Records changes of keys of the entry of `kind` at `at`, if it is in the text.
     fn change(&mut self, kind: Kind, at: usize, changes: impl IntoIterator<Item = (&'static str, Option<String>)>) {
         let Some(entry) = self.origins(kind)[at] else { return };
         for (key, value) in changes {

@@ -1,10 +1,9 @@
 //! Where edits go in the text.
 //!
-//! Owns the choice of bytes: which ones a changed value replaces, which ones go with a dropped entry, and where a new
-//! entry goes and in what hand it is written (that of the last one of its kind). Never decides what a manifest means.
+//! Owns the bytes of each edit: those that a changed value replaces, those removed with an entry, and the position and
+//! formatting of a new entry (that of the last one of its kind).
 //!
-//! Start at [`text`]. What stood there is changed first; what is new is then placed in the result, so that neither
-//! disturbs the other.
+//! Start at [`text`]. Existing entries are changed first, new ones are then inserted into the result.
 
 use std::iter;
 use std::ops::Range;
@@ -81,7 +80,7 @@ fn change_entry(
                 } else {
                     (anchor.value.end, ", ".to_owned())
                 };
-                splice.put(at..at, lead + &Hand::of(text, Some(anchor)).pair(key, value));
+                splice.put(at..at, lead + &Style::of(text, Some(anchor)).pair(key, value));
             }
         }
     }
@@ -172,9 +171,9 @@ fn add_below(text: &str, kind: Kind, layout: &Layout, added: &[Vec<Pair>], splic
         Some(span) => {
             let above = text[..line_start(text, span.start)].lines().next_back();
             let parted = above.is_none_or(|line| line.trim().is_empty() || line.trim_start().starts_with('#'));
-            (indent(text, span.start), Hand::of(text, fields(text, span).first()), parted)
+            (indent(text, span.start), Style::of(text, fields(text, span).first()), parted)
         }
-        None => ("", Hand::default(), true),
+        None => ("", Style::default(), true),
     };
     let gap = if parted { newline } else { "" };
     let block = |pairs: &Vec<Pair>| {
@@ -203,7 +202,7 @@ fn add_in_array(
 ) {
     let last = entries.spans.last();
     let first_field = last.and_then(|span| fields(text, span).into_iter().next());
-    let hand = first_field.as_ref().map_or_else(Hand::default, |field| Hand::of(text, Some(field)));
+    let hand = first_field.as_ref().map_or_else(Style::default, |field| Style::of(text, Some(field)));
     let pad = match (last, &first_field) {
         (Some(span), Some(field)) if field.key.start == span.start + 1 => "",
         _ => " ",
@@ -237,8 +236,8 @@ fn add_in_array(
     }
 }
 
-/// How somebody writes keys: what they put before them and around the `=`.
-struct Hand {
+/// The formatting of keys: the text before them and around the `=`.
+struct Style {
     indent: String,
     /// From the start of a key to its `=`.
     column: usize,
@@ -247,14 +246,14 @@ struct Hand {
     behind: String,
 }
 
-impl Default for Hand {
+impl Default for Style {
     fn default() -> Self {
         Self { indent: String::new(), column: 0, blank: true, behind: " ".to_owned() }
     }
 }
 
-impl Hand {
-    /// The hand in which `field` is written.
+impl Style {
+    /// The formatting of `field`.
     fn of(text: &str, field: Option<&Field>) -> Self {
         let Some(field) = field else { return Self::default() };
         let between = &text[field.key.end..field.value.start];

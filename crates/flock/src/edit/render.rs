@@ -1,7 +1,6 @@
 //! How sheep and transitions are written.
 //!
-//! Owns the order of keys, what is left out because it is the default, and the form of values. Where it goes is
-//! `mod.rs`'s choice.
+//! Owns the order of keys, the omission of defaults, and the form of values. `place.rs` chooses the position.
 //!
 //! Start at [`sheep`] and [`transition`].
 
@@ -17,13 +16,13 @@ pub(super) const SHEEP_KEYS: &[&str] = &["id", "frames", "clip", "hash", "genome
 /// The keys of a transition, in the order in which they are written.
 pub(super) const TRANSITION_KEYS: &[&str] = &["from", "to", "frames", "clip", "hash", "weight"];
 
-/// What a manifest begins with.
+/// The head of a manifest.
 pub(super) fn head(name: &str, (width, height): (u32, u32), fps: Rate) -> String {
     let (name, num, den) = (quoted(name), fps.num(), fps.den());
     format!("format = 1\nname = {name}\nsize = [{width}, {height}]\nfps = [{num}, {den}]\n")
 }
 
-/// The keys of `sheep` with their values; those that stand at their default are left out.
+/// The keys of `sheep` with their values, without defaults.
 pub(super) fn sheep(sheep: &Sheep) -> Vec<Pair> {
     let mut pairs = vec![("id", quoted(sheep.id.as_str()))];
     pairs.extend(sheep.clip.iter().flat_map(clip));
@@ -58,7 +57,7 @@ pub(super) fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Whether a want or weight is what it would be if it did not stand there.
+/// Whether a want or weight is the default.
 fn is_one(value: f64) -> bool {
     value.to_bits() == 1.0_f64.to_bits()
 }

@@ -1,6 +1,6 @@
-//! Bytes put in place of other bytes.
+//! Replacement of bytes in a text.
 //!
-//! Owns the list of replacements and their joining into one text. Never knows what a manifest is.
+//! Owns the list of replacements and applies them.
 
 use std::ops::Range;
 

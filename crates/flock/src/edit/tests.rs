@@ -244,15 +244,15 @@ fn what_cannot_be_meant_is_refused_and_changes_nothing() {
         said,
         [
             "sheep `nobody` is not in the flock",
-            "a want is a finite number above 0, found `0`",
-            "a weight is a finite number above 0, found `NaN`",
+            "a want must be a finite number above 0, found `0`",
+            "a weight must be a finite number above 0, found `NaN`",
             "there is no transition from `b` to `b`",
-            "sheep `b` is in the flock already",
-            "a transition from `a.1` to `b` is in the flock already",
+            "sheep `b` already exists in the flock",
+            "a transition from `a.1` to `b` already exists in the flock",
             "sheep `nobody` is not in the flock",
             "sheep `nobody` is not in the flock",
             "there is no transition from `b` to `b`",
-            "sheep `b` is in the flock already",
+            "sheep `b` already exists in the flock",
             "sheep `nobody` is not in the flock",
         ]
     );

@@ -1,7 +1,6 @@
 //! What is wrong with a flock.
 //!
-//! Owns the kinds of faults and those of them that the manifest alone betrays. Never looks at clips: `flock check`
-//! adds what it finds there.
+//! Owns the kinds of faults, and finds those in the manifest. `flock check` adds those of clips.
 //!
 //! Start at [`Flock::faults`](super::Flock::faults).
 
@@ -17,7 +16,7 @@ use crate::manifest::{ClipPath, Manifest, SheepId};
 pub enum FaultKind {
     /// A clip's hash differs, or it does not decode cleanly.
     DamagedClip,
-    /// A sheep that the walk cannot leave, or cannot come back from.
+    /// A sheep without an exit, or without a way back.
     DeadEnd,
     /// A sheep named twice.
     DuplicateSheep,
@@ -25,9 +24,9 @@ pub enum FaultKind {
     DuplicateTransition,
     /// A join that does not meet.
     Jump,
-    /// More than a unit has the memory for.
+    /// Too large for a unit's memory.
     Large,
-    /// A clip that is not there, or no readable file.
+    /// A clip that is missing or not readable.
     MissingClip,
     /// A part with cycles of its own that the walk never plays.
     Split,
@@ -70,10 +69,10 @@ impl Fault {
     }
 }
 
-/// Every fault that the manifest alone betrays: names first, then the graph.
+/// Every fault of the manifest: names first, then the graph.
 pub(crate) fn faults(manifest: &Manifest, graph: &Graph, structure: &Structure) -> Vec<Fault> {
     let mut found = Vec::new();
-    // The graph keeps each name once: only where something was left out is it worth looking for.
+    // The graph has each name once: a search is needed only if it has fewer entries than the manifest.
     if graph.len() < manifest.sheep.len() || graph.exit_count() < manifest.transitions.len() {
         found.extend(named_twice(manifest));
         found.extend(unknown(manifest));
@@ -82,8 +81,7 @@ pub(crate) fn faults(manifest: &Manifest, graph: &Graph, structure: &Structure) 
     found
 }
 
-/// The sheep of the part that is played from which there is one way only: what comes after them is always the same.
-/// Not a fault; the artist may want to know.
+/// The played sheep with a single exit: what follows them is always the same. Not a fault, but of interest to the artist.
 pub fn forced_repeats(graph: &Graph) -> Vec<SheepId> {
     let single = graph.sheep().filter(|&sheep| graph.exits(sheep).len() == 1);
     single.map(|sheep| graph.id(sheep).clone()).collect()
@@ -97,11 +95,12 @@ fn again<T, K: Eq + Hash>(items: &[T], key: impl Fn(&T) -> K) -> Vec<&T> {
 
 fn named_twice(manifest: &Manifest) -> Vec<Fault> {
     let sheep = again(&manifest.sheep, |sheep| sheep.id.clone()).into_iter().map(|sheep| {
-        let message = format!("sheep `{}` stands there more than once; the first counts", sheep.id);
+        let message = format!("sheep `{}` is defined more than once; the first definition counts", sheep.id);
         Fault::of_sheep(FaultKind::DuplicateSheep, &sheep.id, message)
     });
     let transitions = again(&manifest.transitions, |t| (t.from.clone(), t.to.clone())).into_iter().map(|t| {
-        let message = format!("transition `{}` to `{}` stands there more than once; the first counts", t.from, t.to);
+        let message =
+            format!("transition `{}` to `{}` is defined more than once; the first definition counts", t.from, t.to);
         Fault::of_transition(FaultKind::DuplicateTransition, &t.from, &t.to, message)
     });
     sheep.chain(transitions).collect()
@@ -139,7 +138,7 @@ fn unplayed(graph: &Graph, structure: &Structure) -> Vec<Fault> {
             let message = format!("sheep `{id}` has no transition that leaves it");
             found.push(Fault::of_sheep(FaultKind::DeadEnd, id, message));
         } else if reached[sheep.index()] {
-            let message = format!("from sheep `{id}` there is no way back to the part that is played");
+            let message = format!("sheep `{id}` has no way back to the part that is played");
             found.push(Fault::of_sheep(FaultKind::DeadEnd, id, message));
         }
         if !reached[sheep.index()] && !classes.is_empty() {
@@ -161,7 +160,7 @@ fn unplayed(graph: &Graph, structure: &Structure) -> Vec<Fault> {
     found
 }
 
-/// Which sheep can be come to from `start`.
+/// The sheep that can be reached from `start`.
 fn reached(graph: &Graph, start: &[SheepIx]) -> Vec<bool> {
     let mut reached = vec![false; graph.len()];
     let mut open = start.to_vec();

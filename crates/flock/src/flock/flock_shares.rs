@@ -1,7 +1,7 @@
-//! What a flock's walk amounts to in the long run, sheep by sheep, against what its artist wants.
+//! Long-run figures of each sheep in a walk, compared with the artist's wants.
 //!
-//! Owns the figures of `flock share`: visits, screen time, wants, return times, the worst ratio. Never solves for the
-//! shares: `shares/` does.
+//! Owns the figures of `flock share`: visits, screen time, wants, return times, the worst ratio. The shares are
+//! computed in `shares/`.
 //!
 //! Start at [`FlockShares::of`].
 
@@ -22,12 +22,12 @@ pub struct FlockShares<'f> {
     pub transitions: Vec<TransitionShare<'f>>,
     /// The worst of visits/want and want/visits; `None` if a sheep is never visited.
     pub worst_ratio: Option<f64>,
-    /// The entropy of the visits, in bits: `log2` of so many equally frequent sheep would be as varied.
+    /// The entropy of the visits, in bits: that of `2^entropy` equally frequent sheep.
     pub entropy_bits: f64,
     /// The mean time from one visit's start to the next one's, any sheep's, in minutes.
     pub step_minutes: f64,
-    /// By which part of itself any sheep's visits may be off, at most, as proved; `None` if nothing could be proved.
-    /// Above [`Shares::PROVED`](crate::shares::Shares::PROVED) the figures are an estimate and no more.
+    /// The proved bound on the relative error of any sheep's visits; `None` if nothing could be proved. Above
+    /// [`Shares::PROVED`](crate::shares::Shares::PROVED) the figures are only an estimate.
     pub off_by: Option<f64>,
 }
 
@@ -61,7 +61,7 @@ pub struct TransitionShare<'f> {
 }
 
 impl<'f> FlockShares<'f> {
-    /// The figures of `flock`. `None` if it has neither a cycle nor a loop to show.
+    /// Computes the figures of `flock`. `None` if it has neither a cycle nor a loop.
     pub fn of(flock: &'f Flock) -> Option<Self> {
         let (graph, shares) = (flock.graph(), flock.shares()?);
         let of_sheep = |sheep| shares.visits(sheep) * flock.visit_seconds(sheep);
@@ -109,7 +109,7 @@ fn written(flock: &Flock, figure: impl Fn(usize) -> f64) -> Vec<f64> {
     whole.sheep().map(|sheep| figure(whole.sheep_in_manifest(sheep))).collect()
 }
 
-/// The parts of the whole that positive `figures` make up; they may be so large that their sum is no number.
+/// The positive `figures` as parts of their sum, which may be infinite.
 fn parts(figures: &[f64]) -> Vec<f64> {
     let most = figures.iter().copied().fold(0.0, f64::max);
     let total: f64 = figures.iter().map(|figure| figure / most).sum();
@@ -118,7 +118,7 @@ fn parts(figures: &[f64]) -> Vec<f64> {
 
 fn transitions(flock: &Flock) -> Vec<TransitionShare<'_>> {
     let (whole, graph) = (flock.whole(), flock.graph());
-    // Where all is played, the two are one.
+    // If all is played, both graphs are the same.
     let is_played_in_part = graph.len() < whole.len();
     let in_part = whole.sheep().filter(|_| is_played_in_part);
     let played: Vec<_> = in_part.map(|sheep| graph.find(whole.id(sheep))).collect();

@@ -1,6 +1,6 @@
 //! A flock made ready to be walked.
 //!
-//! Owns the choice of the part that is played, its shares and its fingerprint. Never walks: `walk/` does.
+//! Owns the choice of the part that is played, its shares and its hash.
 //!
 //! Start at [`Flock::new`].
 
@@ -16,7 +16,7 @@ use faults::faults;
 pub use faults::{Fault, FaultKind, forced_repeats};
 pub use flock_shares::{FlockShares, SheepShare, TransitionShare};
 
-/// What [`Flock::hash`] is computed over, besides the graph: changes when the walk's rules do.
+/// The context of [`Flock::hash`]: it changes with the rules of the walk.
 const HASH_CONTEXT: &str = "dreams flock walk 1";
 
 /// A manifest, the part of its graph that is played, and the share of each sheep in it.
@@ -27,17 +27,17 @@ const HASH_CONTEXT: &str = "dreams flock walk 1";
 pub struct Flock {
     manifest: Manifest,
     graph: Graph,
-    /// Everything that the manifest names, if some of it is not played.
+    /// The whole graph, if a part of it is not played.
     whole: Option<Graph>,
-    /// Found when they are asked for: a unit never does, and a large flock may have two for each sheep.
+    /// Computed on demand: a unit does not need them, and a large flock may have two for each sheep.
     faults: OnceLock<Vec<Fault>>,
-    /// Found when they are asked for. `None` only where there is nothing to show.
+    /// Computed on demand. `None` only if there is nothing to show.
     shares: OnceLock<Option<Shares>>,
     hash: [u8; 32],
 }
 
 impl Flock {
-    /// Makes `manifest` ready. Faults are left out of the graph, and so never met.
+    /// Builds the graph of `manifest`, without its faults.
     pub fn new(manifest: Manifest) -> Self {
         let whole = Graph::new(&manifest);
         let structure = Structure::of(&whole);
@@ -62,7 +62,7 @@ impl Flock {
         &self.manifest
     }
 
-    /// Everything that the manifest names, played or not.
+    /// The whole graph of the manifest, played or not.
     pub fn whole(&self) -> &Graph {
         self.whole.as_ref().unwrap_or(&self.graph)
     }
@@ -77,12 +77,12 @@ impl Flock {
         &self.graph
     }
 
-    /// Whether there is a cycle to walk. If not, one loop is all that can be shown.
+    /// Whether there is a cycle to walk. If not, only one loop can be shown.
     pub fn is_walkable(&self) -> bool {
         self.graph.exit_count() > 0
     }
 
-    /// The fraction of visits that `sheep` gets in the long run; all of them sum to 1.
+    /// The share of `sheep`: its fraction of all visits in the long run.
     pub fn share(&self, sheep: SheepIx) -> f64 {
         self.shares().map_or(0.0, |shares| shares.visits(sheep))
     }
@@ -102,8 +102,8 @@ impl Flock {
         self.loop_of(sheep).map_or(0.0, |own| f64::from(self.sheep(sheep).repeat) * self.seconds(own))
     }
 
-    /// The fingerprint of what the walk sees: ids, transitions and weights of the part that is played. Equal
-    /// fingerprints walk equally.
+    /// The hash of the walk's input: ids, transitions and weights of the part that is played. Flocks with equal hashes
+    /// have equal walks.
     pub fn hash(&self) -> [u8; 32] {
         self.hash
     }

@@ -1,9 +1,8 @@
-//! The graph of sheep and transitions, compact.
+//! The graph of sheep and transitions, in compressed form.
 //!
-//! Owns ordinals: sheep are counted in the order of their ids, exits in the order of (from, to), so that the order of
-//! the manifest means nothing to the walk. Never knows clips or wants: those stay in the manifest, under the index
-//! that [`Graph::sheep_in_manifest`] and [`Graph::transition_in_manifest`] give. What hangs together in a graph is told by
-//! `structure.rs`.
+//! Owns ordinals: sheep are counted in the order of their ids, exits in the order of (from, to), so that the walk does not
+//! depend on the manifest's order. Clips and wants stay in the manifest, at the index that [`Graph::sheep_in_manifest`] and
+//! [`Graph::transition_in_manifest`] return. Connected components are in `structure.rs`.
 
 mod structure;
 
@@ -36,11 +35,11 @@ impl Exit {
     }
 }
 
-/// What weights are multiplied with whose sum is infinite, so that those of a sheep's transitions, 2^32 at most, have a
-/// finite one. All other weights stay as they are: the least of them would come to nothing.
+/// The factor for weights whose sum is infinite: with it up to 2^32 transitions of a sheep have a finite sum. Other
+/// weights are not scaled, because the smallest would become 0.
 const SCALE: f64 = 1.0 / (1u64 << 33) as f64;
 
-/// The chances of exits with these weights, each finite and above 0, among each other.
+/// The probabilities of exits with these weights, each finite and above 0.
 fn chances(weights: &[f64]) -> impl Iterator<Item = f64> {
     let sum: f64 = weights.iter().sum();
     let scale = if sum.is_finite() { 1.0 } else { SCALE };
@@ -70,8 +69,8 @@ struct Arc {
 }
 
 impl Graph {
-    /// The graph of `manifest`. Of sheep or transitions named twice the first counts; a transition of an unknown
-    /// sheep is left out: `faults` tells both.
+    /// The graph of `manifest`. Of duplicate sheep or transitions the first counts; a transition of an unknown sheep is
+    /// left out. `faults` reports both.
     pub fn new(manifest: &Manifest) -> Self {
         let mut order: Vec<u32> = (0..manifest.sheep.len() as u32).collect();
         order.sort_by_key(|&at| &manifest.sheep[at as usize].id);
@@ -79,7 +78,7 @@ impl Graph {
         let ids: Vec<SheepId> = order.iter().map(|&at| manifest.sheep[at as usize].id.clone()).collect();
         let ordinal: HashMap<&SheepId, u32> = ids.iter().zip(0..).collect();
         let mut arcs: Vec<Arc> = Vec::with_capacity(manifest.transitions.len());
-        // Transitions from one sheep mostly stand together: it is looked up once for all of them.
+        // Transitions from one sheep are mostly adjacent: it is looked up once for all of them.
         let mut last: Option<(&SheepId, Option<u32>)> = None;
         for (written, transition) in (0..).zip(&manifest.transitions) {
             let from = match last {
@@ -96,8 +95,7 @@ impl Graph {
         Self::from_arcs(ids, order, &arcs)
     }
 
-    /// The graph of the sheep for which `keep` holds and the transitions among them. Chances are those of the walk
-    /// that never leaves them.
+    /// The graph of the sheep for which `keep` holds and the transitions among them. Probabilities are normalised to these.
     #[must_use]
     pub fn restricted(&self, keep: impl Fn(SheepIx) -> bool) -> Self {
         let kept: Vec<SheepIx> = self.sheep().filter(|&sheep| keep(sheep)).collect();
@@ -174,12 +172,12 @@ impl Graph {
         (start as u32..end as u32).map(Exit)
     }
 
-    /// Where the exits of `sheep` lie in tables of exits.
+    /// The range of the exits of `sheep` in tables of exits.
     pub(crate) fn row(&self, sheep: SheepIx) -> Range<usize> {
         self.first[sheep.index()] as usize..self.first[sheep.index() + 1] as usize
     }
 
-    /// Where the exits of each sheep start in tables of exits, and the end.
+    /// The start of each sheep's exits in tables of exits, and the end.
     pub(crate) fn rows(&self) -> &[u32] {
         &self.first
     }

@@ -1,7 +1,6 @@
-//! What hangs together in a graph: its strongly connected classes, which of them can be played, their beat.
+//! The structure of a graph: its strongly connected classes, which of them can be played, their period.
 //!
-//! Owns what can be said before any arithmetic, in time and space linear in the graph. Never weighs: a chance of a
-//! billionth connects as well as a certainty.
+//! Computes it in time and space linear in the graph. Weights do not matter.
 //!
 //! Start at [`Structure::of`].
 
@@ -9,7 +8,7 @@ use std::cmp::Reverse;
 
 use super::{Exit, Graph, SheepIx};
 
-/// The strongly connected classes of a graph: two sheep share one exactly if each can be come to from the other.
+/// The strongly connected classes of a graph: two sheep share one exactly if each can be reached from the other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Structure {
     class: Vec<u32>,
@@ -31,7 +30,7 @@ impl Structure {
         Self { class, count, playable }
     }
 
-    /// How many classes there are; 1 if every sheep can be come to from every other.
+    /// How many classes there are; 1 if every sheep can be reached from every other.
     pub fn class_count(&self) -> usize {
         self.count
     }
@@ -47,8 +46,8 @@ impl Structure {
         &self.playable
     }
 
-    /// The beat of `graph`, whose structure this is: the greatest common divisor of the lengths of its cycles, in steps.
-    /// Above 1 its sheep fall into so many groups that are visited in turn. 0 if there is no cycle.
+    /// The period of `graph`, whose structure this is: the greatest common divisor of the lengths of its cycles, in
+    /// steps. Above 1 its sheep form this many groups that are visited in turn. 0 if there is no cycle.
     ///
     /// # Source
     /// Denardo, *Periods of connected networks and powers of nonnegative matrices* (1977).

@@ -1,24 +1,24 @@
-//! `flock.toml`: what a flock is, as its artist wrote it.
+//! `flock.toml`, the manifest of a flock.
 //!
-//! Owns the keys, their limits and defaults. Never judges the graph (`flock/faults.rs` does) and never opens a clip
-//! (`flock check` does): sheep named twice or leading nowhere are read as they stand.
+//! Owns the keys, their limits and defaults. The graph is checked in `flock/faults.rs`, clips by `flock check`:
+//! duplicate sheep and transitions to unknown ones are read without an error.
 //!
 //! There are two ways of reading, chosen by the text:
 //!
 //! - In place (`plain.rs`), for the form that the tools write. A million transitions (98 MiB) take 1.1 s of processor time
 //!   and 271 MiB, the most that a unit reads (2 MiB) takes 13 MiB.
-//! - By way of a TOML document (`toml`), for every other form, and to word what is wrong with line and key. The same take
-//!   4.9 s and 2886 MiB, and 59 MiB; dotted keys take 560 times their bytes. With this way alone a unit, which has 256 MB
-//!   of memory, could read 128 KiB and no more: 650 transitions with their hashes.
+//! - Through a TOML document (`toml`), for every other form, and for errors with line and key. The same take 4.9 s and
+//!   2886 MiB, and 59 MiB; dotted keys take 560 times their bytes. With this way alone a unit, which has 256 MB of
+//!   memory, could read 128 KiB and no more: 650 transitions with their hashes.
 //!
 //! Start at [`Manifest::read`].
 
+mod excerpt;
 mod names;
 mod plain;
 mod table;
 #[cfg(test)]
 mod tests;
-mod told;
 
 use std::fs::File;
 use std::io::Read;
@@ -28,41 +28,41 @@ use std::path::Path;
 use timing::{FrameCount, Rate};
 use toml::de::DeTable;
 
+pub use excerpt::excerpt;
 pub use names::{ClipHash, ClipPath, NameError, SheepId};
 use plain::{Block, Blocks};
 pub use table::ManifestError;
 use table::{Source, Table};
-pub use told::told;
 
 /// The manifest's name inside the folder.
 pub const FILE_NAME: &str = "flock.toml";
 
-/// What errors call the table around all others.
+/// The name of the root table in errors.
 const MANIFEST: &str = "the manifest";
 /// How the tables are headed.
 const SHEEP: &str = "[[sheep]]";
 const TRANSITION: &str = "[[transition]]";
 /// The only format there is.
 const FORMAT: u32 = 1;
-/// Smallest and largest side of a picture: H.264 level 5.2 ends at 4096, its encoders want 16.
+/// Smallest and largest side of a picture: H.264 level 5.2 allows 4096, encoders need 16.
 pub const SIDES_PX: RangeInclusive<u32> = 16..=4096;
 /// Most frames of a clip: over a day at 30 per second.
-pub const MOST_FRAMES: u32 = 4_000_000;
+pub const MAX_FRAMES: u32 = 4_000_000;
 /// Most loops per visit.
-pub const MOST_REPEATS: u32 = 10_000;
-/// Most bytes of a manifest that a unit reads. A unit has 256 MB of memory; 100,000 sheep in so many bytes take 60 of
-/// them.
+pub const MAX_REPEATS: u32 = 10_000;
+/// Most bytes of a manifest that a unit reads. A unit has 256 MB of memory; 100,000 sheep in a manifest of this size
+/// take 60 MB.
 pub const UNIT_BYTES: u64 = 2 << 20;
-/// Most bytes of a manifest, or of its head, that a unit reads by way of a whole TOML document. Dotted keys, the worst
-/// of all, take 560 times their bytes.
+/// Most bytes of a manifest, or of its head, that a unit parses as a TOML document. Dotted keys, the worst case, take
+/// 560 times their bytes.
 pub const UNIT_DOCUMENT_BYTES: u64 = 128 << 10;
 /// Fastest rate, per second.
-pub const FASTEST_FPS: u32 = 240;
+pub const MAX_FPS: u32 = 240;
 
 /// A flock as written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manifest {
-    /// What the artist calls it.
+    /// Its name.
     pub name: String,
     /// Width and height in pixels, both even.
     pub size: (u32, u32),
@@ -79,9 +79,9 @@ pub struct Manifest {
 pub struct Sheep {
     /// Its name in the flock.
     pub id: SheepId,
-    /// Its loop; `None` for a keyframe that is only passed through.
+    /// Its loop; `None` for a keyframe that only transitions use.
     pub clip: Option<Clip>,
-    /// Its genome's file, if it travels along.
+    /// Its genome's file, if the flock has it.
     pub genome: Option<ClipPath>,
     /// Wished share relative to the others, finite, above 0.
     pub want: f64,
@@ -89,7 +89,7 @@ pub struct Sheep {
     pub repeat: u32,
 }
 
-/// The way from one sheep to another.
+/// A transition from one sheep to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transition {
     /// Where it starts.
@@ -109,7 +109,7 @@ pub struct Clip {
     pub path: ClipPath,
     /// How many frames it has, at least 1.
     pub frames: FrameCount,
-    /// What its bytes hash to, where the tools have written it.
+    /// The hash of its bytes, if the tools have written it.
     pub hash: Option<ClipHash>,
 }
 
@@ -126,8 +126,8 @@ impl Manifest {
         }
     }
 
-    /// As [`Manifest::read`], but never more than a unit has the memory for: [`UNIT_BYTES`], of which no more than
-    /// [`UNIT_DOCUMENT_BYTES`] that are not plain.
+    /// As [`Manifest::read`], within a unit's memory: at most [`UNIT_BYTES`], and at most [`UNIT_DOCUMENT_BYTES`] that
+    /// are not in the plain form.
     ///
     /// # Errors
     /// The same; [`ManifestError::NotPlain`] and [`ManifestError::TooLarge`] besides.
@@ -171,7 +171,7 @@ impl Manifest {
         plain(source, UNIT_DOCUMENT_BYTES).map_err(|odd| odd.refused(source))?.with_sheep(path)
     }
 
-    /// Itself, unless it is without sheep.
+    /// Itself, unless it has no sheep.
     fn with_sheep(self, path: &Path) -> Result<Self, ManifestError> {
         if self.sheep.is_empty() {
             return Err(ManifestError::Missing { path: path.to_owned(), line: 1, key: "sheep", table: MANIFEST });
@@ -182,7 +182,7 @@ impl Manifest {
     /// As [`Manifest::parse`], but a flock may be without sheep.
     pub(crate) fn parse_unfinished(text: &str, path: &Path) -> Result<Self, ManifestError> {
         let source = Source { path, text };
-        // What the quick way cannot read, or refuses, the parser reads, or refuses with line and key.
+        // What `plain.rs` does not read is parsed as a document, for the value or for an error with line and key.
         plain(source, u64::MAX).or_else(|_| parsed(source))
     }
 
@@ -193,7 +193,7 @@ impl Manifest {
     }
 }
 
-/// The manifest in `source`, by way of a whole TOML document.
+/// Parses the manifest in `source` as a TOML document.
 fn parsed(source: Source<'_>) -> Result<Manifest, ManifestError> {
     let document = DeTable::parse(source.text).map_err(|error| source.syntax(&error))?;
     let mut table = Table::new(source, MANIFEST, &document);
@@ -209,15 +209,15 @@ fn parsed(source: Source<'_>) -> Result<Manifest, ManifestError> {
 }
 
 /// Why a manifest was not read in place.
-enum Odd {
+enum NotPlain {
     /// It is plain, and wrong.
     Fault(ManifestError),
-    /// At this byte it is not plain: so many bytes would have to be read as a TOML document.
+    /// It is not plain at this byte: this many bytes would have to be parsed as a TOML document.
     NotPlain { at: usize, bytes: u64 },
 }
 
-impl Odd {
-    /// What whoever builds no document of `source` says.
+impl NotPlain {
+    /// The error of a reader that builds no document of `source`.
     fn refused(self, source: Source<'_>) -> ManifestError {
         match self {
             Self::Fault(error) => error,
@@ -226,19 +226,19 @@ impl Odd {
     }
 }
 
-impl From<ManifestError> for Odd {
+impl From<ManifestError> for NotPlain {
     fn from(error: ManifestError) -> Self {
         Self::Fault(error)
     }
 }
 
-/// The manifest in `source`, if it is plain and without fault, and its head has no more than `most` bytes.
-fn plain(source: Source<'_>, most: u64) -> Result<Manifest, Odd> {
-    let not_plain = |at| Odd::NotPlain { at, bytes: source.text.len() as u64 };
+/// The manifest in `source`, if it is plain and valid, and its head has at most `most` bytes.
+fn plain(source: Source<'_>, most: u64) -> Result<Manifest, NotPlain> {
+    let not_plain = |at| NotPlain::NotPlain { at, bytes: source.text.len() as u64 };
     let (text, mut blocks) = Blocks::split(source.text).map_err(not_plain)?;
     let bytes = text.len() as u64;
     if bytes > most {
-        return Err(Odd::NotPlain { at: 0, bytes });
+        return Err(NotPlain::NotPlain { at: 0, bytes });
     }
     let document = DeTable::parse(text).map_err(|error| source.syntax(&error))?;
     let mut table = Table::new(source, MANIFEST, &document);
@@ -258,7 +258,7 @@ fn plain(source: Source<'_>, most: u64) -> Result<Manifest, Odd> {
     }
 }
 
-/// What stands before the tables; sheep and transitions are still to come.
+/// Reads the keys before the tables; sheep and transitions are empty.
 fn head(table: &mut Table<'_, '_>) -> Result<Manifest, ManifestError> {
     table.required("format")?.whole(FORMAT, FORMAT)?;
     let name = table.required("name")?.text()?.to_owned();
@@ -281,8 +281,8 @@ fn fps(table: &mut Table<'_, '_>) -> Result<Rate, ManifestError> {
     let (num, den) = entry.pair()?;
     Rate::new(num.into(), den.into())
         .ok()
-        .filter(|rate| rate.num() / rate.den() <= FASTEST_FPS && rate.num() >= rate.den())
-        .ok_or_else(|| entry.refused(format!("numerator and denominator of a rate from 1 to {FASTEST_FPS} per second")))
+        .filter(|rate| rate.num() / rate.den() <= MAX_FPS && rate.num() >= rate.den())
+        .ok_or_else(|| entry.refused(format!("numerator and denominator of a rate from 1 to {MAX_FPS} per second")))
 }
 
 fn sheep(mut table: Table<'_, '_>) -> Result<Sheep, ManifestError> {
@@ -294,13 +294,13 @@ fn sheep(mut table: Table<'_, '_>) -> Result<Sheep, ManifestError> {
         (Some(_), None, _) => return Err(table.missing("clip")),
         (Some(frames), Some(path), hash) => Some(Clip {
             path: path.name(ClipPath::new)?,
-            frames: FrameCount(frames.whole(1, MOST_FRAMES)?),
+            frames: FrameCount(frames.whole(1, MAX_FRAMES)?),
             hash: hash.as_ref().map(|entry| entry.name(ClipHash::parse)).transpose()?,
         }),
     };
     let genome = table.optional("genome").map(|entry| entry.name(ClipPath::new)).transpose()?;
     let want = table.optional("want").map_or(Ok(1.0), |entry| entry.positive())?;
-    let repeat = table.optional("repeat").map_or(Ok(1), |entry| entry.whole(1, MOST_REPEATS))?;
+    let repeat = table.optional("repeat").map_or(Ok(1), |entry| entry.whole(1, MAX_REPEATS))?;
     table.finish()?;
     Ok(Sheep { id, clip, genome, want, repeat })
 }
@@ -308,7 +308,7 @@ fn sheep(mut table: Table<'_, '_>) -> Result<Sheep, ManifestError> {
 fn transition(mut table: Table<'_, '_>) -> Result<Transition, ManifestError> {
     let from = table.required("from")?.name(SheepId::new)?;
     let to = table.required("to")?.name(SheepId::new)?;
-    let frames = FrameCount(table.required("frames")?.whole(1, MOST_FRAMES)?);
+    let frames = FrameCount(table.required("frames")?.whole(1, MAX_FRAMES)?);
     let path = table.required("clip")?.name(ClipPath::new)?;
     let hash = table.optional("hash").map(|entry| entry.name(ClipHash::parse)).transpose()?;
     let weight = table.optional("weight").map_or(Ok(1.0), |entry| entry.positive())?;

@@ -1,6 +1,6 @@
-//! Names that were checked once and are safe ever after: sheep, clip paths, clip fingerprints.
+//! Types of validated names: sheep ids, clip paths, clip hashes.
 //!
-//! Owns their rules. Never looks at the disk: whether a path exists is the tools' question.
+//! Owns their rules. The tools check whether a path exists.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -9,13 +9,13 @@ use serde::{Serialize, Serializer};
 use smol_str::SmolStr;
 
 /// Longest id of a sheep, in bytes.
-const LONGEST_ID: usize = 64;
+const MAX_ID_BYTES: usize = 64;
 
 /// The id of a sheep: 1 to 64 of `A-Z a-z 0-9 . _ -`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SheepId(SmolStr);
 
-/// Where a clip lies: relative to the flock's folder, inside it, without `..`, written with `/`.
+/// The path of a clip: relative to the flock's folder, inside it, without `..`, written with `/`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClipPath(SmolStr);
 
@@ -53,7 +53,7 @@ impl SheepId {
     /// [`NameError::Id`] if it is empty, longer than 64 bytes, or has other characters.
     pub fn new(text: &str) -> Result<Self, NameError> {
         let allowed = |b: u8| b.is_ascii_alphanumeric() || b"._-".contains(&b);
-        if (1..=LONGEST_ID).contains(&text.len()) && text.bytes().all(allowed) {
+        if (1..=MAX_ID_BYTES).contains(&text.len()) && text.bytes().all(allowed) {
             Ok(Self(text.into()))
         } else {
             Err(NameError::Id { found: text.to_owned() })
@@ -111,10 +111,10 @@ impl ClipHash {
         blake3::Hash::from_hex(hex).map(|hash| Self(*hash.as_bytes())).map_err(|_| refused())
     }
 
-    /// The fingerprint of everything that `reader` yields.
+    /// The hash of everything that `reader` yields.
     ///
     /// # Errors
-    /// What the reader says.
+    /// The error of the reader.
     pub fn of(reader: impl std::io::Read) -> std::io::Result<Self> {
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader(reader)?;

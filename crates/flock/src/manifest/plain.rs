@@ -1,12 +1,12 @@
 //! The plain form of a manifest, read without building a document.
 //!
 //! Owns the subset of TOML that almost every manifest keeps to: a head, then `[[...]]` tables of one `key = value` a
-//! line, each value a number or a text without escapes. Never refuses and never guesses: on anything else, right or
-//! wrong, it gives up, and `mod.rs` asks the TOML parser. Why there are two ways is said there.
+//! line, each value a number or a text without escapes. For any other text, valid or not, it returns no result, and
+//! `mod.rs` uses the TOML parser, for the reasons given there.
 //!
 //! Start at [`Blocks::split`].
 
-use super::table::MOST_KEYS;
+use super::table::MAX_KEYS;
 
 /// The tables of a plain manifest, one after another.
 pub(crate) struct Blocks<'t> {
@@ -49,11 +49,11 @@ impl<'t> Blocks<'t> {
     /// Splits `text` into its head, which is TOML of any form, and its tables.
     ///
     /// # Errors
-    /// Where it has a character that TOML forbids somewhere, in bytes from its start.
+    /// The first character that TOML does not allow everywhere, in bytes from the start.
     pub(crate) fn split(text: &'t str) -> Result<(&'t str, Self), usize> {
         let bytes = text.as_bytes();
         let odd = |&byte: &u8| byte == 0x7f || (byte < 0x20 && byte != b'\n' && byte != b'\t');
-        // Whole pieces at a time, so that the compiler looks at many bytes at once.
+        // In blocks, so that the compiler can vectorise.
         if bytes.chunks(4096).any(|piece| piece.iter().fold(false, |found, byte| found | odd(byte))) {
             return Err(bytes.iter().position(odd).unwrap_or_default());
         }
@@ -93,7 +93,7 @@ impl<'t> Blocks<'t> {
                 Some(_) => {
                     let (entry, end) = entry(self.text, at)?;
                     let is_known = block.entries.iter().any(|other| other.key == entry.key);
-                    if is_known || block.entries.len() == MOST_KEYS {
+                    if is_known || block.entries.len() == MAX_KEYS {
                         return None;
                     }
                     block.entries.push(entry);
@@ -111,13 +111,13 @@ impl Block<'_> {
     }
 }
 
-/// The line that starts at `at`, without its end; `None` behind the last.
+/// The line that starts at `at`, without its end; `None` after the last.
 fn line_at(text: &str, at: usize) -> Option<&str> {
     let rest = text.get(at..)?;
     Some(rest.split_once('\n').map_or(rest, |(line, _)| line)).filter(|line| !line.is_empty() || !rest.is_empty())
 }
 
-/// The first place from `at` on whose byte is none of those `within`.
+/// The first position from `at` on whose byte is not in `within`.
 fn behind(bytes: &[u8], at: usize, within: impl Fn(u8) -> bool) -> usize {
     let rest = bytes.get(at..).unwrap_or_default();
     at + rest.iter().position(|&byte| !within(byte)).unwrap_or(rest.len())
@@ -143,7 +143,7 @@ fn line_end(bytes: &[u8], at: usize) -> Option<usize> {
     }
 }
 
-/// What stands between the brackets at `at`, and where they end.
+/// The text between the brackets at `at`, and their end.
 fn header(text: &str, at: usize) -> Option<(&str, usize)> {
     let bytes = text.as_bytes();
     let end = behind(bytes, at + 2, is_bare);

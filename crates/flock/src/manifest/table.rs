@@ -1,7 +1,6 @@
-//! Reading a TOML table key by key, so that every refusal names file, line and key.
+//! Reading of TOML tables by key, with errors that name file, line and key.
 //!
-//! Owns the errors of a manifest and the small reader that makes them. Never knows which keys a flock has:
-//! `mod.rs` does.
+//! Owns the errors of a manifest and the reader of tables. The keys are defined in `mod.rs`.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -10,14 +9,14 @@ use std::str::FromStr;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::excerpt::excerpt;
 use super::names::NameError;
 use super::plain::{Block, PlainEntry, Scalar};
-use super::told::told;
 
 /// Why a manifest was not read.
 #[derive(Debug, thiserror::Error)]
 pub enum ManifestError {
-    /// A key that must stand there and does not.
+    /// A required key is missing.
     #[error("`{path}`, line {line}: the key `{key}` is missing from {table}")]
     Missing {
         /// The file.
@@ -29,7 +28,7 @@ pub enum ManifestError {
         /// The table, as in the file.
         table: &'static str,
     },
-    /// Too much of it is not plain, which costs far more memory than a unit has.
+    /// Too much of it is not in the plain form, which needs more memory than a unit has.
     #[error(
         "`{path}`, line {line}: wanted the plain form, or {limit} bytes at most, found {bytes} bytes of another form"
     )]
@@ -38,7 +37,7 @@ pub enum ManifestError {
         path: PathBuf,
         /// The first that is not plain, from 1.
         line: usize,
-        /// How many bytes would have to be read as a whole TOML document.
+        /// The bytes that would have to be parsed as a TOML document.
         bytes: u64,
         /// How many a unit reads so.
         limit: u64,
@@ -48,7 +47,7 @@ pub enum ManifestError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system error.
         source: std::io::Error,
     },
     /// The file is not TOML.
@@ -58,13 +57,13 @@ pub enum ManifestError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What stands before the `=` of that line, or the whole line.
+        /// The text before the `=` of that line, or the whole line.
         key: String,
-        /// What the parser said.
+        /// The message of the parser.
         message: String,
     },
-    /// More than a unit has the memory for.
-    #[error("`{path}` has {bytes} bytes, a unit reads {limit} at most")]
+    /// Larger than a unit's memory allows.
+    #[error("`{path}` is too large: {bytes} bytes, a unit reads {limit} at most")]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -96,15 +95,15 @@ pub enum ManifestError {
         line: usize,
         /// The key.
         key: &'static str,
-        /// What may stand there.
+        /// The expected value.
         wanted: String,
-        /// What stands there.
+        /// The value found.
         found: String,
     },
 }
 
 impl ManifestError {
-    /// What to do about it.
+    /// A hint for the user.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
             Self::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
@@ -125,27 +124,27 @@ impl ManifestError {
 }
 
 /// Most keys that a table has.
-pub(crate) const MOST_KEYS: usize = 8;
+pub(crate) const MAX_KEYS: usize = 8;
 
-/// One table of the file, read key by key. What is left at [`Table::finish`] is unknown.
+/// A table of the file, read by key. Keys that are left at [`Table::finish`] are unknown.
 pub(crate) struct Table<'t, 'i> {
     source: Source<'t>,
     name: &'static str,
     /// Where it starts, in bytes from the start of the text.
     at: usize,
     entries: Entries<'t, 'i>,
-    /// The keys that were asked for: the first `count` of these.
-    asked: [&'static str; MOST_KEYS],
+    /// The keys that were read: the first `count` of these.
+    asked: [&'static str; MAX_KEYS],
     count: usize,
 }
 
-/// What a table holds, by the way it was read.
+/// The contents of a table, by how it was parsed.
 enum Entries<'t, 'i> {
     Parsed(&'t DeTable<'i>),
     Plain(&'t [PlainEntry<'t>]),
 }
 
-/// A value and where it stands.
+/// A value and its position.
 #[derive(Clone)]
 pub(crate) struct Entry<'t, 'i> {
     source: Source<'t>,
@@ -176,11 +175,11 @@ impl Source<'_> {
         ManifestError::NotPlain { path: self.path.to_owned(), line: self.line(at), bytes, limit }
     }
 
-    /// The error of a text that is no TOML.
+    /// The error of a text that is not TOML.
     pub(crate) fn syntax(&self, error: &toml::de::Error) -> ManifestError {
         let line = self.line(error.span().map_or(0, |span| span.start));
         let text = self.text.lines().nth(line - 1).unwrap_or_default();
-        let key = told(text.split('=').next().unwrap_or_default().trim());
+        let key = excerpt(text.split('=').next().unwrap_or_default().trim());
         ManifestError::Syntax { path: self.path.to_owned(), line, key, message: error.message().replace('\n', ", ") }
     }
 }
@@ -191,16 +190,16 @@ impl<'t, 'i> Table<'t, 'i> {
         Self::of(source, name, table.span().start, Entries::Parsed(table.get_ref()))
     }
 
-    /// The table that stands there in plain form.
+    /// A table in plain form.
     pub(crate) fn plain(source: Source<'t>, name: &'static str, block: &'t Block<'t>) -> Self {
         Self::of(source, name, block.at, Entries::Plain(&block.entries))
     }
 
     fn of(source: Source<'t>, name: &'static str, at: usize, entries: Entries<'t, 'i>) -> Self {
-        Self { source, name, at, entries, asked: [""; MOST_KEYS], count: 0 }
+        Self { source, name, at, entries, asked: [""; MAX_KEYS], count: 0 }
     }
 
-    /// The value of `key`, if it stands there.
+    /// The value of `key`, if there is one.
     pub(crate) fn optional(&mut self, key: &'static str) -> Option<Entry<'t, 'i>> {
         self.asked[self.count] = key;
         self.count += 1;
@@ -216,13 +215,13 @@ impl<'t, 'i> Table<'t, 'i> {
         self.optional(key).ok_or_else(|| self.missing(key))
     }
 
-    /// The error of a `key` that had to stand here.
+    /// The error of a missing `key`.
     pub(crate) fn missing(&self, key: &'static str) -> ManifestError {
         let (path, line) = (self.source.path.to_owned(), self.source.line(self.at));
         ManifestError::Missing { path, line, key, table: self.name }
     }
 
-    /// Refuses keys that were not asked for.
+    /// The error of keys that were not read, if there are any.
     pub(crate) fn finish(self) -> Result<(), ManifestError> {
         let asked = &self.asked[..self.count];
         let unknown = |key: &str| !asked.contains(&key);
@@ -236,7 +235,7 @@ impl<'t, 'i> Table<'t, 'i> {
         let Some((at, key)) = found else { return Ok(()) };
         let known = asked.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
         let (path, line) = (self.source.path.to_owned(), self.source.line(at));
-        Err(ManifestError::UnknownKey { path, line, key: told(key), table: self.name, known })
+        Err(ManifestError::UnknownKey { path, line, key: excerpt(key), table: self.name, known })
     }
 }
 
@@ -244,7 +243,7 @@ impl<'t, 'i> Entry<'t, 'i> {
     /// The error of a value that is not `wanted`.
     pub(crate) fn refused(&self, wanted: impl Into<String>) -> ManifestError {
         let found = self.source.text.get(self.span()).unwrap_or_default();
-        self.error(wanted.into(), format!("`{}`", told(found.lines().next().unwrap_or_default())))
+        self.error(wanted.into(), format!("`{}`", excerpt(found.lines().next().unwrap_or_default())))
     }
 
     /// A checked name.
@@ -254,7 +253,7 @@ impl<'t, 'i> Entry<'t, 'i> {
             let said = error.to_string();
             let (wanted, found) = said.rsplit_once(", found ").unwrap_or((&said, text));
             let wanted = wanted.trim_start_matches("wanted ").to_owned();
-            self.error(wanted, told(found))
+            self.error(wanted, excerpt(found))
         })
     }
 

@@ -1,6 +1,7 @@
 //! Claims about manifests: what they may say, how the two ways of reading agree, and how much a unit reads.
 //!
-//! Owns small manifests with their defects, and large ones. Never measures memory: `tests/it/lightness.rs` does.
+//! Owns small manifests with their defects, and large ones. Never measures memory: that is in
+//! `tests/it/updates/memory_limits.rs`.
 
 use super::{
     ClipHash, FILE_NAME, FrameCount, Manifest, ManifestError, Path, Source, UNIT_BYTES, UNIT_DOCUMENT_BYTES, parsed,
@@ -241,7 +242,7 @@ fn a_unit_reads_so_many_plain_bytes_and_no_more() {
     assert_eq!(said_on_unit(&most), None);
     assert_eq!(said_on_unit(&filled(UNIT_BYTES, comment)), None);
     let more = most + "\n";
-    let told = format!("`flock.toml` has {} bytes, a unit reads {UNIT_BYTES} at most", UNIT_BYTES + 1);
+    let told = format!("`flock.toml` is too large: {} bytes, a unit reads {UNIT_BYTES} at most", UNIT_BYTES + 1);
     assert_eq!(said_on_unit(&more), Some(told));
     assert!(parse(&more).is_ok(), "the artist's tools go on");
 }

@@ -1,20 +1,20 @@
-//! The chances of a graph, by where they lead.
+//! The transition probabilities of a graph, by target.
 //!
-//! Owns the form in which shares are solved for: for each sheep what comes in, and how readily it is left. A chance to
-//! stay is left out; it only says how long a sheep lasts, and what leaves says that too, without a subtraction.
+//! Owns the Markov chain for which shares are solved: for each sheep its incoming probabilities, and the sum of its
+//! outgoing ones. Self-loops are left out: the outgoing sum contains the same information, without a subtraction.
 
 use crate::graph::{Graph, SheepIx};
 
-/// The chances among `n` sheep, none of them from a sheep to itself.
+/// The probabilities among `n` sheep, without self-loops.
 #[derive(Clone, Debug)]
 pub(super) struct Chain {
-    /// Where what comes in to each sheep starts, and the end.
+    /// The start of each sheep's incoming probabilities, and the end.
     first: Vec<u32>,
     /// From which sheep it comes.
     from: Vec<u32>,
-    /// With which chance that sheep is left this way.
+    /// The probability of that transition.
     chance: Vec<f64>,
-    /// The sum of the chances that leave each sheep.
+    /// The sum of each sheep's outgoing probabilities.
     leaving: Vec<f64>,
 }
 
@@ -26,7 +26,7 @@ impl Chain {
         Self::new(graph.len(), || graph.sheep().flat_map(of_sheep))
     }
 
-    /// The chances `(from, to, chance)` among `n` sheep, listed twice alike; those to stay are left out.
+    /// A chain of `n` sheep from `(from, to, chance)`, which is iterated twice; self-loops are left out.
     pub(super) fn new<I: Iterator<Item = (u32, u32, f64)>>(n: usize, list: impl Fn() -> I) -> Self {
         let arcs = || list().filter(|&(from, to, _)| from != to);
         let (mut first, mut leaving) = (vec![0u32; n + 2], vec![0.0; n]);
@@ -59,18 +59,18 @@ impl Chain {
         self.from.len()
     }
 
-    /// What comes in to `sheep`: from where, with which chance.
+    /// The incoming probabilities of `sheep`, with their sources.
     pub(super) fn arriving(&self, sheep: usize) -> impl Iterator<Item = (usize, f64)> {
         let row = self.first[sheep] as usize..self.first[sheep + 1] as usize;
         self.from[row.clone()].iter().map(|&from| from as usize).zip(self.chance[row].iter().copied())
     }
 
-    /// Every chance: from where, to where, how much, in the order of where they lead.
+    /// Every probability as (from, to, chance), in the order of targets.
     pub(super) fn arcs(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         (0..self.len()).flat_map(|to| self.arriving(to).map(move |(from, chance)| (from, to, chance)))
     }
 
-    /// The chance that a visit of `sheep` is followed by one of another.
+    /// The probability that `sheep` is left for another one.
     pub(super) fn leaving(&self, sheep: usize) -> f64 {
         self.leaving[sheep]
     }
@@ -84,9 +84,9 @@ pub(super) fn normalise(shares: &mut [f64]) {
     }
 }
 
-/// Makes all `shares` smaller if the newest of them is too large a number.
+/// Scales all `shares` down if the newest one is too large.
 pub(super) fn keep_in_range(shares: &mut [f64], newest: usize) {
-    // Far from the largest number, so that what is still to come has room.
+    // Far below the largest number, to leave room for the next ones.
     const LARGE: f64 = 1e200;
     if shares[newest] > LARGE {
         for share in shares {

@@ -1,6 +1,7 @@
-//! Shares of a few sheep that all lead to each other.
+//! Shares of a small chain, as a dense matrix.
 //!
-//! Owns the elimination on a full matrix. Never subtracts: each share is right to the last bits however small it is.
+//! Owns the elimination on a full matrix. It has no subtraction, so that each share is accurate to the last bits,
+//! however small it is.
 
 use super::chain::{Chain, keep_in_range};
 

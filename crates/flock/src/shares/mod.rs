@@ -1,9 +1,9 @@
-//! How often each sheep is visited, and each transition taken, in the long run.
+//! The long-run frequencies of visits and transitions.
 //!
-//! Owns the stationary distribution of the chances of one strongly connected class, and the proof of how near the
-//! figures are to it. Never knows wants or clips: `flock/flock_shares.rs` does.
+//! Owns the stationary distribution of the chances of one strongly connected class, and a proved bound on the error.
+//! Wants and clips are handled in `flock/flock_shares.rs`.
 //!
-//! Start at [`Shares::of`]; which method finds them is decided in `solve.rs`, the proof is in `proof.rs`.
+//! Start at [`Shares::of`]; `solve.rs` chooses the method, the bound is in `proof.rs`.
 
 mod chain;
 mod dense;
@@ -34,8 +34,8 @@ pub struct Shares {
 /// Why a graph has no shares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SharesError {
-    /// Where a walk ends up depends on where it begins.
-    #[error("the graph falls into {found} strongly connected classes, shares are those of one")]
+    /// The graph is not strongly connected, so the shares depend on the start.
+    #[error("the graph has {found} strongly connected classes, shares are defined for one")]
     Classes {
         /// How many there are.
         found: usize,
@@ -43,7 +43,7 @@ pub enum SharesError {
 }
 
 impl Shares {
-    /// The largest part by which shares may be off and still be called proved.
+    /// The largest relative error with which shares count as proved.
     pub const PROVED: f64 = 1e-6;
 
     /// The shares of the walk on `graph`. A single sheep without exits has all visits.
@@ -51,8 +51,7 @@ impl Shares {
     /// Deterministic: the same graph gives the same bits on every machine.
     ///
     /// # Errors
-    /// [`SharesError::Classes`] unless every sheep of `graph` can be come to from every other; an empty graph has no
-    /// class at all.
+    /// [`SharesError::Classes`] unless every sheep of `graph` can be reached from every other; an empty graph has no class.
     pub fn of(graph: &Graph) -> Result<Self, SharesError> {
         let found = Structure::of(graph).class_count();
         if found != 1 {
@@ -65,8 +64,8 @@ impl Shares {
         Ok(Self { taken: taken.collect(), visits, off_by: solved.off_by })
     }
 
-    /// What a few sweeps over `graph`, one class, make of `shares`: those of the graph where a walk soon forgets where it
-    /// began, something between the two where it does not.
+    /// A few sweeps over `graph`, one class, from `shares`: close to the shares of the graph if the walk mixes fast,
+    /// else in between.
     pub(crate) fn swept(graph: &Graph, shares: &[f64]) -> Vec<f64> {
         let mut shares = shares.to_vec();
         sweep::some(&Chain::of(graph), &mut shares);
@@ -83,14 +82,13 @@ impl Shares {
         self.taken[exit.index()]
     }
 
-    /// By which part of itself any share may be off, at most: proved, rounding included. Infinite where nothing could
-    /// be proved; above [`Shares::PROVED`] the shares are an estimate and no more.
+    /// The proved bound on the relative error of any share, rounding included. Infinite if nothing could be proved;
+    /// above [`Shares::PROVED`] the shares are only an estimate.
     pub fn off_by(&self) -> f64 {
         self.off_by
     }
 
-    /// How evenly the visits are spread: the entropy of their distribution, in bits; the most that `n` sheep can have
-    /// is `log2 n`.
+    /// The entropy of the visits, in bits; at most `log2 n` for `n` sheep.
     pub fn entropy_bits(&self) -> f64 {
         0.0 - self.visits.iter().filter(|&&share| share > 0.0).map(|share| share * share.log2()).sum::<f64>()
     }

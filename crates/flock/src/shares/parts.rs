@@ -1,8 +1,7 @@
-//! Shares of a flock that nearly falls apart.
+//! Shares of a nearly decomposable flock.
 //!
-//! Owns the parts: groups of sheep that a walk seldom leaves, found by their flows, and the two levels at which shares
-//! are then found by turns: how the parts share, and how each part's sheep do. Sweeps alone would take as long as the
-//! walk itself to carry anything over a bridge.
+//! Owns the aggregation: parts are groups of sheep that a walk seldom leaves, found by their flows; shares are iterated at
+//! two levels in turn, between parts and within each part. Sweeps alone converge as slowly as a walk crosses between parts.
 //!
 //! Start at [`settle`].
 
@@ -18,14 +17,14 @@ const SWEEPS: usize = 4;
 /// It is given up when so many turns brought nothing.
 const PATIENCE: usize = 8;
 
-/// Finds the shares of `chain` from a rough guess; may fail, which only a proof tells.
+/// Finds the shares of `chain` from a rough guess; only the proof shows whether it succeeded.
 ///
 /// # Source
 /// Koury, `McAllister` & Stewart, *Iterative methods for computing stationary distributions of nearly completely
 /// decomposable Markov chains* (1984); parts by Raghavan, Albert & Kumara (2007).
 pub(super) fn settle(chain: &Chain, shares: &mut [f64]) {
     let parts = Parts::of(chain, shares);
-    // Parts of a sheep or two would be as much work as the whole.
+    // Parts of one or two sheep would be as much work as the whole.
     if parts.count < 2 || parts.count > chain.len() / 2 {
         return;
     }
@@ -82,7 +81,7 @@ impl Parts {
         Self { of, count: count as usize, pairs, bridges }
     }
 
-    /// Gives each part its share of the whole; by what part of itself one was moved, at most.
+    /// Scales each part to its share of the whole; returns the largest relative change.
     fn weigh(&self, shares: &mut [f64]) -> f64 {
         let mut weight = vec![0.0; self.count];
         for (&part, &share) in self.of.iter().zip(&*shares) {
@@ -108,8 +107,8 @@ impl Parts {
     }
 }
 
-/// The part of each sheep: that to which most of its flow goes and from which most comes, asked until nobody changes.
-/// Sheep are asked in an order by chance, always the same: neighbours in the manifest would follow each other.
+/// Assigns each sheep to the part with which it exchanges most flow, until nothing changes. Sheep are visited in a
+/// fixed pseudorandom order, because neighbours in the manifest would influence each other.
 fn labels(chain: &Chain, shares: &[f64]) -> Vec<u32> {
     let n = chain.len();
     let neighbours = Neighbours::of(chain, shares);
@@ -145,7 +144,7 @@ fn labels(chain: &Chain, shares: &[f64]) -> Vec<u32> {
                 neighbours.around(at).for_each(|(near, _)| is_asked[near] = true);
             }
         }
-        // A few sheep on a border that never agree do no harm.
+        // A few sheep on a border may keep changing.
         if changed * 1000 <= n {
             break;
         }
@@ -153,7 +152,7 @@ fn labels(chain: &Chain, shares: &[f64]) -> Vec<u32> {
     label
 }
 
-/// A number by chance for each number.
+/// A pseudorandom number for each number.
 fn scattered(at: u32) -> u64 {
     let mixed = u64::from(at).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     (mixed ^ mixed >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 16

@@ -1,14 +1,14 @@
-//! How far shares can be from the truth, proved.
+//! A proved bound on the error of shares.
 //!
-//! Owns the bound. A small residual proves nothing: in a flock of two halves that one bridge joins, shares that are
-//! wrong by half can leave a residual of a billionth. What proves is how much the *chances* would have to be changed to
-//! make the shares exact. Each share is a sum, over the trees that lead every sheep to that one, of products with one
-//! chance of each sheep (the Markov chain tree theorem): if the chances of sheep `v` are changed by at most the part
-//! `e_v`, no share changes by more than the product of `(1 + e_v) / (1 - e_v)`.
+//! A small residual proves nothing: in a flock of two halves joined by one bridge, shares that are wrong by half may
+//! have a residual of a billionth. The proof uses how much the *probabilities* would have to change to make the shares
+//! exact. Each share is a sum, over the trees that lead every sheep to that one, of products with one probability of
+//! each sheep (the Markov chain tree theorem): if those of sheep `v` change by at most the relative amount `e_v`, no
+//! share changes by more than the product of `(1 + e_v) / (1 - e_v)`.
 //!
-//! To make given shares exact it is enough to change flows along a tree that spans the flock: what is owed to a branch
-//! goes over the one transition that holds it. The tree of the strongest flows needs the smallest changes. What is owed
-//! is a difference of nearly equal sums, and so is computed with twice the digits.
+//! To make given shares exact it is enough to change flows along a spanning tree: the imbalance of a branch goes over
+//! the transition that connects it. The tree of the strongest flows needs the smallest changes. The imbalance is a
+//! difference of nearly equal sums, and is computed in double-double arithmetic.
 //!
 //! Sources: Leighton & Rivest, *Estimating a probability using finite memory* (1986), for the theorem; O'Cinneide,
 //! *Entrywise perturbation theory and error analysis for Markov chains* (1993), for its use.
@@ -17,20 +17,20 @@ use super::chain::Chain;
 
 /// The unit of rounding.
 const U: f64 = f64::EPSILON / 2.0;
-/// Flows smaller than this have no twice as many digits left.
-const LEAST_FLOW: f64 = 1e-250;
+/// Flows smaller than this have no full double-double precision.
+const MIN_FLOW: f64 = 1e-250;
 
-/// By which part of itself any share of `chain` may be off in `shares`, at most. Infinite if nothing can be proved.
+/// The bound on the relative error of `shares` for `chain`. Infinite if nothing can be proved.
 pub(super) fn off_by(chain: &Chain, shares: &[f64]) -> f64 {
     let flows: Vec<f64> = chain.arcs().map(|(from, _, chance)| shares[from] * chance).collect();
-    let usable = |&flow: &f64| flow.is_finite() && flow > LEAST_FLOW;
+    let usable = |&flow: &f64| flow.is_finite() && flow > MIN_FLOW;
     if !flows.iter().all(usable) {
         return f64::INFINITY;
     }
     let Some(tree) = strongest_tree(chain, &flows) else { return f64::INFINITY };
     let strain: f64 =
-        strains(&tree, owed(chain, shares)).map(|e| if e < 1.0 { 2.0 * e / (1.0 - e) } else { 1.0 }).sum();
-    // The chances themselves are rounded: the sum of a sheep's weights once for each, the quotient once more.
+        strains(&tree, imbalance(chain, shares)).map(|e| if e < 1.0 { 2.0 * e / (1.0 - e) } else { 1.0 }).sum();
+    // The probabilities are rounded, too: once for each addition of weights, once for the quotient.
     let total = strain + 2.0 * U * (chain.arc_count() + chain.len()) as f64;
     if total < 1.0 { total / (1.0 - total) } else { f64::INFINITY }
 }
@@ -98,24 +98,24 @@ impl Sets {
     }
 }
 
-/// What comes in to each sheep less what leaves it.
-fn owed(chain: &Chain, shares: &[f64]) -> Vec<Twice> {
+/// The inflow of each sheep minus its outflow.
+fn imbalance(chain: &Chain, shares: &[f64]) -> Vec<DoubleDouble> {
     let n = chain.len();
-    let (mut owed, mut leaving) = (vec![Twice::ZERO; n], vec![Twice::ZERO; n]);
+    let (mut imbalance, mut leaving) = (vec![DoubleDouble::ZERO; n], vec![DoubleDouble::ZERO; n]);
     for (from, to, chance) in chain.arcs() {
-        owed[to] = owed[to].plus(Twice::product(shares[from], chance));
-        leaving[from] = leaving[from].plus(Twice { high: chance, low: 0.0 });
+        imbalance[to] = imbalance[to].plus(DoubleDouble::product(shares[from], chance));
+        leaving[from] = leaving[from].plus(DoubleDouble { high: chance, low: 0.0 });
     }
-    for ((owed, leaving), &share) in owed.iter_mut().zip(leaving).zip(shares) {
-        let high = Twice::product(leaving.high, -share);
-        *owed = owed.plus(high).plus(Twice { high: leaving.low * -share, low: 0.0 });
+    for ((imbalance, leaving), &share) in imbalance.iter_mut().zip(leaving).zip(shares) {
+        let high = DoubleDouble::product(leaving.high, -share);
+        *imbalance = imbalance.plus(high).plus(DoubleDouble { high: leaving.low * -share, low: 0.0 });
     }
-    owed
+    imbalance
 }
 
-/// By what part the chances of each sheep have to be changed so that nothing is owed.
-fn strains(tree: &[Branch], mut owed: Vec<Twice>) -> impl Iterator<Item = f64> + use<> {
-    let n = owed.len();
+/// The relative change of each sheep's probabilities that removes the imbalance.
+fn strains(tree: &[Branch], mut imbalance: Vec<DoubleDouble>) -> impl Iterator<Item = f64> + use<> {
+    let n = imbalance.len();
     // A leaf has one branch: the exclusive or of its branches' numbers is that one.
     let (mut branches, mut which) = (vec![0u32; n], vec![0usize; n]);
     for (number, branch) in tree.iter().enumerate() {
@@ -134,8 +134,8 @@ fn strains(tree: &[Branch], mut owed: Vec<Twice>) -> impl Iterator<Item = f64> +
         let branch = &tree[number];
         let other = (branch.from ^ branch.to) as usize ^ leaf;
         let from = branch.from as usize;
-        strain[from] = strain[from].max(owed[leaf].high.abs() / branch.flow);
-        owed[other] = owed[other].plus(owed[leaf]);
+        strain[from] = strain[from].max(imbalance[leaf].high.abs() / branch.flow);
+        imbalance[other] = imbalance[other].plus(imbalance[leaf]);
         branches[leaf] = 0;
         branches[other] -= 1;
         which[other] ^= number;
@@ -146,17 +146,17 @@ fn strains(tree: &[Branch], mut owed: Vec<Twice>) -> impl Iterator<Item = f64> +
     strain.into_iter()
 }
 
-/// A number with twice the digits: the sum of two.
+/// A number with twice the precision: the sum of two.
 ///
 /// # Source
 /// Dekker, *A floating-point technique for extending the available precision* (1971).
 #[derive(Clone, Copy, Debug)]
-struct Twice {
+struct DoubleDouble {
     high: f64,
     low: f64,
 }
 
-impl Twice {
+impl DoubleDouble {
     const ZERO: Self = Self { high: 0.0, low: 0.0 };
 
     /// `a * b` without loss.

@@ -1,8 +1,8 @@
-//! Sheep taken out of a chain, and put back.
+//! Sparse elimination of sheep from a chain.
 //!
-//! Owns the sparse elimination: the sheep through which the fewest ways lead go first, and every way through one becomes
-//! a chance of its own, so that the rest is visited in the same proportions. Never subtracts: each share is right to the
-//! last bits however small it is.
+//! Sheep with the fewest paths through them are eliminated first, and every path through one becomes a direct
+//! probability, so that the rest is visited in the same proportions. There is no subtraction, so that each share is
+//! accurate to the last bits.
 //!
 //! Start at [`Reduction::of`].
 
@@ -12,15 +12,15 @@ use std::collections::BinaryHeap;
 use super::chain::{Chain, keep_in_range};
 use super::dense;
 
-/// So few sheep are solved as a full matrix if this part of it or more is chances.
+/// A small chain is solved as a dense matrix if at least this part of it is not 0.
 const DENSE_PART: usize = 4;
 
 /// How far a chain is reduced.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// A sheep goes only if at most so many ways lead through it.
+    /// The most paths through a sheep that is eliminated.
     pub(super) ways: usize,
-    /// So many ways in all may become chances: time and memory.
+    /// The most new probabilities in total, which limits time and memory.
     pub(super) work: usize,
 }
 
@@ -41,10 +41,10 @@ pub(super) struct Reduction {
 }
 
 /// A chain while sheep are being taken out of it.
-struct Open {
+struct Elimination {
     out: Vec<Vec<(u32, f64)>>,
     into: Vec<Vec<u32>>,
-    /// Sheep by the number of ways through them; entries that are not true any more are passed over.
+    /// Sheep by the number of paths through them; outdated entries are skipped.
     next: BinaryHeap<Reverse<(usize, u32)>>,
     is_gone: Vec<bool>,
     /// Where a sheep stands in the exits at hand, counted from 1; 0 if it does not.
@@ -59,7 +59,7 @@ impl Reduction {
     /// # Source
     /// Grassmann, Taksar & Heyman (1985), in the order of Markowitz (1957).
     pub(super) fn of(chain: &Chain, limits: Limits) -> Self {
-        let mut open = Open::new(chain);
+        let mut open = Elimination::new(chain);
         let core = Chain::new(0, std::iter::empty);
         let (kept, gone) = (Vec::new(), Vec::new());
         let mut reduction = Self { core, kept, gone, first: vec![0], from: Vec::new(), part: Vec::new() };
@@ -100,7 +100,7 @@ impl Reduction {
     }
 }
 
-impl Open {
+impl Elimination {
     fn new(chain: &Chain) -> Self {
         let n = chain.len();
         let (mut out, mut into) = (vec![Vec::new(); n], vec![Vec::new(); n]);
@@ -121,12 +121,12 @@ impl Open {
         open
     }
 
-    /// How many ways lead through `sheep`.
+    /// The number of paths through `sheep`.
     fn ways(&self, sheep: u32) -> usize {
         self.out[sheep as usize].len() * self.into[sheep as usize].len()
     }
 
-    /// The sheep through which the fewest ways lead, and how many.
+    /// The sheep with the fewest paths through it, and their number.
     fn next_sheep(&mut self) -> Option<(usize, u32)> {
         while let Some(Reverse((ways, sheep))) = self.next.pop() {
             if !self.is_gone[sheep as usize] && ways == self.ways(sheep) {

@@ -1,9 +1,8 @@
 //! Which method finds the shares of a chain.
 //!
-//! Owns the order of trying: what is cheap first, and the proof decides whether it was enough. Small flocks are solved
-//! outright; large ones by sweeps, which is enough wherever a walk soon forgets where it began; then by taking out what
-//! costs nothing (chains and rings may vanish altogether) and parting what is left; at last by taking out as much as
-//! memory allows.
+//! Owns the order of methods: cheap ones first, until the proof is good enough. Small flocks are solved by dense
+//! elimination; large ones by sweeps, which suffice if the walk mixes fast; then by eliminating sheep at no cost
+//! (chains and rings may vanish completely) and aggregating the rest; at last by eliminating as much as memory allows.
 
 use super::chain::{Chain, normalise};
 use super::dense;
@@ -12,9 +11,9 @@ use super::proof::off_by;
 use super::reduce::{Limits, Reduction};
 use super::sweep;
 
-/// Up to so many sheep a chain is solved outright, in a few milliseconds.
+/// Up to this many sheep a chain is solved by dense elimination, in a few milliseconds.
 const SMALL: usize = 400;
-/// A proof as good as this ends the search: a billionth, as the proof itself adds up the rounding of a million chances.
+/// A bound that ends the search: a billionth, because it includes the rounding of a million probabilities.
 const ENOUGH: f64 = 1e-8;
 /// How far large chains are reduced, first at no cost, then in seconds and half a gigabyte.
 const LIGHT: Limits = Limits { ways: 4, work: usize::MAX };
@@ -24,20 +23,20 @@ const LIMITLESS: Limits = Limits { ways: usize::MAX, work: usize::MAX };
 
 /// The shares of a chain.
 #[derive(Debug)]
-pub(super) struct Solved {
+pub(super) struct SolvedShares {
     /// They sum to 1.
     pub(super) visits: Vec<f64>,
-    /// By what part of itself any of them may be off, at most; infinite if nothing could be proved.
+    /// The bound on their relative error; infinite if nothing could be proved.
     pub(super) off_by: f64,
 }
 
-/// The shares of `chain`, whose sheep all lead to each other.
-pub(super) fn solve(chain: &Chain) -> Solved {
+/// The shares of `chain`, which is strongly connected.
+pub(super) fn solve(chain: &Chain) -> SolvedShares {
     if chain.len() <= SMALL {
         return proved(chain, outright(chain));
     }
     let (guess, is_still) = swept(chain);
-    let mut best = Solved { visits: guess, off_by: f64::INFINITY };
+    let mut best = SolvedShares { visits: guess, off_by: f64::INFINITY };
     if is_still {
         best = proved(chain, best.visits);
     }
@@ -53,7 +52,7 @@ pub(super) fn solve(chain: &Chain) -> Solved {
     best
 }
 
-/// The same at little cost and without a proof: one step of a search that is proved at its end.
+/// The same at low cost and without a proof, for intermediate steps of a search.
 pub(super) fn estimate(chain: &Chain) -> Vec<f64> {
     let mut shares = if chain.len() <= SMALL {
         outright(chain)
@@ -65,7 +64,7 @@ pub(super) fn estimate(chain: &Chain) -> Vec<f64> {
     shares
 }
 
-/// The shares of `chain` by sweeps from equal parts; whether they came to rest.
+/// The shares of `chain` by sweeps from equal parts; whether they converged.
 fn swept(chain: &Chain) -> (Vec<f64>, bool) {
     let mut shares = vec![1.0 / chain.len() as f64; chain.len()];
     let is_still = sweep::settle(chain, &mut shares);
@@ -92,12 +91,12 @@ fn outright(chain: &Chain) -> Vec<f64> {
     reduction.put_back(&dense::eliminated(&reduction.core))
 }
 
-/// `visits` and how near they are; equal parts, of which nothing is known, if they are no numbers.
-fn proved(chain: &Chain, mut visits: Vec<f64>) -> Solved {
+/// `visits` with their bound; equal parts without a bound if they are not finite.
+fn proved(chain: &Chain, mut visits: Vec<f64>) -> SolvedShares {
     normalise(&mut visits);
     if !visits.iter().all(|share| share.is_finite()) {
         let equal = 1.0 / chain.len() as f64;
-        return Solved { visits: vec![equal; chain.len()], off_by: f64::INFINITY };
+        return SolvedShares { visits: vec![equal; chain.len()], off_by: f64::INFINITY };
     }
-    Solved { off_by: off_by(chain, &visits), visits }
+    SolvedShares { off_by: off_by(chain, &visits), visits }
 }

@@ -1,25 +1,24 @@
-//! Shares by letting every sheep take what the others bring it, again and again.
+//! Shares by Gauss-Seidel sweeps.
 //!
-//! Owns the sweep and when sweeping is given up. Quick where a walk soon forgets where it began, and useless where it
-//! does not: a flock of two halves that one bridge joins looks settled long before it is. So it never says that it is
-//! right: `proof.rs` does.
+//! Owns the sweep and its stopping rule. Fast if the walk mixes fast, and useless if not: a flock of two halves joined
+//! by one bridge looks converged long before it is. So only `proof.rs` decides whether the result is right.
 
 use super::chain::{Chain, normalise};
 
-/// How far a sweep goes towards its answer; below 1 so that a ring swept backwards settles too.
+/// Relaxation factor; below 1 so that a ring swept backwards converges, too.
 const RELAX: f64 = 0.95;
-/// A sweep that moves no share by more than this part of it has come to the last bits.
+/// Relative change at which a sweep has converged to the last bits.
 pub(super) const STILL: f64 = 1e-15;
-/// Below this it may end by circling among the last bits.
+/// Below this it may oscillate in the last bits.
 const NEARLY_STILL: f64 = 1e-13;
-/// Sweeps between two looks at how it goes.
+/// Sweeps between two checks of progress.
 const LOOK: usize = 10;
-/// Sweeping is given up if so many sweeps do not even halve what moves.
+/// Sweeping stops if this many sweeps do not halve the change.
 const PATIENCE: usize = 2;
 /// Most sweeps.
 const MOST: usize = 600;
 
-/// One sweep over `shares`; by what part of itself a share was moved, at most.
+/// One sweep over `shares`; returns the largest relative change.
 pub(super) fn sweep(chain: &Chain, shares: &mut [f64]) -> f64 {
     let mut moved = 0.0f64;
     for at in 0..shares.len() {
@@ -32,7 +31,7 @@ pub(super) fn sweep(chain: &Chain, shares: &mut [f64]) -> f64 {
     moved
 }
 
-/// Sweeps `shares` as often as there are sweeps between two looks.
+/// Sweeps `shares` until the next check of progress.
 pub(super) fn some(chain: &Chain, shares: &mut [f64]) {
     for _ in 0..LOOK {
         sweep(chain, shares);
@@ -40,7 +39,7 @@ pub(super) fn some(chain: &Chain, shares: &mut [f64]) {
     normalise(shares);
 }
 
-/// Sweeps `shares` until nothing moves; whether it came to that.
+/// Sweeps `shares` until it converges; whether it did.
 pub(super) fn settle(chain: &Chain, shares: &mut [f64]) -> bool {
     let (mut before, mut slow) = (f64::INFINITY, 0);
     for _ in 0..MOST / LOOK {

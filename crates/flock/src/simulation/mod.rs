@@ -1,7 +1,7 @@
-//! What a walk of many steps amounts to: shares reached against shares predicted, returns, repeats.
+//! Statistics of a long walk: actual and predicted shares, return times, repeats.
 //!
 //! Owns the figures of `flock simulate` and of the walk's claims. Never walks itself but in [`Simulation::run`]; any
-//! list of exits can be judged, a memoryless one too. How far shares may be off by chance is told in `tally.rs`.
+//! list of exits can be evaluated, also one of a memoryless walk. The bounds on random deviation are in `tally.rs`.
 
 mod tally;
 
@@ -22,21 +22,21 @@ const MINUTE_S: f64 = 60.0;
 pub struct Simulation {
     /// Visits of every sheep of the manifest, in the order of their ids.
     pub sheep: Vec<Visits>,
-    /// How many sheep are further from what was predicted than their bounds allow: none, if the prediction is right.
+    /// How many sheep deviate from the prediction by more than their bounds: none, if the prediction is right.
     pub outside: usize,
     /// The worst of visits/want and want/visits, as fractions of all; `None` if a sheep was never visited.
     pub worst_ratio: Option<f64>,
     /// The shortest time from one visit's start to the next of the same sheep; `None` if none came back.
     pub min_return_minutes: Option<f64>,
-    /// What 95 of 100 returns take longer than.
+    /// The 5th percentile of return times.
     pub p05_return_minutes: Option<f64>,
     /// The mean of all returns.
     pub mean_return_minutes: Option<f64>,
-    /// The largest difference, at any moment, between a sheep's visits and its due by the shares, in visits.
+    /// The largest difference, at any moment, between a sheep's actual and expected visits.
     pub most_off: f64,
-    /// When runs of steps first came again.
+    /// When runs of steps were first repeated.
     pub first_repeat: FirstRepeat,
-    /// The length of the longest run of steps that came twice, in steps.
+    /// The length of the longest repeated run, in steps.
     pub longest_repeat: usize,
     /// How long it all takes to show.
     pub minutes: f64,
@@ -53,18 +53,18 @@ pub struct Visits {
     pub count: u64,
     /// The fraction that the shares predict; 0 if it is not played.
     pub predicted: f64,
-    /// How far from that chance may have led the walk, by four standard deviations; `None` if too few steps tell.
+    /// The bound on random deviation, four standard deviations; `None` with too few steps.
     pub bound: Option<f64>,
 }
 
 impl Visits {
-    /// Whether the walk is as near to what was predicted as chance allows, as far as can be told.
+    /// Whether the deviation is within its bound.
     pub fn is_within(&self) -> bool {
         self.bound.is_none_or(|bound| (self.visits - self.predicted).abs() <= bound)
     }
 }
 
-/// After how many steps a run of 2, 3 or 4 was complete that had been walked before; `None` if none was.
+/// The step at which a run of 2, 3 or 4 was first repeated; `None` if none was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FirstRepeat {
     /// Runs of two steps.
@@ -87,7 +87,7 @@ impl Simulation {
     /// The figures of the walk that starts at `start` and takes `exits`.
     pub fn of(flock: &Flock, start: SheepIx, exits: &[Exit]) -> Self {
         let graph = flock.graph();
-        let mut log = Log::new(flock, exits.len() as u64 + 1);
+        let mut log = WalkRecord::new(flock, exits.len() as u64 + 1);
         log.visit(flock, start);
         for &exit in exits {
             log.elapsed_s += flock.seconds(&flock.transition(exit).clip);
@@ -118,8 +118,8 @@ impl Simulation {
     }
 }
 
-/// The books of a walk, by the ordinals of the part that is played.
-struct Log {
+/// The record of a walk, by the ordinals of the part that is played.
+struct WalkRecord {
     elapsed_s: f64,
     tally: Tally,
     /// When each sheep's last visit began, and which visit of all it was.
@@ -128,7 +128,7 @@ struct Log {
     most_off: f64,
 }
 
-impl Log {
+impl WalkRecord {
     fn new(flock: &Flock, steps: u64) -> Self {
         let n = flock.graph().len();
         let (tally, last) = (Tally::new(n, steps), vec![None; n]);
@@ -199,9 +199,9 @@ fn first_repeat(exits: &[Exit], length: usize) -> Option<usize> {
     exits.windows(length).position(|run| !seen.insert(run)).map(|at| at + length)
 }
 
-/// The length of the longest run of exits that stands twice in `exits`, overlaps included.
+/// The length of the longest run that occurs twice in `exits`, overlaps included.
 fn longest_repeat(exits: &[Exit]) -> usize {
-    // If a run comes twice, so does the shorter one it starts with: the answer can be searched by halves.
+    // If a run is repeated, so are its prefixes: binary search is possible.
     let (mut comes, mut lacks) = (0, exits.len().max(1));
     while lacks - comes > 1 {
         let middle = usize::midpoint(comes, lacks);
@@ -210,7 +210,7 @@ fn longest_repeat(exits: &[Exit]) -> usize {
     comes
 }
 
-/// Whether some run of `length` stands twice.
+/// Whether a run of `length` occurs twice.
 fn repeats(exits: &[Exit], length: usize) -> bool {
     const BASE: u64 = 0xD134_2543_DE82_EF95;
     let code = |exit: Exit| (u64::from(exit.0) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0xBF58_476D_1CE4_E5B9;
@@ -222,7 +222,7 @@ fn repeats(exits: &[Exit], length: usize) -> bool {
             let left = sum.wrapping_sub(code(exits[start - 1]).wrapping_mul(top));
             sum = left.wrapping_mul(BASE).wrapping_add(code(exits[start + length - 1]));
         }
-        // The sum only finds candidates; the runs themselves decide.
+        // The rolling hash only finds candidates, which are compared.
         if let Some(earlier) = starts.insert(sum, start)
             && exits[earlier..earlier + length] == exits[start..start + length]
         {

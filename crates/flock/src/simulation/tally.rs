@@ -1,7 +1,7 @@
-//! Visits of a long walk, and how far chance may have led them from their due.
+//! Visits of a long walk, and the bounds on their random deviation.
 //!
-//! Owns the bounds of `flock simulate`. What is due to a sheep is nowhere used for its own: a prediction that is wrong
-//! does not widen the bound that it is held against.
+//! Owns the bounds of `flock simulate`. A sheep's own prediction is not used for its bound, so that a wrong prediction
+//! does not widen it.
 //!
 //! The steered walk owes what it did not do, and pays. So the visits of a sheep follow a straight line through time: they
 //! start with the walk, soon are so and so many ahead or behind of it, and from then on only sway. The line is fitted to
@@ -23,9 +23,9 @@
 use crate::graph::SheepIx;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// At so many moments the counts are looked at: what they sway is then known to a tenth.
+/// The number of moments at which counts are sampled: their deviation is then known to a tenth.
 const MOMENTS: u64 = 64;
-/// A bound is so wide as are so many standard deviations that are known: one of 16,000 sheep lies outside by chance.
+/// The width of a bound in known standard deviations: one of 16,000 sheep lies outside by chance.
 const SIGMAS: f64 = 4.0;
 /// Spells of a sheep that comes in spells, before its counts tell anything.
 const SPELLS: u32 = 8;

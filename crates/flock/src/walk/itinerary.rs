@@ -1,7 +1,7 @@
-//! The clips of a walk, one after another: what the player drives.
+//! The sequence of clips of a walk, which the player plays.
 //!
-//! Owns the order of clips: a visit's loops, then a transition, then the next visit's loops. Goes around clips that
-//! were struck, never into a dead end if there is another way. Never opens a clip.
+//! Owns the order of clips: a visit's loops, then a transition, then the next visit's loops. Avoids blocked clips, and
+//! dead ends if there is an alternative. Clips are not opened.
 //!
 //! Start at [`Itinerary::next_leg`].
 
@@ -10,8 +10,8 @@ use std::sync::Arc;
 use timing::FrameCount;
 
 use super::Walk;
-use super::carry::carried;
-use super::closed::Closed;
+use super::blocked::BlockedClips;
+use super::carry_over::carry_over;
 use super::memory::{Keys, Next, Place, PlaceError};
 use crate::flock::Flock;
 use crate::graph::SheepIx;
@@ -22,11 +22,11 @@ use crate::manifest::{Clip, ClipHash, ClipPath, SheepId};
 pub struct Itinerary {
     flock: Arc<Flock>,
     keys: Arc<Keys>,
-    /// `None` only where the flock has nothing to show.
+    /// `None` only if the flock has nothing to show.
     walk: Option<Walk>,
     next: Next,
-    closed: Closed,
-    /// The last leg handed out, to go back to if its clip is struck.
+    blocked: BlockedClips,
+    /// The last leg returned, to go back to if its clip is blocked.
     issued: Option<(ClipPath, Place)>,
 }
 
@@ -35,8 +35,8 @@ pub struct Itinerary {
 pub struct Leg {
     /// The clip.
     pub clip: ClipRef,
-    /// The place from which this leg comes first, and then everything as it does now. Save it when the leg's first
-    /// frame is on the glass: a power cut then repeats at most this clip.
+    /// The place that resumes with this leg. Save it when the leg's first frame is shown: a power cut then repeats at
+    /// most this clip.
     pub place: Place,
 }
 
@@ -47,21 +47,21 @@ pub struct ClipRef {
     pub path: ClipPath,
     /// How many frames it has.
     pub frames: FrameCount,
-    /// What its bytes hash to, where the tools have written it.
+    /// The hash of its bytes, if the tools have written it.
     pub hash: Option<ClipHash>,
-    /// What it shows.
-    pub what: What,
+    /// Loop or transition.
+    pub what: ClipKind,
 }
 
-/// What a clip shows.
+/// The kind of a clip: a loop or a transition.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum ClipKind {
     /// A sheep, once around.
     Loop {
         /// Which.
         sheep: SheepId,
     },
-    /// The way from one sheep to another.
+    /// The transition from one sheep to another.
     Transition {
         /// Where it starts.
         from: SheepId,
@@ -70,9 +70,9 @@ pub enum What {
     },
 }
 
-/// How often a sheep has been visited, against how often it should.
+/// The visits of a sheep, and its share.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Showing {
+pub struct SheepVisits {
     /// Which.
     pub id: SheepId,
     /// Visits so far, of the whole path.
@@ -86,25 +86,25 @@ impl Itinerary {
     pub fn start(flock: Arc<Flock>, seed: u64) -> Self {
         let keys = Arc::new(Keys::of(&flock));
         let walk = Walk::start(Arc::clone(&flock), seed);
-        Self { flock, keys, walk, next: Next::Visit { played: 0 }, closed: Closed::default(), issued: None }
+        Self { flock, keys, walk, next: Next::Visit { played: 0 }, blocked: BlockedClips::default(), issued: None }
     }
 
-    /// The path that goes on at `place`. On another flock than the place's it is carried over by the ids of sheep.
+    /// Resumes at `place`. For another flock the place is transferred by the ids of sheep.
     ///
     /// # Errors
     /// [`PlaceError::Foreign`] if `flock` has none of the place's sheep.
     pub fn resume(flock: Arc<Flock>, place: &Place) -> Result<Self, PlaceError> {
         let keys = Arc::new(Keys::of(&flock));
-        let Place { memory, next, .. } = carried(place, &flock, &keys)?;
+        let Place { memory, next, .. } = carry_over(place, &flock, &keys)?;
         let walk = Some(Walk::with(Arc::clone(&flock), (*memory).clone()));
-        Ok(Self { flock, keys, walk, next, closed: Closed::default(), issued: None })
+        Ok(Self { flock, keys, walk, next, blocked: BlockedClips::default(), issued: None })
     }
 
     /// The next clip and its place. `None` if nothing can be shown.
     pub fn next_leg(&mut self) -> Option<Leg> {
         let place = self.place()?;
         let Some(clip) = self.next_clip() else {
-            // Nothing was handed out: the path stands where it stood.
+            // Nothing was returned: the path is unchanged.
             self.next = place.next;
             return None;
         };
@@ -112,49 +112,48 @@ impl Itinerary {
         Some(Leg { clip, place })
     }
 
-    /// The next clip, for those who never come back to it. `None` if nothing can be shown.
+    /// The next clip without its place. `None` if nothing can be shown.
     pub fn next_clip(&mut self) -> Option<ClipRef> {
         self.issued = None;
         let walk = self.walk.as_mut()?;
         let here = walk.place();
         if let Next::Visit { played } = self.next {
             if played < self.flock.sheep(here).repeat
-                && let Some(clip) = open_loop(&self.flock, &self.closed, here)
+                && let Some(clip) = open_loop(&self.flock, &self.blocked, here)
             {
                 self.next = Next::Visit { played: played + 1 };
                 return Some(clip);
             }
             self.next = Next::Leave;
         }
-        let Some(step) = walk.step_around(&self.closed) else {
-            // No exit is left: the loop once more.
-            return open_loop(&self.flock, &self.closed, here);
+        let Some(step) = walk.step_around(&self.blocked) else {
+            // Without an exit the loop is repeated.
+            return open_loop(&self.flock, &self.blocked, here);
         };
         self.next = Next::Visit { played: 0 };
         let (from, to) = (self.flock.id(step.from).clone(), self.flock.id(step.to).clone());
-        Some(clip_ref(&self.flock.transition(step.exit).clip, What::Transition { from, to }))
+        Some(clip_ref(&self.flock.transition(step.exit).clip, ClipKind::Transition { from, to }))
     }
 
-    /// Takes `clip` out of the path until the next start, because it turned out bad. If it is the clip of the last
-    /// leg handed out, the path goes back to before that leg, and the next leg is the one instead of it.
-    pub fn strike(&mut self, clip: &ClipPath) {
-        self.closed.strike(&self.flock, clip);
+    /// Leaves the bad `clip` out until the next start. If it is the clip of the last leg, the path goes back to before
+    /// that leg, and the next leg replaces it.
+    pub fn block(&mut self, clip: &ClipPath) {
+        self.blocked.block(&self.flock, clip);
         if let Some((_, place)) = self.issued.take_if(|(issued, _)| issued == clip) {
             self.next = place.next;
             self.walk = Some(Walk::with(Arc::clone(&self.flock), (*place.memory).clone()));
         }
     }
 
-    /// Gives every struck clip another chance: the path goes on where it stands, with all of its clips.
-    pub fn forgive(&mut self) {
-        self.closed = Closed::default();
+    /// Unblocks all clips. The path continues at its present place.
+    pub fn unblock(&mut self) {
+        self.blocked = BlockedClips::default();
     }
 
-    /// Whether some way leads on from the sheep that is visited now, around what was struck. Where none does, its loop
-    /// plays for ever.
-    pub fn leads_on(&self) -> bool {
+    /// Whether the current sheep has an exit that is not blocked. Without one its loop repeats for ever.
+    pub fn has_exit(&self) -> bool {
         let mut ways = self.walk.iter().flat_map(|walk| self.flock.graph().exits(walk.place()));
-        ways.any(|exit| self.closed.is_open(exit))
+        ways.any(|exit| self.blocked.is_unblocked(exit))
     }
 
     /// The flock of the path.
@@ -168,9 +167,9 @@ impl Itinerary {
     }
 
     /// Visits and shares of every sheep that is played, in the order of their ids.
-    pub fn showings(&self) -> Vec<Showing> {
+    pub fn visits_by_sheep(&self) -> Vec<SheepVisits> {
         let Some(walk) = &self.walk else { return Vec::new() };
-        let showing = |sheep| Showing {
+        let showing = |sheep| SheepVisits {
             id: self.flock.id(sheep).clone(),
             visits: walk.visits(sheep),
             share: self.flock.share(sheep),
@@ -184,12 +183,12 @@ impl Itinerary {
     }
 }
 
-fn open_loop(flock: &Flock, closed: &Closed, sheep: SheepIx) -> Option<ClipRef> {
-    let clip = flock.loop_of(sheep).filter(|_| closed.shows_loop(sheep))?;
-    Some(clip_ref(clip, What::Loop { sheep: flock.id(sheep).clone() }))
+fn open_loop(flock: &Flock, blocked: &BlockedClips, sheep: SheepIx) -> Option<ClipRef> {
+    let clip = flock.loop_of(sheep).filter(|_| blocked.shows_loop(sheep))?;
+    Some(clip_ref(clip, ClipKind::Loop { sheep: flock.id(sheep).clone() }))
 }
 
-fn clip_ref(clip: &Clip, what: What) -> ClipRef {
+fn clip_ref(clip: &Clip, what: ClipKind) -> ClipRef {
     ClipRef { path: clip.path.clone(), frames: clip.frames, hash: clip.hash, what }
 }
 

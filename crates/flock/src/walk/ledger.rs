@@ -1,11 +1,11 @@
-//! What every exit is owed.
+//! The credits of all exits.
 //!
-//! Owns the counts of transitions taken and the one rule that no steering may break: an exit whose credit is at or
-//! below [`-THETA`](THETA) may not be taken. Never chooses: `mod.rs` does, among what this allows.
+//! Owns the counts of transitions taken and the rule for all steering: an exit whose credit is at or below
+//! [`-THETA`](THETA) may not be taken. `mod.rs` chooses among the allowed exits.
 
 use crate::graph::{Exit, Graph, SheepIx};
 
-/// How far an exit may run ahead of its due, in takings. A constant of the flock format.
+/// How far an exit's count may exceed its expectation. A constant of the flock format.
 ///
 /// From it follows, for all time and any choice: `|taken - p * visits| <= (1 + THETA) * max(1, exits - 1)`.
 pub(crate) const THETA: f64 = 4.0;
@@ -42,10 +42,10 @@ impl Ledger {
         self.taken[graph.row(sheep)].iter().sum()
     }
 
-    /// What `exit` is owed when its sheep has been visited `visits` times. The credits of a sheep's exits sum to 1
-    /// while it waits to be left and to 0 afterwards.
+    /// The expected count of `exit` after `visits` visits of its sheep, minus its actual count. The credits of a
+    /// sheep's exits sum to 1 during a visit and to 0 after it.
     pub(crate) fn credit(&self, graph: &Graph, exit: Exit, visits: u64) -> f64 {
-        // Derived from counts each time: no error adds up in a year.
+        // Computed from counts each time, so that no rounding error accumulates.
         graph.chance(exit) * visits as f64 - self.taken(exit) as f64
     }
 
@@ -74,11 +74,11 @@ impl Ledger {
         self.taken[exit.index()] += 1;
     }
 
-    /// Whether no exit of `sheep` is further ahead of its due than a walk takes it: then the bound holds for all time.
-    /// Counts that were carried over from another flock may not be so.
+    /// Whether no exit of `sheep` exceeds its expectation by more than a walk allows: then the bound holds for ever.
+    /// Counts from another flock may violate this.
     pub(crate) fn is_sound(&self, graph: &Graph, sheep: SheepIx) -> bool {
         let visits = self.left(graph, sheep);
-        // That none is further behind than the bound follows, since the credits sum to 0.
+        // The lower bound follows, since the credits sum to 0.
         graph.exits(sheep).all(|exit| self.credit(graph, exit, visits) >= -(1.0 + THETA))
     }
 }
@@ -89,12 +89,12 @@ pub(super) mod tests {
     use crate::graph::tests::manifest;
     use proptest::prelude::*;
 
-    /// The most that an exit of a sheep with `exits` can be off, in takings.
+    /// The largest deviation of an exit's count for a sheep with `exits`.
     fn bound(exits: usize) -> f64 {
         (1.0 + THETA) * exits.saturating_sub(1).max(1) as f64
     }
 
-    /// Whether the exits of `sheep`, which does not wait to be left, are as near to their due as they are for all time.
+    /// Whether the counts of the exits of `sheep`, which is not being visited, are within the bound.
     pub(in crate::walk) fn keeps_the_bound(ledger: &Ledger, graph: &Graph, sheep: SheepIx) -> bool {
         let (visits, bound) = (ledger.left(graph, sheep), bound(graph.exits(sheep).len()));
         let is_near = |exit| ledger.credit(graph, exit, visits).abs() <= bound;

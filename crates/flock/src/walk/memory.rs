@@ -1,7 +1,7 @@
-//! What a walk remembers, and the place in a path that a unit saves at every join.
+//! The state of a walk, and the place that a unit saves at every join.
 //!
-//! Owns the saved form, version 1: that of [`Saved`] in the format of `postcard`. Sheep and transitions are saved by id,
-//! so that a place outlives its flock (`carry.rs`). Never checks for torn writes: the player adds its checksum.
+//! Owns the saved form, version 1: that of [`Saved`] in the format of `postcard`. Sheep and transitions are saved by
+//! id, so that a place outlives its flock (`carry_over.rs`). The player adds a checksum against torn writes.
 //!
 //! Start at [`Place`].
 
@@ -15,13 +15,12 @@ use crate::manifest::SheepId;
 
 /// The last visit of a sheep that was never visited.
 pub(crate) const NEVER: u64 = u64::MAX;
-/// Most steps: up to there every count is exact as a float, and credits are what they should be. A unit needs more than
-/// ten thousand million years for them.
-const MOST_STEPS: u64 = 1 << 53;
-/// What a saved place starts with; the last byte is the version.
+/// Most steps: up to there every count is exact as a float. A unit needs more than ten thousand million years for them.
+const MAX_STEPS: u64 = 1 << 53;
+/// The first bytes of a saved place; the last one is the version.
 const MAGIC: &[u8; 8] = b"dreams\0\x01";
 
-/// What a walk remembers, by the ordinals of its graph.
+/// The state of a walk, by the ordinals of its graph.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Memory {
     pub(crate) seed: u64,
@@ -31,14 +30,14 @@ pub(crate) struct Memory {
     pub(crate) ledger: Ledger,
     /// The last visit of each sheep, or [`NEVER`].
     pub(crate) last: Vec<u64>,
-    /// The step from which on visits are due: 0, or that at which the flock changed.
+    /// The step from which visits are counted against shares: 0, or that of the last change of flocks.
     pub(crate) since: u64,
     /// Visits of each sheep before `since`.
     pub(crate) before: Vec<u64>,
     pub(crate) recent: Recent,
 }
 
-/// What ordinals stand for.
+/// The ids of ordinals.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Keys {
     pub(crate) hash: [u8; 32],
@@ -49,7 +48,7 @@ pub(crate) struct Keys {
 /// Whether the visit goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Next {
-    /// The loop, which was played so often in this visit.
+    /// The loop, with the number of times it was played in this visit.
     Visit {
         /// Loops shown so far.
         played: u32,
@@ -58,7 +57,7 @@ pub(crate) enum Next {
     Leave,
 }
 
-/// A place in a path, from which it goes on exactly as if it had never been left.
+/// A place in a path, from which it resumes exactly.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     pub(crate) keys: Arc<Keys>,
@@ -66,7 +65,7 @@ pub struct Place {
     pub(crate) next: Next,
 }
 
-/// A place as it is saved. Its bytes are those of the first version for ever: a change needs another [`MAGIC`].
+/// The serialized form of a place. A change needs another [`MAGIC`].
 #[derive(serde::Deserialize, serde::Serialize)]
 struct Saved<'a> {
     magic: [u8; 8],
@@ -89,16 +88,16 @@ struct Saved<'a> {
 /// Why a place is of no use.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlaceError {
-    /// The flock at hand has none of the place's sheep.
-    #[error("the saved place is of another flock: of its {saved} sheep none is among the {found} at hand")]
+    /// The flock has none of the place's sheep.
+    #[error("the saved place is of another flock: none of its {saved} sheep is among the {found} of this one")]
     Foreign {
         /// Sheep of the place.
         saved: usize,
         /// Sheep of the flock.
         found: usize,
     },
-    /// The bytes are no place of this version.
-    #[error("the saved place is not of version 1: it starts with {found:02x?}")]
+    /// The bytes are not a place of this version.
+    #[error("the saved place is not in version 1 of its format: it starts with {found:02x?}")]
     Format {
         /// The first bytes, up to 8.
         found: Vec<u8>,
@@ -108,13 +107,13 @@ pub enum PlaceError {
     Damaged {
         /// How many bytes there are.
         length: usize,
-        /// What cannot be.
+        /// The invalid part.
         what: String,
     },
 }
 
 impl Memory {
-    /// Nothing remembered but the first visit.
+    /// The state at the first visit.
     pub(crate) fn new(graph: &Graph, seed: u64, place: SheepIx) -> Self {
         let mut last = vec![NEVER; graph.len()];
         last[place.index()] = 0;
@@ -124,7 +123,7 @@ impl Memory {
 }
 
 impl Keys {
-    /// The keys of the part of `flock` that is walked.
+    /// The ids of the part of `flock` that is played.
     pub(crate) fn of(flock: &Flock) -> Self {
         let graph = flock.graph();
         let exits = |from| graph.exits(from).map(move |exit| (from, graph.target(exit)));
@@ -150,7 +149,7 @@ impl Place {
     /// The place as bytes.
     ///
     /// # Panics
-    /// Never: to write lists of known length to memory cannot fail.
+    /// Serializing to memory cannot fail.
     pub fn to_bytes(&self) -> Vec<u8> {
         let (keys, memory) = (&self.keys, &self.memory);
         let ago = |last: u64| if last == NEVER { 0 } else { memory.step - last + 1 };
@@ -194,7 +193,7 @@ impl Place {
         let last_sheep = (saved.sheep.len() as u64).checked_sub(1);
         let last_exit = (saved.exits.len() as u64).checked_sub(1);
         upto("bytes left over", rest.len() as u64, Some(0))?;
-        upto("steps", step, Some(MOST_STEPS))?;
+        upto("steps", step, Some(MAX_STEPS))?;
         upto("the change of flocks", saved.since, Some(step))?;
         upto("the place", saved.place.into(), last_sheep)?;
         let mut sheep = Vec::with_capacity(saved.sheep.len());

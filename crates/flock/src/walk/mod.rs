@@ -1,13 +1,13 @@
 //! The endless choice of the next transition: a steered credit walk.
 //!
-//! Owns the steering: which of the exits that the ledger allows is taken. As varied as chance, as fair as a rota.
-//! Randomness is a function of (seed, step); nothing else is random, so a walk restored from its memory goes on bit
-//! for bit. Never knows clips or repeats: `itinerary.rs` turns steps into clips.
+//! Owns the steering: the choice among the exits that the ledger allows, random but with bounded deviation from the
+//! shares. Randomness is a function of (seed, step) only, so a walk restored from its memory continues exactly.
+//! `itinerary.rs` turns steps into clips.
 //!
 //! Start at [`Walk::step`].
 
-mod carry;
-mod closed;
+mod blocked;
+mod carry_over;
 mod itinerary;
 mod ledger;
 mod memory;
@@ -22,35 +22,35 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::flock::Flock;
 use crate::graph::{Exit, Graph, SheepIx};
-use closed::Closed;
-pub use itinerary::{ClipRef, Itinerary, Leg, Showing, What};
+use blocked::BlockedClips;
+pub use itinerary::{ClipKind, ClipRef, Itinerary, Leg, SheepVisits};
 use memory::{Memory, NEVER};
 pub use memory::{Place, PlaceError};
 use runs::Runs;
 
-// The parameters of the walk: constants of the flock format. Formula: the design's study of walks, 3.3. `KAPPA` and
-// `MOST_LATE` are stronger than there (0.05 and 3): on 200 sheep with 4 transitions each a sheep was up to 27 visits
-// off its due in a year with those, 4 with these, at 0.32 instead of 0.33 of the mean for the 5th percentile of returns.
+// The parameters of the walk: constants of the flock format. The formula is from the design's study of walks, 3.3. `KAPPA`
+// and `MAX_LATE` are stronger than there (0.05 and 3): on 200 sheep with 4 transitions each a sheep was up to 27 visits off
+// its due in a year with those, 4 with these, at 0.32 instead of 0.33 of the mean for the 5th percentile of returns.
 /// Steps of look-ahead.
 const DEPTH: u32 = 3;
 /// Steps after which having seen a sheep has faded to 1/e.
 const FADE_STEPS: f64 = 40.0;
-/// Temperature: how much dearer an exit may be and still be drawn now and then.
+/// Temperature: how much more an exit may cost and still be drawn sometimes.
 const TEMPERATURE: f64 = 0.05;
-/// Pull of a late sheep, per visit that it is late, up to [`MOST_LATE`].
+/// Pull of a late sheep, per visit that it is late, up to [`MAX_LATE`].
 const KAPPA: f64 = 0.2;
 /// Late visits that count, either way.
-const MOST_LATE: f64 = 10.0;
-/// Pull of a late exit, per taking owed beyond the first, up to [`MOST_OWED`].
+const MAX_LATE: f64 = 10.0;
+/// Pull of a late exit, per missing count beyond the first, up to [`MAX_OWED`].
 const MU: f64 = 0.2;
 /// Takings owed that count.
-const MOST_OWED: f64 = 10.0;
-/// What one more step ahead counts, relative to the step before.
+const MAX_OWED: f64 = 10.0;
+/// The weight of a step ahead, relative to the one before it.
 const GAMMA: f64 = 0.8;
-/// Price of a step that completes a run walked before.
+/// Cost of a step that repeats a run.
 const NU: f64 = 0.3;
-/// Exits of a smaller chance are not looked along.
-const LEAST_CHANCE: f64 = 1e-3;
+/// Exits of a smaller probability are not followed when looking ahead.
+const MIN_CHANCE: f64 = 1e-3;
 /// Most sheep looked at behind one exit, and in one decision.
 const BUDGET: u32 = 256;
 const BUDGET_OF_DECISION: u32 = 4096;
@@ -68,11 +68,11 @@ const WORDS_OF_STEP: u128 = 16;
 pub struct Walk {
     flock: Arc<Flock>,
     memory: Memory,
-    /// Visits of each sheep, the present one included: counts of the ledger, kept at hand.
+    /// Visits of each sheep, the present one included: sums of the ledger's counts.
     visits: Vec<u64>,
     runs: Runs,
     random: Random,
-    /// How strongly a sheep seen so many steps ago is still remembered.
+    /// The weight of a visit that was this many steps ago.
     fade: Box<[f64]>,
 }
 
@@ -83,12 +83,12 @@ pub struct Step {
     pub exit: Exit,
     /// Where it left.
     pub from: SheepIx,
-    /// Where it leads: the sheep visited now.
+    /// Its target: the sheep visited now.
     pub to: SheepIx,
 }
 
 impl Walk {
-    /// A walk without memories. Its first sheep is drawn from the shares. `None` if `flock` has nothing to show.
+    /// A new walk. Its first sheep is drawn by the shares. `None` if `flock` has nothing to show.
     pub fn start(flock: Arc<Flock>, seed: u64) -> Option<Self> {
         let place = first_sheep(&flock, seed, 0)?;
         let memory = Memory::new(flock.graph(), seed, place);
@@ -121,29 +121,29 @@ impl Walk {
         self.visits[sheep.index()]
     }
 
-    /// What it remembers.
+    /// Its state.
     pub(crate) fn memory(&self) -> &Memory {
         &self.memory
     }
 
     /// Takes the next step. `None` if there is no exit.
     pub fn step(&mut self) -> Option<Step> {
-        self.step_around(&Closed::default())
+        self.step_around(&BlockedClips::default())
     }
 
-    /// Takes the next step around what is closed. `None`, and nothing is changed, if there is no way.
+    /// Takes the next step without blocked exits. `None`, and nothing is changed, if all are blocked.
     ///
-    /// If the exit whose turn it is is closed, its turn is lost and another is taken instead: so credits stay bounded
-    /// however long a clip is missing, and when it is back it does not come in a row.
-    pub(crate) fn step_around(&mut self, closed: &Closed) -> Option<Step> {
+    /// A drawn exit that is blocked is counted as taken, and another one is shown instead: so credits stay bounded
+    /// however long a clip is missing, and it does not come repeatedly when it is back.
+    pub(crate) fn step_around(&mut self, blocked: &BlockedClips) -> Option<Step> {
         let (from, graph, ledger) = (self.place(), self.flock.graph(), &self.memory.ledger);
         let [first, second] = self.random.at(self.memory.step);
-        let turn = drawn(&self.odds(ledger.allowed(graph, from)), first)?;
-        let exit = if closed.is_open(turn) {
+        let turn = draw(&self.odds(ledger.allowed(graph, from)), first)?;
+        let exit = if blocked.is_unblocked(turn) {
             turn
         } else {
-            let open = ledger.credits(graph, from).filter(|&(exit, _)| closed.is_open(exit));
-            drawn(&self.odds(open), second)?
+            let open = ledger.credits(graph, from).filter(|&(exit, _)| blocked.is_unblocked(exit));
+            draw(&self.odds(open), second)?
         };
         let to = self.flock.graph().target(exit);
         self.memory.ledger.take(turn);
@@ -173,24 +173,24 @@ impl Walk {
         odds
     }
 
-    /// `q` of the study: how much is against taking `exit` now.
+    /// The cost of taking `exit` now: `q` of the study.
     fn price(&self, graph: &Graph, exit: Exit, credit: f64, tail: Option<u64>, mut budget: u32) -> f64 {
         let (memory, to) = (&self.memory, graph.target(exit));
         let seen = self.seen(to, memory.step + 1);
         let ahead = GAMMA * self.look(graph, to, memory.step + 2, DEPTH - 1, &mut budget);
         let due = (memory.step - memory.since + 1) as f64 * self.flock.share(to);
         let had = self.visits[to.index()] as f64 - memory.before[to.index()] as f64;
-        let late = KAPPA * (due - had).clamp(-MOST_LATE, MOST_LATE);
-        let owed = MU * (credit - 1.0).clamp(0.0, MOST_OWED);
+        let late = KAPPA * (due - had).clamp(-MAX_LATE, MAX_LATE);
+        let owed = MU * (credit - 1.0).clamp(0.0, MAX_OWED);
         let walked = tail.is_some_and(|tail| self.runs.walked(tail, exit));
         seen + ahead - late - owed + if walked { NU } else { 0.0 }
     }
 
-    /// The least that the best way on from `sheep` costs, `depth` steps deep, arriving from `step` on.
+    /// The lowest cost of a path of `depth` steps from `sheep`, which is reached at `step`.
     fn look(&self, graph: &Graph, sheep: SheepIx, step: u64, depth: u32, budget: &mut u32) -> f64 {
         let mut least = f64::INFINITY;
         for exit in graph.exits(sheep) {
-            if graph.chance(exit) < LEAST_CHANCE {
+            if graph.chance(exit) < MIN_CHANCE {
                 continue;
             }
             if *budget == 0 {
@@ -222,11 +222,11 @@ pub(crate) fn first_sheep(flock: &Flock, seed: u64, step: u64) -> Option<SheepIx
     random.0.set_stream(STARTS);
     let [chance, _] = random.at(step);
     let shares: Vec<_> = flock.graph().sheep().map(|sheep| (sheep, flock.share(sheep))).collect();
-    drawn(&shares, chance)
+    draw(&shares, chance)
 }
 
-/// The option that `chance`, from 0 up to 1, falls on.
-fn drawn<T: Copy>(odds: &[(T, f64)], chance: f64) -> Option<T> {
+/// The option that `chance`, from 0 up to 1, selects.
+fn draw<T: Copy>(odds: &[(T, f64)], chance: f64) -> Option<T> {
     let total: f64 = odds.iter().map(|&(_, odd)| odd).sum();
     let mut left = chance * total;
     for &(option, odd) in odds {

@@ -1,7 +1,7 @@
-//! Which runs of steps were walked lately.
+//! The runs of steps that were walked recently.
 //!
-//! Owns the bounded memory of novelty: the last [`WINDOW`] exits and the set of runs of [`RUN`] among them. Never
-//! decides: `mod.rs` makes a walked run dearer.
+//! Owns the last [`WINDOW`] exits and the set of runs of [`RUN`] among them. `mod.rs` raises the cost of a step that
+//! repeats a run.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -18,14 +18,14 @@ pub(crate) type Recent = VecDeque<Exit>;
 /// The runs among the last exits. A function of them alone, so it is rebuilt and never saved.
 #[derive(Clone, Debug)]
 pub(crate) struct Runs {
-    /// How often each run's fingerprint stands in the window.
+    /// How often each run's fingerprint occurs in the window.
     walked: HashMap<u64, u32>,
 }
 
 impl Runs {
     /// The runs of `recent`.
     pub(crate) fn of(recent: &Recent) -> Self {
-        // All the room at once: memory that grows for nine days looks like a leak.
+        // Allocated at once: memory that grows for nine days looks like a leak.
         let mut runs = Self { walked: HashMap::with_capacity(WINDOW) };
         for start in 0..(recent.len() + 1).saturating_sub(RUN) {
             runs.add(fingerprint(recent.range(start..start + RUN)));
@@ -45,7 +45,7 @@ impl Runs {
         }
     }
 
-    /// What the last steps amount to; give it to [`Self::walked`].
+    /// The fingerprint of the last steps, for [`Self::walked`].
     pub(crate) fn tail(recent: &Recent) -> Option<u64> {
         let start = (recent.len() + 1).checked_sub(RUN)?;
         Some(fingerprint(recent.range(start..)))

@@ -10,8 +10,8 @@ use super::Walk;
 use crate::flock::Flock;
 use crate::graph::Exit;
 use crate::graph::tests::manifest;
-use crate::walk::carry::carried;
-use crate::walk::closed::Closed;
+use crate::walk::blocked::BlockedClips;
+use crate::walk::carry_over::carry_over;
 use crate::walk::ledger::tests::keeps_the_bound;
 use crate::walk::memory::{Keys, Next, Place};
 
@@ -22,7 +22,7 @@ type Arcs = Vec<(usize, usize, f64)>;
 #[derive(Clone, Debug)]
 enum Event {
     /// The clip of a transition turns out bad; the number counts around.
-    Closed(usize),
+    BlockedClips(usize),
     /// Every clip gets another chance.
     Opened,
     /// The walk is saved, read back and goes on.
@@ -42,7 +42,7 @@ fn arcs() -> impl Strategy<Value = (usize, Arcs)> {
 
 fn event() -> impl Strategy<Value = Event> {
     prop_oneof![
-        4 => any::<usize>().prop_map(Event::Closed),
+        4 => any::<usize>().prop_map(Event::BlockedClips),
         1 => Just(Event::Opened),
         2 => Just(Event::Restarted),
         2 => arcs().prop_map(|(sheep, arcs)| Event::Changed(sheep, arcs)),
@@ -53,7 +53,7 @@ fn event() -> impl Strategy<Value = Event> {
 struct Trip {
     flock: Arc<Flock>,
     walk: Walk,
-    closed: Closed,
+    blocked: BlockedClips,
     seed: u64,
 }
 
@@ -62,21 +62,24 @@ impl Trip {
     fn start(flock: Flock, seed: u64) -> Option<Self> {
         let flock = Arc::new(flock);
         let walk = Walk::start(Arc::clone(&flock), seed)?;
-        Some(Self { flock, walk, closed: Closed::default(), seed })
+        Some(Self { flock, walk, blocked: BlockedClips::default(), seed })
     }
 
     /// Takes a step, which must be one that the ledger allowed. `false` if there is no way.
     fn step(&mut self) -> Result<bool, TestCaseError> {
         let (graph, before, from) = (self.flock.graph(), self.walk.memory().ledger.clone(), self.walk.place());
-        let Some(step) = self.walk.step_around(&self.closed) else {
-            prop_assert!(graph.exits(from).all(|exit| !self.closed.is_open(exit)), "a way was open from {from:?}");
+        let Some(step) = self.walk.step_around(&self.blocked) else {
+            prop_assert!(
+                graph.exits(from).all(|exit| !self.blocked.is_unblocked(exit)),
+                "a way was open from {from:?}"
+            );
             return Ok(false);
         };
         let ledger = &self.walk.memory().ledger;
         let counted: Vec<Exit> = graph.exits(from).filter(|&exit| ledger.taken(exit) > before.taken(exit)).collect();
         let [turn] = counted[..] else { panic!("one exit is counted, found {counted:?}") };
         prop_assert!(before.allowed(graph, from).any(|(exit, _)| exit == turn), "{turn:?} was not allowed");
-        prop_assert!(self.closed.is_open(step.exit) && (step.exit == turn || !self.closed.is_open(turn)));
+        prop_assert!(self.blocked.is_unblocked(step.exit) && (step.exit == turn || !self.blocked.is_unblocked(turn)));
         prop_assert!(keeps_the_bound(ledger, graph, from), "{from:?} after {step:?}");
         Ok(true)
     }
@@ -85,27 +88,27 @@ impl Trip {
         let (flock, walk) = (Arc::clone(&self.flock), self.walk);
         let place =
             Place { keys: Arc::new(Keys::of(&flock)), memory: Arc::new(walk.memory().clone()), next: Next::Leave };
-        let mut closed = self.closed;
+        let mut blocked = self.blocked;
         match event {
-            Event::Closed(number) => {
+            Event::BlockedClips(number) => {
                 if let Some(at) = number.checked_rem(flock.graph().exit_count()) {
-                    closed.strike(&flock, &flock.transition(Exit(at as u32)).clip.path);
+                    blocked.block(&flock, &flock.transition(Exit(at as u32)).clip.path);
                 }
-                Some(Self { walk, closed, ..self })
+                Some(Self { walk, blocked, ..self })
             }
-            Event::Opened => Some(Self { walk, closed: Closed::default(), ..self }),
+            Event::Opened => Some(Self { walk, blocked: BlockedClips::default(), ..self }),
             Event::Restarted => {
                 let read = Place::from_bytes(&place.to_bytes()).expect("it was just written");
                 assert_eq!(read, place);
-                Some(Self { walk: Walk::with(flock, (*read.memory).clone()), closed: Closed::default(), ..self })
+                Some(Self { walk: Walk::with(flock, (*read.memory).clone()), blocked: BlockedClips::default(), ..self })
             }
             Event::Changed(sheep, arcs) => {
                 let flock = Flock::new(manifest(sheep, &arcs));
-                match carried(&place, &flock, &Arc::new(Keys::of(&flock))) {
+                match carry_over(&place, &flock, &Arc::new(Keys::of(&flock))) {
                     Ok(place) => {
                         let flock = Arc::new(flock);
                         let walk = Walk::with(Arc::clone(&flock), (*place.memory).clone());
-                        Some(Self { flock, walk, closed: Closed::default(), seed: self.seed })
+                        Some(Self { flock, walk, blocked: BlockedClips::default(), seed: self.seed })
                     }
                     Err(_) => Self::start(flock, self.seed),
                 }

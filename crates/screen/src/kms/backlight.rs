@@ -1,7 +1,7 @@
 //! A panel's backlight.
 //!
-//! Owns finding it below its connector in `/sys`, and setting it. Some panels take their time over that, so that a thread
-//! of its own does: whoever lights frames never waits for it. Never decides how bright.
+//! Finds it below its connector in `/sys`, and sets it. Some panels are slow, so that a separate thread writes and no
+//! frame waits for it. The caller decides how bright.
 //!
 //! Start at [`Backlight::find`].
 
@@ -11,15 +11,15 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
-/// Where the kernel has a folder for every connector of every card.
+/// The kernel's folder of all connectors.
 pub(super) const CONNECTORS: &str = "/sys/class/drm";
 
-/// A backlight that we may set. Its thread ends with it.
+/// A backlight that may be written. Its thread ends when it is dropped.
 pub(super) struct Backlight(Sender<u16>);
 
 impl Backlight {
-    /// The backlight of the display at `connector` of `card`, as `/dev/dri/card0`; `None` if it has none that we may set.
-    /// `connectors` is [`CONNECTORS`].
+    /// The backlight of the display at `connector` of `card`, as `/dev/dri/card0`; `None` if it has none that may be
+    /// written. `connectors` is [`CONNECTORS`].
     pub(super) fn find(connectors: &Path, card: &Path, connector: &str) -> Option<Self> {
         let card = card.canonicalize().ok()?;
         let folder = connectors.join(format!("{}-{connector}", card.file_name()?.to_str()?));
@@ -27,13 +27,13 @@ impl Backlight {
         let mut entries = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
         let backlight = entries.find(|path| path.join("max_brightness").is_file())?;
         open(&backlight)
-            .inspect_err(|error| tracing::info!(%error, backlight = %backlight.display(), "a backlight may not be set"))
+            .inspect_err(|error| tracing::info!(%error, backlight = %backlight.display(), "cannot open the backlight for writing"))
             .ok()
     }
 
-    /// Sets it to so many thousandths of its power, soon, and never off.
+    /// Sets it to this many thousandths of its maximum, at least 1; returns at once.
     pub(super) fn set(&self, thousandths: u16) {
-        // A thread that is gone has panicked, and told so.
+        // If the thread is gone it has panicked, which was logged.
         self.0.send(thousandths).ok();
     }
 }
@@ -46,13 +46,13 @@ fn open(backlight: &Path) -> io::Result<Backlight> {
     Ok(Backlight(sender))
 }
 
-/// Writes the newest of what is wanted, until nothing ever will be.
+/// Writes the newest requested value, until the sender is dropped.
 fn write_newest(mut file: &File, most: u64, wanted: &Receiver<u16>) {
     while let Ok(first) = wanted.recv() {
         let thousandths = wanted.try_iter().last().unwrap_or(first);
         let power = (most * u64::from(thousandths.min(1000)) / 1000).max(1);
         if let Err(error) = file.write_all(power.to_string().as_bytes()) {
-            tracing::warn!(%error, power, most, "the backlight behind the display cannot be set");
+            tracing::warn!(%error, power, most, "cannot set the backlight");
         }
     }
 }

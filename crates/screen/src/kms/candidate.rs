@@ -1,7 +1,7 @@
-//! One way to light pictures, and where each pixel goes in it.
+//! One configuration for lighting pictures, and its geometry.
 //!
 //! Owns the geometry: the buffer's size, where the picture lies in it, and where the buffer lands on the mode. Pure
-//! arithmetic on sizes. Never prefers one way to another: `choose.rs` does.
+//! arithmetic on sizes. The order of preference is in `choose.rs`.
 //!
 //! Start at [`Candidate`].
 
@@ -9,21 +9,21 @@ use super::card::{Id, PlaneFormat};
 use crate::output::{Margin, Rotation};
 use drm::control::Mode;
 
-/// Who brings the picture to its place on the mode.
+/// What scales the picture to the mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Placement {
     /// The plane: it scales a buffer of the picture's size, where the sizes differ.
     ByPlane,
-    /// We do: it is scaled while it is copied into a buffer of the mode's size.
+    /// The processor: it is scaled while it is copied into a buffer of the mode's size.
     ByCopy,
 }
 
 /// How many framebuffers the buffers lie in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Framebuffers {
-    /// One for all, one below the other. It stays on the plane, and a flip moves the plane's window. To atomic drivers
-    /// that is a flip as any other, event and damage included; those that map what they light at each flip, as vkms
-    /// does, find it mapped already.
+    /// One for all, one below the other. It stays on the plane, and a flip moves the plane's window. For atomic drivers
+    /// that is an ordinary flip, event and damage included; drivers that map the framebuffer at each flip, like vkms,
+    /// find it mapped already.
     Shared,
     /// One each.
     Own,
@@ -64,13 +64,13 @@ impl Candidate {
         }
     }
 
-    /// Where the whole buffer lands on the mode.
+    /// The rectangle of the mode that the buffer covers.
     pub(crate) fn destination(&self, size: (u32, u32)) -> Rect {
         match self.placement {
             Placement::ByPlane => {
                 let upright = self.plane_rotation.of_size(self.buffer_size(size));
-                // A picture that covers an odd mode covers it all.
-                fitted(upright, mode_size(&self.mode), self.margin)
+                // On a mode with odd sides the picture covers all of it.
+                fit(upright, mode_size(&self.mode), self.margin)
             }
             Placement::ByCopy => {
                 let (width, height) = self.buffer_size(size);
@@ -85,7 +85,7 @@ impl Candidate {
             Placement::ByPlane => Margin::default(),
             Placement::ByCopy => self.margin,
         };
-        fitted(self.copy_rotation.of_size(size), buffer, margin)
+        fit(self.copy_rotation.of_size(size), buffer, margin)
     }
 }
 
@@ -98,9 +98,9 @@ fn even((width, height): (u32, u32)) -> (u32, u32) {
     (width & !1, height & !1)
 }
 
-/// The largest rectangle of the proportions of `size` in the middle of what `margin` leaves of `room`. Where that is less
-/// than a hundredth short of all of it, it is all of it: nobody sees the difference, and everybody sees a thin border.
-pub(crate) fn fitted(size: (u32, u32), room: (u32, u32), margin: Margin) -> Rect {
+/// The largest rectangle of the proportions of `size` in the middle of what `margin` leaves of `room`. If it is less
+/// than 1 % smaller than that, it is all of it: a thin border is visible, the distortion is not.
+pub(crate) fn fit(size: (u32, u32), room: (u32, u32), margin: Margin) -> Rect {
     let used = |side: u32| u64::from(side) * u64::from(100 - 2 * u32::from(margin.percent())) / 100;
     let (across, down) = (used(room.0), used(room.1));
     let (width, height) = (u64::from(size.0), u64::from(size.1));
@@ -108,7 +108,7 @@ pub(crate) fn fitted(size: (u32, u32), room: (u32, u32), margin: Margin) -> Rect
     let (wanted, whole) = if is_wide { (across * height / width, down) } else { (down * width / height, across) };
     let wanted = if (whole - wanted) * 100 < whole { whole } else { wanted };
     let (width, height) = if is_wide { (across, wanted) } else { (wanted, down) };
-    // Chroma has half the samples; but a picture that covers all of an odd room covers its last row and column, too.
+    // Sides are even because of chroma, except where the picture covers all of an odd room.
     let side = |side: u64, room: u32| {
         let side = u32::try_from(side).expect("at most the room's");
         if side == room { side } else { side & !1 }
@@ -197,7 +197,7 @@ mod tests {
         ) {
             let size = (size.0 * 2, size.1 * 2);
             let margin: Margin = percent.to_string().parse().unwrap();
-            let rect = fitted(size, room, margin);
+            let rect = fit(size, room, margin);
             prop_assert!(rect.left + rect.width <= room.0 && rect.top + rect.height <= room.1);
             let (left, top) = (room.0 - rect.width, room.1 - rect.height);
             let bordered = |short: u32, side: u32| short <= side * 2 * u32::from(percent) / 100 + 2;

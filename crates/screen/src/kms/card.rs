@@ -1,7 +1,7 @@
-//! What a KMS card offers, as plain data, and the thin interface to it.
+//! The resources of a KMS card, as plain data, and the interface to the card.
 //!
-//! Owns the [`Kms`] trait and its vocabulary. Never decides anything: `choose.rs` and `ladder.rs` do.
-//! Implementations: `device.rs` (the kernel) and `scripted.rs` (tests).
+//! Owns the [`Kms`] trait and its types. Decisions are made in `choose.rs` and `recovery_policy.rs`. Implementations:
+//! `device.rs` (the kernel) and `scripted/` (tests).
 
 use crate::paint::{Format, Layout};
 use drm::control::Mode;
@@ -65,21 +65,21 @@ impl Properties {
         u32::try_from(self.value(name)).ok().filter(|&id| id != 0).map(Id)
     }
 
-    /// The number behind `choice` of the enumeration `name`, if it may be set to that.
+    /// The number of `choice` in the enumeration `name`, if the property can be set to it.
     pub fn choice(&self, name: &str, choice: &str) -> Option<(Id, u64)> {
         let property = self.get(name).filter(|property| property.mutable)?;
         let Values::Named(values) = &property.values else { return None };
         values.iter().find(|(named, _)| named == choice).map(|&(_, value)| (property.id, value))
     }
 
-    /// The choice that the enumeration `name` is set to now.
+    /// The present choice of the enumeration `name`.
     pub fn chosen(&self, name: &str) -> Option<&str> {
         let property = self.get(name)?;
         let Values::Named(values) = &property.values else { return None };
         values.iter().find(|(_, value)| *value == property.value).map(|(named, _)| named.as_str())
     }
 
-    /// The number behind the bit `bit` of `name`, if it may be set.
+    /// The value of the bit `bit` of `name`, if it can be set.
     pub fn bit(&self, name: &str, bit: &str) -> Option<(Id, u64)> {
         let property = self.get(name).filter(|property| property.mutable)?;
         let Values::Bits(bits) = &property.values else { return None };
@@ -87,12 +87,12 @@ impl Properties {
     }
 }
 
-/// Whether a display is plugged in, as far as its connector can tell.
+/// The connection status of a connector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Plug {
+pub enum ConnectorStatus {
     /// One is.
     In,
-    /// The connector cannot tell: VGA, for one, or a display that does not answer.
+    /// Unknown: on VGA, for example, or if the display does not answer.
     Unknown,
     /// None is.
     Out,
@@ -105,9 +105,9 @@ pub struct Connector {
     pub id: Id,
     /// `HDMI-A-1`.
     pub name: String,
-    /// Whether something is plugged in; its modes may not be known yet.
-    pub plug: Plug,
-    /// What the display takes, as far as it is known.
+    /// Whether a display is connected; its modes may not be known yet.
+    pub plug: ConnectorStatus,
+    /// The known modes of the display.
     pub modes: Vec<Mode>,
     /// Bit `n`: the CRTC of index `n` can drive it.
     pub crtcs: u32,
@@ -116,16 +116,16 @@ pub struct Connector {
 }
 
 impl Connector {
-    /// Whether it may bring light: something is plugged in that takes a mode, or it cannot tell.
+    /// Whether it may have a display: one with modes is connected, or the status is unknown.
     pub fn may_light(&self) -> bool {
         match self.plug {
-            Plug::In => !self.modes.is_empty(),
-            Plug::Unknown => true,
-            Plug::Out => false,
+            ConnectorStatus::In => !self.modes.is_empty(),
+            ConnectorStatus::Unknown => true,
+            ConnectorStatus::Out => false,
         }
     }
 
-    /// Whether its display needs the timings of a cathode-ray tube.
+    /// Whether its display needs analogue timings.
     pub fn is_analogue(&self) -> bool {
         ["VGA-", "DVI-A-", "Composite-", "SVIDEO-", "Component-", "TV-"].iter().any(|kind| self.name.starts_with(kind))
     }
@@ -136,7 +136,7 @@ impl Connector {
 pub struct Crtc {
     /// Its id.
     pub id: Id,
-    /// Its place among the card's CRTCs, which vblank calls and masks count by.
+    /// Its index among the card's CRTCs, used by vblank calls and masks.
     pub index: u32,
     /// The mode that it drives now.
     pub mode: Option<Mode>,
@@ -151,7 +151,7 @@ pub struct Plane {
     pub id: Id,
     /// Bit `n`: the CRTC of index `n` can show it.
     pub crtcs: u32,
-    /// Which of our formats it takes in linear memory.
+    /// Which of our formats it scans out from linear memory.
     pub formats: Vec<PlaneFormat>,
     /// `FB_ID`, `type` and others.
     pub properties: Properties,
@@ -162,11 +162,11 @@ pub struct Plane {
 pub struct PlaneFormat {
     /// The format.
     pub format: Format,
-    /// Whether "linear" may be said to the kernel; else it must be left unsaid.
+    /// Whether the linear modifier may be given to the kernel.
     pub explicit: bool,
 }
 
-/// All that a card has, at one moment.
+/// The resources of a card at one moment.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
     /// Its driver, as the kernel names it: `i915`.
@@ -186,11 +186,11 @@ pub struct BufferSpec {
     pub size: (u32, u32),
     /// The plane's format.
     pub format: PlaneFormat,
-    /// How many buffers, one below the other in one framebuffer.
+    /// How many buffers lie below each other in one framebuffer.
     pub count: u32,
 }
 
-/// What a plane shows: a framebuffer, from one of its rows on.
+/// The source of a plane: a framebuffer, from a certain row on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The framebuffer.
@@ -200,14 +200,14 @@ pub struct Source {
 }
 
 impl Source {
-    /// What a plane with these properties shows.
+    /// The source of a plane with these properties.
     pub fn of(plane: &Properties) -> Option<Self> {
         let top = (plane.value("SRC_Y") >> 16) as u32;
         plane.object("FB_ID").map(|fb| Self { fb, top })
     }
 }
 
-/// A scan-out buffer: memory, and what the kernel knows it by.
+/// A scan-out buffer: its framebuffer and memory layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Buffer {
     /// Where a plane finds it.
@@ -234,27 +234,27 @@ impl Request {
     }
 }
 
-/// The four ways in which we commit. There is no flip that may set a mode.
+/// The kinds of commits. A flip never sets a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum How {
-    /// Changes nothing: would a [`How::Modeset`] be accepted?
+pub enum CommitMode {
+    /// Changes nothing: tests whether a [`CommitMode::Modeset`] would be accepted.
     Test,
-    /// Waits until it is on the glass; must not need a new mode.
+    /// Blocks until it is on the screen; must not need a new mode.
     Settle,
-    /// Waits until it is on the glass; may set the mode.
+    /// Blocks until it is on the screen; may set the mode.
     Modeset,
-    /// Returns at once; a [`Happening::Flip`] follows.
+    /// Returns at once; a [`KmsEvent::Flip`] follows.
     Flip,
 }
 
-/// What a card tells by itself.
+/// The events of a card.
 #[derive(Clone, Debug)]
-pub enum Happening {
-    /// A [`How::Flip`] is on the glass.
+pub enum KmsEvent {
+    /// A [`CommitMode::Flip`] is on the screen.
     Flip {
         /// Since this vblank.
         vblank: Vblank,
-        /// Which began at this monotonic time.
+        /// The start of that vblank, on the monotonic clock.
         at: Nanos,
     },
     /// A vblank that was asked for has begun.
@@ -264,21 +264,21 @@ pub enum Happening {
         /// When it began, monotonic.
         at: Nanos,
     },
-    /// A cable or a card came or went: probe the connectors.
+    /// A hot-plug event of a connector or card: probe the connectors.
     Hotplug,
     /// A [`Kms::probe`] has ended: the connector as it is now.
     Probed(Box<Connector>),
     /// A [`Kms::probe`] has failed: the card may be gone.
     ProbeFailed(Errno),
-    /// Somebody switches to another console: close the card, then [`Kms::let_console_go`].
+    /// A switch to another console was requested: close the card, then call [`Kms::release_console`].
     SwitchAway,
-    /// Somebody has switched back to our console.
+    /// Our console is active again.
     SwitchBack,
 }
 
-/// The kernel's side of a screen. Errors carry the kernel's error number; `EINTR` never comes out.
+/// The calls of a KMS card. Errors carry the kernel's error number; `EINTR` is retried.
 pub trait Kms {
-    /// The card in words: `/dev/dri/card0`.
+    /// The card's name: `/dev/dri/card0`.
     fn name(&self) -> String;
 
     /// Opens the card, if it is closed.
@@ -287,77 +287,77 @@ pub trait Kms {
     /// There is no such card, or it is no KMS card.
     fn open(&mut self) -> io::Result<()>;
 
-    /// Closes the card. The kernel then frees its framebuffers and buffers, and the glass goes dark.
+    /// Closes the card. The kernel then frees its framebuffers and buffers, and the screen goes dark.
     fn close(&mut self);
 
-    /// Lets the console have the display that somebody switches to.
-    fn let_console_go(&mut self);
+    /// Allows the requested console switch.
+    fn release_console(&mut self);
 
-    /// Becomes, or stays, the one process that may commit.
+    /// Becomes, or stays, DRM master: the process that may commit.
     ///
     /// # Errors
     /// `EBUSY` or `EACCES` while another process is.
     fn take_master(&mut self) -> io::Result<()>;
 
-    /// Probes the connectors and reads everything. It takes as long as displays take to answer: never for a card that shows a
+    /// Probes the connectors and reads everything. Displays may answer slowly: not to be used while the card shows a
     /// picture.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn survey(&mut self) -> io::Result<Survey>;
 
-    /// Has `connector` probed by another thread. [`Happening::Probed`] follows, or [`Happening::ProbeFailed`].
+    /// Probes `connector` on another thread. [`KmsEvent::Probed`] follows, or [`KmsEvent::ProbeFailed`].
     fn probe(&mut self, connector: Id);
 
-    /// The properties of `plane` by the kernel's books.
+    /// The present properties of `plane`.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn plane_properties(&mut self, plane: Id) -> io::Result<Properties>;
 
-    /// Makes a framebuffer and allocates its buffers, of whatever colour.
+    /// Creates a framebuffer and allocates its buffers, with undefined contents.
     ///
     /// # Errors
-    /// What the kernel says; nothing is left behind.
+    /// The kernel's error; everything is freed.
     fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>>;
 
     /// Frees a framebuffer with its buffers. It must not be bound to a plane.
     fn destroy(&mut self, fb: Id);
 
-    /// Lets `paint` write the memory behind the framebuffer of `source`: all of it, of which only what the layout of
-    /// that buffer covers may be changed.
+    /// Calls `paint` with the whole memory of the framebuffer of `source`; only the part in that buffer's layout may be
+    /// changed.
     ///
     /// # Errors
     /// It cannot be mapped.
     fn write(&mut self, source: Source, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()>;
 
-    /// Makes a blob of `mode`, to set it by.
+    /// Creates a blob of `mode`.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn create_mode(&mut self, mode: &Mode) -> io::Result<Id>;
 
-    /// Makes a blob of `bytes`, for a property that takes one.
+    /// Creates a blob of `bytes` for a property.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     fn create_blob(&mut self, bytes: &[u8]) -> io::Result<Id>;
 
-    /// Finds the backlight of the display at `connector`, in the place of one found before. `false` if there is none that
-    /// may be set.
+    /// Finds the backlight of the display at `connector`, replacing one found before. `false` if there is none that may
+    /// be written.
     fn find_backlight(&mut self, connector: &str) -> bool;
 
-    /// Sets the backlight that was found to so many thousandths of its power; returns at once.
+    /// Sets the backlight to this many thousandths of its maximum; returns at once.
     fn set_backlight(&mut self, thousandths: u16);
 
-    /// Frees a blob. What was set by it stays set.
+    /// Frees a blob. Settings made with it stay.
     fn destroy_blob(&mut self, blob: Id);
 
     /// Sets all of `request`, or nothing.
     ///
     /// # Errors
-    /// What the kernel says.
-    fn commit(&mut self, how: How, request: &Request) -> io::Result<()>;
+    /// The kernel error.
+    fn commit(&mut self, how: CommitMode, request: &Request) -> io::Result<()>;
 
     /// The present vblank of the CRTC of index `crtc`, and when it began.
     ///
@@ -365,15 +365,15 @@ pub trait Kms {
     /// The CRTC is off, or has no vblanks.
     fn vblank(&mut self, crtc: u32) -> io::Result<(Vblank, Nanos)>;
 
-    /// Asks for a [`Happening::Vblank`] at `vblank`, or at once if that is past.
+    /// Asks for a [`KmsEvent::Vblank`] at `vblank`, or at once if that is past.
     ///
     /// # Errors
     /// The CRTC is off, or has no vblanks.
-    fn ask_vblank(&mut self, crtc: u32, vblank: Vblank) -> io::Result<()>;
+    fn request_vblank(&mut self, crtc: u32, vblank: Vblank) -> io::Result<()>;
 
-    /// Waits for the next happening, at most `timeout`; may end early without one.
+    /// Waits for the next event, at most `timeout`; may return early without one.
     ///
     /// # Errors
     /// The card is gone.
-    fn wait(&mut self, timeout: Duration) -> io::Result<Option<Happening>>;
+    fn wait(&mut self, timeout: Duration) -> io::Result<Option<KmsEvent>>;
 }

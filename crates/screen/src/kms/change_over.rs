@@ -1,10 +1,10 @@
-//! From one way to light pictures to another, without a dark moment: pictures of another form, other settings of the owner, a
-//! better mode that a display tells of late.
+//! Changes of the display configuration without a dark moment: for pictures of another size or rate, new settings of
+//! the owner, or a better mode that the display reports late.
 //!
-//! Owns the output that is prepared while the other one is lit, and how it takes its place: with one commit, which sets a
-//! mode only if the new pictures have a better one. What was on the glass is freed when the new picture is there. A card
-//! that cannot do it goes on as it is: pictures of another size then lie in the middle. Never leaves the display: where
-//! another one would be better, the next start finds it.
+//! Owns the output that is prepared while the present one is lit, and the change: one commit, which sets a mode only if
+//! there is a better one for the new pictures. The old buffers are freed once the new picture is on the screen. If the
+//! card cannot do it, the old configuration stays and pictures of another size are centred. The connector does not
+//! change until the next start.
 //!
 //! Start at [`KmsScreen::prepare_better`].
 
@@ -12,7 +12,7 @@ use super::candidate::Candidate;
 use super::card::Kms;
 use super::plan::Plan;
 use super::recovery::free;
-use super::{Flight, KmsScreen, Phase};
+use super::{CommitState, KmsScreen, Phase};
 use crate::Event;
 use crate::output::OutputSettings;
 use timing::Rate;
@@ -26,13 +26,13 @@ impl<K: Kms> KmsScreen<K> {
         }
     }
 
-    /// Goes by other settings of the display's owner. Another connector is another display: the picture leaves this one.
+    /// Applies new settings of the owner. For another connector the present display goes dark.
     pub(super) fn change_output(&mut self, output: &OutputSettings) {
         if *output == self.settings.output {
             return;
         }
         self.settings.output = output.clone();
-        // What was refused may be allowed now.
+        // Candidates that were rejected may be accepted now.
         self.refused.clear();
         let Phase::Up(lit) = &self.phase else {
             if let Phase::Dark { retry } = &mut self.phase {
@@ -40,47 +40,50 @@ impl<K: Kms> KmsScreen<K> {
             }
             return;
         };
-        let best = self.ways(&lit.survey).first().map(|way| way.connector);
+        let best = self.candidates(&lit.survey).first().map(|way| way.connector);
         if best.is_some_and(|connector| connector != lit.plan.way.connector) {
-            return self.leave("the display's owner has chosen another connector");
+            return self.leave("another connector was chosen in the settings");
         }
         self.prepare_better();
     }
 
-    /// Prepares the best way to light the pictures to come at the connector that is lit, if that is not as they are lit now.
+    /// Prepares the best candidate at the lit connector, unless it equals the present one.
     pub(super) fn prepare_better(&mut self) {
-        self.forget_coming();
+        self.drop_prepared();
         let Phase::Up(output) = &self.phase else { return };
         let (here, survey) = (output.plan.way, output.survey.clone());
         let size = self.settings.size;
         let is_here = |way: &Candidate| (way.connector, way.crtc, way.plane) == (here.connector, here.crtc, here.plane);
-        let mut ways: Vec<Candidate> = self.ways(&survey).into_iter().filter(is_here).collect();
-        // The same with other levels or another state of the connector is a commit that lights it anew.
+        let mut candidates: Vec<Candidate> = self.candidates(&survey).into_iter().filter(is_here).collect();
+        // Another signal range or connector state needs a new commit with the same configuration.
         let is_same = |way: &Candidate| is_same(&output.plan, way, size) && output.made_for == self.settings.output;
-        let stays = ways.iter().position(is_same);
-        // What is not as good as what is lit need not be tried.
-        ways.truncate(stays.unwrap_or(ways.len()));
-        match self.accepted(&survey, ways) {
+        let stays = candidates.iter().position(is_same);
+        // Only candidates that are better than the present one are tried.
+        candidates.truncate(stays.unwrap_or(candidates.len()));
+        match self.first_accepted(&survey, candidates) {
             Ok(Some(mut coming)) => {
-                // The CRTC is ours, whatever it drove when the card was looked at.
+                // The CRTC is in use by us, whatever it drove at the time of the survey.
                 coming.plan.same_mode = coming.plan.way.mode == here.mode;
                 self.coming = Some(Box::new(coming));
             }
             Ok(None) if stays.is_some() => {}
-            Ok(None) => tracing::warn!(?size, "there is no other way to light the picture"),
-            Err(error) => tracing::warn!(%error, ?size, "cannot prepare to light other pictures"),
+            Ok(None) => tracing::warn!(
+                ?size,
+                "no display configuration for the new pictures or settings, keeping the present one"
+            ),
+            Err(error) => tracing::warn!(%error, ?size, "cannot prepare another display configuration"),
         }
     }
 
-    /// Has the output that is prepared take the place of the other, if there is one with a picture.
+    /// Replaces the output by the prepared one, if that has a picture.
     pub(super) fn change_over(&mut self) {
         let Phase::Up(output) = &mut self.phase else { return };
-        if output.flight != Flight::Landed {
+        if output.flight != CommitState::Landed {
             return;
         }
         let Some(mut coming) = self.coming.take_if(|coming| coming.ring.is_staged()) else { return };
         if coming.plan.refresh == output.plan.refresh {
-            coming.beat = output.beat;
+            coming.own_vblanks = output.own_vblanks;
         }
         let (new, old) = (&coming.plan.way, &output.plan.way);
         coming.has_colours = output.has_colours && new.format.format.is_yuv() == old.format.format.is_yuv();
@@ -94,15 +97,15 @@ impl<K: Kms> KmsScreen<K> {
         }
     }
 
-    /// Frees what was on the glass before.
-    pub(super) fn retire(&mut self) {
+    /// Frees the buffers of the previous output.
+    pub(super) fn free_previous(&mut self) {
         if let Some(before) = self.leaving.take() {
             free(&mut self.kms, *before);
         }
     }
 
     /// Frees what was prepared.
-    pub(super) fn forget_coming(&mut self) {
+    pub(super) fn drop_prepared(&mut self) {
         if let Some(coming) = self.coming.take() {
             free(&mut self.kms, *coming);
         }
@@ -127,7 +130,7 @@ mod tests {
     use super::super::scripted::families::generic::{GENERIC, UNSCALED};
     use super::super::scripted::family::{Family, mode};
     use super::super::scripted::fault_matrix::{CARDS, Player, at};
-    use super::super::scripted::{Fault, Ill, Kind, MS, Scripted};
+    use super::super::scripted::{Fault, FaultKind, Kind, MS, Scripted};
     use drm::control::ModeFlags;
     use rustix::io::Errno;
     use timing::Rate;
@@ -183,7 +186,7 @@ mod tests {
         for (kind, nth) in kinds.into_iter().flat_map(|(kind, places)| places.map(move |nth| (kind, nth))) {
             for errno in [Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::NOMEM, Errno::IO] {
                 for (ns, quirk) in [0, 50 * MS, 400 * MS].into_iter().flat_map(|ns| CARDS.map(|quirk| (ns, quirk))) {
-                    let fault = Fault { kind, nth, ill: Ill::Refused(errno), ns };
+                    let fault = Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns };
                     let mut card = card(&UNSCALED).fail(fault);
                     card.quirk = quirk;
                     let mut player = Player::on(card);
@@ -197,7 +200,7 @@ mod tests {
                     let steady = player.flips.iter().filter(|flip| **flip > at(11_000)).count();
                     assert!(steady >= 29, "{fault:?}: {steady} flips in the last second");
                     let card = &player.screen.kms;
-                    assert!(card.struck.is_some(), "{fault:?} never struck");
+                    assert!(card.injected_at.is_some(), "{fault:?} never struck");
                     assert_eq!((card.fbs.len(), card.blobs.len()), (player.framebuffers(), 1), "{fault:?}");
                 }
             }

@@ -1,24 +1,24 @@
-//! What to light: connector, CRTC, plane, mode, format, placement.
+//! Choice of connector, CRTC, plane, mode, format and placement.
 //!
-//! Owns the order of preference, as pure functions of a survey. Never talks to the kernel: `bring_up.rs` tries the
-//! candidates in this order with a test commit, and takes the first that the kernel accepts. Which modes are tried is in
-//! `modes.rs`, where a candidate puts the picture in `candidate.rs`.
+//! Owns the order of preference, as pure functions of a survey. `bring_up.rs` tries the candidates in this order with a
+//! test commit, and takes the first that the kernel accepts. The modes to try are in `modes.rs`, a candidate's geometry
+//! in `candidate.rs`.
 //!
 //! Start at [`candidates`].
 
 use super::candidate::{Candidate, Framebuffers, Placement, mode_size};
-use super::card::{Connector, Crtc, Id, Plane, PlaneFormat, Plug, Survey};
+use super::card::{Connector, ConnectorStatus, Crtc, Id, Plane, PlaneFormat, Survey};
 use super::modes::{Modes, is_near};
 use crate::output::{OutputSettings, Rotation, SignalRange};
 use crate::paint::Format;
 use drm::control::Mode;
 use timing::Rate;
 
-/// Pixels of a mode that pictures are scaled to by copying, if there is another way. Each frame costs processor time in
-/// proportion.
+/// Largest mode, in pixels, that pictures are scaled to by the processor if there is an alternative. The cost per frame
+/// is proportional.
 const AFFORDABLE: u64 = 1920 * 1200;
 
-/// What pictures are to be lit, and how their owner wants it.
+/// The pictures to light, and the owner's settings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Request<'a> {
     /// Pixels across and down, even.
@@ -29,24 +29,24 @@ pub(crate) struct Request<'a> {
     pub(crate) output: &'a OutputSettings,
 }
 
-/// Every way to light what is requested, best first; empty if nothing is plugged in. In this order: the mode that was asked
+/// All candidates for the request, best first; empty if no display is connected. In this order: the mode that was asked
 /// for; the panel's native one, if the plane scales to it; that of the picture's own size; the native one, scaled by
 /// copying; others.
 pub(crate) fn candidates(survey: &Survey, request: Request<'_>) -> Vec<Candidate> {
-    let mut ways = Vec::new();
+    let mut candidates = Vec::new();
     for connector in connectors(survey, request.output) {
         for (mode, placement) in placed_modes(connector, request) {
             for crtc in crtcs(survey, connector) {
                 for plane in planes(survey, crtc) {
-                    ways.extend(on_plane(connector, crtc, plane, mode, placement, request.output));
+                    candidates.extend(on_plane(connector, crtc, plane, mode, placement, request.output));
                 }
             }
         }
     }
-    ways
+    candidates
 }
 
-/// What of `output` the candidate that is lit does not do, each as a sentence.
+/// The settings in `output` that the chosen candidate does not fulfil, each as a sentence.
 pub(crate) fn unmet(survey: &Survey, output: &OutputSettings, lit: &Candidate) -> Vec<String> {
     let mut unmet = Vec::new();
     let found = |id: Id| survey.connectors.iter().find(|connector| connector.id == id);
@@ -54,33 +54,40 @@ pub(crate) fn unmet(survey: &Survey, output: &OutputSettings, lit: &Candidate) -
     if let Some(wanted) = output.connector.as_deref().filter(|wanted| *wanted != lit_at) {
         let names: Vec<_> = survey.connectors.iter().map(|connector| connector.name.as_str()).collect();
         unmet.push(if names.contains(&wanted) {
-            format!("Nothing is plugged in at {wanted}. The picture is at {lit_at}.")
+            format!("No display is connected to {wanted}. The picture is on {lit_at}.")
         } else {
-            format!("There is no connector {wanted}. There are: {}.", names.join(", "))
+            format!("There is no connector {wanted}. The connectors are: {}.", names.join(", "))
         });
     }
     let has_range = found(lit.connector).is_some_and(|connector| connector.properties.get("Broadcast RGB").is_some());
     if output.range != SignalRange::Automatic && !has_range {
-        unmet.push(format!("The range of {lit_at} cannot be set to {}: its driver decides.", output.range));
+        unmet.push(format!(
+            "The signal range of {lit_at} cannot be set to {}: its driver has no such setting.",
+            output.range
+        ));
     }
     if let Some(wanted) = output.mode.filter(|wanted| !is_near(&lit.mode, *wanted)) {
         let (width, height) = mode_size(&lit.mode);
-        unmet.push(format!("The display does not take the mode {wanted}. It has {width}x{height}."));
+        unmet.push(format!("The display does not accept the mode {wanted}. It shows {width}x{height}."));
     }
     unmet
 }
 
-/// The connectors that may have a display: the one that was asked for, then those that say so, then those that cannot tell.
+/// The connectors that may have a display: the one that was asked for, then the connected ones, then those of unknown
+/// status.
 fn connectors<'a>(survey: &'a Survey, output: &OutputSettings) -> Vec<&'a Connector> {
     let is_named = |connector: &Connector| output.connector.as_deref() == Some(connector.name.as_str());
-    // Who names a connector and its mode knows of a display that the connector does not see.
+    // If both connector and mode are set, the display need not be detected.
     let is_forced = |connector: &Connector| is_named(connector) && output.mode.is_some();
-    let mut found: Vec<&Connector> =
-        survey.connectors.iter().filter(|connector| connector.plug != Plug::Out || is_forced(connector)).collect();
+    let mut found: Vec<&Connector> = survey
+        .connectors
+        .iter()
+        .filter(|connector| connector.plug != ConnectorStatus::Out || is_forced(connector))
+        .collect();
     found.sort_by_key(|connector| {
         let is_driven = connector.properties.object("CRTC_ID").is_some();
         (
-            !is_named(connector) || connector.plug == Plug::Out,
+            !is_named(connector) || connector.plug == ConnectorStatus::Out,
             connector.plug,
             connector.modes.is_empty(),
             !is_driven,
@@ -90,7 +97,7 @@ fn connectors<'a>(survey: &'a Survey, output: &OutputSettings) -> Vec<&'a Connec
     found
 }
 
-/// The modes to try at `connector`, each with who scales the picture to it.
+/// The modes to try at `connector`, each with its placement.
 fn placed_modes(connector: &Connector, request: Request<'_>) -> Vec<(Mode, Placement)> {
     let rotation = rotation(connector, request.output);
     let modes = Modes::of(connector, rotation.of_size(request.size), request.fps, request.output.mode);
@@ -111,7 +118,7 @@ fn placed_modes(connector: &Connector, request: Request<'_>) -> Vec<(Mode, Place
     placed
 }
 
-/// How pictures are rotated to stand upright at `connector`: as its panel is built in, and then as the owner wants.
+/// The rotation for `connector`: that of the built-in panel plus the owner's setting.
 ///
 /// # Source
 /// `drm_client_rotation` of the kernel: its angles are counter-clockwise, ours are clockwise.
@@ -125,7 +132,7 @@ fn rotation(connector: &Connector, output: &OutputSettings) -> Rotation {
     panel.then(output.rotation)
 }
 
-/// The ways to show pictures on `plane` in `mode`: rotated by the plane where it can, else while they are copied.
+/// The candidates for `plane` in `mode`: rotated by the plane if it can, else by the processor.
 fn on_plane(
     connector: &Connector,
     crtc: &Crtc,
@@ -142,9 +149,9 @@ fn on_plane(
         Placement::ByPlane if can_rotate => vec![by_plane, by_copy],
         Placement::ByPlane | Placement::ByCopy => vec![by_copy],
     };
-    let mut ways = Vec::new();
+    let mut candidates = Vec::new();
     for (plane_rotation, copy_rotation) in rotations {
-        ways.extend(images(plane).into_iter().map(|(format, framebuffers)| Candidate {
+        candidates.extend(images(plane).into_iter().map(|(format, framebuffers)| Candidate {
             connector: connector.id,
             crtc: crtc.id,
             plane: plane.id,
@@ -157,10 +164,10 @@ fn on_plane(
             margin: output.margin,
         }));
     }
-    ways
+    candidates
 }
 
-/// The CRTCs that can drive `connector`, the one that does so first.
+/// The CRTCs that can drive `connector`, the present one first.
 fn crtcs<'a>(survey: &'a Survey, connector: &Connector) -> Vec<&'a Crtc> {
     let current = connector.properties.object("CRTC_ID");
     let mut able: Vec<_> = survey.crtcs.iter().filter(|crtc| connector.crtcs >> crtc.index & 1 == 1).collect();
@@ -168,8 +175,8 @@ fn crtcs<'a>(survey: &'a Survey, connector: &Connector) -> Vec<&'a Crtc> {
     able
 }
 
-/// The primary planes of `crtc`, the one that it shows first. An overlay would need a primary below it on most
-/// hardware: we leave them dark.
+/// The primary planes of `crtc`, the present one first. Overlays are not used: on most hardware they need a primary
+/// plane below.
 fn planes<'a>(survey: &'a Survey, crtc: &Crtc) -> Vec<&'a Plane> {
     let primary = |plane: &Plane| {
         let kind = plane.properties.get("type");
@@ -184,9 +191,9 @@ fn planes<'a>(survey: &'a Survey, crtc: &Crtc) -> Vec<&'a Plane> {
     able
 }
 
-/// The buffers that `plane` may show, best first. YUV only where the plane says by which matrix it converts. RGB only in
-/// framebuffers of their own: drivers of firmware framebuffers and simple chips (simpledrm, bochs, qxl, cirrus, ast, mgag200)
-/// take nothing else, have no window to move, and do not say so.
+/// The buffers that `plane` may show, best first. YUV only if the plane has a property for its conversion matrix. RGB
+/// only in separate framebuffers: drivers of firmware framebuffers and simple chips (simpledrm, bochs, qxl, cirrus,
+/// ast, mgag200) support nothing else, and do not report it.
 fn images(plane: &Plane) -> Vec<(PlaneFormat, Framebuffers)> {
     let coloured = colours(plane).is_some();
     let takes = |format: Format| plane.formats.iter().copied().find(|taken| taken.format == format);
@@ -198,14 +205,14 @@ fn images(plane: &Plane) -> Vec<(PlaneFormat, Framebuffers)> {
     formats.flat_map(framed).collect()
 }
 
-/// The plane's settings for our colours, BT.709 and limited range, as (property, value); `None` if it has no such.
+/// The plane's properties for BT.709 and limited range, as (property, value); `None` if it lacks them.
 pub(crate) fn colours(plane: &Plane) -> Option<[(Id, u64); 2]> {
     let matrix = plane.properties.choice("COLOR_ENCODING", "ITU-R BT.709 YCbCr")?;
     let range = plane.properties.choice("COLOR_RANGE", "YCbCr limited range")?;
     Some([matrix, range])
 }
 
-/// The plane's setting for `rotation`, as (property, value); `None` if it cannot.
+/// The plane's property for `rotation`, as (property, value); `None` if it cannot rotate so.
 pub(crate) fn plane_rotation(plane: &Plane, rotation: Rotation) -> Option<(Id, u64)> {
     let bits = |names: &[&str]| {
         let set = names.iter().map(|name| plane.properties.bit("rotation", name));

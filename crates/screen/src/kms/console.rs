@@ -1,8 +1,8 @@
-//! The text console that the player was started on, by hand.
+//! The text console that the player was started on.
 //!
-//! Owns that it is left in peace: while the picture is lit nothing is written over it (graphics mode); whoever switches to
-//! another console gets the display, and whoever comes back gets the picture; at the end the console is as it was. A player
-//! that is started by a service has no console, and needs none.
+//! Sets it to graphics mode while the picture is lit, so that no text is drawn; releases the display when another
+//! console is activated, and takes it back later; restores the console at the end. A player that is started as a
+//! service has no console.
 //!
 //! Start at [`Console::take`].
 //!
@@ -21,14 +21,14 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
-/// The kernel's number for terminals, and for the first that is no console.
+/// The major number of terminals, and the minor number of the first serial one.
 const TTY_MAJOR: u32 = 4;
 const FIRST_SERIAL: u32 = 64;
 
-/// What somebody at the console wants.
+/// A requested console switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Switch {
-    /// Another console: the display is to be let go, and [`Console::let_go`] called.
+    /// To another console: close the display, then call [`Console::release`].
     Away,
     /// This one again.
     Back,
@@ -38,16 +38,16 @@ pub(crate) enum Switch {
 pub(crate) struct Console {
     file: File,
     switches: Receiver<Switch>,
-    /// Readable while there may be a switch.
-    bell: OwnedFd,
+    /// Readable when there may be a switch.
+    event_fd: OwnedFd,
     signals: Handle,
 }
 
 impl Console {
-    /// The console on standard input, from now on in graphics mode; `None` if that is something else.
+    /// Sets the console on standard input to graphics mode; `None` if that is not a console.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// The kernel error.
     pub(crate) fn take() -> io::Result<Option<Self>> {
         let input = io::stdin();
         let stat = fstat(&input)?;
@@ -57,8 +57,8 @@ impl Console {
             return Ok(None);
         }
         let file = File::from(input.as_fd().try_clone_to_owned()?);
-        let bell = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
-        let (ringing, (sender, switches)) = (bell.try_clone()?, channel());
+        let event_fd = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
+        let (ringing, (sender, switches)) = (event_fd.try_clone()?, channel());
         let mut caught = Signals::new([SIGUSR1, SIGUSR2])?;
         let signals = caught.handle();
         let listen = move || {
@@ -70,8 +70,8 @@ impl Console {
             }
         };
         thread::Builder::new().name("console".to_owned()).spawn(listen)?;
-        let console = Self { file, switches, bell, signals };
-        // In this order: from the first on, every switch is asked for.
+        let console = Self { file, switches, event_fd, signals };
+        // In this order: from the first call on, switches need our permission.
         set_switching(&console.file, Some((SIGUSR1, SIGUSR2)))?;
         set_graphics(&console.file, true)?;
         Ok(Some(console))
@@ -80,26 +80,26 @@ impl Console {
     /// The next switch, if there is one.
     pub(crate) fn switch(&self) -> Option<Switch> {
         let mut count = [0; 8];
-        read(&self.bell, &mut count).ok();
+        read(&self.event_fd, &mut count).ok();
         let switch = self.switches.try_recv().ok()?;
         if switch == Switch::Back
             && let Err(error) = answer_switch(&self.file, VT_ACKNOWLEDGED)
         {
-            tracing::warn!(%error, "cannot take the console back");
+            tracing::warn!(%error, "cannot acquire the console again");
         }
         Some(switch)
     }
 
-    /// Lets the other console have the display, which is not ours any more.
-    pub(crate) fn let_go(&self) {
+    /// Allows the switch to the other console.
+    pub(crate) fn release(&self) {
         if let Err(error) = answer_switch(&self.file, VT_ALLOWED) {
-            tracing::warn!(%error, "cannot leave the console");
+            tracing::warn!(%error, "cannot release the console");
         }
     }
 
-    /// Readable while there may be a switch.
-    pub(crate) fn bell(&self) -> BorrowedFd<'_> {
-        self.bell.as_fd()
+    /// Readable when there may be a switch.
+    pub(crate) fn event_fd(&self) -> BorrowedFd<'_> {
+        self.event_fd.as_fd()
     }
 }
 
@@ -108,7 +108,7 @@ impl Drop for Console {
         self.signals.close();
         let restored = set_graphics(&self.file, false).and_then(|()| set_switching(&self.file, None));
         if let Err(error) = restored {
-            tracing::warn!(%error, "cannot leave the console as it was");
+            tracing::warn!(%error, "cannot restore the console");
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Display timings that are computed, where a display does not tell of its own.
+//! Computed display timings, for displays that report none.
 //!
-//! Owns the formula. Never asks whether a display or a driver takes such a mode: the kernel's test commit tells.
+//! Owns the formula. The kernel's test commit decides whether the driver accepts the mode.
 //!
 //! Start at [`cvt`].
 //!
@@ -16,7 +16,7 @@ const CELL: u32 = 8;
 const FRONT_PORCH: u32 = 3;
 /// Rows of the porch after it, at the least.
 const BACK_PORCH_LEAST: u32 = 6;
-/// The clock comes in steps of so many kilohertz.
+/// Step of the pixel clock in kilohertz.
 const CLOCK_STEP_KHZ: f64 = 250.0;
 /// Microseconds of vertical pulse and back porch at the least, with standard blanking.
 const PULSE_AND_PORCH_US: f64 = 550.0;
@@ -29,7 +29,7 @@ const REDUCED_VERTICAL_US: f64 = 460.0;
 const REDUCED_HORIZONTAL: u32 = 160;
 const REDUCED_PULSE: u32 = 32;
 
-/// How the electron beam's way back is timed.
+/// The kind of blanking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Blanking {
     /// As analogue displays need it.
@@ -94,7 +94,7 @@ pub(crate) fn cvt((width, height): (u32, u32), refresh_hz: f64, blanking: Blanki
     raw.into()
 }
 
-/// Rows of the vertical pulse: displays tell the proportions of the mode by it.
+/// Rows of the vertical pulse, by which displays detect the aspect ratio.
 fn pulse_rows(width: u32, height: u32) -> u32 {
     let is = |across: u32, down: u32| height * across / down / CELL * CELL == width;
     match () {

@@ -1,11 +1,11 @@
 //! A real KMS card, through the kernel.
 //!
 //! Owns the card's descriptor, its buffers and the uevent socket, and turns ioctls into the plain data of `card.rs`.
-//! Never decides, never retries but after `EINTR`. Memory is mapped in `raw.rs`, properties are read in
-//! `properties.rs`, objects in `reading.rs`. Start at [`Device::new`].
+//! Retries only after `EINTR`. Memory is mapped in `raw.rs`, properties are read in `properties.rs`, objects in
+//! `reading.rs`. Start at [`Device::new`].
 
 use super::backlight::{Backlight, CONNECTORS};
-use super::card::{Buffer, BufferSpec, Connector, Happening, How, Id, Kms, Properties, Request, Source, Survey};
+use super::card::{Buffer, BufferSpec, CommitMode, Connector, Id, Kms, KmsEvent, Properties, Request, Source, Survey};
 use super::console::{Console, Switch};
 use super::nodes::{cards, has_render_node};
 use super::prober::Prober;
@@ -13,7 +13,7 @@ use super::properties::PropertyCache;
 use super::reading::{handle, read_properties, read_survey, uninterrupted};
 use super::uevents::Uevents;
 use crate::paint::Layout;
-use crate::raw::{Memory, inherited};
+use crate::raw::{Memory, take_inherited_fd};
 use drm::control::atomic::AtomicModeReq;
 use drm::control::{AtomicCommitFlags, Device as Control, Mode, framebuffer, from_u32, plane, property};
 use drm::{ClientCapability, Device as Basic, DriverCapability, VblankWaitFlags, VblankWaitTarget};
@@ -31,37 +31,38 @@ use timing::{Nanos, Vblank};
 
 /// A KMS card of this machine.
 pub struct Device {
-    /// The one that was asked for; `None` for the first that can light something.
+    /// The card in the settings; `None` for the first that can light a display.
     asked: Option<PathBuf>,
-    keeper: Keeper,
+    keeper: FdStore,
     card: Option<Card>,
     uevents: Option<Uevents>,
-    happenings: VecDeque<Happening>,
+    happenings: VecDeque<KmsEvent>,
     /// Of the display that is lit.
     backlight: Option<Backlight>,
-    /// That we were started on, by hand. After the card, which is closed first.
+    /// The console that the player was started on. After the card, which is closed first.
     console: Option<Console>,
 }
 
-/// Whoever keeps a card open where this process ends without its doing: then the last frame stays on the glass.
+/// Keeps the card open if this process crashes, so that the last frame stays on the screen: systemd's file descriptor
+/// store.
 #[derive(Clone, Copy, Debug)]
-pub struct Keeper {
-    /// The number of an open descriptor of a card that was kept so, which nobody else here has or closes.
+pub struct FdStore {
+    /// The descriptor of a card that was stored before, which this process owns.
     pub kept: Option<RawFd>,
-    /// Keeps this card from now on, or none.
+    /// Stores this card, or removes the stored one.
     pub keep: fn(Option<BorrowedFd<'_>>),
 }
 
-impl Keeper {
-    /// Nobody: with the process goes the picture.
+impl FdStore {
+    /// No store: the picture disappears with the process.
     pub const NOBODY: Self = Self { kept: None, keep: |_| {} };
 }
 
 impl Device {
-    /// The card at `path`, or the first that can light something; not yet opened.
-    pub fn new(path: Option<PathBuf>, keeper: Keeper) -> Self {
+    /// The card at `path`, or the first that can light a display; not yet opened.
+    pub fn new(path: Option<PathBuf>, keeper: FdStore) -> Self {
         let uevents = Uevents::subscribe()
-            .inspect_err(|error| tracing::warn!(%error, "no hot-plug events from the kernel, looking now and then"))
+            .inspect_err(|error| tracing::warn!(%error, "cannot subscribe to hot-plug events, polling the connectors"))
             .ok();
         Self { asked: path, keeper, card: None, uevents, happenings: VecDeque::new(), backlight: None, console: None }
     }
@@ -87,14 +88,14 @@ impl Kms for Device {
             return Ok(());
         }
         if let Some(kept) = self.keeper.kept.take() {
-            match Card::adopt(inherited(kept).into(), self.asked.as_deref()) {
+            match Card::adopt(take_inherited_fd(kept).into(), self.asked.as_deref()) {
                 Ok(mut card) => {
                     card.start_prober();
                     self.card = Some(card);
                     return Ok(());
                 }
                 Err(error) => {
-                    tracing::info!(%error, "the card that was kept open is of no use");
+                    tracing::info!(%error, "cannot use the stored DRM card, opening it again");
                     (self.keeper.keep)(None);
                 }
             }
@@ -107,7 +108,10 @@ impl Kms for Device {
         self.card = Some(card);
         if self.console.is_none() {
             let taken = Console::take();
-            self.console = taken.inspect_err(|error| tracing::warn!(%error, "cannot take the console")).ok().flatten();
+            self.console = taken
+                .inspect_err(|error| tracing::warn!(%error, "cannot set the console to graphics mode"))
+                .ok()
+                .flatten();
         }
         Ok(())
     }
@@ -119,9 +123,9 @@ impl Kms for Device {
         self.happenings.clear();
     }
 
-    fn let_console_go(&mut self) {
+    fn release_console(&mut self) {
         if let Some(console) = &self.console {
-            console.let_go();
+            console.release();
         }
     }
 
@@ -179,7 +183,7 @@ impl Kms for Device {
         }
     }
 
-    fn commit(&mut self, how: How, request: &Request) -> io::Result<()> {
+    fn commit(&mut self, how: CommitMode, request: &Request) -> io::Result<()> {
         let mut atomic = AtomicModeReq::new();
         for &(object, property, value) in &request.0 {
             let (Some(object), Some(property)) = (from_u32(object.0), from_u32::<property::Handle>(property.0)) else {
@@ -188,16 +192,16 @@ impl Kms for Device {
             atomic.add_raw_property(object, property, value);
         }
         let flags = match how {
-            How::Test => AtomicCommitFlags::TEST_ONLY | AtomicCommitFlags::ALLOW_MODESET,
-            How::Settle => AtomicCommitFlags::empty(),
-            How::Modeset => AtomicCommitFlags::ALLOW_MODESET,
-            How::Flip => AtomicCommitFlags::NONBLOCK | AtomicCommitFlags::PAGE_FLIP_EVENT,
+            CommitMode::Test => AtomicCommitFlags::TEST_ONLY | AtomicCommitFlags::ALLOW_MODESET,
+            CommitMode::Settle => AtomicCommitFlags::empty(),
+            CommitMode::Modeset => AtomicCommitFlags::ALLOW_MODESET,
+            CommitMode::Flip => AtomicCommitFlags::NONBLOCK | AtomicCommitFlags::PAGE_FLIP_EVENT,
         };
         let keep = self.keeper.keep;
         let card = self.card()?;
         uninterrupted(|| card.atomic_commit(flags, atomic.clone()))?;
-        if matches!(how, How::Settle | How::Modeset) {
-            card.free_what_was_left();
+        if matches!(how, CommitMode::Settle | CommitMode::Modeset) {
+            card.free_inherited();
             if !std::mem::replace(&mut card.is_kept, true) {
                 keep(Some(card.as_fd()));
             }
@@ -208,9 +212,9 @@ impl Kms for Device {
     fn probe(&mut self, connector: Id) {
         match self.card.as_ref().map(|card| card.prober.as_ref()) {
             Some(Some(prober)) => prober.ask(connector),
-            // The display is taken to be as it was.
-            Some(None) => tracing::debug!("there is nobody to probe the connector"),
-            None => self.happenings.push_back(Happening::ProbeFailed(Errno::NODEV)),
+            // The display is assumed to be unchanged.
+            Some(None) => tracing::debug!("cannot probe the connector: its thread is not running"),
+            None => self.happenings.push_back(KmsEvent::ProbeFailed(Errno::NODEV)),
         }
     }
 
@@ -226,24 +230,24 @@ impl Kms for Device {
         Ok((Vblank(reply.frame()), nanos(reply.time().unwrap_or_default())))
     }
 
-    fn ask_vblank(&mut self, crtc: u32, vblank: Vblank) -> io::Result<()> {
+    fn request_vblank(&mut self, crtc: u32, vblank: Vblank) -> io::Result<()> {
         let card = self.card()?;
         let target = || VblankWaitTarget::Absolute(vblank.0);
         uninterrupted(|| card.wait_vblank(target(), VblankWaitFlags::EVENT, crtc, 0)).map(drop)
     }
 
-    fn wait(&mut self, timeout: Duration) -> io::Result<Option<Happening>> {
+    fn wait(&mut self, timeout: Duration) -> io::Result<Option<KmsEvent>> {
         if let Some(happening) = self.happenings.pop_front() {
             return Ok(Some(happening));
         }
         let timeout = Timespec::try_from(timeout.min(Duration::from_hours(1))).expect("an hour fits a timespec");
         let prober = self.card.as_ref().and_then(|card| card.prober.as_ref());
-        // Any of them may be missing, so that each is known by its place among those that there are.
+        // Any of them may be missing, so each is identified by its index among those present.
         let sources = [
             self.card.as_ref().map(AsFd::as_fd),
-            prober.map(Prober::bell),
+            prober.map(Prober::event_fd),
             self.uevents.as_ref().map(AsFd::as_fd),
-            self.console.as_ref().map(Console::bell),
+            self.console.as_ref().map(Console::event_fd),
         ];
         let has = sources.map(|source| source.is_some());
         let watch = |source| PollFd::from_borrowed_fd(source, PollFlags::IN);
@@ -263,23 +267,23 @@ impl Kms for Device {
             open.read_events(&mut self.happenings)?;
         }
         while let Some(answer) = prober.filter(|_| !probed.is_empty()).and_then(Prober::answer) {
-            let found = |connector| Happening::Probed(Box::new(connector));
-            self.happenings.push_back(answer.map_or_else(Happening::ProbeFailed, found));
+            let found = |connector| KmsEvent::Probed(Box::new(connector));
+            self.happenings.push_back(answer.map_or_else(KmsEvent::ProbeFailed, found));
         }
         while let Some(switch) = self.console.as_ref().filter(|_| !switched.is_empty()).and_then(Console::switch) {
             self.happenings.push_back(match switch {
-                Switch::Away => Happening::SwitchAway,
-                Switch::Back => Happening::SwitchBack,
+                Switch::Away => KmsEvent::SwitchAway,
+                Switch::Back => KmsEvent::SwitchBack,
             });
         }
         if self.uevents.as_mut().is_some_and(|source| !told.is_empty() && source.display_changed()) {
-            self.happenings.push_back(Happening::Hotplug);
+            self.happenings.push_back(KmsEvent::Hotplug);
         }
         Ok(self.happenings.pop_front())
     }
 }
 
-/// An open card. Dropped, the kernel frees all that it had made.
+/// An open card. When it is closed the kernel frees everything that was created on it.
 struct Card {
     /// Before the descriptor: mappings and gbm objects go first.
     buffers: HashMap<Id, Memory>,
@@ -287,18 +291,18 @@ struct Card {
     path: PathBuf,
     file: File,
     properties: PropertyCache,
-    /// Whether the kernel takes modifiers with a framebuffer.
+    /// Whether the driver supports format modifiers.
     modifiers: bool,
-    /// If the card comes from a process before: the framebuffers that it left, of which one may be on the glass.
+    /// For a card inherited from a previous process: its framebuffers, one of which may be on the screen.
     left: Option<Vec<framebuffer::Handle>>,
     /// Whether it stays open without us.
     is_kept: bool,
-    /// Of the card that is used; `None` if its thread cannot be had.
+    /// Probes the connector in use; `None` if the thread cannot be started.
     prober: Option<Prober>,
 }
 
-/// Buffers that a process before may have left, by their numbers: it has some three.
-const LEFT: RangeInclusive<u32> = 1..=64;
+/// How many GEM handles of a previous process are looked for: it has about three.
+const MAX_INHERITED: RangeInclusive<u32> = 1..=64;
 
 impl AsFd for Card {
     fn as_fd(&self) -> BorrowedFd<'_> {
@@ -317,14 +321,14 @@ impl Card {
         Self::of(file, path.to_owned())
     }
 
-    /// Takes over `file` from a process before, whose last frame may be on the glass; it must be the one `asked` for.
+    /// Takes over `file` from a previous process, whose last frame may be on the screen; it must be the card `asked` for.
     fn adopt(file: File, asked: Option<&Path>) -> io::Result<Self> {
         let device = |path: &Path| rustix::fs::stat(path).map(|stat| stat.st_rdev).ok();
         let ours = rustix::fs::fstat(&file)?.st_rdev;
         let mut nodes = asked.map_or_else(cards, |asked| Ok(vec![asked.to_owned()]))?.into_iter();
         let path = nodes.find(|path| device(path) == Some(ours)).ok_or(Errno::NODEV)?;
-        // Its numbers mean nothing to us, and are to be had again. Framebuffers hold on to their buffers.
-        for handle in LEFT {
+        // Its GEM handles are unknown, so they are closed. Framebuffers keep their buffers.
+        for handle in MAX_INHERITED {
             drm_ffi::gem::close(file.as_fd(), handle).ok();
         }
         let mut card = Self::of(file, path)?;
@@ -352,12 +356,12 @@ impl Card {
         card.modifiers = card.get_driver_capability(DriverCapability::AddFB2Modifiers).is_ok_and(|cap| cap == 1);
         if has_render_node(&card.file) {
             let gbm = card.file.as_fd().try_clone_to_owned().and_then(gbm::Device::new);
-            card.gbm = gbm.inspect_err(|error| tracing::info!(%error, "no gbm here, taking dumb buffers")).ok();
+            card.gbm = gbm.inspect_err(|error| tracing::info!(%error, "no GBM device, using dumb buffers")).ok();
         }
         Ok(card)
     }
 
-    /// The first card with a display plugged in, else the first card at all.
+    /// The first card with a display connected, else the first card.
     fn first() -> io::Result<Self> {
         let mut dark = Err(Errno::NODEV.into());
         for path in cards()? {
@@ -371,7 +375,7 @@ impl Card {
                         dark = Ok(card);
                     }
                 }
-                Err(error) => tracing::debug!(card = %path.display(), %error, "passing over a card"),
+                Err(error) => tracing::debug!(card = %path.display(), %error, "cannot use this card, trying the next"),
             }
         }
         dark
@@ -380,27 +384,28 @@ impl Card {
     fn start_prober(&mut self) {
         let started = Prober::start(&self.file);
         self.prober = started
-            .inspect_err(|error| tracing::warn!(%error, "cannot watch the connectors: a display that is unplugged goes unnoticed"))
+            .inspect_err(|error| tracing::warn!(%error, "cannot start the connector probe: unplugging a display is not detected"))
             .ok();
     }
 
-    /// Fine if the card may be committed to. Whoever opened it is gone, so it can be asked, but not taken.
+    /// Checks that the card is DRM master. Master cannot be acquired here, because the process that opened the card is
+    /// gone.
     fn is_master(&self) -> io::Result<()> {
         match uninterrupted(|| drm_ffi::auth::auth_magic_token(self.as_fd(), 0)) {
-            // Nobody has that token: the question came so far.
+            // No client has that token: the error shows that the check for master passed.
             Err(error) if error.raw_os_error() != Some(Errno::INVAL.raw_os_error()) => Err(error),
             _ => Ok(()),
         }
     }
 
-    /// Frees what a process before has left, now that another frame is on the glass.
-    fn free_what_was_left(&mut self) {
+    /// Frees the framebuffers of the previous process, now that another frame is on the screen.
+    fn free_inherited(&mut self) {
         for framebuffer in self.left.as_mut().map(std::mem::take).unwrap_or_default() {
             self.destroy_framebuffer(framebuffer).ok();
         }
     }
 
-    /// Reads everything. A card that was taken away may still answer, to whoever holds it open; its node is gone.
+    /// Reads everything. A removed card may still answer while it is open; its device node is gone.
     fn survey(&mut self) -> io::Result<Survey> {
         if rustix::fs::stat(&self.path)?.st_rdev != rustix::fs::fstat(&self.file)?.st_rdev {
             return Err(Errno::NODEV.into());
@@ -420,7 +425,7 @@ impl Card {
 
     fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>> {
         if spec.count > 1 && self.gbm.is_some() {
-            // A GPU's memory is handed over whole for each writing, what is being scanned out with it.
+            // GPU memory is synchronised as a whole for each write, including the buffer on the screen.
             return Err(Errno::INVAL.into());
         }
         let (format, size) = (spec.format.format, (spec.size.0, spec.size.1 * spec.count));
@@ -457,7 +462,7 @@ impl Card {
         }
     }
 
-    fn read_events(&self, happenings: &mut VecDeque<Happening>) -> io::Result<()> {
+    fn read_events(&self, happenings: &mut VecDeque<KmsEvent>) -> io::Result<()> {
         let events = match uninterrupted(|| self.receive_events()) {
             Ok(events) => events,
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(()),
@@ -465,10 +470,10 @@ impl Card {
         };
         happenings.extend(events.filter_map(|event| match event {
             drm::control::Event::PageFlip(flip) => {
-                Some(Happening::Flip { vblank: Vblank(flip.frame), at: nanos(flip.duration) })
+                Some(KmsEvent::Flip { vblank: Vblank(flip.frame), at: nanos(flip.duration) })
             }
             drm::control::Event::Vblank(vblank) => {
-                Some(Happening::Vblank { vblank: Vblank(vblank.frame), at: nanos(vblank.time) })
+                Some(KmsEvent::Vblank { vblank: Vblank(vblank.frame), at: nanos(vblank.time) })
             }
             drm::control::Event::Unknown(_) => None,
         }));

@@ -1,8 +1,8 @@
 //! How bright the picture is.
 //!
-//! Owns the choice of means. In this order: the panel's backlight; the CRTC's gamma ramp; its colour matrix; the samples
-//! themselves, as they are copied into a buffer, which works everywhere and costs processor time. A card that refuses a ramp
-//! or a matrix is lit without, and its samples are dimmed. Never decides how bright: whoever calls `set_light` does.
+//! Owns the choice of method. In this order: the panel's backlight; the CRTC's gamma ramp; its colour matrix; the
+//! samples while they are copied into a buffer, which always works and costs processor time. If the driver rejects a
+//! ramp or a matrix, the samples are dimmed. The caller of `set_light` decides how bright.
 //!
 //! Start at [`Dimming`].
 
@@ -12,10 +12,9 @@ use crate::Light;
 
 /// All of the light, in thousandths.
 pub(super) const FULL: u16 = 1000;
-/// Drivers that wait for a vblank, and check all that they drive, whenever a ramp or a matrix changes: each step would cost a
-/// frame.
+/// Drivers that wait for a vblank and check all CRTCs whenever a ramp or a matrix changes: each step would cost a frame.
 const SLOW_TO_DIM: [&str; 1] = ["amdgpu"];
-/// Drivers whose `GAMMA_LUT` takes this many entries whatever else it takes, so that a step of light is 2 KiB and not 2 MiB.
+/// Drivers whose `GAMMA_LUT` also accepts this many entries, so that a step takes 2 KiB instead of 2 MiB.
 const SHORT_RAMP: [(&str, u32); 2] = [("i915", 256), ("xe", 256)];
 
 /// The property of a CRTC by which it can be dimmed.
@@ -23,20 +22,20 @@ const SHORT_RAMP: [(&str, u32); 2] = [("i915", 256), ("xe", 256)];
 pub(crate) struct Dimmer {
     crtc: Id,
     property: Id,
-    means: Means,
+    means: DimMethod,
 }
 
 /// What a dimmer's property takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Means {
-    /// `GAMMA_LUT`: what becomes of each sample, in so many entries, at least 2.
+enum DimMethod {
+    /// `GAMMA_LUT` with this many entries, at least 2.
     Ramp { entries: u32 },
     /// `CTM`: a matrix of colours.
     Matrix,
 }
 
 impl Dimmer {
-    /// How `crtc` of a card with this driver can be dimmed; `None` if it cannot, or is better not.
+    /// How `crtc` of a card with this driver can be dimmed; `None` if it cannot, or is too slow.
     pub(crate) fn of(driver: &str, crtc: &Crtc) -> Option<Self> {
         if SLOW_TO_DIM.contains(&driver) {
             return None;
@@ -46,42 +45,42 @@ impl Dimmer {
         let entries = u32::try_from(crtc.properties.value("GAMMA_LUT_SIZE")).ok().filter(|entries| *entries >= 2);
         let ramp = settable("GAMMA_LUT").zip(entries).map(|(property, entries)| {
             let short = SHORT_RAMP.iter().find(|(named, _)| *named == driver).map_or(entries, |(_, short)| *short);
-            dimmer(property, Means::Ramp { entries: short.min(entries) })
+            dimmer(property, DimMethod::Ramp { entries: short.min(entries) })
         });
-        ramp.or_else(|| settable("CTM").map(|property| dimmer(property, Means::Matrix)))
+        ramp.or_else(|| settable("CTM").map(|property| dimmer(property, DimMethod::Matrix)))
     }
 
-    /// Has the CRTC go by what is in `blob`, or by nothing.
+    /// Sets the CRTC's property to `blob`, or clears it.
     pub(super) fn set(self, request: &mut Request, blob: Option<Id>) {
         request.0.push((self.crtc, self.property, blob.map_or(0, |blob| blob.0.into())));
     }
 
-    /// What the property takes to leave so many thousandths of every sample.
+    /// The blob's contents for this many thousandths of brightness.
     fn bytes(self, thousandths: u16) -> Vec<u8> {
         match self.means {
-            Means::Ramp { entries } => ramp(entries, thousandths),
-            Means::Matrix => matrix(thousandths),
+            DimMethod::Ramp { entries } => ramp(entries, thousandths),
+            DimMethod::Matrix => matrix(thousandths),
         }
     }
 }
 
-/// How one output is dimmed, and how far.
+/// The dimming of one output: method and brightness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Dimming {
-    /// What the CRTC goes by; `None` for samples as they are.
+    /// The blob that is set on the CRTC; `None` for full brightness.
     blob: Option<Id>,
     /// It goes with the next flip.
     is_news: bool,
-    /// The CRTC cannot, or refuses to: the samples are dimmed.
+    /// The CRTC cannot dim, or rejects it: the samples are dimmed.
     is_by_copy: bool,
-    /// There is a backlight, which is dimmed instead.
+    /// The backlight is dimmed.
     has_backlight: bool,
     /// What of each sample is left.
     thousandths: u16,
 }
 
 impl Dimming {
-    /// The dimming for `light` on an output that is yet to be lit.
+    /// The dimming for `light` on an output that is not lit yet.
     pub(super) fn new(kms: &mut impl Kms, plan: &Plan, light: Light) -> Self {
         let has_backlight = kms.find_backlight(&plan.connector);
         let is_by_copy = !has_backlight && plan.dimmer.is_none();
@@ -90,7 +89,7 @@ impl Dimming {
         dimming
     }
 
-    /// Goes by `light`: with the backlight at once, with the CRTC from the next flip on, with samples from the next picture on.
+    /// Applies `light`: to the backlight at once, to the CRTC from the next flip on, to samples from the next picture on.
     pub(super) fn renew(&mut self, kms: &mut impl Kms, plan: &Plan, light: Light) {
         self.free(kms);
         (self.blob, self.is_news) = (None, true);
@@ -104,24 +103,24 @@ impl Dimming {
             kms.set_backlight(self.thousandths);
         } else if let Some(dimmer) = plan.dimmer.filter(|_| !self.is_by_copy && self.thousandths < FULL) {
             let made = kms.create_blob(&dimmer.bytes(self.thousandths));
-            self.blob = made.inspect_err(|error| tracing::debug!(%error, "cannot make a blob to dim by")).ok();
+            self.blob = made.inspect_err(|error| tracing::debug!(%error, "cannot create a blob for dimming")).ok();
         }
     }
 
-    /// What is to be left of each sample as it is copied, in thousandths.
-    pub(super) fn of_samples(&self) -> u16 {
+    /// The brightness of samples as they are copied, in thousandths.
+    pub(super) fn software_dim(&self) -> u16 {
         if self.is_by_copy { self.thousandths } else { FULL }
     }
 
-    /// The property that goes with the next flip, with what it is set to, if it is news.
-    pub(super) fn news(&self, plan: &Plan) -> Option<(Dimmer, Option<Id>)> {
+    /// The property and value to set with the next flip, if it has changed.
+    pub(super) fn pending_change(&self, plan: &Plan) -> Option<(Dimmer, Option<Id>)> {
         plan.dimmer
             .filter(|_| self.is_news && !self.is_by_copy && !self.has_backlight)
             .map(|dimmer| (dimmer, self.blob))
     }
 
-    /// The property that goes with lighting, with what it is set to.
-    pub(super) fn lasting(&self, plan: &Plan) -> Option<(Dimmer, Id)> {
+    /// The property and value to set with a modeset.
+    pub(super) fn current_setting(&self, plan: &Plan) -> Option<(Dimmer, Id)> {
         plan.dimmer.zip(self.blob)
     }
 
@@ -130,9 +129,9 @@ impl Dimming {
         self.is_news = false;
     }
 
-    /// The card does not take it: the samples are dimmed from now on.
+    /// The driver rejects it: the samples are dimmed from now on.
     pub(super) fn is_refused(&mut self, kms: &mut impl Kms) {
-        tracing::info!("the card refuses to dim, so that samples are dimmed as they are copied");
+        tracing::info!("the driver rejects gamma or CTM, dimming in software");
         self.free(kms);
         (self.blob, self.is_news, self.is_by_copy) = (None, false, true);
     }
@@ -144,7 +143,7 @@ impl Dimming {
     }
 }
 
-/// `struct drm_color_lut` for each entry, evenly from dark to bright: red, green, blue and nothing.
+/// `struct drm_color_lut` for each entry, linear from dark to bright: red, green, blue and reserved.
 fn ramp(entries: u32, thousandths: u16) -> Vec<u8> {
     let brightest = u64::from(u16::MAX) * u64::from(thousandths) / u64::from(FULL);
     let last = u64::from(entries.max(2)) - 1;

@@ -1,10 +1,10 @@
-//! The `IN_FORMATS` blob of a plane: which formats it takes with which memory layouts.
+//! The `IN_FORMATS` blob of a plane: the supported formats with their modifiers.
 //!
-//! Owns the parser. Never trusts the blob's offsets.
+//! Owns the parser, which checks all offsets.
 //!
 //! Source: `struct drm_format_modifier_blob` in the kernel's `drm_mode.h`.
 
-/// The formats of `blob` that may be stored with `modifier`; empty if the blob makes no sense.
+/// The formats of `blob` that may be stored with `modifier`; empty if the blob is malformed.
 pub(crate) fn formats_with(blob: &[u8], modifier: u64) -> Vec<u32> {
     parse(blob, modifier).unwrap_or_default()
 }

@@ -1,22 +1,22 @@
-//! Light: the commits that bring a picture to the display, and the night.
+//! The commits that light, dim and switch off a display.
 //!
-//! Owns how dimming goes with lighting and with flips: a card that refuses that is lit without. A display that is to sleep is
-//! switched off in good order and its buffers are freed; woken, it is brought up as one that was plugged in. Never decides
-//! when: whoever calls `set_light` does. How a display is dimmed is in `dimming.rs`.
+//! Adds dimming to modesets and flips; if the driver rejects it, they are repeated without. At night the CRTC is
+//! switched off and its buffers are freed; in the morning the display is brought up like one that was plugged in. The
+//! caller of `set_light` decides when. Methods of dimming are in `dimming.rs`.
 //!
 //! Start at [`flip`] and [`lit`].
 
-use super::card::{How, Id, Kms, Request, Source};
+use super::card::{CommitMode, Id, Kms, Request, Source};
 use super::dimming::Dimmer;
-use super::ladder::Trouble;
 use super::plan::Plan;
+use super::recovery_policy::CommitError;
 use super::{KmsScreen, Output, Phase};
 use crate::{Event, Light};
 use rustix::io::Errno;
 use std::io;
 
 impl<K: Kms> KmsScreen<K> {
-    /// Goes by the light that was told.
+    /// Applies the light that was set.
     pub(super) fn dim(&mut self) {
         if let (Phase::Up(output), Light::On { .. }) = (&mut self.phase, self.light) {
             for output in [output].into_iter().chain(&mut self.coming) {
@@ -25,42 +25,44 @@ impl<K: Kms> KmsScreen<K> {
         }
     }
 
-    /// Switches the display off and frees its buffers. The card stays ours, so that nobody lights it with words.
+    /// Switches the display off and frees its buffers. The card stays open, so that no text console appears.
     pub(super) fn sleep(&mut self) {
-        self.forget_coming();
+        self.drop_prepared();
         let up = match std::mem::replace(&mut self.phase, Phase::Asleep) {
             Phase::Up(output) => Some(output),
             Phase::Asleep | Phase::Dark { .. } => None,
         };
         if let Some(mut output) = up.or_else(|| self.leaving.take()) {
-            // What the boot left there goes, too.
+            // The picture of the boot goes, too.
             output.lit = true;
             if !self.tidy(*output) {
                 self.close();
             }
         }
-        self.retire();
+        self.free_previous();
         self.notices.push_back(Event::Asleep);
     }
 
     /// Lights the display again.
-    pub(super) fn rise(&mut self) {
+    pub(super) fn switch_on(&mut self) {
         self.tries = 0;
         self.phase = Phase::Dark { retry: self.now() };
         self.attempt();
     }
 }
 
-/// Hands `source` to the kernel, as bright as it is to be.
+/// Commits `source` as a flip, with a change of brightness.
 pub(super) fn flip(kms: &mut impl Kms, output: &mut Output, source: Source) -> io::Result<()> {
     let bare = output.plan.flip(source);
-    let Some((dimmer, blob)) = output.dimming.news(&output.plan) else { return kms.commit(How::Flip, &bare) };
+    let Some((dimmer, blob)) = output.dimming.pending_change(&output.plan) else {
+        return kms.commit(CommitMode::Flip, &bare);
+    };
     let mut dimmed = bare.clone();
     dimmer.set(&mut dimmed, blob);
-    let outcome = kms.commit(How::Flip, &dimmed);
+    let outcome = kms.commit(CommitMode::Flip, &dimmed);
     if is_refused(&outcome) {
         output.dimming.is_refused(kms);
-        return kms.commit(How::Flip, &bare);
+        return kms.commit(CommitMode::Flip, &bare);
     }
     if outcome.is_ok() {
         output.dimming.is_taken();
@@ -68,13 +70,13 @@ pub(super) fn flip(kms: &mut impl Kms, output: &mut Output, source: Source) -> i
     outcome
 }
 
-/// Commits `source` with all its surroundings, as bright as it is to be.
+/// Commits `source` with all properties, and the brightness.
 pub(super) fn lit(kms: &mut impl Kms, output: &mut Output, source: Source, first: bool) -> io::Result<()> {
-    let dimmed = output.dimming.lasting(&output.plan);
-    let outcome = settled(kms, &output.plan, source, dimmed, first);
+    let dimmed = output.dimming.current_setting(&output.plan);
+    let outcome = commit_blocking(kms, &output.plan, source, dimmed, first);
     let outcome = if dimmed.is_some() && is_refused(&outcome) {
         output.dimming.is_refused(kms);
-        settled(kms, &output.plan, source, None, first)
+        commit_blocking(kms, &output.plan, source, None, first)
     } else {
         outcome
     };
@@ -85,12 +87,12 @@ pub(super) fn lit(kms: &mut impl Kms, output: &mut Output, source: Source, first
 }
 
 fn is_refused(outcome: &io::Result<()>) -> bool {
-    outcome.as_ref().is_err_and(|error| Trouble::of(error) == Trouble::Refused)
+    outcome.as_ref().is_err_and(|error| CommitError::of(error) == CommitError::Refused)
 }
 
-/// Waits until `source` is on the glass. The `first` time it is tested before, and tried without setting the mode where
-/// that is set already: then nothing flashes.
-fn settled(
+/// A blocking commit of `source`. The `first` one is tested before, and tried without a modeset if the mode is set
+/// already, so that the display does not flash.
+fn commit_blocking(
     kms: &mut impl Kms,
     plan: &Plan,
     source: Source,
@@ -102,11 +104,12 @@ fn settled(
         dimmer.set(&mut request, Some(blob));
     }
     if first {
-        kms.commit(How::Test, &request)?;
+        kms.commit(CommitMode::Test, &request)?;
     }
-    let settled = if first && plan.same_mode { kms.commit(How::Settle, &request) } else { Err(Errno::INVAL.into()) };
-    match settled {
-        Err(error) if Trouble::of(&error) == Trouble::Refused => kms.commit(How::Modeset, &request),
-        settled => settled,
+    let commit_blocking =
+        if first && plan.same_mode { kms.commit(CommitMode::Settle, &request) } else { Err(Errno::INVAL.into()) };
+    match commit_blocking {
+        Err(error) if CommitError::of(&error) == CommitError::Refused => kms.commit(CommitMode::Modeset, &request),
+        commit_blocking => commit_blocking,
     }
 }

@@ -1,7 +1,7 @@
-//! Which modes of a display are worth a try, and in which order.
+//! The modes of a display to try, and their order.
 //!
-//! Owns the order of preference among modes, and the modes that are made up where a display tells of none. Pure functions.
-//! Never says who scales the picture to a mode: `choose.rs` does.
+//! Owns the order of preference among modes, and the default modes for displays that report none. Pure functions.
+//! Placement is chosen in `choose.rs`.
 //!
 //! Start at [`Modes::of`].
 
@@ -13,18 +13,18 @@ use drm::control::{Mode, ModeFlags, ModeTypeFlags};
 use std::cmp::Reverse;
 use timing::Rate;
 
-/// How many modes are tried beside the one that was asked for, the native one and that of the picture's own size.
-const OTHERS_TRIED: usize = 2;
-/// What a display is sent that tells of no mode: almost every one takes it.
+/// How many modes are tried besides the requested one, the native one and that of the picture's size.
+const MAX_OTHER_MODES: usize = 2;
+/// The size for a display that reports no modes: almost every one accepts it.
 const UNKNOWN: RequestedMode = RequestedMode { size: (1024, 768), refresh: None };
-/// How far a listed refresh may be off the one that was asked for, as `59.94` is off 60000/1001, and not off 60.
+/// Tolerance of a listed refresh: `59.94` matches 60000/1001, but not 60.
 const SAME_REFRESH: f64 = 0.0004;
-/// How far one that is computed may be off: clocks come in steps.
+/// Tolerance of a computed refresh: pixel clocks come in steps.
 const NEAR_REFRESH: f64 = 0.01;
-/// Vblanks per second where nobody says.
+/// Default vblanks per second.
 const USUAL_HZ: f64 = 60.0;
 
-/// The modes of one connector that are worth a try.
+/// The modes to try at one connector.
 #[derive(Debug)]
 pub(super) struct Modes {
     /// The one that the owner asks for.
@@ -38,9 +38,8 @@ pub(super) struct Modes {
 }
 
 impl Modes {
-    /// The modes of `connector` for upright pictures of `size` at `fps`. Of those of one size the best refresh is taken: one
-    /// that every frame can be lit equally long at, then the display's preferred one, then the one closest to the pictures'
-    /// speed.
+    /// The modes of `connector` for upright pictures of `size` at `fps`. For each size the best refresh is taken: a
+    /// multiple of the frame rate, then the display's preferred one, then the one that changes the speed least.
     pub(super) fn of(connector: &Connector, size: (u32, u32), fps: Rate, requested: Option<RequestedMode>) -> Self {
         let mut listed: Vec<Mode> = connector.modes.iter().copied().filter(|mode| refresh(mode).is_some()).collect();
         let requested = requested.map(|requested| asked_for(&listed, requested, fps, connector.is_analogue()));
@@ -54,11 +53,11 @@ impl Modes {
         listed.sort_by_cached_key(|mode| {
             let (width, height) = mode_size(mode);
             let holds = width >= size.0 && height >= size.1;
-            (is_woven(mode), !holds, Reverse(u64::from(width) * u64::from(height)), rank(mode, fps))
+            (is_interlaced(mode), !holds, Reverse(u64::from(width) * u64::from(height)), rank(mode, fps))
         });
         for mode in listed {
             let is_known = others.iter().chain(&native).chain(&exact).any(|known| mode_size(known) == mode_size(&mode));
-            if !is_known && others.len() < OTHERS_TRIED {
+            if !is_known && others.len() < MAX_OTHER_MODES {
                 others.push(mode);
             }
         }
@@ -66,7 +65,7 @@ impl Modes {
     }
 }
 
-/// Whether `mode` is near enough to what was `requested` that nobody need be told otherwise.
+/// Whether `mode` counts as the `requested` one.
 pub(super) fn is_near(mode: &Mode, requested: RequestedMode) -> bool {
     is_within(mode, requested, NEAR_REFRESH)
 }
@@ -76,10 +75,10 @@ fn is_within(mode: &Mode, requested: RequestedMode, tolerance: f64) -> bool {
     mode_size(mode) == requested.size && requested.refresh.is_none_or(|wanted| off(wanted) <= tolerance)
 }
 
-/// The best listed mode that is what was `requested`; else one that is computed.
+/// The best listed mode that matches `requested`; else a computed one.
 fn asked_for(listed: &[Mode], requested: RequestedMode, fps: Rate, is_analogue: bool) -> Mode {
-    let fitting = listed.iter().filter(|mode| is_within(mode, requested, SAME_REFRESH));
-    fitting.min_by_key(|mode| rank(mode, fps)).copied().unwrap_or_else(|| computed(requested, is_analogue))
+    let matching = listed.iter().filter(|mode| is_within(mode, requested, SAME_REFRESH));
+    matching.min_by_key(|mode| rank(mode, fps)).copied().unwrap_or_else(|| computed(requested, is_analogue))
 }
 
 fn computed(requested: RequestedMode, is_analogue: bool) -> Mode {
@@ -89,14 +88,14 @@ fn computed(requested: RequestedMode, is_analogue: bool) -> Mode {
 }
 
 fn first_of(ranked: &[Mode], size: (u32, u32)) -> Option<Mode> {
-    ranked.iter().find(|mode| mode_size(mode) == size && !is_woven(mode)).copied()
+    ranked.iter().find(|mode| mode_size(mode) == size && !is_interlaced(mode)).copied()
 }
 
 /// The size of the mode that the display prefers; without one, of its largest.
 fn native_size(modes: &[Mode]) -> Option<(u32, u32)> {
     let preferred = modes.iter().find(|mode| is_preferred(mode));
     let largest = || {
-        modes.iter().filter(|mode| !is_woven(mode)).max_by_key(|mode| {
+        modes.iter().filter(|mode| !is_interlaced(mode)).max_by_key(|mode| {
             let (width, height) = mode_size(mode);
             u64::from(width) * u64::from(height)
         })
@@ -107,19 +106,19 @@ fn native_size(modes: &[Mode]) -> Option<(u32, u32)> {
 /// Among modes of one size, the best first.
 fn rank(mode: &Mode, fps: Rate) -> (bool, bool, bool, u64, u64) {
     let rate = refresh(mode);
-    let locked = rate.and_then(|rate| rate.locked_to(fps));
+    let locked = rate.and_then(|rate| rate.multiple_of(fps));
     let fps_hz = f64::from(fps.num()) / f64::from(fps.den());
     let off_speed = locked.map_or(0.0, |times| (hertz(mode) / (fps_hz * f64::from(times)) - 1.0).abs());
     let off_usual = (hertz(mode) - USUAL_HZ).abs();
-    (is_woven(mode), locked.is_none(), !is_preferred(mode), (off_speed * 1e6) as u64, (off_usual * 1e3) as u64)
+    (is_interlaced(mode), locked.is_none(), !is_preferred(mode), (off_speed * 1e6) as u64, (off_usual * 1e3) as u64)
 }
 
 fn is_preferred(mode: &Mode) -> bool {
     mode.mode_type().contains(ModeTypeFlags::PREFERRED)
 }
 
-/// Whether its rows come in two fields, or twice.
-fn is_woven(mode: &Mode) -> bool {
+/// Whether it is interlaced or doublescan.
+fn is_interlaced(mode: &Mode) -> bool {
     mode.flags().intersects(ModeFlags::INTERLACE | ModeFlags::DBLSCAN)
 }
 
@@ -127,7 +126,7 @@ fn hertz(mode: &Mode) -> f64 {
     refresh(mode).map_or(0.0, |rate| f64::from(rate.num()) / f64::from(rate.den()))
 }
 
-/// Vblanks per second from the pixel clock, exactly; `None` for a mode that makes no sense.
+/// Vblanks per second from the pixel clock, exactly; `None` for an invalid mode.
 ///
 /// # Source
 /// `drm_mode_vrefresh` in the kernel's `drm_modes.c`, without its rounding.

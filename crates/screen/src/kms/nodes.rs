@@ -1,6 +1,6 @@
-//! Which cards there are: `/dev/dri`, and what `/sys` tells of them.
+//! The KMS cards in `/dev/dri` and `/sys`.
 //!
-//! Owns finding them. Never opens one.
+//! Lists cards without opening them.
 
 use std::fs::{self, File};
 use std::io;

@@ -1,7 +1,7 @@
-//! A chosen way to light the picture, as property values.
+//! A chosen candidate as property values.
 //!
-//! Owns the requests: light, flip, darken; and which properties that are not ours are put back to neutral, because a
-//! process before us may have left an overlay, a rotation or a colour matrix. Never commits them.
+//! Owns the requests: light, flip, darken; and the properties that are reset, because a previous process may have left
+//! an overlay, a rotation or a colour matrix. They are committed elsewhere.
 
 use super::candidate::Candidate;
 use super::card::{Connector, Crtc, Id, Plane, Properties, Property, Request, Source, Survey, Values};
@@ -11,10 +11,10 @@ use super::modes::refresh;
 use crate::output::{OutputSettings, SignalRange};
 use timing::Rate;
 
-/// Bits of a colour channel that a cable is to carry at the least.
+/// Minimum bits per colour channel on the cable.
 const BITS_PER_CHANNEL: u64 = 8;
-/// What is put back to neutral on a connector, because another process may have left it otherwise, with the choices that are
-/// neutral, the best first. i915 has no `None` among its scaling modes.
+/// Connector properties that are reset, with their neutral choices, the best first. i915 has no `None` among its
+/// scaling modes.
 const NEUTRAL_CHOICES: [(&str, &[&str]); 7] = [
     ("link-status", &["Good"]),
     ("Colorspace", &["Default"]),
@@ -35,7 +35,7 @@ const NEUTRAL_NUMBERS: [&str; 7] = [
     "bottom margin",
 ];
 
-/// All that it takes to light one candidate.
+/// The data to light one candidate.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(crate) way: Candidate,
@@ -43,14 +43,14 @@ pub(crate) struct Plan {
     pub(crate) size: (u32, u32),
     /// `HDMI-A-1`.
     pub(crate) connector: String,
-    /// The CRTC's index, which vblank calls count by.
+    /// The CRTC's index, for vblank calls.
     pub(crate) crtc: u32,
     pub(crate) refresh: Rate,
-    /// The CRTC drives this mode to this connector already: no mode need be set, and nothing flashes.
+    /// The CRTC drives this mode to this connector already: no modeset is needed.
     pub(crate) same_mode: bool,
     /// How the CRTC can be dimmed; `None` if it cannot.
     pub(crate) dimmer: Option<Dimmer>,
-    /// What of its owner's settings it does not do, each as a sentence.
+    /// The owner's settings that it does not fulfil, each as a sentence.
     pub(crate) unmet: Vec<String>,
     light: Request,
     darken: Request,
@@ -60,8 +60,8 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// The plan to light `way`, for pictures of `size`, with the mode in `blob`, as far as it can be done as `output` says;
-    /// `None` if the survey does not have it.
+    /// The plan to light `way`, for pictures of `size`, with the mode in `blob` and the settings in `output`; `None` if
+    /// the survey lacks one of its objects.
     pub(crate) fn new(
         survey: &Survey,
         way: Candidate,
@@ -83,7 +83,7 @@ impl Plan {
         }
         light.choose(crtc.id, &crtc.properties, "SCALING_FILTER", "Default");
         let mut darken = Request::default();
-        clear_rivals(&mut light, survey, &way);
+        detach_others(&mut light, survey, &way);
         place(&mut light, plane, crtc, &way, size);
         darken.set(connector.id, &connector.properties, "CRTC_ID", 0);
         darken.set(crtc.id, &crtc.properties, "ACTIVE", 0);
@@ -108,7 +108,7 @@ impl Plan {
         })
     }
 
-    /// Everything, with `source` on the plane.
+    /// All properties, with `source` on the plane.
     pub(crate) fn light(&self, source: Source) -> Request {
         let mut request = self.light.clone();
         request.0.extend(self.flip(source).0);
@@ -126,8 +126,8 @@ impl Plan {
         &self.darken
     }
 
-    /// Whether the `plane`, as the kernel tells of it, took our colour matrix and range; true for RGB.
-    pub(crate) fn colours_stand(&self, plane: &Properties, survey: &Survey) -> bool {
+    /// Whether the `plane` has kept our colour matrix and range; true for RGB.
+    pub(crate) fn keeps_colours(&self, plane: &Properties, survey: &Survey) -> bool {
         let known = survey.planes.iter().find(|known| known.id == self.way.plane);
         let value = |id: Id| plane.0.iter().find(|property| property.id == id).map(|found| found.value);
         let stands = |set: [(Id, u64); 2]| set.iter().all(|&(id, wanted)| value(id) == Some(wanted));
@@ -135,12 +135,12 @@ impl Plan {
     }
 }
 
-/// Pixels as the kernel counts them within a framebuffer, in 65536ths.
+/// Pixels as 16.16 fixed point.
 fn fixed(pixels: u32) -> u64 {
     u64::from(pixels) << 16
 }
 
-/// Plugs the connector into the CRTC, puts it into a known state, and has it send the levels of `range`.
+/// Connects the connector to the CRTC, resets its properties, and sets the signal range.
 fn connect(light: &mut Request, connector: &Connector, crtc: &Crtc, range: SignalRange) {
     let (id, properties) = (connector.id, &connector.properties);
     light.set(id, properties, "CRTC_ID", crtc.id.0.into());
@@ -153,7 +153,7 @@ fn connect(light: &mut Request, connector: &Connector, crtc: &Crtc, range: Signa
     for name in NEUTRAL_NUMBERS {
         light.set(id, properties, name, 0);
     }
-    // More bits do no harm; to ask for fewer than there are would set a mode where none need be set.
+    // A higher value is kept: changing it could need a modeset.
     if let Some(Property { value, values: Values::UpTo { max }, .. }) = properties.get("max bpc")
         && *value < BITS_PER_CHANNEL
     {
@@ -171,8 +171,8 @@ fn broadcast_rgb(range: SignalRange) -> &'static str {
     }
 }
 
-/// Empties every other plane that the CRTC shows, and unplugs every other connector from it.
-fn clear_rivals(light: &mut Request, survey: &Survey, way: &Candidate) {
+/// Disables every other plane of the CRTC, and detaches every other connector from it.
+fn detach_others(light: &mut Request, survey: &Survey, way: &Candidate) {
     for plane in survey.planes.iter().filter(|plane| plane.id != way.plane) {
         if plane.properties.object("CRTC_ID") == Some(way.crtc) {
             light.set(plane.id, &plane.properties, "FB_ID", 0);
@@ -186,7 +186,7 @@ fn clear_rivals(light: &mut Request, survey: &Survey, way: &Candidate) {
     }
 }
 
-/// Puts the buffer onto the mode, with our colours and all else neutral. `zpos` stays: nothing lies above or below.
+/// Places the buffer on the mode, with our colour properties and all others reset. `zpos` stays: there is no other plane.
 fn place(light: &mut Request, plane: &Plane, crtc: &Crtc, way: &Candidate, size: (u32, u32)) {
     let (source, on_mode) = (way.buffer_size(size), way.destination(size));
     let values = [

@@ -1,7 +1,7 @@
-//! Probing a connector on another thread: a display may take its time to answer.
+//! Probes a connector on another thread: displays may answer slowly.
 //!
-//! Owns the thread, which has the card open too, and its answers. Never decides when: whoever calls [`Prober::ask`] does.
-//! The kernel probes for the card's master only; the descriptor is a copy of that one's.
+//! Owns the thread and its answers. The kernel probes only for the DRM master, so the thread has a copy of the card's
+//! descriptor.
 //!
 //! Start at [`Prober::start`].
 
@@ -18,12 +18,12 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
-/// A thread that probes connectors of one card. It ends with this.
+/// A thread that probes connectors of one card. It ends when this is dropped.
 pub(super) struct Prober {
     asked: Sender<Id>,
     answers: Receiver<Result<Connector, Errno>>,
     /// Readable while there may be an answer.
-    bell: OwnedFd,
+    event_fd: OwnedFd,
 }
 
 /// The card, for the thread.
@@ -42,11 +42,11 @@ impl Prober {
     /// Starts the thread for the open `card`.
     ///
     /// # Errors
-    /// The kernel has no more descriptors or threads.
+    /// There are no more descriptors or threads.
     pub(super) fn start(card: &File) -> io::Result<Self> {
         let card = Card(card.try_clone()?);
-        let bell = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
-        let ringing = bell.try_clone()?;
+        let event_fd = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
+        let ringing = event_fd.try_clone()?;
         let (asked, questions) = channel::<Id>();
         let (answer, answers) = channel();
         let work = move || {
@@ -62,24 +62,24 @@ impl Prober {
             }
         };
         thread::Builder::new().name("probe".to_owned()).spawn(work)?;
-        Ok(Self { asked, answers, bell })
+        Ok(Self { asked, answers, event_fd })
     }
 
     /// Has `connector` probed, soon.
     pub(super) fn ask(&self, connector: Id) {
-        // A thread that is gone has panicked, and told so.
+        // If the thread is gone it has panicked, which was logged.
         self.asked.send(connector).ok();
     }
 
     /// The next answer, if there is one.
     pub(super) fn answer(&self) -> Option<Result<Connector, Errno>> {
         let mut count = [0; 8];
-        read(&self.bell, &mut count).ok();
+        read(&self.event_fd, &mut count).ok();
         self.answers.try_recv().ok()
     }
 
     /// Readable while there may be an answer.
-    pub(super) fn bell(&self) -> BorrowedFd<'_> {
-        self.bell.as_fd()
+    pub(super) fn event_fd(&self) -> BorrowedFd<'_> {
+        self.event_fd.as_fd()
     }
 }

@@ -1,6 +1,6 @@
 //! Reading an object's properties from the kernel.
 //!
-//! Owns the cache of what each property is: names and choices never change, values do. Never sets a property.
+//! Owns the cache of names and choices, which do not change; values are read each time.
 
 use super::card::{Id, Properties, Property, Values};
 use drm::control::property::{Handle, ValueType};
@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::io;
 
-/// What the properties of one open card are.
+/// The cached properties of one open card.
 #[derive(Default)]
 pub(super) struct PropertyCache(HashMap<Handle, Property>);
 
@@ -56,7 +56,7 @@ fn describe(card: &impl Control, id: Handle) -> io::Result<Property> {
 /// The names of a bitmask's bits, with what each adds. `drm` has no call for them.
 fn bits(card: &impl Control, id: Handle) -> io::Result<Vec<(String, u64)>> {
     let mut named = Vec::new();
-    // The kernel writes both, whatever is asked for.
+    // The kernel always fills both.
     drm_ffi::mode::get_property(card.as_fd(), id.into(), Some(&mut Vec::new()), Some(&mut named))?;
     let bit = |bit: &drm_ffi::drm_mode_property_enum| {
         let name = bit.name.iter().flat_map(|letter| letter.to_ne_bytes()).take_while(|letter| *letter != 0).collect();

@@ -1,11 +1,11 @@
-//! Reading what a card offers from the kernel.
+//! Reading a card's resources from the kernel.
 //!
-//! Owns the calls that read connectors, CRTCs and planes, and turns them into the plain data of `card.rs`. Never sets
-//! anything. What properties are is kept in `properties.rs`.
+//! Owns the calls that read connectors, CRTCs and planes, and turns them into the plain data of `card.rs`. Property
+//! names are cached in `properties.rs`.
 //!
 //! Start at [`read_survey`].
 
-use super::card::{Connector, Crtc, Id, Plane, PlaneFormat, Plug, Properties, Survey};
+use super::card::{Connector, ConnectorStatus, Crtc, Id, Plane, PlaneFormat, Properties, Survey};
 use super::in_formats::formats_with;
 use super::properties::PropertyCache;
 use crate::paint::Format;
@@ -18,7 +18,7 @@ use std::io;
 /// * `modifiers` — whether the kernel takes modifiers with a framebuffer.
 ///
 /// # Errors
-/// What the kernel says.
+/// The kernel error.
 pub(super) fn read_survey(card: &impl Control, modifiers: bool, cache: &mut PropertyCache) -> io::Result<Survey> {
     let resources = card.resource_handles()?;
     let driver = card.get_driver().map(|driver| driver.name().to_string_lossy().into_owned()).unwrap_or_default();
@@ -37,10 +37,10 @@ pub(super) fn read_survey(card: &impl Control, modifiers: bool, cache: &mut Prop
     Ok(survey)
 }
 
-/// Probes the connector `id`: asks its display. It takes as long as that one takes to answer.
+/// Probes the connector `id`: asks its display. The display may answer slowly.
 ///
 /// # Errors
-/// What the kernel says.
+/// The kernel error.
 pub(super) fn read_connector(
     card: &impl Control,
     id: Id,
@@ -58,9 +58,9 @@ pub(super) fn read_connector(
         id,
         name: info.to_string(),
         plug: match info.state() {
-            connector::State::Connected => Plug::In,
-            connector::State::Unknown => Plug::Unknown,
-            connector::State::Disconnected => Plug::Out,
+            connector::State::Connected => ConnectorStatus::In,
+            connector::State::Unknown => ConnectorStatus::Unknown,
+            connector::State::Disconnected => ConnectorStatus::Out,
         },
         modes: info.modes().to_vec(),
         crtcs,
@@ -92,7 +92,7 @@ fn read_plane(
 /// The properties of `object`, with their present values.
 ///
 /// # Errors
-/// What the kernel says.
+/// The kernel error.
 pub(super) fn read_properties<T: ResourceHandle>(
     card: &impl Control,
     object: T,
@@ -102,7 +102,7 @@ pub(super) fn read_properties<T: ResourceHandle>(
     cache.read(card, &values)
 }
 
-/// Which of the card's CRTCs are among `able`, as bits by index.
+/// The card's CRTCs that are in `able`, as bits by index.
 fn mask(resources: &ResourceHandles, able: &[crtc::Handle]) -> u32 {
     let bits =
         resources.crtcs().iter().enumerate().filter(|(_, crtc)| able.contains(crtc)).map(|(index, _)| 1 << index);

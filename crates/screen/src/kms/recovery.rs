@@ -1,11 +1,11 @@
-//! When something fails: the watchdog, and the rungs of the ladder.
+//! The watchdog, and the recovery steps.
 //!
-//! Owns the deeds; `ladder.rs` decides which. Keeps two rules at every failure: a framebuffer that a plane may show
-//! is not removed before the CRTC is off, and nothing is tried again without a pause.
+//! Executes the steps that `recovery_policy.rs` chooses, by two rules: a framebuffer that a plane may show is not
+//! removed before the CRTC is off, and nothing is retried without a pause.
 
-use super::card::{Happening, How, Kms, Source};
-use super::ladder::{self, Rung, Trouble};
-use super::{Flight, KmsScreen, Output, Painted, Phase};
+use super::card::{CommitMode, Kms, KmsEvent, Source};
+use super::recovery_policy::{self, CommitError, RecoveryStep};
+use super::{CommitState, FilledBuffer, KmsScreen, Output, Phase};
 use crate::Event;
 use std::io;
 use std::time::Duration;
@@ -16,11 +16,11 @@ impl<K: Kms> KmsScreen<K> {
     pub(super) fn flip_failed(&mut self, error: &io::Error, deadline: Nanos) {
         let (now, period) = (self.now(), self.period());
         let Phase::Up(output) = &mut self.phase else { return };
-        let rung = ladder::flip_failed(Trouble::of(error), now >= deadline, output.failed_in_a_row);
-        if rung == Rung::Again {
-            output.flight = Flight::Retrying { next: now.after(period.as_nanos() as u64), deadline };
+        let step = recovery_policy::flip_failed(CommitError::of(error), now >= deadline, output.failed_in_a_row);
+        if step == RecoveryStep::Again {
+            output.flight = CommitState::Retrying { next: now.after(period.as_nanos() as u64), deadline };
         } else {
-            self.climb(rung, &format!("a flip failed: {error}"));
+            self.recover(step, &format!("a page flip failed: {error}"));
         }
     }
 
@@ -36,24 +36,24 @@ impl<K: Kms> KmsScreen<K> {
         let moved = from.zip(current).is_some_and(|(from, current)| current.since(from) > 0);
         let plane = self.kms.plane_properties(output.plan.way.plane).ok();
         let shown = plane.as_ref().and_then(Source::of);
-        match ladder::flip_overdue(moved, pending.is_some() && shown == pending, output.failed_in_a_row) {
+        match recovery_policy::flip_overdue(moved, pending.is_some() && shown == pending, output.failed_in_a_row) {
             None => {
                 output.ring.presume_flipped();
-                output.flight = Flight::Landed;
-                output.gave_up_at = current.filter(|_| output.beat.is_none());
+                output.flight = CommitState::Landed;
+                output.gave_up_at = current.filter(|_| output.own_vblanks.is_none());
                 output.failed_in_a_row += 1;
-                let reason = "a flip event was lost; the picture is on the glass".to_owned();
+                let reason = "a page flip event was lost; the picture is on the screen".to_owned();
                 self.notices.push_back(Event::Recovered { reason });
             }
-            Some(rung) => self.climb(rung, "a flip did not come"),
+            Some(step) => self.recover(step, "a page flip did not complete"),
         }
     }
 
-    /// Whether an event lay waiting while we were late ourselves; it has been dealt with.
+    /// Whether the event was already waiting while this process was late; it is handled.
     fn has_come(&mut self) -> bool {
         let waiting = self.kms.wait(Duration::ZERO).ok().flatten();
         waiting.is_some_and(|happening| {
-            self.happened(happening);
+            self.on_event(happening);
             true
         })
     }
@@ -68,7 +68,7 @@ impl<K: Kms> KmsScreen<K> {
         let Some(asked) = output.asked.take_if(|asked| asked.deadline <= now) else { return };
         let event = match output.vblank(&mut self.kms, now) {
             Ok((vblank, at)) if vblank.since(asked.vblank) >= 0 => Event::Vblank { vblank, at },
-            Ok(_) => Event::Recovered { reason: "vblanks stand still; the picture stands".to_owned() },
+            Ok(_) => Event::Recovered { reason: "the vblank counter has stopped; the picture stays".to_owned() },
             Err(error) => Event::Recovered { reason: format!("a vblank event was lost: {error}") },
         };
         self.notices.push_back(event);
@@ -77,48 +77,48 @@ impl<K: Kms> KmsScreen<K> {
     /// The card's descriptor failed.
     pub(super) fn card_failed(&mut self, error: &io::Error) {
         let reason = format!("{} is gone: {error}", self.kms.name());
-        self.climb(Rung::AwaitCard, &reason);
+        self.recover(RecoveryStep::AwaitCard, &reason);
     }
 
-    /// Takes a rung of the ladder.
-    pub(super) fn climb(&mut self, rung: Rung, reason: &str) {
+    /// Executes a recovery step.
+    pub(super) fn recover(&mut self, step: RecoveryStep, reason: &str) {
         let now = self.now();
-        match rung {
-            Rung::Again | Rung::Relight => {
+        match step {
+            RecoveryStep::Again | RecoveryStep::Relight => {
                 if let Phase::Up(output) = &mut self.phase {
-                    output.flight = Flight::Lighting { next: now, since: now };
+                    output.flight = CommitState::Lighting { next: now, since: now };
                 }
             }
-            Rung::OtherWay => {
+            RecoveryStep::OtherWay => {
                 if let Phase::Up(output) = &self.phase {
                     self.refused.push(output.plan.way);
                 }
                 self.leave(reason);
             }
-            Rung::Reopen | Rung::AwaitCard => self.go_dark(reason.to_owned(), false),
-            Rung::AwaitMaster => {
-                let reason = format!("another process is master of {}", self.kms.name());
+            RecoveryStep::Reopen | RecoveryStep::AwaitCard => self.go_dark(reason.to_owned(), false),
+            RecoveryStep::AwaitMaster => {
+                let reason = format!("another process is DRM master of {}", self.kms.name());
                 self.go_dark(reason, false);
             }
         }
     }
 
-    /// Gives the output up in good order: CRTC off, then buffers freed. The card stays open.
+    /// Closes the output: switches the CRTC off, then frees the buffers. The card stays open.
     pub(super) fn leave(&mut self, reason: &str) {
         self.go_dark(reason.to_owned(), true);
     }
 
-    /// Nothing is lit from here on. `tidy`: the CRTC is switched off and the buffers are freed one by one; if that
-    /// fails, or is not to be tried, closing the card frees them all.
+    /// Goes dark. With `tidy` the CRTC is switched off and the buffers are freed one by one; without, or if that fails,
+    /// the card is closed, which frees them all.
     fn go_dark(&mut self, reason: String, tidy: bool) {
-        let pause = if self.tries == 0 { Duration::ZERO } else { ladder::pause(self.tries) };
+        let pause = if self.tries == 0 { Duration::ZERO } else { recovery_policy::pause(self.tries) };
         let now = self.now();
-        let retry = now.after(pause.as_nanos() as u64).max(self.cable.goes_dark(now));
+        let retry = now.after(pause.as_nanos() as u64).max(self.cable.on_dark(now));
         if matches!(self.phase, Phase::Asleep) {
-            // It sleeps on, and whoever wakes it opens the card.
+            // It stays asleep; waking it opens the card.
             return self.close();
         }
-        self.forget_coming();
+        self.drop_prepared();
         let phase = std::mem::replace(&mut self.phase, Phase::Dark { retry });
         let tidied = match phase {
             Phase::Up(output) => tidy && self.tidy(*output),
@@ -131,11 +131,11 @@ impl<K: Kms> KmsScreen<K> {
         self.notices.push_back(Event::Lost { reason });
     }
 
-    /// Lets somebody else have the display, at another console.
+    /// Releases the display for another console.
     pub(super) fn leave_console(&mut self) {
         self.is_elsewhere = true;
-        self.go_dark("somebody looks at another console".to_owned(), false);
-        self.kms.let_console_go();
+        self.go_dark("another console is active".to_owned(), false);
+        self.kms.release_console();
     }
 
     /// Has the display again.
@@ -150,7 +150,7 @@ impl<K: Kms> KmsScreen<K> {
     /// Frees an output; false if the CRTC could not be switched off.
     pub(super) fn tidy(&mut self, output: Output) -> bool {
         if output.lit
-            && let Err(error) = self.kms.commit(How::Modeset, output.plan.darken())
+            && let Err(error) = self.kms.commit(CommitMode::Modeset, output.plan.darken())
         {
             tracing::debug!(%error, "cannot switch the CRTC off, closing the card");
             return false;
@@ -160,11 +160,11 @@ impl<K: Kms> KmsScreen<K> {
         true
     }
 
-    /// Takes the events that belong to commits that are over; others are kept in mind.
+    /// Drops the events of commits that are over; other events are kept.
     pub(super) fn drop_stale_flips(&mut self) {
         while let Ok(Some(happening)) = self.kms.wait(Duration::ZERO) {
-            if !matches!(happening, Happening::Flip { .. }) {
-                self.happened(happening);
+            if !matches!(happening, KmsEvent::Flip { .. }) {
+                self.on_event(happening);
             }
         }
     }
@@ -178,7 +178,7 @@ pub(super) fn free(kms: &mut impl Kms, output: Output) {
 }
 
 /// Frees buffers that no plane shows, with their framebuffers.
-pub(super) fn destroy(kms: &mut impl Kms, mut buffers: Vec<Painted>) {
+pub(super) fn destroy(kms: &mut impl Kms, mut buffers: Vec<FilledBuffer>) {
     // Buffers of one framebuffer lie side by side.
     buffers.dedup_by_key(|painted| painted.buffer.source.fb);
     for painted in buffers {

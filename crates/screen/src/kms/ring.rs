@@ -1,29 +1,29 @@
 //! Who holds which scan-out buffer.
 //!
-//! Owns the life of a buffer: free, staged, pending, on the glass, free. Pure: never touches memory.
-//! The rule that it keeps: a buffer is free only when the flip that *follows* its own has arrived.
+//! Owns the life of a buffer: free, staged, pending, on the screen, free. Pure. Its rule: a buffer is free only when the
+//! flip that *follows* its own has arrived.
 
-/// The buffers of one output. Three suffice: one on the glass, one pending, one being filled.
+/// The buffers of one output. Three suffice: one on the screen, one pending, one being filled.
 #[derive(Debug)]
 pub(crate) struct Ring<B> {
     buffers: Vec<B>,
     staged: Option<usize>,
     pending: Option<usize>,
-    /// What may be on the glass, the newest last. More than one only after a flip event was lost.
-    glass: Vec<usize>,
+    /// The buffers that may be on the screen, the newest last. More than one only after a flip event was lost.
+    on_screen: Vec<usize>,
 }
 
 impl<B> Ring<B> {
     pub(crate) fn new(buffers: Vec<B>) -> Self {
-        Self { buffers, staged: None, pending: None, glass: Vec::new() }
+        Self { buffers, staged: None, pending: None, on_screen: Vec::new() }
     }
 
     /// The buffer to fill: the staged one again, or a free one; `None` while none is free.
     pub(crate) fn stage(&mut self) -> Option<&mut B> {
-        let free = |slot: &usize| Some(*slot) != self.pending && !self.glass.contains(slot);
-        let slot = self.staged.or_else(|| (0..self.buffers.len()).find(free))?;
-        self.staged = Some(slot);
-        self.buffers.get_mut(slot)
+        let free = |index: &usize| Some(*index) != self.pending && !self.on_screen.contains(index);
+        let index = self.staged.or_else(|| (0..self.buffers.len()).find(free))?;
+        self.staged = Some(index);
+        self.buffers.get_mut(index)
     }
 
     /// Whether a buffer is staged.
@@ -31,30 +31,29 @@ impl<B> Ring<B> {
         self.staged.is_some()
     }
 
-    /// Moves the staged buffer into the commit; without one, what is on the glass is committed again.
+    /// Moves the staged buffer into the commit; without one, the buffer on the screen is committed again.
     pub(crate) fn commit(&mut self) -> Option<&B> {
-        self.pending = self.pending.or_else(|| self.staged.take()).or_else(|| self.glass.last().copied());
+        self.pending = self.pending.or_else(|| self.staged.take()).or_else(|| self.on_screen.last().copied());
         self.pending()
     }
 
     /// The buffer in the commit.
     pub(crate) fn pending(&self) -> Option<&B> {
-        self.pending.map(|slot| &self.buffers[slot])
+        self.pending.map(|index| &self.buffers[index])
     }
 
-    /// The flip has arrived: the pending buffer is on the glass, and it alone. Returns whether that is news, and not
-    /// what was there before.
+    /// The flip has arrived: only the pending buffer is on the screen. Returns whether it is a new picture.
     pub(crate) fn flipped(&mut self) -> bool {
-        let Some(slot) = self.pending.take() else { return false };
-        let before = std::mem::replace(&mut self.glass, vec![slot]);
-        before.last() != Some(&slot)
+        let Some(index) = self.pending.take() else { return false };
+        let before = std::mem::replace(&mut self.on_screen, vec![index]);
+        before.last() != Some(&index)
     }
 
-    /// The flip's event was lost: the pending buffer is on the glass, but perhaps not yet alone.
+    /// The flip's event was lost: the pending buffer is on the screen, and perhaps the one before it, too.
     pub(crate) fn presume_flipped(&mut self) {
-        if let Some(slot) = self.pending.take() {
-            self.glass.retain(|&lit| lit != slot);
-            self.glass.push(slot);
+        if let Some(index) = self.pending.take() {
+            self.on_screen.retain(|&lit| lit != index);
+            self.on_screen.push(index);
         }
     }
 
@@ -78,7 +77,7 @@ mod tests {
             for step in steps {
                 match step {
                     0 => {
-                        let lit: BTreeSet<_> = ring.glass.iter().copied().chain(ring.pending).collect();
+                        let lit: BTreeSet<_> = ring.on_screen.iter().copied().chain(ring.pending).collect();
                         if let Some(&mut filled) = ring.stage() {
                             prop_assert!(!lit.contains(&filled));
                         } else {

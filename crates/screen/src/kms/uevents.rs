@@ -1,6 +1,6 @@
-//! Hot-plug as the kernel tells it, without udevd.
+//! Hot-plug events from the kernel, without udevd.
 //!
-//! Owns the netlink socket and the filter. Never says what changed: a survey does.
+//! Owns the netlink socket and the filter. A survey finds out what has changed.
 
 use rustix::net::{AddressFamily, RecvFlags, SocketFlags, SocketType, bind, netlink, recvfrom, socket_with};
 use std::io;
@@ -17,7 +17,7 @@ impl Uevents {
     /// Subscribes.
     ///
     /// # Errors
-    /// The kernel or a sandbox refuses netlink.
+    /// The kernel or a sandbox denies netlink.
     pub(crate) fn subscribe() -> io::Result<Self> {
         let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
         let socket = socket_with(AddressFamily::NETLINK, SocketType::DGRAM, flags, Some(netlink::KOBJECT_UEVENT))?;
@@ -25,7 +25,7 @@ impl Uevents {
         Ok(Self(socket))
     }
 
-    /// Takes all that has come; whether any of it is about a display.
+    /// Reads all waiting events; whether any concerns a display.
     pub(crate) fn display_changed(&mut self) -> bool {
         let mut changed = false;
         let mut message = [0; 8192];
@@ -35,10 +35,10 @@ impl Uevents {
                     // Any process may send to us; the kernel's port is 0.
                     let sender = sender.and_then(|address| netlink::SocketAddrNetlink::try_from(address).ok());
                     let kernel = sender.is_some_and(|address| address.pid() == 0);
-                    changed |= kernel && is_about_a_display(&message[..length.min(8192)]);
+                    changed |= kernel && is_display_event(&message[..length.min(8192)]);
                 }
                 Err(rustix::io::Errno::INTR) => {}
-                // Some were lost: one of them may have been ours.
+                // Some were lost: one of them may have concerned a display.
                 Err(rustix::io::Errno::NOBUFS) => changed = true,
                 Err(_) => return changed,
             }
@@ -53,7 +53,7 @@ impl AsFd for Uevents {
 }
 
 /// A connector changed, or a card came or went. Leases and properties send `change` events too, without `HOTPLUG`.
-fn is_about_a_display(message: &[u8]) -> bool {
+fn is_display_event(message: &[u8]) -> bool {
     let has = |field: &[u8]| message.split(|&byte| byte == 0).any(|found| found == field);
     has(b"SUBSYSTEM=drm") && (has(b"HOTPLUG=1") || has(b"ACTION=add") || has(b"ACTION=remove"))
 }
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn only_hotplug_of_displays_counts() {
-        let event = |fields: &str| is_about_a_display(fields.replace(' ', "\0").as_bytes());
+        let event = |fields: &str| is_display_event(fields.replace(' ', "\0").as_bytes());
         assert!(event("change@/devices/x ACTION=change SUBSYSTEM=drm HOTPLUG=1 CONNECTOR=34"));
         assert!(event("add@/devices/x ACTION=add SUBSYSTEM=drm DEVNAME=dri/card1"));
         assert!(!event("change@/devices/x ACTION=change SUBSYSTEM=drm LEASE=1"));

@@ -1,7 +1,7 @@
-//! Real display modes, and for how many vblanks frames of each rate stay lit on them.
+//! Real display modes, and how many vblanks a frame of each rate stays lit on them.
 //!
-//! Owns the table, each row with the timing that its standard publishes: VESA DMT and CVT (with reduced blanking: RB), and
-//! CTA-861 (CEA). Never computes an expectation: 0 stands for a cadence that is diffused.
+//! Owns the table, each row with the timing that its standard publishes: VESA DMT and CVT (with reduced blanking: RB),
+//! and CTA-861 (CEA). The expected values are written down, not computed; 0 means that the cadence alternates.
 
 use super::Cadence;
 use crate::Rate;
@@ -59,7 +59,7 @@ fn every_frame_is_lit_equally_long_on_real_modes_near_a_multiple() {
         let refresh = Rate::new(kilohertz * 1000, width * height).unwrap();
         for ((num, den), expected) in RATES.into_iter().zip(expected) {
             let mut cadence = Cadence::new(Rate::new(num, den).unwrap(), refresh);
-            // An hour of frames: the slowest slip that anybody has named is one in minutes.
+            // An hour of frames: the slowest reported slip is one frame in some minutes.
             let holds: Vec<u32> = (0..3600 * num / den).map(|_| cadence.hold()).collect();
             let is_even = holds.iter().all(|held| *held == holds[0]);
             assert_eq!(is_even, expected > 0, "{num}/{den} on {name}");

@@ -6,7 +6,7 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use timing::{FrameCount, Rate};
-use video::{Clip, ClipError, Damage, Form, Poll, ProbeError, Session, decodes, probe};
+use video::{Clip, ClipError, Damage, Form, Poll, ProbeError, Session, decode_whole, probe};
 
 const FRAMES: FrameCount = FrameCount(30);
 const HOW: &str = "-preset fast -crf 18 -g 10";
@@ -99,7 +99,7 @@ fn a_clip_of_one_frame_is_in_the_form_and_plays() {
     let one = clip(folder.path(), "one.mp4", 1, HOW);
     let good = clip(folder.path(), "good.mp4", FRAMES.0, HOW);
     assert_eq!(probe(&one).unwrap().differences(&form(), FrameCount(1)), []);
-    assert_eq!(decodes(&one, NonZero::<usize>::MIN), Ok(FrameCount(1)));
+    assert_eq!(decode_whole(&one, NonZero::<usize>::MIN), Ok(FrameCount(1)));
     let still = || Clip::open(&one, &form(), FrameCount(1)).unwrap();
     let played = play([still(), still(), Clip::open(&good, &form(), FRAMES).unwrap(), still()], 2);
     for (clip, path) in [(0, &one), (1, &one), (2, &good), (3, &one)] {
@@ -120,7 +120,7 @@ fn an_open_gop_is_told_by_the_probe() {
 fn a_flipped_byte_is_told_and_the_clips_around_it_are_unharmed() {
     let folder = TempDir::new().unwrap();
     let (bad, good) = (flipped(folder.path()), clip(folder.path(), "good.mp4", FRAMES.0, "-preset slow -bf 4"));
-    assert!(decodes(&bad, NonZero::<usize>::MIN).is_err());
+    assert!(decode_whole(&bad, NonZero::<usize>::MIN).is_err());
     let expected = framemd5(&good);
     for threads in [1, 2, 4] {
         let clips = [&good, &bad, &good, &bad, &bad, &good].map(|path| Clip::open(path, &form(), FRAMES).unwrap());
@@ -199,6 +199,6 @@ fn frames_outlive_their_session_and_cross_threads() {
     });
     let frames = frames.join().unwrap();
     assert_eq!(frames.iter().map(hash).collect::<Vec<_>>(), framemd5(&path));
-    assert!(frames.iter().all(|frame| frame.size() == SIZE && !frame.damaged()));
+    assert!(frames.iter().all(|frame| frame.size() == SIZE && !frame.is_damaged()));
     assert_eq!(frames.iter().position(video::Frame::last), Some(frames.len() - 1));
 }

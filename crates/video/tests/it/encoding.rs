@@ -5,7 +5,7 @@ use std::fs;
 use std::num::NonZero;
 use tempfile::TempDir;
 use timing::{FrameCount, Rate};
-use video::{Clip, EncodeError, Encoder, Form, Poll, Quality, Session, Yuv420p, decodes, probe};
+use video::{Clip, EncodeError, Encoder, Form, Poll, Quality, Session, Yuv420p, decode_whole, probe};
 
 /// Nearly every sample is kept, so that what comes out can be compared with what went in.
 const FAITHFUL: Quality<'_> = Quality { crf: 1.0, preset: "fast", max_bits_per_second: None };
@@ -37,7 +37,7 @@ fn our_clips_are_in_the_form_at_every_rate_and_preset() {
             ("High", "bt709 bt709 bt709 limited"),
             "{preset}"
         );
-        assert_eq!(decodes(&path, NonZero::<usize>::MIN), Ok(FrameCount(frames)), "{preset}");
+        assert_eq!(decode_whole(&path, NonZero::<usize>::MIN), Ok(FrameCount(frames)), "{preset}");
         let played = play([Clip::open(&path, &form, FrameCount(frames)).unwrap()], 2);
         assert_eq!(played.hashes(0), framemd5(&path), "{preset}");
     }

@@ -7,13 +7,13 @@ use md5::{Digest, Md5};
 use std::path::Path;
 use std::process::Command;
 use timing::FrameCount;
-use video::{Foreign, ForeignError};
+use video::{ForeignError, ForeignVideo};
 
 const FRAMES: u32 = 24;
 
 /// Every picture of the video, or why it is refused, and how many came before.
 fn read(path: &Path) -> Result<Vec<video::ForeignPicture>, (usize, ForeignError)> {
-    let mut foreign = Foreign::open(path).map_err(|error| (0, error))?;
+    let mut foreign = ForeignVideo::open(path).map_err(|error| (0, error))?;
     let mut pictures = Vec::new();
     loop {
         match foreign.picture() {
@@ -55,7 +55,7 @@ fn samples_that_a_flock_has_already_are_taken_bit_by_bit() {
         let path = made(folder.path(), name, &source(size), FRAMES, &format!("{codec} {tags}"));
         let digest = |picture: &video::ForeignPicture| {
             let mut md5 = Md5::new();
-            picture.as_it_is().expect("it is a flock's").planes().iter().for_each(|plane| md5.update(plane));
+            picture.as_yuv420p().expect("it is a flock's").planes().iter().for_each(|plane| md5.update(plane));
             hex(md5)
         };
         let found: Vec<String> = read(&path).unwrap().iter().map(digest).collect();
@@ -127,11 +127,11 @@ fn what_is_damaged_is_refused_and_told_where() {
         assert!(read(&at("scratched")).is_err(), "{name} with a scratch is read");
     }
     std::fs::write(at("empty.avi"), "").unwrap();
-    assert!(matches!(Foreign::open(&at("empty.avi")), Err(ForeignError::Empty)));
+    assert!(matches!(ForeignVideo::open(&at("empty.avi")), Err(ForeignError::Empty)));
     std::fs::write(at("text.avi"), "not a video at all, but long enough to be looked at twice").unwrap();
-    assert!(matches!(Foreign::open(&at("text.avi")), Err(ForeignError::NotAVideo { .. })));
-    assert!(matches!(Foreign::open(folder.path()), Err(ForeignError::NotAFile)));
-    assert!(matches!(Foreign::open(&at("none.avi")), Err(ForeignError::Open { .. })));
+    assert!(matches!(ForeignVideo::open(&at("text.avi")), Err(ForeignError::NotAVideo { .. })));
+    assert!(matches!(ForeignVideo::open(folder.path()), Err(ForeignError::NotAFile)));
+    assert!(matches!(ForeignVideo::open(&at("none.avi")), Err(ForeignError::Open { .. })));
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn a_list_of_other_files_is_no_video() {
     for (name, text) in [("l.avi", "ffconcat version 1.0\nfile a.mp4\n"), ("m.avi", "#EXTM3U\n#EXTINF:1,\na.mp4\n")] {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
-        assert!(matches!(Foreign::open(&path), Err(ForeignError::NotAVideo { .. })), "{name}");
+        assert!(matches!(ForeignVideo::open(&path), Err(ForeignError::NotAVideo { .. })), "{name}");
     }
 }
 
@@ -152,19 +152,19 @@ fn a_video_tells_of_itself_what_its_header_has() {
     for name in ["a.avi", "b.mp4", "c.mkv"] {
         let settings = format!("-c:v mpeg4 {tags}");
         let path = made(folder.path(), name, &source("96x64"), FRAMES, &settings);
-        let foreign = Foreign::open(&path).unwrap();
-        let about = foreign.about();
-        assert_eq!((about.codec.as_str(), about.size, about.pixel), ("mpeg4", (96, 64), (1, 1)), "{name}");
-        let fps = about.fps.unwrap();
+        let foreign = ForeignVideo::open(&path).unwrap();
+        let info = foreign.info();
+        assert_eq!((info.codec.as_str(), info.size, info.pixel), ("mpeg4", (96, 64), (1, 1)), "{name}");
+        let fps = info.fps.unwrap();
         assert!((f64::from(fps.num()) / f64::from(fps.den()) - 23.976).abs() < 0.01, "{name}: {fps}");
-        assert!(about.frames.is_none_or(|frames| frames == FrameCount(FRAMES)), "{name}");
+        assert!(info.frames.is_none_or(|frames| frames == FrameCount(FRAMES)), "{name}");
         let told = |key: &str| {
-            about.tags.iter().find(|(found, _)| found.eq_ignore_ascii_case(key)).map(|(_, value)| &value[..])
+            info.tags.iter().find(|(found, _)| found.eq_ignore_ascii_case(key)).map(|(_, value)| &value[..])
         };
         assert_eq!(
             [told("title"), told("copyright"), told("artist")],
             [Some("Aurora"), Some("CC-BY-4.0"), Some("Scott")]
         );
-        assert_eq!(about.tags.len(), 3, "{name}: {:?}", about.tags);
+        assert_eq!(info.tags.len(), 3, "{name}: {:?}", info.tags);
     }
 }

@@ -4,7 +4,7 @@ use crate::clips::{clip, form, framemd5, play};
 use std::path::PathBuf;
 use tempfile::TempDir;
 use timing::FrameCount;
-use video::{Clip, decodes};
+use video::{Clip, decode_whole};
 
 /// Names, lengths and encoder settings that differ in everything a decoder keeps between pictures.
 const KINDS: [(&str, u32, &str); 9] = [
@@ -75,7 +75,7 @@ fn whole_clips_decode_cleanly() {
     for (name, frames, how) in KINDS {
         let path = clip(folder.path(), name, frames, how);
         for threads in [1, 3] {
-            assert_eq!(decodes(&path, std::num::NonZero::new(threads).unwrap()), Ok(FrameCount(frames)), "{name}");
+            assert_eq!(decode_whole(&path, std::num::NonZero::new(threads).unwrap()), Ok(FrameCount(frames)), "{name}");
         }
     }
 }

@@ -8,8 +8,8 @@
 
 use super::{ClipSource, Strikes};
 use crate::stream::{Generation, path};
-use flock::{Flock, Itinerary, Leg, Place, SheepId, What};
-use player::chain;
+use exit::chain;
+use flock::{ClipKind, Flock, Itinerary, Leg, Place, SheepId};
 use std::sync::Arc;
 use tracing::{info, warn};
 
@@ -39,8 +39,8 @@ impl ClipSource {
         }
         let Some(next) = self.awaited() else { return false };
         let here = match &leg.clip.what {
-            What::Loop { sheep } => sheep,
-            What::Transition { from, .. } => from,
+            ClipKind::Loop { sheep } => sheep,
+            ClipKind::Transition { from, .. } => from,
         };
         if !has(&next, here) && shares_a_sheep(&next, &self.generation.flock) && self.successor.waited < PATIENCE {
             self.successor.waited += 1;

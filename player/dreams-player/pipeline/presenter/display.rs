@@ -43,7 +43,7 @@ impl<F: FrameSource> Presenter<'_, F> {
                 return Ok(Some(Event::Lost));
             }
         }
-        if was_black && lighting != Lighting::Off && self.screen.lit().is_some() {
+        if was_black && lighting != Lighting::Off && self.screen.info().is_some() {
             self.back();
             return Ok(Some(Event::Back));
         }

@@ -8,7 +8,7 @@ use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Faults, PlaceSaver, PlaceStore, Record, Recorder, SharedView, Tally};
 use crate::stream::scheduled_clip::tests::{frames, scheduled_clips};
 use crate::stream::{Frame, ScheduledClip};
-use screen::{Event, Light, Lit, OutputSettings, Picture, Screen, ScreenError};
+use screen::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -47,8 +47,8 @@ impl FakeScreen {
 }
 
 impl Screen for FakeScreen {
-    fn lit(&self) -> Option<Lit> {
-        self.is_lit.then(|| Lit {
+    fn info(&self) -> Option<ScreenInfo> {
+        self.is_lit.then(|| ScreenInfo {
             screen: "fake".to_owned(),
             mode: format!("16x16@{HZ}"),
             size: (16, 16),
@@ -68,7 +68,7 @@ impl Screen for FakeScreen {
         self.flip = self.is_lit.then_some(self.now.get() + 1);
     }
 
-    fn fit(&mut self, _: (u32, u32), _: Rate) {
+    fn set_format(&mut self, _: (u32, u32), _: Rate) {
         panic!("all pictures are of one form");
     }
 

@@ -3,10 +3,10 @@
 //! Owns the events that may happen, and seals for them. Never touches a disk: the store's own claims do.
 
 use super::{
-    Addressees, Admission, BAD, Consent, Generation, JOINS, Refused, STARTS, Seal, State, UnitId, Unknown, Verdict,
+    Addressees, Admission, BAD, Consent, Generation, JOINS, Refusal, STARTS, Seal, State, UnitId, Unknown, Verdict,
 };
 use crate::seal::tests::letter;
-use crate::seal::{Letter, Unverified};
+use crate::seal::{SealBody, UnverifiedSeal};
 use crate::secret::SecretKey;
 use crate::secret::tests::{artist, stranger};
 use crate::trust::Trust;
@@ -36,8 +36,8 @@ fn seal(key: &SecretKey, sequence: u64) -> Seal {
 }
 
 fn seal_for(addressees: Addressees, key: &SecretKey, sequence: u64) -> Seal {
-    let letter = Letter { addressees, ..letter(sequence) };
-    Unverified::new(letter.sign(key).unwrap()).verify(&Trust::of([key.public()])).unwrap()
+    let letter = SealBody { addressees, ..letter(sequence) };
+    UnverifiedSeal::new(letter.sign(key).unwrap()).verify(&Trust::of([key.public()])).unwrap()
 }
 
 fn generation(state: &State, seal: &Seal) -> Generation {
@@ -59,19 +59,19 @@ fn happens(state: State, event: Event) -> State {
             match state.admit(&seal, &unit(), consent) {
                 Ok(Admission::New) => {
                     let new = generation(&state, &seal);
-                    state.installed(new)
+                    state.install_trial(new)
                 }
                 Ok(Admission::Kept | Admission::OnTrial | Admission::Plays) | Err(_) => state,
             }
         }
-        Event::Started => state.started().0,
-        Event::Excused => state.excused(),
-        Event::Shown => state.shown().0,
-        Event::Won => state.won(),
-        Event::Lost => state.lost(),
-        Event::GoodIsGone => state.good_is_gone(),
-        Event::Vanished => state.vanished(),
-        Event::GivesUp => state.without_reserve(),
+        Event::Started => state.record_start().0,
+        Event::Excused => state.excuse_start(),
+        Event::Shown => state.record_clip().0,
+        Event::Won => state.accept(),
+        Event::Lost => state.reject(),
+        Event::GoodIsGone => state.drop_good(),
+        Event::Vanished => state.drop_playing(),
+        Event::GivesUp => state.drop_before(),
     }
 }
 
@@ -134,24 +134,24 @@ fn what_plays_already_is_no_news_and_what_was_replaced_unjudged_may_come_again()
     let (one, two) = (seal(artist(), 1), seal(artist(), 2));
     let state = State::default();
     let first = generation(&state, &one);
-    let state = state.installed(first);
+    let state = state.install_trial(first);
     assert_eq!(state.admit(&one, &unit(), Consent::Newer).unwrap(), Admission::OnTrial);
-    let state = state.won();
+    let state = state.accept();
     assert_eq!(state.admit(&one, &unit(), Consent::Any).unwrap(), Admission::Plays);
     let second = generation(&state, &two);
-    let state = state.installed(second);
+    let state = state.install_trial(second);
     assert_eq!(state.admit(&one, &unit(), Consent::Newer).unwrap(), Admission::Kept);
     let third = generation(&state, &seal(artist(), 3));
-    let state = state.installed(third).lost();
+    let state = state.install_trial(third).reject();
     assert_eq!(state.admit(&two, &unit(), Consent::Newer).unwrap(), Admission::New);
 }
 
 /// On trial, in an evening in which it was shown for so many joins.
 fn evening(state: State, joins: u32) -> (State, Verdict) {
-    let (state, verdict) = state.started();
+    let (state, verdict) = state.record_start();
     (0..joins).fold(
         (state, verdict),
-        |(state, verdict), _| if verdict == Verdict::Open { state.shown() } else { (state, verdict) },
+        |(state, verdict), _| if verdict == Verdict::Open { state.record_clip() } else { (state, verdict) },
     )
 }
 
@@ -159,7 +159,7 @@ fn evening(state: State, joins: u32) -> (State, Verdict) {
 fn a_trial_counts_what_was_shown_over_as_many_short_evenings_as_it_takes() {
     let state = State::default();
     let new = generation(&state, &seal(artist(), 1));
-    let mut state = state.installed(new);
+    let mut state = state.install_trial(new);
     for started in 1..JOINS {
         let (after, verdict) = evening(state, 1);
         assert_eq!((verdict, after.trial.as_ref().map(|trial| trial.joins)), (Verdict::Open, Some(started)));
@@ -173,18 +173,18 @@ fn a_trial_counts_what_was_shown_over_as_many_short_evenings_as_it_takes() {
 fn a_trial_is_lost_by_starts_that_show_nothing_unless_nobody_could_have_seen_them() {
     let state = State::default();
     let new = generation(&state, &seal(artist(), 1));
-    let mut state = evening(state.installed(new), 1).0;
+    let mut state = evening(state.install_trial(new), 1).0;
     for _ in 0..2 * STARTS {
-        let (after, verdict) = state.started();
+        let (after, verdict) = state.record_start();
         assert_eq!(verdict, Verdict::Open);
-        state = after.excused();
+        state = after.excuse_start();
     }
     for _ in 0..STARTS {
-        let (after, verdict) = state.started();
+        let (after, verdict) = state.record_start();
         assert_eq!(verdict, Verdict::Open);
         state = after;
     }
-    let (state, verdict) = state.started();
+    let (state, verdict) = state.record_start();
     assert_eq!((verdict, state.bad.len()), (Verdict::Lost, 1));
 }
 
@@ -194,22 +194,22 @@ fn the_flock_that_set_the_floor_is_let_in_again_when_the_disk_has_lost_it() {
     let mut state = State::default();
     for seal in [&old, &new] {
         let generation = generation(&state, seal);
-        state = state.installed(generation).won();
+        state = state.install_trial(generation).accept();
     }
     assert_eq!(state.admit(&new, &unit(), Consent::Newer).unwrap(), Admission::Plays);
     assert!(state.admit(&old, &unit(), Consent::Newer).is_err());
     // The one before it plays, or none.
-    for lost in [state.clone().vanished(), state.vanished().vanished()] {
+    for lost in [state.clone().drop_playing(), state.drop_playing().drop_playing()] {
         assert_eq!(lost.admit(&new, &unit(), Consent::Newer).unwrap(), Admission::New);
         assert!(lost.admit(&old, &unit(), Consent::Newer).is_err() || lost.good.is_some());
     }
 }
 
 /// Admits what is newer, and has it win its trial.
-fn takes(state: State, seal: &Seal, consent: Consent) -> Result<State, Refused> {
+fn takes(state: State, seal: &Seal, consent: Consent) -> Result<State, Refusal> {
     assert_eq!(state.admit(seal, &unit(), consent)?, Admission::New);
     let new = generation(&state, seal);
-    Ok(state.installed(new).won())
+    Ok(state.install_trial(new).accept())
 }
 
 #[test]
@@ -217,17 +217,17 @@ fn who_has_its_own_takes_nothing_for_everybody_unless_somebody_on_site_says_so()
     let own = |sequence| seal_for(Addressees::of([unit()]), artist(), sequence);
     let for_all = |sequence| seal(artist(), sequence);
     let is_refused = |state: &State, sequence| {
-        matches!(state.admit(&for_all(sequence), &unit(), Consent::Newer), Err(Refused::ForEverybody { .. }))
+        matches!(state.admit(&for_all(sequence), &unit(), Consent::Newer), Err(Refusal::ForEverybody { .. }))
     };
     let state = takes(State::default(), &for_all(1), Consent::Newer).unwrap();
     let state = takes(state, &for_all(2), Consent::Newer).unwrap();
     let new = generation(&state, &own(3));
-    let on_trial = state.installed(new);
+    let on_trial = state.install_trial(new);
     assert!(is_refused(&on_trial, 4), "also while its own is on trial");
-    assert!(!is_refused(&on_trial.clone().lost(), 4), "what did not play says nothing");
-    let state = on_trial.won();
+    assert!(!is_refused(&on_trial.clone().reject(), 4), "what did not play says nothing");
+    let state = on_trial.accept();
     assert!(
-        is_refused(&state, 4) && is_refused(&state.clone().vanished().vanished(), 4),
+        is_refused(&state, 4) && is_refused(&state.clone().drop_playing().drop_playing(), 4),
         "a disk that forgets is no word"
     );
     let other = UnitId::new("stairs").unwrap();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use proptest::prelude::{ProptestConfig, any, prop, prop_assert_eq, proptest};
 
-use super::{Itinerary, Showing, What};
+use super::{ClipKind, Itinerary, SheepVisits};
 use crate::flock::Flock;
 use crate::graph::tests::manifest;
 use crate::manifest::{ClipPath, Manifest, SheepId};
@@ -171,13 +171,13 @@ fn a_place_of_more_steps_than_can_be_counted_exactly_is_damaged() {
 #[test]
 fn a_struck_transition_is_replaced_by_another_from_the_same_sheep() {
     let mut path = start(ring(9), 4);
-    let leg = std::iter::from_fn(|| path.next_leg()).find(|leg| matches!(leg.clip.what, What::Transition { .. }));
+    let leg = std::iter::from_fn(|| path.next_leg()).find(|leg| matches!(leg.clip.what, ClipKind::Transition { .. }));
     let bad = leg.unwrap().clip;
-    let from = |what: &What| match what {
-        What::Transition { from, .. } => Some(from.clone()),
-        What::Loop { .. } => None,
+    let from = |what: &ClipKind| match what {
+        ClipKind::Transition { from, .. } => Some(from.clone()),
+        ClipKind::Loop { .. } => None,
     };
-    path.strike(&bad.path);
+    path.block(&bad.path);
     let instead = path.next_leg().unwrap().clip;
     assert_eq!(from(&instead.what), from(&bad.what));
     assert!(!clips(&mut path, 3000).contains(&bad.path.to_string()));
@@ -186,7 +186,7 @@ fn a_struck_transition_is_replaced_by_another_from_the_same_sheep() {
 #[test]
 fn a_struck_loop_is_passed_by() {
     let mut path = start(ring(5), 4);
-    path.strike(&clip("loops/2"));
+    path.block(&clip("loops/2"));
     let clips = clips(&mut path, 500);
     assert!(!clips.contains(&"loops/2".to_owned()));
     assert!(clips.iter().any(|clip| clip.ends_with("=2")), "the sheep itself is still visited");
@@ -197,7 +197,7 @@ fn strikes_lead_into_no_trap() {
     // 2 can only be left by one transition; without it the walk must not go there.
     let arcs = [(0, 1, 1.0), (1, 0, 1.0), (1, 2, 1.0), (2, 0, 1.0)];
     let mut path = start(manifest(3, &arcs), 1);
-    path.strike(&clip("transitions/2=0"));
+    path.block(&clip("transitions/2=0"));
     let clips = clips(&mut path, 300);
     let after_the_start = clips.iter().skip_while(|clip| *clip == "loops/2");
     assert!(clips[0] == "loops/2" || after_the_start.count() == 300);
@@ -207,11 +207,11 @@ fn strikes_lead_into_no_trap() {
 #[test]
 fn without_an_exit_the_loop_plays_for_ever_and_without_anything_there_is_no_leg() {
     let mut path = start(manifest(2, &[(0, 1, 1.0), (1, 0, 1.0)]), 1);
-    path.strike(&clip("transitions/0=1"));
-    path.strike(&clip("transitions/1=0"));
+    path.block(&clip("transitions/0=1"));
+    path.block(&clip("transitions/1=0"));
     let own = path.next_leg().unwrap().clip.path;
     assert!(clips(&mut path, 50).iter().all(|clip| clip == own.as_str()));
-    path.strike(&own);
+    path.block(&own);
     assert!(path.next_leg().is_none());
 }
 
@@ -224,11 +224,11 @@ fn a_forgiven_path_goes_on_where_it_stands_and_repeats_nothing() {
         let played: Vec<_> = (0..cut).map(|_| path.next_leg().unwrap().clip.path.to_string()).collect();
         // The storage is gone: every clip is tried, and struck.
         while let Some(leg) = path.next_leg() {
-            path.strike(&leg.clip.path);
+            path.block(&leg.clip.path);
         }
-        assert!(!path.leads_on());
-        path.forgive();
-        assert!(path.leads_on());
+        assert!(!path.has_exit());
+        path.unblock();
+        assert!(path.has_exit());
         assert_eq!([played, clips(&mut path, 20)].concat(), whole[..cut + 20], "after {cut} clips");
     }
 }
@@ -241,7 +241,7 @@ fn a_flock_of_one_loop_plays_it_for_ever() {
 #[test]
 fn a_clip_that_was_missing_for_long_does_not_come_back_in_a_row() {
     let mut path = start(manifest(3, &[(0, 1, 1.0), (0, 2, 1.0), (1, 0, 1.0), (2, 0, 1.0)]), 6);
-    path.strike(&clip("transitions/0=1"));
+    path.block(&clip("transitions/0=1"));
     clips(&mut path, 4000);
     let healed = path.next_leg().unwrap().place;
     let mut path = Itinerary::resume(Arc::clone(path.flock()), &healed).unwrap();
@@ -254,19 +254,21 @@ fn a_clip_that_was_missing_for_long_does_not_come_back_in_a_row() {
 fn a_new_flock_is_entered_where_the_old_one_was_left() {
     let mut path = start(ring(8), 3);
     clips(&mut path, 999);
-    let (place, before) = (path.next_leg().unwrap().place, path.showings());
+    let (place, before) = (path.next_leg().unwrap().place, path.visits_by_sheep());
     // Two sheep more, and other weights.
     let mut grown = ring(10);
     grown.transitions.iter_mut().for_each(|transition| transition.weight = 1.0);
     let mut carried = Itinerary::resume(Arc::new(Flock::new(grown)), &saved(&place)).unwrap();
     assert_eq!(carried.steps(), place.step());
-    let visits = |showings: &[Showing], id: &str| showings.iter().find(|s| s.id.as_str() == id).unwrap().visits;
+    let visits = |visits_by_sheep: &[SheepVisits], id: &str| {
+        visits_by_sheep.iter().find(|s| s.id.as_str() == id).unwrap().visits
+    };
     let old = |id: &str| visits(&before, id) as i64;
-    assert!((visits(&carried.showings(), "s4") as i64 - old("s4")).abs() <= 1);
-    assert_eq!(visits(&carried.showings(), "s9"), 0);
+    assert!((visits(&carried.visits_by_sheep(), "s4") as i64 - old("s4")).abs() <= 1);
+    assert_eq!(visits(&carried.visits_by_sheep(), "s9"), 0);
     // From here on visits are due by the new shares: the new sheep do not crowd in to catch up on what they missed.
     clips(&mut carried, 400);
-    let gained = visits(&carried.showings(), "s9");
+    let gained = visits(&carried.visits_by_sheep(), "s9");
     assert!((14..=26).contains(&gained), "{gained} visits of 200");
 }
 
@@ -275,7 +277,7 @@ fn a_place_whose_sheep_is_gone_starts_at_one_that_is_there() {
     let mut path = start(ring(8), 3);
     let mut small = ring(8);
     let leg = path.next_leg().unwrap();
-    let What::Loop { sheep } = leg.clip.what else { panic!("a path starts with a loop") };
+    let ClipKind::Loop { sheep } = leg.clip.what else { panic!("a path starts with a loop") };
     small.sheep.retain(|other| other.id != sheep);
     let mut carried = Itinerary::resume(Arc::new(Flock::new(small)), &leg.place).unwrap();
     assert_eq!(clips(&mut carried, 100).len(), 100);

@@ -4,7 +4,7 @@
 
 use super::{candidates, images, unmet};
 use crate::kms::candidate::{Candidate, Rect, mode_size};
-use crate::kms::card::{Connector, Id, Kms, Plug, Survey};
+use crate::kms::card::{Connector, ConnectorStatus, Id, Kms, Survey};
 use crate::kms::choose::Request;
 use crate::kms::modes::refresh;
 use crate::kms::scripted::Scripted;
@@ -42,9 +42,9 @@ fn survey(family: &'static Family, rows: &[ModeRow]) -> Survey {
 
 /// In which order ways are tried, as mode and placement, without those that differ in nothing else.
 fn order(survey: &Survey, fps: Rate, output: &OutputSettings) -> Vec<String> {
-    let ways = candidates(survey, Request { size: HD, fps, output });
+    let candidates = candidates(survey, Request { size: HD, fps, output });
     let mut told: Vec<String> = Vec::new();
-    for way in ways {
+    for way in candidates {
         let (width, height) = mode_size(&way.mode);
         let way = format!("{width}x{height}@{} {:?}", refresh(&way.mode).unwrap(), way.placement);
         if told.last() != Some(&way) {
@@ -108,29 +108,33 @@ fn the_mode_that_is_asked_for_comes_first_also_where_the_display_does_not_tell_o
     assert_eq!(order(&all, hz(30, 1), &asked("640x480"))[..2], ["640x480@60 ByPlane", "640x480@60 ByCopy"]);
     let computed = order(&all, hz(30, 1), &asked("1440x900@60"));
     assert!(computed[0].starts_with("1440x900@") && computed[2] == "1920x1080@60 ByPlane", "{computed:?}");
-    let ways = candidates(&all, Request { size: HD, fps: hz(30, 1), output: &asked("1440x900@60") });
-    assert!(unmet(&all, &asked("1440x900@60"), &ways[0]).is_empty());
-    let else_where = ways.iter().find(|way| mode_size(&way.mode) == (1920, 1080)).unwrap();
+    let candidates = candidates(&all, Request { size: HD, fps: hz(30, 1), output: &asked("1440x900@60") });
+    assert!(unmet(&all, &asked("1440x900@60"), &candidates[0]).is_empty());
+    let else_where = candidates.iter().find(|way| mode_size(&way.mode) == (1920, 1080)).unwrap();
     assert_eq!(
         unmet(&all, &asked("1440x900@60"), else_where),
-        ["The display does not take the mode 1440x900@60. It has 1920x1080."]
+        ["The display does not accept the mode 1440x900@60. It shows 1920x1080."]
     );
 }
 
 #[test]
 fn the_connector_that_is_asked_for_comes_first_and_one_that_cannot_tell_last() {
     let mut all = survey(&GENERIC, &[FULL60]);
-    for (id, name, plug) in [(31, "HDMI-A-2", Plug::In), (32, "VGA-1", Plug::Unknown), (33, "DP-1", Plug::Out)] {
+    for (id, name, plug) in [
+        (31, "HDMI-A-2", ConnectorStatus::In),
+        (32, "VGA-1", ConnectorStatus::Unknown),
+        (33, "DP-1", ConnectorStatus::Out),
+    ] {
         let more = Connector { id: Id(id), name: name.to_owned(), plug, ..all.connectors[0].clone() };
         all.connectors.push(more);
     }
     let named = |output: &OutputSettings| {
-        let ways = candidates(&all, Request { size: HD, fps: hz(30, 1), output });
+        let candidates = candidates(&all, Request { size: HD, fps: hz(30, 1), output });
         let name =
             |way: &Candidate| all.connectors.iter().find(|found| found.id == way.connector).unwrap().name.clone();
-        let mut names: Vec<_> = ways.iter().map(name).collect();
+        let mut names: Vec<_> = candidates.iter().map(name).collect();
         names.dedup();
-        (names, unmet(&all, output, &ways[0]))
+        (names, unmet(&all, output, &candidates[0]))
     };
     let at = |connector: &str, mode: Option<&str>| OutputSettings {
         connector: Some(connector.to_owned()),
@@ -141,12 +145,15 @@ fn the_connector_that_is_asked_for_comes_first_and_one_that_cannot_tell_last() {
     assert_eq!(named(&at("HDMI-A-2", None)), (["HDMI-A-2", "HDMI-A-1", "VGA-1"].map(str::to_owned).to_vec(), vec![]));
     let (order, told) = named(&at("DP-1", None));
     assert_eq!(order, ["HDMI-A-1", "HDMI-A-2", "VGA-1"]);
-    assert_eq!(told, ["Nothing is plugged in at DP-1. The picture is at HDMI-A-1."]);
+    assert_eq!(told, ["No display is connected to DP-1. The picture is on HDMI-A-1."]);
     assert_eq!(named(&at("DP-1", Some("1280x720"))).0, ["HDMI-A-1", "HDMI-A-2", "VGA-1", "DP-1"]);
     let (_, told) = named(&at("HDMI-A-9", None));
-    assert_eq!(told, ["There is no connector HDMI-A-9. There are: HDMI-A-1, HDMI-A-2, VGA-1, DP-1."]);
+    assert_eq!(told, ["There is no connector HDMI-A-9. The connectors are: HDMI-A-1, HDMI-A-2, VGA-1, DP-1."]);
     let range = OutputSettings { range: SignalRange::Limited, ..OutputSettings::default() };
-    assert_eq!(named(&range).1, ["The range of HDMI-A-1 cannot be set to limited: its driver decides."]);
+    assert_eq!(
+        named(&range).1,
+        ["The signal range of HDMI-A-1 cannot be set to limited: its driver has no such setting."]
+    );
 }
 
 #[test]
@@ -154,8 +161,8 @@ fn a_panel_that_is_built_in_on_its_side_is_rotated_for_and_the_owners_rotation_a
     let panel = survey(&i915::ALDER_LAKE_N, &[(720, 1280, 74_250, 800, 1547, P, true)]);
     let first = |rotation| {
         let output = OutputSettings { rotation, ..OutputSettings::default() };
-        let ways = candidates(&panel, Request { size: HD, fps: hz(30, 1), output: &output });
-        (ways[0].plane_rotation, ways[0].copy_rotation, ways[0].destination(HD))
+        let candidates = candidates(&panel, Request { size: HD, fps: hz(30, 1), output: &output });
+        (candidates[0].plane_rotation, candidates[0].copy_rotation, candidates[0].destination(HD))
     };
     let whole = Rect { left: 0, top: 0, width: 720, height: 1280 };
     // Its right side is up: by a quarter clockwise the picture stands upright. The plane turns it by a half at most.

@@ -1,12 +1,11 @@
-//! What the player calls a card by, answered by the scripted one.
+//! [`Kms`] for the scripted card.
 //!
-//! Owns the interface between [`Kms`] and the model in `mod.rs`: how long calls take, what they assert. What a commit is refused
-//! for is in `check.rs`.
+//! Owns the calls of the model in `mod.rs`: how long they take, what they assert. Rejected commits are in `check.rs`.
 
 use super::{
     CLOCK, CONNECTOR, CRTC, Kind, OVERLAY, PRIMARY, PROBE_NS, Pending, Quirk, Scripted, now, oversleep, top_of,
 };
-use crate::kms::card::{Buffer, BufferSpec, Crtc, Happening, How, Id, Kms, Properties, Request, Source, Survey};
+use crate::kms::card::{Buffer, BufferSpec, CommitMode, Crtc, Id, Kms, KmsEvent, Properties, Request, Source, Survey};
 use crate::paint::Layout;
 use drm::control::Mode;
 use rustix::io::Errno;
@@ -31,7 +30,7 @@ impl Kms for Scripted {
         }
         self.fbs.clear();
         self.blobs.clear();
-        self.glass = None;
+        self.on_screen = None;
         self.pending = None;
         self.probed_at = None;
         self.asked.clear();
@@ -41,9 +40,9 @@ impl Kms for Scripted {
         self.values.insert((PRIMARY, "FB_ID"), 0);
     }
 
-    fn let_console_go(&mut self) {
+    fn release_console(&mut self) {
         assert!(!self.open, "the display was left with the card open");
-        self.has_let_go = true;
+        self.has_released_console = true;
     }
 
     fn take_master(&mut self) -> io::Result<()> {
@@ -66,7 +65,7 @@ impl Kms for Scripted {
         if self.usable(false).is_ok() {
             self.probed_at = Some(now().after(PROBE_NS));
         } else {
-            self.happenings.push_back(Happening::ProbeFailed(Errno::NODEV));
+            self.happenings.push_back(KmsEvent::ProbeFailed(Errno::NODEV));
         }
     }
 
@@ -95,14 +94,14 @@ impl Kms for Scripted {
     }
 
     fn destroy(&mut self, fb: Id) {
-        assert!(self.glass.is_none_or(|source| source.fb != fb), "a framebuffer on the glass was removed");
+        assert!(self.on_screen.is_none_or(|source| source.fb != fb), "a framebuffer on the screen was removed");
         assert_ne!(self.value(PRIMARY, "FB_ID"), u64::from(fb.0), "a bound framebuffer was removed");
         assert!(self.fbs.remove(&fb).is_some(), "a framebuffer was removed twice");
     }
 
     fn write(&mut self, source: Source, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
         self.pass();
-        assert_ne!(self.glass, Some(source), "what is on the glass was written");
+        assert_ne!(self.on_screen, Some(source), "the buffer on the screen was written");
         assert!(self.pending.as_ref().is_none_or(|flip| flip.source != source), "what is committed was written");
         paint(self.fbs.get_mut(&source.fb).expect("a framebuffer that is no more was written"));
         Ok(())
@@ -137,20 +136,20 @@ impl Kms for Scripted {
         assert!(self.blobs.remove(&blob), "a blob was removed twice");
     }
 
-    fn commit(&mut self, how: How, request: &Request) -> io::Result<()> {
+    fn commit(&mut self, how: CommitMode, request: &Request) -> io::Result<()> {
         let wanted = |name: &str| self.wanted(request, name);
         let kind = match how {
-            How::Test => Kind::Test,
-            How::Flip => Kind::Flip,
-            How::Settle | How::Modeset if wanted("ACTIVE") == Some(0) => Kind::Darken,
-            How::Settle | How::Modeset => Kind::Light,
+            CommitMode::Test => Kind::Test,
+            CommitMode::Flip => Kind::Flip,
+            CommitMode::Settle | CommitMode::Modeset if wanted("ACTIVE") == Some(0) => Kind::Darken,
+            CommitMode::Settle | CommitMode::Modeset => Kind::Light,
         };
         let source =
             wanted("FB_ID").zip(wanted("SRC_Y")).map(|(fb, top)| Source { fb: Id(fb as u32), top: top_of(top) });
         let is_dimmed = wanted("GAMMA_LUT").or(wanted("CTM")).is_some();
         self.pass();
         self.usable(true)?;
-        self.strike(kind)?;
+        self.inject(kind)?;
         if kind != Kind::Darken {
             let is_alive = source.is_some_and(|source| self.fbs.contains_key(&source.fb));
             assert!(is_alive, "{kind:?} of a framebuffer that is no more");
@@ -165,20 +164,20 @@ impl Kms for Scripted {
                     CLOCK.set(self.begins(self.current() + 1).0);
                 }
                 if let Some(flip) = &self.pending {
-                    // After the watchdog has barked we may ask; the kernel says so.
+                    // The properties may be read after the watchdog's timeout.
                     assert!(self.current() >= flip.vblank + 3, "two commits in flight");
                     return Err(Errno::BUSY.into());
                 }
-                let (source, ill) = (source.expect("asserted above"), self.ill_flip.take());
+                let (source, fault_kind) = (source.expect("asserted above"), self.lost_flip.take());
                 let vblank = self.current() + u64::from(self.family.limits.has_vblanks);
-                self.pending = Some(Pending { source, vblank, ill });
+                self.pending = Some(Pending { source, vblank, fault_kind });
             }
             Kind::Light | Kind::Darken => {
                 // A blocking commit: what was pending is over, one way or the other, and a vblank has passed.
                 self.pending = None;
                 CLOCK.set(self.begins(self.current() + 1).0);
-                self.modesets += u32::from(how == How::Modeset && kind == Kind::Light);
-                self.glass = source.filter(|_| kind == Kind::Light);
+                self.modesets += u32::from(how == CommitMode::Modeset && kind == Kind::Light);
+                self.on_screen = source.filter(|_| kind == Kind::Light);
             }
         }
         self.apply(request);
@@ -197,14 +196,14 @@ impl Kms for Scripted {
         Ok((Vblank(self.current() as u32), self.begins(self.current())))
     }
 
-    fn ask_vblank(&mut self, _: u32, vblank: Vblank) -> io::Result<()> {
+    fn request_vblank(&mut self, _: u32, vblank: Vblank) -> io::Result<()> {
         self.usable(false)?;
         let ahead = vblank.since(Vblank(self.current() as u32));
         self.asked.push(self.current().saturating_add_signed(ahead.into()));
         Ok(())
     }
 
-    fn wait(&mut self, timeout: Duration) -> io::Result<Option<Happening>> {
+    fn wait(&mut self, timeout: Duration) -> io::Result<Option<KmsEvent>> {
         self.pass();
         if let Some(happening) = self.happenings.pop_front() {
             self.spins = 0;

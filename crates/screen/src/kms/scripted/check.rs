@@ -1,19 +1,19 @@
-//! What a card refuses, as its family does.
+//! The commits that a family's driver rejects.
 //!
-//! Owns the refusals, each with the kernel's error number, and the assertions of what no player may ask for. Never keeps a
-//! value: `mod.rs` does.
+//! Owns the rejections, each with the kernel's error number, and assertions about commits that a player must not make.
+//! Values are kept in `mod.rs`.
 //!
 //! Start at [`Scripted::check`].
 
 use super::family::Window;
 use super::{CONNECTOR, OVERLAY, PRIMARY, Quirk, Scripted, top_of};
-use crate::kms::card::{How, Id, Request};
+use crate::kms::card::{CommitMode, Id, Request};
 use crate::paint::Format;
 use rustix::io::Errno;
 use std::io;
 
 impl Scripted {
-    /// What `request` sets `name` to, of another object than the overlay.
+    /// The value that `request` sets for `name` on any object but the overlay.
     pub(super) fn wanted(&self, request: &Request, name: &str) -> Option<u64> {
         let set = request.0.iter().rev();
         let mut found = set.filter(|(object, id, _)| *object != OVERLAY && self.family.row(*id).name == name);
@@ -24,7 +24,7 @@ impl Scripted {
     ///
     /// # Panics
     /// If `request` sets what cannot be set: the kernel would refuse that of every driver.
-    pub(super) fn check(&self, how: How, request: &Request) -> io::Result<()> {
+    pub(super) fn check(&self, how: CommitMode, request: &Request) -> io::Result<()> {
         for &(object, id, value) in &request.0 {
             let row = self.family.row(id);
             let kind =
@@ -33,7 +33,7 @@ impl Scripted {
             assert!(!row.is_fixed, "`{}` cannot be set", row.name);
             assert!(row.takes(value), "`{}` does not take {value}", row.name);
         }
-        if matches!(how, How::Flip | How::Settle) && self.needs_mode(request) {
+        if matches!(how, CommitMode::Flip | CommitMode::Settle) && self.needs_mode(request) {
             return Err(Errno::INVAL.into());
         }
         self.check_mode(request)?;
@@ -64,7 +64,7 @@ impl Scripted {
         Ok(())
     }
 
-    fn check_plane(&self, how: How, request: &Request) -> io::Result<()> {
+    fn check_plane(&self, how: CommitMode, request: &Request) -> io::Result<()> {
         let limits = &self.family.limits;
         let now = |name: &'static str| self.wanted(request, name).unwrap_or_else(|| self.value(PRIMARY, name));
         let (refused, out_of_range) = (Err(Errno::INVAL.into()), Err(Errno::RANGE.into()));
@@ -74,7 +74,7 @@ impl Scripted {
         match (limits.window, self.quirk) {
             (Window::RefusedForNv12, _) if top > 0 && format == Some(Format::Nv12) => return refused,
             (_, Some(Quirk::NoWindow)) if top > 0 => return refused,
-            (_, Some(Quirk::StiffWindow)) if how == How::Flip && moves => return refused,
+            (_, Some(Quirk::StiffWindow)) if how == CommitMode::Flip && moves => return refused,
             (Window::Ignored, _) => assert_eq!(top, 0, "the picture would freeze, and nobody would tell"),
             _ => {}
         }
@@ -104,9 +104,9 @@ impl Scripted {
         Ok(())
     }
 
-    fn check_light(&self, how: How, request: &Request) -> io::Result<()> {
+    fn check_light(&self, how: CommitMode, request: &Request) -> io::Result<()> {
         let ramp = self.wanted(request, "GAMMA_LUT").filter(|blob| *blob != 0).and_then(|blob| self.ramp(blob));
-        if ramp.is_some() && how == How::Flip && self.quirk == Some(Quirk::StiffRamp) {
+        if ramp.is_some() && how == CommitMode::Flip && self.quirk == Some(Quirk::StiffRamp) {
             return Err(Errno::INVAL.into());
         }
         let Some(ramp) = ramp else { return Ok(()) };

@@ -8,12 +8,12 @@
 
 use super::families::generic::GENERIC;
 use super::families::{ALL, amdgpu, i915, simple, vc4};
-use super::family::{Family, Takes, mode};
+use super::family::{Family, ValueRange, mode};
 use super::fault_matrix::{Player, at};
 use super::{MS, Scripted};
 use crate::kms::Phase;
 use crate::kms::candidate::{Placement, mode_size};
-use crate::kms::card::Plug;
+use crate::kms::card::ConnectorStatus;
 use crate::output::{OutputSettings, SignalRange};
 use crate::{Event, Light, Screen};
 use drm::control::{Mode, ModeFlags};
@@ -84,7 +84,7 @@ fn each_family_lights_the_picture_in_the_way_that_suits_it() {
         assert_eq!(lit(&player), *way, "{}", family.about);
         assert!(player.lost().is_empty(), "{}: {:?}", family.about, player.lost());
         assert!(is_even(&player, at(1_200)), "{}: {} flips", family.about, player.flips.len());
-        assert_eq!(player.screen.lit().unwrap().notes, [""; 0], "{}", family.about);
+        assert_eq!(player.screen.info().unwrap().notes, [""; 0], "{}", family.about);
     });
 }
 
@@ -100,7 +100,7 @@ fn what_others_left_is_put_into_a_known_state() {
                 match (row.name, row.takes) {
                     ("max bpc", _) => assert!(value >= 8, "{}: `max bpc` is {value}", family.about),
                     // As the panel is built in, or as its kind has it.
-                    ("rotation", Takes::Bits(_)) => assert!(row.takes(value) && value != 0, "{}", family.about),
+                    ("rotation", ValueRange::Bits(_)) => assert!(row.takes(value) && value != 0, "{}", family.about),
                     _ => assert_eq!(value, row.neutral, "{}: `{}`", family.about, row.name),
                 }
             }
@@ -159,7 +159,7 @@ fn each_family_sleeps_at_night_and_is_lit_again() {
 fn brightness(player: &Player) -> f64 {
     let card = &player.screen.kms;
     let Phase::Up(output) = &player.screen.phase else { panic!("the screen is up") };
-    f64::from(card.brightest()) / f64::from(u16::MAX) * f64::from(output.dimming.of_samples()) / 1000.0
+    f64::from(card.brightest()) / f64::from(u16::MAX) * f64::from(output.dimming.software_dim()) / 1000.0
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn each_family_shows_the_picture_upright_whichever_way_the_display_hangs() {
             player.play(at(2_500));
             let about = format!("{} at {degrees}", family.about);
             assert!(is_even(&player, at(1_200)), "{about}");
-            assert_eq!(player.screen.lit().unwrap().notes, [""; 0], "{about}");
+            assert_eq!(player.screen.info().unwrap().notes, [""; 0], "{about}");
             let Phase::Up(lit) = &player.screen.phase else { panic!("{about}") };
             let way = &lit.plan.way;
             let panel = if family.connector == "eDP-1" { 90 } else { 0 };
@@ -236,12 +236,15 @@ fn the_levels_are_forced_where_the_driver_can_and_told_where_it_cannot() {
         each(&output, |family, mut player| {
             player.play(at(2_000));
             let connector = Scripted::objects()[0].1;
-            let notes = player.screen.lit().unwrap().notes;
+            let notes = player.screen.info().unwrap().notes;
             if family.named('n', "Broadcast RGB").is_some() {
                 assert_eq!(player.screen.kms.value(connector, "Broadcast RGB"), value, "{}", family.about);
                 assert_eq!(notes, [""; 0]);
             } else {
-                let told = format!("The range of {} cannot be set to {range}: its driver decides.", family.connector);
+                let told = format!(
+                    "The signal range of {} cannot be set to {range}: its driver has no such setting.",
+                    family.connector
+                );
                 assert_eq!(notes, [told]);
             }
         });
@@ -286,7 +289,7 @@ fn a_better_mode_that_is_told_of_late_is_taken() {
 fn a_display_that_does_not_answer_gets_a_picture() {
     for family in ALL.into_iter().filter(|family| !family.limits.has_one_mode) {
         let mut silent = card(family);
-        (silent.plug, silent.modes) = (Plug::Unknown, Vec::new());
+        (silent.plug, silent.modes) = (ConnectorStatus::Unknown, Vec::new());
         let mut player = Player::with(silent, SIZE, OutputSettings::default());
         player.play(at(3_000));
         assert_eq!(lit(&player).0, (1024, 768), "{}", family.about);

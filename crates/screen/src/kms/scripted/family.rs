@@ -1,4 +1,4 @@
-//! What a family of drivers offers and refuses, as plain data.
+//! The features and limits of a driver family, as plain data.
 //!
 //! Owns the vocabulary in which `families/` describes drivers, and the makers of surveyed objects and modes for tests. Never
 //! keeps a value: the card in `mod.rs` does; never refuses anything: `check.rs` does.
@@ -75,7 +75,7 @@ pub(crate) struct Row {
     /// `n` connector, `c` CRTC, `p` primary plane, `o` overlay.
     pub(crate) kinds: &'static str,
     pub(crate) name: &'static str,
-    pub(crate) takes: Takes,
+    pub(crate) takes: ValueRange,
     /// The neutral value: as the driver sets it.
     pub(crate) neutral: u64,
     /// The value that another process has left.
@@ -88,7 +88,7 @@ pub(crate) struct Row {
 
 /// What a property takes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Takes {
+pub(crate) enum ValueRange {
     /// One of these.
     Choice(&'static [(&'static str, u64)]),
     /// The sum of some of these.
@@ -100,7 +100,7 @@ pub(crate) enum Takes {
 }
 
 impl Row {
-    pub(crate) const fn new(kinds: &'static str, name: &'static str, takes: Takes) -> Self {
+    pub(crate) const fn new(kinds: &'static str, name: &'static str, takes: ValueRange) -> Self {
         Self { kinds, name, takes, neutral: 0, left: 0, is_fixed: false, sets_mode: false }
     }
 
@@ -129,10 +129,10 @@ impl Row {
     /// Whether the property takes `value`.
     pub(crate) fn takes(&self, value: u64) -> bool {
         match self.takes {
-            Takes::Choice(choices) => choices.iter().any(|(_, choice)| *choice == value),
-            Takes::Bits(bits) => value & !bits.iter().fold(0, |all, (_, bit)| all | bit) == 0,
-            Takes::UpTo(most) => value <= most,
-            Takes::Any => true,
+            ValueRange::Choice(choices) => choices.iter().any(|(_, choice)| *choice == value),
+            ValueRange::Bits(bits) => value & !bits.iter().fold(0, |all, (_, bit)| all | bit) == 0,
+            ValueRange::UpTo(most) => value <= most,
+            ValueRange::Any => true,
         }
     }
 }
@@ -165,10 +165,10 @@ impl Family {
             value: value(row.name),
             mutable: !row.is_fixed,
             values: match row.takes {
-                Takes::Choice(choices) => Values::Named(owned(choices)),
-                Takes::Bits(bits) => Values::Bits(owned(bits)),
-                Takes::UpTo(max) => Values::UpTo { max },
-                Takes::Any => Values::Other,
+                ValueRange::Choice(choices) => Values::Named(owned(choices)),
+                ValueRange::Bits(bits) => Values::Bits(owned(bits)),
+                ValueRange::UpTo(max) => Values::UpTo { max },
+                ValueRange::Any => Values::Other,
             },
         };
         Properties(has.map(property).collect())

@@ -5,9 +5,9 @@
 
 use super::families::generic::UNCOUNTED;
 use super::family::mode;
-use super::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
+use super::{Fault, FaultKind, Kind, MS, Quirk, Scripted, now};
 use crate::kms::candidate::Framebuffers;
-use crate::kms::{Keeper, KmsScreen, KmsSettings, Phase};
+use crate::kms::{FdStore, KmsScreen, KmsSettings, Phase};
 use crate::{Event, Light, OutputSettings, Picture, Screen};
 use proptest::prelude::*;
 use rustix::io::Errno;
@@ -32,7 +32,7 @@ impl Player {
     /// With pictures of `size`, and these settings of the display's owner.
     pub(super) fn with(card: Scripted, size: (u32, u32), output: OutputSettings) -> Self {
         let form @ (size, fps) = (size, Rate::new(30, 1).unwrap());
-        let settings = KmsSettings { device: Some("scripted".into()), size, fps, now, keeper: Keeper::NOBODY, output };
+        let settings = KmsSettings { device: Some("scripted".into()), size, fps, now, keeper: FdStore::NOBODY, output };
         let screen = KmsScreen::on(card, settings).unwrap();
         let mut player = Self { screen, flips: Vec::new(), events: Vec::new(), form, frame: 0 };
         player.stage();
@@ -49,7 +49,7 @@ impl Player {
         let luma: Vec<u8> = (0..pixels).map(|at| if at < pixels / 2 { level + 100 } else { level }).collect();
         let chroma = vec![128; pixels / 4];
         let picture = Picture { width, height, planes: [&luma, &chroma, &chroma], strides: [row, half, half] };
-        self.screen.fit((width, height), fps);
+        self.screen.set_format((width, height), fps);
         self.screen.stage(&picture).unwrap();
     }
 
@@ -113,9 +113,9 @@ fn survives(fault: Fault, quirk: Option<Quirk>) {
     let mut player = Player::on(card);
     player.play(at(11_000));
     let card = &player.screen.kms;
-    let struck = card.struck.unwrap_or_else(|| panic!("{fault:?} never struck"));
+    let injected_at = card.injected_at.unwrap_or_else(|| panic!("{fault:?} never struck"));
     let pause = player.longest_pause_ms();
-    assert!(pause <= 2000, "{fault:?} at {struck:?}: dark for {pause} ms, {:?}", player.events);
+    assert!(pause <= 2000, "{fault:?} at {injected_at:?}: dark for {pause} ms, {:?}", player.events);
     let steady = player.flips.iter().filter(|flip| **flip > at(10_000)).count();
     assert!(steady >= 29, "{fault:?}: {steady} flips in the last second");
     assert_eq!((card.fbs.len(), card.blobs.len()), (player.framebuffers(), 1), "{fault:?} left framebuffers or blobs");
@@ -134,7 +134,7 @@ fn every_error_at_every_kind_of_commit_is_survived() {
         for nth in places {
             for errno in errors {
                 for (ns, card) in [0, 50 * MS, 400 * MS].into_iter().flat_map(|ns| CARDS.map(|card| (ns, card))) {
-                    survives(Fault { kind, nth, ill: Ill::Refused(errno), ns }, card);
+                    survives(Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns }, card);
                 }
             }
         }
@@ -145,9 +145,9 @@ fn every_error_at_every_kind_of_commit_is_survived() {
 fn a_flip_lost_after_every_kind_of_commit_is_survived() {
     for (kind, places) in KINDS {
         for nth in places {
-            for ill in [Ill::LostFlip, Ill::LostEvent, Ill::LateEvent] {
+            for fault_kind in [FaultKind::LostFlip, FaultKind::LostEvent, FaultKind::LateEvent] {
                 for (ns, card) in [0, 500 * MS].into_iter().flat_map(|ns| CARDS.map(|card| (ns, card))) {
-                    survives(Fault { kind, nth, ill, ns }, card);
+                    survives(Fault { kind, nth, fault_kind, ns }, card);
                 }
             }
         }
@@ -156,7 +156,8 @@ fn a_flip_lost_after_every_kind_of_commit_is_survived() {
 
 #[test]
 fn a_lost_event_is_told_and_costs_a_tenth_of_a_second() {
-    let mut player = Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, ill: Ill::LostEvent, ns: 0 }));
+    let mut player =
+        Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, fault_kind: FaultKind::LostEvent, ns: 0 }));
     player.play(at(3000));
     assert!(player.events.iter().any(|event| matches!(event, Event::Recovered { .. })));
     assert!(player.longest_pause_ms() <= 200, "{} ms", player.longest_pause_ms());
@@ -166,7 +167,7 @@ fn a_lost_event_is_told_and_costs_a_tenth_of_a_second() {
 #[test]
 fn an_event_that_comes_late_is_not_taken_for_the_next_flips() {
     for nth in 0..40 {
-        let fault = Fault { kind: Kind::Flip, nth, ill: Ill::LateEvent, ns: 0 };
+        let fault = Fault { kind: Kind::Flip, nth, fault_kind: FaultKind::LateEvent, ns: 0 };
         let mut player = Player::on(Scripted::new().fail(fault));
         player.play(at(4000));
         assert!(holds(&player).iter().all(|&held| held >= 1), "{fault:?}: {:?}", holds(&player));
@@ -175,8 +176,8 @@ fn an_event_that_comes_late_is_not_taken_for_the_next_flips() {
 
 #[test]
 fn a_flip_given_up_is_measured_from_the_last_flip_and_not_from_long_ago() {
-    for ill in [Ill::LostEvent, Ill::LateEvent] {
-        let mut player = Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, ill, ns: 0 }));
+    for fault_kind in [FaultKind::LostEvent, FaultKind::LateEvent] {
+        let mut player = Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, fault_kind, ns: 0 }));
         player.play(at(4000));
         assert!(player.events.iter().any(|event| matches!(event, Event::Recovered { .. })));
         let Phase::Up(output) = &player.screen.phase else { panic!("the screen is up") };
@@ -184,7 +185,7 @@ fn a_flip_given_up_is_measured_from_the_last_flip_and_not_from_long_ago() {
         let flips = player.events.iter().rev();
         let mut last =
             flips.filter_map(|event| if let Event::Flip { vblank, .. } = event { Some(*vblank) } else { None });
-        assert_eq!(output.gave_up_at, last.next(), "{ill:?}");
+        assert_eq!(output.gave_up_at, last.next(), "{fault_kind:?}");
     }
 }
 
@@ -212,7 +213,10 @@ fn whoever_looks_at_another_console_has_the_display_until_he_is_back() {
         }
         player.play(at(19_000));
         let card = &player.screen.kms;
-        assert!(card.has_let_go && card.glass.is_none() && card.fbs.is_empty(), "nothing of ours is left");
+        assert!(
+            card.has_released_console && card.on_screen.is_none() && card.fbs.is_empty(),
+            "nothing of ours is left"
+        );
         assert!(!player.flips.iter().any(|flip| *flip > at(3_100)));
         player.play(at(26_000));
         let steady = player.flips.iter().filter(|flip| **flip > at(25_000)).count();
@@ -222,10 +226,10 @@ fn whoever_looks_at_another_console_has_the_display_until_he_is_back() {
 
 #[test]
 fn another_master_is_named_and_waited_for() {
-    let (kind, ill) = (Kind::Flip, Ill::Refused(Errno::ACCESS));
-    let mut player = Player::on(Scripted::new().fail(Fault { kind, nth: 30, ill, ns: 60_000 * MS }));
+    let (kind, fault_kind) = (Kind::Flip, FaultKind::Refused(Errno::ACCESS));
+    let mut player = Player::on(Scripted::new().fail(Fault { kind, nth: 30, fault_kind, ns: 60_000 * MS }));
     player.play(at(60_000));
-    assert_eq!(player.lost(), ["another process is master of /dev/dri/scripted"]);
+    assert_eq!(player.lost(), ["another process is DRM master of /dev/dri/scripted"]);
     assert!(player.events.len() < 200, "{} events: a crash loop", player.events.len());
     player.play(at(65_000));
     assert!(player.flips.len() > 60, "the picture is back");
@@ -237,9 +241,9 @@ fn no_display_at_the_start_is_waited_for() {
     card.plugs.extend([(at(0), false), (at(3_600_000), true)]);
     let _ = crate::kms::card::Kms::wait(&mut card, Duration::ZERO);
     let mut player = Player::on(card);
-    assert_eq!(player.screen.lit(), None);
+    assert_eq!(player.screen.info(), None);
     player.play(at(3_600_000));
-    assert_eq!(player.lost(), ["no display is plugged into /dev/dri/scripted"]);
+    assert_eq!(player.lost(), ["no display is connected to /dev/dri/scripted"]);
     player.play(at(3_603_000));
     assert!(player.flips.len() > 60);
 }
@@ -255,7 +259,7 @@ fn what_other_processes_left_is_put_back_and_nothing_else_is_touched_by_flips() 
     for (name, value) in [("rotation", 1), ("alpha", 0xffff), ("COLOR_ENCODING", 1), ("COLOR_RANGE", 0)] {
         assert_eq!(card.value(primary, name), value, "{name}");
     }
-    assert_eq!(player.screen.lit().unwrap().format, "YU12");
+    assert_eq!(player.screen.info().unwrap().format, "YU12");
     assert_eq!(card.modesets, 1);
 }
 
@@ -265,7 +269,7 @@ fn a_plane_that_forgets_our_colours_gets_rgb() {
     card.quirk = Some(Quirk::ForgetsColours);
     let mut player = Player::on(card);
     player.play(at(3000));
-    assert_eq!(player.screen.lit().unwrap().format, "XR24");
+    assert_eq!(player.screen.info().unwrap().format, "XR24");
     assert!(player.flips.len() > 30);
     assert_eq!(player.screen.kms.modesets, 3, "two formats lost their colours and one has none");
 }
@@ -276,7 +280,7 @@ fn a_healthy_card_gets_one_framebuffer_and_shows_its_parts_by_turns() {
     let mut tops = std::collections::BTreeSet::new();
     for step in 0..60 {
         player.play(at(1000 + 33 * step));
-        tops.extend(player.screen.kms.glass.map(|source| source.top));
+        tops.extend(player.screen.kms.on_screen.map(|source| source.top));
     }
     assert_eq!((player.screen.kms.fbs.len(), tops), (1, [0, 48].into()));
 }
@@ -288,7 +292,7 @@ fn a_card_that_moves_no_window_gets_framebuffers_of_their_own() {
         card.quirk = Some(quirk);
         let mut player = Player::on(card);
         player.play(at(4000));
-        let (card, format) = (&player.screen.kms, player.screen.lit().unwrap().format);
+        let (card, format) = (&player.screen.kms, player.screen.info().unwrap().format);
         assert_eq!((card.fbs.len(), format.as_str()), (3, "YU12"), "{quirk:?}");
         assert!(player.flips.len() > 80, "{quirk:?}: {} flips", player.flips.len());
         assert_eq!(player.lost().is_empty(), quirk != Quirk::StiffWindow, "{quirk:?}: {:?}", player.lost());
@@ -305,7 +309,7 @@ fn a_display_that_comes_back_smaller_is_lit_in_its_own_mode() {
     player.screen.kms.modes = vec![mode(row)];
     player.screen.kms.plugs.push_back((at(2600), true));
     player.play(at(4000));
-    assert_eq!(player.screen.lit().unwrap().size, (48, 36));
+    assert_eq!(player.screen.info().unwrap().size, (48, 36));
     assert_eq!(player.screen.kms.fbs.len(), player.framebuffers());
 }
 
@@ -375,7 +379,7 @@ proptest! {
         errno in prop::sample::select(vec![Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::IO]),
         (nth, ns) in (0..60u32, 0..600 * MS),
     ) {
-        let mut card = Scripted::new().fail(Fault { kind, nth, ill: Ill::Refused(errno), ns });
+        let mut card = Scripted::new().fail(Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns });
         let mut time = now();
         for (index, gap) in gaps.iter().enumerate() {
             time = time.after(*gap);

@@ -1,7 +1,7 @@
 //! A KMS card in memory, on a hand-driven clock, of any family of drivers, that fails where a test says.
 //!
 //! Owns a model of what the kernel keeps: property values, framebuffers, the flip in flight. Panics where we would
-//! harm a real display: a framebuffer removed or what it shows written while it may be on the glass, two commits in
+//! harm a real display: a framebuffer removed or what it shows written while it may be on the screen, two commits in
 //! flight, a busy wait, a value that a property does not take. Its wiring: one connector, one CRTC, a primary plane, and an
 //! overlay that a dead process has left behind. What its family refuses is in `check.rs`; the families are in `families/`.
 //!
@@ -15,7 +15,7 @@ pub(crate) mod family;
 pub(super) mod fault_matrix;
 mod night;
 
-use super::card::{Connector, Happening, Id, Plug, Request, Source};
+use super::card::{Connector, ConnectorStatus, Id, KmsEvent, Request, Source};
 use super::modes::refresh;
 use crate::paint::Layout;
 use drm::control::{Mode, ModeFlags};
@@ -34,7 +34,7 @@ pub(crate) fn now() -> Nanos {
     Nanos(CLOCK.get())
 }
 
-/// Lets `ns` pass in which the player did not run.
+/// Advances the clock by `ns` in which the player does not run.
 pub(crate) fn oversleep(ns: u64) {
     CLOCK.set(CLOCK.get() + ns);
 }
@@ -49,7 +49,7 @@ const OVERLAY: Id = Id(51);
 /// The overlay's picture, which belongs to a process that is no more.
 const FOREIGN_FB: u64 = 7;
 
-/// A kind of commit, as the ladder tells them apart.
+/// The kinds of commits that the recovery policy distinguishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
     Test,
@@ -58,9 +58,9 @@ pub(crate) enum Kind {
     Darken,
 }
 
-/// What goes wrong.
+/// The kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ill {
+pub(crate) enum FaultKind {
     /// The commit is refused.
     Refused(Errno),
     /// The commit is taken, but the next flip never happens.
@@ -95,7 +95,7 @@ pub(crate) enum Quirk {
 pub(crate) struct Fault {
     pub(crate) kind: Kind,
     pub(crate) nth: u32,
-    pub(crate) ill: Ill,
+    pub(crate) fault_kind: FaultKind,
     pub(crate) ns: u64,
 }
 
@@ -103,7 +103,7 @@ pub(crate) struct Fault {
 struct Pending {
     source: Source,
     vblank: u64,
-    ill: Option<Ill>,
+    fault_kind: Option<FaultKind>,
 }
 
 /// The card.
@@ -114,13 +114,13 @@ pub(crate) struct Scripted {
     /// It was taken away while it was open.
     is_gone: bool,
     fault: Option<Fault>,
-    /// When the fault struck, and until when it lasts.
-    pub(crate) struck: Option<(Nanos, Nanos)>,
+    /// When the fault was injected, and until when it lasts.
+    pub(crate) injected_at: Option<(Nanos, Nanos)>,
     commits: BTreeMap<Kind, u32>,
-    ill_flip: Option<Ill>,
+    lost_flip: Option<FaultKind>,
     /// When the display is plugged in (true) or out.
     pub(crate) plugs: VecDeque<(Nanos, bool)>,
-    pub(crate) plug: Plug,
+    pub(crate) plug: ConnectorStatus,
     pub(crate) modes: Vec<Mode>,
     /// When the display tells of other modes.
     pub(crate) late_modes: Option<(Nanos, Vec<Mode>)>,
@@ -137,11 +137,11 @@ pub(crate) struct Scripted {
     blob_bytes: BTreeMap<u64, Vec<u8>>,
     next_id: u32,
     /// What is scanned out.
-    pub(crate) glass: Option<Source>,
+    pub(crate) on_screen: Option<Source>,
     pending: Option<Pending>,
     asked: Vec<u64>,
-    happenings: VecDeque<Happening>,
-    late: VecDeque<(Nanos, Happening)>,
+    happenings: VecDeque<KmsEvent>,
+    late: VecDeque<(Nanos, KmsEvent)>,
     spins: u32,
     /// Every lasting mode set.
     pub(crate) modesets: u32,
@@ -149,13 +149,13 @@ pub(crate) struct Scripted {
     pub(crate) backlight: u16,
     /// When somebody switches away from the console (false) and back.
     pub(crate) switches: VecDeque<(Nanos, bool)>,
-    pub(crate) has_let_go: bool,
+    pub(crate) has_released_console: bool,
     /// When the probe that is asked for ends.
     probed_at: Option<Nanos>,
 }
 
 impl Scripted {
-    /// A card that can nearly all, with a display that takes 64x48 at 60 Hz; the clock starts at one second.
+    /// A card with nearly all features, and a display with 64x48 at 60 Hz; the clock starts at one second.
     pub(crate) fn new() -> Self {
         Self::of(&GENERIC)
     }
@@ -168,11 +168,11 @@ impl Scripted {
             handover: None,
             is_gone: false,
             fault: None,
-            struck: None,
+            injected_at: None,
             commits: BTreeMap::new(),
-            ill_flip: None,
+            lost_flip: None,
             plugs: VecDeque::new(),
-            plug: Plug::In,
+            plug: ConnectorStatus::In,
             modes: vec![mode((64, 48, 250, 80, 52, ModeFlags::empty(), true))],
             late_modes: None,
             quirk: None,
@@ -184,7 +184,7 @@ impl Scripted {
             made: BTreeMap::new(),
             blob_bytes: BTreeMap::new(),
             next_id: 1000,
-            glass: None,
+            on_screen: None,
             pending: None,
             asked: Vec::new(),
             happenings: VecDeque::new(),
@@ -193,7 +193,7 @@ impl Scripted {
             modesets: 0,
             backlight: 0,
             switches: VecDeque::new(),
-            has_let_go: false,
+            has_released_console: false,
             probed_at: None,
         };
         card.set_left();
@@ -242,7 +242,7 @@ impl Scripted {
 
     /// The sample of luma, or of blue, at this pixel of the buffer that is scanned out.
     pub(crate) fn sample(&self, (x, y): (u32, u32)) -> u8 {
-        let source = self.glass.expect("something is lit");
+        let source = self.on_screen.expect("something is lit");
         let layout = &self.layouts[&source.fb];
         let bytes = layout.format.allocation((1, 1)).2 / 8;
         self.fbs[&source.fb][((source.top + y) * layout.pitches[0] + x * bytes) as usize]
@@ -282,33 +282,34 @@ impl Scripted {
 
     /// Fails while the card is closed, gone, or another's.
     fn usable(&self, commit: bool) -> io::Result<()> {
-        let lasting = self.struck.filter(|(_, until)| *until > now()).and(self.fault).map(|fault| fault.ill);
+        let lasting =
+            self.injected_at.filter(|(_, until)| *until > now()).and(self.fault).map(|fault| fault.fault_kind);
         match lasting {
             _ if self.is_gone => Err(Errno::NODEV.into()),
             _ if !self.open => Err(Errno::BADF.into()),
-            Some(Ill::Refused(Errno::NODEV)) => Err(Errno::NODEV.into()),
-            Some(Ill::Refused(Errno::ACCESS)) if commit => Err(Errno::ACCESS.into()),
+            Some(FaultKind::Refused(Errno::NODEV)) => Err(Errno::NODEV.into()),
+            Some(FaultKind::Refused(Errno::ACCESS)) if commit => Err(Errno::ACCESS.into()),
             _ => Ok(()),
         }
     }
 
-    /// Strikes if this commit is the one; refuses while the fault lasts.
-    fn strike(&mut self, kind: Kind) -> io::Result<()> {
+    /// Injects the fault if this commit is the one; rejects commits while it lasts.
+    fn inject(&mut self, kind: Kind) -> io::Result<()> {
         let seen = self.commits.entry(kind).or_default();
         *seen += 1;
         let Some(fault) = self.fault.filter(|fault| fault.kind == kind) else { return Ok(()) };
-        let first = self.struck.is_none() && *seen == fault.nth + 1;
+        let first = self.injected_at.is_none() && *seen == fault.nth + 1;
         if first {
-            self.struck = Some((now(), now().after(fault.ns)));
+            self.injected_at = Some((now(), now().after(fault.ns)));
         }
-        let lasts = self.struck.is_some_and(|(_, until)| until > now());
-        match fault.ill {
-            Ill::Refused(errno) if first || lasts => Err(errno.into()),
-            Ill::LostFlip | Ill::LostEvent | Ill::LateEvent if first || lasts => {
-                self.ill_flip = Some(fault.ill);
+        let lasts = self.injected_at.is_some_and(|(_, until)| until > now());
+        match fault.fault_kind {
+            FaultKind::Refused(errno) if first || lasts => Err(errno.into()),
+            FaultKind::LostFlip | FaultKind::LostEvent | FaultKind::LateEvent if first || lasts => {
+                self.lost_flip = Some(fault.fault_kind);
                 Ok(())
             }
-            Ill::Refused(_) | Ill::LostFlip | Ill::LostEvent | Ill::LateEvent => Ok(()),
+            FaultKind::Refused(_) | FaultKind::LostFlip | FaultKind::LostEvent | FaultKind::LateEvent => Ok(()),
         }
     }
 
@@ -326,42 +327,44 @@ impl Scripted {
         let (time, current) = (now(), self.current());
         while self.plugs.front().is_some_and(|(at, _)| *at <= time) {
             let is_in = self.plugs.pop_front().is_some_and(|(_, plugged)| plugged);
-            self.plug = if is_in { Plug::In } else { Plug::Out };
-            self.happenings.push_back(Happening::Hotplug);
+            self.plug = if is_in { ConnectorStatus::In } else { ConnectorStatus::Out };
+            self.happenings.push_back(KmsEvent::Hotplug);
         }
         while self.switches.front().is_some_and(|(at, _)| *at <= time) {
             let is_back = self.switches.pop_front().is_some_and(|(_, is_back)| is_back);
-            self.has_let_go &= !is_back;
-            self.happenings.push_back(if is_back { Happening::SwitchBack } else { Happening::SwitchAway });
+            self.has_released_console &= !is_back;
+            self.happenings.push_back(if is_back { KmsEvent::SwitchBack } else { KmsEvent::SwitchAway });
         }
         if let Some((_, modes)) = self.late_modes.take_if(|(at, _)| *at <= time) {
             self.modes = modes;
-            self.happenings.push_back(Happening::Hotplug);
+            self.happenings.push_back(KmsEvent::Hotplug);
         }
         if let Some((_, family)) = self.handover.take_if(|(at, _)| *at <= time) {
             // Both tell: the one that goes and the one that comes.
             self.family = family;
-            (self.is_gone, self.glass, self.pending) = (self.open, None, None);
-            self.happenings.extend([Happening::Hotplug, Happening::Hotplug]);
+            (self.is_gone, self.on_screen, self.pending) = (self.open, None, None);
+            self.happenings.extend([KmsEvent::Hotplug, KmsEvent::Hotplug]);
         }
-        if let Some(flip) = self.pending.take_if(|flip| flip.vblank <= current && flip.ill != Some(Ill::LostFlip)) {
-            self.glass = Some(flip.source);
-            let event = Happening::Flip { vblank: Vblank(flip.vblank as u32), at: self.begins(flip.vblank) };
-            match flip.ill {
+        if let Some(flip) =
+            self.pending.take_if(|flip| flip.vblank <= current && flip.fault_kind != Some(FaultKind::LostFlip))
+        {
+            self.on_screen = Some(flip.source);
+            let event = KmsEvent::Flip { vblank: Vblank(flip.vblank as u32), at: self.begins(flip.vblank) };
+            match flip.fault_kind {
                 None => self.happenings.push_back(event),
-                Some(Ill::LateEvent) => self.late.push_back((time.after(150 * MS), event)),
-                Some(Ill::LostFlip | Ill::LostEvent | Ill::Refused(_)) => {}
+                Some(FaultKind::LateEvent) => self.late.push_back((time.after(150 * MS), event)),
+                Some(FaultKind::LostFlip | FaultKind::LostEvent | FaultKind::Refused(_)) => {}
             }
         }
         while self.late.front().is_some_and(|(at, _)| *at <= time) {
             self.happenings.extend(self.late.pop_front().map(|(_, event)| event));
         }
         if self.probed_at.take_if(|at| *at <= time).is_some() {
-            self.happenings.push_back(Happening::Probed(Box::new(self.connector())));
+            self.happenings.push_back(KmsEvent::Probed(Box::new(self.connector())));
         }
         let (due, later) = self.asked.iter().partition::<Vec<_>, _>(|asked| **asked <= current);
         self.asked = later;
-        let event = Happening::Vblank { vblank: Vblank(current as u32), at: self.begins(current) };
+        let event = KmsEvent::Vblank { vblank: Vblank(current as u32), at: self.begins(current) };
         self.happenings.extend(due.iter().map(|_| event.clone()));
     }
 
@@ -370,14 +373,15 @@ impl Scripted {
             id: CONNECTOR,
             name: self.family.connector.to_owned(),
             plug: self.plug,
-            modes: if self.plug == Plug::Out { Vec::new() } else { self.modes.clone() },
+            modes: if self.plug == ConnectorStatus::Out { Vec::new() } else { self.modes.clone() },
             crtcs: 1,
             properties: self.family.properties('n', |name| self.value(CONNECTOR, name)),
         }
     }
 
     fn next_due(&self) -> Option<Nanos> {
-        let flip = self.pending.iter().filter(|flip| flip.ill != Some(Ill::LostFlip)).map(|flip| flip.vblank);
+        let flip =
+            self.pending.iter().filter(|flip| flip.fault_kind != Some(FaultKind::LostFlip)).map(|flip| flip.vblank);
         let vblanks = flip.chain(self.asked.iter().copied()).map(|vblank| self.begins(vblank));
         let told = self.plugs.front().map(|(at, _)| *at).into_iter().chain(self.late.front().map(|(at, _)| *at));
         let late = self.late_modes.as_ref().map(|(at, _)| *at).into_iter().chain(self.handover.map(|(at, _)| at));

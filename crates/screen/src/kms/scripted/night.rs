@@ -4,7 +4,7 @@
 
 use super::families::generic::MATRIX;
 use super::fault_matrix::{CARDS, Player, at};
-use super::{Fault, Ill, Kind, MS, Quirk, Scripted, now};
+use super::{Fault, FaultKind, Kind, MS, Quirk, Scripted, now};
 use crate::kms::Phase;
 use crate::{Event, Light, Screen};
 use rustix::io::Errno;
@@ -30,7 +30,7 @@ fn a_display_sleeps_in_good_order_and_is_lit_again_when_it_is_woken() {
             player.screen.set_light(Light::Off);
             player.play(at(10_000 * day + 3_000 + 7 * day));
             assert!(sleeps(&player), "day {day}");
-            assert_eq!((player.screen.lit(), player.screen.next_event(Duration::ZERO)), (None, Event::Idle));
+            assert_eq!((player.screen.info(), player.screen.next_event(Duration::ZERO)), (None, Event::Idle));
             player.screen.set_light(Light::FULL);
             let before = player.flips.len();
             player.play(at(10_000 * day + 5_000));
@@ -61,7 +61,7 @@ fn whatever_is_plugged_at_night_is_left_alone_until_the_day() {
     assert!(sleeps(&player));
     player.screen.set_light(Light::FULL);
     player.play(at(7000));
-    assert_eq!(player.lost(), ["no display is plugged into /dev/dri/scripted"]);
+    assert_eq!(player.lost(), ["no display is connected to /dev/dri/scripted"]);
     player.screen.kms.plugs.push_back((at(8000), true));
     player.play(at(11_000));
     assert!(player.flips.iter().any(|flip| *flip > at(8000)), "the day shows what is there by then");
@@ -72,7 +72,8 @@ fn every_error_on_the_way_into_the_night_and_out_of_it_is_survived() {
     for errno in [Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::IO] {
         for (kind, nth) in [(Kind::Darken, 0), (Kind::Light, 1), (Kind::Test, 5), (Kind::Flip, 30)] {
             for ns in [0, 50 * MS, 400 * MS] {
-                let mut player = Player::on(Scripted::new().fail(Fault { kind, nth, ill: Ill::Refused(errno), ns }));
+                let mut player =
+                    Player::on(Scripted::new().fail(Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns }));
                 for day in 1..=3 {
                     player.play(at(3_000 * day));
                     player.screen.set_light(Light::Off);
@@ -125,7 +126,7 @@ fn a_card_that_takes_no_ramp_has_its_samples_dimmed() {
     }
     assert_eq!((player.screen.kms.brightest(), player.screen.kms.blobs.len()), (u16::MAX, 1));
     let Phase::Up(output) = &player.screen.phase else { panic!("the screen is up") };
-    assert_eq!(output.dimming.of_samples(), 801);
+    assert_eq!(output.dimming.software_dim(), 801);
     assert!(player.lost().is_empty() && player.longest_pause_ms() < 50, "{:?}", player.lost());
 }
 

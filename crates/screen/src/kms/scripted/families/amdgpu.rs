@@ -10,10 +10,10 @@
 //! There is no `Broadcast RGB` in Linux 6.12. A ramp in a flip has it wait for all CRTCs.
 //! Less certain: that DCE shows a quarter turn of linear memory rightly, so that it is not described as one that turns.
 
-use super::{BLENDING, CONTENT_TYPE, CORE, IN_FORMATS, ROTATE_ALL, Takes, YUV};
+use super::{BLENDING, CONTENT_TYPE, CORE, IN_FORMATS, ROTATE_ALL, ValueRange, YUV};
 use crate::kms::scripted::family::{Family, Limits, Row, Window};
 use crate::paint::Format;
-use Takes::{Any, Choice, UpTo};
+use ValueRange::{Any, Choice, UpTo};
 
 const CONNECTOR: &[Row] = &[
     Row::new("n", "scaling mode", Choice(&[("None", 0), ("Full", 1), ("Center", 2), ("Full aspect", 3)]))

@@ -2,10 +2,10 @@
 //!
 //! Owns one description. It is no driver's: it has what the claims of `fault_matrix.rs` and `night.rs` need.
 
-use super::{BLENDING, CORE, IN_FORMATS, ROTATE_ALL, Takes, YUV};
+use super::{BLENDING, CORE, IN_FORMATS, ROTATE_ALL, ValueRange, YUV};
 use crate::kms::scripted::family::{Family, Limits, Row, Window};
 use crate::paint::Format;
-use Takes::{Any, UpTo};
+use ValueRange::{Any, UpTo};
 
 const OWN: &[Row] = &[
     Row::new("c", "GAMMA_LUT", Any),

@@ -4,21 +4,20 @@
 //! and Alder Lake-S, and Alder Lake-N for Alder Lake-P, Raptor Lake-P and Meteor Lake.
 //!
 //! Sources: `drivers/gpu/drm/i915/display/` of Linux 6.12: `intel_hdmi.c` (`intel_hdmi_add_properties`), `intel_dp.c`
-//! (`intel_edp_add_properties`), `intel_connector.c`, `intel_color.c` (`check_lut_size`: any length but the platform's own and
-//! 256 is refused), `i9xx_plane.c` and `skl_universal_plane.c` (formats, rotations, `skl_plane_check_fb`: no quarter turn with
-//! linear memory), `skl_scaler.c` (a third at most, a half with NV12 on display 9), `intel_atomic.c`
+//! (`intel_edp_add_properties`), `intel_connector.c`, `intel_color.c` (`check_lut_size`: any length but the platform's
+//! own and 256 is refused), `i9xx_plane.c` and `skl_universal_plane.c` (formats, rotations, `skl_plane_check_fb`: no
+//! quarter turn with linear memory), `skl_scaler.c` (a third at most, a half with NV12 on display 9), `intel_atomic.c`
 //! (`intel_digital_connector_atomic_check`); snapshots 3098e364a885, 73d91f466984, ba23a2b55a38 and e2c1bb803152 (with
-//! `Broadcast RGB` left on full) of drmdb.
-//! Less certain: that a changed `Broadcast RGB` of an HDMI connector always takes a commit that may set a mode: it does where
-//! the levels differ.
+//! `Broadcast RGB` left on full) of drmdb. Less certain: that a changed `Broadcast RGB` of an HDMI connector always
+//! takes a commit that may set a mode: it does where the levels differ.
 
 use super::{
     ASPECT_RATIO, BLENDING, BROADCAST_RGB, CONTENT_TYPE, CORE, ENCODING, HDMI_COLORSPACE, IN_FORMATS,
-    PANEL_ORIENTATION, RANGE, ROTATE_ALL, ROTATE_HALF, SCALING_FILTER, Takes,
+    PANEL_ORIENTATION, RANGE, ROTATE_ALL, ROTATE_HALF, SCALING_FILTER, ValueRange,
 };
 use crate::kms::scripted::family::{Family, Limits, Row, Window};
 use crate::paint::Format;
-use Takes::{Any, Choice, UpTo};
+use ValueRange::{Any, Choice, UpTo};
 
 const HDMI: &[Row] = &[
     Row::new("n", "audio", Choice(&[("force-dvi", u64::MAX - 1), ("off", u64::MAX), ("auto", 0), ("on", 1)])),

@@ -12,8 +12,8 @@ pub(crate) mod i915;
 pub(crate) mod simple;
 pub(crate) mod vc4;
 
-use super::family::{Family, Row, Takes};
-use Takes::{Any, Bits, Choice, UpTo};
+use super::family::{Family, Row, ValueRange};
+use ValueRange::{Any, Bits, Choice, UpTo};
 
 /// All families of real drivers.
 pub(crate) const ALL: [&Family; 12] = [
@@ -31,7 +31,7 @@ pub(crate) const ALL: [&Family; 12] = [
     &simple::BOCHS,
 ];
 
-const KIND: Takes = Choice(&[("Overlay", 0), ("Primary", 1), ("Cursor", 2)]);
+const KIND: ValueRange = Choice(&[("Overlay", 0), ("Primary", 1), ("Cursor", 2)]);
 
 /// What every atomic driver has.
 pub(crate) const CORE: &[Row] = &[
@@ -54,11 +54,11 @@ pub(crate) const CORE: &[Row] = &[
 ];
 
 pub(crate) const IN_FORMATS: Row = Row::new("p", "IN_FORMATS", Any).fixed(1);
-pub(crate) const CONTENT_TYPE: Takes =
+pub(crate) const CONTENT_TYPE: ValueRange =
     Choice(&[("No Data", 0), ("Graphics", 1), ("Photo", 2), ("Cinema", 3), ("Game", 4)]);
-pub(crate) const BROADCAST_RGB: Takes = Choice(&[("Automatic", 0), ("Full", 1), ("Limited 16:235", 2)]);
-pub(crate) const ASPECT_RATIO: Takes = Choice(&[("Automatic", 0), ("4:3", 1), ("16:9", 2)]);
-pub(crate) const HDMI_COLORSPACE: Takes = Choice(&[
+pub(crate) const BROADCAST_RGB: ValueRange = Choice(&[("Automatic", 0), ("Full", 1), ("Limited 16:235", 2)]);
+pub(crate) const ASPECT_RATIO: ValueRange = Choice(&[("Automatic", 0), ("4:3", 1), ("16:9", 2)]);
+pub(crate) const HDMI_COLORSPACE: ValueRange = Choice(&[
     ("Default", 0),
     ("SMPTE_170M_YCC", 1),
     ("BT709_YCC", 2),
@@ -73,15 +73,16 @@ pub(crate) const HDMI_COLORSPACE: Takes = Choice(&[
     ("DCI-P3_RGB_D65", 11),
     ("DCI-P3_RGB_Theater", 12),
 ]);
-pub(crate) const PANEL_ORIENTATION: Takes =
+pub(crate) const PANEL_ORIENTATION: ValueRange =
     Choice(&[("Normal", 0), ("Upside Down", 1), ("Left Side Up", 2), ("Right Side Up", 3)]);
-pub(crate) const ENCODING: Takes =
+pub(crate) const ENCODING: ValueRange =
     Choice(&[("ITU-R BT.601 YCbCr", 0), ("ITU-R BT.709 YCbCr", 1), ("ITU-R BT.2020 YCbCr", 2)]);
-pub(crate) const RANGE: Takes = Choice(&[("YCbCr limited range", 0), ("YCbCr full range", 1)]);
-pub(crate) const BLEND: Takes = Choice(&[("None", 2), ("Pre-multiplied", 0), ("Coverage", 1)]);
-pub(crate) const SCALING_FILTER: Takes = Choice(&[("Default", 0), ("Nearest Neighbor", 1)]);
-pub(crate) const ROTATE_HALF: Takes = Bits(&[("rotate-0", 1), ("rotate-180", 4)]);
-pub(crate) const ROTATE_ALL: Takes = Bits(&[("rotate-0", 1), ("rotate-90", 2), ("rotate-180", 4), ("rotate-270", 8)]);
+pub(crate) const RANGE: ValueRange = Choice(&[("YCbCr limited range", 0), ("YCbCr full range", 1)]);
+pub(crate) const BLEND: ValueRange = Choice(&[("None", 2), ("Pre-multiplied", 0), ("Coverage", 1)]);
+pub(crate) const SCALING_FILTER: ValueRange = Choice(&[("Default", 0), ("Nearest Neighbor", 1)]);
+pub(crate) const ROTATE_HALF: ValueRange = Bits(&[("rotate-0", 1), ("rotate-180", 4)]);
+pub(crate) const ROTATE_ALL: ValueRange =
+    Bits(&[("rotate-0", 1), ("rotate-90", 2), ("rotate-180", 4), ("rotate-270", 8)]);
 
 /// The colours of planes that take YUV, which another process has set otherwise.
 pub(crate) const YUV: &[Row] =

@@ -7,10 +7,10 @@
 //! (framebuffers up to 7680); `drm_hdmi_state_helper.c` (`Broadcast RGB`); raspberrypi/linux #5034 and #4695.
 //! Less certain: how many scaled planes the line memory takes (`ENOSPC`), which one plane does not reach.
 
-use super::{BLENDING, BROADCAST_RGB, CORE, HDMI_COLORSPACE, IN_FORMATS, Takes, YUV};
+use super::{BLENDING, BROADCAST_RGB, CORE, HDMI_COLORSPACE, IN_FORMATS, ValueRange, YUV};
 use crate::kms::scripted::family::{Family, Limits, Row, Window};
 use crate::paint::Format;
-use Takes::{Any, Bits, UpTo};
+use ValueRange::{Any, Bits, UpTo};
 
 const OWN: &[Row] = &[
     Row::new("n", "max bpc", UpTo(12)).at(12).sets_mode(),

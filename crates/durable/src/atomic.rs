@@ -1,0 +1,160 @@
+//! The atomic write.
+//!
+//! Owns [`replace`]: after a power cut a file has the bytes from before or all of the new ones.
+
+use std::fs::{self, File, Metadata};
+use std::io;
+use std::path::Path;
+
+use crate::storage::{LocalFolder, Storage, parent};
+
+/// Has the file at `path` in `folder` hold `bytes`, as a whole or not at all; returns when the disk has them. Two that
+/// replace the same file at once must be kept apart by the caller.
+///
+/// # Errors
+/// What the disk says. The file is as it was, unless the last step failed: to sync the folder.
+pub fn replace(folder: &dyn Storage, path: &str, bytes: &[u8]) -> io::Result<()> {
+    let new = format!("{path}.new");
+    // A power cut may have left it, with other permissions.
+    folder.remove(&new)?;
+    let write = || -> io::Result<()> {
+        let mut file = folder.append(&new)?;
+        file.write_all(bytes)?;
+        file.sync()
+    };
+    let renamed = write().and_then(|()| folder.rename(&new, path));
+    if renamed.is_err() {
+        // The disk may be full.
+        let _ = folder.remove(&new);
+    }
+    renamed?;
+    folder.sync_folder(parent(path))
+}
+
+/// Has the file at `path` hold `bytes`, as a whole or not at all; returns when the disk has them.
+///
+/// # Errors
+/// As [`replace`].
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_with_mode(path, bytes, 0o666)
+}
+
+/// The same, with the permissions `mode`, less the process's umask.
+///
+/// # Errors
+/// As [`replace`].
+pub fn write_with_mode(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
+    replace(&LocalFolder::beside(path, mode, None), "", bytes)
+}
+
+/// The same for a file that a person keeps: a link is followed; permissions and, where the system lets us, the owner
+/// stay.
+///
+/// # Errors
+/// As [`replace`].
+pub fn save(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let before: Option<Metadata> = fs::metadata(&path).ok();
+    replace(&LocalFolder::beside(&path, 0o666, before), "", bytes)
+}
+
+/// Syncs the finished file `new` and renames it to `path`, in the same folder; returns when the disk has both.
+///
+/// # Errors
+/// What the disk says.
+pub fn persist(new: &Path, path: &Path) -> io::Result<()> {
+    File::open(new)?.sync_all()?;
+    fs::rename(new, path)?;
+    sync_names(path)
+}
+
+/// Copies the file `from` to `to`, as a whole or not at all; returns when the disk has it.
+///
+/// # Errors
+/// What the disk says.
+pub fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    let mut new = to.as_os_str().to_owned();
+    new.push(".new");
+    let new = Path::new(&new);
+    // A power cut may have left it.
+    let _ = fs::remove_file(new);
+    let copied = fs::copy(from, new).and_then(|_| persist(new, to));
+    if copied.is_err() {
+        // The disk may be full.
+        let _ = fs::remove_file(new);
+    }
+    copied
+}
+
+/// Returns when the disk has all names in the folder that `path` lies in.
+///
+/// # Errors
+/// What the disk says.
+pub fn sync_names(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    sync_folder(folder.unwrap_or(Path::new(".")))
+}
+
+/// Returns when the disk has all names in `folder`.
+///
+/// # Errors
+/// What the disk says.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    File::open(folder)?.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    fn mode(path: &Path) -> u32 {
+        fs::metadata(path).unwrap().permissions().mode() & 0o777
+    }
+
+    #[test]
+    fn a_saved_file_keeps_its_permissions_and_nothing_lies_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        fs::write(&path, "before").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        fs::write(folder.path().join("a.toml.new"), "torn").unwrap();
+        save(&path, b"after").unwrap();
+        assert_eq!((fs::read(&path).unwrap(), mode(&path)), (b"after".to_vec(), 0o640));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_saved_file_that_is_a_link_stays_one() {
+        let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let (path, real) = (folder.path().join("a.toml"), elsewhere.path().join("b.toml"));
+        fs::write(&real, "before").unwrap();
+        symlink(&real, &path).unwrap();
+        save(&path, b"after").unwrap();
+        assert_eq!(fs::read(&real).unwrap(), b"after");
+        assert!(fs::symlink_metadata(&path).unwrap().is_symlink());
+    }
+
+    #[test]
+    fn a_write_that_fails_leaves_the_file_and_nothing_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        fs::write(&path, "before").unwrap();
+        fs::create_dir(folder.path().join("a.toml.new")).unwrap();
+        assert!(write(&path, b"after").is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"before");
+        assert!(write(&folder.path().join("no/such"), b"after").is_err());
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).unwrap();
+        assert!(write(&taken, b"after").is_err() && !folder.path().join("taken.new").exists());
+    }
+
+    #[test]
+    fn a_secret_is_never_readable_by_others_whatever_an_attempt_before_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("secret");
+        fs::write(folder.path().join("secret.new"), "torn, and for all to read").unwrap();
+        write_with_mode(&path, b"secret", 0o600).unwrap();
+        assert_eq!((fs::read(&path).unwrap(), mode(&path)), (b"secret".to_vec(), 0o600));
+    }
+}

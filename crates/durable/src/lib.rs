@@ -1,0 +1,22 @@
+//! Files that survive a power cut.
+//!
+//! Owns the order of the steps: write a new file, sync it, rename it, sync the folder. Every program that replaces a
+//! file does it here. Never knows what the files mean.
+//!
+//! | module | owns |
+//! |---|---|
+//! | `storage` | what an atomic write needs of a disk, and a folder of this machine |
+//! | `atomic` | the atomic write |
+//! | `copies` | the newest of two copies of a state, each with a checksum |
+//! | `flushed` | writing that stays out of the page cache |
+#![forbid(unsafe_code)]
+
+mod atomic;
+mod copies;
+mod flushed;
+mod storage;
+
+pub use atomic::{copy, persist, replace, save, sync_folder, sync_names, write, write_with_mode};
+pub use copies::{Checksummed, Copies, Found};
+pub use flushed::{FlushedWriter, drop_cache};
+pub use storage::{Append, LocalFolder, Storage, parent};

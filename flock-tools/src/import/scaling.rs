@@ -1,0 +1,150 @@
+//! Scales pictures to the size of the flock.
+//!
+//! Owns the scaling, and the choice between cropping and padding where the shape differs: the artist makes it. Never decodes
+//! and never encodes.
+//!
+//! Start at [`Scaling::new`].
+
+use fast_image_resize::images::{TypedImage, TypedImageRef};
+use fast_image_resize::pixels::F32x3;
+use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use video::{ForeignPicture, VideoInfo, Yuv420p};
+
+/// How a picture of another shape is scaled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Fit {
+    /// Fill the flock's picture and cut off what sticks out
+    Crop,
+    /// Show all of it and leave black what it does not fill
+    Pad,
+}
+
+/// How the pictures of one video are scaled to the flock's size.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Scaling {
+    /// The flock's width and height.
+    size: (u32, u32),
+    /// The part of the picture that is used: left, top, width and height, in its pixels; `None`: all of it.
+    cut: Option<[f64; 4]>,
+    /// Its place in the flock's picture: left, top, width and height, in pixels.
+    put: [u32; 4],
+}
+
+impl Scaling {
+    /// The scaling of pictures of the video `about` to `size`.
+    ///
+    /// # Errors
+    /// In words, if their shape is another and `fit` is `None`.
+    pub(super) fn new(about: &VideoInfo, size: (u32, u32), fit: Option<Fit>) -> Result<Self, String> {
+        let (width, height) = (f64::from(about.size.0), f64::from(about.size.1));
+        let full = [f64::from(size.0), f64::from(size.1)];
+        // The width on a screen with square pixels.
+        let shown = width * f64::from(about.pixel.0) / f64::from(about.pixel.1);
+        let scales = [full[0] / shown, full[1] / height];
+        let whole = Self { size, cut: None, put: [0, 0, size.0, size.1] };
+        // To the nearest pixel of the flock's it is the same shape.
+        let off = [(shown * scales[1] - full[0]).abs(), (height * scales[0] - full[1]).abs()];
+        if off[0].min(off[1]) <= 1.0 {
+            return Ok(whole);
+        }
+        match fit {
+            None => Err(format!(
+                "has another shape: {}x{} pixels{} (expected that of {}x{}; --fit crop or --fit pad)",
+                about.size.0,
+                about.size.1,
+                if about.pixel.0 == about.pixel.1 {
+                    String::new()
+                } else {
+                    format!(", each {} wide and {} high", about.pixel.0, about.pixel.1)
+                },
+                size.0,
+                size.1
+            )),
+            Some(Fit::Crop) => {
+                let scale = scales[0].max(scales[1]);
+                let (wide, high) = ((width * full[0] / (shown * scale)).min(width), (full[1] / scale).min(height));
+                Ok(Self { cut: Some([(width - wide) / 2.0, (height - high) / 2.0, wide, high]), ..whole })
+            }
+            Some(Fit::Pad) => {
+                let scale = scales[0].min(scales[1]);
+                let side = |length: f64, most: u32| ((length * scale).round() as u32).clamp(1, most);
+                let (wide, high) = (side(shown, size.0), side(height, size.1));
+                Ok(Self { put: [(size.0 - wide) / 2, (size.1 - high) / 2, wide, high], ..whole })
+            }
+        }
+    }
+
+    /// The picture in the flock's size. If neither size nor colours differ, its samples are not changed.
+    ///
+    /// # Errors
+    /// The scaler's error.
+    pub(super) fn picture(&self, picture: &ForeignPicture) -> Result<Yuv420p, String> {
+        let (width, height) = picture.size();
+        let same = picture.size() == self.size && self.put == [0, 0, width, height] && self.cut.is_none();
+        if let Some(samples) = picture.as_yuv420p().filter(|_| same) {
+            return Ok(samples);
+        }
+        let mut rgb = picture.to_rgb();
+        if !same {
+            rgb = self.scaled(picture.size(), &rgb)?;
+        }
+        Yuv420p::from_rgb_f32(self.size.0, self.size.1, &rgb).map_err(|error| error.to_string())
+    }
+
+    fn scaled(&self, (width, height): (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
+        let text = |error: &dyn std::error::Error| format!("cannot be scaled: {error}");
+        let pixels: Vec<F32x3> = rgb.chunks_exact(3).map(|p| F32x3::new([p[0], p[1], p[2]])).collect();
+        let full = TypedImageRef::new(width, height, &pixels).map_err(|error| text(&error))?;
+        let [left, top, wide, high] = self.put;
+        let mut small = TypedImage::<F32x3>::new(wide, high);
+        let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
+        let options = match self.cut {
+            Some([left, top, width, height]) => options.crop(left, top, width, height),
+            None => options,
+        };
+        Resizer::new().resize_typed(&full, &mut small, &options).map_err(|error| text(&error))?;
+        let (across, down) = (self.size.0 as usize, self.size.1 as usize);
+        let mut placed = vec![0.0; 3 * across * down];
+        for (y, row) in small.pixels().chunks(wide as usize).enumerate() {
+            let start = 3 * ((y + top as usize) * across + left as usize);
+            for (to, from) in placed[start..].chunks_exact_mut(3).zip(row) {
+                to.copy_from_slice(&from.0);
+            }
+        }
+        Ok(placed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn about(size: (u32, u32), pixel: (u32, u32)) -> VideoInfo {
+        VideoInfo { codec: "mpeg4".into(), size, pixel, fps: None, frames: None, tags: Vec::new() }
+    }
+
+    #[test]
+    fn the_same_shape_is_scaled_and_another_one_is_refused_with_both() {
+        for (size, pixel) in [((1280, 720), (1, 1)), ((640, 360), (1, 1)), ((641, 361), (1, 1)), ((720, 576), (64, 45))]
+        {
+            let scaling = Scaling::new(&about(size, pixel), (1280, 720), None).unwrap();
+            assert_eq!((scaling.cut, scaling.put), (None, [0, 0, 1280, 720]), "{size:?}");
+        }
+        let refused = Scaling::new(&about((640, 480), (1, 1)), (1280, 720), None).unwrap_err();
+        assert!(refused.contains("640x480") && refused.contains("1280x720"), "{refused}");
+        let refused = Scaling::new(&about((720, 576), (16, 15)), (1280, 720), None).unwrap_err();
+        assert!(refused.contains("each 16 wide and 15 high"), "{refused}");
+    }
+
+    #[test]
+    fn what_sticks_out_is_cut_on_both_sides_and_what_is_missing_is_left_on_both() {
+        let scaling = |fit| Scaling::new(&about((640, 480), (1, 1)), (1280, 720), Some(fit)).unwrap();
+        assert_eq!(scaling(Fit::Crop).cut, Some([0.0, 60.0, 640.0, 360.0]));
+        assert_eq!(scaling(Fit::Crop).put, [0, 0, 1280, 720]);
+        assert_eq!(scaling(Fit::Pad).put, [160, 0, 960, 720]);
+        assert_eq!(scaling(Fit::Pad).cut, None);
+        let padded = scaling(Fit::Pad).scaled((640, 480), &vec![0.5; 3 * 640 * 480]).unwrap();
+        let is = |x: usize, y: usize, level: f32| (padded[3 * (y * 1280 + x)] - level).abs() < 1e-5;
+        assert!(is(159, 0, 0.0) && is(1120, 719, 0.0) && is(160, 0, 0.5) && is(1119, 719, 0.5));
+    }
+}

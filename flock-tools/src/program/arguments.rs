@@ -1,0 +1,75 @@
+//! Arguments that are sizes, rates and numbers, and those that several commands take.
+//!
+//! Owns their parsers and the messages for malformed ones.
+
+use std::path::PathBuf;
+
+use flock::{MAX_FPS, SIDES_PX};
+use timing::Rate;
+
+/// The most steps: 158 years. A simulation takes a dozen bytes for each.
+const MOST_STEPS: usize = 100_000_000;
+
+/// A part of a walk: which one, and how many steps.
+#[derive(Debug, clap::Args)]
+pub(crate) struct WalkArgs {
+    /// Folder of the flock
+    pub(crate) dir: PathBuf,
+    /// Which of the endless walks: the same seed and flock give the same walk
+    #[arg(long)]
+    pub(crate) seed: u64,
+    /// Transitions to take; a year of 50-second steps has 630000
+    #[arg(long, value_parser = steps)]
+    pub(crate) steps: usize,
+}
+
+/// `630000`: steps of a walk.
+fn steps(text: &str) -> Result<usize, String> {
+    let steps = text.parse().ok().filter(|steps| *steps <= MOST_STEPS);
+    steps.ok_or_else(|| format!("wanted a whole number up to {MOST_STEPS}"))
+}
+
+/// `1280x720`: width and height in pixels, both even.
+pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
+    let side = |text: &str| text.parse().ok().filter(|side: &u32| SIDES_PX.contains(side) && side.is_multiple_of(2));
+    let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    let (least, most) = (SIDES_PX.start(), SIDES_PX.end());
+    sides.ok_or_else(|| format!("wanted an even width and height from {least} to {most}, such as 1280x720"))
+}
+
+/// `30` or `30000/1001`: frames per second.
+pub(crate) fn rate(text: &str) -> Result<Rate, String> {
+    let (num, den) = text.split_once('/').unwrap_or((text, "1"));
+    let whole = |text: &str| text.parse::<u32>().ok().map(u64::from);
+    let rate = whole(num).zip(whole(den)).and_then(|(num, den)| Rate::new(num, den).ok());
+    rate.filter(|rate| (1..=MAX_FPS).contains(&(rate.num() / rate.den())))
+        .ok_or_else(|| format!("wanted a rate from 1 to {MAX_FPS} per second, such as 30 or 30000/1001"))
+}
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_normal() && *number > 0.0);
+    number.ok_or_else(|| "wanted a finite number above 0".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_manifest_takes_is_read_and_nothing_else() {
+        assert_eq!(size("1280x720"), Ok((1280, 720)));
+        assert_eq!(rate("30000/1001").map(|rate| (rate.num(), rate.den())), Ok((30_000, 1001)));
+        assert_eq!(rate("25").map(|rate| (rate.num(), rate.den())), Ok((25, 1)));
+        assert_eq!(positive("2.5"), Ok(2.5));
+        for bad in ["", "1280", "1281x720", "8x8", "8192x16", "1280x720x2", "x", "axb"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "0", "241", "1/2", "30/0", "30/1/1", "29.97"] {
+            assert!(rate(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "0", "-1", "nan", "inf", "1e-400"] {
+            assert!(positive(bad).is_err(), "{bad}");
+        }
+    }
+}

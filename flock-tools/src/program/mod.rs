@@ -1,0 +1,14 @@
+//! What every command needs: arguments, exit codes, printing, progress bars, the clock.
+//!
+//! Owns no command and opens no flock.
+//!
+//! Start at [`Fatal`].
+
+pub(crate) mod arguments;
+mod fatal;
+pub(crate) mod now;
+pub(crate) mod print;
+pub(crate) mod progress;
+
+pub(crate) use exit::{Exit, chain};
+pub(crate) use fatal::{Fatal, finish};

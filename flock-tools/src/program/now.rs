@@ -1,0 +1,49 @@
+//! The only place where the artist's tools read clocks.
+//!
+//! Owns [`Stopwatch`], and the date in a bundle, which is for people to read. Nothing that the tools make depends on the
+//! date.
+
+use std::time::{Duration, Instant, SystemTime};
+
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+/// Measures wall-clock and processor time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stopwatch {
+    wall: Instant,
+    cpu: Duration,
+}
+
+impl Stopwatch {
+    /// Starts now.
+    #[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+    pub(crate) fn start() -> Self {
+        Self { wall: Instant::now(), cpu: cpu() }
+    }
+
+    /// Since the start.
+    pub(crate) fn wall(&self) -> Duration {
+        self.wall.elapsed()
+    }
+
+    /// Processor time of all threads of this process since the start.
+    pub(crate) fn cpu(&self) -> Duration {
+        cpu().saturating_sub(self.cpu)
+    }
+}
+
+/// The time, to the second, as `2026-03-01T12:00:00Z`.
+#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+pub(crate) fn date() -> String {
+    /// The last second that has four digits of year.
+    const LAST: u64 = 253_402_300_799;
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let seconds = Duration::from_secs(since.as_secs().min(LAST));
+    humantime::format_rfc3339_seconds(SystemTime::UNIX_EPOCH + seconds).to_string()
+}
+
+fn cpu() -> Duration {
+    let Timespec { tv_sec, tv_nsec } = clock_gettime(ClockId::ProcessCPUTime);
+    let part = |number: i64| u64::try_from(number).unwrap_or(0);
+    Duration::from_secs(part(tv_sec)) + Duration::from_nanos(part(tv_nsec))
+}

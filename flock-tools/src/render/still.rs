@@ -1,0 +1,195 @@
+//! `flock still`: one picture of a genome.
+//!
+//! Owns the command: its options, the PNG and the figures. A frame of a loop is named by its number and the loop's length;
+//! it is then the same picture that `flock render` puts into the clip.
+
+use std::io::{self, ErrorKind};
+use std::path::PathBuf;
+use std::{fs, num::NonZeroUsize};
+
+use clap::ValueEnum;
+use flame::{Filter, FrameCost, Genome, Image, Loop, Motion, Renderer, Settings};
+use flock::ClipHash;
+use png::{BitDepth, ColorType, Encoder, EncodingError};
+
+use super::options;
+use super::plan::SEED;
+use crate::program::{Exit, Fatal, now::Stopwatch, print};
+
+/// Render one picture of a genome
+///
+/// Size, samples and everything else are the genome's unless an option is given. With --frame and --frames it is that
+/// frame of the genome's loop, motion blur included.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  the picture is written
+  1  does not occur
+  2  the command line or the genome is wrong
+  3  a file could not be read or written, or memory does not suffice")]
+pub(crate) struct Args {
+    /// File of the genome: flam3 XML with one flame
+    genome: PathBuf,
+    /// Where the picture goes: a PNG file
+    #[arg(long, value_name = "PNG")]
+    out: PathBuf,
+    /// Width and height in pixels; what is in view stays in view
+    #[arg(long, value_name = "WxH", value_parser = options::any_size)]
+    size: Option<[u32; 2]>,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = options::samples)]
+    spp: Option<f64>,
+    /// Histogram cells per pixel in each direction
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
+    supersample: Option<u32>,
+    /// How the noise of few samples is smoothed, as wide as the genome's estimator says
+    #[arg(long, value_enum, default_value_t = Smoothing::Variance)]
+    filter: Smoothing,
+    /// The seed of the random numbers: the same gives the same picture, with any number of threads
+    #[arg(long, value_name = "S", default_value_t = SEED)]
+    seed: u64,
+    /// Threads to render with
+    #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
+    threads: NonZeroUsize,
+    /// Which frame of the loop, from 0
+    #[arg(long, value_name = "I", requires = "frames")]
+    frame: Option<u32>,
+    /// How many frames the loop has
+    #[arg(long, value_name = "N", requires = "frame", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Moments in the frame; 1 switches motion blur off
+    #[arg(long, value_name = "N", requires = "frame", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    temporal_samples: Option<u32>,
+    /// Bits of each channel
+    #[arg(long, value_enum, default_value_t = Depth::Eight)]
+    bits: Depth,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// How noise is smoothed.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Smoothing {
+    /// Not at all
+    None,
+    /// Averaged with neighbours that differ by no more than chance; the more samples, the less
+    Variance,
+    /// Spread by density, as flam3 does
+    Flam3,
+}
+
+/// Bits of each channel.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Depth {
+    /// For looking at
+    #[value(name = "8")]
+    Eight,
+    /// For working on
+    #[value(name = "16")]
+    Sixteen,
+}
+
+#[derive(serde::Serialize)]
+struct Answer {
+    /// Samples drawn.
+    samples: u64,
+    /// Processor seconds of rendering.
+    cpu_s: f64,
+    /// Seconds of rendering.
+    seconds: f64,
+    /// BLAKE3 of the pixels: 16 bits of red, green, blue, the lower byte first, row by row.
+    checksum: String,
+}
+
+/// A genome that cannot be read or rendered.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot render genome `{path}`")]
+struct GenomeFileError {
+    path: PathBuf,
+    source: Box<dyn std::error::Error>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let genome = args.genome()?;
+    let settings = args.settings();
+    let (motion, frame): (Box<dyn Motion>, f64) = match args.frame.zip(args.frames) {
+        Some((frame, frames)) => (Box::new(Loop::new(&genome, f64::from(frames))), f64::from(frame)),
+        None => (Box::new(genome), 0.0),
+    };
+    let genome_fatal = |source| args.genome_fatal(Exit::Malformed, source);
+    let demand = FrameCost::of(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
+    let threads = options::threads_that_fit(args.threads, &demand)?;
+    let watch = Stopwatch::start();
+    let renderer = Renderer::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+    let image = renderer.render(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
+    let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
+    let written = png(&image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
+    written.map_err(|source| Fatal::write(&args.out, source))?;
+    let samples: Vec<u8> = image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
+    let checksum = ClipHash::of(&samples[..]).expect("reading memory does not fail").to_string();
+    let answer = Answer { samples: demand.samples, cpu_s, seconds, checksum };
+    if args.json {
+        print::json(&answer)?;
+    } else {
+        let Answer { samples, checksum, .. } = answer;
+        let rate = samples as f64 / cpu_s.max(1e-9) / 1e6;
+        print::lines([
+            format!("samples   {samples}"),
+            format!("time      {seconds:.2} s, {cpu_s:.2} CPU s, {rate:.1} million samples a CPU second"),
+            format!("checksum  {checksum}"),
+        ])?;
+    }
+    Ok(Exit::Fine)
+}
+
+impl Args {
+    fn genome(&self) -> Result<Genome, Fatal> {
+        let text = fs::read_to_string(&self.genome).map_err(|source| {
+            let is_text = source.kind() != ErrorKind::InvalidData;
+            self.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
+        })?;
+        Genome::parse(&text).map_err(|error| self.genome_fatal(Exit::Malformed, error.into()))
+    }
+
+    fn settings(&self) -> Settings {
+        Settings {
+            size: self.size,
+            spp: self.spp,
+            supersample: self.supersample,
+            // A genome that does not move has no motion blur.
+            temporal_samples: if self.frame.is_some() { self.temporal_samples } else { Some(1) },
+            filter: match self.filter {
+                Smoothing::None => Filter::None,
+                Smoothing::Variance => Filter::Variance,
+                Smoothing::Flam3 => Filter::Flam3,
+            },
+            seed: self.seed,
+        }
+    }
+
+    fn genome_fatal(&self, exit: Exit, source: Box<dyn std::error::Error>) -> Fatal {
+        Fatal::new(exit, GenomeFileError { path: self.genome.clone(), source })
+    }
+}
+
+/// `image` as a PNG file.
+fn png(image: &Image, depth: Depth) -> io::Result<Vec<u8>> {
+    let io = |error: EncodingError| io::Error::other(error);
+    let side = |pixels: usize| u32::try_from(pixels).map_err(io::Error::other);
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, side(image.width)?, side(image.height)?);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(match depth {
+        Depth::Eight => BitDepth::Eight,
+        Depth::Sixteen => BitDepth::Sixteen,
+    });
+    let mut writer = encoder.write_header().map_err(io)?;
+    let samples = match depth {
+        Depth::Eight => image.to_rgb8(),
+        Depth::Sixteen => image.to_rgb16().into_iter().flat_map(u16::to_be_bytes).collect(),
+    };
+    writer.write_image_data(&samples).map_err(io)?;
+    writer.finish().map_err(io)?;
+    Ok(bytes)
+}

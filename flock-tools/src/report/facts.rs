@@ -1,0 +1,205 @@
+//! The JSON document in the page.
+//!
+//! Owns its form; the code in `sheet/` draws it. Never measures: the figures come from shares, balance and joins.
+//!
+//! Start at [`Facts::of`].
+
+use std::collections::HashMap;
+
+use flock::{Fault, Flock, FlockShares, SheepIx};
+
+use super::balance::BalancedShares;
+use super::colour::Colour;
+use super::joins::Joins;
+use super::layout::places;
+use super::picture::Picture;
+use super::suggestions::SuggestionList;
+use super::walk::{Spread, WalkSample};
+
+/// The document of a page. Sheep are named by their index in `sheep`.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Facts<'f> {
+    pub(super) name: &'f str,
+    pub(super) size: (u32, u32),
+    /// Numerator and denominator.
+    pub(super) fps: (u32, u32),
+    pub(super) figures: Figures,
+    pub(super) faults: &'f [Fault],
+    /// In the order of their ids.
+    pub(super) sheep: Vec<SheepFacts<'f>>,
+    /// From, to, the fraction of all steps that take it, its frames.
+    pub(super) transitions: Vec<(usize, usize, f64, u32)>,
+    pub(super) day: Option<Day>,
+    pub(super) balanced: Option<BalancedShares>,
+    pub(super) suggested: Option<SuggestionList>,
+    pub(super) joins: Option<Joins>,
+}
+
+/// The figures of the whole flock.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub(super) struct Figures {
+    pub(super) sheep: usize,
+    pub(super) transitions: usize,
+    /// The worst of visits/want and want/visits; `None` if a sheep is never shown.
+    pub(super) worst_ratio: Option<f64>,
+    /// Of the visits, and of as many sheep that are shown equally often.
+    pub(super) entropy_bits: f64,
+    pub(super) most_bits: f64,
+    /// The mean time from one visit's start to the next one's.
+    pub(super) step_minutes: f64,
+    /// The sum of the lengths of all clips.
+    pub(super) material_seconds: f64,
+    /// The number of clips that the manifest names, and of those that are there; `None` if that was not checked.
+    pub(super) clips: usize,
+    pub(super) clips_there: Option<usize>,
+    pub(super) pictures: usize,
+}
+
+#[derive(Debug, serde::Serialize)]
+pub(super) struct SheepFacts<'f> {
+    pub(super) id: &'f str,
+    /// Its position, from -1 to 1 along each axis; up is positive.
+    pub(super) x: f64,
+    pub(super) y: f64,
+    /// Fractions of all visits.
+    pub(super) visits: f64,
+    pub(super) want: f64,
+    pub(super) minutes_a_day: f64,
+    pub(super) return_minutes: Option<f64>,
+    pub(super) returns: Option<Spread>,
+    /// Frames of a visit, repeats included; 0 without a loop.
+    pub(super) frames: u64,
+    pub(super) repeat: u32,
+    pub(super) colour: String,
+    pub(super) picture: Option<&'f str>,
+}
+
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Day {
+    /// As text: it may be larger than the numbers of the page's language.
+    pub(super) seed: String,
+    /// The sheep visited, one after another.
+    pub(super) visits: Vec<usize>,
+}
+
+/// All that a page is made of.
+pub(super) struct PageSources<'f> {
+    pub(super) flock: &'f Flock,
+    /// The seed of the walk, and the walk.
+    pub(super) seed: u64,
+    pub(super) walked: Option<WalkSample>,
+    pub(super) balanced: Option<BalancedShares>,
+    pub(super) suggested: Option<SuggestionList>,
+    pub(super) joins: Option<Joins>,
+    /// One for each sheep of the whole flock, or none at all.
+    pub(super) pictures: &'f [Option<Picture>],
+    pub(super) clips_there: Option<usize>,
+}
+
+impl<'f> Facts<'f> {
+    /// The document made of `sources`.
+    pub(super) fn of(sources: PageSources<'f>) -> Self {
+        let PageSources { flock, seed, walked, balanced, suggested, joins, pictures, clips_there } = sources;
+        let (manifest, whole) = (flock.manifest(), flock.whole());
+        let shares = FlockShares::of(flock);
+        let transitions = transitions(flock, shares.as_ref());
+        let figures = Figures {
+            sheep: whole.len(),
+            transitions: whole.exit_count(),
+            worst_ratio: shares.as_ref().and_then(|shares| shares.worst_ratio),
+            entropy_bits: shares.as_ref().map_or(0.0, |shares| shares.entropy_bits),
+            most_bits: (whole.len() as f64).log2(),
+            step_minutes: shares.as_ref().map_or(0.0, |shares| shares.step_minutes),
+            material_seconds: material_seconds(flock),
+            clips: distinct_clips(flock).len(),
+            clips_there,
+            pictures: pictures.iter().flatten().count(),
+        };
+        let (day, returns) = match walked {
+            Some(WalkSample { day, returns }) => (Some(Day { seed: seed.to_string(), visits: day }), returns),
+            None => (None, Vec::new()),
+        };
+        Self {
+            name: &manifest.name,
+            size: manifest.size,
+            fps: (manifest.fps.num(), manifest.fps.den()),
+            figures,
+            faults: flock.faults(),
+            sheep: sheep(flock, shares.as_ref(), &returns, pictures),
+            transitions,
+            day,
+            balanced,
+            suggested,
+            joins,
+        }
+    }
+}
+
+fn sheep<'f>(
+    flock: &'f Flock,
+    shares: Option<&FlockShares<'f>>,
+    returns: &[Option<Spread>],
+    pictures: &'f [Option<Picture>],
+) -> Vec<SheepFacts<'f>> {
+    let whole = flock.whole();
+    let ids: Vec<&str> = whole.sheep().map(|sheep| whole.id(sheep).as_str()).collect();
+    let leads = |sheep| whole.exits(sheep).map(move |exit| (sheep, whole.target(exit)));
+    let pairs: Vec<_> = whole.sheep().flat_map(leads).map(|(from, to)| (from.index(), to.index())).collect();
+    let places = places(&ids, &pairs);
+    let of = |sheep: SheepIx| {
+        let at = sheep.index();
+        let written = &flock.manifest().sheep[whole.sheep_in_manifest(sheep)];
+        let share = shares.map(|shares| &shares.sheep[at]);
+        let picture = pictures.get(at).and_then(Option::as_ref);
+        let turn = written.clip.as_ref().map_or(0, |clip| u64::from(clip.frames.0));
+        SheepFacts {
+            id: ids[at],
+            x: rounded(places[at][0], 1e4),
+            y: rounded(places[at][1], 1e4),
+            visits: share.map_or(0.0, |share| rounded(share.visits, 1e12)),
+            want: share.map_or(0.0, |share| rounded(share.want, 1e12)),
+            minutes_a_day: share.map_or(0.0, |share| rounded(share.minutes_a_day, 1e4)),
+            return_minutes: share.and_then(|share| share.return_minutes).map(|minutes| rounded(minutes, 1e4)),
+            returns: returns.get(at).copied().flatten().map(Spread::rounded),
+            frames: turn * u64::from(written.repeat),
+            repeat: written.repeat,
+            colour: picture.map_or_else(|| Colour::of_id(ids[at]), |picture| picture.colour).to_string(),
+            picture: picture.map(|picture| picture.url.as_str()),
+        }
+    };
+    whole.sheep().map(of).collect()
+}
+
+fn transitions(flock: &Flock, shares: Option<&FlockShares<'_>>) -> Vec<(usize, usize, f64, u32)> {
+    let whole = flock.whole();
+    let leads = whole.sheep().flat_map(|from| whole.exits(from).map(move |exit| (from, exit)));
+    let facts = leads.enumerate().map(|(at, (from, exit))| {
+        let visits = shares.map_or(0.0, |shares| shares.transitions[at].visits);
+        let written = &flock.manifest().transitions[whole.transition_in_manifest(exit)];
+        (from.index(), whole.target(exit).index(), rounded(visits, 1e12), written.clip.frames.0)
+    });
+    facts.collect()
+}
+
+/// The distinct clips of the flock by their paths, with their frames.
+pub(super) fn distinct_clips(flock: &Flock) -> HashMap<&str, u32> {
+    flock.manifest().clips().map(|clip| (clip.path.as_str(), clip.frames.0)).collect()
+}
+
+fn material_seconds(flock: &Flock) -> f64 {
+    let frames: u64 = distinct_clips(flock).values().map(|&frames| u64::from(frames)).sum();
+    let fps = flock.manifest().fps;
+    frames as f64 * f64::from(fps.den()) / f64::from(fps.num())
+}
+
+impl Spread {
+    fn rounded(self) -> Self {
+        let Self { soonest, median, longest } = self;
+        Self { soonest: rounded(soonest, 1e3), median: rounded(median, 1e3), longest: rounded(longest, 1e3) }
+    }
+}
+
+/// Rounded to the digits that a page needs.
+fn rounded(number: f64, parts: f64) -> f64 {
+    (number * parts).round() / parts
+}

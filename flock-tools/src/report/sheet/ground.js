@@ -1,0 +1,97 @@
+// What all parts of the page use: the document, elements, words for numbers, and the sheep that is looked at.
+
+const flock = JSON.parse(document.getElementById('facts').textContent)
+const { sheep, figures } = flock
+const transitions = flock.transitions.map(([from, to, visits, frames]) => ({ from, to, visits, frames }))
+const leaves = sheep.map(() => []), enters = sheep.map(() => [])
+for (const transition of transitions) {
+  leaves[transition.from].push(transition)
+  enters[transition.to].push(transition)
+}
+const SECOND = flock.fps[0] / flock.fps[1]
+const pictured = sheep.some(one => one.picture)
+
+const $ = selector => document.querySelector(selector)
+
+function fitted(element, attributes, children) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === undefined) continue
+    if (name === 'style') element.style.cssText = value
+    else if (name.startsWith('on')) element.addEventListener(name.slice(2), value)
+    else element.setAttribute(name, value)
+  }
+  element.append(...children)
+  return element
+}
+const make = (name, attributes = {}, ...children) => fitted(document.createElement(name), attributes, children)
+const draw = (name, attributes = {}, ...children) =>
+  fitted(document.createElementNS('http://www.w3.org/2000/svg', name), attributes, children)
+
+// An image of a sheep, or its colour if there is none. The text beside it says what it shows, so `alt` is empty.
+const picture = (at, name = '') => sheep[at].picture
+  ? make('img', { src: sheep[at].picture, alt: name, decoding: 'async' })
+  : make('span', { class: 'swatch', style: `background: ${sheep[at].colour}` })
+
+const digits = (number, most = 2) => number.toLocaleString('en', { maximumFractionDigits: most })
+
+function percent(part) {
+  const value = 100 * part
+  return `${value === 0 ? 0 : value < 0.1 ? value.toPrecision(1) : value.toFixed(value < 10 ? 2 : 1)}\u00a0%`
+}
+
+function minutes(time) {
+  if (time === null) return 'never'
+  if (time < 1.5) return `${Math.round(60 * time)} s`
+  if (time < 100) return `${time.toFixed(time < 10 ? 1 : 0)} min`
+  if (time < 36 * 60) return `${(time / 60).toFixed(1)} h`
+  return `${digits(time / 1440, time < 14400 ? 1 : 0)} days`
+}
+
+const times = ratio => digits(ratio, ratio < 10 ? 2 : ratio < 100 ? 1 : 0)
+
+// visits/want, in words
+function against(one) {
+  if (!one.visits) return 'never shown'
+  const ratio = one.visits / one.want
+  if (ratio > 0.99 && ratio < 1.01) return 'as often as wished'
+  return ratio > 1 ? `${times(ratio)} times too often` : `${times(1 / ratio)} times too seldom`
+}
+
+// How far a sheep is from its want: -1 is a quarter of it or less, 1 four times or more.
+const tilt = one => one.visits ? Math.max(-1, Math.min(1, Math.log2(one.visits / one.want) / 2)) : -1
+const tint = one => {
+  const off = tilt(one)
+  return `color-mix(in oklab, var(${off < 0 ? '--seldom' : '--often'}) ${Math.round(100 * Math.sqrt(Math.abs(off)))}%, var(--even))`
+}
+
+// The sheep that is looked at: under the pointer, else the one that was chosen.
+const looking = { chosen: null, at: null, tellers: [] }
+function look(at) {
+  at ??= looking.chosen
+  if (at === looking.at) return
+  looking.at = at
+  for (const tell of looking.tellers) tell(at)
+}
+function choose(at) {
+  looking.chosen = looking.chosen === at ? null : at
+  looking.at = NaN
+  look(null)
+}
+const looked = at => ({
+  onpointerenter: event => event.pointerType === 'mouse' && look(at),
+  onpointerleave: event => event.pointerType === 'mouse' && look(null),
+  onclick: event => { event.stopPropagation(); choose(at) },
+})
+addEventListener('keydown', event => event.key === 'Escape' && looking.chosen !== null && choose(looking.chosen))
+
+// A word beside the pointer
+const tip = $('#tip')
+function tell(event, ...children) {
+  tip.hidden = false
+  tip.replaceChildren(...children)
+  const { width, height } = tip.getBoundingClientRect()
+  const left = Math.max(8, Math.min(event.clientX + 14, innerWidth - width - 8))
+  const below = event.clientY + 18 + height < innerHeight
+  tip.style.translate = `${left}px ${below ? event.clientY + 18 : event.clientY - height - 14}px`
+}
+const hush = () => { tip.hidden = true }

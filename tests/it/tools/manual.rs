@@ -1,0 +1,107 @@
+//! Help, man pages, completions and colours of the artist's command line.
+//!
+//! Owns the claims that they have one source, and that every command is in each of them.
+
+use crate::programs::{self, output, repository, succeed};
+use std::fs;
+use std::process::Command;
+
+/// Commands whose answer is a text for machines.
+const WITHOUT_JSON: [&str; 1] = ["completions"];
+
+/// Every command with its line in the help.
+fn commands() -> Vec<(String, String)> {
+    let help = String::from_utf8(succeed(Command::new(programs::flock()).arg("--help"))).unwrap();
+    let (_, list) = help.split_once("\nCommands:\n").expect("a list of commands");
+    let entry = |line: &str| {
+        let (name, about) = line.trim().split_once("  ").unwrap();
+        (name.to_owned(), about.trim().to_owned())
+    };
+    list.lines().take_while(|line| !line.is_empty()).map(entry).filter(|(name, _)| name != "help").collect()
+}
+
+/// The help of `flock COMMAND`.
+fn help(command: &str) -> String {
+    String::from_utf8(succeed(Command::new(programs::flock()).args([command, "--help"]))).unwrap()
+}
+
+#[test]
+fn the_readme_lists_every_command_as_the_help_does() {
+    let readme = fs::read_to_string(repository().join("README.md")).unwrap();
+    let row = |line: &str| {
+        let (name, about) = line.strip_prefix("| `flock ")?.split_once("` | ")?;
+        Some((name.to_owned(), about.strip_suffix(" |")?.to_owned()))
+    };
+    let listed: Vec<_> = readme.lines().filter_map(row).collect();
+    assert_eq!(listed, commands());
+}
+
+#[test]
+fn every_command_has_a_page_with_its_words_and_its_exit_statuses() {
+    let scratch = tempfile::tempdir().unwrap();
+    let said = succeed(Command::new(programs::flock()).arg("man").arg(scratch.path()));
+    let told = String::from_utf8(said).unwrap().lines().count();
+    let commands = commands();
+    assert_eq!(told, commands.len() + 1, "a page each, and one for all");
+    for (name, about) in &commands {
+        let page = fs::read_to_string(scratch.path().join(format!("flock-{name}.1"))).unwrap();
+        let plain = page.replace("\\-", "-").replace("\\*(Aq", "'");
+        assert!(plain.contains(&format!("flock-{name} - {about}\n")), "{plain}");
+        for option in help(name).lines().filter_map(|line| line.trim().strip_prefix("--")?.split([' ', '[']).next()) {
+            assert!(plain.contains(&format!("--{option}")), "{name} --{option}");
+        }
+        let (_, exits) = page.split_once(".SH EXIT STATUS\n").expect("exit statuses");
+        assert!((0..=3).all(|code| exits.contains(&format!(".TP\n.B {code}\n"))), "{exits}");
+    }
+    let index = fs::read_to_string(scratch.path().join("flock.1")).unwrap();
+    assert!(commands.iter().all(|(name, _)| index.contains(&format!("flock\\-{name}(1)"))), "{index}");
+}
+
+#[test]
+fn a_shell_completes_commands_and_options() {
+    let scratch = tempfile::tempdir().unwrap();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = succeed(Command::new(programs::flock()).args(["completions", shell]));
+        let text = String::from_utf8(script.clone()).unwrap();
+        assert!(commands().iter().all(|(name, _)| text.contains(name)), "{shell} knows every command");
+        fs::write(scratch.path().join(shell), script).unwrap();
+    }
+    let completed = |words: &str, last: &str| {
+        let script = format!(
+            "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _flock flock '{last}' ''; \
+             echo \"${{COMPREPLY[@]}}\"",
+            scratch.path().join("bash").display()
+        );
+        String::from_utf8(succeed(Command::new("bash").args(["-c", &script]))).unwrap().trim().to_owned()
+    };
+    assert_eq!(completed("flock unl", "unl"), "unlink");
+    assert_eq!(completed("flock want --j", "--j"), "--json");
+}
+
+#[test]
+fn every_command_answers_with_json() {
+    for (name, _) in commands().iter().filter(|(name, _)| !WITHOUT_JSON.contains(&name.as_str())) {
+        assert!(help(name).contains("\n      --json\n"), "{name}");
+    }
+}
+
+#[test]
+fn colours_are_for_terminals_and_for_those_who_want_them() {
+    const ESCAPE: u8 = 0x1b;
+    let program = programs::flock();
+    for words in [&["--help"][..], &["nonsense"], &["add", "--help"], &["new"], &["check", "no-such-flock"]] {
+        let said = output(Command::new(&program).args(words));
+        assert!(!said.stdout.contains(&ESCAPE) && !said.stderr.contains(&ESCAPE), "{words:?} into a pipe");
+        let on_a_terminal = |no_colour: &str| {
+            let words = format!("'{}' {}", program.display(), words.join(" "));
+            let mut script = Command::new("script");
+            script.args(["-qec", &words, "/dev/null"]).env("TERM", "xterm-256color").env_remove("NO_COLOR");
+            if !no_colour.is_empty() {
+                script.env("NO_COLOR", no_colour);
+            }
+            output(&mut script).stdout
+        };
+        assert!(!on_a_terminal("1").contains(&ESCAPE), "{words:?} with NO_COLOR");
+        assert_eq!(on_a_terminal("").contains(&ESCAPE), words[0] != "check", "{words:?} on a terminal");
+    }
+}

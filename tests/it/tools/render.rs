@@ -1,0 +1,169 @@
+//! `flock render` makes what is missing, and continues after an interruption.
+//!
+//! Owns the claims on whole runs of the program. What is chosen, kept and refused in detail is tested beside the code.
+
+use crate::programs::{self, output};
+use crate::tools::command_line::json;
+use claims::wait::{self, ends_within};
+use rustix::process::{Pid, Signal, kill_process};
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use tempfile::TempDir;
+
+const MANIFEST: &str = "\
+# Three sheep; the third is only passed through.
+format = 1
+name = \"three\"
+size = [64, 36]
+fps = [30, 1]
+
+[[sheep]]
+id = \"orchid\"   # the first
+frames = 12
+clip = \"loops/orchid.mp4\"
+genome = \"genomes/orchid.flam3\"
+
+[[sheep]]
+id = \"rosette\"
+frames = 8
+clip = \"loops/rosette.mp4\"
+genome = \"genomes/rosette.flam3\"
+
+[[sheep]]
+id = \"undertow\"
+genome = \"genomes/undertow.flam3\"
+
+[[transition]]
+from = \"orchid\"
+to = \"rosette\"
+frames = 5
+clip = \"transitions/orchid=rosette.mp4\"
+
+[[transition]]
+from = \"rosette\"
+to = \"undertow\"
+frames = 5
+clip = \"transitions/rosette=undertow.mp4\"
+
+[[transition]]
+from = \"undertow\"
+to = \"orchid\"
+frames = 5
+clip = \"transitions/undertow=orchid.mp4\"
+";
+
+const CLIPS: [&str; 5] = [
+    "loops/orchid.mp4",
+    "loops/rosette.mp4",
+    "transitions/orchid=rosette.mp4",
+    "transitions/rosette=undertow.mp4",
+    "transitions/undertow=orchid.mp4",
+];
+
+/// A flock with the genomes of three sheep, and no clips.
+fn genomes() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("flock.toml"), MANIFEST).unwrap();
+    fs::create_dir(folder.path().join("genomes")).unwrap();
+    for name in ["orchid", "rosette", "undertow"] {
+        let genome = programs::repository().join("flock-tools/demo/genomes").join(name).with_extension("flam3");
+        fs::copy(genome, folder.path().join("genomes").join(name).with_extension("flam3")).unwrap();
+    }
+    folder
+}
+
+/// `flock render FOLDER OPTIONS...`, at low quality.
+fn render(folder: &Path, options: &[&str]) -> Command {
+    let mut command = Command::new(programs::flock());
+    command.arg("render").arg(folder).args(["--temporal-samples", "4"]).args(options);
+    if !options.contains(&"--spp") {
+        command.args(["--spp", "4"]);
+    }
+    command
+}
+
+fn clips(folder: &Path) -> Vec<Vec<u8>> {
+    CLIPS.iter().map(|clip| fs::read(folder.join(clip)).unwrap()).collect()
+}
+
+#[test]
+fn genomes_become_a_flock_without_a_fault() {
+    let flock = genomes();
+    let folder = flock.path();
+    let dry = output(&mut render(folder, &["--dry-run", "--json"]));
+    assert_eq!(dry.status.code(), Some(0));
+    let told = json(&dry);
+    assert_eq!((told["frames"].as_u64(), told["clips"].as_array().unwrap().len()), (Some(35), 5));
+    assert!(told["cpu_hours"].as_f64().unwrap() > 0.0);
+    assert!(!folder.join("loops").exists() && !folder.join(".render").exists(), "a dry run writes nothing");
+
+    let said = output(&mut render(folder, &[]));
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    let lines: Vec<_> = said.stdout.lines().map(Result::unwrap).collect();
+    assert_eq!(lines.len(), 5);
+    assert!(CLIPS.iter().all(|clip| lines.iter().any(|line| line.starts_with(&format!("{clip} ")))), "{lines:?}");
+    let check = output(Command::new(programs::flock()).args(["check", "--json"]).arg(folder));
+    assert_eq!(json(&check)["faults"].as_array().unwrap().len(), 0, "{}", String::from_utf8_lossy(&check.stdout));
+
+    let manifest = fs::read_to_string(folder.join("flock.toml")).unwrap();
+    assert_eq!(manifest.lines().filter(|line| line.starts_with("hash = \"b3:")).count(), 5, "{manifest}");
+    let others: Vec<_> = manifest.lines().filter(|line| !line.starts_with("hash")).collect();
+    assert_eq!(others, MANIFEST.lines().collect::<Vec<_>>(), "nothing but hashes came");
+
+    let again = json(&output(&mut render(folder, &["--json"])));
+    assert_eq!((again["frames"].as_u64(), again["clips"].as_array().unwrap().len()), (Some(0), 0));
+}
+
+#[test]
+fn a_rendering_killed_between_two_clips_goes_on_and_ends_the_same() {
+    let (whole, killed) = (genomes(), genomes());
+    output(&mut render(whole.path(), &["--threads", "1"]));
+    let mut running = render(killed.path(), &["--threads", "2"]).stdout(Stdio::piped()).spawn().unwrap();
+    wait::line("the first clip", 600, &mut BufReader::new(running.stdout.as_mut().unwrap()));
+    running.kill().unwrap();
+    running.wait().unwrap();
+    let said = output(&mut render(killed.path(), &[]));
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    assert_eq!(clips(killed.path()), clips(whole.path()));
+    let manifest = |folder: &TempDir| fs::read_to_string(folder.path().join("flock.toml")).unwrap();
+    assert_eq!(manifest(&killed), manifest(&whole));
+}
+
+#[test]
+fn a_signal_ends_a_rendering_at_once_in_the_middle_of_a_frame() {
+    let flock = genomes();
+    // Each frame would take minutes.
+    let mut running = render(flock.path(), &["--spp", "1000000"]);
+    let mut running = running.args(["--threads", "2"]).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    assert!(!ends_within(&running, 2), "it renders");
+    kill_process(Pid::from_child(&running), Signal::INT).unwrap();
+    assert!(ends_within(&running, 2), "a signal is heard within a frame");
+    assert_eq!(running.wait().unwrap().code(), Some(1));
+    assert!(CLIPS.iter().all(|clip| !flock.path().join(clip).exists()));
+    assert_eq!(fs::read_to_string(flock.path().join("flock.toml")).unwrap(), MANIFEST);
+}
+
+#[test]
+fn every_way_to_end_has_its_exit_status() {
+    let flock = genomes();
+    let folder = flock.path();
+    let code = |options: &[&str]| output(&mut render(folder, options)).status.code();
+    assert_eq!(code(&["ghost"]), Some(2), "a sheep that is not there");
+    assert_eq!(code(&["--spp", "0"]), Some(2), "no samples");
+    let genome = folder.join("genomes/orchid.flam3");
+    let text = fs::read_to_string(&genome).unwrap();
+    fs::write(&genome, &text[..text.len() / 2]).unwrap();
+    assert_eq!(code(&[]), Some(2), "half a genome");
+    fs::remove_file(&genome).unwrap();
+    assert_eq!(code(&[]), Some(3), "no genome where the manifest has one");
+    fs::write(&genome, text).unwrap();
+    fs::write(folder.join("loops"), "in the way").unwrap();
+    assert_eq!(code(&[]), Some(3), "a file where a folder must be");
+    fs::remove_file(folder.join("loops")).unwrap();
+    let without = MANIFEST.replace("genome = \"genomes/rosette.flam3\"\n", "");
+    fs::write(folder.join("flock.toml"), without).unwrap();
+    assert_eq!(code(&[]), Some(1), "a sheep without a genome and without a loop");
+    assert!(folder.join(CLIPS[0]).exists(), "what can be rendered is");
+}

@@ -1,0 +1,325 @@
+//! `flock report` for a browser and for other programs.
+//!
+//! Owns the claims on the page: it opens without a network, shows its pictures in light and dark mode, and no name in a
+//! flock can break it; and on the graph for other programs.
+//!
+//! Start at [`seen`].
+
+use crate::flocks::SMALL;
+use crate::programs::{self, output};
+use serde_json::Value;
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The probe that a browser runs in the page. It is put at the top, so that it sees every error.
+const PROBE: &str = r"<body><script>
+  const complaints = []
+  addEventListener('error', event => complaints.push(String(event.message ?? event.target)), true)
+  addEventListener('securitypolicyviolation', event => complaints.push('policy: ' + event.blockedURI))
+  addEventListener('load', () => {
+    const all = selector => [...document.querySelectorAll(selector)]
+    const sizes = () => all('.disc .share').map(disc => disc.getAttribute('r')).join(' ')
+    const asWritten = sizes()
+    all('.disc')[1].dispatchEvent(new MouseEvent('click', { bubbles: true }))
+    const chosen = document.querySelector('#panel .id').textContent
+    all('#weighing button')[1]?.click()
+    const asBalanced = sizes()
+    const told = JSON.stringify({
+      complaints, chosen, asWritten, asBalanced, name: document.querySelector('h1').textContent, title: document.title,
+      lead: document.querySelector('#lead').textContent,
+      faults: all('#faults:not([hidden]) li').map(item => item.textContent),
+      images: document.images.length, broken: all('img').filter(image => !image.naturalWidth).length,
+      silent: all('img').filter(image => !image.hasAttribute('alt')).length,
+      discs: all('.disc').length, pictured: all('.disc image').length, arrows: all('.arrows path').length,
+      unplaced: all('.disc').filter(disc => !/^translate\([\d.]+ [\d.]+\)$/.test(disc.getAttribute('transform'))).length,
+      rows: all('tbody tr').map(row => row.textContent), lanes: all('.lane').filter(lane => lane.style.background.includes('gradient')).length,
+      pairs: all('#joins:not([hidden]) .pair').map(pair => [pair.querySelectorAll('img').length, pair.classList.contains('jumps'), pair.textContent]),
+      suggested: all('#suggested:not([hidden]) li').map(item => item.textContent),
+      joins: document.querySelector('#joins:not([hidden]) .note')?.textContent ?? null,
+      shares: document.querySelector('#shares .note').textContent,
+      ground: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
+      foreign: all('[data-foreign]').length, wide: document.documentElement.scrollWidth > innerWidth,
+      asked: performance.getEntriesByType('resource').map(entry => entry.name).filter(name => !name.startsWith('data:')),
+    })
+    const probe = document.createElement('pre')
+    probe.id = 'probe'
+    probe.textContent = told
+    document.body.append(probe)
+  })
+</script>";
+
+/// The screen of a browser.
+#[derive(Clone, Copy)]
+struct Screen {
+    size: &'static str,
+    dark: bool,
+}
+
+const DESK: Screen = Screen { size: "1400,1000", dark: false };
+const DESK_AT_NIGHT: Screen = Screen { size: "1400,1000", dark: true };
+
+fn flock(args: &[&str], folder: &Path) -> Output {
+    output(Command::new(programs::flock()).args(args).arg(folder))
+}
+
+/// Makes the report of the flock in `folder`, which must end with `status`; returns the page's file.
+fn report(folder: &Path, status: i32) -> (tempfile::TempDir, PathBuf) {
+    let scratch = tempfile::tempdir().unwrap();
+    let page = scratch.path().join("a page.html");
+    let said = flock(&["report", "--out", page.to_str().unwrap()], folder);
+    assert_eq!(said.status.code(), Some(status), "{}", String::from_utf8_lossy(&said.stderr));
+    (scratch, page)
+}
+
+/// The page in a browser without a network: the browser's console, which must be empty, and the probe's answer.
+fn seen(page: &Path, screen: Screen) -> Value {
+    let text = fs::read_to_string(page).unwrap();
+    let probed = page.with_file_name("probed.html");
+    fs::write(&probed, text.replacen("<body>", PROBE, 1)).unwrap();
+    let profile = tempfile::tempdir().unwrap();
+    let mut chromium = Command::new("timeout");
+    chromium.args(["90", "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]);
+    chromium.arg(format!("--user-data-dir={}", profile.path().display())).arg("--host-resolver-rules=MAP * ~NOTFOUND");
+    chromium.arg(format!("--window-size={}", screen.size));
+    chromium.arg(format!("--blink-settings=preferredColorScheme={}", i32::from(!screen.dark)));
+    chromium.args(["--virtual-time-budget=5000", "--dump-dom"]).arg(format!("file://{}", probed.display()));
+    let said = output(&mut chromium);
+    let console = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.success(), "{console}");
+    assert!(!console.contains("CONSOLE"), "the browser's console is empty: {console}");
+    let dom = String::from_utf8(said.stdout).unwrap();
+    let told =
+        dom.split_once("<pre id=\"probe\">").expect("the page was drawn to its end").1.split_once("</pre>").unwrap().0;
+    let told = told.replace("&lt;", "<").replace("&gt;", ">").replace("&nbsp;", "\u{a0}").replace("&amp;", "&");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["complaints"], Value::Array(vec![]), "{told}");
+    assert_eq!(told["asked"], Value::Array(vec![]), "the page asks for nothing: {told}");
+    assert_eq!((&told["broken"], &told["silent"], &told["foreign"]), (&0.into(), &0.into(), &0.into()), "{told}");
+    assert_eq!(told["wide"], false, "nothing sticks out sideways: {told}");
+    told
+}
+
+/// A folder with this manifest only.
+fn written(manifest: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("flock.toml"), manifest).unwrap();
+    folder
+}
+
+/// A manifest without clips: `n` sheep in a ring, each with `chords` more transitions.
+fn bare(n: usize, chords: usize) -> String {
+    let mut text = "format = 1\nname = \"bare\"\nsize = [1280, 720]\nfps = [30, 1]\n".to_owned();
+    for sheep in 0..n {
+        writeln!(text, "[[sheep]]\nid = \"s.{sheep}\"\nframes = 768\nclip = \"s{sheep}.mp4\"").unwrap();
+        for to in (0..=chords).map(|chord| (sheep + 1 + chord * (7 + sheep % 5)) % n).collect::<HashSet<_>>() {
+            let ends = format!("from = \"s.{sheep}\"\nto = \"s.{to}\"");
+            writeln!(text, "[[transition]]\n{ends}\nframes = 384\nclip = \"t{sheep}-{to}.mp4\"").unwrap();
+        }
+    }
+    text
+}
+
+#[test]
+fn a_report_opens_without_a_network_in_either_light_and_its_pictures_are_there() {
+    let (_scratch, page) = report(&SMALL.flock().folder, 0);
+    let day = seen(&page, DESK);
+    assert_eq!((&day["name"], &day["discs"], &day["pictured"]), (&"small".into(), &5.into(), &5.into()), "{day}");
+    assert_eq!((&day["arrows"], &day["unplaced"], &day["lanes"]), (&10.into(), &0.into(), &24.into()), "{day}");
+    // One beside each bar, one beside each return, one in each row of the table.
+    assert!(day["images"].as_u64().unwrap() >= 15, "{day}");
+    let rows: Vec<&str> = day["rows"].as_array().unwrap().iter().map(|row| row.as_str().unwrap()).collect();
+    assert!((0..5).all(|sheep| rows[sheep].starts_with(&format!("s{sheep}"))), "{rows:?}");
+    let night = seen(&page, DESK_AT_NIGHT);
+    assert_ne!(day["ground"], night["ground"], "a dark page on a dark system");
+    assert_ne!(day["ink"], night["ink"]);
+}
+
+#[test]
+fn the_worst_joins_are_shown_with_their_frames_and_figures() {
+    // Colour bars into others of another hue: nothing meets.
+    let (_scratch, page) = report(&SMALL.flock().folder, 0);
+    let told = seen(&page, DESK);
+    let pairs = told["pairs"].as_array().unwrap();
+    assert_eq!(pairs.len(), 6, "{told}");
+    assert!(pairs.iter().all(|pair| pair[0] == 2 && pair[1] == true), "{told}");
+    let first = pairs[0][2].as_str().unwrap();
+    assert!(first.contains(".mp4") && first.contains("jumps, ") && first.contains("dB PSNR across it"), "{first}");
+    let joins = told["joins"].as_str().unwrap();
+    assert!(joins.contains(" joins jump. Below are the worst: "), "{joins}");
+    assert!(told["shares"].as_str().unwrap().starts_with("Bars to the right are "), "{told}");
+
+    let demo = programs::repository().join("flock-tools/demo/small");
+    let (_scratch, page) = report(&demo, 0);
+    let told = seen(&page, DESK_AT_NIGHT);
+    assert!(told["joins"].as_str().unwrap().starts_with("All 35 joins meet"), "{told}");
+    assert!(told["pairs"].as_array().unwrap().iter().all(|pair| pair[1] == false), "{told}");
+    let scratch = tempfile::tempdir().unwrap();
+    let page = scratch.path().join("page.html");
+    let said = flock(&["report", "--no-joins", "--json", "--out", page.to_str().unwrap()], &demo);
+    let answer: Value = serde_json::from_slice(&said.stdout).unwrap();
+    assert_eq!((said.status.code(), &answer["jumps"]), (Some(0), &Value::Null));
+    assert_eq!(seen(&page, DESK)["joins"], Value::Null);
+}
+
+#[test]
+fn a_sheep_that_is_chosen_is_told_about_and_balancing_changes_the_shares() {
+    let text = bare(9, 2).replacen("frames = 384", "frames = 384\nweight = 9", 1);
+    let folder = written(&text);
+    let (_scratch, page) = report(folder.path(), 0);
+    let told = seen(&page, DESK);
+    assert_eq!(told["chosen"], "s.1");
+    let spread = |weights: &str| {
+        let sizes: Vec<f64> = told[weights].as_str().unwrap().split(' ').map(|size| size.parse().unwrap()).collect();
+        sizes.iter().copied().fold(0.0, f64::max) / sizes.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    assert!(spread("asBalanced") < spread("asWritten"), "balanced discs are more alike: {told}");
+}
+
+#[test]
+fn transitions_that_would_help_are_told_with_what_they_cost() {
+    let folder = tempfile::tempdir().unwrap();
+    let demo = programs::repository().join("flock-tools/demo/small");
+    programs::succeed(Command::new("cp").arg("-r").arg(&demo).arg(folder.path().join("small")));
+    let small = folder.path().join("small");
+    programs::succeed(Command::new(programs::flock()).arg("want").arg(&small).args(["orchid", "6"]));
+    let (_scratch, page) = report(&small, 0);
+    let told = seen(&page, DESK);
+    let suggested: Vec<&str> =
+        told["suggested"].as_array().unwrap().iter().map(|item| item.as_str().unwrap()).collect();
+    assert!(!suggested.is_empty(), "{told}");
+    let costs = |told: &&str| told.contains(" billion samples to render, about ") && told.ends_with(" MB");
+    assert!(suggested.iter().all(costs), "by the genomes' samples and the clips' sizes: {suggested:?}");
+    // Without genomes and clips what is left is the length; a large flock is searched when it is asked for.
+    let bare = |sheep| written(&bare(sheep, 2).replacen("clip = \"s0.mp4\"", "clip = \"s0.mp4\"\nwant = 40", 1));
+    for (sheep, words, count) in
+        [(40, &[][..], 5), (40, &["--suggest", "1"], 1), (201, &[], 0), (201, &["--suggest", "2"], 2)]
+    {
+        let folder = bare(sheep);
+        let page = folder.path().join("page.html");
+        let said = flock(&[&["report", "--out", page.to_str().unwrap()], words].concat(), folder.path());
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        let told = seen(&page, DESK);
+        let suggested = told["suggested"].as_array().unwrap();
+        assert_eq!(suggested.len(), count, "{sheep} {words:?}: {suggested:?}");
+        // Which they are is what `flock balance` says.
+        let said = flock(&["balance", "--suggest", "5", "--json"], folder.path());
+        let balance: Value = serde_json::from_slice(&said.stdout).unwrap();
+        for (told, add) in suggested.iter().zip(balance["add"].as_array().unwrap()) {
+            let (from, to) = (add["from"].as_str().unwrap(), add["to"].as_str().unwrap());
+            let (told, ratio) = (told.as_str().unwrap(), add["worst_ratio"].as_f64().unwrap());
+            assert!(told.starts_with(&format!("{from} to {to}: worst ratio ")), "{told}, {add}");
+            assert!(told.ends_with("; 384 frames, 12.8 s"), "{told}");
+            let number = told.split("ratio ").nth(1).unwrap().split(';').next().unwrap();
+            assert!((number.parse::<f64>().unwrap() / ratio - 1.0).abs() < 0.02, "{told}, {ratio}");
+        }
+    }
+}
+
+#[test]
+fn three_hundred_sheep_without_a_clip_are_drawn_on_a_desk_and_on_a_phone() {
+    let folder = written(&bare(300, 3));
+    let (_scratch, page) = report(folder.path(), 0);
+    for size in ["1400,1000", "500,900"] {
+        let told = seen(&page, Screen { size, dark: false });
+        assert_eq!((&told["discs"], &told["unplaced"]), (&300.into(), &0.into()));
+        assert!(told["arrows"].as_u64().unwrap() > 1000 && told["lanes"] == 24);
+        assert_eq!(told["rows"].as_array().unwrap().len(), 300);
+        assert!(told["shares"].as_str().unwrap().starts_with("Bars upwards are "), "{}", told["shares"]);
+    }
+}
+
+#[test]
+fn whatever_a_flock_is_called_it_is_text() {
+    let name = "</script><script data-foreign>alert(1)</script><b data-foreign>&amp; {{facts}} \u{1} \u{2028} \" ' \\";
+    let quoted = serde_json::to_string(name).unwrap();
+    let odd = bare(5, 1).replace("name = \"bare\"", &format!("name = {quoted}"));
+    let odd =
+        odd.replace("\"s.0\"", "\"__proto__\"").replace("\"s.1\"", "\"constructor\"").replace("\"s.2\"", "\"-..-\"");
+    let folder = written(&odd);
+    let (_scratch, page) = report(folder.path(), 0);
+    let told = seen(&page, DESK);
+    assert_eq!(told["name"], name);
+    let rows = told["rows"].as_array().unwrap();
+    assert!(rows.iter().any(|row| row.as_str().unwrap().starts_with("__proto__")), "{rows:?}");
+}
+
+#[test]
+fn faults_stand_at_the_top_and_a_flock_that_cannot_walk_is_drawn_all_the_same() {
+    let faulty = bare(6, 1) + "[[sheep]]\nid = \"lonely\"\nframes = 5\nclip = \"l.mp4\"\n";
+    let folder = written(&faulty);
+    let (_scratch, page) = report(folder.path(), 1);
+    let told = seen(&page, DESK);
+    assert!(
+        told["faults"].as_array().unwrap().iter().any(|fault| fault.as_str().unwrap().contains("lonely")),
+        "{told}"
+    );
+    assert_eq!(told["discs"], 7);
+    let still = "format = 1\nname = \"still\"\nsize = [64, 64]\nfps = [30, 1]\n[[sheep]]\nid = \"a\"\n[[sheep]]\nid = \"b\"\n\
+                 [[transition]]\nfrom = \"a\"\nto = \"b\"\nframes = 9\nclip = \"t.mp4\"\n";
+    let folder = written(still);
+    let (_scratch, page) = report(folder.path(), 1);
+    let told = seen(&page, DESK);
+    assert_eq!((&told["discs"], &told["arrows"], &told["lanes"]), (&2.into(), &1.into(), &0.into()), "{told}");
+}
+
+#[test]
+fn the_same_flock_gives_the_same_bytes() {
+    let folder = SMALL.flock().folder;
+    let read = || fs::read(report(&folder, 0).1).unwrap();
+    let page = read();
+    assert_eq!(page, read());
+    assert!(page.len() < 1_000_000, "{} bytes", page.len());
+}
+
+#[test]
+fn the_answer_tells_the_file_and_an_unwritable_one_ends_with_3() {
+    let folder = written(&bare(4, 1));
+    let said = flock(&["report", "--json"], folder.path());
+    let answer: Value = serde_json::from_slice(&said.stdout).unwrap();
+    let page = folder.path().join("report.html");
+    assert_eq!(answer["file"], page.to_str().unwrap());
+    assert_eq!(answer["bytes"], fs::metadata(&page).unwrap().len());
+    assert_eq!((&answer["sheep"], &answer["clips_there"]), (&4.into(), &0.into()));
+    let said = flock(&["report", "--out", "/no/such/folder/page.html"], folder.path());
+    assert_eq!(said.status.code(), Some(3), "{}", String::from_utf8_lossy(&said.stderr));
+}
+
+#[test]
+fn graphml_is_xml_with_every_sheep_and_every_transition() {
+    let flock_folder = written(&bare(30, 3).replace("\"bare\"", "\"<&>\\\" \\u0001\""));
+    let text = String::from_utf8(flock(&["report", "--graphml"], flock_folder.path()).stdout).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let named = |tag: &'static str| {
+        document.descendants().filter(move |node| node.has_tag_name(("http://graphml.graphdrawing.org/xmlns", tag)))
+    };
+    let keys: HashSet<_> = named("key").filter_map(|key| key.attribute("id")).collect();
+    assert!(named("data").all(|data| keys.contains(data.attribute("key").unwrap())));
+    let ids: HashSet<_> = named("node").filter_map(|node| node.attribute("id")).collect();
+    assert_eq!(ids.len(), 30);
+    let ends = named("edge").flat_map(|edge| ["source", "target"].map(|end| edge.attribute(end).unwrap()));
+    assert!(ends.clone().count() >= 2 * 100 && ends.clone().all(|id| ids.contains(id)));
+    let visits: f64 = named("node")
+        .flat_map(|node| node.children())
+        .filter(|data| data.attribute("key") == Some("visits"))
+        .map(|data| data.text().unwrap().parse::<f64>().unwrap())
+        .sum();
+    assert!((visits - 1.0).abs() < 1e-6, "{visits}");
+}
+
+#[test]
+fn dot_has_a_line_for_every_sheep_and_every_transition_and_balanced_quotes() {
+    let flock_folder = written(&bare(30, 3).replace("\"bare\"", "\"a\\\"] -> \\\\ b\\n\""));
+    let text = String::from_utf8(flock(&["report", "--dot"], flock_folder.path()).stdout).unwrap();
+    assert!(text.starts_with("digraph \"a\\\"] -> \\\\ b \" {\n") && text.ends_with("\n}\n"), "{text}");
+    let arrows = text.lines().skip(1).filter(|line| line.contains("\" -> \"")).count();
+    let sheep = text.lines().filter(|line| line.starts_with("  \"s.") && line.contains(" [pos=")).count();
+    assert_eq!(sheep, 30);
+    assert!(arrows >= 100 && text.lines().count() == 4 + sheep + arrows, "{text}");
+    let plain = text.replace("\\\\", "").replace("\\\"", "");
+    assert!(plain.lines().all(|line| line.matches('"').count().is_multiple_of(2)), "{text}");
+    let said = flock(&["report", "--dot", "--out", "/no/such/folder/graph.dot"], flock_folder.path());
+    assert_eq!(said.status.code(), Some(3));
+}

@@ -1,0 +1,106 @@
+//! `flock still`: a picture and its figures, for scripts.
+//!
+//! Owns the claims on whole runs of the program.
+
+use crate::programs::{self, output};
+use crate::tools::command_line::json;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// `flock still orchid --out OUT OPTIONS...` in `folder`, small and at low quality.
+fn still(folder: &Path, out: &str, options: &[&str]) -> Output {
+    let genome = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
+    let mut coarse = vec!["--size", "64x36", "--supersample", "2", "--json"];
+    if !options.contains(&"--spp") {
+        coarse.extend(["--spp", "20"]);
+    }
+    output(
+        Command::new(programs::flock())
+            .current_dir(folder)
+            .arg("still")
+            .arg(genome)
+            .args(["--out", out])
+            .args(coarse)
+            .args(options),
+    )
+}
+
+/// The answer to a still that must succeed.
+fn answer(said: &Output) -> Value {
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    json(said)
+}
+
+#[test]
+fn a_still_is_a_picture_with_its_figures_and_the_same_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = answer(&still(folder.path(), "one.png", &["--threads", "1"]));
+    let three = answer(&still(folder.path(), "three.png", &["--threads", "3"]));
+    assert_eq!(one["samples"].as_u64(), Some(64 * 36 * 20));
+    assert!(one["cpu_s"].as_f64().unwrap() > 0.0 && one["seconds"].as_f64().unwrap() > 0.0);
+    assert_eq!(one["checksum"], three["checksum"]);
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(bytes("one.png"), bytes("three.png"));
+    assert!(bytes("one.png").starts_with(b"\x89PNG"));
+    let deep = answer(&still(folder.path(), "deep.png", &["--bits", "16"]));
+    assert_eq!(deep["checksum"], one["checksum"], "the checksum is the picture's, not the file's");
+    assert!(bytes("deep.png").len() > bytes("one.png").len());
+}
+
+#[test]
+fn seed_filter_size_and_frame_each_make_another_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let checksum = |options: &[&str]| answer(&still(folder.path(), "a.png", options))["checksum"].to_string();
+    let mut seen = vec![checksum(&[])];
+    assert_eq!(seen[0], checksum(&["--filter", "variance"]), "the variance filter is what is meant without a word");
+    for options in [
+        &["--seed", "2"][..],
+        &["--filter", "none"],
+        &["--filter", "flam3"],
+        &["--frame", "0", "--frames", "30"],
+        &["--frame", "0", "--frames", "30", "--temporal-samples", "2"],
+        &["--frame", "3", "--frames", "30"],
+    ] {
+        let next = checksum(options);
+        assert!(!seen.contains(&next), "{options:?}");
+        seen.push(next);
+    }
+    assert_eq!(checksum(&["--frame", "0", "--frames", "30", "--temporal-samples", "1"]), seen[0]);
+}
+
+#[test]
+fn a_still_that_cannot_be_is_refused_with_its_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    for (options, code) in [
+        (&["--frame", "3"][..], 2),
+        (&["--filter", "soft"], 2),
+        (&["--frame", "3", "--frames", "0"], 2),
+        (&["--spp", "0"], 2),
+    ] {
+        let said = still(folder.path(), "a.png", options);
+        assert_eq!(said.status.code(), Some(code), "{options:?}");
+    }
+    assert_eq!(still(folder.path(), "no/such/a.png", &[]).status.code(), Some(3));
+    let run = |genome: &Path, size: &str| {
+        let mut flock = Command::new(programs::flock());
+        output(flock.arg("still").arg(genome).arg("--out").arg(folder.path().join("b.png")).args(["--size", size]))
+    };
+    let text = folder.path().join("text");
+    fs::write(&text, "no genome").unwrap();
+    assert_eq!(run(&text, "16x16").status.code(), Some(2));
+    assert_eq!(run(&folder.path().join("nothing"), "16x16").status.code(), Some(3));
+    let orchid = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
+    let huge = run(&orchid, "32768x32768");
+    let error = String::from_utf8_lossy(&huge.stderr);
+    assert_eq!(huge.status.code(), Some(2), "{error}");
+    assert!(error.contains("expected 1 to 1e9 cells"), "{error}");
+    let limited =
+        format!("ulimit -v 1000000; exec \"$0\" still \"$1\" --out {}/c.png --size 6000x6000", folder.path().display());
+    let short = output(Command::new("sh").args(["-c", &limited]).arg(programs::flock()).arg(&orchid));
+    let error = String::from_utf8_lossy(&short.stderr);
+    assert_eq!(short.status.code(), Some(3), "{error}");
+    assert!(error.contains("MB of memory") && error.contains("hint: "), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing was written");
+}

@@ -1,0 +1,195 @@
+//! The owner's settings.
+//!
+//! Owns the claims on `dreams-owner`, and on the player and the updater that read what it kept. The keys and values are
+//! tried in `player/src/owner.rs`.
+
+use crate::flocks::SMALL;
+use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
+use crate::player_run::{PlayerRun, VKMS};
+use crate::programs::{self, claims_folder, output};
+use crate::updates::sticks::Unit;
+use claims::bundle_maker::rubbish;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::SystemTime;
+use tempfile::TempDir;
+
+/// An owner's partition, and what a unit keeps of it.
+struct Settings {
+    scratch: TempDir,
+}
+
+impl Settings {
+    fn new() -> Self {
+        let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
+        fs::create_dir(scratch.path().join("partition")).unwrap();
+        Self { scratch }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.scratch.path().join(name)
+    }
+
+    /// `dreams-owner` on the partition.
+    fn taking(&self) -> Command {
+        let mut owner = Command::new(programs::owner());
+        owner.arg("take-in").arg(self.path("partition")).arg("--keep").arg(self.path("kept"));
+        owner.arg("--network").arg(self.path("")).arg("--name").arg(self.path("name"));
+        owner.arg("--wifi").arg(self.path("wifi.conf")).arg("--notice").arg(self.path("notice"));
+        owner
+    }
+
+    /// The exit code and the output of `dreams-owner` for an owner's file `text`.
+    fn set(&self, text: &str) -> (Option<i32>, String) {
+        fs::write(self.path("partition/dreams.toml"), text).unwrap();
+        let said = output(&mut self.taking());
+        (said.status.code(), String::from_utf8(said.stderr).unwrap())
+    }
+
+    fn read(&self, name: &str) -> Option<String> {
+        fs::read_to_string(self.path(name)).ok()
+    }
+
+    /// The notice on a mistake in the settings.
+    fn told(&self) -> Option<String> {
+        self.read("notice.settings")
+    }
+}
+
+#[test]
+fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
+    let settings = Settings::new();
+    assert_eq!(output(&mut settings.taking()).status.code(), Some(0), "there is no file yet");
+    let good = "hours = \"08:00-23:00\"\naddress = \"192.0.2.7/24\"\n";
+    assert_eq!(settings.set(good), (Some(0), String::new()));
+    assert_eq!((settings.read("kept").as_deref(), settings.told()), (Some(good), None));
+    assert!(settings.read("wired.conf").unwrap().contains("Address=192.0.2.7/24"));
+
+    let far_too_long = format!("# {}", "x".repeat(70_000));
+    for (text, code, said, told) in [
+        ("unit = \"lobby\"\nhours = \"8-23\"\n", 2, "line 2, key `hours`", "wrong in line 2, at hours."),
+        ("hour = 1", 2, "unknown field `hour`", "wrong in line 1, at hour."),
+        (&far_too_long, 3, "cannot read", "cannot be read."),
+    ] {
+        let (exit, error) = settings.set(text);
+        assert!(exit == Some(code) && error.contains(said), "{exit:?}: {error}");
+        let notice = settings.told().unwrap();
+        assert!(notice.contains(told) && notice.contains("The settings before it stay."), "{notice}");
+        assert_eq!(settings.read("kept").as_deref(), Some(good));
+        assert!(settings.read("wired.conf").is_some(), "the last good network stays");
+    }
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
+    assert_eq!(settings.told(), None, "what was told of it is no longer so");
+    assert_eq!(settings.read("wired.conf"), None, "what is no longer set is no longer told");
+    assert_eq!(settings.read("name").as_deref(), Some("lobby\n"));
+    assert_eq!(settings.set("hours = \"08:00-23:00\"\n").0, Some(0));
+    assert_eq!(settings.read("name"), None, "nor is the name");
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
+
+    fs::remove_file(settings.path("partition/dreams.toml")).unwrap();
+    assert_eq!(output(&mut settings.taking()).status.code(), Some(0));
+    assert_eq!(settings.read("kept").as_deref(), Some("unit = \"lobby\"\n"), "a lost file takes no settings away");
+}
+
+#[test]
+fn a_password_is_kept_where_its_user_alone_reads_and_told_nowhere() {
+    let settings = Settings::new();
+    let text = "unit = \"lobby\"\nwifi = \"Home\"\nwifi_password = \"velvet under\"\ndns = [\"192.0.2.53\"]\n";
+    assert_eq!(settings.set(text), (Some(0), String::new()));
+    assert!(settings.read("wifi.conf").unwrap().contains("psk=\"velvet under\""));
+    let mode = |name: &str| fs::metadata(settings.path(name)).unwrap().permissions().mode() & 0o777;
+    assert_eq!((mode("wifi.conf"), mode("kept")), (0o600, 0o640));
+    let files = fs::read_dir(settings.path("")).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let holding: Vec<_> =
+        files.filter(|name| settings.read(name).is_some_and(|text| text.contains("velvet"))).collect();
+    assert_eq!(holding, ["wifi.conf"]);
+    assert!(settings.read("kept").unwrap().contains("wifi = \"Home\""), "the rest is for the player and the updater");
+    assert!(settings.read("wireless.conf").unwrap().contains("DNS=192.0.2.53"));
+
+    let (exit, error) = settings.set("wifi = \"Home\"\nwifi_password = \"velvet\"\n");
+    assert!(exit == Some(2) && error.contains("line 2, key `wifi_password`") && !error.contains("velvet"), "{error}");
+    let told = settings.told().unwrap();
+    assert!(told.contains("wrong in line 2, at wifi_password.") && !told.contains("velvet"), "{told}");
+    assert!(settings.read("wifi.conf").unwrap().contains("velvet under"), "the last good Wi-Fi stays");
+    let (exit, error) = settings.set("wifi = \"Home\"\nwifi_country = \"Switzerland\"\n");
+    assert!(exit == Some(2) && error.contains("line 2, key `wifi_country`: `Switzerland` is no country"), "{error}");
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
+    assert_eq!(
+        (settings.read("wifi.conf"), settings.read("wireless.conf")),
+        (None, None),
+        "what is no longer set is gone"
+    );
+}
+
+#[test]
+fn a_unit_restarts_only_in_the_hours_for_it_and_while_no_flock_is_on_trial() {
+    let unit = Unit::new();
+    let keep = unit.path("owner.toml");
+    let may_restart = |hours: &str| {
+        fs::write(&keep, format!("hours = \"{hours}\"\ntimezone = \"UTC\"\n")).unwrap();
+        let mut owner = Command::new(programs::owner());
+        owner.args(["may-restart", "--keep"]).arg(&keep).arg("--flock").arg(unit.path("store/current"));
+        output(&mut owner).status.code()
+    };
+    // Hours that exclude the present time, and hours that include it.
+    fs::write(&keep, "").unwrap();
+    let written = fs::metadata(&keep).unwrap().modified().unwrap().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+    let now = written.as_secs() / 60 % 1_440;
+    let hours = |from: u64, to: u64| {
+        let [from, to] = [from, to].map(|minute| minute % 1_440);
+        format!("{:02}:{:02}-{:02}:{:02}", from / 60, from % 60, to / 60, to % 60)
+    };
+    let (dark, lit) = (hours(now + 700, now + 740), hours(now + 1_420, now + 700));
+    assert_eq!((may_restart(&dark), may_restart(&lit)), (Some(0), Some(1)), "at minute {now}");
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["lobby"], 1);
+    assert_eq!(unit.update(&[]).status.code(), Some(0));
+    assert_eq!(may_restart(&dark), Some(1), "the flock that has come is on trial");
+}
+
+#[test]
+fn the_player_goes_by_what_the_owner_sets_from_that_moment_on() {
+    let settings = Settings::new();
+    let kept = settings.path("kept");
+    let options = ["--screen", VKMS, "--seed", "3", "--timezone", "UTC", "--owner", kept.to_str().unwrap()];
+    let playing = PlayerRun::of(&SMALL.flock().folder).with(&options);
+    let text = format!(
+        "state() {{ sleep 3; sed -n 's/^\\tactive=//p' /sys/kernel/debug/dri/vkms/state; }}
+        set_to() {{ echo \"$1\" > {partition}; {owner} || echo refused; }}
+        exec > {seen}
+        date -u -s '2026-07-01 12:00:00' > /dev/null; {player} & player=$!
+        state; set_to 'hours = \"20:00-23:00\"'; state; set_to 'hours = 20'; state; set_to 'unit = \"lobby\"'; state
+        kill $player; wait $player",
+        partition = word(&settings.path("partition/dreams.toml")),
+        seen = word(&settings.path("seen")),
+        owner = shell_words(&settings.taking()),
+        player = shell_words(&playing.command())
+    );
+    succeed_in_virtual_time(180, &script(&text));
+    let seen = settings.read("seen").unwrap();
+    let seen: Vec<_> = seen.split_whitespace().filter(|word| ["0", "1", "refused"].contains(word)).collect();
+    assert_eq!(seen, ["1", "0", "refused", "0", "1"], "lit, asleep, asleep, lit");
+}
+
+#[test]
+fn the_updater_goes_by_the_name_and_the_keys_that_the_owner_set() {
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["stairs"], 1);
+    assert_eq!(unit.update(&[]).status.code(), Some(1), "it is not for this unit");
+    let file = fs::read_to_string(unit.maker.keys().join("artist.pub")).unwrap();
+    let key = file.lines().nth(1).unwrap();
+    let config = config_with(&unit.path("update.toml"), &unit.path("owner.toml"));
+    fs::write(unit.path("owner.toml"), format!("unit = \"stairs\"\nkeys = [\"{key}\"]\n")).unwrap();
+    let mut update = Command::new(programs::updater());
+    update.arg("--config").arg(config).arg("--store").arg(unit.path("store"));
+    update.arg("--keys").arg(unit.path("no-such-folder")).arg(unit.stick());
+    let said = output(&mut update);
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+}
+
+/// A config of the updater that names the kept settings.
+fn config_with(path: &Path, owner: &Path) -> PathBuf {
+    fs::write(path, format!("owner = \"{}\"\n", owner.display())).unwrap();
+    path.to_owned()
+}

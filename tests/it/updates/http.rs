@@ -1,0 +1,269 @@
+//! Updates over HTTP, with good and bad answers.
+//!
+//! Owns the claims on `dreams-update` with an address: what it requests, how often, and what it rejects. The server is
+//! in `tests/web.rs`.
+
+use crate::programs::output;
+use crate::updates::sticks::{Unit, object};
+use claims::bundle_maker::{files_in, rubbish};
+use claims::wait::ends_within;
+use claims::web::{Behaviour, WebServer};
+use serde_json::Value;
+use std::fs;
+use std::io::{self, BufRead, BufReader, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::Stdio;
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+/// The most bytes of the answers when there is no news.
+const SMALL: u64 = 64 << 10;
+
+/// Updates from an address; returns the exit code and the JSON answer, if there is one.
+fn fetch(unit: &Unit, url: &str, options: &[&str]) -> (Option<i32>, Value) {
+    let said = output(unit.update_from(Some(Path::new(url))).args(options));
+    (said.status.code(), serde_json::from_slice(&said.stdout).unwrap_or_default())
+}
+
+#[test]
+fn a_look_without_news_costs_one_small_request_however_large_the_flock() {
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(1_125, 100, 0), &["lobby"], 1);
+    unit.updated(&[]);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
+    let (code, answer) = fetch(&unit, &web.url(), &[]);
+    assert_eq!((code, &answer["outcome"]), (Some(0), &"no-news".into()));
+    let (asked, sent) = web.heard();
+    assert_eq!(asked, ["seals/lobby.seal"]);
+    assert!(sent < SMALL, "{sent} bytes were sent");
+}
+
+#[test]
+fn a_unit_tells_how_it_is_only_where_its_owner_says_and_after_a_look_that_was_due() {
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    let (web, home) =
+        (WebServer::serve(&unit.stick(), Behaviour::Good), WebServer::serve(&unit.stick(), Behaviour::Good));
+    // The player's status page, as far as the updater sees it.
+    fs::write(unit.stick().join("status.json"), "{\"flock\": \"aurora\"}").unwrap();
+    let page = web.url().replace("http://", "");
+    let config = unit.path("update.toml").display().to_string();
+    let schedule = |name: &str| unit.path(name).display().to_string();
+    let look = |url: &str, name: &str| fetch(&unit, url, &["--config", &config, "--schedule", &schedule(name)]).0;
+    fs::write(&config, format!("status = \"{page}\"\n")).unwrap();
+    assert_eq!((look(&web.url(), "quiet"), home.received().len()), (Some(0), 0), "off by default");
+
+    fs::write(&config, format!("status = \"{page}\"\nreport_to = \"{}/units\"\n", home.url())).unwrap();
+    assert_eq!(look(&web.url(), "one"), Some(0));
+    assert_eq!(look(&web.url(), "one"), Some(0), "that was not due");
+    let told: Vec<Value> = home.received().iter().map(|text| serde_json::from_str(text).unwrap()).collect();
+    let [told] = &told[..] else { panic!("it is told once a look: {told:?}") };
+    let found = (&told["unit"], &told["update"]["outcome"], &told["error"], &told["status"]["flock"]);
+    assert_eq!(found, (&"lobby".into(), &"no-news".into(), &Value::Null, &"aurora".into()));
+
+    web.behave(Behaviour::Portal);
+    assert_eq!(look(&web.url(), "two"), Some(3));
+    let told: Value = serde_json::from_str(&home.received()[0]).unwrap();
+    assert!(told["error"].as_str().is_some_and(|error| error.contains("portal")), "{told}");
+    assert!(told["update"].is_null() && told["status"].is_null(), "{told}");
+
+    drop(home);
+    web.behave(Behaviour::Good);
+    assert_eq!(look(&web.url(), "three"), Some(0), "that nobody listens stops nothing");
+}
+
+#[test]
+fn a_server_that_dies_at_every_chunk_costs_time_and_no_byte_twice() {
+    let unit = Unit::new();
+    let (one, two) = (rubbish(6, 300_000, 0), rubbish(6, 300_000, 3));
+    unit.maker.bundle(&unit.stick(), &one, &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Dies(70_000));
+    let (code, answer) = fetch(&unit, &web.url(), &[]);
+    assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
+    let content: usize = one.values().map(Vec::len).sum();
+    assert_eq!(answer["fetched_bytes"], content);
+    assert_eq!(unit.playing(), Some(one));
+    let papers = |sent: u64, content: u64| sent.checked_sub(content).expect("all of the content was sent");
+    assert!(papers(web.heard().1, content as u64) < 4_000, "beside the content, only seal and list");
+
+    unit.maker.bundle(&unit.stick(), &two, &[], 2);
+    let (_, answer) = fetch(&unit, &web.url(), &[]);
+    assert_eq!(answer["fetched_bytes"], 900_000, "only what is new");
+    assert!(papers(web.heard().1, 900_000) < 4_000);
+    assert_eq!(unit.playing(), Some(two));
+}
+
+#[test]
+fn a_server_that_drips_is_left_and_what_came_stays() {
+    let unit = Unit::new();
+    let files = rubbish(2, 50_000, 0);
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Drips);
+    // All of it would take three hours.
+    let mut look = unit.update_from(Some(Path::new(&web.url()))).stdout(Stdio::null()).spawn().unwrap();
+    assert!(ends_within(&look, 150), "it still waits");
+    assert_eq!(look.wait().unwrap().code(), Some(3));
+    let came = files_in(&unit.path("store/incoming")).unwrap().into_values().map(|part| part.len()).sum::<usize>()
+        + files_in(&unit.path("store/objects")).unwrap().into_values().map(|object| object.len()).sum::<usize>();
+    assert!(came > 100, "{came} bytes came");
+    web.behave(Behaviour::Good);
+    let (code, answer) = fetch(&unit, &web.url(), &[]);
+    let content: usize = files.values().map(Vec::len).sum();
+    assert_eq!((code, answer["fetched_bytes"].as_u64()), (Some(0), Some((content - came) as u64)));
+    assert_eq!(unit.playing(), Some(files));
+}
+
+#[test]
+fn whatever_a_server_answers_instead_the_unit_keeps_its_flock_and_takes_the_next_good_answer() {
+    let unit = Unit::new();
+    let (one, two) = (rubbish(3, 5_000, 0), rubbish(3, 5_000, 1));
+    unit.maker.bundle(&unit.stick(), &one, &["lobby"], 1);
+    unit.updated(&[]);
+    unit.maker.bundle(&unit.stick(), &two, &["lobby"], 2);
+    let elsewhere = WebServer::serve(&unit.stick(), Behaviour::Portal);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
+    let cases = [
+        (Behaviour::Portal, 3),
+        (Behaviour::Redirects(elsewhere.url()), 3),
+        (Behaviour::Redirects(web.url()), 3),
+        (Behaviour::Fails, 3),
+        (Behaviour::Refuses, 3),
+        (Behaviour::Dies(0), 3),
+        (Behaviour::Dies(100), 3),
+        (Behaviour::PromisesMore, 3),
+        (Behaviour::PromisesLess, 1),
+        (Behaviour::Endless, 1),
+    ];
+    for (behaviour, code) in cases {
+        web.behave(behaviour.clone());
+        let (found, answer) = fetch(&unit, &web.url(), &[]);
+        assert_eq!((found, answer), (Some(code), Value::Null), "{behaviour:?}");
+        assert_eq!(unit.playing().as_ref(), Some(&one), "{behaviour:?}");
+        assert!(web.heard().0.len() < 20, "{behaviour:?}: it is not asked for ever");
+    }
+    let (code, _) = fetch(&unit, "http://127.0.0.1:9", &[]);
+    assert_eq!(code, Some(3), "nobody listens there");
+    // A redirect is followed if the files there are signed.
+    elsewhere.behave(Behaviour::Good);
+    web.behave(Behaviour::Redirects(elsewhere.url()));
+    let (code, answer) = fetch(&unit, &format!("{}/", web.url()), &[]);
+    assert_eq!((code, &answer["outcome"]), (Some(0), &"installed".into()));
+    assert_eq!(unit.playing(), Some(two));
+}
+
+/// A proxy on this machine, for as long as this process runs: its address, and the addresses that it was asked for. A
+/// strict one connects to port 443 only, as many do.
+fn proxy(is_strict: bool) -> (String, Arc<Mutex<Vec<String>>>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("http://{}", listener.local_addr().unwrap());
+    let asked: Arc<Mutex<Vec<String>>> = Arc::default();
+    let notes = Arc::clone(&asked);
+    thread::spawn(move || {
+        for visitor in listener.incoming().flatten() {
+            let mut reader = BufReader::new(visitor.try_clone().unwrap());
+            let mut line = String::new();
+            reader.read_line(&mut line).unwrap();
+            let place = line.strip_prefix("CONNECT ").unwrap().split(' ').next().unwrap().to_owned();
+            while line.trim() != "" {
+                line.clear();
+                reader.read_line(&mut line).unwrap();
+            }
+            notes.lock().unwrap().push(place.clone());
+            if is_strict && !place.ends_with(":443") {
+                (&visitor).write_all(b"HTTP/1.1 403 Forbidden\r\n\r\n").unwrap();
+                continue;
+            }
+            let server = TcpStream::connect(&place).unwrap();
+            (&visitor).write_all(b"HTTP/1.1 200 Connected\r\n\r\n").unwrap();
+            let (mut to, mut from) = (server.try_clone().unwrap(), server);
+            thread::spawn(move || io::copy(&mut reader, &mut to).ok());
+            thread::spawn(move || io::copy(&mut from, &mut &visitor).ok());
+        }
+    });
+    (address, asked)
+}
+
+#[test]
+fn what_is_fetched_through_a_proxy_comes_from_nowhere_else() {
+    let unit = Unit::new();
+    let files = rubbish(3, 5_000, 0);
+    unit.maker.bundle(&unit.stick(), &files, &[], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
+    let config = unit.path("update.toml");
+    let look = |proxy: &str| {
+        fs::write(&config, format!("proxy = \"{proxy}\"\n")).unwrap();
+        let mut look = unit.update_from(Some(Path::new(&web.url())));
+        let said = output(look.arg("--config").arg(&config));
+        (said.status.code(), String::from_utf8(said.stderr).unwrap())
+    };
+    assert_eq!(look("http://127.0.0.1:9").0, Some(3), "nobody listens there, and nobody is asked without it");
+    let (strict, asked) = proxy(true);
+    let (code, said) = look(&strict);
+    assert!(code == Some(3) && said.contains("proxy") && said.contains("403"), "{code:?}: {said}");
+    assert!(!asked.lock().unwrap().is_empty());
+    assert_eq!(web.heard().0, [""; 0]);
+    let (address, asked) = proxy(false);
+    assert_eq!(look(&address).0, Some(0));
+    assert_eq!(unit.playing(), Some(files));
+    let (requests, places) = (web.heard().0.len(), asked.lock().unwrap());
+    assert!(requests > 5 && places.len() == requests, "{places:?}");
+    assert!(places.iter().all(|place| web.url().ends_with(place.as_str())), "{places:?}");
+}
+
+#[test]
+fn a_part_is_taken_for_what_it_is() {
+    for (behaviour, code, sent) in [
+        (Behaviour::Good, 0, 4_000),
+        (Behaviour::Whole, 0, 5_000),
+        (Behaviour::WrongPart, 3, 0),
+        // After a wrong range the whole file is requested again.
+        (Behaviour::LyingPart, 0, 4_001 + 5_000),
+    ] {
+        let unit = Unit::new();
+        let files = rubbish(1, 5_000, 0);
+        unit.maker.bundle(&unit.stick(), &files, &[], 1);
+        let clip = &files["loops/0.mp4"];
+        let incoming = unit.path("store/incoming");
+        fs::create_dir_all(&incoming).unwrap();
+        fs::write(incoming.join(bundle::ObjectId::of(clip).to_string()), &clip[..1_000]).unwrap();
+        let web = WebServer::serve(&unit.stick(), behaviour.clone());
+        let (found, _) = fetch(&unit, &web.url(), &[]);
+        let (asked, all) = web.heard();
+        assert_eq!(found, Some(code), "{behaviour:?}");
+        if code == 0 {
+            let papers = all - files["flock.toml"].len() as u64 - sent;
+            assert!(papers < 1_500, "{behaviour:?}: {papers} bytes more than expected were sent for {asked:?}");
+            assert_eq!(unit.playing().as_ref(), Some(&files), "{behaviour:?}");
+        } else {
+            assert!(asked.iter().filter(|path| **path == object(clip)).count() < 10, "{asked:?}");
+            web.behave(Behaviour::Good);
+            let (found, answer) = fetch(&unit, &web.url(), &[]);
+            assert_eq!((found, answer["fetched_bytes"].as_u64()), (Some(0), Some(4_000)), "what was there stayed");
+        }
+    }
+}
+
+#[test]
+fn a_unit_looks_for_news_when_it_is_time_and_not_before() {
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(2, 500, 0), &["lobby"], 1);
+    let web = WebServer::serve(&unit.stick(), Behaviour::Good);
+    let config = unit.path("update.toml");
+    fs::write(&config, format!("url = \"{}\"\nevery_minutes = 60\n", web.url())).unwrap();
+    let look = || {
+        let mut command = unit.update_from(None);
+        let said = output(command.arg("--config").arg(&config).arg("--schedule").arg(unit.path("schedule")));
+        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+        serde_json::from_slice::<Value>(&said.stdout).unwrap()["outcome"].clone()
+    };
+    assert_eq!(look(), "installed");
+    web.heard();
+    assert_eq!(look(), "not-now");
+    assert_eq!(web.heard().0, [""; 0]);
+    fs::remove_file(unit.path("schedule")).unwrap();
+    assert_eq!(look(), "no-news");
+    fs::write(&config, "").unwrap();
+    fs::remove_file(unit.path("schedule")).unwrap();
+    assert_eq!(look(), "not-now", "there is nowhere to look, and that is fine");
+}
