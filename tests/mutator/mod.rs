@@ -165,6 +165,8 @@ impl Mutator {
             Level::Lists => lists::change(&mut stick, from, material, &mut dice),
             Level::Starts => starts::change(&mut stick, from, material, &mut dice),
         };
+        // A field may have been given the value that it had.
+        let detection = if stick.0 == from.stick.0 { Detection::ByAllOrHarmless } else { detection };
         Mutant { seed, level, what, detection, stick, good }
     }
 }

@@ -31,8 +31,6 @@ const BY_HTTP: u64 = 4;
 const REFUSED: usize = 75;
 /// Workers at once. Most of the time one waits for the disk, or for a server's next answer.
 const WORKERS: usize = 4;
-/// The most faults that are printed.
-const MOST_FAULTS: usize = 5;
 
 /// Gives mutants to `flock verify` and to a unit.
 struct Worker<'m> {
@@ -194,12 +192,14 @@ impl<'m> Worker<'m> {
         Err(format!("after {} the boot loader would start {begun:?}, and the system is good: {is_good}", ran.code))
     }
 
-    /// Checks that the unit accepts the good stick afterwards: nothing is left of the mutant.
+    /// Checks that the unit accepts the good stick afterwards, or plays what is on it: nothing is left of the mutant.
     fn takes_the_next(&mut self, good: &Good) -> Result<(), String> {
+        // The artist's seal of another bundle may have brought the same flock with the same number.
+        let is_there = files_in(&self.at("store/current")).is_ok_and(|playing| playing == good.files);
         good.stick.lay(&self.at("stick"));
         let ran = self.update(&self.at("stick"));
         let playing = files_in(&self.at("store/current")).map_err(|error| format!("nothing plays: {error}"))?;
-        if ran.code == 0 && playing == good.files {
+        if (ran.code == 0 || is_there && ran.code == 1) && playing == good.files {
             return Ok(());
         }
         Err(format!("the good stick behind it is not taken: {} {}", ran.answer, ran.error))
@@ -229,8 +229,15 @@ fn is_as_documented(ran: &ProgramRun, codes: &[i64]) -> Result<(), String> {
 
 /// Checks that `flock verify` accepts only what was signed.
 fn verified(ran: &ProgramRun, mutant: &Mutant, good: &Good) -> Result<(), String> {
-    // What the good bundle and the good system have, beside statements, must all be there.
-    let signed = good.stick.0.iter().filter(|(path, _)| path.as_str() != "statements");
+    // What the good bundle and the good system have, beside statements, must all be there; of a stick without seals of
+    // flocks only the system, which is all that the answer lists then.
+    let of_system = good.release();
+    let is_listed = |path: &str| {
+        let id = path.trim_start_matches("objects/").replace('/', "");
+        let is_of_system = path.starts_with("systems/") || of_system.contains(&id);
+        is_of_system || ran.answer["bundles"] != Value::Array(vec![])
+    };
+    let signed = good.stick.0.iter().filter(|(path, _)| path.as_str() != "statements" && is_listed(path));
     let mut other = signed.filter(|(path, item)| mutant.stick.0.get(*path) != Some(item)).map(|(path, _)| path);
     match (ran.code, other.next()) {
         (0, _) if mutant.detection == Detection::ByAll => Err(format!("it was taken for good: {}", ran.answer)),
@@ -298,7 +305,10 @@ fn no_mutant_is_accepted_or_costs_much_or_leaves_a_unit_without_its_flock() {
     let Tally { refused, harmless, faults, peak_kib, cpu_s, all_cpu_s, levels } = tally;
     println!("{refused} mutants refused, {harmless} came to what was signed: {levels:?}");
     println!("at most {peak_kib} KiB and {cpu_s:.2} CPU-s for one, {all_cpu_s:.1} CPU-s for all");
-    assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults[..faults.len().min(MOST_FAULTS)].join("\n"));
+    for fault in &faults {
+        println!("{fault}");
+    }
+    assert!(faults.is_empty(), "{} faults", faults.len());
     assert!(last == first + 1 || refused * 100 >= REFUSED * (refused + harmless), "{refused} were refused");
 }
 
