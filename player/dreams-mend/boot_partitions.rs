@@ -105,7 +105,7 @@ impl<'o> Boots<'o> {
                     let path = self.entry(&to);
                     self.copy(&to, &from)?;
                     if was_damaged {
-                        warn!(entry = %path.display(), "a boot entry was damaged: it is mended");
+                        warn!(entry = %path.display(), "repaired a damaged boot entry");
                         answer.mended.push(path.display().to_string());
                     } else {
                         info!(entry = %path.display(), "a boot entry has another copy");

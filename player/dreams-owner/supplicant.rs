@@ -31,9 +31,7 @@ pub(super) struct Supplicant {
 impl Supplicant {
     /// Starts one for the radio `interface` with the file `settings`, and asks it for events through its socket in the
     /// folder `control`.
-    ///
-    /// # Errors
-    /// What the system says, also if it ends at once or does not answer.
+    /// Errors: What the system says, also if it ends at once or does not answer.
     pub(super) fn start(interface: &str, settings: &Path, control: &Path) -> io::Result<Self> {
         let path = control.join(format!("{interface}.dreams"));
         let there = control.join(interface);
@@ -73,9 +71,6 @@ impl Supplicant {
     }
 
     /// Its next event, if one comes within `time`.
-    ///
-    /// # Errors
-    /// What the system says.
     pub(super) fn told_within(&self, time: Duration) -> io::Result<Option<String>> {
         self.socket.set_read_timeout(Some(time))?;
         self.told()
@@ -91,9 +86,6 @@ impl Supplicant {
     }
 
     /// How it ended, if it has.
-    ///
-    /// # Errors
-    /// What the system says.
     pub(super) fn ended(&mut self) -> io::Result<Option<ExitStatus>> {
         self.process.try_wait()
     }

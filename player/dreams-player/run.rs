@@ -32,9 +32,7 @@ use std::thread::JoinHandle;
 use video::SessionError;
 
 /// Plays until a signal, or to the end of what was asked for.
-///
-/// # Errors
-/// [`Fatal`], if it cannot begin or go on.
+/// Errors: [`Fatal`], if it cannot begin or go on.
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
     let generation = begun(config)?;

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 /// Why nothing was installed. What plays is what played before.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Fatal {
-    #[error("`{address}` is no address of a web server")]
+    #[error("`{address}` is not an address of a web server")]
     Address { address: String },
     #[error("another update is at work on `{store}`", store = store.display())]
     Busy { store: PathBuf },

@@ -38,9 +38,7 @@ pub(crate) struct Fetcher<'e> {
 
 impl Fetcher<'_> {
     /// Fetches one object, from where it was left.
-    ///
-    /// # Errors
-    /// [`Fatal`]. What has arrived stays.
+    /// Errors: [`Fatal`]. What has arrived stays.
     pub(crate) fn fetch(&mut self, store: &Store, wanted: &FetchItem) -> Result<(), Fatal> {
         let mut tries = 0;
         loop {

@@ -37,9 +37,7 @@ pub(crate) struct HttpSource {
 
 impl HttpSource {
     /// The bundles beneath `url`, asked for through `proxy`. With `is_clock_wrong`, certificates are not judged.
-    ///
-    /// # Errors
-    /// [`Fatal::Address`] if one of them is no address.
+    /// Errors: [`Fatal::Address`] if one of them is no address.
     pub(crate) fn new(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Self, Fatal> {
         let agent = agent(url, proxy, is_clock_wrong)?;
         Ok(Self { agent, url: url.trim_end_matches('/').to_owned(), meter: Meter::default() })
@@ -95,9 +93,7 @@ impl Source for HttpSource {
 }
 
 /// Who asks at `url`, through `proxy`. With `is_clock_wrong`, certificates are not judged.
-///
-/// # Errors
-/// [`Fatal::Address`] if one of them is no address.
+/// Errors: [`Fatal::Address`] if one of them is no address.
 pub(crate) fn agent(url: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Agent, Fatal> {
     let refused = |address: &str| Fatal::Address { address: address.to_owned() };
     let rest = url.strip_prefix("https://").or_else(|| url.strip_prefix("http://"));

@@ -31,9 +31,7 @@ pub(crate) struct MeteredReader<'m, R> {
 
 impl Meter {
     /// Fails once the server was too slow.
-    ///
-    /// # Errors
-    /// [`ErrorKind::TimedOut`], from the first time on that it was too slow.
+    /// Errors: [`ErrorKind::TimedOut`], from the first time on that it was too slow.
     pub(crate) fn check(&self) -> io::Result<()> {
         let slow = || io::Error::new(ErrorKind::TimedOut, "the server sends less than 1 KiB a second");
         if self.is_left { Err(slow()) } else { Ok(()) }

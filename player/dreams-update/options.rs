@@ -82,9 +82,7 @@ pub(crate) struct Order {
 
 impl Options {
     /// What is to be done: the defaults, then the config, then the options.
-    ///
-    /// # Errors
-    /// [`Fatal`] if the config is refused, or the unit has no name.
+    /// Errors: [`Fatal`] if the config is refused, or the unit has no name.
     pub(crate) fn order(self) -> Result<Order, Fatal> {
         let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
         let owner = Owner::kept(&config.owner);

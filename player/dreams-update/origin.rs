@@ -19,9 +19,7 @@ pub(crate) enum Origin {
 
 impl Origin {
     /// The folder or the address `source`; an address is asked through `proxy`.
-    ///
-    /// # Errors
-    /// [`Fatal::Source`] or [`Fatal::Address`].
+    /// Errors: [`Fatal::Source`] or [`Fatal::Address`].
     pub(crate) fn open(source: &str, proxy: Option<&str>, is_clock_wrong: bool) -> Result<Self, Fatal> {
         if source.contains("://") {
             HttpSource::new(source, proxy, is_clock_wrong).map(Self::Http)
@@ -31,9 +29,7 @@ impl Origin {
     }
 
     /// Which units it has bundles for, as far as that can be seen, in order.
-    ///
-    /// # Errors
-    /// [`Fatal::Source`].
+    /// Errors: [`Fatal::Source`].
     pub(crate) fn units(&self) -> Result<Vec<UnitId>, Fatal> {
         match self {
             Self::Folder(folder) => match folder.seals() {

@@ -23,7 +23,7 @@ pub(crate) struct Window(day::Window);
 
 /// A text that is no window.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no window: two times of the day in UTC, as in `02:00-05:30`")]
+#[error("`{0}` is not a valid window: two times of the day in UTC, as in `02:00-05:30`")]
 pub(crate) struct NoWindow(String);
 
 /// What is remembered of the last look.
@@ -43,9 +43,6 @@ impl Schedule {
     }
 
     /// Remembers it at `path`, which need not outlive the machine's next start.
-    ///
-    /// # Errors
-    /// What the file system says.
     pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
         durable::write(path, &serde_json::to_vec(self).map_err(io::Error::other)?)
     }

@@ -29,9 +29,7 @@ const COPY: u8 = 1;
 /// How often the boot loader starts a system before it goes back to the other one, unless that shows a picture.
 const TRIES: u32 = 3;
 /// Writes the staged system, if there is one, to the slot in `device`, and lays it before the boot loader in `boot`.
-///
-/// # Errors
-/// [`Fatal`]. The system that runs stays what is started.
+/// Errors: [`Fatal`]. The system that runs stays what is started.
 pub(crate) fn write(order: &Order, store: &Store, device: &Path, boot: &Path) -> Result<SystemOutcome, Fatal> {
     let (Some(running), Some(system)) = (running(&order.config.system), store.staged()?) else {
         return Ok(SystemOutcome::None);

@@ -13,9 +13,7 @@ use tracing::{info, warn};
 
 /// What `verify` opens, once the store has learned what keys say at `source` about keys, and then what is `expected` by
 /// what was opened.
-///
-/// # Errors
-/// [`Fatal`] if that cannot be read or kept, or is withheld; or what `verify` refuses.
+/// Errors: [`Fatal`] if that cannot be read or kept, or is withheld; or what `verify` refuses.
 pub(crate) fn heeded<S>(
     store: &mut Store,
     source: &mut dyn Source,

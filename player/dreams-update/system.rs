@@ -21,9 +21,7 @@ use tracing::{info, warn};
 const OURS: &str = "dreams";
 
 /// Fetches the system that the source has for this unit, if it is new.
-///
-/// # Errors
-/// [`Fatal`]. What has arrived stays.
+/// Errors: [`Fatal`]. What has arrived stays.
 pub(crate) fn take(order: &Order, store: &mut Store, fetcher: &mut Fetcher<'_>) -> Result<SystemOutcome, Fatal> {
     let Some(running) = running(&order.config.system) else { return Ok(SystemOutcome::None) };
     let found = UnverifiedSystem::open(fetcher.source, &order.unit).map_err(Fatal::Refused)?;

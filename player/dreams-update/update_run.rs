@@ -36,9 +36,7 @@ use tracing::{info, warn};
 const PAUSE: Duration = Duration::from_millis(250);
 
 /// Does what was ordered, and writes notices about it.
-///
-/// # Errors
-/// [`Fatal`]. What plays is what played before.
+/// Errors: [`Fatal`]. What plays is what played before.
 pub(crate) fn run(order: Order) -> Result<Output<Answer>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
@@ -67,7 +65,7 @@ fn in_time(order: &Order, stop: &AtomicBool) -> Result<Answer, Fatal> {
     let is_failure = ended.as_ref().is_err_and(|fatal| fatal.exit() == Exit::Unreadable);
     let next = schedule.after(is_failure, up_s(), order.config.every_minutes * 60, rand::random());
     if let Err(error) = next.write(path) {
-        warn!(path = %path.display(), error = chain(&error), "cannot save when the next update is due");
+        warn!(path = %path.display(), error = chain(&error), "cannot save the time of the next update");
     }
     ended
 }
@@ -252,7 +250,10 @@ fn tidy(store: &Store, bundle: &VerifiedBundle) {
 fn scrub(store: &Store, stop: &AtomicBool) -> Result<(), Fatal> {
     let found = store.scrub(|_| !stop.load(Ordering::Relaxed))?;
     for damaged in &found.damaged {
-        warn!(clip = damaged.path.as_str(), "a file is damaged, it stays until it is fetched again");
+        warn!(
+            clip = damaged.path.as_str(),
+            "a file of the flock is damaged and stays in use until it is fetched again"
+        );
     }
     for UnreadableObject { wanted, why } in &found.unread {
         warn!(clip = wanted.path.as_str(), error = why, "cannot read a file, it stays");

@@ -63,17 +63,13 @@ macro_rules! ranged {
 }
 
 /// Reads the name of a unit.
-///
-/// # Errors
-/// The deserializer's, with what it is not.
+/// Errors: The deserializer's, with what it is not.
 pub fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<Option<UnitId>, D::Error> {
     UnitId::new(&String::deserialize(from)?).map(Some).map_err(D::Error::custom)
 }
 
 /// Reads a number that lies in `range`.
-///
-/// # Errors
-/// The deserializer's, with the number and both ends of the range.
+/// Errors: The deserializer's, with the number and both ends of the range.
 pub fn within<'de, D: Deserializer<'de>, T: From<u64>>(from: D, range: &RangeInclusive<u64>) -> Result<T, D::Error> {
     let number = i64::deserialize(from)?;
     u64::try_from(number).ok().filter(|number| range.contains(number)).map(T::from).ok_or_else(|| {
@@ -83,17 +79,13 @@ pub fn within<'de, D: Deserializer<'de>, T: From<u64>>(from: D, range: &RangeInc
 }
 
 /// Reads the settings in the file at `path`. What it does not name keeps its default.
-///
-/// # Errors
-/// [`ConfigError`], with line and key.
+/// Errors: [`ConfigError`], with line and key.
 pub fn load<C: DeserializeOwned>(path: &Path) -> Result<C, ConfigError> {
     parse(path, &text_of(path)?)
 }
 
 /// The text of the file of settings at `path`.
-///
-/// # Errors
-/// [`ConfigError::Read`], also if it is longer than settings may be, or no text.
+/// Errors: [`ConfigError::Read`], also if it is longer than settings may be, or no text.
 pub fn text_of(path: &Path) -> Result<String, ConfigError> {
     let read = || {
         let mut text = String::new();
@@ -113,9 +105,7 @@ fn key_of(line: &str) -> &str {
 }
 
 /// Reads the settings in `text`, which errors say lies at `path`.
-///
-/// # Errors
-/// [`ConfigError::Malformed`].
+/// Errors: [`ConfigError::Malformed`].
 pub fn parse<C: DeserializeOwned>(path: &Path, text: &str) -> Result<C, ConfigError> {
     toml::from_str(text).map_err(|error: toml::de::Error| {
         let at = error.span().map_or(0, |span| span.start);

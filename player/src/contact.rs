@@ -37,9 +37,6 @@ impl Contact {
     }
 
     /// Writes it to `store`.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn tell(&self, store: &Path) -> io::Result<()> {
         durable::write(&store.join(FILE_NAME), &serde_json::to_vec(self).map_err(io::Error::other)?)
     }

@@ -80,17 +80,17 @@ pub struct Zone(TimeZone);
 pub enum NoHours {
     /// For a brightness.
     #[error(
-        "`{0}` is no brightness: a percentage from 1 to 100, or some with their times, as in `07:00 100, 20:00 40`"
+        "`{0}` is not a valid brightness: a percentage from 1 to 100, or some with their times, as in `07:00 100, 20:00 40`"
     )]
     Brightness(String),
     /// For hours.
-    #[error("`{0}` are no hours: two times of the day, as in `08:00-23:00`")]
+    #[error("`{0}` are not valid hours: two times of the day, as in `08:00-23:00`")]
     Hours(String),
     /// For a night.
-    #[error("`{0}` is no night: `off` or `black`")]
+    #[error("`{0}` is not a valid value of night: `off` or `black`")]
     Night(String),
     /// For a time zone.
-    #[error("`{0}` is no time zone: its name, as in `Europe/Zurich`")]
+    #[error("`{0}` is not a valid time zone: its name, as in `Europe/Zurich`")]
     Zone(String),
 }
 

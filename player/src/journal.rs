@@ -17,7 +17,7 @@ pub struct LogLevel(pub tracing::Level);
 
 /// Why a log level was refused.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no log level: `error`, `warn`, `info`, `debug` or `trace`")]
+#[error("`{0}` is not a valid log level: `error`, `warn`, `info`, `debug` or `trace`")]
 pub struct NoLogLevel(String);
 
 impl FromStr for LogLevel {

@@ -5,6 +5,7 @@
 //!
 //! Start at the `main.rs` of `dreams-player`, `dreams-update`, `dreams-owner` or `dreams-mend`.
 #![forbid(unsafe_code)]
+#![allow(clippy::missing_errors_doc, reason = "the library of our own programs, which has no other readers")]
 
 pub mod config_file;
 pub mod contact;

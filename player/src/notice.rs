@@ -36,9 +36,6 @@ impl Lasting {
     }
 
     /// Removes the notice of this cause from beside `notice`, if there is one.
-    ///
-    /// # Errors
-    /// What the file system says.
     pub fn take_back(self, notice: &Path) -> io::Result<()> {
         match fs::remove_file(self.path(notice)) {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
@@ -59,9 +56,7 @@ pub struct Notice {
 
 impl Notice {
     /// Puts it where the player looks.
-    ///
-    /// # Errors
-    /// What the file system says; the notice before it stays.
+    /// Errors: What the file system says; the notice before it stays.
     pub fn tell(&self, path: &Path) -> io::Result<()> {
         durable::write(path, &serde_json::to_vec(self).map_err(io::Error::other)?)
     }

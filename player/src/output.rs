@@ -17,9 +17,6 @@ pub struct Output<A> {
 
 impl<A: Serialize + Display> Output<A> {
     /// Writes the answer to standard output.
-    ///
-    /// # Errors
-    /// What the system says if that is closed.
     pub fn print(&self) -> io::Result<()> {
         let text = if self.json {
             serde_json::to_string_pretty(&self.answer).map_err(io::Error::other)?

@@ -78,9 +78,7 @@ pub struct Owner {
 
 impl Owner {
     /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// [`ConfigError`], with line and key.
+    /// Errors: [`ConfigError`], with line and key.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         Self::parse(path, &text_of(path)?)
     }
@@ -91,9 +89,7 @@ impl Owner {
     }
 
     /// Reads `text`, which errors say lies at `path`.
-    ///
-    /// # Errors
-    /// [`ConfigError::Malformed`].
+    /// Errors: [`ConfigError::Malformed`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let owner: Self = parse(path, text)?;
         let lacking = [
@@ -155,7 +151,8 @@ fn drop_in<const N: usize>(lines: [Option<String>; N]) -> Option<String> {
 fn keys<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<PublicKey>, D::Error> {
     let lines = Vec::<String>::deserialize(from)?;
     let key = |line: &String| {
-        let wrong = || D::Error::custom(format!("`{line}` is no public key: the second line of a file `NAME.pub`"));
+        let wrong =
+            || D::Error::custom(format!("`{line}` is not a valid public key: the second line of a file `NAME.pub`"));
         PublicKey::parse(line).ok_or_else(wrong)
     };
     lines.iter().map(key).collect()
@@ -164,7 +161,7 @@ fn keys<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<PublicKey>, D::Error> 
 fn url<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
     let text = String::deserialize(from)?;
     let is_address = ["http://", "https://"].iter().any(|scheme| text.starts_with(scheme) && text.len() > scheme.len());
-    let wrong = || D::Error::custom(format!("`{text}` is no address: it begins with `https://` or `http://`"));
+    let wrong = || D::Error::custom(format!("`{text}` is not a valid address: it begins with `https://` or `http://`"));
     if is_address { Ok(Some(text)) } else { Err(wrong()) }
 }
 
@@ -189,7 +186,7 @@ fn address<'de, D: Deserializer<'de>>(from: D) -> Result<Option<(IpAddr, u8)>, D
         let (address, length): (IpAddr, u8) = (address.parse().ok()?, length.parse().ok()?);
         (length >= 1 && length <= if address.is_ipv4() { 32 } else { 128 }).then_some((address, length))
     };
-    let wrong = || D::Error::custom(format!("`{text}` is no address with its prefix, as in `192.0.2.7/24`"));
+    let wrong = || D::Error::custom(format!("`{text}` is not a valid address with its prefix, as in `192.0.2.7/24`"));
     read().map(Some).ok_or_else(wrong)
 }
 
@@ -234,21 +231,24 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named_by_line_and_key() {
         for (text, said) in [
-            ("\nhours = \"8-23\"", "`dreams.toml` line 2, key `hours`: `8-23` are no hours"),
-            ("brightness = 101", "line 1, key `brightness`: `101` is no brightness: a percentage from 1 to 100"),
-            ("\nbrightness = -5", "line 2, key `brightness`: `-5` is no brightness"),
+            ("\nhours = \"8-23\"", "`dreams.toml` line 2, key `hours`: `8-23` are not valid hours"),
+            (
+                "brightness = 101",
+                "line 1, key `brightness`: `101` is not a valid brightness: a percentage from 1 to 100",
+            ),
+            ("\nbrightness = -5", "line 2, key `brightness`: `-5` is not a valid brightness"),
             ("brightness = 0.5", "line 1, key `brightness`: a percentage from 1 to 100, or some with their times"),
-            ("night = \"dark\"", "line 1, key `night`: `dark` is no night: `off` or `black`"),
+            ("night = \"dark\"", "line 1, key `night`: `dark` is not a valid value of night: `off` or `black`"),
             ("mode = \"1080p\"", "line 1, key `mode`: `1080p` is not a mode"),
             ("\nrotate = 45", "line 2, key `rotate`: `45` is not a rotation: expected 0, 90, 180 or 270"),
             ("range = \"tv\"", "line 1, key `range`: `tv` is not a signal range: expected `auto`, `full` or `limited`"),
             ("margin = 21", "line 1, key `margin`: `21` is not a margin: expected a percentage from 0 to 20"),
-            ("timezone = \"Zurich\"", "line 1, key `timezone`: `Zurich` is no time zone"),
+            ("timezone = \"Zurich\"", "line 1, key `timezone`: `Zurich` is not a valid time zone"),
             ("unit = \"The Lobby\"", "line 1, key `unit`"),
-            ("keys = [\"rubbish\"]", "`rubbish` is no public key"),
-            ("url = \"example.org\"", "`example.org` is no address"),
-            ("address = \"192.0.2.7\"", "`192.0.2.7` is no address with its prefix"),
-            ("address = \"192.0.2.7/33\"", "`192.0.2.7/33` is no address with its prefix"),
+            ("keys = [\"rubbish\"]", "`rubbish` is not a valid public key"),
+            ("url = \"example.org\"", "`example.org` is not a valid address"),
+            ("address = \"192.0.2.7\"", "`192.0.2.7` is not a valid address with its prefix"),
+            ("address = \"192.0.2.7/33\"", "`192.0.2.7/33` is not a valid address with its prefix"),
             ("dns = [\"example.org\"]", "line 1, key `dns`"),
             (
                 "unit = \"lobby\"\ngateway = \"192.0.2.1\"",

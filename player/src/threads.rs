@@ -16,9 +16,7 @@ pub struct ThreadError {
 }
 
 /// Starts a thread called `name` that does `work`.
-///
-/// # Errors
-/// [`ThreadError`], if the machine is out of threads or memory.
+/// Errors: [`ThreadError`], if the machine is out of threads or memory.
 pub fn start<T: Send + 'static>(
     name: &'static str,
     work: impl FnOnce() -> T + Send + 'static,

@@ -83,8 +83,12 @@ impl Debug for Password {
 impl<'de> Deserialize<'de> for Name {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let name = String::deserialize(from)?;
-        let wrong =
-            || D::Error::custom(format!("`{name}` is no name of a Wi-Fi: it has {} bytes, of 1 to 32", name.len()));
+        let wrong = || {
+            D::Error::custom(format!(
+                "`{name}` is not a valid name of a Wi-Fi: it has {} bytes, of 1 to 32",
+                name.len()
+            ))
+        };
         if (1..=32).contains(&name.len()) { Ok(Self(name)) } else { Err(wrong()) }
     }
 }
@@ -110,8 +114,9 @@ impl<'de> Deserialize<'de> for Password {
 impl<'de> Deserialize<'de> for Country {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let code = String::deserialize(from)?;
-        let wrong =
-            || D::Error::custom(format!("`{code}` is no country: two capital letters of ISO 3166, as CH or GB"));
+        let wrong = || {
+            D::Error::custom(format!("`{code}` is not a valid country: two capital letters of ISO 3166, as CH or GB"))
+        };
         if COUNTRIES.split(' ').any(|country| country == code) { Ok(Self(code)) } else { Err(wrong()) }
     }
 }
@@ -190,11 +195,14 @@ mod tests {
                 "line 1, key `wifi_password`: there is no `wifi` that it is for",
             ),
             ("\nwifi_country = \"CH\"", "line 2, key `wifi_country`: there is no `wifi` that it is for"),
-            ("wifi = \"\"", "`` is no name of a Wi-Fi: it has 0 bytes, of 1 to 32"),
+            ("wifi = \"\"", "`` is not a valid name of a Wi-Fi: it has 0 bytes, of 1 to 32"),
             ("wifi = \"A name that is far too long for this\"", "it has 36 bytes"),
-            ("wifi = \"Home\"\nwifi_country = \"Switzerland\"", "`Switzerland` is no country: two capital letters"),
-            ("wifi = \"Home\"\nwifi_country = \"ch\"", "`ch` is no country"),
-            ("wifi = \"Home\"\nwifi_country = \"UK\"", "`UK` is no country"),
+            (
+                "wifi = \"Home\"\nwifi_country = \"Switzerland\"",
+                "`Switzerland` is not a valid country: two capital letters",
+            ),
+            ("wifi = \"Home\"\nwifi_country = \"ch\"", "`ch` is not a valid country"),
+            ("wifi = \"Home\"\nwifi_country = \"UK\"", "`UK` is not a valid country"),
         ] {
             let refused = owner(text).unwrap_err();
             assert!(refused.contains(said), "{refused}");

@@ -42,9 +42,7 @@ pub enum SignError {
 }
 
 /// Verifies `bytes`; returns the signer, and the text, which begins with the line `heading`.
-///
-/// # Errors
-/// [`Refusal`] if it is too large, not signed by a trusted key, or has another heading.
+/// Errors: [`Refusal`] if it is too large, not signed by a trusted key, or has another heading.
 pub(crate) fn open_text<'a>(bytes: &'a [u8], trust: &Trust, heading: &str) -> Result<(KeyId, &'a str), Refusal> {
     if bytes.len() as u64 > limits::SEAL {
         return Err(TOO_LARGE);
@@ -53,9 +51,7 @@ pub(crate) fn open_text<'a>(bytes: &'a [u8], trust: &Trust, heading: &str) -> Re
 }
 
 /// Signs `text`; returns the bytes of the seal's file. `comment` is for people.
-///
-/// # Errors
-/// [`SignError`] if signing fails, or it would be too large.
+/// Errors: [`SignError`] if signing fails, or it would be too large.
 pub(crate) fn signed(key: &SecretKey, comment: &str, text: &str) -> Result<Vec<u8>, SignError> {
     let bytes = key.sign(comment, text).map_err(SignError::Key)?;
     if bytes.len() as u64 > limits::SEAL {

@@ -5,6 +5,7 @@
 //! systems without links or with limited file size (FAT) are supported. Reading goes through [`Source`].
 //!
 //! Start at [`Folder::create`] and [`Folder::open`].
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with `FolderError`")]
 
 mod parts;
 mod seals;
@@ -87,9 +88,6 @@ pub enum FolderError {
 
 impl Folder {
     /// Opens the folder at `path` for reading.
-    ///
-    /// # Errors
-    /// [`FolderError::Read`].
     pub fn open(path: &Path) -> Result<Self, FolderError> {
         let root = Root::open(path).map_err(|source| FolderError::Read { path: path.to_owned(), source })?;
         let kind = rustix::fs::fstatfs(&root).map(|status| status.f_type).unwrap_or_default();
@@ -98,9 +96,6 @@ impl Folder {
     }
 
     /// Opens the folder at `path` for writing, and creates it if necessary.
-    ///
-    /// # Errors
-    /// [`FolderError`].
     pub fn create(path: &Path) -> Result<Self, FolderError> {
         fs::create_dir_all(path).map_err(|source| FolderError::Write { path: path.to_owned(), source })?;
         Self::open(path)
@@ -189,9 +184,6 @@ impl Folder {
     }
 
     /// Syncs all added objects.
-    ///
-    /// # Errors
-    /// [`FolderError::Write`].
     pub fn sync(&self) -> Result<(), FolderError> {
         rustix::fs::syncfs(&self.root).map_err(|error| self.unwritten("")(error.into()))
     }

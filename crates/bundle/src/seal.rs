@@ -17,6 +17,10 @@
 //! The last line is missing if the seal expects no statements about keys.
 //!
 //! Start at [`UnverifiedSeal::verify`], the only constructor of a [`Seal`].
+#![allow(
+    clippy::missing_errors_doc,
+    reason = "a function that does not say otherwise fails with `Refusal::Read` or `Refusal::TooLarge`"
+)]
 
 use std::io::Read;
 
@@ -93,9 +97,6 @@ pub struct Seal {
 
 impl UnverifiedSeal {
     /// Reads the seal of `source` for `unit`, or else the one for all units.
-    ///
-    /// # Errors
-    /// [`Refusal::Read`], or [`Refusal::TooLarge`].
     pub fn open(source: &mut dyn Source, unit: &UnitId) -> Result<Self, Refusal> {
         let own = Addressees::of([unit.clone()]);
         match Self::addressed(source, &own) {
@@ -107,9 +108,6 @@ impl UnverifiedSeal {
     }
 
     /// Reads the seal of `source` for the first of `addressees`.
-    ///
-    /// # Errors
-    /// [`Refusal::Read`], or [`Refusal::TooLarge`].
     pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Self, Refusal> {
         let stem = addressees.file_stems().first().copied().unwrap_or_default();
         read(source, &path(stem)).map(Self)

@@ -108,9 +108,7 @@ impl SecretKey {
     }
 
     /// `text`, signed: four lines of signature, then the text. `comment` is covered by the signature.
-    ///
-    /// # Errors
-    /// [`KeyError::Sign`] if there is no randomness.
+    /// Errors: [`KeyError::Sign`] if there is no randomness.
     pub(crate) fn sign(&self, comment: &str, text: &str) -> Result<Vec<u8>, KeyError> {
         let signature = minisign::sign(None, &self.secret, Cursor::new(text), Some(comment), Some(UNTRUSTED_COMMENT))
             .map_err(|e| sign(&e))?;

@@ -36,9 +36,7 @@ pub(crate) struct SignedText<'a> {
 
 impl<'a> SignedText<'a> {
     /// Splits `bytes` into signature and text.
-    ///
-    /// # Errors
-    /// [`Refusal::NotSigned`] unless the signature has the only valid spelling.
+    /// Errors: [`Refusal::NotSigned`] unless the signature has the only valid spelling.
     pub(crate) fn open(part: &Part, bytes: &'a [u8]) -> Result<Self, Refusal> {
         let refused = |why| Refusal::NotSigned { part: part.clone(), why };
         let mut ends = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(at, _)| at + 1);

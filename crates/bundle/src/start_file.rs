@@ -57,7 +57,7 @@ pub enum StartFileError {
     #[error("the boot entry does not name its system")]
     Mute,
     /// It names a version which is none.
-    #[error("the boot entry has an invalid version")]
+    #[error("the boot entry names no valid system version")]
     Unversioned(#[source] NameError),
 }
 

@@ -18,6 +18,10 @@
 //! The last line is optional, as in a flock's seal.
 //!
 //! Start at [`UnverifiedSystem::verify`], the only constructor of a [`System`].
+#![allow(
+    clippy::missing_errors_doc,
+    reason = "a function that does not say otherwise fails with `Refusal::Read` or `Refusal::TooLarge`"
+)]
 
 use std::io::{self, ErrorKind};
 
@@ -73,9 +77,6 @@ pub struct System {
 
 impl UnverifiedSystem {
     /// Reads the system's seal of `source` for `unit`, or else the one for all units; `None` if it has neither.
-    ///
-    /// # Errors
-    /// [`Refusal::Read`], or [`Refusal::TooLarge`].
     pub fn open(source: &mut dyn Source, unit: &UnitId) -> Result<Option<Self>, Refusal> {
         for addressees in [Addressees::of([unit.clone()]), Addressees::Anyone] {
             if let Some(found) = Self::addressed(source, &addressees)? {
@@ -86,9 +87,6 @@ impl UnverifiedSystem {
     }
 
     /// Reads the system's seal of `source` for the first of `addressees`; `None` if it has none.
-    ///
-    /// # Errors
-    /// [`Refusal::Read`], or [`Refusal::TooLarge`].
     pub fn addressed(source: &mut dyn Source, addressees: &Addressees) -> Result<Option<Self>, Refusal> {
         let stem = addressees.file_stems().first().copied().unwrap_or_default();
         match read(source, &path(stem)) {

@@ -1,6 +1,7 @@
 //! The atomic write.
 //!
 //! Owns [`replace`]: after a power cut a file has the bytes from before or all of the new ones.
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with the error of the disk")]
 
 use std::fs::{self, File, Metadata};
 use std::io;
@@ -32,26 +33,17 @@ pub fn replace(folder: &dyn Storage, path: &str, bytes: &[u8]) -> io::Result<()>
 }
 
 /// Has the file at `path` hold `bytes`, as a whole or not at all; returns when the disk has them.
-///
-/// # Errors
-/// As [`replace`].
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_with_mode(path, bytes, 0o666)
 }
 
 /// The same, with the permissions `mode`, less the process's umask.
-///
-/// # Errors
-/// As [`replace`].
 pub fn write_with_mode(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
     replace(&LocalFolder::beside(path, mode, None), "", bytes)
 }
 
 /// The same for a file that a person keeps: a link is followed; permissions and, where the system lets us, the owner
 /// stay.
-///
-/// # Errors
-/// As [`replace`].
 pub fn save(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let before: Option<Metadata> = fs::metadata(&path).ok();
@@ -59,9 +51,6 @@ pub fn save(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// Syncs the finished file `new` and renames it to `path`, in the same folder; returns when the disk has both.
-///
-/// # Errors
-/// What the disk says.
 pub fn persist(new: &Path, path: &Path) -> io::Result<()> {
     File::open(new)?.sync_all()?;
     fs::rename(new, path)?;
@@ -69,9 +58,6 @@ pub fn persist(new: &Path, path: &Path) -> io::Result<()> {
 }
 
 /// Copies the file `from` to `to`, as a whole or not at all; returns when the disk has it.
-///
-/// # Errors
-/// What the disk says.
 pub fn copy(from: &Path, to: &Path) -> io::Result<()> {
     let mut new = to.as_os_str().to_owned();
     new.push(".new");
@@ -87,18 +73,12 @@ pub fn copy(from: &Path, to: &Path) -> io::Result<()> {
 }
 
 /// Returns when the disk has all names in the folder that `path` lies in.
-///
-/// # Errors
-/// What the disk says.
 pub fn sync_names(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     sync_folder(folder.unwrap_or(Path::new(".")))
 }
 
 /// Returns when the disk has all names in `folder`.
-///
-/// # Errors
-/// What the disk says.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder)?.sync_all()
 }

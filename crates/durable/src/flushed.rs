@@ -1,6 +1,7 @@
 //! Writing that leaves the machine's memory to the player's clips.
 //!
 //! Owns that what was written is on the disk, and not in the page cache when it is read back. Never looks at the bytes.
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with the error of the disk")]
 
 use rustix::fs::{Advice, fadvise};
 use std::fs::File;
@@ -24,9 +25,6 @@ impl<'f> FlushedWriter<'f> {
     }
 
     /// Writes all `bytes` from the byte `at` on.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn write_at(&mut self, bytes: &[u8], at: u64) -> io::Result<()> {
         self.file.write_all_at(bytes, at)?;
         self.count(bytes.len())
@@ -53,9 +51,6 @@ impl Write for FlushedWriter<'_> {
 }
 
 /// Drops `file` from the page cache: what is read of it from now on comes from the disk.
-///
-/// # Errors
-/// What the kernel says.
 pub fn drop_cache(file: &File) -> io::Result<()> {
     Ok(fadvise(file, 0, None, Advice::DontNeed)?)
 }

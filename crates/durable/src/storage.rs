@@ -2,6 +2,7 @@
 //!
 //! Owns [`Storage`], so that in a test each step can fail and the machine can lose its power at each; and the storage of
 //! every program: a folder of this machine.
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with the error of the disk")]
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions};
@@ -14,9 +15,7 @@ use crate::atomic::sync_names;
 /// A file that grows.
 pub trait Append: Write {
     /// Returns when the disk has all of it.
-    ///
-    /// # Errors
-    /// What the disk says. What was written since the last sync may be lost, and a second sync would not tell.
+    /// Errors: What the disk says. What was written since the last sync may be lost, and a second sync would not tell.
     fn sync(&mut self) -> io::Result<()>;
 }
 
@@ -24,33 +23,19 @@ pub trait Append: Write {
 /// of a file until the file is synced, its name until its folder is. A rename happens as a whole or not at all.
 pub trait Storage {
     /// The bytes of a small file.
-    ///
-    /// # Errors
-    /// What the disk says; [`io::ErrorKind::FileTooLarge`] if there are more than `limit`.
+    /// Errors: What the disk says; [`io::ErrorKind::FileTooLarge`] if there are more than `limit`.
     fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>>;
 
     /// Opens a file at its end; makes it if there is none.
-    ///
-    /// # Errors
-    /// What the disk says.
     fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>>;
 
     /// Gives a file another name; a file that had this name is gone.
-    ///
-    /// # Errors
-    /// What the disk says.
     fn rename(&self, from: &str, to: &str) -> io::Result<()>;
 
     /// Removes a file, if there is one.
-    ///
-    /// # Errors
-    /// What the disk says.
     fn remove(&self, path: &str) -> io::Result<()>;
 
     /// Returns when the disk has all names in the folder at `path`; the folder itself is `""`.
-    ///
-    /// # Errors
-    /// What the disk says.
     fn sync_folder(&self, path: &str) -> io::Result<()>;
 }
 

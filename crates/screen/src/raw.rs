@@ -41,9 +41,7 @@ pub(crate) enum Memory {
 impl Memory {
     /// Linear memory of `width` by `height` at `bits` (8 or 32) per pixel: from `gbm` if there is one and it can,
     /// else a dumb buffer.
-    ///
-    /// # Errors
-    /// The kernel's error for the dumb buffer.
+    /// Errors: The kernel's error for the dumb buffer.
     pub(crate) fn allocate(
         card: &File,
         gbm: Option<&gbm::Device<OwnedFd>>,
@@ -109,9 +107,7 @@ impl Memory {
     }
 
     /// Lets `paint` write the memory.
-    ///
-    /// # Errors
-    /// The GPU driver cannot synchronise it.
+    /// Errors: The GPU driver cannot synchronise it.
     pub(crate) fn write(&mut self, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()> {
         match self {
             Self::Dumb { map, .. } => paint(map),
@@ -178,9 +174,7 @@ pub(crate) fn framebuffer(file: &File) -> io::Result<Framebuffer> {
 }
 
 /// Sets the `console` to graphics or text mode.
-///
-/// # Errors
-/// It is no console.
+/// Errors: It is no console.
 pub(crate) fn set_graphics(console: &File, is_graphics: bool) -> io::Result<()> {
     let mode = if is_graphics { KD_GRAPHICS } else { KD_TEXT };
     // SAFETY: `KDSETMODE` takes a number, and no pointer.
@@ -190,9 +184,7 @@ pub(crate) fn set_graphics(console: &File, is_graphics: bool) -> io::Result<()> 
 
 /// Sets the signals by which the kernel asks this process before it switches away from the `console`, and when it is
 /// back; `None` for automatic switching.
-///
-/// # Errors
-/// It is no console.
+/// Errors: It is no console.
 pub(crate) fn set_switching(console: &File, signals: Option<(i32, i32)>) -> io::Result<()> {
     // `struct vt_mode`: two bytes and three `u16`.
     let (release, acquire) = signals.unwrap_or_default();
@@ -205,9 +197,7 @@ pub(crate) fn set_switching(console: &File, signals: Option<(i32, i32)>) -> io::
 }
 
 /// Answers the kernel's request to switch consoles.
-///
-/// # Errors
-/// It has not asked.
+/// Errors: It has not asked.
 pub(crate) fn answer_switch(console: &File, answer: usize) -> io::Result<()> {
     // SAFETY: `VT_RELDISP` takes a number, and no pointer.
     unsafe { ioctl(console, IntegerSetter::<VT_RELDISP>::new_usize(answer)) }?;

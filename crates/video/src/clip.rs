@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use timing::{FrameCount, Rate};
 
-/// A clip in the flock's form, from_opened at its first packet.
+/// A clip in the flock's form, positioned at its first packet.
 pub struct Clip {
     demuxer: Demuxer,
     file: File,

@@ -68,9 +68,7 @@ pub(crate) fn is_disposable(packet: &[u8]) -> bool {
 }
 
 /// Turns every length field into a start code. From a broken one on, the rest becomes one last unit.
-///
-/// # Errors
-/// [`MalformedUnit`] if a length pointed outside; the packet may still be decoded, as far as it goes.
+/// Errors: [`MalformedUnit`] if a length pointed outside; the packet may still be decoded, as far as it goes.
 pub(crate) fn to_start_codes(packet: &mut [u8]) -> Result<(), MalformedUnit> {
     let mut rest = packet;
     while !rest.is_empty() {

@@ -9,9 +9,7 @@ use crate::flock_folder::Draft;
 use crate::program::{Exit, Fatal};
 
 /// Writes the weights of `balance` into `draft`, the manifest of the same flock; returns how many were changed.
-///
-/// # Errors
-/// If the manifest cannot be saved. It is then as it was.
+/// Errors: If the manifest cannot be saved. It is then as it was.
 pub(super) fn weights(mut draft: Draft, balance: &Balance<'_>) -> Result<usize, Fatal> {
     let before: Vec<f64> = draft.edit.manifest().transitions.iter().map(|transition| transition.weight).collect();
     for weight in &balance.weights {

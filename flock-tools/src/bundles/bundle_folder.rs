@@ -95,9 +95,7 @@ pub(super) fn is_bundle_folder(path: &Path) -> bool {
 
 /// Reads every seal in the folder at `path`, or those that `units` would be given, and their lists of files. `pinned` are
 /// the keys to trust; their statements in the folder count, as on a unit.
-///
-/// # Errors
-/// If there is no seal, or none for one of `units`.
+/// Errors: If there is no seal, or none for one of `units`.
 pub(super) fn read(path: &Path, pinned: &Trust, units: &[UnitId]) -> Result<Vec<BundleEntry>, Fatal> {
     let mut folder = Folder::open(path).map_err(folder_fatal)?;
     let there = folder.seals().map_err(folder_fatal)?;

@@ -53,7 +53,7 @@ pub(super) struct Row {
 
 /// A table that cannot be parsed.
 #[derive(Debug, thiserror::Error)]
-#[error("`{path}` is no table of units")]
+#[error("`{path}` is not a table of units")]
 struct FleetError {
     path: PathBuf,
     source: Box<toml::de::Error>,

@@ -108,7 +108,7 @@ struct ObjectCounts {
 enum PackError {
     #[error("flock `{name}` is not packed, it has {faults}: `{first}` first")]
     Faulty { name: String, faults: String, first: String },
-    #[error("`{path}` is no statement about keys")]
+    #[error("`{path}` is not a statement about keys")]
     NoStatement { path: PathBuf },
 }
 

@@ -48,7 +48,7 @@ enum SystemError {
     Keys { path: PathBuf, source: KeyError },
     #[error("`{root}` is not the root that `{start}` was made with", root = .root.display(), start = .start.display())]
     Mismatch { start: PathBuf, root: PathBuf },
-    #[error("`{path}` is no start file", path = .path.display())]
+    #[error("`{path}` is not a start file", path = .path.display())]
     NoStartFile { path: PathBuf, source: StartFileError },
     #[error("cannot read `{path}`", path = .path.display())]
     Read { path: PathBuf, source: io::Error },

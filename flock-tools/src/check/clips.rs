@@ -29,9 +29,7 @@ type Finding = (FaultKind, String);
 
 /// Every fault of the clips of the flock in `folder`, in the order of the manifest. Shows its progress on a terminal.
 /// If no clip is there, no decoder is asked for.
-///
-/// # Errors
-/// If a clip is there, and the decoder cannot be started.
+/// Errors: If a clip is there, and the decoder cannot be started.
 pub(crate) fn faults(folder: &Path, manifest: &Manifest, decoder: DecoderHandle) -> Result<Vec<Fault>, Fatal> {
     let loops = manifest.sheep.iter().filter_map(|sheep| {
         let clip = sheep.clip.as_ref()?;

@@ -106,9 +106,7 @@ pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
 }
 
 /// Every fault of the flock in `folder`: of its graph, its clips and its joins.
-///
-/// # Errors
-/// If a join could not be judged although no clip has a fault.
+/// Errors: If a join could not be judged although no clip has a fault.
 pub(crate) fn every_fault(folder: &Path, flock: &Flock, decoder: &'static dyn Decoder) -> Result<Vec<Fault>, Fatal> {
     let mut faults = faults_but_jumps(folder, flock, DecoderHandle(Some(decoder)))?;
     let judgement = joins::judge_with_bar(folder, flock.manifest(), decoder);

@@ -62,9 +62,7 @@ enum AddError {
 }
 
 /// The clip that is asked for, at the path that `place` gives for an ending. A file that is there already is used.
-///
-/// # Errors
-/// If the file is not in the flock's form or cannot be read.
+/// Errors: If the file is not in the flock's form or cannot be read.
 pub(super) fn clip(
     session: &EditSession,
     request: &ClipRequest,
@@ -96,9 +94,7 @@ pub(super) fn clip(
 }
 
 /// The genome in `file`, for the sheep `id`.
-///
-/// # Errors
-/// If it cannot be read or is not one genome.
+/// Errors: If it cannot be read or is not one genome.
 pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result<GenomeFile, Fatal> {
     let path = || file.to_owned();
     let text = fs::read_to_string(file).map_err(|source| {
@@ -147,9 +143,7 @@ impl FileCopy {
 }
 
 /// Whether two files have the same bytes.
-///
-/// # Errors
-/// The system's error for either.
+/// Errors: The system's error for either.
 pub(super) fn same_bytes(a: &Path, b: &Path) -> io::Result<bool> {
     let hash = |path: &Path| File::open(path).and_then(ClipHash::of);
     Ok(fs::metadata(a)?.len() == fs::metadata(b)?.len() && hash(a)? == hash(b)?)

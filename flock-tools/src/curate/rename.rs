@@ -44,7 +44,7 @@ pub(crate) struct Args {
 enum RenameError {
     #[error("cannot rename `{old}` to `{new}`")]
     Move { old: PathBuf, new: PathBuf, source: io::Error },
-    #[error("`{old}` cannot be renamed to `{new}`, which is another file")]
+    #[error("cannot rename `{old}` to `{new}`: another file has that name")]
     Occupied { old: PathBuf, new: PathBuf },
 }
 

@@ -54,9 +54,7 @@ pub(crate) struct DecoderHandle(pub(crate) Option<&'static dyn Decoder>);
 impl DecoderHandle {
     /// The decoder. A command asks for it before it writes or prints anything: where this program has none,
     /// `flock-video` runs the whole command from its beginning.
-    ///
-    /// # Errors
-    /// If `flock-video` cannot be started.
+    /// Errors: If `flock-video` cannot be started.
     pub(crate) fn get(self) -> Result<&'static dyn Decoder, Fatal> {
         self.0.ok_or_else(hand_over)
     }
@@ -64,7 +62,7 @@ impl DecoderHandle {
 
 /// `flock-video`, which could not be started.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot start `{path}`, which opens clips")]
+#[error("cannot start `{path}`, the program that reads clips")]
 struct StartError {
     path: PathBuf,
     source: io::Error,

@@ -16,9 +16,7 @@ use super::plan::{Plan, SHEEP};
 use crate::render::plan::ClipRole;
 
 /// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
-///
-/// # Errors
-/// The system's error; a manifest that was there before is then still there.
+/// Errors: The system's error; a manifest that was there before is then still there.
 pub(crate) fn write(plan: &Plan, hashes: &[ClipHash], folder: &Path) -> io::Result<()> {
     let genomes = folder.join("genomes");
     fs::create_dir_all(&genomes)?;

@@ -91,9 +91,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// The demo in `edition`.
-    ///
-    /// # Errors
-    /// None for the genomes in the repository: a test parses them.
+    /// Errors: None for the genomes in the repository: a test parses them.
     pub(crate) fn new(edition: Edition) -> Result<Self, GenomeError> {
         let look = &edition.look;
         let turn = |sheep: &DemoSheep| FrameCount(sheep.turn * edition.pace);
@@ -119,9 +117,7 @@ impl Plan {
     }
 
     /// Most memory that a frame takes, in bytes.
-    ///
-    /// # Errors
-    /// [`RenderError`] if one cannot be rendered: the edition asks for something odd.
+    /// Errors: [`RenderError`] if one cannot be rendered: the edition asks for something odd.
     pub(crate) fn bytes(&self) -> Result<u64, RenderError> {
         let look = &self.edition.look;
         self.clips.iter().try_fold(0, |most, clip| Ok(clip.demand(look)?.bytes.max(most)))

@@ -49,9 +49,7 @@ pub(crate) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, F
 }
 
 /// The fault of the flock in `folder` if its manifest, or the list of its files, is more than a unit has the memory for.
-///
-/// # Errors
-/// If its manifest cannot be read.
+/// Errors: If its manifest cannot be read.
 pub(crate) fn too_large(folder: &Path, manifest: &Manifest) -> Result<Option<Fault>, Fatal> {
     match Manifest::read_on_unit(folder) {
         Err(error @ (ManifestError::NotPlain { .. } | ManifestError::TooLarge { .. })) => Ok(Some(large(&error))),

@@ -33,9 +33,7 @@ pub(super) struct GenomeAnswer {
 
 /// Imports every flame of the file `source` into the flock in `folder`: as the genome of the sheep with its name, or as a
 /// new sheep, whose loop of `frames` is yet to be rendered. With `dry` nothing is written.
-///
-/// # Errors
-/// Those that concern every other file, too.
+/// Errors: Those that concern every other file, too.
 pub(super) fn import(
     source: &Path,
     folder: &Path,

@@ -34,7 +34,7 @@ pub(super) struct Importer<'a> {
     pub(super) bar: &'a ProgressBar,
 }
 
-/// The result for a clip.
+/// What the import did with a clip.
 #[derive(Debug)]
 pub(super) enum Outcome {
     /// It is in the flock now. These sheep were added for it, without loops.
@@ -65,9 +65,7 @@ enum Failure {
 
 impl Importer<'_> {
     /// Imports the clip of `plan`.
-    ///
-    /// # Errors
-    /// Those that concern every other clip, too: a disk that is full, a manifest that cannot be read. Clips that were
+    /// Errors: Those that concern every other clip, too: a disk that is full, a manifest that cannot be read. Clips that were
     /// imported before stay.
     pub(super) fn import(&self, plan: &Plan) -> Result<Outcome, Fatal> {
         let place = plan.path.inside(self.settings.folder);

@@ -32,9 +32,7 @@ pub(super) struct Scaling {
 
 impl Scaling {
     /// The scaling of pictures of the video `about` to `size`.
-    ///
-    /// # Errors
-    /// In words, if their shape is another and `fit` is `None`.
+    /// Errors: In words, if their shape is another and `fit` is `None`.
     pub(super) fn new(about: &VideoInfo, size: (u32, u32), fit: Option<Fit>) -> Result<Self, String> {
         let (width, height) = (f64::from(about.size.0), f64::from(about.size.1));
         let full = [f64::from(size.0), f64::from(size.1)];
@@ -75,9 +73,7 @@ impl Scaling {
     }
 
     /// The picture in the flock's size. If neither size nor colours differ, its samples are not changed.
-    ///
-    /// # Errors
-    /// The scaler's error.
+    /// Errors: The scaler's error.
     pub(super) fn picture(&self, picture: &ForeignPicture) -> Result<Yuv420p, String> {
         let (width, height) = picture.size();
         let same = picture.size() == self.size && self.put == [0, 0, width, height] && self.cut.is_none();

@@ -32,9 +32,7 @@ pub(super) struct Sources {
 impl Sources {
     /// The files in `paths`: files, and folders with all that is in them. `given` is the role of all videos of the command
     /// line, if it names one.
-    ///
-    /// # Errors
-    /// If a path is missing, or a folder cannot be listed.
+    /// Errors: If a path is missing, or a folder cannot be listed.
     pub(super) fn find(paths: &[PathBuf], given: Option<&ClipRole>) -> Result<Self, Fatal> {
         let mut sources = Self::default();
         for path in paths {

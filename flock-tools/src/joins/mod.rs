@@ -57,9 +57,7 @@ impl Judgement {
 impl Join {
     /// The frames that meet: the last two of the one clip and the first two of the other, in order; fewer where a clip
     /// has a single frame.
-    ///
-    /// # Errors
-    /// Why a clip cannot be decoded.
+    /// Errors: Why a clip cannot be decoded.
     pub(crate) fn pictures(
         &self,
         folder: &Path,
@@ -119,9 +117,7 @@ pub(crate) struct SheetError {
 
 /// Draws the worst joins of the flock in `folder` on a contact sheet, the worst on top, into the PNG file `path`. A join
 /// whose clips can no longer be decoded is left out.
-///
-/// # Errors
-/// [`SheetError`].
+/// Errors: [`SheetError`].
 pub(crate) fn draw(
     folder: &Path,
     manifest: &Manifest,

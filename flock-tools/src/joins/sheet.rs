@@ -70,9 +70,6 @@ impl Sheet {
     }
 
     /// Writes the sheet as PNG.
-    ///
-    /// # Errors
-    /// The system's error.
     pub(crate) fn save(&self, path: &Path) -> io::Result<()> {
         let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), self.width, self.height());
         encoder.set_color(png::ColorType::Rgb);

@@ -20,9 +20,7 @@ const FEW: u64 = 500_000;
 const MORE: u64 = 4_000_000;
 
 /// Processor time that rendering all frames of `clips` takes, without encoding them.
-///
-/// # Errors
-/// [`RenderError`] if one cannot be rendered.
+/// Errors: [`RenderError`] if one cannot be rendered.
 pub(crate) fn cpu_seconds(clips: &[ClipPlan], look: &Look) -> Result<f64, RenderError> {
     let renderer = Renderer::new(1)?;
     let step = clips.len().div_ceil(MEASURED).max(1);

@@ -1,7 +1,7 @@
 //! The store of a clip's rendered frames, so that no frame is rendered twice.
 //!
-//! Owns their files: planes as the encoder takes them, then their BLAKE3 digest. By the digest a file that a crash or a power
-//! cut left incomplete is not taken for a frame. Never renders or encodes: `make.rs` and `clip_job.rs` do.
+//! Owns their files: planes as the encoder takes them, then their BLAKE3 digest, which reveals a file that a
+//! crash or a power cut left incomplete. Never renders or encodes: `make.rs` and `clip_job.rs` do.
 //!
 //! Start at [`FrameStore::open`].
 
@@ -26,9 +26,6 @@ pub(crate) struct FrameStore {
 
 impl FrameStore {
     /// The store in `folder` for frames of `size` rendered by `recipe`. Frames rendered by another one are deleted.
-    ///
-    /// # Errors
-    /// The system's error.
     pub(crate) fn open(folder: &Path, size: (u32, u32), recipe: ClipHash) -> io::Result<Self> {
         let stamp = folder.join(STAMP);
         if fs::read_to_string(&stamp).ok() != Some(recipe.to_string()) {
@@ -40,9 +37,7 @@ impl FrameStore {
     }
 
     /// Frame `number`, if it was put here and is whole.
-    ///
-    /// # Errors
-    /// The system's error for a frame that is there.
+    /// Errors: The system's error for a frame that is there.
     pub(crate) fn get(&self, number: u32) -> io::Result<Option<Yuv420p>> {
         let mut bytes = Vec::new();
         match fs::File::open(self.path(number)).and_then(|mut file| file.read_to_end(&mut bytes)) {
@@ -59,9 +54,7 @@ impl FrameStore {
     }
 
     /// Stores `picture` as frame `number`.
-    ///
-    /// # Errors
-    /// The system's error; the frame is then not there.
+    /// Errors: The system's error; the frame is then not there.
     pub(crate) fn put(&self, number: u32, picture: &Yuv420p) -> io::Result<()> {
         let mut bytes = picture.planes().concat();
         let digest = ClipHash::of(&bytes[..])?.to_string();
@@ -76,9 +69,6 @@ impl FrameStore {
     }
 
     /// Deletes the frames.
-    ///
-    /// # Errors
-    /// The system's error.
     pub(crate) fn clear(&self) -> io::Result<()> {
         absent_is_fine(fs::remove_dir_all(&self.folder))
     }

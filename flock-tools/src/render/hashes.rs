@@ -30,9 +30,7 @@ struct HashesError {
 
 /// Writes the hashes that the manifest of the flock in `folder` lacks: of every clip that is as the tools rendered it last.
 /// This includes the clips of interrupted runs.
-///
-/// # Errors
-/// [`Fatal`] if the manifest cannot be read or written. It is then unchanged, and the next run writes them.
+/// Errors: [`Fatal`] if the manifest cannot be read or written. It is then unchanged, and the next run writes them.
 pub(crate) fn write_hashes(folder: &Path) -> Result<(), Fatal> {
     let hashes_fatal = |source| Fatal::new(Exit::Unreadable, HashesError { folder: folder.to_owned(), source });
     if !folder.join(SCRATCH).is_dir() {

@@ -30,7 +30,7 @@ pub(crate) struct RunOptions {
     pub(crate) stop: Arc<AtomicBool>,
 }
 
-/// The result for a clip.
+/// What rendering did with a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// Another process renders it.
@@ -94,9 +94,7 @@ pub(crate) enum MakeError {
 
 /// Makes `clips` in `folder`, except those that an earlier run made from the same recipe. `finished` is called for each
 /// clip that is in its place.
-///
-/// # Errors
-/// [`MakeError`] names the clip. Finished clips and rendered frames are kept.
+/// Errors: [`MakeError`] names the clip. Finished clips and rendered frames are kept.
 pub(crate) fn make(
     clips: &[ClipPlan],
     look: &Look,

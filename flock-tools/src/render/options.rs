@@ -67,17 +67,13 @@ pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
 }
 
 /// How many frames of `bytes` each can be rendered at once in the memory that is free: `threads` at most.
-///
-/// # Errors
-/// [`Fatal`] where there is no room for one.
+/// Errors: [`Fatal`] where there is no room for one.
 pub(crate) fn frames_at_once(threads: NonZeroUsize, bytes: u64) -> Result<NonZeroUsize, Fatal> {
     room(threads, bytes, bytes, free())
 }
 
 /// How many threads can render one frame that takes `demand` in the memory that is free: `threads` at most.
-///
-/// # Errors
-/// [`Fatal`] where there is no room for one.
+/// Errors: [`Fatal`] where there is no room for one.
 pub(crate) fn threads_that_fit(threads: NonZeroUsize, demand: &FrameCost) -> Result<NonZeroUsize, Fatal> {
     room(threads, demand.bytes, demand.bytes_per_thread, free())
 }

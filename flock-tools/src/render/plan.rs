@@ -124,9 +124,7 @@ impl SheepMotion {
     }
 
     /// The samples and the memory that a frame of its loop takes.
-    ///
-    /// # Errors
-    /// [`RenderError`] if it cannot be rendered at all.
+    /// Errors: [`RenderError`] if it cannot be rendered at all.
     pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
         demand(&self.motion, look)
     }
@@ -167,17 +165,13 @@ impl ClipPlan {
     }
 
     /// The samples and the memory that its first frame takes.
-    ///
-    /// # Errors
-    /// [`RenderError`] if it cannot be rendered at all.
+    /// Errors: [`RenderError`] if it cannot be rendered at all.
     pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
         demand(&*self.motion, look)
     }
 
     /// Renders frame `number` as the encoder takes it; `None` if `renderer` was stopped.
-    ///
-    /// # Errors
-    /// The renderer's error.
+    /// Errors: The renderer's error.
     pub(crate) fn picture(&self, number: u32, look: &Look, renderer: &Renderer) -> Result<Option<Yuv420p>, String> {
         let flame = Flame { motion: &*self.motion, renderer };
         let image = match flame.frame(f64::from(number), &look.settings()) {

@@ -76,9 +76,7 @@ struct Genomes<'a> {
 
 impl Selection {
     /// The clips of `request` in the flock in `folder`, whose manifest is `manifest`, for the given `look`.
-    ///
-    /// # Errors
-    /// [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read or rendered.
+    /// Errors: [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read or rendered.
     pub(crate) fn new(folder: &Path, manifest: &Manifest, request: &Request<'_>, look: &Look) -> Result<Self, Fatal> {
         let mut genomes = Genomes::new(folder, manifest, look);
         if let Some(id) = request.sheep.iter().find(|id| !genomes.sheep.contains_key(id)) {

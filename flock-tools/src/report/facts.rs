@@ -97,7 +97,7 @@ pub(super) struct PageSources<'f> {
 }
 
 impl<'f> Facts<'f> {
-    /// The document made of `sources`.
+    /// Builds the data of the page from `sources`.
     pub(super) fn of(sources: PageSources<'f>) -> Self {
         let PageSources { flock, seed, walked, balanced, suggested, joins, pictures, clips_there } = sources;
         let (manifest, whole) = (flock.manifest(), flock.whole());

@@ -29,9 +29,7 @@ const CODE: [&str; 12] = [
 const MARKS: [&str; 4] = ["{{title}}", "{{look}}", "{{facts}}", "{{code}}"];
 
 /// The page that shows `facts`.
-///
-/// # Errors
-/// What serde says: a number that JSON cannot hold, a bug of ours.
+/// Errors: What serde says: a number that JSON cannot hold, a bug of ours.
 pub(super) fn page(facts: &Facts<'_>) -> serde_json::Result<String> {
     // Inside a script element `<` alone could end it; as an escape it is the same text to JSON.
     let document = serde_json::to_string(facts)?.replace('<', "\\u003c");

@@ -25,9 +25,7 @@ pub(crate) struct Blackout {
 
 impl Blackout {
     /// Makes `screen`, which takes pictures of `size`, black.
-    ///
-    /// # Errors
-    /// [`ScreenError`] if such pictures do not fit it.
+    /// Errors: [`ScreenError`] if such pictures do not fit it.
     pub(crate) fn begin(screen: &mut dyn Screen, size: (u32, u32)) -> Result<Self, ScreenError> {
         let pixels = (size.0 * size.1) as usize;
         let mut black = Self { size, luma: vec![LUMA; pixels], chroma: vec![CHROMA; pixels / 4], flips: 0 };
@@ -38,9 +36,7 @@ impl Blackout {
     }
 
     /// Handles an event of the screen.
-    ///
-    /// # Errors
-    /// [`ScreenError`] if black does not fit what the screen has become.
+    /// Errors: [`ScreenError`] if black does not fit what the screen has become.
     pub(crate) fn on(&mut self, screen: &mut dyn Screen, event: &Event) -> Result<(), ScreenError> {
         match event {
             Event::Flip { .. } => {

@@ -64,9 +64,7 @@ pub(crate) struct FrameSender {
 
 impl FrameSender {
     /// Puts one in; waits first if the queue is full.
-    ///
-    /// # Errors
-    /// The frame, if the receiver is gone.
+    /// Errors: The frame, if the receiver is gone.
     pub(crate) fn push(&self, next: NextFrame) -> Result<(), SendError<NextFrame>> {
         let queued = || self.count.queued.load(Ordering::Acquire);
         if queued() >= self.ahead + BATCH {

@@ -131,9 +131,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
     }
 
     /// Plays until the source is finished or a signal stops it. Returns the place saver.
-    ///
-    /// # Errors
-    /// [`ScreenError`], if the flock's pictures do not fit the screen.
+    /// Errors: [`ScreenError`], if the flock's pictures do not fit the screen.
     pub(crate) fn run(mut self) -> Result<(RunEnd, Option<PlaceSaver>), ScreenError> {
         while self.playback != Playback::Ended {
             if let Some(event) = self.observe()? {

@@ -26,9 +26,7 @@ pub(crate) struct PlaceStore {
 
 impl PlaceStore {
     /// Opens the files in `dir`, which is made if it is not there, and reads the newest whole place.
-    ///
-    /// # Errors
-    /// What the file system says of `dir`. A file that is not whole or cannot be read is no error: it is the one to
+    /// Errors: What the file system says of `dir`. A file that is not whole or cannot be read is no error: it is the one to
     /// write next.
     pub(crate) fn open(dir: &Path) -> io::Result<(Self, Option<Vec<u8>>)> {
         fs::create_dir_all(dir)?;
@@ -38,9 +36,7 @@ impl PlaceStore {
     }
 
     /// Saves `place`; returns when the disk has it.
-    ///
-    /// # Errors
-    /// What the file system says. The place saved before stays.
+    /// Errors: What the file system says. The place saved before stays.
     pub(crate) fn save(&mut self, place: &[u8]) -> io::Result<()> {
         self.copies.write_older(&self.folder, &SavedPlace(place.to_vec()))
     }

@@ -95,9 +95,6 @@ pub(crate) struct Trace {
 
 impl Trace {
     /// Creates the file at `path`.
-    ///
-    /// # Errors
-    /// What the file system says.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         Ok(Self { path: path.to_owned(), file: BufWriter::new(File::create(path)?) })
     }
@@ -131,7 +128,7 @@ fn write_down(inbox: &Receiver<Record>, mut trace: Option<Trace>, is_synchronous
             attempt(&mut trace, |trace| trace.file.flush());
             let lost = lost.load(Ordering::Relaxed);
             if lost > 0 {
-                warn!(lost, "trace is incomplete: the disk was too slow");
+                warn!(lost_lines = lost, "the playback trace is incomplete: the disk was too slow");
             }
             return;
         }

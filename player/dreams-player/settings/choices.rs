@@ -46,11 +46,11 @@ pub(crate) enum StatusAddress {
 /// Why a setting was refused.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum SettingError {
-    #[error("`{0}` is no clock: `vblank` or `free`")]
+    #[error("`{0}` is not a valid clock: `vblank` or `free`")]
     Clock(String),
     #[error("`{0}` is not a loopback address and port, `off` or `unix:PATH`: the page is for this machine only")]
     Status(String),
-    #[error("`{0}` is no screen: `auto`, `kms[:DEVICE]` or `virtual[:WxH@HZ]`, as in `virtual:1280x720@60`")]
+    #[error("`{0}` is not a valid screen: `auto`, `kms[:DEVICE]` or `virtual[:WxH@HZ]`, as in `virtual:1280x720@60`")]
     Screen(String),
 }
 

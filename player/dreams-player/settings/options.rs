@@ -96,9 +96,7 @@ pub(crate) struct Options {
 
 impl Options {
     /// The settings of this run: the defaults, then the config, then the options.
-    ///
-    /// # Errors
-    /// [`ConfigError`], if there is a config and it is refused.
+    /// Errors: [`ConfigError`], if there is a config and it is refused.
     pub(crate) fn settings(self) -> Result<Config, ConfigError> {
         let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
         Ok(Config {

@@ -34,9 +34,7 @@ pub(crate) struct Handover {
 
 /// Sends `card` and `place` through `socket` to the first process that connects, always both. `ready` is called when it
 /// listens.
-///
-/// # Errors
-/// What the kernel says of the socket, or of sending.
+/// Errors: What the kernel says of the socket, or of sending.
 pub(crate) fn give(socket: &Path, card: BorrowedFd<'_>, place: &[u8], ready: impl FnOnce()) -> io::Result<()> {
     let listener = UnixListener::bind(socket)?;
     ready();

@@ -32,9 +32,7 @@ const PATIENCE: Duration = Duration::from_secs(15);
 const QUIET: Duration = Duration::from_millis(250);
 
 /// Lights the first picture, says so on standard output, and holds it until the player takes it over.
-///
-/// # Errors
-/// [`Fatal`], if there is no such picture or no screen, or the socket cannot be made.
+/// Errors: [`Fatal`], if there is no such picture or no screen, or the socket cannot be made.
 pub(crate) fn play(config: &Config) -> Result<(), Fatal> {
     let is_lit = Arc::new(AtomicBool::new(false));
     end_in_time(Arc::clone(&is_lit))?;

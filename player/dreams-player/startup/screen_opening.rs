@@ -20,9 +20,7 @@ const FD_NAME: &str = "card";
 
 /// Opens the screen that was asked for, driven as `output` says. A display asked for by name may be dark for now: it is
 /// waited for. A free clock always means the virtual screen, since no display has such a clock.
-///
-/// # Errors
-/// [`ScreenError`], if it was asked for by name and cannot be opened.
+/// Errors: [`ScreenError`], if it was asked for by name and cannot be opened.
 pub(crate) fn screen(
     choice: &ScreenChoice,
     format: StreamFormat,

@@ -31,9 +31,7 @@ const QUIET: Duration = Duration::from_millis(250);
 const PAUSE: Duration = Duration::from_secs(2);
 
 /// Lights a still picture and holds it until a signal ends it.
-///
-/// # Errors
-/// [`Fatal`], if signals cannot be received.
+/// Errors: [`Fatal`], if signals cannot be received.
 pub(crate) fn hold(config: &Config) -> Result<(), Fatal> {
     let stop = stop_on_signals()?;
     let often = watchdog_interval().unwrap_or(Duration::from_secs(1));

@@ -65,9 +65,7 @@ enum Stage {
 
 impl<A: Fn(&str) -> Answer> Server<A> {
     /// Serves what `answer` says at `listener`, a listening socket, to those who ask for one of `hosts`.
-    ///
-    /// # Errors
-    /// If the socket cannot be made to not wait.
+    /// Errors: If the socket cannot be made to not wait.
     pub(crate) fn new(listener: OwnedFd, hosts: Hosts, answer: A) -> io::Result<Self> {
         ioctl_fionbio(&listener, true)?;
         Ok(Self { listener, clients: Vec::with_capacity(MOST_CLIENTS + 1), hosts, answer })

@@ -58,9 +58,7 @@ pub(crate) struct Trial {
 
 impl Generation {
     /// The flock at `path`; while there is none that can be read, the one at `spare`, if that can be.
-    ///
-    /// # Errors
-    /// [`ManifestError`] of what is at `path`.
+    /// Errors: [`ManifestError`] of what is at `path`.
     pub(crate) fn open_or(path: &Path, spare: &Path) -> Result<Self, ManifestError> {
         Self::open(path).or_else(|error| {
             let Ok(standing_in) = Self::open(spare) else { return Err(error) };
@@ -71,9 +69,7 @@ impl Generation {
 
     /// The flock at `path`: a folder, or the `current` of a store. A generation on trial that no player can read, or
     /// that was begun too often, has lost, and the one that comes back is opened.
-    ///
-    /// # Errors
-    /// [`ManifestError`] if there is no flock to be read.
+    /// Errors: [`ManifestError`] if there is no flock to be read.
     pub(crate) fn open(path: &Path) -> Result<Self, ManifestError> {
         loop {
             let Some(playing) = playing(path) else {

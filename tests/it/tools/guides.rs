@@ -225,10 +225,10 @@ fn wrong_keys_and_addresses_are_told_before_anything_is_changed() {
     let (key, other, letter) = (key.to_str().unwrap(), at("other/artist.pub"), at("letter.pub"));
     for (words, code, said) in [
         (vec!["--key", "/nowhere.pub"], 3, "cannot read the public key `/nowhere.pub`"),
-        (vec!["--key", key, "--key", letter.to_str().unwrap()], 2, "letter.pub` is no public key"),
+        (vec!["--key", key, "--key", letter.to_str().unwrap()], 2, "letter.pub` is not a valid public key"),
         (vec!["--key", key, "--key", other.to_str().unwrap()], 2, "two keys are called `artist.pub`"),
-        (vec!["--key", key, "--system-key", letter.to_str().unwrap()], 2, "letter.pub` is no public key"),
-        (vec!["--key", key, "--url", "example.org"], 2, "`example.org` is no address"),
+        (vec!["--key", key, "--system-key", letter.to_str().unwrap()], 2, "letter.pub` is not a valid public key"),
+        (vec!["--key", key, "--url", "example.org"], 2, "`example.org` is not a valid address"),
         (vec!["--key", key, "--url", "https://a\"b"], 2, "is no address"),
         (vec!["--colour", "red"], 2, "`--colour` is no option"),
     ] {

@@ -139,7 +139,7 @@ fn nothing_older_replaces_what_lies_there() {
     }
     fs::write(artist.at("bundle/fleet.toml"), "unit = 7\n").unwrap();
     let said = artist.says(2, &PUBLISH);
-    assert!(said.contains("`bundle/fleet.toml` is no table of units"), "{said}");
+    assert!(said.contains("`bundle/fleet.toml` is not a table of units"), "{said}");
 }
 
 #[test]

@@ -114,7 +114,10 @@ fn a_password_is_kept_where_its_user_alone_reads_and_told_nowhere() {
     assert!(told.contains("wrong in line 2, at wifi_password.") && !told.contains("velvet"), "{told}");
     assert!(settings.read("wifi.conf").unwrap().contains("velvet under"), "the last good Wi-Fi stays");
     let (exit, error) = settings.set("wifi = \"Home\"\nwifi_country = \"Switzerland\"\n");
-    assert!(exit == Some(2) && error.contains("line 2, key `wifi_country`: `Switzerland` is no country"), "{error}");
+    assert!(
+        exit == Some(2) && error.contains("line 2, key `wifi_country`: `Switzerland` is not a valid country"),
+        "{error}"
+    );
     assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
     assert_eq!(
         (settings.read("wifi.conf"), settings.read("wireless.conf")),

@@ -145,7 +145,7 @@ fn a_player_reads_whatever_keeps_to_the_limits_within_half_of_a_units_memory() {
     fs::write(scratch.path().join("flock.toml"), dotted(HEAD, limits::FLOCK_DOCUMENT)).unwrap();
     says("player, a manifest of dotted keys", &player(&[]), 2, "unknown key `k0`");
     fs::write(scratch.path().join("flock.toml"), dotted(HEAD, limits::FLOCK_DOCUMENT + 1)).unwrap();
-    says("player, a longer one", &player(&[]), 2, "wanted the plain form");
+    says("player, a longer one", &player(&[]), 2, "not in the plain form");
     let file = scratch.path().join("player.toml");
     fs::write(&file, dotted("", SETTINGS as u64)).unwrap();
     says("player, settings of dotted keys", &player(&["--config", file.to_str().unwrap()]), 2, "unknown field `k0`");
@@ -173,7 +173,7 @@ fn a_flock_that_no_unit_reads_is_named_by_check_and_not_packed_and_all_else_goes
     }
     for (text, words) in [
         (long, format!("bytes, a unit reads {} at most", limits::FLOCK_TOML)),
-        (odd, format!("wanted the plain form, or {} bytes at most", limits::FLOCK_DOCUMENT)),
+        (odd, format!("not in the plain form that `flock` writes, so {} bytes at most", limits::FLOCK_DOCUMENT)),
         (many, format!("the list of files of the bundle has more than {} files", limits::FILES)),
     ] {
         fs::write(artist.at("flock/flock.toml"), text).unwrap();

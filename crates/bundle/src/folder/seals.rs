@@ -1,6 +1,7 @@
 //! The seals in a folder of bundles.
 //!
 //! Lists them, and replaces them by a rename after all objects that they refer to. They are not parsed here.
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with `FolderError`")]
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,17 +14,11 @@ use crate::{seal, system};
 
 impl Folder {
     /// The addressees of the flocks' seals here; `None` stands for all units.
-    ///
-    /// # Errors
-    /// [`FolderError::Read`].
     pub fn seals(&self) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
         self.addressed("seals")
     }
 
     /// The addressees of the systems' seals here.
-    ///
-    /// # Errors
-    /// [`FolderError::Read`].
     pub fn systems(&self) -> Result<BTreeSet<Option<UnitId>>, FolderError> {
         match self.addressed("systems") {
             Err(FolderError::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(BTreeSet::new()),
@@ -55,17 +50,11 @@ impl Folder {
     }
 
     /// Writes the seal for each of its addressees, by a rename each. All objects that it refers to must be there.
-    ///
-    /// # Errors
-    /// [`FolderError::Write`].
     pub fn put_seal(&self, addressees: &Addressees, bytes: &[u8]) -> Result<(), FolderError> {
         self.lay_out(addressees, bytes, seal::path)
     }
 
     /// The same for a system's seal.
-    ///
-    /// # Errors
-    /// [`FolderError::Write`].
     pub fn put_system(&self, addressees: &Addressees, bytes: &[u8]) -> Result<(), FolderError> {
         self.lay_out(addressees, bytes, system::path)
     }

@@ -4,6 +4,7 @@
 //! signed. Permissions of keys are checked in `trust`.
 //!
 //! Start at [`Folder::add_statements`].
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with `FolderError`")]
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -16,9 +17,6 @@ use crate::source::STATEMENTS;
 
 impl Folder {
     /// Adds these statements about keys to the file, as far as there is space for the old ones.
-    ///
-    /// # Errors
-    /// [`FolderError`].
     pub fn add_statements(&self, statements: &[Vec<u8>]) -> Result<(), FolderError> {
         let there = self.statements()?;
         let all = self.joined(&there, statements)?;
@@ -27,9 +25,6 @@ impl Folder {
 
     /// Adds an object with these statements and the existing ones, as [`add_statements`](Self::add_statements) would
     /// write them. Returns the object and its size in bytes; `None` if there are none.
-    ///
-    /// # Errors
-    /// [`FolderError`].
     pub fn put_statements(&self, statements: &[Vec<u8>]) -> Result<Option<(ObjectId, u64)>, FolderError> {
         let all = self.joined(&self.statements()?, statements)?;
         if all.is_empty() {

@@ -4,6 +4,7 @@
 //! which objects are needed.
 //!
 //! Start at [`Folder::sweep`].
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with `FolderError`")]
 
 use std::ffi::OsString;
 use std::fs;
@@ -29,18 +30,12 @@ pub struct Sweep {
 
 impl Folder {
     /// The room that is left, in bytes.
-    ///
-    /// # Errors
-    /// [`FolderError::Read`].
     pub fn free_bytes(&self) -> Result<u64, FolderError> {
         let status = rustix::fs::fstatvfs(self).map_err(|error| self.unread("")(error.into()))?;
         Ok(status.f_bavail.saturating_mul(status.f_frsize))
     }
 
     /// Removes a damaged object.
-    ///
-    /// # Errors
-    /// [`FolderError::Write`].
     pub fn discard(&self, id: &ObjectId) -> Result<(), FolderError> {
         let path = id.path();
         self.clear(&path)?;
@@ -56,9 +51,6 @@ impl Folder {
 
     /// Removes files of interrupted writers, and every object that is not to be kept. There must be no other writer.
     /// Files with unknown names stay.
-    ///
-    /// # Errors
-    /// [`FolderError`].
     pub fn sweep(&self, mut keep: impl FnMut(&ObjectId) -> bool) -> Result<Sweep, FolderError> {
         let mut swept = Sweep::default();
         for prefix in self.names(OBJECTS)? {

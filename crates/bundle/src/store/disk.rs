@@ -4,6 +4,7 @@
 //! which is used on a unit and is limited to one folder. All paths are relative to that folder.
 //!
 //! Start at [`Disk`].
+#![allow(clippy::missing_errors_doc, reason = "every operation fails with the error of the disk")]
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -31,75 +32,39 @@ pub enum Protection {
 /// A disk, or a model of one in a test: what an atomic write needs, and what a store needs besides.
 pub trait Disk: Storage + Send {
     /// Opens a file for sequential reading.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn open(&self, path: &str) -> io::Result<Box<dyn Read + '_>>;
 
     /// The size of a file in bytes; `None` if there is none.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn length(&self, path: &str) -> io::Result<Option<u64>>;
 
     /// The names in a folder, in any order; none if there is no such folder.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn list(&self, folder: &str) -> io::Result<Vec<String>>;
 
     /// Creates a folder, unless it exists.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn make_folder(&self, path: &str) -> io::Result<()>;
 
     /// Creates a hard link. It is an error if `to` exists.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn link(&self, from: &str, to: &str) -> io::Result<()>;
 
     /// Removes an empty folder, if it exists.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn remove_folder(&self, path: &str) -> io::Result<()>;
 
     /// Creates a symbolic link at `path`.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn symlink(&self, path: &str, target: &str) -> io::Result<()>;
 
     /// The target of the symbolic link at `path`; `None` if there is none.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn read_link(&self, path: &str) -> io::Result<Option<String>>;
 
     /// Makes a file read-only, under fs-verity where there is that, and syncs it.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn make_read_only(&self, path: &str) -> io::Result<Protection>;
 
     /// The room that is left, in bytes.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn free_bytes(&self) -> io::Result<u64>;
 
     /// Waits for the lock on the store's state, and holds it while the result lives; `None` on a disk without other users.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn lock_state(&self) -> io::Result<Option<File>>;
 
     /// Whether a player uses the generation in this folder.
-    ///
-    /// # Errors
-    /// The disk's error.
     fn is_in_use(&self, folder: &str) -> io::Result<bool>;
 }
 

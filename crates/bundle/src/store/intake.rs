@@ -3,6 +3,7 @@
 //! Owns its partial file, and verifies it before it becomes an object. It can be dropped at any moment and continued later.
 //!
 //! Start at [`Store::intake`](crate::Store::intake).
+#![allow(clippy::missing_errors_doc, reason = "a function that does not say otherwise fails with `StoreError::Disk`")]
 
 use std::io;
 
@@ -31,9 +32,6 @@ pub struct Intake<'s> {
 
 impl Store {
     /// Starts to fetch an object, or continues an earlier attempt.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn intake(&self, wanted: &FetchItem) -> Result<Intake<'_>, StoreError> {
         let (disk, path) = (&*self.disk, incoming(&wanted.id));
         let mut hasher = blake3::Hasher::new();

@@ -20,6 +20,7 @@
 //! [`Store::accept`] or [`Store::reject`]; and when the player has switched, [`Store::collect`].
 //!
 //! Start at [`Store::open`].
+#![allow(clippy::missing_errors_doc, reason = "a function that does not say otherwise fails with `StoreError::Disk`")]
 
 mod disk;
 mod install;
@@ -141,9 +142,6 @@ pub enum StoreError {
 impl Store {
     /// Opens the store on `disk`, which may be empty, and completes what a power cut interrupted. `pinned` are the keys
     /// that the owner trusts.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn open(disk: Box<dyn Disk>, pinned: Trust) -> Result<Self, StoreError> {
         let _held = disk.lock_state().map_err(at("lock the state of", ""))?;
         for folder in ["objects", INCOMING, GENERATIONS, QUARANTINE] {
@@ -227,25 +225,16 @@ impl Store {
     }
 
     /// The objects to fetch for the bundle.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn plan(&self, bundle: &VerifiedBundle) -> Result<FetchPlan, StoreError> {
         plan(bundle.contents(), |file| self.presence(&file.id, file.size))
     }
 
     /// The room that is left, in bytes.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn free_bytes(&self) -> Result<u64, StoreError> {
         self.disk.free_bytes().map_err(at("measure the room of", ""))
     }
 
     /// Records a start of the current generation. After too many starts it is rejected.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn record_start(&mut self) -> Result<Verdict, StoreError> {
         let mut verdict = Verdict::Open;
         self.change(|state| {
@@ -265,25 +254,16 @@ impl Store {
     }
 
     /// Rejects the generation on trial: the last good one comes back, and the bundle is marked bad.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn reject(&mut self) -> Result<(), StoreError> {
         self.change(State::reject)
     }
 
     /// Drops the last good generation, which cannot be repaired: the one before it comes back, if there is one.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn drop_good(&mut self) -> Result<(), StoreError> {
         self.change(State::drop_good)
     }
 
     /// Drops the generation before the last good one, for its space. [`Store::collect`] frees it.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn drop_reserve(&mut self) -> Result<(), StoreError> {
         self.change(State::drop_before)
     }

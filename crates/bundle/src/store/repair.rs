@@ -5,6 +5,7 @@
 //! every flock by a rename, and the quarantine is emptied last. `upkeep.rs` finds damaged objects.
 //!
 //! Start at [`Store::repair`](crate::Store::repair).
+#![allow(clippy::missing_errors_doc, reason = "a function that does not say otherwise fails with `StoreError::Disk`")]
 
 use std::collections::BTreeSet;
 use std::io;
@@ -36,9 +37,6 @@ impl Store {
 
     /// Restores a quarantined object that turns out to be intact, for example after a temporary read error; returns
     /// whether it was.
-    ///
-    /// # Errors
-    /// [`StoreError::Disk`].
     pub fn restore(&self, wanted: &FetchItem) -> Result<bool, StoreError> {
         let (object, quarantined) = (wanted.id.path(), quarantined(&wanted.id));
         if !matches!(self.read_through(&quarantined, &mut |_| true), Ok(Some(read)) if read == wanted.id) {
@@ -54,9 +52,6 @@ impl Store {
     }
 
     /// Links refetched objects into the generations that lack them, replacing the quarantined ones.
-    ///
-    /// # Errors
-    /// [`StoreError`].
     pub fn repair(&self) -> Result<(), StoreError> {
         let mut replaced = BTreeSet::new();
         for name in self.disk.list(QUARANTINE).map_err(at("list", QUARANTINE))? {

@@ -4,6 +4,7 @@
 //! so that it is fetched again, and its clip stays in the flock until then. The replacement is in `repair.rs`.
 //!
 //! Start at [`Store::collect`](crate::Store::collect) and [`Store::scrub`](crate::Store::scrub).
+#![allow(clippy::missing_errors_doc, reason = "a function that does not say otherwise fails with `StoreError::Disk`")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind, Read};
@@ -128,9 +129,6 @@ impl Store {
     }
 
     /// The missing objects of the kept generations, by names and sizes only: cheap enough for every start.
-    ///
-    /// # Errors
-    /// [`StoreError`].
     pub fn missing(&self) -> Result<Vec<FetchItem>, StoreError> {
         let mut missing: BTreeMap<ObjectId, FetchItem> = BTreeMap::new();
         for generation in self.state.kept() {

@@ -20,9 +20,7 @@ use crate::limits;
 use crate::refusal::Refusal;
 
 /// Checks that the quotas allow `word` in addition to `words`.
-///
-/// # Errors
-/// [`Refusal::Quota`].
+/// Errors: [`Refusal::Quota`].
 pub(super) fn has_room(
     pinned: &BTreeMap<KeyId, PublicKey>,
     words: &[SignedStatement],

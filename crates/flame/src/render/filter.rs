@@ -127,9 +127,7 @@ pub(crate) struct Moment {
 }
 
 /// The moments of one frame, evenly spread over the time that the shutter is open.
-///
-/// # Errors
-/// [`RenderError::Range`] where there are none, or more than memory should hold.
+/// Errors: [`RenderError::Range`] where there are none, or more than memory should hold.
 pub(crate) fn shutter(sampling: &Sampling) -> Result<Vec<Moment>, RenderError> {
     let count = sampling.temporal_samples;
     in_range("temporal_samples", count.into(), (1..=MAX_MOMENTS).contains(&count), "1 to 10000")?;

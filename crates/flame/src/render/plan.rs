@@ -58,9 +58,7 @@ struct AliasTable {
 
 impl Plan {
     /// Compiles `genome`, seen through `view`, its colours dimmed to `light` (`0.0..=1.0`).
-    ///
-    /// # Errors
-    /// [`RenderError`] names what the genome lacks or what is unknown.
+    /// Errors: [`RenderError`] names what the genome lacks or what is unknown.
     pub(crate) fn new(genome: &Genome, view: View, light: f64) -> Result<Plan, RenderError> {
         check(genome)?;
         let genome = genome.with_symmetry();

@@ -39,9 +39,7 @@ pub(crate) struct View {
 
 impl View {
     /// Prepares the camera of `genome`.
-    ///
-    /// # Errors
-    /// [`RenderError::Range`] where a size, a scale or the filter is out of range.
+    /// Errors: [`RenderError::Range`] where a size, a scale or the filter is out of range.
     pub(crate) fn new(genome: &Genome) -> Result<View, RenderError> {
         let camera = &genome.camera;
         let sampling = &genome.sampling;
@@ -70,9 +68,7 @@ impl View {
     }
 
     /// How many samples a frame of this view takes.
-    ///
-    /// # Errors
-    /// [`RenderError::Range`] where there are none, or more than [`MAX_SAMPLES`].
+    /// Errors: [`RenderError::Range`] where there are none, or more than [`MAX_SAMPLES`].
     pub(crate) fn samples(&self, sampling: &Sampling) -> Result<u64, RenderError> {
         let samples = (self.samples_per_pixel(sampling) * (self.size[0] * self.size[1]) as f64).ceil();
         in_range("samples", samples, (1.0..=MAX_SAMPLES).contains(&samples), "1 to 1e15 in a frame")?;

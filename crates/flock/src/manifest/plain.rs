@@ -47,9 +47,7 @@ pub(crate) enum Scalar<'t> {
 
 impl<'t> Blocks<'t> {
     /// Splits `text` into its head, which is TOML of any form, and its tables.
-    ///
-    /// # Errors
-    /// The first character that TOML does not allow everywhere, in bytes from the start.
+    /// Errors: The first character that TOML does not allow everywhere, in bytes from the start.
     pub(crate) fn split(text: &'t str) -> Result<(&'t str, Self), usize> {
         let bytes = text.as_bytes();
         let odd = |&byte: &u8| byte == 0x7f || (byte < 0x20 && byte != b'\n' && byte != b'\t');

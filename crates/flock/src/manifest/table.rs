@@ -30,7 +30,7 @@ pub enum ManifestError {
     },
     /// Too much of it is not in the plain form, which needs more memory than a unit has.
     #[error(
-        "`{path}`, line {line}: wanted the plain form, or {limit} bytes at most, found {bytes} bytes of another form"
+        "`{path}`, line {line}: not in the plain form that `flock` writes, so {limit} bytes at most are read; found {bytes}"
     )]
     NotPlain {
         /// The file.

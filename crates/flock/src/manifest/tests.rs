@@ -256,8 +256,8 @@ fn a_unit_builds_no_large_document() {
     let line = large.lines().count();
     let told = |line: usize, bytes: usize| {
         format!(
-            "`flock.toml`, line {line}: wanted the plain form, or {UNIT_DOCUMENT_BYTES} bytes at most, found {bytes} bytes \
-             of another form"
+            "`flock.toml`, line {line}: not in the plain form that `flock` writes, so {UNIT_DOCUMENT_BYTES} bytes at most \
+             are read; found {bytes}"
         )
     };
     assert_eq!(said_on_unit(&large), Some(told(line, large.len())));

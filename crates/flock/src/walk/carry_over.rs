@@ -14,9 +14,7 @@ use crate::flock::Flock;
 use crate::graph::{Exit, SheepIx};
 
 /// `place` in the ordinals of `flock`, whose keys are `keys`.
-///
-/// # Errors
-/// [`PlaceError::Foreign`] if they share no sheep.
+/// Errors: [`PlaceError::Foreign`] if they share no sheep.
 pub(crate) fn carry_over(place: &Place, flock: &Flock, keys: &Arc<Keys>) -> Result<Place, PlaceError> {
     if *place.keys == **keys {
         return Ok(place.clone());

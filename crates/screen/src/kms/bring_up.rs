@@ -214,7 +214,7 @@ impl<K: Kms> KmsScreen<K> {
                 format = output.plan.way.format.format.name(),
                 "the plane did not keep the colour matrix BT.709, trying another format"
             );
-            // Neither would it with other framebuffers.
+            // Other framebuffers would not help: the candidate with our own is refused as well.
             self.refused.push(Candidate { framebuffers: Framebuffers::Own, ..output.plan.way });
             Err(Errno::INVAL.into())
         });

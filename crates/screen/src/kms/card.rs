@@ -282,9 +282,7 @@ pub trait Kms {
     fn name(&self) -> String;
 
     /// Opens the card, if it is closed.
-    ///
-    /// # Errors
-    /// There is no such card, or it is no KMS card.
+    /// Errors: There is no such card, or it is no KMS card.
     fn open(&mut self) -> io::Result<()>;
 
     /// Closes the card. The kernel then frees its framebuffers and buffers, and the screen goes dark.
@@ -294,31 +292,21 @@ pub trait Kms {
     fn release_console(&mut self);
 
     /// Becomes, or stays, DRM master: the process that may commit.
-    ///
-    /// # Errors
-    /// `EBUSY` or `EACCES` while another process is.
+    /// Errors: `EBUSY` or `EACCES` while another process is.
     fn take_master(&mut self) -> io::Result<()>;
 
     /// Probes the connectors and reads everything. Displays may answer slowly: not to be used while the card shows a
     /// picture.
-    ///
-    /// # Errors
-    /// The kernel error.
     fn survey(&mut self) -> io::Result<Survey>;
 
     /// Probes `connector` on another thread. [`KmsEvent::Probed`] follows, or [`KmsEvent::ProbeFailed`].
     fn probe(&mut self, connector: Id);
 
     /// The present properties of `plane`.
-    ///
-    /// # Errors
-    /// The kernel error.
     fn plane_properties(&mut self, plane: Id) -> io::Result<Properties>;
 
     /// Creates a framebuffer and allocates its buffers, with undefined contents.
-    ///
-    /// # Errors
-    /// The kernel's error; everything is freed.
+    /// Errors: The kernel's error; everything is freed.
     fn create(&mut self, spec: BufferSpec) -> io::Result<Vec<Buffer>>;
 
     /// Frees a framebuffer with its buffers. It must not be bound to a plane.
@@ -326,21 +314,13 @@ pub trait Kms {
 
     /// Calls `paint` with the whole memory of the framebuffer of `source`; only the part in that buffer's layout may be
     /// changed.
-    ///
-    /// # Errors
-    /// It cannot be mapped.
+    /// Errors: It cannot be mapped.
     fn write(&mut self, source: Source, paint: &mut dyn FnMut(&mut [u8])) -> io::Result<()>;
 
     /// Creates a blob of `mode`.
-    ///
-    /// # Errors
-    /// The kernel error.
     fn create_mode(&mut self, mode: &Mode) -> io::Result<Id>;
 
     /// Creates a blob of `bytes` for a property.
-    ///
-    /// # Errors
-    /// The kernel error.
     fn create_blob(&mut self, bytes: &[u8]) -> io::Result<Id>;
 
     /// Finds the backlight of the display at `connector`, replacing one found before. `false` if there is none that may
@@ -354,26 +334,17 @@ pub trait Kms {
     fn destroy_blob(&mut self, blob: Id);
 
     /// Sets all of `request`, or nothing.
-    ///
-    /// # Errors
-    /// The kernel error.
     fn commit(&mut self, how: CommitMode, request: &Request) -> io::Result<()>;
 
     /// The present vblank of the CRTC of index `crtc`, and when it began.
-    ///
-    /// # Errors
-    /// The CRTC is off, or has no vblanks.
+    /// Errors: The CRTC is off, or has no vblanks.
     fn vblank(&mut self, crtc: u32) -> io::Result<(Vblank, Nanos)>;
 
     /// Asks for a [`KmsEvent::Vblank`] at `vblank`, or at once if that is past.
-    ///
-    /// # Errors
-    /// The CRTC is off, or has no vblanks.
+    /// Errors: The CRTC is off, or has no vblanks.
     fn request_vblank(&mut self, crtc: u32, vblank: Vblank) -> io::Result<()>;
 
     /// Waits for the next event, at most `timeout`; may return early without one.
-    ///
-    /// # Errors
-    /// The card is gone.
+    /// Errors: The card is gone.
     fn wait(&mut self, timeout: Duration) -> io::Result<Option<KmsEvent>>;
 }

@@ -130,7 +130,7 @@ mod tests {
     use super::super::scripted::families::generic::{GENERIC, UNSCALED};
     use super::super::scripted::family::{Family, mode};
     use super::super::scripted::fault_matrix::{CARDS, Player, at};
-    use super::super::scripted::{Fault, FaultKind, Kind, MS, Scripted};
+    use super::super::scripted::{Effect, Fault, Kind, MS, Scripted};
     use drm::control::ModeFlags;
     use rustix::io::Errno;
     use timing::Rate;
@@ -186,7 +186,7 @@ mod tests {
         for (kind, nth) in kinds.into_iter().flat_map(|(kind, places)| places.map(move |nth| (kind, nth))) {
             for errno in [Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::NOMEM, Errno::IO] {
                 for (ns, quirk) in [0, 50 * MS, 400 * MS].into_iter().flat_map(|ns| CARDS.map(|quirk| (ns, quirk))) {
-                    let fault = Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns };
+                    let fault = Fault { kind, nth, effect: Effect::Refused(errno), ns };
                     let mut card = card(&UNSCALED).fail(fault);
                     card.quirk = quirk;
                     let mut player = Player::on(card);

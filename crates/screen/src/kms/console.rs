@@ -45,9 +45,6 @@ pub(crate) struct Console {
 
 impl Console {
     /// Sets the console on standard input to graphics mode; `None` if that is not a console.
-    ///
-    /// # Errors
-    /// The kernel error.
     pub(crate) fn take() -> io::Result<Option<Self>> {
         let input = io::stdin();
         let stat = fstat(&input)?;

@@ -40,9 +40,7 @@ impl Control for Card {}
 
 impl Prober {
     /// Starts the thread for the open `card`.
-    ///
-    /// # Errors
-    /// There are no more descriptors or threads.
+    /// Errors: There are no more descriptors or threads.
     pub(super) fn start(card: &File) -> io::Result<Self> {
         let card = Card(card.try_clone()?);
         let event_fd = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;

@@ -16,9 +16,6 @@ use std::io;
 /// Probes the connectors of `card` and reads everything.
 ///
 /// * `modifiers` — whether the kernel takes modifiers with a framebuffer.
-///
-/// # Errors
-/// The kernel error.
 pub(super) fn read_survey(card: &impl Control, modifiers: bool, cache: &mut PropertyCache) -> io::Result<Survey> {
     let resources = card.resource_handles()?;
     let driver = card.get_driver().map(|driver| driver.name().to_string_lossy().into_owned()).unwrap_or_default();
@@ -38,9 +35,6 @@ pub(super) fn read_survey(card: &impl Control, modifiers: bool, cache: &mut Prop
 }
 
 /// Probes the connector `id`: asks its display. The display may answer slowly.
-///
-/// # Errors
-/// The kernel error.
 pub(super) fn read_connector(
     card: &impl Control,
     id: Id,
@@ -90,9 +84,6 @@ fn read_plane(
 }
 
 /// The properties of `object`, with their present values.
-///
-/// # Errors
-/// The kernel error.
 pub(super) fn read_properties<T: ResourceHandle>(
     card: &impl Control,
     object: T,
@@ -110,9 +101,7 @@ fn mask(resources: &ResourceHandles, able: &[crtc::Handle]) -> u32 {
 }
 
 /// The handle of the object `id`.
-///
-/// # Errors
-/// `ENOENT` if it is none.
+/// Errors: `ENOENT` if it is none.
 pub(super) fn handle<T: From<drm::control::RawResourceHandle>>(id: Id) -> io::Result<T> {
     from_u32(id.0).ok_or_else(|| Errno::NOENT.into())
 }

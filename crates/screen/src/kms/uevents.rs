@@ -15,9 +15,7 @@ pub(crate) struct Uevents(OwnedFd);
 
 impl Uevents {
     /// Subscribes.
-    ///
-    /// # Errors
-    /// The kernel or a sandbox denies netlink.
+    /// Errors: The kernel or a sandbox denies netlink.
     pub(crate) fn subscribe() -> io::Result<Self> {
         let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
         let socket = socket_with(AddressFamily::NETLINK, SocketType::DGRAM, flags, Some(netlink::KOBJECT_UEVENT))?;

@@ -168,9 +168,9 @@ impl Kms for Scripted {
                     assert!(self.current() >= flip.vblank + 3, "two commits in flight");
                     return Err(Errno::BUSY.into());
                 }
-                let (source, fault_kind) = (source.expect("asserted above"), self.lost_flip.take());
+                let (source, effect) = (source.expect("asserted above"), self.lost_flip.take());
                 let vblank = self.current() + u64::from(self.family.limits.has_vblanks);
-                self.pending = Some(Pending { source, vblank, fault_kind });
+                self.pending = Some(Pending { source, vblank, effect });
             }
             Kind::Light | Kind::Darken => {
                 // A blocking commit: what was pending is over, one way or the other, and a vblank has passed.

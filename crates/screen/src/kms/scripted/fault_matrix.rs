@@ -5,7 +5,7 @@
 
 use super::families::generic::UNCOUNTED;
 use super::family::mode;
-use super::{Fault, FaultKind, Kind, MS, Quirk, Scripted, now};
+use super::{Effect, Fault, Kind, MS, Quirk, Scripted, now};
 use crate::kms::candidate::Framebuffers;
 use crate::kms::{FdStore, KmsScreen, KmsSettings, Phase};
 use crate::{Event, Light, OutputSettings, Picture, Screen};
@@ -134,7 +134,7 @@ fn every_error_at_every_kind_of_commit_is_survived() {
         for nth in places {
             for errno in errors {
                 for (ns, card) in [0, 50 * MS, 400 * MS].into_iter().flat_map(|ns| CARDS.map(|card| (ns, card))) {
-                    survives(Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns }, card);
+                    survives(Fault { kind, nth, effect: Effect::Refused(errno), ns }, card);
                 }
             }
         }
@@ -145,9 +145,9 @@ fn every_error_at_every_kind_of_commit_is_survived() {
 fn a_flip_lost_after_every_kind_of_commit_is_survived() {
     for (kind, places) in KINDS {
         for nth in places {
-            for fault_kind in [FaultKind::LostFlip, FaultKind::LostEvent, FaultKind::LateEvent] {
+            for effect in [Effect::LostFlip, Effect::LostEvent, Effect::LateEvent] {
                 for (ns, card) in [0, 500 * MS].into_iter().flat_map(|ns| CARDS.map(|card| (ns, card))) {
-                    survives(Fault { kind, nth, fault_kind, ns }, card);
+                    survives(Fault { kind, nth, effect, ns }, card);
                 }
             }
         }
@@ -157,7 +157,7 @@ fn a_flip_lost_after_every_kind_of_commit_is_survived() {
 #[test]
 fn a_lost_event_is_told_and_costs_a_tenth_of_a_second() {
     let mut player =
-        Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, fault_kind: FaultKind::LostEvent, ns: 0 }));
+        Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, effect: Effect::LostEvent, ns: 0 }));
     player.play(at(3000));
     assert!(player.events.iter().any(|event| matches!(event, Event::Recovered { .. })));
     assert!(player.longest_pause_ms() <= 200, "{} ms", player.longest_pause_ms());
@@ -167,7 +167,7 @@ fn a_lost_event_is_told_and_costs_a_tenth_of_a_second() {
 #[test]
 fn an_event_that_comes_late_is_not_taken_for_the_next_flips() {
     for nth in 0..40 {
-        let fault = Fault { kind: Kind::Flip, nth, fault_kind: FaultKind::LateEvent, ns: 0 };
+        let fault = Fault { kind: Kind::Flip, nth, effect: Effect::LateEvent, ns: 0 };
         let mut player = Player::on(Scripted::new().fail(fault));
         player.play(at(4000));
         assert!(holds(&player).iter().all(|&held| held >= 1), "{fault:?}: {:?}", holds(&player));
@@ -176,8 +176,8 @@ fn an_event_that_comes_late_is_not_taken_for_the_next_flips() {
 
 #[test]
 fn a_flip_given_up_is_measured_from_the_last_flip_and_not_from_long_ago() {
-    for fault_kind in [FaultKind::LostEvent, FaultKind::LateEvent] {
-        let mut player = Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, fault_kind, ns: 0 }));
+    for effect in [Effect::LostEvent, Effect::LateEvent] {
+        let mut player = Player::on(Scripted::new().fail(Fault { kind: Kind::Flip, nth: 9, effect, ns: 0 }));
         player.play(at(4000));
         assert!(player.events.iter().any(|event| matches!(event, Event::Recovered { .. })));
         let Phase::Up(output) = &player.screen.phase else { panic!("the screen is up") };
@@ -185,7 +185,7 @@ fn a_flip_given_up_is_measured_from_the_last_flip_and_not_from_long_ago() {
         let flips = player.events.iter().rev();
         let mut last =
             flips.filter_map(|event| if let Event::Flip { vblank, .. } = event { Some(*vblank) } else { None });
-        assert_eq!(output.gave_up_at, last.next(), "{fault_kind:?}");
+        assert_eq!(output.gave_up_at, last.next(), "{effect:?}");
     }
 }
 
@@ -226,8 +226,8 @@ fn whoever_looks_at_another_console_has_the_display_until_he_is_back() {
 
 #[test]
 fn another_master_is_named_and_waited_for() {
-    let (kind, fault_kind) = (Kind::Flip, FaultKind::Refused(Errno::ACCESS));
-    let mut player = Player::on(Scripted::new().fail(Fault { kind, nth: 30, fault_kind, ns: 60_000 * MS }));
+    let (kind, effect) = (Kind::Flip, Effect::Refused(Errno::ACCESS));
+    let mut player = Player::on(Scripted::new().fail(Fault { kind, nth: 30, effect, ns: 60_000 * MS }));
     player.play(at(60_000));
     assert_eq!(player.lost(), ["another process is DRM master of /dev/dri/scripted"]);
     assert!(player.events.len() < 200, "{} events: a crash loop", player.events.len());
@@ -379,7 +379,7 @@ proptest! {
         errno in prop::sample::select(vec![Errno::BUSY, Errno::ACCESS, Errno::INVAL, Errno::NODEV, Errno::IO]),
         (nth, ns) in (0..60u32, 0..600 * MS),
     ) {
-        let mut card = Scripted::new().fail(Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns });
+        let mut card = Scripted::new().fail(Fault { kind, nth, effect: Effect::Refused(errno), ns });
         let mut time = now();
         for (index, gap) in gaps.iter().enumerate() {
             time = time.after(*gap);

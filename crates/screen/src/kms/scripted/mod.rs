@@ -60,7 +60,7 @@ pub(crate) enum Kind {
 
 /// The kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FaultKind {
+pub(crate) enum Effect {
     /// The commit is refused.
     Refused(Errno),
     /// The commit is taken, but the next flip never happens.
@@ -95,7 +95,7 @@ pub(crate) enum Quirk {
 pub(crate) struct Fault {
     pub(crate) kind: Kind,
     pub(crate) nth: u32,
-    pub(crate) fault_kind: FaultKind,
+    pub(crate) effect: Effect,
     pub(crate) ns: u64,
 }
 
@@ -103,7 +103,7 @@ pub(crate) struct Fault {
 struct Pending {
     source: Source,
     vblank: u64,
-    fault_kind: Option<FaultKind>,
+    effect: Option<Effect>,
 }
 
 /// The card.
@@ -117,7 +117,7 @@ pub(crate) struct Scripted {
     /// When the fault was injected, and until when it lasts.
     pub(crate) injected_at: Option<(Nanos, Nanos)>,
     commits: BTreeMap<Kind, u32>,
-    lost_flip: Option<FaultKind>,
+    lost_flip: Option<Effect>,
     /// When the display is plugged in (true) or out.
     pub(crate) plugs: VecDeque<(Nanos, bool)>,
     pub(crate) plug: ConnectorStatus,
@@ -282,13 +282,12 @@ impl Scripted {
 
     /// Fails while the card is closed, gone, or another's.
     fn usable(&self, commit: bool) -> io::Result<()> {
-        let lasting =
-            self.injected_at.filter(|(_, until)| *until > now()).and(self.fault).map(|fault| fault.fault_kind);
+        let lasting = self.injected_at.filter(|(_, until)| *until > now()).and(self.fault).map(|fault| fault.effect);
         match lasting {
             _ if self.is_gone => Err(Errno::NODEV.into()),
             _ if !self.open => Err(Errno::BADF.into()),
-            Some(FaultKind::Refused(Errno::NODEV)) => Err(Errno::NODEV.into()),
-            Some(FaultKind::Refused(Errno::ACCESS)) if commit => Err(Errno::ACCESS.into()),
+            Some(Effect::Refused(Errno::NODEV)) => Err(Errno::NODEV.into()),
+            Some(Effect::Refused(Errno::ACCESS)) if commit => Err(Errno::ACCESS.into()),
             _ => Ok(()),
         }
     }
@@ -303,13 +302,13 @@ impl Scripted {
             self.injected_at = Some((now(), now().after(fault.ns)));
         }
         let lasts = self.injected_at.is_some_and(|(_, until)| until > now());
-        match fault.fault_kind {
-            FaultKind::Refused(errno) if first || lasts => Err(errno.into()),
-            FaultKind::LostFlip | FaultKind::LostEvent | FaultKind::LateEvent if first || lasts => {
-                self.lost_flip = Some(fault.fault_kind);
+        match fault.effect {
+            Effect::Refused(errno) if first || lasts => Err(errno.into()),
+            Effect::LostFlip | Effect::LostEvent | Effect::LateEvent if first || lasts => {
+                self.lost_flip = Some(fault.effect);
                 Ok(())
             }
-            FaultKind::Refused(_) | FaultKind::LostFlip | FaultKind::LostEvent | FaultKind::LateEvent => Ok(()),
+            Effect::Refused(_) | Effect::LostFlip | Effect::LostEvent | Effect::LateEvent => Ok(()),
         }
     }
 
@@ -345,15 +344,14 @@ impl Scripted {
             (self.is_gone, self.on_screen, self.pending) = (self.open, None, None);
             self.happenings.extend([KmsEvent::Hotplug, KmsEvent::Hotplug]);
         }
-        if let Some(flip) =
-            self.pending.take_if(|flip| flip.vblank <= current && flip.fault_kind != Some(FaultKind::LostFlip))
+        if let Some(flip) = self.pending.take_if(|flip| flip.vblank <= current && flip.effect != Some(Effect::LostFlip))
         {
             self.on_screen = Some(flip.source);
             let event = KmsEvent::Flip { vblank: Vblank(flip.vblank as u32), at: self.begins(flip.vblank) };
-            match flip.fault_kind {
+            match flip.effect {
                 None => self.happenings.push_back(event),
-                Some(FaultKind::LateEvent) => self.late.push_back((time.after(150 * MS), event)),
-                Some(FaultKind::LostFlip | FaultKind::LostEvent | FaultKind::Refused(_)) => {}
+                Some(Effect::LateEvent) => self.late.push_back((time.after(150 * MS), event)),
+                Some(Effect::LostFlip | Effect::LostEvent | Effect::Refused(_)) => {}
             }
         }
         while self.late.front().is_some_and(|(at, _)| *at <= time) {
@@ -380,8 +378,7 @@ impl Scripted {
     }
 
     fn next_due(&self) -> Option<Nanos> {
-        let flip =
-            self.pending.iter().filter(|flip| flip.fault_kind != Some(FaultKind::LostFlip)).map(|flip| flip.vblank);
+        let flip = self.pending.iter().filter(|flip| flip.effect != Some(Effect::LostFlip)).map(|flip| flip.vblank);
         let vblanks = flip.chain(self.asked.iter().copied()).map(|vblank| self.begins(vblank));
         let told = self.plugs.front().map(|(at, _)| *at).into_iter().chain(self.late.front().map(|(at, _)| *at));
         let late = self.late_modes.as_ref().map(|(at, _)| *at).into_iter().chain(self.handover.map(|(at, _)| at));

@@ -4,7 +4,7 @@
 
 use super::families::generic::MATRIX;
 use super::fault_matrix::{CARDS, Player, at};
-use super::{Fault, FaultKind, Kind, MS, Quirk, Scripted, now};
+use super::{Effect, Fault, Kind, MS, Quirk, Scripted, now};
 use crate::kms::Phase;
 use crate::{Event, Light, Screen};
 use rustix::io::Errno;
@@ -73,7 +73,7 @@ fn every_error_on_the_way_into_the_night_and_out_of_it_is_survived() {
         for (kind, nth) in [(Kind::Darken, 0), (Kind::Light, 1), (Kind::Test, 5), (Kind::Flip, 30)] {
             for ns in [0, 50 * MS, 400 * MS] {
                 let mut player =
-                    Player::on(Scripted::new().fail(Fault { kind, nth, fault_kind: FaultKind::Refused(errno), ns }));
+                    Player::on(Scripted::new().fail(Fault { kind, nth, effect: Effect::Refused(errno), ns }));
                 for day in 1..=3 {
                     player.play(at(3_000 * day));
                     player.screen.set_light(Light::Off);
