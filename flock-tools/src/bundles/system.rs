@@ -260,8 +260,8 @@ mod tests {
         lay(folder.path(), &format!("dreams.version=0.2.0 dreams.root={slot}:9999:salt:hash "), 7);
         assert!(found().unwrap_err().contains("is not the root that"));
         lay(folder.path(), "dreams.version=next dreams.root=a:2:b:c ", 7);
-        assert!(found().unwrap_err().contains("a version which is none"));
+        assert!(found().unwrap_err().contains("no valid system version"));
         lay(folder.path(), "a kernel of somebody else", 7);
-        assert!(found().unwrap_err().contains("does not say"));
+        assert!(found().unwrap_err().contains("does not name its system"));
     }
 }

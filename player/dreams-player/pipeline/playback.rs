@@ -13,7 +13,7 @@ pub(crate) enum Playback {
     /// The first frame is on its way to the glass.
     Rising,
     /// A frame is lit and its time is not over.
-    ScreenInfo(Next),
+    Lit(Next),
     /// A frame's successor is on its way to the glass.
     Flying,
     /// The lit frame is on its way to the glass once more.
@@ -137,32 +137,32 @@ impl Playback {
         use Effect::{AwaitDue, Commit, End, Light, LightFaultCard, Relight, Stage, Wait};
         use Event::{Back, Barren, Due, Finished, Flipped, Lost, Ready, Recovered, Stale, Stop};
         use Next::{Missing, Never, Staged};
-        use Playback::{Away, Dark, Ended, Flying, Holding, Relighting, Rising, ScreenInfo};
+        use Playback::{Away, Dark, Ended, Flying, Holding, Lit, Relighting, Rising};
         match (self, event) {
             (Dark, Ready) => (Rising, Light),
             (Dark, Barren) => (Rising, LightFaultCard),
-            (Dark | Holding, Finished) | (ScreenInfo(Never), Due) => (Ended, End),
+            (Dark | Holding, Finished) | (Lit(Never), Due) => (Ended, End),
             (Dark | Rising, Lost) => (Away(LastLit::Nothing), Wait),
-            (Rising | Flying | Relighting, Flipped) => (ScreenInfo(Missing), AwaitDue),
+            (Rising | Flying | Relighting, Flipped) => (Lit(Missing), AwaitDue),
             (Rising, Recovered) => (Rising, Light),
-            (ScreenInfo(Missing), Ready) => (ScreenInfo(Staged), Stage),
-            (ScreenInfo(Missing), Finished) => (ScreenInfo(Never), Wait),
-            (ScreenInfo(Missing) | Holding, Due) => (Holding, AwaitDue),
-            (ScreenInfo(_) | Flying | Relighting | Holding, Lost) => (Away(LastLit::Frame), Wait),
-            (ScreenInfo(Missing | Staged), Recovered) => (ScreenInfo(Missing), AwaitDue),
-            (ScreenInfo(Staged), Due) => (Flying, Commit),
-            (ScreenInfo(Never), Recovered) => (ScreenInfo(Never), AwaitDue),
+            (Lit(Missing), Ready) => (Lit(Staged), Stage),
+            (Lit(Missing), Finished) => (Lit(Never), Wait),
+            (Lit(Missing) | Holding, Due) => (Holding, AwaitDue),
+            (Lit(_) | Flying | Relighting | Holding, Lost) => (Away(LastLit::Frame), Wait),
+            (Lit(Missing | Staged), Recovered) => (Lit(Missing), AwaitDue),
+            (Lit(Staged), Due) => (Flying, Commit),
+            (Lit(Never), Recovered) => (Lit(Never), AwaitDue),
             (Flying, Recovered) | (Holding, Ready) => (Flying, Light),
             (Relighting, Recovered) | (Holding, Stale) | (Away(LastLit::Frame), Back) => (Relighting, Relight),
             (Holding, Recovered) => (Holding, AwaitDue),
             (Away(LastLit::Nothing), Back) => (Dark, Wait),
-            (Dark | Rising | ScreenInfo(_) | Flying | Relighting | Holding | Away(_) | Ended, Stop) => (Ended, End),
+            (Dark | Rising | Lit(_) | Flying | Relighting | Holding | Away(_) | Ended, Stop) => (Ended, End),
             // Late or early news: a vblank asked for before a commit, a flip of a commit that was void, a screen
             // that says twice that it is gone.
             (Dark, Flipped | Due | Stale | Back | Recovered)
             | (Rising | Flying | Relighting, Ready | Barren | Finished | Due | Stale | Back)
-            | (ScreenInfo(_), Barren | Flipped | Stale | Back)
-            | (ScreenInfo(Staged | Never), Ready | Finished)
+            | (Lit(_), Barren | Flipped | Stale | Back)
+            | (Lit(Staged | Never), Ready | Finished)
             | (Holding, Barren | Flipped | Back)
             | (Away(_), Ready | Barren | Finished | Flipped | Due | Stale | Lost | Recovered)
             | (Ended, Ready | Barren | Finished | Flipped | Due | Stale | Lost | Back | Recovered) => (self, Wait),
@@ -178,9 +178,9 @@ mod tests {
     const STATES: [Playback; 11] = [
         Playback::Dark,
         Playback::Rising,
-        Playback::ScreenInfo(Next::Missing),
-        Playback::ScreenInfo(Next::Staged),
-        Playback::ScreenInfo(Next::Never),
+        Playback::Lit(Next::Missing),
+        Playback::Lit(Next::Staged),
+        Playback::Lit(Next::Never),
         Playback::Flying,
         Playback::Relighting,
         Playback::Holding,
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn once_a_frame_is_lit_nothing_but_a_lost_screen_or_the_end_takes_it_away() {
-        let mut seen = vec![Playback::ScreenInfo(Next::Missing)];
+        let mut seen = vec![Playback::Lit(Next::Missing)];
         let mut at = 0;
         while let Some(&state) = seen.get(at) {
             for event in EVENTS {

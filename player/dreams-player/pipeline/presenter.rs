@@ -158,12 +158,12 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         }
         Ok(match self.playback {
             Playback::Dark => self.look(PATIENCE).or_else(|| self.listen(Duration::ZERO)),
-            Playback::ScreenInfo(Next::Missing) | Playback::Holding if self.format.free => self.look(PATIENCE),
-            Playback::ScreenInfo(Next::Missing) | Playback::Holding if !self.looked => {
+            Playback::Lit(Next::Missing) | Playback::Holding if self.format.free => self.look(PATIENCE),
+            Playback::Lit(Next::Missing) | Playback::Holding if !self.looked => {
                 self.looked = true;
                 self.look(Duration::ZERO).or_else(|| self.watch())
             }
-            Playback::ScreenInfo(_) | Playback::Holding => self.watch(),
+            Playback::Lit(_) | Playback::Holding => self.watch(),
             Playback::Rising | Playback::Flying | Playback::Relighting | Playback::Away(_) => self.listen(QUIET),
             Playback::Ended => None,
         })
@@ -300,7 +300,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         let is_new = match self.playback {
             Playback::Rising | Playback::Flying => true,
             Playback::Relighting => false,
-            Playback::Dark | Playback::ScreenInfo(_) | Playback::Holding | Playback::Away(_) | Playback::Ended => {
+            Playback::Dark | Playback::Lit(_) | Playback::Holding | Playback::Away(_) | Playback::Ended => {
                 return None;
             }
         };

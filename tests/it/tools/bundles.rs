@@ -242,7 +242,11 @@ fn what_is_not_there_is_said_in_one_line() {
         (2, &["pack", "flock", "bundle", "--key", "artist.key", "--sequence", "0"], "a whole number from 1"),
         (3, &["pack", "flock", "bundle", "--key", "nobody.key"], "cannot read key `nobody.key`"),
         (3, &["pack", "nowhere", "bundle", "--key", "artist.key"], "cannot read `nowhere/flock.toml`"),
-        (2, &["pack", "flock", "bundle", "--key", "artist.key", "--statement", "artist.pub"], "is no statement about"),
+        (
+            2,
+            &["pack", "flock", "bundle", "--key", "artist.key", "--statement", "artist.pub"],
+            "is not a statement about keys",
+        ),
         (2, &["keygen"], "Usage: "),
     ] {
         let said = artist.says(code, words);

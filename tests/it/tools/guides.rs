@@ -229,8 +229,8 @@ fn wrong_keys_and_addresses_are_told_before_anything_is_changed() {
         (vec!["--key", key, "--key", other.to_str().unwrap()], 2, "two keys are called `artist.pub`"),
         (vec!["--key", key, "--system-key", letter.to_str().unwrap()], 2, "letter.pub` is not a valid public key"),
         (vec!["--key", key, "--url", "example.org"], 2, "`example.org` is not a valid address"),
-        (vec!["--key", key, "--url", "https://a\"b"], 2, "is no address"),
-        (vec!["--colour", "red"], 2, "`--colour` is no option"),
+        (vec!["--key", key, "--url", "https://a\"b"], 2, "is not a valid address"),
+        (vec!["--colour", "red"], 2, "`--colour` is not a valid option"),
     ] {
         let (found, text) = told(&words);
         assert!(found == Some(code) && text.contains(said), "{words:?}: {found:?} {text}");

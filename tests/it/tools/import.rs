@@ -164,7 +164,7 @@ fn a_content_folder_becomes_a_flock_and_what_is_odd_is_named() {
     for (name, why) in [
         ("00202=1=1=1.avi", "is cut short"),
         ("00202=2=2=2.avi", "is empty"),
-        ("00202=3=3=3.avi", "is not a video"),
+        ("00202=3=3=3.avi", "is not a readable video"),
         ("(copy).avi", "(expected four numbers: GENERATION=ID=FIRST=LAST)"),
         ("5.avi.tmp", "it was not fetched to its end"),
         ("202=67501=67501=67501.avi", "as does `content/mpeg/00202=67501=67501=67501.avi`"),

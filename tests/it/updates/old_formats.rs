@@ -113,7 +113,7 @@ fn a_store_of_the_first_format_learns_from_its_seals_that_its_flock_is_its_own()
     sends(&[]);
     let said = old_files.update(&["stick"]);
     let error = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.code() == Some(1) && error.contains("takes only those for `lobby`"), "{error}");
+    assert!(said.status.code() == Some(1) && error.contains("takes only bundles for `lobby`"), "{error}");
     sends(&["--unit", "lobby"]);
     assert_eq!(old_files.updated(&["stick"])["outcome"], "installed");
 }

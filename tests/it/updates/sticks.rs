@@ -216,7 +216,7 @@ fn a_stick_that_is_refused_changes_nothing_and_says_why_in_one_sentence() {
             prepare: Box::new(|stick| maker.bundle(stick, &other, &[], 6)),
             reserve_mib: 0,
             code: 1,
-            said: "sequence 6, and key",
+            said: "has sequence 6, but this unit has already played 7 of key",
             told: "This flock is number 6. This frame has already played number 7.",
         },
     ];

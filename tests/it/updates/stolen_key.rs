@@ -158,17 +158,18 @@ fn a_bundle_whose_statements_were_left_out_is_refused() {
     fleet.drill();
     // Signed by a key that every unit trusts by itself, so that nothing but the seal asks for the revocation.
     fleet.pack("spare", "healthy", &[]);
-    let said = fs::read(fleet.artist.at("healthy").join(STATEMENTS)).unwrap();
-    let object = ObjectId::of(&said).path();
+    let statements = fs::read(fleet.artist.at("healthy").join(STATEMENTS)).unwrap();
+    let object = ObjectId::of(&statements).path();
     fleet.copy("healthy", "stripped");
     for path in [STATEMENTS, &object] {
         fs::remove_file(fleet.artist.at("stripped").join(path)).unwrap();
     }
-    assert!(fleet.artist.says(1, &["verify", "stripped", "--trust", "spare.pub"]).contains("withheld"));
-    assert!(fleet.refuses("lobby", "stripped").contains("is withheld: the seal expects"));
+    let said = fleet.artist.says(1, &["verify", "stripped", "--trust", "spare.pub"]);
+    assert!(said.contains("the statements about keys are missing"), "{said}");
+    assert!(fleet.refuses("lobby", "stripped").contains("are missing or outdated: the seal expects"));
     assert!(fleet.trusted("lobby").contains(&fleet.id("artist")));
     // What the seal expects is enough.
-    fs::write(fleet.artist.at("stripped").join(&object), &said).unwrap();
+    fs::write(fleet.artist.at("stripped").join(&object), &statements).unwrap();
     assert_eq!(fleet.takes("lobby", "stripped"), Some(2));
     assert_eq!(fleet.trusted("lobby"), ["spare", "next"].map(|key| fleet.id(key)).into());
     // A seal is invalid if the statements that it expects revoke its own key.

@@ -248,6 +248,6 @@ mod tests {
         let mut genome = Genome::parse(text).unwrap();
         genome.palette = Some(Palette::from_fn(|_| [255.0; 4]));
         let refused = Plan::new(&genome, View::new(&genome).unwrap(), 1.0).unwrap_err();
-        assert_eq!(refused.to_string(), "transform 0 uses `bipolar` (`0.5`), which this renderer does not know");
+        assert_eq!(refused.to_string(), "transform 0 uses `bipolar` (`0.5`), which this renderer does not support");
     }
 }
