@@ -44,8 +44,8 @@ const HEADING: &str = "dreams seal 1";
 /// The bytes of a seal before verification. This is the only way from it to files:
 ///
 /// ```
-/// # use bundle::{Contents, Refusal, Source, Trust, Unverified};
-/// fn files(seal: Unverified, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refusal> {
+/// # use bundle::{Contents, Refusal, Source, Trust, UnverifiedSeal};
+/// fn files(seal: UnverifiedSeal, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refusal> {
 ///     Ok(seal.verify(trust)?.fetch(from)?.contents().clone())
 /// }
 /// ```
@@ -53,15 +53,15 @@ const HEADING: &str = "dreams seal 1";
 /// Neither the signature nor the list of files can be skipped:
 ///
 /// ```compile_fail
-/// # use bundle::{Contents, Refusal, Source, Trust, Unverified};
-/// fn files(seal: Unverified, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refusal> {
+/// # use bundle::{Contents, Refusal, Source, Trust, UnverifiedSeal};
+/// fn files(seal: UnverifiedSeal, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refusal> {
 ///     Ok(seal.fetch(from)?.contents().clone())
 /// }
 /// ```
 ///
 /// ```compile_fail
-/// # use bundle::{Contents, Refusal, Source, Trust, Unverified};
-/// fn files(seal: Unverified, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refusal> {
+/// # use bundle::{Contents, Refusal, Source, Trust, UnverifiedSeal};
+/// fn files(seal: UnverifiedSeal, trust: &Trust, from: &mut dyn Source) -> Result<Contents, Refusal> {
 ///     Ok(seal.verify(trust)?.contents().clone())
 /// }
 /// ```
