@@ -18,7 +18,6 @@ mod damage {
 mod machine;
 mod network {
     mod dhcp_request;
-    mod port_scanner;
     mod ports;
 }
 mod owner {

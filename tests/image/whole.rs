@@ -28,10 +28,8 @@ mod display {
 }
 mod machine;
 mod network {
-    mod all_ports;
     mod dhcp_request;
     mod equal_boards;
-    mod port_scanner;
     mod ports;
     mod wifi;
 }

@@ -10,6 +10,7 @@ pub(crate) mod direct_boot;
 pub(crate) mod disk;
 pub(crate) mod hardware;
 mod monitor;
+pub(crate) mod open_ports;
 pub(crate) mod picture;
 mod qemu;
 pub(crate) mod reference_frames;

@@ -6,11 +6,12 @@
 //!
 //! Start at [`a_unit_joins_its_owners_wifi_and_tells_why_where_it_cannot`].
 
+use crate::machine::open_ports::open_ports;
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::owner::settings_error::{OPEN, TAKE_IN, has_notice};
 use crate::programs::{repository, succeed};
-use crate::starts::first_start::{OFTEN, listens_to_nobody, playing_unit};
+use crate::starts::first_start::{OFTEN, playing_unit};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -118,7 +119,7 @@ fn a_unit_joins_its_owners_wifi_and_tells_why_where_it_cannot() {
     routes.sort_by_key(|(metric, _)| metric.parse::<u32>().unwrap());
     let known = machine.run(&format!("{AIR}/busybox ip route; networkctl --no-pager status wlan0"));
     assert!(routes.len() == 2 && routes[1].1 == "wlan0", "the cable goes before it: {routes:?}; {known}");
-    listens_to_nobody(&mut machine);
+    assert_eq!(open_ports(&mut machine), [""; 0], "no port is open to the network");
 
     for kind in ["wpa2", "wpa3"] {
         goes(&mut machine);

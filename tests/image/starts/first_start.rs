@@ -6,6 +6,7 @@
 //! Start at [`playing_unit`].
 
 use crate::machine::clock::now;
+use crate::machine::open_ports::open_ports;
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
 use crate::programs::{repository, succeed};
@@ -67,12 +68,6 @@ pub(crate) fn playing_unit() -> &'static PlayingUnit {
     &PLAYING_UNIT
 }
 
-/// Whether an address in `/proc/net/tcp` and the like is a loopback address.
-fn is_loopback(address: &str) -> bool {
-    let host = address.split(':').next().unwrap();
-    host.ends_with("7F") || host == "00000000000000000000000001000000" || host == "0000000000000000FFFF00000100007F"
-}
-
 fn is_as_it_should_be(machine: &mut Machine) {
     let root = machine.run("grep ' / ' /proc/mounts");
     assert!(root.contains("/dev/dm-0 / erofs ro,"), "the root is verified: {root}");
@@ -82,7 +77,7 @@ fn is_as_it_should_be(machine: &mut Machine) {
     assert_eq!(machine.run("cat /proc/swaps | wc -l"), "1", "no swap");
     machine.is_well();
     assert_eq!(machine.run("ls /usr/sbin/agetty /usr/sbin/sshd /usr/bin/login 2> /dev/null; true"), "");
-    listens_to_nobody(machine);
+    assert_eq!(open_ports(machine), [""; 0], "no port is open to the network");
     // What its owner has set is taken in, beside the player.
     machine.run("until [ -e /var/lib/dreams/owner/dreams.toml ]; do sleep 1; done");
     // The log outlives a start: it goes over from memory to the disk.
@@ -90,19 +85,6 @@ fn is_as_it_should_be(machine: &mut Machine) {
     assert_eq!(machine.run("findmnt --noheadings --output FSTYPE /var/log/journal/*"), "ext4");
     machine.run("udevadm verify --resolve-names=never /usr/lib/udev/rules.d/8?-dreams-*.rules");
     println!("{}", machine.run("systemd-analyze blame | head -n 20"));
-}
-
-/// No port is open to others.
-pub(crate) fn listens_to_nobody(machine: &mut Machine) {
-    // Listening is state `0A`; a UDP socket without a peer, `07`, takes whatever comes.
-    for (table, listening) in [("tcp", "0A"), ("tcp6", "0A"), ("udp", "07"), ("udp6", "07")] {
-        for socket in machine.run(&format!("tail -n +2 /proc/net/{table} 2> /dev/null; true")).lines() {
-            let words: Vec<_> = socket.split_whitespace().collect();
-            // Port 68: what the machine's own address comes by.
-            let is_dhcp = table == "udp" && words[1].ends_with(":0044");
-            assert!(words[3] != listening || is_loopback(words[1]) || is_dhcp, "something listens: {table} {socket}");
-        }
-    }
 }
 
 #[test]
