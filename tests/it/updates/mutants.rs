@@ -227,12 +227,16 @@ fn is_as_documented(ran: &ProgramRun, codes: &[i64]) -> Result<(), String> {
     Ok(())
 }
 
+fn is_seal_of_system(path: &str) -> bool {
+    path.starts_with("systems/") && Path::new(path).extension().is_some_and(|suffix| suffix == "seal")
+}
+
 /// Checks that `flock verify` accepts only what was signed.
 fn verified(ran: &ProgramRun, mutant: &Mutant, good: &Good) -> Result<(), String> {
     // What the good bundle and the good system have, beside statements, must all be there; of a stick without seals of
     // flocks only the system, which is all that the answer lists then, and of one without seals of systems only the flock.
     let of_system = good.release();
-    let names_system = mutant.stick.0.keys().any(|path| path.starts_with("systems/") && path.ends_with(".seal"));
+    let names_system = mutant.stick.0.keys().any(|path: &String| is_seal_of_system(path));
     let is_listed = |path: &str| {
         let id = path.trim_start_matches("objects/").replace('/', "");
         let is_of_system = path.starts_with("systems/") || of_system.contains(&id);
