@@ -4,8 +4,9 @@
 //!
 //! Start at [`shrink`].
 
-use fast_image_resize::images::{Image, ImageRef};
-use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
+use fast_image_resize::images::{TypedImage, TypedImageRef};
+use fast_image_resize::pixels::U8x3;
+use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use video::Yuv420p;
 
 /// A small picture.
@@ -22,13 +23,12 @@ pub(crate) fn shrink(picture: &Yuv420p, width: u32) -> Thumbnail {
     let (full_width, full_height) = picture.size();
     let height = (u64::from(width) * u64::from(full_height) / u64::from(full_width)).max(1) as u32;
     let rgb = picture.to_rgb8();
-    let mut small = Image::new(width, height, PixelType::U8x3);
+    // For this one type of pixels: the call for all types takes the compiler two minutes.
+    let mut small = TypedImage::<U8x3>::new(width, height);
     let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
-    ImageRef::new(full_width, full_height, &rgb, PixelType::U8x3)
-        .map_err(|error| error.to_string())
-        .and_then(|full| Resizer::new().resize(&full, &mut small, &options).map_err(|error| error.to_string()))
-        .expect("both pictures have the layout that they are made with");
-    Thumbnail { size: (width, height), rgb: small.into_vec() }
+    let full = TypedImageRef::<U8x3>::from_buffer(full_width, full_height, &rgb).expect("three bytes a pixel");
+    Resizer::new().resize_typed(&full, &mut small, &options).expect("neither is empty");
+    Thumbnail { size: (width, height), rgb: small.pixels().iter().flat_map(|pixel| pixel.0).collect() }
 }
 
 #[cfg(test)]
