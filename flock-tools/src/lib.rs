@@ -1,7 +1,7 @@
 //! The artist's command line, in two programs.
 //!
-//! Owns the list of subcommands. Never does their work: each has its own module. `flock` is linked without ffmpeg, which
-//! takes longer to load than most commands to answer. Where a command opens clips, `flock` hands over to `flock-video`,
+//! Owns the list of subcommands. Never does their work: each has its own module. `dreams` is linked without ffmpeg, which
+//! takes longer to load than most commands to answer. Where a command opens clips, `dreams` hands over to `dreams-video`,
 //! which has the same commands and ffmpeg; `decoder/mod.rs` is the line between the two.
 //!
 //! A folder sees only folders above it in this table; `tests/it/house/folders.rs` holds that.
@@ -12,16 +12,16 @@
 //! | `flock_folder` | a flock's folder: its manifest, read and edited; the paths and contents of its files |
 //! | `decoder` | what commands ask of ffmpeg, and which program has it |
 //! | `joins` | which clips meet, and how well |
-//! | `check` | `flock check`: the faults of graph, clips and joins |
-//! | `render` | `flock render`, `flock still`: clips and pictures from genomes |
-//! | `demo` | `flock demo` |
+//! | `check` | `dreams check`: the faults of graph, clips and joins |
+//! | `render` | `dreams render`, `dreams still`: clips and pictures from genomes |
+//! | `demo` | `dreams demo` |
 //! | `curate` | the commands that edit a flock by hand: `new`, `add`, `drop`, `link`, `unlink`, `rename`, `want` |
-//! | `import` | `flock import`: clips and genomes from elsewhere |
-//! | `walks` | `flock walk`, `flock simulate`, `flock share` |
-//! | `balance` | `flock balance`: weights, and transitions to add or remove |
-//! | `report` | `flock report`: a flock as one page |
-//! | `bundles` | `flock keygen`, `pack`, `publish`, `verify`, `diff`: a flock or a system on its way to units |
-//! | `manual` | `flock completions`, `flock man` |
+//! | `import` | `dreams import`: clips and genomes from elsewhere |
+//! | `walks` | `dreams walk`, `dreams simulate`, `dreams share` |
+//! | `balance` | `dreams balance`: weights, and transitions to add or remove |
+//! | `report` | `dreams report`: a flock as one page |
+//! | `bundles` | `dreams keygen`, `pack`, `publish`, `verify`, `diff`: a flock or a system on its way to units |
+//! | `manual` | `dreams completions`, `dreams man` |
 //! | `bin` | the two programs |
 //!
 //! Start at [`run`].
@@ -52,7 +52,7 @@ use program::{Exit, Fatal, finish};
 
 /// The artist's tools for flocks of animated flames
 #[derive(Debug, Parser)]
-#[command(name = "flock", version, arg_required_else_help = true)]
+#[command(name = "dreams", version, arg_required_else_help = true)]
 struct Args {
     #[command(subcommand)]
     command: Command,
@@ -101,7 +101,7 @@ pub struct FfmpegPart {
 }
 
 impl FfmpegPart {
-    /// The part, with ffmpeg: for `flock-video`.
+    /// The part, with ffmpeg: for `dreams-video`.
     pub fn linked() -> Self {
         Self {
             decoder: &Ffmpeg,

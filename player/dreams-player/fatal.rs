@@ -62,8 +62,8 @@ impl Fatal {
     fn hint(&self) -> &'static str {
         match self {
             Self::Config(_) => "every key is explained in `config/player.toml`",
-            Self::Flock(_) => "`flock check DIR` names every fault of a flock; `--flock DIR` names another one",
-            Self::NothingToPlay { .. } | Self::TooFew { .. } => "`flock check DIR` says what is wrong with each clip",
+            Self::Flock(_) => "`dreams check DIR` names every fault of a flock; `--flock DIR` names another one",
+            Self::NothingToPlay { .. } | Self::TooFew { .. } => "`dreams check DIR` says what is wrong with each clip",
             Self::Screen(ScreenError::Size { .. }) => "choose a screen at least as large as the flock's pictures",
             Self::Trial(_) => "start again",
             Self::Screen(_) => "`--screen virtual` plays without a display",

@@ -87,7 +87,7 @@ impl Fatal {
             Self::Busy { .. } => "it ends by itself; start again then",
             Self::Config(_) => "every key is explained in `config/update.toml`",
             Self::ForOthers { .. } | Self::Refused(Refusal::ForOthers { .. }) => {
-                "`--unit NAME` says what this unit is called; `flock pack --unit NAME` addresses a bundle to it"
+                "`--unit NAME` says what this unit is called; `dreams pack --unit NAME` addresses a bundle to it"
             }
             Self::Host { .. } | Self::Nameless(_) => "name the unit: `unit` in the config, or `--unit NAME`",
             Self::Keys(_) => "lay the artist's public key into the folder that `keys` names",

@@ -22,7 +22,7 @@ Exit status:
 #[derive(Debug, Default, Parser)]
 #[command(name = "dreams-update", version, after_help = EXIT_STATUS)]
 pub(crate) struct Options {
-    /// Where bundles lie: a folder, as `flock publish` made it, or the address of one on a web server; without it, the
+    /// Where bundles lie: a folder, as `dreams publish` made it, or the address of one on a web server; without it, the
     /// `url` of the settings
     #[arg(value_name = "SOURCE")]
     source: Option<String>,

@@ -98,14 +98,14 @@ def measured(*words, **more):
 
 
 def verifying(artist, flock, rounds):
-    """The best run of `flock verify` and of b3sum over the same bytes, by turns; both warm. The best: what else the
+    """The best run of `dreams verify` and of b3sum over the same bytes, by turns; both warm. The best: what else the
     machine does can only add."""
     objects = [os.path.join(at, name) for at, _, names in os.walk(f"{artist}/bundle/objects") for name in names]
     verify = [flock, "verify", "bundle", "--trust", "artist.pub"]
-    runs = {"flock verify": [], "b3sum": []}
+    runs = {"dreams verify": [], "b3sum": []}
     for _ in range(rounds + 1):
         runs["b3sum"].append(measured("b3sum", *objects))
-        runs["flock verify"].append(measured(*verify, cwd=artist, stderr=subprocess.DEVNULL))
+        runs["dreams verify"].append(measured(*verify, cwd=artist, stderr=subprocess.DEVNULL))
     # The first round warms the page cache.
     best = {name: {key: min(run[key] for run in told[1:]) for key in told[0]} for name, told in runs.items()}
     return best, stored(f"{artist}/bundle/objects")
@@ -139,7 +139,7 @@ def casync(artist, disk, edition):
 
 
 def publish(artist, disk, flock):
-    """One edition by `flock pack` and `flock publish`: seconds, and bytes written."""
+    """One edition by `dreams pack` and `dreams publish`: seconds, and bytes written."""
     key = ["--key", "artist.key", "--passphrase-file", "passphrase"]
     packing = seconds(flock, "pack", "flock", "bundle", "--unit", "lobby", *key, cwd=artist)
     os.makedirs(f"{disk}/published", exist_ok=True)
@@ -248,7 +248,7 @@ def main():
         print(f"{name:8}{first['seconds']:>10.2f}{first['bytes'] / 1e6:>10.1f}", end="")
         print(f"{update['seconds']:>11.2f}{update['bytes'] / 1e6:>10.1f}")
     reach = [
-        ("verifying, of b3sum's speed", verify["b3sum"]["wall_s"] / verify["flock verify"]["wall_s"], ">=", 0.9),
+        ("verifying, of b3sum's speed", verify["b3sum"]["wall_s"] / verify["dreams verify"]["wall_s"], ">=", 0.9),
         ("a unit's bytes, of what is new", tools["unit"][1]["bytes"] / new, "<=", 1.01),
         ("requests of a look without news", look["requests"], "<=", 1),
         ("kB of a look without news", look["bytes"] / 1000, "<=", 64),

@@ -1,4 +1,4 @@
-"""Asks `flock` and its peers for the shares of the same large flock, and `flock` alone for everything else.
+"""Asks `dreams` and its peers for the shares of the same large flock, and `dreams` alone for everything else.
 
 graph.py FOLDER FLOCK. Owns the measuring: processor seconds and peak memory of whole programs, from the file to the
 answer. The peers are Python's: `peers.py` reads the file and asks scipy or networkx, each in a process of its own with

@@ -1,4 +1,4 @@
-"""The shares of a flock by scipy or networkx, as somebody without `flock` would ask for them.
+"""The shares of a flock by scipy or networkx, as somebody without `dreams` would ask for them.
 
 peers.py scipy|networkx MANIFEST. Prints one JSON document: the shares, and the processor seconds of reading and solving.
 """

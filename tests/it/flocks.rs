@@ -117,13 +117,13 @@ fn read_shows(folder: &Path) -> HashMap<String, Vec<String>> {
 }
 
 impl Flock {
-    /// The clips of the first `count` places of the walk with `seed`, as `flock walk` prints them.
+    /// The clips of the first `count` places of the walk with `seed`, as `dreams walk` prints them.
     pub(crate) fn walk(&self, seed: &str, count: usize) -> Vec<String> {
-        let mut flock = Command::new(programs::flock());
+        let mut flock = Command::new(programs::dreams());
         flock.arg("walk").arg(&self.folder).args(["--seed", seed, "--steps", &count.to_string()]);
         let text = String::from_utf8(succeed(&mut flock)).unwrap();
         let clips: Vec<String> = text.lines().take(count).map(str::to_owned).collect();
-        assert_eq!(clips.len(), count, "`flock walk --steps {count}` prints at least a clip a step");
+        assert_eq!(clips.len(), count, "`dreams walk --steps {count}` prints at least a clip a step");
         clips
     }
 
@@ -140,7 +140,7 @@ impl Flock {
 #[test]
 fn every_test_clip_is_in_the_form_that_a_flock_asks_for() {
     let flock = JOINS.flock();
-    let said = programs::output(Command::new(programs::flock()).arg("check").arg(&flock.folder));
+    let said = programs::output(Command::new(programs::dreams()).arg("check").arg(&flock.folder));
     assert!(
         said.status.success(),
         "{}{}",

@@ -4,7 +4,7 @@
 //! its end. A unit's programs are in `$DREAMS_PROGRAMS`: `make check` names those in the image. Otherwise they are
 //! those that `cargo build` made here. Never builds anything: a missing or outdated program fails the claim.
 //!
-//! Start at [`player`] and [`flock`].
+//! Start at [`player`] and [`dreams`].
 
 use claims::wait;
 use std::fs;
@@ -32,10 +32,10 @@ pub(crate) fn mender() -> PathBuf {
     fresh(&units().join("dreams-mend"))
 }
 
-/// `flock` as `make check` built it, beside `flock-video`.
-pub(crate) fn flock() -> PathBuf {
-    fresh(&built().join("flock-video"));
-    fresh(&built().join("flock"))
+/// `dreams` as `make check` built it, beside `dreams-video`.
+pub(crate) fn dreams() -> PathBuf {
+    fresh(&built().join("dreams-video"));
+    fresh(&built().join("dreams"))
 }
 
 /// The crash laboratory, `crash`.

@@ -158,7 +158,7 @@ pub(crate) mod tests {
     use std::fs::Permissions;
     use std::os::unix::fs::PermissionsExt;
 
-    /// A file of an older `flock keygen`, with a lower cost: of the key 7F6F7B501F4A54A9.
+    /// A file of an older `dreams keygen`, with a lower cost: of the key 7F6F7B501F4A54A9.
     const OLD: &str = include_str!("../../../tests/fixtures/keys/artist.key");
 
     /// A key without a file, for tests: encryption with scrypt is slow.

@@ -1,7 +1,7 @@
 //! The flock: manifest, graph, faults, shares and the walk.
 //!
 //! Owns what a flock means: the tools and the unit read the same manifest and run the same walk, so that a unit shows
-//! what `flock walk` prints. Never touches a pixel, a socket or a clock; the only file that it reads is the manifest;
+//! what `dreams walk` prints. Never touches a pixel, a socket or a clock; the only file that it reads is the manifest;
 //! clips are hashed and probed by the tools.
 //!
 //! A folder sees only folders above it in this table; `tests/it/house/folders.rs` holds that.

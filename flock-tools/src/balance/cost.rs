@@ -86,7 +86,7 @@ fn bytes_a_frame(manifest: &Manifest, folder: &Path) -> Option<f64> {
 }
 
 impl RenderPlans {
-    /// With the quality that the genomes have. `flock render` refuses genomes that cannot be rendered.
+    /// With the quality that the genomes have. `dreams render` refuses genomes that cannot be rendered.
     fn new(new: &[Suggestion], manifest: &Manifest, folder: &Path) -> Self {
         let look = Look::of_genomes(Form { size: manifest.size, fps: manifest.fps });
         let ends: Vec<SheepId> = new.iter().flat_map(|new| [new.from.clone(), new.to.clone()]).collect();

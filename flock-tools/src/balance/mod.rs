@@ -1,4 +1,4 @@
-//! `flock balance`: weights that give every sheep the share that is wanted.
+//! `dreams balance`: weights that give every sheep the share that is wanted.
 //!
 //! Owns the command and the form of its answer. The flock crate finds the weights, the bottleneck if no weights reach the
 //! wants, and the suggestions. `write.rs` writes the weights into the manifest; `cost.rs` estimates what suggestions cost.
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let Some(balance) = Balance::of(&flock, terms) else { return Err(open::no_cycle(&flock)) };
     let unplayed = flock.whole().len() - flock.graph().len();
     if unplayed > 0 {
-        print::note(&format!("{unplayed} sheep are not played, whatever the weights: `flock check` says why"));
+        print::note(&format!("{unplayed} sheep are not played, whatever the weights: `dreams check` says why"));
     }
     let changed = draft.map(|draft| write::weights(draft, &balance)).transpose()?;
     let advice = args.suggest.and_then(|count| {

@@ -1,4 +1,4 @@
-//! The answer of `flock balance --suggest`: transitions to add, and transitions to remove.
+//! The answer of `dreams balance --suggest`: transitions to add, and transitions to remove.
 //!
 //! Owns its form. The flock crate chooses them; `cost.rs` estimates the cost.
 

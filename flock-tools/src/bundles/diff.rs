@@ -1,4 +1,4 @@
-//! `flock diff`: what a unit would have to fetch.
+//! `dreams diff`: what a unit would have to fetch.
 //!
 //! Owns the command and its answer. The bundle crate makes the plan, here as on the unit: each content is fetched once, by
 //! its hash.

@@ -1,7 +1,7 @@
 //! `fleet.toml`: what was published for which unit, and where.
 //!
-//! Owns the table: a row for each unit, written by `flock publish`, so that the artist knows which unit has which flock.
-//! Without the file `flock verify` does not know which units have bundles of their own.
+//! Owns the table: a row for each unit, written by `dreams publish`, so that the artist knows which unit has which flock.
+//! Without the file `dreams verify` does not know which units have bundles of their own.
 //!
 //! ```toml
 //! [[unit]]
@@ -27,7 +27,7 @@ use crate::program::{Exit, Fatal};
 /// The file's name, beside the bundles.
 pub(super) const FILE_NAME: &str = "fleet.toml";
 /// The comment at its top.
-const HEADING: &str = "# What was published for which unit, and where. `flock publish` keeps it; `place` is yours.\n";
+const HEADING: &str = "# What was published for which unit, and where. `dreams publish` keeps it; `place` is yours.\n";
 
 /// The table.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]

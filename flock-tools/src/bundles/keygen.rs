@@ -1,4 +1,4 @@
-//! `flock keygen`: keys that sign, and statements of one key about another.
+//! `dreams keygen`: keys that sign, and statements of one key about another.
 //!
 //! Owns the command. The form of a key is minisign's; the bundle crate writes it. Never signs a bundle: `pack` does.
 
@@ -24,7 +24,7 @@ const REVOKED: &str = "revoked";
 /// The secret key is written to FILE, locked by a passphrase and readable by you alone. The public key is written
 /// beside it, with the ending `.pub`: units are given that one. Both have the form of minisign. With --signed-by, the
 /// old key vouches for the new one in a statement with the ending `.trusted`. With --revoke, a key is called back by
-/// itself, or by a key that took it in, in a statement with the ending `.revoked`. `flock pack --statement` sends
+/// itself, or by a key that took it in, in a statement with the ending `.revoked`. `dreams pack --statement` sends
 /// statements to the units.
 ///
 /// The keys that a key took in stay trusted when it is called back: that is right for an old key that is replaced. A

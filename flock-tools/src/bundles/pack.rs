@@ -1,4 +1,4 @@
-//! `flock pack`: from a flock to a bundle.
+//! `dreams pack`: from a flock to a bundle.
 //!
 //! Owns the command and its order: a flock with faults is refused before anything is written, and the seal is written last.
 //! Never changes the flock. A bundle that does not verify is not sealed.
@@ -25,8 +25,8 @@ use crate::program::{Exit, Fatal, now, print, progress};
 
 /// Check a flock, and sign it as a bundle that travels to its units
 ///
-/// The flock is checked as `flock check --joins` does, and refused if it has a fault. The bundle is a folder: copy it
-/// to a stick or a web server, or let `flock publish` do it. If the disk can do that, clips are shared with the flock:
+/// The flock is checked as `dreams check --joins` does, and refused if it has a fault. The bundle is a folder: copy it
+/// to a stick or a web server, or let `dreams publish` do it. If the disk can do that, clips are shared with the flock:
 /// do not change them, but make new ones in new files, as all commands here do. Several bundles may be in one folder,
 /// one for each unit, and share equal files. Each bundle of a key gets a higher number than the one before; the last
 /// number is in a file beside the key.
@@ -54,7 +54,7 @@ pub(crate) struct Args {
     /// The bundle's number, above all earlier ones of this key [default: the next]
     #[arg(long, value_name = "N", value_parser = Sequence::parse)]
     pub(super) sequence: Option<Sequence>,
-    /// A statement about keys, as `flock keygen` writes it, to send along; may be repeated
+    /// A statement about keys, as `dreams keygen` writes it, to send along; may be repeated
     #[arg(long = "statement", value_name = "FILE")]
     pub(super) statements: Vec<PathBuf>,
     /// Pack a system that does not trust the key; its units must trust it by their owners' settings

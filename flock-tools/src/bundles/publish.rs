@@ -1,4 +1,4 @@
-//! `flock publish`: copies bundles to a stick, or to a web server's folder.
+//! `dreams publish`: copies bundles to a stick, or to a web server's folder.
 //!
 //! Owns the command and its order. Seals, lists and free space are checked before anything is written. Then the content is
 //! copied, checked and synced to the disk; then the statements of keys; the seals last. A unit that reads meanwhile, or
@@ -31,7 +31,7 @@ use crate::program::{Exit, Fatal, now, print, progress};
   2  the command line, a key or `fleet.toml` is wrong
   3  a file could not be read or written, or there is no room; the same command continues")]
 pub(crate) struct Args {
-    /// Folder of the bundles, as `flock pack` made it
+    /// Folder of the bundles, as `dreams pack` made it
     bundle: PathBuf,
     /// The target: a folder that exists
     to: PathBuf,

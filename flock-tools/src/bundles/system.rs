@@ -1,4 +1,4 @@
-//! `flock pack --system`: from the output of `make image` to a bundle of a system.
+//! `dreams pack --system`: from the output of `make image` to a bundle of a system.
 //!
 //! Owns the order, and the check that the two halves belong to each other: the start file names the root that it was made
 //! with, and its version. Owns also the reading of systems in a folder of bundles, as their units read them. Never builds a

@@ -1,4 +1,4 @@
-//! `flock verify`: whether its units would take a bundle.
+//! `dreams verify`: whether its units would take a bundle.
 //!
 //! Owns the command and its answer. `bundle_folder.rs` finds the faults.
 

@@ -1,4 +1,4 @@
-//! `flock check`: the faults of a flock.
+//! `dreams check`: the faults of a flock.
 //!
 //! Owns the command and its answer. The flock crate finds the faults of the graph, `clips.rs` those of the clips,
 //! `joins/` the joins that jump.

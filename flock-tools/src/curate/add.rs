@@ -1,6 +1,6 @@
-//! `flock add`: adds a sheep.
+//! `dreams add`: adds a sheep.
 //!
-//! Owns the command. The loop may be there already, or `flock render` makes it later from the genome.
+//! Owns the command. The loop may be there already, or `dreams render` makes it later from the genome.
 
 use std::path::PathBuf;
 
@@ -19,8 +19,8 @@ pub(crate) const FRAMES: u32 = 768;
 /// Add a sheep: from a genome, a loop or both
 ///
 /// Files from elsewhere are copied into the flock's folder. A loop must be in the flock's form; its hash is written
-/// into the manifest. Without a loop the manifest names its path, and `flock render` makes it from the genome. The
-/// sheep is shown once transitions lead to it and away from it: `flock link` adds them.
+/// into the manifest. Without a loop the manifest names its path, and `dreams render` makes it from the genome. The
+/// sheep is shown once transitions lead to it and away from it: `dreams link` adds them.
 #[derive(Debug, clap::Args)]
 #[command(group = ArgGroup::new("what").args(["genome", "clip", "no_loop"]).required(true).multiple(true))]
 #[command(after_help = "Exit status:

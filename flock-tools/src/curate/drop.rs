@@ -1,4 +1,4 @@
-//! `flock drop`: removes a sheep.
+//! `dreams drop`: removes a sheep.
 //!
 //! Owns the command. Deletes clips only with --delete-files.
 

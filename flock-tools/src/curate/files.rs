@@ -83,7 +83,7 @@ pub(super) fn clip(
     let form = Form { size: session.manifest().size, fps: session.manifest().fps };
     let frames = clips::frames(file, &form, decoder.get()?).map_err(|why| {
         let refused = AddError::OtherForm { path: file.to_owned(), why };
-        Fatal::new(Exit::No, refused).hint("`flock import` brings clips into the flock's form")
+        Fatal::new(Exit::No, refused).hint("`dreams import` brings clips into the flock's form")
     })?;
     if let Some(expected) = request.frames.filter(|expected| FrameCount(*expected) != frames) {
         let refused = AddError::Frames { path: file.to_owned(), expected, found: frames };
@@ -105,7 +105,7 @@ pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result
     let genome = Genome::parse(&text).map_err(|source| {
         let several = matches!(source, GenomeError::Count { found } if found > 1);
         let fatal = Fatal::new(Exit::Malformed, AddError::NotAGenome { path: path(), source });
-        if several { fatal.hint("`flock import` takes files with several flames") } else { fatal }
+        if several { fatal.hint("`dreams import` takes files with several flames") } else { fatal }
     })?;
     let ([width, height], size) = (genome.camera.size, session.manifest().size);
     let other_shape = u64::from(width) * u64::from(size.1) != u64::from(height) * u64::from(size.0);

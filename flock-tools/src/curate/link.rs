@@ -1,6 +1,6 @@
-//! `flock link`: adds a transition.
+//! `dreams link`: adds a transition.
 //!
-//! Owns the command. The clip may be there already, or `flock render` makes it later.
+//! Owns the command. The clip may be there already, or `dreams render` makes it later.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ const FRAMES: u32 = 384;
 /// Add a transition from one sheep to another
 ///
 /// With --clip, the clip is copied into the flock's folder if it is in the flock's form, and its hash is written into
-/// the manifest. Without, the manifest names its path, and `flock render` makes it from both genomes.
+/// the manifest. Without, the manifest names its path, and `dreams render` makes it from both genomes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the transition is in the flock

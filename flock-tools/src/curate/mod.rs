@@ -24,7 +24,7 @@ use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, Shee
 use crate::flock_folder::Draft;
 use crate::program::{Exit, Fatal, print};
 
-/// The most faults that are printed after an edit; `flock check` prints all.
+/// The most faults that are printed after an edit; `dreams check` prints all.
 const MOST_FAULTS: usize = 3;
 /// Worst ratios closer than this count as the same.
 const SAME: f64 = 1e-9;
@@ -175,7 +175,7 @@ impl EditResult {
         }
         print::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;
         for path in missing {
-            print::note(&format!("note: `{path}` is not there yet; `flock render` makes it"));
+            print::note(&format!("note: `{path}` is not there yet; `dreams render` makes it"));
         }
         for path in unreferenced {
             print::note(&format!("note: `{path}` is no longer named, and still there"));
@@ -184,7 +184,7 @@ impl EditResult {
             print::note(&format!("note: {}", fault.message));
         }
         if let Some(more) = self.after.faults.len().checked_sub(MOST_FAULTS).filter(|more| *more > 0) {
-            print::note(&format!("note: and {more} more, which `flock check` names"));
+            print::note(&format!("note: and {more} more, which `dreams check` names"));
         }
         Ok(Exit::Fine)
     }

@@ -1,4 +1,4 @@
-//! `flock new`: a flock without sheep.
+//! `dreams new`: a flock without sheep.
 //!
 //! Owns the first manifest. Never changes a folder that is not empty.
 
@@ -13,7 +13,7 @@ use crate::program::{Exit, Fatal, arguments, print};
 
 /// The comment at the top of a new manifest.
 const HEADING: &str =
-    "# A flock: sheep, and the transitions between them. `flock add` and `flock link` put them in below.\n";
+    "# A flock: sheep, and the transitions between them. `dreams add` and `dreams link` put them in below.\n";
 
 /// Start a flock: a folder with a manifest, and a place for genomes, loops and transitions
 ///
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         let (width, height) = args.size;
         let line = format!("flock `{name}` is there, {width}x{height} at {} frames per second", args.fps);
         print::lines([line])?;
-        print::note("note: it has no sheep yet; `flock add` puts them in");
+        print::note("note: it has no sheep yet; `dreams add` puts them in");
     }
     Ok(Exit::Fine)
 }

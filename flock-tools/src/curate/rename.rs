@@ -1,4 +1,4 @@
-//! `flock rename`: another id for a sheep.
+//! `dreams rename`: another id for a sheep.
 //!
 //! Owns the command and the order of its steps: files get their new names, the manifest is saved, the old names are removed.
 //! So at every moment the files that the manifest names are there.

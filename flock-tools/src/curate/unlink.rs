@@ -1,4 +1,4 @@
-//! `flock unlink`: removes a transition.
+//! `dreams unlink`: removes a transition.
 //!
 //! Owns the command. Deletes clips only with --delete-files.
 

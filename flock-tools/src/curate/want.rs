@@ -1,6 +1,6 @@
-//! `flock want`: sets how often a sheep is wished.
+//! `dreams want`: sets how often a sheep is wished.
 //!
-//! Owns the command. The shares do not change: `flock balance` brings them to the wants.
+//! Owns the command. The shares do not change: `dreams balance` brings them to the wants.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::program::{Exit, Fatal, arguments};
 
 /// Set how often a sheep is wished, relative to the others
 ///
-/// The weights do not change: `flock balance` finds those that reach the wants. Only the manifest is read and written,
+/// The weights do not change: `dreams balance` finds those that reach the wants. Only the manifest is read and written,
 /// and in it only this number.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:

@@ -1,7 +1,7 @@
 //! The decoder that commands use, and which of the two programs has one.
 //!
-//! Owns [`Decoder`], the line between `flock` and `flock-video`: `flock` has none, and gives its whole command to
-//! `flock-video`. Never judges a clip and knows no command. `ffmpeg.rs` is the one decoder there is.
+//! Owns [`Decoder`], the line between `dreams` and `dreams-video`: `dreams` has none, and gives its whole command to
+//! `dreams-video`. Never judges a clip and knows no command. `ffmpeg.rs` is the one decoder there is.
 //!
 //! Start at [`DecoderHandle::get`].
 
@@ -21,8 +21,8 @@ use video::{Form, Probe, ProbeError, Yuv420p};
 
 use crate::program::{Exit, Fatal};
 
-/// The program that has the decoder, in the same folder as `flock`.
-const PROGRAM: &str = "flock-video";
+/// The program that has the decoder, in the same folder as `dreams`.
+const PROGRAM: &str = "dreams-video";
 
 /// Some frames of a clip.
 pub(crate) type Excerpt<'a> = (&'a Clip, Range<u32>);
@@ -53,14 +53,14 @@ pub(crate) struct DecoderHandle(pub(crate) Option<&'static dyn Decoder>);
 
 impl DecoderHandle {
     /// The decoder. A command asks for it before it writes or prints anything: where this program has none,
-    /// `flock-video` runs the whole command from its beginning.
-    /// Errors: If `flock-video` cannot be started.
+    /// `dreams-video` runs the whole command from its beginning.
+    /// Errors: If `dreams-video` cannot be started.
     pub(crate) fn get(self) -> Result<&'static dyn Decoder, Fatal> {
         self.0.ok_or_else(hand_over)
     }
 }
 
-/// `flock-video`, which could not be started.
+/// `dreams-video`, which could not be started.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot start `{path}`, the program that reads clips")]
 struct StartError {
@@ -68,7 +68,7 @@ struct StartError {
     source: io::Error,
 }
 
-/// Replaces this process by `flock-video`, with the same command line. Returns only if that cannot be started.
+/// Replaces this process by `dreams-video`, with the same command line. Returns only if that cannot be started.
 pub(crate) fn hand_over() -> Fatal {
     let path = match env::current_exe() {
         Ok(own) => own.with_file_name(PROGRAM),
@@ -79,5 +79,5 @@ pub(crate) fn hand_over() -> Fatal {
 }
 
 fn start_fatal(path: PathBuf, source: io::Error) -> Fatal {
-    Fatal::new(Exit::Unreadable, StartError { path, source }).hint("it belongs beside `flock`")
+    Fatal::new(Exit::Unreadable, StartError { path, source }).hint("it belongs beside `dreams`")
 }

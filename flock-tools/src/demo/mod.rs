@@ -1,4 +1,4 @@
-//! `flock demo DIR`: renders the demo flock.
+//! `dreams demo DIR`: renders the demo flock.
 //!
 //! Owns the command and its options. `plan.rs` has the table of sheep, `render/make.rs` renders, `manifest.rs` writes the
 //! manifest.

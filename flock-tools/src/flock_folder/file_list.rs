@@ -1,7 +1,7 @@
 //! The list of a flock's files, with their hashes.
 //!
 //! Owns which files go into a bundle: the manifest, and every clip and genome that it names, each hashed on all cores;
-//! and whether that is too much for a unit. Never judges what the files hold: `flock check` does.
+//! and whether that is too much for a unit. Never judges what the files hold: `dreams check` does.
 //!
 //! Start at [`contents`].
 
@@ -68,7 +68,7 @@ fn large(why: &(dyn Error + 'static)) -> Fault {
 fn unhashed(folder: &Path, manifest: &Manifest) -> Result<Contents, Refusal> {
     let entry = |path: &str| {
         let size = fs::metadata(folder.join(path)).map_or(0, |status| status.len());
-        // `flock pack` refuses what has a name that a bundle cannot have.
+        // `dreams pack` refuses what has a name that a bundle cannot have.
         Some(FileEntry { path: FilePath::new(path).ok()?, id: ObjectId::of(path.as_bytes()), size })
     };
     Contents::new(paths(manifest).into_iter().filter_map(entry).collect())

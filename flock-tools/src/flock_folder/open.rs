@@ -50,5 +50,5 @@ pub(crate) fn walkable(folder: &Path) -> Result<Arc<Flock>, Fatal> {
 /// Ends a command that needs a cycle where `flock` has none.
 pub(crate) fn no_cycle(flock: &Flock) -> Fatal {
     let (name, transitions) = (flock.manifest().name.clone(), flock.manifest().transitions.len());
-    Fatal::new(Exit::No, NoCycle { name, transitions }).hint("`flock check` names the sheep that lead nowhere")
+    Fatal::new(Exit::No, NoCycle { name, transitions }).hint("`dreams check` names the sheep that lead nowhere")
 }

@@ -1,4 +1,4 @@
-//! `flock import`: clips and genomes from elsewhere.
+//! `dreams import`: clips and genomes from elsewhere.
 //!
 //! Owns the command: its options and how it ends. `sources.rs` finds the files, `plan.rs` plans what is done with each clip,
 //! `importer.rs` imports the clips one by one, `genomes.rs` the flames; `answer.rs` prints.

@@ -1,4 +1,4 @@
-//! `flock man`: writes a man page for every command.
+//! `dreams man`: writes a man page for every command.
 //!
 //! Owns the command. The pages are clap's.
 
@@ -16,9 +16,9 @@ const MANUAL: &str = "Dreams in High Fidelity";
 /// The lines that clap puts above the exit codes.
 const EXITS: &str = ".SH EXTRA\nExit status:\n";
 
-/// Write man pages into a folder: `flock.1` and one for every command
+/// Write man pages into a folder: `dreams.1` and one for every command
 ///
-/// Read them with `man DIR/flock-add.1`, or put them into a folder `man1` of the manual's path.
+/// Read them with `man DIR/dreams-add.1`, or put them into a folder `man1` of the manual's path.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the pages are written
@@ -58,7 +58,7 @@ fn write(args: &Args, command_line: Command) -> Result<Vec<PathBuf>, Fatal> {
     fs::create_dir_all(&args.dir).map_err(cannot(&args.dir))?;
     let whole = command_line.disable_help_subcommand(true);
     let commands = whole.get_subcommands().filter(|command| command.get_name() != "help");
-    let source = format!("flock {}", whole.get_version().unwrap_or_default());
+    let source = format!("dreams {}", whole.get_version().unwrap_or_default());
     let pages = iter::once(&whole).chain(commands).map(|command| {
         let page = Man::new(command.clone()).source(&source).manual(MANUAL);
         let path = args.dir.join(page.get_filename());

@@ -47,7 +47,7 @@ pub(crate) fn lines(lines: impl IntoIterator<Item = String>) -> Result<(), Fatal
     let write = |line: String| writeln!(out, "{line}");
     let written = lines.into_iter().try_for_each(write).and_then(|()| out.flush());
     match written {
-        // The reader closed the pipe after the first lines: `flock walk ... | head`.
+        // The reader closed the pipe after the first lines: `dreams walk ... | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         written => written.map_err(|source| Fatal::new(Exit::Unreadable, AnswerError(source))),
     }

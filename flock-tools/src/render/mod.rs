@@ -1,7 +1,7 @@
-//! `flock render DIR [SHEEP...]`: renders the clips that a flock lacks.
+//! `dreams render DIR [SHEEP...]`: renders the clips that a flock lacks.
 //!
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
-//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `still.rs` is `flock still`.
+//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `still.rs` is `dreams still`.
 //!
 //! Start at [`run`].
 

@@ -87,7 +87,7 @@ impl ClipRole {
 }
 
 impl Look {
-    /// Clips of `form` as `flock render` makes them by default: everything else is the genomes'.
+    /// Clips of `form` as `dreams render` makes them by default: everything else is the genomes'.
     pub(crate) fn of_genomes(form: Form) -> Self {
         let quality = Quality { crf: CRF, preset: PRESET, max_bits_per_second: None };
         Self { form, spp: None, supersample: None, temporal_samples: None, seed: SEED, quality }

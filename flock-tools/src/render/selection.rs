@@ -1,7 +1,7 @@
 //! The selection of a flock's clips to render.
 //!
 //! Owns the choice: which clips are missing, which of them can be rendered, and why the others cannot. Never renders and never
-//! opens a clip: one that is there counts as made, `flock check` judges it.
+//! opens a clip: one that is there counts as made, `dreams check` judges it.
 //!
 //! Start at [`Selection::new`].
 

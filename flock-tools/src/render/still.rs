@@ -1,7 +1,7 @@
-//! `flock still`: one picture of a genome.
+//! `dreams still`: one picture of a genome.
 //!
 //! Owns the command: its options, the PNG and the figures. A frame of a loop is named by its number and the loop's length;
-//! it is then the same picture that `flock render` puts into the clip.
+//! it is then the same picture that `dreams render` puts into the clip.
 
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;

@@ -9,7 +9,7 @@ use flock::{Balance, Flock, FlockShares, SheepId, Terms};
 
 use crate::balance::write::with_weights;
 
-/// The shares with the weights that `flock balance` finds with its default terms.
+/// The shares with the weights that `dreams balance` finds with its default terms.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct BalancedShares {
     /// The worst of visits/want and want/visits; `None` if a sheep is never shown.

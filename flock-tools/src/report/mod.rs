@@ -1,4 +1,4 @@
-//! `flock report DIR`: a flock as one page to look at.
+//! `dreams report DIR`: a flock as one page to look at.
 //!
 //! Owns the command: its options, what is written where, and how it ends. `facts.rs` has the page's document, `html.rs` makes
 //! the file, `sheet/` is the code in it; `dot.rs` and `graphml.rs` write the graph alone for other programs.
@@ -39,7 +39,7 @@ const FILE_NAME: &str = "report.html";
 ///
 /// One HTML file that needs nothing else, opens offline, and can be sent to anyone. Sheep stay where they were in the
 /// last report, or close by: a transition added or removed hardly moves them, weights and wants do not. It works
-/// without any clip, too. If there are clips, every join is judged as `flock check --joins` does it, and the worst are
+/// without any clip, too. If there are clips, every join is judged as `dreams check --joins` does it, and the worst are
 /// shown: for this the end and a few first frames of each clip are decoded.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:

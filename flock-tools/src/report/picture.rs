@@ -2,7 +2,7 @@
 //!
 //! Owns the choice of its source: the first frame of the loop; for a sheep without one, the first frame of a transition that
 //! leaves it; if no clip is there, a still of the genome. A sheep without all of these has no picture. Never judges a clip:
-//! `flock check` does.
+//! `dreams check` does.
 //!
 //! Start at [`all`].
 

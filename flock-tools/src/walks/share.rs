@@ -1,4 +1,4 @@
-//! `flock share`: how often everything is shown.
+//! `dreams share`: how often everything is shown.
 //!
 //! Owns the answer's form. The figures are the flock crate's.
 

@@ -1,4 +1,4 @@
-//! `flock simulate`: the figures of a long walk.
+//! `dreams simulate`: the figures of a long walk.
 //!
 //! Owns the answer's form. The figures are the flock crate's.
 
@@ -9,7 +9,7 @@ use crate::program::{Exit, Fatal, arguments::WalkArgs, print};
 
 /// Walk many steps and tell how even, how spaced and how varied they are
 ///
-/// Visits are fractions of all, the first one included. Beside them are the prediction of `flock share`, and the bound
+/// Visits are fractions of all, the first one included. Beside them are the prediction of `dreams share`, and the bound
 /// of the difference by chance: four standard deviations, measured on the walk. Return times run from the start of one
 /// visit to the start of the sheep's next; a repeat is a run of transitions that was walked before. Only the manifest
 /// is read.

@@ -1,4 +1,4 @@
-//! `flock walk`: prints the clips that a unit will play.
+//! `dreams walk`: prints the clips that a unit will play.
 //!
 //! Owns the command. The itinerary is the player's own.
 

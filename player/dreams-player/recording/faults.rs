@@ -7,7 +7,7 @@ use player::hold;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
-/// What kind of thing went wrong, spelled as `flock check` spells it where that knows it too.
+/// What kind of thing went wrong, spelled as `dreams check` spells it where that knows it too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
     /// No clip of the flock can be played.

@@ -62,7 +62,7 @@ pub(crate) struct Options {
     /// Where the path's place is kept
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
-    /// Walk the path of this seed, the one that `flock walk --seed` prints
+    /// Walk the path of this seed, the one that `dreams walk --seed` prints
     #[arg(long, value_name = "S", value_parser = value_parser!(u64).range(*SEED.start()..=*SEED.end()))]
     seed: Option<u64>,
     /// Stop after this many clips

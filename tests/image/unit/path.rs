@@ -1,7 +1,7 @@
 //! The place of a unit in its walk, as seen on the screen.
 //!
 //! Owns the place by the looks, and how far from it the walk may continue after the player or the power was gone: one
-//! clip. `flock walk` prints the walk.
+//! clip. `dreams walk` prints the walk.
 //!
 //! Start at [`Path::told`], [`Path::saw`] and [`Path::came_back_with`].
 
@@ -40,7 +40,7 @@ pub(crate) struct Path {
 
 impl Walk {
     fn of(flock: &str, folder: &std::path::Path, seed: u64) -> Self {
-        let mut walk = Command::new(programs::flock());
+        let mut walk = Command::new(programs::dreams());
         walk.arg("walk").arg(folder).args(["--seed", &seed.to_string(), "--steps", STEPS]);
         let clips = String::from_utf8(succeed(&mut walk)).unwrap().lines().map(str::to_owned).collect();
         Self { flock: flock.to_owned(), clips }

@@ -75,7 +75,7 @@ fn served(unit: &Unit) -> WebServer {
     for file in [&passphrase, &secret] {
         fs::set_permissions(file, fs::Permissions::from_mode(0o600)).unwrap();
     }
-    let mut pack = Command::new(programs::flock());
+    let mut pack = Command::new(programs::dreams());
     pack.arg("pack").arg(target.join(format!("bench-{NEXT}"))).arg(&outbox).args(["--system", "--sequence", "2"]);
     succeed(pack.arg("--key").arg(&secret).arg("--passphrase-file").arg(&passphrase));
     WebServer::serve(&outbox, Behaviour::Good)

@@ -70,6 +70,18 @@ fn every_package_has_a_layer_and_every_layer_its_packages() {
 }
 
 #[test]
+fn no_program_has_the_name_of_one_that_every_linux_machine_has() {
+    let metadata = super::metadata(false);
+    let roots = metadata.packages.iter().filter(|package| ["player", "flock-tools"].contains(&package.name.as_str()));
+    let programs: Vec<_> = roots.flat_map(|package| &package.targets).filter(|target| target.is_bin()).collect();
+    assert!(programs.len() > 4, "{programs:?}");
+    // util-linux has `flock`, on whose place in the path ours must not depend.
+    let others = |name: &str| name != "dreams" && !name.starts_with("dreams-");
+    let foreign: Vec<_> = programs.iter().map(|target| &target.name).filter(|name| others(name)).collect();
+    assert!(foreign.is_empty(), "{foreign:?}");
+}
+
+#[test]
 fn the_layers_drawn_in_the_architecture_are_the_layers_held_here() {
     let architecture = super::read("ARCHITECTURE.md");
     let mut drawn = Vec::new();

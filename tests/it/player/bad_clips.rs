@@ -21,7 +21,7 @@ const SOUND: Plan = Plan { name: "sound", size: (640, 480), fps: (30, 1), sheep:
 /// Breaks the clip at a path.
 type Break = fn(&Path);
 
-/// Every kind of damage, the clip that has it, and the kind of fault that `flock check` reports. The damaged
+/// Every kind of damage, the clip that has it, and the kind of fault that `dreams check` reports. The damaged
 /// transitions are the chords of the ring: the walk reaches all of them again and again.
 const BROKEN: [(&str, &str, &str, Break); 9] = [
     ("a flipped byte", "s0=s2.mp4", "damaged-clip", flip_a_byte),
@@ -108,9 +108,9 @@ fn broken_flock(done: &[&str], hashed: bool) -> (tempfile::TempDir, Flock) {
     (scratch, flock)
 }
 
-/// The faults that `flock check` finds in `flock`, as kind and clip, with its exit code.
+/// The faults that `dreams check` finds in `flock`, as kind and clip, with its exit code.
 fn faults(flock: &Flock) -> (Option<i32>, Vec<(String, String)>) {
-    let said = output(Command::new(programs::flock()).arg("check").arg(&flock.folder).arg("--json"));
+    let said = output(Command::new(programs::dreams()).arg("check").arg(&flock.folder).arg("--json"));
     let answer = json(&said);
     let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
     let faults = answer["faults"].as_array().unwrap().iter();

@@ -1,4 +1,4 @@
-//! The walk is the one that `flock walk` prints, also after the player was killed at any moment.
+//! The walk is the one that `dreams walk` prints, also after the player was killed at any moment.
 //!
 //! Owns the claims on the seed and on the saved place.
 

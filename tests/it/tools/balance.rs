@@ -1,6 +1,6 @@
 //! Balanced weights in the manifest.
 //!
-//! Owns the claims on `flock balance --write` and `--suggest`: what they change, what they leave as it is, that they
+//! Owns the claims on `dreams balance --write` and `--suggest`: what they change, what they leave as it is, that they
 //! reach what they promise. The flock crate tests how weights are found.
 
 use crate::flocks::SMALL;
@@ -81,12 +81,12 @@ impl FlockFolder {
         fs::read_to_string(self.scratch.path().join("flock.toml")).unwrap()
     }
 
-    fn flock(&self, command: &str, words: &[&str]) -> Output {
-        output(Command::new(programs::flock()).arg(command).arg(self.scratch.path()).args(words))
+    fn dreams(&self, command: &str, words: &[&str]) -> Output {
+        output(Command::new(programs::dreams()).arg(command).arg(self.scratch.path()).args(words))
     }
 
     fn answers(&self, command: &str, words: &[&str]) -> Value {
-        json(&self.flock(command, &[words, &["--json"]].concat()))
+        json(&self.dreams(command, &[words, &["--json"]].concat()))
     }
 }
 
@@ -174,12 +174,12 @@ fn a_flock_that_never_had_weights_is_balanced_once() {
             .unwrap();
     }
     let flock_folder = FlockFolder::of(&text);
-    let said = flock_folder.flock("balance", &["--write"]);
+    let said = flock_folder.dreams("balance", &["--write"]);
     let note = String::from_utf8(said.stderr).unwrap();
     assert!(note.starts_with("note: wrote 4 of 8 weights; the worst ratio of visits and want was 1.455"), "{note}");
     let written = flock_folder.manifest();
     assert_ne!(written, text);
-    let again = flock_folder.flock("balance", &["--write"]);
+    let again = flock_folder.dreams("balance", &["--write"]);
     assert_eq!(String::from_utf8(again.stderr).unwrap(), "note: nothing to write, all 8 weights stand already\n");
     assert_eq!((flock_folder.manifest(), again.stdout), (written, said.stdout));
 }
@@ -190,7 +190,7 @@ fn where_no_weights_reach_the_wants_the_nearest_are_written_and_the_answer_is_no
         |from: &str, to: &str| format!("[[transition]]\nfrom='{from}'\nto='{to}'\nframes=3\nclip='{from}{to}'\n");
     let star = [link("a", "b"), link("b", "a"), link("a", "c"), link("c", "a")].concat();
     let flock_folder = FlockFolder::of(&format!("{HEAD}sheep = [{{id='a'}}, {{id='b'}}, {{id='c', want=2}}]\n{star}"));
-    let said = flock_folder.flock("balance", &["--write", "--json"]);
+    let said = flock_folder.dreams("balance", &["--write", "--json"]);
     assert_eq!(said.status.code(), Some(1));
     let answer = json(&said);
     assert_eq!((&answer["reachable"], &answer["changed"]), (&Value::Bool(false), &Value::Bool(true)));
@@ -203,7 +203,7 @@ fn a_manifest_that_cannot_be_saved_is_as_it_was() {
     let flock_folder = FlockFolder::of(&text);
     // No file may grow: to a program that is the same as a full disk.
     let mut shell = Command::new("bash");
-    shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::flock()).arg("balance");
+    shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::dreams()).arg("balance");
     let said = output(shell.arg(flock_folder.scratch.path()).arg("--write"));
     let error = String::from_utf8(said.stderr).unwrap();
     assert_eq!((said.status.code(), error.contains("cannot save `")), (Some(3), true), "{error}");
@@ -226,7 +226,7 @@ fn what_is_suggested_comes_true_by_command() {
             let (from, to) = (word(&one["from"]), word(&one["to"]));
             let (weight, frames) = (one["weight"].to_string(), one["frames"].to_string());
             let how: &[&str] = if command == "link" { &["--weight", &weight, "--frames", &frames] } else { &[] };
-            let done = flock_folder.flock(command, &[&[from.as_str(), &to], how].concat());
+            let done = flock_folder.dreams(command, &[&[from.as_str(), &to], how].concat());
             assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
             let now = flock_folder.answers("balance", &[]);
             assert_eq!(now["worst_ratio"], one["worst_ratio"], "{command} {from} {to}");
@@ -247,7 +247,7 @@ fn a_suggestion_tells_what_its_clip_will_take() {
     let text = fs::read_to_string(&manifest).unwrap().replacen("id = \"s0\"", "id = \"s0\"\nwant = 3.0", 1);
     fs::write(&manifest, text).unwrap();
     let suggest = |words: &[&str]| {
-        let mut balance = Command::new(programs::flock());
+        let mut balance = Command::new(programs::dreams());
         output(balance.arg("balance").arg(scratch.path()).args(["--suggest", "1"]).args(words))
     };
     let said = suggest(&["--json"]);
@@ -269,7 +269,7 @@ fn what_is_not_played_is_told_apart_from_what_is_stuck() {
     let parts = ["a", "b", "c", "d"].map(sheep).into_iter().chain(["ac", "bc", "ca", "cb", "da"].map(transition));
     let head = "format = 1\nname = \"odd\"\nsize = [64, 64]\nfps = [30, 1]\n".to_owned();
     let flock_folder = FlockFolder::of(&parts.fold(head, |text, part| text + &part));
-    let said = flock_folder.flock("balance", &[]);
+    let said = flock_folder.dreams("balance", &[]);
     let told = String::from_utf8(said.stdout).unwrap();
     assert_eq!(said.status.code(), Some(1));
     assert!(told.contains("\nNot played: 1 sheep are wanted 25.000% and get nothing.\nthese  d\n"), "{told}");

@@ -1,6 +1,6 @@
 //! Signed flocks, and the detection of changes to them.
 //!
-//! Owns the claims on `flock keygen`, `pack` and `verify`: what is signed and by which key, what is refused, what is
+//! Owns the claims on `dreams keygen`, `pack` and `verify`: what is signed and by which key, what is refused, what is
 //! reported. How a bundle gets to a unit is in `publish.rs`.
 //!
 //! Start at [`Artist`].
@@ -47,14 +47,14 @@ impl Artist {
         fs::set_permissions(self.at(name), fs::Permissions::from_mode(0o600)).unwrap();
     }
 
-    /// `flock WORDS...` in this folder.
-    pub(crate) fn flock(&self, words: &[&str]) -> Output {
-        output(Command::new(programs::flock()).args(words).current_dir(self.scratch.path()))
+    /// `dreams WORDS...` in this folder.
+    pub(crate) fn dreams(&self, words: &[&str]) -> Output {
+        output(Command::new(programs::dreams()).args(words).current_dir(self.scratch.path()))
     }
 
     /// The same, which must end with `code`; returns its output on both streams.
     pub(crate) fn says(&self, code: i32, words: &[&str]) -> String {
-        let said = self.flock(words);
+        let said = self.dreams(words);
         let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
         assert_eq!(said.status.code(), Some(code), "{words:?}: {text}");
         text
@@ -62,7 +62,7 @@ impl Artist {
 
     /// The JSON answer of a command that must end with `code`.
     pub(crate) fn answers(&self, code: i32, words: &[&str]) -> Value {
-        let said = self.flock(&[words, &["--json"]].concat());
+        let said = self.dreams(&[words, &["--json"]].concat());
         assert_eq!(said.status.code(), Some(code), "{words:?}: {}", String::from_utf8_lossy(&said.stderr));
         json(&said)
     }
@@ -288,13 +288,13 @@ fn a_key_that_others_can_read_signs_nothing_nor_does_one_that_stays_locked() {
 #[test]
 fn a_passphrase_is_asked_for_on_the_terminal_and_not_shown() {
     let artist = Artist::new();
-    let words = format!("'{}' keygen new.key", programs::flock().display());
+    let words = format!("'{}' keygen new.key", programs::dreams().display());
     let mut script = Command::new("script");
     script.args(["-qec", &words, "/dev/null"]).current_dir(artist.at(""));
     script.stdin(std::process::Stdio::piped()).stdout(std::process::Stdio::piped());
     let mut child = script.spawn().unwrap();
     std::io::Write::write_all(&mut child.stdin.take().unwrap(), b"velvet\nvelvet\n").unwrap();
-    let said = String::from_utf8(wait::output("flock keygen", 120, child).stdout).unwrap();
+    let said = String::from_utf8(wait::output("dreams keygen", 120, child).stdout).unwrap();
     assert!(said.contains("New passphrase of new.key: ") && said.contains("secret key"), "{said}");
     fs::rename(artist.at("new.pub"), artist.at("artist.pub")).unwrap();
     artist.pack_by("new", &[]);
@@ -379,7 +379,7 @@ fn a_pack_that_meets_a_full_disk_leaves_the_bundle_of_before() {
     artist.pack(&[]);
     // No file may grow: to a program that is the same as a full disk.
     let mut shell = Command::new("bash");
-    shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::flock());
+    shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::dreams());
     shell.args(["pack", "flock", "bundle", "--key", "artist.key", "--passphrase-file", "passphrase", "--allow-jumps"]);
     let manifest = fs::read_to_string(artist.at("flock/flock.toml")).unwrap();
     fs::write(artist.at("flock/flock.toml"), manifest.replace("name = \"small\"", "name = \"other\"")).unwrap();

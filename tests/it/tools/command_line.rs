@@ -1,6 +1,6 @@
 //! The artist's command line, as scripts use it.
 //!
-//! Owns the claims on `flock check`, `share`, `walk` and `simulate`: their JSON, exit codes, streams and errors. The
+//! Owns the claims on `dreams check`, `share`, `walk` and `simulate`: their JSON, exit codes, streams and errors. The
 //! defective manifests are in `tests/fixtures`, each named for its defect.
 
 use crate::programs::{self, output};
@@ -14,9 +14,9 @@ fn fixture(defect: &str) -> PathBuf {
     programs::repository().join("tests/fixtures").join(defect)
 }
 
-/// `flock COMMAND FIXTURE OPTIONS...`.
-fn flock(command: &str, defect: &str, options: &[&str]) -> Output {
-    output(Command::new(programs::flock()).arg(command).arg(fixture(defect)).args(options))
+/// `dreams COMMAND FIXTURE OPTIONS...`.
+fn dreams(command: &str, defect: &str, options: &[&str]) -> Output {
+    output(Command::new(programs::dreams()).arg(command).arg(fixture(defect)).args(options))
 }
 
 /// The options that `command` requires.
@@ -41,7 +41,7 @@ fn every_fault_of_a_graph_is_found_and_named() {
         ("two-islands", "split", "c"),
     ];
     for (defect, kind, named) in cases {
-        let said = flock("check", defect, &["--json"]);
+        let said = dreams("check", defect, &["--json"]);
         assert_eq!(said.status.code(), Some(1), "{defect}");
         let answer = json(&said);
         assert_eq!(answer["ok"], false, "{defect}");
@@ -56,7 +56,7 @@ fn every_fault_of_a_graph_is_found_and_named() {
 
 #[test]
 fn a_clip_that_is_not_there_is_a_fault_of_its_own() {
-    let said = flock("check", "seven", &["--json"]);
+    let said = dreams("check", "seven", &["--json"]);
     assert_eq!(said.status.code(), Some(1));
     let answer = json(&said);
     let faults = answer["faults"].as_array().unwrap();
@@ -80,7 +80,7 @@ fn a_malformed_manifest_is_refused_with_file_line_key_and_both_values() {
     ];
     for (defect, named) in cases {
         for command in ["check", "share", "walk", "simulate"] {
-            let said = flock(command, defect, steps_of(command));
+            let said = dreams(command, defect, steps_of(command));
             let error = String::from_utf8_lossy(&said.stderr);
             assert_eq!(said.status.code(), Some(2), "{command} {defect}: {error}");
             assert!(said.stdout.is_empty(), "{command} {defect} writes no data");
@@ -95,36 +95,36 @@ fn a_malformed_manifest_is_refused_with_file_line_key_and_both_values() {
 #[test]
 fn what_cannot_be_read_and_what_cannot_be_meant_have_their_own_exit_codes() {
     for command in ["check", "share", "walk", "simulate"] {
-        let said = flock(command, "no-such-flock", steps_of(command));
+        let said = dreams(command, "no-such-flock", steps_of(command));
         let error = String::from_utf8_lossy(&said.stderr);
         assert_eq!(said.status.code(), Some(3), "{command}: {error}");
         assert!(error.contains("no-such-flock"), "{command}: {error}");
-        let said = flock(command, "seven", &["--no-such-option"]);
+        let said = dreams(command, "seven", &["--no-such-option"]);
         assert_eq!(said.status.code(), Some(2), "{command}");
         assert!(said.stdout.is_empty(), "{command} writes complaints to standard error");
     }
-    let said = flock("simulate", "seven", &["--seed", "1", "--steps", "4000000000"]);
+    let said = dreams("simulate", "seven", &["--seed", "1", "--steps", "4000000000"]);
     assert_eq!(said.status.code(), Some(2), "a simulation that no memory holds");
 }
 
 #[test]
 fn a_walk_is_the_same_for_the_same_seed_in_both_forms() {
     let options = ["--seed", "9", "--steps", "200"];
-    let lines = flock("walk", "seven", &options);
-    let document = flock("walk", "seven", &[&options[..], &["--json"]].concat());
+    let lines = dreams("walk", "seven", &options);
+    let document = dreams("walk", "seven", &[&options[..], &["--json"]].concat());
     assert_eq!((lines.status.code(), document.status.code()), (Some(0), Some(0)));
     assert!(lines.stderr.is_empty(), "nothing to complain of");
     let lines = String::from_utf8(lines.stdout).unwrap();
     let document = json(&document);
     let clips: Vec<_> = document["clips"].as_array().unwrap().iter().map(|clip| clip.as_str().unwrap()).collect();
     assert_eq!(lines.lines().collect::<Vec<_>>(), clips);
-    assert_eq!(lines.as_bytes(), flock("walk", "seven", &options).stdout);
-    assert_ne!(lines.as_bytes(), flock("walk", "seven", &["--seed", "10", "--steps", "200"]).stdout);
+    assert_eq!(lines.as_bytes(), dreams("walk", "seven", &options).stdout);
+    assert_ne!(lines.as_bytes(), dreams("walk", "seven", &["--seed", "10", "--steps", "200"]).stdout);
 }
 
 #[test]
 fn a_walk_meets_end_to_end() {
-    let said = flock("walk", "seven", &["--seed", "4", "--steps", "500"]);
+    let said = dreams("walk", "seven", &["--seed", "4", "--steps", "500"]);
     let text = String::from_utf8(said.stdout).unwrap();
     let ends = |clip: &str| {
         let name = clip.trim_end_matches(".mp4");
@@ -136,8 +136,8 @@ fn a_walk_meets_end_to_end() {
 
 #[test]
 fn a_simulation_comes_to_what_the_shares_predict() {
-    let simulated = json(&flock("simulate", "seven", &["--seed", "1", "--steps", "20000", "--json"]));
-    let shares = json(&flock("share", "seven", &["--json"]));
+    let simulated = json(&dreams("simulate", "seven", &["--seed", "1", "--steps", "20000", "--json"]));
+    let shares = json(&dreams("share", "seven", &["--json"]));
     assert_eq!(of_sheep(&simulated, "predicted"), of_sheep(&shares, "visits"));
     assert_eq!(simulated["outside"], 0);
     for (id, bound) in of_sheep(&simulated, "bound") {
@@ -148,7 +148,7 @@ fn a_simulation_comes_to_what_the_shares_predict() {
 
 #[test]
 fn a_simulation_tells_visits_returns_and_repeats() {
-    let said = flock("simulate", "seven", &["--seed", "1", "--steps", "20000", "--json"]);
+    let said = dreams("simulate", "seven", &["--seed", "1", "--steps", "20000", "--json"]);
     assert_eq!(said.status.code(), Some(0));
     let answer = json(&said);
     let visits = answer["sheep"].as_array().unwrap();
@@ -172,7 +172,7 @@ fn of_sheep<'a>(answer: &'a Value, field: &str) -> BTreeMap<&'a str, Option<f64>
 
 #[test]
 fn the_shares_of_a_flock_are_exact_and_sum_to_one() {
-    let said = flock("share", "seven", &["--json"]);
+    let said = dreams("share", "seven", &["--json"]);
     assert_eq!(said.status.code(), Some(0));
     let answer = json(&said);
     let visits = of_sheep(&answer, "visits");
@@ -196,7 +196,7 @@ fn the_shares_of_a_flock_are_exact_and_sum_to_one() {
 #[test]
 fn shares_of_a_faulty_flock_are_those_of_what_is_played() {
     for (defect, unplayed) in [("dead-end", &["c"][..]), ("orphan-sheep", &["c"]), ("two-islands", &["c", "d"])] {
-        let said = flock("share", defect, &["--json"]);
+        let said = dreams("share", defect, &["--json"]);
         assert_eq!(said.status.code(), Some(1), "{defect}");
         let answer = json(&said);
         for (id, visits) in of_sheep(&answer, "visits") {
@@ -213,12 +213,12 @@ fn shares_of_a_faulty_flock_are_those_of_what_is_played() {
 fn what_cannot_be_written_ends_with_3_and_what_nobody_reads_is_fine() {
     let full = || std::fs::File::create("/dev/full").unwrap();
     for words in [&["--help"][..], &["walk", "--help"], &["--version"], &["completions", "bash"]] {
-        let said = programs::output_to(full(), Command::new(programs::flock()).args(words));
+        let said = programs::output_to(full(), Command::new(programs::dreams()).args(words));
         assert_eq!(said.status.code(), Some(3), "{words:?} to a full disk");
         assert!(String::from_utf8_lossy(&said.stderr).contains("cannot write the answer"), "{words:?}");
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        let said = programs::output_to(writer, Command::new(programs::flock()).args(words));
+        let said = programs::output_to(writer, Command::new(programs::dreams()).args(words));
         assert_eq!(said.status.code(), Some(0), "{words:?} to nobody");
     }
 }
@@ -226,7 +226,7 @@ fn what_cannot_be_written_ends_with_3_and_what_nobody_reads_is_fine() {
 #[test]
 fn every_command_says_what_its_exit_codes_mean() {
     for command in ["check", "share", "walk", "simulate"] {
-        let said = output(Command::new(programs::flock()).args([command, "--help"]));
+        let said = output(Command::new(programs::dreams()).args([command, "--help"]));
         let help = String::from_utf8(said.stdout).unwrap();
         assert!(help.contains("Exit status:"), "{command}: {help}");
         for code in ["  0  ", "  1  ", "  2  ", "  3  "] {
@@ -237,17 +237,17 @@ fn every_command_says_what_its_exit_codes_mean() {
 
 #[test]
 fn what_opens_no_clip_loads_no_ffmpeg_and_what_does_is_handed_over() {
-    let flock = programs::flock();
+    let dreams = programs::dreams();
     let loads_ffmpeg = |program: &Path| {
         let said = programs::succeed(Command::new(program).env("LD_TRACE_LOADED_OBJECTS", "1"));
         String::from_utf8(said).unwrap().contains("libavcodec.so")
     };
-    assert!(!loads_ffmpeg(&flock), "`flock` is linked with ffmpeg");
-    assert!(loads_ffmpeg(&flock.with_file_name("flock-video")), "`flock-video` is not");
+    assert!(!loads_ffmpeg(&dreams), "`dreams` is linked with ffmpeg");
+    assert!(loads_ffmpeg(&dreams.with_file_name("dreams-video")), "`dreams-video` is not");
     // By itself it does what it can, and names what it lacks before it has said or written anything.
     let alone = tempfile::tempdir().unwrap();
-    let program = alone.path().join("flock");
-    fs::copy(&flock, &program).unwrap();
+    let program = alone.path().join("dreams");
+    fs::copy(&dreams, &program).unwrap();
     let small = programs::repository().join("flock-tools/demo/small");
     let page = alone.path().join("page.html");
     let run = |words: &[&str]| output(Command::new(&program).args(words).arg(&small));
@@ -259,6 +259,6 @@ fn what_opens_no_clip_loads_no_ffmpeg_and_what_does_is_handed_over() {
         let said = run(words);
         let error = String::from_utf8_lossy(&said.stderr);
         assert_eq!((said.status.code(), said.stdout.len(), page.exists()), (Some(3), 0, false), "{words:?}");
-        assert!(error.starts_with("error: cannot start") && error.contains("it belongs beside `flock`"), "{error}");
+        assert!(error.starts_with("error: cannot start") && error.contains("it belongs beside `dreams`"), "{error}");
     }
 }

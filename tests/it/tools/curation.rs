@@ -1,6 +1,6 @@
 //! A flock is edited by commands.
 //!
-//! Owns the claims on `flock new`, `add`, `link`, `unlink`, `drop`, `rename` and `want`: what they change, what they
+//! Owns the claims on `dreams new`, `add`, `link`, `unlink`, `drop`, `rename` and `want`: what they change, what they
 //! leave as it is, what they refuse, what they say about the balance. Never renders: ffmpeg makes the clips.
 
 use crate::flocks::SMALL;
@@ -46,14 +46,14 @@ impl FlockFolder {
         fs::read_to_string(self.folder().join("flock.toml")).unwrap()
     }
 
-    /// `flock COMMAND FOLDER WORDS...`.
-    fn flock(&self, command: &str, words: &[&str]) -> Output {
-        output(Command::new(programs::flock()).arg(command).arg(self.folder()).args(words))
+    /// `dreams COMMAND FOLDER WORDS...`.
+    fn dreams(&self, command: &str, words: &[&str]) -> Output {
+        output(Command::new(programs::dreams()).arg(command).arg(self.folder()).args(words))
     }
 
     /// The same, which must end with `code`; returns its output on both streams.
     fn says(&self, code: i32, command: &[&str], words: &[&str]) -> String {
-        let said = self.flock(command[0], &[&command[1..], words].concat());
+        let said = self.dreams(command[0], &[&command[1..], words].concat());
         let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
         assert_eq!(said.status.code(), Some(code), "{command:?} {words:?}: {text}");
         text
@@ -65,7 +65,7 @@ impl FlockFolder {
 
     /// The JSON answer of a command that must end with `code`.
     fn answers(&self, code: i32, command: &str, words: &[&str]) -> Value {
-        let said = self.flock(command, &[words, &["--json"]].concat());
+        let said = self.dreams(command, &[words, &["--json"]].concat());
         assert_eq!(said.status.code(), Some(code), "{command} {words:?}");
         json(&said)
     }
@@ -87,7 +87,7 @@ fn a_flock_grows_from_nothing_to_one_without_faults() {
         assert!(flock_folder.folder().join(folder).is_dir(), "{folder}");
     }
     let said = flock_folder.says(2, &["check"], &[]);
-    assert!(said.contains("`flock add`"), "{said}");
+    assert!(said.contains("`dreams add`"), "{said}");
     let first = flock_folder.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
     assert!(first.contains("none while a sheep is never shown"), "{first}");
     flock_folder.fine(&["add", "ewe"], &["--loop", &clip("s1.mp4"), "--want", "3", "--repeat", "2"]);
@@ -119,7 +119,7 @@ fn what_is_yet_to_be_rendered_is_named_and_its_place_told() {
     let genome = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
     let genome = genome.to_str().unwrap();
     let said = flock_folder.fine(&["add", "orchid"], &["--genome", genome, "--frames", "90"]);
-    assert!(said.contains("note: `loops/orchid.mp4` is not there yet; `flock render` makes it"), "{said}");
+    assert!(said.contains("note: `loops/orchid.mp4` is not there yet; `dreams render` makes it"), "{said}");
     let answer = flock_folder.answers(0, "link", &["orchid", "orchid"]);
     assert_eq!(answer["missing"], serde_json::json!(["transitions/orchid=orchid.mp4"]));
     let manifest = flock_folder.manifest();
@@ -167,7 +167,7 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
     let other_form = other_form.to_str().unwrap();
     let said = flock_folder.says(1, &["add", "big"], &["--loop", other_form]);
     assert!(
-        said.contains("size is `1280x720` (expected `320x240`)") && said.contains("hint: `flock import`"),
+        said.contains("size is `1280x720` (expected `320x240`)") && said.contains("hint: `dreams import`"),
         "{said}"
     );
     let said = flock_folder.says(2, &["want", "ram"], &["-3"]);
@@ -209,7 +209,7 @@ fn an_edit_that_would_take_sheep_off_the_wall_is_refused_unless_forced() {
         .unwrap()
         .iter()
         .filter(|t| {
-            flock_folder.flock("unlink", &[t["from"].as_str().unwrap(), t["to"].as_str().unwrap()]).status.code()
+            flock_folder.dreams("unlink", &[t["from"].as_str().unwrap(), t["to"].as_str().unwrap()]).status.code()
                 == Some(1)
         })
         .map(|t| (t["from"].as_str().unwrap().to_owned(), t["to"].as_str().unwrap().to_owned()))
@@ -227,7 +227,7 @@ fn an_edit_that_would_take_sheep_off_the_wall_is_refused_unless_forced() {
     assert_eq!((&forced["changed"], &forced["no_longer_shown"]), (&Value::Bool(true), &answer["no_longer_shown"]));
     assert_eq!(forced["worst_ratio_after"], Value::Null);
     assert!(!forced["faults"].as_array().unwrap().is_empty());
-    assert_eq!(flock_folder.flock("check", &[]).status.code(), Some(1));
+    assert_eq!(flock_folder.dreams("check", &[]).status.code(), Some(1));
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn a_full_disk_loses_nothing() {
     // No file may grow: to a program that is the same as a full disk.
     let full = |flock_folder: &FlockFolder, command: &str, words: &[&str]| {
         let mut shell = Command::new("bash");
-        shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::flock()).arg(command);
+        shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::dreams()).arg(command);
         let said = output(shell.arg(flock_folder.folder()).args(words));
         let error = String::from_utf8(said.stderr).unwrap();
         assert_eq!(said.status.code(), Some(3), "{error}");
@@ -322,7 +322,7 @@ fn a_full_disk_loses_nothing() {
 #[test]
 fn commands_at_the_same_time_lose_no_edit() {
     let flock_folder = FlockFolder::new();
-    let program = programs::flock();
+    let program = programs::dreams();
     let add = |number: usize| {
         let mut add = Command::new(&program);
         add.arg("add").arg(flock_folder.folder()).args([&format!("s{number}"), "--no-loop"]);
@@ -336,13 +336,13 @@ fn commands_at_the_same_time_lose_no_edit() {
 #[test]
 fn a_flock_is_only_started_where_nothing_is() {
     let scratch = tempfile::tempdir().unwrap();
-    let new = |folder: &Path| output(Command::new(programs::flock()).arg("new").arg(folder).arg("--json"));
+    let new = |folder: &Path| output(Command::new(programs::dreams()).arg("new").arg(folder).arg("--json"));
     let folder = scratch.path().join("deep/it's \"so\"");
     let said = new(&folder);
     assert_eq!(json(&said)["name"], "it's \"so\"");
     let said = new(&folder);
     let error = String::from_utf8(said.stderr).unwrap();
     assert_eq!((said.status.code(), error.contains("is not empty")), (Some(1), true), "{error}");
-    let add = output(Command::new(programs::flock()).arg("add").arg(&folder).args(["ram", "--no-loop", "--json"]));
+    let add = output(Command::new(programs::dreams()).arg("add").arg(&folder).args(["ram", "--no-loop", "--json"]));
     assert_eq!(json(&add)["changed"], true);
 }

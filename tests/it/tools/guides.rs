@@ -96,13 +96,13 @@ fn typed(terminal: &mut Child) -> String {
 
 #[test]
 fn the_guides_commands_print_what_it_shows_and_ask_for_what_it_tells() {
-    let flock = programs::flock();
+    let dreams = programs::dreams();
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let demo = repository().join("flock-tools/demo/small");
     succeed(Command::new("cp").arg("--recursive").arg(demo).arg(at("aurora")));
     for sheep in LEFT_OUT {
-        succeed(Command::new(&flock).arg("drop").arg(at("aurora")).args([sheep, "--force", "--delete-files"]));
+        succeed(Command::new(&dreams).arg("drop").arg(at("aurora")).args([sheep, "--force", "--delete-files"]));
     }
     let manifest = fs::read_to_string(at("aurora/flock.toml")).unwrap().replacen("\"demo\"", "\"aurora\"", 1);
     fs::write(at("aurora/flock.toml"), manifest).unwrap();
@@ -130,7 +130,7 @@ fn follow(guide: &str, folder: &Path) {
     lay_make(&at("tools"));
     let path = std::env::var("PATH").unwrap_or_default();
     let real_make = std::env::split_paths(&path).map(|folder| folder.join("make")).find(|make| make.is_file()).unwrap();
-    let path = format!("{}:{}:{path}", at("tools").display(), programs::flock().parent().unwrap().display());
+    let path = format!("{}:{}:{path}", at("tools").display(), programs::dreams().parent().unwrap().display());
     let mut socat = Command::new("socat");
     socat.args(["-", "EXEC:bash script,pty,setsid,ctty,stderr,echo=0"]).current_dir(folder);
     socat.env("REAL_MAKE", real_make).env("REPOSITORY", repository());
@@ -186,7 +186,7 @@ fn the_guide_to_maintaining_prints_what_it_shows_and_its_units_take_the_new_syst
     fs::write(at("passphrase"), format!("{PASSPHRASE}\n")).unwrap();
     fs::set_permissions(at("passphrase"), fs::Permissions::from_mode(0o600)).unwrap();
     for key in ["artist.key", "spare.key"] {
-        let mut keygen = Command::new(programs::flock());
+        let mut keygen = Command::new(programs::dreams());
         succeed(keygen.arg("keygen").arg(at(key)).arg("--passphrase-file").arg(at("passphrase")));
     }
     make_halves(&at("target/image/unit-0.1.0"), "0.1.0");

@@ -1,6 +1,6 @@
 //! Clips of other people come into a flock.
 //!
-//! Owns the claims on `flock import`: frame for frame, with tags, without damaged or unknown files. ffmpeg makes the
+//! Owns the claims on `dreams import`: frame for frame, with tags, without damaged or unknown files. ffmpeg makes the
 //! clips and compares the frames.
 
 use crate::clips::framemd5;
@@ -29,7 +29,7 @@ impl Folders {
     fn new(size: &str) -> Self {
         let folders = Self { scratch: tempfile::tempdir().unwrap() };
         fs::create_dir(folders.inbox()).unwrap();
-        succeed(Command::new(programs::flock()).arg("new").arg(folders.flock()).args(["--size", size, "--fps", "30"]));
+        succeed(Command::new(programs::dreams()).arg("new").arg(folders.flock()).args(["--size", size, "--fps", "30"]));
         folders
     }
 
@@ -45,9 +45,9 @@ impl Folders {
         fs::read_to_string(self.flock().join("flock.toml")).unwrap()
     }
 
-    /// `flock import FLOCK WORDS...`, in the folder `inbox`.
+    /// `dreams import FLOCK WORDS...`, in the folder `inbox`.
     fn import(&self, words: &[&str]) -> Command {
-        let mut import = Command::new(programs::flock());
+        let mut import = Command::new(programs::dreams());
         import.arg("import").arg(self.flock()).args(words).current_dir(self.inbox());
         import
     }
@@ -71,9 +71,9 @@ impl Folders {
         path
     }
 
-    /// The faults by `flock check`, without those of the graph.
+    /// The faults by `dreams check`, without those of the graph.
     fn clip_faults(&self) -> Vec<Value> {
-        let said = output(Command::new(programs::flock()).arg("check").arg(self.flock()).arg("--json"));
+        let said = output(Command::new(programs::dreams()).arg("check").arg(self.flock()).arg("--json"));
         if !self.manifest().contains("[[sheep]]") {
             return Vec::new();
         }
@@ -336,7 +336,7 @@ fn an_import_that_is_interrupted_or_finds_the_disk_full_leaves_a_whole_flock_and
     // No file may grow beyond some blocks: to a program that is the same as a full disk.
     let before = folders.manifest();
     let mut shell = Command::new("bash");
-    shell.args(["-c", "trap '' XFSZ; ulimit -f 20; exec \"$@\"", "bash"]).arg(programs::flock()).arg("import");
+    shell.args(["-c", "trap '' XFSZ; ulimit -f 20; exec \"$@\"", "bash"]).arg(programs::dreams()).arg("import");
     let full = output(shell.arg(folders.flock()).arg(folders.inbox()));
     let error = String::from_utf8_lossy(&full.stderr);
     assert_eq!((full.status.code(), parts()), (Some(3), 0), "{error}");

@@ -11,7 +11,7 @@ const WITHOUT_JSON: [&str; 1] = ["completions"];
 
 /// Every command with its line in the help.
 fn commands() -> Vec<(String, String)> {
-    let help = String::from_utf8(succeed(Command::new(programs::flock()).arg("--help"))).unwrap();
+    let help = String::from_utf8(succeed(Command::new(programs::dreams()).arg("--help"))).unwrap();
     let (_, list) = help.split_once("\nCommands:\n").expect("a list of commands");
     let entry = |line: &str| {
         let (name, about) = line.trim().split_once("  ").unwrap();
@@ -20,16 +20,16 @@ fn commands() -> Vec<(String, String)> {
     list.lines().take_while(|line| !line.is_empty()).map(entry).filter(|(name, _)| name != "help").collect()
 }
 
-/// The help of `flock COMMAND`.
+/// The help of `dreams COMMAND`.
 fn help(command: &str) -> String {
-    String::from_utf8(succeed(Command::new(programs::flock()).args([command, "--help"]))).unwrap()
+    String::from_utf8(succeed(Command::new(programs::dreams()).args([command, "--help"]))).unwrap()
 }
 
 #[test]
 fn the_readme_lists_every_command_as_the_help_does() {
     let readme = fs::read_to_string(repository().join("README.md")).unwrap();
     let row = |line: &str| {
-        let (name, about) = line.strip_prefix("| `flock ")?.split_once("` | ")?;
+        let (name, about) = line.strip_prefix("| `dreams ")?.split_once("` | ")?;
         Some((name.to_owned(), about.strip_suffix(" |")?.to_owned()))
     };
     let listed: Vec<_> = readme.lines().filter_map(row).collect();
@@ -37,45 +37,63 @@ fn the_readme_lists_every_command_as_the_help_does() {
 }
 
 #[test]
+fn no_document_calls_the_artists_program_flock() {
+    let listed =
+        output(Command::new("git").args(["ls-files", "*.md", "*.service", "config"]).current_dir(repository()));
+    let files = String::from_utf8(listed.stdout).unwrap();
+    assert!(files.lines().count() > 10, "{files}");
+    let names: Vec<_> = commands().into_iter().map(|(name, _)| name).collect();
+    for file in files.lines() {
+        let text = fs::read_to_string(repository().join(file)).unwrap();
+        for (number, line) in text.lines().enumerate() {
+            let called = names.iter().any(|name| {
+                ["`", "$ ", "/", "    "].iter().any(|before| line.contains(&format!("{before}flock {name}")))
+            });
+            assert!(!called && !line.contains("flock-video"), "{file}, line {}: {line}", number + 1);
+        }
+    }
+}
+
+#[test]
 fn every_command_has_a_page_with_its_words_and_its_exit_statuses() {
     let scratch = tempfile::tempdir().unwrap();
-    let said = succeed(Command::new(programs::flock()).arg("man").arg(scratch.path()));
+    let said = succeed(Command::new(programs::dreams()).arg("man").arg(scratch.path()));
     let told = String::from_utf8(said).unwrap().lines().count();
     let commands = commands();
     assert_eq!(told, commands.len() + 1, "a page each, and one for all");
     for (name, about) in &commands {
-        let page = fs::read_to_string(scratch.path().join(format!("flock-{name}.1"))).unwrap();
+        let page = fs::read_to_string(scratch.path().join(format!("dreams-{name}.1"))).unwrap();
         let plain = page.replace("\\-", "-").replace("\\*(Aq", "'");
-        assert!(plain.contains(&format!("flock-{name} - {about}\n")), "{plain}");
+        assert!(plain.contains(&format!("dreams-{name} - {about}\n")), "{plain}");
         for option in help(name).lines().filter_map(|line| line.trim().strip_prefix("--")?.split([' ', '[']).next()) {
             assert!(plain.contains(&format!("--{option}")), "{name} --{option}");
         }
         let (_, exits) = page.split_once(".SH EXIT STATUS\n").expect("exit statuses");
         assert!((0..=3).all(|code| exits.contains(&format!(".TP\n.B {code}\n"))), "{exits}");
     }
-    let index = fs::read_to_string(scratch.path().join("flock.1")).unwrap();
-    assert!(commands.iter().all(|(name, _)| index.contains(&format!("flock\\-{name}(1)"))), "{index}");
+    let index = fs::read_to_string(scratch.path().join("dreams.1")).unwrap();
+    assert!(commands.iter().all(|(name, _)| index.contains(&format!("dreams\\-{name}(1)"))), "{index}");
 }
 
 #[test]
 fn a_shell_completes_commands_and_options() {
     let scratch = tempfile::tempdir().unwrap();
     for shell in ["bash", "zsh", "fish"] {
-        let script = succeed(Command::new(programs::flock()).args(["completions", shell]));
+        let script = succeed(Command::new(programs::dreams()).args(["completions", shell]));
         let text = String::from_utf8(script.clone()).unwrap();
         assert!(commands().iter().all(|(name, _)| text.contains(name)), "{shell} knows every command");
         fs::write(scratch.path().join(shell), script).unwrap();
     }
     let completed = |words: &str, last: &str| {
         let script = format!(
-            "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _flock flock '{last}' ''; \
+            "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _dreams dreams '{last}' ''; \
              echo \"${{COMPREPLY[@]}}\"",
             scratch.path().join("bash").display()
         );
         String::from_utf8(succeed(Command::new("bash").args(["-c", &script]))).unwrap().trim().to_owned()
     };
-    assert_eq!(completed("flock unl", "unl"), "unlink");
-    assert_eq!(completed("flock want --j", "--j"), "--json");
+    assert_eq!(completed("dreams unl", "unl"), "unlink");
+    assert_eq!(completed("dreams want --j", "--j"), "--json");
 }
 
 #[test]
@@ -88,7 +106,7 @@ fn every_command_answers_with_json() {
 #[test]
 fn colours_are_for_terminals_and_for_those_who_want_them() {
     const ESCAPE: u8 = 0x1b;
-    let program = programs::flock();
+    let program = programs::dreams();
     for words in [&["--help"][..], &["nonsense"], &["add", "--help"], &["new"], &["check", "no-such-flock"]] {
         let said = output(Command::new(&program).args(words));
         assert!(!said.stdout.contains(&ESCAPE) && !said.stderr.contains(&ESCAPE), "{words:?} into a pipe");

@@ -1,6 +1,6 @@
 //! Bundles on a stick or a server are whole, whatever interrupts the copying.
 //!
-//! Owns the claims on `flock diff` and `flock publish`: what they write, and what a kill, a full disk and a damaged
+//! Owns the claims on `dreams diff` and `dreams publish`: what they write, and what a kill, a full disk and a damaged
 //! stick leave behind. The content of a bundle is in `bundles.rs`.
 
 use crate::programs::{self, output};
@@ -11,7 +11,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// `flock publish bundle STICK --trust artist.pub`.
+/// `dreams publish bundle STICK --trust artist.pub`.
 const PUBLISH: [&str; 5] = ["publish", "bundle", "stick", "--trust", "artist.pub"];
 const VERIFY: [&str; 4] = ["verify", "stick", "--trust", "artist.pub"];
 
@@ -213,7 +213,7 @@ fn on_a_small_disk(artist: &Artist, mount: &str, script: &str) -> Output {
     if !rustix::process::geteuid().is_root() {
         unshare.args(["--user", "--map-root-user"]);
     }
-    unshare.args(["--mount", "bash", "-c", &prepared]).current_dir(artist.at("")).env("FLOCK", programs::flock());
+    unshare.args(["--mount", "bash", "-c", &prepared]).current_dir(artist.at("")).env("DREAMS", programs::dreams());
     let said = output(&mut unshare);
     let refused = said.status.code() == Some(77) || String::from_utf8_lossy(&said.stderr).starts_with("unshare:");
     assert!(!refused, "not tried, no disk was full: this machine lets nobody mount a file system: {}", lines(&said));
@@ -230,14 +230,14 @@ fn a_publish_killed_at_any_file_leaves_the_bundle_of_before_and_goes_on_where_it
     let artist = two_editions();
     // A file that grows beyond a limit is the end of who writes it: SIGXFSZ, at one file after another.
     let script = "
-        \"$FLOCK\" publish old stick --trust artist.pub > /dev/null || exit 1
+        \"$DREAMS\" publish old stick --trust artist.pub > /dev/null || exit 1
         for limit in 1 40 60 80 100 120 140 160 180 200 220 240 260 280; do
-            ( ulimit -f $limit; \"$FLOCK\" publish bundle stick --trust artist.pub --json ) > said 2>&1
+            ( ulimit -f $limit; \"$DREAMS\" publish bundle stick --trust artist.pub --json ) > said 2>&1
             echo \"ended $?\"
-            \"$FLOCK\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'
+            \"$DREAMS\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'
         done
-        \"$FLOCK\" publish bundle stick --trust artist.pub --json > said || exit 1
-        \"$FLOCK\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'
+        \"$DREAMS\" publish bundle stick --trust artist.pub --json > said || exit 1
+        \"$DREAMS\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'
         find stick -name '*.new'";
     let said = on_a_small_disk(&artist, "size=64m", script);
     let text = String::from_utf8(said.stdout.clone()).unwrap();
@@ -260,11 +260,11 @@ fn a_publish_killed_at_any_file_leaves_the_bundle_of_before_and_goes_on_where_it
 fn a_disk_without_room_is_told_before_anything_is_written_and_one_that_fills_up_loses_nothing() {
     let artist = two_editions();
     let script = "
-        \"$FLOCK\" publish old stick --trust artist.pub > /dev/null || exit 1
+        \"$DREAMS\" publish old stick --trust artist.pub > /dev/null || exit 1
         find stick -type f | wc -l
-        \"$FLOCK\" publish bundle stick --trust artist.pub; echo \"ended $?\"
+        \"$DREAMS\" publish bundle stick --trust artist.pub; echo \"ended $?\"
         find stick -type f | wc -l
-        \"$FLOCK\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'";
+        \"$DREAMS\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'";
     let said = on_a_small_disk(&artist, "size=1m", script);
     let text = lines(&said);
     let out = String::from_utf8(said.stdout.clone()).unwrap();
@@ -285,12 +285,12 @@ fn a_disk_without_room_is_told_before_anything_is_written_and_one_that_fills_up_
 fn what_nobody_needs_makes_room_for_what_comes_and_what_a_unit_may_need_stays() {
     let artist = two_editions();
     let script = "
-        \"$FLOCK\" publish old stick --trust artist.pub > /dev/null || exit 1
+        \"$DREAMS\" publish old stick --trust artist.pub > /dev/null || exit 1
         mkdir -p stick/objects/ab
         head -c \"$1\" /dev/zero > stick/objects/ab/$(printf 'c%.0s' $(seq 62))
-        \"$FLOCK\" publish bundle stick --trust artist.pub; echo \"ended $?\"
-        \"$FLOCK\" publish bundle stick --trust artist.pub --prune; echo \"ended $?\"
-        \"$FLOCK\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'";
+        \"$DREAMS\" publish bundle stick --trust artist.pub; echo \"ended $?\"
+        \"$DREAMS\" publish bundle stick --trust artist.pub --prune; echo \"ended $?\"
+        \"$DREAMS\" verify stick --trust artist.pub | sed 's/.*, sequence \\([0-9]*\\) .*/holds \\1/'";
     for (size, left, ended, holds, told) in [
         ("5m", "3m", "ended 0", "holds 2", "hint: --prune removes"),
         ("2m", "1m", "ended 3", "holds 1", "hint: the bundles there stay until the new ones are"),

@@ -1,4 +1,4 @@
-//! `flock render` makes what is missing, and continues after an interruption.
+//! `dreams render` makes what is missing, and continues after an interruption.
 //!
 //! Owns the claims on whole runs of the program. What is chosen, kept and refused in detail is tested beside the code.
 
@@ -74,9 +74,9 @@ fn genomes() -> TempDir {
     folder
 }
 
-/// `flock render FOLDER OPTIONS...`, at low quality.
+/// `dreams render FOLDER OPTIONS...`, at low quality.
 fn render(folder: &Path, options: &[&str]) -> Command {
-    let mut command = Command::new(programs::flock());
+    let mut command = Command::new(programs::dreams());
     command.arg("render").arg(folder).args(["--temporal-samples", "4"]).args(options);
     if !options.contains(&"--spp") {
         command.args(["--spp", "4"]);
@@ -104,7 +104,7 @@ fn genomes_become_a_flock_without_a_fault() {
     let lines: Vec<_> = said.stdout.lines().map(Result::unwrap).collect();
     assert_eq!(lines.len(), 5);
     assert!(CLIPS.iter().all(|clip| lines.iter().any(|line| line.starts_with(&format!("{clip} ")))), "{lines:?}");
-    let check = output(Command::new(programs::flock()).args(["check", "--json"]).arg(folder));
+    let check = output(Command::new(programs::dreams()).args(["check", "--json"]).arg(folder));
     assert_eq!(json(&check)["faults"].as_array().unwrap().len(), 0, "{}", String::from_utf8_lossy(&check.stdout));
 
     let manifest = fs::read_to_string(folder.join("flock.toml")).unwrap();

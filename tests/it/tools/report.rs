@@ -1,4 +1,4 @@
-//! `flock report` for a browser and for other programs.
+//! `dreams report` for a browser and for other programs.
 //!
 //! Owns the claims on the page: it opens without a network, shows its pictures in light and dark mode, and no name in a
 //! flock can break it; and on the graph for other programs.
@@ -61,15 +61,15 @@ struct Screen {
 const DESK: Screen = Screen { size: "1400,1000", dark: false };
 const DESK_AT_NIGHT: Screen = Screen { size: "1400,1000", dark: true };
 
-fn flock(args: &[&str], folder: &Path) -> Output {
-    output(Command::new(programs::flock()).args(args).arg(folder))
+fn dreams(args: &[&str], folder: &Path) -> Output {
+    output(Command::new(programs::dreams()).args(args).arg(folder))
 }
 
 /// Makes the report of the flock in `folder`, which must end with `status`; returns the page's file.
 fn report(folder: &Path, status: i32) -> (tempfile::TempDir, PathBuf) {
     let scratch = tempfile::tempdir().unwrap();
     let page = scratch.path().join("a page.html");
-    let said = flock(&["report", "--out", page.to_str().unwrap()], folder);
+    let said = dreams(&["report", "--out", page.to_str().unwrap()], folder);
     assert_eq!(said.status.code(), Some(status), "{}", String::from_utf8_lossy(&said.stderr));
     (scratch, page)
 }
@@ -158,7 +158,7 @@ fn the_worst_joins_are_shown_with_their_frames_and_figures() {
     assert!(told["pairs"].as_array().unwrap().iter().all(|pair| pair[1] == false), "{told}");
     let scratch = tempfile::tempdir().unwrap();
     let page = scratch.path().join("page.html");
-    let said = flock(&["report", "--no-joins", "--json", "--out", page.to_str().unwrap()], &demo);
+    let said = dreams(&["report", "--no-joins", "--json", "--out", page.to_str().unwrap()], &demo);
     let answer: Value = serde_json::from_slice(&said.stdout).unwrap();
     assert_eq!((said.status.code(), &answer["jumps"]), (Some(0), &Value::Null));
     assert_eq!(seen(&page, DESK)["joins"], Value::Null);
@@ -184,7 +184,7 @@ fn transitions_that_would_help_are_told_with_what_they_cost() {
     let demo = programs::repository().join("flock-tools/demo/small");
     programs::succeed(Command::new("cp").arg("-r").arg(&demo).arg(folder.path().join("small")));
     let small = folder.path().join("small");
-    programs::succeed(Command::new(programs::flock()).arg("want").arg(&small).args(["orchid", "6"]));
+    programs::succeed(Command::new(programs::dreams()).arg("want").arg(&small).args(["orchid", "6"]));
     let (_scratch, page) = report(&small, 0);
     let told = seen(&page, DESK);
     let suggested: Vec<&str> =
@@ -199,13 +199,13 @@ fn transitions_that_would_help_are_told_with_what_they_cost() {
     {
         let folder = bare(sheep);
         let page = folder.path().join("page.html");
-        let said = flock(&[&["report", "--out", page.to_str().unwrap()], words].concat(), folder.path());
+        let said = dreams(&[&["report", "--out", page.to_str().unwrap()], words].concat(), folder.path());
         assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
         let told = seen(&page, DESK);
         let suggested = told["suggested"].as_array().unwrap();
         assert_eq!(suggested.len(), count, "{sheep} {words:?}: {suggested:?}");
-        // Which they are is what `flock balance` says.
-        let said = flock(&["balance", "--suggest", "5", "--json"], folder.path());
+        // Which they are is what `dreams balance` says.
+        let said = dreams(&["balance", "--suggest", "5", "--json"], folder.path());
         let balance: Value = serde_json::from_slice(&said.stdout).unwrap();
         for (told, add) in suggested.iter().zip(balance["add"].as_array().unwrap()) {
             let (from, to) = (add["from"].as_str().unwrap(), add["to"].as_str().unwrap());
@@ -277,20 +277,20 @@ fn the_same_flock_gives_the_same_bytes() {
 #[test]
 fn the_answer_tells_the_file_and_an_unwritable_one_ends_with_3() {
     let folder = written(&bare(4, 1));
-    let said = flock(&["report", "--json"], folder.path());
+    let said = dreams(&["report", "--json"], folder.path());
     let answer: Value = serde_json::from_slice(&said.stdout).unwrap();
     let page = folder.path().join("report.html");
     assert_eq!(answer["file"], page.to_str().unwrap());
     assert_eq!(answer["bytes"], fs::metadata(&page).unwrap().len());
     assert_eq!((&answer["sheep"], &answer["clips_there"]), (&4.into(), &0.into()));
-    let said = flock(&["report", "--out", "/no/such/folder/page.html"], folder.path());
+    let said = dreams(&["report", "--out", "/no/such/folder/page.html"], folder.path());
     assert_eq!(said.status.code(), Some(3), "{}", String::from_utf8_lossy(&said.stderr));
 }
 
 #[test]
 fn graphml_is_xml_with_every_sheep_and_every_transition() {
     let flock_folder = written(&bare(30, 3).replace("\"bare\"", "\"<&>\\\" \\u0001\""));
-    let text = String::from_utf8(flock(&["report", "--graphml"], flock_folder.path()).stdout).unwrap();
+    let text = String::from_utf8(dreams(&["report", "--graphml"], flock_folder.path()).stdout).unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
     let named = |tag: &'static str| {
         document.descendants().filter(move |node| node.has_tag_name(("http://graphml.graphdrawing.org/xmlns", tag)))
@@ -312,7 +312,7 @@ fn graphml_is_xml_with_every_sheep_and_every_transition() {
 #[test]
 fn dot_has_a_line_for_every_sheep_and_every_transition_and_balanced_quotes() {
     let flock_folder = written(&bare(30, 3).replace("\"bare\"", "\"a\\\"] -> \\\\ b\\n\""));
-    let text = String::from_utf8(flock(&["report", "--dot"], flock_folder.path()).stdout).unwrap();
+    let text = String::from_utf8(dreams(&["report", "--dot"], flock_folder.path()).stdout).unwrap();
     assert!(text.starts_with("digraph \"a\\\"] -> \\\\ b \" {\n") && text.ends_with("\n}\n"), "{text}");
     let arrows = text.lines().skip(1).filter(|line| line.contains("\" -> \"")).count();
     let sheep = text.lines().filter(|line| line.starts_with("  \"s.") && line.contains(" [pos=")).count();
@@ -320,6 +320,6 @@ fn dot_has_a_line_for_every_sheep_and_every_transition_and_balanced_quotes() {
     assert!(arrows >= 100 && text.lines().count() == 4 + sheep + arrows, "{text}");
     let plain = text.replace("\\\\", "").replace("\\\"", "");
     assert!(plain.lines().all(|line| line.matches('"').count().is_multiple_of(2)), "{text}");
-    let said = flock(&["report", "--dot", "--out", "/no/such/folder/graph.dot"], flock_folder.path());
+    let said = dreams(&["report", "--dot", "--out", "/no/such/folder/graph.dot"], flock_folder.path());
     assert_eq!(said.status.code(), Some(3));
 }

@@ -1,4 +1,4 @@
-//! `flock still`: a picture and its figures, for scripts.
+//! `dreams still`: a picture and its figures, for scripts.
 //!
 //! Owns the claims on whole runs of the program.
 
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// `flock still orchid --out OUT OPTIONS...` in `folder`, small and at low quality.
+/// `dreams still orchid --out OUT OPTIONS...` in `folder`, small and at low quality.
 fn still(folder: &Path, out: &str, options: &[&str]) -> Output {
     let genome = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
     let mut coarse = vec!["--size", "64x36", "--supersample", "2", "--json"];
@@ -17,7 +17,7 @@ fn still(folder: &Path, out: &str, options: &[&str]) -> Output {
         coarse.extend(["--spp", "20"]);
     }
     output(
-        Command::new(programs::flock())
+        Command::new(programs::dreams())
             .current_dir(folder)
             .arg("still")
             .arg(genome)
@@ -84,7 +84,7 @@ fn a_still_that_cannot_be_is_refused_with_its_reason() {
     }
     assert_eq!(still(folder.path(), "no/such/a.png", &[]).status.code(), Some(3));
     let run = |genome: &Path, size: &str| {
-        let mut flock = Command::new(programs::flock());
+        let mut flock = Command::new(programs::dreams());
         output(flock.arg("still").arg(genome).arg("--out").arg(folder.path().join("b.png")).args(["--size", size]))
     };
     let text = folder.path().join("text");
@@ -98,7 +98,7 @@ fn a_still_that_cannot_be_is_refused_with_its_reason() {
     assert!(error.contains("expected 1 to 1e9 cells"), "{error}");
     let limited =
         format!("ulimit -v 1000000; exec \"$0\" still \"$1\" --out {}/c.png --size 6000x6000", folder.path().display());
-    let short = output(Command::new("sh").args(["-c", &limited]).arg(programs::flock()).arg(&orchid));
+    let short = output(Command::new("sh").args(["-c", &limited]).arg(programs::dreams()).arg(&orchid));
     let error = String::from_utf8_lossy(&short.stderr);
     assert_eq!(short.status.code(), Some(3), "{error}");
     assert!(error.contains("MB of memory") && error.contains("hint: "), "{error}");

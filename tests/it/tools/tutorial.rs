@@ -68,14 +68,14 @@ pub(crate) fn printed(said: &str, steps: usize) -> Vec<(Vec<&str>, &str)> {
 
 #[test]
 fn the_tutorials_commands_print_what_it_shows() {
-    let flock = programs::flock();
+    let dreams = programs::dreams();
     let steps = steps(&fs::read_to_string(repository().join(TUTORIAL)).unwrap());
     assert!(steps.len() >= 15, "only {} steps were read", steps.len());
     let copy = tempfile::tempdir().unwrap();
     symlink(repository().join("flock-tools"), copy.path().join("flock-tools")).unwrap();
     let script = steps.iter().map(marked).collect::<Vec<_>>().concat();
     let mut bash = Command::new("bash");
-    let path = format!("{}:{}", flock.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
+    let path = format!("{}:{}", dreams.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
     bash.current_dir(copy.path()).env("PATH", path).env("NO_COLOR", "1").args(["-c", &format!("exec 2>&1\n{script}")]);
     let said = String::from_utf8(programs::output(&mut bash).stdout).unwrap();
     let printed = printed(&said, steps.len());
@@ -83,7 +83,7 @@ fn the_tutorials_commands_print_what_it_shows() {
         let (as_shown, as_printed) = (shows.join("\n"), lines.join("\n"));
         let (mut shows, mut lines) = (shows.clone(), lines);
         // Clips are told as they are ready, and several are rendered at once.
-        if command.starts_with("flock render ") {
+        if command.starts_with("dreams render ") {
             shows.sort();
             lines.sort_unstable();
         }

@@ -1,6 +1,6 @@
 //! A bundle for one unit by name is not replaced by one for all units.
 //!
-//! Owns the claim for the unit and for `flock verify --unit`, which must agree. How a store of an older format learns
+//! Owns the claim for the unit and for `dreams verify --unit`, which must agree. How a store of an older format learns
 //! for whom its flock was is in `old_formats.rs`.
 //!
 //! Start at [`Sender`].

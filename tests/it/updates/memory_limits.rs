@@ -173,11 +173,11 @@ fn a_flock_that_no_unit_reads_is_named_by_check_and_not_packed_and_all_else_goes
     }
     for (text, words) in [
         (long, format!("bytes, a unit reads {} at most", limits::FLOCK_TOML)),
-        (odd, format!("not in the plain form that `flock` writes, so {} bytes at most", limits::FLOCK_DOCUMENT)),
+        (odd, format!("not in the plain form that `dreams` writes, so {} bytes at most", limits::FLOCK_DOCUMENT)),
         (many, format!("the list of files of the bundle has more than {} files", limits::FILES)),
     ] {
         fs::write(artist.at("flock/flock.toml"), text).unwrap();
-        let said = artist.flock(&["check", "flock", "--json"]);
+        let said = artist.dreams(&["check", "flock", "--json"]);
         let large = &json(&said)["faults"][0];
         let message = large["message"].as_str().unwrap();
         assert!(large["kind"] == "large" && message.contains(&words), "{message}");

@@ -1,6 +1,6 @@
 //! Nothing unsigned is accepted, whatever is on a stick or a server, and a unit keeps its flock.
 //!
-//! Owns the claim on thousands of mutants, each of which is given to the real `flock verify` and to a unit with a good
+//! Owns the claim on thousands of mutants, each of which is given to the real `dreams verify` and to a unit with a good
 //! flock, on a stick, and in part over HTTP. `MUTANTS` in the environment sets their number, and `MUTANT` chooses one.
 //! `tests/mutator` makes them.
 //!
@@ -32,7 +32,7 @@ const REFUSED: usize = 75;
 /// Workers at once. Most of the time one waits for the disk, or for a server's next answer.
 const WORKERS: usize = 4;
 
-/// Gives mutants to `flock verify` and to a unit.
+/// Gives mutants to `dreams verify` and to a unit.
 struct Worker<'m> {
     mutator: &'m Mutator,
     scratch: TempDir,
@@ -101,8 +101,8 @@ impl<'m> Worker<'m> {
 
     fn verify(&mut self) -> ProgramRun {
         let [stick, keys] = [self.at("stick"), self.at("keys")].map(|path| text(&path));
-        let flock = text(&programs::flock());
-        self.run(&[&flock, "verify", &stick, "--trust", &keys, "--unit", "lobby", "--json"])
+        let dreams = text(&programs::dreams());
+        self.run(&[&dreams, "verify", &stick, "--trust", &keys, "--unit", "lobby", "--json"])
     }
 
     fn unit(&mut self, words: &[&str]) -> ProgramRun {
@@ -132,7 +132,7 @@ impl<'m> Worker<'m> {
             let ran = self.verify();
             is_refused = ran.code != 0;
             let found = is_as_documented(&ran, &[0, 1, 2, 3]).and_then(|()| verified(&ran, mutant, good));
-            tally.note(mutant, "flock verify", &ran, found.err());
+            tally.note(mutant, "dreams verify", &ran, found.err());
         }
         let mut sources = vec![self.at("stick")];
         if mutant.seed.is_multiple_of(BY_HTTP) && mutant.stick.is_plain() {
@@ -231,7 +231,7 @@ fn is_seal_of_system(path: &str) -> bool {
     path.starts_with("systems/") && Path::new(path).extension().is_some_and(|suffix| suffix == "seal")
 }
 
-/// Checks that `flock verify` accepts only what was signed.
+/// Checks that `dreams verify` accepts only what was signed.
 fn verified(ran: &ProgramRun, mutant: &Mutant, good: &Good) -> Result<(), String> {
     // What the good bundle and the good system have, beside statements, must all be there; of a stick without seals of
     // flocks only the system, which is all that the answer lists then, and of one without seals of systems only the flock.

@@ -41,9 +41,9 @@ impl OldFiles {
         self.scratch.path().join(name)
     }
 
-    /// `flock WORDS...`, which must end with `code`; returns its output on both streams.
-    fn flock(&self, code: i32, words: &[&str]) -> String {
-        let said = output(Command::new(programs::flock()).args(words).current_dir(self.at("")));
+    /// `dreams WORDS...`, which must end with `code`; returns its output on both streams.
+    fn dreams(&self, code: i32, words: &[&str]) -> String {
+        let said = output(Command::new(programs::dreams()).args(words).current_dir(self.at("")));
         let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
         assert_eq!(said.status.code(), Some(code), "{words:?}: {text}");
         text
@@ -104,10 +104,10 @@ fn a_store_of_the_first_format_learns_from_its_seals_that_its_flock_is_its_own()
     let old_files = OldFiles::new();
     let sends = |unit: &[&str]| {
         let words = ["pack", "flock", "new", "--key", "keys/artist.key", "--passphrase-file", "passphrase"];
-        old_files.flock(0, &[&words, &["--allow-jumps"][..], unit].concat());
+        old_files.dreams(0, &[&words, &["--allow-jumps"][..], unit].concat());
         fs::remove_dir_all(old_files.at("stick")).unwrap();
         fs::create_dir(old_files.at("stick")).unwrap();
-        old_files.flock(0, &["publish", "new", "stick", "--trust", "trusted"]);
+        old_files.dreams(0, &["publish", "new", "stick", "--trust", "trusted"]);
         fs::remove_dir_all(old_files.at("new")).unwrap();
     };
     sends(&[]);
@@ -121,21 +121,21 @@ fn a_store_of_the_first_format_learns_from_its_seals_that_its_flock_is_its_own()
 #[test]
 fn keys_seals_and_statements_of_the_first_format_are_read_and_what_they_sign_today_is_taken() {
     let old_files = OldFiles::new();
-    let said = old_files.flock(0, &["verify", "stick", "--trust", "trusted"]);
+    let said = old_files.dreams(0, &["verify", "stick", "--trust", "trusted"]);
     assert!(said.contains("`fourth` for lobby, sequence 3") && said.contains("system 0.2.0 for every unit"), "{said}");
-    let said = old_files.flock(1, &["verify", "lost", "--trust", "trusted"]);
+    let said = old_files.dreams(1, &["verify", "lost", "--trust", "trusted"]);
     assert!(said.contains("signed by key"), "{said}");
     let by = |key, more: &[&str]| {
         let words = ["pack", "flock", "outbox", "--key", key, "--passphrase-file", "passphrase", "--allow-jumps"];
-        old_files.flock(0, &[&words, more].concat())
+        old_files.dreams(0, &[&words, more].concat())
     };
     let said = by("keys/artist.key", &["--unit", "lobby", "--statement", "keys/new.trusted"]);
     assert!(said.contains("packed `fourth` for lobby: sequence 5"), "{said}");
-    old_files.flock(0, &["publish", "outbox", "stick", "--trust", "trusted", "--unit", "lobby"]);
+    old_files.dreams(0, &["publish", "outbox", "stick", "--trust", "trusted", "--unit", "lobby"]);
     assert_eq!(old_files.updated(&["stick"])["sequence"], 5);
     // The key that the artist's took in signs for a unit that knows neither.
     by("keys/new.key", &["--unit", "lobby"]);
-    old_files.flock(0, &["publish", "outbox", "stick", "--trust", "trusted", "--unit", "lobby"]);
+    old_files.dreams(0, &["publish", "outbox", "stick", "--trust", "trusted", "--unit", "lobby"]);
     fs::remove_dir_all(old_files.at("store")).unwrap();
     assert_eq!(old_files.updated(&["stick"])["sequence"], 2);
 }
@@ -157,7 +157,7 @@ fn an_owners_settings_of_the_first_format_are_kept_as_they_were() {
     fs::write(old_files.at("update.toml"), "owner = \"owner/kept\"\nreserve_mib = 0\n").unwrap();
     let words =
         ["pack", "flock", "outbox", "--key", "keys/spare.key", "--passphrase-file", "passphrase", "--allow-jumps"];
-    old_files.flock(0, &[&words[..], &["--unit", "lobby"]].concat());
+    old_files.dreams(0, &[&words[..], &["--unit", "lobby"]].concat());
     fs::remove_file(old_files.at("trusted/spare.pub")).unwrap();
     fs::remove_dir_all(old_files.at("store")).unwrap();
     assert_eq!(old_files.updated(&["outbox"])["outcome"], "installed");

@@ -1,6 +1,6 @@
 //! A system is updated like a flock, into the slot that does not run.
 //!
-//! Owns the claims on `flock pack --system`, and on `dreams-update` in a unit's own system. Files stand for the slot
+//! Owns the claims on `dreams pack --system`, and on `dreams-update` in a unit's own system. Files stand for the slot
 //! and for the boot partition; whole machines are in `tests/image/updates`.
 //!
 //! Start at [`UnitFiles`].

@@ -1,6 +1,6 @@
 //! Weights that give every sheep its wanted share, or as near as the transitions allow.
 //!
-//! Owns the result of `flock balance`: whether the wants can be reached, the bottleneck if not, the weights, and the
+//! Owns the result of `dreams balance`: whether the wants can be reached, the bottleneck if not, the weights, and the
 //! resulting shares. The tools write the manifest.
 //!
 //! Start at [`Balance::of`]; fairness and floor are defined in `terms.rs`, the method is in `circulation.rs`, the proof
@@ -43,7 +43,7 @@ const STANDS: f64 = 5e-7;
 /// Up to this worst ratio the result of a search does not depend on its start. Far above, rounding decides.
 const TAME: f64 = 100.0;
 
-/// The nearest shares, and the weights that give them: the answer of `flock balance`.
+/// The nearest shares, and the weights that give them: the answer of `dreams balance`.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Balance<'f> {
     /// Whether some weights reach the wants exactly.

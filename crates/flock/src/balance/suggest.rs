@@ -1,7 +1,7 @@
 //! The transitions whose adding, and those whose removal, improve the balance most.
 //!
 //! Owns the choice, one at a time: each suggestion is found with the previous ones applied, and its effect is the
-//! result of `flock balance` after it. The tools add the cost of rendering.
+//! result of `dreams balance` after it. The tools add the cost of rendering.
 //!
 //! Start at [`Suggestions::of`]; `sketch.rs` estimates the effect of a change.
 //!

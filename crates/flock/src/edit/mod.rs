@@ -7,7 +7,7 @@
 //!
 //! - It writes every header of a kind like the first one: below `[[sheep]]`, `[[ "sheep" ]]` changes.
 //! - It drops a byte order mark and every `\r`. To convert line ends and back does not help a file that has both kinds.
-//! - A million weights take 4.6 GiB and 18 s of processor time; here 0.8 GiB and 5 s, including the checks of `flock want`.
+//! - A million weights take 4.6 GiB and 18 s of processor time; here 0.8 GiB and 5 s, including the checks of `dreams want`.
 //!
 //! Start at [`Edit::parse`].
 #![allow(

@@ -1,6 +1,6 @@
 //! What is wrong with a flock.
 //!
-//! Owns the kinds of faults, and finds those in the manifest. `flock check` adds those of clips.
+//! Owns the kinds of faults, and finds those in the manifest. `dreams check` adds those of clips.
 //!
 //! Start at [`Flock::faults`](super::Flock::faults).
 
@@ -10,7 +10,7 @@ use std::hash::Hash;
 use crate::graph::{Graph, SheepIx, Structure};
 use crate::manifest::{ClipPath, Manifest, SheepId};
 
-/// The kind of a fault, by its name in `flock check --json`.
+/// The kind of a fault, by its name in `dreams check --json`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaultKind {

@@ -1,6 +1,6 @@
 //! Long-run figures of each sheep in a walk, compared with the artist's wants.
 //!
-//! Owns the figures of `flock share`: visits, screen time, wants, return times, the worst ratio. The shares are
+//! Owns the figures of `dreams share`: visits, screen time, wants, return times, the worst ratio. The shares are
 //! computed in `shares/`.
 //!
 //! Start at [`FlockShares::of`].
@@ -13,7 +13,7 @@ const MINUTE_S: f64 = 60.0;
 /// Minutes in a day.
 const DAY_MINUTES: f64 = 1440.0;
 
-/// The long-run figures of a flock: the answer of `flock share`.
+/// The long-run figures of a flock: the answer of `dreams share`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct FlockShares<'f> {
     /// Every sheep of the manifest, in the order of their ids.

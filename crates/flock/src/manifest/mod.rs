@@ -1,6 +1,6 @@
 //! `flock.toml`, the manifest of a flock.
 //!
-//! Owns the keys, their limits and defaults. The graph is checked in `flock/faults.rs`, clips by `flock check`:
+//! Owns the keys, their limits and defaults. The graph is checked in `flock/faults.rs`, clips by `dreams check`:
 //! duplicate sheep and transitions to unknown ones are read without an error.
 //!
 //! There are two ways of reading, chosen by the text:

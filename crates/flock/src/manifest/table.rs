@@ -30,7 +30,7 @@ pub enum ManifestError {
     },
     /// Too much of it is not in the plain form, which needs more memory than a unit has.
     #[error(
-        "`{path}`, line {line}: not in the plain form that `flock` writes, so {limit} bytes at most are read; found {bytes}"
+        "`{path}`, line {line}: not in the plain form that `dreams` writes, so {limit} bytes at most are read; found {bytes}"
     )]
     NotPlain {
         /// The file.
@@ -109,7 +109,7 @@ impl ManifestError {
             Self::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
                 Some("a flock is a folder with a file `flock.toml`")
             }
-            Self::Missing { key: "sheep", .. } => Some("a flock has at least one; `flock add` puts it in"),
+            Self::Missing { key: "sheep", .. } => Some("a flock has at least one; `dreams add` puts it in"),
             Self::NotPlain { .. } => {
                 Some("plain are one `key = value` a line under `[[sheep]]` and `[[transition]]`, lines end in `\\n`")
             }

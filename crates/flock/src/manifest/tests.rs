@@ -256,7 +256,7 @@ fn a_unit_builds_no_large_document() {
     let line = large.lines().count();
     let told = |line: usize, bytes: usize| {
         format!(
-            "`flock.toml`, line {line}: not in the plain form that `flock` writes, so {UNIT_DOCUMENT_BYTES} bytes at most \
+            "`flock.toml`, line {line}: not in the plain form that `dreams` writes, so {UNIT_DOCUMENT_BYTES} bytes at most \
              are read; found {bytes}"
         )
     };

@@ -1,6 +1,6 @@
 //! Statistics of a long walk: actual and predicted shares, return times, repeats.
 //!
-//! Owns the figures of `flock simulate` and of the walk's claims. Never walks itself but in [`Simulation::run`]; any
+//! Owns the figures of `dreams simulate` and of the walk's claims. Never walks itself but in [`Simulation::run`]; any
 //! list of exits can be evaluated, also one of a memoryless walk. The bounds on random deviation are in `tally.rs`.
 
 mod tally;

@@ -1,6 +1,6 @@
 //! Visits of a long walk, and the bounds on their random deviation.
 //!
-//! Owns the bounds of `flock simulate`. A sheep's own prediction is not used for its bound, so that a wrong prediction
+//! Owns the bounds of `dreams simulate`. A sheep's own prediction is not used for its bound, so that a wrong prediction
 //! does not widen it.
 //!
 //! The steered walk owes what it did not do, and pays. So the visits of a sheep follow a straight line through time: they

@@ -1,4 +1,4 @@
-//! Flocks of every shape that `flock check` passes, by chance.
+//! Flocks of every shape that `dreams check` passes, by chance.
 //!
 //! Owns the making: shapes, weights, wants and repeats are drawn independently, so that every kind of each meets every
 //! kind of the others. Never balances.
@@ -58,7 +58,7 @@ pub(crate) fn flock(number: u64) -> Flock {
         sheep.want = want;
     }
     let flock = Flock::new(manifest);
-    assert!(flock.faults().is_empty(), "flock {number} passes `flock check`");
+    assert!(flock.faults().is_empty(), "flock {number} passes `dreams check`");
     flock
 }
 

@@ -6,7 +6,7 @@ function drawJoins() {
   $('#joins').hidden = false
   const found = joins.jumps ? `${digits(joins.jumps)} of ${spoken(joins.judged, 'join')} ${joins.jumps === 1 ? 'jumps' : 'jump'}.`
     : joins.judged === 1 ? 'The one join meets.' : `All ${digits(joins.judged)} joins meet, in value and in velocity.`
-  const unjudged = joins.unjudged ? ` ${spoken(joins.unjudged, 'join')} could not be judged: flock check tells why.` : ''
+  const unjudged = joins.unjudged ? ` ${spoken(joins.unjudged, 'join')} could not be judged: dreams check tells why.` : ''
   $('#joins .note').textContent = `${found}${unjudged} Below are ${joins.jumps ? 'the worst' : 'those that come nearest to a jump'}: the last frame of the one clip, the first of the next, and how much of what is allowed they take.`
   $('#joins .pairs').replaceChildren(...joins.worst.map(pairOf))
 }

@@ -5,8 +5,8 @@ function drawSuggested() {
   if (!suggested) return
   $('#suggested').hidden = false
   $('#suggested .note').textContent = suggested.length
-    ? 'Transitions that would bring the flock nearer to its wants, balanced by flock balance. Each is the best one after those above it; the worst ratio is that with all of them.'
-    : 'No transition more would bring the flock nearer to its wants than flock balance does.'
+    ? 'Transitions that would bring the flock nearer to its wants, balanced by dreams balance. Each is the best one after those above it; the worst ratio is that with all of them.'
+    : 'No transition more would bring the flock nearer to its wants than dreams balance does.'
   $('#suggested .ways').replaceChildren(...suggested.map(wayOf))
 }
 

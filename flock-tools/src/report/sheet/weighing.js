@@ -1,4 +1,4 @@
-// The shares as written, or with the weights of `flock balance`.
+// The shares as written, or with the weights of `dreams balance`.
 
 const written = {
   sheep: sheep.map(one => [one.visits, one.return_minutes, one.minutes_a_day]),
@@ -20,7 +20,7 @@ const worst = ratio => ratio === null ? 'a sheep is never shown' : times(ratio)
 function reach(balanced) {
   const [before, after] = [worst(figures.worst_ratio), worst(balanced.worst_ratio)]
   return before === after ? `The weights are balanced: the worst ratio is ${after}.`
-    : `With the weights of flock balance the worst ratio would be ${after} instead of ${before}.`
+    : `With the weights of dreams balance the worst ratio would be ${after} instead of ${before}.`
 }
 
 function bottleneck({ bottleneck }) {

@@ -1,6 +1,6 @@
-//! `flock`, the artist's command line.
+//! `dreams`, the artist's command line.
 //!
-//! Owns the name of the program. It is linked without ffmpeg and so answers at once; `flock-video` takes over the
+//! Owns the name of the program. It is linked without ffmpeg and so answers at once; `dreams-video` takes over the
 //! commands that open clips. The table of contents is `lib.rs`.
 #![forbid(unsafe_code)]
 
