@@ -25,14 +25,14 @@ play: ## build the player and show the demo flock on the best screen there is; C
 	mkdir -p $(state)
 	'$(player)' --flock flock-tools/demo/small --state $(state)
 
-# The programs are built together with the tests: tests enable more features of some crates, so a build of the programs
-# alone would compile 40 crates twice.
+# The artist's programs are built together with the tests: tests enable more features of some crates, so a build of the
+# programs alone would compile 40 crates twice. Those of a unit are built by `image-build/programs`.
 check: ## everything that must hold before a change lands: form, lints, licences, all tests
 	.ci/install play check image
 	cargo fmt --check
 	cargo clippy --locked --release --workspace --all-targets -- --deny warnings
 	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
-	cargo build --locked --release --workspace --bins --tests --examples
+	cargo build --locked --release --workspace --bin dreams --bin dreams-video --bin crash --tests --examples
 	image-build/programs $(unit)
 	image-build/build target/image --profile bench --key $(artist)
 	cargo test --locked --release --workspace --no-fail-fast
