@@ -46,7 +46,7 @@ fn a_disk_of_the_flocks_that_lost_its_folders_or_nearly_all_heals() {
 }
 
 #[test]
-fn what_was_learned_comes_back_to_a_disk_of_the_flocks_that_is_made_anew() {
+fn what_was_learned_comes_back_to_a_disk_of_the_flocks_that_is_mended_or_made_anew() {
     let unit = Unit::new();
     let mut machine = unit.start();
     machine.await_shell();
@@ -57,9 +57,13 @@ fn what_was_learned_comes_back_to_a_disk_of_the_flocks_that_is_made_anew() {
     machine.run(learned);
     let kept = "until grep -qa learned \"$(partition dreams_tries)\"; do sleep 1; done; sync";
     machine.run(&format!(". /usr/lib/dreams/disk; {kept}"));
+    let size = machine.run(". /usr/lib/dreams/disk; blockdev --getsize64 \"$(flocks)\"");
     drop(machine);
-    unit.spoil(DATA, 0, &rubbish(300 * MIB));
-    let (mut machine, _) = heals(&unit);
-    machine.run("journalctl --boot --output=cat | grep -q 'is made anew'");
-    machine.run("grep -q learned /var/lib/dreams/store/state.0");
+    // Of the first there are copies of the superblock behind the damage; of the second nothing is left.
+    for (lost, mend) in [(300 * MIB, "is mended"), (size.trim().parse().unwrap(), "is made anew")] {
+        unit.spoil(DATA, 0, &rubbish(lost));
+        let (mut machine, _) = heals(&unit);
+        machine.run(&format!("journalctl --boot --output=cat | grep -q '{mend}'"));
+        machine.run("grep -q learned /var/lib/dreams/store/state.0");
+    }
 }

@@ -47,6 +47,14 @@ fn what_a_store_has_learned_comes_back_when_its_disk_is_made_anew() {
     for slot in ["state.0", "state.1"] {
         assert!(fs::read(store.join(slot)).unwrap() == known[1], "{slot}");
     }
+    // Whoever knows anything keeps it, also if only one of two copies is left.
+    fs::write(store.join("state.0"), "rubbish").unwrap();
+    fs::write(store.join("state.1"), known[0].as_slice()).unwrap();
+    learned("back", &device, &store);
+    assert_eq!(fs::read(store.join("state.1")).unwrap(), known[0]);
+    for slot in ["state.0", "state.1"] {
+        fs::write(store.join(slot), &known[1]).unwrap();
+    }
     assert_eq!(unit.update(&[]).status.code(), Some(1), "nothing comes that was refused before");
     let text = fs::read_to_string(store.join("state.0")).unwrap();
     let state: Value = serde_json::from_str(text.split_once('\n').unwrap().1).unwrap();
