@@ -37,7 +37,7 @@ check: ## everything that must hold before a change lands: form, lints, licences
 	image-build/build target/image --profile bench --key $(artist)
 	cargo test --locked --release --workspace --no-fail-fast
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, bundles, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)

@@ -8,14 +8,15 @@
 //!
 //! | folder | what is there |
 //! |---|---|
-//! | `program` | what every command needs: arguments, exit codes, printing, progress bars, saving, the clock |
+//! | `program` | what every command needs: arguments, exit codes, printing, progress bars, the clock, chance |
 //! | `flock_folder` | a flock's folder: its manifest, read and edited; the paths and contents of its files |
+//! | `credits` | who made what, and under which licences; `dreams credits` |
 //! | `decoder` | what commands ask of ffmpeg, and which program has it |
 //! | `joins` | which clips meet, and how well |
 //! | `check` | `dreams check`: the faults of graph, clips and joins |
 //! | `render` | `dreams render`, `dreams still`: clips and pictures from genomes |
 //! | `demo` | `dreams demo` |
-//! | `curate` | the commands that edit a flock by hand: `new`, `add`, `drop`, `link`, `unlink`, `rename`, `want` |
+//! | `curate` | the commands that edit a flock by hand, and the list of its sheep: `add`, `link`, `want`, `list`, `prune`, ... |
 //! | `import` | `dreams import`: clips and genomes from elsewhere |
 //! | `walks` | `dreams walk`, `dreams simulate`, `dreams share` |
 //! | `balance` | `dreams balance`: weights, and transitions to add or remove |
@@ -30,6 +31,7 @@
 mod balance;
 mod bundles;
 mod check;
+mod credits;
 mod curate;
 mod decoder;
 mod demo;
@@ -64,18 +66,22 @@ enum Command {
     Balance(balance::Args),
     Check(check::Args),
     Completions(manual::completions::Args),
+    Credits(credits::command::Args),
     Demo(demo::Args),
     Diff(bundles::diff::Args),
     Drop(curate::drop::Args),
     Import(import::Args),
     Keygen(bundles::keygen::Args),
     Link(curate::link::Args),
+    List(curate::list::Args),
     Man(manual::man::Args),
     New(curate::new::Args),
     Pack(bundles::pack::Args),
+    Prune(curate::prune::Args),
     Publish(bundles::publish::Args),
     Rename(curate::rename::Args),
     Render(render::Args),
+    Repeat(curate::repeat::Args),
     Report(report::Args),
     Share(walks::share::Args),
     Simulate(walks::simulate::Args),
@@ -84,6 +90,7 @@ enum Command {
     Verify(bundles::verify::Args),
     Walk(walks::walk::Args),
     Want(curate::want::Args),
+    Weight(curate::weight::Args),
 }
 
 /// A command that needs ffmpeg from its beginning.
@@ -115,6 +122,9 @@ impl FfmpegPart {
 
 /// Runs the command that the command line names, with `ffmpeg` or without.
 pub fn run(ffmpeg: Option<FfmpegPart>) -> ExitCode {
+    if manual::completions::answer(Args::command) {
+        return Exit::Fine.into();
+    }
     finish(Args::try_parse().map(|args| answer(args.command, ffmpeg)))
 }
 
@@ -125,20 +135,24 @@ fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
         Command::Add(args) => curate::add::run(&args, decoder),
         Command::Balance(args) => balance::run(&args),
         Command::Check(args) => check::run(&args, decoder),
-        Command::Completions(args) => manual::completions::run(&args, command_line()),
+        Command::Completions(args) => manual::completions::run(&args),
+        Command::Credits(args) => credits::command::run(&args),
         Command::Demo(args) => (part()?.demo)(&args),
         Command::Diff(args) => bundles::diff::run(&args),
         Command::Drop(args) => curate::drop::run(&args),
         Command::Import(args) => (part()?.import)(&args),
         Command::Keygen(args) => bundles::keygen::run(&args),
         Command::Link(args) => curate::link::run(&args, decoder),
+        Command::List(args) => curate::list::run(&args),
         Command::Man(args) => manual::man::run(&args, command_line()),
         Command::New(args) => curate::new::run(&args),
         Command::Pack(args) if args.system => bundles::system::pack(&args),
         Command::Pack(args) => (part()?.pack)(&args),
+        Command::Prune(args) => curate::prune::run(&args),
         Command::Publish(args) => bundles::publish::run(&args),
         Command::Rename(args) => curate::rename::run(&args),
         Command::Render(args) => (part()?.render)(&args),
+        Command::Repeat(args) => curate::repeat::run(&args),
         Command::Report(args) => report::run(&args, decoder),
         Command::Share(args) => walks::share::run(&args),
         Command::Simulate(args) => walks::simulate::run(&args),
@@ -147,6 +161,7 @@ fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
         Command::Verify(args) => bundles::verify::run(&args),
         Command::Walk(args) => walks::walk::run(&args),
         Command::Want(args) => curate::want::run(&args),
+        Command::Weight(args) => curate::weight::run(&args),
     }
 }
 

@@ -3,6 +3,7 @@
 //! Owns the reading, and errors with file, line and key. Never knows a key: each program has its own, in `config.rs`.
 
 use bundle::UnitId;
+use exit::did_you_mean;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Unexpected};
 use std::fs::File;
@@ -115,7 +116,29 @@ pub fn parse<C: DeserializeOwned>(path: &Path, text: &str) -> Result<C, ConfigEr
             path: path.to_owned(),
             line,
             key: key.to_owned(),
-            message: error.message().trim().replace(char::is_control, " "),
+            message: with_similar(error.message().trim()).replace(char::is_control, " "),
         }
     })
+}
+
+/// serde's `message`; if it is about an unknown key, with the known one that is meant.
+fn with_similar(message: &str) -> String {
+    let mut words = message.split('`').skip(1).step_by(2);
+    let similar =
+        words.next().filter(|_| message.starts_with("unknown field")).and_then(|key| did_you_mean(key, words));
+    similar.map_or_else(|| message.to_owned(), |question| format!("{message}; {question}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_that_is_mistyped_is_proposed_as_it_is_meant() {
+        let message = "unknown field `hour`, expected one of `unit`, `hours`, `wifi`";
+        assert_eq!(with_similar(message), format!("{message}; did you mean `hours`?"));
+        for other in ["unknown field `colour`, expected `unit`", "invalid value: integer `1`, expected `2`"] {
+            assert_eq!(with_similar(other), other);
+        }
+    }
 }

@@ -40,13 +40,21 @@ mod tools {
     mod balance;
     pub(crate) mod bundles;
     pub(crate) mod command_line;
-    mod curation;
+    mod credits;
+    pub(crate) mod curation;
     mod guides;
     mod import;
+    mod import_archive;
+    mod import_choices;
+    mod joins;
+    mod large_flocks;
     mod manual;
+    mod many;
+    mod messages;
     mod publish;
     mod render;
     mod report;
+    mod report_sentences;
     mod still;
     mod tutorial;
 }

@@ -86,6 +86,12 @@ impl Root {
             Err(error) => Err(error),
         }
     }
+
+    /// Whether the file at `path` has no other name: no hard link elsewhere.
+    pub(crate) fn has_one_name(&self, path: &str) -> io::Result<bool> {
+        let (folder, name) = self.parent(path)?;
+        Ok(rustix::fs::statat(&folder, name, AtFlags::SYMLINK_NOFOLLOW)?.st_nlink <= 1)
+    }
 }
 
 impl Storage for Root {

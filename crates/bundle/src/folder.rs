@@ -1,8 +1,9 @@
 //! A bundle in a folder: on a stick, for a web server, or beside its flock.
 //!
 //! Writes it so that a reader at the same time, or after the stick was pulled, finds the old bundle or the new one:
-//! objects are written and synced first, then the seals, each by a rename. Existing objects are not written again. File
-//! systems without links or with limited file size (FAT) are supported. Reading goes through [`Source`].
+//! objects are written and synced first, then the seals, each by a rename. Existing objects are not written again. No file
+//! is a hard link to one elsewhere: whoever writes into it, or into its original, changes nothing else. File systems
+//! without links or with limited file size (FAT) are supported. Reading goes through [`Source`].
 //!
 //! Start at [`Folder::create`] and [`Folder::open`].
 #![allow(clippy::missing_errors_doc, reason = "every operation fails with `FolderError`")]
@@ -18,7 +19,7 @@ use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 
 use durable::Storage;
-use rustix::fs::{AtFlags, CWD, Mode, OFlags};
+use rustix::fs::{Mode, OFlags};
 
 use crate::beneath::Root;
 use crate::limits;
@@ -45,14 +46,12 @@ pub struct Folder {
 /// How an object came into a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PutMethod {
-    /// Its blocks are shared with the original.
+    /// Its blocks are shared with the original, until one of the two is written to.
     Cloned,
     /// Its bytes were copied.
     Copied,
     /// It was there.
     Kept,
-    /// It is the original, under a second name.
-    Linked,
 }
 
 /// Errors of reading or writing a folder of bundles.
@@ -106,13 +105,21 @@ impl Folder {
         &self.path
     }
 
-    /// Whether the object is there, judged by its size.
+    /// Whether the object is there, judged by its size. A file with a second name is not: what is written to one would
+    /// change the other.
     pub fn holds(&self, id: &ObjectId, size: u64) -> bool {
         self.is_complete(&id.path(), size)
     }
 
-    /// Adds the file at `from`, by a reflink, a hard link or a copy, whatever works first. `moved` is called with the
-    /// bytes copied or read.
+    /// Whether `file` can be cloned into this folder, which takes no room.
+    pub fn clones(&self, file: &File) -> bool {
+        // A file without a name, so that an interrupted run leaves nothing.
+        let probe = self.root.at(".", OFlags::WRONLY | OFlags::TMPFILE, 0o600);
+        probe.is_ok_and(|probe| rustix::fs::ioctl_ficlone(probe, file).is_ok())
+    }
+
+    /// Adds the file at `from`: by a reflink where the file system has that, otherwise by a copy. Later changes of one of
+    /// the two do not change the other. `moved` is called with the bytes copied or read.
     ///
     /// # Errors
     /// [`FolderError`]; the object was not added.
@@ -132,17 +139,12 @@ impl Folder {
         if size <= self.largest {
             self.room_for(&path)?;
             let temporary = temporary(&path);
-            let how = if self.clone(&file, &temporary).is_ok() {
-                Some(PutMethod::Cloned)
-            } else {
-                self.clear(&temporary)?;
-                self.link(from, &temporary).is_ok().then_some(PutMethod::Linked)
-            };
-            if let Some(how) = how {
-                self.verify_copy(id, &temporary, from, moved)?;
+            if self.clone(&file, &temporary).is_ok() {
+                self.verify_clone(id, &temporary, from, moved)?;
                 self.rename(&temporary, &path)?;
-                return Ok(how);
+                return Ok(PutMethod::Cloned);
             }
+            self.clear(&temporary)?;
         }
         self.put(id, size, &mut file, from, moved)
     }
@@ -188,10 +190,10 @@ impl Folder {
         rustix::fs::syncfs(&self.root).map_err(|error| self.unwritten("")(error.into()))
     }
 
-    /// Whether `path`, or its parts together, have `size` bytes.
+    /// Whether `path`, or its parts together, have `size` bytes, and no second name.
     fn is_complete(&self, path: &str, size: u64) -> bool {
         match self.root.length(path) {
-            Ok(Some(length)) => length == size,
+            Ok(Some(length)) => length == size && self.root.has_one_name(path).unwrap_or(false),
             Ok(None) => {
                 let lengths =
                     (0..limits::PARTS).map_while(|part| self.root.length(&part_path(path, part)).ok().flatten());
@@ -229,11 +231,6 @@ impl Folder {
         Ok(())
     }
 
-    fn link(&self, from: &Path, to: &str) -> io::Result<()> {
-        let (folder, name) = self.root.parent(to)?;
-        Ok(rustix::fs::linkat(CWD, from, folder, name, AtFlags::SYMLINK_FOLLOW)?)
-    }
-
     fn copy(
         &self,
         to: &str,
@@ -263,8 +260,8 @@ impl Folder {
         file.sync_data().map_err(self.unwritten(to))
     }
 
-    /// Verifies the digest of a file that was cloned or linked to `temporary`, and syncs it.
-    fn verify_copy(
+    /// Verifies the digest of a file that was cloned to `temporary`, and syncs it.
+    fn verify_clone(
         &self,
         id: &ObjectId,
         temporary: &str,
@@ -286,7 +283,7 @@ impl Folder {
         vouched
     }
 
-    /// Creates a new file. One of an interrupted run is removed, not overwritten: it may be a link to an artist's clip.
+    /// Creates a new file. One of an interrupted run is removed, not overwritten: it may be a hard link.
     fn new_file(&self, path: &str) -> io::Result<File> {
         self.root.remove(path)?;
         Ok(File::from(self.root.at(path, OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL, 0o644)?))

@@ -5,7 +5,10 @@
 
 use std::fs::{self, File, Metadata};
 use std::io;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
+
+use rustix::fs::syncfs;
 
 use crate::storage::{LocalFolder, Storage, parent};
 
@@ -81,6 +84,21 @@ pub fn sync_names(path: &Path) -> io::Result<()> {
 /// Returns when the disk has all names in `folder`.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder)?.sync_all()
+}
+
+/// Returns when the disks have all files and names on the file systems of these folders: one call for each file system,
+/// however many files were written.
+pub fn sync_file_systems<'a>(folders: impl IntoIterator<Item = &'a Path>) -> io::Result<()> {
+    let mut synced = Vec::new();
+    for folder in folders {
+        let open = File::open(folder)?;
+        let disk = open.metadata()?.dev();
+        if !synced.contains(&disk) {
+            syncfs(&open)?;
+            synced.push(disk);
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

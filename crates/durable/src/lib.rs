@@ -16,7 +16,7 @@ mod copies;
 mod flushed;
 mod storage;
 
-pub use atomic::{copy, persist, replace, save, sync_folder, sync_names, write, write_with_mode};
+pub use atomic::{copy, persist, replace, save, sync_file_systems, sync_folder, sync_names, write, write_with_mode};
 pub use copies::{Checksummed, Copies, Found};
 pub use flushed::{FlushedWriter, drop_cache};
 pub use storage::{Append, LocalFolder, Storage, parent};

@@ -31,7 +31,9 @@ mod walk;
 
 pub use balance::{Balance, Bottleneck, SheepBalance, Suggestion, Suggestions, Terms, Weight};
 pub use edit::{Edit, EditError};
-pub use flock::{Fault, FaultKind, Flock, FlockShares, SheepShare, TransitionShare, forced_repeats};
+pub use flock::{
+    Bridge, Fault, FaultKind, Flock, FlockShares, Measure, Part, Parts, SheepShare, TransitionShare, forced_repeats,
+};
 pub use graph::{Exit, Graph, SheepIx, Structure};
 pub use manifest::{
     Clip, ClipHash, ClipPath, FILE_NAME, MAX_FPS, MAX_FRAMES, MAX_REPEATS, Manifest, ManifestError, NameError,

@@ -2,7 +2,8 @@
 //!
 //! Owns the conversion of the negative numbers that ffmpeg returns; their text comes from ffmpeg, through `raw.rs`.
 //!
-//! Next: `raw.rs`, where they come from; `clip.rs`, `probe.rs` and `session.rs`, which make errors of them.
+//! Next: `raw.rs`, where they come from; `clip.rs`, `probe.rs`, `session.rs`, `foreign.rs` and `encoder.rs`, which make
+//! errors of them.
 
 use crate::raw;
 use ffmpeg_next::ffi as av;
@@ -42,6 +43,11 @@ impl From<Code> for String {
     fn from(code: Code) -> Self {
         code.to_string()
     }
+}
+
+/// ffmpeg's message for an error of `ffmpeg-next`, whose own messages are empty until all of ffmpeg is initialised.
+pub(crate) fn text(error: ffmpeg_next::Error) -> String {
+    raw::error_text(error.into())
 }
 
 /// `Ok` with ffmpeg's return value unless it is negative.

@@ -5,6 +5,7 @@
 //!
 //! The form is defined in `form.rs`; tests probe that our clips are in it.
 
+use crate::code;
 use crate::form::Form;
 use crate::raw;
 use crate::yuv::Yuv420p;
@@ -226,13 +227,26 @@ impl Encoder {
     ///
     /// # Errors
     /// [`EncodeError`]; a clip that had the name before is still there.
-    pub fn finish(mut self) -> Result<FrameCount, EncodeError> {
+    pub fn finish(self) -> Result<FrameCount, EncodeError> {
+        self.finish_with(durable::persist)
+    }
+
+    /// Finishes the clip as [`Encoder::finish`] does, but leaves it to the caller to sync it: for one who makes many
+    /// clips and syncs them together.
+    ///
+    /// # Errors
+    /// As [`Encoder::finish`].
+    pub fn finish_unsynced(self) -> Result<FrameCount, EncodeError> {
+        self.finish_with(|part, path| fs::rename(part, path))
+    }
+
+    fn finish_with(mut self, keep: impl Fn(&Path, &Path) -> io::Result<()>) -> Result<FrameCount, EncodeError> {
         self.video.send_eof().map_err(|error| EncodeError::encode(&self.path, "finish x264", error))?;
         self.write_packets()?;
         self.output.write_trailer().map_err(|error| EncodeError::encode(&self.path, "write the index", error))?;
         let Self { path, mut part, video, output, pushed, .. } = self;
         drop((video, output));
-        durable::persist(&part.path, &path).map_err(|source| EncodeError::Write { path, source })?;
+        keep(&part.path, &path).map_err(|source| EncodeError::Write { path, source })?;
         part.kept = true;
         Ok(FrameCount(pushed))
     }
@@ -256,7 +270,7 @@ impl Encoder {
 
 impl EncodeError {
     fn encode(path: &Path, step: &'static str, error: ffmpeg::Error) -> Self {
-        Self::Encode { path: path.to_owned(), step, reason: error.to_string() }
+        Self::Encode { path: path.to_owned(), step, reason: code::text(error) }
     }
 }
 

@@ -6,8 +6,10 @@
 //!
 //! Start at [`ForeignVideo::open`]. Reading goes through `ffmpeg-next`'s safe layer; pixels are `pixels.rs`'s.
 
-use crate::pixels::{self, Layout, Levels};
-use crate::raw;
+use crate::code;
+use crate::nal;
+use crate::pixels::{self, Layout, Levels, Matrix, MatrixRule};
+use crate::raw::{self, Demuxer};
 use crate::yuv::Yuv420p;
 use ffmpeg_next as ffmpeg;
 use ffmpeg_next::color::TransferCharacteristic;
@@ -15,12 +17,13 @@ use ffmpeg_next::format::context::Input;
 use ffmpeg_next::{Dictionary, Packet, Rational, codec, decoder, format, frame, media};
 use std::fs::{self, File};
 use std::io::{self, Read};
+use std::os::fd::AsRawFd;
 use std::path::Path;
 use timing::{FrameCount, Rate};
 
 /// The containers that are read: none that refer to other files or to a network.
 const CONTAINERS: &str = "avi,mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,mpeg,mpegts,mpegvideo,m4v,ogg,flv,asf,nut,ivf,h264,\
-                          hevc,obu,av1,yuv4mpegpipe,gif,apng,dv,mxf,swf,rm";
+                          hevc,obu,av1,mjpeg,vc1,dirac,yuv4mpegpipe,gif,apng,dv,mxf,swf,rm";
 
 /// Tags about the file's encoding, which are wrong in a re-encoded copy.
 const TECHNICAL_TAGS: &[&str] =
@@ -46,8 +49,12 @@ pub struct VideoInfo {
     pub pixel: (u32, u32),
     /// Frames per second on average; `None` where the file does not say.
     pub fps: Option<Rate>,
-    /// Number of frames by its header. An AVI counts dropped frames, too.
+    /// Number of frames by its header, without those that an edit list hides. An AVI counts dropped frames, too.
     pub frames: Option<FrameCount>,
+    /// Its length in seconds by its header.
+    pub seconds: Option<f64>,
+    /// The name of its colour matrix, as `bt709` or `smpte170m`; `gbr` of RGB; `None` where its header does not say.
+    pub matrix: Option<&'static str>,
     /// Title, artist, copyright and the like, as `(key, value)`, in the file's order.
     pub tags: Vec<(String, String)>,
 }
@@ -86,9 +93,6 @@ pub enum ForeignError {
         /// The first such frame.
         frame: u32,
     },
-    /// ffmpeg takes names as text.
-    #[error("has a name that is not UTF-8")]
-    Name,
     /// It is a folder or a device.
     #[error("is not a file")]
     NotAFile,
@@ -144,13 +148,30 @@ pub struct ForeignVideo {
     decoder: decoder::Video,
     stream: usize,
     info: VideoInfo,
+    rule: MatrixRule,
     /// How many frames must come.
     promised: Option<FrameCount>,
+    /// The start of the stream, until its second keyframe.
+    opening: Option<Opening>,
+    /// Whether an edit list hides some of its frames.
+    hides: bool,
+    /// Pictures that come after the first keyframe and are shown before it: they refer to some before the beginning of
+    /// the file, and are not played. Those that an edit list hides are not counted.
+    leading: u32,
     /// Expected duration in seconds, where the file does not state a number of frames.
     lasts: Option<f64>,
     /// When what was read is over, in seconds.
     over: f64,
     delivered: u32,
+}
+
+/// The first group of pictures of a stream.
+struct Opening {
+    /// When its keyframe is shown, in ticks; `None` before the first packet.
+    key: Option<i64>,
+    /// Whether the keyframe is an H.264 picture that does not reset the decoder: the pictures after it may refer to some
+    /// that were cut off, and ffmpeg plays them.
+    open: bool,
 }
 
 /// One picture of it.
@@ -167,37 +188,43 @@ impl ForeignVideo {
     /// [`ForeignError`]; damage further inside shows when it is read.
     pub fn open(path: &Path) -> Result<Self, ForeignError> {
         raw::redirect_log();
-        check_file(path)?;
-        let name = path.to_str().filter(|name| !name.contains('\0')).ok_or(ForeignError::Name)?;
-        let not = |error: ffmpeg::Error| ForeignError::NotAVideo { reason: error.to_string() };
+        let file = check_file(path)?;
+        let not = |error: ffmpeg::Error| ForeignError::NotAVideo { reason: code::text(error) };
         let options = Dictionary::from_iter([("protocol_whitelist", "file"), ("format_whitelist", CONTAINERS)]);
+        // The safe layer takes names as text only; the kernel has another name for an open file.
+        let name = path.to_str().map_or_else(|| format!("/proc/self/fd/{}", file.as_raw_fd()), str::to_owned);
         let input = format::input_with_dictionary(&format!("file:{name}"), options).map_err(not)?;
         let stream = input.streams().best(media::Type::Video).ok_or_else(|| not(ffmpeg::Error::StreamNotFound))?;
-        let context = codec::Context::from_parameters(stream.parameters()).map_err(not)?;
-        let codec = context.id().name().to_owned();
-        // One thread and no error concealment, so that damage is reported at its frame.
-        let options = Dictionary::from_iter([("threads", "1"), ("err_detect", "+crccheck+bitstream+buffer+explode")]);
-        let mut context = context.decoder();
-        context.set_packet_time_base(stream.time_base());
-        let known = decoder::find(context.id()).ok_or_else(|| not(ffmpeg::Error::DecoderNotFound))?;
-        let decoder = context.open_as_with(known, options).and_then(decoder::Opened::video).map_err(not)?;
+        let decoder = open_decoder(&stream).map_err(not)?;
         let size = (decoder.width(), decoder.height());
         if size.0.max(size.1) > MAX_SIDE {
             return Err(ForeignError::Size { frame: 0, expected: (MAX_SIDE, MAX_SIDE), found: size });
         }
+        let codec = decoder.id().name().to_owned();
         let pixel = positive(decoder.aspect_ratio()).unwrap_or((1, 1));
         let rate = [stream.avg_frame_rate(), stream.rate()].into_iter().find_map(positive);
         let fps = rate.and_then(|(num, den)| Rate::new(num.into(), den.into()).ok());
-        let frames = u32::try_from(stream.frames()).ok().filter(|frames| *frames > 0).map(FrameCount);
+        let shown = shown(path, &input, &stream);
+        let hides = shown.is_some_and(|shown| i64::from(shown.0) < stream.frames());
         // Whether an AVI is complete is checked by its length alone: see `check_file`.
-        let promised = frames.filter(|_| input.format().name() != "avi");
+        let promised = shown.filter(|_| input.format().name() != "avi");
+        let seconds = (input.duration() > 0).then(|| input.duration() as f64 / f64::from(ffmpeg::ffi::AV_TIME_BASE));
         // Matroska states no number of frames, and its duration is that of the longest stream.
-        let lasts = (input.duration() > 0 && frames.is_none() && input.nb_streams() == 1)
-            .then(|| input.duration() as f64 / f64::from(ffmpeg::ffi::AV_TIME_BASE));
+        let lasts = seconds.filter(|_| shown.is_none() && input.nb_streams() == 1);
         let lasts = lasts.filter(|_| input.format().name().starts_with("matroska"));
-        let info = VideoInfo { codec, size, pixel, fps, frames, tags: tags(&input) };
-        let stream = stream.index();
-        Ok(Self { input, decoder, stream, info, promised, lasts, over: 0.0, delivered: 0 })
+        let matrix = pixels::matrix_name(decoder.color_space(), decoder.format());
+        let info = VideoInfo { codec, size, pixel, fps, frames: shown, seconds, matrix, tags: tags(&input) };
+        let (stream, rule) = (stream.index(), MatrixRule::Untagged(Matrix::by_size(size)));
+        let opening = Some(Opening { key: None, open: false });
+        let (over, leading, delivered) = (0.0, 0, 0);
+        Ok(Self { input, decoder, stream, info, rule, promised, opening, hides, leading, lasts, over, delivered })
+    }
+
+    /// The same, its colours read as `rule` says. Without this the size decides where a file does not say, as in other
+    /// players: [`Matrix::by_size`].
+    #[must_use]
+    pub fn with_matrix(self, rule: MatrixRule) -> Self {
+        Self { rule, ..self }
     }
 
     /// What it tells of itself.
@@ -220,7 +247,7 @@ impl ForeignVideo {
                 }
                 Err(ffmpeg::Error::Eof) => return self.check_end().map(|()| None),
                 Err(ffmpeg::Error::Other { errno: ffmpeg::error::EAGAIN }) => self.feed()?,
-                Err(error) => return Err(self.failed(&error)),
+                Err(error) => return Err(self.failed(&code::text(error))),
             }
         }
     }
@@ -234,12 +261,38 @@ impl ForeignVideo {
                 Ok(()) if packet.is_corrupt() => return Err(self.failed(&"a packet is incomplete")),
                 Ok(()) => {
                     self.over = self.over.max(self.end_of(&packet));
-                    return self.decoder.send_packet(&packet).map_err(|error| self.failed(&error));
+                    let forgiven = self.watch_opening(&packet);
+                    return match self.decoder.send_packet(&packet) {
+                        Err(_) if forgiven => Ok(()),
+                        sent => sent.map_err(|error| self.failed(&code::text(error))),
+                    };
                 }
-                Err(ffmpeg::Error::Eof) => return self.decoder.send_eof().map_err(|error| self.failed(&error)),
-                Err(error) => return Err(self.failed(&error)),
+                Err(ffmpeg::Error::Eof) => {
+                    return self.decoder.send_eof().map_err(|error| self.failed(&code::text(error)));
+                }
+                Err(error) => return Err(self.failed(&code::text(error))),
             }
         }
+    }
+
+    /// Takes note of a packet of the first group of pictures. Returns whether an error in it is none of the file: it
+    /// refers to pictures that lay before the beginning of the file.
+    fn watch_opening(&mut self, packet: &Packet) -> bool {
+        let Some(opening) = &mut self.opening else { return false };
+        let Some(key) = opening.key else {
+            let is_open = packet.is_key() && self.decoder.id() == codec::Id::H264;
+            opening.open = is_open && !packet.data().is_some_and(nal::has_idr);
+            opening.key = Some(packet.pts().unwrap_or(i64::MIN));
+            return opening.open;
+        };
+        if packet.is_key() {
+            self.opening = None;
+            return false;
+        }
+        if !self.hides && packet.pts().is_none_or(|pts| pts < key) {
+            self.leading += 1;
+        }
+        opening.open
     }
 
     /// Checks that a picture is complete and supported.
@@ -255,22 +308,14 @@ impl ForeignVideo {
         if found != self.info.size {
             return Err(ForeignError::Size { frame: number, expected: self.info.size, found });
         }
-        let descriptor = frame.format().descriptor();
-        let name = descriptor.map_or("unknown", |descriptor| descriptor.name());
-        let shared = descriptor.map_or([0; 2], |format| [format.log2_chroma_w().into(), format.log2_chroma_h().into()]);
-        let unread = || ForeignError::Pixels { found: name.to_owned() };
-        let layout = Layout::of(name, shared).ok_or_else(unread)?;
-        // A negative stride means bottom row first.
-        let upright = |plane| plane < frame.planes() && isize::try_from(frame.stride(plane)).is_ok();
-        if !(0..layout.planes()).all(upright) {
-            return Err(ForeignError::Pixels { found: format!("{name}, bottom row first") });
-        }
+        let layout = Layout::of(&frame).map_err(|found| ForeignError::Pixels { found })?;
         let colours = |found: String| ForeignError::Colours { found };
         let transfer = frame.color_transfer_characteristic();
         if [TransferCharacteristic::SMPTE2084, TransferCharacteristic::ARIB_STD_B67].contains(&transfer) {
             return Err(colours("high dynamic range".to_owned()));
         }
-        let levels = Levels::of(&frame, &layout).ok_or_else(|| colours(format!("{:?}", frame.color_space())))?;
+        let levels =
+            Levels::of(&frame, &layout, self.rule).ok_or_else(|| colours(format!("{:?}", frame.color_space())))?;
         Ok(ForeignPicture { frame, layout, levels })
     }
 
@@ -284,7 +329,9 @@ impl ForeignVideo {
     fn check_end(&self) -> Result<(), ForeignError> {
         let found = FrameCount(self.delivered);
         match self.promised {
-            Some(expected) if found < expected => Err(ForeignError::TooFew { expected, found }),
+            Some(expected) if self.delivered.saturating_add(self.leading) < expected.0 => {
+                Err(ForeignError::TooFew { expected, found })
+            }
             None if self.lasts.is_some_and(|lasts| self.over < lasts - DURATION_TOLERANCE_S) => {
                 Err(ForeignError::Short { expected: self.lasts.unwrap_or(0.0), found: self.over })
             }
@@ -304,19 +351,10 @@ impl ForeignPicture {
         (self.frame.width(), self.frame.height())
     }
 
-    /// The samples without conversion, if they are in a flock's pixel format and both sides are even.
-    pub fn as_yuv420p(&self) -> Option<Yuv420p> {
-        if !self.layout.is_yuv420p() || !self.levels.is_bt709_limited() {
-            return None;
-        }
-        let (width, height) = self.size();
-        let rows = |plane: usize| {
-            let half = u32::from(plane > 0);
-            let rows = self.frame.data(plane).chunks(self.frame.stride(plane)).take((height >> half) as usize);
-            rows.flat_map(move |row| &row[..(width >> half) as usize]).copied()
-        };
-        let samples: Vec<u8> = (0..3).flat_map(rows).collect();
-        Yuv420p::from_planes(width, height, &samples).ok()
+    /// The samples as a flock has them, in the same size; `None` if they are not 8-bit 4:2:0 with even sides and the chroma
+    /// between two rows. Samples of BT.709 limited range are not changed; those of other colours are converted.
+    pub fn to_yuv420p(&self) -> Option<Yuv420p> {
+        pixels::yuv420p(&self.frame, &self.layout, self.levels)
     }
 
     /// The picture as display RGB: `[height][width][3]`, row-major, full range, gamma-coded; 0 to 1; limited range may
@@ -326,8 +364,31 @@ impl ForeignPicture {
     }
 }
 
-/// Checks that `path` is a file, is not empty, and is as long as its header says.
-fn check_file(path: &Path) -> Result<(), ForeignError> {
+/// A decoder for `stream`: with one thread and no error concealment, so that damage is reported at its frame.
+fn open_decoder(stream: &format::stream::Stream<'_>) -> Result<decoder::Video, ffmpeg::Error> {
+    let options = Dictionary::from_iter([("threads", "1"), ("err_detect", "+crccheck+bitstream+buffer+explode")]);
+    let mut context = codec::Context::from_parameters(stream.parameters())?.decoder();
+    context.set_packet_time_base(stream.time_base());
+    let known = decoder::find(context.id()).ok_or(ffmpeg::Error::DecoderNotFound)?;
+    context.open_as_with(known, options).and_then(decoder::Opened::video)
+}
+
+/// The number of frames that are shown, by the header: an edit list of an MP4 may hide some.
+fn shown(path: &Path, input: &Input, stream: &format::stream::Stream<'_>) -> Option<FrameCount> {
+    let frames = u32::try_from(stream.frames()).ok().filter(|frames| *frames > 0)?;
+    if !input.format().name().starts_with("mov") {
+        return Some(FrameCount(frames));
+    }
+    let samples = Demuxer::open(path).map(|demuxer| demuxer.samples()).unwrap_or_default();
+    // The index is of another stream, or not read to its end.
+    if samples.len() < frames as usize {
+        return Some(FrameCount(frames));
+    }
+    u32::try_from(samples.iter().filter(|sample| sample.shown).count()).ok().map(FrameCount)
+}
+
+/// Checks that `path` is a file, is not empty, and is as long as its header says. Returns it, open.
+fn check_file(path: &Path) -> Result<File, ForeignError> {
     let cannot = |source| ForeignError::Open { source };
     let kind = fs::metadata(path).map_err(cannot)?;
     if !kind.is_file() {
@@ -337,7 +398,8 @@ fn check_file(path: &Path) -> Result<(), ForeignError> {
         return Err(ForeignError::Empty);
     }
     let mut head = Vec::new();
-    File::open(path).and_then(|file| file.take(8).read_to_end(&mut head)).map_err(cannot)?;
+    let file = File::open(path).map_err(cannot)?;
+    (&file).take(8).read_to_end(&mut head).map_err(cannot)?;
     // An AVI begins with `RIFF` and how many bytes follow. ffmpeg reads a truncated one without an error.
     if let [b'R', b'I', b'F', b'F', size @ ..] = &head[..]
         && let Ok(size) = <[u8; 4]>::try_from(size)
@@ -347,7 +409,7 @@ fn check_file(path: &Path) -> Result<(), ForeignError> {
             return Err(ForeignError::Cut { expected, found: kind.len() });
         }
     }
-    Ok(())
+    Ok(file)
 }
 
 /// The file's tags about its origin.

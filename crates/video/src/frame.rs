@@ -5,6 +5,7 @@
 //!
 //! Made by `session.rs`.
 
+use crate::quantiser;
 use crate::raw::Picture;
 use crate::session::ClipNumber;
 use std::fmt;
@@ -58,6 +59,12 @@ impl Frame {
     /// Bytes from one row to the next of Y, U and V.
     pub fn strides(&self) -> [usize; 3] {
         self.picture.strides()
+    }
+
+    /// H.264's quantisation parameter, 0 to 51, the mean of all blocks: how coarsely it is encoded. `None` unless its
+    /// session is one [`with quantisers`](crate::Session::with_quantisers).
+    pub fn quantiser(&self) -> Option<f32> {
+        quantiser::mean(self.picture.encoding())
     }
 
     /// Whether errors in it were concealed. With more than one thread a nearby frame of the same clip may carry the mark.

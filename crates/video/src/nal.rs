@@ -60,6 +60,15 @@ pub(crate) fn units(packet: &[u8]) -> impl Iterator<Item = Result<&[u8], Malform
     })
 }
 
+/// Whether a packet has a slice of an IDR picture; its units have lengths or start codes before them.
+pub(crate) fn has_idr(packet: &[u8]) -> bool {
+    let is_idr = |unit: &[u8]| kind(unit) == Kind::Idr;
+    if packet.starts_with(&[0, 0, 1]) || packet.starts_with(&[0, 0, 0, 1]) {
+        return packet.windows(4).any(|bytes| bytes.starts_with(&[0, 0, 1]) && is_idr(&bytes[3..]));
+    }
+    units(packet).flatten().any(is_idr)
+}
+
 /// Whether no other picture refers to this one: `nal_ref_idc` of all its slices is 0.
 pub(crate) fn is_disposable(packet: &[u8]) -> bool {
     let slices = units(packet).flatten().filter(|unit| matches!(kind(unit), Kind::Slice | Kind::Idr));

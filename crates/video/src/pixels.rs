@@ -1,37 +1,78 @@
 //! Pixel formats and colours of imported pictures.
 //!
-//! Owns the table of layouts, colour matrices and chroma sites, and the way from them to display RGB. The size is kept.
-//! Gamma and primaries are not converted: those of standard and high definition differ too little to be visible, and
-//! HDR is refused by `foreign.rs`.
+//! Owns the choice of a colour matrix, the chroma sites, and the ways from pictures to display RGB and to the pictures of
+//! a flock. The size is kept. Gamma and primaries are not converted: those of standard and high definition differ too
+//! little to be visible, and HDR is refused by `foreign.rs`.
 //!
-//! Start at [`Layout::of`], then [`rgb`].
+//! Start at [`Layout::of`], then [`rgb`] or [`yuv420p`].
 
-use crate::yuv::WEIGHTS;
+use crate::raw;
+use crate::yuv::{WEIGHTS, Yuv420p};
 use ffmpeg_next::color::{Range, Space};
+use ffmpeg_next::ffi as av;
+use ffmpeg_next::format::Pixel;
 use ffmpeg_next::frame::Video;
 use ffmpeg_next::util::chroma::Location;
 
-/// Where each of three samples of a pixel lies: Y, U, V, or R, G, B; gray has one.
+/// What is not read: palettes, samples in parts of bytes, memory of graphics cards, raw sensors, XYZ and floats.
+const UNREAD: i64 = av::AV_PIX_FMT_FLAG_PAL as i64
+    | av::AV_PIX_FMT_FLAG_BITSTREAM as i64
+    | av::AV_PIX_FMT_FLAG_HWACCEL as i64
+    | av::AV_PIX_FMT_FLAG_BAYER as i64
+    | av::AV_PIX_FMT_FLAG_FLOAT as i64;
+
+/// How luma and chroma are made of red, green and blue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Matrix {
+    /// That of standard definition, ITU-R BT.601.
+    Bt601,
+    /// That of high definition and of every flock, ITU-R BT.709.
+    Bt709,
+}
+
+/// By which matrix a video is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MatrixRule {
+    /// By this one, whatever the file says.
+    Always(Matrix),
+    /// By the one that the file tells; where it tells none, by this one.
+    Untagged(Matrix),
+}
+
+impl Matrix {
+    /// The one that players assume for pictures of this width and height where the file does not tell: BT.601 of standard
+    /// definition, BT.709 of all else.
+    pub fn by_size((width, height): (u32, u32)) -> Self {
+        if width < 1280 && height <= 576 { Self::Bt601 } else { Self::Bt709 }
+    }
+
+    /// Luma's weights of red and blue.
+    fn weights(self) -> [f32; 2] {
+        match self {
+            Self::Bt601 => [0.299, 0.114],
+            Self::Bt709 => [WEIGHTS[0], WEIGHTS[2]],
+        }
+    }
+}
+
+/// The name of the matrix that a header tells, `gbr` of pixels that have none, `None` where it tells nothing.
+pub(crate) fn matrix_name(space: Space, format: Pixel) -> Option<&'static str> {
+    let is_rgb = raw::pixel_format(format).is_some_and(|(flags, _)| is_set(flags, av::AV_PIX_FMT_FLAG_RGB.into()));
+    if is_rgb { Some("gbr") } else { space.name().filter(|_| space != Space::Reserved) }
+}
+
+/// What the samples of a picture are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
-    /// Bits that count.
-    depth: u32,
+    /// Bits of the samples of each kind: Y, U, V, or R, G, B; gray has one kind.
+    depths: Vec<u32>,
     is_rgb: bool,
     /// Luma samples for a chroma sample, across and down, as powers of two.
     chroma: [u32; 2],
     /// Samples are full range, whatever the file says.
     full: bool,
-    samples: Vec<Sample>,
-}
-
-/// Where one kind of samples lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Sample {
-    plane: usize,
-    /// Bytes from the start of a row to the first one.
-    first: usize,
-    /// Bytes from one to the next.
-    step: usize,
+    /// Each kind has a plane of its own, of one byte for each sample, top row first.
+    bytes: bool,
 }
 
 /// What the levels of luma and chroma mean.
@@ -39,128 +80,158 @@ struct Sample {
 pub(crate) struct Levels {
     /// Luma's weights of red and blue.
     weights: [f32; 2],
-    pub(crate) full: bool,
+    full: bool,
 }
 
 impl Layout {
-    /// The layout of the pixel format that ffmpeg calls `name`, whose chroma is shared by `1 << chroma` pixels across
-    /// and down; `None` if it is not supported.
-    pub(crate) fn of(name: &str, chroma: [u32; 2]) -> Option<Self> {
-        planar(name, chroma).or_else(|| packed(name, chroma))
-    }
-
-    /// Whether these are samples as a flock's clips have them: 8-bit planes of 4:2:0.
-    pub(crate) fn is_yuv420p(&self) -> bool {
-        let planes = [0, 1, 2].map(|plane| Sample { plane, first: 0, step: 1 });
-        self.depth == 8 && !self.is_rgb && self.chroma == [1, 1] && self.samples == planes
-    }
-
-    /// Planes that are read.
-    pub(crate) fn planes(&self) -> usize {
-        self.samples.iter().map(|sample| sample.plane + 1).max().unwrap_or(0)
-    }
-}
-
-/// One plane for each kind of samples, as the name tells.
-fn planar(name: &str, chroma: [u32; 2]) -> Option<Layout> {
-    let (kind, rest) = ["yuvj", "yuva", "yuv", "gbrap", "gbrp", "gray"]
-        .into_iter()
-        .find_map(|kind| Some((kind, name.strip_prefix(kind)?)))?;
-    let rest = if kind.starts_with("yuv") {
-        rest.trim_start_matches(|c: char| c.is_ascii_digit()).strip_prefix('p')?
-    } else {
-        rest
-    };
-    let depth = match rest {
-        "" => 8,
-        deep => deep.strip_suffix("le")?.parse().ok().filter(|depth| (9..=16).contains(depth))?,
-    };
-    let step = if depth > 8 { 2 } else { 1 };
-    let planes: &[usize] = match kind {
-        "gray" => &[0],
-        // Green comes first.
-        "gbrp" | "gbrap" => &[2, 0, 1],
-        _ => &[0, 1, 2],
-    };
-    let samples = planes.iter().map(|plane| Sample { plane: *plane, first: 0, step }).collect();
-    Some(Layout { depth, is_rgb: kind.starts_with("gb"), chroma, full: kind == "yuvj", samples })
-}
-
-/// Samples that take turns.
-fn packed(name: &str, chroma: [u32; 2]) -> Option<Layout> {
-    let (is_rgb, step, firsts) = match name {
-        "rgb24" => (true, 3, [0, 1, 2]),
-        "bgr24" => (true, 3, [2, 1, 0]),
-        "rgba" | "rgb0" => (true, 4, [0, 1, 2]),
-        "bgra" | "bgr0" => (true, 4, [2, 1, 0]),
-        "argb" | "0rgb" => (true, 4, [1, 2, 3]),
-        "abgr" | "0bgr" => (true, 4, [3, 2, 1]),
-        "yuyv422" => (false, 4, [0, 1, 3]),
-        "uyvy422" => (false, 4, [1, 0, 2]),
-        "yvyu422" => (false, 4, [0, 3, 1]),
-        "nv12" | "nv16" | "nv24" | "nv21" | "nv42" => {
-            let turned = usize::from(matches!(name, "nv21" | "nv42"));
-            let sample = |plane, first, step| Sample { plane, first, step };
-            let samples = vec![sample(0, 0, 1), sample(1, turned, 2), sample(1, 1 - turned, 2)];
-            return Some(Layout { depth: 8, is_rgb: false, chroma, full: false, samples });
+    /// The layout of `frame`.
+    /// Errors: The name of its pixel format, if that is not supported.
+    pub(crate) fn of(frame: &Video) -> Result<Self, String> {
+        let name = frame.format().descriptor().map_or("unknown", |format| format.name());
+        let format = frame.format().descriptor().zip(raw::pixel_format(frame.format()));
+        let Some((descriptor, (flags, mut depths))) = format else { return Err(name.to_owned()) };
+        // Of gray with alpha and of colours with alpha the last kind is the alpha.
+        depths.truncate(if depths.len() < 3 { 1 } else { 3 });
+        if is_set(flags, UNREAD) || name.starts_with("xyz") || depths.iter().any(|bits| !(1..=16).contains(bits)) {
+            return Err(name.to_owned());
         }
-        _ => return None,
-    };
-    let step_of = |at: usize| if !is_rgb && at == 0 { 2 } else { step };
-    let samples = firsts.into_iter().enumerate().map(|(at, first)| Sample { plane: 0, first, step: step_of(at) });
-    Some(Layout { depth: 8, is_rgb, chroma, full: false, samples: samples.collect() })
+        let is_rgb = is_set(flags, av::AV_PIX_FMT_FLAG_RGB.into());
+        let is_planar = !is_rgb && is_set(flags, av::AV_PIX_FMT_FLAG_PLANAR.into()) && !name.starts_with("nv");
+        let upright = |plane| plane < frame.planes() && isize::try_from(frame.stride(plane)).is_ok();
+        let bytes = is_planar && depths.iter().all(|bits| *bits == 8) && (0..depths.len()).all(upright);
+        let chroma = [descriptor.log2_chroma_w().into(), descriptor.log2_chroma_h().into()];
+        Ok(Self { depths, is_rgb, chroma, full: name.starts_with("yuvj"), bytes })
+    }
 }
 
 impl Levels {
-    /// What the levels of `frame` mean; `None` if we cannot convert them to RGB. Where the file does not say, the size
-    /// decides, as in other players: standard definition is BT.601, all else BT.709.
-    #[expect(clippy::wildcard_enum_match_arm, reason = "the list grows with every version of ffmpeg")]
-    pub(crate) fn of(frame: &Video, layout: &Layout) -> Option<Self> {
-        let standard = frame.width() < 1280 && frame.height() <= 576;
-        let weights = match frame.color_space() {
-            Space::BT470BG | Space::SMPTE170M => [0.299, 0.114],
-            Space::FCC => [0.30, 0.11],
-            Space::SMPTE240M => [0.212, 0.087],
-            Space::Unspecified | Space::Reserved if standard => [0.299, 0.114],
-            // Of RGB there is nothing to turn.
-            Space::BT709 | Space::Unspecified | Space::Reserved | Space::RGB => [WEIGHTS[0], WEIGHTS[2]],
+    /// What the levels of `frame` mean, by `rule`; `None` if we cannot convert them to RGB.
+    pub(crate) fn of(frame: &Video, layout: &Layout, rule: MatrixRule) -> Option<Self> {
+        let weights = match (rule, frame.color_space()) {
+            (MatrixRule::Always(matrix), _) | (MatrixRule::Untagged(matrix), Space::Unspecified | Space::Reserved) => {
+                matrix.weights()
+            }
+            (_, Space::BT470BG | Space::SMPTE170M) => Matrix::Bt601.weights(),
+            (_, Space::FCC) => [0.30, 0.11],
+            (_, Space::SMPTE240M) => [0.212, 0.087],
+            (_, Space::BT709) => Matrix::Bt709.weights(),
+            // RGB has no matrix.
+            _ if layout.is_rgb || frame.color_space() == Space::RGB => Matrix::Bt709.weights(),
             _ => return None,
         };
-        let is_gray = layout.samples.len() == 1 && frame.color_range() == Range::Unspecified;
+        let is_gray = layout.depths.len() == 1 && frame.color_range() == Range::Unspecified;
         let strange = frame.color_space() == Space::RGB && !layout.is_rgb;
         let full = layout.full || is_gray || frame.color_range() == Range::JPEG;
         (!strange).then_some(Self { weights, full })
     }
 
     /// Whether they are those of a flock's clips.
-    pub(crate) fn is_bt709_limited(self) -> bool {
-        self == Self { weights: [WEIGHTS[0], WEIGHTS[2]], full: false }
+    fn is_bt709_limited(self) -> bool {
+        self == Self { weights: Matrix::Bt709.weights(), full: false }
     }
+
+    /// Red, green and blue of a luma of 0 and of chroma -0.5 to 0.5.
+    fn rgb(self, luma: f32, [u, v]: [f32; 2]) -> [f32; 3] {
+        let [red, blue] = self.weights;
+        let (r, b) = (luma + 2.0 * (1.0 - red) * v, luma + 2.0 * (1.0 - blue) * u);
+        [r, (luma - red * r - blue * b) / (1.0 - red - blue), b]
+    }
+}
+
+/// The samples of `frame` in a flock's colours, if they are 8-bit 4:2:0; see [`crate::ForeignPicture::to_yuv420p`].
+pub(crate) fn yuv420p(frame: &Video, layout: &Layout, levels: Levels) -> Option<Yuv420p> {
+    if !layout.bytes || layout.depths.len() != 3 || layout.chroma != [1, 1] {
+        return None;
+    }
+    let (width, height) = (frame.width(), frame.height());
+    let planes = [0usize, 1, 2].map(|plane| {
+        let half = u32::from(plane > 0);
+        let (width, height) = ((width >> half) as usize, (height >> half) as usize);
+        let mut samples = Vec::with_capacity(width * height);
+        frame.data(plane).chunks(frame.stride(plane)).take(height).for_each(|row| samples.extend(&row[..width]));
+        samples
+    });
+    if levels.is_bt709_limited() {
+        return Yuv420p::from_planes(width, height, &planes.concat()).ok();
+    }
+    let is_sited = [Location::Left, Location::Unspecified].contains(&frame.chroma_location());
+    let is_even = width.is_multiple_of(2) && height.is_multiple_of(2);
+    let turned = (is_sited && is_even).then(|| turned(width as usize / 2, &planes, levels))?;
+    Yuv420p::from_planes(width, height, &turned).ok()
+}
+
+/// The samples of 4:2:0 planes, with `width` samples of chroma in a row, turned from `levels` to those of a flock. Gray
+/// stays gray in every matrix, so chroma is a sum of chroma, and luma is luma and a sum of the chroma at its place.
+///
+/// Every loop goes over slices of one length, so that the compiler makes vectors of it: it is done for each frame.
+fn turned(width: usize, [luma, u, v]: &[Vec<u8>; 3], levels: Levels) -> Vec<u8> {
+    let flock = Matrix::Bt709.weights();
+    let (zero, of_luma, of_chroma) = if levels.full { (0.0, 255.0, 255.0) } else { (16.0, 219.0, 224.0) };
+    // Luma and chroma of a flock for one unit of chroma.
+    let part = |chroma: [f32; 2]| {
+        let [r, g, b] = levels.rgb(0.0, chroma);
+        let y = flock[0] * r + (1.0 - flock[0] - flock[1]) * g + flock[1] * b;
+        [219.0 * y, 112.0 * (b - y) / (1.0 - flock[1]), 112.0 * (r - y) / (1.0 - flock[0])].map(|sum| sum / of_chroma)
+    };
+    let (of_u, of_v) = (part([1.0, 0.0]), part([0.0, 1.0]));
+    let sums = |kind: usize| {
+        let (u_part, v_part) = (of_u[kind], of_v[kind]);
+        let sum = move |(u, v): (&u8, &u8)| u_part * (f32::from(*u) - 128.0) + v_part * (f32::from(*v) - 128.0);
+        u.iter().zip(v).map(sum)
+    };
+    let mut samples = vec![0; luma.len() + 2 * u.len()];
+    let (turned_luma, turned_chroma) = samples.split_at_mut(luma.len());
+    for (kind, plane) in turned_chroma.chunks_exact_mut(u.len()).enumerate() {
+        plane.iter_mut().zip(sums(kind + 1)).for_each(|(to, sum)| *to = (128.5 + sum) as u8);
+    }
+    let added: Vec<f32> = sums(0).collect();
+    let (scale, rows) = (219.0 / of_luma, u.len() / width);
+    let base = 16.5 - zero * scale;
+    let (mut mixed, mut line) = (vec![0.0; width + 1], vec![0.0; 2 * width]);
+    for (y, (to, from)) in turned_luma.chunks_exact_mut(2 * width).zip(luma.chunks_exact(2 * width)).enumerate() {
+        // Chroma lies between two rows, and on every other column.
+        let near = &added[y / 2 * width..][..width];
+        let other = if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(rows - 1) };
+        for (mixed, (near, far)) in mixed.iter_mut().zip(near.iter().zip(&added[other * width..])) {
+            *mixed = 0.75 * near + 0.25 * far;
+        }
+        mixed[width] = mixed[width - 1];
+        for (pair, (left, right)) in line.chunks_exact_mut(2).zip(mixed.iter().zip(&mixed[1..])) {
+            pair.copy_from_slice(&[*left, 0.5 * (left + right)]);
+        }
+        for (to, (sample, added)) in to.iter_mut().zip(from.iter().zip(&line)) {
+            *to = (base + scale * f32::from(*sample) + added) as u8;
+        }
+    }
+    samples
 }
 
 /// The picture as display RGB: `[height][width][3]`, row-major, 0 to 1; limited range may exceed that slightly.
 pub(crate) fn rgb(frame: &Video, layout: &Layout, levels: Levels) -> Vec<f32> {
     let (width, height) = (frame.width() as usize, frame.height() as usize);
-    let planes: Vec<Plane> = (0..layout.samples.len()).map(|at| plane(frame, layout, at, levels.full)).collect();
+    let planes: Vec<Plane> = (0..layout.depths.len()).map(|at| plane(frame, layout, at, levels.full)).collect();
     let site = site(frame.chroma_location(), layout.chroma);
     let across = Taps::of(width, planes.last().map_or(1, |plane| plane.width), layout.chroma[0], site[0]);
     let down = Taps::of(height, planes.last().map_or(1, Plane::height), layout.chroma[1], site[1]);
-    let [red, blue] = levels.weights;
-    let green = 1.0 - red - blue;
     let mut rgb = Vec::with_capacity(3 * width * height);
+    let mut chroma = [vec![0.0; width], vec![0.0; width]];
     for y in 0..height {
-        for x in 0..width {
-            let first = planes[0].samples[y * width + x];
-            match &planes[..] {
-                [_, g, b] if layout.is_rgb => rgb.extend([first, g.samples[y * width + x], b.samples[y * width + x]]),
-                [_, u, v] => {
-                    let chroma =
-                        |plane: &Plane| down.mean(y, |row| across.mean(x, |at| plane.samples[row * plane.width + at]));
-                    let (r, b) = (first + 2.0 * (1.0 - red) * chroma(v), first + 2.0 * (1.0 - blue) * chroma(u));
-                    rgb.extend([r, (first - red * r - blue * b) / green, b]);
-                }
-                _ => rgb.extend([first; 3]),
+        let first = planes[0].row(y);
+        match &planes[..] {
+            [_, g, b] if layout.is_rgb => {
+                rgb.extend(first.iter().zip(g.row(y)).zip(b.row(y)).flat_map(|((r, g), b)| [*r, *g, *b]));
             }
+            [_, u, v] => {
+                for (line, plane) in chroma.iter_mut().zip([u, v]) {
+                    let (above, below, part) = down.0[y];
+                    let rows = plane.row(above).iter().zip(plane.row(below));
+                    let mixed: Vec<f32> = rows.map(|(above, below)| above * (1.0 - part) + below * part).collect();
+                    across.spread(&mixed, line);
+                }
+                let [u, v] = &chroma;
+                rgb.extend(first.iter().zip(u).zip(v).flat_map(|((luma, u), v)| levels.rgb(*luma, [*u, *v])));
+            }
+            _ => rgb.extend(first.iter().flat_map(|level| [*level; 3])),
         }
     }
     rgb
@@ -176,6 +247,10 @@ impl Plane {
     fn height(&self) -> usize {
         self.samples.len() / self.width.max(1)
     }
+
+    fn row(&self, y: usize) -> &[f32] {
+        &self.samples[y * self.width..][..self.width]
+    }
 }
 
 /// The samples of kind `at`.
@@ -184,24 +259,31 @@ fn plane(frame: &Video, layout: &Layout, at: usize, full: bool) -> Plane {
     let [across, down] = if is_chroma { layout.chroma } else { [0, 0] };
     let size = |side: u32, shift: u32| (side.div_ceil(1 << shift)) as usize;
     let (width, height) = (size(frame.width(), across), size(frame.height(), down));
-    let most = ((1u32 << layout.depth) - 1) as f32;
+    let most = ((1u32 << layout.depths[at]) - 1) as f32;
     // One level of 8 bits.
-    let unit = (1u32 << (layout.depth - 8)) as f32;
+    let unit = (1u32 << layout.depths[at]) as f32 / 256.0;
     let (zero, one) = match (layout.is_rgb || full, is_chroma) {
         (true, false) => (0.0, most),
         (true, true) => (128.0 * unit, most),
         (false, false) => (16.0 * unit, 219.0 * unit),
         (false, true) => (128.0 * unit, 224.0 * unit),
     };
-    let sample = layout.samples[at];
-    let stride = frame.stride(sample.plane);
-    let rows = frame.data(sample.plane).chunks(stride).take(height);
-    let read = |row: &[u8], x: usize| {
-        let place = sample.first + x * sample.step;
-        let level = if layout.depth > 8 { u16::from_le_bytes([row[place], row[place + 1]]) } else { row[place].into() };
-        (f32::from(level) - zero) / one
-    };
-    Plane { width, samples: rows.flat_map(|row| (0..width).map(move |x| read(row, x))).collect() }
+    let mut samples = Vec::with_capacity(width * height);
+    if layout.bytes {
+        let rows = frame.data(at).chunks(frame.stride(at)).take(height);
+        samples.extend(rows.flat_map(|row| &row[..width]).map(|level| (f32::from(*level) - zero) / one));
+    } else {
+        let mut row = vec![0u16; width];
+        for y in 0..height {
+            raw::read_row(frame, at as u8, y as u32, &mut row);
+            samples.extend(row.iter().map(|level| (f32::from(*level) - zero) / one));
+        }
+    }
+    Plane { width, samples }
+}
+
+fn is_set(flags: u64, of: i64) -> bool {
+    flags & of.unsigned_abs() != 0
 }
 
 /// Where the first chroma sample sits, in luma samples across and down from the first of those.
@@ -231,9 +313,11 @@ impl Taps {
         Self((0..length).map(tap).collect())
     }
 
-    fn mean(&self, at: usize, sample: impl Fn(usize) -> f32) -> f32 {
-        let (left, right, part) = self.0[at];
-        if part == 0.0 { sample(left) } else { sample(left) * (1.0 - part) + sample(right) * part }
+    /// Sets every sample of `line` to the mean of the two around it.
+    fn spread(&self, samples: &[f32], line: &mut [f32]) {
+        for (to, (left, right, part)) in line.iter_mut().zip(&self.0) {
+            *to = samples[*left] * (1.0 - part) + samples[*right] * part;
+        }
     }
 }
 
@@ -241,36 +325,67 @@ impl Taps {
 mod tests {
     use super::*;
 
+    fn layout(format: Pixel) -> Result<Layout, String> {
+        Layout::of(&Video::new(format, 16, 16))
+    }
+
     #[test]
-    fn formats_are_known_by_their_names_and_others_are_not_guessed() {
-        let depths = |name| Layout::of(name, [1, 1]).map(|layout| (layout.depth, layout.planes()));
-        for (name, depth, planes) in [
-            ("yuv420p", 8, 3),
-            ("yuvj420p", 8, 3),
-            ("yuva420p", 8, 3),
-            ("yuv422p10le", 10, 3),
-            ("gray16le", 16, 1),
-            ("nv12", 8, 2),
+    fn formats_are_known_by_their_samples_and_others_are_named() {
+        for (format, depth, kinds, bytes) in [
+            (Pixel::YUV420P, 8, 3, true),
+            (Pixel::YUVJ420P, 8, 3, true),
+            (Pixel::YUVA420P, 8, 3, true),
+            (Pixel::YUV422P10LE, 10, 3, false),
+            (Pixel::YUV420P10BE, 10, 3, false),
+            (Pixel::P010LE, 10, 3, false),
+            (Pixel::GRAY16LE, 16, 1, false),
+            (Pixel::NV12, 8, 3, false),
+            (Pixel::RGB24, 8, 3, false),
+            (Pixel::GBRP, 8, 3, false),
         ] {
-            assert_eq!(depths(name), Some((depth, planes)), "{name}");
+            let layout = layout(format).unwrap();
+            assert_eq!((layout.depths.len(), layout.bytes), (kinds, bytes), "{format:?}");
+            assert_eq!(layout.depths, vec![depth; kinds], "{format:?}");
         }
-        for name in
-            ["yuv420p10be", "pal8", "p010le", "bayer_rggb8", "gbrpf32le", "yuv", "vaapi", "gray10be", "rgb565le"]
+        assert_eq!(layout(Pixel::RGB565LE).unwrap().depths, [5, 6, 5]);
+        for (format, name) in
+            [(Pixel::PAL8, "pal8"), (Pixel::BAYER_RGGB8, "bayer_rggb8"), (Pixel::GBRPF32LE, "gbrpf32le")]
         {
-            assert_eq!(depths(name), None, "{name}");
+            assert_eq!(layout(format), Err(name.to_owned()));
         }
-        assert!(Layout::of("yuv420p", [1, 1]).unwrap().is_yuv420p());
-        assert!(
-            !Layout::of("yuv422p", [1, 0]).unwrap().is_yuv420p() && !Layout::of("nv12", [1, 1]).unwrap().is_yuv420p()
-        );
+    }
+
+    #[test]
+    fn samples_turned_to_a_flocks_are_those_that_come_by_way_of_rgb() {
+        for format in [Pixel::YUV420P, Pixel::YUVJ420P] {
+            let mut frame = Video::new(format, 32, 16);
+            for plane in 0..3 {
+                let (stride, base) = (frame.stride(plane), [90, 110, 120][plane]);
+                for (y, row) in frame.data_mut(plane).chunks_mut(stride).enumerate() {
+                    row.iter_mut().enumerate().for_each(|(x, level)| *level = (base + x + 2 * y) as u8);
+                }
+            }
+            let layout = Layout::of(&frame).unwrap();
+            let levels = Levels::of(&frame, &layout, MatrixRule::Always(Matrix::Bt601)).unwrap();
+            let found = yuv420p(&frame, &layout, levels).unwrap();
+            let due = Yuv420p::from_rgb_f32(32, 16, &rgb(&frame, &layout, levels)).unwrap();
+            for (found, due) in found.planes().into_iter().zip(due.planes()) {
+                let off = found.iter().zip(due).map(|(found, due)| found.abs_diff(*due)).max().unwrap();
+                assert!(off <= 1, "{format:?}: {off}");
+            }
+        }
     }
 
     #[test]
     fn chroma_between_two_samples_is_their_mean_where_they_sit() {
-        let taps = Taps::of(6, 3, 1, 0.0);
-        let ramp = |taps: &Taps| (0..6).map(|at| taps.mean(at, |sample| sample as f32)).collect::<Vec<_>>();
-        assert_eq!(ramp(&taps), [0.0, 0.5, 1.0, 1.5, 2.0, 2.0]);
-        assert_eq!(ramp(&Taps::of(6, 3, 1, 0.5)), [0.0, 0.25, 0.75, 1.25, 1.75, 2.0]);
-        assert_eq!(ramp(&Taps::of(6, 6, 0, 0.0)), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        let ramp = |taps: &Taps, samples: &[f32]| {
+            let mut line = vec![0.0; 6];
+            taps.spread(samples, &mut line);
+            line
+        };
+        let three = [0.0, 1.0, 2.0];
+        assert_eq!(ramp(&Taps::of(6, 3, 1, 0.0), &three), [0.0, 0.5, 1.0, 1.5, 2.0, 2.0]);
+        assert_eq!(ramp(&Taps::of(6, 3, 1, 0.5), &three), [0.0, 0.25, 0.75, 1.25, 1.75, 2.0]);
+        assert_eq!(ramp(&Taps::of(6, 6, 0, 0.0), &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
     }
 }

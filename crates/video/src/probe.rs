@@ -20,6 +20,20 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use timing::{FrameCount, Rate};
 
+/// One sample of a clip as the container's index lists it.
+pub(crate) struct Sample {
+    /// First byte in the file.
+    pub(crate) offset: u64,
+    /// Bytes in the file.
+    pub(crate) bytes: u64,
+    /// Decoding time in ticks of the demuxer's time base.
+    pub(crate) dts: i64,
+    /// Whether it is shown: an edit list may discard it.
+    pub(crate) shown: bool,
+    /// Whether decoding can start there.
+    pub(crate) key: bool,
+}
+
 /// What a clip is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "independent findings, each compared on its own")]

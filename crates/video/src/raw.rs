@@ -9,7 +9,10 @@
 #![allow(unsafe_code)]
 
 use crate::code::{Code, check};
+use crate::probe::Sample;
 use ffmpeg_next::ffi as av;
+use ffmpeg_next::format::Pixel;
+use ffmpeg_next::frame::Video;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
@@ -52,20 +55,6 @@ unsafe extern "C" fn log_callback<Arguments>(who: *mut c_void, level: c_int, _: 
             }
         }
     }
-}
-
-/// One sample of a clip as the container's index lists it.
-pub(crate) struct Sample {
-    /// First byte in the file.
-    pub(crate) offset: u64,
-    /// Bytes in the file.
-    pub(crate) bytes: u64,
-    /// Decoding time in ticks of [`Demuxer::time_base`].
-    pub(crate) dts: i64,
-    /// Whether it is shown: an edit list may discard it.
-    pub(crate) shown: bool,
-    /// Whether decoding can start there.
-    pub(crate) key: bool,
 }
 
 /// An open MP4 file and its one video stream.
@@ -313,6 +302,16 @@ impl Picture {
         self.frame().decode_error_flags != 0 || self.frame().flags & av::AV_FRAME_FLAG_CORRUPT != 0
     }
 
+    /// ffmpeg's `AVVideoEncParams` and its blocks; empty unless the decoder was asked for it.
+    pub(crate) fn encoding(&self) -> &[u8] {
+        // SAFETY: only read; ffmpeg keeps `size` bytes at `data` for as long as the frame is referenced.
+        unsafe {
+            let kind = av::AVFrameSideDataType::AV_FRAME_DATA_VIDEO_ENC_PARAMS;
+            let data = av::av_frame_get_side_data(self.frame(), kind).as_ref();
+            data.map_or(&[], |data| slice::from_raw_parts(data.data, data.size))
+        }
+    }
+
     /// Y, U and V from their first to their last visible byte; empty if it is not [`Picture::is_yuv420p`].
     pub(crate) fn planes(&self) -> [&[u8]; 3] {
         if !self.is_yuv420p() {
@@ -339,6 +338,33 @@ impl Drop for Picture {
     fn drop(&mut self) {
         // SAFETY: allocated in `Decoder::receive`, freed only here.
         unsafe { av::av_frame_free(&mut self.0.as_ptr()) };
+    }
+}
+
+/// What a pixel format is: ffmpeg's flags, and the bits of each kind of samples.
+pub(crate) fn pixel_format(format: Pixel) -> Option<(u64, Vec<u32>)> {
+    let descriptor = format.descriptor()?.as_ptr();
+    // SAFETY: ffmpeg's descriptors are constants.
+    let av::AVPixFmtDescriptor { flags, comp, nb_components, .. } = unsafe { &*descriptor };
+    Some((*flags, comp.iter().take((*nb_components).into()).map(|kind| kind.depth.max(0).unsigned_abs()).collect()))
+}
+
+/// Reads row `y` of the samples of `kind` from a decoded picture; `row` is as long as that. Of other rows, and of kinds
+/// that its format has not, nothing is read.
+pub(crate) fn read_row(frame: &Video, kind: u8, y: u32, row: &mut [u16]) {
+    let Some(format) = frame.format().descriptor().filter(|format| kind < format.nb_components()) else { return };
+    let [across, down] = if matches!(kind, 1 | 2) { [format.log2_chroma_w(), format.log2_chroma_h()] } else { [0; 2] };
+    if row.len() != frame.width().div_ceil(1 << across) as usize || y >= frame.height().div_ceil(1 << down) {
+        return;
+    }
+    let to = row.as_mut_ptr().cast();
+    // SAFETY: a decoded frame keeps all rows of its format at `data`, `linesize` bytes apart, also where that is negative;
+    // row, kind and width were checked above, and `row` has two bytes for each sample.
+    unsafe {
+        let (data, strides) = ((*frame.as_ptr()).data, (*frame.as_ptr()).linesize);
+        let (mut data, width) = (data.map(<*mut u8>::cast_const), row.len() as c_int);
+        let (data, strides) = (data.as_mut_ptr(), strides.as_ptr());
+        av::av_read_image_line2(to, data, strides, format.as_ptr(), 0, y as c_int, kind.into(), width, 0, 2);
     }
 }
 
@@ -377,8 +403,8 @@ pub(crate) struct Decoder {
 unsafe impl Send for Decoder {}
 
 impl Decoder {
-    /// A decoder that works on `threads` pictures at a time.
-    pub(crate) fn new(threads: usize) -> Result<Self, Code> {
+    /// A decoder that works on `threads` pictures at a time, and tells their [`Picture::encoding`] if `encoding`.
+    pub(crate) fn new(threads: usize, encoding: bool) -> Result<Self, Code> {
         redirect_log();
         // SAFETY: lookups and an allocation, checked for null before use.
         let context = unsafe {
@@ -396,6 +422,7 @@ impl Decoder {
             let context = decoder.context.as_mut();
             context.thread_count = c_int::try_from(threads).unwrap_or(c_int::MAX);
             context.thread_type = av::FF_THREAD_FRAME;
+            context.export_side_data = if encoding { av::AV_CODEC_EXPORT_DATA_VIDEO_ENC_PARAMS } else { 0 };
             check(av::avcodec_open2(context, codec, ptr::null_mut()))?;
         }
         Ok(decoder)

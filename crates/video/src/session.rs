@@ -72,7 +72,7 @@ pub fn first_frame(clip: &Clip) -> Option<Frame> {
     const CLIP: ClipNumber = ClipNumber(0);
     let mut packet = clip.first_packet()?;
     packet.set_tag(Some(0));
-    let mut decoder = Decoder::new(1).ok()?;
+    let mut decoder = Decoder::new(1, false).ok()?;
     let SendResult::Taken = decoder.send(&packet, CLIP.0) else { return None };
     decoder.send_end();
     let ReceiveResult::Picture(picture) = decoder.receive() else { return None };
@@ -142,9 +142,21 @@ impl Session {
     /// # Errors
     /// [`SessionError::Start`].
     pub fn new(threads: NonZero<usize>) -> Result<Self, SessionError> {
+        Self::start(threads, false)
+    }
+
+    /// The same, with frames that tell their [`Frame::quantiser`], which costs time.
+    ///
+    /// # Errors
+    /// [`SessionError::Start`].
+    pub fn with_quantisers(threads: NonZero<usize>) -> Result<Self, SessionError> {
+        Self::start(threads, true)
+    }
+
+    fn start(threads: NonZero<usize>, quantisers: bool) -> Result<Self, SessionError> {
         let failed = |code: Code| SessionError::Start { threads: threads.get(), reason: code.to_string() };
         Ok(Self {
-            decoder: Decoder::new(threads.get()).map_err(failed)?,
+            decoder: Decoder::new(threads.get(), quantisers).map_err(failed)?,
             packet: Packet::new().map_err(failed)?,
             loaded: false,
             loading: 0,

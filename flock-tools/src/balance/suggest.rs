@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use flock::{Flock, SheepId, Suggestion, Suggestions};
+use flock::{Flock, Measure, SheepId, Suggestion, Suggestions};
 
 use super::cost::{self, Cost};
 use crate::program::print;
@@ -16,6 +16,9 @@ pub(super) struct Advice {
     add: Vec<TransitionAdvice>,
     /// Each is the best one after those before it, with none added.
     remove: Vec<TransitionAdvice>,
+    /// The measure of the worst ratio for people.
+    #[serde(skip)]
+    by: Measure,
 }
 
 /// A transition to add or to remove.
@@ -25,6 +28,8 @@ struct TransitionAdvice {
     to: SheepId,
     /// That of the balance after this change and those before it; `null` while a sheep is never shown.
     worst_ratio: Option<f64>,
+    /// The same of time.
+    worst_time_ratio: Option<f64>,
     /// Its weight, or the weight that the estimate gives it.
     weight: f64,
     #[serde(flatten)]
@@ -32,17 +37,18 @@ struct TransitionAdvice {
 }
 
 impl Advice {
-    /// `suggestions` for the `flock` in `folder`, with their costs.
-    pub(super) fn new(suggestions: &Suggestions, flock: &Flock, folder: &Path) -> Self {
+    /// `suggestions` for the `flock` in `folder`, for balances `by` a measure, with their costs.
+    pub(super) fn new(suggestions: &Suggestions, flock: &Flock, folder: &Path, by: Measure) -> Self {
         let rendered = cost::of_rendering(&suggestions.add, flock, folder);
         let saved = cost::of_keeping(&suggestions.remove, flock, folder);
         let advised = |(suggestion, cost): (&Suggestion, Cost)| {
-            let Suggestion { from, to, worst_ratio, weight, .. } = suggestion.clone();
-            TransitionAdvice { from, to, worst_ratio, weight, cost }
+            let Suggestion { from, to, worst_ratio, worst_time_ratio, weight, .. } = suggestion.clone();
+            TransitionAdvice { from, to, worst_ratio, worst_time_ratio, weight, cost }
         };
         Self {
             add: suggestions.add.iter().zip(rendered).map(advised).collect(),
             remove: suggestions.remove.iter().zip(saved).map(advised).collect(),
+            by,
         }
     }
 
@@ -64,7 +70,7 @@ impl Advice {
                 "{word:<6} {:<wide$} {:<wide$} {:>11} {:>8} {:>8} {:>10} {:>8}",
                 "from", "to", "worst ratio", "frames", "seconds", "CPU hours", "MB"
             ));
-            lines.extend(advised.iter().enumerate().map(|(at, advised)| advised.row(at + 1, wide)));
+            lines.extend(advised.iter().enumerate().map(|(at, advised)| advised.row(at + 1, wide, self.by)));
         }
         lines.push(String::new());
         lines.push(
@@ -76,9 +82,10 @@ impl Advice {
 }
 
 impl TransitionAdvice {
-    fn row(&self, place: usize, wide: usize) -> String {
+    fn row(&self, place: usize, wide: usize, by: Measure) -> String {
         let Cost { frames, seconds, cpu_hours, bytes, .. } = self.cost;
-        let worst = self.worst_ratio.map_or("never".to_owned(), |ratio| format!("{ratio:.3}"));
+        let worst = if by == Measure::Time { self.worst_time_ratio } else { self.worst_ratio };
+        let worst = worst.map_or("never".to_owned(), |ratio| format!("{ratio:.3}"));
         let hours = cpu_hours.map_or("-".to_owned(), |hours| format!("{hours:.2}"));
         let megabytes = bytes.map_or("-".to_owned(), |bytes| format!("{:.1}", bytes / 1e6));
         let (from, to) = (self.from.as_str(), self.to.as_str());

@@ -53,18 +53,22 @@ pub(super) struct Row {
 
 /// A table that cannot be parsed.
 #[derive(Debug, thiserror::Error)]
-#[error("`{path}` is not a table of units")]
+#[error("`{path}` is not a table of units: line {line}: {message}")]
 struct FleetError {
     path: PathBuf,
-    source: Box<toml::de::Error>,
+    /// From 1.
+    line: usize,
+    message: String,
 }
 
 impl Fleet {
     /// Reads the table at `path`; an empty one if there is none.
     pub(super) fn read(path: &Path) -> Result<Self, Fatal> {
         match fs::read_to_string(path) {
-            Ok(text) => toml::from_str(&text).map_err(|error| {
-                Fatal::new(Exit::Malformed, FleetError { path: path.to_owned(), source: Box::new(error) })
+            Ok(text) => toml::from_str(&text).map_err(|error: toml::de::Error| {
+                let line = 1 + text[..error.span().map_or(0, |span| span.start)].matches('\n').count();
+                let message = error.message().replace('\n', ", ");
+                Fatal::new(Exit::Malformed, FleetError { path: path.to_owned(), line, message })
             }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
             Err(source) => Err(Fatal::read(path, source)),

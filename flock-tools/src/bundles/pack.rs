@@ -5,13 +5,12 @@
 //!
 //! Start at [`run`].
 
-use std::collections::BTreeSet;
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use bundle::{
-    Addressees, Contents, Folder, FolderError, KeyId, ObjectId, PutMethod, SealBody, SecretKey, Sequence, Trust,
-    UnitId, UnverifiedSeal,
+    Addressees, Contents, Folder, KeyId, ObjectId, PutMethod, SealBody, SecretKey, Sequence, Trust, UnitId,
+    UnverifiedSeal,
 };
 use flock::{FILE_NAME, Fault, FaultKind, Flock, Manifest};
 use indicatif::DecimalBytes;
@@ -19,17 +18,21 @@ use indicatif::DecimalBytes;
 use super::counter::Counter;
 use super::{bundle_folder, folder_fatal, passphrase, refusal_fatal, sign_fatal};
 use crate::check;
+use crate::credits::{CreditsFile, FlockCredits, NotForSale};
 use crate::decoder::Decoder;
 use crate::flock_folder::{file_list, open};
 use crate::program::{Exit, Fatal, now, print, progress};
 
+/// The most clips that are named before a sale.
+const MOST_WARNINGS: usize = 20;
+
 /// Check a flock, and sign it as a bundle that travels to its units
 ///
 /// The flock is checked as `dreams check --joins` does, and refused if it has a fault. The bundle is a folder: copy it
-/// to a stick or a web server, or let `dreams publish` do it. If the disk can do that, clips are shared with the flock:
-/// do not change them, but make new ones in new files, as all commands here do. Several bundles may be in one folder,
-/// one for each unit, and share equal files. Each bundle of a key gets a higher number than the one before; the last
-/// number is in a file beside the key.
+/// to a stick or a web server, or let `dreams publish` do it. It has files of its own, which take no room where the file
+/// system can clone files: whatever happens to them does not change the flock, nor the other way round. Several bundles
+/// may be in one folder, one for each unit, and share equal files. The bundle carries the flock's credits.toml,
+/// too. Each bundle of a key gets a higher number than the one before; the last number is in a file beside the key.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the bundle is there
@@ -63,6 +66,9 @@ pub(crate) struct Args {
     /// Pack it even if joins jump
     #[arg(long)]
     allow_jumps: bool,
+    /// It is sold, or shown for money: name the clips whose licences do not allow that, or that have none
+    #[arg(long, conflicts_with = "system")]
+    for_sale: bool,
     /// Take the passphrase from the first line of this file
     #[arg(long, value_name = "FILE")]
     pub(super) passphrase_file: Option<PathBuf>,
@@ -76,6 +82,9 @@ pub(crate) struct Args {
 struct Answer<'a> {
     packed: bool,
     faults: &'a [Fault],
+    /// With --for-sale: the clips that may not be sold, or are not known to be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_for_sale: Option<&'a [NotForSale]>,
     #[serde(flatten)]
     bundle: Option<&'a BundleSummary>,
 }
@@ -94,12 +103,13 @@ struct BundleSummary {
     objects: ObjectCounts,
 }
 
-/// The number of objects that were cloned, copied, there already, or linked.
+/// The number of objects that were cloned, copied, or there already.
 #[derive(Clone, Copy, Default, serde::Serialize)]
 struct ObjectCounts {
     cloned: usize,
     copied: usize,
     kept: usize,
+    /// Always 0: no object is a hard link to a file of the flock. For programs that read this answer.
     linked: usize,
 }
 
@@ -116,29 +126,59 @@ enum PackError {
 pub(crate) fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let statements = statements(args)?;
+    let not_for_sale = not_for_sale(args, flock.manifest())?;
     // Before the check, which takes long.
     let key = passphrase::open_key(&args.key, args.passphrase_file.as_deref())?;
     let faults = faults(args, &flock, decoder)?;
     if let Some(first) = faults.first() {
         if args.json {
-            print::json(&Answer { packed: false, faults: &faults, bundle: None })?;
+            print::json(&Answer {
+                packed: false,
+                faults: &faults,
+                not_for_sale: not_for_sale.as_deref(),
+                bundle: None,
+            })?;
         } else {
             print::lines(faults.iter().map(check::line))?;
         }
         let name = flock.manifest().name.clone();
         let faulty = PackError::Faulty { name, faults: print::count(faults.len(), "fault"), first: check::line(first) };
-        return Err(Fatal::new(Exit::No, faulty));
+        return Err(Fatal::new(Exit::No, faulty).hint(hint(&faults)));
     }
     let contents = file_list::contents(&args.dir, flock.manifest())?;
     let folder = Folder::create(&args.bundle).map_err(folder_fatal)?;
-    let objects = put_objects(&folder, &args.dir, flock.manifest(), &contents)?;
+    let objects = put_objects(&folder, &args.dir, &contents)?;
     let summary = seal(args, &flock, &key, &contents, &folder, &statements, objects)?;
+    warn(not_for_sale.as_deref().unwrap_or_default());
     if args.json {
-        print::json(&Answer { packed: true, faults: &[], bundle: Some(&summary) })?;
+        let not_for_sale = not_for_sale.as_deref();
+        print::json(&Answer { packed: true, faults: &[], not_for_sale, bundle: Some(&summary) })?;
     } else {
         print::lines(lines(&summary))?;
     }
     Ok(Exit::Fine)
+}
+
+/// The clips that may not be sold, or are not known to be, if the bundle is for sale.
+/// Errors: If `credits.toml`, which travels along, is malformed.
+fn not_for_sale(args: &Args, manifest: &Manifest) -> Result<Option<Vec<NotForSale>>, Fatal> {
+    if args.for_sale {
+        return Ok(Some(FlockCredits::of_licences(&args.dir, manifest)?.not_for_sale(manifest)));
+    }
+    CreditsFile::read(&args.dir)?;
+    Ok(None)
+}
+
+/// Names the clips that may not be sold, or are not known to be. The bundle is packed all the same: the artist may have the
+/// permission of those who made them, which no file tells.
+fn warn(not_for_sale: &[NotForSale]) {
+    for clip in not_for_sale.iter().take(MOST_WARNINGS) {
+        print::note(&format!("warning: {}", clip.line()));
+    }
+    if let Some(more) = not_for_sale.len().checked_sub(MOST_WARNINGS).filter(|more| *more > 0) {
+        let more = print::count(more, "clip");
+        print::note(&format!("warning: and {more} more, which `dreams credits --for-sale` names"));
+    }
 }
 
 /// The faults that keep the flock from being packed.
@@ -154,23 +194,24 @@ fn faults(args: &Args, flock: &Flock, decoder: &'static dyn Decoder) -> Result<V
     Ok(faults)
 }
 
+/// What to do about `faults`, of which there is one at least.
+fn hint(faults: &[Fault]) -> &'static str {
+    if faults.iter().all(|fault| fault.kind == FaultKind::Jump) {
+        "`dreams check DIR --joins --contact-sheet FILE` draws them; --allow-jumps packs the flock with them"
+    } else {
+        "a unit would not show it as it is meant; --allow-jumps allows jumps, and no other fault"
+    }
+}
+
 /// Puts all of `contents` into `folder`. Shows its progress on a terminal.
-fn put_objects(folder: &Folder, from: &Path, manifest: &Manifest, contents: &Contents) -> Result<ObjectCounts, Fatal> {
-    let clips: BTreeSet<&str> = manifest.clips().map(|clip| clip.path.as_str()).collect();
+fn put_objects(folder: &Folder, from: &Path, contents: &Contents) -> Result<ObjectCounts, Fatal> {
     let objects = contents.objects();
     let bar = progress::bytes("packing", objects.iter().map(|file| file.size).sum());
     let mut counts = ObjectCounts::default();
     for file in objects {
         let before = bar.position();
-        let (path, mut moves) = (from.join(file.path.as_str()), |bytes| bar.inc(bytes));
-        // A clip may share its blocks: it is replaced by a new file. A text must not: many editors write into the old file.
-        let put = if clips.contains(file.path.as_str()) {
-            folder.put_file(&file.id, file.size, &path, &mut moves)
-        } else {
-            let unread = |source| FolderError::Read { path: path.clone(), source };
-            let text = File::open(&path).map_err(unread);
-            text.and_then(|mut text| folder.put(&file.id, file.size, &mut text, &path, &mut moves))
-        };
+        let path = from.join(file.path.as_str());
+        let put = folder.put_file(&file.id, file.size, &path, &mut |bytes| bar.inc(bytes));
         counts.add(put.map_err(folder_fatal)?);
         bar.set_position(before + file.size);
     }
@@ -242,11 +283,11 @@ pub(super) fn statements(args: &Args) -> Result<Vec<Vec<u8>>, Fatal> {
 fn lines(summary: &BundleSummary) -> Vec<String> {
     let BundleSummary { flock, units, sequence, signer, files, bytes, objects } = summary;
     let units = if units.is_empty() { "every unit".to_owned() } else { units.join(", ") };
-    let ObjectCounts { cloned, copied, kept, linked } = objects;
+    let written = objects.cloned + objects.copied;
     vec![
         format!("packed `{flock}` for {units}: sequence {sequence}, key {signer}"),
         format!("{}, {}", print::count(*files, "file"), DecimalBytes(*bytes)),
-        format!("{} shared with the flock, {copied} copied, {kept} there already", cloned + linked),
+        format!("{written} written, {} there already", objects.kept),
     ]
 }
 
@@ -256,7 +297,6 @@ impl ObjectCounts {
             PutMethod::Cloned => self.cloned += 1,
             PutMethod::Copied => self.copied += 1,
             PutMethod::Kept => self.kept += 1,
-            PutMethod::Linked => self.linked += 1,
         }
     }
 }

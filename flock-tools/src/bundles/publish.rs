@@ -217,8 +217,7 @@ fn write_plan(args: &Args, to: &Folder, objects: &Objects) -> Result<WritePlan, 
 fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, plan: &WritePlan) -> Result<Sweep, Fatal> {
     let needed = plan.new.iter().map(|(_, size)| size).sum::<u64>();
     let room = || to.free_bytes().map_err(folder_fatal);
-    // On one disk content is shared or linked, and needs no room.
-    if needed <= room()? || is_same_disk(&args.bundle, &args.to) {
+    if needed <= room()? || is_cloned(args, to, plan) {
         return Ok(Sweep::default());
     }
     let pruned = if args.prune { prune(args, trust, to, objects)? } else { Sweep::default() };
@@ -235,10 +234,10 @@ fn make_room(args: &Args, trust: &Trust, to: &Folder, objects: &Objects, plan: &
     }))
 }
 
-/// Whether two folders are on the same disk.
-fn is_same_disk(one: &Path, other: &Path) -> bool {
-    let disk = |path: &Path| fs::metadata(path).map(|status| std::os::unix::fs::MetadataExt::dev(&status)).ok();
-    disk(one).is_some() && disk(one) == disk(other)
+/// Whether the content of `plan` is cloned, and needs no room.
+fn is_cloned(args: &Args, to: &Folder, plan: &WritePlan) -> bool {
+    let mut whole = plan.new.iter().filter_map(|(id, _)| File::open(args.bundle.join(id.path())).ok());
+    whole.next().is_some_and(|file| to.clones(&file))
 }
 
 /// Writes all of `plan`, then the statements, the seals last. Returns the bytes of the new content. Shows its progress on a

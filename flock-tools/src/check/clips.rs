@@ -31,56 +31,63 @@ type Finding = (FaultKind, String);
 /// If no clip is there, no decoder is asked for.
 /// Errors: If a clip is there, and the decoder cannot be started.
 pub(crate) fn faults(folder: &Path, manifest: &Manifest, decoder: DecoderHandle) -> Result<Vec<Fault>, Fatal> {
+    let gone = |clip_use: ClipUse| {
+        let finding = open(&clip_use.clip.path.inside(folder)).err()?;
+        Some(fault(&clip_use, named(clip_use.clip, finding)))
+    };
+    if let Some(all_gone) = uses(manifest).map(gone).collect() {
+        return Ok(all_gone);
+    }
+    // A file that is used twice is checked once.
+    let mut first: HashMap<&Clip, usize> = HashMap::new();
+    let mut distinct: Vec<&Clip> = Vec::new();
+    for ClipUse { clip, .. } in uses(manifest) {
+        first.entry(clip).or_insert_with(|| {
+            distinct.push(clip);
+            distinct.len() - 1
+        });
+    }
+    let findings = check_all(folder, manifest, &distinct, decoder.get()?);
+    let found = |clip_use: ClipUse| {
+        let findings = findings[first[clip_use.clip]].iter().cloned();
+        findings.map(|finding| fault(&clip_use, finding)).collect::<Vec<Fault>>()
+    };
+    Ok(uses(manifest).flat_map(found).collect())
+}
+
+/// Every loop and every transition of `manifest`.
+fn uses(manifest: &Manifest) -> impl Iterator<Item = ClipUse<'_>> {
     let loops = manifest.sheep.iter().filter_map(|sheep| {
         let clip = sheep.clip.as_ref()?;
         Some(ClipUse { clip, sheep: Some(&sheep.id), between: None })
     });
     let transitions =
         manifest.transitions.iter().map(|t| ClipUse { clip: &t.clip, sheep: None, between: Some((&t.from, &t.to)) });
-    let uses: Vec<ClipUse> = loops.chain(transitions).collect();
-    // A file that is used twice is checked once.
-    let mut first: HashMap<&Clip, usize> = HashMap::new();
-    let mut distinct: Vec<&Clip> = Vec::new();
-    for ClipUse { clip, .. } in &uses {
-        first.entry(clip).or_insert_with(|| {
-            distinct.push(clip);
-            distinct.len() - 1
-        });
-    }
-    let gone = |clip: &&Clip| open(&clip.path.inside(folder)).err().map(|finding| vec![named(clip, finding)]);
-    let findings: Vec<Vec<Finding>> = match distinct.iter().map(gone).collect() {
-        Some(all_gone) => all_gone,
-        None => check_all(folder, manifest, &distinct, decoder.get()?),
-    };
-    let mut faults = Vec::new();
-    for clip_use in &uses {
-        faults.extend(findings[first[clip_use.clip]].iter().map(|finding| fault(clip_use, finding)));
-    }
-    Ok(faults)
+    loops.chain(transitions)
 }
 
 /// The findings of each of `clips`, on all cores.
-fn check_all(folder: &Path, manifest: &Manifest, clips: &[&Clip], decoder: &dyn Decoder) -> Vec<Vec<Finding>> {
+fn check_all(folder: &Path, manifest: &Manifest, clips: &[&Clip], decoder: &dyn Decoder) -> Vec<Box<[Finding]>> {
     let form = Form { size: manifest.size, fps: manifest.fps };
     let bar = progress::bar("checking clips", clips.len());
     let check = |clip: &&Clip| {
         let findings = check(folder, clip, &form, decoder);
         bar.inc(1);
-        findings
+        findings.into_boxed_slice()
     };
     let findings = clips.par_iter().map(check).collect();
     bar.finish_and_clear();
     findings
 }
 
-fn fault(clip_use: &ClipUse<'_>, (kind, message): &Finding) -> Fault {
+fn fault(clip_use: &ClipUse<'_>, (kind, message): Finding) -> Fault {
     Fault {
-        kind: *kind,
+        kind,
         sheep: clip_use.sheep.cloned(),
         from: clip_use.between.map(|(from, _)| from.clone()),
         to: clip_use.between.map(|(_, to)| to.clone()),
         clip: Some(clip_use.clip.path.clone()),
-        message: message.clone(),
+        message,
     }
 }
 
@@ -105,7 +112,8 @@ fn check(folder: &Path, clip: &Clip, form: &Form, decoder: &dyn Decoder) -> Vec<
 
 /// `finding` as a sentence about `clip`.
 fn named(clip: &Clip, (kind, why): Finding) -> Finding {
-    (kind, format!("clip `{}` {why}", clip.path))
+    // Of the right length: a large flock may lack a million clips.
+    (kind, ["clip `", clip.path.as_str(), "` ", &why].concat())
 }
 
 /// The first of these that is true of the clip in the file at `path`: it is no video, it has another form, it does not

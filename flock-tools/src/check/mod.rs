@@ -40,18 +40,22 @@ pub(crate) struct Args {
 }
 
 #[derive(serde::Serialize)]
-struct Answer {
+struct Answer<'a> {
     ok: bool,
-    faults: Vec<FaultAnswer>,
+    faults: FaultList<'a>,
 }
+
+/// The faults in the answer: those that are no jumps, and the jumps. Each is put into its form as it is written: a large
+/// flock may have a million.
+struct FaultList<'a>(&'a [Fault], &'a [(Fault, JoinAnswer)]);
 
 /// A fault in the answer: with the figures of its join, if it is a jump.
 #[derive(serde::Serialize)]
-struct FaultAnswer {
+struct FaultAnswer<'a> {
     #[serde(flatten)]
-    fault: Fault,
+    fault: &'a Fault,
     #[serde(flatten)]
-    join: Option<JoinAnswer>,
+    join: Option<&'a JoinAnswer>,
 }
 
 /// The part of the answer that only a `jump` has.
@@ -63,6 +67,13 @@ struct JoinAnswer {
     after: ClipPath,
     #[serde(flatten)]
     figures: Figures,
+}
+
+impl serde::Serialize for FaultList<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let others = self.0.iter().map(|fault| FaultAnswer { fault, join: None });
+        serializer.collect_seq(others.chain(self.1.iter().map(|(fault, join)| FaultAnswer { fault, join: Some(join) })))
+    }
 }
 
 /// Joins that could not be judged although no clip has a fault: the machine failed.
@@ -79,30 +90,29 @@ struct UnjudgedJoins {
 pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let manifest = flock.manifest();
-    let without_join = |fault| FaultAnswer { fault, join: None };
     let faults = faults_but_jumps(&args.dir, &flock, decoder)?;
-    let mut faults: Vec<FaultAnswer> = faults.into_iter().map(without_join).collect();
+    let mut jumps = Vec::new();
     if args.joins {
         let decoder = decoder.get()?;
         let judgement = joins::judge_with_bar(&args.dir, manifest, decoder);
         if faults.is_empty() {
             require_all_judged(&judgement)?;
         }
-        faults.extend(judgement.jumps().map(jump));
+        jumps.extend(judgement.jumps().map(jump));
         if let Some(sheet) = &args.contact_sheet {
             let drawn = joins::draw(&args.dir, manifest, &judgement, sheet, decoder);
             drawn.map_err(|error| Fatal::new(Exit::Unreadable, error))?;
         }
     }
     note_forced_repeats(&flock);
-    let exit = if faults.is_empty() { Exit::Fine } else { Exit::No };
+    let count = faults.len() + jumps.len();
     if args.json {
-        print::json(&Answer { ok: faults.is_empty(), faults })?;
+        print::json(&Answer { ok: count == 0, faults: FaultList(&faults, &jumps) })?;
     } else {
-        print::lines(faults.iter().map(|answer| line(&answer.fault)))?;
-        print::note(&print::count(faults.len(), "fault"));
+        print::lines(faults.iter().chain(jumps.iter().map(|(fault, _)| fault)).map(line))?;
+        print::note(&print::count(count, "fault"));
     }
-    Ok(exit)
+    Ok(if count == 0 { Exit::Fine } else { Exit::No })
 }
 
 /// Every fault of the flock in `folder`: of its graph, its clips and its joins.
@@ -113,15 +123,15 @@ pub(crate) fn every_fault(folder: &Path, flock: &Flock, decoder: &'static dyn De
     if faults.is_empty() {
         require_all_judged(&judgement)?;
     }
-    faults.extend(judgement.jumps().map(|join| jump(join).fault));
+    faults.extend(judgement.jumps().map(|join| jump(join).0));
     Ok(faults)
 }
 
 /// Every fault of the flock in `folder`: of its size, its graph and its clips.
 fn faults_but_jumps(folder: &Path, flock: &Flock, decoder: DecoderHandle) -> Result<Vec<Fault>, Fatal> {
-    let mut faults: Vec<Fault> = file_list::too_large(folder, flock.manifest())?.into_iter().collect();
-    faults.extend(flock.faults().iter().cloned());
-    faults.extend(clips::faults(folder, flock.manifest(), decoder)?);
+    let large = file_list::too_large(folder, flock.manifest())?;
+    let mut faults = clips::faults(folder, flock.manifest(), decoder)?;
+    faults.splice(0..0, large.into_iter().chain(flock.faults().iter().cloned()));
     Ok(faults)
 }
 
@@ -134,7 +144,7 @@ fn require_all_judged(judgement: &Judgement) -> Result<(), Fatal> {
 }
 
 /// The fault of a join that jumps.
-fn jump(JudgedJoin { join, figures }: &JudgedJoin) -> FaultAnswer {
+fn jump(JudgedJoin { join, figures }: &JudgedJoin) -> (Fault, JoinAnswer) {
     let (before, after) = (join.before.path.clone(), join.after.path.clone());
     let why = figures.worst_in_words();
     let message = format!("at sheep `{}` clip `{before}` does not meet `{after}`: {why}", join.sheep);
@@ -146,7 +156,7 @@ fn jump(JudgedJoin { join, figures }: &JudgedJoin) -> FaultAnswer {
         clip: Some(join.clip_to_render().path.clone()),
         message,
     };
-    FaultAnswer { fault, join: Some(JoinAnswer { before, after, figures: *figures }) }
+    (fault, JoinAnswer { before, after, figures: *figures })
 }
 
 /// `kind: message`, the kind as in JSON.

@@ -1,31 +1,32 @@
-//! `dreams drop`: removes a sheep.
+//! `dreams drop`: removes sheep.
 //!
 //! Owns the command. Deletes clips only with --delete-files.
 
 use std::path::PathBuf;
 
-use flock::SheepId;
-
 use super::EditSession;
+use super::selection::{Chosen, FORM, Selector};
+use crate::flock_folder::ids;
 use crate::program::{Exit, Fatal, print};
 
-/// Take a sheep out of a flock, with every transition from and to it
+/// Take sheep out of a flock, with every transition from and to them
 ///
 /// Refused if another sheep that is shown would then no longer be. The files stay where they are, unless --delete-files
-/// is given. In the manifest, the lines of the sheep and of its transitions are removed; the comments around them stay.
+/// is given. In the manifest and in the credits, the lines of the sheep and of their transitions are removed; the comments
+/// around them stay.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
-  0  the sheep is gone
+  0  the sheep are gone
   1  it would break the flock; nothing was changed
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    /// The sheep
-    #[arg(value_parser = SheepId::new)]
-    id: SheepId,
-    /// Delete its genome and clips too, unless something else names them
+    #[arg(value_name = "ID", required = true, help = format!("The sheep: {FORM}"))]
+    #[arg(value_parser = Selector::parse, add = ids::completer())]
+    ids: Vec<Selector>,
+    /// Delete their genomes and clips too, unless something else names them
     #[arg(long)]
     delete_files: bool,
     /// Do it even if that breaks the flock
@@ -38,18 +39,19 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let id = &args.id;
     let mut session = EditSession::start(&args.dir)?;
+    let chosen = Chosen::of(&args.ids, session.manifest())?;
     let transitions = session.manifest().transitions.len();
-    session.edit(|edit| edit.drop_sheep(id))?;
+    session.edit(|edit| edit.drop_all(&chosen.sheep))?;
     let gone = match transitions - session.manifest().transitions.len() {
         0 => String::new(),
         count => format!(" and {}", print::count(count, "transition")),
     };
-    session.refuse_breaking(&format!("without sheep `{id}`"), args.force, args.json)?;
+    session.refuse_breaking(&format!("without {}", chosen.told()), args.force, args.json)?;
     let result = session.save()?;
     if args.delete_files {
         result.delete_files()?;
     }
-    result.print(&format!("dropped `{id}`{gone}"), args.json)
+    let dropped = chosen.told().replacen("sheep `", "`", 1);
+    result.print(&format!("dropped {dropped}{gone}"), args.json)
 }

@@ -1,47 +1,49 @@
-//! `dreams link`: adds a transition.
+//! `dreams link`: adds transitions.
 //!
-//! Owns the command. The clip may be there already, or `dreams render` makes it later.
+//! Owns the command. The clips may be there already, or `dreams render` makes them later.
 
 use std::path::PathBuf;
 
-use flock::{MAX_FRAMES, SheepId, Transition};
+use flock::{MAX_FRAMES, Transition};
 
 use super::EditSession;
 use super::files::{self, FileCopy};
+use super::selection::{Chosen, FORM, Pairs, Selector};
 use crate::decoder::DecoderHandle;
-use crate::flock_folder::paths;
-use crate::program::{Exit, Fatal, arguments};
+use crate::flock_folder::{ids, paths};
+use crate::program::{Exit, Fatal, arguments, print};
 
 /// Frames of a transition that is yet to be rendered, by default: 13 seconds at 30 per second.
-const FRAMES: u32 = 384;
+pub(super) const FRAMES: u32 = 384;
 
-/// Add a transition from one sheep to another
+/// Add transitions from sheep to sheep
 ///
 /// With --clip, the clip is copied into the flock's folder if it is in the flock's form, and its hash is written into
-/// the manifest. Without, the manifest names its path, and `dreams render` makes it from both genomes.
+/// the manifest. Without, the manifest names its path, and `dreams render` makes it from both genomes. Of several sheep,
+/// every one of the first word is linked to every one of the others; of globs, pairs that have a transition, and those of
+/// a sheep with itself, are passed over.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
-  0  the transition is in the flock
+  0  the transitions are in the flock
   1  the clip is not in the flock's form, or another file is in its place; nothing was changed
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    /// The sheep where it starts
-    #[arg(value_parser = SheepId::new)]
-    from: SheepId,
-    /// The sheep where it ends; the same one is allowed
-    #[arg(value_parser = SheepId::new)]
-    to: SheepId,
-    /// Its clip, in the flock's form
+    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = ids::completer())]
+    from: Selector,
+    #[arg(required = true, help = "The sheep where they end, in the same form; the same one is allowed")]
+    #[arg(value_parser = Selector::parse, add = ids::completer())]
+    to: Vec<Selector>,
+    /// The clip of a single transition, in the flock's form
     #[arg(long, value_name = "FILE")]
     clip: Option<PathBuf>,
     #[arg(long, value_name = "N", conflicts_with = "clip")]
     #[arg(help = format!("Frames of a clip that is yet to be rendered [default: {FRAMES}]"))]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     frames: Option<u32>,
-    /// How readily the walk takes it, relative to the others from the same sheep
+    /// How readily the walk takes them, relative to the others from the same sheep
     #[arg(long, value_name = "W", default_value_t = 1.0, allow_negative_numbers = true, value_parser = arguments::positive)]
     weight: f64,
     /// Replace another file that is in the clip's place
@@ -52,16 +54,40 @@ pub(crate) struct Args {
     json: bool,
 }
 
+/// A clip for more than one transition.
+#[derive(Debug, thiserror::Error)]
+#[error("clip `{clip}` is for one transition, found {found}")]
+struct SeveralPairs {
+    clip: PathBuf,
+    found: usize,
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
-    let (from, to) = (args.from.clone(), args.to.clone());
     let mut session = EditSession::start(&args.dir)?;
-    let place = |ending: &str| paths::of_transition(&from, &to, ending);
+    let from = Chosen::of(std::slice::from_ref(&args.from), session.manifest())?;
+    let to = Chosen::of(&args.to, session.manifest())?;
+    let chosen = Pairs::unlinked(&from, &to, session.manifest())?;
+    if let Some(clip) = args.clip.clone().filter(|_| chosen.pairs.len() > 1) {
+        return Err(Fatal::new(Exit::Malformed, SeveralPairs { clip, found: chosen.pairs.len() }));
+    }
     let request = files::ClipRequest { file: args.clip.as_deref(), frames: args.frames, default_frames: FRAMES };
-    let (clip, copy) = files::clip(&session, &request, place, decoder)?;
-    let (frames, path) = (clip.frames, clip.path.clone());
-    let transition = Transition { from: args.from.clone(), to: args.to.clone(), clip, weight: args.weight };
-    session.edit(|edit| edit.add_transition(transition))?;
-    FileCopy::run_all(copy.into_iter(), &args.dir, args.force)?;
-    session.save()?.print(&format!("linked `{from}` to `{to}`: `{path}`, {frames} frames"), args.json)
+    let (mut done, mut copies) = (String::new(), Vec::new());
+    for (from, to) in &chosen.pairs {
+        let place = |ending: &str| paths::of_transition(from, to, ending);
+        let (clip, copy) = files::clip(&session, &request, place, decoder)?;
+        done = format!("linked `{from}` to `{to}`: `{}`, {} frames", clip.path, clip.frames);
+        let transition = Transition { from: from.clone(), to: to.clone(), clip, weight: args.weight };
+        session.edit(|edit| edit.add_transition(transition))?;
+        copies.extend(copy);
+    }
+    if chosen.single().is_none() {
+        done = format!("linked {}", print::count(chosen.pairs.len(), "pair"));
+    }
+    if chosen.passed_over > 0 {
+        let pairs = print::count(chosen.passed_over, "pair");
+        print::note(&format!("note: {pairs} passed over: linked already, or a sheep with itself"));
+    }
+    FileCopy::run_all(copies.into_iter(), &args.dir, args.force)?;
+    session.save()?.print(&done, args.json)
 }

@@ -1,31 +1,42 @@
-//! The commands that edit a flock's manifest.
+//! The commands that edit a flock's manifest, and the list of its sheep.
 //!
 //! Owns what they have in common: the manifest is locked, edited, checked and saved, and the effect on the balance is
-//! printed. An edit breaks a flock if a sheep that was shown no longer would be; adding never does, since a sheep that is not
-//! yet linked is merely not shown. Each command has its own module.
+//! printed. All edits of one command are saved at once. An edit breaks a flock if a sheep that was shown no longer would
+//! be; adding never does, since a sheep that is not yet linked is merely not shown. Each command has its own module.
 //!
 //! Start at [`EditSession`].
 
 pub(crate) mod add;
 pub(crate) mod drop;
 mod files;
+mod hints;
 pub(crate) mod link;
+pub(crate) mod list;
 pub(crate) mod new;
+pub(crate) mod prune;
 pub(crate) mod rename;
+pub(crate) mod repeat;
+mod selection;
 pub(crate) mod unlink;
 pub(crate) mod want;
+pub(crate) mod weight;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, SheepId};
+use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, Sheep, SheepId};
 
+use crate::credits::{CreditsFile, Subject};
 use crate::flock_folder::Draft;
 use crate::program::{Exit, Fatal, print};
+use selection::Chosen;
 
 /// The most faults that are printed after an edit; `dreams check` prints all.
 const MOST_FAULTS: usize = 3;
+/// The most files of a kind that are printed after an edit; `--json` tells all.
+const MOST_FILES: usize = 10;
 /// Worst ratios closer than this count as the same.
 const SAME: f64 = 1e-9;
 
@@ -34,6 +45,10 @@ struct EditSession {
     folder: PathBuf,
     draft: Draft,
     before: FlockState,
+    /// The flock's credits, or why they cannot be read; an edit that they do not concern does without them.
+    credits: Result<CreditsFile, Fatal>,
+    /// What has an entry there.
+    credited: BTreeSet<Subject>,
 }
 
 /// The state of a flock, by its manifest alone.
@@ -45,6 +60,8 @@ struct FlockState {
     /// `None` while a sheep is never shown.
     worst_ratio: Option<f64>,
     faults: Vec<Fault>,
+    /// The number of its sheep and transitions.
+    entries: usize,
     /// Every file that the manifest names.
     files: BTreeSet<ClipPath>,
 }
@@ -54,12 +71,14 @@ struct EditResult {
     folder: PathBuf,
     before: FlockState,
     after: FlockState,
+    /// Whether the manifest was saved.
+    changed: bool,
 }
 
 /// The answer with `--json`.
 #[derive(serde::Serialize)]
 struct Answer<'a> {
-    /// Whether the manifest was saved: not if the edit was refused.
+    /// Whether the manifest was saved: not if the edit was refused, or only proposed.
     changed: bool,
     /// `null` while a sheep is never shown, here and below.
     worst_ratio_before: Option<f64>,
@@ -102,8 +121,10 @@ impl EditSession {
     /// Locks and reads the flock in `folder`, which may be without sheep.
     fn start(folder: &Path) -> Result<Self, Fatal> {
         let draft = Draft::lock(folder)?;
-        let before = FlockState::of(draft.edit.manifest());
-        Ok(Self { folder: folder.to_owned(), draft, before })
+        let before = FlockState::of(draft.edit.shared_manifest());
+        let credits = CreditsFile::read(folder);
+        let credited = credits.as_ref().map_or_else(|_| BTreeSet::new(), |file| file.named_in(draft.edit.manifest()));
+        Ok(Self { folder: folder.to_owned(), draft, before, credits, credited })
     }
 
     /// The manifest as edited so far.
@@ -113,12 +134,20 @@ impl EditSession {
 
     /// Makes an edit.
     fn edit(&mut self, edit: impl FnOnce(&mut Edit) -> Result<(), EditError>) -> Result<(), Fatal> {
-        edit(&mut self.draft.edit).map_err(|error| Fatal::new(Exit::Malformed, error))
+        edit(&mut self.draft.edit).map_err(|error| hints::refused(error, self.manifest()))
+    }
+
+    /// Gives the credits of the sheep `old` to `new`.
+    fn rename_credits(&mut self, old: &SheepId, new: &SheepId) -> Result<(), Fatal> {
+        let mut file = CreditsFile::read(&self.folder)?;
+        file.rename(old, new)?;
+        self.credits = Ok(file);
+        Ok(())
     }
 
     /// Ends the command if the edits break the flock, unless `force` is set. `edit` begins the sentence.
     fn refuse_breaking(&self, edit: &str, force: bool, json: bool) -> Result<(), Fatal> {
-        let after = FlockState::of(self.manifest());
+        let after = FlockState::of(self.draft.edit.shared_manifest());
         let lost = lost(&self.before, &after);
         let edit = edit.to_owned();
         let refused = match lost.first() {
@@ -133,25 +162,54 @@ impl EditSession {
         Err(Fatal::new(Exit::No, refused).hint("--force does it all the same"))
     }
 
-    /// Saves the manifest.
+    /// Saves the manifest, and takes what it has no longer out of the credits.
+    /// Errors: If the credits are malformed and the edit concerns them; nothing is saved.
     fn save(self) -> Result<EditResult, Fatal> {
-        let after = FlockState::of(self.manifest());
+        let after = FlockState::of(self.draft.edit.shared_manifest());
+        let shrinks = after.entries < self.before.entries;
+        let credits = match self.credits {
+            Err(fatal) if shrinks => return Err(fatal),
+            Ok(mut file) => {
+                let stays = file.named_in(self.draft.edit.manifest());
+                file.remove(&self.credited.difference(&stays).cloned().collect())?;
+                Some(file)
+            }
+            Err(_) => None,
+        };
         self.draft.save()?;
-        Ok(EditResult { folder: self.folder, before: self.before, after })
+        credits.map_or(Ok(()), |file| file.save())?;
+        Ok(EditResult { folder: self.folder, before: self.before, after, changed: true })
+    }
+
+    /// What saving would do. The manifest stays as it was.
+    fn preview(self) -> EditResult {
+        let after = FlockState::of(self.draft.edit.shared_manifest());
+        EditResult { folder: self.folder, before: self.before, after, changed: false }
+    }
+
+    /// That the sheep `chosen` have now what `has` says, and one sheep the figure `was` before.
+    fn told(&self, chosen: &Chosen, has: &str, was: impl Fn(&Sheep) -> String) -> String {
+        let own = self.manifest().sheep.iter().find(|sheep| chosen.sheep.contains(&sheep.id));
+        match own.filter(|_| chosen.sheep.len() == 1) {
+            Some(sheep) => format!("`{}` has {has}, was {}", sheep.id, was(sheep)),
+            None => format!("{} have {has}", chosen.told()),
+        }
     }
 }
 
 impl FlockState {
-    fn of(manifest: &Manifest) -> Self {
+    fn of(manifest: Arc<Manifest>) -> Self {
+        let flock = Flock::new(manifest);
+        let manifest = flock.manifest();
         let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
         let files = manifest.clips().map(|clip| &clip.path).chain(genomes).cloned().collect();
-        let flock = Flock::new(manifest.clone());
         let faults = flock.faults().to_vec();
         let shown =
             flock.graph().sheep().filter(|_| flock.is_walkable()).map(|sheep| flock.id(sheep).clone()).collect();
         let worst_ratio = FlockShares::of(&flock).filter(|_| flock.is_walkable()).and_then(|shares| shares.worst_ratio);
         let sheep = manifest.sheep.iter().map(|sheep| sheep.id.clone()).collect();
-        Self { sheep, shown, worst_ratio, faults, files }
+        let entries = manifest.sheep.len() + manifest.transitions.len();
+        Self { sheep, shown, worst_ratio, faults, entries, files }
     }
 }
 
@@ -167,19 +225,13 @@ impl EditResult {
 
     /// Prints what was `done`, its effect on the balance, and what the flock still lacks.
     fn print(&self, done: &str, json: bool) -> Result<Exit, Fatal> {
-        let (unreferenced, missing) = (self.unreferenced(), self.missing());
         if json {
-            let answer = Answer::of(true, &self.before, &self.after);
-            print::json(&Answer { unreferenced, missing, ..answer })?;
+            print::json(&self.answer())?;
             return Ok(Exit::Fine);
         }
         print::lines([done.to_owned(), balance(self.before.worst_ratio, self.after.worst_ratio)])?;
-        for path in missing {
-            print::note(&format!("note: `{path}` is not there yet; `dreams render` makes it"));
-        }
-        for path in unreferenced {
-            print::note(&format!("note: `{path}` is no longer named, and still there"));
-        }
+        note_files(&self.missing(), "not there yet; `dreams render` makes it", "not there yet");
+        note_files(&self.unreferenced(), "no longer named, and still there", "no longer named, and still there");
         for fault in self.after.faults.iter().take(MOST_FAULTS) {
             print::note(&format!("note: {}", fault.message));
         }
@@ -187,6 +239,12 @@ impl EditResult {
             print::note(&format!("note: and {more} more, which `dreams check` names"));
         }
         Ok(Exit::Fine)
+    }
+
+    /// The answer with `--json`.
+    fn answer(&self) -> Answer<'_> {
+        let answer = Answer::of(self.changed, &self.before, &self.after);
+        Answer { unreferenced: self.unreferenced(), missing: self.missing(), ..answer }
     }
 
     fn unreferenced(&self) -> Vec<&ClipPath> {
@@ -197,6 +255,16 @@ impl EditResult {
     fn missing(&self) -> Vec<&ClipPath> {
         let new = self.after.files.difference(&self.before.files);
         new.filter(|path| !path.inside(&self.folder).exists()).collect()
+    }
+}
+
+/// Notes that each of `files` is what `one` says, and what `all` says of those that are too many to be named.
+fn note_files(files: &[&ClipPath], one: &str, all: &str) {
+    for path in files.iter().take(MOST_FILES) {
+        print::note(&format!("note: `{path}` is {one}"));
+    }
+    if let Some(more) = files.len().checked_sub(MOST_FILES).filter(|more| *more > 0) {
+        print::note(&format!("note: and {more} more are {all}"));
     }
 }
 

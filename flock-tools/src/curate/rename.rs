@@ -4,7 +4,6 @@
 //! So at every moment the files that the manifest names are there.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -12,24 +11,24 @@ use flock::{Clip, ClipPath, Edit, EditError, SheepId};
 
 use super::EditSession;
 use super::files;
-use crate::flock_folder::paths;
+use crate::flock_folder::{ids, paths};
 use crate::program::{Exit, Fatal, print};
 
 /// Give a sheep another id
 ///
-/// Its transitions follow, and so do the names of its genome and clips where they are named after it. In the manifest,
-/// only these ids and paths change.
+/// Its transitions follow, and so do its credits, and the names of its genome and clips where they are named after it. In
+/// the manifest, only these ids and paths change.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the sheep is renamed
-  1  another file has the new name; nothing was changed
+  1  another file has the new name, or the credits have an entry for it; nothing was changed
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
     /// Its id
-    #[arg(value_parser = SheepId::new)]
+    #[arg(value_parser = SheepId::new, add = ids::completer())]
     old: SheepId,
     /// Its new id
     #[arg(value_parser = SheepId::new)]
@@ -58,9 +57,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         moves = rename_paths(edit, old, new)?;
         Ok(())
     })?;
+    session.rename_credits(old, new)?;
     let there: Vec<_> = moves.iter().filter(|(old, _)| old.inside(&args.dir).exists()).collect();
     for (old, new) in &there {
-        link_or_copy(&old.inside(&args.dir), &new.inside(&args.dir))?;
+        copy(&old.inside(&args.dir), &new.inside(&args.dir))?;
     }
     let count = there.len();
     let result = session.save()?;
@@ -81,7 +81,7 @@ fn rename_paths(edit: &mut Edit, old: &SheepId, new: &SheepId) -> Result<BTreeMa
         Some(to)
     };
     let mut moved = |clip: &Clip| Some(Clip { path: renamed(&clip.path)?, ..clip.clone() });
-    let manifest = edit.manifest().clone();
+    let manifest = edit.shared_manifest();
     for sheep in manifest.sheep.iter().filter(|sheep| sheep.id == *new) {
         if let Some(clip) = sheep.clip.as_ref().and_then(&mut moved) {
             edit.set_loop(new, clip)?;
@@ -100,8 +100,9 @@ fn rename_paths(edit: &mut Edit, old: &SheepId, new: &SheepId) -> Result<BTreeMa
     Ok(moves)
 }
 
-/// Gives the file `old` the name `new` too.
-fn link_or_copy(old: &Path, new: &Path) -> Result<(), Fatal> {
+/// Copies the file `old` to `new`, for a moment or for good: a sheep of another name may have the same clip. A hard link
+/// would give one file to both.
+fn copy(old: &Path, new: &Path) -> Result<(), Fatal> {
     let (from, to) = (old.to_owned(), new.to_owned());
     let cannot =
         |source| Fatal::new(Exit::Unreadable, RenameError::Move { old: from.clone(), new: to.clone(), source });
@@ -111,9 +112,5 @@ fn link_or_copy(old: &Path, new: &Path) -> Result<(), Fatal> {
         let occupied = RenameError::Occupied { old: old.to_owned(), new: new.to_owned() };
         return if same { Ok(()) } else { Err(Fatal::new(Exit::No, occupied)) };
     }
-    match fs::hard_link(old, new) {
-        Ok(()) => durable::sync_names(new).map_err(cannot),
-        // exFAT and the like have no links.
-        Err(_) => durable::copy(old, new).map_err(cannot),
-    }
+    durable::copy(old, new).map_err(cannot)
 }

@@ -1,34 +1,34 @@
-//! `dreams unlink`: removes a transition.
+//! `dreams unlink`: removes transitions.
 //!
 //! Owns the command. Deletes clips only with --delete-files.
 
 use std::path::PathBuf;
 
-use flock::SheepId;
-
 use super::EditSession;
-use crate::program::{Exit, Fatal};
+use super::selection::{Chosen, FORM, Pairs, Selector};
+use crate::flock_folder::ids;
+use crate::program::{Exit, Fatal, print};
 
-/// Take a transition out of a flock
+/// Take transitions out of a flock
 ///
-/// Refused if a sheep that is shown would then no longer be. The clip stays where it is, unless --delete-files is
-/// given. In the manifest, the lines of the transition are removed; the comments around them stay.
+/// Of globs, the pairs that have a transition are meant. Refused if a sheep that is shown would then no longer be. The
+/// clips stay where they are, unless --delete-files is given. In the manifest, the lines of the transitions are removed;
+/// the comments around them stay.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
-  0  the transition is gone
+  0  the transitions are gone
   1  it would break the flock; nothing was changed
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    /// The sheep where it starts
-    #[arg(value_parser = SheepId::new)]
-    from: SheepId,
-    /// The sheep where it ends
-    #[arg(value_parser = SheepId::new)]
-    to: SheepId,
-    /// Delete its clip too, unless something else names it
+    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = ids::completer())]
+    from: Selector,
+    #[arg(required = true, help = "The sheep where they end, in the same form")]
+    #[arg(value_parser = Selector::parse, add = ids::completer())]
+    to: Vec<Selector>,
+    /// Delete their clips too, unless something else names them
     #[arg(long)]
     delete_files: bool,
     /// Do it even if that breaks the flock
@@ -41,13 +41,22 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let Args { from, to, .. } = args;
     let mut session = EditSession::start(&args.dir)?;
-    session.edit(|edit| edit.drop_transition(from, to))?;
-    session.refuse_breaking(&format!("without the transition from `{from}` to `{to}`"), args.force, args.json)?;
+    let from = Chosen::of(std::slice::from_ref(&args.from), session.manifest())?;
+    let to = Chosen::of(&args.to, session.manifest())?;
+    let chosen = Pairs::linked(&from, &to, session.manifest())?;
+    session.edit(|edit| edit.drop_transitions(&chosen.pairs))?;
+    let count = print::count(chosen.pairs.len(), "transition");
+    let (edit, done) = match chosen.single() {
+        Some((from, to)) => {
+            (format!("without the transition from `{from}` to `{to}`"), format!("unlinked `{from}` from `{to}`"))
+        }
+        None => (format!("without these {count}"), format!("took out {count}")),
+    };
+    session.refuse_breaking(&edit, args.force, args.json)?;
     let result = session.save()?;
     if args.delete_files {
         result.delete_files()?;
     }
-    result.print(&format!("unlinked `{from}` from `{to}`"), args.json)
+    result.print(&done, args.json)
 }

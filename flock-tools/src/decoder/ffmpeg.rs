@@ -8,7 +8,7 @@ use std::path::Path;
 use timing::FrameCount;
 use video::{ClipNumber, Form, Poll, Probe, ProbeError, Session, Yuv420p};
 
-use super::{Decoder, Excerpt};
+use super::{DecodedFrame, Decoder, Excerpt};
 use crate::program::chain;
 
 /// ffmpeg, linked into this program.
@@ -29,10 +29,10 @@ impl Decoder for Ffmpeg {
         folder: &Path,
         form: &Form,
         excerpts: &[Excerpt],
-        each: &mut dyn FnMut(usize, Yuv420p),
+        each: &mut dyn FnMut(usize, DecodedFrame),
     ) -> Vec<Result<(), String>> {
         let mut results: Vec<Result<(), String>> = vec![Err("nothing came out".into()); excerpts.len()];
-        let mut session = match Session::new(NonZero::<usize>::MIN) {
+        let mut session = match Session::with_quantisers(NonZero::<usize>::MIN) {
             Ok(session) => session,
             Err(error) => return vec![Err(chain(&error)); excerpts.len()],
         };
@@ -44,7 +44,7 @@ impl Decoder for Ffmpeg {
             match session.poll() {
                 Poll::Frame(frame) => {
                     if let Some(excerpt) = index(&pushed, frame.clip()) {
-                        each(excerpt, Yuv420p::from(&frame));
+                        each(excerpt, DecodedFrame { picture: Yuv420p::from(&frame), quantiser: frame.quantiser() });
                     }
                 }
                 Poll::ClipEnd { clip, damage, .. } => {

@@ -27,6 +27,14 @@ const PROGRAM: &str = "dreams-video";
 /// Some frames of a clip.
 pub(crate) type Excerpt<'a> = (&'a Clip, Range<u32>);
 
+/// A decoded frame.
+pub(crate) struct DecodedFrame {
+    /// What it shows.
+    pub(crate) picture: Yuv420p,
+    /// H.264's quantisation parameter, the mean of its blocks; `None` if the decoder does not tell.
+    pub(crate) quantiser: Option<f32>,
+}
+
 /// Reads clips. The one implementation is [`ffmpeg::Ffmpeg`]: the linker leaves ffmpeg out of a program that does not
 /// name it.
 pub(crate) trait Decoder: Sync {
@@ -43,7 +51,7 @@ pub(crate) trait Decoder: Sync {
         folder: &Path,
         form: &Form,
         excerpts: &[Excerpt],
-        each: &mut dyn FnMut(usize, Yuv420p),
+        each: &mut dyn FnMut(usize, DecodedFrame),
     ) -> Vec<Result<(), String>>;
 }
 

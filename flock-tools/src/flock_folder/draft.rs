@@ -43,11 +43,20 @@ impl Draft {
 
     /// Saves the manifest as edited.
     pub(crate) fn save(self) -> Result<(), Fatal> {
-        let (text, path) = (self.edit.text(), self.path);
-        let reads_back = Edit::parse(text.clone(), &path).is_ok_and(|read| read.manifest() == self.edit.manifest());
-        if !reads_back {
-            return Err(Fatal::new(Exit::Unreadable, DraftError { path }));
-        }
+        let Self { edit, path, _lock } = self;
+        let Some(text) = edit.into_text() else { return Err(Fatal::new(Exit::Unreadable, DraftError { path })) };
         durable::save(&path, text.as_bytes()).map_err(|source| Fatal::file("save", &path, source))
+    }
+
+    /// Saves the manifest as edited, and keeps it locked for more edits.
+    pub(crate) fn save_and_go_on(&mut self) -> Result<(), Fatal> {
+        let text = self.edit.text();
+        let read = Edit::parse(text.clone(), &self.path).ok().filter(|read| read.manifest() == self.edit.manifest());
+        let Some(read) = read else {
+            return Err(Fatal::new(Exit::Unreadable, DraftError { path: self.path.clone() }));
+        };
+        durable::save(&self.path, text.as_bytes()).map_err(|source| Fatal::file("save", &self.path, source))?;
+        self.edit = read;
+        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! The list of a flock's files, with their hashes.
 //!
-//! Owns which files go into a bundle: the manifest, and every clip and genome that it names, each hashed on all cores;
-//! and whether that is too much for a unit. Never judges what the files hold: `dreams check` does.
+//! Owns which files go into a bundle: the manifest, every clip and genome that it names, and `credits.toml` if there is one,
+//! each hashed on all cores; and whether that is too much for a unit. Never judges what the files hold: `dreams check` does.
 //!
 //! Start at [`contents`].
 
@@ -16,6 +16,7 @@ use flock::{ClipPath, FILE_NAME, Fault, FaultKind, Manifest, ManifestError};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::open;
+use super::paths::CREDITS;
 use crate::program::{Exit, Fatal, chain, progress};
 
 /// Why a file cannot be listed.
@@ -29,7 +30,7 @@ enum FileListError {
 
 /// The list of the files of the flock in `folder`. Shows its progress on a terminal.
 pub(crate) fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, Fatal> {
-    let paths: Vec<&str> = paths(manifest).into_iter().collect();
+    let paths: Vec<&str> = paths(folder, manifest).into_iter().collect();
     let length = |path: &&str| fs::metadata(folder.join(path)).map_or(0, |status| status.len());
     let bar = progress::bytes("hashing", paths.iter().map(length).sum());
     let entries: Result<Vec<FileEntry>, FileListError> = paths
@@ -71,13 +72,15 @@ fn unhashed(folder: &Path, manifest: &Manifest) -> Result<Contents, Refusal> {
         // `dreams pack` refuses what has a name that a bundle cannot have.
         Some(FileEntry { path: FilePath::new(path).ok()?, id: ObjectId::of(path.as_bytes()), size })
     };
-    Contents::new(paths(manifest).into_iter().filter_map(entry).collect())
+    Contents::new(paths(folder, manifest).into_iter().filter_map(entry).collect())
 }
 
-fn paths(manifest: &Manifest) -> BTreeSet<&str> {
+fn paths<'m>(folder: &Path, manifest: &'m Manifest) -> BTreeSet<&'m str> {
     let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
     let named = manifest.clips().map(|clip| &clip.path).chain(genomes).map(ClipPath::as_str);
-    named.chain([FILE_NAME]).collect()
+    // Whoever passes the flock on has to say who made it: the licences ask for it.
+    let credits = Some(CREDITS).filter(|name| folder.join(name).is_file());
+    named.chain([FILE_NAME]).chain(credits).collect()
 }
 
 fn entry(folder: &Path, path: &str) -> Result<FileEntry, FileListError> {

@@ -6,6 +6,7 @@
 
 mod draft;
 pub(crate) mod file_list;
+pub(crate) mod ids;
 pub(crate) mod open;
 pub(crate) mod paths;
 

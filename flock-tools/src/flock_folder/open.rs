@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use flock::{Flock, Manifest, ManifestError};
 
+use super::Draft;
 use crate::program::{Exit, Fatal};
 
 /// A flock without a cycle of transitions.
@@ -21,6 +22,16 @@ struct NoCycle {
 /// Reads the manifest in `folder`.
 pub(crate) fn manifest(folder: &Path) -> Result<Manifest, Fatal> {
     Manifest::read(folder).map_err(manifest_fatal)
+}
+
+/// The same, of a flock that may be without sheep.
+pub(crate) fn unfinished(folder: &Path) -> Result<Manifest, Fatal> {
+    match Manifest::read(folder) {
+        Err(ManifestError::Missing { key: "sheep", .. }) => {
+            Draft::lock(folder).map(|draft| draft.edit.manifest().clone())
+        }
+        read => read.map_err(manifest_fatal),
+    }
 }
 
 /// Ends a command whose manifest cannot be read.

@@ -8,6 +8,8 @@ use flock::{ClipPath, SheepId};
 
 /// The folders of a new flock.
 pub(crate) const FOLDERS: [&str; 3] = ["genomes", "loops", "transitions"];
+/// The file that says who made what, beside the manifest.
+pub(crate) const CREDITS: &str = "credits.toml";
 /// The ending of clips.
 pub(crate) const CLIP: &str = "mp4";
 /// The ending of genomes.

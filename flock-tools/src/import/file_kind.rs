@@ -2,29 +2,39 @@
 //!
 //! Owns the names in Electric Sheep's content folders, and ours. Never opens a file.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use flock::SheepId;
 
+use crate::credits::electric::ElectricName;
+use crate::program::print;
 use crate::render::plan::ClipRole;
 
 /// Endings of videos.
 const VIDEOS: &[&str] = &[
-    "3gp", "asf", "avi", "dv", "flv", "gif", "m4v", "mkv", "mov", "mp4", "mpeg", "mpg", "mts", "mxf", "nut", "ogv",
-    "ts", "webm", "wmv", "y4m",
+    "264", "265", "3g2", "3gp", "apng", "asf", "avc", "avi", "divx", "dv", "f4v", "flv", "gif", "h264", "h265", "hevc",
+    "ivf", "m1v", "m2t", "m2ts", "m2v", "m4v", "mj2", "mjpeg", "mjpg", "mkv", "mov", "mp4", "mpe", "mpeg", "mpg",
+    "mpv", "mts", "mxf", "nut", "obu", "ogm", "ogv", "ogx", "qt", "rm", "rmvb", "swf", "ts", "vob", "webm", "wmv",
+    "xvid", "y4m",
 ];
 /// Endings of genomes.
 const GENOMES: &[&str] = &["flam3", "flame"];
 /// The ending in place of a clip that was voted down or deleted.
 const TOMBSTONE: &str = "xxx";
-/// The ending of a clip that is still being fetched.
-const PARTIAL: &str = "tmp";
+/// Endings of clips that are still being fetched.
+const PARTIAL: &[&str] = &["aria2", "crdownload", "download", "filepart", "part", "partial", "tmp"];
+/// Endings of pictures and texts about a clip.
+const BESIDE: &[&str] = &[
+    "db", "htm", "html", "ini", "jpeg", "jpg", "json", "log", "md5", "nfo", "png", "sha1", "srt", "torrent", "txt",
+    "url", "xml",
+];
 
 /// A kind of file.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum FileKind {
     /// A video of this loop or transition.
-    Clip(ClipRole),
+    Clip(ClipRole, Origin),
     /// flam3 genomes.
     Genomes,
     /// A video whose name does not say what it shows; why.
@@ -35,18 +45,43 @@ pub(super) enum FileKind {
     Tombstone,
 }
 
+/// Who made a clip, by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// The renderers of Electric Sheep.
+    ElectricSheep,
+    /// Not known.
+    Unknown,
+}
+
 /// The kind of the file at `path`.
 pub(super) fn file_kind(path: &Path) -> FileKind {
-    let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
-        return FileKind::Unclear("its name is not UTF-8".to_owned());
-    };
-    let (stem, ending) = name.rsplit_once('.').filter(|(stem, _)| !stem.is_empty()).unwrap_or((name, ""));
-    match ending.to_ascii_lowercase().as_str() {
-        TOMBSTONE => FileKind::Tombstone,
-        PARTIAL if stem.contains('=') => FileKind::Unclear("it was not fetched to its end".to_owned()),
-        ending if GENOMES.contains(&ending) => FileKind::Genomes,
-        ending if VIDEOS.contains(&ending) => of_video(stem),
-        _ => FileKind::Other,
+    // No name of a clip has other letters: what is lost here makes it unclear.
+    let name = path.file_name().map(OsStr::to_string_lossy).unwrap_or_default();
+    let (stem, ending) = name.rsplit_once('.').filter(|(stem, _)| !stem.is_empty()).unwrap_or((&name, ""));
+    let ending = &*ending.to_ascii_lowercase();
+    let unclear = |why: String| FileKind::Unclear(why);
+    if ending == TOMBSTONE {
+        FileKind::Tombstone
+    } else if PARTIAL.contains(&ending) && stem.contains('=') {
+        unclear("it was not fetched to its end".to_owned())
+    } else if GENOMES.contains(&ending) {
+        FileKind::Genomes
+    } else if VIDEOS.contains(&ending) {
+        let told = path.file_stem().map(|stem| print::path(Path::new(stem))).unwrap_or_default();
+        of_video(stem).unwrap_or_else(|wanted| unclear(format!("its name is `{told}` (expected {wanted})")))
+    } else if !BESIDE.contains(&ending) && matches!(of_video(stem), Ok(FileKind::Clip(_, Origin::ElectricSheep))) {
+        unclear(format!("its ending is `{ending}` (expected that of a video)"))
+    } else {
+        FileKind::Other
+    }
+}
+
+/// Who made the clip at `path`, by its name.
+pub(super) fn origin(path: &Path) -> Origin {
+    match file_kind(path) {
+        FileKind::Clip(_, origin) => origin,
+        FileKind::Genomes | FileKind::Unclear(_) | FileKind::Other | FileKind::Tombstone => Origin::Unknown,
     }
 }
 
@@ -55,32 +90,19 @@ pub(super) fn role(from: SheepId, to: SheepId) -> ClipRole {
     if from == to { ClipRole::Loop(from) } else { ClipRole::Transition(from, to) }
 }
 
-/// The id of the sheep that Electric Sheep calls `number` of `generation`: both are written with any number of zeros
-/// before them.
-pub(super) fn sheep(generation: &str, number: &str) -> Option<SheepId> {
-    let plain = |digits: &str| {
-        let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
-        let short = digits.trim_start_matches('0');
-        is_number.then(|| if short.is_empty() { "0" } else { short }.to_owned())
-    };
-    SheepId::new(&format!("{}.{}", plain(generation)?, plain(number)?)).ok()
-}
-
-fn of_video(stem: &str) -> FileKind {
-    let unclear = |wanted: &str| FileKind::Unclear(format!("its name is `{stem}` (expected {wanted})"));
+/// The clip of a video by its name without the ending; or which name was expected.
+fn of_video(stem: &str) -> Result<FileKind, &'static str> {
     match stem.split('=').collect::<Vec<_>>()[..] {
-        [generation, id, first, last] => {
-            let ends = sheep(generation, first).zip(sheep(generation, last));
-            ends.filter(|_| sheep(generation, id).is_some()).map_or_else(
-                || unclear("four numbers: GENERATION=ID=FIRST=LAST"),
-                |(from, to)| FileKind::Clip(role(from, to)),
-            )
+        [_, _, _, _] => {
+            let ends = ElectricName::of_file(stem).and_then(|name| name.ends());
+            let (from, to) = ends.ok_or("four numbers: GENERATION=ID=FIRST=LAST")?;
+            Ok(FileKind::Clip(role(from, to), Origin::ElectricSheep))
         }
         [from, to] => match (SheepId::new(from), SheepId::new(to)) {
-            (Ok(from), Ok(to)) => FileKind::Clip(role(from, to)),
-            (Err(_), _) | (_, Err(_)) => unclear("two ids of sheep: FROM=TO"),
+            (Ok(from), Ok(to)) => Ok(FileKind::Clip(role(from, to), Origin::Unknown)),
+            (Err(_), _) | (_, Err(_)) => Err("two ids of sheep: FROM=TO"),
         },
-        _ => unclear("GENERATION=ID=FIRST=LAST or FROM=TO, or the options --from and --to"),
+        _ => Err("GENERATION=ID=FIRST=LAST or FROM=TO, or the options --from and --to"),
     }
 }
 
@@ -95,13 +117,15 @@ mod tests {
     #[test]
     fn a_sheep_is_known_by_generation_and_number_whatever_zeros_stand_before_them() {
         let kind = |name: &str| file_kind(Path::new(name));
-        assert_eq!(kind("mpeg/00202=67501=67501=67501.avi"), FileKind::Clip(ClipRole::Loop(id("202.67501"))));
-        assert_eq!(kind("202=9=67501=00033.AVI"), FileKind::Clip(ClipRole::Transition(id("202.67501"), id("202.33"))));
-        assert_eq!(kind("10247=0=00000=0.mp4"), FileKind::Clip(ClipRole::Loop(id("10247.0"))));
-        assert_eq!(kind("ram=ewe.mkv"), FileKind::Clip(ClipRole::Transition(id("ram"), id("ewe"))));
+        let electric = |role| FileKind::Clip(role, Origin::ElectricSheep);
+        assert_eq!(kind("mpeg/00202=67501=67501=67501.avi"), electric(ClipRole::Loop(id("202.67501"))));
+        assert_eq!(kind("202=9=67501=00033.AVI"), electric(ClipRole::Transition(id("202.67501"), id("202.33"))));
+        assert_eq!(kind("10247=0=00000=0.m2v"), electric(ClipRole::Loop(id("10247.0"))));
+        let ram = ClipRole::Transition(id("ram"), id("ewe"));
+        assert_eq!(kind("ram=ewe.mkv"), FileKind::Clip(ram, Origin::Unknown));
         assert_eq!(kind("00202=67501=67501=67501.xxx"), FileKind::Tombstone);
         assert_eq!([kind("a.flam3"), kind("b.FLAME")], [FileKind::Genomes, FileKind::Genomes]);
-        for other in ["list.xml", "frost.jpg", "readme", ".avi", "notes.txt", "x.tmp"] {
+        for other in ["list.xml", "frost.jpg", "readme", ".avi", "notes.txt", "x.tmp", "202=1=1=1.jpg", "a=b.bak"] {
             assert_eq!(kind(other), FileKind::Other, "{other}");
         }
     }
@@ -119,6 +143,9 @@ mod tests {
             "=.mp4",
             "holiday.mp4",
             "00202=67501=67501=67501.avi.tmp",
+            "00202=67501=67501=67501",
+            "00202=67501=67501=67501.old",
+            "._00202=67501=67501=67501.avi",
         ] {
             assert!(matches!(file_kind(Path::new(odd)), FileKind::Unclear(_)), "{odd}");
         }

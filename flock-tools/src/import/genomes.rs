@@ -1,137 +1,316 @@
-//! The import of flam3 genomes as sheep.
+//! The import of flam3 genomes: flames as sheep, and files of Electric Sheep with two flames as transitions.
 //!
-//! Owns the id of a flame, and its file: a copy of its text, so that names, nicknames, licences and genealogy stay. Never
-//! renders.
+//! Owns the id of a flame, and its file: a copy of its text, so that names, nicknames, licences and genealogy stay; and the
+//! order: sheep before transitions, so that a sheep's own file is taken before the copy of it in a transition's. Never
+//! renders. `genome_file.rs` reads the files and tells which kind they are.
 //!
 //! Start at [`import`].
 
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use flame::Genome;
-use flock::{Clip, ClipPath, Sheep, SheepId};
+use flock::{Clip, ClipPath, Sheep, SheepId, Transition};
 use timing::FrameCount;
 
 use super::SkippedFile;
-use super::file_kind::sheep;
+use super::genome_file::{GenomeFile, GenomeKey, NamedFlame};
+use crate::credits::electric::{ATTRIBUTION, ElectricName};
+use crate::credits::{Said, Subject};
 use crate::flock_folder::Draft;
 use crate::flock_folder::paths;
-use crate::program::{Exit, Fatal, chain};
+use crate::program::{Exit, Fatal, print};
 
-/// The beginning of Electric Sheep's names.
-const ELECTRIC: &str = "electricsheep.";
+/// After so many sheep and transitions the manifest is saved, so that an interruption costs little.
+const SAVED_AFTER: usize = 1000;
 
 /// A flame in the answer.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct GenomeAnswer {
+    #[serde(serialize_with = "print::serialize_path")]
     pub(super) source: PathBuf,
     pub(super) sheep: SheepId,
     pub(super) genome: ClipPath,
-    /// `added`: as a new sheep; `given`: to a sheep without a genome; `stood`: the sheep had it already.
+    /// `added`: as a new sheep; `given`: to a sheep without a genome; `replaced`: in place of another one; `stood`: the
+    /// sheep had it already.
     pub(super) state: &'static str,
 }
 
-/// Imports every flame of the file `source` into the flock in `folder`: as the genome of the sheep with its name, or as a
-/// new sheep, whose loop of `frames` is yet to be rendered. With `dry` nothing is written.
+/// A transition in the answer.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(super) struct TransitionAnswer {
+    #[serde(serialize_with = "print::serialize_path")]
+    pub(super) source: PathBuf,
+    pub(super) from: SheepId,
+    pub(super) to: SheepId,
+    pub(super) clip: ClipPath,
+    /// `added`, or `stood`: the flock had it already.
+    pub(super) state: &'static str,
+}
+
+/// What became of all files with genomes.
+#[derive(Debug, Default)]
+pub(super) struct GenomesAnswer {
+    pub(super) genomes: Vec<GenomeAnswer>,
+    pub(super) transitions: Vec<TransitionAnswer>,
+    pub(super) left_out: Vec<SkippedFile>,
+    /// What the names and the flames tell of authors and licences.
+    pub(super) notes: Vec<(Subject, Said)>,
+}
+
+/// Imports every flame of the files `sources` into the flock in `folder`: as the genome of the sheep with its name, or as a
+/// new sheep; and the transitions that some of them are. Loops and transitions of `frames` are yet to be rendered. With
+/// `force` other genomes of sheep are replaced, but for those that were imported by the same run; with `dry` nothing is
+/// written. `answer` is complete even if it fails.
 /// Errors: Those that concern every other file, too.
 pub(super) fn import(
-    source: &Path,
+    sources: &[PathBuf],
     folder: &Path,
     frames: FrameCount,
+    force: bool,
     dry: bool,
-) -> Result<(Vec<GenomeAnswer>, Vec<SkippedFile>), Fatal> {
-    let skipped = |reason: String| SkippedFile { source: source.to_owned(), reason };
-    let text = match fs::read_to_string(source) {
-        Ok(text) => text,
-        Err(error) => return Ok((Vec::new(), vec![skipped(format!("cannot be read: {error}"))])),
-    };
-    let flames = match Genome::split(&text) {
-        Ok(flames) if flames.is_empty() => return Ok((Vec::new(), vec![skipped("has no flame".to_owned())])),
-        Ok(flames) => flames,
-        Err(error) => return Ok((Vec::new(), vec![skipped(format!("is not readable: {}", chain(&error)))])),
-    };
-    let (mut imported, mut refused) = (Vec::new(), Vec::new());
-    let mut draft = Draft::lock(folder)?;
-    for (at, (genome, text)) in flames.iter().enumerate() {
-        let number = (flames.len() > 1).then_some(at + 1);
-        let Some(id) = id(genome.name.as_deref(), source, number) else {
-            refused.push(skipped(format!("flame {} has no name that a sheep can have", at + 1)));
-            continue;
+    answer: &mut GenomesAnswer,
+) -> Result<(), Fatal> {
+    if sources.is_empty() {
+        return Ok(());
+    }
+    let mut import = GenomeImport::start(folder, frames, (force, dry), answer)?;
+    let mut transitions = Vec::new();
+    for source in sources {
+        match GenomeFile::read(source) {
+            Ok(file) if file.is_transition => transitions.push(source),
+            Ok(file) => import.flames(&file)?,
+            Err(reason) => import.skip(source, reason),
+        }
+    }
+    // Read again: of all these files only the names are kept meanwhile.
+    for source in transitions {
+        match GenomeFile::read(source) {
+            Ok(file) => import.transition(&file)?,
+            Err(reason) => import.skip(source, reason),
+        }
+    }
+    import.save()
+}
+
+/// An import of genomes that is under way.
+struct GenomeImport<'a> {
+    folder: &'a Path,
+    frames: FrameCount,
+    force: bool,
+    dry: bool,
+    draft: Draft,
+    /// The sheep of the flock, with their genomes.
+    sheep: HashMap<SheepId, Option<ClipPath>>,
+    transitions: HashSet<(SheepId, SheepId)>,
+    /// The sheep by what their genomes draw: those of the flock once a flame has no name.
+    by_genome: HashMap<GenomeKey, SheepId>,
+    is_indexed: bool,
+    /// The sheep whose genomes this run has imported, which are not replaced.
+    imported: HashSet<SheepId>,
+    /// Changes since the manifest was saved.
+    unsaved: usize,
+    answer: &'a mut GenomesAnswer,
+}
+
+/// What a flame became.
+enum Outcome {
+    Imported(&'static str, ClipPath),
+    /// The sheep has another genome, in this file.
+    Other(ClipPath),
+}
+
+impl<'a> GenomeImport<'a> {
+    fn start(
+        folder: &'a Path,
+        frames: FrameCount,
+        (force, dry): (bool, bool),
+        answer: &'a mut GenomesAnswer,
+    ) -> Result<Self, Fatal> {
+        let draft = Draft::lock(folder)?;
+        let manifest = draft.edit.manifest();
+        let sheep = manifest.sheep.iter().map(|sheep| (sheep.id.clone(), sheep.genome.clone())).collect();
+        let transitions = manifest.transitions.iter().map(|t| (t.from.clone(), t.to.clone())).collect();
+        Ok(Self {
+            folder,
+            frames,
+            force,
+            dry,
+            draft,
+            sheep,
+            transitions,
+            by_genome: HashMap::new(),
+            is_indexed: false,
+            imported: HashSet::new(),
+            unsaved: 0,
+            answer,
+        })
+    }
+
+    fn skip(&mut self, source: &Path, reason: String) {
+        self.answer.left_out.push(SkippedFile { source: source.to_owned(), reason });
+    }
+
+    /// Imports every flame of a file as a sheep.
+    fn flames(&mut self, file: &GenomeFile) -> Result<(), Fatal> {
+        for flame in &file.flames {
+            let Some(id) = flame.id.clone() else {
+                self.skip(&file.source, format!("flame {} has no name that a sheep can have", flame.number));
+                continue;
+            };
+            match self.flame(&id, flame, self.force)? {
+                Outcome::Imported(state, genome) => self.tell(file, flame, id, state, genome),
+                Outcome::Other(place) => {
+                    let number = flame.number;
+                    let reason = format!("flame {number} is not the genome that `{id}` has in `{place}`");
+                    self.skip(&file.source, format!("{reason}; --force replaces it"));
+                }
+            }
+        }
+        self.save_some()
+    }
+
+    /// Imports a file of two flames as the transition between their sheep, which are added if the flock lacks them. Where
+    /// the flock has another genome for one of them, that one counts: its loop was made from it.
+    fn transition(&mut self, file: &GenomeFile) -> Result<(), Fatal> {
+        let mut ids = Vec::new();
+        for flame in &file.flames {
+            let known = if flame.is_certain { None } else { self.same(&flame.genome) };
+            let Some(id) = known.or_else(|| flame.id.clone()) else {
+                self.skip(&file.source, format!("flame {} has no name that a sheep can have", flame.number));
+                return Ok(());
+            };
+            ids.push(id);
+        }
+        let [from, to] = &ids[..] else { return Ok(()) };
+        if from == to {
+            self.skip(&file.source, format!("both its flames are `{from}` (expected two sheep)"));
+            return Ok(());
+        }
+        for (flame, id) in file.flames.iter().zip(&ids) {
+            if let Outcome::Imported(state @ ("added" | "given"), genome) = self.flame(id, flame, false)? {
+                self.tell(file, flame, id.clone(), state, genome);
+            }
+        }
+        let (from, to) = (from.clone(), to.clone());
+        let path = paths::of_transition(&from, &to, paths::CLIP);
+        let is_new = self.transitions.insert((from.clone(), to.clone()));
+        if is_new {
+            let clip = Clip { path: path.clone(), frames: self.frames, hash: None };
+            let transition = Transition { from: from.clone(), to: to.clone(), clip, weight: 1.0 };
+            let added = self.draft.edit.add_transition(transition);
+            added.map_err(|error| Fatal::new(Exit::Malformed, error))?;
+            self.unsaved += 1;
+        }
+        self.answer.notes.push((Subject::Transition(from.clone(), to.clone()), file.said()));
+        let (source, state) = (file.source.clone(), if is_new { "added" } else { "stood" });
+        self.answer.transitions.push(TransitionAnswer { source, from, to, clip: path, state });
+        self.save_some()
+    }
+
+    /// Makes a flame the genome of the sheep `id`, if that has none or if it `replaces` another one.
+    fn flame(&mut self, id: &SheepId, flame: &NamedFlame, replaces: bool) -> Result<Outcome, Fatal> {
+        let there = self.sheep.get(id).cloned();
+        let (is_known, own) = (there.is_some(), there.flatten());
+        let path = own.clone().unwrap_or_else(|| paths::genome(id, paths::GENOME));
+        let place = path.inside(self.folder);
+        let text = format!("{}\n", flame.text);
+        let found = fs::read_to_string(&place);
+        let is_written = found.as_ref().is_ok_and(|found| found.trim_end() == text.trim_end());
+        let replaces = replaces && !self.imported.contains(id);
+        let is_kept = is_written || (!replaces && found.as_ref().is_ok_and(|found| is_copy(&flame.genome, found)));
+        if !is_kept && !replaces && (own.is_some() || place.exists()) {
+            return Ok(Outcome::Other(path));
+        }
+        if is_kept && own.is_some() {
+            return Ok(Outcome::Imported("stood", path));
+        }
+        let state = match (is_known, &own) {
+            (_, Some(_)) => "replaced",
+            (true, None) => "given",
+            (false, None) => "added",
         };
-        let path = paths::genome(&id, paths::GENOME);
-        let answer = |state| GenomeAnswer { source: source.to_owned(), sheep: id.clone(), genome: path.clone(), state };
-        let there = draft.edit.manifest().sheep.iter().find(|sheep| sheep.id == id);
-        let own = there.and_then(|sheep| sheep.genome.as_ref()).map(|genome| genome.inside(folder));
-        let place = own.clone().unwrap_or_else(|| path.inside(folder));
-        let text = format!("{text}\n");
-        let same = fs::read_to_string(&place).is_ok_and(|found| found.trim_end() == text.trim_end());
-        if own.is_some() && same {
-            imported.push(answer("stood"));
-            continue;
-        }
-        if own.is_some() || (place.exists() && !same) {
-            refused.push(skipped(format!(
-                "flame {} is not the genome that `{id}` has in `{}`",
-                at + 1,
-                place.display()
-            )));
-            continue;
-        }
-        let state = if there.is_some() { "given" } else { "added" };
-        if !dry {
+        if !self.dry && !is_kept {
             write(&place, &text)?;
         }
-        let edited = if there.is_some() {
-            draft.edit.set_genome(&id, path.clone())
+        let edit = &mut self.draft.edit;
+        let edited = if is_known {
+            edit.set_genome(id, path.clone())
         } else {
-            let clip = Clip { path: paths::of_loop(&id, paths::CLIP), frames, hash: None };
+            let clip = Clip { path: paths::of_loop(id, paths::CLIP), frames: self.frames, hash: None };
             let sheep = Sheep { id: id.clone(), clip: Some(clip), genome: Some(path.clone()), want: 1.0, repeat: 1 };
-            draft.edit.add_sheep(sheep)
+            edit.add_sheep(sheep)
         };
         edited.map_err(|error| Fatal::new(Exit::Malformed, error))?;
-        imported.push(answer(state));
+        self.unsaved += 1;
+        self.sheep.insert(id.clone(), Some(path.clone()));
+        // In a dry run there will be no file in which it could be found.
+        if self.is_indexed || self.dry {
+            self.by_genome.entry(GenomeKey::of(&flame.genome)).or_insert_with(|| id.clone());
+        }
+        Ok(Outcome::Imported(state, path))
     }
-    if !dry {
-        draft.save()?;
+
+    /// Adds a flame to the answer, with what is known of its origin.
+    fn tell(&mut self, file: &GenomeFile, flame: &NamedFlame, id: SheepId, state: &'static str, genome: ClipPath) {
+        let electric = flame.electric.as_ref().or(file.electric.as_ref());
+        self.imported.insert(id.clone());
+        self.answer.notes.push((Subject::Sheep(id.clone()), said_of(file, flame, electric)));
+        self.answer.genomes.push(GenomeAnswer { source: file.source.clone(), sheep: id, genome, state });
     }
-    Ok((imported, refused))
+
+    /// The sheep of the flock that `genome` draws.
+    fn same(&mut self, genome: &Genome) -> Option<SheepId> {
+        if !self.is_indexed {
+            self.is_indexed = true;
+            for (id, path) in self.sheep.iter().filter_map(|(id, path)| Some((id, path.as_ref()?))) {
+                // What cannot be read is no flame that could be found.
+                let text = fs::read_to_string(path.inside(self.folder)).unwrap_or_default();
+                if let Ok(genome) = Genome::parse(&text) {
+                    self.by_genome.entry(GenomeKey::of(&genome)).or_insert_with(|| id.clone());
+                }
+            }
+        }
+        self.by_genome.get(&GenomeKey::of(genome)).cloned()
+    }
+
+    /// Saves the manifest if much has changed.
+    fn save_some(&mut self) -> Result<(), Fatal> {
+        if self.unsaved < SAVED_AFTER || self.dry {
+            return Ok(());
+        }
+        self.unsaved = 0;
+        self.draft.save_and_go_on()
+    }
+
+    fn save(self) -> Result<(), Fatal> {
+        if self.dry || self.unsaved == 0 { Ok(()) } else { self.draft.save() }
+    }
+}
+
+/// Whether `text` has a copy of `genome`: it draws the same, and names no other author or licence, where both name one.
+fn is_copy(genome: &Genome, text: &str) -> bool {
+    Genome::parse(text).is_ok_and(|found| {
+        let agree = |a: Option<&String>, b: Option<&String>| a.is_none() || b.is_none() || a == b;
+        let (own, other) = (genome.origin(), found.origin());
+        found.anonymous() == genome.anonymous()
+            && agree(own.authors.first(), other.authors.first())
+            && agree(own.licence.as_ref(), other.licence.as_ref())
+    })
+}
+
+/// What is known of a flame besides what itself says.
+fn said_of(file: &GenomeFile, flame: &NamedFlame, electric: Option<&ElectricName>) -> Said {
+    let Some(name) = electric else { return Said { source: file.name(), ..Said::default() } };
+    // The genome's own word counts, where it has one.
+    let origin = flame.genome.origin();
+    let licence = name.licence(Some(&origin)).filter(|_| origin.licence.is_none());
+    Said { licence, source: Some(name.source()), attribution: Some(ATTRIBUTION.to_owned()), ..Said::default() }
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Fatal> {
     let parent = path.parent().unwrap_or(Path::new("."));
     let written = fs::create_dir_all(parent).and_then(|()| durable::save(path, text.as_bytes()));
     written.map_err(|source| Fatal::write(path, source))
-}
-
-/// The id of a flame: its name, in the letters that an id may have; without one, the file's, and the flame's number
-/// where the file has several. Electric Sheep's names are those of its clips.
-fn id(name: Option<&str>, file: &Path, number: Option<usize>) -> Option<SheepId> {
-    let stem = || file.file_stem().and_then(|stem| stem.to_str());
-    let numbered = |stem: &str| number.map_or(stem.to_owned(), |number| format!("{stem}.{number}"));
-    let name = name.map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned);
-    let name = name.or_else(|| stem().map(numbered))?;
-    if let Some((generation, number)) = name.strip_prefix(ELECTRIC).and_then(|rest| rest.split_once('.'))
-        && let Some(id) = sheep(generation, number)
-    {
-        return Some(id);
-    }
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
-    SheepId::new(&name.chars().map(plain).collect::<String>()).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_flame_is_called_by_its_name_or_else_by_its_file() {
-        let id = |name, file, number| id(name, Path::new(file), number).map(|id| id.as_str().to_owned());
-        assert_eq!(id(Some("electricsheep.247.00505"), "x.flam3", None).as_deref(), Some("247.505"));
-        assert_eq!(id(None, "a/electricsheep.247.00505.flam3", None).as_deref(), Some("247.505"));
-        assert_eq!(id(Some("Blue Dream #3"), "x.flam3", Some(3)).as_deref(), Some("Blue-Dream--3"));
-        assert_eq!(id(Some(" "), "dir/best.flame", None).as_deref(), Some("best"));
-        assert_eq!(id(None, "best.flame", Some(2)).as_deref(), Some("best.2"));
-        assert_eq!(id(Some("electricsheep.x.y"), "best.flame", None).as_deref(), Some("electricsheep.x.y"));
-        assert_eq!(id(Some(&"n".repeat(65)), "best.flame", None), None);
-    }
 }

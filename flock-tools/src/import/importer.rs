@@ -1,169 +1,58 @@
-//! The import of one clip: copied or encoded, moved to its place, added to the manifest.
+//! The making of one clip: copied or encoded beside its place, and checked.
 //!
-//! Owns the order of these steps. A clip is complete in a temporary file before the manifest is changed, and the manifest
-//! names it as soon as it is in its place. Whenever the machine stops, the flock is sound, and the same command continues.
+//! Owns what is done with a file, and which of several files is taken: the first that is sound. Never touches the manifest:
+//! `commit.rs` does.
 //!
-//! Start at [`Importer::import`].
+//! Start at [`Importer::make`].
 
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use flock::{Clip, ClipHash, Edit, EditError, MAX_FRAMES, Manifest, Sheep, SheepId, Transition};
+use flock::{ClipHash, MAX_FRAMES};
 use indicatif::ProgressBar;
 use timing::{FrameCount, Rate};
 use video::{EncodeError, Encoder, ForeignVideo, Quality};
 
-use super::plan::{ImportSettings, Plan, existing_path};
+use super::SkippedFile;
+use super::plan::{ClipPlan, FilePlan, ImportSettings};
 use super::scaling::Scaling;
+use super::sources::doubled;
 use crate::check::clips;
 use crate::decoder::Decoder;
-use crate::flock_folder::{Draft, paths};
-use crate::program::{Exit, Fatal, chain};
-use crate::render::plan::ClipRole;
+use crate::flock_folder::paths;
+use crate::program::{chain, print};
 
-/// Imports the clips of one run.
+/// Makes the clips of one run.
 pub(super) struct Importer<'a> {
     pub(super) settings: &'a ImportSettings<'a>,
     pub(super) quality: Quality<'static>,
-    /// Whether other files in the places of clips are replaced.
-    pub(super) force: bool,
     pub(super) stop: &'a AtomicBool,
     pub(super) decoder: &'a dyn Decoder,
     /// Counts frames.
     pub(super) bar: &'a ProgressBar,
 }
 
-/// What the import did with a clip.
-#[derive(Debug)]
-pub(super) enum Outcome {
-    /// It is in the flock now. These sheep were added for it, without loops.
-    Imported { frames: FrameCount, hash: ClipHash, added: Vec<SheepId> },
-    /// The run was stopped.
-    Interrupted,
-    /// It cannot be imported; why.
-    Skipped(String),
-    /// Another command has added it meanwhile.
-    AlreadyThere,
+/// What became of a clip.
+pub(super) struct Made {
+    /// The clip, if one of its files was sound.
+    pub(super) clip: Option<MadeClip>,
+    /// The files that were not taken.
+    pub(super) skipped: Vec<SkippedFile>,
 }
 
-/// Why the import of all clips ends.
-#[derive(Debug, thiserror::Error)]
-enum ImportError {
-    #[error("cannot encode `{from}`")]
-    Encode { from: PathBuf, source: EncodeError },
-    #[error("`{to}`, encoded from `{from}`, is not as expected: {why}")]
-    Unexpected { from: PathBuf, to: PathBuf, why: String },
+/// A clip beside its place.
+pub(super) struct MadeClip {
+    /// The index of the file that it comes from.
+    pub(super) file: usize,
+    pub(super) new: TemporaryFile,
+    pub(super) frames: FrameCount,
+    pub(super) hash: ClipHash,
 }
 
-/// Why there is no new clip.
-enum Failure {
-    Interrupted,
-    Skipped(String),
-    Fatal(Fatal),
-}
-
-impl Importer<'_> {
-    /// Imports the clip of `plan`.
-    /// Errors: Those that concern every other clip, too: a disk that is full, a manifest that cannot be read. Clips that were
-    /// imported before stay.
-    pub(super) fn import(&self, plan: &Plan) -> Result<Outcome, Fatal> {
-        let place = plan.path.inside(self.settings.folder);
-        let parent = place.parent().unwrap_or(self.settings.folder);
-        fs::create_dir_all(parent).map_err(|source| Fatal::write(parent, source))?;
-        let new = TemporaryFile(paths::with_suffix(&place, ".new"));
-        let made = match &plan.encode {
-            None => self.copy(plan, &new.0),
-            Some(scaling) => self.encode(plan, scaling, &new.0),
-        };
-        match made {
-            Ok(frames) => {
-                let hash = File::open(&new.0).and_then(ClipHash::of).map_err(|source| Fatal::write(&new.0, source))?;
-                self.add(plan, &new, frames, hash)
-            }
-            Err(Failure::Interrupted) => Ok(Outcome::Interrupted),
-            Err(Failure::Skipped(why)) => Ok(Outcome::Skipped(why)),
-            Err(Failure::Fatal(fatal)) => Err(fatal),
-        }
-    }
-
-    /// Copies a clip that has the flock's form, if it decodes cleanly.
-    fn copy(&self, plan: &Plan, new: &Path) -> Result<FrameCount, Failure> {
-        let frames = clips::frames(&plan.source, &self.settings.form, self.decoder).map_err(Failure::Skipped)?;
-        durable::copy(&plan.source, new).map_err(|source| Failure::Fatal(Fatal::write(new, source)))?;
-        self.bar.inc(u64::from(frames.0));
-        Ok(frames)
-    }
-
-    /// Encodes a clip that has another form.
-    fn encode(&self, plan: &Plan, scaling: &Scaling, new: &Path) -> Result<FrameCount, Failure> {
-        let import_fatal = |source| {
-            Failure::Fatal(Fatal::new(Exit::Unreadable, ImportError::Encode { from: plan.source.clone(), source }))
-        };
-        let mut foreign = ForeignVideo::open(&plan.source).map_err(|error| Failure::Skipped(chain(&error)))?;
-        let form = &self.settings.form;
-        let mut encoder = Encoder::create_tagged(new, form, self.quality, &plan.about.tags).map_err(import_fatal)?;
-        let (mut number, mut frames) = (0u32, 0u32);
-        while let Some(picture) = foreign.picture().map_err(|error| Failure::Skipped(chain(&error)))? {
-            if self.stop.load(Ordering::Relaxed) {
-                return Err(Failure::Interrupted);
-            }
-            let times = self.settings.fps.map_or(1, |fps| times(number, fps, form.fps));
-            if times > 0 {
-                let picture = scaling.picture(&picture).map_err(Failure::Skipped)?;
-                for _ in 0..times {
-                    encoder.push(&picture).map_err(import_fatal)?;
-                }
-            }
-            (number, frames) = (number + 1, frames + times);
-            if frames > MAX_FRAMES {
-                return Err(Failure::Skipped(format!("has too many frames (expected at most {MAX_FRAMES})")));
-            }
-            self.bar.inc(1);
-        }
-        if frames == 0 {
-            return Err(Failure::Skipped("would have no frames at this rate".to_owned()));
-        }
-        encoder.finish().map_err(import_fatal)?;
-        // Checked with the unit's own decoder, as all clips of a flock.
-        let why = match clips::frames(new, form, self.decoder) {
-            Ok(found) if found == FrameCount(frames) => return Ok(found),
-            Ok(found) => format!("it yields {found} frames (expected {frames})"),
-            Err(why) => format!("it {why}"),
-        };
-        let error = ImportError::Unexpected { from: plan.source.clone(), to: new.to_owned(), why };
-        Err(Failure::Fatal(Fatal::new(Exit::Unreadable, error)))
-    }
-
-    /// Moves the finished clip to its place, and adds it to the manifest.
-    fn add(&self, plan: &Plan, new: &TemporaryFile, frames: FrameCount, hash: ClipHash) -> Result<Outcome, Fatal> {
-        let mut draft = Draft::lock(self.settings.folder)?;
-        let manifest = draft.edit.manifest();
-        // Read again: another command may have changed the flock meanwhile.
-        if existing_path(manifest, &plan.role).is_some_and(|path| path.inside(self.settings.folder).exists()) {
-            return Ok(Outcome::AlreadyThere);
-        }
-        let place = plan.path.inside(self.settings.folder);
-        if place.exists() {
-            let named = manifest.clips().any(|clip| clip.path == plan.path);
-            // A run that was killed between the rename and the save left it.
-            let same = File::open(&place).and_then(ClipHash::of).is_ok_and(|found| found == hash);
-            if !same && (named || !self.force || !place.is_file()) {
-                let hint = if named { "which the flock uses for something else" } else { "--force replaces it" };
-                return Ok(Outcome::Skipped(format!("another file is in its place, `{}`; {hint}", plan.path)));
-            }
-        }
-        let clip = Clip { path: plan.path.clone(), frames, hash: Some(hash) };
-        let added =
-            add_to_manifest(&mut draft.edit, &plan.role, clip).map_err(|error| Fatal::new(Exit::Malformed, error))?;
-        durable::persist(&new.0, &place).map_err(|source| Fatal::write(&place, source))?;
-        draft.save()?;
-        Ok(Outcome::Imported { frames, hash, added })
-    }
-}
-
-/// A clip that is not complete yet; removed when it is dropped.
-struct TemporaryFile(PathBuf);
+/// A clip that is not in its place yet; removed when it is dropped.
+pub(super) struct TemporaryFile(pub(super) PathBuf);
 
 impl Drop for TemporaryFile {
     fn drop(&mut self) {
@@ -172,30 +61,116 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// Adds `clip` to the manifest as `role`, with the sheep that it needs. Returns those that were added without a loop.
-fn add_to_manifest(edit: &mut Edit, role: &ClipRole, clip: Clip) -> Result<Vec<SheepId>, EditError> {
-    let is_there = |manifest: &Manifest, id: &SheepId| manifest.sheep.iter().any(|sheep| sheep.id == *id);
-    match role {
-        ClipRole::Loop(id) if is_there(edit.manifest(), id) => edit.set_loop(id, clip)?,
-        ClipRole::Loop(id) => edit.add_sheep(sheep(id, Some(clip)))?,
-        ClipRole::Transition(from, to) => {
-            let missing: Vec<&SheepId> = [from, to].into_iter().filter(|id| !is_there(edit.manifest(), id)).collect();
-            for id in &missing {
-                edit.add_sheep(sheep(id, None))?;
-            }
-            if existing_path(edit.manifest(), role).is_some() {
-                edit.set_transition_clip(from, to, clip)?;
-            } else {
-                edit.add_transition(Transition { from: from.clone(), to: to.clone(), clip, weight: 1.0 })?;
-            }
-            return Ok(missing.into_iter().cloned().collect());
-        }
-    }
-    Ok(Vec::new())
+/// Why the making of all clips ends.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum MakeError {
+    #[error("cannot encode `{from}`")]
+    Encode { from: String, source: EncodeError },
+    #[error("cannot write `{path}`")]
+    Write { path: PathBuf, source: io::Error },
 }
 
-fn sheep(id: &SheepId, clip: Option<Clip>) -> Sheep {
-    Sheep { id: id.clone(), clip, genome: None, want: 1.0, repeat: 1 }
+/// Why there is no new clip.
+pub(super) enum Failure {
+    Interrupted,
+    Skipped(String),
+    Broken(MakeError),
+}
+
+impl Importer<'_> {
+    /// Makes the clip of `plan`; `None` if the run was stopped.
+    /// Errors: Those that concern every other clip, too: a disk that is full.
+    pub(super) fn make(&self, plan: &ClipPlan) -> Result<Option<Made>, MakeError> {
+        let place = plan.path.inside(self.settings.folder);
+        let parent = place.parent().unwrap_or(self.settings.folder);
+        let write = |path: &Path, source| MakeError::Write { path: path.to_owned(), source };
+        fs::create_dir_all(parent).map_err(|source| write(parent, source))?;
+        let mut made = Made { clip: None, skipped: Vec::new() };
+        for (at, file) in plan.files.iter().enumerate() {
+            if let Some(clip) = &made.clip {
+                made.skipped.push(doubled(&plan.role, &plan.files[clip.file].source, &file.source));
+                continue;
+            }
+            let new = TemporaryFile(paths::with_suffix(&place, ".new"));
+            match self.make_from(file, &new.0) {
+                Ok(frames) => {
+                    let hash = File::open(&new.0).and_then(ClipHash::of).map_err(|source| write(&new.0, source))?;
+                    made.clip = Some(MadeClip { file: at, new, frames, hash });
+                }
+                Err(Failure::Skipped(reason)) => {
+                    made.skipped.push(SkippedFile { source: file.source.clone(), reason });
+                }
+                Err(Failure::Interrupted) => return Ok(None),
+                Err(Failure::Broken(error)) => return Err(error),
+            }
+        }
+        Ok(Some(made))
+    }
+
+    /// Makes the clip `new` from `file`.
+    fn make_from(&self, file: &FilePlan, new: &Path) -> Result<FrameCount, Failure> {
+        match &file.encode {
+            None => self.copy(&file.source, new),
+            Some(scaling) => self.encode(file, scaling, new, MAX_FRAMES + 1),
+        }
+    }
+
+    /// Copies a clip that has the flock's form, if it decodes cleanly.
+    fn copy(&self, source: &Path, new: &Path) -> Result<FrameCount, Failure> {
+        let frames = clips::frames(source, &self.settings.form, self.decoder).map_err(Failure::Skipped)?;
+        let mut from = File::open(source).map_err(|error| Failure::Skipped(format!("cannot be read: {error}")))?;
+        let copied = File::create(new).and_then(|mut to| io::copy(&mut from, &mut to));
+        copied.map_err(|source| Failure::Broken(MakeError::Write { path: new.to_owned(), source }))?;
+        self.bar.inc(u64::from(frames.0));
+        Ok(frames)
+    }
+
+    /// Encodes a clip that has another form: its first `most` frames, or all of them.
+    pub(super) fn encode(
+        &self,
+        file: &FilePlan,
+        scaling: &Scaling,
+        new: &Path,
+        most: u32,
+    ) -> Result<FrameCount, Failure> {
+        let broken = |source| Failure::Broken(MakeError::Encode { from: print::path(&file.source), source });
+        let foreign = ForeignVideo::open(&file.source).map_err(|error| Failure::Skipped(chain(&error)))?;
+        let mut foreign = foreign.with_matrix(file.matrix);
+        let form = &self.settings.form;
+        let mut encoder = Encoder::create_tagged(new, form, self.quality, &file.about.tags).map_err(broken)?;
+        let (mut number, mut frames) = (0u32, 0u32);
+        while frames < most
+            && let Some(picture) = foreign.picture().map_err(|error| Failure::Skipped(chain(&error)))?
+        {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(Failure::Interrupted);
+            }
+            let times = file.pace.map_or(1, |pace| times(number, pace, form.fps));
+            (number, frames) = (number + 1, frames.saturating_add(times));
+            if frames > MAX_FRAMES {
+                return Err(Failure::Skipped(format!("has too many frames (expected at most {MAX_FRAMES})")));
+            }
+            if times > 0 {
+                let picture = scaling.picture(&picture).map_err(Failure::Skipped)?;
+                for _ in 0..times {
+                    encoder.push(&picture).map_err(broken)?;
+                }
+            }
+            self.bar.inc(1);
+        }
+        if frames == 0 {
+            return Err(Failure::Skipped("would have no frames at this rate".to_owned()));
+        }
+        encoder.finish_unsynced().map_err(broken)?;
+        // Checked with the unit's own decoder, as all clips of a flock.
+        match clips::frames(new, form, self.decoder) {
+            Ok(found) if found == FrameCount(frames) => Ok(found),
+            Ok(found) => {
+                Err(Failure::Skipped(format!("cannot be encoded: the copy yields {found} frames (expected {frames})")))
+            }
+            Err(why) => Err(Failure::Skipped(format!("cannot be encoded: the copy {why}"))),
+        }
+    }
 }
 
 /// The number of frames, at `to` frames a second, that show frame `number` of a clip of `from`: those whose times are

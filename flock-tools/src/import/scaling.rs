@@ -5,9 +5,9 @@
 //!
 //! Start at [`Scaling::new`].
 
-use fast_image_resize::images::{TypedImage, TypedImageRef};
+use fast_image_resize::images::{Image, ImageRef, TypedImage, TypedImageRef};
 use fast_image_resize::pixels::F32x3;
-use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
 use video::{ForeignPicture, VideoInfo, Yuv420p};
 
 /// How a picture of another shape is scaled.
@@ -65,20 +65,24 @@ impl Scaling {
             }
             Some(Fit::Pad) => {
                 let scale = scales[0].min(scales[1]);
-                let side = |length: f64, most: u32| ((length * scale).round() as u32).clamp(1, most);
+                // Even, as the chroma has half as many samples.
+                let side = |length: f64, most: u32| (2 * (length * scale / 2.0).round() as u32).clamp(2, most);
                 let (wide, high) = (side(shown, size.0), side(height, size.1));
-                Ok(Self { put: [(size.0 - wide) / 2, (size.1 - high) / 2, wide, high], ..whole })
+                let left = |most: u32, side: u32| (most - side) / 4 * 2;
+                Ok(Self { put: [left(size.0, wide), left(size.1, high), wide, high], ..whole })
             }
         }
     }
 
-    /// The picture in the flock's size. If neither size nor colours differ, its samples are not changed.
+    /// The picture in the flock's size and colours. If neither differs, its samples are not changed.
     /// Errors: The scaler's error.
     pub(super) fn picture(&self, picture: &ForeignPicture) -> Result<Yuv420p, String> {
         let (width, height) = picture.size();
         let same = picture.size() == self.size && self.put == [0, 0, width, height] && self.cut.is_none();
-        if let Some(samples) = picture.as_yuv420p().filter(|_| same) {
-            return Ok(samples);
+        match picture.to_yuv420p() {
+            Some(samples) if same => return Ok(samples),
+            Some(samples) => return self.scaled_planes(&samples),
+            None => (),
         }
         let mut rgb = picture.to_rgb();
         if !same {
@@ -87,13 +91,52 @@ impl Scaling {
         Yuv420p::from_rgb_f32(self.size.0, self.size.1, &rgb).map_err(|error| error.to_string())
     }
 
+    /// The picture, scaled plane by plane: far quicker than by way of RGB.
+    fn scaled_planes(&self, picture: &Yuv420p) -> Result<Yuv420p, String> {
+        let mut samples = Vec::new();
+        for (at, plane) in picture.planes().into_iter().enumerate() {
+            samples.extend(self.scaled_plane(picture.size(), plane, at > 0)?);
+        }
+        Yuv420p::from_planes(self.size.0, self.size.1, &samples).map_err(|error| error.to_string())
+    }
+
+    /// One plane of a picture of this width and height.
+    fn scaled_plane(&self, (width, height): (u32, u32), plane: &[u8], is_chroma: bool) -> Result<Vec<u8>, String> {
+        let text = |error: &dyn std::error::Error| format!("cannot be scaled: {error}");
+        let (half, black) = if is_chroma { (2, 128) } else { (1, 16) };
+        let (across, down) = (width / half, height / half);
+        let [left, top, wide, high] = self.put.map(|side| side / half);
+        let cut =
+            self.cut.unwrap_or([0.0, 0.0, f64::from(width), f64::from(height)]).map(|side| side / f64::from(half));
+        // Chroma sits a quarter of its width left of the middle of its place, before scaling and after it.
+        let shift = if is_chroma { 0.25 * (1.0 - cut[2] / f64::from(wide)) } else { 0.0 };
+        let margin = shift.abs().ceil() as usize;
+        let widened: Vec<u8> = plane
+            .chunks_exact(across as usize)
+            .flat_map(|row| {
+                let [first, last] = [row[0], row[row.len() - 1]].map(|level| std::iter::repeat_n(level, margin));
+                first.chain(row.iter().copied()).chain(last)
+            })
+            .collect();
+        let full = ImageRef::new(across + 2 * margin as u32, down, &widened, PixelType::U8).map_err(|e| text(&e))?;
+        let mut small = Image::new(wide, high, PixelType::U8);
+        let options = lanczos().crop(cut[0] + margin as f64 + shift, cut[1], cut[2], cut[3]);
+        Resizer::new().resize(&full, &mut small, &options).map_err(|error| text(&error))?;
+        let (across, down) = ((self.size.0 / half) as usize, (self.size.1 / half) as usize);
+        let mut placed = vec![black; across * down];
+        for (y, row) in small.buffer().chunks_exact(wide as usize).enumerate() {
+            placed[(y + top as usize) * across + left as usize..][..row.len()].copy_from_slice(row);
+        }
+        Ok(placed)
+    }
+
     fn scaled(&self, (width, height): (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
         let text = |error: &dyn std::error::Error| format!("cannot be scaled: {error}");
         let pixels: Vec<F32x3> = rgb.chunks_exact(3).map(|p| F32x3::new([p[0], p[1], p[2]])).collect();
         let full = TypedImageRef::new(width, height, &pixels).map_err(|error| text(&error))?;
         let [left, top, wide, high] = self.put;
         let mut small = TypedImage::<F32x3>::new(wide, high);
-        let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
+        let options = lanczos();
         let options = match self.cut {
             Some([left, top, width, height]) => options.crop(left, top, width, height),
             None => options,
@@ -111,12 +154,17 @@ impl Scaling {
     }
 }
 
+fn lanczos() -> ResizeOptions {
+    ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn about(size: (u32, u32), pixel: (u32, u32)) -> VideoInfo {
-        VideoInfo { codec: "mpeg4".into(), size, pixel, fps: None, frames: None, tags: Vec::new() }
+        let (codec, tags) = ("mpeg4".to_owned(), Vec::new());
+        VideoInfo { codec, size, pixel, fps: None, frames: None, seconds: None, matrix: None, tags }
     }
 
     #[test]
@@ -142,5 +190,24 @@ mod tests {
         let padded = scaling(Fit::Pad).scaled((640, 480), &vec![0.5; 3 * 640 * 480]).unwrap();
         let is = |x: usize, y: usize, level: f32| (padded[3 * (y * 1280 + x)] - level).abs() < 1e-5;
         assert!(is(159, 0, 0.0) && is(1120, 719, 0.0) && is(160, 0, 0.5) && is(1119, 719, 0.5));
+    }
+
+    #[test]
+    fn planes_are_scaled_to_what_their_picture_is_scaled_to() {
+        let level = |x: u32, y: u32| [x as f32 / 64.0, y as f32 / 48.0, (x + y) as f32 / 112.0];
+        let rgb: Vec<f32> = (0..48).flat_map(|y| (0..64).flat_map(move |x| level(x, y))).collect();
+        let picture = Yuv420p::from_rgb_f32(64, 48, &rgb).unwrap();
+        for (size, fit) in [((160, 90), Fit::Crop), ((160, 90), Fit::Pad), ((32, 18), Fit::Crop), ((32, 24), Fit::Pad)]
+        {
+            let scaling = Scaling::new(&about((64, 48), (1, 1)), size, Some(fit)).unwrap();
+            let found = scaling.scaled_planes(&picture).unwrap();
+            let due = Yuv420p::from_rgb_f32(size.0, size.1, &scaling.scaled((64, 48), &rgb).unwrap()).unwrap();
+            let mean = |plane: usize| {
+                let pairs = found.planes()[plane].iter().zip(due.planes()[plane]);
+                pairs.map(|(found, due)| f64::from(found.abs_diff(*due))).sum::<f64>()
+                    / due.planes()[plane].len() as f64
+            };
+            assert!((0..3).all(|plane| mean(plane) < 1.0), "{size:?} {fit:?}: {:?}", [mean(0), mean(1), mean(2)]);
+        }
     }
 }

@@ -11,7 +11,7 @@ use video::{Form, Yuv420p};
 
 use super::figures::{FRAMES, Figures, SquaredDifferences, figures};
 use super::view::View;
-use crate::decoder::{Decoder, Excerpt};
+use crate::decoder::{DecodedFrame, Decoder, Excerpt};
 
 /// Judges how `before` meets each clip of `afters`. One session decodes the end of the first and then the beginnings
 /// of the others, as on a unit: it is not drained or opened again in between. A beginning starts at an IDR picture, so the
@@ -54,7 +54,7 @@ pub(crate) fn pictures(
     let end = before.frames.0;
     let excerpts = [(before, end.saturating_sub(2)..end), (after, 0..2)];
     let mut pictures = Vec::new();
-    let results = decoder.play(folder, form, &excerpts, &mut |_, frame| pictures.push(frame));
+    let results = decoder.play(folder, form, &excerpts, &mut |_, frame| pictures.push(frame.picture));
     results.into_iter().collect::<Result<(), String>>()?;
     Ok(pictures)
 }
@@ -70,14 +70,14 @@ struct ClipEnd {
 }
 
 impl ClipEnd {
-    fn add(&mut self, frame: Yuv420p) {
-        self.views.push(View::of(&frame));
+    fn add(&mut self, DecodedFrame { picture, quantiser }: DecodedFrame) {
+        self.views.push(View::of(&picture, quantiser));
         if let Some(latest) = &self.latest {
-            self.steps.push(difference(latest, &frame));
+            self.steps.push(difference(latest, &picture));
         } else {
-            self.first = Some(frame.clone());
+            self.first = Some(picture.clone());
         }
-        self.latest = Some(frame);
+        self.latest = Some(picture);
     }
 }
 

@@ -4,6 +4,8 @@
 //!
 //! Start at [`all`].
 
+use std::collections::HashMap;
+
 use flock::{Clip, Manifest, Sheep, SheepId, Transition};
 
 /// One join: `before` ends and `after` begins.
@@ -31,15 +33,26 @@ impl Join {
     }
 }
 
+/// The transitions that meet at a sheep.
+#[derive(Default)]
+struct Ways<'m> {
+    arriving: Vec<&'m Transition>,
+    leaving: Vec<&'m Transition>,
+}
+
 /// Every join of `manifest`, by sheep in its order. A loop meets itself where it is shown more than once: by its
 /// `repeat`, or because no transition leaves the sheep. Transitions to or from sheep that are not there meet nothing.
 pub(crate) fn all(manifest: &Manifest) -> Vec<Join> {
-    manifest.sheep.iter().flat_map(|sheep| of_sheep(sheep, &manifest.transitions)).collect()
+    let mut ways: HashMap<&SheepId, Ways<'_>> = HashMap::new();
+    for transition in &manifest.transitions {
+        ways.entry(&transition.to).or_default().arriving.push(transition);
+        ways.entry(&transition.from).or_default().leaving.push(transition);
+    }
+    let none = Ways::default();
+    manifest.sheep.iter().flat_map(|sheep| of_sheep(sheep, ways.get(&sheep.id).unwrap_or(&none))).collect()
 }
 
-fn of_sheep(sheep: &Sheep, transitions: &[Transition]) -> Vec<Join> {
-    let arriving: Vec<_> = transitions.iter().filter(|t| t.to == sheep.id).collect();
-    let leaving: Vec<_> = transitions.iter().filter(|t| t.from == sheep.id).collect();
+fn of_sheep(sheep: &Sheep, Ways { arriving, leaving }: &Ways<'_>) -> Vec<Join> {
     let join = |before: &Clip, after: &Clip, along: Option<&Transition>| Join {
         sheep: sheep.id.clone(),
         before: before.clone(),

@@ -1,26 +1,60 @@
 //! Arguments that are sizes, rates and numbers, and those that several commands take.
 //!
-//! Owns their parsers and the messages for malformed ones.
+//! Owns their parsers, the messages for malformed ones, and the seed of a walk for which none is given.
 
 use std::path::PathBuf;
 
-use flock::{MAX_FPS, SIDES_PX};
+use flock::{MAX_FPS, Measure, SIDES_PX};
 use timing::Rate;
+
+use super::print;
 
 /// The most steps: 158 years. A simulation takes a dozen bytes for each.
 const MOST_STEPS: usize = 100_000_000;
+
+/// What a share is a part of.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum By {
+    /// All visits
+    Visits,
+    /// The time in which loops are shown, repeats included; a sheep without a loop has none
+    Time,
+}
+
+impl From<By> for Measure {
+    fn from(by: By) -> Self {
+        match by {
+            By::Visits => Self::Visits,
+            By::Time => Self::Time,
+        }
+    }
+}
 
 /// A part of a walk: which one, and how many steps.
 #[derive(Debug, clap::Args)]
 pub(crate) struct WalkArgs {
     /// Folder of the flock
     pub(crate) dir: PathBuf,
-    /// Which of the endless walks: the same seed and flock give the same walk
+    /// Which of the endless walks: the same seed and flock give the same walk [default: a fresh one, which is told]
     #[arg(long)]
-    pub(crate) seed: u64,
+    seed: Option<u64>,
     /// Transitions to take; a year of 50-second steps has 630000
     #[arg(long, value_parser = steps)]
     pub(crate) steps: usize,
+}
+
+impl WalkArgs {
+    /// The seed, or a fresh one if none is given. That is told on stderr, unless the answer is JSON and has it.
+    pub(crate) fn seed(&self, json: bool) -> u64 {
+        self.seed.unwrap_or_else(|| {
+            // Few enough digits to be typed again, and a number that every reader of JSON holds exactly.
+            let fresh = rand::random::<u32>().into();
+            if !json {
+                print::note(&format!("note: a fresh walk; --seed {fresh} gives it again"));
+            }
+            fresh
+        })
+    }
 }
 
 /// `630000`: steps of a walk.

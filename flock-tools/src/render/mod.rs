@@ -24,7 +24,7 @@ use std::sync::atomic::Ordering;
 use flock::{ClipHash, ClipPath, SheepId};
 use video::{Form, Quality};
 
-use crate::flock_folder::open;
+use crate::flock_folder::{ids, open};
 use crate::program::{Exit, Fatal, now::Stopwatch, print};
 use make::{MakeError, Outcome, RunOptions, RunResult};
 use plan::{ClipPlan, Look, PRESET, SEED};
@@ -47,7 +47,7 @@ pub(crate) struct Args {
     /// Folder of the flock
     dir: PathBuf,
     /// Only the loops of these sheep and the transitions at them
-    #[arg(value_parser = |text: &str| SheepId::new(text))]
+    #[arg(value_parser = |text: &str| SheepId::new(text), add = ids::completer())]
     sheep: Vec<SheepId>,
     /// Also clips that are there, except those that were rendered from the same recipe
     #[arg(long)]

@@ -16,6 +16,7 @@ use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
+use crate::flock_folder::ids;
 use crate::program::{Exit, Fatal};
 
 /// The clips to render, and the missing ones that cannot be rendered.
@@ -81,7 +82,8 @@ impl Selection {
         let mut genomes = Genomes::new(folder, manifest, look);
         if let Some(id) = request.sheep.iter().find(|id| !genomes.sheep.contains_key(id)) {
             let (flock, id) = (manifest.name.clone(), id.clone());
-            return Err(Fatal::new(Exit::Malformed, UnknownSheep { flock, id }));
+            let hint = ids::unknown(&id, manifest);
+            return Err(Fatal::new(Exit::Malformed, UnknownSheep { flock, id }).hint(hint));
         }
         let picked = |id: &SheepId| request.sheep.is_empty() || request.sheep.contains(id);
         let mut selection = Self { clips: Vec::new(), left_out: Vec::new(), bytes: 0 };

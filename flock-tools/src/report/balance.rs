@@ -5,16 +5,16 @@
 //!
 //! Start at [`BalancedShares::of`].
 
-use flock::{Balance, Flock, FlockShares, SheepId, Terms};
+use flock::{Balance, Flock, FlockShares, SheepId, SheepShare, Terms};
 
 use crate::balance::write::with_weights;
 
-/// The shares with the weights that `dreams balance` finds with its default terms.
+/// The shares with the weights that `dreams balance` finds with its default terms, but for the measure.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct BalancedShares {
-    /// The worst of visits/want and want/visits; `None` if a sheep is never shown.
+    /// The worst of share/want and want/share; `None` if a sheep is never shown.
     pub(super) worst_ratio: Option<f64>,
-    /// Of every sheep: its fraction of all visits, its mean return in minutes, its minutes a day.
+    /// Of every sheep: its share, its mean return in minutes, its minutes a day.
     sheep: Vec<(f64, Option<f64>, f64)>,
     /// Of every transition, in the page's order: the fraction of all steps that take it.
     transitions: Vec<f64>,
@@ -23,24 +23,25 @@ pub(super) struct BalancedShares {
 
 /// Why no weights reach the wants: the sheep of one set are wanted more than all sheep that they lead to.
 #[derive(Debug, serde::Serialize)]
-struct BottleneckFacts {
-    /// The sheep, by their indices on the page, and the sum of their wants.
-    sheep: Vec<usize>,
+pub(super) struct BottleneckFacts {
+    /// The number of those of the sheep that are shown, and the part of all visits that is wanted of them.
+    sheep: usize,
     want: f64,
-    /// The number of sheep that they lead to, and the sum of their wants.
+    /// The number of sheep that they lead to, and the part that is wanted of these.
     followers: usize,
     followers_want: f64,
 }
 
 impl BalancedShares {
     /// The balance of `flock`. `None` if it has no cycle to walk.
-    pub(super) fn of(flock: &Flock) -> Option<Self> {
-        let balance = Balance::of(flock, Terms::default())?;
+    pub(super) fn of(flock: &Flock, terms: Terms) -> Option<Self> {
+        let balance = Balance::of(flock, terms)?;
         let balanced = with_weights(flock, &balance);
         let shares = FlockShares::of(&balanced)?;
-        let sheep = shares.sheep.iter().map(|one| (one.visits, one.return_minutes, one.minutes_a_day));
+        let share = |one: &SheepShare| one.share_and_want(terms.by).0;
+        let sheep = shares.sheep.iter().map(|one| (share(one), one.return_minutes, one.minutes_a_day));
         Some(Self {
-            worst_ratio: shares.worst_ratio,
+            worst_ratio: shares.worst(terms.by),
             sheep: sheep.collect(),
             transitions: shares.transitions.iter().map(|one| one.visits).collect(),
             bottleneck: bottleneck(&balance),
@@ -48,13 +49,20 @@ impl BalancedShares {
     }
 }
 
-fn bottleneck(balance: &Balance<'_>) -> Option<BottleneckFacts> {
+/// The bottleneck that `balance` names.
+pub(super) fn bottleneck(balance: &Balance<'_>) -> Option<BottleneckFacts> {
     let bottleneck = balance.bottleneck.as_ref()?;
     let place = |id: &&SheepId| balance.sheep.binary_search_by(|sheep| sheep.id.cmp(id)).ok();
     let places = |ids: &[&SheepId]| ids.iter().filter_map(place).collect::<Vec<usize>>();
-    let want = |places: &[usize]| places.iter().map(|&at| balance.sheep[at].want).sum::<f64>();
-    let (sheep, followers) = (places(&bottleneck.sheep), places(&bottleneck.followers));
-    Some(BottleneckFacts { want: want(&sheep), followers: followers.len(), followers_want: want(&followers), sheep })
+    let want = |places: &[usize]| places.iter().map(|&at| balance.sheep[at].wanted_visits).sum::<f64>();
+    let (mut sheep, followers) = (places(&bottleneck.sheep), places(&bottleneck.followers));
+    sheep.retain(|&at| balance.sheep[at].visits > 0.0);
+    Some(BottleneckFacts {
+        sheep: sheep.len(),
+        want: want(&sheep),
+        followers: followers.len(),
+        followers_want: want(&followers),
+    })
 }
 
 #[cfg(test)]
@@ -81,7 +89,7 @@ mod tests {
             [("a", "b", 9.0), ("b", "c", 1.0), ("c", "a", 1.0), ("a", "c", 1.0), ("b", "a", 9.0), ("c", "b", 1.0)];
         let flock = flock(&all);
         let written = FlockShares::of(&flock).unwrap().worst_ratio.unwrap();
-        let balanced = BalancedShares::of(&flock).unwrap();
+        let balanced = BalancedShares::of(&flock, Terms::default()).unwrap();
         assert!(balanced.worst_ratio.unwrap() < 1.0 + 0.7 * (written - 1.0), "{written} {balanced:?}");
         assert!(balanced.bottleneck.is_none(), "{balanced:?}");
         assert!((balanced.transitions.iter().sum::<f64>() - 1.0).abs() < 1e-9);
@@ -91,8 +99,8 @@ mod tests {
     fn what_is_stuck_is_wanted_more_than_all_that_it_leads_to() {
         // All sheep lead to `a` alone, or `a` leads to them.
         let flock = flock(&[("a", "b", 1.0), ("a", "c", 1.0), ("b", "a", 1.0), ("c", "a", 1.0)]);
-        let bottleneck = BalancedShares::of(&flock).unwrap().bottleneck.unwrap();
+        let bottleneck = BalancedShares::of(&flock, Terms::default()).unwrap().bottleneck.unwrap();
         assert!(bottleneck.want > bottleneck.followers_want + 0.3, "{bottleneck:?}");
-        assert_eq!((bottleneck.sheep, bottleneck.followers), (vec![1, 2], 1));
+        assert_eq!((bottleneck.sheep, bottleneck.followers), (2, 1));
     }
 }

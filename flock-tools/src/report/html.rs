@@ -6,14 +6,18 @@
 //! Start at [`page`].
 
 use super::facts::Facts;
+use super::large_facts::LargeFacts;
 
 const PAGE: &str = include_str!("sheet/page.html");
+const LARGE_PAGE: &str = include_str!("sheet/large_page.html");
 const LOOK: &str = include_str!("sheet/look.css");
 /// In this order; a file uses what those before it define.
-const CODE: [&str; 12] = [
+const CODE: [&str; 14] = [
+    include_str!("sheet/facts.js"),
     include_str!("sheet/ground.js"),
     include_str!("sheet/head.js"),
     include_str!("sheet/graph.js"),
+    include_str!("sheet/credits.js"),
     include_str!("sheet/panel.js"),
     include_str!("sheet/shares.js"),
     include_str!("sheet/returns.js"),
@@ -24,18 +28,41 @@ const CODE: [&str; 12] = [
     include_str!("sheet/suggested.js"),
     include_str!("sheet/start.js"),
 ];
+/// That of a large flock.
+const LARGE_CODE: [&str; 10] = [
+    include_str!("sheet/large_facts.js"),
+    include_str!("sheet/ground.js"),
+    include_str!("sheet/head.js"),
+    include_str!("sheet/joins.js"),
+    include_str!("sheet/credits.js"),
+    include_str!("sheet/weighing.js"),
+    include_str!("sheet/suggested.js"),
+    include_str!("sheet/histogram.js"),
+    include_str!("sheet/search.js"),
+    include_str!("sheet/large_start.js"),
+];
 
-/// The marks in [`PAGE`] that are replaced, in their order.
+/// The marks in a page that are replaced, in their order.
 const MARKS: [&str; 4] = ["{{title}}", "{{look}}", "{{facts}}", "{{code}}"];
 
 /// The page that shows `facts`.
 /// Errors: What serde says: a number that JSON cannot hold, a bug of ours.
 pub(super) fn page(facts: &Facts<'_>) -> serde_json::Result<String> {
+    Ok(filled(PAGE, facts.name, &serde_json::to_string(facts)?, CODE.concat()))
+}
+
+/// The page that shows `facts` of a large flock.
+/// Errors: As [`page`].
+pub(super) fn large_page(facts: &LargeFacts<'_>) -> serde_json::Result<String> {
+    Ok(filled(LARGE_PAGE, facts.name, &serde_json::to_string(facts)?, LARGE_CODE.concat()))
+}
+
+/// `sheet` with all of its parts.
+fn filled(sheet: &str, title: &str, document: &str, code: String) -> String {
     // Inside a script element `<` alone could end it; as an escape it is the same text to JSON.
-    let document = serde_json::to_string(facts)?.replace('<', "\\u003c");
-    let parts = [escaped(facts.name), LOOK.to_owned(), document, CODE.concat()];
-    let mut page = String::with_capacity(PAGE.len() + parts.iter().map(String::len).sum::<usize>());
-    let mut rest = PAGE;
+    let parts = [escaped(title), LOOK.to_owned(), document.replace('<', "\\u003c"), code];
+    let mut page = String::with_capacity(sheet.len() + parts.iter().map(String::len).sum::<usize>());
+    let mut rest = sheet;
     for (mark, part) in MARKS.iter().zip(&parts) {
         let (before, after) = rest.split_once(mark).expect("the page has every mark, in this order");
         page.push_str(before);
@@ -43,7 +70,7 @@ pub(super) fn page(facts: &Facts<'_>) -> serde_json::Result<String> {
         rest = after;
     }
     page.push_str(rest);
-    Ok(page)
+    page
 }
 
 /// `text` escaped for HTML and XML. Characters that XML cannot hold become U+FFFD.
@@ -70,19 +97,21 @@ mod tests {
 
     #[test]
     fn nothing_on_the_page_comes_from_elsewhere() {
-        for text in [PAGE, LOOK].into_iter().chain(CODE) {
+        for text in [PAGE, LARGE_PAGE, LOOK].into_iter().chain(CODE).chain(LARGE_CODE) {
             for word in ["http:", "https:", "//www", "@import", "url(", "fetch(", "XMLHttpRequest"] {
                 // The name of SVG's namespace is not loaded, and `url(#` is a place on the page itself.
                 let text = text.replace("http://www.w3.org/2000/svg", "").replace("url(#", "");
                 assert!(!text.contains(word), "`{word}`");
             }
         }
-        assert!(PAGE.contains("default-src 'none'"), "and the browser is told to hold us to it");
+        for page in [PAGE, LARGE_PAGE] {
+            assert!(page.contains("default-src 'none'"), "and the browser is told to hold us to it");
+        }
     }
 
     #[test]
     fn the_code_cannot_end_its_own_element_and_builds_no_html_from_text() {
-        for code in CODE {
+        for code in CODE.into_iter().chain(LARGE_CODE) {
             assert!(!code.contains("</script") && !code.contains("<!--"));
             assert!(!code.contains("innerHTML") && !code.contains("outerHTML") && !code.contains("insertAdjacentHTML"));
         }

@@ -94,7 +94,7 @@ impl Picture {
 /// The first frame of `clip`, shrunk to `size`, if it is there and in the flock's form.
 fn first_frame(decoder: &dyn Decoder, folder: &Path, clip: &Clip, form: &Form, size: (u32, u32)) -> Option<Thumbnail> {
     let mut first = None;
-    decoder.play(folder, form, &[(clip, 0..1)], &mut |_, frame| first = averaged(&frame, size));
+    decoder.play(folder, form, &[(clip, 0..1)], &mut |_, frame| first = averaged(&frame.picture, size));
     first
 }
 

@@ -34,17 +34,18 @@ struct TransitionAdvice {
 impl SuggestionList {
     /// Up to `count` transitions, or the default number; their costs beyond their length are estimated from the files in
     /// `folder`. `None` if the number is 0.
-    pub(super) fn of(flock: &Flock, folder: Option<&Path>, count: Option<usize>) -> Option<Self> {
+    pub(super) fn of(flock: &Flock, folder: Option<&Path>, terms: Terms, count: Option<usize>) -> Option<Self> {
         let usual = if flock.whole().len() <= MOST_SHEEP { USUAL } else { 0 };
         let count = count.unwrap_or(usual);
-        let add = (count > 0).then(|| Suggestion::to_add(flock, Terms::default(), count)).flatten()?;
+        let add = (count > 0).then(|| Suggestion::to_add(flock, terms, count)).flatten()?;
         let costs = match folder {
             Some(folder) => cost::without_measurement(&add, flock, folder),
             None => add.iter().map(|add| cost::plain(add, flock)).collect(),
         };
         let place = |id: &SheepId| flock.whole().find(id).map(flock::SheepIx::index);
         let advised = |(add, cost): (&Suggestion, Cost)| {
-            Some(TransitionAdvice { from: place(&add.from)?, to: place(&add.to)?, worst_ratio: add.worst_ratio, cost })
+            let worst_ratio = add.worst(terms.by);
+            Some(TransitionAdvice { from: place(&add.from)?, to: place(&add.to)?, worst_ratio, cost })
         };
         Some(Self(add.iter().zip(costs).filter_map(advised).collect()))
     }

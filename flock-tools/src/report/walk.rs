@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use flock::{Flock, SheepIx, Step, Walk};
+use flock::{Flock, SheepIx, Simulation, Step, Walk};
 
 /// Seconds in a day and in a minute.
 const DAY_S: f64 = 86_400.0;
@@ -21,8 +21,14 @@ const STEPS: usize = 12_000;
 pub(super) struct WalkSample {
     /// The sheep visited in the first 24 hours, by their ordinals in the whole flock.
     pub(super) day: Vec<usize>,
+    /// Whether these are the visits of 24 hours; else they are of less, because a page shows no more.
+    pub(super) is_whole_day: bool,
     /// The return times of every sheep of the whole flock.
     pub(super) returns: Vec<Option<Spread>>,
+    /// Its length in minutes.
+    pub(super) minutes: f64,
+    /// The length of the longest run of transitions that came twice, in steps.
+    pub(super) longest_repeat: usize,
 }
 
 /// The spread of return times, in minutes.
@@ -40,15 +46,17 @@ impl WalkSample {
     /// The walk of `flock` that begins with `seed`. `None` if there is no cycle to walk.
     pub(super) fn of(flock: &Arc<Flock>, seed: u64) -> Option<Self> {
         let mut walk = Walk::start(Arc::clone(flock), seed).filter(|_| flock.is_walkable())?;
+        let (start, mut exits) = (walk.place(), Vec::new());
         let graph = flock.graph();
         let whole: Vec<usize> =
             graph.sheep().filter_map(|sheep| flock.whole().find(graph.id(sheep))).map(SheepIx::index).collect();
-        let (mut elapsed_s, mut day) = (0.0, Vec::new());
+        let (mut elapsed_s, mut day, mut is_whole_day) = (0.0, Vec::new(), false);
         let mut last = vec![None; graph.len()];
         let mut returns: Vec<Vec<f64>> = vec![Vec::new(); flock.whole().len()];
         for _ in 0..STEPS.max(MOST_SHOWN) {
             let here = walk.place();
             let showing = elapsed_s < DAY_S && day.len() < MOST_SHOWN;
+            is_whole_day |= elapsed_s >= DAY_S && day.len() < MOST_SHOWN;
             if !showing && walk.steps() >= STEPS as u64 {
                 break;
             }
@@ -59,9 +67,16 @@ impl WalkSample {
                 returns[whole[here.index()]].push((elapsed_s - before) / MINUTE_S);
             }
             let Some(Step { exit, from, .. }) = walk.step() else { break };
+            exits.push(exit);
             elapsed_s += flock.visit_seconds(from) + flock.seconds(&flock.transition(exit).clip);
         }
-        Some(Self { day, returns: returns.into_iter().map(Spread::of).collect() })
+        Some(Self {
+            day,
+            is_whole_day,
+            returns: returns.into_iter().map(Spread::of).collect(),
+            minutes: elapsed_s / MINUTE_S,
+            longest_repeat: Simulation::of(flock, start, &exits).longest_repeat,
+        })
     }
 }
 
@@ -109,10 +124,21 @@ mod tests {
     }
 
     #[test]
+    fn a_walk_without_a_choice_repeats_itself_to_its_end_and_another_does_not() {
+        let walked = WalkSample::of(&flock(), 1).unwrap();
+        assert!(walked.longest_repeat < 100, "{}", walked.longest_repeat);
+        let pair = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n[[sheep]]\nid = \"a\"\n[[transition]]\n\
+                    from = \"a\"\nto = \"a\"\nframes = 1800\nclip = \"aa.mp4\"\n";
+        let one = Arc::new(Flock::new(Manifest::parse(pair, Path::new("flock.toml")).unwrap()));
+        let walked = WalkSample::of(&one, 1).unwrap();
+        assert_eq!((walked.longest_repeat, walked.minutes), (STEPS - 1, STEPS as f64));
+    }
+
+    #[test]
     fn a_day_has_as_many_visits_as_its_clips_leave_room_for() {
         // A step takes 30 s for the transition and 10, 20 or 30 s for the loop: 50 s in the mean.
         let walked = WalkSample::of(&flock(), 1).unwrap();
-        assert!((1726..=1731).contains(&walked.day.len()), "{}", walked.day.len());
+        assert!((1726..=1731).contains(&walked.day.len()) && walked.is_whole_day, "{}", walked.day.len());
         assert_eq!(walked.returns[0], None, "nobody leads to the first");
         let spread = walked.returns[1].unwrap();
         assert!(spread.soonest >= 80.0 / 60.0 && spread.soonest <= spread.median && spread.median < spread.longest);

@@ -11,8 +11,8 @@ use crate::program::{Exit, Fatal, arguments::WalkArgs, print};
 ///
 /// Visits are fractions of all, the first one included. Beside them are the prediction of `dreams share`, and the bound
 /// of the difference by chance: four standard deviations, measured on the walk. Return times run from the start of one
-/// visit to the start of the sheep's next; a repeat is a run of transitions that was walked before. Only the manifest
-/// is read.
+/// visit to the start of the sheep's next; a repeat is a run of transitions that was walked before. Without a seed it is
+/// a fresh walk, whose seed is told on stderr. Only the manifest is read.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the figures are printed
@@ -27,13 +27,22 @@ pub(crate) struct Args {
     json: bool,
 }
 
+/// The answer with `--json`.
+#[derive(serde::Serialize)]
+struct Answer {
+    seed: u64,
+    #[serde(flatten)]
+    figures: Simulation,
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let WalkArgs { dir, seed, steps } = &args.walk;
+    let WalkArgs { dir, steps, .. } = &args.walk;
     let flock = open::walkable(dir)?;
-    let figures = Simulation::run(&flock, *seed, *steps).expect("the flock can be walked");
+    let seed = args.walk.seed(args.json);
+    let figures = Simulation::run(&flock, seed, *steps).expect("the flock can be walked");
     if args.json {
-        print::json(&figures)?;
+        print::json(&Answer { seed, figures })?;
     } else {
         print::lines(table(&figures, *steps))?;
     }

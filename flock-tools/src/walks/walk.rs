@@ -9,7 +9,7 @@ use crate::program::{Exit, Fatal, arguments::WalkArgs, print};
 
 /// Print the clips that a unit with this seed plays, one a line
 ///
-/// The first sheep's loops come first, then for each step its transition and the loops of the sheep that it leads to.
+/// Without a seed it is a fresh walk, as a unit takes one at its first start; its seed is told on stderr. The first sheep's loops come first, then for each step its transition and the loops of the sheep that it leads to.
 /// Only the manifest is read.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
@@ -20,22 +20,25 @@ use crate::program::{Exit, Fatal, arguments::WalkArgs, print};
 pub(crate) struct Args {
     #[command(flatten)]
     walk: WalkArgs,
-    /// Answer with one JSON document: {"clips": [...]}
+    /// Answer with one JSON document: {"seed": N, "clips": [...]}
     #[arg(long)]
     json: bool,
 }
 
 #[derive(serde::Serialize)]
 struct Answer {
+    seed: u64,
     clips: Vec<String>,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let WalkArgs { dir, seed, steps } = &args.walk;
-    let clips = clips(Itinerary::start(open::walkable(dir)?, *seed), *steps);
+    let WalkArgs { dir, steps, .. } = &args.walk;
+    let flock = open::walkable(dir)?;
+    let seed = args.walk.seed(args.json);
+    let clips = clips(Itinerary::start(flock, seed), *steps);
     if args.json {
-        print::json(&Answer { clips: clips.collect() })?;
+        print::json(&Answer { seed, clips: clips.collect() })?;
     } else {
         print::lines(clips)?;
     }

@@ -17,6 +17,7 @@ const DOCUMENTS: &[&str] = &[
     "STYLE.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
+    "docs/credits.md",
     "docs/hardware.md",
     "docs/invariants.md",
     "docs/maintaining.md",

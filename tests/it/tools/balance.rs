@@ -185,6 +185,28 @@ fn a_flock_that_never_had_weights_is_balanced_once() {
 }
 
 #[test]
+fn weights_that_would_leave_the_worst_ratio_worse_are_not_written() {
+    let link = |from: &str, to: &str, weight: f64| {
+        format!("[[transition]]\nfrom='{from}'\nto='{to}'\nframes=384\nclip='{from}{to}'\nweight={weight:?}\n")
+    };
+    let round = [link("a", "b", 1.0), link("b", "a", 1.0), link("b", "c", 8.0), link("c", "a", 1.0)].concat();
+    let sheep = "sheep = [{id='a', want=4}, {id='b'}, {id='c'}]\n";
+    let flock_folder = FlockFolder::of(&format!("{HEAD}{sheep}{round}"));
+    let before = flock_folder.manifest();
+    let worst = || flock_folder.answers("share", &[])["worst_ratio"].as_f64().unwrap();
+    let stands = worst();
+    let answer = flock_folder.answers("balance", &["--write"]);
+    assert!(answer["worst_ratio"].as_f64().unwrap() > stands, "{answer}");
+    assert_eq!((&answer["kept"], &answer["changed"]), (&Value::Bool(true), &Value::Bool(false)), "{answer}");
+    let said = flock_folder.dreams("balance", &["--write"]);
+    let note = String::from_utf8(said.stderr).unwrap();
+    let told =
+        format!("note: nothing written, the weights stay: their worst ratio of visits and want is {stands:.3}, that");
+    assert!(note.starts_with(&told), "{note}");
+    assert_eq!((flock_folder.manifest(), worst()), (before, stands));
+}
+
+#[test]
 fn where_no_weights_reach_the_wants_the_nearest_are_written_and_the_answer_is_no() {
     let link =
         |from: &str, to: &str| format!("[[transition]]\nfrom='{from}'\nto='{to}'\nframes=3\nclip='{from}{to}'\n");

@@ -9,17 +9,18 @@ use crate::tools::command_line::json;
 use claims::wait;
 use serde_json::Value;
 use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The folder of a flock.
-struct FlockFolder {
+pub(crate) struct FlockFolder {
     scratch: tempfile::TempDir,
 }
 
 impl FlockFolder {
     /// An empty flock, for clips like those of [`SMALL`].
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let flock_folder = Self::bare();
         let size = format!("{}x{}", SMALL.size.0, SMALL.size.1);
         flock_folder.fine(&["new"], &["--size", &size, "--fps", "30"]);
@@ -27,7 +28,7 @@ impl FlockFolder {
     }
 
     /// A flock with the manifest `text`, without clips.
-    fn of(text: &str) -> Self {
+    pub(crate) fn of(text: &str) -> Self {
         let flock_folder = Self::bare();
         fs::create_dir(flock_folder.folder()).unwrap();
         fs::write(flock_folder.folder().join("flock.toml"), text).unwrap();
@@ -38,33 +39,33 @@ impl FlockFolder {
         Self { scratch: tempfile::tempdir().unwrap() }
     }
 
-    fn folder(&self) -> PathBuf {
+    pub(crate) fn folder(&self) -> PathBuf {
         self.scratch.path().join("aurora")
     }
 
-    fn manifest(&self) -> String {
+    pub(crate) fn manifest(&self) -> String {
         fs::read_to_string(self.folder().join("flock.toml")).unwrap()
     }
 
     /// `dreams COMMAND FOLDER WORDS...`.
-    fn dreams(&self, command: &str, words: &[&str]) -> Output {
+    pub(crate) fn dreams(&self, command: &str, words: &[&str]) -> Output {
         output(Command::new(programs::dreams()).arg(command).arg(self.folder()).args(words))
     }
 
     /// The same, which must end with `code`; returns its output on both streams.
-    fn says(&self, code: i32, command: &[&str], words: &[&str]) -> String {
+    pub(crate) fn says(&self, code: i32, command: &[&str], words: &[&str]) -> String {
         let said = self.dreams(command[0], &[&command[1..], words].concat());
         let text = [said.stdout, said.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
         assert_eq!(said.status.code(), Some(code), "{command:?} {words:?}: {text}");
         text
     }
 
-    fn fine(&self, command: &[&str], words: &[&str]) -> String {
+    pub(crate) fn fine(&self, command: &[&str], words: &[&str]) -> String {
         self.says(0, command, words)
     }
 
     /// The JSON answer of a command that must end with `code`.
-    fn answers(&self, code: i32, command: &str, words: &[&str]) -> Value {
+    pub(crate) fn answers(&self, code: i32, command: &str, words: &[&str]) -> Value {
         let said = self.dreams(command, &[words, &["--json"]].concat());
         assert_eq!(said.status.code(), Some(code), "{command} {words:?}");
         json(&said)
@@ -278,6 +279,18 @@ fn a_renamed_sheep_brings_its_files_along() {
 }
 
 #[test]
+fn a_renamed_sheep_shares_no_file_with_another() {
+    let flock_folder = FlockFolder::new();
+    let at = |path: &str| flock_folder.folder().join(path);
+    flock_folder.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
+    flock_folder.fine(&["add", "ewe"], &["--loop", at("loops/ram.mp4").to_str().unwrap()]);
+    flock_folder.fine(&["rename", "ram", "goat"], &[]);
+    for path in ["loops/ram.mp4", "loops/goat.mp4"] {
+        assert_eq!(fs::metadata(at(path)).unwrap().nlink(), 1, "{path}");
+    }
+}
+
+#[test]
 fn files_stay_unless_told_otherwise_and_are_named() {
     let flock_folder = FlockFolder::new();
     for (id, file) in [("ram", "s0.mp4"), ("ewe", "s0.mp4"), ("kid", "s1.mp4")] {
@@ -295,23 +308,23 @@ fn files_stay_unless_told_otherwise_and_are_named() {
 #[test]
 fn a_full_disk_loses_nothing() {
     // No file may grow: to a program that is the same as a full disk.
-    let full = |flock_folder: &FlockFolder, command: &str, words: &[&str]| {
+    let full = |flock_folder: &FlockFolder, command: &str, words: &[&str], cannot: [&str; 2]| {
         let mut shell = Command::new("bash");
         shell.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "bash"]).arg(programs::dreams()).arg(command);
         let said = output(shell.arg(flock_folder.folder()).args(words));
         let error = String::from_utf8(said.stderr).unwrap();
         assert_eq!(said.status.code(), Some(3), "{error}");
-        assert!(error.contains("cannot save `") && error.contains("flock.toml`"), "{error}");
+        assert!(cannot.iter().all(|words| error.contains(words)), "{error}");
     };
     let flock_folder = FlockFolder::of(&odd());
-    full(&flock_folder, "want", &["b", "7"]);
+    full(&flock_folder, "want", &["b", "7"], ["cannot save `", "flock.toml`"]);
     assert_eq!(flock_folder.manifest(), odd());
     assert_eq!(fs::read_dir(flock_folder.folder()).unwrap().count(), 1, "no half file is left");
     let flock_folder = FlockFolder::new();
     flock_folder.fine(&["add", "ram"], &["--loop", &clip("s0.mp4")]);
     flock_folder.fine(&["link", "ram", "ram"], &["--clip", &clip("s0=s1.mp4")]);
     let before = flock_folder.manifest();
-    full(&flock_folder, "rename", &["ram", "goat"]);
+    full(&flock_folder, "rename", &["ram", "goat"], ["cannot rename `", "goat"]);
     assert_eq!(flock_folder.manifest(), before);
     assert_eq!(flock_folder.fine(&["check"], &[]).lines().last(), Some("no faults"));
     let said = flock_folder.fine(&["rename", "ram", "goat"], &[]);

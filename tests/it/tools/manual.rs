@@ -4,6 +4,7 @@
 
 use crate::programs::{self, output, repository, succeed};
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 /// Commands whose answer is a text for machines.
@@ -75,25 +76,71 @@ fn every_command_has_a_page_with_its_words_and_its_exit_statuses() {
     assert!(commands.iter().all(|(name, _)| index.contains(&format!("dreams\\-{name}(1)"))), "{index}");
 }
 
+/// What bash completes the last word of `line` to, in `folder`, by the script of `program`.
+fn completed(program: &Path, folder: &Path, line: &str) -> String {
+    let script = folder.join("completions.bash");
+    fs::write(&script, succeed(Command::new(program).args(["completions", "bash"]))).unwrap();
+    // The function that `complete` was told of is called as bash does it.
+    let asked = format!(
+        "source '{}'; COMP_WORDS=({line}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); spec=$(complete -p dreams); \
+         spec=${{spec##*-F }}; ${{spec%% *}} dreams \"${{COMP_WORDS[COMP_CWORD]}}\" ''; echo \"${{COMPREPLY[@]}}\"",
+        script.display()
+    );
+    let said = output(Command::new("bash").args(["-c", &asked]).current_dir(folder));
+    assert!(said.stderr.is_empty(), "{}", String::from_utf8_lossy(&said.stderr));
+    String::from_utf8(said.stdout).unwrap().trim().to_owned()
+}
+
 #[test]
-fn a_shell_completes_commands_and_options() {
+fn a_shell_completes_commands_options_and_the_ids_of_a_flock() {
     let scratch = tempfile::tempdir().unwrap();
-    for shell in ["bash", "zsh", "fish"] {
-        let script = succeed(Command::new(programs::dreams()).args(["completions", shell]));
-        let text = String::from_utf8(script.clone()).unwrap();
-        assert!(commands().iter().all(|(name, _)| text.contains(name)), "{shell} knows every command");
-        fs::write(scratch.path().join(shell), script).unwrap();
+    let folder = scratch.path().join("my flock");
+    fs::create_dir(&folder).unwrap();
+    let sheep = |id: &str| format!("[[sheep]]\nid = \"{id}\"\n");
+    let many: String = (0..100_000).map(|at| sheep(&format!("s{at:06}"))).collect();
+    let head = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n";
+    fs::write(folder.join("flock.toml"), format!("{head}{}{}{many}", sheep("191.21054"), sheep("orchid"))).unwrap();
+    // By itself: no ffmpeg is at hand, and none is asked for.
+    let program = scratch.path().join("dreams");
+    fs::copy(programs::dreams(), &program).unwrap();
+    let completed = |line: &str| completed(&program, scratch.path(), line);
+    assert_eq!(completed("dreams unl"), "unlink");
+    assert_eq!(completed("dreams want --j"), "--json");
+    assert_eq!(completed("dreams want 'my flock' or"), "orchid");
+    assert_eq!(completed(r"dreams link my\ flock orchid 19"), "191.21054");
+    assert_eq!(
+        completed("dreams render 'my flock' orchid s09999"),
+        (0..10).map(|n| format!("s09999{n}")).collect::<Vec<_>>().join(" ")
+    );
+    assert_eq!(
+        completed("dreams unlink 'my flock' --force s0500 s05000"),
+        (0..10).map(|n| format!("s05000{n}")).collect::<Vec<_>>().join(" ")
+    );
+    assert_eq!(completed("dreams want nowhere or"), "");
+    assert_eq!(completed("dreams rename 'my flock' orchid or"), "", "its new id is nobody's");
+    assert_eq!(completed("dreams check my"), "", "names of files are left to bash, which quotes them");
+}
+
+#[test]
+fn the_scripts_for_all_shells_ask_the_program() {
+    let scratch = tempfile::tempdir().unwrap();
+    for (shell, asks) in [("bash", "complete "), ("zsh", "#compdef dreams"), ("fish", "complete ")] {
+        let script = String::from_utf8(succeed(Command::new(programs::dreams()).args(["completions", shell]))).unwrap();
+        assert!(script.contains(asks) && script.contains("DREAMS_COMPLETE"), "{shell}: {script}");
+        let asked = |line: &[&str]| {
+            let mut program = Command::new(programs::dreams());
+            program.env("DREAMS_COMPLETE", shell).env("_CLAP_COMPLETE_INDEX", (line.len() - 1).to_string());
+            String::from_utf8(succeed(program.arg("--").args(line).current_dir(scratch.path()))).unwrap()
+        };
+        for (name, _) in commands() {
+            assert!(asked(&["dreams", ""]).contains(&name), "{shell} knows {name}");
+        }
+        assert!(asked(&["dreams", "want", "--j"]).contains("--json"), "{shell}");
     }
-    let completed = |words: &str, last: &str| {
-        let script = format!(
-            "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _dreams dreams '{last}' ''; \
-             echo \"${{COMPREPLY[@]}}\"",
-            scratch.path().join("bash").display()
-        );
-        String::from_utf8(succeed(Command::new("bash").args(["-c", &script]))).unwrap().trim().to_owned()
-    };
-    assert_eq!(completed("dreams unl", "unl"), "unlink");
-    assert_eq!(completed("dreams want --j", "--j"), "--json");
+    // Called by its name alone the script calls the program by its name, too.
+    let path = programs::dreams().parent().unwrap().display().to_string();
+    let named = succeed(Command::new("bash").args(["-c", &format!("PATH='{path}':$PATH; dreams completions bash")]));
+    assert!(String::from_utf8(named).unwrap().contains("\"dreams\" -- "), "the script stays right when it is moved");
 }
 
 #[test]

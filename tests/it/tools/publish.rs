@@ -7,7 +7,8 @@ use crate::programs::{self, output};
 use crate::tools::bundles::{Artist, replace};
 use serde_json::Value;
 use std::fs::{self, File};
-use std::os::unix::fs::MetadataExt;
+use std::io::Write;
+use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -168,6 +169,43 @@ fn what_is_damaged_is_not_published_and_what_is_damaged_there_is_replaced() {
     let answer = artist.answers(0, &[&PUBLISH[..], &["--check"]].concat());
     assert_eq!((number(&answer, "new_objects"), number(&answer, "replaced_objects")), (1, 1));
     artist.answers(0, &VERIFY);
+}
+
+/// Inverts every byte of every file below `folder`, where they lie.
+fn overwrite(folder: &Path) {
+    for (path, ..) in files(folder) {
+        let inverted: Vec<u8> = fs::read(&path).unwrap().iter().map(|byte| !byte).collect();
+        File::options().write(true).open(&path).unwrap().write_all(&inverted).unwrap();
+    }
+}
+
+#[test]
+fn overwriting_what_was_packed_or_published_leaves_the_flock_clean_and_the_other_way_round() {
+    let artist = artist();
+    let check = |code| artist.answers(code, &["check", "flock"]);
+    let verify = |code, folder| artist.answers(code, &["verify", folder, "--trust", "artist.pub"]);
+    artist.pack(&["--unit", "lobby"]);
+    artist.answers(0, &PUBLISH);
+    overwrite(&artist.at("stick"));
+    verify(1, "stick");
+    verify(0, "bundle");
+    overwrite(&artist.at("bundle"));
+    verify(1, "bundle");
+    check(0);
+
+    for folder in ["stick", "bundle"] {
+        fs::remove_dir_all(artist.at(folder)).unwrap();
+    }
+    fs::create_dir(artist.at("stick")).unwrap();
+    artist.pack(&["--unit", "lobby"]);
+    artist.answers(0, &PUBLISH);
+    for clip in clips(&artist) {
+        let file = File::options().write(true).open(artist.at("flock").join(clip)).unwrap();
+        file.write_all_at(b"another!", 64).unwrap();
+    }
+    check(1);
+    verify(0, "bundle");
+    verify(0, "stick");
 }
 
 #[test]

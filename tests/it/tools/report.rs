@@ -23,10 +23,15 @@ const PROBE: &str = r"<body><script>
     const all = selector => [...document.querySelectorAll(selector)]
     const sizes = () => all('.disc .share').map(disc => disc.getAttribute('r')).join(' ')
     const asWritten = sizes()
-    all('.disc')[1].dispatchEvent(new MouseEvent('click', { bubbles: true }))
-    const chosen = document.querySelector('#panel .id').textContent
+    all('.disc')[1]?.dispatchEvent(new MouseEvent('click', { bubbles: true }))
+    const chosen = document.querySelector('#panel .id')?.textContent ?? null
     all('#weighing button')[1]?.click()
     const asBalanced = sizes()
+    const texts = selector => all(selector).map(item => item.textContent)
+    const find = part => {
+      Object.assign(document.querySelector('#query'), { value: part }).dispatchEvent(new Event('input'))
+      return { note: document.querySelector('#search .note').textContent, rows: texts('#search tbody tr') }
+    }
     const told = JSON.stringify({
       complaints, chosen, asWritten, asBalanced, name: document.querySelector('h1').textContent, title: document.title,
       lead: document.querySelector('#lead').textContent,
@@ -39,7 +44,11 @@ const PROBE: &str = r"<body><script>
       pairs: all('#joins:not([hidden]) .pair').map(pair => [pair.querySelectorAll('img').length, pair.classList.contains('jumps'), pair.textContent]),
       suggested: all('#suggested:not([hidden]) li').map(item => item.textContent),
       joins: document.querySelector('#joins:not([hidden]) .note')?.textContent ?? null,
-      shares: document.querySelector('#shares .note').textContent,
+      credits: all('#credits:not([hidden]) :is(.note, li)').map(item => item.textContent),
+      panel: document.querySelector('#panel')?.textContent ?? null,
+      shares: document.querySelector('#shares .note')?.textContent ?? null,
+      worst: texts('#worst tbody tr'), bars: texts('#ratios g').length, ratios: document.querySelector('#ratios .note')?.textContent ?? null,
+      found: document.querySelector('#query') ? ['s.2999', 'S.299', 'nobody', ''].map(find) : null,
       ground: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
       foreign: all('[data-foreign]').length, wide: document.documentElement.scrollWidth > innerWidth,
       asked: performance.getEntriesByType('resource').map(entry => entry.name).filter(name => !name.startsWith('data:')),
@@ -53,12 +62,12 @@ const PROBE: &str = r"<body><script>
 
 /// The screen of a browser.
 #[derive(Clone, Copy)]
-struct Screen {
-    size: &'static str,
-    dark: bool,
+pub(crate) struct Screen {
+    pub(crate) size: &'static str,
+    pub(crate) dark: bool,
 }
 
-const DESK: Screen = Screen { size: "1400,1000", dark: false };
+pub(crate) const DESK: Screen = Screen { size: "1400,1000", dark: false };
 const DESK_AT_NIGHT: Screen = Screen { size: "1400,1000", dark: true };
 
 fn dreams(args: &[&str], folder: &Path) -> Output {
@@ -66,7 +75,7 @@ fn dreams(args: &[&str], folder: &Path) -> Output {
 }
 
 /// Makes the report of the flock in `folder`, which must end with `status`; returns the page's file.
-fn report(folder: &Path, status: i32) -> (tempfile::TempDir, PathBuf) {
+pub(crate) fn report(folder: &Path, status: i32) -> (tempfile::TempDir, PathBuf) {
     let scratch = tempfile::tempdir().unwrap();
     let page = scratch.path().join("a page.html");
     let said = dreams(&["report", "--out", page.to_str().unwrap()], folder);
@@ -74,11 +83,16 @@ fn report(folder: &Path, status: i32) -> (tempfile::TempDir, PathBuf) {
     (scratch, page)
 }
 
-/// The page in a browser without a network: the browser's console, which must be empty, and the probe's answer.
+/// The page in a browser without a network: the browser's console, which must be empty, and the answer of [`PROBE`].
 fn seen(page: &Path, screen: Screen) -> Value {
+    seen_by(PROBE, page, screen)
+}
+
+/// The same with another probe, which answers at least what is asserted here.
+pub(crate) fn seen_by(probe: &str, page: &Path, screen: Screen) -> Value {
     let text = fs::read_to_string(page).unwrap();
     let probed = page.with_file_name("probed.html");
-    fs::write(&probed, text.replacen("<body>", PROBE, 1)).unwrap();
+    fs::write(&probed, text.replacen("<body>", probe, 1)).unwrap();
     let profile = tempfile::tempdir().unwrap();
     let mut chromium = Command::new("timeout");
     chromium.args(["90", "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]);
@@ -103,7 +117,7 @@ fn seen(page: &Path, screen: Screen) -> Value {
 }
 
 /// A folder with this manifest only.
-fn written(manifest: &str) -> tempfile::TempDir {
+pub(crate) fn written(manifest: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("flock.toml"), manifest).unwrap();
     folder
@@ -179,6 +193,28 @@ fn a_sheep_that_is_chosen_is_told_about_and_balancing_changes_the_shares() {
 }
 
 #[test]
+fn the_credits_stand_on_the_page_of_a_flock_that_has_some() {
+    let folder = written(&bare(3, 1));
+    let entry = |sheep: usize, more: &str| format!("[[sheep]]\nid = \"s.{sheep}\"\nauthors = [\"Ram\"]\n{more}\n");
+    let sold = entry(1, "licence = \"CC-BY-NC-3.0\"\nattribution = \"<b data-foreign>by Ram\"\nsource = \"ram.flam3\"");
+    fs::write(folder.path().join("credits.toml"), entry(0, "licence = \"MIT\"") + &sold).unwrap();
+    let (_scratch, page) = report(folder.path(), 0);
+    let told = seen(&page, DESK);
+    let credits: Vec<&str> = told["credits"].as_array().unwrap().iter().map(|item| item.as_str().unwrap()).collect();
+    assert_eq!(credits[0], "Whoever shows this flock has to say: <b data-foreign>by Ram.");
+    for wanted in
+        ["CC-BY-NC-3.0: 1 sheep and ", "MIT: 1 sheep, may be sold", "no licence: 1 sheep and ", "Ram: 2 sheep"]
+    {
+        assert!(credits.iter().any(|item| item.starts_with(wanted)), "{wanted}: {credits:?}");
+    }
+    let panel = told["panel"].as_str().unwrap();
+    assert!(panel.contains("byRamlicenceCC-BY-NC-3.0fromram.flam3"), "{panel}");
+    let plain = written(&bare(3, 1));
+    let (_scratch, page) = report(plain.path(), 0);
+    assert_eq!(seen(&page, DESK)["credits"], Value::Array(vec![]));
+}
+
+#[test]
 fn transitions_that_would_help_are_told_with_what_they_cost() {
     let folder = tempfile::tempdir().unwrap();
     let demo = programs::repository().join("flock-tools/demo/small");
@@ -228,6 +264,39 @@ fn three_hundred_sheep_without_a_clip_are_drawn_on_a_desk_and_on_a_phone() {
         assert!(told["arrows"].as_u64().unwrap() > 1000 && told["lanes"] == 24);
         assert_eq!(told["rows"].as_array().unwrap().len(), 300);
         assert!(told["shares"].as_str().unwrap().starts_with("Bars upwards are "), "{}", told["shares"]);
+    }
+}
+
+#[test]
+fn a_large_flock_has_a_page_of_a_few_bytes_a_sheep_which_finds_every_one_of_them() {
+    let wanted =
+        |at: usize, want: f64| (format!("clip = \"s{at}.mp4\""), format!("clip = \"s{at}.mp4\"\nwant = {want}"));
+    let [(often, much), (seldom, little)] = [wanted(2_987, 50.0), wanted(11, 0.01)];
+    let text = bare(3_000, 4).replacen(&often, &much, 1).replacen(&seldom, &little, 1);
+    let folder = written(&(text + "[[sheep]]\nid = \"lonely\"\nframes = 5\nclip = \"l.mp4\"\n"));
+    let (_scratch, page) = report(folder.path(), 1);
+    let bytes = fs::metadata(&page).unwrap().len();
+    assert!(bytes < 150_000, "{bytes} bytes for 3,000 sheep");
+    for size in ["1400,1000", "500,900"] {
+        let told = seen(&page, Screen { size, dark: false });
+        assert_eq!((&told["discs"], &told["bars"], &told["shares"]), (&0.into(), &61.into(), &Value::Null), "{told}");
+        assert!(told["lead"].as_str().unwrap().starts_with("3,001 sheep and "), "{told}");
+        let ratios = told["ratios"].as_str().unwrap();
+        assert!(ratios.contains("1 never shown"), "{ratios}");
+        let worst: Vec<&str> = told["worst"].as_array().unwrap().iter().map(|row| row.as_str().unwrap()).collect();
+        assert_eq!(worst.len(), 50);
+        assert!(worst[0].starts_with("lonely0") && worst[0].ends_with("never00"), "{worst:?}");
+        assert!(worst[1].starts_with("s.11") && worst[2].starts_with("s.2987"), "{worst:?}");
+        let found = |at: usize| {
+            let rows = told["found"][at]["rows"].as_array().unwrap().iter().map(|row| row.as_str().unwrap());
+            (told["found"][at]["note"].as_str().unwrap(), rows.collect::<Vec<_>>())
+        };
+        let (note, rows) = found(0);
+        assert!(note == "1 sheep found." && rows.len() == 1 && rows[0].starts_with("s.2999"), "{note} {rows:?}");
+        let (note, rows) = found(1);
+        assert!(note == "11 sheep found." && rows.iter().all(|row| row.starts_with("s.299")), "{note} {rows:?}");
+        assert_eq!(found(2), ("No id has that in it.", vec![]));
+        assert_eq!(found(3), ("Any of the 3,001, by its id or a part of it.", vec![]));
     }
 }
 

@@ -1,6 +1,7 @@
 //! The artist's tutorial does what it shows.
 //!
-//! Owns the claim that its commands, in order, on a fresh copy, print what stands below them. Never judges the prose.
+//! Owns the check that its commands, in order, on a fresh copy, print what stands below them; `guides.rs` makes it, and
+//! goes on with what the tutorial leaves. Never judges the prose.
 //!
 //! A block of `console` is a line `$ command` and below it what that prints, on either stream; `...` stands for any
 //! lines. A command that ends with another status than 0 is followed by `$ echo $?`.
@@ -8,6 +9,7 @@
 use crate::programs::{self, repository};
 use std::fs;
 use std::os::unix::fs::symlink;
+use std::path::Path;
 use std::process::Command;
 
 /// The tutorial, from the root of the repository.
@@ -66,17 +68,16 @@ pub(crate) fn printed(said: &str, steps: usize) -> Vec<(Vec<&str>, &str)> {
     all
 }
 
-#[test]
-fn the_tutorials_commands_print_what_it_shows() {
+/// Runs the commands of the tutorial in the empty folder `folder`.
+pub(crate) fn follow(folder: &Path) {
     let dreams = programs::dreams();
     let steps = steps(&fs::read_to_string(repository().join(TUTORIAL)).unwrap());
     assert!(steps.len() >= 15, "only {} steps were read", steps.len());
-    let copy = tempfile::tempdir().unwrap();
-    symlink(repository().join("flock-tools"), copy.path().join("flock-tools")).unwrap();
+    symlink(repository().join("flock-tools"), folder.join("flock-tools")).unwrap();
     let script = steps.iter().map(marked).collect::<Vec<_>>().concat();
     let mut bash = Command::new("bash");
     let path = format!("{}:{}", dreams.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());
-    bash.current_dir(copy.path()).env("PATH", path).env("NO_COLOR", "1").args(["-c", &format!("exec 2>&1\n{script}")]);
+    bash.current_dir(folder).env("PATH", path).env("NO_COLOR", "1").args(["-c", &format!("exec 2>&1\n{script}")]);
     let said = String::from_utf8(programs::output(&mut bash).stdout).unwrap();
     let printed = printed(&said, steps.len());
     for (at, (Step { command, shows }, (lines, status))) in steps.iter().zip(printed).enumerate() {

@@ -150,6 +150,21 @@ mod tests {
     }
 
     #[test]
+    fn an_object_with_a_second_name_is_replaced_by_a_file_of_its_own() {
+        let scratch = tempfile::tempdir().unwrap();
+        let (clip, folder) = (scratch.path().join("clip"), Folder::create(&scratch.path().join("bundle")).unwrap());
+        fs::write(&clip, "the clip").unwrap();
+        let id = ObjectId::of(b"the clip");
+        let object = folder.path.join(id.path());
+        fs::create_dir_all(object.parent().unwrap()).unwrap();
+        fs::hard_link(&clip, &object).unwrap();
+        assert!(!folder.holds(&id, 8));
+        folder.put_file(&id, 8, &clip, &mut |_| ()).unwrap();
+        fs::write(&object, "overwritten").unwrap();
+        assert_eq!(fs::read_to_string(&clip).unwrap(), "the clip");
+    }
+
+    #[test]
     fn what_is_shared_is_looked_at_too() {
         let scratch = tempfile::tempdir().unwrap();
         let (clip, folder) = (scratch.path().join("clip"), Folder::create(&scratch.path().join("bundle")).unwrap());

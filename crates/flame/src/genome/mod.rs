@@ -7,6 +7,7 @@
 
 mod choices;
 mod error;
+mod origin;
 pub(crate) mod palette;
 mod palette_xml;
 mod parse;
@@ -15,6 +16,7 @@ mod write;
 
 pub use choices::{FilterShape, HuePath, Interpolation, PaletteMode, Space, TemporalShape};
 pub use error::GenomeError;
+pub use origin::{Origin, name_of};
 pub use palette::Palette;
 
 use crate::variations::Variation;

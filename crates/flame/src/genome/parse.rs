@@ -18,6 +18,9 @@ use crate::variations::{Kind, Variation};
 /// How deep elements may lie in others: genealogies are a nested element for each generation.
 const MAX_DEPTH: usize = 1000;
 
+/// What is put before flames that have no root.
+const ROOT: &str = "<flames>";
+
 /// What an attribute's value turned out to be.
 pub(super) enum Read {
     /// It was understood.
@@ -38,17 +41,21 @@ impl Genome {
     }
 
     /// Reads every `<flame>` as [`Genome::parse_all`] does, each with its own part of the text, byte for byte: what a
-    /// file of this one flame would hold.
+    /// file of this one flame would hold. Several flames may stand one after the other without a root, as in Electric
+    /// Sheep's files, each under an XML declaration of its own.
     ///
     /// # Errors
     /// As [`Genome::parse_all`].
     pub fn split(text: &str) -> Result<Vec<(Genome, &str)>, GenomeError> {
-        let document = Document::parse(text).map_err(|error| GenomeError::Xml { reason: error.to_string() })?;
-        if let Some(deep) = find_too_deep(&document) {
-            return Err(GenomeError::Deep { line: line(deep), most: MAX_DEPTH });
+        let error = match Document::parse(text) {
+            Ok(document) => return flames(&document, text, 0),
+            Err(error) => GenomeError::Xml { reason: error.to_string() },
+        };
+        let rooted = rooted(text);
+        match Document::parse(&rooted).map(|document| flames(&document, text, ROOT.len())) {
+            Ok(flames) if !flames.as_ref().is_ok_and(Vec::is_empty) => flames,
+            Ok(_) | Err(_) => Err(error),
         }
-        let flames = document.descendants().filter(|node| node.has_tag_name("flame"));
-        flames.map(|node| Ok((genome(node)?, &text[node.range()]))).collect()
     }
 
     /// Reads the one flame of a text.
@@ -62,6 +69,36 @@ impl Genome {
             (last, rest) => Err(GenomeError::Count { found: rest + usize::from(last.is_some()) }),
         }
     }
+}
+
+/// The flames of `document`, which has so many bytes before those of `text`.
+fn flames<'t>(document: &Document, text: &'t str, before: usize) -> Result<Vec<(Genome, &'t str)>, GenomeError> {
+    if let Some(deep) = find_too_deep(document) {
+        return Err(GenomeError::Deep { line: line(deep), most: MAX_DEPTH });
+    }
+    let flames = document.descendants().filter(|node| node.has_tag_name("flame"));
+    let part = |node: Node| &text[node.range().start - before..node.range().end - before];
+    flames.map(|node| Ok((genome(node)?, part(node)))).collect()
+}
+
+/// `text` in a root, with blanks in place of its XML declarations: other bytes keep their lines and their order.
+fn rooted(text: &str) -> String {
+    let mut rooted = ROOT.to_owned();
+    let mut rest = text;
+    while let Some(((before, after), end)) =
+        rest.split_once("<?xml").and_then(|parts| Some((parts, parts.1.find("?>")?)))
+    {
+        let (declaration, after) = after.split_at(end + "?>".len());
+        rooted += before;
+        rooted.extend("<?xml".chars().chain(declaration.chars()).flat_map(blanks));
+        rest = after;
+    }
+    rooted + rest + "</flames>"
+}
+
+/// As many bytes as `c` has, without a meaning.
+fn blanks(c: char) -> impl Iterator<Item = char> {
+    std::iter::repeat_n(if c == '\n' { c } else { ' ' }, c.len_utf8())
 }
 
 /// The first element that lies too deep in others, if there is one.
@@ -350,4 +387,30 @@ fn wrong(node: Node, attribute: roxmltree::Attribute, expected: &'static str) ->
 /// The line on which an element opens, from 1.
 pub(super) fn line(node: Node) -> u32 {
     node.document().text_pos_at(node.range().start).row
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flames_without_a_root_are_read_as_those_in_one_with_their_own_bytes_and_lines() {
+        let flame = |name: &str| format!("<flame name=\"{name}\">\n<xform weight=\"1\" linear=\"1\"/></flame>");
+        let (first, second) = (flame("a"), flame("b\u{e9}"));
+        let declared = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+        for text in [
+            format!("{first}\n{second}\n"),
+            format!("{declared}{first}{declared}{second}"),
+            format!("<get id=\"7\">{declared}{first}\n{second}</get>"),
+            format!("<?xml\n version=\"1.0\"?>{first}<!-- between -->{second}"),
+        ] {
+            let found: Vec<&str> = Genome::split(&text).unwrap().into_iter().map(|(_, part)| part).collect();
+            assert_eq!(found, [&first, &second], "{text}");
+        }
+        let wrong = format!("{first}\n{}", second.replace("weight=\"1\"", "weight=\"x\""));
+        assert!(matches!(Genome::split(&wrong), Err(GenomeError::Attribute { line: 4, .. })), "{wrong}");
+        for broken in ["", "no flame", "<a/><b/>", "<flame/><flame>", "<?xml", "<flame/><?xml"] {
+            assert!(matches!(Genome::split(broken), Err(GenomeError::Xml { .. })), "{broken}");
+        }
+    }
 }

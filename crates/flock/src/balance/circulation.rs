@@ -8,6 +8,7 @@
 //! min over circulations `f >= floor`, with throughput `n`, of `KL(f || prior) + fairness * KL(want || n)`. In its dual
 //! each sheep has two prices, `a` for leaving and `b` for entering, and
 //! `f = floor + prior * exp(a + b)`, `n = want / (1 + (a + b) / fairness)`: a smooth convex problem, solved by Newton.
+//! The fairness is lower for a sheep of which nothing is wanted: [`Network::importance`].
 //! Proportional fairness after Kelly, Maulloo & Tan (1998).
 
 use std::ops::Range;
@@ -99,6 +100,11 @@ impl Circulation {
         network.want[sheep] / self.scarcity[sheep]
     }
 
+    /// The fairness for `sheep`: its prices may rise by so much until it gets half of what is wanted of it.
+    pub(super) fn gives_way(&self, network: &Network, sheep: usize) -> f64 {
+        self.fairness * network.importance(sheep)
+    }
+
     /// What all sheep and transitions together carry; above or below 1 by how the prices fall.
     pub(super) fn mass(&self) -> f64 {
         self.flow.iter().map(|flow| flow + self.floor).sum()
@@ -136,13 +142,14 @@ impl Circulation {
             let log_sums = self.log_sums(ends, &sums);
             for at in 0..n {
                 let fixed = self.floor * f64::from(self.degrees[side * n + at]);
-                let by = own_price(log_sums[at], fixed, self.scarcity[at], network.want[at], self.fairness);
+                let fairness = self.gives_way(network, at);
+                let by = own_price(log_sums[at], fixed, self.scarcity[at], network.want[at], fairness);
                 change[at] = by;
                 if by == 0.0 {
                     continue;
                 }
                 let before = self.scarcity[at];
-                self.scarcity[at] += by / self.fairness;
+                self.scarcity[at] += by / fairness;
                 moved = moved.max(by.abs()).max((self.scarcity[at] / before).ln().abs());
                 self.prices[side * n + at] += by;
             }
@@ -205,7 +212,7 @@ impl Circulation {
         let rise = |arc: usize| direction[network.from[arc] as usize] + direction[n + network.to[arc] as usize];
         let mut per_length = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MAX_RISE;
         for sheep in 0..n {
-            let fall = -(direction[sheep] + direction[n + sheep]) / self.fairness;
+            let fall = -(direction[sheep] + direction[n + sheep]) / self.gives_way(network, sheep);
             per_length = per_length.max(fall / (MAX_FALL * self.scarcity[sheep]));
         }
         if per_length * most > 1.0 { 1.0 / per_length } else { most }
@@ -248,13 +255,13 @@ impl Circulation {
         let rise = |arc: usize| tangent[network.from[arc] as usize] + tangent[n + network.to[arc] as usize];
         let mut per_one = (0..network.arcs()).map(rise).fold(0.0, f64::max) / MAX_LEAD;
         for sheep in 0..n {
-            let fall = -(relief[sheep] + relief[n + sheep]) / (self.fairness + by);
+            let fall = -(relief[sheep] + relief[n + sheep]) / ((self.fairness + by) * network.importance(sheep));
             per_one = per_one.max(fall / (0.5 * self.scarcity[sheep]));
         }
         let by = (1.0 / per_one).clamp(0.05 * self.fairness, by.max(0.05 * self.fairness)).min(by);
         self.fairness += by;
         for sheep in 0..n {
-            let change = by * (relief[sheep] + relief[n + sheep]) / self.fairness;
+            let change = by * (relief[sheep] + relief[n + sheep]) / self.gives_way(network, sheep);
             self.scarcity[sheep] = (self.scarcity[sheep] + change).max(0.1 * self.scarcity[sheep]);
         }
         for arc in 0..network.arcs() {
@@ -274,7 +281,8 @@ impl Circulation {
             *price += length * by;
         }
         for sheep in 0..n {
-            self.scarcity[sheep] += length * (direction[sheep] + direction[n + sheep]) / self.fairness;
+            let fairness = self.gives_way(network, sheep);
+            self.scarcity[sheep] += length * (direction[sheep] + direction[n + sheep]) / fairness;
         }
         for arc in 0..network.arcs() {
             let (from, to) = network.ends(arc);

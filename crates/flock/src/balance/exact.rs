@@ -5,6 +5,7 @@
 //!
 //! Start at [`circulation`].
 
+use super::bypass::Bypassed;
 use super::network::Network;
 use super::reach::{GIVE, Transport, units};
 
@@ -30,35 +31,17 @@ pub(super) fn is_there(network: &Network, flow: &[f64]) -> bool {
 
 /// What each transition carries in whole units, the silent ones nothing.
 fn in_units(network: &Network, flow: &[f64]) -> Option<Vec<i128>> {
-    // A sheep may be visited a little less than the most that it may: what is missing passes it by, from row to column.
-    let mut arcs: Vec<(u32, u32, f64)> =
-        (0..network.arcs()).map(|arc| (network.from[arc], network.to[arc], network.prior[arc])).collect();
-    let mut order: Vec<usize> = (0..arcs.len()).collect();
-    arcs.extend((0..network.len() as u32).map(|sheep| (sheep, sheep, 0.0)));
-    let bypass = arcs.len() - network.len()..arcs.len();
-    order.extend(bypass.clone());
-    order.sort_by_key(|&arc| arcs[arc].0);
-    let wide = network.with_arcs(&order.iter().map(|&arc| arcs[arc]).collect::<Vec<_>>());
-    let most = |arc: usize| {
-        if bypass.contains(&arc) { 2 * (units(network.want[arc - bypass.start]) / GIVE) } else { i128::MAX }
-    };
-    let part = |arc: usize| {
-        if bypass.contains(&arc) { network.want[arc - bypass.start] / GIVE as f64 } else { flow[arc] }
-    };
-    let hint: Vec<f64> = order.iter().map(|&arc| part(arc)).collect();
-    let limits = order.iter().map(|&arc| most(arc)).collect();
-    let wants = network.want.iter().map(|&want| units(want) + units(want) / GIVE).collect();
-    let mut transport = Transport::new(&wide, wants, limits, &hint);
+    // A sheep may be visited a little less than the most that it may, or any less if nothing is wanted of it.
+    let wide = Bypassed::of(network, |_| true);
+    let most = |sheep: usize| if network.is_free(sheep) { i128::MAX } else { 2 * (units(network.want[sheep]) / GIVE) };
+    let hint = wide.widened(network, flow, 1.0 / GIVE as f64);
+    let limits = wide.each(|_| i128::MAX, most);
+    let wants = wide.network.want.iter().map(|&want| units(want) + units(want) / GIVE).collect();
+    let mut transport = Transport::new(&wide.network, wants, limits, &hint);
     if transport.fill() > 0 {
         return None;
     }
-    let mut carried = vec![0; network.arcs()];
-    for (&arc, &units) in order.iter().zip(&transport.flow) {
-        if !bypass.contains(&arc) {
-            carried[arc] = units;
-        }
-    }
-    Some(carried)
+    Some(wide.own(&transport.flow))
 }
 
 /// Lets every transition of `network` carry something, by closed ways that lead through those that do not.

@@ -6,6 +6,7 @@
 //! Start at [`Balance::of`]; fairness and floor are defined in `terms.rs`, the method is in `circulation.rs`, the proof
 //! in `reach.rs`. Improvements are found by [`Suggestions`].
 
+mod bypass;
 mod circulation;
 mod exact;
 mod join;
@@ -18,18 +19,20 @@ mod system;
 mod terms;
 #[cfg(test)]
 mod tests;
+mod wants;
 mod weights;
 
-use crate::flock::Flock;
+use crate::flock::{Flock, Measure};
 use crate::graph::{Exit, Graph, SheepIx};
 use crate::manifest::SheepId;
 
 use circulation::Circulation;
-use network::{Network, parts};
+use network::Network;
 use reach::Reach;
 pub use suggest::{Suggestion, Suggestions};
 use terms::Solution;
 pub use terms::Terms;
+use wants::{Wants, visit_frames};
 use weights::{RoundedWeights, may_be_ours};
 
 /// Seconds in a year.
@@ -46,12 +49,16 @@ const TAME: f64 = 100.0;
 /// The nearest shares, and the weights that give them: the answer of `dreams balance`.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Balance<'f> {
+    /// The measure in which the wants are to be reached.
+    pub by: Measure,
     /// Whether some weights reach the wants exactly.
     pub reachable: bool,
-    /// The share of the wants that no weights can meet; exactly 0 if they can be reached.
+    /// The share of the wanted visits that no weights can give; exactly 0 if the wants can be reached.
     pub deficiency: f64,
     /// The worst of visits/want and want/visits with these weights; `None` if a sheep is never visited.
     pub worst_ratio: Option<f64>,
+    /// The worst of `time/time_want` and `time_want/time` of all sheep with a loop; `None` if one of them is never shown.
+    pub worst_time_ratio: Option<f64>,
     /// Every transition of the manifest, in the order of (from, to).
     pub weights: Vec<Weight<'f>>,
     /// Every sheep of the manifest, in the order of their ids.
@@ -88,10 +95,16 @@ pub struct SheepBalance<'f> {
     pub visits: f64,
     /// The fraction of visits that the artist wishes. Those of all sheep sum to 1.
     pub want: f64,
+    /// The fraction of the time in which loops are shown that its own loop is; repeats count. 0 without a loop.
+    pub time: f64,
+    /// The same as the artist wishes it: the part of the wants of all sheep with a loop. 0 without a loop.
+    pub time_want: f64,
+    /// The fraction of visits that the want amounts to in the measure of the balance; 0 if any number is fine.
+    pub wanted_visits: f64,
 }
 
 /// Sheep that are wanted more than all sheep that they lead to. Every visit of the former is followed by one of the
-/// latter, so no weights can meet their wants; the difference of the wants is the deficiency.
+/// latter, so no weights can meet their wants; the difference of the wanted visits is the deficiency.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Bottleneck<'f> {
     /// The sheep, in the order of their ids; those that are not played belong to them.
@@ -115,7 +128,9 @@ impl<'f> Balance<'f> {
         Some(Self {
             reachable: deficiency == 0.0,
             deficiency,
-            worst_ratio: worst(&sheep),
+            by: terms.by,
+            worst_ratio: worst(&sheep, Measure::Visits),
+            worst_time_ratio: worst(&sheep, Measure::Time),
             weights: weights(flock, &written),
             bottleneck: (deficiency > 0.0).then(|| bottleneck(flock, &network, &reach)),
             least_plays: steps_a_year * exits(flock).map(|exit| written.shares.taken(exit)).fold(1.0, f64::min),
@@ -124,11 +139,27 @@ impl<'f> Balance<'f> {
         })
     }
 
-    /// The worst ratio that [`Balance::of`] tells, found sooner from `near`: a circulation with the same sheep, for the
-    /// same terms.
-    fn worst_ratio_near(flock: &Flock, terms: Terms, near: &Circulation) -> Option<f64> {
-        let told = |near| visits(flock, terms, near).and_then(|(sheep, ..)| worst(&sheep));
-        told(Some(near)).filter(|worst| *worst <= TAME).or_else(|| told(None))
+    /// The worst ratio in the measure of the balance.
+    pub fn worst(&self) -> Option<f64> {
+        match self.by {
+            Measure::Visits => self.worst_ratio,
+            Measure::Time => self.worst_time_ratio,
+        }
+    }
+
+    /// The worst ratios of visits and of time that [`Balance::of`] tells, found sooner from `near`: a circulation with the
+    /// same sheep, for the same terms.
+    fn worst_ratios_near(flock: &Flock, terms: Terms, near: &Circulation) -> [Option<f64>; 2] {
+        let told = |near| visits(flock, terms, near).map(|(sheep, ..)| sheep);
+        // How often a sheep is visited of which nothing is wanted depends on where the search starts.
+        let is_free = |sheep: SheepIx| terms.by == Measure::Time && flock.sheep(sheep).clip.is_none();
+        if flock.graph().sheep().any(is_free) {
+            let sheep = told(None);
+            return [Measure::Visits, Measure::Time].map(|measure| worst(sheep.as_deref()?, measure));
+        }
+        let is_tame = |sheep: &Vec<SheepBalance>| worst(sheep, terms.by).is_some_and(|worst| worst <= TAME);
+        let sheep = told(Some(near)).filter(is_tame).or_else(|| told(None));
+        [Measure::Visits, Measure::Time].map(|measure| worst(sheep.as_deref()?, measure))
     }
 }
 
@@ -142,23 +173,32 @@ fn visits<'f>(
         return None;
     }
     let (graph, whole) = (flock.graph(), flock.whole());
-    let want = |sheep: SheepIx| flock.manifest().sheep[whole.sheep_in_manifest(sheep)].want;
-    let wants = parts(&whole.sheep().map(want).collect::<Vec<_>>());
+    let [by_visits, by_time] = [Measure::Visits, Measure::Time].map(|measure| Wants::of(flock, whole, measure));
+    let wants = if terms.by == Measure::Time { &by_time } else { &by_visits };
     let played: Vec<usize> =
         graph.sheep().filter_map(|sheep| whole.find(graph.id(sheep))).map(SheepIx::index).collect();
-    let own_wants: Vec<f64> = played.iter().map(|&at| wants[at]).collect();
-    let answer = PartBalance::of(flock, &own_wants, terms, near)?;
-    let mut sheep: Vec<SheepBalance> =
-        whole.sheep().zip(&wants).map(|(at, &want)| SheepBalance { id: whole.id(at), visits: 0.0, want }).collect();
+    let answer = PartBalance::of(flock, &wants.only(&played), terms, near)?;
+    let unplayed = |(at, ordinal): (usize, SheepIx)| SheepBalance {
+        id: whole.id(ordinal),
+        visits: 0.0,
+        want: by_visits.shares[at],
+        time: 0.0,
+        time_want: by_time.shares[at],
+        wanted_visits: wants.wanted_visits(at),
+    };
+    let mut sheep: Vec<SheepBalance> = whole.sheep().enumerate().map(unplayed).collect();
+    let lit = |at: SheepIx| answer.written.shares.visits(at) * visit_frames(flock.sheep(at));
+    let all: f64 = graph.sheep().map(lit).sum();
     for (ordinal, &at) in graph.sheep().zip(&played) {
         sheep[at].visits = answer.written.shares.visits(ordinal);
+        sheep[at].time = if all > 0.0 { lit(ordinal) / all } else { 0.0 };
     }
     Some((sheep, played, answer))
 }
 
-/// The worst ratio of all; `None` if a sheep is never visited.
-fn worst(sheep: &[SheepBalance]) -> Option<f64> {
-    let worst = sheep.iter().map(SheepBalance::off).fold(1.0, f64::max);
+/// The worst ratio of all in `measure`; `None` if a sheep is never shown.
+fn worst(sheep: &[SheepBalance], measure: Measure) -> Option<f64> {
+    let worst = sheep.iter().map(|sheep| sheep.off(measure)).fold(1.0, f64::max);
     worst.is_finite().then_some(worst)
 }
 
@@ -172,7 +212,7 @@ struct PartBalance {
 
 impl PartBalance {
     /// The result for the part of `flock` that is played, with these `wants`; `near` as in [`Terms::find`].
-    fn of(flock: &Flock, wants: &[f64], terms: Terms, near: Option<&Circulation>) -> Option<Self> {
+    fn of(flock: &Flock, wants: &Wants, terms: Terms, near: Option<&Circulation>) -> Option<Self> {
         let graph = flock.graph();
         if terms.afresh || may_be_ours(graph) {
             let equal = graph.reweighted(&vec![1.0; graph.exit_count()]);
@@ -202,7 +242,7 @@ impl PartBalance {
     fn counted_from(
         graph: &Graph,
         flock: &Flock,
-        wants: &[f64],
+        wants: &Wants,
         terms: Terms,
         near: Option<&Circulation>,
     ) -> Option<Self> {
@@ -215,10 +255,19 @@ impl PartBalance {
 }
 
 impl SheepBalance<'_> {
-    /// How far its visits are from its want: the larger of visits/want and want/visits, at least 1, infinite if it is
-    /// never visited.
-    pub fn off(&self) -> f64 {
-        (self.visits / self.want).max(self.want / self.visits)
+    /// Its share and its want in `measure`.
+    pub fn share_and_want(&self, measure: Measure) -> (f64, f64) {
+        match measure {
+            Measure::Visits => (self.visits, self.want),
+            Measure::Time => (self.time, self.time_want),
+        }
+    }
+
+    /// How far its share is from its want: the larger of share/want and want/share, at least 1, infinite if it is never
+    /// shown; 1 if it has no time to want.
+    pub fn off(&self, measure: Measure) -> f64 {
+        let (share, want) = self.share_and_want(measure);
+        measure.off(share, want)
     }
 }
 
@@ -238,7 +287,7 @@ fn deficiency(sheep: &[SheepBalance], played: &[usize], reach: &Reach) -> f64 {
     if played.len() == sheep.len() {
         return reach.deficiency;
     }
-    let wanted: f64 = played.iter().map(|&at| sheep[at].want).sum();
+    let wanted: f64 = played.iter().map(|&at| sheep[at].wanted_visits).sum();
     1.0 - wanted * (1.0 - reach.deficiency)
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Owns the compact form of the part that is played; `circulation.rs` solves it.
 
+use super::wants::{Wants, parts};
 use crate::graph::Graph;
 
 /// A strongly connected class, sheep and transitions by their ordinals in the graph it came from.
@@ -15,18 +16,21 @@ pub(super) struct Network {
     pub(super) to: Vec<u32>,
     /// The logarithm of each transition's part of all weights as written.
     pub(super) prior: Vec<f64>,
-    /// The share that each sheep should get; they sum to 1, and none is 0.
+    /// The part of all visits that each sheep should get; they sum to 1, and none is 0.
     pub(super) want: Vec<f64>,
+    /// The share that each sheep should get in the measure of the balance; they sum to 1, but for sheep of which nothing is
+    /// wanted: those have 0, may be visited as often as the others need, and their `want` is only a start.
+    pub(super) share: Vec<f64>,
 }
 
-/// No want counts for less than this part of the largest: a visit in millions of years.
-const MIN_WANT: f64 = 1e-12;
+/// How much the visits of a sheep of which nothing is wanted count, relative to the others.
+const FREE: f64 = 1e-3;
 /// Lower bound of a weight relative to the largest, as a logarithm (1e-15), so that prices stay finite.
 const MIN_PRIOR: f64 = -34.5;
 
 impl Network {
-    /// The network of `graph`, whose sheep are wanted as often as `wants` say, relative to each other.
-    pub(super) fn new(graph: &Graph, wants: &[f64]) -> Self {
+    /// The network of `graph`, whose sheep are wanted as `wants` say.
+    pub(super) fn new(graph: &Graph, wants: &Wants) -> Self {
         let (mut first, mut from, mut to, mut prior) = (vec![0], Vec::new(), Vec::new(), Vec::new());
         for sheep in graph.sheep() {
             for exit in graph.exits(sheep) {
@@ -36,7 +40,7 @@ impl Network {
             }
             first.push(from.len() as u32);
         }
-        let mut network = Self { first, from, to, prior, want: parts(wants) };
+        let mut network = Self { first, from, to, prior, want: parts(&wants.visits), share: wants.shares.clone() };
         network.normalise();
         network
     }
@@ -54,6 +58,31 @@ impl Network {
     /// The exits of `sheep`, as indices into the tables of transitions.
     pub(super) fn exits(&self, sheep: usize) -> std::ops::Range<usize> {
         self.first[sheep] as usize..self.first[sheep + 1] as usize
+    }
+
+    /// Whether `sheep` may be visited as often as the others need.
+    pub(super) fn is_free(&self, sheep: usize) -> bool {
+        self.share[sheep] == 0.0
+    }
+
+    /// The part of `want` that is of sheep of which something is wanted.
+    pub(super) fn wanted(&self) -> f64 {
+        (0..self.len()).filter(|&sheep| !self.is_free(sheep)).map(|sheep| self.want[sheep]).sum()
+    }
+
+    /// What `flow` is to be multiplied by so that sheep of which something is wanted have as many visits as they should.
+    pub(super) fn scale_of(&self, flow: &[f64]) -> f64 {
+        if !(0..self.len()).any(|sheep| self.is_free(sheep)) {
+            return 1.0;
+        }
+        let of = |sheep: usize| flow[self.exits(sheep)].iter().sum::<f64>();
+        let visits: f64 = (0..self.len()).filter(|&sheep| !self.is_free(sheep)).map(of).sum();
+        if visits > 0.0 { self.wanted() / visits } else { 1.0 }
+    }
+
+    /// How much the visits of `sheep` count, relative to the others.
+    pub(super) fn importance(&self, sheep: usize) -> f64 {
+        if self.is_free(sheep) { FREE } else { 1.0 }
     }
 
     /// Both ends of a transition.
@@ -85,6 +114,7 @@ impl Network {
             to: arcs.iter().map(|arc| arc.1).collect(),
             prior: arcs.iter().map(|arc| arc.2).collect(),
             want: self.want.clone(),
+            share: self.share.clone(),
         };
         network.normalise();
         network
@@ -101,12 +131,4 @@ impl Network {
             *prior -= total;
         }
     }
-}
-
-/// The positive `figures` as parts of their sum, which may be infinite.
-pub(super) fn parts(figures: &[f64]) -> Vec<f64> {
-    let most = figures.iter().copied().fold(0.0, f64::max);
-    let parts: Vec<f64> = figures.iter().map(|figure| (figure / most).max(MIN_WANT)).collect();
-    let total: f64 = parts.iter().sum();
-    parts.into_iter().map(|part| part / total).collect()
 }

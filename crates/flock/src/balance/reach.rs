@@ -9,6 +9,7 @@
 
 use std::collections::VecDeque;
 
+use super::bypass::Bypassed;
 use super::exact;
 use super::network::Network;
 use crate::graph::classes;
@@ -53,8 +54,16 @@ impl Reach {
     /// What the transitions of `network` can carry of its wants. `hint` is a circulation: the search starts there.
     pub(super) fn of(network: &Network, hint: &[f64]) -> Self {
         let n = network.len();
-        let wants = network.want.iter().map(|&want| units(want)).collect();
-        let mut transport = Transport::new(network, wants, vec![i128::MAX; network.arcs()], hint);
+        // What is not needed of a sheep of which nothing is wanted passes it by.
+        let is_free = |sheep| network.is_free(sheep);
+        let wide = (0..n).any(is_free).then(|| Bypassed::of(network, is_free));
+        let (all, start) = match &wide {
+            Some(wide) => (&wide.network, Some(wide.widened(network, hint, 0.0))),
+            None => (network, None),
+        };
+        let wants = all.want.iter().map(|&want| units(want)).collect();
+        let limits = vec![i128::MAX; all.arcs()];
+        let mut transport = Transport::new(all, wants, limits, start.as_deref().unwrap_or(hint));
         let missing = transport.fill();
         let bottleneck = transport.stuck();
         let mut reachable = missing == 0;
@@ -65,10 +74,29 @@ impl Reach {
             reachable = transport.fill() == 0;
         }
         if reachable {
-            return Self { deficiency: 0.0, bottleneck: Vec::new(), carries: transport.carriers() };
+            let all = transport.carriers();
+            let carries = if let Some(wide) = &wide { playable(network, wide.own(&all)) } else { all };
+            return Self { deficiency: 0.0, bottleneck: Vec::new(), carries };
         }
-        Self { deficiency: missing as f64 / WHOLE, bottleneck, carries: vec![true; network.arcs()] }
+        let wanted = if wide.is_some() { network.wanted() } else { 1.0 };
+        Self { deficiency: missing as f64 / WHOLE / wanted, bottleneck, carries: vec![true; network.arcs()] }
     }
+}
+
+/// `carries`, but for sheep that would no longer be entered or left: nothing is wanted of them, and the search takes all
+/// their transitions.
+fn playable(network: &Network, mut carries: Vec<bool>) -> Vec<bool> {
+    let n = network.len();
+    let mut taken = vec![[false; 2]; n];
+    for arc in (0..network.arcs()).filter(|&arc| carries[arc]) {
+        let (from, to) = network.ends(arc);
+        (taken[from][0], taken[to][1]) = (true, true);
+    }
+    for (arc, carries) in carries.iter_mut().enumerate() {
+        let (from, to) = network.ends(arc);
+        *carries |= [from, to].iter().any(|&sheep| taken[sheep] != [true, true]);
+    }
+    carries
 }
 
 /// A share in whole units.

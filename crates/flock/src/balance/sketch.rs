@@ -11,6 +11,7 @@ use super::solve::settle;
 use super::steps_a_year;
 use super::system::System;
 use super::terms::Terms;
+use super::wants::Wants;
 use crate::flock::Flock;
 use crate::graph::classes;
 
@@ -70,8 +71,7 @@ impl Sketch {
         let graph = flock.graph();
         let equal = terms.afresh.then(|| graph.reweighted(&vec![1.0; graph.exit_count()]));
         let graph = equal.as_ref().unwrap_or(graph);
-        let wants: Vec<f64> = graph.sheep().map(|sheep| flock.sheep(sheep).want).collect();
-        let network = Network::new(graph, &wants);
+        let network = Network::new(graph, &Wants::of(flock, graph, terms.by));
         let terms = Terms { fairness: terms.fairness.min(HIGHEST), ..terms };
         let state = terms.outline(&network, steps_a_year(graph, flock, &network));
         Self::around(network, state)
@@ -218,10 +218,11 @@ fn promising(values: &[f64]) -> Vec<usize> {
     places
 }
 
-/// Visits over want, by sheep.
+/// Share over want, by sheep; 1 if nothing is wanted.
 fn ratios(network: &Network, state: &Circulation) -> Vec<f64> {
-    let all: f64 = (0..network.len()).map(|sheep| state.throughput(network, sheep)).sum();
-    state.scarcity.iter().map(|scarcity| 1.0 / (scarcity * all)).collect()
+    let all: f64 = network.share.iter().zip(&state.scarcity).map(|(share, scarcity)| share / scarcity).sum();
+    let ratio = |(sheep, scarcity): (usize, &f64)| if network.is_free(sheep) { 1.0 } else { 1.0 / (scarcity * all) };
+    state.scarcity.iter().enumerate().map(ratio).collect()
 }
 
 /// How far off a ratio is, to the power.
@@ -237,11 +238,15 @@ fn badness(network: &Network, state: &Circulation) -> f64 {
 /// How much worse prices make it, by price, in the measure of [`weighed`].
 fn slope(network: &Network, state: &Circulation) -> Vec<f64> {
     let ratios = ratios(network, state);
-    let worse = |ratio: f64| if ratio > 1.0 { weighed(ratio) } else { -weighed(ratio) };
-    let all: f64 = ratios.iter().map(|&ratio| worse(ratio)).sum();
-    let own = |(sheep, &ratio): (usize, &f64)| {
-        let share = ratio * network.want[sheep];
-        -(worse(ratio) - share * all) / (state.fairness * state.scarcity[sheep])
+    let worse = |(sheep, &ratio): (usize, &f64)| match ratio {
+        _ if network.is_free(sheep) => 0.0,
+        ratio if ratio > 1.0 => weighed(ratio),
+        ratio => -weighed(ratio),
+    };
+    let all: f64 = ratios.iter().enumerate().map(worse).sum();
+    let own = |(sheep, ratio): (usize, &f64)| {
+        let share = ratio * network.share[sheep];
+        -(worse((sheep, ratio)) - share * all) / (state.gives_way(network, sheep) * state.scarcity[sheep])
     };
     let slope: Vec<f64> = ratios.iter().enumerate().map(own).collect();
     [slope.clone(), slope].concat()

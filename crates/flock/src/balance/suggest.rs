@@ -10,6 +10,7 @@
 //! transition, by duality), and those whose first flow lowers the worst ratios most (by the adjoint of the Newton
 //! system). The best few are tried. Each search goes on from the balance that the one before it ended in.
 
+use std::borrow::Cow;
 use std::panic::resume_unwind;
 use std::thread;
 
@@ -19,12 +20,15 @@ use super::sketch::{Change, Sketch, TRIES};
 use super::terms::Terms;
 use super::weights::rounded;
 use super::{Balance, join};
-use crate::flock::Flock;
+use crate::flock::{Flock, Measure};
 use crate::graph::SheepIx;
-use crate::manifest::{Clip, ClipPath, Manifest, SheepId, Transition};
+use crate::manifest::{Clip, ClipPath, SheepId, Transition};
 
 /// The smallest relative improvement that counts.
 const GAIN: f64 = 1e-6;
+
+/// Up to so many transitions both searches go on at once. Each takes some 200 bytes of memory a transition.
+const AT_ONCE: usize = 50_000;
 
 /// Suggested changes of a flock's transitions.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +49,8 @@ pub struct Suggestion {
     /// The balance's worst ratio once this and all before it are done, if the flock is then balanced on the same terms;
     /// `None` while a sheep is never visited.
     pub worst_ratio: Option<f64>,
+    /// The same of time: [`Balance::worst_time_ratio`].
+    pub worst_time_ratio: Option<f64>,
     /// How long its clip is: of one to add, as long as the flock's transitions are in the middle.
     pub frames: FrameCount,
     /// The weight that it has, or that it is counted with: that of its sheep's other exits in the mean.
@@ -69,6 +75,11 @@ impl Suggestions {
             return None;
         }
         let sketch = Sketch::of(flock, terms);
+        if flock.graph().exit_count() > AT_ONCE {
+            let add = sequence(flock, terms, count, Direction::Add, sketch);
+            let sketch = Sketch::of(flock, terms);
+            return Some(Self { add, remove: sequence(flock, terms, count, Direction::Remove, sketch) });
+        }
         let (add, remove) = thread::scope(|scope| {
             let remove = scope.spawn(|| sequence(flock, terms, count, Direction::Remove, sketch.clone()));
             (sequence(flock, terms, count, Direction::Add, sketch.clone()), remove.join())
@@ -78,6 +89,14 @@ impl Suggestions {
 }
 
 impl Suggestion {
+    /// The worst ratio in `measure`.
+    pub fn worst(&self, measure: Measure) -> Option<f64> {
+        match measure {
+            Measure::Visits => self.worst_ratio,
+            Measure::Time => self.worst_time_ratio,
+        }
+    }
+
     /// Up to `count` transitions to add to `flock`, as [`Suggestions::of`] tells them; in half the time.
     pub fn to_add(flock: &Flock, terms: Terms, count: usize) -> Option<Vec<Self>> {
         flock.is_walkable().then(|| sequence(flock, terms, count, Direction::Add, Sketch::of(flock, terms)))
@@ -87,7 +106,7 @@ impl Suggestion {
 /// The best changes of one kind, one after the other; `sketch` is that of `flock`.
 fn sequence(flock: &Flock, terms: Terms, count: usize, way: Direction, sketch: Sketch) -> Vec<Suggestion> {
     let mut suggestions = Vec::new();
-    let (mut now, mut sketch) = (flock.clone(), sketch);
+    let (mut now, mut sketch) = (Cow::Borrowed(flock), sketch);
     while suggestions.len() < count {
         let missing = if way == Direction::Add { join::missing(&now) } else { None };
         let found = match missing {
@@ -97,9 +116,10 @@ fn sequence(flock: &Flock, terms: Terms, count: usize, way: Direction, sketch: S
             None => best(&now, way, &sketch),
         };
         let Some((suggestion, outline, next)) = found else { break };
-        let worst_ratio = Balance::worst_ratio_near(&next, terms, outline.circulation());
-        suggestions.push(Suggestion { worst_ratio, ..suggestion });
-        (now, sketch) = (next, outline);
+        // What was before goes first: there may not be enough memory for both.
+        (now, sketch) = (Cow::Owned(next), outline);
+        let [worst_ratio, worst_time_ratio] = Balance::worst_ratios_near(&now, terms, sketch.circulation());
+        suggestions.push(Suggestion { worst_ratio, worst_time_ratio, ..suggestion });
     }
     suggestions
 }
@@ -122,35 +142,34 @@ fn best(flock: &Flock, way: Direction, sketch: &Sketch) -> Option<(Suggestion, S
 
 /// `flock` after a change, and the change as it is told but for its effect.
 fn changed(flock: &Flock, way: Direction, from: SheepId, to: SheepId) -> Option<(Suggestion, Flock)> {
-    let mut manifest = flock.manifest().clone();
-    let (frames, weight) = match way {
+    let whole = flock.whole();
+    let (frames, weight, next) = match way {
         Direction::Add => {
-            let (frames, weight) = (usual_frames(&manifest), usual_weight(&manifest, &from));
+            let (frames, weight) = (usual_frames(flock), usual_weight(flock, &from));
             let path = ClipPath::new("transition").expect("a plain name");
             let clip = Clip { path, frames, hash: None };
-            manifest.transitions.push(Transition { from: from.clone(), to: to.clone(), clip, weight });
-            (frames, weight)
+            let next = flock.with_transition(Transition { from: from.clone(), to: to.clone(), clip, weight });
+            (frames, weight, next)
         }
         Direction::Remove => {
-            let gone = manifest.transitions.iter().position(|t| t.from == from && t.to == to)?;
-            let (frames, weight) = (manifest.transitions[gone].clip.frames, manifest.transitions[gone].weight);
-            manifest.transitions.retain(|t| t.from != from || t.to != to);
-            (frames, weight)
+            let exit = whole.between(whole.find(&from)?, whole.find(&to)?)?;
+            let gone = flock.written(whole.transition_in_manifest(exit));
+            (gone.clip.frames, gone.weight, flock.without_transition(exit))
         }
     };
-    Some((Suggestion { from, to, worst_ratio: None, frames, weight }, Flock::new(manifest)))
+    Some((Suggestion { from, to, worst_ratio: None, worst_time_ratio: None, frames, weight }, next))
 }
 
 /// The length of the transition in the middle.
-fn usual_frames(manifest: &Manifest) -> FrameCount {
-    let mut frames: Vec<u32> = manifest.transitions.iter().map(|transition| transition.clip.frames.0).collect();
+fn usual_frames(flock: &Flock) -> FrameCount {
+    let mut frames: Vec<u32> = flock.transitions().map(|transition| transition.clip.frames.0).collect();
     frames.sort_unstable();
     FrameCount(frames.get(frames.len() / 2).copied().unwrap_or(1))
 }
 
 /// The weight of the exits of `from` in the mean, to two digits; 1 if it has none.
-fn usual_weight(manifest: &Manifest, from: &SheepId) -> f64 {
-    let own: Vec<f64> = manifest.transitions.iter().filter(|t| t.from == *from).map(|t| t.weight).collect();
+fn usual_weight(flock: &Flock, from: &SheepId) -> f64 {
+    let own: Vec<f64> = flock.transitions().filter(|t| t.from == *from).map(|t| t.weight).collect();
     let mean = own.iter().map(|weight| weight / own.len() as f64).sum::<f64>();
     if own.is_empty() { 1.0 } else { rounded(mean, 2) }
 }

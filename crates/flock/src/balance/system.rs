@@ -28,7 +28,7 @@ impl<'n> System<'n> {
         let gives: Vec<f64> = (0..n)
             .map(|sheep| {
                 let through = state.throughput(network, sheep);
-                through / (state.fairness * state.scarcity[sheep])
+                through / (state.gives_way(network, sheep) * state.scarcity[sheep])
             })
             .collect();
         let diagonal: Vec<f64> = (0..2 * n).map(|at| (state.sums[at] + gives[at % n]).max(f64::MIN_POSITIVE)).collect();

@@ -7,6 +7,7 @@ use super::exact;
 use super::network::Network;
 use super::reach::Reach;
 use super::solve::{EXACT, fairest, nearest, resumed, settle};
+use crate::flock::Measure;
 
 /// The highest fairness short of infinity; above, shares differ from the fairest by a millionth at most.
 const HIGHEST: f64 = 1e6;
@@ -33,6 +34,8 @@ pub struct Terms {
     pub floor: f64,
     /// Whether equal weights are used in place of the written ones.
     pub afresh: bool,
+    /// The measure in which sheep should get what is wanted of them.
+    pub by: Measure,
 }
 
 /// The circulation for some terms.
@@ -51,7 +54,7 @@ pub(super) struct Solution {
 
 impl Default for Terms {
     fn default() -> Self {
-        Self { fairness: 3.0, floor: 12.0, afresh: false }
+        Self { fairness: 3.0, floor: 12.0, afresh: false, by: Measure::Visits }
     }
 }
 

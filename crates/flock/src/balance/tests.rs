@@ -2,11 +2,11 @@
 //!
 //! Owns the claims on what a balance is. Never looks into the search: its parts have their own tests.
 use super::{Balance, Suggestions, Terms};
-use crate::flock::Flock;
+use crate::flock::{Flock, Measure};
 use crate::graph::tests::manifest;
 use crate::manifest::{Manifest, SheepId};
 
-const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false };
+const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false, by: Measure::Visits };
 
 fn wanted(n: usize, arcs: &[(usize, usize, f64)], wants: &[f64]) -> Manifest {
     let mut manifest = manifest(n, arcs);
@@ -75,7 +75,7 @@ fn the_floor_is_held_by_the_weights_as_they_are_written() {
     let flock = Flock::new(manifest(9, &arcs));
     for floor in [0.5, 12.0, 500.0, 20_000.0] {
         for fairness in [0.3, 3.0, f64::INFINITY] {
-            let balance = Balance::of(&flock, Terms { fairness, floor, afresh: false }).unwrap();
+            let balance = Balance::of(&flock, Terms { fairness, floor, ..Terms::default() }).unwrap();
             let least = balance.weights.iter().map(|weight| weight.visits).fold(1.0, f64::min) * 630_000.0;
             assert!(least >= floor && balance.least_plays >= floor, "{least} of {floor} at {fairness}");
         }
@@ -117,4 +117,52 @@ fn what_is_perfect_gets_no_advice() {
     let ring: Vec<_> = (0..5).map(|at| (at, (at + 1) % 5, 1.0)).collect();
     let suggestions = Suggestions::of(&Flock::new(manifest(5, &ring)), Terms::default(), 3).unwrap();
     assert_eq!((suggestions.add.len(), suggestions.remove.len()), (0, 0));
+}
+
+const FAIREST_TIMES: Terms = Terms { by: Measure::Time, ..FAIREST };
+
+#[test]
+fn by_time_a_loop_that_is_shown_twice_needs_half_of_the_visits() {
+    let arcs = [(0, 0, 1.0), (0, 1, 1.0), (1, 0, 1.0), (1, 1, 1.0)];
+    let mut pair = manifest(2, &arcs);
+    pair.sheep[0].repeat = 2;
+    let flock = Flock::new(pair);
+    let balance = Balance::of(&flock, FAIREST_TIMES).unwrap();
+    assert!(balance.reachable && balance.worst_time_ratio.unwrap() < 1.0 + 1e-6, "{balance:?}");
+    assert!((balance.worst_ratio.unwrap() - 1.5).abs() < 1e-5, "{balance:?}");
+    for (sheep, visits) in balance.sheep.iter().zip([1.0 / 3.0, 2.0 / 3.0]) {
+        assert!((sheep.visits - visits).abs() < 1e-6 && (sheep.time - 0.5).abs() < 1e-6, "{sheep:?}");
+        assert!((sheep.wanted_visits - visits).abs() < 1e-12, "{sheep:?}");
+    }
+}
+
+#[test]
+fn by_time_a_hub_without_a_loop_is_in_nobodys_way() {
+    // Every second visit is the hub's: by visits that is far too many, by time it does not matter.
+    let star = [(0, 1, 5.0), (0, 2, 1.0), (0, 3, 1.0), (1, 0, 1.0), (2, 0, 1.0), (3, 0, 1.0)];
+    let mut manifest = wanted(4, &star, &[1.0, 1.0, 2.0, 3.0]);
+    manifest.sheep[0].clip = None;
+    let flock = Flock::new(manifest);
+    assert!(!Balance::of(&flock, FAIREST).unwrap().reachable);
+    let balance = Balance::of(&flock, FAIREST_TIMES).unwrap();
+    assert!(balance.reachable && balance.deficiency == 0.0, "{balance:?}");
+    for (sheep, time) in balance.sheep.iter().zip([0.0, 1.0 / 6.0, 2.0 / 6.0, 3.0 / 6.0]) {
+        assert!((sheep.time - time).abs() < 1e-6 && (sheep.time_want - time).abs() < 1e-12, "{sheep:?}");
+    }
+    let usual = Balance::of(&flock, Terms { by: Measure::Time, ..Terms::default() }).unwrap();
+    let before = crate::flock::FlockShares::of(&flock).unwrap().worst_time_ratio.unwrap();
+    assert!(usual.worst().unwrap() < 1.8 && before > 4.0, "{:?} {before}", usual.worst());
+}
+
+#[test]
+fn by_time_wants_out_of_reach_are_proved_in_visits() {
+    // The first has its loop shown four times at every visit: the second, to which it alone leads, is visited as often.
+    let mut ring = manifest(3, &[(0, 1, 1.0), (1, 2, 1.0), (1, 0, 1.0), (2, 0, 1.0), (2, 1, 1.0)]);
+    ring.sheep[1].repeat = 4;
+    let flock = Flock::new(ring);
+    let balance = Balance::of(&flock, FAIREST_TIMES).unwrap();
+    let stuck = balance.bottleneck.as_ref().unwrap();
+    assert_eq!((ids(&stuck.sheep), ids(&stuck.followers)), (vec!["s0".into()], vec!["s1".into()]));
+    // Of nine visits the first and the last should have four each, the second one.
+    assert!((balance.deficiency - 3.0 / 9.0).abs() < 1e-12, "{}", balance.deficiency);
 }

@@ -39,12 +39,11 @@ impl RoundedWeights {
     /// Weights by which `graph` carries `flow`, whose visits are `visits`; no visit more than the part `tolerance` off,
     /// no transition taken less than `least`.
     pub(super) fn new(graph: &Graph, flow: &[f64], visits: &[f64], tolerance: f64, least: f64) -> Option<Self> {
-        let exact = weights(graph, flow);
         let mut closest: Option<(f64, Self)> = None;
         let enough = (1.0 - tolerance.log10()).ceil() as usize;
         let tried = DIGITS.iter().filter(|&&digits| graph.len() <= LARGE || digits >= enough);
         for &digits in tried {
-            let weights: Vec<f64> = exact.iter().map(|&weight| rounded(weight, digits)).collect();
+            let weights: Vec<f64> = weights(graph, flow).into_iter().map(|weight| rounded(weight, digits)).collect();
             let reweighted = graph.reweighted(&weights);
             // What a few sweeps tell to be too far off need not be solved, unless it is the last to be tried.
             let is_last = digits == MAX_DIGITS || graph.len() > LARGE;

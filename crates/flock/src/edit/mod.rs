@@ -7,7 +7,7 @@
 //!
 //! - It writes every header of a kind like the first one: below `[[sheep]]`, `[[ "sheep" ]]` changes.
 //! - It drops a byte order mark and every `\r`. To convert line ends and back does not help a file that has both kinds.
-//! - A million weights take 4.6 GiB and 18 s of processor time; here 0.8 GiB and 5 s, including the checks of `dreams want`.
+//! - A million weights take 4.6 GiB and 18 s of processor time.
 //!
 //! Start at [`Edit::parse`].
 #![allow(
@@ -15,6 +15,7 @@
     reason = "a function that does not say otherwise fails with `EditError::UnknownSheep`"
 )]
 
+mod changes;
 mod layout;
 mod place;
 mod render;
@@ -22,14 +23,16 @@ mod splice;
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use timing::Rate;
 
-use crate::manifest::{Clip, ClipPath, Manifest, ManifestError, Sheep, SheepId, Transition};
+use crate::manifest::{Clip, ClipPath, MAX_REPEATS, Manifest, ManifestError, Sheep, SheepId, Transition};
+use changes::{Changes, NewValue};
 use layout::Layout;
-use render::{Pair, number, quoted};
+use render::{Pair, quoted};
 
 /// A manifest being edited: its text, and its new contents.
 ///
@@ -39,12 +42,11 @@ use render::{Pair, number, quoted};
 pub struct Edit {
     text: String,
     layout: Layout,
-    manifest: Manifest,
+    manifest: Arc<Manifest>,
     /// For each sheep and transition of `manifest`, its index among the entries of the text; `None` if it is new.
     sheep: Vec<Option<u32>>,
     transitions: Vec<Option<u32>>,
-    /// New values, or `None` for a removed key, by entry and the key's index in the order of writing.
-    changes: BTreeMap<(Kind, u32, u8), Option<String>>,
+    changes: Changes,
     lookup: Option<Lookup>,
 }
 
@@ -73,6 +75,12 @@ pub enum EditError {
         /// As given.
         found: f64,
     },
+    /// An invalid number of loops per visit.
+    #[error("a sheep is repeated 1 to {MAX_REPEATS} times, found `{found}`")]
+    Repeat {
+        /// As given.
+        found: u32,
+    },
     /// No such sheep.
     #[error("sheep `{id}` is not in the flock")]
     UnknownSheep {
@@ -90,7 +98,7 @@ pub enum EditError {
 }
 
 /// The two kinds of entries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Sheep,
     Transition,
@@ -118,7 +126,8 @@ impl Edit {
         let origins = |kind: Kind| (0..layout.entries(kind).spans.len() as u32).map(Some).collect::<Vec<_>>();
         let (sheep, transitions) = (origins(Kind::Sheep), origins(Kind::Transition));
         assert_eq!((sheep.len(), transitions.len()), (manifest.sheep.len(), manifest.transitions.len()), "entries");
-        Ok(Self { text, layout, manifest, sheep, transitions, changes: BTreeMap::new(), lookup: None })
+        let manifest = Arc::new(manifest);
+        Ok(Self { text, layout, manifest, sheep, transitions, changes: Changes::default(), lookup: None })
     }
 
     /// The manifest of a flock without sheep, of clips of `size` (width and height in pixels) and `fps` frames per second.
@@ -126,7 +135,8 @@ impl Edit {
         let text = render::head(name, size, fps);
         let manifest = Manifest { name: name.to_owned(), size, fps, sheep: Vec::new(), transitions: Vec::new() };
         let (layout, sheep, transitions) = (Layout::of(&text), Vec::new(), Vec::new());
-        Self { text, layout, manifest, sheep, transitions, changes: BTreeMap::new(), lookup: None }
+        let manifest = Arc::new(manifest);
+        Self { text, layout, manifest, sheep, transitions, changes: Changes::default(), lookup: None }
     }
 
     /// The contents of the edited text.
@@ -134,9 +144,24 @@ impl Edit {
         &self.manifest
     }
 
+    /// The same, to be kept: the next edit changes another one.
+    pub fn shared_manifest(&self) -> Arc<Manifest> {
+        Arc::clone(&self.manifest)
+    }
+
     /// The text with all edits. Other bytes are unchanged.
     pub fn text(&self) -> String {
-        place::text(self)
+        place::text(self, self.text.clone())
+    }
+
+    /// The same, in the memory of the text before. `None` if it does not read back as the contents of the edited text, which
+    /// is a bug.
+    pub fn into_text(mut self) -> Option<String> {
+        self.lookup = None;
+        let text = std::mem::take(&mut self.text);
+        let text = place::text(&self, text);
+        let Self { manifest, .. } = self;
+        manifest.is_written_in(&text).then_some(text)
     }
 
     /// Sets the weight of the transition from `from` to `to`.
@@ -147,8 +172,8 @@ impl Edit {
         positive("weight", weight)?;
         let at = self.transition(from, to)?;
         if self.manifest.transitions[at].weight.to_bits() != weight.to_bits() {
-            self.manifest.transitions[at].weight = weight;
-            self.change(Kind::Transition, at, [("weight", Some(number(weight)))]);
+            self.changed().transitions[at].weight = weight;
+            self.change(Kind::Transition, at, [("weight", NewValue::Number(weight))]);
         }
         Ok(())
     }
@@ -161,8 +186,24 @@ impl Edit {
         positive("want", want)?;
         let at = self.sheep(id)?;
         if self.manifest.sheep[at].want.to_bits() != want.to_bits() {
-            self.manifest.sheep[at].want = want;
-            self.change(Kind::Sheep, at, [("want", Some(number(want)))]);
+            self.changed().sheep[at].want = want;
+            self.change(Kind::Sheep, at, [("want", NewValue::Number(want))]);
+        }
+        Ok(())
+    }
+
+    /// Sets how often the loop of the sheep `id` is shown at each visit.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownSheep`]; [`EditError::Repeat`] unless `repeat` is from 1 to [`MAX_REPEATS`].
+    pub fn set_repeat(&mut self, id: &SheepId, repeat: u32) -> Result<(), EditError> {
+        if !(1..=MAX_REPEATS).contains(&repeat) {
+            return Err(EditError::Repeat { found: repeat });
+        }
+        let at = self.sheep(id)?;
+        if self.manifest.sheep[at].repeat != repeat {
+            self.changed().sheep[at].repeat = repeat;
+            self.change(Kind::Sheep, at, [("repeat", NewValue::written(repeat.to_string()))]);
         }
         Ok(())
     }
@@ -171,7 +212,7 @@ impl Edit {
     pub fn set_loop(&mut self, id: &SheepId, clip: Clip) -> Result<(), EditError> {
         let at = self.sheep(id)?;
         let changes = clip_changes(self.manifest.sheep[at].clip.as_ref(), &clip);
-        self.manifest.sheep[at].clip = Some(clip);
+        self.changed().sheep[at].clip = Some(clip);
         self.change(Kind::Sheep, at, changes);
         Ok(())
     }
@@ -180,8 +221,8 @@ impl Edit {
     pub fn set_genome(&mut self, id: &SheepId, genome: ClipPath) -> Result<(), EditError> {
         let at = self.sheep(id)?;
         if self.manifest.sheep[at].genome.as_ref() != Some(&genome) {
-            self.change(Kind::Sheep, at, [("genome", Some(quoted(genome.as_str())))]);
-            self.manifest.sheep[at].genome = Some(genome);
+            self.change(Kind::Sheep, at, [("genome", NewValue::written(quoted(genome.as_str())))]);
+            self.changed().sheep[at].genome = Some(genome);
         }
         Ok(())
     }
@@ -193,7 +234,7 @@ impl Edit {
     pub fn set_transition_clip(&mut self, from: &SheepId, to: &SheepId, clip: Clip) -> Result<(), EditError> {
         let at = self.transition(from, to)?;
         let changes = clip_changes(Some(&self.manifest.transitions[at].clip), &clip);
-        self.manifest.transitions[at].clip = clip;
+        self.changed().transitions[at].clip = clip;
         self.change(Kind::Transition, at, changes);
         Ok(())
     }
@@ -211,7 +252,7 @@ impl Edit {
         let lookup = self.lookup();
         let name = lookup.name(&sheep.id);
         lookup.sheep.insert(name, at);
-        self.manifest.sheep.push(sheep);
+        self.changed().sheep.push(sheep);
         self.sheep.push(None);
         Ok(())
     }
@@ -232,7 +273,7 @@ impl Edit {
         let lookup = self.lookup();
         let pair = (lookup.name(&transition.from), lookup.name(&transition.to));
         lookup.transitions.insert(pair, at);
-        self.manifest.transitions.push(transition);
+        self.changed().transitions.push(transition);
         self.transitions.push(None);
         Ok(())
     }
@@ -241,10 +282,26 @@ impl Edit {
     ///
     /// An entry is removed with its lines, from its header to its last key; comments above and below it stay.
     pub fn drop_sheep(&mut self, id: &SheepId) -> Result<(), EditError> {
-        self.sheep(id)?;
-        keep(&mut self.manifest.sheep, &mut self.sheep, |sheep| sheep.id != *id);
-        self.drop_transitions(|t| t.from == *id || t.to == *id);
+        self.drop_all(&BTreeSet::from([id.clone()]))
+    }
+
+    /// Drops all the sheep `ids`, as [`Edit::drop_sheep`] each of them, or none if one is not in the flock.
+    pub fn drop_all(&mut self, ids: &BTreeSet<SheepId>) -> Result<(), EditError> {
+        ids.iter().try_for_each(|id| self.sheep(id).map(drop))?;
+        keep(&mut Arc::make_mut(&mut self.manifest).sheep, &mut self.sheep, |sheep| !ids.contains(&sheep.id));
+        self.keep_transitions(|t| !ids.contains(&t.from) && !ids.contains(&t.to));
         Ok(())
+    }
+
+    /// Keeps the sheep `ids`, the transitions among them, and nothing else: of duplicates the first.
+    pub fn keep_only(&mut self, ids: &BTreeSet<SheepId>) {
+        let (mut seen, mut seen_pairs) = (HashSet::new(), HashSet::new());
+        keep(&mut Arc::make_mut(&mut self.manifest).sheep, &mut self.sheep, |sheep| {
+            ids.contains(&sheep.id) && seen.insert(sheep.id.clone())
+        });
+        self.keep_transitions(|t| {
+            ids.contains(&t.from) && ids.contains(&t.to) && seen_pairs.insert((t.from.clone(), t.to.clone()))
+        });
     }
 
     /// Drops the transition from `from` to `to`.
@@ -253,7 +310,17 @@ impl Edit {
     /// [`EditError::UnknownTransition`].
     pub fn drop_transition(&mut self, from: &SheepId, to: &SheepId) -> Result<(), EditError> {
         self.transition(from, to)?;
-        self.drop_transitions(|t| t.from == *from && t.to == *to);
+        self.keep_transitions(|t| t.from != *from || t.to != *to);
+        Ok(())
+    }
+
+    /// Drops all the transitions between `pairs`, or none if one is not in the flock.
+    ///
+    /// # Errors
+    /// [`EditError::UnknownTransition`].
+    pub fn drop_transitions(&mut self, pairs: &BTreeSet<(SheepId, SheepId)>) -> Result<(), EditError> {
+        pairs.iter().try_for_each(|(from, to)| self.transition(from, to).map(drop))?;
+        self.keep_transitions(|t| !pairs.contains(&(t.from.clone(), t.to.clone())));
         Ok(())
     }
 
@@ -266,15 +333,15 @@ impl Edit {
         if self.sheep(new).is_ok() {
             return Err(EditError::DuplicateSheep { id: new.clone() });
         }
-        let id = || Some(quoted(new.as_str()));
+        let id = || NewValue::written(quoted(new.as_str()));
         for at in 0..self.manifest.sheep.len() {
             if self.manifest.sheep[at].id == *old {
-                self.manifest.sheep[at].id = new.clone();
+                self.changed().sheep[at].id = new.clone();
                 self.change(Kind::Sheep, at, [("id", id())]);
             }
         }
         for at in 0..self.manifest.transitions.len() {
-            let Transition { from, to, .. } = &mut self.manifest.transitions[at];
+            let Transition { from, to, .. } = &mut self.changed().transitions[at];
             let (starts, ends) = (from == old, to == old);
             if starts {
                 *from = new.clone();
@@ -289,17 +356,22 @@ impl Edit {
         Ok(())
     }
 
-    fn drop_transitions(&mut self, goes: impl Fn(&Transition) -> bool) {
-        keep(&mut self.manifest.transitions, &mut self.transitions, |transition| !goes(transition));
+    /// The contents, to be edited.
+    fn changed(&mut self) -> &mut Manifest {
+        Arc::make_mut(&mut self.manifest)
+    }
+
+    fn keep_transitions(&mut self, stays: impl FnMut(&Transition) -> bool) {
+        keep(&mut Arc::make_mut(&mut self.manifest).transitions, &mut self.transitions, stays);
         self.lookup = None;
     }
 
     /// Records changes of keys of the entry of `kind` at `at`, if it is in the text.
-    fn change(&mut self, kind: Kind, at: usize, changes: impl IntoIterator<Item = (&'static str, Option<String>)>) {
+    fn change(&mut self, kind: Kind, at: usize, changes: impl IntoIterator<Item = (&'static str, NewValue)>) {
         let Some(entry) = self.origins(kind)[at] else { return };
         for (key, value) in changes {
             let place = kind.keys().iter().position(|known| *known == key).expect("a key of its kind");
-            self.changes.insert((kind, entry, place as u8), value);
+            self.changes.put(kind, entry, place as u8, value);
         }
     }
 
@@ -390,19 +462,26 @@ impl Lookup {
 }
 
 /// What becomes of the keys of a clip.
-fn clip_changes(old: Option<&Clip>, new: &Clip) -> Vec<(&'static str, Option<String>)> {
+fn clip_changes(old: Option<&Clip>, new: &Clip) -> Vec<(&'static str, NewValue)> {
     let stood = old.map(render::clip).unwrap_or_default();
     let stands = render::clip(new);
-    let gone =
-        stood.iter().filter(|(key, _)| stands.iter().all(|(other, _)| key != other)).map(|(key, _)| (*key, None));
-    let changed = stands.iter().filter(|pair| !stood.contains(pair)).map(|(key, value)| (*key, Some(value.clone())));
+    let gone = stood
+        .iter()
+        .filter(|(key, _)| stands.iter().all(|(other, _)| key != other))
+        .map(|(key, _)| (*key, NewValue::Gone));
+    let changed =
+        stands.iter().filter(|pair| !stood.contains(pair)).map(|(key, value)| (*key, NewValue::written(value.clone())));
     gone.chain(changed).collect()
 }
 
-fn keep<T>(items: &mut Vec<T>, origins: &mut Vec<Option<u32>>, stays: impl Fn(&T) -> bool) {
-    let mut origin = items.iter().map(&stays).collect::<Vec<_>>().into_iter();
-    origins.retain(|_| origin.next().unwrap_or_default());
-    items.retain(stays);
+fn keep<T>(items: &mut Vec<T>, origins: &mut Vec<Option<u32>>, mut stays: impl FnMut(&T) -> bool) {
+    let mut kept = Vec::with_capacity(items.len());
+    items.retain(|item| {
+        kept.push(stays(item));
+        kept.last() == Some(&true)
+    });
+    let mut kept = kept.into_iter();
+    origins.retain(|_| kept.next().unwrap_or_default());
 }
 
 fn positive(what: &'static str, found: f64) -> Result<(), EditError> {

@@ -8,44 +8,41 @@
 use std::iter;
 use std::ops::Range;
 
+use super::changes::{Change, NewValue};
 use super::layout::{Entries, Field, Form, Layout, comma, fields};
 use super::render::Pair;
 use super::splice::Splice;
 use super::{Edit, Kind};
 
-/// The text of `edit` with all edits made.
-pub(super) fn text(edit: &Edit) -> String {
+/// `text`, which is that of `edit`, with all edits made.
+pub(super) fn text(edit: &Edit, text: String) -> String {
     let mut splice = Splice::default();
     let mut gone = Vec::new();
     for kind in [Kind::Sheep, Kind::Transition] {
         let entries = edit.layout.entries(kind);
         let mut stays = vec![false; entries.spans.len()];
         edit.origins(kind).iter().flatten().for_each(|at| stays[*at as usize] = true);
-        change_entries(edit, kind, &stays, &mut splice);
+        change_entries(edit, &text, kind, &stays, &mut splice);
         if let Form::Inline(_) = entries.form {
-            cut_in_array(&edit.text, entries, &stays, &mut splice);
+            cut_in_array(&text, entries, &stays, &mut splice);
         } else {
             gone.extend(entries.spans.iter().zip(stays).filter(|(_, stays)| !stays).map(|(span, _)| span.clone()));
         }
     }
-    cut_below(&edit.text, gone, &mut splice);
-    [Kind::Sheep, Kind::Transition].into_iter().fold(splice.join(&edit.text), |text, kind| {
+    cut_below(&text, gone, &mut splice);
+    [Kind::Sheep, Kind::Transition].into_iter().fold(splice.join(text), |text, kind| {
         let added = edit.added(kind);
-        if added.is_empty() { text } else { add_entries(&text, kind, &added) }
+        if added.is_empty() { text } else { add_entries(text, kind, &added) }
     })
 }
 
 /// Changes the values of the entries of `kind` that stay.
-fn change_entries(edit: &Edit, kind: Kind, stays: &[bool], splice: &mut Splice) {
-    let mut changes = edit.changes.range((kind, 0, 0)..=(kind, u32::MAX, u8::MAX)).peekable();
-    while let Some(((_, at, key), value)) = changes.next() {
-        let mut of_entry = vec![(*key, value.as_deref())];
-        while let Some(((_, _, key), value)) = changes.next_if(|((_, other, _), _)| other == at) {
-            of_entry.push((*key, value.as_deref()));
-        }
-        if stays[*at as usize] {
-            let span = &edit.layout.entries(kind).spans[*at as usize];
-            change_entry(&edit.text, edit.layout.newline, span, kind.keys(), &of_entry, splice);
+fn change_entries(edit: &Edit, text: &str, kind: Kind, stays: &[bool], splice: &mut Splice) {
+    let spans = &edit.layout.entries(kind).spans;
+    for of_entry in edit.changes.of(kind).chunk_by(|one, next| one.entry == next.entry) {
+        let at = of_entry[0].entry as usize;
+        if stays[at] {
+            change_entry(text, edit.layout.newline, &spans[at], kind.keys(), of_entry, splice);
         }
     }
 }
@@ -56,17 +53,19 @@ fn change_entry(
     newline: &str,
     span: &Range<usize>,
     keys: &[&str],
-    changes: &[(u8, Option<&str>)],
+    changes: &[&Change],
     splice: &mut Splice,
 ) {
     let headed = text[span.clone()].starts_with('[');
     let fields = fields(text, span);
     let place = |field: &Field| keys.iter().position(|key| *key == field.name).unwrap_or_default();
-    let goes = |field: &Field| changes.iter().any(|(key, value)| value.is_none() && *key as usize == place(field));
-    for (key, value) in changes {
+    let goes = |field: &Field| {
+        changes.iter().any(|change| change.value == NewValue::Gone && change.key as usize == place(field))
+    };
+    for Change { key, value, .. } in changes {
         let stands = fields.iter().find(|field| place(field) == *key as usize);
-        match (stands, value) {
-            (Some(field), Some(value)) => splice.put(field.value.clone(), *value),
+        match (stands, value.text()) {
+            (Some(field), Some(value)) => splice.put(field.value.clone(), &value),
             (Some(field), None) if headed => splice.cut(whole_line(text, field.key.start..field.end)),
             (Some(field), None) => cut_field(text, field, splice),
             (None, None) => {}
@@ -80,7 +79,7 @@ fn change_entry(
                 } else {
                     (anchor.value.end, ", ".to_owned())
                 };
-                splice.put(at..at, lead + &Style::of(text, Some(anchor)).pair(key, value));
+                splice.put(at..at, &(lead + &Style::of(text, Some(anchor)).pair(key, &value)));
             }
         }
     }
@@ -152,13 +151,13 @@ fn with_gap(text: &str, span: Range<usize>) -> Range<usize> {
 }
 
 /// Adds entries of `kind` to `text`.
-fn add_entries(text: &str, kind: Kind, added: &[Vec<Pair>]) -> String {
-    let layout = Layout::of(text);
+fn add_entries(text: String, kind: Kind, added: &[Vec<Pair>]) -> String {
+    let layout = Layout::of(&text);
     let entries = layout.entries(kind);
     let mut splice = Splice::default();
     match &entries.form {
-        Form::Inline(array) => add_in_array(text, entries, array, layout.newline, added, &mut splice),
-        Form::Absent | Form::Headed => add_below(text, kind, &layout, added, &mut splice),
+        Form::Inline(array) => add_in_array(&text, entries, array, layout.newline, added, &mut splice),
+        Form::Absent | Form::Headed => add_below(&text, kind, &layout, added, &mut splice),
     }
     splice.join(text)
 }
@@ -184,10 +183,10 @@ fn add_below(text: &str, kind: Kind, layout: &Layout, added: &[Vec<Pair>], splic
     let blocks = added.iter().map(block).collect::<Vec<_>>().join(newline);
     if let Some(span) = last {
         let at = end_of_notes(text, span.end);
-        splice.put(at..at, format!("{newline}{blocks}"));
+        splice.put(at..at, &format!("{newline}{blocks}"));
     } else {
         let ended = if text.is_empty() || text.ends_with('\n') { "" } else { newline };
-        splice.put(text.len()..text.len(), format!("{ended}{blocks}{newline}"));
+        splice.put(text.len()..text.len(), &format!("{ended}{blocks}{newline}"));
     }
 }
 
@@ -214,7 +213,7 @@ fn add_in_array(
     let added: Vec<String> = added.iter().map(entry).collect();
     let Some(last) = last else {
         let at = array.start + 1;
-        return splice.put(at..at, added.join(", "));
+        return splice.put(at..at, &added.join(", "));
     };
     let closing = comma(text, entries.gap(entries.spans.len() - 1));
     let ended = closing.as_ref().map_or(last.end, |comma| comma.end);
@@ -228,11 +227,11 @@ fn add_in_array(
         if closing.is_none() {
             splice.put(last.end..last.end, ",");
         }
-        splice.put(at..at, format!("{lead}{}{closing_comma}", added.join(&format!(",{lead}"))));
+        splice.put(at..at, &format!("{lead}{}{closing_comma}", added.join(&format!(",{lead}"))));
     } else if closing.is_some() {
-        splice.put(ended..ended, format!(" {},", added.join(", ")));
+        splice.put(ended..ended, &format!(" {},", added.join(", ")));
     } else {
-        splice.put(ended..ended, format!(", {}", added.join(", ")));
+        splice.put(ended..ended, &format!(", {}", added.join(", ")));
     }
 }
 

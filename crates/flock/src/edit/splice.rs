@@ -6,12 +6,19 @@ use std::ops::Range;
 
 /// Replacements in a text, in any order.
 #[derive(Debug, Default)]
-pub(super) struct Splice(Vec<(Range<usize>, String)>);
+pub(super) struct Splice {
+    /// The bytes that are replaced, and where what takes their place stands in `new`.
+    parts: Vec<(Range<usize>, Range<usize>)>,
+    /// All that is put in. There may be a million parts, of a few bytes each.
+    new: String,
+}
 
 impl Splice {
     /// Puts `new` in place of the bytes at `old`; of several at the same place the first put comes first.
-    pub(super) fn put(&mut self, old: Range<usize>, new: impl Into<String>) {
-        self.0.push((old, new.into()));
+    pub(super) fn put(&mut self, old: Range<usize>, new: &str) {
+        let start = self.new.len();
+        self.new.push_str(new);
+        self.parts.push((old, start..self.new.len()));
     }
 
     /// Takes the bytes at `old` away, and with them whatever else is put there.
@@ -19,22 +26,31 @@ impl Splice {
         self.put(old, "");
     }
 
-    /// `text` with everything in its place.
-    pub(super) fn join(mut self, text: &str) -> String {
+    /// `text` with everything in its place, in the memory of `text`: there may not be enough for two of them.
+    pub(super) fn join(mut self, text: String) -> String {
+        if self.parts.is_empty() {
+            return text;
+        }
         // What is put before a cut's first byte stays.
-        self.0.sort_by_key(|(old, _)| (old.start, old.end));
-        let new: usize = self.0.iter().map(|(_, new)| new.len()).sum();
-        let mut joined = String::with_capacity(text.len() + new);
-        let mut done = 0;
-        for (old, new) in &self.0 {
+        self.parts.sort_by_key(|(old, _)| (old.start, old.end));
+        let (mut bytes, more) = (text.into_bytes(), self.new.len());
+        let end = bytes.len();
+        // The text moves up by all that is put in: so the place that is written to never comes up with the one that is read.
+        bytes.reserve_exact(more);
+        bytes.resize(end + more, 0);
+        bytes.copy_within(..end, more);
+        let (mut done, mut written) = (0, 0);
+        for (old, new) in self.parts.into_iter().chain([(end..end, 0..0)]) {
             if old.start >= done {
-                joined.push_str(&text[done..old.start]);
-                joined.push_str(new);
+                bytes.copy_within(more + done..more + old.start, written);
+                written += old.start - done;
+                bytes[written..written + new.len()].copy_from_slice(&self.new.as_bytes()[new.clone()]);
+                written += new.len();
             }
             done = done.max(old.end);
         }
-        joined.push_str(&text[done..]);
-        joined
+        bytes.truncate(written);
+        String::from_utf8(bytes).expect("parts of texts are texts")
     }
 }
 
@@ -48,8 +64,26 @@ mod tests {
         splice.put(3..4, "D");
         splice.put(1..1, "x");
         splice.put(1..1, "y");
-        assert_eq!(splice.join("abcde"), "axybcDe");
-        assert_eq!(Splice::default().join("abcde"), "abcde");
+        assert_eq!(splice.join("abcde".to_owned()), "axybcDe");
+        assert_eq!(Splice::default().join("abcde".to_owned()), "abcde");
+    }
+
+    #[test]
+    fn a_text_may_become_longer_or_shorter_by_far() {
+        for (old, new) in
+            [(0..0, "0123456789"), (3..3, "0123456789"), (0..5, "x"), (1..4, ""), (5..5, "!"), (2..3, "ää")]
+        {
+            let mut splice = Splice::default();
+            splice.put(old.clone(), new);
+            splice.put(4..5, "y");
+            let mut expected = "abcdy".to_owned();
+            match old.end {
+                5 if old.start == 5 => expected.push_str(new),
+                5 => expected = new.to_owned(),
+                _ => expected.replace_range(old, new),
+            }
+            assert_eq!(splice.join("abcde".to_owned()), expected);
+        }
     }
 
     #[test]
@@ -60,6 +94,6 @@ mod tests {
         splice.cut(3..5);
         splice.put(5..5, "!");
         splice.put(1..1, "?");
-        assert_eq!(splice.join("abcdef"), "a?!f");
+        assert_eq!(splice.join("abcdef".to_owned()), "a?!f");
     }
 }

@@ -5,13 +5,26 @@
 //!
 //! Start at [`FlockShares::of`].
 
+use std::fmt;
+
 use super::Flock;
-use crate::manifest::SheepId;
+use crate::manifest::{Sheep, SheepId};
 
 /// Seconds in a minute.
 const MINUTE_S: f64 = 60.0;
 /// Minutes in a day.
 const DAY_MINUTES: f64 = 1440.0;
+
+/// The measure in which sheep get what they are wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measure {
+    /// How often a sheep is visited.
+    #[default]
+    Visits,
+    /// How long a sheep's loop is shown, repeats included. A sheep without a loop has no time, and its want means nothing.
+    Time,
+}
 
 /// The long-run figures of a flock: the answer of `dreams share`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -22,6 +35,8 @@ pub struct FlockShares<'f> {
     pub transitions: Vec<TransitionShare<'f>>,
     /// The worst of visits/want and want/visits; `None` if a sheep is never visited.
     pub worst_ratio: Option<f64>,
+    /// The worst of `time/time_want` and `time_want/time` of all sheep with a loop; `None` if one of them is never shown.
+    pub worst_time_ratio: Option<f64>,
     /// The entropy of the visits, in bits: that of `2^entropy` equally frequent sheep.
     pub entropy_bits: f64,
     /// The mean time from one visit's start to the next one's, any sheep's, in minutes.
@@ -43,6 +58,8 @@ pub struct SheepShare<'f> {
     pub time: f64,
     /// The fraction of visits that the artist wishes. Those of all sheep sum to 1.
     pub want: f64,
+    /// The same of `time`: the part of the wants of all sheep with a loop. 0 without a loop.
+    pub time_want: f64,
     /// The mean time from the start of one visit to the start of its next, in minutes; `None` if it never comes back.
     pub return_minutes: Option<f64>,
     /// How long its loop is lit in a day of playing, in minutes.
@@ -71,8 +88,9 @@ impl<'f> FlockShares<'f> {
             exits.map(|exit| shares.taken(exit) * flock.seconds(&flock.transition(exit).clip)).sum();
         let step_s = loops_s + transitions_s;
         let wants = parts(&written(flock, |at| flock.manifest().sheep[at].want));
-        let sheep: Vec<SheepShare<'f>> = (flock.whole().sheep().zip(wants))
-            .map(|(sheep, want)| {
+        let time_wants = parts(&written(flock, |at| time_want(&flock.manifest().sheep[at])));
+        let sheep: Vec<SheepShare<'f>> = (flock.whole().sheep().zip(wants.into_iter().zip(time_wants)))
+            .map(|(sheep, (want, time_want))| {
                 let id = flock.whole().id(sheep);
                 let played = graph.find(id);
                 let visits = played.map_or(0.0, |sheep| shares.visits(sheep));
@@ -80,12 +98,15 @@ impl<'f> FlockShares<'f> {
                 let time = if lit_s > 0.0 { lit_s / loops_s } else { 0.0 };
                 let return_minutes = Some(step_s / visits / MINUTE_S).filter(|minutes| minutes.is_finite());
                 let minutes_a_day = if lit_s > 0.0 { DAY_MINUTES * (lit_s / step_s) } else { 0.0 };
-                SheepShare { id, visits, time, want, return_minutes, minutes_a_day }
+                SheepShare { id, visits, time, want, time_want, return_minutes, minutes_a_day }
             })
             .collect();
-        let worst = sheep.iter().map(SheepShare::off).fold(1.0, f64::max);
+        let worst = |measure| sheep.iter().map(|sheep: &SheepShare| sheep.off(measure)).fold(1.0, f64::max);
+        let [visits, time] =
+            [Measure::Visits, Measure::Time].map(worst).map(|worst| Some(worst).filter(|w| w.is_finite()));
         Some(Self {
-            worst_ratio: worst.is_finite().then_some(worst),
+            worst_ratio: visits,
+            worst_time_ratio: time,
             entropy_bits: shares.entropy_bits(),
             step_minutes: step_s / MINUTE_S,
             off_by: Some(shares.off_by()).filter(|part| part.is_finite()),
@@ -93,14 +114,52 @@ impl<'f> FlockShares<'f> {
             sheep,
         })
     }
+
+    /// The worst ratio in `measure`.
+    pub fn worst(&self, measure: Measure) -> Option<f64> {
+        match measure {
+            Measure::Visits => self.worst_ratio,
+            Measure::Time => self.worst_time_ratio,
+        }
+    }
 }
 
 impl SheepShare<'_> {
-    /// How far its visits are from its want: the larger of visits/want and want/visits, at least 1, infinite if it is
-    /// never visited.
-    pub fn off(&self) -> f64 {
-        (self.visits / self.want).max(self.want / self.visits)
+    /// Its share and its want in `measure`.
+    pub fn share_and_want(&self, measure: Measure) -> (f64, f64) {
+        match measure {
+            Measure::Visits => (self.visits, self.want),
+            Measure::Time => (self.time, self.time_want),
+        }
     }
+
+    /// How far its share is from its want: the larger of share/want and want/share, at least 1, infinite if it is never
+    /// shown; 1 if it has no time to want.
+    pub fn off(&self, measure: Measure) -> f64 {
+        let (share, want) = self.share_and_want(measure);
+        measure.off(share, want)
+    }
+}
+
+impl fmt::Display for Measure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Visits => "visits",
+            Self::Time => "time",
+        })
+    }
+}
+
+impl Measure {
+    /// How far `share` is from `want`, as [`SheepShare::off`].
+    pub(crate) fn off(self, share: f64, want: f64) -> f64 {
+        if self == Self::Time && want == 0.0 { 1.0 } else { (share / want).max(want / share) }
+    }
+}
+
+/// What is wanted of the time of `sheep`, relative to the others; 0 without a loop.
+pub(crate) fn time_want(sheep: &Sheep) -> f64 {
+    if sheep.clip.is_some() { sheep.want } else { 0.0 }
 }
 
 /// A figure of every sheep, in the order of their ids.
@@ -109,11 +168,11 @@ fn written(flock: &Flock, figure: impl Fn(usize) -> f64) -> Vec<f64> {
     whole.sheep().map(|sheep| figure(whole.sheep_in_manifest(sheep))).collect()
 }
 
-/// The positive `figures` as parts of their sum, which may be infinite.
+/// The `figures`, 0 or more, as parts of their sum, which may be infinite.
 fn parts(figures: &[f64]) -> Vec<f64> {
-    let most = figures.iter().copied().fold(0.0, f64::max);
+    let most = figures.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let total: f64 = figures.iter().map(|figure| figure / most).sum();
-    figures.iter().map(|figure| figure / most / total).collect()
+    figures.iter().map(|figure| if *figure > 0.0 { figure / most / total } else { 0.0 }).collect()
 }
 
 fn transitions(flock: &Flock) -> Vec<TransitionShare<'_>> {
@@ -159,6 +218,7 @@ mod tests {
         assert!((b.return_minutes.unwrap() - 350.0 / 60.0).abs() < 1e-12);
         assert!((a.minutes_a_day - 1440.0 * 40.0 / 70.0).abs() < 1e-9);
         assert_eq!(told.worst_ratio, Some(0.75 / 0.2));
+        assert!((told.worst_time_ratio.unwrap() - 0.75 * 45.0 / 5.0).abs() < 1e-12);
         let taken: Vec<_> = told.transitions.iter().map(|t| (t.from.as_str(), t.to.as_str(), t.visits)).collect();
         assert_eq!(taken, [("s0", "s0", 0.8 * 0.75), ("s0", "s1", 0.8 * 0.25), ("s1", "s0", 0.2)]);
     }
@@ -168,7 +228,7 @@ mod tests {
         let flock = Flock::new(manifest(3, &[(0, 1, 1.0), (1, 0, 1.0), (1, 2, 1.0)]));
         let told = FlockShares::of(&flock).unwrap();
         assert_eq!((told.sheep[2].visits, told.sheep[2].time, told.sheep[2].return_minutes), (0.0, 0.0, None));
-        assert_eq!((told.worst_ratio, told.transitions[2].visits), (None, 0.0));
+        assert_eq!((told.worst_ratio, told.worst_time_ratio, told.transitions[2].visits), (None, None, 0.0));
         assert!((told.entropy_bits - 1.0).abs() < 1e-15);
     }
 
@@ -179,6 +239,8 @@ mod tests {
         let flock = Flock::new(ring.clone());
         let told = FlockShares::of(&flock).unwrap();
         assert_eq!((told.sheep[0].visits, told.sheep[0].time, told.sheep[1].time), (0.5, 0.0, 1.0));
+        // All the time that is wanted is the other's.
+        assert_eq!((told.sheep[0].time_want, told.sheep[1].time_want, told.worst_time_ratio), (0.0, 1.0, Some(1.0)));
         ring.sheep[1].clip = None;
         let bare = Flock::new(ring);
         assert!(FlockShares::of(&bare).unwrap().sheep.iter().all(|sheep| sheep.time == 0.0));

@@ -6,15 +6,18 @@
 
 mod faults;
 mod flock_shares;
+mod parts;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::graph::{Exit, Graph, SheepIx, Structure};
 use crate::manifest::{Clip, Manifest, Sheep, SheepId, Transition};
 use crate::shares::Shares;
 use faults::faults;
 pub use faults::{Fault, FaultKind, forced_repeats};
-pub use flock_shares::{FlockShares, SheepShare, TransitionShare};
+pub(crate) use flock_shares::time_want;
+pub use flock_shares::{FlockShares, Measure, SheepShare, TransitionShare};
+pub use parts::{Bridge, Part, Parts};
 
 /// The context of [`Flock::hash`]: it changes with the rules of the walk.
 const HASH_CONTEXT: &str = "dreams flock walk 1";
@@ -25,7 +28,9 @@ const HASH_CONTEXT: &str = "dreams flock walk 1";
 /// played as the loop of one sheep.
 #[derive(Clone, Debug)]
 pub struct Flock {
-    manifest: Manifest,
+    manifest: Arc<Manifest>,
+    /// Transitions that the manifest does not have: its graphs count them behind those that it has.
+    added: Vec<Transition>,
     graph: Graph,
     /// The whole graph, if a part of it is not played.
     whole: Option<Graph>,
@@ -38,8 +43,34 @@ pub struct Flock {
 
 impl Flock {
     /// Builds the graph of `manifest`, without its faults.
-    pub fn new(manifest: Manifest) -> Self {
+    pub fn new(manifest: impl Into<Arc<Manifest>>) -> Self {
+        let manifest = manifest.into();
         let whole = Graph::new(&manifest);
+        Self::of(manifest, Vec::new(), whole)
+    }
+
+    /// The flock with one more transition, which is not in its manifest. As it is if there is such a transition, or if one
+    /// of its sheep is not there.
+    #[must_use]
+    pub(crate) fn with_transition(&self, transition: Transition) -> Self {
+        let whole = self.whole();
+        let Some((from, to)) = whole.find(&transition.from).zip(whole.find(&transition.to)) else {
+            return self.clone();
+        };
+        let written = self.manifest.transitions.len() + self.added.len();
+        let whole = whole.with_exit(from, to, transition.weight, written as u32);
+        let added = self.added.iter().cloned().chain([transition]).collect();
+        Self::of(Arc::clone(&self.manifest), added, whole)
+    }
+
+    /// The flock without the transition `exit` of its whole graph, which stays in its manifest.
+    #[must_use]
+    pub(crate) fn without_transition(&self, exit: Exit) -> Self {
+        Self::of(Arc::clone(&self.manifest), self.added.clone(), self.whole().without_exit(exit))
+    }
+
+    /// The flock of `manifest` and the transitions `added` to it, whose graph is `whole`.
+    fn of(manifest: Arc<Manifest>, added: Vec<Transition>, whole: Graph) -> Self {
         let structure = Structure::of(&whole);
         let played = if let Some(class) = structure.playable().first() {
             let plays_all = class.len() == whole.len();
@@ -54,7 +85,7 @@ impl Flock {
             None => (whole, None),
         };
         let hash = hash(&graph);
-        Self { manifest, graph, whole, faults: OnceLock::new(), shares: OnceLock::new(), hash }
+        Self { manifest, added, graph, whole, faults: OnceLock::new(), shares: OnceLock::new(), hash }
     }
 
     /// As written.
@@ -115,7 +146,18 @@ impl Flock {
 
     /// The transition as written.
     pub fn transition(&self, exit: Exit) -> &Transition {
-        &self.manifest.transitions[self.graph.transition_in_manifest(exit)]
+        self.written(self.graph.transition_in_manifest(exit))
+    }
+
+    /// The transitions of the manifest, then those that it does not have.
+    pub(crate) fn transitions(&self) -> impl Iterator<Item = &Transition> {
+        self.manifest.transitions.iter().chain(&self.added)
+    }
+
+    /// The transition at this place of the manifest, or behind it.
+    pub(crate) fn written(&self, at: usize) -> &Transition {
+        let transitions = &self.manifest.transitions;
+        transitions.get(at).unwrap_or_else(|| &self.added[at - transitions.len()])
     }
 
     /// The id of `sheep`.

@@ -116,13 +116,54 @@ impl Graph {
         Self::from_arcs(ids, written, &arcs)
     }
 
+    /// The same sheep with one more transition, the manifest's at `written`. The same graph if there is one between the two.
+    #[must_use]
+    pub(crate) fn with_exit(&self, from: SheepIx, to: SheepIx, weight: f64, written: u32) -> Self {
+        let (mut new, row) = (self.clone(), self.row(from));
+        let Err(at) = self.target[row.clone()].binary_search(&to) else { return new };
+        new.target.insert(row.start + at, to);
+        new.weight.insert(row.start + at, weight);
+        new.chance.insert(row.start + at, 0.0);
+        new.exit_written.insert(row.start + at, written);
+        new.first[from.index() + 1..].iter_mut().for_each(|first| *first += 1);
+        new.count_chances(from);
+        new
+    }
+
+    /// The same sheep without the transition `exit`.
+    #[must_use]
+    pub(crate) fn without_exit(&self, exit: Exit) -> Self {
+        let mut new = self.clone();
+        let from = SheepIx(self.first.partition_point(|&first| first <= exit.0) as u32 - 1);
+        new.target.remove(exit.index());
+        new.weight.remove(exit.index());
+        new.chance.remove(exit.index());
+        new.exit_written.remove(exit.index());
+        new.first[from.index() + 1..].iter_mut().for_each(|first| *first -= 1);
+        new.count_chances(from);
+        new
+    }
+
+    /// Computes the probabilities of the exits of `sheep`.
+    fn count_chances(&mut self, sheep: SheepIx) {
+        let row = self.row(sheep);
+        for (at, chance) in row.clone().zip(chances(&self.weight[row])) {
+            self.chance[at] = chance;
+        }
+    }
+
     /// The same sheep and transitions with other weights, by the ordinals of exits; each finite and above 0.
     #[must_use]
     pub(crate) fn reweighted(&self, weights: &[f64]) -> Self {
-        let mut new = self.clone();
-        new.weight = weights.to_vec();
-        new.chance = self.sheep().flat_map(|sheep| chances(&weights[self.row(sheep)])).collect();
-        new
+        Self {
+            ids: self.ids.clone(),
+            sheep_written: self.sheep_written.clone(),
+            first: self.first.clone(),
+            target: self.target.clone(),
+            weight: weights.to_vec(),
+            chance: self.sheep().flat_map(|sheep| chances(&weights[self.row(sheep)])).collect(),
+            exit_written: self.exit_written.clone(),
+        }
     }
 
     fn from_arcs(ids: Vec<SheepId>, sheep_written: Vec<u32>, arcs: &[Arc]) -> Self {
@@ -278,6 +319,20 @@ pub(crate) mod tests {
         for graph in [graph.reweighted(&[least; 3]), graph] {
             assert_eq!([0, 1, 2].map(|exit| graph.chance(Exit(exit)).to_bits()), [0.5, 0.5, 1.0].map(f64::to_bits));
         }
+    }
+
+    #[test]
+    fn a_transition_more_or_less_gives_the_graph_that_the_manifest_would() {
+        let arcs = [(0, 1, 1.0), (1, 2, 3.0), (1, 0, 1.0), (2, 0, 1.0)];
+        let graph = Graph::new(&manifest(4, &arcs));
+        for (from, to) in [(0, 0), (0, 3), (1, 1), (3, 0), (2, 3)] {
+            let more = graph.with_exit(SheepIx(from), SheepIx(to), 0.7, 4);
+            let all = [&arcs[..], &[(from as usize, to as usize, 0.7)]].concat();
+            assert_eq!(more, Graph::new(&manifest(4, &all)));
+            let exit = more.between(SheepIx(from), SheepIx(to)).unwrap();
+            assert_eq!(more.without_exit(exit), graph);
+        }
+        assert_eq!(graph.with_exit(SheepIx(1), SheepIx(0), 0.7, 4), graph);
     }
 
     #[test]

@@ -16,6 +16,7 @@
 mod excerpt;
 mod names;
 mod plain;
+mod plain_manifest;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -29,8 +30,9 @@ use timing::{FrameCount, Rate};
 use toml::de::DeTable;
 
 pub use excerpt::excerpt;
+use names::KnownIds;
 pub use names::{ClipHash, ClipPath, NameError, SheepId};
-use plain::{Block, Blocks};
+use plain_manifest::{PlainManifest, plain};
 pub use table::ManifestError;
 use table::{Source, Table};
 
@@ -174,7 +176,8 @@ impl Manifest {
     /// Itself, unless it has no sheep.
     fn with_sheep(self, path: &Path) -> Result<Self, ManifestError> {
         if self.sheep.is_empty() {
-            return Err(ManifestError::Missing { path: path.to_owned(), line: 1, key: "sheep", table: MANIFEST });
+            let (path, similar) = (path.to_owned(), None);
+            return Err(ManifestError::Missing { path, line: 1, key: "sheep", table: MANIFEST, similar });
         }
         Ok(self)
     }
@@ -184,6 +187,13 @@ impl Manifest {
         let source = Source { path, text };
         // What `plain.rs` does not read is parsed as a document, for the value or for an error with line and key.
         plain(source, u64::MAX).or_else(|_| parsed(source))
+    }
+
+    /// Whether `text` reads as this manifest, which may be without sheep. Plain text is compared as it is read.
+    pub(crate) fn is_written_in(&self, text: &str) -> bool {
+        let source = Source { path: Path::new(FILE_NAME), text };
+        let plain = PlainManifest::open(source, u64::MAX).and_then(|plain| plain.is(self));
+        plain.unwrap_or_else(|_| parsed(source).is_ok_and(|read| read == *self))
     }
 
     /// Every clip that the manifest names, loops first, in the order of the file.
@@ -197,65 +207,17 @@ impl Manifest {
 fn parsed(source: Source<'_>) -> Result<Manifest, ManifestError> {
     let document = DeTable::parse(source.text).map_err(|error| source.syntax(&error))?;
     let mut table = Table::new(source, MANIFEST, &document);
-    let mut manifest = head(&mut table)?;
+    let (mut manifest, mut known) = (head(&mut table)?, KnownIds::default());
     if let Some(entry) = table.optional("sheep") {
-        manifest.sheep = entry.tables(SHEEP)?.into_iter().map(sheep).collect::<Result<_, _>>()?;
+        let tables = entry.tables(SHEEP)?.into_iter();
+        manifest.sheep = tables.map(|table| sheep(table, &mut known)).collect::<Result<_, _>>()?;
     }
     if let Some(entry) = table.optional("transition") {
-        manifest.transitions = entry.tables(TRANSITION)?.into_iter().map(transition).collect::<Result<_, _>>()?;
+        let tables = entry.tables(TRANSITION)?.into_iter();
+        manifest.transitions = tables.map(|table| transition(table, &mut known)).collect::<Result<_, _>>()?;
     }
     table.finish()?;
     Ok(manifest)
-}
-
-/// Why a manifest was not read in place.
-enum NotPlain {
-    /// It is plain, and wrong.
-    Fault(ManifestError),
-    /// It is not plain at this byte: this many bytes would have to be parsed as a TOML document.
-    NotPlain { at: usize, bytes: u64 },
-}
-
-impl NotPlain {
-    /// The error of a reader that builds no document of `source`.
-    fn refused(self, source: Source<'_>) -> ManifestError {
-        match self {
-            Self::Fault(error) => error,
-            Self::NotPlain { at, bytes } => source.not_plain(at, bytes, UNIT_DOCUMENT_BYTES),
-        }
-    }
-}
-
-impl From<ManifestError> for NotPlain {
-    fn from(error: ManifestError) -> Self {
-        Self::Fault(error)
-    }
-}
-
-/// The manifest in `source`, if it is plain and valid, and its head has at most `most` bytes.
-fn plain(source: Source<'_>, most: u64) -> Result<Manifest, NotPlain> {
-    let not_plain = |at| NotPlain::NotPlain { at, bytes: source.text.len() as u64 };
-    let (text, mut blocks) = Blocks::split(source.text).map_err(not_plain)?;
-    let bytes = text.len() as u64;
-    if bytes > most {
-        return Err(NotPlain::NotPlain { at: 0, bytes });
-    }
-    let document = DeTable::parse(text).map_err(|error| source.syntax(&error))?;
-    let mut table = Table::new(source, MANIFEST, &document);
-    let mut manifest = head(&mut table)?;
-    table.finish()?;
-    let mut block = Block::new();
-    loop {
-        match (blocks.next(&mut block), block.name) {
-            (None, _) => return Err(not_plain(blocks.at())),
-            (Some(false), _) => return Ok(manifest),
-            (Some(true), "sheep") => manifest.sheep.push(sheep(Table::plain(source, SHEEP, &block))?),
-            (Some(true), "transition") => {
-                manifest.transitions.push(transition(Table::plain(source, TRANSITION, &block))?);
-            }
-            (Some(true), _) => return Err(not_plain(block.at)),
-        }
-    }
 }
 
 /// Reads the keys before the tables; sheep and transitions are empty.
@@ -285,8 +247,9 @@ fn fps(table: &mut Table<'_, '_>) -> Result<Rate, ManifestError> {
         .ok_or_else(|| entry.refused(format!("numerator and denominator of a rate from 1 to {MAX_FPS} per second")))
 }
 
-fn sheep(mut table: Table<'_, '_>) -> Result<Sheep, ManifestError> {
-    let id = table.required("id")?.name(SheepId::new)?;
+/// Reads a sheep; its id may be among those that are `known`.
+fn sheep(mut table: Table<'_, '_>, known: &mut KnownIds) -> Result<Sheep, ManifestError> {
+    let id = table.required("id")?.name(|text| known.id(text))?;
     let (frames, path, hash) = (table.optional("frames"), table.optional("clip"), table.optional("hash"));
     let clip = match (&frames, &path, &hash) {
         (None, None, None) => None,
@@ -305,9 +268,10 @@ fn sheep(mut table: Table<'_, '_>) -> Result<Sheep, ManifestError> {
     Ok(Sheep { id, clip, genome, want, repeat })
 }
 
-fn transition(mut table: Table<'_, '_>) -> Result<Transition, ManifestError> {
-    let from = table.required("from")?.name(SheepId::new)?;
-    let to = table.required("to")?.name(SheepId::new)?;
+/// Reads a transition between sheep whose ids may be among those that are `known`.
+fn transition(mut table: Table<'_, '_>, known: &mut KnownIds) -> Result<Transition, ManifestError> {
+    let from = table.required("from")?.name(|text| known.id(text))?;
+    let to = table.required("to")?.name(|text| known.id(text))?;
     let frames = FrameCount(table.required("frames")?.whole(1, MAX_FRAMES)?);
     let path = table.required("clip")?.name(ClipPath::new)?;
     let hash = table.optional("hash").map(|entry| entry.name(ClipHash::parse)).transpose()?;

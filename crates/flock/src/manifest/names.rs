@@ -1,23 +1,30 @@
 //! Types of validated names: sheep ids, clip paths, clip hashes.
 //!
-//! Owns their rules. The tools check whether a path exists.
+//! Owns their rules, and the table by which an id that is read many times is in memory once. The tools check whether a path
+//! exists.
 
+use std::borrow::Borrow;
+use std::collections::HashSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use arcstr::ArcStr;
 use serde::{Serialize, Serializer};
-use smol_str::SmolStr;
 
 /// Longest id of a sheep, in bytes.
 const MAX_ID_BYTES: usize = 64;
 
 /// The id of a sheep: 1 to 64 of `A-Z a-z 0-9 . _ -`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct SheepId(SmolStr);
+pub struct SheepId(ArcStr);
 
 /// The path of a clip: relative to the flock's folder, inside it, without `..`, written with `/`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ClipPath(SmolStr);
+pub struct ClipPath(ArcStr);
+
+/// The ids that were read so far. A million transitions name each of their sheep ten times or more.
+#[derive(Debug, Default)]
+pub(crate) struct KnownIds(HashSet<SheepId>);
 
 /// The BLAKE3 digest of a clip's bytes, written `b3:` and 64 hex digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -63,6 +70,19 @@ impl SheepId {
     /// The id as text.
     pub fn as_str(&self) -> &str {
         &self.0
+    }
+}
+
+impl KnownIds {
+    /// The id `text`: the one in memory if it was read before.
+    /// Errors: As [`SheepId::new`].
+    pub(crate) fn id(&mut self, text: &str) -> Result<SheepId, NameError> {
+        if let Some(known) = self.0.get(text) {
+            return Ok(known.clone());
+        }
+        let new = SheepId::new(text)?;
+        self.0.insert(new.clone());
+        Ok(new)
     }
 }
 
@@ -122,6 +142,13 @@ impl ClipHash {
     }
 }
 
+/// For look-ups by text: ids are equal, ordered and hashed as their texts are.
+impl Borrow<str> for SheepId {
+    fn borrow(&self) -> &str {
+        &self.0
+    }
+}
+
 impl Serialize for SheepId {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.0)
@@ -164,6 +191,15 @@ mod tests {
         for bad in ["", "a b", "a/b", "ä", &"x".repeat(65)] {
             assert!(SheepId::new(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn an_id_that_is_read_again_is_not_in_memory_again() {
+        let mut known = KnownIds::default();
+        let (first, again) = (known.id("191.21054").unwrap(), known.id("191.21054").unwrap());
+        assert!(std::ptr::eq(first.as_str(), again.as_str()));
+        assert_ne!(first, known.id("191.2105").unwrap());
+        assert!(known.id("a b").is_err());
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use exit::did_you_mean;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -27,6 +28,8 @@ pub enum ManifestError {
         key: &'static str,
         /// The table, as in the file.
         table: &'static str,
+        /// A key of the table that may be meant to be it.
+        similar: Option<String>,
     },
     /// Too much of it is not in the plain form, which needs more memory than a unit has.
     #[error(
@@ -73,7 +76,7 @@ pub enum ManifestError {
         limit: u64,
     },
     /// A key that no table of that kind has.
-    #[error("`{path}`, line {line}: unknown key `{key}` in {table}, which has {known}")]
+    #[error("`{path}`, line {line}: unknown key `{key}` in {table}, which has {}", quoted(.known))]
     UnknownKey {
         /// The file.
         path: PathBuf,
@@ -84,7 +87,7 @@ pub enum ManifestError {
         /// The table, as in the file.
         table: &'static str,
         /// The keys it may have.
-        known: String,
+        known: Vec<&'static str>,
     },
     /// A value that the key cannot have.
     #[error("`{path}`, line {line}, key `{key}`: wanted {wanted}, found {found}")]
@@ -104,8 +107,12 @@ pub enum ManifestError {
 
 impl ManifestError {
     /// A hint for the user.
-    pub fn hint(&self) -> Option<&'static str> {
-        match self {
+    pub fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::Missing { key, similar: Some(similar), .. } => {
+                return Some(format!("there is `{similar}`: did you mean `{key}`?"));
+            }
+            Self::UnknownKey { key, known, .. } => return did_you_mean(key, known.iter().copied()),
             Self::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
                 Some("a flock is a folder with a file `flock.toml`")
             }
@@ -114,13 +121,14 @@ impl ManifestError {
                 Some("plain are one `key = value` a line under `[[sheep]]` and `[[transition]]`, lines end in `\\n`")
             }
             Self::TooLarge { .. } => Some("several smaller flocks, one for each unit, show the same"),
-            Self::Missing { .. }
-            | Self::Read { .. }
-            | Self::Syntax { .. }
-            | Self::UnknownKey { .. }
-            | Self::Value { .. } => None,
-        }
+            Self::Missing { .. } | Self::Read { .. } | Self::Syntax { .. } | Self::Value { .. } => None,
+        };
+        hint.map(ToOwned::to_owned)
     }
+}
+
+fn quoted(words: &[&str]) -> String {
+    words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// Most keys that a table has.
@@ -218,7 +226,12 @@ impl<'t, 'i> Table<'t, 'i> {
     /// The error of a missing `key`.
     pub(crate) fn missing(&self, key: &'static str) -> ManifestError {
         let (path, line) = (self.source.path.to_owned(), self.source.line(self.at));
-        ManifestError::Missing { path, line, key, table: self.name }
+        let is_similar = |found: &&str| !self.asked.contains(found) && did_you_mean(found, [key]).is_some();
+        let similar = match self.entries {
+            Entries::Parsed(entries) => entries.keys().map(|key| key.get_ref().as_ref()).find(is_similar),
+            Entries::Plain(entries) => entries.iter().map(|entry| entry.key).find(is_similar),
+        };
+        ManifestError::Missing { path, line, key, table: self.name, similar: similar.map(excerpt) }
     }
 
     /// The error of keys that were not read, if there are any.
@@ -233,7 +246,7 @@ impl<'t, 'i> Table<'t, 'i> {
             Entries::Plain(entries) => entries.iter().map(|entry| (entry.at, entry.key)).find(|&(_, key)| unknown(key)),
         };
         let Some((at, key)) = found else { return Ok(()) };
-        let known = asked.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let known = asked.to_vec();
         let (path, line) = (self.source.path.to_owned(), self.source.line(at));
         Err(ManifestError::UnknownKey { path, line, key: excerpt(key), table: self.name, known })
     }
@@ -247,7 +260,7 @@ impl<'t, 'i> Entry<'t, 'i> {
     }
 
     /// A checked name.
-    pub(crate) fn name<T>(&self, parse: impl Fn(&str) -> Result<T, NameError>) -> Result<T, ManifestError> {
+    pub(crate) fn name<T>(&self, parse: impl FnOnce(&str) -> Result<T, NameError>) -> Result<T, ManifestError> {
         let text = self.text()?;
         parse(text).map_err(|error| {
             let said = error.to_string();

@@ -102,6 +102,18 @@ fn sizes_are_even_and_rates_are_rates() {
 }
 
 #[test]
+fn a_key_that_is_mistyped_is_proposed_as_it_is_meant() {
+    let hint = |body: &str| parse(&format!("{HEAD}{body}")).unwrap_err().hint();
+    assert_eq!(hint("[[sheep]]\nid = \"a\"\nwnat = 1\n").as_deref(), Some("did you mean `want`?"));
+    assert_eq!(hint("[[sheep]]\nid = \"a\"\ncolour = 1\n"), None);
+    let missing = hint("[[sheep]]\nid = \"a\"\nframs = 7\nclip = \"a\"\n");
+    assert_eq!(missing.as_deref(), Some("there is `frams`: did you mean `frames`?"));
+    // In a form that is read as a TOML document, too.
+    let inline = hint("sheep = [{ id = \"a\", rapeat = 1 }]\n");
+    assert_eq!(inline.as_deref(), Some("did you mean `repeat`?"));
+}
+
+#[test]
 fn a_folder_without_a_manifest_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let error = Manifest::read(folder.path()).unwrap_err();

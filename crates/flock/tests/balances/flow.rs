@@ -11,14 +11,17 @@ use flock::{Flock, SheepIx};
 const WHOLE: f64 = (1u128 << 90) as f64;
 
 /// What share of `wants`, by the sheep of what `flock` plays, its transitions can carry: the greatest flow from every
-/// sheep as it is left to every sheep as it is entered.
+/// sheep as it is left to every sheep as it is entered. A sheep whose want is 0 may be visited as often as it takes.
 pub(crate) fn carried(flock: &Flock, wants: &[f64]) -> f64 {
     let n = wants.len();
     let (source, sink) = (2 * n, 2 * n + 1);
     let mut room = vec![vec![0i128; 2 * n + 2]; 2 * n + 2];
     for (at, want) in wants.iter().enumerate() {
-        let units = (want * WHOLE) as i128;
+        let units = if *want > 0.0 { (want * WHOLE) as i128 } else { WHOLE as i128 };
         (room[source][at], room[n + at][sink]) = (units, units);
+        if *want == 0.0 {
+            room[at][n + at] = i128::MAX / 4;
+        }
     }
     let graph = flock.graph();
     for from in graph.sheep() {
@@ -34,7 +37,8 @@ pub(crate) fn carried(flock: &Flock, wants: &[f64]) -> f64 {
         }
         carried += amount;
     }
-    carried as f64 / WHOLE
+    let free = wants.iter().filter(|want| **want == 0.0).count() as i128;
+    (carried - free * WHOLE as i128) as f64 / WHOLE
 }
 
 /// For every node on the shortest way from `source` to `sink`, the one before it.

@@ -11,11 +11,13 @@ use std::num::NonZeroUsize;
 use std::panic::{self, AssertUnwindSafe};
 use std::thread;
 
-use flock::{Balance, Clip, ClipPath, Edit, Flock, Manifest, SheepIx, Suggestions, Terms, Transition};
+use flock::{
+    Balance, Clip, ClipPath, Edit, Flock, FlockShares, Manifest, Measure, SheepIx, Suggestions, Terms, Transition,
+};
 use graphs::Chance;
 
 const FLOCKS: u64 = 10_000;
-const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false };
+const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false, by: Measure::Visits };
 /// How near a want that can be reached is reached, as a part of it.
 const REACHED: f64 = 1e-6;
 
@@ -37,7 +39,7 @@ fn terms(number: u64) -> Terms {
     let mut chance = Chance::new(number ^ 0x5eed);
     let fairness = chance.of(&[1e-3, 0.1, 1.0, 3.0, 3.0, 3.0, 30.0, 1e3, 1e6, f64::INFINITY]);
     let floor = chance.of(&[0.0, 1e-3, 1.0, 12.0, 12.0, 12.0, 500.0, 1e5, 1e9]);
-    Terms { fairness, floor, afresh: chance.below(8) == 0 }
+    Terms { fairness, floor, afresh: chance.below(8) == 0, by: chance.of(&[Measure::Visits, Measure::Time]) }
 }
 
 /// What one step makes of the visits under the weights that were found.
@@ -104,6 +106,51 @@ fn wants_that_some_weights_reach_are_reached_and_all_others_are_proved_not_to_be
     });
 }
 
+/// The flock number `number`, which wants as much time of each sheep as its wants are visits: half of all can be balanced
+/// by time for certain.
+fn timed(flock: &Flock) -> Flock {
+    let mut manifest = flock.manifest().clone();
+    for sheep in &mut manifest.sheep {
+        let frames = sheep.clip.as_ref().map_or(1, |clip| clip.frames.0);
+        sheep.want = (sheep.want * f64::from(frames * sheep.repeat)).min(1e300);
+    }
+    Flock::new(manifest)
+}
+
+#[test]
+fn times_that_some_weights_reach_are_reached_and_all_others_are_proved_not_to_be() {
+    every_flock(|number, flock| {
+        // One in four: the search is the same as by visits.
+        if number % 4 > 0 || flock.manifest().sheep.iter().all(|sheep| sheep.clip.is_none()) {
+            return;
+        }
+        let flock = &timed(flock);
+        let balance = Balance::of(flock, Terms { by: Measure::Time, ..FAIREST }).unwrap();
+        let wants: Vec<f64> = balance.sheep.iter().map(|sheep| sheep.wanted_visits).collect();
+        assert!((wants.iter().sum::<f64>() - 1.0).abs() < 1e-9, "flock {number}");
+        let carried = flow::carried(flock, &wants);
+        if balance.reachable {
+            assert!(carried > 1.0 - 1e-8, "flock {number}: only {carried} can be carried");
+            let written = Flock::new(rewritten(flock.manifest(), &balance));
+            let told = FlockShares::of(&written).unwrap();
+            let off = |(told, sheep): (&flock::SheepShare, &flock::SheepBalance)| {
+                if sheep.time_want > 0.0 { (told.time / sheep.time_want - 1.0).abs() } else { told.time }
+            };
+            let off = told.sheep.iter().zip(&balance.sheep).map(off).fold(0.0, f64::max);
+            assert!(off <= REACHED, "flock {number}: a sheep is {off} off the time that is wanted of it");
+            return;
+        }
+        assert!((1.0 - carried - balance.deficiency).abs() < 1e-9, "flock {number}: {carried} {}", balance.deficiency);
+        let proof = balance.bottleneck.as_ref().unwrap();
+        let ix = |ids: &[&flock::SheepId]| ids.iter().map(|id| flock.graph().find(id).unwrap()).collect::<Vec<_>>();
+        let (stuck, followers) = (ix(&proof.sheep), ix(&proof.followers));
+        assert_eq!(flow::followers(flock, &stuck), followers, "flock {number}");
+        let want = |set: &[SheepIx]| set.iter().map(|sheep| wants[sheep.index()]).sum::<f64>();
+        let missing = want(&stuck) - want(&followers);
+        assert!(missing > 0.0 && (missing - balance.deficiency).abs() < 1e-9, "flock {number}: {missing}");
+    });
+}
+
 #[test]
 fn what_is_balanced_and_written_is_balanced() {
     every_flock(|number, flock| {
@@ -137,7 +184,9 @@ fn suggestions_keep_their_word() {
             added.transitions.push(Transition { from: new.from.clone(), to: new.to.clone(), clip, weight: new.weight });
             let after = Flock::new(added.clone());
             assert!(after.faults().is_empty(), "flock {number}: the transition is new");
-            assert_eq!(Balance::of(&after, terms).unwrap().worst_ratio, new.worst_ratio, "flock {number}");
+            let balance = Balance::of(&after, terms).unwrap();
+            let told = (new.worst_ratio, new.worst_time_ratio);
+            assert_eq!((balance.worst_ratio, balance.worst_time_ratio), told, "flock {number}");
         }
         let mut removed = flock.manifest().clone();
         for old in &suggestions.remove {

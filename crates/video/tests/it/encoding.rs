@@ -5,7 +5,7 @@ use std::fs;
 use std::num::NonZero;
 use tempfile::TempDir;
 use timing::{FrameCount, Rate};
-use video::{Clip, EncodeError, Encoder, Form, Poll, Quality, Session, Yuv420p, decode_whole, probe};
+use video::{Clip, EncodeError, Encoder, Form, Poll, Quality, Session, SessionError, Yuv420p, decode_whole, probe};
 
 /// Nearly every sample is kept, so that what comes out can be compared with what went in.
 const FAITHFUL: Quality<'_> = Quality { crf: 1.0, preset: "fast", max_bits_per_second: None };
@@ -97,6 +97,29 @@ fn what_was_pushed_comes_out_again() {
         count += 1;
     }
     assert_eq!(count, 10);
+}
+
+#[test]
+fn frames_tell_how_coarsely_they_are_encoded_when_asked() {
+    let folder = TempDir::new().unwrap();
+    let mean = |crf: f32, open: fn(NonZero<usize>) -> Result<Session, SessionError>| {
+        let path = folder.path().join("coarse.mp4");
+        let mut encoder = Encoder::create(&path, &form(), Quality { crf, ..GOOD }).unwrap();
+        (0..10).for_each(|frame| encoder.push(&picture(frame)).unwrap());
+        encoder.finish().unwrap();
+        let mut session = open(NonZero::<usize>::MIN).unwrap();
+        session.push(Clip::open(&path, &form(), FrameCount(10)).unwrap());
+        session.finish();
+        let mut quantisers = Vec::new();
+        while let Poll::Frame(frame) = session.poll() {
+            quantisers.push(frame.quantiser());
+        }
+        assert_eq!(quantisers.len(), 10);
+        quantisers.into_iter().sum::<Option<f32>>().map(|sum| sum / 10.0)
+    };
+    let [fine, coarse] = [20.0, 40.0].map(|crf| mean(crf, Session::with_quantisers).unwrap());
+    assert!((0.0..=51.0).contains(&fine) && coarse > fine + 10.0 && coarse <= 51.0, "{fine} {coarse}");
+    assert_eq!(mean(20.0, Session::new), None);
 }
 
 #[test]

@@ -22,9 +22,11 @@ function drawDay() {
   if (!flock.day) return
   strip.starts = timed(flock.day.visits)
   const total = strip.starts.at(-1).ends
-  strip.span = Math.min(DAY, total)
-  const shown = new Set(flock.day.visits).size
-  $('#day .note').textContent = `${strip.span === DAY ? 'The first 24 hours' : `The first ${minutes(strip.span / 60)}`} of the walk with seed ${flock.day.seed}, as a unit plays them: ${digits(flock.day.visits.length)} visits of ${digits(shown)} sheep. Each row is ${minutes(strip.span / ROWS_OF_DAY / 60)}.`
+  section.hidden = !total
+  if (!total) return
+  strip.span = flock.day.whole ? DAY : total
+  const different = new Set(flock.day.visits).size
+  $('#day .note').textContent = `${flock.day.whole ? 'The first 24 hours' : `The first ${minutes(strip.span / 60)}`} of the walk with seed ${flock.day.seed}, as a unit plays them: ${spoken(flock.day.visits.length, 'visit')} of ${spoken(different, 'sheep')}. Each row is ${minutes(strip.span / ROWS_OF_DAY / 60)}.`
   const ribbon = $('#day .ribbon')
   const each = strip.span / ROWS_OF_DAY
   strip.rows = Array.from({ length: ROWS_OF_DAY }, (_, row) => {
@@ -34,7 +36,7 @@ function drawDay() {
     lane.addEventListener('click', event => choose(visitAt(event, lane, row).at))
     return lane
   })
-  const hour = row => strip.span === DAY ? `${String(row).padStart(2, '0')}:00` : minutes(row * each / 60)
+  const hour = row => flock.day.whole ? `${String(row).padStart(2, '0')}:00` : minutes(row * each / 60)
   ribbon.replaceChildren(...strip.rows.flatMap((lane, row) => [make('span', { class: 'dim' }, row % 3 ? '' : hour(row)), lane]))
   ribbon.setAttribute('role', 'img')
   ribbon.setAttribute('aria-label', 'A day of the walk; how long each sheep is lit in it stands in the table below')

@@ -19,7 +19,7 @@ function drawGraph() {
   view.margin = 6 + Math.max(...sheep.map(one => radius(Math.max(one.visits, one.want))))
   stage.setAttribute('viewBox', `0 0 ${view.width} ${view.height}`)
   stage.setAttribute('height', view.height)
-  $('#graph-title').textContent = `${flock.name}: ${sheep.length} sheep, ${transitions.length} transitions. The table below tells the same in figures.`
+  $('#graph-title').textContent = `${named}: ${spoken(sheep.length, 'sheep')}, ${spoken(transitions.length, 'transition')}. The table below tells the same in figures.`
   arrows = transitions.map(drawArrow)
   discs = sheep.map(drawDisc)
   names = view.unit > 15 ? sheep.map(drawName) : []

@@ -1,15 +1,12 @@
-// What all parts of the page use: the document, elements, words for numbers, and the sheep that is looked at.
+// What all parts of a page use: elements, words for numbers, and the sheep that is looked at.
 
-const flock = JSON.parse(document.getElementById('facts').textContent)
-const { sheep, figures } = flock
-const transitions = flock.transitions.map(([from, to, visits, frames]) => ({ from, to, visits, frames }))
-const leaves = sheep.map(() => []), enters = sheep.map(() => [])
-for (const transition of transitions) {
-  leaves[transition.from].push(transition)
-  enters[transition.to].push(transition)
-}
-const SECOND = flock.fps[0] / flock.fps[1]
-const pictured = sheep.some(one => one.picture)
+// Shares and wants are of all visits, or of the time on screen, where a sheep without a loop has neither.
+const often = flock.by === 'time' ? 'long' : 'often'
+
+// The sheep that are visited. A loop without a way on is never visited again, and by time a sheep without a loop has no
+// share.
+const isShown = one => one.visits || one.return_minutes
+const shown = () => sheep.filter(isShown)
 
 const $ = selector => document.querySelector(selector)
 
@@ -32,6 +29,11 @@ const picture = (at, name = '') => sheep[at].picture
   ? make('img', { src: sheep[at].picture, alt: name, decoding: 'async' })
   : make('span', { class: 'swatch', style: `background: ${sheep[at].colour}` })
 
+// So many of something whose plural ends in `s`, but for sheep
+function spoken(items, of) {
+  return `${items ? digits(items) : 'no'} ${of}${items === 1 || of === 'sheep' ? '' : 's'}`
+}
+
 const digits = (number, most = 2) => number.toLocaleString('en', { maximumFractionDigits: most })
 
 function percent(part) {
@@ -41,6 +43,7 @@ function percent(part) {
 
 function minutes(time) {
   if (time === null) return 'never'
+  if (time > 0 && time < 1 / 60) return `${(60 * time).toPrecision(1)} s`
   if (time < 1.5) return `${Math.round(60 * time)} s`
   if (time < 100) return `${time.toFixed(time < 10 ? 1 : 0)} min`
   if (time < 36 * 60) return `${(time / 60).toFixed(1)} h`
@@ -49,16 +52,17 @@ function minutes(time) {
 
 const times = ratio => digits(ratio, ratio < 10 ? 2 : ratio < 100 ? 1 : 0)
 
-// visits/want, in words
+// share/want, in words
 function against(one) {
+  if (!one.want) return 'without a loop'
   if (!one.visits) return 'never shown'
   const ratio = one.visits / one.want
-  if (ratio > 0.99 && ratio < 1.01) return 'as often as wished'
+  if (ratio > 0.99 && ratio < 1.01) return `as ${often} as wished`
   return ratio > 1 ? `${times(ratio)} times too often` : `${times(1 / ratio)} times too seldom`
 }
 
 // How far a sheep is from its want: -1 is a quarter of it or less, 1 four times or more.
-const tilt = one => one.visits ? Math.max(-1, Math.min(1, Math.log2(one.visits / one.want) / 2)) : -1
+const tilt = one => !one.want ? 0 : one.visits ? Math.max(-1, Math.min(1, Math.log2(one.visits / one.want) / 2)) : -1
 const tint = one => {
   const off = tilt(one)
   return `color-mix(in oklab, var(${off < 0 ? '--seldom' : '--often'}) ${Math.round(100 * Math.sqrt(Math.abs(off)))}%, var(--even))`

@@ -1,38 +1,57 @@
 // The top: the flock's name, its figures, its faults.
 
-function spoken(items, of) {
-  return `${digits(items)} ${of}${items === 1 ? '' : of === 'sheep' ? '' : 's'}`
-}
-
 function lead() {
+  if (!sheep.length) return 'There are no sheep yet: dreams add puts them in.'
   const parts = [`${spoken(figures.sheep, 'sheep')} and ${spoken(figures.transitions, 'transition')}`]
-  if (flock.day) parts.push(`a new sheep every ${minutes(figures.step_minutes)}, and never the same evening twice`)
-  const worst = sheep.reduce((a, b) => off(b) > off(a) ? b : a)
-  if (!flock.day) return `${parts[0]}. There is no way round yet that a wall could walk.`
-  const told = off(worst) < 1.01 ? 'Every sheep is shown as often as wished'
-    : worst.visits ? `Furthest from its want is ${worst.id}, shown ${against(worst)}` : `${worst.id} is never shown`
-  return `${parts.join('; ')}. ${told}.`
+  if (!flock.day) return `${parts[0]}. ${alone()}`
+  parts.push(`a visit every ${minutes(figures.step_minutes)}, on average`, variety())
+  return `${parts.filter(Boolean).join('; ')}. ${furthest()}`
 }
 
-const off = one => one.visits ? Math.max(one.visits / one.want, one.want / one.visits) : Infinity
+// What is shown of a flock without a cycle
+function alone() {
+  const [still] = shown()
+  return `No transitions lead round, so there is nothing to walk yet: a unit shows ${still ? `the loop of ${still.id} again and again` : 'nothing'}.`
+}
+
+// How much the walk repeats itself
+function variety() {
+  if (shown().length === 1) return 'always of the same sheep'
+  // The page of a large flock has neither its transitions nor a walk.
+  if (flock.day === true) return ''
+  if (!choosing().length) return `always the same ${digits(shown().length)} sheep in the same order, for there is no choice of transitions`
+  const repeat = flock.day.repeat_minutes
+  return `in a walk of ${minutes(flock.day.minutes)} ${repeat ? `the longest part that came twice takes about ${minutes(repeat)}` : 'no transition came twice'}`
+}
+
+function furthest() {
+  const never = sheep.filter(one => one.want && !one.visits)
+  if (never.length === 1) return `${never[0].id} is never shown.`
+  if (never.length) return `${spoken(never.length, 'sheep')} are never shown.`
+  const worst = sheep.reduce((a, b) => off(b) > off(a) ? b : a)
+  return off(worst) < 1.01 ? `${sheep.length === 1 ? 'It' : 'Every sheep'} is shown as ${often} as wished.`
+    : `Furthest from its want is ${worst.id}, shown ${against(worst)}.`
+}
+
+const off = one => !one.want ? 1 : one.visits ? Math.max(one.visits / one.want, one.want / one.visits) : Infinity
 
 function drawHead() {
-  $('#name').textContent = flock.name || 'without a name'
+  $('#name').textContent = named
   $('#lead').textContent = lead()
   const clips = figures.clips_there === null ? digits(figures.clips) : `${digits(figures.clips_there)} of ${digits(figures.clips)}`
-  const middle = sheep.map(one => one.return_minutes ?? Infinity).sort((a, b) => a - b)[Math.floor(sheep.length / 2)]
+  const middle = !flock.day ? NaN : sheep.map(one => one.return_minutes ?? Infinity).sort((a, b) => a - b)[Math.floor(sheep.length / 2)]
   const told = [
-    ['worst ratio', figures.worst_ratio === null ? 'a sheep is never shown' : `${figures.worst_ratio < 10 ? figures.worst_ratio.toFixed(2) : times(figures.worst_ratio)} ×`, 'the sheep that is furthest from its want; 1 is perfect'],
-    ['evenness', `${digits(2 ** figures.entropy_bits, 1)} of ${digits(figures.sheep)}`, `as varied as so many sheep that are shown equally often: ${digits(figures.entropy_bits, 3)} of ${digits(figures.most_bits, 3)} bits`],
+    ['worst ratio', !sheep.length ? '–' : flock.worst_ratio === null ? 'a sheep is never shown' : `${flock.worst_ratio < 10 ? flock.worst_ratio.toFixed(2) : times(flock.worst_ratio)} ×`, 'the sheep that is furthest from its want; 1 is perfect'],
+    ['evenness', shown().length ? `${digits(2 ** figures.entropy_bits, 1)} of ${digits(figures.sheep)}` : '–', `as varied as so many sheep that are shown equally often: ${digits(figures.entropy_bits, 3)} of ${digits(figures.most_bits, 3)} bits`],
     ['unique material', minutes(figures.material_seconds / 60), 'all clips, each once'],
-    ['a sheep comes back after', Number.isFinite(middle) ? minutes(middle) : 'never', 'the sheep in the middle, on average'],
+    ['a sheep comes back after', Number.isNaN(middle) ? '–' : minutes(Number.isFinite(middle) ? middle : null), 'the sheep in the middle, on average'],
     [figures.clips_there === null ? 'clips' : 'clips there', clips, `${flock.size.join(' × ')} at ${digits(SECOND)} frames per second`],
   ]
   $('#figures').append(...told.map(([name, value, meaning]) =>
     make('div', { title: meaning }, make('dt', {}, name), make('dd', {}, value))))
   $('#faults').hidden = flock.faults.length === 0
   $('#faults ul').append(...flock.faults.map(fault => make('li', {}, make('b', {}, fault.kind), ` ${fault.message}`)))
-  $('footer').textContent = `${flock.name} · ${flock.size.join(' × ')} · ${flock.fps[1] === 1 ? flock.fps[0] : flock.fps.join('/')} frames per second · drawn by flock report`
+  $('footer').textContent = `${named} · ${flock.size.join(' × ')} · ${flock.fps[1] === 1 ? flock.fps[0] : flock.fps.join('/')} frames per second · drawn by dreams report`
 }
 
 // Light, dark, or as the system has it. Stored if the browser lets a file store it.

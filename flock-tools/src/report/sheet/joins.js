@@ -4,11 +4,18 @@ function drawJoins() {
   const joins = flock.joins
   if (!joins) return
   $('#joins').hidden = false
-  const found = joins.jumps ? `${digits(joins.jumps)} of ${spoken(joins.judged, 'join')} ${joins.jumps === 1 ? 'jumps' : 'jump'}.`
+  const found = joins.jumps && joins.judged === 1 ? 'The one join jumps.' : joins.jumps ? `${digits(joins.jumps)} of ${spoken(joins.judged, 'join')} ${joins.jumps === 1 ? 'jumps' : 'jump'}.`
     : joins.judged === 1 ? 'The one join meets.' : `All ${digits(joins.judged)} joins meet, in value and in velocity.`
   const unjudged = joins.unjudged ? ` ${spoken(joins.unjudged, 'join')} could not be judged: dreams check tells why.` : ''
-  $('#joins .note').textContent = `${found}${unjudged} Below are ${joins.jumps ? 'the worst' : 'those that come nearest to a jump'}: the last frame of the one clip, the first of the next, and how much of what is allowed they take.`
+  $('#joins .note').textContent = `${found}${unjudged}${below(joins)}`
   $('#joins .pairs').replaceChildren(...joins.worst.map(pairOf))
+}
+
+function below({ jumps, worst }) {
+  if (!worst.length) return ''
+  const one = worst.length === 1
+  const which = one ? `is ${jumps ? 'the worst' : 'the one that comes nearest to a jump'}` : `are ${jumps ? 'the worst' : 'those that come nearest to a jump'}`
+  return ` Below ${which}: the last frame of the one clip, the first of the next, and how much of what is allowed ${one ? 'it takes' : 'they take'}.`
 }
 
 function pairOf(join) {

@@ -29,9 +29,10 @@ function showPanel(at) {
       ...pair('lit a day', one.frames ? minutes(one.minutes_a_day) : 'no loop'),
       ...pair('comes back after', minutes(one.return_minutes)),
       ...one.returns ? pair('soonest, longest', `${minutes(one.returns.soonest)}, ${minutes(one.returns.longest)}`) : [],
-      ...one.frames ? pair('a visit', `${minutes(one.frames / SECOND / 60)}${one.repeat > 1 ? `, ${one.repeat} loops` : ''}`) : []),
-    ...lines(`leads to ${leaves[at].length}`, leaves[at], 'to'),
-    ...lines(`comes from ${enters[at].length}`, enters[at], 'from'),
+      ...one.frames ? pair('a visit', `${minutes(one.frames / SECOND / 60)}${one.repeat > 1 ? `, ${one.repeat} loops` : ''}`) : [],
+      ...creditPairs(at)),
+    ...lines(leaves[at].length ? `leads to ${leaves[at].length}` : 'leads nowhere', leaves[at], 'to'),
+    ...lines(enters[at].length ? `comes from ${enters[at].length}` : 'nothing leads to it', enters[at], 'from'),
   )
 }
 
@@ -41,7 +42,7 @@ function legend() {
   const disc = (r, fill) => draw('circle', { r, style: `fill: ${fill}` })
   return [
     make('h3', {}, 'How to read it'),
-    row(sign(disc(15, 'var(--even)')), 'A disc is a sheep. Its area is its share of all visits.'),
+    row(sign(disc(15, 'var(--even)')), `A disc is a sheep. Its area is its share of ${flock.by === 'time' ? 'the time that loops are on screen' : 'all visits'}.`),
     row(sign(disc(9, 'var(--seldom)'), draw('circle', { class: 'want', r: 16 })), 'The dashed ring is its want. This one is shown too seldom.'),
     row(sign(disc(16, 'var(--often)'), draw('circle', { class: 'want', r: 9 })), 'This one is shown too often.'),
     row(sign(draw('path', { class: 'arrow', style: '--strength: 1; --ease: .6', d: 'M-17 10Q-2 -14 9 -4L7 -8L17 2L4 3L8 0Q-2 -8 -17 13Z' })), 'An arrow is a transition, the broader the more often it is taken.'),

@@ -1,7 +1,5 @@
 // The return times of sheep.
 
-// The length of the walk from which return times are measured
-const walkedMinutes = () => Math.max(figures.step_minutes * 12000, 1440)
 const TICKS = [0.5, 1, 2, 5, 10, 20, 30, 60, 120, 240, 480, 960, 1440, 2880, 7200, 14400, 43200, 144000]
 
 function drawReturns() {
@@ -14,9 +12,9 @@ function drawReturns() {
   const few = sheep.length <= ROWS
   section.className = few ? 'half' : 'wide'
   $('#returns .note').textContent = !Number.isFinite(soonest)
-    ? 'The mean time from one visit to the next, for every sheep.' : few
-    ? `The dot is the mean time from one visit to the next, the line runs from the soonest to the longest in a walk of ${minutes(walkedMinutes())}.`
-    : `The mean time from one visit to the next, for every sheep. In a walk of ${minutes(walkedMinutes())}, the soonest that any of them came back was after ${minutes(soonest)}.`
+    ? 'The mean time from one visit to the next, for every sheep that is shown.' : few
+    ? `The dot is the mean time from one visit to the next, the line runs from the soonest to the longest in a walk of ${minutes(flock.day.minutes)}.`
+    : `The mean time from one visit to the next, for every sheep that is shown. In a walk of ${minutes(flock.day.minutes)}, the soonest that any of them came back was after ${minutes(soonest)}.`
   $('#returns .chart').replaceChildren(few ? spans(back) : piles(back))
 }
 

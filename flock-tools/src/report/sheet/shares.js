@@ -7,9 +7,9 @@ function drawShares() {
   const order = sheep.map((_, at) => at).sort((a, b) => ratio(sheep[b]) - ratio(sheep[a]) || a - b)
   const chart = $('#shares .chart')
   const widest = Math.max(0.5, ...sheep.map(one => Math.min(4, Math.abs(Math.log2(ratio(one) || 1 / 16)))))
-  const never = sheep.filter(one => !one.visits).length
+  const never = sheep.filter(one => one.want && !one.visits).length
   const [more, less] = order.length <= ROWS ? ['to the right', 'to the left'] : ['upwards', 'downwards']
-  $('#shares .note').textContent = `Bars ${more} are shown more often than wished, bars ${less} more seldom; the end of the scale is ${digits(2 ** widest, 1)} times.` + (never ? ` ${never} never shown.` : '')
+  $('#shares .note').textContent = `Bars ${more} are shown more often than wished, bars ${less} more seldom; the end of the scale is ${digits(2 ** widest, 1)} times.` + (never ? ` ${spoken(never, 'sheep')} ${never === 1 ? 'is' : 'are'} never shown.` : '')
   const row = at => shareRow(at, widest)
   $('#shares').className = order.length <= ROWS ? 'half' : 'wide'
   if (order.length <= ROWS) return chart.replaceChildren(make('div', { class: 'rows' }, ...order.map(row)))
@@ -19,11 +19,11 @@ function drawShares() {
     list('Most too often', order.slice(0, FURTHEST)), list('Most too seldom', order.slice(-FURTHEST).reverse())))
 }
 
-const ratio = one => one.visits / one.want
+const ratio = one => one.want ? one.visits / one.want : 1
 
 // With `oneSided`, all bars begin at the left and have the full width.
 function shareRow(at, widest, oneSided = false) {
-  const one = sheep[at], off = one.visits ? Math.max(-widest, Math.min(widest, Math.log2(ratio(one)))) : -widest
+  const one = sheep[at], off = one.visits || !one.want ? Math.max(-widest, Math.min(widest, Math.log2(ratio(one)))) : -widest
   const length = (oneSided ? 100 : 50) * Math.abs(off) / widest, edge = oneSided ? 'left: 0' : `${off < 0 ? 'right' : 'left'}: 50%`
   const bar = make('div', { class: 'off' }, make('i', {
     style: `${edge}; width: max(2px, ${length.toFixed(2)}%); background: ${tint(one)}`,
@@ -36,7 +36,7 @@ function shareRow(at, widest, oneSided = false) {
 function skyline(order, widest) {
   const [width, height] = [1000, 150], step = width / order.length
   const bars = order.map((at, place) => {
-    const one = sheep[at], off = one.visits ? Math.max(-widest, Math.min(widest, Math.log2(ratio(one)))) : -widest
+    const one = sheep[at], off = one.visits || !one.want ? Math.max(-widest, Math.min(widest, Math.log2(ratio(one)))) : -widest
     const tall = Math.max(1, Math.abs(off) / widest * height / 2)
     return draw('g', { 'data-at': at, ...looked(at),
       onpointermove: event => tell(event, picture(at), make('span', {}, make('b', {}, one.id), ` ${against(one)}`)), onpointerout: hush },

@@ -2,21 +2,25 @@
 
 drawLight()
 drawHead()
-drawPanel()
-drawWeighing()
-drawGraph()
-drawZoom()
-drawShares()
-drawReturns()
-drawDay()
-drawSuggested()
-drawJoins()
-drawTable()
-looking.tellers.push(markShares, markTable)
-let drawn = innerWidth
-addEventListener('resize', () => {
-  if (innerWidth === drawn) return
-  drawn = innerWidth
+$('main').hidden = !sheep.length
+if (sheep.length) {
+  drawPanel()
+  drawWeighing()
   drawGraph()
+  drawZoom()
+  drawShares()
   drawReturns()
-})
+  drawDay()
+  drawSuggested()
+  drawJoins()
+  drawCredits()
+  drawTable()
+  looking.tellers.push(markShares, markTable)
+  let drawn = innerWidth
+  addEventListener('resize', () => {
+    if (innerWidth === drawn) return
+    drawn = innerWidth
+    drawGraph()
+    drawReturns()
+  })
+}

@@ -4,7 +4,7 @@ const columns = [
   ['sheep', one => one.id, one => one.id],
   ['share', one => one.visits, one => percent(one.visits)],
   ['want', one => one.want, one => percent(one.want)],
-  ['share / want', one => ratio(one), one => one.visits ? digits(ratio(one), 3) : 'never'],
+  ['share / want', one => ratio(one), one => !one.want ? '–' : one.visits ? digits(ratio(one), 3) : 'never'],
   ['lit a day', one => one.minutes_a_day, one => one.frames ? minutes(one.minutes_a_day) : 'no loop'],
   ['comes back after', one => one.return_minutes ?? Infinity, one => minutes(one.return_minutes)],
   ['soonest', one => one.returns?.soonest ?? Infinity, one => one.returns ? minutes(one.returns.soonest) : '–'],
@@ -18,7 +18,7 @@ function drawTable() {
   const rows = sheep.map((one, at) => make('tr', { 'data-at': at, ...looked(at) },
     make('th', { scope: 'row' }, make('span', { class: 'sheep' }, picture(at), make('span', { class: 'id' }, one.id))),
     ...columns.slice(1).map(([, , told]) => make('td', {}, String(told(one, at))))))
-  $('#all table').replaceChildren(make('caption', {}, `The ${sheep.length} sheep of ${flock.name}`), make('thead', {}, make('tr', {}, ...head)), make('tbody', {}, ...rows))
+  $('#all table').replaceChildren(make('caption', {}, `The ${sheep.length === 1 ? 'one' : digits(sheep.length)} sheep of ${flock.name || 'this flock'}`), make('thead', {}, make('tr', {}, ...head)), make('tbody', {}, ...rows))
   sortBy(sorted.by, sorted.up)
 }
 

@@ -15,18 +15,23 @@ function drawWeighing() {
   $('#weighing .note').textContent = [reach(balanced), bottleneck(balanced)].filter(Boolean).join(' ')
 }
 
-const worst = ratio => ratio === null ? 'a sheep is never shown' : times(ratio)
-
 function reach(balanced) {
-  const [before, after] = [worst(figures.worst_ratio), worst(balanced.worst_ratio)]
-  return before === after ? `The weights are balanced: the worst ratio is ${after}.`
-    : `With the weights of dreams balance the worst ratio would be ${after} instead of ${before}.`
+  const [before, after] = [flock.worst_ratio, balanced.worst_ratio]
+  // The page of a large flock has not the balanced shares; the same sheep are never shown with any weights.
+  const never = sheep.filter((one, at) => one.want && !(balanced.sheep ? balanced.sheep[at][0] : one.visits))
+  if (after === null) return `${never.length === 1 ? never[0].id : spoken(never.length, 'sheep')} ${never.length === 1 ? 'is' : 'are'} never shown, whatever the weights.`
+  if (before === null) return `With the weights of dreams balance the worst ratio would be ${times(after)}.`
+  if (times(before) === times(after)) return `Balancing does not change the worst ratio, which is ${times(after)}.`
+  return after < before ? `With the weights of dreams balance the worst ratio would be ${times(after)} instead of ${times(before)}.`
+    : `With the weights of dreams balance the worst ratio would be ${times(after)}, so dreams balance --write leaves the weights as they are, with ${times(before)}.`
 }
 
+// The sheep that are shown and wanted more than all that they lead to
 function bottleneck({ bottleneck }) {
-  if (!bottleneck) return ''
-  return `No weights reach every want: ${spoken(bottleneck.sheep.length, 'sheep')} ${bottleneck.sheep.length === 1 ? 'is' : 'are'} wanted ${percent(bottleneck.want)} of all visits, ` +
-    `all they lead to, ${spoken(bottleneck.followers, 'sheep')}, only ${percent(bottleneck.followers_want)}.`
+  if (!bottleneck?.sheep) return ''
+  const [are, they] = bottleneck.sheep === 1 ? ['is', 'it leads'] : ['are', 'they lead']
+  return `No weights reach every want: ${spoken(bottleneck.sheep, 'sheep')} ${are} wanted ${percent(bottleneck.want)} of all visits, ` +
+    `all that ${they} to, ${spoken(bottleneck.followers, 'sheep')}, only ${percent(bottleneck.followers_want)}.`
 }
 
 function weigh(weighed, buttons, which) {

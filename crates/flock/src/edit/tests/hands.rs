@@ -93,6 +93,8 @@ impl Tape<'_> {
 enum Op {
     Weight(usize, f64),
     Want(usize, f64),
+    Repeat(usize, u32),
+    KeepOnly(usize),
     Loop(usize, Clip),
     Add(usize),
     Link(usize, usize),
@@ -111,8 +113,8 @@ impl Op {
         match self {
             Self::Weight(at, weight) => nth(*at).is_some_and(|(from, to)| {
                 edit.set_weight(&from, &to, *weight).unwrap();
-                let count = model.transitions.len();
-                model.transitions[*at % count].weight = *weight;
+                let own = model.transitions.iter_mut().find(|t| (&t.from, &t.to) == (&from, &to));
+                own.unwrap().weight = *weight;
                 true
             }),
             Self::Want(at, want) => has(*at).is_some_and(|place| {
@@ -120,17 +122,28 @@ impl Op {
                 model.sheep[place].want = *want;
                 true
             }),
+            Self::Repeat(at, repeat) => has(*at).is_some_and(|place| {
+                edit.set_repeat(&name(*at), *repeat).unwrap();
+                model.sheep[place].repeat = *repeat;
+                true
+            }),
+            Self::KeepOnly(count) => {
+                let kept = (0..*count).map(name).collect();
+                edit.keep_only(&kept);
+                model.sheep.retain(|sheep| kept.contains(&sheep.id));
+                model.transitions.retain(|t| kept.contains(&t.from) && kept.contains(&t.to));
+                true
+            }
             Self::Loop(at, clip) => has(*at).is_some_and(|place| {
                 edit.set_loop(&name(*at), clip.clone()).unwrap();
                 model.sheep[place].clip = Some(clip.clone());
                 true
             }),
+            Self::Add(at) if has(*at).is_some() => false,
             Self::Add(at) => {
-                has(*at).is_none() && {
-                    edit.add_sheep(self::sheep(name(*at).as_str())).unwrap();
-                    model.sheep.push(self::sheep(name(*at).as_str()));
-                    true
-                }
+                edit.add_sheep(self::sheep(name(*at).as_str())).unwrap();
+                model.sheep.push(self::sheep(name(*at).as_str()));
+                true
             }
             Self::Link(from, to) => {
                 let new = transition(name(*from).as_str(), name(*to).as_str());
@@ -173,6 +186,8 @@ fn ops() -> impl Strategy<Value = Vec<Op>> {
     let op = prop_oneof![
         (0..20usize, number()).prop_map(|(at, weight)| Op::Weight(at, weight)),
         (0..8usize, number()).prop_map(|(at, want)| Op::Want(at, want)),
+        (0..8usize, 1..4u32).prop_map(|(at, repeat)| Op::Repeat(at, repeat)),
+        (3..9usize).prop_map(Op::KeepOnly),
         loops.prop_map(|(at, clip)| Op::Loop(at, clip)),
         (0..9usize).prop_map(Op::Add),
         (0..8usize, 0..8usize).prop_map(|(from, to)| Op::Link(from, to)),
@@ -266,7 +281,7 @@ proptest! {
         prop_assert!(read.is_ok(), "{:?}\n{text}\n---\n{after}", read);
         prop_assert_eq!(read.unwrap(), model);
         let adds = |op: &Op| matches!(op, Op::Add(_) | Op::Link(..));
-        let drops = |op: &Op| matches!(op, Op::Drop(_) | Op::Unlink(_));
+        let drops = |op: &Op| matches!(op, Op::Drop(_) | Op::Unlink(_) | Op::KeepOnly(_));
         if ops.iter().all(adds) {
             prop_assert!(is_within(&text, &after), "{text}\n---\n{after}");
         }
