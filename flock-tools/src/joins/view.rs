@@ -18,8 +18,8 @@ const SMALLEST_BLOCK: u32 = 4;
 const BROAD: usize = 4;
 /// The noise of x264 between the end of one clip and the keyframe of the next, as a squared distance in blocks of one pixel,
 /// at a quantiser of 0. It grows by the factor 2 with every [`DOUBLING`] steps of the quantiser, and falls with the area
-/// of a block. Measured at rate factors 17, 20, 26 and 34, in blocks of 4, 8 and 16 pixels, on fast and on slow takes: off
-/// by a quarter at most.
+/// of a block. Measured at rate factors 17, 20, 26 and 34, in blocks of 4, 8 and 16 pixels: off by a third at most on slow
+/// takes; fast ones have less.
 const NOISE: f32 = 1.43;
 const DOUBLING: f32 = 5.0;
 

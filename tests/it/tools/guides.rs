@@ -24,7 +24,7 @@ const STICK: &str = "/media/stick";
 /// The frames of each clip of the tutorial's flock.
 const FRAMES: u64 = 30;
 /// What parts words.
-const BETWEEN_WORDS: [char; 3] = [' ', ',', '\n'];
+const BETWEEN_WORDS: [char; 4] = [' ', ',', ';', '\n'];
 /// The most seconds without output on the terminal.
 const SILENCE_S: u32 = 600;
 const PASSPHRASE: &str = "velvet underground";
