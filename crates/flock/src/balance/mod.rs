@@ -158,7 +158,9 @@ impl<'f> Balance<'f> {
             return [Measure::Visits, Measure::Time].map(|measure| worst(sheep.as_deref()?, measure));
         }
         let is_tame = |sheep: &Vec<SheepBalance>| worst(sheep, terms.by).is_some_and(|worst| worst <= TAME);
-        let sheep = told(Some(near)).filter(is_tame).or_else(|| told(None));
+        // By time the visits may depend on the start: nothing is wanted of some sheep, and so of their visits.
+        let near = Some(near).filter(|_| terms.by == Measure::Visits);
+        let sheep = near.and_then(|near| told(Some(near))).filter(is_tame).or_else(|| told(None));
         [Measure::Visits, Measure::Time].map(|measure| worst(sheep.as_deref()?, measure))
     }
 }

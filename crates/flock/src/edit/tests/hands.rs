@@ -1,5 +1,6 @@
 //! Manifests written in any hand, edited by chance.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use crate::edit::{
     Edit, Kind,
     render::{self, Pair},
 };
-use crate::manifest::{Clip, ClipHash, Manifest};
+use crate::manifest::{Clip, ClipHash, Manifest, SheepId};
 
 const KINDS: [Kind; 2] = [Kind::Sheep, Kind::Transition];
 
@@ -113,8 +114,8 @@ impl Op {
         match self {
             Self::Weight(at, weight) => nth(*at).is_some_and(|(from, to)| {
                 edit.set_weight(&from, &to, *weight).unwrap();
-                let own = model.transitions.iter_mut().find(|t| (&t.from, &t.to) == (&from, &to));
-                own.unwrap().weight = *weight;
+                let count = model.transitions.len();
+                model.transitions[*at % count].weight = *weight;
                 true
             }),
             Self::Want(at, want) => has(*at).is_some_and(|place| {
@@ -127,23 +128,18 @@ impl Op {
                 model.sheep[place].repeat = *repeat;
                 true
             }),
-            Self::KeepOnly(count) => {
-                let kept = (0..*count).map(name).collect();
-                edit.keep_only(&kept);
-                model.sheep.retain(|sheep| kept.contains(&sheep.id));
-                model.transitions.retain(|t| kept.contains(&t.from) && kept.contains(&t.to));
-                true
-            }
+            Self::KeepOnly(count) => keep_only(model, edit, &(0..*count).map(name).collect()),
             Self::Loop(at, clip) => has(*at).is_some_and(|place| {
                 edit.set_loop(&name(*at), clip.clone()).unwrap();
                 model.sheep[place].clip = Some(clip.clone());
                 true
             }),
-            Self::Add(at) if has(*at).is_some() => false,
             Self::Add(at) => {
-                edit.add_sheep(self::sheep(name(*at).as_str())).unwrap();
-                model.sheep.push(self::sheep(name(*at).as_str()));
-                true
+                has(*at).is_none() && {
+                    edit.add_sheep(self::sheep(name(*at).as_str())).unwrap();
+                    model.sheep.push(self::sheep(name(*at).as_str()));
+                    true
+                }
             }
             Self::Link(from, to) => {
                 let new = transition(name(*from).as_str(), name(*to).as_str());
@@ -177,6 +173,14 @@ impl Op {
             }
         }
     }
+}
+
+/// The sheep `kept` are kept, and the transitions among them.
+fn keep_only(model: &mut Manifest, edit: &mut Edit, kept: &BTreeSet<SheepId>) -> bool {
+    edit.keep_only(kept);
+    model.sheep.retain(|sheep| kept.contains(&sheep.id));
+    model.transitions.retain(|t| kept.contains(&t.from) && kept.contains(&t.to));
+    true
 }
 
 fn ops() -> impl Strategy<Value = Vec<Op>> {
@@ -281,7 +285,7 @@ proptest! {
         prop_assert!(read.is_ok(), "{:?}\n{text}\n---\n{after}", read);
         prop_assert_eq!(read.unwrap(), model);
         let adds = |op: &Op| matches!(op, Op::Add(_) | Op::Link(..));
-        let drops = |op: &Op| matches!(op, Op::Drop(_) | Op::Unlink(_) | Op::KeepOnly(_));
+        let drops = |op: &Op| matches!(op, Op::Drop(_) | Op::KeepOnly(_) | Op::Unlink(_));
         if ops.iter().all(adds) {
             prop_assert!(is_within(&text, &after), "{text}\n---\n{after}");
         }
