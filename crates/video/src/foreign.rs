@@ -7,6 +7,7 @@
 //! Start at [`ForeignVideo::open`]. Reading goes through `ffmpeg-next`'s safe layer; pixels are `pixels.rs`'s.
 
 use crate::code;
+use crate::length;
 use crate::nal;
 use crate::pixels::{self, Layout, Levels, Matrix, MatrixRule};
 use crate::raw::{self, Demuxer};
@@ -16,7 +17,7 @@ use ffmpeg_next::color::TransferCharacteristic;
 use ffmpeg_next::format::context::Input;
 use ffmpeg_next::{Dictionary, Packet, Rational, codec, decoder, format, frame, media};
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io;
 use std::os::fd::AsRawFd;
 use std::path::Path;
 use timing::{FrameCount, Rate};
@@ -397,19 +398,11 @@ fn check_file(path: &Path) -> Result<File, ForeignError> {
     if kind.len() == 0 {
         return Err(ForeignError::Empty);
     }
-    let mut head = Vec::new();
     let file = File::open(path).map_err(cannot)?;
-    (&file).take(8).read_to_end(&mut head).map_err(cannot)?;
-    // An AVI begins with `RIFF` and how many bytes follow. ffmpeg reads a truncated one without an error.
-    if let [b'R', b'I', b'F', b'F', size @ ..] = &head[..]
-        && let Ok(size) = <[u8; 4]>::try_from(size)
-    {
-        let expected = u64::from(u32::from_le_bytes(size)) + 8;
-        if kind.len() < expected {
-            return Err(ForeignError::Cut { expected, found: kind.len() });
-        }
+    match length::told(&file, kind.len()).map_err(cannot)? {
+        Some(expected) if kind.len() < expected => Err(ForeignError::Cut { expected, found: kind.len() }),
+        Some(_) | None => Ok(file),
     }
-    Ok(file)
 }
 
 /// The file's tags about its origin.

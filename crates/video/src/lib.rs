@@ -14,6 +14,7 @@ mod encoder;
 mod foreign;
 mod form;
 mod frame;
+mod length;
 mod nal;
 mod pixels;
 mod probe;

@@ -152,19 +152,19 @@ pub(crate) fn yuv420p(frame: &Video, layout: &Layout, levels: Levels) -> Option<
         samples
     });
     if levels.is_bt709_limited() {
-        return Yuv420p::from_planes(width, height, &planes.concat()).ok();
+        return Yuv420p::of((width, height), planes);
     }
     let is_sited = [Location::Left, Location::Unspecified].contains(&frame.chroma_location());
     let is_even = width.is_multiple_of(2) && height.is_multiple_of(2);
     let turned = (is_sited && is_even).then(|| turned(width as usize / 2, &planes, levels))?;
-    Yuv420p::from_planes(width, height, &turned).ok()
+    Yuv420p::of((width, height), turned)
 }
 
 /// The samples of 4:2:0 planes, with `width` samples of chroma in a row, turned from `levels` to those of a flock. Gray
 /// stays gray in every matrix, so chroma is a sum of chroma, and luma is luma and a sum of the chroma at its place.
 ///
 /// Every loop goes over slices of one length, so that the compiler makes vectors of it: it is done for each frame.
-fn turned(width: usize, [luma, u, v]: &[Vec<u8>; 3], levels: Levels) -> Vec<u8> {
+fn turned(width: usize, [luma, u, v]: &[Vec<u8>; 3], levels: Levels) -> [Vec<u8>; 3] {
     let flock = Matrix::Bt709.weights();
     let (zero, of_luma, of_chroma) = if levels.full { (0.0, 255.0, 255.0) } else { (16.0, 219.0, 224.0) };
     // Luma and chroma of a flock for one unit of chroma.
@@ -179,11 +179,8 @@ fn turned(width: usize, [luma, u, v]: &[Vec<u8>; 3], levels: Levels) -> Vec<u8> 
         let sum = move |(u, v): (&u8, &u8)| u_part * (f32::from(*u) - 128.0) + v_part * (f32::from(*v) - 128.0);
         u.iter().zip(v).map(sum)
     };
-    let mut samples = vec![0; luma.len() + 2 * u.len()];
-    let (turned_luma, turned_chroma) = samples.split_at_mut(luma.len());
-    for (kind, plane) in turned_chroma.chunks_exact_mut(u.len()).enumerate() {
-        plane.iter_mut().zip(sums(kind + 1)).for_each(|(to, sum)| *to = (128.5 + sum) as u8);
-    }
+    let chroma = |kind: usize| sums(kind).map(|sum| (128.5 + sum) as u8).collect::<Vec<u8>>();
+    let mut turned_luma = vec![0; luma.len()];
     let added: Vec<f32> = sums(0).collect();
     let (scale, rows) = (219.0 / of_luma, u.len() / width);
     let base = 16.5 - zero * scale;
@@ -203,7 +200,7 @@ fn turned(width: usize, [luma, u, v]: &[Vec<u8>; 3], levels: Levels) -> Vec<u8> 
             *to = (base + scale * f32::from(*sample) + added) as u8;
         }
     }
-    samples
+    [turned_luma, chroma(1), chroma(2)]
 }
 
 /// The picture as display RGB: `[height][width][3]`, row-major, 0 to 1; limited range may exceed that slightly.

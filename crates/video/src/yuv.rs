@@ -96,6 +96,13 @@ impl Yuv420p {
         Ok(Self { size: (width, height), planes: [y, u, v].map(<[u8]>::to_vec) })
     }
 
+    /// A picture of these planes, which are not copied; `None` if they are not of its size, or a side is odd.
+    pub(crate) fn of(size: (u32, u32), planes: [Vec<u8>; 3]) -> Option<Self> {
+        let luma = size.0 as usize * size.1 as usize;
+        let fits = planes.each_ref().map(Vec::len) == [luma, luma / 4, luma / 4];
+        (fits && check_sides(size.0, size.1).is_ok()).then_some(Self { size, planes })
+    }
+
     /// `threshold` is added before rounding down: 0.5 rounds to nearest.
     fn from_rgb(w: u32, h: u32, rgb: &[f32], threshold: impl Fn(u32, u32) -> f32) -> Result<Self, PictureError> {
         check_sides(w, h)?;

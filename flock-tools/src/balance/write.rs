@@ -63,7 +63,7 @@ pub(super) fn summary(changed: usize, flock: &Flock, by: Measure) -> String {
 pub(super) fn kept([was, is]: [f64; 2], by: Measure) -> String {
     format!(
         "note: nothing written, the weights stay: their worst ratio of {by} and want is {was:.3}, that of these is \
-         {is:.3}; a higher --fairness or a lower --floor may come nearer"
+         {is:.3}; --suggest looks for transitions that would help"
     )
 }
 

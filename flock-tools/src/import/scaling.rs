@@ -5,9 +5,9 @@
 //!
 //! Start at [`Scaling::new`].
 
-use fast_image_resize::images::{Image, ImageRef, TypedImage, TypedImageRef};
-use fast_image_resize::pixels::F32x3;
-use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
+use fast_image_resize::images::{TypedImage, TypedImageRef};
+use fast_image_resize::pixels::{F32x3, U8};
+use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use video::{ForeignPicture, VideoInfo, Yuv420p};
 
 /// How a picture of another shape is scaled.
@@ -118,14 +118,16 @@ impl Scaling {
                 first.chain(row.iter().copied()).chain(last)
             })
             .collect();
-        let full = ImageRef::new(across + 2 * margin as u32, down, &widened, PixelType::U8).map_err(|e| text(&e))?;
-        let mut small = Image::new(wide, high, PixelType::U8);
+        let full = TypedImageRef::<U8>::from_buffer(across + 2 * margin as u32, down, &widened);
+        let full = full.map_err(|error| text(&error))?;
+        let mut small = TypedImage::<U8>::new(wide, high);
         let options = lanczos().crop(cut[0] + margin as f64 + shift, cut[1], cut[2], cut[3]);
-        Resizer::new().resize(&full, &mut small, &options).map_err(|error| text(&error))?;
+        Resizer::new().resize_typed(&full, &mut small, &options).map_err(|error| text(&error))?;
         let (across, down) = ((self.size.0 / half) as usize, (self.size.1 / half) as usize);
         let mut placed = vec![black; across * down];
-        for (y, row) in small.buffer().chunks_exact(wide as usize).enumerate() {
-            placed[(y + top as usize) * across + left as usize..][..row.len()].copy_from_slice(row);
+        for (y, row) in small.pixels().chunks_exact(wide as usize).enumerate() {
+            let start = (y + top as usize) * across + left as usize;
+            placed[start..][..row.len()].iter_mut().zip(row).for_each(|(to, from)| *to = from.0);
         }
         Ok(placed)
     }

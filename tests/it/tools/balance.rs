@@ -204,6 +204,9 @@ fn weights_that_would_leave_the_worst_ratio_worse_are_not_written() {
         format!("note: nothing written, the weights stay: their worst ratio of visits and want is {stands:.3}, that");
     assert!(note.starts_with(&told), "{note}");
     assert_eq!((flock_folder.manifest(), worst()), (before, stands));
+    // As the note says, a transition may help.
+    let suggested = flock_folder.answers("balance", &["--suggest", "1"]);
+    assert!(suggested["add"][0]["worst_ratio"].as_f64().unwrap() < stands, "{suggested}");
 }
 
 #[test]

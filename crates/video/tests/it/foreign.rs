@@ -204,6 +204,9 @@ fn what_is_damaged_is_refused_and_told_where() {
         ("b.mp4", "-c:v libx264 -movflags +faststart"),
         ("c.mkv", "-c:v libx264"),
         ("d.mpg", "-c:v mpeg2video -q:v 3"),
+        ("e.ts", "-c:v mpeg2video -q:v 3"),
+        ("f.ogv", "-c:v libtheora -q:v 9"),
+        ("g.wmv", "-c:v wmv2 -q:v 3"),
     ] {
         let path = made(folder.path(), name, "testsrc2=size=192x128:rate=25,noise=alls=30:allf=t", FRAMES, settings);
         assert_eq!(read(&path).unwrap().len(), FRAMES as usize, "{name} is fine");
