@@ -1,16 +1,17 @@
 //! `dreams list`: the sheep of a flock, all or those that some filters keep.
 //!
-//! Owns the command, the filters and the form of its answer. The flock crate knows what is played and how often; whether
-//! a loop is rendered is seen by its file. Never opens a clip.
+//! Owns the command, the filters and the form of its answer. The flock crate knows what is played and how often, the
+//! credits know the licences; whether a loop is rendered is seen by its file. Never opens a clip.
 //!
 //! Start at [`Filters`].
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use flock::{ClipPath, Flock, FlockShares, Measure, SheepId, SheepIx};
+use flock::{ClipPath, Flock, FlockShares, Manifest, Measure, SheepId, SheepIx};
 
 use super::selection::{Chosen, FORM, Selector};
+use crate::credits::FlockCredits;
 use crate::flock_folder::{ids, open};
 use crate::program::{Exit, Fatal, arguments, print};
 
@@ -22,7 +23,7 @@ use crate::program::{Exit, Fatal, arguments, print};
 #[command(after_help = "Exit status:
   0  the sheep are printed, however many they are
   1  does not occur
-  2  the command line or the manifest is wrong
+  2  the command line, the manifest or, with --licence, credits.toml is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {
     /// Folder of the flock
@@ -65,6 +66,9 @@ struct Filters {
     /// Sheep whose share is more than R times their want
     #[arg(long, value_name = "R", value_parser = arguments::positive)]
     above: Option<f64>,
+    /// Sheep under this licence, as cc-by-nc or CC-BY-NC-3.0; none for those without one
+    #[arg(long)]
+    licence: Option<String>,
 }
 
 /// The answer with `--json`.
@@ -107,9 +111,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let flock = Flock::new(open::manifest(&args.dir)?);
     let chosen = if args.ids.is_empty() { None } else { Some(Chosen::of(&args.ids, flock.manifest())?.sheep) };
     let is_chosen = |row: &Row| chosen.as_ref().is_none_or(|ids: &BTreeSet<SheepId>| ids.contains(row.id));
+    let licensed = args.filters.licensed(&args.dir, flock.manifest())?;
+    let is_licensed = |row: &Row| licensed.as_ref().is_none_or(|ids| ids.contains(row.id));
     let all = rows(&flock, &args.dir, args.by.into());
     let of = all.len();
-    let sheep: Vec<Row> = all.into_iter().filter(|row| is_chosen(row) && args.filters.keep(row)).collect();
+    let sheep: Vec<Row> =
+        all.into_iter().filter(|row| is_chosen(row) && is_licensed(row) && args.filters.keep(row)).collect();
     if args.json {
         print::json(&Answer { sheep, of })?;
     } else if args.ids_only {
@@ -123,7 +130,16 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 impl Filters {
-    /// Whether `row` is listed.
+    /// The sheep under the licence that is asked for; `None` if none is.
+    /// Errors: If `credits.toml` is malformed.
+    fn licensed<'f>(&self, dir: &Path, manifest: &'f Manifest) -> Result<Option<BTreeSet<&'f SheepId>>, Fatal> {
+        let Some(licence) = &self.licence else { return Ok(None) };
+        let credits = FlockCredits::of_licences(dir, manifest)?;
+        let sheep = manifest.sheep.iter().zip(&credits.sheep).filter(|(_, credit)| credit.is_under(licence));
+        Ok(Some(sheep.map(|(sheep, _)| &sheep.id).collect()))
+    }
+
+    /// Whether `row` is listed, as far as its licence is not asked for.
     fn keep(&self, row: &Row) -> bool {
         let ratio = |holds: &dyn Fn(f64) -> bool| row.ratio.is_some_and(holds);
         (!self.unreachable || !row.reachable)

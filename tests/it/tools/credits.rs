@@ -175,6 +175,8 @@ fn authors_parents_and_licences_are_told_of_every_sheep_and_transition() {
     let ids: Vec<_> = some["sheep"].as_array().unwrap().iter().map(|sheep| &sheep["id"]).collect();
     assert_eq!((ids, some["transitions"].as_array().unwrap().len()), (vec![&json!("242.76")], 1), "{some}");
     assert_eq!(folders.answers(0, "credits", &["--licence", "none"])["sheep"], json!([]));
+    assert_eq!(folders.says(0, "list", &["--licence", "cc-by", "--ids"]), "242.76\n");
+    assert_eq!(folders.says(0, "list", &["--licence", "none", "--ids"]), "");
     let sold = folders.says(1, "credits", &["--for-sale"]);
     assert!(sold.contains("`loops/242.99.mp4` is under CC-BY-NC-3.0: not for sale\n"), "{sold}");
     assert!(!sold.contains("loops/242.76.mp4"), "{sold}");
