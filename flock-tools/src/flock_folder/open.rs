@@ -9,11 +9,14 @@ use std::sync::Arc;
 use flock::{Flock, Manifest, ManifestError};
 
 use super::Draft;
-use crate::program::{Exit, Fatal};
+use crate::program::{Exit, Fatal, print};
 
 /// A flock without a cycle of transitions.
 #[derive(Debug, thiserror::Error)]
-#[error("flock `{name}` cannot be walked: of its {transitions} transitions none lies on a cycle")]
+#[error(
+    "flock `{name}` cannot be walked: none of its transitions lies on a cycle (it has {})",
+    print::count(*.transitions, "transition")
+)]
 struct NoCycle {
     name: String,
     transitions: usize,

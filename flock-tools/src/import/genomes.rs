@@ -109,9 +109,18 @@ struct GenomeImport<'a> {
     is_indexed: bool,
     /// The sheep whose genomes this run has imported, which are not replaced.
     imported: HashSet<SheepId>,
+    /// In a dry run, the genomes that it would have written.
+    planned: HashMap<SheepId, Original>,
     /// Changes since the manifest was saved.
     unsaved: usize,
     answer: &'a mut GenomesAnswer,
+}
+
+/// What the copies of a genome have in common with it.
+struct Original {
+    key: GenomeKey,
+    author: Option<String>,
+    licence: Option<String>,
 }
 
 /// What a flame became.
@@ -143,6 +152,7 @@ impl<'a> GenomeImport<'a> {
             by_genome: HashMap::new(),
             is_indexed: false,
             imported: HashSet::new(),
+            planned: HashMap::new(),
             unsaved: 0,
             answer,
         })
@@ -219,7 +229,11 @@ impl<'a> GenomeImport<'a> {
         let found = fs::read_to_string(&place);
         let is_written = found.as_ref().is_ok_and(|found| found.trim_end() == text.trim_end());
         let replaces = replaces && !self.imported.contains(id);
-        let is_kept = is_written || (!replaces && found.as_ref().is_ok_and(|found| is_copy(&flame.genome, found)));
+        let is_copied = || match self.planned.get(id) {
+            Some(original) => original.is_copied_by(&flame.genome),
+            None => found.as_ref().is_ok_and(|found| is_copy(&flame.genome, found)),
+        };
+        let is_kept = is_written || (!replaces && is_copied());
         if !is_kept && !replaces && (own.is_some() || place.exists()) {
             return Ok(Outcome::Other(path));
         }
@@ -248,6 +262,9 @@ impl<'a> GenomeImport<'a> {
         // In a dry run there will be no file in which it could be found.
         if self.is_indexed || self.dry {
             self.by_genome.entry(GenomeKey::of(&flame.genome)).or_insert_with(|| id.clone());
+        }
+        if self.dry {
+            self.planned.insert(id.clone(), Original::of(&flame.genome));
         }
         Ok(Outcome::Imported(state, path))
     }
@@ -289,15 +306,23 @@ impl<'a> GenomeImport<'a> {
     }
 }
 
-/// Whether `text` has a copy of `genome`: it draws the same, and names no other author or licence, where both name one.
+impl Original {
+    fn of(genome: &Genome) -> Self {
+        let origin = genome.origin();
+        Self { key: GenomeKey::of(genome), author: origin.authors.into_iter().next(), licence: origin.licence }
+    }
+
+    /// Whether `genome` draws the same, and names no other author or licence, where both name one.
+    fn is_copied_by(&self, genome: &Genome) -> bool {
+        let other = Self::of(genome);
+        let agree = |a: &Option<String>, b: &Option<String>| a.is_none() || b.is_none() || a == b;
+        self.key == other.key && agree(&self.author, &other.author) && agree(&self.licence, &other.licence)
+    }
+}
+
+/// Whether `text` has a copy of `genome`.
 fn is_copy(genome: &Genome, text: &str) -> bool {
-    Genome::parse(text).is_ok_and(|found| {
-        let agree = |a: Option<&String>, b: Option<&String>| a.is_none() || b.is_none() || a == b;
-        let (own, other) = (genome.origin(), found.origin());
-        found.anonymous() == genome.anonymous()
-            && agree(own.authors.first(), other.authors.first())
-            && agree(own.licence.as_ref(), other.licence.as_ref())
-    })
+    Genome::parse(text).is_ok_and(|found| Original::of(&found).is_copied_by(genome))
 }
 
 /// What is known of a flame besides what itself says.

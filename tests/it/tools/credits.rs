@@ -76,6 +76,12 @@ fn pairs(answer: &Value) -> Vec<(String, String, String)> {
     transitions.map(|one| (text(one, "from"), text(one, "to"), text(one, "state"))).collect()
 }
 
+/// The sheep that an import answers with genomes for: id and state.
+fn sheep(answer: &Value) -> Vec<(String, String)> {
+    let text = |one: &Value, key: &str| one[key].as_str().unwrap().to_owned();
+    answer["genomes"].as_array().unwrap().iter().map(|one| (text(one, "sheep"), text(one, "state"))).collect()
+}
+
 /// The credit of a sheep in an answer.
 fn credit<'a>(answer: &'a Value, id: &str) -> &'a Value {
     answer["sheep"]
@@ -101,6 +107,7 @@ fn archive(folders: &Folders) {
     let ends = [flame(10, &format!("{ram} time=\"0\""), ""), flame(20, &format!("{ewe} time=\"180\""), "")];
     folders.genomes("electricsheep.242.00050.flam3", &ends);
     folders.genomes("electricsheep.165.00123.flam3", &[flame(30, "time=\"0\"", "")]);
+    folders.genomes("favourites.flam3", &[flame(10, &format!("{ram} time=\"7\""), ""), flame(20, ewe, "")]);
     folders.genomes("electricsheep.165.00002.flam3", &[flame(40, "time=\"0\"", ""), flame(30, "time=\"128\"", "")]);
 }
 
@@ -112,9 +119,12 @@ fn a_genome_of_an_edge_becomes_the_transition_between_its_sheep() {
     let wanted = [added("165.2.1", "165.123"), added("242.76", "242.99")];
     let dry = folders.answers(0, "import", &[".", "--dry-run"]);
     assert_eq!((pairs(&dry), folders.file("flock.toml").contains("[[sheep]]")), (wanted.to_vec(), false));
+    let (planned, left_out) = (sheep(&dry), &dry["left_out"]);
+    assert_eq!(left_out, &json!([]));
     assert!(!folders.flock().join("credits.toml").exists(), "a dry run writes nothing");
     let answer = folders.answers(0, "import", &[".", "--frames", "90"]);
     assert_eq!((pairs(&answer), &answer["left_out"]), (wanted.to_vec(), &json!([])), "{answer}");
+    assert_eq!(sheep(&answer), planned, "as the dry run said");
     let manifest = folders.file("flock.toml");
     assert_eq!(manifest.matches("[[sheep]]").count(), 4, "each sheep once: {manifest}");
     let edge = "from = \"242.76\"\nto = \"242.99\"\nframes = 90\nclip = \"transitions/242.76=242.99.mp4\"";
