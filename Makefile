@@ -2,7 +2,7 @@
 # What a target needs from the distribution it installs itself, once: the lists lie in .ci/packages.
 
 .DEFAULT_GOAL := help
-.PHONY: help play check bench soak crash image boot
+.PHONY: help play check bench soak crash image boot build-tests bench-image
 
 player := $(or $(CARGO_TARGET_DIR),target)/release/dreams-player
 # Where a player that was started from here keeps its place in the path.
@@ -25,23 +25,28 @@ play: ## build the player and show the demo flock on the best screen there is; C
 	mkdir -p $(state)
 	'$(player)' --flock flock-tools/demo/small --state $(state)
 
-# The artist's programs are built together with the tests: tests enable more features of some crates, so a build of the
-# programs alone would compile 40 crates twice. Those of a unit are built by `image-build/programs`.
 check: ## everything that must hold before a change lands: form, lints, licences, all tests
 	.ci/install play check image
 	cargo fmt --check
 	cargo clippy --locked --release --workspace --all-targets -- --deny warnings
 	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
+	$(MAKE) --no-print-directory --jobs=3 build-tests bench-image
+	cargo test --locked --release --workspace --no-fail-fast
+
+# The artist's programs are built together with the tests: tests enable more features of some crates, so a build of the
+# programs alone would compile 40 crates twice. Those of a unit are built by `image-build/programs`.
+build-tests:
 	cargo build --locked --release --workspace --bin dreams --bin dreams-video --bin crash --tests --examples
+
+# Much of this waits for the archives or for one processor, so that `check` makes it beside the other.
+bench-image:
 	image-build/programs $(unit)
 	image-build/build target/image --profile bench --key $(artist)
-	cargo test --locked --release --workspace --no-fail-fast
 
 bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
-	image-build/programs $(unit)
-	image-build/build target/image --profile bench --key $(artist)
+	$(MAKE) --no-print-directory bench-image
 	tests/bench/run $(what)
 
 soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
