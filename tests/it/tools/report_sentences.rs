@@ -67,8 +67,8 @@ clips there: 0 of 2
 few: 1 sheep, 1 transition. The table below tells the same in figures.
 Balancing does not change the worst ratio, which is 1.
 bars: 1.4 times.
-No transition more would bring the flock nearer to its wants than dreams balance does.
 dots: a walk of 5.6 days.
+No transition more would bring the flock nearer to its wants than dreams balance does.
 The first 24 hours of the walk with seed 1, as a unit plays them: 2,160 visits of 1 sheep. Each row is 60 min.
 The one sheep of few
 footer
@@ -85,7 +85,7 @@ few: 2 sheep, 1 transition. The table below tells the same in figures.
 bars: 16 times. 1 sheep is never shown.
 The 2 sheep of few
 footer
-a; 2 times too often; share: 100.0 %; want: 50.0 %; lit a day: 24.0 h; comes back after: 30 s; a visit: 30 s; leads to 1; nothing leads to it
+a; 2 times as often as wished; share: 100.0 %; want: 50.0 %; lit a day: 24.0 h; comes back after: 30 s; a visit: 30 s; leads to 1; nothing leads to it
 b; never shown; share: 0 %; want: 50.0 %; lit a day: 0 s; comes back after: never; a visit: 30 s; leads nowhere; comes from 1
 # two_sheep_with_nothing_to_show
 2 sheep and 1 transition. No transitions lead round, so there is nothing to walk yet: a unit shows nothing.
@@ -111,15 +111,15 @@ clips there: 0 of 4
 few: 2 sheep, 2 transitions. The table below tells the same in figures.
 Balancing does not change the worst ratio, which is 1.
 bars: 1.4 times.
-No transition more would bring the flock nearer to its wants than dreams balance does.
 dots: a walk of 5.6 days.
+No transition more would bring the flock nearer to its wants than dreams balance does.
 The first 24 hours of the walk with seed 1, as a unit plays them: 2,160 visits of 2 sheep. Each row is 60 min.
 The 2 sheep of few
 footer
 a; as often as wished; share: 50.0 %; want: 50.0 %; lit a day: 9.0 h; comes back after: 80 s; soonest, longest: 80 s, 80 s; a visit: 30 s; leads to 1; comes from 1
 b; as often as wished; share: 50.0 %; want: 50.0 %; lit a day: 9.0 h; comes back after: 80 s; soonest, longest: 80 s, 80 s; a visit: 30 s; leads to 1; comes from 1
 # three_sheep_in_a_ring
-3 sheep and 3 transitions; a visit every 40 s, on average; always the same 3 sheep in the same order, for there is no choice of transitions. Furthest from its want is c, shown 2 times too seldom.
+3 sheep and 3 transitions; a visit every 40 s, on average; always the same 3 sheep in the same order, for there is no choice of transitions. Furthest from its want is c, shown 2 times less than wished.
 worst ratio: 2.00 ×
 evenness: 3 of 3
 unique material: 2.0 min
@@ -128,16 +128,16 @@ clips there: 0 of 6
 few: 3 sheep, 3 transitions. The table below tells the same in figures.
 Balancing does not change the worst ratio, which is 2. No weights reach every want: 1 sheep is wanted 66.7 % of all visits, all that it leads to, 1 sheep, only 16.7 %.
 bars: 2 times.
-No transition more would bring the flock nearer to its wants than dreams balance does.
 dots: a walk of 5.6 days.
+No transition more would bring the flock nearer to its wants than dreams balance does.
 The first 24 hours of the walk with seed 1, as a unit plays them: 2,160 visits of 3 sheep. Each row is 60 min.
 The 3 sheep of few
 footer
-a; 2 times too often; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 2.0 min, 2.0 min; a visit: 30 s; leads to 1; comes from 1
-b; 2 times too often; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 2.0 min, 2.0 min; a visit: 30 s; leads to 1; comes from 1
-c; 2 times too seldom; share: 33.3 %; want: 66.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 2.0 min, 2.0 min; a visit: 30 s; leads to 1; comes from 1
+a; 2 times as often as wished; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 2.0 min, 2.0 min; a visit: 30 s; leads to 1; comes from 1
+b; 2 times as often as wished; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 2.0 min, 2.0 min; a visit: 30 s; leads to 1; comes from 1
+c; 2 times less than wished; share: 33.3 %; want: 66.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 2.0 min, 2.0 min; a visit: 30 s; leads to 1; comes from 1
 # three_sheep_with_a_choice
-3 sheep and 6 transitions; a visit every 40 s, on average; in a walk of 5.6 days the longest part that came twice takes about 15 min. Furthest from its want is c, shown 2 times too seldom.
+3 sheep and 6 transitions; a visit every 40 s, on average; in a walk of 5.6 days the longest part that came twice takes about 15 min. Furthest from its want is c, shown 2 times less than wished.
 worst ratio: 2.00 ×
 evenness: 3 of 3
 unique material: 2.5 min
@@ -146,14 +146,14 @@ clips there: 0 of 9
 few: 3 sheep, 6 transitions. The table below tells the same in figures.
 With the weights of dreams balance the worst ratio would be 1.67 instead of 2. No weights reach every want: 1 sheep is wanted 66.7 % of all visits, all that it leads to, 2 sheep, only 33.3 %.
 bars: 2 times.
-No transition more would bring the flock nearer to its wants than dreams balance does.
 dots: a walk of 5.6 days.
+No transition more would bring the flock nearer to its wants than dreams balance does.
 The first 24 hours of the walk with seed 1, as a unit plays them: 2,160 visits of 3 sheep. Each row is 60 min.
 The 3 sheep of few
 footer
-a; 2 times too often; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 2; comes from 2
-b; 2 times too often; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 2; comes from 2
-c; 2 times too seldom; share: 33.3 %; want: 66.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.0 min; a visit: 30 s; leads to 2; comes from 2
+a; 2 times as often as wished; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 2; comes from 2
+b; 2 times as often as wished; share: 33.3 %; want: 16.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 2; comes from 2
+c; 2 times less than wished; share: 33.3 %; want: 66.7 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.0 min; a visit: 30 s; leads to 2; comes from 2
 # sheep_that_are_never_shown
 5 sheep and 8 transitions; a visit every 40 s, on average; in a walk of 5.6 days the longest part that came twice takes about 15 min. 2 sheep are never shown.
 unreachable sheep `d` cannot be reached from the part that is played
@@ -166,8 +166,8 @@ clips there: 0 of 13
 few: 5 sheep, 8 transitions. The table below tells the same in figures.
 2 sheep are never shown, whatever the weights.
 bars: 16 times. 2 sheep are never shown.
-suggestions
 dots: a walk of 5.6 days.
+suggestions
 The first 24 hours of the walk with seed 1, as a unit plays them: 2,160 visits of 3 sheep. Each row is 60 min.
 e to d: worst ratio 1.5; 300 frames, 10 s
 d to e: worst ratio 1.22; 300 frames, 10 s
@@ -175,9 +175,9 @@ d to b: worst ratio 1.18; 300 frames, 10 s
 c to e: worst ratio 1.1; 300 frames, 10 s
 The 5 sheep of few
 footer
-a; 1.67 times too often; share: 33.3 %; want: 20.0 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 3; comes from 3
-b; 1.67 times too often; share: 33.3 %; want: 20.0 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 2; comes from 2
-c; 1.67 times too often; share: 33.3 %; want: 20.0 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.0 min; a visit: 30 s; leads to 2; comes from 2
+a; 1.67 times as often as wished; share: 33.3 %; want: 20.0 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 3; comes from 3
+b; 1.67 times as often as wished; share: 33.3 %; want: 20.0 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.7 min; a visit: 30 s; leads to 2; comes from 2
+c; 1.67 times as often as wished; share: 33.3 %; want: 20.0 %; lit a day: 6.0 h; comes back after: 2.0 min; soonest, longest: 80 s, 4.0 min; a visit: 30 s; leads to 2; comes from 2
 d; never shown; share: 0 %; want: 20.0 %; lit a day: 0 s; comes back after: never; a visit: 30 s; leads to 1; nothing leads to it
 e; never shown; share: 0 %; want: 20.0 %; lit a day: 0 s; comes back after: never; a visit: 30 s; leads nowhere; comes from 1
 # sheep_that_are_stuck
@@ -191,8 +191,8 @@ clips there: 0 of 9
 few: 4 sheep, 5 transitions. The table below tells the same in figures.
 d is never shown, whatever the weights. No weights reach every want: 2 sheep are wanted 50.0 % of all visits, all that they lead to, 1 sheep, only 25.0 %.
 bars: 16 times. 1 sheep is never shown.
-suggestions
 dots: a walk of 5.6 days.
+suggestions
 The first 24 hours of the walk with seed 1, as a unit plays them: 2,160 visits of 3 sheep. Each row is 60 min.
 c to d: worst ratio 1.64; 300 frames, 10 s
 b to d: worst ratio 1.37; 300 frames, 10 s
@@ -203,10 +203,10 @@ The 4 sheep of few
 footer
 a; as often as wished; share: 25.0 %; want: 25.0 %; lit a day: 4.5 h; comes back after: 2.7 min; soonest, longest: 80 s, 5.3 min; a visit: 30 s; leads to 1; comes from 2
 b; as often as wished; share: 25.0 %; want: 25.0 %; lit a day: 4.5 h; comes back after: 2.7 min; soonest, longest: 80 s, 6.7 min; a visit: 30 s; leads to 1; comes from 1
-c; 2 times too often; share: 50.0 %; want: 25.0 %; lit a day: 9.0 h; comes back after: 80 s; soonest, longest: 80 s, 80 s; a visit: 30 s; leads to 2; comes from 2
+c; 2 times as often as wished; share: 50.0 %; want: 25.0 %; lit a day: 9.0 h; comes back after: 80 s; soonest, longest: 80 s, 80 s; a visit: 30 s; leads to 2; comes from 2
 d; never shown; share: 0 %; want: 25.0 %; lit a day: 0 s; comes back after: never; a visit: 30 s; leads to 1; nothing leads to it
 # weights_that_balancing_would_make_worse
-3 sheep and 4 transitions; a visit every 40 s, on average; in a walk of 5.6 days the longest part that came twice takes about 1.8 h. Furthest from its want is b, shown 2.08 times too often.
+3 sheep and 4 transitions; a visit every 40 s, on average; in a walk of 5.6 days the longest part that came twice takes about 1.8 h. Furthest from its want is b, shown 2.08 times as often as wished.
 worst ratio: 2.08 ×
 evenness: 3 of 3
 unique material: 2.2 min
@@ -215,15 +215,15 @@ clips there: 0 of 7
 few: 3 sheep, 4 transitions. The table below tells the same in figures.
 With the weights of dreams balance the worst ratio would be 2.27, so dreams balance --write leaves the weights as they are, with 2.08. No weights reach every want: 1 sheep is wanted 66.7 % of all visits, all that it leads to, 1 sheep, only 16.7 %.
 bars: 2.1 times.
-The transition that would bring the flock nearest to its wants, balanced by dreams balance.
 dots: a walk of 5.6 days.
+The transition that would bring the flock nearest to its wants, balanced by dreams balance.
 The first 24 hours of the walk with seed 1, as a unit plays them: 2,160 visits of 3 sheep. Each row is 60 min.
 a to c: worst ratio 1.72; 300 frames, 10 s
 The 3 sheep of few
 footer
-a; 1.93 times too seldom; share: 34.6 %; want: 66.7 %; lit a day: 6.2 h; comes back after: 1.9 min; soonest, longest: 80 s, 2.0 min; a visit: 30 s; leads to 1; comes from 2
-b; 2.08 times too often; share: 34.6 %; want: 16.7 %; lit a day: 6.2 h; comes back after: 1.9 min; soonest, longest: 80 s, 2.0 min; a visit: 30 s; leads to 2; comes from 1
-c; 1.85 times too often; share: 30.8 %; want: 16.7 %; lit a day: 5.5 h; comes back after: 2.2 min; soonest, longest: 2.0 min, 4.7 min; a visit: 30 s; leads to 1; comes from 1
+a; 1.93 times less than wished; share: 34.6 %; want: 66.7 %; lit a day: 6.2 h; comes back after: 1.9 min; soonest, longest: 80 s, 2.0 min; a visit: 30 s; leads to 1; comes from 2
+b; 2.08 times as often as wished; share: 34.6 %; want: 16.7 %; lit a day: 6.2 h; comes back after: 1.9 min; soonest, longest: 80 s, 2.0 min; a visit: 30 s; leads to 2; comes from 1
+c; 1.85 times as often as wished; share: 30.8 %; want: 16.7 %; lit a day: 5.5 h; comes back after: 2.2 min; soonest, longest: 2.0 min, 4.7 min; a visit: 30 s; leads to 1; comes from 1
 # clips_of_one_frame
 3 sheep and 6 transitions; a visit every 0.03 s, on average; in a walk of 11 min the longest part that came twice takes about 1 s. Every sheep is shown as often as wished.
 worst ratio: 1.00 ×
@@ -234,8 +234,8 @@ clips there: 0 of 6
 few: 3 sheep, 6 transitions. The table below tells the same in figures.
 Balancing does not change the worst ratio, which is 1.
 bars: 1.4 times.
-No transition more would bring the flock nearer to its wants than dreams balance does.
 dots: a walk of 11 min.
+No transition more would bring the flock nearer to its wants than dreams balance does.
 The first 11 min of the walk with seed 1, as a unit plays them: 20,000 visits of 3 sheep. Each row is 28 s.
 The 3 sheep of few
 footer

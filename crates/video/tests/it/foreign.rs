@@ -220,7 +220,7 @@ fn what_is_damaged_is_refused_and_told_where() {
         }
         std::fs::write(at("scratched"), scratched).unwrap();
         // ffmpeg skips damaged pages of Ogg without an error.
-        assert!(name.ends_with(".ogv") || read(&at("scratched")).is_err(), "{name} with a scratch is read");
+        assert!(name == "f.ogv" || read(&at("scratched")).is_err(), "{name} with a scratch is read");
     }
     std::fs::write(at("empty.avi"), "").unwrap();
     assert!(matches!(ForeignVideo::open(&at("empty.avi")), Err(ForeignError::Empty)));

@@ -1,7 +1,8 @@
 // What all parts of a page use: elements, words for numbers, and the sheep that is looked at.
 
 // Shares and wants are of all visits, or of the time on screen, where a sheep without a loop has neither.
-const often = flock.by === 'time' ? 'long' : 'often'
+const [often, seldom, oftener, seldomer] =
+  flock.by === 'time' ? ['long', 'short', 'longer', 'shorter'] : ['often', 'seldom', 'more often', 'more seldom']
 
 // The sheep that are visited. A loop without a way on is never visited again, and by time a sheep without a loop has no
 // share.
@@ -38,6 +39,7 @@ const digits = (number, most = 2) => number.toLocaleString('en', { maximumFracti
 
 function percent(part) {
   const value = 100 * part
+  if (value > 0 && value < 1e-6) return 'under 0.000001\u00a0%'
   return `${value === 0 ? 0 : value < 0.1 ? value.toPrecision(1) : value.toFixed(value < 10 ? 2 : 1)}\u00a0%`
 }
 
@@ -50,6 +52,9 @@ function minutes(time) {
   return `${digits(time / 1440, time < 14400 ? 1 : 0)} days`
 }
 
+// For a column: so many decimals that all are in line, or two digits of a very small one
+const inLine = ratio => ratio < 0.01 ? ratio.toPrecision(2) : ratio.toFixed(3)
+
 const times = ratio => digits(ratio, ratio < 10 ? 2 : ratio < 100 ? 1 : 0)
 
 // share/want, in words
@@ -58,7 +63,7 @@ function against(one) {
   if (!one.visits) return 'never shown'
   const ratio = one.visits / one.want
   if (ratio > 0.99 && ratio < 1.01) return `as ${often} as wished`
-  return ratio > 1 ? `${times(ratio)} times too often` : `${times(1 / ratio)} times too seldom`
+  return ratio > 1 ? `${times(ratio)} times as ${often} as wished` : `${times(1 / ratio)} times less than wished`
 }
 
 // How far a sheep is from its want: -1 is a quarter of it or less, 1 four times or more.

@@ -42,7 +42,7 @@ function drawHead() {
   const middle = !flock.day ? NaN : sheep.map(one => one.return_minutes ?? Infinity).sort((a, b) => a - b)[Math.floor(sheep.length / 2)]
   const told = [
     ['worst ratio', !sheep.length ? '–' : flock.worst_ratio === null ? 'a sheep is never shown' : `${flock.worst_ratio < 10 ? flock.worst_ratio.toFixed(2) : times(flock.worst_ratio)} ×`, 'the sheep that is furthest from its want; 1 is perfect'],
-    ['evenness', shown().length ? `${digits(2 ** figures.entropy_bits, 1)} of ${digits(figures.sheep)}` : '–', `as varied as so many sheep that are shown equally often: ${digits(figures.entropy_bits, 3)} of ${digits(figures.most_bits, 3)} bits`],
+    ['evenness', shown().length ? `${digits(2 ** figures.entropy_bits, figures.entropy_bits < 7 ? 1 : 0)} of ${digits(figures.sheep)}` : '–', `as varied as so many sheep that are shown equally often: ${digits(figures.entropy_bits, 3)} of ${digits(figures.most_bits, 3)} bits`],
     ['unique material', minutes(figures.material_seconds / 60), 'all clips, each once'],
     ['a sheep comes back after', Number.isNaN(middle) ? '–' : minutes(Number.isFinite(middle) ? middle : null), 'the sheep in the middle, on average'],
     [figures.clips_there === null ? 'clips' : 'clips there', clips, `${flock.size.join(' × ')} at ${digits(SECOND)} frames per second`],

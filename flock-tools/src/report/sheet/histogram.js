@@ -34,12 +34,12 @@ function drawRatios() {
   })
   const powers = [0, -4, 4, -2, 2, -6, 6, -1, 1, -3, 3, -5, 5].filter(power => Math.abs(power) <= widest)
   const ticks = powers.map(power => [0.5 + power / widest * (middle / written.length), power < 0 ? `1/${2 ** -power}` : power ? `${2 ** power} \u00d7` : 'as wished'])
-  const parts = ['The more to the right a bar stands, the more often its sheep are shown than wished; the more to the left, the more seldom.']
+  const parts = [`Sheep of the bars to the right are shown ${oftener} than wished, those of the bars to the left ${seldomer}.`]
   if (balanced) parts.push('The line is the same with the weights of dreams balance.')
   if (flock.balanced) parts.push(reach(flock.balanced), bottleneck(flock.balanced))
   if (never) parts.push(`${digits(never)} never shown.`)
   $('#ratios .note').textContent = parts.filter(Boolean).join(' ')
-  histogram($('#ratios .chart'), 'How many sheep are shown how many times as often as wished', bars, ticks, balanced ?? undefined)
+  histogram($('#ratios .chart'), `How many sheep are shown how many times as ${often} as wished`, bars, ticks, balanced ?? undefined)
 }
 
 function drawReturns() {
@@ -52,6 +52,7 @@ function drawReturns() {
   const at = place => Math.exp(low + (high - low) * place / counts.length)
   const bars = counts.map((count, place) => ({ count, colour: 'var(--even)', words: `after ${minutes(at(place))} to ${minutes(at(place + 1))}` }))
   const ticks = TIMES.map(time => [(Math.log(time) - low) / (high - low), minutes(time)]).filter(([part]) => part > 0 && part < 1)
+  ticks.push([0, minutes(at(0))], [1, minutes(at(counts.length))])
   $('#returns .note').textContent = 'The mean time from one visit to the next, for every sheep.'
   histogram($('#returns .chart'), 'How many sheep come back after how long', bars, ticks)
 }

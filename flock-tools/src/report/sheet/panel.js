@@ -43,8 +43,8 @@ function legend() {
   return [
     make('h3', {}, 'How to read it'),
     row(sign(disc(15, 'var(--even)')), `A disc is a sheep. Its area is its share of ${flock.by === 'time' ? 'the time that loops are on screen' : 'all visits'}.`),
-    row(sign(disc(9, 'var(--seldom)'), draw('circle', { class: 'want', r: 16 })), 'The dashed ring is its want. This one is shown too seldom.'),
-    row(sign(disc(16, 'var(--often)'), draw('circle', { class: 'want', r: 9 })), 'This one is shown too often.'),
+    row(sign(disc(9, 'var(--seldom)'), draw('circle', { class: 'want', r: 16 })), `The dashed ring is its want. This one is shown too ${seldom}.`),
+    row(sign(disc(16, 'var(--often)'), draw('circle', { class: 'want', r: 9 })), `This one is shown too ${often}.`),
     row(sign(draw('path', { class: 'arrow', style: '--strength: 1; --ease: .6', d: 'M-17 10Q-2 -14 9 -4L7 -8L17 2L4 3L8 0Q-2 -8 -17 13Z' })), 'An arrow is a transition, the broader the more often it is taken.'),
     make('div', { class: 'scale' }, make('span', {}, '¼'), make('i'), make('span', {}, '4 ×')),
     make('p', { class: 'dim small' }, 'share against want'),

@@ -1,11 +1,10 @@
 // The sheep that are furthest from their wants, and those that are searched for, in figures.
 
 const FOUND = 50
-const part = ratio => ratio < 0.01 ? ratio.toPrecision(2) : digits(ratio, 3)
 const columns = [
   ['share', one => percent(one.visits)],
   ['want', one => percent(one.want)],
-  ['share / want', one => !one.want ? '–' : one.visits ? part(one.visits / one.want) : 'never'],
+  ['share / want', one => !one.want ? '–' : one.visits ? inLine(one.visits / one.want) : 'never'],
   ['lit a day', one => one.frames ? minutes(one.minutes_a_day) : 'no loop'],
   ['comes back after', one => minutes(one.return_minutes)],
   ['leads to', one => digits(one.leads_to)],

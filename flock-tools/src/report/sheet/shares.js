@@ -9,14 +9,14 @@ function drawShares() {
   const widest = Math.max(0.5, ...sheep.map(one => Math.min(4, Math.abs(Math.log2(ratio(one) || 1 / 16)))))
   const never = sheep.filter(one => one.want && !one.visits).length
   const [more, less] = order.length <= ROWS ? ['to the right', 'to the left'] : ['upwards', 'downwards']
-  $('#shares .note').textContent = `Bars ${more} are shown more often than wished, bars ${less} more seldom; the end of the scale is ${digits(2 ** widest, 1)} times.` + (never ? ` ${spoken(never, 'sheep')} ${never === 1 ? 'is' : 'are'} never shown.` : '')
+  $('#shares .note').textContent = `Bars ${more} are shown ${oftener} than wished, bars ${less} ${seldomer}; the end of the scale is ${digits(2 ** widest, 1)} times.` + (never ? ` ${spoken(never, 'sheep')} ${never === 1 ? 'is' : 'are'} never shown.` : '')
   const row = at => shareRow(at, widest)
   $('#shares').className = order.length <= ROWS ? 'half' : 'wide'
   if (order.length <= ROWS) return chart.replaceChildren(make('div', { class: 'rows' }, ...order.map(row)))
   const list = (title, part) => make('div', { class: 'one-sided' }, make('h3', {}, title),
     make('div', { class: 'rows' }, ...part.map(at => shareRow(at, widest, true))))
   chart.replaceChildren(skyline(order, widest), make('div', { class: 'two' },
-    list('Most too often', order.slice(0, FURTHEST)), list('Most too seldom', order.slice(-FURTHEST).reverse())))
+    list('Shown most above their wants', order.slice(0, FURTHEST)), list('Shown most below their wants', order.slice(-FURTHEST).reverse())))
 }
 
 const ratio = one => one.want ? one.visits / one.want : 1
@@ -43,7 +43,7 @@ function skyline(order, widest) {
     draw('rect', { class: 'back', x: place * step, y: 0, width: step, height }),
     draw('rect', { x: place * step, y: off > 0 ? height / 2 - tall : height / 2, width: Math.max(0.5, 0.82 * step), height: tall, style: `fill: ${tint(one)}` }))
   })
-  return draw('svg', { class: 'skyline', viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: 'none', role: 'img', 'aria-label': 'All sheep from the one shown most too often to the one shown most too seldom' },
+  return draw('svg', { class: 'skyline', viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: 'none', role: 'img', 'aria-label': 'All sheep from the one shown most above its want to the one shown most below it' },
     ...bars, draw('line', { x1: 0, x2: width, y1: height / 2, y2: height / 2 }))
 }
 

@@ -4,7 +4,7 @@ const columns = [
   ['sheep', one => one.id, one => one.id],
   ['share', one => one.visits, one => percent(one.visits)],
   ['want', one => one.want, one => percent(one.want)],
-  ['share / want', one => ratio(one), one => !one.want ? '–' : one.visits ? digits(ratio(one), 3) : 'never'],
+  ['share / want', one => ratio(one), one => !one.want ? '–' : one.visits ? inLine(ratio(one)) : 'never'],
   ['lit a day', one => one.minutes_a_day, one => one.frames ? minutes(one.minutes_a_day) : 'no loop'],
   ['comes back after', one => one.return_minutes ?? Infinity, one => minutes(one.return_minutes)],
   ['soonest', one => one.returns?.soonest ?? Infinity, one => one.returns ? minutes(one.returns.soonest) : '–'],
