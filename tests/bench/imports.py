@@ -1,6 +1,6 @@
 """Measures what an import costs beside ffmpeg with the same settings of x264, and how much quicker all cores are.
 
-imports.py FOLDER DREAMS [CLIPS]. Owns the measuring: processor and wall seconds of whole programs. The clips are of
+imports.py FOLDER DREAMS CLIPS FRAMES. Owns the measuring: processor and wall seconds of whole programs. The clips are of
 1280x720, as Electric Sheep's renderers leave them: MPEG-4 in AVI, with the colours of BT.601. ffmpeg encodes them one
 after the other with one thread, as an import encodes each, and keeps their colours; an import also turns these to
 BT.709, checks every clip with the unit's decoder and adds it to a flock. Answers in FOLDER/imports.json.
@@ -15,7 +15,6 @@ import time
 
 # Different clips; the others are copies.
 MODELS = 4
-FRAMES = 48
 X264 = ["-c:v", "libx264", "-preset", "slow", "-crf", "17", "-profile:v", "high", "-threads", "1",
         "-x264-params", "repeat-headers=1:open-gop=0:8x8dct=1", "-movflags", "+faststart"]
 
@@ -32,15 +31,15 @@ def measure(*command):
     return {"cpu_s": usage.ru_utime + usage.ru_stime, "wall_s": wall, "peak_mb": usage.ru_maxrss / 1024}
 
 
-def make(folder, clips):
-    """Fills `folder` with a ring of loops."""
+def make(folder, clips, frames):
+    """Fills `folder` with a ring of loops of so many frames."""
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
     for at in range(clips):
         path = f"{folder}/00247={at:05}={at:05}={at:05}.avi"
         if at < MODELS:
             source = f"mandelbrot=size=1280x720:rate=30:start_scale={2.5 - at * 0.4}:end_scale={0.4 - at * 0.05}"
-            measure("ffmpeg", "-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", source, "-frames:v", str(FRAMES),
+            measure("ffmpeg", "-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", source, "-frames:v", str(frames),
                     "-c:v", "mpeg4", "-q:v", "3", "-bf", "2", path)
         else:
             model = at % MODELS
@@ -67,16 +66,16 @@ def by_us(dreams, content, flock, *words):
 
 def main():
     folder, dreams = sys.argv[1:3]
-    clips = int(sys.argv[3]) if len(sys.argv) > 3 else 12
+    clips, frames = map(int, sys.argv[3:])
     work = f"{folder}/imports"
     content = f"{work}/content"
-    make(content, clips)
-    result = {"clips": clips, "frames": clips * FRAMES, "cores": len(os.sched_getaffinity(0))}
+    make(content, clips, frames)
+    result = {"clips": clips, "frames": clips * frames, "cores": len(os.sched_getaffinity(0))}
     result["ffmpeg"] = by_ffmpeg(content, f"{work}/ffmpeg")
     result["one clip at a time"] = by_us(dreams, content, f"{work}/one", "--threads", "1")
     result["all cores"] = by_us(dreams, content, f"{work}/all")
     shutil.rmtree(work)
-    print(f"{clips} clips of {FRAMES} frames, {result['cores']} cores\n{'':20}{'CPU s':>10}{'wall s':>10}{'peak MB':>10}")
+    print(f"{clips} clips of {frames} frames, {result['cores']} cores\n{'':20}{'CPU s':>10}{'wall s':>10}{'peak MB':>10}")
     for name in ["ffmpeg", "one clip at a time", "all cores"]:
         row = result[name]
         print(f"{name:20}{row['cpu_s']:>10.1f}{row['wall_s']:>10.1f}{row['peak_mb']:>10.0f}")
