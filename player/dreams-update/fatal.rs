@@ -97,9 +97,9 @@ impl Fatal {
             Self::Refused(Refusal::UnknownKey { .. }) => {
                 "if the key is the artist's, lay its file into the folder that `keys` names"
             }
-            Self::Refused(_) => "nothing was changed; ask whoever made the bundle",
+            Self::Refused(refused) if !refused.is_io() => "nothing was changed; ask whoever made the bundle",
             Self::Room(_) => "free some room on the disk of the store, or lower `reserve_mib`",
-            Self::Read { .. } | Self::Source(_) | Self::Stopped => {
+            Self::Read { .. } | Self::Refused(_) | Self::Source(_) | Self::Stopped => {
                 "what was fetched stays; the next attempt goes on from there"
             }
             Self::Slot { .. } => "the disk may be failing; the system that runs goes on",

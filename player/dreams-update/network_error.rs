@@ -16,6 +16,11 @@ const CERTIFICATES: [(&str, &str); 4] = [
 /// What is wrong with all others.
 const CERTIFICATE: &str = "it is not valid";
 
+/// How the standard library begins an error of name resolution, which has no number.
+const LOOKUP: &str = "failed to lookup address information";
+/// The same, in our words.
+const UNRESOLVED: &str = "cannot resolve the name of the server";
+
 /// A body whose errors are in our own words.
 #[derive(Debug)]
 pub(crate) struct PlainReader<R>(pub(crate) R);
@@ -33,7 +38,7 @@ pub(crate) fn of_request(error: Error) -> io::Error {
     match error {
         Error::Io(error) => of_io(error),
         Error::Timeout(_) => io::Error::new(ErrorKind::TimedOut, "the server does not answer in time"),
-        Error::HostNotFound => other("cannot resolve the name of the server"),
+        Error::HostNotFound => other(UNRESOLVED),
         Error::ConnectionFailed => other("cannot connect to the server"),
         Error::Tls(_) | Error::Pem(_) | Error::TlsRequired => other("cannot set up TLS with the server"),
         Error::Rustls(error) => other(&of_tls(&error.to_string())),
@@ -54,6 +59,7 @@ fn of_io(error: io::Error) -> io::Error {
     match error.downcast::<Error>() {
         Ok(error) => of_request(error),
         Err(error) if kind == ErrorKind::InvalidData => io::Error::new(kind, of_tls(&error.to_string())),
+        Err(error) if error.to_string().starts_with(LOOKUP) => io::Error::other(UNRESOLVED),
         Err(_) => kind.into(),
     }
 }
@@ -79,6 +85,7 @@ fn of_proxy(said: &str) -> String {
 mod tests {
     use super::{PlainReader, of_request};
     use std::io::{self, ErrorKind, Read};
+    use std::net::ToSocketAddrs;
     use ureq::Error;
 
     struct Broken;
@@ -119,5 +126,8 @@ mod tests {
         let expired = io::Error::new(ErrorKind::InvalidData, "invalid peer certificate: certificate expired: at 7");
         assert_eq!(said(Error::Io(expired)), "the server's certificate is refused: it has expired");
         assert_eq!(of_request(Error::Io(ErrorKind::UnexpectedEof.into())).kind(), ErrorKind::UnexpectedEof);
+        // No server of names is asked for one that is too long.
+        let unresolved = ("x".repeat(64), 80).to_socket_addrs().unwrap_err();
+        assert_eq!(said(Error::Io(unresolved)), "cannot resolve the name of the server");
     }
 }

@@ -57,7 +57,7 @@ fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
     let mut text = format!(
         "cd {}\n\
          openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout /tmp/key -out /tmp/cert \
-         -subj /CN=localhost -addext subjectAltName=DNS:localhost -days 30 2> /dev/null\n\
+         -subj /CN=unit -addext subjectAltName=IP:127.0.0.1 -days 30 2> /dev/null\n\
          cat /tmp/key /tmp/cert > /tmp/both.pem\n\
          look() {{ begun=$SECONDS status=0; {} --unit lobby --store /tmp/store --keys keys --notice /tmp/notice \"$2\" \
          2>&1 || status=$?; echo \"$1: $status after $((SECONDS - begun))\"; }}\n",
@@ -71,11 +71,11 @@ fn a_server_that_says_nothing_is_left_in_time_and_tls_does_without_a_clock() {
     text += &socat("TCP-LISTEN:8003", "EXEC:'bash drip'");
     text += "sleep 1\n";
     for (case, clock, url) in [
-        ("in 1970", "1970-01-01 00:05", "https://localhost:8441"),
-        ("with a clock", "2030-01-01 12:00", "https://localhost:8442"),
-        ("silent", "2030-01-01 12:00", "http://localhost:8001"),
-        ("silent in the middle", "2030-01-01 12:00", "http://localhost:8002"),
-        ("dripping", "2030-01-01 12:00", "http://localhost:8003"),
+        ("in 1970", "1970-01-01 00:05", "https://127.0.0.1:8441"),
+        ("with a clock", "2030-01-01 12:00", "https://127.0.0.1:8442"),
+        ("silent", "2030-01-01 12:00", "http://127.0.0.1:8001"),
+        ("silent in the middle", "2030-01-01 12:00", "http://127.0.0.1:8002"),
+        ("dripping", "2030-01-01 12:00", "http://127.0.0.1:8003"),
     ] {
         writeln!(text, "date --utc --set='{clock}' > /dev/null; look '{case}' {url}; cat /tmp/notice; echo").unwrap();
     }
