@@ -5,7 +5,7 @@
 #![expect(clippy::print_stdout, reason = "a bench prints its figures")]
 
 use ffmpeg_next::codec::context::Context;
-use ffmpeg_next::codec::threading::{Config, Type};
+use ffmpeg_next::codec::threading::Config;
 use ffmpeg_next::error::EAGAIN;
 use ffmpeg_next::{Error, decoder, format, frame, media};
 use std::env;
@@ -23,7 +23,7 @@ fn decode(clip: &str) -> Result<u32, Error> {
     let stream = input.streams().best(media::Type::Video).ok_or(Error::StreamNotFound)?;
     let index = stream.index();
     let mut context = Context::from_parameters(stream.parameters())?;
-    context.set_threading(Config { kind: Type::None, count: 1, ..Config::default() });
+    context.set_threading(Config::count(1));
     let mut decoder = context.decoder().video()?;
     let mut frames = 0;
     for (stream, packet) in input.packets() {
