@@ -47,7 +47,8 @@ def seconds(*words, **more):
 def base(folder):
     """A clip of twelve grey frames."""
     path = f"{folder}/base.mp4"
-    run("ffmpeg", "-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", "color=gray:64x64:r=30,format=yuv420p",
+    run("ffmpeg", "-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", "color=gray:64x64:r=30,format=yuv420p", "-vf",
+        "setparams=range=tv:color_primaries=bt709:color_trc=bt709:colorspace=bt709",
         "-frames:v", "12", "-c:v", "libx264", "-profile:v", "high", "-x264-params", "open-gop=0", "-bsf:v",
         "dump_extra=freq=keyframe", "-movflags", "+faststart", "-colorspace", "bt709", "-color_primaries", "bt709",
         "-color_trc", "bt709", "-color_range", "tv", path)

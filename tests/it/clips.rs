@@ -32,6 +32,12 @@ pub(crate) const SETTINGS: [(&str, &str); 6] = [
     ("faster", "bframes=0:ref=2:cabac=1:intra-refresh=0:qp=26"),
 ];
 
+/// Options of ffmpeg's output that tag it as BT.709 limited range.
+pub(crate) const TAGS: [&str; 8] =
+    ["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"];
+/// The filter that tags pictures so: ffmpeg 7 takes primaries and transfer from the pictures, not from those options.
+pub(crate) const SETPARAMS: &str = "setparams=range=tv:color_primaries=bt709:color_trc=bt709:colorspace=bt709";
+
 impl Encode {
     /// Makes the clip at `path`.
     pub(crate) fn make(self, path: &Path) {
@@ -54,7 +60,7 @@ impl Encode {
         let mut ffmpeg = Command::new("ffmpeg");
         ffmpeg.args(["-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", &picture]);
         ffmpeg.args(["-frames:v", &self.frames.to_string(), "-movflags", "+faststart"]);
-        ffmpeg.args(["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"]);
+        ffmpeg.args(["-vf", SETPARAMS]).args(TAGS);
         ffmpeg
     }
 }

@@ -5,6 +5,7 @@
 //!
 //! Start at [`Artist`].
 
+use crate::clips::{SETPARAMS, TAGS};
 use crate::flocks::SMALL;
 use crate::programs::{self, claims_folder, output};
 use crate::tools::command_line::json;
@@ -118,8 +119,7 @@ fn still(artist: &Artist) -> String {
         "12",
     ]);
     ffmpeg.args(["-c:v", "libx264", "-profile:v", "high", "-x264-params", "open-gop=0"]);
-    ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe", "-movflags", "+faststart", "-colorspace", "bt709"]);
-    ffmpeg.args(["-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"]);
+    ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe", "-movflags", "+faststart", "-vf", SETPARAMS]).args(TAGS);
     programs::succeed(ffmpeg.arg(artist.at("still/a.mp4")));
     let manifest = "format = 1\nname = \"still\"\nsize = [64, 64]\nfps = [30, 1]\n\
                     [[sheep]]\nid = \"a\"\nframes = 12\nclip = \"a.mp4\"\n\

@@ -3,6 +3,7 @@
 //! Owns the claim on `dreams check --joins` that one flock meets or jumps at every size, the demo's joins and breaks that
 //! are planted. The figures themselves are tested beside their code, in `flock-tools/src/joins`.
 
+use crate::clips::{SETPARAMS, TAGS};
 use crate::programs::{self, output, repository, succeed};
 use crate::tools::command_line::json;
 use std::collections::BTreeSet;
@@ -31,7 +32,7 @@ const AFTER_FAST: [(&str, &str, bool); 2] =
 /// Writes the frames of the demo's clip `from` that `select` chooses, in every size.
 fn make(folder: &Path, from: &str, select: &str, to: &str) {
     let mut graph = format!("[0:v]select={select},setpts=N/20/TB,split={}", SIZES.len());
-    let scale = |(at, (width, height))| format!("[s{at}]scale={width}:{height}:flags=area,setsar=1[{at}]");
+    let scale = |(at, (width, height))| format!("[s{at}]scale={width}:{height}:flags=area,setsar=1,{SETPARAMS}[{at}]");
     graph.extend((0..SIZES.len()).map(|at| format!("[s{at}]")));
     graph.extend(SIZES.iter().enumerate().map(|(at, size)| format!(";{}", scale((at, *size)))));
     let mut ffmpeg = Command::new("ffmpeg");
@@ -40,8 +41,7 @@ fn make(folder: &Path, from: &str, select: &str, to: &str) {
     for (at, size) in SIZES.iter().enumerate() {
         ffmpeg.args(["-map", &format!("[{at}]"), "-r", "20", "-c:v", "libx264", "-profile:v", "high"]);
         ffmpeg.args(["-preset", "veryfast", "-crf", "20", "-x264-params", "open-gop=0", "-movflags", "+faststart"]);
-        ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe", "-colorspace", "bt709", "-color_primaries", "bt709"]);
-        ffmpeg.args(["-color_trc", "bt709", "-color_range", "tv"]).arg(of(folder, *size).join(to));
+        ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe"]).args(TAGS).arg(of(folder, *size).join(to));
     }
     succeed(&mut ffmpeg);
 }

@@ -11,6 +11,8 @@ use video::{Clip, ClipNumber, Damage, Form, Frame, Poll, Session};
 
 /// Small enough to be quick, not a multiple of 16 high, so that cropping is seen too.
 pub(crate) const SIZE: (u32, u32) = (128, 100);
+/// The filter that tags pictures as a flock's: ffmpeg 7 takes primaries and transfer from the pictures, not from options.
+const SETPARAMS: &str = "setparams=range=tv:color_primaries=bt709:color_trc=bt709:colorspace=bt709";
 /// What makes any ffmpeg clip one of the flock's form.
 const FORM: &str = "-c:v libx264 -pix_fmt yuv420p -color_primaries bt709 -color_trc bt709 -colorspace bt709 \
                     -color_range tv -x264-params repeat-headers=1 -movflags +faststart";
@@ -22,7 +24,7 @@ pub(crate) fn form() -> Form {
 /// A clip of `frames` frames in the flock's form, with more encoder settings as the command line has them.
 pub(crate) fn clip(folder: &Path, name: &str, frames: u32, settings: &str) -> PathBuf {
     let (width, height) = SIZE;
-    let source = format!("testsrc2=size={width}x{height}:rate=30,noise=alls=20:allf=t,hue=h=7*n");
+    let source = format!("testsrc2=size={width}x{height}:rate=30,noise=alls=20:allf=t,hue=h=7*n,{SETPARAMS}");
     made(folder, name, &source, frames, &format!("{FORM} {settings}"))
 }
 
