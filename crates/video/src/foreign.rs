@@ -374,8 +374,12 @@ fn open_decoder(stream: &format::stream::Stream<'_>) -> Result<decoder::Video, f
     context.open_as_with(known, options).and_then(decoder::Opened::video)
 }
 
-/// The number of frames that are shown, by the header: an edit list of an MP4 may hide some.
+/// The number of frames that are shown, by the header: an edit list of an MP4 may hide some. Ogg tells it by its last page.
 fn shown(path: &Path, input: &Input, stream: &format::stream::Stream<'_>) -> Option<FrameCount> {
+    if stream.parameters().id() == codec::Id::THEORA {
+        // Its clock ticks once a frame.
+        return u32::try_from(stream.duration()).ok().filter(|frames| *frames > 0).map(FrameCount);
+    }
     let frames = u32::try_from(stream.frames()).ok().filter(|frames| *frames > 0)?;
     if !input.format().name().starts_with("mov") {
         return Some(FrameCount(frames));
