@@ -46,6 +46,7 @@ mod tools {
     mod import;
     mod import_archive;
     mod import_choices;
+    mod import_folders;
     mod joins;
     mod large_flocks;
     mod manual;

@@ -6,7 +6,7 @@
 use crate::clips::framemd5;
 use crate::flocks::SMALL;
 use crate::programs::{self, output, succeed};
-use crate::tools::command_line::json;
+use crate::tools::import_folders::ImportFolders;
 use claims::wait::ends_within;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
@@ -19,67 +19,9 @@ const FRAMES: usize = 30;
 /// The least PSNR of a copy in a flock, in dB.
 const FAITHFUL_DB: f64 = 38.0;
 
-/// An empty flock, and a folder with what is imported.
-struct Folders {
-    scratch: tempfile::TempDir,
-}
-
-impl Folders {
-    /// A flock with clips of `size` at 30 frames per second.
-    fn new(size: &str) -> Self {
-        let folders = Self { scratch: tempfile::tempdir().unwrap() };
-        fs::create_dir(folders.inbox()).unwrap();
-        succeed(Command::new(programs::dreams()).arg("new").arg(folders.flock()).args(["--size", size, "--fps", "30"]));
-        folders
-    }
-
-    fn flock(&self) -> PathBuf {
-        self.scratch.path().join("aurora")
-    }
-
-    fn inbox(&self) -> PathBuf {
-        self.scratch.path().join("inbox")
-    }
-
-    fn manifest(&self) -> String {
-        fs::read_to_string(self.flock().join("flock.toml")).unwrap()
-    }
-
-    /// `dreams import FLOCK WORDS...`, in the folder `inbox`.
-    fn import(&self, words: &[&str]) -> Command {
-        let mut import = Command::new(programs::dreams());
-        import.arg("import").arg(self.flock()).args(words).current_dir(self.inbox());
-        import
-    }
-
-    /// Its answer; it must end with `code`.
-    fn answer(&self, code: i32, words: &[&str]) -> Value {
-        let said = output(self.import(words).arg("--json"));
-        let error = String::from_utf8_lossy(&said.stderr);
-        assert_eq!(said.status.code(), Some(code), "{words:?}: {error}{}", String::from_utf8_lossy(&said.stdout));
-        json(&said)
-    }
-
-    /// Makes `name` in the inbox: `frames` frames of a moving picture of `size`, `rate` per second.
-    fn film(&self, name: &str, size: &str, rate: &str, frames: usize, settings: &[&str]) -> PathBuf {
-        let path = self.inbox().join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        let source = format!("testsrc2=size={size}:rate={rate},boxblur=1");
-        let mut ffmpeg = Command::new("ffmpeg");
-        ffmpeg.args(["-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", &source, "-frames:v", &frames.to_string()]);
-        succeed(ffmpeg.args(settings).arg(&path));
-        path
-    }
-
-    /// The faults by `dreams check`, without those of the graph.
-    fn clip_faults(&self) -> Vec<Value> {
-        let said = output(Command::new(programs::dreams()).arg("check").arg(self.flock()).arg("--json"));
-        if !self.manifest().contains("[[sheep]]") {
-            return Vec::new();
-        }
-        let faults = json(&said)["faults"].as_array().unwrap().clone();
-        faults.into_iter().filter(|fault| fault["clip"].is_string()).collect()
-    }
+/// Makes `name` in the inbox: `frames` frames of a moving picture of `size`, `rate` per second.
+fn film(folders: &ImportFolders, name: &str, size: &str, rate: &str, frames: usize, settings: &[&str]) -> PathBuf {
+    folders.film(name, &format!("testsrc2=size={size}:rate={rate},boxblur=1"), frames, settings)
 }
 
 /// The form of Electric Sheep's own clips.
@@ -111,14 +53,14 @@ fn reasons(answer: &Value) -> Vec<(String, String)> {
 
 /// Makes a content folder of Electric Sheep: three sheep, one without a loop, and other files beside them. Returns a
 /// loop with tags, and a transition.
-fn content(folders: &Folders) -> [PathBuf; 2] {
+fn content(folders: &ImportFolders) -> [PathBuf; 2] {
     let tags = ["-metadata", "title=Aurora", "-metadata", "copyright=CC BY 4.0", "-metadata", "artist=Ram"];
     let loop_of = |number: &str| format!("content/mpeg/00202={number}={number}={number}.avi");
-    let first = folders.film(&loop_of("67501"), "320x180", "23", FRAMES, &[SHEEP, &tags].concat());
-    folders.film(&loop_of("00033"), "320x180", "23", FRAMES, SHEEP);
-    let there = folders.film("content/mpeg/deep/00202=70000=67501=00033.avi", "320x180", "23", 20, SHEEP);
-    folders.film("content/mpeg/00202=70001=00033=67501.avi", "320x180", "23", 20, SHEEP);
-    folders.film("content/mpeg/00202=70002=00033=00044.avi", "320x180", "23", 20, SHEEP);
+    let first = film(folders, &loop_of("67501"), "320x180", "23", FRAMES, &[SHEEP, &tags].concat());
+    film(folders, &loop_of("00033"), "320x180", "23", FRAMES, SHEEP);
+    let there = film(folders, "content/mpeg/deep/00202=70000=67501=00033.avi", "320x180", "23", 20, SHEEP);
+    film(folders, "content/mpeg/00202=70001=00033=67501.avi", "320x180", "23", 20, SHEEP);
+    film(folders, "content/mpeg/00202=70002=00033=00044.avi", "320x180", "23", 20, SHEEP);
     let at = |name: &str| folders.inbox().join("content/mpeg").join(name);
     let whole = fs::read(&first).unwrap();
     fs::write(at("00202=1=1=1.avi"), &whole[..whole.len() / 2]).unwrap();
@@ -142,7 +84,7 @@ fn tags(clip: &Path) -> Value {
 
 #[test]
 fn a_content_folder_becomes_a_flock_and_what_is_odd_is_named() {
-    let folders = Folders::new("320x180");
+    let folders = ImportFolders::new("320x180");
     let [first, there] = content(&folders);
     let dry = folders.answer(1, &["content", "--dry-run"]);
     assert_eq!((dry["clips"].as_array().unwrap().len(), dry["clips"][0]["state"].as_str()), (5, Some("encode")));
@@ -195,7 +137,7 @@ fn a_content_folder_becomes_a_flock_and_what_is_odd_is_named() {
 
 #[test]
 fn as_many_frames_come_out_as_went_in_whatever_the_codec_size_and_rate() {
-    let folders = Folders::new("320x180");
+    let folders = ImportFolders::new("320x180");
     let films: [(&str, &str, &str, &[&str]); 7] = [
         ("film.mp4", "640x360", "24000/1001", &["-c:v", "libx264", "-bf", "3"]),
         ("odd.avi", "641x361", "25", SHEEP),
@@ -211,7 +153,7 @@ fn as_many_frames_come_out_as_went_in_whatever_the_codec_size_and_rate() {
         ),
     ];
     for (name, size, rate, settings) in films {
-        let film = folders.film(name, size, rate, FRAMES, settings);
+        let film = film(&folders, name, size, rate, FRAMES, settings);
         let id = name.split_once('.').unwrap().0;
         let answer = folders.answer(0, &[name, "--from", id, "--to", id]);
         let clip = &answer["clips"][0];
@@ -226,7 +168,7 @@ fn as_many_frames_come_out_as_went_in_whatever_the_codec_size_and_rate() {
 
 #[test]
 fn a_clip_in_the_form_is_copied_byte_for_byte() {
-    let folders = Folders::new("320x240");
+    let folders = ImportFolders::new("320x240");
     let from = SMALL.flock().folder;
     fs::copy(from.join("s0=s1.mp4"), folders.inbox().join("s0=s1.mp4")).unwrap();
     let answer = folders.answer(0, &["s0=s1.mp4"]);
@@ -246,21 +188,21 @@ fn a_clip_in_the_form_is_copied_byte_for_byte() {
 
 #[test]
 fn pace_and_shape_change_only_when_told() {
-    let folders = Folders::new("320x180");
-    folders.film("slow=fast.mkv", "320x180", "15", FRAMES, &["-c:v", "ffv1"]);
+    let folders = ImportFolders::new("320x180");
+    film(&folders, "slow=fast.mkv", "320x180", "15", FRAMES, &["-c:v", "ffv1"]);
     let twice = folders.answer(0, &["slow=fast.mkv", "--fps", "15"]);
     assert_eq!(twice["clips"][0]["frames"], FRAMES * 2);
     let slow = framemd5(&folders.flock().join("transitions/slow=fast.mp4"));
     assert_eq!(slow.len(), FRAMES * 2);
-    folders.film("fast=slow.mkv", "320x180", "60", FRAMES, &["-c:v", "ffv1"]);
+    film(&folders, "fast=slow.mkv", "320x180", "60", FRAMES, &["-c:v", "ffv1"]);
     assert_eq!(folders.answer(0, &["fast=slow.mkv", "--fps", "60"])["clips"][0]["frames"], FRAMES / 2);
 
-    folders.film("a=b.avi", "320x240", "30", FRAMES, SHEEP);
+    film(&folders, "a=b.avi", "320x240", "30", FRAMES, SHEEP);
     let refused = reasons(&folders.answer(1, &["a=b.avi"]));
     assert!(refused[0].1.contains("320x240") && refused[0].1.contains("320x180"), "{refused:?}");
     assert!(!folders.flock().join("transitions/a=b.mp4").exists());
     folders.answer(0, &["a=b.avi", "--fit", "crop"]);
-    folders.film("b=a.avi", "320x240", "30", FRAMES, SHEEP);
+    film(&folders, "b=a.avi", "320x240", "30", FRAMES, SHEEP);
     folders.answer(0, &["b=a.avi", "--fit", "pad"]);
     let shape = |clip: &str, filter: &str, original: &str, cut: &str| {
         let colours = "scale=in_color_matrix=bt601:out_color_matrix=bt709:out_range=tv,format=yuv420p";
@@ -283,7 +225,7 @@ fn pace_and_shape_change_only_when_told() {
 
 #[test]
 fn every_flame_of_a_file_becomes_a_sheep_with_its_own_text() {
-    let folders = Folders::new("320x180");
+    let folders = ImportFolders::new("320x180");
     let genome = |name: &str| {
         let path = programs::repository().join("flock-tools/demo/genomes").join(name).with_extension("flam3");
         let text = fs::read_to_string(path).unwrap();
@@ -294,7 +236,7 @@ fn every_flame_of_a_file_becomes_a_sheep_with_its_own_text() {
     let (licensed, named) = (licensed.trim_end_matches("</flames>").trim(), named.trim_end_matches("</flames>").trim());
     fs::write(folders.inbox().join("best.flam3"), format!("<flames>\n{licensed}\n{named}\n</flames>\n")).unwrap();
     fs::write(folders.inbox().join("half.flam3"), &licensed[..licensed.len() / 2]).unwrap();
-    folders.film("00247=505=505=505.avi", "320x180", "23", FRAMES, SHEEP);
+    film(&folders, "00247=505=505=505.avi", "320x180", "23", FRAMES, SHEEP);
     let answer = folders.answer(1, &[".", "--frames", "90"]);
     let flames: Vec<_> = answer["genomes"].as_array().unwrap().iter().map(|g| (&g["sheep"], &g["state"])).collect();
     assert_eq!(flames, [(&json!("orchid"), &json!("added")), (&json!("247.505"), &json!("given"))], "{answer}");
@@ -315,9 +257,9 @@ fn every_flame_of_a_file_becomes_a_sheep_with_its_own_text() {
 
 #[test]
 fn an_import_that_is_interrupted_or_finds_the_disk_full_leaves_a_whole_flock_and_goes_on() {
-    let folders = Folders::new("320x180");
+    let folders = ImportFolders::new("320x180");
     for name in ["a=b.avi", "b=c.avi", "c=a.avi"] {
-        folders.film(name, "320x180", "23", 300, SHEEP);
+        film(&folders, name, "320x180", "23", 300, SHEEP);
     }
     let parts = || {
         let inside = fs::read_dir(folders.flock().join("transitions")).unwrap().map(|file| file.unwrap().path());
@@ -344,7 +286,7 @@ fn an_import_that_is_interrupted_or_finds_the_disk_full_leaves_a_whole_flock_and
     assert!(folders.manifest() == before && folders.clip_faults().is_empty());
 
     // What a power cut between the clip and the manifest leaves: the very file, which nothing names.
-    let other = Folders::new("320x180");
+    let other = ImportFolders::new("320x180");
     fs::copy(folders.inbox().join("a=b.avi"), other.inbox().join("a=b.avi")).unwrap();
     other.answer(0, &["a=b.avi"]);
     let place = folders.flock().join("transitions/a=b.mp4");
@@ -362,7 +304,7 @@ fn an_import_that_is_interrupted_or_finds_the_disk_full_leaves_a_whole_flock_and
 
 #[test]
 fn every_way_to_end_an_import_has_its_exit_status() {
-    let folders = Folders::new("320x180");
+    let folders = ImportFolders::new("320x180");
     let code = |words: &[&str]| output(&mut folders.import(words)).status.code();
     assert_eq!(code(&[]), Some(2), "nothing to import");
     assert_eq!(code(&["none.avi"]), Some(3), "a file that is not there");

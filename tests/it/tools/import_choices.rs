@@ -8,72 +8,18 @@ use crate::clips::framemd5;
 use crate::programs::{self, output, succeed};
 use crate::syscall_faults::{at_every_step, traced};
 use crate::tools::command_line::json;
+use crate::tools::import_folders::ImportFolders;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 /// A green, as red, green and blue of 255.
 const GREEN: [u8; 3] = [32, 192, 64];
 
-/// A flock, and a folder beside it with what is imported.
-struct Folders {
-    scratch: tempfile::TempDir,
-}
-
-impl Folders {
-    /// An empty flock with clips of `size` at 30 frames per second.
-    fn new(size: &str) -> Self {
-        let folders = Self { scratch: tempfile::tempdir().unwrap() };
-        fs::create_dir(folders.inbox()).unwrap();
-        folders.start(size);
-        folders
-    }
-
-    fn start(&self, size: &str) {
-        succeed(Command::new(programs::dreams()).arg("new").arg(self.flock()).args(["--size", size, "--fps", "30"]));
-    }
-
-    fn flock(&self) -> PathBuf {
-        self.scratch.path().join("aurora")
-    }
-
-    fn inbox(&self) -> PathBuf {
-        self.scratch.path().join("inbox")
-    }
-
-    fn manifest(&self) -> String {
-        fs::read_to_string(self.flock().join("flock.toml")).unwrap()
-    }
-
-    /// `dreams import FLOCK WORDS...`, in the folder `inbox`.
-    fn import(&self, words: &[&str]) -> Command {
-        let mut import = Command::new(programs::dreams());
-        import.arg("import").arg(self.flock()).args(words).current_dir(self.inbox());
-        import
-    }
-
-    /// Its answer, which must end with 0, and what it says on standard error.
-    fn answer(&self, words: &[&str]) -> (Value, String) {
-        let said = output(self.import(words).arg("--json"));
-        let error = String::from_utf8(said.stderr.clone()).unwrap();
-        assert_eq!(said.status.code(), Some(0), "{words:?}: {error}");
-        (json(&said), error)
-    }
-
-    /// Makes `name` in the inbox, of the pictures of the filter `source`.
-    fn film(&self, name: &str, source: &str, frames: usize, settings: &str) {
-        let mut ffmpeg = Command::new("ffmpeg");
-        ffmpeg.args(["-v", "error", "-nostdin", "-y", "-f", "lavfi", "-i", source, "-frames:v", &frames.to_string()]);
-        succeed(ffmpeg.args(settings.split_whitespace()).arg(self.inbox().join(name)));
-    }
-
-    /// The faults of clips by `dreams check`.
-    fn clip_faults(&self) -> Vec<Value> {
-        let said = output(Command::new(programs::dreams()).arg("check").arg(self.flock()).arg("--json"));
-        let faults = json(&said)["faults"].as_array().unwrap().clone();
-        faults.into_iter().filter(|fault| fault["clip"].is_string()).collect()
-    }
+/// Makes `name` in the inbox, of the pictures of the filter `source`.
+fn film(folders: &ImportFolders, name: &str, source: &str, frames: usize, settings: &str) {
+    folders.film(name, source, frames, &settings.split_whitespace().collect::<Vec<_>>());
 }
 
 /// The colour in the middle of the first frame of a clip of a flock, as a display shows it.
@@ -98,15 +44,15 @@ fn a_known_green_comes_in_as_that_green_whoever_made_the_clip_and_whatever_its_s
     };
     // One that is not scaled, and one that is.
     for size in ["800x592", "400x296"] {
-        let folders = Folders::new("800x592");
+        let folders = ImportFolders::new("800x592");
         let untagged = "-c:v mpeg4 -q:v 2";
-        folders.film("00244=1=1=1.avi", &green(size, "bt601"), 2, untagged);
-        folders.film("00244=2=2=2.mp4", &green(size, "bt601"), 2, "-c:v libx264 -crf 5");
-        folders.film("10244=3=3=3.mp4", &green(size, "bt709"), 2, "-c:v libx264 -crf 5 -colorspace bt709");
-        folders.film("a=a.mp4", &green(size, "bt601"), 2, "-c:v libx264 -crf 5 -colorspace smpte170m");
-        folders.film("b=b.avi", &green(size, if size == "800x592" { "bt709" } else { "bt601" }), 2, untagged);
-        folders.film("c=c.mkv", &green(size, "bt601"), 2, "-c:v ffv1 -pix_fmt yuv444p10le");
-        let (answer, told) = folders.answer(&[".", "--dry-run"]);
+        film(&folders, "00244=1=1=1.avi", &green(size, "bt601"), 2, untagged);
+        film(&folders, "00244=2=2=2.mp4", &green(size, "bt601"), 2, "-c:v libx264 -crf 5");
+        film(&folders, "10244=3=3=3.mp4", &green(size, "bt709"), 2, "-c:v libx264 -crf 5 -colorspace bt709");
+        film(&folders, "a=a.mp4", &green(size, "bt601"), 2, "-c:v libx264 -crf 5 -colorspace smpte170m");
+        film(&folders, "b=b.avi", &green(size, if size == "800x592" { "bt709" } else { "bt601" }), 2, untagged);
+        film(&folders, "c=c.mkv", &green(size, "bt601"), 2, "-c:v ffv1 -pix_fmt yuv444p10le");
+        let (answer, told) = folders.answer_and_notes(0, &[".", "--dry-run"]);
         let by: Vec<_> = answer["clips"].as_array().unwrap().iter().map(|c| (&c["matrix"], &c["matrix_by"])).collect();
         let of_size = if size == "800x592" { "bt709" } else { "bt601" };
         let due = [("bt601", "origin"), ("bt601", "origin"), ("bt709", "file"), ("bt601", "file"), (of_size, "size")];
@@ -117,23 +63,23 @@ fn a_known_green_comes_in_as_that_green_whoever_made_the_clip_and_whatever_its_s
         );
         assert!(told.contains("2 clips without a tag are read by BT.601, as Electric Sheep made them"), "{told}");
         fs::remove_file(folders.inbox().join("c=c.mkv")).unwrap();
-        let (answer, _) = folders.answer(&["."]);
+        let (answer, _) = folders.answer_and_notes(0, &["."]);
         for clip in answer["clips"].as_array().unwrap() {
             let found = colour(&folders.flock().join(clip["clip"].as_str().unwrap()));
             assert!(is_green(found), "{size}: {clip} is {found:?}");
         }
     }
-    let folders = Folders::new("800x592");
-    folders.film("00244=1=1=1.avi", &green("800x592", "bt709"), 2, "-c:v mpeg4 -q:v 2");
-    folders.film("c=c.mkv", &green("800x592", "bt601"), 2, "-c:v ffv1 -pix_fmt yuv444p10le");
+    let folders = ImportFolders::new("800x592");
+    film(&folders, "00244=1=1=1.avi", &green("800x592", "bt709"), 2, "-c:v mpeg4 -q:v 2");
+    film(&folders, "c=c.mkv", &green("800x592", "bt601"), 2, "-c:v ffv1 -pix_fmt yuv444p10le");
     let clip = folders.flock().join("loops/244.1.mp4");
-    folders.answer(&["00244=1=1=1.avi"]);
+    folders.answer(0, &["00244=1=1=1.avi"]);
     assert!(!is_green(colour(&clip)), "the origin was wrong");
-    let (answer, told) = folders.answer(&["00244=1=1=1.avi", "--matrix", "bt709", "--force"]);
+    let (answer, told) = folders.answer_and_notes(0, &["00244=1=1=1.avi", "--matrix", "bt709", "--force"]);
     assert_eq!((&answer["clips"][0]["matrix_by"], &answer["clips"][0]["replaces"]), (&json!("option"), &json!(true)));
     assert!(told.contains("read by BT.709, as --matrix tells"), "{told}");
     assert!(is_green(colour(&clip)), "the artist knows better: {:?}", colour(&clip));
-    folders.answer(&["c=c.mkv", "--matrix", "bt601"]);
+    folders.answer(0, &["c=c.mkv", "--matrix", "bt601"]);
     assert!(
         is_green(colour(&folders.flock().join("loops/c.mp4"))),
         "{:?}",
@@ -143,11 +89,11 @@ fn a_known_green_comes_in_as_that_green_whoever_made_the_clip_and_whatever_its_s
 
 #[test]
 fn clips_of_many_rates_keep_their_pace_as_told_and_the_plan_says_what_becomes_of_each() {
-    let folders = Folders::new("64x64");
+    let folders = ImportFolders::new("64x64");
     for (name, rate) in [("a=b.avi", "15"), ("b=c.avi", "30"), ("c=d.avi", "60"), ("d=a.mkv", "23")] {
-        folders.film(name, &format!("testsrc2=size=64x64:rate={rate}"), 12, "-c:v ffv1");
+        film(&folders, name, &format!("testsrc2=size=64x64:rate={rate}"), 12, "-c:v ffv1");
     }
-    let (frame_for_frame, told) = folders.answer(&[".", "--dry-run"]);
+    let (frame_for_frame, told) = folders.answer_and_notes(0, &[".", "--dry-run"]);
     let of = |answer: &Value, key: &str| -> Vec<Value> {
         answer["clips"].as_array().unwrap().iter().map(|clip| clip[key].clone()).collect()
     };
@@ -163,7 +109,7 @@ fn clips_of_many_rates_keep_their_pace_as_told_and_the_plan_says_what_becomes_of
     assert!(told.contains("1 clip of 30 frames per second: frame for frame, at their pace"), "{told}");
     assert_eq!(told.matches("--fps as-told keeps their pace").count(), 3, "{told}");
 
-    let (as_told, told) = folders.answer(&[".", "--fps", "as-told"]);
+    let (as_told, told) = folders.answer_and_notes(0, &[".", "--fps", "as-told"]);
     assert_eq!(of(&as_told, "frames"), [24, 12, 6, 16]);
     assert!(of(&as_told, "speed").iter().all(|speed| *speed == 1.0), "{as_told}");
     assert!(
@@ -177,12 +123,12 @@ fn clips_of_many_rates_keep_their_pace_as_told_and_the_plan_says_what_becomes_of
 
 #[test]
 fn a_dry_run_tells_sheep_hours_and_gigabytes_and_writes_nothing() {
-    let folders = Folders::new("320x180");
+    let folders = ImportFolders::new("320x180");
     for (name, frames) in [("00247=1=1=1.avi", 60), ("00247=2=2=2.avi", 60), ("00247=3=1=2.avi", 120)] {
-        folders.film(name, "testsrc2=size=320x180:rate=30", frames, "-c:v mpeg4 -q:v 3");
+        film(&folders, name, "testsrc2=size=320x180:rate=30", frames, "-c:v mpeg4 -q:v 3");
     }
     let before = folders.manifest();
-    let (answer, _) = folders.answer(&[".", "--dry-run"]);
+    let (answer, _) = folders.answer_and_notes(0, &[".", "--dry-run"]);
     let plan = &answer["plan"];
     assert_eq!(
         (&plan["clips"], &plan["sheep"], &plan["encode"], &plan["frames"]),
@@ -195,32 +141,32 @@ fn a_dry_run_tells_sheep_hours_and_gigabytes_and_writes_nothing() {
     assert_eq!(folders.manifest(), before);
     assert_eq!(fs::read_dir(folders.flock().join("loops")).unwrap().count(), 0);
     // The estimate is of the right size.
-    folders.answer(&["."]);
+    folders.answer(0, &["."]);
     let clips = ["loops/247.1.mp4", "loops/247.2.mp4", "transitions/247.1=247.2.mp4"];
     let bytes: u64 = clips.iter().map(|clip| fs::metadata(folders.flock().join(clip)).unwrap().len()).sum();
     let ratio = gigabytes * 1e9 / bytes as f64;
     assert!((0.3..3.0).contains(&ratio), "{gigabytes} GB were expected, {bytes} bytes came");
-    let (nothing, _) = folders.answer(&[".", "--dry-run"]);
+    let (nothing, _) = folders.answer_and_notes(0, &[".", "--dry-run"]);
     assert_eq!((&nothing["plan"]["clips"], &nothing["plan"]["gigabytes"]), (&0.into(), &json!(0.0)));
 }
 
 #[test]
 fn force_replaces_what_the_flock_has_in_its_place_and_nothing_else() {
-    let folders = Folders::new("64x64");
-    folders.film("a=a.avi", "testsrc2=size=64x64:rate=30", 4, "-c:v ffv1");
-    folders.film("a=b.avi", "testsrc2=size=64x64:rate=30", 4, "-c:v ffv1");
-    folders.answer(&["."]);
+    let folders = ImportFolders::new("64x64");
+    film(&folders, "a=a.avi", "testsrc2=size=64x64:rate=30", 4, "-c:v ffv1");
+    film(&folders, "a=b.avi", "testsrc2=size=64x64:rate=30", 4, "-c:v ffv1");
+    folders.answer(0, &["."]);
     // The artist has named and weighed it.
     let edited =
         folders.manifest().replace("loops/a.mp4", "art/first.mp4").replace("to = \"b\"", "to = \"b\"\nweight = 3");
     fs::create_dir(folders.flock().join("art")).unwrap();
     fs::rename(folders.flock().join("loops/a.mp4"), folders.flock().join("art/first.mp4")).unwrap();
     fs::write(folders.flock().join("flock.toml"), &edited).unwrap();
-    folders.film("a=a.avi", "testsrc2=size=64x64:rate=30,negate", 6, "-c:v ffv1");
-    let (stood, _) = folders.answer(&["."]);
+    film(&folders, "a=a.avi", "testsrc2=size=64x64:rate=30,negate", 6, "-c:v ffv1");
+    let (stood, _) = folders.answer_and_notes(0, &["."]);
     assert_eq!((&stood["clips"][0]["state"], &stood["clips"][1]["state"]), (&json!("stood"), &json!("stood")));
     assert_eq!(folders.manifest(), edited);
-    let (replaced, told) = folders.answer(&[".", "--force"]);
+    let (replaced, told) = folders.answer_and_notes(0, &[".", "--force"]);
     assert_eq!(replaced["clips"][0]["clip"], "art/first.mp4");
     assert_eq!((&replaced["clips"][0]["frames"], &replaced["clips"][0]["replaces"]), (&6.into(), &json!(true)));
     assert!(told.contains("2 to encode, 0 to copy, 2 to replace"), "{told}");
@@ -231,20 +177,21 @@ fn force_replaces_what_the_flock_has_in_its_place_and_nothing_else() {
 
     let genome = fs::read_to_string(programs::repository().join("flock-tools/demo/genomes/orchid.flam3")).unwrap();
     fs::write(folders.inbox().join("a.flam3"), &genome).unwrap();
-    folders.answer(&["a.flam3"]);
+    folders.answer(0, &["a.flam3"]);
     fs::write(folders.inbox().join("a.flam3"), genome.replacen("nick=\"dreams\"", "nick=\"Ram\"", 1)).unwrap();
     let refused = output(folders.import(&["a.flam3"]).arg("--json"));
     assert!(json(&refused)["left_out"][0]["reason"].as_str().unwrap().ends_with("--force replaces it"));
-    let (replaced, _) = folders.answer(&["a.flam3", "--force"]);
+    let (replaced, _) = folders.answer_and_notes(0, &["a.flam3", "--force"]);
     assert_eq!(replaced["genomes"][0]["state"], "replaced");
     assert!(fs::read_to_string(folders.flock().join("genomes/orchid.flam3")).unwrap().contains("nick=\"Ram\""));
 }
 
 #[test]
 fn an_import_syncs_the_disk_at_most_once_a_clip_and_comes_out_the_same_on_all_cores() {
-    let folders = Folders::new("64x64");
+    let folders = ImportFolders::new("64x64");
     for at in 0..12 {
-        folders.film(
+        film(
+            &folders,
             &format!("a{at}=a{}.avi", at + 1),
             &format!("testsrc2=size=64x64:rate=30,hue=h={at}"),
             3,
@@ -264,15 +211,15 @@ fn an_import_syncs_the_disk_at_most_once_a_clip_and_comes_out_the_same_on_all_co
     let many = folders.manifest();
     fs::remove_dir_all(folders.flock()).unwrap();
     folders.start("64x64");
-    folders.answer(&[".", "--threads", "1"]);
+    folders.answer(0, &[".", "--threads", "1"]);
     assert_eq!(folders.manifest(), many, "with one thread and with all, to the byte");
 }
 
 #[test]
 fn a_kill_or_a_failing_disk_at_any_step_leaves_a_whole_flock_and_the_next_import_ends_it() {
-    let folders = Folders::new("64x64");
-    folders.film("a=a.avi", "testsrc2=size=64x64:rate=30", 2, "-c:v ffv1");
-    folders.film("a=b.avi", "testsrc2=size=64x64:rate=30,negate", 2, "-c:v ffv1");
+    let folders = ImportFolders::new("64x64");
+    film(&folders, "a=a.avi", "testsrc2=size=64x64:rate=30", 2, "-c:v ffv1");
+    film(&folders, "a=b.avi", "testsrc2=size=64x64:rate=30,negate", 2, "-c:v ffv1");
     let log = folders.scratch.path().join("calls");
     let inbox = folders.inbox().display().to_string();
     let prepare = || {
