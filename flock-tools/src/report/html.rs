@@ -8,8 +8,12 @@
 use super::facts::Facts;
 use super::large_facts::LargeFacts;
 
-const PAGE: &str = include_str!("sheet/page.html");
-const LARGE_PAGE: &str = include_str!("sheet/large_page.html");
+/// What is around the sections of every page.
+const FRAME: &str = include_str!("sheet/frame.html");
+/// The sections of a page.
+const MAIN: &str = include_str!("sheet/main.html");
+/// Those of a large flock's.
+const LARGE_MAIN: &str = include_str!("sheet/large_main.html");
 const LOOK: &str = include_str!("sheet/look.css");
 /// In this order; a file uses what those before it define.
 const CODE: [&str; 14] = [
@@ -42,29 +46,29 @@ const LARGE_CODE: [&str; 10] = [
     include_str!("sheet/large_start.js"),
 ];
 
-/// The marks in a page that are replaced, in their order.
-const MARKS: [&str; 4] = ["{{title}}", "{{look}}", "{{facts}}", "{{code}}"];
+/// The marks in the frame that are replaced, in their order.
+const MARKS: [&str; 5] = ["{{title}}", "{{look}}", "{{main}}", "{{facts}}", "{{code}}"];
 
 /// The page that shows `facts`.
 /// Errors: What serde says: a number that JSON cannot hold, a bug of ours.
 pub(super) fn page(facts: &Facts<'_>) -> serde_json::Result<String> {
-    Ok(filled(PAGE, facts.name, &serde_json::to_string(facts)?, CODE.concat()))
+    Ok(filled(MAIN, facts.name, &serde_json::to_string(facts)?, CODE.concat()))
 }
 
 /// The page that shows `facts` of a large flock.
 /// Errors: As [`page`].
 pub(super) fn large_page(facts: &LargeFacts<'_>) -> serde_json::Result<String> {
-    Ok(filled(LARGE_PAGE, facts.name, &serde_json::to_string(facts)?, LARGE_CODE.concat()))
+    Ok(filled(LARGE_MAIN, facts.name, &serde_json::to_string(facts)?, LARGE_CODE.concat()))
 }
 
-/// `sheet` with all of its parts.
-fn filled(sheet: &str, title: &str, document: &str, code: String) -> String {
+/// The frame with all of its parts.
+fn filled(main: &str, title: &str, document: &str, code: String) -> String {
     // Inside a script element `<` alone could end it; as an escape it is the same text to JSON.
-    let parts = [escaped(title), LOOK.to_owned(), document.replace('<', "\\u003c"), code];
-    let mut page = String::with_capacity(sheet.len() + parts.iter().map(String::len).sum::<usize>());
-    let mut rest = sheet;
+    let parts = [escaped(title), LOOK.to_owned(), main.to_owned(), document.replace('<', "\\u003c"), code];
+    let mut page = String::with_capacity(FRAME.len() + parts.iter().map(String::len).sum::<usize>());
+    let mut rest = FRAME;
     for (mark, part) in MARKS.iter().zip(&parts) {
-        let (before, after) = rest.split_once(mark).expect("the page has every mark, in this order");
+        let (before, after) = rest.split_once(mark).expect("the frame has every mark, in this order");
         page.push_str(before);
         page.push_str(part);
         rest = after;
@@ -97,16 +101,14 @@ mod tests {
 
     #[test]
     fn nothing_on_the_page_comes_from_elsewhere() {
-        for text in [PAGE, LARGE_PAGE, LOOK].into_iter().chain(CODE).chain(LARGE_CODE) {
+        for text in [FRAME, MAIN, LARGE_MAIN, LOOK].into_iter().chain(CODE).chain(LARGE_CODE) {
             for word in ["http:", "https:", "//www", "@import", "url(", "fetch(", "XMLHttpRequest"] {
                 // The name of SVG's namespace is not loaded, and `url(#` is a place on the page itself.
                 let text = text.replace("http://www.w3.org/2000/svg", "").replace("url(#", "");
                 assert!(!text.contains(word), "`{word}`");
             }
         }
-        for page in [PAGE, LARGE_PAGE] {
-            assert!(page.contains("default-src 'none'"), "and the browser is told to hold us to it");
-        }
+        assert!(FRAME.contains("default-src 'none'"), "and the browser is told to hold us to it");
     }
 
     #[test]
