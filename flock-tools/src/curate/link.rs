@@ -65,7 +65,7 @@ struct SeveralPairs {
 /// Runs the command.
 pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     let mut session = EditSession::start(&args.dir)?;
-    let from = Chosen::of(std::slice::from_ref(&args.from), session.manifest())?;
+    let from = Chosen::of([&args.from], session.manifest())?;
     let to = Chosen::of(&args.to, session.manifest())?;
     let chosen = Pairs::unlinked(&from, &to, session.manifest())?;
     if let Some(clip) = args.clip.clone().filter(|_| chosen.pairs.len() > 1) {

@@ -86,8 +86,9 @@ impl Selector {
 impl Chosen {
     /// The sheep of `manifest` that `words` name.
     /// Errors: If an id is not in the flock, or a glob matches none.
-    pub(super) fn of(words: &[Selector], manifest: &Manifest) -> Result<Self, Fatal> {
+    pub(super) fn of<'w>(words: impl IntoIterator<Item = &'w Selector>, manifest: &Manifest) -> Result<Self, Fatal> {
         let ids: HashSet<&SheepId> = manifest.sheep.iter().map(|sheep| &sheep.id).collect();
+        let words: Vec<&Selector> = words.into_iter().collect();
         let (mut sheep, mut named) = (BTreeSet::new(), BTreeSet::new());
         for name in words.iter().flat_map(|word| &word.names) {
             match name {

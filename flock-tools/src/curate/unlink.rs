@@ -42,7 +42,7 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let mut session = EditSession::start(&args.dir)?;
-    let from = Chosen::of(std::slice::from_ref(&args.from), session.manifest())?;
+    let from = Chosen::of([&args.from], session.manifest())?;
     let to = Chosen::of(&args.to, session.manifest())?;
     let chosen = Pairs::linked(&from, &to, session.manifest())?;
     session.edit(|edit| edit.drop_transitions(&chosen.pairs))?;

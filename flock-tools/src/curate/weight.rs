@@ -38,8 +38,8 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let mut session = EditSession::start(&args.dir)?;
     let (manifest, weight) = (session.manifest(), args.weight);
-    let from = Chosen::of(std::slice::from_ref(&args.from), manifest)?;
-    let to = Chosen::of(std::slice::from_ref(&args.to), manifest)?;
+    let from = Chosen::of([&args.from], manifest)?;
+    let to = Chosen::of([&args.to], manifest)?;
     let chosen = Pairs::linked(&from, &to, manifest)?;
     let done = match chosen.single() {
         Some((from, to)) => {

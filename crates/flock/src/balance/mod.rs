@@ -141,10 +141,7 @@ impl<'f> Balance<'f> {
 
     /// The worst ratio in the measure of the balance.
     pub fn worst(&self) -> Option<f64> {
-        match self.by {
-            Measure::Visits => self.worst_ratio,
-            Measure::Time => self.worst_time_ratio,
-        }
+        self.by.of(self.worst_ratio, self.worst_time_ratio)
     }
 
     /// The worst ratios of visits and of time that [`Balance::of`] tells, found sooner from `near`: a circulation with the
@@ -259,10 +256,7 @@ impl PartBalance {
 impl SheepBalance<'_> {
     /// Its share and its want in `measure`.
     pub fn share_and_want(&self, measure: Measure) -> (f64, f64) {
-        match measure {
-            Measure::Visits => (self.visits, self.want),
-            Measure::Time => (self.time, self.time_want),
-        }
+        measure.of((self.visits, self.want), (self.time, self.time_want))
     }
 
     /// How far its share is from its want: the larger of share/want and want/share, at least 1, infinite if it is never

@@ -91,10 +91,7 @@ impl Suggestions {
 impl Suggestion {
     /// The worst ratio in `measure`.
     pub fn worst(&self, measure: Measure) -> Option<f64> {
-        match measure {
-            Measure::Visits => self.worst_ratio,
-            Measure::Time => self.worst_time_ratio,
-        }
+        measure.of(self.worst_ratio, self.worst_time_ratio)
     }
 
     /// Up to `count` transitions to add to `flock`, as [`Suggestions::of`] tells them; in half the time.

@@ -117,20 +117,14 @@ impl<'f> FlockShares<'f> {
 
     /// The worst ratio in `measure`.
     pub fn worst(&self, measure: Measure) -> Option<f64> {
-        match measure {
-            Measure::Visits => self.worst_ratio,
-            Measure::Time => self.worst_time_ratio,
-        }
+        measure.of(self.worst_ratio, self.worst_time_ratio)
     }
 }
 
 impl SheepShare<'_> {
     /// Its share and its want in `measure`.
     pub fn share_and_want(&self, measure: Measure) -> (f64, f64) {
-        match measure {
-            Measure::Visits => (self.visits, self.want),
-            Measure::Time => (self.time, self.time_want),
-        }
+        measure.of((self.visits, self.want), (self.time, self.time_want))
     }
 
     /// How far its share is from its want: the larger of share/want and want/share, at least 1, infinite if it is never
@@ -151,6 +145,14 @@ impl fmt::Display for Measure {
 }
 
 impl Measure {
+    /// `visits` or `time`: the figure that is of this measure.
+    pub(crate) fn of<T>(self, visits: T, time: T) -> T {
+        match self {
+            Self::Visits => visits,
+            Self::Time => time,
+        }
+    }
+
     /// How far `share` is from `want`, as [`SheepShare::off`].
     pub(crate) fn off(self, share: f64, want: f64) -> f64 {
         if self == Self::Time && want == 0.0 { 1.0 } else { (share / want).max(want / share) }
