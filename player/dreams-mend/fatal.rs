@@ -2,7 +2,7 @@
 //!
 //! Owns [`Fatal`], the answer, and the notice.
 
-use exit::{Exit, chain, print_error};
+use diagnostics::{Exit, chain, print_error};
 use player::{Notice, Output};
 use serde::Serialize;
 use std::fmt;

@@ -6,7 +6,7 @@ use bundle::Version;
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 
-/// The end of the help. `exit::Exit` has the same four codes.
+/// The end of the help. `diagnostics::Exit` has the same four codes.
 pub(crate) const EXIT_STATUS: &str = "\
 Exit status:
   0  everything is whole, or whole again
@@ -57,7 +57,7 @@ pub(crate) struct Options {
 mod tests {
     use super::{EXIT_STATUS, Options};
     use clap::Parser;
-    use exit::Exit;
+    use diagnostics::Exit;
     use std::path::Path;
 
     #[test]

@@ -8,7 +8,7 @@
 use crate::link::{Effect, Link, event};
 use crate::supplicant::Supplicant;
 use clap::Args;
-use exit::{chain, print_error};
+use diagnostics::{chain, print_error};
 use player::owner::FILE_NAME;
 use player::wifi::CONTROL;
 use player::{FileVersion, Lasting, Notice, Owner, now};

@@ -15,7 +15,7 @@ mod take_in;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
-/// The end of the help. `exit::Exit` has the same four codes.
+/// The end of the help. `diagnostics::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  the owner's settings are kept, or there are none; the unit may restart

@@ -7,7 +7,7 @@
 
 use bundle::CurrentGeneration;
 use clap::Args;
-use exit::Exit;
+use diagnostics::Exit;
 use player::hours::{Brightness, Day};
 use player::{Owner, clock_s, up_s};
 use std::path::{Path, PathBuf};

@@ -7,7 +7,7 @@
 //! Start at [`run`].
 
 use clap::Args;
-use exit::{Exit, chain, print_error};
+use diagnostics::{Exit, chain, print_error};
 use player::config_file::text_of;
 use player::owner::FILE_NAME;
 use player::wifi::{Wifi, without_password};

@@ -2,7 +2,7 @@
 //!
 //! Owns [`Fatal`] and its exit codes. What goes wrong while playing is a fault and ends nothing: `recording/faults.rs`.
 
-use exit::{Exit, print_error};
+use diagnostics::{Exit, print_error};
 use flock::ManifestError;
 use player::{ConfigError, ThreadError};
 use screen::ScreenError;
@@ -88,7 +88,7 @@ pub(crate) fn finish(result: Result<(), Fatal>) -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::{Exit, Fatal};
-    use exit::chain;
+    use diagnostics::chain;
     use player::{ConfigError, config_file};
     use std::io;
 

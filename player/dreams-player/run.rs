@@ -18,7 +18,7 @@ use crate::startup::signals::{stop_on_signals, watchdog_interval};
 use crate::startup::{handover, screen_opening};
 use crate::status;
 use crate::stream::{Generation, Plan, StreamFormat, path};
-use exit::chain;
+use diagnostics::chain;
 use flock::{Flock, Itinerary, ManifestError, Place};
 use player::{Owner, clock_s, now};
 use screen::ScreenError;

@@ -4,7 +4,7 @@
 
 use crate::answer::Answer;
 use bundle::{FolderError, KeyError, NameError, Refusal, Shortfall, StoreError, UnitId, few};
-use exit::{Exit, print_error};
+use diagnostics::{Exit, print_error};
 use player::{ConfigError, Output};
 use std::io;
 use std::path::PathBuf;

@@ -8,7 +8,7 @@ use crate::origin::Origin;
 use crate::progress::Progress;
 use crate::rate_limit::RateLimit;
 use bundle::{FetchItem, Intake, Source, Store, StoreError};
-use exit::chain;
+use diagnostics::chain;
 use player::now;
 use std::io::{ErrorKind, Read};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -10,7 +10,7 @@ use player::{Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
 
-/// The end of the help. `exit::Exit` has the same four codes.
+/// The end of the help. `diagnostics::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  a flock or a system was taken in, or there was nothing new
@@ -124,7 +124,7 @@ mod tests {
     use super::{EXIT_STATUS, Options};
     use bundle::Consent;
     use clap::Parser;
-    use exit::Exit;
+    use diagnostics::Exit;
     use std::io::Write;
 
     #[test]

@@ -3,7 +3,7 @@
 //! Owns the file that the player draws from, and how often it is written. That it cannot be written stops nothing.
 
 use crate::sentences;
-use exit::chain;
+use diagnostics::chain;
 use player::Notice;
 use std::path::PathBuf;
 use std::time::Duration;

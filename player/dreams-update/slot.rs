@@ -15,8 +15,8 @@ use crate::system::running;
 use bundle::{
     BootFiles, ENTRIES, FileEntry, ObjectId, SYSTEMS, Store, System, Version, copy_folder, copy_object, lay_out,
 };
+use diagnostics::chain;
 use durable::{FlushedWriter, persist, sync_folder};
-use exit::chain;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::Path;

@@ -7,7 +7,7 @@
 
 use crate::fatal::Fatal;
 use bundle::{Refusal, STATEMENTS, Source, Store, TrustUpdate, limits};
-use exit::chain;
+use diagnostics::chain;
 use std::io::{ErrorKind, Read};
 use tracing::{info, warn};
 

@@ -11,7 +11,7 @@ use crate::fatal::Fatal;
 use crate::http_source::{SMALL, agent};
 use crate::network_error::of_request;
 use crate::options::Order;
-use exit::chain;
+use diagnostics::chain;
 use player::{clock_s, is_clock_wrong};
 use serde::Serialize;
 use serde_json::Value;

@@ -11,7 +11,7 @@ use crate::fetch::Fetcher;
 use crate::options::Order;
 use crate::statements;
 use bundle::{Store, System, SystemAdmission, UnverifiedSystem, Version};
-use exit::chain;
+use diagnostics::chain;
 use player::now;
 use std::fs;
 use std::path::Path;

@@ -23,7 +23,7 @@ use bundle::{
     Admission, FetchItem, KeyError, LocalDisk, Refusal, Seal, Store, StoreError, Trust, UnreadableObject,
     UnverifiedSeal, VerifiedBundle,
 };
-use exit::{Exit, chain};
+use diagnostics::{Exit, chain};
 use player::{Contact, Output, clock_s, is_clock_wrong, now, up_s};
 use std::io::{self, ErrorKind};
 use std::sync::Arc;

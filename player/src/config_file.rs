@@ -3,7 +3,7 @@
 //! Owns the reading, and errors with file, line and key. Never knows a key: each program has its own, in `config.rs`.
 
 use bundle::UnitId;
-use exit::did_you_mean;
+use diagnostics::did_you_mean;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Unexpected};
 use std::fs::File;

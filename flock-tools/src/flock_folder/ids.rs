@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap_complete::engine::{ArgValueCompleter, CompletionCandidate};
-use exit::did_you_mean;
+use diagnostics::did_you_mean;
 use flock::{FILE_NAME, Manifest, SheepId};
 
 /// The most sheep that are all named where none is similar.

@@ -11,7 +11,7 @@ use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use exit::Exit;
+use diagnostics::Exit;
 
 use super::print::{self, AnswerError};
 
@@ -101,7 +101,7 @@ fn fail(fatal: &Fatal) -> Exit {
         // What keeps the answer from being written is told on stderr alone.
         let _ = print::json(&Answer { error: ErrorAnswer::of(fatal) });
     }
-    exit::print_error(&*fatal.error, fatal.hint.as_deref());
+    diagnostics::print_error(&*fatal.error, fatal.hint.as_deref());
     fatal.exit
 }
 

@@ -10,5 +10,5 @@ pub(crate) mod now;
 pub(crate) mod print;
 pub(crate) mod progress;
 
-pub(crate) use exit::{Exit, chain};
+pub(crate) use diagnostics::{Exit, chain};
 pub(crate) use fatal::{Fatal, finish};

@@ -10,8 +10,8 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub(crate) use exit::visible;
-use exit::{Exit, is_visible};
+pub(crate) use diagnostics::visible;
+use diagnostics::{Exit, is_visible};
 use flock::SheepId;
 use serde::{Serialize, Serializer};
 

@@ -11,7 +11,7 @@ use crate::pipeline::first_frame::FirstFrame;
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Faults, Kind, SharedView};
 use crate::stream::{Generation, Plan, ScheduledClip};
-use exit::chain;
+use diagnostics::chain;
 use flock::{ClipHash, ClipPath, Itinerary, Leg};
 use player::{ThreadError, threads};
 use std::collections::BTreeSet;

@@ -7,7 +7,7 @@ use crate::pipeline::frame_queue::{FrameSender, NextFrame};
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Faults, Kind};
 use crate::stream::{Frame, Pixels, ScheduledClip};
-use exit::chain;
+use diagnostics::chain;
 use player::{ThreadError, threads};
 use std::collections::VecDeque;
 use std::num::NonZero;

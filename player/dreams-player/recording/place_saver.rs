@@ -6,7 +6,7 @@
 use crate::recording::faults::{Faults, Kind};
 use crate::recording::place_store::PlaceStore;
 use crate::stream::ScheduledClip;
-use exit::chain;
+use diagnostics::chain;
 use player::{ThreadError, threads};
 use std::iter::once;
 use std::sync::Arc;

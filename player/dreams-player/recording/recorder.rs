@@ -6,7 +6,7 @@
 use crate::recording::trace::Line;
 use crate::recording::view::Tally;
 use crate::stream::ScheduledClip;
-use exit::chain;
+use diagnostics::chain;
 use player::{ThreadError, threads};
 use screen::ScreenInfo;
 use sd_notify::NotifyState;

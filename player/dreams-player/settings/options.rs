@@ -10,7 +10,7 @@ use player::hours::{Brightness, Hours, Night, Zone};
 use player::{ConfigError, LogLevel, config_file};
 use std::path::PathBuf;
 
-/// The end of the help. `exit::Exit` has the same four codes.
+/// The end of the help. `diagnostics::Exit` has the same four codes.
 const EXIT_STATUS: &str = "\
 Exit status:
   0  the run ended as asked: by a signal, or after --clips
@@ -130,7 +130,7 @@ mod tests {
     use crate::settings::choices::ScreenChoice;
     use crate::settings::config::{Config, tests::keys_of_the_sample};
     use clap::{CommandFactory, Parser};
-    use exit::Exit;
+    use diagnostics::Exit;
     use std::io::Write;
 
     #[test]

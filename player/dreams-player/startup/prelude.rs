@@ -12,7 +12,7 @@ use crate::settings::{Config, ScreenChoice};
 use crate::startup::handover;
 use crate::startup::screen_opening;
 use crate::stream::{Generation, Pixels, StreamFormat, path};
-use exit::Exit;
+use diagnostics::Exit;
 use flock::Place;
 use player::hours::Lighting;
 use player::{clock_s, threads};

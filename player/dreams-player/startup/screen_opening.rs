@@ -4,7 +4,7 @@
 
 use crate::settings::ScreenChoice;
 use crate::stream::StreamFormat;
-use exit::chain;
+use diagnostics::chain;
 use player::now;
 use screen::{Display, FdStore, KmsSettings, OutputSettings, Screen, ScreenError, VirtualScreen, is_card};
 use sd_notify::NotifyState;

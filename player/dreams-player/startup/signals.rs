@@ -4,7 +4,7 @@
 //! watchdog, too. Never ends a run itself before [`GRACE`] is over.
 
 use crate::fatal::Fatal;
-use exit::Exit;
+use diagnostics::Exit;
 use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -12,7 +12,7 @@ use crate::startup::handover;
 use crate::startup::screen_opening;
 use crate::startup::signals::{stop_on_signals, watchdog_interval};
 use crate::stream::{FaultCard, StreamFormat};
-use exit::chain;
+use diagnostics::chain;
 use player::Owner;
 use screen::{Event, OutputSettings, Screen, ScreenError};
 use sd_notify::NotifyState;

@@ -17,7 +17,7 @@ use crate::control::{Overlay, PaneBuffer};
 use crate::recording::{Faults, SharedView};
 use crate::settings::StatusAddress;
 use crate::stream::Plan;
-use exit::chain;
+use diagnostics::chain;
 use facts::Facts;
 use flock::Flock;
 use hosts::Hosts;

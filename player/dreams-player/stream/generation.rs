@@ -6,7 +6,7 @@
 //! Start at [`Generation::open`].
 
 use bundle::{CurrentGeneration, StoreError, TrialRecorder, Verdict};
-use exit::chain;
+use diagnostics::chain;
 use flock::{Flock, Manifest, ManifestError};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 //!
 //! Owns the choice between the saved place and a fresh path. Never writes a place.
 
-use exit::chain;
+use diagnostics::chain;
 use flock::{Flock, Itinerary, Place};
 use std::sync::Arc;
 use tracing::{info, warn};

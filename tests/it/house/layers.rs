@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// The layer of every package of ours.
 const LAYERS: &[(&str, u8)] = &[
     ("durable", 0),
-    ("exit", 0),
+    ("diagnostics", 0),
     ("timing", 0),
     ("flame", 1),
     ("flock", 1),

@@ -2,7 +2,7 @@
 //!
 //! Limits their length. Control characters are escaped for terminals, journals and pages, as in every error.
 
-use exit::visible;
+use diagnostics::visible;
 
 /// The maximum length in characters.
 const MAX_CHARS: usize = 80;

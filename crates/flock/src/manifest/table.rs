@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use exit::did_you_mean;
+use diagnostics::did_you_mean;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

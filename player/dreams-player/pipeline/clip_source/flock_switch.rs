@@ -8,7 +8,7 @@
 
 use super::{ClipSource, Strikes};
 use crate::stream::{Generation, path};
-use exit::chain;
+use diagnostics::chain;
 use flock::{ClipKind, Flock, Itinerary, Leg, Place, SheepId};
 use std::sync::Arc;
 use tracing::{info, warn};

@@ -1,4 +1,4 @@
-//! How every program ends.
+//! What every program says when it fails, and how it ends.
 //!
 //! Owns the exit statuses, the form of an error on one line and on standard error, and which known words are similar to
 //! one that is not known. Each program owns its errors, and which status each has.
