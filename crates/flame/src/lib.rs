@@ -11,6 +11,7 @@
 pub mod animate;
 pub mod genome;
 mod image;
+mod number;
 pub mod render;
 mod rng;
 mod species;
