@@ -38,11 +38,11 @@ fn what_is_unknown_is_kept() {
 }
 
 #[test]
-fn a_wrong_value_is_named_with_its_line() {
+fn a_wrong_value_is_named_with_its_line_and_its_column() {
     let text = "<flames>\n<flame>\n<xform weight=\"1\"\n coefs=\"1 0 0 1 0\"/>\n</flame></flames>";
     assert_eq!(
         Genome::parse_all(text).unwrap_err().to_string(),
-        "line 3: attribute `coefs` of `xform` is `1 0 0 1 0`, expected six numbers"
+        "line 4, column 2: attribute `coefs` of `xform` is `1 0 0 1 0`, expected six numbers"
     );
     for (attribute, value) in [("size", "12"), ("gamma", "inf"), ("quality", "x"), ("supersample", "0")] {
         let refused = Genome::parse(&format!(r#"<flame {attribute}="{value}"/>"#)).unwrap_err().to_string();
@@ -50,7 +50,12 @@ fn a_wrong_value_is_named_with_its_line() {
     }
     assert!(matches!(Genome::parse("<flame>"), Err(GenomeError::Xml { .. })));
     let short = Genome::parse("<flame><palette format=\"RGB\">00ff</palette></flame>").unwrap_err();
-    assert_eq!(short.to_string(), "line 1: palette `palette` has 4 digits, expected 256 colours of 6 or 8 digits");
+    assert_eq!(
+        short.to_string(),
+        "line 1, column 8: palette `palette` has 4 digits, expected 256 colours of 6 or 8 digits"
+    );
+    let long = Genome::parse(&format!("<flame zoom=\"{}\"/>", "é".repeat(1 << 20))).unwrap_err().to_string();
+    assert!(long.len() < 300 && long.starts_with("line 1, column 8: "), "{long}");
 }
 
 #[test]

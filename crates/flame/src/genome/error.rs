@@ -4,19 +4,30 @@
 //!
 //! Start at [`GenomeError`].
 
+use std::fmt;
+
+/// Where something stands in a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The line, from 1.
+    pub line: u32,
+    /// The column in characters, from 1.
+    pub column: u32,
+}
+
 /// Why a text is not a genome, or not one genome.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum GenomeError {
     /// An attribute's value cannot be read.
-    #[error("line {line}: attribute `{attribute}` of `{element}` is `{value}`, expected {expected}")]
+    #[error("{place}: attribute `{attribute}` of `{element}` is `{value}`, expected {expected}")]
     Attribute {
-        /// Line of the element, from 1.
-        line: u32,
+        /// Where the attribute stands.
+        place: Place,
         /// The element's tag.
         element: String,
         /// The attribute's name.
         attribute: String,
-        /// The value found.
+        /// The value found; a long one is cut.
         value: String,
         /// The expected value.
         expected: &'static str,
@@ -27,19 +38,23 @@ pub enum GenomeError {
         /// How many there are.
         found: usize,
     },
-    /// Elements are nested too deep.
-    #[error("line {line}: elements are nested more than {most} deep")]
-    Deep {
-        /// Line of the first element that is too deep, from 1.
-        line: u32,
-        /// How many may.
+    /// The text holds more than is read.
+    #[error("{place}: {found} {what}, at most {most} are read")]
+    Limit {
+        /// Where the limit is passed.
+        place: Place,
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many may be.
         most: usize,
     },
     /// Colours are given in a form that makes no sense.
-    #[error("line {line}: palette `{element}` has {found}, expected {expected}")]
+    #[error("{place}: palette `{element}` has {found}, expected {expected}")]
     Palette {
-        /// Line of the element, from 1.
-        line: u32,
+        /// Where the element begins.
+        place: Place,
         /// The element's tag.
         element: String,
         /// The value found.
@@ -48,10 +63,10 @@ pub enum GenomeError {
         expected: &'static str,
     },
     /// Something is there twice that may be there once.
-    #[error("line {line}: a flame has one `{element}`, found a second one")]
+    #[error("{place}: a flame has one `{element}`, found a second one")]
     Second {
-        /// Line of the second one, from 1.
-        line: u32,
+        /// Where the second one begins.
+        place: Place,
         /// The element's tag.
         element: &'static str,
     },
@@ -61,4 +76,37 @@ pub enum GenomeError {
         /// The message of the XML parser, with line and column.
         reason: String,
     },
+}
+
+impl Place {
+    /// The place of the byte `at` in `text`.
+    pub(super) fn of(text: &str, at: usize) -> Place {
+        let before = &text[..text.floor_char_boundary(at)];
+        let (lines, last) =
+            before.rsplit_once('\n').map_or((0, before), |(above, last)| (above.split('\n').count(), last));
+        Place { line: lines as u32 + 1, column: last.chars().count() as u32 + 1 }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}, column {}", self.line, self.column)
+    }
+}
+
+impl GenomeError {
+    /// The same error in a text that has `columns` fewer characters at its start.
+    pub(super) fn moved(mut self, columns: u32) -> GenomeError {
+        let place = match &mut self {
+            GenomeError::Attribute { place, .. }
+            | GenomeError::Limit { place, .. }
+            | GenomeError::Palette { place, .. }
+            | GenomeError::Second { place, .. } => place,
+            GenomeError::Count { .. } | GenomeError::Xml { .. } => return self,
+        };
+        if place.line == 1 {
+            place.column -= columns;
+        }
+        self
+    }
 }

@@ -7,6 +7,7 @@
 
 mod choices;
 mod error;
+mod limits;
 mod origin;
 pub(crate) mod palette;
 mod palette_xml;
@@ -15,7 +16,7 @@ mod symmetry;
 mod write;
 
 pub use choices::{FilterShape, HuePath, Interpolation, PaletteMode, Space, TemporalShape};
-pub use error::GenomeError;
+pub use error::{GenomeError, Place};
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
 

@@ -6,7 +6,7 @@
 
 use roxmltree::Node;
 
-use super::parse::{line, list};
+use super::parse::{list, place, shown};
 use super::{Genome, GenomeError, Palette};
 
 /// A place that no colour has been given for.
@@ -38,7 +38,7 @@ pub(super) fn read(node: Node, genome: &mut Genome) -> Result<(), GenomeError> {
             let digits = match format {
                 "RGB" => 6,
                 "RGBA" => 8,
-                _ => return Err(refuse(node, format!("format `{format}`"), "format `RGB` or `RGBA`")),
+                _ => return Err(refuse(node, &format!("format `{format}`"), "format `RGB` or `RGBA`")),
             };
             palette.entries = hex(node, node.text().unwrap_or_default(), digits, 0)?;
         }
@@ -67,13 +67,13 @@ fn single(node: Node) -> Result<(usize, [f64; 4]), GenomeError> {
     let index = node.attribute("index").unwrap_or_default();
     let index = match index.trim().parse::<usize>() {
         Ok(index) if index < Palette::LEN => index,
-        _ => return Err(refuse(node, format!("index `{index}`"), "an index of 0 to 255")),
+        _ => return Err(refuse(node, &format!("index `{index}`"), "an index of 0 to 255")),
     };
     let value = node.attribute("rgba").or(node.attribute("rgb")).unwrap_or_default();
     match list(value).as_deref() {
         Some(&[red, green, blue]) => Ok((index, [red, green, blue, 255.0])),
         Some(&[red, green, blue, alpha]) => Ok((index, [red, green, blue, alpha])),
-        _ => Err(refuse(node, format!("colour `{value}`"), "three numbers or four")),
+        _ => Err(refuse(node, &format!("colour `{value}`"), "three numbers or four")),
     }
 }
 
@@ -81,7 +81,7 @@ fn single(node: Node) -> Result<(usize, [f64; 4]), GenomeError> {
 fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<Vec<[f64; 4]>, GenomeError> {
     let symbols: Vec<u8> = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).collect();
     if symbols.len() != digits * Palette::LEN {
-        return Err(refuse(node, format!("{} digits", symbols.len()), "256 colours of 6 or 8 digits"));
+        return Err(refuse(node, &format!("{} digits", symbols.len()), "256 colours of 6 or 8 digits"));
     }
     let mut entries = Vec::with_capacity(Palette::LEN);
     for colour in symbols.chunks(digits) {
@@ -89,7 +89,7 @@ fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<Vec<[f64; 4
         for (slot, pair) in entry.iter_mut().zip(colour[skip..].chunks(2)) {
             let pair = String::from_utf8_lossy(pair);
             let Ok(byte) = u8::from_str_radix(&pair, 16) else {
-                return Err(refuse(node, format!("digits `{pair}`"), "hexadecimal digits"));
+                return Err(refuse(node, &format!("digits `{pair}`"), "hexadecimal digits"));
             };
             *slot = f64::from(byte);
         }
@@ -98,6 +98,6 @@ fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<Vec<[f64; 4
     Ok(entries)
 }
 
-fn refuse(node: Node, found: String, expected: &'static str) -> GenomeError {
-    GenomeError::Palette { line: line(node), element: node.tag_name().name().into(), found, expected }
+fn refuse(node: Node, found: &str, expected: &'static str) -> GenomeError {
+    GenomeError::Palette { place: place(node), element: shown(node.tag_name().name()), found: shown(found), expected }
 }

@@ -5,18 +5,19 @@
 //!
 //! Start at [`Genome::parse_all`].
 
-use std::collections::HashMap;
 use std::str::FromStr;
 
 use roxmltree::{Document, Node};
 
+use super::limits::check;
 use super::{
-    Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteMode, Space, TemporalShape, Xform,
+    Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteMode, Place, Space,
+    TemporalShape, Xform,
 };
 use crate::variations::{Kind, Variation};
 
-/// How deep elements may lie in others: genealogies are a nested element for each generation.
-const MAX_DEPTH: usize = 1000;
+/// How many characters of a wrong value are told.
+const SHOWN: usize = 80;
 
 /// What is put before flames that have no root.
 const ROOT: &str = "<flames>";
@@ -35,7 +36,9 @@ impl Genome {
     /// Reads every `<flame>` of a text, at any depth and under any root, in file order.
     ///
     /// # Errors
-    /// [`GenomeError`] names line, attribute and value. A text without flames is an empty list.
+    /// [`GenomeError`] names place, attribute and value. A text without flames is an empty list. A text of more than 16
+    /// MiB, 500,000 elements, 1,000,000 attributes or 10,000 flames is refused before it is parsed, and so are 400
+    /// attributes of one element, 10,000 elements in one and 1000 in each other.
     pub fn parse_all(text: &str) -> Result<Vec<Genome>, GenomeError> {
         Ok(Self::split(text)?.into_iter().map(|(genome, _)| genome).collect())
     }
@@ -47,14 +50,16 @@ impl Genome {
     /// # Errors
     /// As [`Genome::parse_all`].
     pub fn split(text: &str) -> Result<Vec<(Genome, &str)>, GenomeError> {
+        check(text)?;
         let error = match Document::parse(text) {
             Ok(document) => return flames(&document, text, 0),
             Err(error) => GenomeError::Xml { reason: error.to_string() },
         };
         let rooted = rooted(text);
         match Document::parse(&rooted).map(|document| flames(&document, text, ROOT.len())) {
-            Ok(flames) if !flames.as_ref().is_ok_and(Vec::is_empty) => flames,
-            Ok(_) | Err(_) => Err(error),
+            Ok(Ok(flames)) if !flames.is_empty() => Ok(flames),
+            Ok(Err(error)) => Err(error.moved(ROOT.len() as u32)),
+            Ok(Ok(_)) | Err(_) => Err(error),
         }
     }
 
@@ -73,9 +78,6 @@ impl Genome {
 
 /// The flames of `document`, which has so many bytes before those of `text`.
 fn flames<'t>(document: &Document, text: &'t str, before: usize) -> Result<Vec<(Genome, &'t str)>, GenomeError> {
-    if let Some(deep) = find_too_deep(document) {
-        return Err(GenomeError::Deep { line: line(deep), most: MAX_DEPTH });
-    }
     let flames = document.descendants().filter(|node| node.has_tag_name("flame"));
     let part = |node: Node| &text[node.range().start - before..node.range().end - before];
     flames.map(|node| Ok((genome(node)?, part(node)))).collect()
@@ -101,16 +103,6 @@ fn blanks(c: char) -> impl Iterator<Item = char> {
     std::iter::repeat_n(if c == '\n' { c } else { ' ' }, c.len_utf8())
 }
 
-/// The first element that lies too deep in others, if there is one.
-fn find_too_deep<'a>(document: &'a Document<'a>) -> Option<Node<'a, 'a>> {
-    let mut depths = HashMap::new();
-    document.descendants().filter(Node::is_element).find(|node| {
-        let above = node.parent().and_then(|parent| depths.get(&parent.id()).copied()).unwrap_or(0);
-        depths.insert(node.id(), above + 1);
-        above >= MAX_DEPTH
-    })
-}
-
 fn genome(node: Node) -> Result<Genome, GenomeError> {
     let mut genome = Genome::default();
     for attribute in node.attributes() {
@@ -124,7 +116,7 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
         match child.tag_name().name() {
             "xform" => genome.xforms.push(xform(child)?),
             "finalxform" if genome.final_xform.is_some() => {
-                return Err(GenomeError::Second { line: line(child), element: "finalxform" });
+                return Err(GenomeError::Second { place: place(child), element: "finalxform" });
             }
             "finalxform" => genome.final_xform = Some(xform(child)?),
             "symmetry" => genome.symmetries.push(symmetry_kind(child)?),
@@ -284,10 +276,10 @@ fn entry(xform: &mut Xform, kind: Kind) -> &mut Variation {
 fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {
     let value = node.attribute("kind").unwrap_or_default();
     value.trim().parse().map_err(|_| GenomeError::Attribute {
-        line: line(node),
+        place: place(node),
         element: "symmetry".into(),
         attribute: "kind".into(),
-        value: value.into(),
+        value: shown(value),
         expected: "a whole number",
     })
 }
@@ -376,17 +368,25 @@ impl Finite for u32 {
 
 fn wrong(node: Node, attribute: roxmltree::Attribute, expected: &'static str) -> GenomeError {
     GenomeError::Attribute {
-        line: line(node),
+        place: Place::of(node.document().input_text(), attribute.range().start),
         element: node.tag_name().name().into(),
-        attribute: attribute.name().into(),
-        value: attribute.value().into(),
+        attribute: shown(attribute.name()),
+        value: shown(attribute.value()),
         expected,
     }
 }
 
-/// The line on which an element opens, from 1.
-pub(super) fn line(node: Node) -> u32 {
-    node.document().text_pos_at(node.range().start).row
+/// The place where an element begins.
+pub(super) fn place(node: Node) -> Place {
+    Place::of(node.document().input_text(), node.range().start)
+}
+
+/// As much of a wrong value as fits into a message.
+pub(super) fn shown(value: &str) -> String {
+    match value.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &value[..end]),
+        None => value.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -408,7 +408,15 @@ mod tests {
             assert_eq!(found, [&first, &second], "{text}");
         }
         let wrong = format!("{first}\n{}", second.replace("weight=\"1\"", "weight=\"x\""));
-        assert!(matches!(Genome::split(&wrong), Err(GenomeError::Attribute { line: 4, .. })), "{wrong}");
+        assert!(matches!(
+            Genome::split(&wrong),
+            Err(GenomeError::Attribute { place: Place { line: 4, column: 8 }, .. })
+        ));
+        let first_wrong = "<flame time=\"x\"/><flame/>";
+        assert!(matches!(
+            Genome::split(first_wrong),
+            Err(GenomeError::Attribute { place: Place { line: 1, column: 8 }, .. })
+        ));
         for broken in ["", "no flame", "<a/><b/>", "<flame/><flame>", "<?xml", "<flame/><?xml"] {
             assert!(matches!(Genome::split(broken), Err(GenomeError::Xml { .. })), "{broken}");
         }
