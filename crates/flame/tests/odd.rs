@@ -28,7 +28,7 @@ fn xaos() -> Genome {
 /// Draws `motion` at `frame` where it can be drawn: everything must then be light.
 fn draw(motion: &dyn Motion, frame: f64, settings: &Settings, what: &str) -> Result<(), RenderError> {
     let demand = FrameCost::of(motion, frame, settings)?;
-    if demand.samples > 10_000_000 || demand.bytes > 1 << 30 {
+    if demand.samples > 10_000_000 || demand.bytes > 1 << 30 || demand.cell_steps > 100_000_000 {
         return Ok(());
     }
     let image = Renderer::new(1).unwrap().render(motion, frame, settings)?;
@@ -132,8 +132,8 @@ fn what_would_take_all_memory_or_for_ever_is_refused() {
     };
     let own = Settings { size: None, spp: None, temporal_samples: None, ..TINY };
     assert_eq!(named(&|genome| genome.camera.size = [0, 0], &TINY), "scale");
-    assert_eq!(named(&|genome| genome.camera.zoom = 1e3, &own), "samples");
-    assert_eq!(named(&|genome| genome.sampling.quality = 1e300, &own), "samples");
+    assert_eq!(named(&|genome| genome.camera.zoom = 1e3, &own), "zoom");
+    assert_eq!(named(&|genome| genome.sampling.quality = 1e300, &own), "quality");
     assert_eq!(named(&|genome| genome.sampling.estimator_radius = 1e9, &own), "estimator_radius");
     assert_eq!(named(&|genome| genome.sampling.temporal_samples = u32::MAX, &own), "temporal_samples");
     let wide = |genome: &mut Genome| (genome.sampling.filter_radius, genome.sampling.supersample) = (64.0, 64);
@@ -145,6 +145,98 @@ fn what_would_take_all_memory_or_for_ever_is_refused() {
     let (many, few) = (Genome { symmetries: vec![i32::MAX], ..xaos() }, xaos());
     let way = Transition::new(&Loop::new(&many, 10.0), &Loop::new(&few, 10.0), 10.0);
     assert!(matches!(FrameCost::of(&way, 5.0, &TINY), Err(RenderError::Range { name: "xform", .. })));
+}
+
+/// A frame as Electric Sheep's best ones: 4K, 4 x 4 cells a pixel, quality 2000, zoom 2, estimator 11.
+fn large(change: impl Fn(&mut Genome)) -> Genome {
+    let mut genome = xaos();
+    genome.camera = genome.camera.resized([3840, 2160]);
+    genome.camera.zoom = 2.0;
+    genome.sampling.quality = 2000.0;
+    genome.sampling.supersample = 4;
+    genome.sampling.filter_radius = 1.0;
+    genome.sampling.estimator_radius = 11.0;
+    change(&mut genome);
+    genome
+}
+
+#[test]
+fn what_takes_for_ever_is_refused_by_its_cost_and_real_frames_are_not() {
+    let own = Settings { size: None, spp: None, temporal_samples: None, ..TINY };
+    let real = FrameCost::of(&large(|_| ()), 0.0, &own).unwrap();
+    assert_eq!(real.samples, 3840 * 2160 * 2000 * 16);
+    let told = |genome: &Genome| FrameCost::of(genome, 0.0, &own).unwrap_err().to_string();
+    let hd = |genome: &mut Genome| genome.camera = genome.camera.resized([1280, 720]);
+    let odd = |change: fn(&mut Genome)| {
+        told(&large(|genome| {
+            hd(genome);
+            change(genome);
+        }))
+    };
+    assert_eq!(
+        odd(|genome| genome.camera.zoom = 12.0),
+        "`zoom` is 12, expected quality * 4^zoom of at most 1e6 in a pixel, and 1 to 1e12 samples in a frame"
+    );
+    assert_eq!(
+        odd(|genome| (genome.sampling.filter_radius, genome.sampling.supersample) = (20.0, 8)),
+        "`filter` is 20, expected a radius by which a frame adds up at most 5e10 cells"
+    );
+    assert_eq!(
+        odd(|genome| genome.sampling.estimator_radius = 100.0),
+        "`estimator_radius` is 100, expected a radius of at most 256 cells, by which a frame looks at most at 2e12 cells"
+    );
+    assert_eq!(
+        odd(|genome| genome.sampling.supersample = 64),
+        "`supersample` is 64, expected at most 1e9 histogram cells"
+    );
+    // Of a picture of any size, the largest number that passes stays below what is promised.
+    let changes: [fn(&mut Genome, f64); 4] = [
+        |genome, value| genome.camera.zoom = value,
+        |genome, value| genome.sampling.filter_radius = value,
+        |genome, value| genome.sampling.estimator_radius = value,
+        |genome, value| genome.sampling.supersample = value as u32,
+    ];
+    for (size, change) in [[16, 12], [640, 480], [3840, 2160]].iter().flat_map(|size| changes.map(|one| (*size, one))) {
+        let cost = |value: f64| {
+            let genome = large(|genome| {
+                genome.camera = genome.camera.resized(size);
+                change(genome, value);
+            });
+            FrameCost::of(&genome, 0.0, &own)
+        };
+        let (mut passes, mut fails) = (1.0, 4096.0);
+        for _ in 0..40 {
+            let middle = f64::midpoint(passes, fails);
+            if cost(middle).is_ok() { passes = middle } else { fails = middle }
+        }
+        let most = cost(passes).unwrap();
+        assert!(most.samples <= 1_000_000_000_000 && most.cell_steps <= 2_100_000_000_000, "{size:?}: {most:?}");
+        assert!(cost(fails).is_err() && fails < 4096.0, "{size:?}: {fails}");
+    }
+}
+
+#[test]
+fn the_widest_kernels_that_pass_are_drawn_on_a_small_picture() {
+    // The widest filter and the widest estimator that pass, on a picture that one can wait for.
+    let mut genome = xaos();
+    genome.sampling.filter_radius = 64.0;
+    genome.sampling.estimator_radius = 100.0;
+    let settings = Settings { size: Some([96, 72]), spp: Some(0.1), ..TINY };
+    let cost = FrameCost::of(&genome, 0.0, &settings).unwrap();
+    assert!((90_000_000..600_000_000).contains(&cost.cell_steps), "{cost:?}");
+    for filter in [Filter::Variance, Filter::Flam3] {
+        Renderer::new(1).unwrap().render(&genome, 0.0, &Settings { filter, ..settings }).unwrap();
+    }
+}
+
+#[test]
+fn the_moments_of_many_transforms_are_refused_before_they_take_all_memory() {
+    let mut genome = xaos();
+    genome.xforms = genome.xforms.iter().cycle().take(256).cloned().collect();
+    genome.sampling.temporal_samples = 10_000;
+    let settings = Settings { temporal_samples: None, ..TINY };
+    let refused = FrameCost::of(&genome, 0.0, &settings).unwrap_err();
+    assert!(matches!(refused, RenderError::Range { name: "temporal_samples", .. }), "{refused}");
 }
 
 #[test]

@@ -123,7 +123,7 @@ fn no_legal_genome_makes_anything_but_light() {
 fn a_renderer_that_is_told_to_stop_leaves_off_at_once() {
     let stop = Arc::new(AtomicBool::new(true));
     let renderer = Renderer::new(2).unwrap().with_stop_flag(Arc::clone(&stop));
-    let endless = Settings { spp: Some(1e11), ..SMALL };
+    let endless = Settings { spp: Some(1e6), size: Some([1000, 1000]), ..SMALL };
     assert_eq!(renderer.render(&xaos(), 0.0, &endless), Err(RenderError::Stopped));
     stop.store(false, Ordering::Relaxed);
     assert!(renderer.render(&xaos(), 0.0, &SMALL).is_ok());

@@ -33,6 +33,9 @@ use chaos::Batches;
 use plan::Plan;
 use view::View;
 
+/// Most bytes of the compiled genomes of a frame's moments.
+const MAX_PLANS: u64 = 2_000_000_000;
+
 /// Settings that override the genome's; `None` keeps the genome's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
@@ -66,8 +69,10 @@ pub enum Filter {
 /// Samples and memory that rendering a frame needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameCost {
-    /// Samples that are drawn.
+    /// Samples that are drawn, 1e12 at most.
     pub samples: u64,
+    /// Cells that filtering and density estimation look at then, 2.1e12 at most.
+    pub cell_steps: u64,
     /// Most bytes of memory that are in use at once, with one thread.
     pub bytes: u64,
     /// Bytes that each thread more needs.
@@ -87,6 +92,7 @@ struct FrameSetup {
     view: View,
     plans: Vec<Plan>,
     samples: u64,
+    cell_steps: u64,
     /// How open the shutter is on average, `0.0..=1.0`.
     light: f64,
 }
@@ -148,6 +154,7 @@ impl FrameCost {
         let picture = pixels * size_of::<[f32; 3]>() as u64;
         Ok(FrameCost {
             samples: Batches::new(&setup.plans, setup.samples, settings.seed).samples(),
+            cell_steps: setup.cell_steps,
             bytes: plans + picture + drawing.max(tone_mapping),
             bytes_per_thread: cells * histogram::BYTES_OF_TILE,
         })
@@ -160,6 +167,8 @@ impl FrameSetup {
         settings.apply_to(&mut genome);
         let view = View::new(&genome)?;
         let moments = filter::shutter(&genome.sampling)?;
+        let samples = view.samples(&genome)?;
+        let cell_steps = view.cell_steps(&genome.sampling, samples, settings.filter)?;
         let mut plans = Vec::with_capacity(moments.len());
         for moment in &moments {
             let mut then = motion.at(frame + moment.offset);
@@ -167,11 +176,14 @@ impl FrameSetup {
             // All moments of a frame fall into one histogram, though the genome may change its form between them.
             then.camera = then.camera.resized(genome.camera.size);
             then.sampling = genome.sampling;
-            plans.push(Plan::new(&then, View::new(&then)?, moment.light)?);
+            let plan = Plan::new(&then, View::new(&then)?, moment.light)?;
+            let all = plan.bytes() * moments.len() as u64;
+            let fits = all <= MAX_PLANS;
+            view::in_range("temporal_samples", moments.len() as f64, fits, "moments of at most 2e9 bytes together")?;
+            plans.push(plan);
         }
         let light = moments.iter().map(|moment| moment.light).sum::<f64>() / moments.len() as f64;
-        let samples = view.samples(&genome.sampling)?;
-        Ok(FrameSetup { genome, view, plans, samples, light })
+        Ok(FrameSetup { genome, view, plans, samples, cell_steps, light })
     }
 }
 

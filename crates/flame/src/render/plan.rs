@@ -15,9 +15,6 @@ use crate::variations::{Compiled, Needs, Point, is_out_of_range, needs};
 /// Table entries per palette entry where colours are blend: an eighth of a step is below what a byte shows.
 const BLEND_STEPS: usize = 8;
 
-/// Widest density estimation, in pixels: each cell looks at all others within.
-const WIDEST_ESTIMATE: f64 = 100.0;
-
 /// A genome ready to be iterated.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
@@ -88,9 +85,12 @@ impl Plan {
         })
     }
 
-    /// Its size in memory, roughly: nearly all of it is the palette.
+    /// Its size in memory, roughly: the palette, and the tables of xaos.
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of::<Plan>() + size_of_val(&self.colours[..]) + size_of_val(&self.moves[..])) as u64
+        let tables: usize = self.choices.iter().map(|table| size_of_val(&table.slots[..])).sum();
+        let variations: usize = self.moves.iter().map(|chosen| size_of_val(&chosen.variations[..])).sum();
+        let lists = size_of_val(&self.colours[..]) + size_of_val(&self.moves[..]);
+        (size_of::<Plan>() + lists + tables + variations) as u64
     }
 
     /// Draws the transform after number `last`.
@@ -181,11 +181,6 @@ pub(crate) fn has_escaped(x: f64, y: f64) -> bool {
 fn check(genome: &Genome) -> Result<(), RenderError> {
     let (sampling, tone) = (&genome.sampling, &genome.tone);
     in_range("quality", sampling.quality, sampling.quality > 0.0, "a number above 0")?;
-    for (name, radius) in
-        [("estimator_radius", sampling.estimator_radius), ("estimator_minimum", sampling.estimator_minimum)]
-    {
-        in_range(name, radius, radius <= WIDEST_ESTIMATE, "at most 100 pixels")?;
-    }
     in_range("gamma", tone.gamma, tone.gamma > 0.0, "a number above 0")?;
     let finals = genome.final_xform.iter().map(|xform| ("the final transform".to_owned(), xform));
     let numbered = genome.xforms.iter().enumerate().map(|(i, xform)| (format!("transform {i}"), xform));

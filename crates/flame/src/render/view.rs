@@ -5,18 +5,29 @@
 //!
 //! Start at [`View::new`].
 
-use super::RenderError;
 use super::filter::Spatial;
+use super::{Filter, RenderError};
 use crate::genome::{Affine, Genome, Sampling};
 
 /// Most cells a histogram may have: 48 bytes each.
 const MAX_CELLS: f64 = 1e9;
 
-/// Widest spatial filter, in cells: each pixel looks at all of them, in both directions.
-const WIDEST_FILTER: usize = 1024;
+/// Most cells that the spatial filter adds up in a frame: each pixel looks at a square of them. At 4K, 4 cells a pixel and
+/// the widest kernel of radius 1 it is 6e9; this many take minutes.
+const MAX_FILTERED: f64 = 5e10;
 
-/// Most samples of a frame: a year of a hundred cores. No sum of a cell overflows before.
-const MAX_SAMPLES: f64 = 1e15;
+/// Most cells that density estimation looks at in a frame. Radius 11 at 4K and 4 cells a pixel takes 1.1e12 if no cell has
+/// two samples; this many take an hour or two.
+const MAX_SMOOTHED: f64 = 2e12;
+
+/// Widest density estimation in cells; flam3's kernels of every width up to here take 150 MB.
+const WIDEST_ESTIMATE: f64 = 256.0;
+
+/// Most samples of a pixel: their noise is a thousandth, below what a byte shows.
+const MAX_SAMPLES_PER_PIXEL: f64 = 1e6;
+
+/// Most samples of a frame: a day of a core. 4K at quality 2000 and zoom 2 takes 2.7e11.
+const MAX_SAMPLES: f64 = 1e12;
 
 /// A camera, ready to place points.
 #[derive(Clone, Debug)]
@@ -49,12 +60,16 @@ impl View {
         in_range("filter", sampling.filter_radius, (0.0..=64.0).contains(&sampling.filter_radius), "0 to 64 pixels")?;
         let supersample = sampling.supersample as usize;
         let spatial = Spatial::new(sampling.filter_shape, sampling.filter_radius, supersample);
-        let wide = spatial.width();
-        in_range("filter", wide as f64, wide <= WIDEST_FILTER, "a radius and a supersample of at most 1024 cells")?;
+        let pixels = f64::from(camera.size[0]) * f64::from(camera.size[1]);
+        let filtered = pixels * (spatial.width() as f64).powi(2);
+        let fits = filtered <= MAX_FILTERED;
+        in_range("filter", sampling.filter_radius, fits, "a radius by which a frame adds up at most 5e10 cells")?;
         let rim = (spatial.width() - supersample) / 2;
         let cells = camera.size.map(|pixels| pixels as usize * supersample + 2 * rim);
         let count = cells[0] as f64 * cells[1] as f64;
-        in_range("size", count, camera.size.iter().all(|side| *side > 0) && count <= MAX_CELLS, "1 to 1e9 cells")?;
+        in_range("size", pixels, camera.size.iter().all(|side| *side > 0), "1 pixel or more")?;
+        let (name, value) = if supersample > 1 { ("supersample", supersample as f64) } else { ("size", pixels) };
+        in_range(name, value, count <= MAX_CELLS, "at most 1e9 histogram cells")?;
         let magnification = camera.zoom.exp2();
         let pixels_per_unit = camera.scale * magnification;
         let scale = pixels_per_unit * supersample as f64;
@@ -69,10 +84,34 @@ impl View {
 
     /// How many samples a frame of this view takes.
     /// Errors: [`RenderError::Range`] where there are none, or more than [`MAX_SAMPLES`].
-    pub(crate) fn samples(&self, sampling: &Sampling) -> Result<u64, RenderError> {
-        let samples = (self.samples_per_pixel(sampling) * (self.size[0] * self.size[1]) as f64).ceil();
-        in_range("samples", samples, (1.0..=MAX_SAMPLES).contains(&samples), "1 to 1e15 in a frame")?;
+    pub(crate) fn samples(&self, genome: &Genome) -> Result<u64, RenderError> {
+        let each = self.samples_per_pixel(&genome.sampling);
+        let samples = (each * (self.size[0] * self.size[1]) as f64).ceil();
+        let fits = each <= MAX_SAMPLES_PER_PIXEL && (1.0..=MAX_SAMPLES).contains(&samples);
+        let zoomed = genome.camera.zoom.abs() > genome.sampling.quality.log2().abs() / 2.0;
+        let (name, value) = if zoomed { ("zoom", genome.camera.zoom) } else { ("quality", genome.sampling.quality) };
+        in_range(name, value, fits, "quality * 4^zoom of at most 1e6 in a pixel, and 1 to 1e12 samples in a frame")?;
         Ok(samples as u64)
+    }
+
+    /// How many cells filtering and density estimation look at, if so many `samples` lie as thinly as they can.
+    /// Errors: [`RenderError::Range`] where density estimation is too wide, or looks at more than [`MAX_SMOOTHED`].
+    pub(crate) fn cell_steps(&self, sampling: &Sampling, samples: u64, smoothing: Filter) -> Result<u64, RenderError> {
+        let filtered = (self.size[0] * self.size[1] * self.spatial.width() * self.spatial.width()) as u64;
+        if smoothing == Filter::None || sampling.estimator_radius <= 0.0 {
+            return Ok(filtered);
+        }
+        let reach = (sampling.estimator_radius * self.supersample as f64).ceil() + 1.0;
+        let side = |cells: usize| (2.0 * reach + 1.0).min(cells as f64);
+        let [width, height] = self.cells;
+        let all = (width * height) as f64;
+        // Each cell first looks for samples around it, then each lit one at all that are within reach.
+        let around = ((self.supersample + 1) * (self.supersample + 1)) as f64;
+        let smoothed = all * around.max(9.0) + all.min(samples as f64) * side(width) * side(height);
+        let fits = reach <= WIDEST_ESTIMATE + 1.0 && smoothed <= MAX_SMOOTHED;
+        let expected = "a radius of at most 256 cells, by which a frame looks at most at 2e12 cells";
+        in_range("estimator_radius", sampling.estimator_radius, fits, expected)?;
+        Ok(filtered + smoothed as u64)
     }
 
     /// Samples per pixel, zoom included.
