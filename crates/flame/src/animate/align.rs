@@ -8,6 +8,7 @@
 //! The choice of neutral transforms follows what the flam3 documentation says of padding: beside a variation that is
 //! discontinuous at its centre, the identity is written as a half turn of a half turn.
 
+use super::waves::with_kinds_of_waves;
 use crate::genome::{Affine, Genome, Space, Xform};
 use crate::variations::{Kind, Variation};
 
@@ -27,6 +28,11 @@ pub(super) fn align(from: &Genome, to: &Genome) -> [Genome; 2] {
         if let (None, Some(partner)) = (&finals[side], &finals[1 - side]) {
             let still = Xform { color_speed: 0.0, animate: 0.0, ..neutral(partner, polar) };
             pair[side].final_xform = Some(still);
+        }
+    }
+    for genome in &mut pair {
+        for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
+            *xform = with_kinds_of_waves(std::mem::take(xform));
         }
     }
     let xaos = pair.iter().flat_map(|genome| &genome.xforms).any(|xform| !xform.chaos.is_empty());

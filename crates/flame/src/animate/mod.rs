@@ -2,7 +2,7 @@
 //!
 //! Owns how a genome changes over the frames of a clip. Never renders.
 //!
-//! Start at [`Motion`]. A [`Loop`] turns (`turning.rs`); a [`Transition`] leads from one loop to another (`transition.rs`),
+//! Start at [`Motion`]. A [`Loop`] turns (`turning.rs`) and waves (`waves.rs`); a [`Transition`] leads from one loop to another (`transition.rs`),
 //! over affine parts (`affine.rs`) and palettes (`palette.rs`) once both genomes have the same parts (`align.rs`).
 
 mod affine;
@@ -10,6 +10,7 @@ mod align;
 mod palette;
 mod transition;
 mod turning;
+mod waves;
 
 pub use transition::Transition;
 pub use turning::Loop;

@@ -1,6 +1,7 @@
 //! Transitions from one sheep's loop to another's, continuous in value and velocity at both ends.
 //!
-//! Owns the easing and the interpolation of everything but affine parts and palettes. Never renders.
+//! Owns the easing and the interpolation of everything but affine parts and palettes. Never renders. The waves of both
+//! loops go on through the transition, those of the one fading out and those of the other fading in.
 //!
 //! Start at [`Transition::new`]. Everything but the turning is eased by 3b² - 2b³, so its speed is 0 at both ends, as
 //! it is in loops; the turning starts and ends at the loops' own speeds.
@@ -8,6 +9,7 @@
 use super::affine::{AffinePath, Polar};
 use super::align::align;
 use super::palette::blend;
+use super::waves::{added_to_affines, waved};
 use super::{Loop, Motion};
 use crate::genome::{Camera, Genome, Sampling, Space, Tone, Xform};
 
@@ -26,6 +28,8 @@ pub struct Transition {
     /// The way of the final transform's affine part.
     final_way: Option<AffinePath>,
     frames: f64,
+    /// Both loops.
+    loops: [Loop; 2],
 }
 
 /// A moment of a transition.
@@ -63,7 +67,30 @@ impl Transition {
             from: a,
             to: b,
             frames,
+            loops: [from.clone(), to.clone()],
         }
+    }
+
+    /// How far each of the loops has come at `frame`, as if the one went on and the other began before its start.
+    fn parts(&self, frame: f64) -> [f64; 2] {
+        [self.loops[0].part(frame), self.loops[1].part(frame - self.frames)]
+    }
+
+    /// A transform at `moment`: `a` and `b` at the ends, between which `way` and `post` lead its affine parts.
+    /// `turns` is false for a final transform.
+    fn xform(&self, [a, b]: [&Xform; 2], [way, post]: [&AffinePath; 2], moment: Moment, turns: bool) -> Xform {
+        let parts = self.parts(moment.frame);
+        let mut xform = mixed(&waved(a, parts[0]), &waved(b, parts[1]), moment.eased);
+        (xform.affine, xform.post) = (way.at(moment), post.at(moment));
+        let shares = [1.0 - moment.eased, moment.eased];
+        for (end, frame) in [moment.frame, moment.frame - self.frames].into_iter().enumerate() {
+            let of = [a, b][end];
+            let [affine, post] = added_to_affines(of, parts[end]);
+            let turn = if turns { self.loops[end].speed(of) * frame } else { 0.0 };
+            xform.affine = xform.affine.plus(&affine.turned(turn), shares[end]);
+            xform.post = xform.post.plus(&post, shares[end]);
+        }
+        xform
     }
 }
 
@@ -76,10 +103,10 @@ impl Motion for Transition {
         let nearer = if part < 0.5 { from } else { to };
         let mut xforms = Vec::with_capacity(from.xforms.len());
         for (i, (a, b)) in from.xforms.iter().zip(&to.xforms).enumerate() {
-            xforms.push(xform(a, b, part, &self.ways[i], &self.posts[i], moment));
+            xforms.push(self.xform([a, b], [&self.ways[i], &self.posts[i]], moment, true));
         }
         let final_xform = match (&from.final_xform, &to.final_xform, &self.final_way, self.posts.last()) {
-            (Some(a), Some(b), Some(way), Some(post)) => Some(xform(a, b, part, way, post, moment)),
+            (Some(a), Some(b), Some(way), Some(post)) => Some(self.xform([a, b], [way, post], moment, false)),
             _ => None,
         };
         let hue_path_rgb = mix(from.hue_path_rgb, to.hue_path_rgb, part);
@@ -110,7 +137,8 @@ pub(super) fn mix(a: f64, b: f64, part: f64) -> f64 {
     a + (b - a) * part
 }
 
-fn xform(a: &Xform, b: &Xform, part: f64, way: &AffinePath, post: &AffinePath, moment: Moment) -> Xform {
+/// Everything of a transform but its affine parts.
+fn mixed(a: &Xform, b: &Xform, part: f64) -> Xform {
     let variations = a.variations.iter().zip(&b.variations).map(|(a, b)| {
         let mut variation = *a;
         variation.weight = mix(a.weight, b.weight, part);
@@ -128,12 +156,11 @@ fn xform(a: &Xform, b: &Xform, part: f64, way: &AffinePath, post: &AffinePath, m
         animate: mix(a.animate, b.animate, part),
         opacity: mix(a.opacity, b.opacity, part),
         chaos: a.chaos.iter().zip(&b.chaos).map(|(a, b)| mix(*a, *b, part)).collect(),
-        affine: way.at(moment),
-        post: post.at(moment),
         variations: variations.collect(),
         // What cannot be rendered at an end cannot be rendered in between.
         extra: a.extra.iter().chain(&b.extra).cloned().collect(),
         children: a.children.iter().chain(&b.children).cloned().collect(),
+        ..Xform::default()
     }
 }
 

@@ -1,17 +1,19 @@
-//! Loops: a genome whose transforms turn once round.
+//! Loops: a genome whose transforms turn once round, and wave as its `<motion>` elements say.
 //!
-//! Owns the rotation and its speed. Never changes anything else of a genome.
+//! Owns the rotation and its speed; `waves.rs` has the waves, which come first. Never changes anything else of a genome.
 //!
 //! Start at [`Loop`].
 
 use std::f64::consts::TAU;
 
 use super::Motion;
+use super::waves::waved;
 use crate::genome::{Genome, Xform};
 
-/// A sheep's loop: in `frames` frames the 2x2 part of every animated transform turns by 360 degrees.
+/// A sheep's loop: in `frames` frames the 2x2 part of every animated transform turns by 360 degrees, and what waves add
+/// to it goes through whole waves.
 ///
-/// Frame 0 is the genome itself, and so is frame `frames`: the end meets the start.
+/// Frame 0 is the genome itself at rest, and so is frame `frames`: the end meets the start.
 #[derive(Clone, Debug)]
 pub struct Loop {
     genome: Genome,
@@ -29,6 +31,11 @@ impl Loop {
         &self.genome
     }
 
+    /// How far the loop has come at `frame`, as a part of it; below 0 or above 1 outside of its first turn.
+    pub(crate) fn part(&self, frame: f64) -> f64 {
+        frame / self.frames
+    }
+
     /// How fast `xform` turns, in radians per frame: 0 where it does not.
     pub(crate) fn speed(&self, xform: &Xform) -> f64 {
         if xform.animate == 0.0 { 0.0 } else { TAU / self.frames }
@@ -39,6 +46,9 @@ impl Motion for Loop {
     fn at(&self, frame: f64) -> Genome {
         let mut genome = self.genome.clone();
         let frame = frame.rem_euclid(self.frames);
+        for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
+            *xform = waved(xform, self.part(frame));
+        }
         for xform in &mut genome.xforms {
             xform.affine = xform.affine.turned(self.speed(xform) * frame);
         }

@@ -98,6 +98,16 @@ choices! {
         Smooth "smooth",
     }
 
+    /// The shape of a wave that moves a transform.
+    WaveShape {
+        /// A sine.
+        Sin "sin",
+        /// Straight up to 1, down to -1 and back.
+        Triangle "triangle",
+        /// From 0 to 1 and back, as (1 - cos) / 2.
+        Hill "hill",
+    }
+
     /// The space in which affine parts are interpolated.
     Space {
         /// Each column by log length and angle.

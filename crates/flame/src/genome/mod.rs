@@ -13,12 +13,14 @@ pub(crate) mod palette;
 mod palette_xml;
 mod parse;
 mod symmetry;
+mod wave;
 mod write;
 
-pub use choices::{FilterShape, HuePath, Interpolation, PaletteMode, Space, TemporalShape};
+pub use choices::{FilterShape, HuePath, Interpolation, PaletteMode, Space, TemporalShape, WaveShape};
 pub use error::{GenomeError, Place};
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
+pub use wave::Wave;
 
 use crate::variations::Variation;
 
@@ -146,7 +148,9 @@ pub struct Xform {
     /// Attributes that are kept as they are. If one is neither 0 nor a name, the flame is not rendered: it is a
     /// variation or a feature that this crate lacks.
     pub extra: Vec<(String, String)>,
-    /// Child elements that are kept as they are: `motion`.
+    /// `<motion>` elements: what waves add to it in the course of a loop.
+    pub motions: Vec<Wave>,
+    /// Child elements that are kept as they are.
     pub children: Vec<Element>,
 }
 
@@ -232,6 +236,7 @@ impl Default for Xform {
             post: Affine::IDENTITY,
             variations: Vec::new(),
             extra: Vec::new(),
+            motions: Vec::new(),
             children: Vec::new(),
         }
     }
@@ -254,6 +259,18 @@ impl Affine {
     #[inline]
     pub fn apply(&self, x: f64, y: f64) -> (f64, f64) {
         (self.a * x + self.b * y + self.c, self.d * x + self.e * y + self.f)
+    }
+
+    /// The sum of this one and `part` of `other`, number by number.
+    pub(crate) fn plus(&self, other: &Affine, part: f64) -> Affine {
+        Affine {
+            a: self.a + part * other.a,
+            b: self.b + part * other.b,
+            c: self.c + part * other.c,
+            d: self.d + part * other.d,
+            e: self.e + part * other.e,
+            f: self.f + part * other.f,
+        }
     }
 
     /// The same with its 2x2 part turned by `turn` radians; the translation stays.

@@ -12,7 +12,7 @@ use roxmltree::{Document, Node};
 use super::limits::check;
 use super::{
     Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteMode, Place, Space,
-    TemporalShape, Xform,
+    TemporalShape, Wave, Xform,
 };
 use crate::variations::{Kind, Variation};
 
@@ -190,11 +190,16 @@ fn xform(node: Node) -> Result<Xform, GenomeError> {
             Read::Wrong(expected) => return Err(wrong(node, attribute, expected)),
         }
     }
-    xform.children = node.children().filter(Node::is_element).map(element).collect();
+    for child in node.children().filter(Node::is_element) {
+        match child.tag_name().name() {
+            "motion" => xform.motions.push(Wave::read(child)?),
+            _ => xform.children.push(element(child)),
+        }
+    }
     Ok(xform)
 }
 
-fn xform_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
+pub(super) fn xform_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
     match name {
         "weight" => number(&mut xform.weight, value),
         "color" => match list::<f64>(value).as_deref() {
@@ -235,7 +240,7 @@ fn xform_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
     }
 }
 
-fn variation_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
+pub(super) fn variation_attribute(xform: &mut Xform, name: &str, value: &str) -> Read {
     if let Some(kind) = Kind::named(name) {
         return number(&mut entry(xform, kind).weight, value);
     }
@@ -284,7 +289,7 @@ fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {
     })
 }
 
-fn element(node: Node) -> Element {
+pub(super) fn element(node: Node) -> Element {
     Element {
         tag: node.tag_name().name().into(),
         attributes: node.attributes().map(|a| (a.name().into(), a.value().into())).collect(),
@@ -366,7 +371,7 @@ impl Finite for u32 {
     }
 }
 
-fn wrong(node: Node, attribute: roxmltree::Attribute, expected: &'static str) -> GenomeError {
+pub(super) fn wrong(node: Node, attribute: roxmltree::Attribute, expected: &'static str) -> GenomeError {
     GenomeError::Attribute {
         place: Place::of(node.document().input_text(), attribute.range().start),
         element: node.tag_name().name().into(),

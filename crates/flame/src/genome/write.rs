@@ -6,7 +6,7 @@
 
 use std::fmt::{Display, Write};
 
-use super::{Affine, Element, Genome, Palette, Xform};
+use super::{Affine, Element, Genome, Palette, Wave, Xform};
 
 impl Genome {
     /// The flame as one `<flame>` element, with every attribute and everything that was kept.
@@ -77,7 +77,9 @@ impl Genome {
 
 impl Xform {
     fn element(&self, tag: &str) -> Element {
-        let mut element = Element { tag: tag.into(), children: self.children.clone(), ..Element::default() };
+        let mut element = Element { tag: tag.into(), ..Element::default() };
+        element.children.extend(self.motions.iter().map(Wave::element));
+        element.children.extend(self.children.iter().cloned());
         if tag == "xform" || self.weight != 0.0 {
             element.set("weight", self.weight);
         }
@@ -88,9 +90,9 @@ impl Xform {
         if !self.chaos.is_empty() {
             element.set_all("chaos", self.chaos.iter());
         }
-        element.set_all("coefs", columns(&self.affine));
+        element.set_all("coefs", self.affine.columns());
         if self.post != Affine::IDENTITY {
-            element.set_all("post", columns(&self.post));
+            element.set_all("post", self.post.columns());
         }
         for variation in &self.variations {
             element.set(variation.kind.name(), variation.weight);
@@ -136,12 +138,26 @@ impl Palette {
     }
 }
 
+impl Affine {
+    /// The six numbers in the order of the file: column by column.
+    pub(super) fn columns(&self) -> [f64; 6] {
+        [self.a, self.d, self.b, self.e, self.c, self.f]
+    }
+}
+
 impl Element {
-    fn set(&mut self, name: &str, value: impl Display) {
+    /// Adds an attribute unless its value is 0.
+    pub(super) fn set_unless_0(&mut self, name: &str, value: f64) {
+        if value != 0.0 {
+            self.set(name, value);
+        }
+    }
+
+    pub(super) fn set(&mut self, name: &str, value: impl Display) {
         self.attributes.push((name.into(), value.to_string()));
     }
 
-    fn set_all(&mut self, name: &str, values: impl IntoIterator<Item = impl Display>) {
+    pub(super) fn set_all(&mut self, name: &str, values: impl IntoIterator<Item = impl Display>) {
         let words: Vec<String> = values.into_iter().map(|value| value.to_string()).collect();
         self.attributes.push((name.into(), words.join(" ")));
     }
@@ -167,11 +183,6 @@ impl Element {
         }
         let _ = writeln!(out, "</{}>", self.tag);
     }
-}
-
-/// The six numbers of an affine part in the order of the file: column by column.
-fn columns(affine: &Affine) -> [f64; 6] {
-    [affine.a, affine.d, affine.b, affine.e, affine.c, affine.f]
 }
 
 fn escaped_text(text: &str) -> String {

@@ -6,7 +6,8 @@
 
 use flame::Rng;
 use flame::genome::{
-    Affine, Element, FilterShape, Genome, HuePath, Interpolation, Palette, PaletteMode, Space, TemporalShape, Xform,
+    Affine, Element, FilterShape, Genome, HuePath, Interpolation, Palette, PaletteMode, Space, TemporalShape, Wave,
+    WaveShape, Xform,
 };
 use flame::variations::{Kind, Variation};
 
@@ -80,7 +81,28 @@ fn xform(rng: &mut Rng) -> Xform {
         let params: Vec<f64> = kind.parameters().iter().map(|_| 2.0 + rng.unit()).collect();
         xform.variations.push(Variation::new(kind, rng.signed()).with(&params));
     }
+    xform.motions = (0..below(rng, 3)).map(|_| wave(rng, &xform.variations)).collect();
     xform
+}
+
+/// A wave that adds to what the transform has, and to its variations.
+fn wave(rng: &mut Rng, variations: &[Variation]) -> Wave {
+    let shape = WaveShape::ALL[below(rng, 3)];
+    let mut wave = Wave { frequency: below(rng, 5) as i32 - 2, shape, ..Wave::default() };
+    let added = &mut wave.added;
+    if below(rng, 2) == 0 {
+        (added.weight, added.color, added.color_speed, added.opacity) =
+            (0.1 * rng.signed(), 0.1 * rng.signed(), 0.1 * rng.signed(), 0.1 * rng.signed());
+    }
+    if below(rng, 2) == 0 {
+        (added.affine, added.post) = (affine(rng), affine(rng));
+    }
+    for variation in variations {
+        let params: Vec<f64> = variation.kind.parameters().iter().map(|_| 0.1 * rng.signed()).collect();
+        added.variations.push(Variation::new(variation.kind, 0.1 * rng.signed()).with(&params));
+    }
+    added.extra.extend((below(rng, 3) == 0).then(|| ("symmetry".to_owned(), "0.5".to_owned())));
+    wave
 }
 
 fn affine(rng: &mut Rng) -> Affine {

@@ -1,0 +1,126 @@
+//! Our genomes over time against those of `flam3-genome`, used as a black box.
+//!
+//! Owns claims about numbers that flam3 prints; what pictures look like is for `flam3.rs`. Where `flam3-genome` (Debian:
+//! `flam3-utils`) is missing these tests fail: install it.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use flame::genome::{Genome, Xform};
+use flame::{Loop, Motion};
+
+/// `text` in a file of that name.
+fn file(name: &str, text: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::write(&path, text).unwrap();
+    path
+}
+
+/// What `flam3-genome` prints for the settings `verb`, as genomes; none if it refuses.
+fn theirs(verb: &[(&str, &str)]) -> Vec<Genome> {
+    let run = Command::new("flam3-genome")
+        .envs(verb.iter().copied())
+        .output()
+        .expect("`flam3-genome` runs: install the package `flam3-utils`");
+    Genome::parse_all(&String::from_utf8(run.stdout).unwrap()).unwrap_or_default()
+}
+
+/// The genome that `flam3-genome` prints for `frame` of the loop of `path`.
+fn frame_of_loop(path: &Path, frame: u32, frames: u32) -> Option<Genome> {
+    let (frame, frames) = (frame.to_string(), frames.to_string());
+    let printed = theirs(&[("rotate", path.to_str().unwrap()), ("frame", &frame), ("nframes", &frames)]);
+    printed.into_iter().find(|genome| genome.time.to_string() == frame)
+}
+
+/// All numbers of a transform.
+fn numbers(xform: &Xform) -> Vec<f64> {
+    let mut out = vec![xform.weight, xform.color, xform.color_speed, xform.animate, xform.opacity];
+    for affine in [xform.affine, xform.post] {
+        out.extend([affine.a, affine.b, affine.c, affine.d, affine.e, affine.f]);
+    }
+    let mut variations: Vec<_> = xform.variations.iter().filter(|variation| variation.weight.abs() > 1e-9).collect();
+    variations.sort_by_key(|variation| variation.kind);
+    for variation in variations {
+        out.extend([f64::from(variation.kind as u8), variation.weight]);
+        out.extend(variation.params);
+    }
+    out
+}
+
+/// Whether the transforms of both have the same numbers, as far as flam3 prints them.
+fn assert_alike(ours: &Genome, theirs: &Genome, what: &str) {
+    let all = |genome: &Genome| -> Vec<f64> {
+        // `animate` of a final transform is not printed.
+        let last = genome.final_xform.clone().map(|last| Xform { animate: 1.0, ..last });
+        genome.xforms.iter().chain(&last).flat_map(numbers).collect()
+    };
+    let (ours, theirs) = (all(ours), all(theirs));
+    assert_eq!(ours.len(), theirs.len(), "{what}: {ours:?}, {theirs:?}");
+    for (at, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+        assert!((a - b).abs() <= 1e-5 * (1.0 + b.abs()), "{what}, number {at}: {a}, flam3 has {b}");
+    }
+}
+
+/// A flame of three transforms with `motions` in the first and `last` in the final one.
+fn flame(motions: &str, last: &str) -> String {
+    format!(
+        r#"<flame time="0" size="100 100" scale="50">
+           <xform weight="1" color="0.25" color_speed="0.5" animate="1" opacity="0.5" coefs="1 0.2 0 1 0.5 0.25"
+             linear="1" julian="0.5" julian_power="2" julian_dist="1">{motions}</xform>
+           <xform weight="1" color="1" coefs="0.5 0 0 1 0 0" linear="1" animate="0"/>
+           <finalxform color="0" coefs="1 0 0 1 0 0" linear="1">{last}</finalxform>
+           <color index="0" rgb="255 0 0"/></flame>"#
+    )
+}
+
+#[test]
+fn loops_wave_as_flam3_genome_says() {
+    let motion = |attributes: &str| format!("<motion {attributes}/>");
+    let sine = motion(
+        r#"motion_frequency="1" motion_function="sin" linear="0.1" julian_dist="0.2" coefs="1 0 0.3 1 0.3 0" color="0.1" weight="0.5""#,
+    );
+    let triangle = motion(r#"motion_frequency="2" motion_function="triangle" spherical="1" opacity="0.1""#);
+    let hill =
+        motion(r#"motion_frequency="1" motion_function="hill" post="0 0 0 0 1 0" color_speed="0.1" animate="1""#);
+    for (name, motions, last) in [
+        ("three", [&*sine, &triangle, &hill].concat(), ""),
+        ("twice", [&*sine, &sine].concat(), &*motion(r#"motion_frequency="3" motion_function="sin" linear="1""#)),
+        ("backwards", motion(r#"motion_frequency="-1" motion_function="sin" weight="1""#), &*hill),
+        (
+            "out-of-range",
+            motion(r#"motion_frequency="1" motion_function="sin" weight="-3" color="3" opacity="-4""#),
+            "",
+        ),
+        ("no-function", motion(r#"motion_frequency="1" weight="1""#), ""),
+        ("no-frequency", motion(r#"motion_function="sin" weight="1""#), ""),
+        ("stands-still", motion(r#"motion_frequency="1" motion_function="hill" animate="-1""#), ""),
+        ("symmetry", motion(r#"motion_frequency="1" motion_function="sin" symmetry="1""#), ""),
+        ("parameter-alone", motion(r#"motion_frequency="1" motion_function="sin" blob="1" blob_high="0.5""#), ""),
+    ] {
+        let text = flame(&motions, last);
+        let path = file(&format!("wave-{name}.flam3"), &text);
+        let turning = Loop::new(&Genome::parse(&text).unwrap(), 8.0);
+        for frame in 0..=8 {
+            let theirs = frame_of_loop(&path, frame, 8).unwrap();
+            assert_alike(&turning.at(f64::from(frame)), &theirs, &format!("{name}, frame {frame}"));
+        }
+    }
+}
+
+#[test]
+fn a_motion_that_flam3_refuses_is_refused() {
+    for attributes in [
+        r#"motion_frequency="1.7" motion_function="sin" weight="1""#,
+        r#"motion_frequency="1" motion_function="saw" weight="1""#,
+        r#"motion_frequency="1" motion_function="sin" chaos="1""#,
+        r#"motion_frequency="1" motion_function="sin" coefs="1""#,
+    ] {
+        let text = flame(&format!("<motion {attributes}/>"), "");
+        assert!(frame_of_loop(&file("refused.flam3", &text), 1, 8).is_none(), "flam3 reads {attributes}");
+        let refused = Genome::parse(&text).unwrap_err().to_string();
+        assert!(refused.starts_with("line 3, column ") && refused.contains("of `motion` is"), "{refused}");
+    }
+}
