@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flame::genome::{Genome, Xform};
+use flame::genome::{Genome, GenomeError, Library, Xform};
 use flame::{Loop, Motion};
 
 /// `text` in a file of that name.
@@ -123,4 +123,54 @@ fn a_motion_that_flam3_refuses_is_refused() {
         let refused = Genome::parse(&text).unwrap_err().to_string();
         assert!(refused.starts_with("line 3, column ") && refused.contains("of `motion` is"), "{refused}");
     }
+}
+
+/// flam3's own library, as Debian's `flam3-palette` installs it.
+fn library() -> Library {
+    let text = fs::read_to_string("/usr/share/flam3/flam3-palettes.xml").expect("`flam3-palette` is installed");
+    Library::parse(&text).unwrap()
+}
+
+#[test]
+fn palettes_of_a_library_are_those_of_flam3_with_the_same_hue_and_the_same_blend() {
+    let blend = |numbers: [i32; 2], hues: [f64; 2], blend: f64| {
+        let ([first, second], [from, to]) = (numbers, hues);
+        format!(r#"<palette index0="{first}" index1="{second}" hue0="{from}" hue1="{to}" blend="{blend}"/>"#)
+    };
+    for (name, attributes, element) in [
+        ("first", "palette=\"0\"", String::new()),
+        ("last", "palette=\"700\"", String::new()),
+        ("turned", "palette=\"15\" hue=\"0.3\"", String::new()),
+        ("turned-back", "hue=\"-1.3\" palette=\"15\"", String::new()),
+        ("blended", "", blend([1, 2], [0.0, 0.0], 0.5)),
+        ("blended-and-turned", "", blend([29, 411], [0.1, 0.7], 0.25)),
+        ("all-of-second", "hue=\"0.4\"", blend([3, 4], [0.0, 0.9], 1.0)),
+        ("number-first", "palette=\"7\"", blend([3, 4], [0.0, 0.9], 1.0)),
+    ] {
+        let text = flame("", "").replace("<flame ", &format!("<flame {attributes} "));
+        let text = text.replace(r#"<color index="0" rgb="255 0 0"/>"#, &element);
+        let genome = Genome::parse(&text).unwrap();
+        assert_eq!(Genome::parse(&genome.to_xml()).unwrap(), genome, "{name}");
+        assert!(genome.needs_library(), "{name}");
+        let ours = genome.with_library(&library()).unwrap();
+        let theirs = frame_of_loop(&file(&format!("palette-{name}.flam3"), &text), 0, 8).unwrap();
+        let pairs = ours.palette.unwrap().entries.concat().into_iter().zip(theirs.palette.unwrap().entries.concat());
+        for (at, (a, b)) in pairs.enumerate() {
+            assert!((a - b).abs() < 0.01, "{name}, entry {}, channel {}: {a}, flam3 has {b}", at / 4, at % 4);
+        }
+    }
+}
+
+#[test]
+fn a_palette_that_no_library_has_is_refused_by_its_number() {
+    let genome = |attributes: &str| Genome::parse(&format!("<flame {attributes}/>")).unwrap();
+    let refused = genome("palette=\"701\"").with_library(&library()).unwrap_err();
+    assert_eq!(refused, GenomeError::NoSuchPalette { number: 701, found: 701 });
+    for names_none in ["", "palette=\"-1\"", "hue=\"0.5\""] {
+        assert!(!genome(names_none).needs_library(), "{names_none}");
+    }
+    let own = Genome::parse("<flame palette=\"701\"><color index=\"0\" rgb=\"9 9 9\"/></flame>").unwrap();
+    assert_eq!(own.with_library(&library()).unwrap(), own);
+    let wrong = Library::parse("<palettes>\n<palette number=\"x\" data=\"00\"/></palettes>").unwrap_err().to_string();
+    assert!(wrong.starts_with("line 2, column 1: palette `palette` has 2 digits"), "{wrong}");
 }

@@ -50,6 +50,14 @@ pub enum GenomeError {
         /// How many may be.
         most: usize,
     },
+    /// A library lacks the palette that a genome names.
+    #[error("palette {number} is not among the {found} of the library")]
+    NoSuchPalette {
+        /// Its number.
+        number: i32,
+        /// How many palettes the library has.
+        found: usize,
+    },
     /// Colours are given in a form that makes no sense.
     #[error("{place}: palette `{element}` has {found}, expected {expected}")]
     Palette {
@@ -102,7 +110,7 @@ impl GenomeError {
             | GenomeError::Limit { place, .. }
             | GenomeError::Palette { place, .. }
             | GenomeError::Second { place, .. } => place,
-            GenomeError::Count { .. } | GenomeError::Xml { .. } => return self,
+            GenomeError::Count { .. } | GenomeError::NoSuchPalette { .. } | GenomeError::Xml { .. } => return self,
         };
         if place.line == 1 {
             place.column -= columns;

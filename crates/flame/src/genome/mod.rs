@@ -7,6 +7,7 @@
 
 mod choices;
 mod error;
+mod library;
 mod limits;
 mod origin;
 pub(crate) mod palette;
@@ -18,6 +19,7 @@ mod write;
 
 pub use choices::{FilterShape, HuePath, Interpolation, PaletteMode, Space, TemporalShape, WaveShape};
 pub use error::{GenomeError, Place};
+pub use library::{Library, PaletteBlend};
 pub use origin::{Origin, name_of};
 pub use palette::Palette;
 pub use wave::Wave;
@@ -37,8 +39,14 @@ pub struct Genome {
     pub sampling: Sampling,
     /// From log-density to displayable light.
     pub tone: Tone,
-    /// The 256 colours, or `None` where the file names a palette of flam3's library instead.
+    /// The 256 colours, or `None` where the file names a palette of a library instead.
     pub palette: Option<Palette>,
+    /// `palette`: the number of a palette in a library; below 0 it names none.
+    pub palette_number: Option<i32>,
+    /// `hue`: how far the hue of the library's palette is turned, in whole turns.
+    pub hue: f64,
+    /// `<palette index0 index1>`: a blend of two palettes of a library, where there is no `palette_number`.
+    pub palette_blend: Option<PaletteBlend>,
     /// `palette_mode`: how a colour coordinate becomes a palette entry.
     pub palette_mode: PaletteMode,
     /// `palette_interpolation`: interpolation between two palettes.
@@ -208,6 +216,9 @@ impl Default for Genome {
                 highlight_power: -1.0,
             },
             palette: None,
+            palette_number: None,
+            hue: 0.0,
+            palette_blend: None,
             palette_mode: PaletteMode::Step,
             hue_path: HuePath::HsvCircular,
             hue_path_rgb: 0.0,

@@ -78,7 +78,7 @@ fn single(node: Node) -> Result<(usize, [f64; 4]), GenomeError> {
 }
 
 /// 256 colours of `digits` hexadecimal digits each, of which the first `skip` mean nothing.
-fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<Vec<[f64; 4]>, GenomeError> {
+pub(super) fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<Vec<[f64; 4]>, GenomeError> {
     let symbols: Vec<u8> = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).collect();
     if symbols.len() != digits * Palette::LEN {
         return Err(refuse(node, &format!("{} digits", symbols.len()), "256 colours of 6 or 8 digits"));
@@ -96,6 +96,12 @@ fn hex(node: Node, text: &str, digits: usize, skip: usize) -> Result<Vec<[f64; 4
         entries.push(entry);
     }
     Ok(entries)
+}
+
+/// The number of a palette in the attribute `name`.
+pub(super) fn index(node: Node, name: &str) -> Result<i32, GenomeError> {
+    let value = node.attribute(name).unwrap_or_default();
+    value.trim().parse().map_err(|_| refuse(node, &format!("{name} `{value}`"), "a whole number"))
 }
 
 fn refuse(node: Node, found: &str, expected: &'static str) -> GenomeError {

@@ -11,7 +11,7 @@ use roxmltree::{Document, Node};
 
 use super::limits::check;
 use super::{
-    Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteMode, Place, Space,
+    Affine, Element, FilterShape, Genome, GenomeError, HuePath, Interpolation, PaletteBlend, PaletteMode, Place, Space,
     TemporalShape, Wave, Xform,
 };
 use crate::variations::{Kind, Variation};
@@ -123,6 +123,9 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
             "color" | "colors" | "palette" if super::palette_xml::has_colours(child) => {
                 super::palette_xml::read(child, &mut genome)?;
             }
+            "palette" if genome.palette_blend.is_none() && PaletteBlend::is_in(child) => {
+                genome.palette_blend = Some(PaletteBlend::read(child)?);
+            }
             _ => genome.children.push(element(child)),
         }
     }
@@ -163,6 +166,14 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
         "gamma_threshold" => number(&mut tone.gamma_threshold, value),
         "vibrancy" => number(&mut tone.vibrancy, value),
         "highlight_power" => number(&mut tone.highlight_power, value),
+        "palette" => match value.trim().parse() {
+            Ok(number) => {
+                genome.palette_number = Some(number);
+                Read::Taken
+            }
+            Err(_) => Read::Wrong("a whole number"),
+        },
+        "hue" => number(&mut genome.hue, value),
         "palette_mode" => choice(&mut genome.palette_mode, PaletteMode::named(value), "`step` or `linear`"),
         "palette_interpolation" => {
             choice(&mut genome.hue_path, HuePath::named(value), "`rgb`, `hsv`, `hsv_circular` or `sweep`")

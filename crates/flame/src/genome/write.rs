@@ -6,7 +6,7 @@
 
 use std::fmt::{Display, Write};
 
-use super::{Affine, Element, Genome, Palette, Wave, Xform};
+use super::{Affine, Element, Genome, Palette, PaletteBlend, Wave, Xform};
 
 impl Genome {
     /// The flame as one `<flame>` element, with every attribute and everything that was kept.
@@ -21,6 +21,10 @@ impl Genome {
         self.write_camera(&mut root);
         self.write_sampling(&mut root);
         self.write_tone(&mut root);
+        if let Some(number) = self.palette_number {
+            root.set("palette", number);
+        }
+        root.set_unless_0("hue", self.hue);
         root.set("palette_mode", self.palette_mode.name());
         root.set("palette_interpolation", self.hue_path.name());
         root.set("hsv_rgb_palette_blend", self.hue_path_rgb);
@@ -35,6 +39,7 @@ impl Genome {
             root.children.push(symmetry);
         }
         root.children.extend(self.palette.iter().flat_map(Palette::elements));
+        root.children.extend(self.palette_blend.iter().map(PaletteBlend::element));
         root.children.extend(self.children.iter().cloned());
         let mut out = String::new();
         root.write(&mut out, 0);
