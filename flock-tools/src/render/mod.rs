@@ -1,7 +1,8 @@
 //! `dreams render DIR [SHEEP...]`: renders the clips that a flock lacks.
 //!
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
-//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `still.rs` is `dreams still`.
+//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `palettes.rs` finds the
+//! colours that genomes only name. `still.rs` is `dreams still`.
 //!
 //! Start at [`run`].
 
@@ -11,6 +12,7 @@ mod frames;
 mod hashes;
 pub(crate) mod make;
 pub(crate) mod options;
+pub(crate) mod palettes;
 pub(crate) mod plan;
 pub(crate) mod selection;
 pub(crate) mod still;

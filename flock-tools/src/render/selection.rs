@@ -15,6 +15,7 @@ use flame::Genome;
 use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 
+use super::palettes::coloured;
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
 use crate::flock_folder::ids;
 use crate::program::{Exit, Fatal};
@@ -190,6 +191,7 @@ impl<'a> Genomes<'a> {
             refused(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
         })?;
         let genome = Genome::parse(&text).map_err(|source| refused(Exit::Malformed, source.into()))?;
+        let genome = coloured(genome).map_err(|source| refused(Exit::Unreadable, source.into()))?;
         let turning = SheepMotion::new(&genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames), self.look);
         let demand = turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
         self.bytes = self.bytes.max(demand.bytes);

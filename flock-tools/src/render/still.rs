@@ -13,6 +13,7 @@ use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
 use super::options;
+use super::palettes::coloured;
 use super::plan::SEED;
 use crate::program::{Exit, Fatal, now::Stopwatch, print};
 
@@ -149,7 +150,8 @@ impl Args {
             let is_text = source.kind() != ErrorKind::InvalidData;
             self.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
         })?;
-        Genome::parse(&text).map_err(|error| self.genome_fatal(Exit::Malformed, error.into()))
+        let genome = Genome::parse(&text).map_err(|error| self.genome_fatal(Exit::Malformed, error.into()))?;
+        coloured(genome).map_err(|error| self.genome_fatal(Exit::Unreadable, error.into()))
     }
 
     fn settings(&self) -> Settings {

@@ -19,6 +19,7 @@ use video::{Form, Yuv420p};
 use super::colour::Colour;
 use crate::decoder::Decoder;
 use crate::decoder::thumbnail::Thumbnail;
+use crate::render::palettes::coloured;
 
 /// The most pixels of all pictures of a page together, and the most that one is wide.
 const PIXELS: f64 = 8.5e6;
@@ -132,7 +133,7 @@ fn shrink(plane: &[u8], stride: usize, full: (usize, usize), small: (usize, usiz
 /// The still of the sheep's genome, if it has one that can be rendered.
 fn still(folder: &Path, sheep: &Sheep, size: (u32, u32)) -> Option<Thumbnail> {
     let text = fs::read_to_string(sheep.genome.as_ref()?.inside(folder)).ok()?;
-    let genome = Genome::parse(&text).ok()?;
+    let genome = coloured(Genome::parse(&text).ok()?).ok()?;
     let renderer = Renderer::new(1).ok()?;
     let settings = Settings {
         size: Some([size.0, size.1]),
