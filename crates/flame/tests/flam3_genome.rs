@@ -174,3 +174,49 @@ fn a_palette_that_no_library_has_is_refused_by_its_number() {
     let wrong = Library::parse("<palettes>\n<palette number=\"x\" data=\"00\"/></palettes>").unwrap_err().to_string();
     assert!(wrong.starts_with("line 2, column 1: palette `palette` has 2 digits"), "{wrong}");
 }
+
+#[test]
+fn attributes_of_old_files_mean_what_they_mean_to_flam3() {
+    let all = |weights: &[&str]| [weights, &vec!["0"; 99 - weights.len()]].concat().join(" ");
+    let var = format!("linear=\"1\" var=\"{}\"", all(&["0", "0.5", "0", "0.25"]));
+    let var_first = format!("var=\"{}\" linear=\"1\"", all(&["0", "0.5", "0", "0.25"]));
+    for (of_flame, of_xform) in [
+        ("", "linear=\"1\" symmetry=\"1\""),
+        ("", "linear=\"1\" symmetry=\"-0.5\""),
+        ("", "linear=\"1\" symmetry=\"0\""),
+        ("", "linear=\"1\" symmetry=\"0.5\" color_speed=\"0.1\""),
+        ("", "linear=\"1\" color_speed=\"0.1\" symmetry=\"0.5\""),
+        ("", "linear=\"1\" animate=\"1\" symmetry=\"1\""),
+        ("", "linear=\"1\" symmetry=\"1\" animate=\"1\""),
+        ("", "linear=\"1\" plotmode=\"off\""),
+        ("", "linear=\"1\" plotmode=\"on\""),
+        ("", "linear=\"1\" opacity=\"0.5\" plotmode=\"off\""),
+        ("", "linear=\"1\" plotmode=\"off\" opacity=\"0.5\""),
+        ("", &*var),
+        ("", &*var_first),
+        ("", "linear=\"0.5\" var1=\"13\""),
+        ("", "var1=\"13\" linear=\"0.5\""),
+        ("soloxform=\"0\"", "linear=\"1\""),
+        ("soloxform=\"1\"", "linear=\"1\" opacity=\"0.5\""),
+        ("soloxform=\"5\"", "linear=\"1\""),
+        ("soloxform=\"-1\"", "linear=\"1\" opacity=\"0.5\""),
+        ("oversample=\"3\"", "linear=\"1\""),
+        ("supersample=\"2\" oversample=\"3\"", "linear=\"1\""),
+    ] {
+        let text = format!(
+            r#"<flame {of_flame} size="100 100"><xform weight="1" color="0" coefs="1 0 0 1 0 0" {of_xform}/>
+               <xform weight="1" color="1" coefs="1 0 0 1 0 0" linear="1"/>
+               <finalxform color="0" coefs="1 0 0 1 0 0" linear="1"/><color index="0" rgb="255 0 0"/></flame>"#
+        );
+        let (ours, what) = (Genome::parse(&text).unwrap(), format!("{of_flame}, {of_xform}"));
+        let theirs = frame_of_loop(&file("old.flam3", &text), 0, 8).unwrap();
+        assert_alike(&ours, &theirs, &what);
+        assert_eq!(ours.sampling.supersample, theirs.sampling.supersample, "{what}");
+        assert!(ours.xforms.iter().all(|xform| xform.extra.is_empty()), "{what}");
+        assert_eq!(Genome::parse(&ours.to_xml()).unwrap(), ours, "{what}");
+    }
+    for wrong in ["soloxform=\"x\"", "oversample=\"0.5x\""] {
+        assert!(Genome::parse(&format!("<flame {wrong}/>")).unwrap_err().to_string().starts_with("line 1, column 8: "));
+    }
+    assert_eq!(Genome::parse("<flame batches=\"4\"/>").unwrap().sampling.passes, 4);
+}

@@ -105,7 +105,13 @@ fn blanks(c: char) -> impl Iterator<Item = char> {
 
 fn genome(node: Node) -> Result<Genome, GenomeError> {
     let mut genome = Genome::default();
+    // The number of the only transform that is seen; below 0 all are.
+    let mut alone: i64 = -1;
     for attribute in node.attributes() {
+        if attribute.name() == "soloxform" {
+            alone = attribute.value().trim().parse().map_err(|_| wrong(node, attribute, "a transform's number"))?;
+            continue;
+        }
         match flame_attribute(&mut genome, attribute.name(), attribute.value()) {
             Read::Taken => {}
             Read::Unknown => genome.extra.push((attribute.name().into(), attribute.value().into())),
@@ -130,6 +136,11 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
         }
     }
     super::palette_xml::fill(&mut genome);
+    for (number, xform) in genome.xforms.iter_mut().enumerate() {
+        if alone >= 0 && usize::try_from(alone) != Ok(number) {
+            xform.opacity = 0.0;
+        }
+    }
     Ok(genome)
 }
 
@@ -234,8 +245,8 @@ pub(super) fn xform_attribute(xform: &mut Xform, name: &str, value: &str) -> Rea
             read
         }
         "opacity" => number(&mut xform.opacity, value),
-        "plotmode" if value == "off" => {
-            xform.opacity = 0.0;
+        "plotmode" => {
+            xform.opacity = if value == "off" { 0.0 } else { xform.opacity };
             Read::Taken
         }
         "chaos" => match list(value) {
@@ -259,23 +270,32 @@ pub(super) fn variation_attribute(xform: &mut Xform, name: &str, value: &str) ->
         return number(&mut entry(xform, kind).params[index], value);
     }
     match name {
+        // Both say all weights of a transform: those that other attributes gave before are gone.
         "var" => match list::<f64>(value) {
-            Some(weights) if weights.len() <= Kind::ALL.len() => {
+            Some(weights) if weights.iter().skip(Kind::ALL.len()).all(|weight| *weight == 0.0) => {
+                forget_weights(xform);
                 for (kind, weight) in Kind::ALL.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
                     entry(xform, kind).weight = weight;
                 }
                 Read::Taken
             }
-            _ => Read::Wrong("at most 49 weights"),
+            _ => Read::Wrong("weights of variations in the order of their numbers"),
         },
         "var1" => match value.trim().parse::<usize>().ok().and_then(|number| Kind::ALL.get(number)) {
             Some(kind) => {
+                forget_weights(xform);
                 entry(xform, *kind).weight = 1.0;
                 Read::Taken
             }
-            None => Read::Wrong("a variation's number, 0 to 48"),
+            None => Read::Wrong("a variation's number"),
         },
         _ => Read::Unknown,
+    }
+}
+
+fn forget_weights(xform: &mut Xform) {
+    for variation in &mut xform.variations {
+        variation.weight = 0.0;
     }
 }
 
