@@ -34,6 +34,8 @@ const KINDS: &[(&str, &[&str])] = &[
     (".ci/packages", &["*.txt"]),
     ("config", &["*.toml", "sticks.conf"]),
     ("crates", &["Cargo.toml", "*.rs"]),
+    ("crates/flame/fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
+    ("crates/flame/fuzz/corpus", &["*"]),
     ("crates/flame/tests/genomes", &["*.flam3"]),
     ("crates/flock/proptest-regressions", &["*.txt"]),
     ("crates/flock/src/edit/tests", &["*.rs", "*.toml"]),

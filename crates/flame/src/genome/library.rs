@@ -12,7 +12,7 @@ use roxmltree::{Document, Node};
 use super::limits::check;
 use super::palette::{from_hsv, to_hsv};
 use super::palette_xml::{hex, index};
-use super::parse::{place, shown};
+use super::parse::{not_xml, place, shown};
 use super::{Element, Genome, GenomeError, Palette};
 
 /// The digits of a colour in a library, of which the first two mean nothing.
@@ -42,7 +42,7 @@ impl Library {
     /// [`GenomeError`] names place and value of what is no palette.
     pub fn parse(text: &str) -> Result<Library, GenomeError> {
         check(text)?;
-        let document = Document::parse(text).map_err(|error| GenomeError::Xml { reason: error.to_string() })?;
+        let document = Document::parse(text).map_err(|error| not_xml(&error))?;
         let mut palettes = BTreeMap::new();
         for node in document.descendants().filter(|node| node.has_tag_name("palette")) {
             let entries = hex(node, node.attribute("data").unwrap_or_default(), DIGITS, 2)?;

@@ -53,7 +53,7 @@ impl Genome {
         check(text)?;
         let error = match Document::parse(text) {
             Ok(document) => return flames(&document, text, 0),
-            Err(error) => GenomeError::Xml { reason: error.to_string() },
+            Err(error) => not_xml(&error),
         };
         let rooted = rooted(text);
         match Document::parse(&rooted).map(|document| flames(&document, text, ROOT.len())) {
@@ -107,7 +107,7 @@ fn genome(node: Node) -> Result<Genome, GenomeError> {
     let mut genome = Genome::default();
     // The number of the only transform that is seen; below 0 all are.
     let mut alone: i64 = -1;
-    for attribute in node.attributes() {
+    for attribute in attributes(node) {
         if attribute.name() == "soloxform" {
             alone = attribute.value().trim().parse().map_err(|_| wrong(node, attribute, "a transform's number"))?;
             continue;
@@ -200,7 +200,7 @@ fn flame_attribute(genome: &mut Genome, name: &str, value: &str) -> Read {
 
 fn xform(node: Node) -> Result<Xform, GenomeError> {
     let mut xform = Xform::default();
-    for attribute in node.attributes() {
+    for attribute in attributes(node) {
         let (name, value) = (attribute.name(), attribute.value());
         let read = match xform_attribute(&mut xform, name, value) {
             Read::Unknown => variation_attribute(&mut xform, name, value),
@@ -323,7 +323,7 @@ fn symmetry_kind(node: Node) -> Result<i32, GenomeError> {
 pub(super) fn element(node: Node) -> Element {
     Element {
         tag: node.tag_name().name().into(),
-        attributes: node.attributes().map(|a| (a.name().into(), a.value().into())).collect(),
+        attributes: attributes(node).map(|a| (a.name().into(), a.value().into())).collect(),
         text: node.text().unwrap_or_default().trim().into(),
         children: node.children().filter(Node::is_element).map(element).collect(),
     }
@@ -412,9 +412,22 @@ pub(super) fn wrong(node: Node, attribute: roxmltree::Attribute, expected: &'sta
     }
 }
 
+/// The attributes of an element. Those in an XML namespace are no flame's and are left out.
+pub(super) fn attributes<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = roxmltree::Attribute<'a, 'i>> {
+    node.attributes().filter(|attribute| attribute.namespace().is_none())
+}
+
 /// The place where an element begins.
 pub(super) fn place(node: Node) -> Place {
     Place::of(node.document().input_text(), node.range().start)
+}
+
+/// The parser's error: its beginning, and its end, which has line and column.
+pub(super) fn not_xml(error: &roxmltree::Error) -> GenomeError {
+    let reason = error.to_string();
+    let end = reason.char_indices().rev().nth(SHOWN - 1).map_or("", |(start, _)| &reason[start..]);
+    let is_long = reason.chars().count() > 2 * SHOWN;
+    GenomeError::Xml { reason: if is_long { shown(&reason) + end } else { reason } }
 }
 
 /// As much of a wrong value as fits into a message.

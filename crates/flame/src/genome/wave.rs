@@ -6,7 +6,7 @@
 
 use roxmltree::Node;
 
-use super::parse::{Read, variation_attribute, wrong, xform_attribute};
+use super::parse::{Read, attributes, variation_attribute, wrong, xform_attribute};
 use super::{Affine, Element, GenomeError, WaveShape, Xform};
 use crate::variations::{Kind, MAX_PARAMETERS, Variation};
 
@@ -37,7 +37,7 @@ impl Wave {
     /// Reads a `<motion>` element.
     pub(super) fn read(node: Node) -> Result<Wave, GenomeError> {
         let mut wave = Wave::default();
-        for attribute in node.attributes() {
+        for attribute in attributes(node) {
             let (name, value) = (attribute.name(), attribute.value());
             match wave.attribute(name, value) {
                 Read::Taken => {}

@@ -191,9 +191,10 @@ impl Element {
 }
 
 fn escaped_text(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    // A return that is not escaped reads back as a new line.
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('\r', "&#13;")
 }
 
 fn escaped(value: &str) -> String {
-    escaped_text(value).replace('"', "&quot;").replace('\n', "&#10;").replace('\t', "&#9;").replace('\r', "&#13;")
+    escaped_text(value).replace('"', "&quot;").replace('\n', "&#10;").replace('\t', "&#9;")
 }
