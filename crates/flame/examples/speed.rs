@@ -1,42 +1,120 @@
-//! Samples per CPU second of this renderer and of `flam3-render`, on two of the test genomes, in one run.
+//! Samples per CPU-second of this renderer and of `flam3-render`, side by side in one run.
 //!
-//! Owns the measurement: one JSON document on stdout. Never checks pictures: `tests/flam3.rs` does.
+//! Owns the measurement and its bounds: one JSON document on stdout; the exit status is 1 where a bound is not kept. Never
+//! checks pictures: `tests/flam3.rs` does.
 //!
 //! Run `cargo run --release -p flame --example speed`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]
 
 use std::error::Error;
 use std::fs;
-use std::path::Path;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
 
-use flame::{Genome, Renderer, Settings};
+use flame::{Arithmetic, Genome, Renderer, Settings};
 use serde_json::{Value, json};
 
 /// Ticks of the CPU clock in a second, as `/proc` counts them.
 const TICKS_PER_SECOND: f64 = 100.0;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let rows = ["turned-symmetry", "first-seven"].map(measured).into_iter().collect::<Result<Vec<_>, _>>()?;
-    println!("{:#}", json!({ "genomes": rows }));
-    Ok(())
+/// The pictures are as large as a wall's.
+const SIZE: [u32; 2] = [1280, 720];
+
+/// Samples per pixel. What a frame costs whatever its samples is measured with the few, and taken off.
+const FEW: f64 = 1.0;
+const MANY: f64 = 101.0;
+
+/// Each figure is the median of so many.
+const ROUNDS: usize = 3;
+
+/// At least so many times flam3's samples per CPU-second: in the geometric mean, by AVX-512 and by AVX2, and for every
+/// genome.
+const LEAST: [(&str, f64); 3] = [("avx512", 7.0), ("avx2", 6.0), ("worst", 4.5)];
+
+/// At most so many CPU-seconds for a frame whatever its samples.
+const MOST_FIXED: f64 = 0.3;
+
+/// CPU-seconds of a frame of few samples and of many.
+type Costs = [f64; 2];
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let rows = genomes().iter().map(|file| measured(file)).collect::<Result<Vec<_>, _>>()?;
+    let mean = |name: &str| {
+        let logs: f64 = rows.iter().map(|row| row[name].as_f64().unwrap_or(0.0).ln()).sum();
+        (logs / rows.len() as f64).exp()
+    };
+    let of_rows = |name: &str| rows.iter().map(|row| row[name].as_f64().unwrap_or(0.0)).collect::<Vec<_>>();
+    let ratios = [mean("avx512_ratio"), mean("avx2_ratio"), of_rows("avx2_ratio").into_iter().fold(f64::MAX, f64::min)];
+    let fixed = of_rows("ours_fixed_cpu_s").into_iter().fold(0.0, f64::max);
+    let kept = LEAST.iter().zip(ratios).all(|((_, least), ratio)| ratio >= *least) && fixed <= MOST_FIXED;
+    let bounds: Vec<Value> = LEAST
+        .iter()
+        .zip(ratios)
+        .map(|((name, least), ratio)| json!({ "name": name, "least": least, "ratio": ratio }))
+        .collect();
+    println!(
+        "{:#}",
+        json!({ "genomes": rows, "ratios": bounds, "fixed_cpu_s": fixed, "most_fixed_cpu_s": MOST_FIXED })
+    );
+    Ok(if kept { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Both renderers' rates on one genome, at 640x360 and 100 samples per pixel, one thread each.
-fn measured(name: &str) -> Result<Value, Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/genomes");
-    let mut genome = Genome::parse(&fs::read_to_string(folder.join(name).with_extension("flam3"))?)?;
-    genome.camera.scale *= 5.0;
-    genome.camera.size = [640, 360];
-    genome.sampling.quality = 100.0;
-    let samples = 640.0 * 360.0 * genome.sampling.quality;
-    let file = std::env::temp_dir().join(format!("{name}-{}.flam3", std::process::id()));
-    fs::write(&file, genome.to_xml())?;
+/// From simple ones to eight transforms with xaos and a final one.
+fn genomes() -> Vec<PathBuf> {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let demo = ["blossom", "caldera", "nautilus", "nocturne", "orchid", "rosette", "undertow"];
+    let demo = demo.iter().map(|name| here.join("../../flock-tools/demo/genomes").join(name).with_extension("flam3"));
+    demo.chain([here.join("tests/genomes/eight-with-xaos.flam3")]).collect()
+}
 
+/// Both renderers' costs on one genome, one thread each.
+fn measured(file: &Path) -> Result<Value, Box<dyn Error>> {
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let mut genome = Genome::parse(&fs::read_to_string(file)?)?;
+    genome.camera = genome.camera.resized(SIZE);
+    genome.sampling.supersample = 2;
+    genome.sampling.estimator_radius = 0.0;
+    let mut costs: [Vec<Costs>; 3] = Default::default();
+    for _ in 0..ROUNDS {
+        costs[0].push([ours(&genome, FEW, Arithmetic::Fastest)?, ours(&genome, MANY, Arithmetic::Fastest)?]);
+        costs[1].push([ours(&genome, FEW, Arithmetic::Avx2)?, ours(&genome, MANY, Arithmetic::Avx2)?]);
+        costs[2].push([theirs(&genome, FEW)?, theirs(&genome, MANY)?]);
+    }
+    let samples = (MANY - FEW) * f64::from(SIZE[0]) * f64::from(SIZE[1]);
+    let [fastest, avx2, flam3] = costs.map(|mut rounds| {
+        rounds.sort_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+        rounds[ROUNDS / 2]
+    });
+    let rate = |[few, many]: Costs| samples / (many - few);
+    Ok(json!({
+        "genome": name,
+        "ours_samples_per_cpu_s": rate(fastest),
+        "ours_avx2_samples_per_cpu_s": rate(avx2),
+        "flam3_samples_per_cpu_s": rate(flam3),
+        "ours_fixed_cpu_s": fastest[0],
+        "flam3_fixed_cpu_s": flam3[0],
+        "avx512_ratio": rate(fastest) / rate(flam3),
+        "avx2_ratio": rate(avx2) / rate(flam3),
+    }))
+}
+
+/// CPU-seconds of our frame of `spp` samples per pixel.
+fn ours(genome: &Genome, spp: f64, arithmetic: Arithmetic) -> Result<f64, Box<dyn Error>> {
     let renderer = Renderer::new(1)?;
+    let settings = Settings { spp: Some(spp), temporal_samples: Some(1), seed: 1, arithmetic, ..Settings::default() };
     let [before, _] = cpu_seconds()?;
-    renderer.render(&genome, 0.0, &Settings { temporal_samples: Some(1), seed: 1, ..Settings::default() })?;
-    let [after, children] = cpu_seconds()?;
+    renderer.render(genome, 0.0, &settings)?;
+    let [after, _] = cpu_seconds()?;
+    Ok(after - before)
+}
+
+/// CPU-seconds of flam3's frame of `spp` samples per pixel.
+fn theirs(genome: &Genome, spp: f64) -> Result<f64, Box<dyn Error>> {
+    let mut genome = genome.clone();
+    genome.sampling.quality = spp;
+    let file = std::env::temp_dir().join(format!("speed-{}.flam3", std::process::id()));
+    fs::write(&file, genome.to_xml())?;
+    let [_, before] = cpu_seconds()?;
     let ran = Command::new("flam3-render")
         .env("in", &file)
         .env("out", file.with_extension("png"))
@@ -44,18 +122,14 @@ fn measured(name: &str) -> Result<Value, Box<dyn Error>> {
         .env("nthreads", "1")
         .env("verbose", "0")
         .output()?;
-    let [_, children_after] = cpu_seconds()?;
+    let [_, after] = cpu_seconds()?;
     fs::remove_file(file.with_extension("png"))?;
     fs::remove_file(&file)?;
-    if !ran.status.success() {
-        return Err(format!("flam3-render ended with {}", ran.status).into());
+    if ran.status.success() {
+        Ok(after - before)
+    } else {
+        Err(format!("flam3-render ended with {}", ran.status).into())
     }
-    Ok(json!({
-        "genome": name,
-        "samples": samples,
-        "ours_samples_per_cpu_s": samples / (after - before),
-        "flam3_samples_per_cpu_s": samples / (children_after - children),
-    }))
 }
 
 /// CPU seconds of this process and of its children so far.

@@ -6,6 +6,7 @@
 //!
 //! Start at [`Species`]: a genome's motion and a moment become a frame.
 #![forbid(unsafe_code)]
+#![allow(clippy::inline_always, reason = "a call that is not inlined would use other instructions than its caller")]
 #![allow(clippy::float_cmp, reason = "0 and 1 mean `off` and `whole` exactly, as files say them")]
 
 pub mod animate;
@@ -20,6 +21,6 @@ pub mod variations;
 pub use animate::{Loop, Motion, Transition};
 pub use genome::{Genome, GenomeError};
 pub use image::Image;
-pub use render::{Filter, FrameCost, RenderError, Renderer, Settings};
+pub use render::{Arithmetic, Filter, FrameCost, RenderError, Renderer, Settings, VERSION};
 pub use rng::Rng;
 pub use species::{Flame, Species};

@@ -6,7 +6,7 @@
 
 use flame::genome::{FilterShape, Genome};
 use flame::variations::Kind;
-use flame::{Filter, FrameCost, Loop, Motion, RenderError, Renderer, Settings, Transition};
+use flame::{Arithmetic, Filter, FrameCost, Loop, Motion, RenderError, Renderer, Settings, Transition};
 
 const TINY: Settings = Settings {
     size: Some([16, 12]),
@@ -15,6 +15,7 @@ const TINY: Settings = Settings {
     temporal_samples: Some(3),
     filter: Filter::Variance,
     seed: 1,
+    arithmetic: Arithmetic::Fastest,
 };
 
 /// What a number may be in a file.
@@ -71,8 +72,8 @@ fn any_number_in_any_part_of_a_transform_is_drawn() {
     let palette = "<color index=\"0\" rgb=\"255 128 0\"/>";
     for name in plain.into_iter().chain(kinds) {
         for number in NUMBERS {
-            let kind = Kind::ALL.into_iter().find(|kind| name.starts_with(kind.name()) && *kind.name() != *name);
-            let with = kind.map_or(String::new(), |kind| format!("{}=\"0.7\"", kind.name()));
+            let parameter = Kind::parameter_named(&name);
+            let with = parameter.map_or(String::new(), |(kind, _)| format!("{}=\"0.7\"", kind.name()));
             let post = if number == "0" { "post=\"0 0 0 0 0 0\"" } else { "" };
             let odd = format!(
                 "<flame><xform weight=\"1\" coefs=\"0 0 0 0 0 0\" julia=\"1\"/>\

@@ -8,7 +8,7 @@ mod bred;
 
 use flame::genome::{Genome, TemporalShape};
 use flame::variations::{Kind, Variation};
-use flame::{Filter, FrameCost, Image, Loop, RenderError, Renderer, Settings};
+use flame::{Arithmetic, Filter, FrameCost, Image, Loop, Motion, RenderError, Renderer, Settings, Transition};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,6 +19,7 @@ const SMALL: Settings = Settings {
     temporal_samples: Some(4),
     filter: Filter::Variance,
     seed: 5,
+    arithmetic: Arithmetic::Fastest,
 };
 
 fn xaos() -> Genome {
@@ -44,6 +45,40 @@ fn pixels_are_the_same_for_any_number_of_threads() {
     for threads in [2, 3, 8] {
         assert_eq!(alone, draw(threads), "{threads} threads");
     }
+}
+
+#[test]
+fn pixels_are_the_same_for_every_instruction_set() {
+    let renderer = Renderer::new(2).unwrap();
+    let mut genomes: Vec<Genome> = (0..40).map(bred::genome).collect();
+    genomes.push(xaos());
+    for (number, genome) in genomes.iter().enumerate() {
+        let draw = |arithmetic| renderer.render(genome, 0.0, &Settings { arithmetic, ..SMALL }).unwrap();
+        let portable = draw(Arithmetic::Portable);
+        assert_eq!(draw(Arithmetic::Fastest), portable, "genome {number}");
+        assert_eq!(draw(Arithmetic::Avx2), portable, "genome {number} by AVX2");
+    }
+}
+
+/// The checksum of the pictures that [`flame::VERSION`] makes. Where it changes, so must the version: else a clip that was
+/// begun by one renderer is finished by another.
+const PICTURES: (u32, u64) = (2, 10_317_003_656_367_989_831);
+
+#[test]
+fn another_renderer_has_another_version() {
+    let renderer = Renderer::new(2).unwrap();
+    let mut checksum = 0xcbf2_9ce4_8422_2325_u64;
+    for seed in 0..12 {
+        let sheep = [bred::genome(seed), bred::genome(seed + 100)].map(|genome| Loop::new(&genome, 60.0));
+        let between = Transition::new(&sheep[0], &sheep[1], 30.0);
+        for (motion, filter) in [(&sheep[0] as &dyn Motion, Filter::Variance), (&between, Filter::Flam3)] {
+            let image = renderer.render(motion, 11.0, &Settings { filter, ..SMALL }).unwrap();
+            for byte in image.to_rgb16().iter().flat_map(|light| light.to_le_bytes()) {
+                checksum = (checksum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+    }
+    assert_eq!((flame::VERSION, checksum), PICTURES, "raise `flame::VERSION` and write both down here");
 }
 
 #[test]
@@ -166,6 +201,6 @@ fn what_cannot_be_drawn_is_refused_by_name() {
     );
     assert_eq!(refused(|genome| genome.xforms.clear()), "the genome has no transform with a weight above 0, among 0");
     assert_eq!(refused(|genome| genome.camera.scale = 0.0), "`scale` is 0, expected a finite number above 0");
-    let unknown = refused(|genome| genome.xforms[1].extra.push(("mobius".into(), "0.7".into())));
-    assert_eq!(unknown, "transform 1 uses `mobius` (`0.7`), which this renderer does not support");
+    let unknown = refused(|genome| genome.xforms[1].extra.push(("waltz".into(), "0.7".into())));
+    assert_eq!(unknown, "transform 1 uses `waltz` (`0.7`), which this renderer does not support");
 }

@@ -30,9 +30,9 @@ fn a_file_may_hold_several_flames_at_any_depth() {
 
 #[test]
 fn what_is_unknown_is_kept() {
-    let text = r#"<flame mood="blue"><xform weight="1" bipolar="0.3" bipolar_shift="0.1"/><edit nick="us"/></flame>"#;
+    let text = r#"<flame mood="blue"><xform weight="1" waltz="0.3" waltz_shift="0.1"/><edit nick="us"/></flame>"#;
     let again = Genome::parse(text).unwrap().to_xml();
-    for kept in [r#"mood="blue""#, r#"bipolar="0.3""#, r#"bipolar_shift="0.1""#, r#"<edit nick="us"/>"#] {
+    for kept in [r#"mood="blue""#, r#"waltz="0.3""#, r#"waltz_shift="0.1""#, r#"<edit nick="us"/>"#] {
         assert!(again.contains(kept), "{kept} is missing in {again}");
     }
 }

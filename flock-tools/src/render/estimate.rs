@@ -16,8 +16,8 @@ use crate::program::now::Stopwatch;
 const MEASURED: usize = 6;
 
 /// Samples of the two frames of a clip that are measured.
-const FEW: u64 = 500_000;
-const MORE: u64 = 4_000_000;
+const FEW: u64 = 2_000_000;
+const MORE: u64 = 20_000_000;
 
 /// Processor time that rendering all frames of `clips` takes, without encoding them.
 /// Errors: [`RenderError`] if one cannot be rendered.

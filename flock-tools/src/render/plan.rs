@@ -5,13 +5,15 @@
 //!
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
 
-use flame::{Filter, Flame, FrameCost, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition};
+use flame::{
+    Arithmetic, Filter, Flame, FrameCost, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition,
+};
 use flock::{ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
 use video::{Form, Quality, Yuv420p};
 
-/// The version of the renderer: another one makes other pictures.
-const RENDERING: &str = concat!("dreams ", env!("CARGO_PKG_VERSION"));
+/// The version of what turns light into frames of a clip: another one makes other pictures of the same light.
+const VERSION: u32 = 1;
 
 /// The default seed. Every frame of a clip is drawn from the same random numbers: the noise then moves with the flame,
 /// which looks calmer and costs fewer bits than noise that flickers.
@@ -102,6 +104,7 @@ impl Look {
             temporal_samples: self.temporal_samples,
             filter: Filter::Variance,
             seed: self.seed,
+            arithmetic: Arithmetic::Fastest,
         }
     }
 }
@@ -158,7 +161,13 @@ impl ClipPlan {
         look: &Look,
     ) -> Self {
         let ends: Vec<&str> = ends.iter().map(|end| end.text.as_str()).collect();
-        let picture_recipe = format!("{RENDERING}\n{} frames\n{:?}\n{}", frames.0, look.settings(), ends.join("\n"));
+        let picture_recipe = format!(
+            "light {}, frames {VERSION}\n{} frames\n{:?}\n{}",
+            flame::VERSION,
+            frames.0,
+            look.settings(),
+            ends.join("\n")
+        );
         let recipe = format!("{picture_recipe}\n{} fps\n{:?}", look.form.fps, look.quality);
         let hash = |text: &str| ClipHash::of(text.as_bytes()).expect("reading memory does not fail");
         Self { picture_recipe: hash(&picture_recipe), recipe: hash(&recipe), role, path, frames, motion }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::{fs, num::NonZeroUsize};
 
 use clap::ValueEnum;
-use flame::{Filter, FrameCost, Genome, Image, Loop, Motion, Renderer, Settings};
+use flame::{Arithmetic, Filter, FrameCost, Genome, Image, Loop, Motion, Renderer, Settings};
 use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
@@ -167,6 +167,7 @@ impl Args {
                 Smoothing::Flam3 => Filter::Flam3,
             },
             seed: self.seed,
+            arithmetic: Arithmetic::Fastest,
         }
     }
 

@@ -224,7 +224,7 @@ fn genomes_that_cannot_be_drawn_are_refused_before_anything_is_rendered() {
         ("<flame/>", "NoPalette"),
         ("not xml", "Xml"),
         ("<flames><flame/><flame/></flames>", "Count"),
-        ("<flame><xform weight=\"1\" mobius=\"1\"/><palette count=\"256\" format=\"RGB\"/></flame>", "0 digits"),
+        ("<flame><xform weight=\"1\" waltz=\"1\"/><palette count=\"256\" format=\"RGB\"/></flame>", "0 digits"),
     ] {
         fs::write(flock.at("b.flam3"), text).unwrap();
         assert!(flock.refused(&[]).contains(part), "{text}: {}", flock.refused(&[]));

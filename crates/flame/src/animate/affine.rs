@@ -55,11 +55,11 @@ pub(crate) struct Polar {
 impl Polar {
     /// Interpolates from `ends[0]`, turning by `speeds[0]` radians per frame, to `ends[1]`, turning by `speeds[1]`.
     pub(crate) fn new(ends: [Affine; 2], speeds: [f64; 2], frames: f64) -> Polar {
-        let lengths = ends.map(|end| [end.a.hypot(end.d), end.b.hypot(end.e)]);
+        let lengths = ends.map(|end| [libm::hypot(end.a, end.d), libm::hypot(end.b, end.e)]);
         let angles = |column: usize| {
             let of = |end: usize| match column {
-                0 => ends[end].d.atan2(ends[end].a),
-                _ => ends[end].e.atan2(ends[end].b),
+                0 => libm::atan2(ends[end].d, ends[end].a),
+                _ => libm::atan2(ends[end].e, ends[end].b),
             };
             // A column of length 0 has no angle: it takes the other end's.
             match [lengths[0][column] > 0.0, lengths[1][column] > 0.0] {
@@ -84,17 +84,17 @@ impl Polar {
         let length = |column: usize| {
             let [from, to] = [self.lengths[0][column], self.lengths[1][column]];
             if from > SHORT && to > SHORT {
-                mix(from.ln(), to.ln(), moment.eased).exp()
+                libm::exp(mix(libm::log(from), libm::log(to), moment.eased))
             } else {
                 mix(from, to, moment.eased)
             }
         };
         let offset = |axis: usize| mix(self.offsets[0][axis], self.offsets[1][axis], moment.eased);
         Affine {
-            a: length(0) * first.cos(),
-            d: length(0) * first.sin(),
-            b: length(1) * second.cos(),
-            e: length(1) * second.sin(),
+            a: length(0) * libm::cos(first),
+            d: length(0) * libm::sin(first),
+            b: length(1) * libm::cos(second),
+            e: length(1) * libm::sin(second),
             c: offset(0),
             f: offset(1),
         }

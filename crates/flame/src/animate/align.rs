@@ -12,6 +12,10 @@ use super::waves::with_kinds_of_waves;
 use crate::genome::{Affine, Genome, Space, Xform};
 use crate::variations::{Kind, Variation};
 
+/// The variations that are discontinuous at their centre.
+const DISCONTINUOUS: [Kind; 7] =
+    [Kind::Spherical, Kind::Ngon, Kind::Julian, Kind::Juliascope, Kind::Polar, Kind::WedgeSph, Kind::WedgeJulia];
+
 /// The two genomes with symmetries written out, equally many transforms, the same variations in each pair, and
 /// a final transform in both or in none. What is added changes no picture.
 pub(super) fn align(from: &Genome, to: &Genome) -> [Genome; 2] {
@@ -65,13 +69,12 @@ fn complete(variations: &mut Vec<Variation>, other: &[Variation]) {
 /// A transform of weight 0 that leaves every point where it is and goes well with `partner`.
 fn neutral(partner: &Xform, polar: bool) -> Xform {
     let has = |kinds: &[Kind]| partner.variations.iter().any(|v| v.weight != 0.0 && kinds.contains(&v.kind));
-    let (affine, variations) =
-        if polar && has(&[Kind::Spherical, Kind::Ngon, Kind::Julian, Kind::Juliascope, Kind::Polar]) {
-            let half_turn = Affine { a: -1.0, e: -1.0, ..Affine::IDENTITY };
-            (half_turn, vec![Variation::new(Kind::Linear, -1.0)])
-        } else {
-            (Affine::IDENTITY, identities(partner))
-        };
+    let (affine, variations) = if polar && has(&DISCONTINUOUS) {
+        let half_turn = Affine { a: -1.0, e: -1.0, ..Affine::IDENTITY };
+        (half_turn, vec![Variation::new(Kind::Linear, -1.0)])
+    } else {
+        (Affine::IDENTITY, identities(partner))
+    };
     Xform {
         weight: 0.0,
         color: partner.color,
@@ -93,6 +96,7 @@ fn identities(partner: &Xform) -> Vec<Variation> {
             Kind::Rings2 => &[0.0],
             Kind::Blob => &[1.0, 1.0, 1.0],
             Kind::Perspective => &[0.0, variation.params[1]],
+            Kind::SuperShape => &[0.0, variation.params[1], 2.0, 2.0, 2.0, 0.0],
             _ => return None,
         };
         Some(Variation::new(variation.kind, 1.0).with(params))

@@ -50,7 +50,7 @@ pub(super) fn with_kinds_of_waves(mut xform: Xform) -> Xform {
 fn height(wave: &Wave, part: f64) -> f64 {
     let turns = (f64::from(wave.frequency) * part).rem_euclid(1.0);
     match wave.shape {
-        WaveShape::Sin => (TAU * turns).sin(),
+        WaveShape::Sin => libm::sin(TAU * turns),
         WaveShape::Triangle => {
             if turns < 0.75 {
                 1.0 - (4.0 * turns - 1.0).abs()
@@ -58,7 +58,7 @@ fn height(wave: &Wave, part: f64) -> f64 {
                 4.0 * turns - 4.0
             }
         }
-        WaveShape::Hill => (PI * turns).sin().powi(2),
+        WaveShape::Hill => libm::sin(PI * turns).powi(2),
     }
 }
 

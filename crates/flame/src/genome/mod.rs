@@ -287,7 +287,7 @@ impl Affine {
     /// The same with its 2x2 part turned by `turn` radians; the translation stays.
     #[must_use]
     pub fn turned(&self, turn: f64) -> Affine {
-        let (sin, cos) = turn.sin_cos();
+        let (sin, cos) = libm::sincos(turn);
         Affine {
             a: cos * self.a - sin * self.d,
             d: sin * self.a + cos * self.d,

@@ -88,12 +88,6 @@ impl<S: Simd> Not for LaneMask<S> {
 impl<S: Simd> Mask for LaneMask<S> {}
 
 impl<S: Simd> Lanes<S> {
-    /// The same number sixteen times.
-    #[inline(always)]
-    pub(crate) fn splat(simd: S, value: f32) -> Lanes<S> {
-        Lanes(f32x16::splat(simd, value))
-    }
-
     #[inline(always)]
     fn bits(self) -> u32x16<S> {
         self.0.bitcast()
@@ -127,10 +121,10 @@ impl<S: Simd> Lanes<S> {
     /// The logarithm to base 2 of positive numbers.
     #[inline(always)]
     fn log2(self) -> Lanes<S> {
-        // The smallest normal number: below it the exponent's bits mean nothing.
-        let x = self.max(self.like(f64::from(f32::MIN_POSITIVE)));
         // √½ in bits: what is left of a number by its power of 2 lies in √½..√2.
         const HALF_ROOT: u32 = 0x3f35_04f3;
+        // The smallest normal number: below it the exponent's bits mean nothing.
+        let x = self.max(self.like(f64::from(f32::MIN_POSITIVE)));
         let bits: i32x16<S> = x.bits().bitcast();
         let exponent: i32x16<S> = (bits - HALF_ROOT as i32) >> 23;
         let mantissa: f32x16<S> = (bits - (exponent << 23)).bitcast();
@@ -144,7 +138,7 @@ impl<S: Simd> Lanes<S> {
             -1.666_805_8e-1,
             2.000_071_5e-1,
             -2.5e-1,
-            3.333_333_1e-1,
+            0.333_333_3,
         ]);
         let square = m * m;
         let ln = (series * m).mul_add(square, square.mul_add(m.like(-0.5), m));
@@ -180,6 +174,21 @@ impl<S: Simd> Lanes<S> {
     }
 }
 
+/// Whether the instruction set has a fused product.
+#[inline(always)]
+fn is_fused<S: Simd>(simd: S) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return !matches!(simd.level(), fearless_simd::Level::Sse2(_));
+    #[cfg(not(target_arch = "x86_64"))]
+    !simd.level().is_fallback()
+}
+
+/// `x * factor + term`, rounded once, by many instructions: in one place, since formulas are full of it.
+#[inline(never)]
+fn fused<S: Simd>(x: Lanes<S>, factor: Lanes<S>, term: Lanes<S>) -> Lanes<S> {
+    Lanes(x.0.mul_add_precise(factor.0, term.0))
+}
+
 impl<S: Simd> Number for Lanes<S> {
     type Mask = LaneMask<S>;
 
@@ -190,7 +199,11 @@ impl<S: Simd> Number for Lanes<S> {
 
     #[inline(always)]
     fn mul_add(self, factor: Lanes<S>, term: Lanes<S>) -> Lanes<S> {
-        Lanes(self.0.mul_add_precise(factor.0, term.0))
+        if is_fused(self.0.token()) {
+            Lanes(self.0.mul_add_precise(factor.0, term.0))
+        } else {
+            fused(self, factor, term)
+        }
     }
 
     #[inline(always)]
@@ -256,7 +269,7 @@ impl<S: Simd> Number for Lanes<S> {
             4.290_961_4e-2,
             -7.528_964e-2,
             1.065_626_4e-1,
-            -1.420_889_9e-1,
+            -0.142_089,
             1.999_355_1e-1,
             -3.333_314_5e-1,
         ]);

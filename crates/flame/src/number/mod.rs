@@ -107,26 +107,6 @@ pub(crate) trait Number:
         let shrunk = grown.like(1.0) / grown;
         ((grown - shrunk) * 0.5, (grown + shrunk) * 0.5)
     }
-
-    /// The angle in 0..=π whose cosine is `self`, which is taken as -1 below and as 1 above.
-    #[inline(always)]
-    fn acos(self) -> Self {
-        let inside = self.max(self.like(-1.0)).min(self.like(1.0));
-        ((-inside).mul_add(inside, inside.like(1.0))).max(inside.like(0.0)).sqrt().atan2(inside)
-    }
-
-    /// The angle in -π/2..=π/2 whose sine is `self`, which is taken as -1 below and as 1 above.
-    #[inline(always)]
-    fn asin(self) -> Self {
-        let inside = self.max(self.like(-1.0)).min(self.like(1.0));
-        inside.atan2(((-inside).mul_add(inside, inside.like(1.0))).max(inside.like(0.0)).sqrt())
-    }
-
-    /// The square.
-    #[inline(always)]
-    fn squared(self) -> Self {
-        self * self
-    }
 }
 
 /// The outcome of a comparison, for one number or for several.

@@ -1,64 +1,22 @@
-//! The chaos game.
+//! The chaos game with one orbit in `f64`, by the standard library's functions.
 //!
-//! Owns the orbits: numbered batches of samples, each a pure function of the plan, the seed and its number. Threads
-//! share no counter: `histogram.rs` collects.
+//! Owns the reference that `pool.rs` is compared with. It also draws what is so deep in a flame that `f32` does not tell
+//! neighbouring cells apart.
 //!
-//! Start at [`Batches::run`].
+//! Start at [`Reference`].
 
-use super::histogram::Tile;
-use super::plan::{Plan, has_escaped};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::bins::Bins;
+use super::draw::Game;
+use super::plan::{CompiledXform, Plan};
+use super::pool::ORBITS;
+use super::shot::{ENTRIES, FUSE, Shot};
 use crate::rng::Rng;
+use crate::variations::{Compiled, Formula, Visitor};
 
-/// Samples in a batch. Each batch starts a new orbit, so that all parts of a flame with several attractors are drawn.
-const BATCH: u64 = 10_000;
-
-/// Steps before an orbit is on the attractor; they are not seen.
-const FUSE: u32 = 20;
-
-/// How often in a row an escaped orbit is restarted before its point counts as a sample.
-const MAX_RESTARTS: u32 = 5;
-
-/// All samples of a frame, cut into numbered batches.
-#[derive(Debug)]
-pub(crate) struct Batches<'a> {
-    plans: &'a [Plan],
-    /// Samples of one plan; the last batch of a plan is shorter.
-    each: u64,
-    /// Batches of one plan.
-    per_plan: u64,
-    seed: u64,
-}
-
-impl<'a> Batches<'a> {
-    /// Cuts `total` samples, shared evenly by `plans`, into batches.
-    pub(crate) fn new(plans: &'a [Plan], total: u64, seed: u64) -> Batches<'a> {
-        let each = total.div_ceil(plans.len() as u64);
-        Batches { plans, each, per_plan: each.div_ceil(BATCH), seed }
-    }
-
-    /// How many batches there are.
-    pub(crate) fn count(&self) -> u64 {
-        self.per_plan * self.plans.len() as u64
-    }
-
-    /// How many samples all of them have.
-    pub(crate) fn samples(&self) -> u64 {
-        self.each * self.plans.len() as u64
-    }
-
-    /// How many samples a batch has at most.
-    pub(crate) fn max_samples(&self) -> u64 {
-        BATCH.min(self.each)
-    }
-
-    /// Draws batch `number` into `tile`.
-    pub(crate) fn run(&self, number: u64, tile: &mut Tile) {
-        let within = number % self.per_plan;
-        let samples = BATCH.min(self.each - within * BATCH);
-        let plan = &self.plans[(number / self.per_plan) as usize];
-        Orbit::new(Rng::stream(self.seed, number)).run(plan, samples, tile);
-    }
-}
+/// Steps of a shot that an orbit takes part in: 8,192 samples.
+const STEPS: u64 = 4;
 
 /// A point on its way.
 #[derive(Clone, Debug)]
@@ -70,67 +28,126 @@ struct Orbit {
     rng: Rng,
 }
 
+/// The game with one orbit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reference;
+
+impl Game for Reference {
+    fn play(&mut self, shot: &Shot, number: u64, bins: &mut Bins, stop: &AtomicBool) -> u64 {
+        let mut orbit = Orbit::new(Rng::stream(shot.seed, number));
+        let mut samples = 0;
+        let steps = shot.steps(number);
+        for step in steps.clone() {
+            let plan = shot.plan(step);
+            if (step - steps.start).is_multiple_of(STEPS) {
+                orbit = Orbit::new(orbit.rng);
+                for _ in 0..FUSE {
+                    orbit.step(plan);
+                }
+            }
+            for _ in 0..ORBITS {
+                if orbit.step(plan) {
+                    samples += 1;
+                    orbit.plot(plan, bins);
+                }
+            }
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+        samples
+    }
+}
+
 impl Orbit {
     fn new(mut rng: Rng) -> Orbit {
         Orbit { x: rng.signed(), y: rng.signed(), colour: rng.unit(), last: 0, rng }
     }
 
-    fn run(mut self, plan: &Plan, samples: u64, tile: &mut Tile) {
-        self.last = plan.next(0, &mut self.rng);
-        for _ in 0..FUSE {
-            self.step(plan);
+    /// One step of the game. An orbit that escapes goes on at a random point: there is no sample of it.
+    #[inline]
+    fn step(&mut self, plan: &Plan) -> bool {
+        let drawn = (self.rng.bits() >> 32) as u32;
+        self.last = plan.thresholds(self.last).iter().map(|threshold| usize::from(drawn >= *threshold)).sum();
+        let chosen = &plan.moves[self.last];
+        (self.x, self.y) = image(chosen, self.x, self.y, &mut self.rng);
+        self.colour = chosen.keep * self.colour + chosen.pull;
+        let escapes = has_escaped(self.x, self.y);
+        if escapes {
+            (self.x, self.y) = (self.rng.signed(), self.rng.signed());
         }
-        for _ in 0..samples {
-            self.step(plan);
-            self.plot(plan, tile);
-        }
+        !escapes
     }
 
-    /// One step of the game. An orbit that escapes is restarted at a random point.
     #[inline]
-    fn step(&mut self, plan: &Plan) {
-        for throw in 1.. {
-            let next = plan.next(self.last, &mut self.rng);
-            let chosen = &plan.moves[next];
-            (self.x, self.y) = chosen.point(self.x, self.y, &mut self.rng);
-            self.colour = chosen.colour(self.colour);
-            if has_escaped(self.x, self.y) {
-                (self.x, self.y) = (self.rng.signed(), self.rng.signed());
-                if throw < MAX_RESTARTS {
-                    continue;
-                }
-            }
-            self.last = next;
+    fn plot(&mut self, plan: &Plan, bins: &mut Bins) {
+        let chosen = &plan.moves[self.last];
+        if chosen.part < 1.0 && self.rng.unit() >= chosen.part {
             return;
         }
-    }
-
-    #[inline]
-    fn plot(&mut self, plan: &Plan, tile: &mut Tile) {
-        let visibility = plan.moves[self.last].visibility;
         let (mut x, mut y, mut colour) = (self.x, self.y, self.colour);
         if let Some(lens) = &plan.lens
             && (lens.opacity == 1.0 || self.rng.unit() < lens.opacity)
         {
-            (x, y) = lens.point(x, y, &mut self.rng);
-            colour = lens.colour(colour);
+            (x, y) = image(lens, x, y, &mut self.rng);
+            colour = lens.keep * colour + lens.pull;
             if has_escaped(x, y) {
                 (x, y) = (self.rng.signed(), self.rng.signed());
             }
         }
-        let (across, down) = plan.view.to_cells.apply(x, y);
-        let [width, height] = plan.view.cells;
+        let (across, down) = plan.to_cells.apply(x, y);
+        let [width, height] = plan.cells;
         if !(across >= 0.0 && down >= 0.0 && across < width as f64 && down < height as f64) {
             return;
         }
         let cell = down as usize * width + across as usize;
-        let entry = (colour * plan.colours.len() as f64) as usize;
-        let light = plan.colours[entry.min(plan.colours.len() - 1)];
-        if visibility == 1.0 {
-            tile.add(cell, light);
-        } else if visibility > 0.0 {
-            let round = self.rng.unit();
-            tile.add(cell, light.map(|channel| (f64::from(channel) * visibility + round) as u32));
-        }
+        let entry = ((colour * ENTRIES as f64) as usize).min(ENTRIES - 1);
+        bins.add(cell as u32, plan.first_entry(self.last) + entry as u32);
+    }
+}
+
+/// The image of a point; it may be anything, see [`has_escaped`].
+#[inline]
+fn image(xform: &CompiledXform, x: f64, y: f64, rng: &mut Rng) -> (f64, f64) {
+    let (x, y) = xform.affine.apply(x, y);
+    let added = sum(&xform.before, x, y, rng);
+    let sum = sum(&xform.variations, x + added.0, y + added.1, rng);
+    xform.post.map_or(sum, |post| post.apply(sum.0, sum.1))
+}
+
+/// What `variations` make of a point together.
+#[inline]
+fn sum(variations: &[Compiled], x: f64, y: f64, rng: &mut Rng) -> (f64, f64) {
+    let mut sum = (0.0, 0.0);
+    for variation in variations {
+        let apply = variation.kind.visit(ForOnePoint);
+        let part = apply(variation, x, y, rng);
+        sum = (sum.0 + part.0, sum.1 + part.1);
+    }
+    sum
+}
+
+/// Whether a point has left the plane.
+#[inline]
+fn has_escaped(x: f64, y: f64) -> bool {
+    let is_out_of_range = |value: f64| value.is_nan() || value.abs() > 1e10;
+    is_out_of_range(x) || is_out_of_range(y)
+}
+
+/// A formula for one point.
+///
+/// It is called through a pointer and never inlined: in a loop over variations the compiler would move every sine that
+/// any formula might want out in front of it (measured: three times slower).
+type Apply = fn(&Compiled, f64, f64, &mut Rng) -> (f64, f64);
+
+/// Asks a formula for its [`Apply`].
+struct ForOnePoint;
+
+impl Visitor for ForOnePoint {
+    type Out = Apply;
+
+    #[inline]
+    fn visit<F: Formula>(self) -> Apply {
+        F::at::<f64, Rng>
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn smooth(cells: &[[f32; 4]], view: &View, sampling: &Sampling) -> Ve
         for (column, out) in out.iter_mut().enumerate() {
             let here = guide[row * width + column];
             if here[3] > 0.0 {
-                let radius = ((widest + 1.0) / here[3].powf(curve)).clamp(narrowest.min(widest), widest);
+                let radius = ((widest + 1.0) / libm::powf(here[3], curve)).clamp(narrowest.min(widest), widest);
                 if radius >= 1.0 {
                     let window = Window { cells, guide: &guide, width, height };
                     *out = window.average(column, row, radius);
@@ -109,5 +109,5 @@ fn likeness(a: [f32; 4], b: [f32; 4]) -> f32 {
         let apart: f32 = a[..3].iter().zip(&b[..3]).map(|(a, b)| (a - b) * (a - b)).sum();
         colours = apart / (COLOUR_VARIANCE * GUIDE_VARIANCE * (1.0 / a[3] + 1.0 / b[3]));
     }
-    (0.5 * (2.0 - counts - colours).min(0.0)).exp()
+    libm::expf(0.5 * (2.0 - counts - colours).min(0.0))
 }

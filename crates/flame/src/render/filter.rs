@@ -79,7 +79,7 @@ fn kernel(shape: FilterShape, t: f64) -> f64 {
     let x = t.abs();
     let inside = |reach: f64, value: f64| if x < reach { value } else { 0.0 };
     match shape {
-        FilterShape::Gaussian => (-2.0 * x * x).exp(),
+        FilterShape::Gaussian => libm::exp(-2.0 * x * x),
         FilterShape::Hermite => inside(1.0, (2.0 * x - 3.0) * x * x + 1.0),
         FilterShape::Box => f64::from(u8::from(t > -0.5 && t <= 0.5)),
         FilterShape::Triangle => inside(1.0, 1.0 - x),
@@ -93,9 +93,9 @@ fn kernel(shape: FilterShape, t: f64) -> f64 {
         FilterShape::BSpline => cubic(x, 1.0, 0.0),
         FilterShape::Mitchell => cubic(x, 1.0 / 3.0, 1.0 / 3.0),
         FilterShape::Catrom => cubic(x, 0.0, 0.5),
-        FilterShape::Blackman => inside(1.0, 0.42 + 0.5 * (PI * x).cos() + 0.08 * (2.0 * PI * x).cos()),
-        FilterShape::Hanning => inside(1.0, 0.5 + 0.5 * (PI * x).cos()),
-        FilterShape::Hamming => inside(1.0, 0.54 + 0.46 * (PI * x).cos()),
+        FilterShape::Blackman => inside(1.0, 0.42 + 0.5 * libm::cos(PI * x) + 0.08 * libm::cos(2.0 * PI * x)),
+        FilterShape::Hanning => inside(1.0, 0.5 + 0.5 * libm::cos(PI * x)),
+        FilterShape::Hamming => inside(1.0, 0.54 + 0.46 * libm::cos(PI * x)),
         FilterShape::Lanczos3 => inside(3.0, sinc(x) * sinc(x / 3.0)),
         FilterShape::Lanczos2 => inside(2.0, sinc(x) * sinc(x / 2.0)),
     }
@@ -114,7 +114,7 @@ fn cubic(x: f64, b: f64, c: f64) -> f64 {
 }
 
 fn sinc(x: f64) -> f64 {
-    if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) }
+    if x == 0.0 { 1.0 } else { libm::sin(PI * x) / (PI * x) }
 }
 
 /// A moment while the shutter is open.
@@ -140,7 +140,7 @@ pub(crate) fn shutter(sampling: &Sampling) -> Result<Vec<Moment>, RenderError> {
         TemporalShape::Gaussian => kernel(FilterShape::Gaussian, support(FilterShape::Gaussian) * 2.0 * place(i)),
         TemporalShape::Exp => {
             let from_shut = if sampling.temporal_exponent >= 0.0 { i + 1 } else { count - i };
-            (f64::from(from_shut) / f64::from(count)).powf(sampling.temporal_exponent.abs())
+            libm::pow(f64::from(from_shut) / f64::from(count), sampling.temporal_exponent.abs())
         }
     };
     let widest = (0..count).map(open).fold(0.0, f64::max);

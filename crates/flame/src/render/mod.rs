@@ -1,20 +1,25 @@
 //! The renderer: draws a moving genome at a moment.
 //!
-//! Owns the order of the work and the promise that the number of threads changes no pixel: samples are
-//! drawn in numbered batches, each with its own random stream (`chaos.rs`), and counted in integers
-//! (`histogram.rs`). Never reads a file, a clock or the system's entropy.
+//! Owns the order of the work and the promise that neither the number of threads nor the processor changes a pixel.
+//! A frame becomes plain data (`shot.rs`: compiled genomes of `plan.rs`, the palette, numbered parts). Parts are drawn in
+//! any order (`draw.rs`), each with its own random stream (`pool.rs`; `chaos.rs` is the reference), and counted in whole
+//! numbers (`bins.rs`, `histogram.rs`). Never reads a file, a clock or the system's entropy.
 //!
-//! Start at [`Renderer::render`]; `plan.rs` compiles a genome, `filter.rs` and `tonemap.rs` make light.
+//! Start at [`Renderer::render`]; `filter.rs` and `tonemap.rs` make light.
 //!
 //! # Source
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008).
 
+mod bins;
 mod chaos;
+mod draw;
 mod error;
 mod estimator;
 mod filter;
 mod histogram;
 mod plan;
+mod pool;
+mod shot;
 mod spread;
 mod tonemap;
 mod view;
@@ -29,12 +34,13 @@ pub use error::RenderError;
 use crate::animate::Motion;
 use crate::genome::Genome;
 use crate::image::Image;
-use chaos::Batches;
-use plan::Plan;
+use bins::Bins;
+pub use draw::Arithmetic;
+use shot::Shot;
 use view::View;
 
-/// Most bytes of the compiled genomes of a frame's moments.
-const MAX_PLANS: u64 = 2_000_000_000;
+/// The version of the pictures: with another one, the same genome and settings make other bits.
+pub const VERSION: u32 = 2;
 
 /// Settings that override the genome's; `None` keeps the genome's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,6 +57,8 @@ pub struct Settings {
     pub filter: Filter,
     /// The same seed gives the same pixels on any number of threads.
     pub seed: u64,
+    /// How samples are calculated.
+    pub arithmetic: Arithmetic,
 }
 
 /// How the noise of few samples is smoothed. How far, the genome says: `estimator_radius`, `estimator_minimum`,
@@ -90,11 +98,10 @@ pub struct Renderer {
 struct FrameSetup {
     genome: Genome,
     view: View,
-    plans: Vec<Plan>,
+    shot: Shot,
+    /// How many samples the genome asks for.
     samples: u64,
     cell_steps: u64,
-    /// How open the shutter is on average, `0.0..=1.0`.
-    light: f64,
 }
 
 impl Renderer {
@@ -126,13 +133,15 @@ impl Renderer {
     /// `stop` was set.
     pub fn render(&self, motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Image, RenderError> {
         let setup = FrameSetup::new(motion, frame, settings)?;
+        let [width, height] = setup.view.cells;
+        let arithmetic = if setup.view.is_deep() { Arithmetic::Reference } else { settings.arithmetic };
         self.pool.install(|| {
-            let batches = Batches::new(&setup.plans, setup.samples, settings.seed);
-            let histogram = histogram::collect(&setup.view, &batches, &self.stop);
+            let drawn = draw::draw(&setup.shot, width * height, arithmetic, &self.stop);
             if self.stop.load(Ordering::Relaxed) {
                 return Err(RenderError::Stopped);
             }
-            Ok(tonemap::tone_map(histogram, &setup.view, &setup.genome, setup.light, settings.filter))
+            let share = drawn.samples as f64 / setup.samples as f64;
+            Ok(tonemap::tone_map(drawn.cells, &setup.view, &setup.genome, share, settings.filter))
         })
     }
 }
@@ -147,16 +156,16 @@ impl FrameCost {
         let [width, height] = setup.view.cells;
         let cells = (width * height) as u64;
         let pixels = (setup.view.size[0] * setup.view.size[1]) as u64;
-        let plans = setup.plans.iter().map(Plan::bytes).sum::<u64>();
-        // While samples are drawn: the sums and each thread's tile. Then: the sums as floats, a guide and the smoothed.
-        let drawing = cells * (histogram::BYTES_OF_SUMS + histogram::BYTES_OF_TILE);
+        // While samples are drawn: the sums, and what they carried. Then: the sums as floats, a guide and the smoothed.
+        let drawing = 2 * cells * histogram::BYTES_OF_CELL;
         let tone_mapping = 3 * cells * size_of::<[f32; 4]>() as u64;
         let picture = pixels * size_of::<[f32; 3]>() as u64;
+        let bytes_per_thread = Bins::bytes(cells as usize) + pool::BYTES;
         Ok(FrameCost {
-            samples: Batches::new(&setup.plans, setup.samples, settings.seed).samples(),
+            samples: setup.shot.samples(),
             cell_steps: setup.cell_steps,
-            bytes: plans + picture + drawing.max(tone_mapping),
-            bytes_per_thread: cells * histogram::BYTES_OF_TILE,
+            bytes: setup.shot.bytes() + picture + drawing.max(tone_mapping) + bytes_per_thread,
+            bytes_per_thread,
         })
     }
 }
@@ -169,21 +178,18 @@ impl FrameSetup {
         let moments = filter::shutter(&genome.sampling)?;
         let samples = view.samples(&genome)?;
         let cell_steps = view.cell_steps(&genome.sampling, samples, settings.filter)?;
-        let mut plans = Vec::with_capacity(moments.len());
+        let mut genomes = Vec::with_capacity(moments.len());
         for moment in &moments {
             let mut then = motion.at(frame + moment.offset);
             settings.apply_to(&mut then);
             // All moments of a frame fall into one histogram, though the genome may change its form between them.
             then.camera = then.camera.resized(genome.camera.size);
             then.sampling = genome.sampling;
-            let plan = Plan::new(&then, View::new(&then)?, moment.light)?;
-            let all = plan.bytes() * moments.len() as u64;
-            let fits = all <= MAX_PLANS;
-            view::in_range("temporal_samples", moments.len() as f64, fits, "moments of at most 2e9 bytes together")?;
-            plans.push(plan);
+            let view = View::new(&then)?;
+            genomes.push((then, view));
         }
-        let light = moments.iter().map(|moment| moment.light).sum::<f64>() / moments.len() as f64;
-        Ok(FrameSetup { genome, view, plans, samples, cell_steps, light })
+        let shot = Shot::new(&genomes, &moments, samples, settings.seed)?;
+        Ok(FrameSetup { genome, view, shot, samples, cell_steps })
     }
 }
 

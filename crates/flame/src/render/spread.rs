@@ -104,8 +104,8 @@ impl Kernel {
     fn new(radius: f64) -> Kernel {
         let reach = radius.ceil().max(1.0) as usize - 1;
         let weight = |down: usize, across: usize| {
-            let far = (down as f64).hypot(across as f64) / radius;
-            if far <= 1.0 { (-2.0 * (SUPPORT * far).powi(2)).exp() } else { 0.0 }
+            let far = libm::hypot(down as f64, across as f64) / radius;
+            if far <= 1.0 { libm::exp(-2.0 * (SUPPORT * far).powi(2)) } else { 0.0 }
         };
         let side = reach + 1;
         let mut weights = Vec::with_capacity(side * side);

@@ -12,7 +12,7 @@ use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut
 
 use super::Filter;
 use super::estimator;
-use super::histogram::{self, Sums, UNIT};
+use super::histogram::UNIT;
 use super::spread::Spread;
 use super::view::View;
 use crate::genome::palette::{from_hsv, to_hsv};
@@ -27,15 +27,13 @@ const WHITE: f64 = 256.0 / 255.0;
 
 /// Tone-maps a histogram to displayable light.
 ///
-/// * `sums` — `[height][width][4]` of `view.cells`: linear red, green, blue and density.
-/// * `light` — how open the shutter was on average, `0.0..=1.0`.
+/// * `cells` — `[height][width][4]` of `view.cells`: linear red, green, blue and density.
+/// * `share` — how many samples were drawn, as a part of those that the genome asks for.
 /// * `smoothing` — how noise is smoothed, where the genome's estimator has a radius.
-pub(crate) fn tone_map(sums: Sums, view: &View, genome: &Genome, light: f64, smoothing: Filter) -> Image {
+pub(crate) fn tone_map(mut cells: Vec<[f32; 4]>, view: &View, genome: &Genome, share: f64, smoothing: Filter) -> Image {
     let cells_per_pixel = (view.supersample * view.supersample) as f64;
-    let expected = view.area() * view.samples_per_pixel(&genome.sampling) * light * f64::from(UNIT);
+    let expected = view.area() * view.samples_per_pixel(&genome.sampling) * share * f64::from(UNIT);
     let gain = genome.tone.brightness * GAIN;
-    let mut cells = histogram::map(&sums, view.cells[0], |sum| sum.map(|channel| channel as f32));
-    drop(sums);
     let smoothing = if genome.sampling.estimator_radius > 0.0 { smoothing } else { Filter::None };
     if smoothing == Filter::Variance {
         cells = estimator::smooth(&cells, view, &genome.sampling);
@@ -43,7 +41,7 @@ pub(crate) fn tone_map(sums: Sums, view: &View, genome: &Genome, light: f64, smo
     let kernels = (smoothing == Filter::Flam3).then(|| Spread::new(&cells, view, &genome.sampling));
     cells.par_chunks_mut(view.cells[0]).flatten().filter(|cell| cell[3] > 0.0).for_each(|cell| {
         let density = f64::from(cell[3]);
-        let scale = gain * (density * cells_per_pixel / expected).ln_1p() / density;
+        let scale = gain * libm::log1p(density * cells_per_pixel / expected) / density;
         *cell = cell.map(|channel| (f64::from(channel) * scale) as f32);
     });
     if let Some(spread) = kernels {
@@ -82,7 +80,7 @@ fn expose([red, green, blue, density]: [f64; 4], tone: &Tone) -> [f32; 3] {
     let covered = alpha.clamp(0.0, 1.0);
     let lit = highlights([red, green, blue], vivid, tone.highlight_power);
     std::array::from_fn(|i| {
-        let plain = [red, green, blue][i].max(0.0).powf(power);
+        let plain = libm::pow([red, green, blue][i].max(0.0), power);
         let value = lit[i] + (1.0 - tone.vibrancy) * WHITE * plain + (1.0 - covered) * tone.background[i];
         // NaN, from an extreme gamma or brightness, is shown as black.
         if value > 0.0 { value.min(1.0) as f32 } else { 0.0 }
@@ -91,12 +89,12 @@ fn expose([red, green, blue, density]: [f64; 4], tone: &Tone) -> [f32; 3] {
 
 /// Gamma with a straight beginning, so that single hits in the dark do not glare.
 fn opacity(density: f64, power: f64, threshold: f64) -> f64 {
-    let curve = density.powf(power);
+    let curve = libm::pow(density, power);
     if density >= threshold {
         return curve;
     }
     let part = density / threshold;
-    (1.0 - part) * density * threshold.powf(power) / threshold + part * curve
+    (1.0 - part) * density * libm::pow(threshold, power) / threshold + part * curve
 }
 
 /// Scales a colour by `scale`; values above white are clamped, fading to white by `highlight_power`.
@@ -111,7 +109,7 @@ fn highlights(colour: [f64; 3], scale: f64, highlight_power: f64) -> [f64; 3] {
     }
     if highlight_power >= 0.0 {
         let [hue, saturation, value] = to_hsv(colour.map(|channel| channel * held));
-        return from_hsv([hue, saturation * (held / scale).powf(highlight_power), value]);
+        return from_hsv([hue, saturation * libm::pow(held / scale, highlight_power), value]);
     }
     let clipped = (-highlight_power).min(1.0);
     colour.map(|channel| channel * ((1.0 - clipped) * held + clipped * scale))

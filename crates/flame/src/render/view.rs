@@ -6,6 +6,7 @@
 //! Start at [`View::new`].
 
 use super::filter::Spatial;
+use super::histogram::MAX_SAMPLES;
 use super::{Filter, RenderError};
 use crate::genome::{Affine, Genome, Sampling};
 
@@ -16,6 +17,9 @@ const MAX_CELLS: f64 = 1e9;
 /// the widest kernel of radius 1 it is 6e9; this many take minutes.
 const MAX_FILTERED: f64 = 5e10;
 
+/// The part of a cell by which `f32` may miss it.
+const PRECISION: f64 = 1.0 / 16.0;
+
 /// Most cells that density estimation looks at in a frame. Radius 11 at 4K and 4 cells a pixel takes 1.1e12 if no cell has
 /// two samples; this many take an hour or two.
 const MAX_SMOOTHED: f64 = 2e12;
@@ -25,9 +29,6 @@ const WIDEST_ESTIMATE: f64 = 256.0;
 
 /// Most samples of a pixel: their noise is a thousandth, below what a byte shows.
 const MAX_SAMPLES_PER_PIXEL: f64 = 1e6;
-
-/// Most samples of a frame: a day of a core. 4K at quality 2000 and zoom 2 takes 2.7e11.
-const MAX_SAMPLES: f64 = 1e12;
 
 /// A camera, ready to place points.
 #[derive(Clone, Debug)]
@@ -46,6 +47,8 @@ pub(crate) struct View {
     pixels_per_unit: f64,
     /// 2^zoom.
     magnification: f64,
+    /// The point in the middle.
+    center: [f64; 2],
 }
 
 impl View {
@@ -70,16 +73,16 @@ impl View {
         in_range("size", pixels, camera.size.iter().all(|side| *side > 0), "1 pixel or more")?;
         let (name, value) = if supersample > 1 { ("supersample", supersample as f64) } else { ("size", pixels) };
         in_range(name, value, count <= MAX_CELLS, "at most 1e9 histogram cells")?;
-        let magnification = camera.zoom.exp2();
+        let magnification = libm::exp2(camera.zoom);
         let pixels_per_unit = camera.scale * magnification;
         let scale = pixels_per_unit * supersample as f64;
-        let (sin, cos) = camera.rotate.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(camera.rotate.to_radians());
         let [x, y] = camera.center;
         let turned = Affine { a: scale * cos, b: -scale * sin, c: 0.0, d: scale * sin, e: scale * cos, f: 0.0 };
         let (across, down) = turned.apply(x, y);
         let to_cells = Affine { c: cells[0] as f64 / 2.0 - across, f: cells[1] as f64 / 2.0 - down, ..turned };
         let size = camera.size.map(|pixels| pixels as usize);
-        Ok(View { size, cells, supersample, spatial, to_cells, pixels_per_unit, magnification })
+        Ok(View { size, cells, supersample, spatial, to_cells, pixels_per_unit, magnification, center: camera.center })
     }
 
     /// How many samples a frame of this view takes.
@@ -117,6 +120,13 @@ impl View {
     /// Samples per pixel, zoom included.
     pub(crate) fn samples_per_pixel(&self, sampling: &Sampling) -> f64 {
         sampling.quality * self.magnification * self.magnification
+    }
+
+    /// Whether cells are so small that `f32` does not tell points of neighbouring cells apart.
+    pub(crate) fn is_deep(&self) -> bool {
+        let far = self.center.iter().fold(1.0_f64, |far, axis| far.max(axis.abs()));
+        let scale = self.pixels_per_unit * self.supersample as f64;
+        far * scale * f64::from(f32::EPSILON) > PRECISION
     }
 
     /// What the picture covers, in square units.

@@ -1,21 +1,27 @@
-//! The published variations V0 to V48: their names, numbers and parameters.
+//! The variations V0 to V98: their names, numbers and parameters.
 //!
-//! Owns the table that the XML reader, the writer, the animation and the renderer share. `formulas.rs` has the
-//! mathematics, `render` calls it.
+//! Owns the table that the XML reader, the writer, the animation and the renderer share. `formulas.rs` says what a
+//! formula is; `plain.rs`, `chance.rs`, `complex.rs` and `later.rs` have the mathematics, `render` calls it.
 //!
 //! Start at [`Kind`].
 //!
 //! # Source
-//! Draves & Reckase, *The Fractal Flame Algorithm* (2008), appendix: catalogue of variations.
+//! Draves & Reckase, *The Fractal Flame Algorithm* (2008), appendix: catalogue of variations, V0 to V48. Names,
+//! numbers and parameters of the others are those of flam3 3.1.1; where a genome does not give a parameter, its pictures say
+//! what it is.
 
 mod chance;
+mod complex;
 mod formulas;
+mod later;
 mod plain;
 
-pub(crate) use formulas::{Compiled, Needs, Point, is_out_of_range, needs};
+use std::f64::consts::PI;
+
+pub(crate) use formulas::{Compiled, Formula, Visitor};
 
 /// How many parameters a variation has at most.
-pub const MAX_PARAMETERS: usize = 4;
+pub const MAX_PARAMETERS: usize = 8;
 
 /// One variation of a transform, with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,15 +62,15 @@ pub struct Parameter {
 }
 
 macro_rules! kinds {
-    ($($kind:ident $name:literal [$($parameter:ident $default:literal),*];)*) => {
-        /// A published variation; the discriminant is its number in the paper and in flam3.
+    ($($module:ident::$kind:ident $name:literal [$($parameter:ident $default:expr),*];)*) => {
+        /// A published variation; the discriminant is its number in flam3, up to 48 that in the paper.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[expect(missing_docs, reason = "each name is the published one, its formula stands in `formulas.rs`")]
+        #[expect(missing_docs, reason = "each name is the published one, its formula stands in the module that the table names")]
         pub enum Kind { $($kind),* }
 
         impl Kind {
             /// All variations, by number.
-            pub const ALL: [Kind; 49] = [$(Kind::$kind),*];
+            pub const ALL: [Kind; 99] = [$(Kind::$kind),*];
 
             /// The name in flam3 XML.
             pub fn name(self) -> &'static str {
@@ -77,60 +83,116 @@ macro_rules! kinds {
                     $(Kind::$kind => &[$(Parameter { name: stringify!($parameter), default: $default }),*]),*
                 }
             }
+
+            /// Does what `visitor` does with the formula.
+            #[inline(always)]
+            pub(crate) fn visit<V: Visitor>(self, visitor: V) -> V::Out {
+                match self { $(Kind::$kind => visitor.visit::<$module::$kind>()),* }
+            }
         }
     };
 }
 
 kinds! {
-    Linear "linear" [];
-    Sinusoidal "sinusoidal" [];
-    Spherical "spherical" [];
-    Swirl "swirl" [];
-    Horseshoe "horseshoe" [];
-    Polar "polar" [];
-    Handkerchief "handkerchief" [];
-    Heart "heart" [];
-    Disc "disc" [];
-    Spiral "spiral" [];
-    Hyperbolic "hyperbolic" [];
-    Diamond "diamond" [];
-    Ex "ex" [];
-    Julia "julia" [];
-    Bent "bent" [];
-    Waves "waves" [];
-    Fisheye "fisheye" [];
-    Popcorn "popcorn" [];
-    Exponential "exponential" [];
-    Power "power" [];
-    Cosine "cosine" [];
-    Rings "rings" [];
-    Fan "fan" [];
-    Blob "blob" [low 0.0, high 1.0, waves 1.0];
-    Pdj "pdj" [a 0.0, b 0.0, c 0.0, d 0.0];
-    Fan2 "fan2" [x 0.0, y 0.0];
-    Rings2 "rings2" [val 0.0];
-    Eyefish "eyefish" [];
-    Bubble "bubble" [];
-    Cylinder "cylinder" [];
-    Perspective "perspective" [angle 0.0, dist 0.0];
-    Noise "noise" [];
-    Julian "julian" [power 1.0, dist 1.0];
-    Juliascope "juliascope" [power 1.0, dist 1.0];
-    Blur "blur" [];
-    GaussianBlur "gaussian_blur" [];
-    RadialBlur "radial_blur" [angle 0.0];
-    Pie "pie" [slices 6.0, rotation 0.0, thickness 0.5];
-    Ngon "ngon" [power 3.0, sides 5.0, corners 2.0, circle 1.0];
-    Curl "curl" [c1 1.0, c2 0.0];
-    Rectangles "rectangles" [x 1.0, y 1.0];
-    Arch "arch" [];
-    Tangent "tangent" [];
-    Square "square" [];
-    Rays "rays" [];
-    Blade "blade" [];
-    Secant2 "secant2" [];
-    Twintrian "twintrian" [];
-    Cross "cross" [];
+    plain::Linear "linear" [];
+    plain::Sinusoidal "sinusoidal" [];
+    plain::Spherical "spherical" [];
+    plain::Swirl "swirl" [];
+    plain::Horseshoe "horseshoe" [];
+    plain::Polar "polar" [];
+    plain::Handkerchief "handkerchief" [];
+    plain::Heart "heart" [];
+    plain::Disc "disc" [];
+    plain::Spiral "spiral" [];
+    plain::Hyperbolic "hyperbolic" [];
+    plain::Diamond "diamond" [];
+    plain::Ex "ex" [];
+    chance::Julia "julia" [];
+    plain::Bent "bent" [];
+    plain::Waves "waves" [];
+    plain::Fisheye "fisheye" [];
+    plain::Popcorn "popcorn" [];
+    plain::Exponential "exponential" [];
+    plain::Power "power" [];
+    plain::Cosine "cosine" [];
+    plain::Rings "rings" [];
+    plain::Fan "fan" [];
+    plain::Blob "blob" [low 0.0, high 1.0, waves 1.0];
+    plain::Pdj "pdj" [a 0.0, b 0.0, c 0.0, d 0.0];
+    plain::Fan2 "fan2" [x 0.0, y 0.0];
+    plain::Rings2 "rings2" [val 0.0];
+    plain::Eyefish "eyefish" [];
+    plain::Bubble "bubble" [];
+    plain::Cylinder "cylinder" [];
+    plain::Perspective "perspective" [angle 0.0, dist 0.0];
+    chance::Noise "noise" [];
+    chance::Julian "julian" [power 1.0, dist 1.0];
+    chance::Juliascope "juliascope" [power 1.0, dist 1.0];
+    chance::Blur "blur" [];
+    chance::GaussianBlur "gaussian_blur" [];
+    chance::RadialBlur "radial_blur" [angle 0.0];
+    chance::Pie "pie" [slices 6.0, rotation 0.0, thickness 0.5];
+    plain::Ngon "ngon" [power 3.0, sides 5.0, corners 2.0, circle 1.0];
+    plain::Curl "curl" [c1 1.0, c2 0.0];
+    plain::Rectangles "rectangles" [x 1.0, y 1.0];
+    chance::Arch "arch" [];
+    plain::Tangent "tangent" [];
+    chance::Square "square" [];
+    chance::Rays "rays" [];
+    chance::Blade "blade" [];
+    plain::Secant2 "secant2" [];
+    chance::Twintrian "twintrian" [];
+    plain::Cross "cross" [];
+    later::Disc2 "disc2" [rot 0.0, twist 0.0];
+    chance::SuperShape "super_shape" [rnd 0.0, m 0.0, n1 1.0, n2 1.0, n3 1.0, holes 0.0];
+    chance::Flower "flower" [holes 0.0, petals 0.0];
+    chance::Conic "conic" [holes 0.0, eccentricity 1.0];
+    chance::Parabola "parabola" [height 0.0, width 0.0];
+    later::Bent2 "bent2" [x 1.0, y 1.0];
+    complex::Bipolar "bipolar" [shift 0.0];
+    chance::Boarders "boarders" [];
+    later::Butterfly "butterfly" [];
+    later::Cell "cell" [size 1.0];
+    chance::Cpow "cpow" [r 1.0, i 0.0, power 1.0];
+    later::Curve "curve" [xamp 0.0, yamp 0.0, xlength 1.0, ylength 1.0];
+    complex::Edisc "edisc" [];
+    complex::Elliptic "elliptic" [];
+    complex::Escher "escher" [beta 0.0];
+    complex::Foci "foci" [];
+    later::Lazysusan "lazysusan" [spin 0.0, space 0.0, twist 0.0, x 0.0, y 0.0];
+    later::Loonie "loonie" [];
+    chance::PreBlur "pre_blur" [];
+    later::Modulus "modulus" [x 0.0, y 0.0];
+    later::Oscilloscope "oscilloscope" [separation 1.0, frequency PI, amplitude 1.0, damping 0.0];
+    later::Polar2 "polar2" [];
+    later::Popcorn2 "popcorn2" [x 0.0, y 0.0, c 0.0];
+    later::Scry "scry" [];
+    later::Separation "separation" [x 0.0, xinside 0.0, y 0.0, yinside 0.0];
+    later::Split "split" [xsize 0.0, ysize 0.0];
+    later::Splits "splits" [x 0.0, y 0.0];
+    later::Stripes "stripes" [space 0.0, warp 0.0];
+    later::Wedge "wedge" [angle 0.0, hole 0.0, count 1.0, swirl 0.0];
+    chance::WedgeJulia "wedge_julia" [angle 0.0, count 1.0, power 1.0, dist 0.0];
+    later::WedgeSph "wedge_sph" [angle 0.0, hole 0.0, count 1.0, swirl 0.0];
+    later::Whorl "whorl" [inside 0.0, outside 0.0];
+    later::Waves2 "waves2" [scalex 0.0, scaley 0.0, freqx 0.0, freqy 0.0];
+    complex::Exp "exp" [];
+    complex::Log "log" [];
+    complex::Sin "sin" [];
+    complex::Cos "cos" [];
+    complex::Tan "tan" [];
+    complex::Sec "sec" [];
+    complex::Csc "csc" [];
+    complex::Cot "cot" [];
+    complex::Sinh "sinh" [];
+    complex::Cosh "cosh" [];
+    complex::Tanh "tanh" [];
+    complex::Sech "sech" [];
+    complex::Csch "csch" [];
+    complex::Coth "coth" [];
+    later::Auger "auger" [freq 1.0, weight 0.5, sym 0.0, scale 1.0];
+    later::Flux "flux" [spread 0.0];
+    complex::Mobius "mobius" [re_a 0.0, im_a 0.0, re_b 0.0, im_b 0.0, re_c 0.0, im_c 0.0, re_d 0.0, im_d 0.0];
 }
 
 impl Kind {
@@ -139,10 +201,17 @@ impl Kind {
         Kind::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
+    /// Whether what the formula gives is added to the point before the other variations of its transform see it.
+    pub fn is_before(self) -> bool {
+        self == Kind::PreBlur
+    }
+
     /// The variation and the index of its parameter whose XML attribute is `name`, as `julian_power`.
     pub fn parameter_named(name: &str) -> Option<(Kind, usize)> {
         Kind::ALL.into_iter().find_map(|kind| {
-            let parameter = name.strip_prefix(kind.name())?.strip_prefix('_')?;
+            let of_kind = name.strip_prefix(kind.name());
+            let of_kind = if kind == Kind::Oscilloscope { of_kind.or(name.strip_prefix("oscope")) } else { of_kind };
+            let parameter = of_kind?.strip_prefix('_')?;
             let index = kind.parameters().iter().position(|known| known.name == parameter)?;
             Some((kind, index))
         })
@@ -154,11 +223,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_variation_has_the_number_of_the_paper() {
+    fn every_variation_has_the_number_of_the_paper_and_of_flam3() {
         assert_eq!(Kind::Linear as usize, 0);
         assert_eq!(Kind::Blob as usize, 23);
         assert_eq!(Kind::Julian as usize, 32);
         assert_eq!(Kind::Cross as usize, 48);
+        assert_eq!(Kind::PreBlur as usize, 67);
+        assert_eq!(Kind::Mobius as usize, 98);
         assert!(Kind::ALL.iter().enumerate().all(|(number, kind)| *kind as usize == number));
     }
 
@@ -172,6 +243,8 @@ mod tests {
                 assert_eq!(Kind::parameter_named(&attribute), Some((kind, index)));
             }
         }
-        assert_eq!(Kind::named("bipolar"), None);
+        assert_eq!(Kind::named("waltz"), None);
+        // flam3 reads this name too.
+        assert_eq!(Kind::parameter_named("oscope_damping"), Some((Kind::Oscilloscope, 3)));
     }
 }

@@ -1,234 +1,223 @@
-//! The deterministic formulas.
+//! The paper's formulas that draw no random numbers.
 //!
-//! Owns 36 of the 49. The random ones are in `chance.rs`. The letters are those of `formulas.rs`; a reader with the
-//! paper open finds each by its name.
+//! Owns 36 of V0 to V48; the other 13 are in `chance.rs`. A reader with the paper open finds each by its name. With `x`
+//! and `y` the point after the affine part: `r2` is x² + y², `theta` is atan2(x, y), `phi` is atan2(y, x), `v.w` is the
+//! variation's weight, and `v.p` holds what [`Compiled::new`](super::Compiled::new) made of its parameters.
 //!
-//! Start at any of them: each returns the variation's part of the result, weight included.
+//! # Source
+//! Draves & Reckase, *The Fractal Flame Algorithm* (2008), appendix. Where the paper leaves a choice (the guard against
+//! division by zero, axes of blob and rings2) the pictures of `flam3-render` decide.
 
 use std::f64::consts::PI;
 
-use super::formulas::{Compiled, Point, TINY};
-use crate::rng::Rng;
+use super::formulas::{TINY, at_angle, formulas, over, radius, remainder, square_of_radius};
+use crate::number::Number;
 
-pub(super) fn linear(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * x, v.w * y)
-}
-
-pub(super) fn sinusoidal(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * x.sin(), v.w * y.sin())
-}
-
-pub(super) fn spherical(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, r2, .. } = *at;
-    let s = v.w / (r2 + TINY);
-    (s * x, s * y)
-}
-
-pub(super) fn swirl(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, r2, .. } = *at;
-    let (s, c) = r2.sin_cos();
-    (v.w * (s * x - c * y), v.w * (c * x + s * y))
-}
-
-pub(super) fn horseshoe(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, r, .. } = *at;
-    let s = v.w / (r + TINY);
-    (s * (x - y) * (x + y), s * 2.0 * x * y)
-}
-
-pub(super) fn polar(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    (v.w * theta / PI, v.w * (r - 1.0))
-}
-
-pub(super) fn handkerchief(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    (v.w * r * (theta + r).sin(), v.w * r * (theta - r).cos())
-}
-
-pub(super) fn heart(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    let (s, c) = (theta * r).sin_cos();
-    (v.w * r * s, -v.w * r * c)
-}
-
-pub(super) fn disc(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    let (s, c) = (PI * r).sin_cos();
-    (v.w * theta / PI * s, v.w * theta / PI * c)
-}
-
-pub(super) fn spiral(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, .. } = *at;
-    let (s, c) = r.sin_cos();
-    let k = v.w / (r + TINY);
-    (k * (at.cos() + s), k * (at.sin() - c))
-}
-
-pub(super) fn hyperbolic(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, .. } = *at;
-    (v.w * at.sin() / (r + TINY), v.w * at.cos() * r)
-}
-
-pub(super) fn diamond(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, .. } = *at;
-    let (s, c) = r.sin_cos();
-    (v.w * at.sin() * c, v.w * at.cos() * s)
-}
-
-pub(super) fn ex(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    let (m, n) = ((theta + r).sin().powi(3) * r, (theta - r).cos().powi(3) * r);
-    (v.w * (m + n), v.w * (m - n))
-}
-
-pub(super) fn bent(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * if x < 0.0 { x * 2.0 } else { x }, v.w * if y < 0.0 { y / 2.0 } else { y })
-}
-
-pub(super) fn waves(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * (x + v.p[0] * (y * v.p[1]).sin()), v.w * (y + v.p[2] * (x * v.p[3]).sin()))
-}
-
-pub(super) fn fisheye(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, r, .. } = *at;
-    let s = 2.0 * v.w / (r + 1.0);
-    (s * y, s * x)
-}
-
-pub(super) fn popcorn(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * (x + v.p[0] * (3.0 * y).tan().sin()), v.w * (y + v.p[1] * (3.0 * x).tan().sin()))
-}
-
-pub(super) fn exponential(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    let (s, c) = (PI * y).sin_cos();
-    let e = v.w * (x - 1.0).exp();
-    (e * c, e * s)
-}
-
-pub(super) fn power(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, .. } = *at;
-    let s = v.w * r.powf(at.sin());
-    (s * at.cos(), s * at.sin())
-}
-
-pub(super) fn cosine(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    let (s, c) = (PI * x).sin_cos();
-    (v.w * c * y.cosh(), -v.w * s * y.sinh())
-}
-
-pub(super) fn rings(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, .. } = *at;
-    let d = v.p[0];
-    let s = v.w * ((r + d) % (2.0 * d) - d + r * (1.0 - d));
-    (s * at.cos(), s * at.sin())
-}
-
-pub(super) fn fan(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    let half = v.p[0] / 2.0;
-    let turned = if (theta + v.p[1]) % v.p[0] > half { theta - half } else { theta + half };
-    let (s, c) = turned.sin_cos();
-    (v.w * r * c, v.w * r * s)
-}
-
-pub(super) fn blob(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    let s = v.w * r * (v.p[0] + v.p[1] * (0.5 + 0.5 * (v.p[2] * theta).sin()));
-    (s * at.sin(), s * at.cos())
-}
-
-pub(super) fn pdj(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * ((v.p[0] * y).sin() - (v.p[1] * x).cos()), v.w * ((v.p[2] * x).sin() - (v.p[3] * y).cos()))
-}
-
-pub(super) fn fan2(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, theta, .. } = *at;
-    let (d, half) = (v.p[0], v.p[0] / 2.0);
-    let t = theta + v.p[1] - d * ((theta + v.p[1]) / d).trunc();
-    let (s, c) = if t > half { theta - half } else { theta + half }.sin_cos();
-    (v.w * r * s, v.w * r * c)
-}
-
-pub(super) fn rings2(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { r, .. } = *at;
-    let d = v.p[0];
-    let s = v.w * (r - 2.0 * d * ((r + d) / (2.0 * d)).trunc() + r * (1.0 - d));
-    (s * at.sin(), s * at.cos())
-}
-
-pub(super) fn eyefish(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, r, .. } = *at;
-    let s = 2.0 * v.w / (r + 1.0);
-    (s * x, s * y)
-}
-
-pub(super) fn bubble(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, r2, .. } = *at;
-    let s = v.w / (r2 / 4.0 + 1.0);
-    (s * x, s * y)
-}
-
-pub(super) fn cylinder(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * x.sin(), v.w * y)
-}
-
-pub(super) fn perspective(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    let t = v.w / (v.p[0] - y * v.p[1]);
-    (t * v.p[0] * x, t * v.p[2] * y)
-}
-
-pub(super) fn ngon(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, r2, phi, .. } = *at;
-    let mut t = phi - v.p[1] * (phi / v.p[1]).floor();
-    if t > v.p[1] / 2.0 {
-        t -= v.p[1];
+formulas! {
+    Linear(v, x, y) {
+        (x * v.w, y * v.w)
     }
-    let k = v.w * (v.p[2] * (1.0 / (t.cos() + TINY) - 1.0) + v.p[3]) / (r2.powf(v.p[0]) + TINY);
-    (k * x, k * y)
+
+    Sinusoidal(v, x, y) {
+        (x.sin() * v.w, y.sin() * v.w)
+    }
+
+    Spherical(v, x, y) {
+        let s = over(v.w, square_of_radius(x, y) + TINY);
+        (s * x, s * y)
+    }
+
+    Swirl(v, x, y) {
+        let (s, c) = square_of_radius(x, y).sin_cos();
+        ((s * x - c * y) * v.w, (c * x + s * y) * v.w)
+    }
+
+    Horseshoe(v, x, y) {
+        let s = over(v.w, radius(x, y) + TINY);
+        (s * (x - y) * (x + y), s * x * y * 2.0)
+    }
+
+    Polar(v, x, y) {
+        (x.atan2(y) * (v.w / PI), (radius(x, y) - 1.0) * v.w)
+    }
+
+    Handkerchief(v, x, y) {
+        let (r, theta) = (radius(x, y), x.atan2(y));
+        (r * (theta + r).sin() * v.w, r * (theta - r).cos() * v.w)
+    }
+
+    Heart(v, x, y) {
+        let r = radius(x, y);
+        let (s, c) = (x.atan2(y) * r).sin_cos();
+        (r * s * v.w, r * c * -v.w)
+    }
+
+    Disc(v, x, y) {
+        let (c, s) = at_angle(radius(x, y) * PI, x.atan2(y) * (v.w / PI));
+        (s, c)
+    }
+
+    Spiral(v, x, y) {
+        let r = radius(x, y);
+        let (s, c) = r.sin_cos();
+        let k = over(v.w, r + TINY);
+        (k * (y / r + s), k * (x / r - c))
+    }
+
+    Hyperbolic(v, x, y) {
+        let r = radius(x, y);
+        (x / r / (r + TINY) * v.w, y / r * r * v.w)
+    }
+
+    Diamond(v, x, y) {
+        let r = radius(x, y);
+        let (s, c) = r.sin_cos();
+        (x / r * c * v.w, y / r * s * v.w)
+    }
+
+    Ex(v, x, y) {
+        let (r, theta) = (radius(x, y), x.atan2(y));
+        let (s, c) = ((theta + r).sin(), (theta - r).cos());
+        let (m, n) = (s * s * s * r, c * c * c * r);
+        ((m + n) * v.w, (m - n) * v.w)
+    }
+
+    Bent(v, x, y) {
+        (bent(x, 2.0) * v.w, bent(y, 0.5) * v.w)
+    }
+
+    Waves(v, x, y) {
+        ((x + (y * v.p[1]).sin() * v.p[0]) * v.w, (y + (x * v.p[3]).sin() * v.p[2]) * v.w)
+    }
+
+    Fisheye(v, x, y) {
+        let s = over(2.0 * v.w, radius(x, y) + 1.0);
+        (s * y, s * x)
+    }
+
+    Popcorn(v, x, y) {
+        ((x + (y * 3.0).tan().sin() * v.p[0]) * v.w, (y + (x * 3.0).tan().sin() * v.p[1]) * v.w)
+    }
+
+    Exponential(v, x, y) {
+        at_angle(y * PI, (x - 1.0).exp() * v.w)
+    }
+
+    Power(v, x, y) {
+        let r = radius(x, y);
+        let (sin, cos) = (x / r, y / r);
+        let s = r.pow(sin) * v.w;
+        (s * cos, s * sin)
+    }
+
+    Cosine(v, x, y) {
+        let (s, c) = (x * PI).sin_cos();
+        let (sinh, cosh) = y.sinh_cosh();
+        (c * cosh * v.w, s * sinh * -v.w)
+    }
+
+    Rings(v, x, y) {
+        let (r, d) = (radius(x, y), v.p[0]);
+        let s = (remainder(r + d, 2.0 * d) - d + r * (1.0 - d)) * v.w;
+        (s * (y / r), s * (x / r))
+    }
+
+    Fan(v, x, y) {
+        let theta = x.atan2(y);
+        let half = v.p[0] / 2.0;
+        let is_beyond = theta.like(half).less(remainder(theta + v.p[1], v.p[0]));
+        at_angle(N::select(is_beyond, theta - half, theta + half), radius(x, y) * v.w)
+    }
+
+    Blob(v, x, y) {
+        let wave = (x.atan2(y) * v.p[2]).sin() * 0.5 + 0.5;
+        let s = (wave * v.p[1] + v.p[0]) * v.w;
+        (s * x, s * y)
+    }
+
+    Pdj(v, x, y) {
+        (((y * v.p[0]).sin() - (x * v.p[1]).cos()) * v.w, ((x * v.p[2]).sin() - (y * v.p[3]).cos()) * v.w)
+    }
+
+    Fan2(v, x, y) {
+        let theta = x.atan2(y);
+        let half = v.p[0] / 2.0;
+        let is_beyond = theta.like(half).less(remainder(theta + v.p[1], v.p[0]));
+        let (c, s) = at_angle(N::select(is_beyond, theta - half, theta + half), radius(x, y) * v.w);
+        (s, c)
+    }
+
+    Rings2(v, x, y) {
+        let (r, d) = (radius(x, y), v.p[0]);
+        let s = (r - ((r + d) / (2.0 * d)).trunc() * (2.0 * d) + r * (1.0 - d)) * v.w;
+        (s * (x / r), s * (y / r))
+    }
+
+    Eyefish(v, x, y) {
+        let s = over(2.0 * v.w, radius(x, y) + 1.0);
+        (s * x, s * y)
+    }
+
+    Bubble(v, x, y) {
+        let s = over(v.w, square_of_radius(x, y) * 0.25 + 1.0);
+        (s * x, s * y)
+    }
+
+    Cylinder(v, x, y) {
+        (x.sin() * v.w, y * v.w)
+    }
+
+    Perspective(v, x, y) {
+        let t = over(v.w, -(y * v.p[1] - v.p[0]));
+        (t * x * v.p[0], t * y * v.p[2])
+    }
+
+    Ngon(v, x, y) {
+        let (phi, side) = (y.atan2(x), v.p[1]);
+        let t = phi - (phi / side).floor() * side;
+        let t = N::select(t.like(side / 2.0).less(t), t - side, t);
+        let corner = (over(1.0, t.cos() + TINY) - 1.0) * v.p[2] + v.p[3];
+        let k = corner * v.w / (square_of_radius(x, y).pow(x.like(v.p[0])) + TINY);
+        (k * x, k * y)
+    }
+
+    Curl(v, x, y) {
+        let re = x * v.p[0] + (x - y) * (x + y) * v.p[1] + 1.0;
+        let im = y * v.p[0] + x * y * (2.0 * v.p[1]);
+        let k = over(v.w, square_of_radius(re, im));
+        (k * (x * re + y * im), k * (y * re - x * im))
+    }
+
+    Rectangles(v, x, y) {
+        (fold(x, v.p[0]) * v.w, fold(y, v.p[1]) * v.w)
+    }
+
+    Tangent(v, x, y) {
+        let (s, c) = y.sin_cos();
+        (x.sin() / c * v.w, s / c * v.w)
+    }
+
+    Secant2(v, x, y) {
+        let c = (radius(x, y) * v.w).cos();
+        let one = c.like(1.0).copysign(c);
+        (x * v.w, (over(1.0, c) - one) * v.w)
+    }
+
+    Cross(v, x, y) {
+        let s = (x - y) * (x + y);
+        let k = over(v.w, (s * s + TINY).sqrt());
+        (k * x, k * y)
+    }
 }
 
-pub(super) fn curl(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    let (re, im) = (1.0 + v.p[0] * x + v.p[1] * (x * x - y * y), v.p[0] * y + 2.0 * v.p[1] * x * y);
-    let k = v.w / (re * re + im * im);
-    (k * (x * re + y * im), k * (y * re - x * im))
-}
-
-pub(super) fn rectangles(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * fold(x, v.p[0]), v.w * fold(y, v.p[1]))
-}
-
-pub(super) fn tangent(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    (v.w * x.sin() / y.cos(), v.w * y.tan())
-}
-
-pub(super) fn secant2(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, r, .. } = *at;
-    let c = (v.w * r).cos();
-    (v.w * x, v.w * if c < 0.0 { 1.0 / c + 1.0 } else { 1.0 / c - 1.0 })
-}
-
-pub(super) fn cross(v: &Compiled, at: &Point, _: &mut Rng) -> (f64, f64) {
-    let Point { x, y, .. } = *at;
-    let s = x * x - y * y;
-    let k = v.w * (1.0 / (s * s + TINY)).sqrt();
-    (k * x, k * y)
+/// `value`, times `factor` where it is negative.
+#[inline(always)]
+fn bent<N: Number>(value: N, factor: f64) -> N {
+    N::select(value.less(value.like(0.0)), value * factor, value)
 }
 
 /// Folds a coordinate about the middle of its cell.
-fn fold(value: f64, cell: f64) -> f64 {
-    if cell == 0.0 { value } else { (2.0 * (value / cell).floor() + 1.0) * cell - value }
+#[inline(always)]
+fn fold<N: Number>(value: N, cell: f64) -> N {
+    if cell == 0.0 { value } else { ((value / cell).floor() * 2.0 + 1.0) * cell - value }
 }

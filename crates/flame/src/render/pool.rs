@@ -1,0 +1,446 @@
+//! The chaos game with many orbits at a time.
+//!
+//! Owns a pool of orbits, kept as arrays of coordinates. In each step every orbit draws its next transform; orbits are
+//! then put in order by it, so that each transform runs over a group of neighbours, sixteen at once. What a pool draws
+//! is a pure function of the shot, the seed and the pool's number, the same bits for every instruction set.
+//!
+//! Start at [`Pool`]. `chaos.rs` plays the same game with one orbit in `f64`.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16, mask32x16, u32x16};
+
+use super::bins::Bins;
+use super::draw::Game;
+use super::plan::{CompiledXform, Plan};
+use super::shot::{ENTRIES, FUSE, Shot};
+use crate::genome::{Affine, Genome};
+use crate::number::{LANES, LaneRng, Lanes, Number, Random};
+use crate::variations::{Compiled, Formula, Visitor};
+
+/// Orbits of a pool.
+pub(crate) const ORBITS: usize = 2048;
+
+/// Vectors of a pool: each group begins a new one.
+const VECTORS: usize = ORBITS / LANES + Genome::MAX_XFORMS;
+
+/// What the arrays of a pool take in memory.
+pub(crate) const BYTES: u64 = (11 * size_of::<[[f32; LANES]; VECTORS]>() + 2 * size_of::<[f32; ORBITS]>()) as u64;
+
+/// A number for each place of a pool.
+type Places<T> = Box<[[T; LANES]; VECTORS]>;
+
+/// Orbits on their way.
+pub(crate) struct Pool<S: Simd> {
+    simd: S,
+    random: LaneRng<S>,
+    /// Where they are, in groups by the transform that they went through last.
+    now: Orbits,
+    /// Where they are, in groups by the transform that they go through next.
+    next: Orbits,
+    groups: Vec<Group>,
+    /// The number of the next transform, for orbits in groups one after the other.
+    choices: Places<u32>,
+    /// Which places of each vector escaped in this step.
+    escaped: Box<[u16; VECTORS]>,
+    /// What a transform's variations read, and what they add up to.
+    points: [Places<f32>; 2],
+    sums: [Places<f32>; 2],
+    /// What was plotted in a step: cells and palette entries.
+    plotted: [Vec<u32>; 2],
+    /// Samples drawn so far.
+    samples: u64,
+}
+
+/// Coordinates and colours of a pool's orbits.
+struct Orbits {
+    x: Places<f32>,
+    y: Places<f32>,
+    colour: Places<f32>,
+}
+
+/// Orbits that went through the same transform: some vectors, of which the last may be filled in part.
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    first: usize,
+    orbits: usize,
+}
+
+impl Group {
+    fn vectors(self) -> Range<usize> {
+        self.first..self.first + self.orbits.div_ceil(LANES)
+    }
+
+    /// Which places of `vector` belong to the group, a bit for each.
+    #[inline(always)]
+    fn live(self, vector: usize) -> u64 {
+        let left = self.orbits - (vector - self.first) * LANES;
+        if left >= LANES { (1 << LANES) - 1 } else { (1 << left) - 1 }
+    }
+}
+
+#[expect(clippy::unnecessary_box_returns, reason = "an array of this size does not belong on the stack")]
+fn places<T: Copy + Default>() -> Places<T> {
+    let vectors = vec![[T::default(); LANES]; VECTORS].into_boxed_slice();
+    vectors.try_into().unwrap_or_else(|_| unreachable!("it has as many vectors as a pool"))
+}
+
+impl Orbits {
+    fn new() -> Orbits {
+        Orbits { x: places(), y: places(), colour: places() }
+    }
+}
+
+impl<S: Simd> Pool<S> {
+    /// A pool whose orbits have not begun.
+    pub(crate) fn new(simd: S) -> Pool<S> {
+        Pool {
+            simd,
+            random: LaneRng::stream(simd, 0, 0),
+            now: Orbits::new(),
+            next: Orbits::new(),
+            groups: Vec::new(),
+            choices: places(),
+            escaped: Box::new([0; VECTORS]),
+            points: [places(), places()],
+            sums: [places(), places()],
+            plotted: [vec![0; ORBITS + LANES], vec![0; ORBITS + LANES]],
+            samples: 0,
+        }
+    }
+
+    /// Puts all orbits at random points.
+    #[inline(always)]
+    fn begin(&mut self, seed: u64, number: u64) {
+        self.random = LaneRng::stream(self.simd, seed, number);
+        self.groups.clear();
+        self.groups.push(Group { first: 0, orbits: ORBITS });
+        for vector in 0..ORBITS / LANES {
+            let (x, y) = (signed(&mut self.random), signed(&mut self.random));
+            let colour: Lanes<S> = self.random.unit();
+            x.0.store_array(&mut self.now.x[vector]);
+            y.0.store_array(&mut self.now.y[vector]);
+            colour.0.store_array(&mut self.now.colour[vector]);
+        }
+    }
+
+    /// Every orbit goes through a transform.
+    #[inline(always)]
+    fn step(&mut self, plan: &Plan) {
+        self.choose(plan);
+        for number in 0..self.groups.len() {
+            if self.groups[number].orbits > 0 {
+                self.transform(&plan.moves[number], self.groups[number]);
+            }
+        }
+    }
+
+    /// Draws the next transform of each orbit, and puts orbits in order by it.
+    #[inline(always)]
+    fn choose(&mut self, plan: &Plan) {
+        let simd = self.simd;
+        let moves = plan.moves.len();
+        // How many orbits drew this transform or one after it.
+        let mut at_least = [0_usize; Genome::MAX_XFORMS + 1];
+        at_least[0] = ORBITS;
+        let mut to = 0;
+        for (from, group) in self.groups.iter().enumerate() {
+            let thresholds = plan.thresholds(from);
+            for vector in group.vectors() {
+                let live = group.live(vector);
+                let drawn = self.random.bits();
+                let mut choice = u32x16::splat(simd, 0);
+                for (threshold, at_least) in thresholds.iter().zip(&mut at_least[1..]) {
+                    let beyond = drawn.simd_ge(u32x16::splat(simd, *threshold));
+                    *at_least += (beyond.to_bitmask() & live).count_ones() as usize;
+                    choice = beyond.select(choice + 1, choice);
+                }
+                choice.store_array(&mut self.choices[to]);
+                to += 1;
+            }
+        }
+        let mut place = [0_usize; Genome::MAX_XFORMS];
+        let mut first = 0;
+        let mut groups = std::mem::take(&mut self.groups);
+        let sources = groups.clone();
+        groups.clear();
+        for number in 0..moves {
+            let orbits = at_least[number] - at_least[number + 1];
+            groups.push(Group { first, orbits });
+            place[number] = first * LANES;
+            first += orbits.div_ceil(LANES);
+        }
+        self.groups = groups;
+        self.move_to(&sources, &mut place);
+    }
+
+    /// Moves every orbit to the next place of its transform.
+    #[inline(always)]
+    fn move_to(&mut self, sources: &[Group], place: &mut [usize; Genome::MAX_XFORMS]) {
+        let (x, y, colour) =
+            (self.next.x.as_flattened_mut(), self.next.y.as_flattened_mut(), self.next.colour.as_flattened_mut());
+        let mut from = 0;
+        for group in sources {
+            for vector in group.vectors() {
+                let lanes = (group.orbits - (vector - group.first) * LANES).min(LANES);
+                let choices = &self.choices[from];
+                from += 1;
+                for lane in 0..lanes {
+                    let to = &mut place[choices[lane] as usize & (Genome::MAX_XFORMS - 1)];
+                    x[*to] = self.now.x[vector][lane];
+                    y[*to] = self.now.y[vector][lane];
+                    colour[*to] = self.now.colour[vector][lane];
+                    *to += 1;
+                }
+            }
+        }
+    }
+
+    /// Sends a group through its transform.
+    #[inline(always)]
+    fn transform(&mut self, chosen: &CompiledXform, group: Group) {
+        self.enter(chosen, group);
+        for vector in group.vectors() {
+            let (x, y) = self.leave(chosen, vector);
+            let (x, y, escaped) = self.kept(x, y);
+            let escaped = escaped.to_bitmask();
+            self.escaped[vector] = escaped as u16;
+            self.samples += u64::from((group.live(vector) & !escaped).count_ones());
+            let colour = Lanes(f32x16::load_array_ref(self.simd, &self.next.colour[vector]));
+            let colour = colour.mul_add(colour.like(chosen.keep), colour.like(chosen.pull));
+            x.0.store_array(&mut self.now.x[vector]);
+            y.0.store_array(&mut self.now.y[vector]);
+            colour.0.store_array(&mut self.now.colour[vector]);
+        }
+    }
+
+    /// The affine part before the variations, and what these add up to.
+    #[inline(always)]
+    fn enter(&mut self, chosen: &CompiledXform, group: Group) {
+        self.map(&chosen.affine, group);
+        for variation in &chosen.before {
+            self.vary(variation, group);
+        }
+        if !chosen.before.is_empty() {
+            for vector in group.vectors() {
+                for axis in 0..2 {
+                    let sum = f32x16::load_array_ref(self.simd, &self.sums[axis][vector]);
+                    let point = f32x16::load_array_ref(self.simd, &self.points[axis][vector]);
+                    (point + sum).store_array(&mut self.points[axis][vector]);
+                    self.sums[axis][vector] = [0.0; LANES];
+                }
+            }
+        }
+        for variation in &chosen.variations {
+            self.vary(variation, group);
+        }
+    }
+
+    /// The affine part, with nothing added up yet.
+    #[inline(always)]
+    fn map(&mut self, affine: &Affine, group: Group) {
+        let simd = self.simd;
+        for vector in group.vectors() {
+            let x = Lanes(f32x16::load_array_ref(simd, &self.next.x[vector]));
+            let y = Lanes(f32x16::load_array_ref(simd, &self.next.y[vector]));
+            let (x, y) = image(affine, x, y);
+            x.0.store_array(&mut self.points[0][vector]);
+            y.0.store_array(&mut self.points[1][vector]);
+            self.sums[0][vector] = [0.0; LANES];
+            self.sums[1][vector] = [0.0; LANES];
+        }
+    }
+
+    /// Adds what a variation gives.
+    #[inline(always)]
+    fn vary(&mut self, variation: &Compiled, group: Group) {
+        let vectors = group.vectors();
+        let [x, y] = &self.points;
+        let [sum_x, sum_y] = &mut self.sums;
+        variation.kind.visit(Vary {
+            simd: self.simd,
+            variation,
+            points: (&x[vectors.clone()], &y[vectors.clone()]),
+            sums: (&mut sum_x[vectors.clone()], &mut sum_y[vectors]),
+            random: &mut self.random,
+        });
+    }
+
+    /// The affine part after the variations.
+    #[inline(always)]
+    fn leave(&self, chosen: &CompiledXform, vector: usize) -> (Lanes<S>, Lanes<S>) {
+        let x = Lanes(f32x16::load_array_ref(self.simd, &self.sums[0][vector]));
+        let y = Lanes(f32x16::load_array_ref(self.simd, &self.sums[1][vector]));
+        chosen.post.as_ref().map_or((x, y), |post| image(post, x, y))
+    }
+
+    /// The same points, but random ones for those that left the plane; and which those are.
+    #[inline(always)]
+    fn kept(&mut self, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, Lanes<S>, mask32x16<S>) {
+        let limit = x.like(1e10);
+        // A number that is none is not less than anything either.
+        let kept = x.abs().less(limit) & y.abs().less(limit);
+        if kept.0.all_true() {
+            return (x, y, !kept.0);
+        }
+        let (other_x, other_y) = (signed(&mut self.random), signed(&mut self.random));
+        (Lanes::select(kept, x, other_x), Lanes::select(kept, y, other_y), !kept.0)
+    }
+
+    /// Plots every orbit that is in view.
+    #[inline(always)]
+    fn plot(&mut self, plan: &Plan, bins: &mut Bins) {
+        let mut plotted = 0;
+        for number in 0..self.groups.len() {
+            let (chosen, group) = (&plan.moves[number], self.groups[number]);
+            if group.orbits == 0 || chosen.brightness == 0.0 {
+                continue;
+            }
+            if let Some(lens) = &plan.lens {
+                self.see_through(lens, group);
+            }
+            for vector in group.vectors() {
+                plotted = self.place(plan, number, group, vector, plotted);
+            }
+        }
+        let [cells, entries] = &self.plotted;
+        for (cell, entry) in cells[..plotted].iter().zip(&entries[..plotted]) {
+            bins.add(*cell, *entry);
+        }
+    }
+
+    /// Sends copies of a group through the final transform, into `next`.
+    #[inline(always)]
+    fn see_through(&mut self, lens: &CompiledXform, group: Group) {
+        for vector in group.vectors() {
+            self.next.x[vector] = self.now.x[vector];
+            self.next.y[vector] = self.now.y[vector];
+        }
+        self.enter(lens, group);
+        for vector in group.vectors() {
+            let (x, y) = self.leave(lens, vector);
+            let (mut x, mut y, _) = self.kept(x, y);
+            let before = Lanes(f32x16::load_array_ref(self.simd, &self.now.colour[vector]));
+            let mut colour = before.mul_add(before.like(lens.keep), before.like(lens.pull));
+            if lens.opacity < 1.0 {
+                let taken = self.random.unit().less(x.like(lens.opacity));
+                x = Lanes::select(taken, x, Lanes(f32x16::load_array_ref(self.simd, &self.now.x[vector])));
+                y = Lanes::select(taken, y, Lanes(f32x16::load_array_ref(self.simd, &self.now.y[vector])));
+                colour = Lanes::select(taken, colour, before);
+            }
+            x.0.store_array(&mut self.next.x[vector]);
+            y.0.store_array(&mut self.next.y[vector]);
+            colour.0.store_array(&mut self.next.colour[vector]);
+        }
+    }
+
+    /// Writes down in which cells the orbits of a vector are, after the first `plotted` of this step.
+    #[inline(always)]
+    fn place(&mut self, plan: &Plan, number: usize, group: Group, vector: usize, plotted: usize) -> usize {
+        let simd = self.simd;
+        let seen = if plan.lens.is_some() { &self.next } else { &self.now };
+        let x = Lanes(f32x16::load_array_ref(simd, &seen.x[vector]));
+        let y = Lanes(f32x16::load_array_ref(simd, &seen.y[vector]));
+        let colour = f32x16::load_array_ref(simd, &seen.colour[vector]);
+        let (across, down) = image(&plan.to_cells, x, y);
+        let [width, height] = plan.cells;
+        let zero = f32x16::splat(simd, 0.0);
+        let mut seen = across.0.simd_ge(zero)
+            & down.0.simd_ge(zero)
+            & across.0.simd_lt(f32x16::splat(simd, width as f32))
+            & down.0.simd_lt(f32x16::splat(simd, height as f32));
+        let chosen = &plan.moves[number];
+        if chosen.part < 1.0 {
+            seen &= self.random.unit().less(x.like(chosen.part)).0;
+        }
+        let bits = seen.to_bitmask() & group.live(vector) & !u64::from(self.escaped[vector]);
+        if bits == 0 {
+            return plotted;
+        }
+        let column: u32x16<S> = seen.select(across.0, zero).to_int();
+        let row: u32x16<S> = seen.select(down.0, zero).to_int();
+        let cell = row * (width as u32) + column;
+        let steps = Lanes(colour * ENTRIES as f32);
+        let steps = steps.max(steps.like(0.0)).min(steps.like((ENTRIES - 1) as f64));
+        let entry: u32x16<S> = steps.0.to_int();
+        let entry = entry + plan.first_entry(number);
+        let mask = mask32x16::from_bitmask(simd, bits);
+        cell.compress(mask).store_slice(&mut self.plotted[0][plotted..plotted + LANES]);
+        entry.compress(mask).store_slice(&mut self.plotted[1][plotted..plotted + LANES]);
+        plotted + bits.count_ones() as usize
+    }
+}
+
+impl<S: Simd> Game for Pool<S> {
+    fn play(&mut self, shot: &Shot, number: u64, bins: &mut Bins, stop: &AtomicBool) -> u64 {
+        let steps = shot.steps(number);
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                self.begin(shot.seed, number);
+                for _ in 0..FUSE {
+                    self.step(shot.plan(steps.start));
+                }
+                self.samples = 0;
+                for step in steps {
+                    let plan = shot.plan(step);
+                    self.step(plan);
+                    self.plot(plan, bins);
+                    if stop.load(Ordering::Relaxed) {
+                        break;
+                    }
+                }
+                self.samples
+            },
+        )
+    }
+}
+
+/// A variation over the vectors of a group.
+struct Vary<'a, S: Simd> {
+    simd: S,
+    variation: &'a Compiled,
+    points: (&'a [[f32; LANES]], &'a [[f32; LANES]]),
+    sums: (&'a mut [[f32; LANES]], &'a mut [[f32; LANES]]),
+    random: &'a mut LaneRng<S>,
+}
+
+impl<S: Simd> Visitor for Vary<'_, S> {
+    type Out = ();
+
+    #[inline(always)]
+    fn visit<F: Formula>(self) {
+        let Vary { simd, variation, points, sums, random } = self;
+        // A function of its own for each formula: otherwise all of them would be one.
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                // A copy, so that the generators stay in registers.
+                let mut own = *random;
+                let points = points.0.iter().zip(points.1);
+                for ((x, y), (sum_x, sum_y)) in points.zip(sums.0.iter_mut().zip(sums.1)) {
+                    let (x, y) = (Lanes(f32x16::load_array_ref(simd, x)), Lanes(f32x16::load_array_ref(simd, y)));
+                    let (x, y) = F::at(variation, x, y, &mut own);
+                    (f32x16::load_array_ref(simd, sum_x) + x.0).store_array(sum_x);
+                    (f32x16::load_array_ref(simd, sum_y) + y.0).store_array(sum_y);
+                }
+                *random = own;
+            },
+        );
+    }
+}
+
+/// The image of points.
+#[inline(always)]
+fn image<S: Simd>(affine: &Affine, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let part = |a: f64, b: f64, c: f64| x.mul_add(x.like(a), y.mul_add(y.like(b), y.like(c)));
+    (part(affine.a, affine.b, affine.c), part(affine.d, affine.e, affine.f))
+}
+
+/// Numbers in `-1.0..1.0`.
+#[inline(always)]
+fn signed<S: Simd>(random: &mut LaneRng<S>) -> Lanes<S> {
+    random.unit() * 2.0 - 1.0
+}

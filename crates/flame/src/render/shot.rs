@@ -1,0 +1,164 @@
+//! A frame before its first sample is drawn, as plain data.
+//!
+//! Owns what a renderer needs to know of a frame: a compiled genome for each moment of the exposure, the palette, how
+//! many samples there are and how they are shared out. A back-end turns a shot into a histogram of whole numbers, and
+//! needs nothing else.
+//!
+//! Start at [`Shot::new`].
+
+use std::ops::Range;
+
+use super::RenderError;
+use super::filter::Moment;
+use super::histogram::{Record, UNIT};
+use super::plan::Plan;
+use super::pool::ORBITS;
+use super::view::{View, in_range};
+use crate::genome::{Genome, Palette, PaletteMode};
+
+/// Entries of the palette over the colour coordinate: four for each colour of a genome.
+pub(crate) const ENTRIES: usize = 4 * Palette::LEN;
+
+/// Steps before an orbit is on the attractor; they are not seen.
+pub(crate) const FUSE: u64 = 20;
+
+/// Least steps of a part; in fewer, the fuse would count.
+const LEAST_STEPS: u64 = 256;
+
+/// Most parts of a frame: each begins new orbits, so that all parts of a flame with several attractors are drawn, and
+/// as many threads may have one each.
+const MOST_PARTS: u64 = 512;
+
+/// Most bytes of the compiled genomes of a frame's moments.
+const MAX_PLANS: u64 = 2_000_000_000;
+
+/// Most palettes of a frame whose colours change while the shutter is open.
+const MOST_PALETTES: usize = 32;
+
+/// All that is needed to draw a frame's samples.
+#[derive(Clone, Debug)]
+pub(crate) struct Shot {
+    /// The genome at each moment of the exposure.
+    plans: Vec<Plan>,
+    /// The step at which each moment begins.
+    begins: Vec<u64>,
+    /// Colours in histogram units: [`ENTRIES`] for each of several palettes.
+    pub(crate) palette: Vec<[u32; 4]>,
+    /// Steps of all parts; in each, as many samples are drawn as a pool has orbits.
+    all_steps: u64,
+    /// What all random numbers come from.
+    pub(crate) seed: u64,
+}
+
+impl Shot {
+    /// The frame of at least `samples` samples that shows each of `genomes`, with a view of the same cells, at its
+    /// moment. A moment gets samples as the shutter is open.
+    /// Errors: [`RenderError`] names what a genome lacks or what is unknown.
+    pub(crate) fn new(
+        genomes: &[(Genome, View)],
+        moments: &[Moment],
+        samples: u64,
+        seed: u64,
+    ) -> Result<Shot, RenderError> {
+        let count = genomes.len();
+        let mut plans = Vec::with_capacity(count);
+        for (genome, view) in genomes {
+            let plan = Plan::new(genome, view)?;
+            let fits = plan.bytes() * count as u64 <= MAX_PLANS;
+            in_range("temporal_samples", count as f64, fits, "moments of at most 2e9 bytes together")?;
+            plans.push(plan);
+        }
+        let palette = palette(genomes, &mut plans);
+        let all_steps = samples.div_ceil(ORBITS as u64);
+        let light: f64 = moments.iter().map(|moment| moment.light).sum();
+        let mut before = 0.0;
+        let mut begin = |moment: &Moment| {
+            let begins = (before / light * all_steps as f64).round() as u64;
+            before += moment.light;
+            begins
+        };
+        Ok(Shot { begins: moments.iter().map(&mut begin).collect(), plans, palette, all_steps, seed })
+    }
+
+    /// How many samples are drawn, but for those of orbits that escape.
+    pub(crate) fn samples(&self) -> u64 {
+        self.all_steps * ORBITS as u64
+    }
+
+    /// How many parts the frame has; they may be drawn in any order.
+    pub(crate) fn parts(&self) -> u64 {
+        (self.all_steps / LEAST_STEPS).clamp(1, MOST_PARTS)
+    }
+
+    /// The steps of part `number`.
+    pub(crate) fn steps(&self, number: u64) -> Range<u64> {
+        let at = |number: u64| (u128::from(self.all_steps) * u128::from(number) / u128::from(self.parts())) as u64;
+        at(number)..at(number + 1)
+    }
+
+    /// The genome at a step.
+    #[inline]
+    pub(crate) fn plan(&self, step: u64) -> &Plan {
+        &self.plans[self.begins.partition_point(|begins| *begins <= step) - 1]
+    }
+
+    /// Its size in memory.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.plans.iter().map(Plan::bytes).sum::<u64>() + size_of_val(&self.palette[..]) as u64
+    }
+}
+
+/// The colours of all genomes in histogram units. Tells each plan which of them are its own.
+///
+/// Where colours or the brightness of transforms change while the shutter is open, moments that follow each other share
+/// the mean of theirs. Where some transforms are darker, each has entries of its own.
+fn palette(genomes: &[(Genome, View)], plans: &mut [Plan]) -> Vec<[u32; 4]> {
+    let brightness = |plan: &Plan| -> Vec<f64> { plan.moves.iter().map(|chosen| chosen.brightness).collect() };
+    let is_dark = plans.iter().flat_map(brightness).any(|brightness| brightness != 1.0);
+    let rows = if is_dark { plans.iter().map(|plan| plan.moves.len()).max().unwrap_or(1) } else { 1 };
+    let same = |i: usize| {
+        let [(first, _), (other, _)] = [&genomes[0], &genomes[i]];
+        let same_colours = first.palette_mode == other.palette_mode && first.palette == other.palette;
+        same_colours && brightness(&plans[0]) == brightness(&plans[i])
+    };
+    let count = plans.len();
+    let palettes =
+        if (1..count).all(same) { 1 } else { count.min(MOST_PALETTES).min(Record::ENTRIES / ENTRIES / rows) };
+    let mut palette = Vec::with_capacity(palettes * rows * ENTRIES);
+    for number in 0..palettes {
+        let moments = count * number / palettes..count * (number + 1) / palettes;
+        // Where nothing changes one moment is as good as all.
+        let shown = if palettes == 1 { 0..1 } else { moments.clone() };
+        let mut sums = vec![[0.0_f64; 4]; rows * ENTRIES];
+        for i in shown.clone() {
+            let colours = colours(&genomes[i].0);
+            for (row, sums) in sums.chunks_mut(ENTRIES).enumerate() {
+                let brightness =
+                    if is_dark { plans[i].moves.get(row).map_or(1.0, |chosen| chosen.brightness) } else { 1.0 };
+                for (sum, colour) in sums.as_flattened_mut().iter_mut().zip(colours.as_flattened()) {
+                    *sum += brightness * colour / shown.len() as f64;
+                }
+            }
+        }
+        palette.extend(sums.iter().map(|sum| sum.map(|channel| channel.round() as u32)));
+        for plan in &mut plans[moments] {
+            plan.first_entry = (number * rows * ENTRIES) as u32;
+            plan.entries_on = if is_dark { ENTRIES as u32 } else { 0 };
+        }
+    }
+    palette
+}
+
+/// A genome's palette over the colour coordinate, in histogram units.
+fn colours(genome: &Genome) -> Vec<[f64; 4]> {
+    let Some(palette) = &genome.palette else { return vec![[0.0; 4]; ENTRIES] };
+    let entry = |i: usize| {
+        let coordinate = (i as f64 + 0.5) / ENTRIES as f64;
+        let colour = match genome.palette_mode {
+            PaletteMode::Step => palette.step(coordinate),
+            PaletteMode::Linear => palette.linear(coordinate),
+        };
+        colour.map(|channel| channel.clamp(0.0, 255.0) / 255.0 * f64::from(UNIT))
+    };
+    (0..ENTRIES).map(entry).collect()
+}
