@@ -70,6 +70,6 @@ mod tests {
         assert!(lacking.contains("palettes.xml") && lacking.contains("palette 7 is not among the 1"), "{lacking}");
         fs::write(&place, of(7)).unwrap();
         let palette = coloured_from(named(), &place).unwrap().palette.unwrap();
-        assert_eq!(palette.entries[255], [16.0, 32.0, 48.0, 255.0]);
+        assert_eq!(palette.entries[255].map(|channel| channel as u8), [16, 32, 48, 255]);
     }
 }

@@ -115,6 +115,12 @@ impl<S: Simd> Pool<S> {
     #[inline(always)]
     fn begin(&mut self, seed: u64, number: u64) {
         self.random = LaneRng::stream(self.simd, seed, number);
+        // What lies between groups is calculated, too: it must not depend on what this pool did before.
+        for orbits in [&mut self.now, &mut self.next] {
+            for places in [&mut orbits.x, &mut orbits.y, &mut orbits.colour] {
+                places.as_flattened_mut().fill(0.0);
+            }
+        }
         self.groups.clear();
         self.groups.push(Group { first: 0, orbits: ORBITS });
         for vector in 0..ORBITS / LANES {
