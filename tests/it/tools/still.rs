@@ -38,7 +38,8 @@ fn a_still_is_a_picture_with_its_figures_and_the_same_for_any_number_of_threads(
     let folder = tempfile::tempdir().unwrap();
     let one = answer(&still(folder.path(), "one.png", &["--threads", "1"]));
     let three = answer(&still(folder.path(), "three.png", &["--threads", "3"]));
-    assert_eq!(one["samples"].as_u64(), Some(64 * 36 * 20));
+    // As many as sixteen times 128 orbits draw in whole steps.
+    assert_eq!(one["samples"].as_u64(), Some((64 * 36 * 20_u64).next_multiple_of(2048)));
     assert!(one["cpu_s"].as_f64().unwrap() > 0.0 && one["seconds"].as_f64().unwrap() > 0.0);
     assert_eq!(one["checksum"], three["checksum"]);
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
@@ -95,7 +96,7 @@ fn a_still_that_cannot_be_is_refused_with_its_reason() {
     let huge = run(&orchid, "32768x32768");
     let error = String::from_utf8_lossy(&huge.stderr);
     assert_eq!(huge.status.code(), Some(2), "{error}");
-    assert!(error.contains("expected 1 to 1e9 cells"), "{error}");
+    assert!(error.contains("expected at most 1e9 histogram cells"), "{error}");
     let limited =
         format!("ulimit -v 1000000; exec \"$0\" still \"$1\" --out {}/c.png --size 6000x6000", folder.path().display());
     let short = output(Command::new("sh").args(["-c", &limited]).arg(programs::dreams()).arg(&orchid));

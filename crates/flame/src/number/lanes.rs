@@ -13,8 +13,8 @@
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, LN_2, LOG2_E, PI, TAU};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
+use fearless_simd::{Bytes, ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask};
+use fearless_simd::{f32x16, i32x16, mask32x16, u32x16};
 
 use super::{Mask, Number};
 

@@ -2,8 +2,7 @@
 //!
 //! Owns sixteen generators that take their steps together. Streams are numbered as those of [`Rng`](crate::rng::Rng) are.
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Simd, u32x16};
+use fearless_simd::{Simd, SimdBase, SimdInt, u32x16};
 
 use super::lanes::{LaneMask, Lanes};
 use super::{LANES, Random};
