@@ -17,7 +17,7 @@ fn refusal(text: &str) -> String {
 }
 
 #[test]
-fn what_holds_too_much_is_refused_at_once_with_place_number_and_limit() {
+fn what_holds_too_much_is_refused_with_place_number_and_limit() {
     let flame = |inside: &str| format!("<flame>\n{inside}</flame>");
     for (text, expected) in [
         (
@@ -67,7 +67,7 @@ fn what_looks_like_too_much_and_is_none_of_it_is_read() {
 }
 
 #[test]
-fn the_largest_texts_that_are_read_take_seconds() {
+fn the_largest_texts_that_may_be_read_are_read() {
     let colours = "   <color index=\"0\" rgb=\"9 9 9\"/>\n".repeat(1000);
     let attributes = all(399, |i| format!(" a{i:03}=\"\""));
     for (text, flames) in [

@@ -3,7 +3,8 @@
 //! Owns the limits and the count that is held against them. The XML parser compares each attribute with all others of its
 //! element and keeps about 100 bytes for each element and each attribute, so everything is counted before it starts. What
 //! passes takes 255 MB of memory and 1 s of a processor at most, measured on texts that are as large as may be in one way
-//! each: the most memory by kept elements of one attribute, the most time by elements of 399 attributes. Never judges whether the text is XML: the parser does. Up to the first error both see the same elements.
+//! each: the most memory by kept elements of one attribute, the most time by elements of 399 attributes. Never judges
+//! whether the text is XML: the parser does. Up to the first error both see the same elements.
 //!
 //! Start at [`check`].
 

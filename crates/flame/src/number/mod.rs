@@ -1,7 +1,7 @@
 //! The numbers that variations calculate with: one `f64`, or sixteen `f32` in one go.
 //!
-//! Owns the trait that lets each formula be written once, and its two implementations: [`f64`], by the standard library
-//! (`plain.rs`), and [`Lanes`], by polynomials of our own (`lanes.rs`), which give the same bits on every processor.
+//! Owns the trait that lets each formula be written once, and its two implementations: [`f64`], by libm (`plain.rs`), and
+//! [`Lanes`], by polynomials of our own (`lanes.rs`). Both give the same bits on every processor.
 //! Never knows what a variation or an orbit is.
 //!
 //! Start at [`Number`].

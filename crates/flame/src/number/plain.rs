@@ -1,4 +1,4 @@
-//! One number at a time: `f64`, by the standard library.
+//! One number at a time: `f64`, by libm's functions, which give the same bits on every processor.
 //!
 //! Owns the reference that [`Lanes`](super::Lanes) are compared with. It also draws what is so deep in a flame that `f32`
 //! does not tell neighbouring cells apart.
@@ -54,27 +54,27 @@ impl Number for f64 {
 
     #[inline]
     fn sin_cos(self) -> (f64, f64) {
-        self.sin_cos()
+        libm::sincos(self)
     }
 
     #[inline]
     fn atan2(self, x: f64) -> f64 {
-        self.atan2(x)
+        libm::atan2(self, x)
     }
 
     #[inline]
     fn exp(self) -> f64 {
-        self.exp()
+        libm::exp(self)
     }
 
     #[inline]
     fn ln(self) -> f64 {
-        self.ln()
+        libm::log(self)
     }
 
     #[inline]
     fn pow(self, exponent: f64) -> f64 {
-        self.powf(exponent)
+        libm::pow(self, exponent)
     }
 
     #[inline]

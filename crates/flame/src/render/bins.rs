@@ -13,8 +13,8 @@ const LARGEST: usize = 1024;
 /// Least samples of a bin.
 const SMALLEST: usize = 16;
 
-/// What all bins of a thread may take in memory.
-const BYTES: usize = 30 << 18;
+/// What all bins of a thread may take in memory, 7.5 MiB.
+const BYTES: usize = 15 << 19;
 
 /// A thread's samples that the histogram does not have yet.
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! The chaos game with one orbit in `f64`, by the standard library's functions.
+//! The chaos game with one orbit in `f64`.
 //!
 //! Owns the reference that `pool.rs` is compared with. It also draws what is so deep in a flame that `f32` does not tell
 //! neighbouring cells apart.

@@ -14,7 +14,8 @@ use super::histogram;
 use super::pool::Pool;
 use super::shot::Shot;
 
-/// How samples are calculated. All but [`Arithmetic::Reference`] give the same bits.
+/// How samples are calculated. Each gives the same bits on every machine, and all but [`Arithmetic::Reference`] the same
+/// as each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Arithmetic {
     /// `f32`, by the widest instructions that this processor has; `f64` for what is too deep for that.

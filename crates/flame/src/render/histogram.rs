@@ -30,7 +30,7 @@ const CARRY: u32 = 20;
 /// Samples that a tile takes before the sum of a cell could overflow.
 const FULL: u32 = (u32::MAX - (1 << CARRY)) / UNIT;
 
-/// Where a sample fell within its tile, and its colour: the cell in the upper 12 bits, the palette's entry below.
+/// Where a sample fell within its tile, and its colour: the cell in the upper [`TILE`] bits, the palette's entry below.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Record(u32);
 
