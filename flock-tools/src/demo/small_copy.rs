@@ -20,7 +20,7 @@ const ROOM: u64 = 16_000_000;
 
 /// How near a frame of the copy comes to the same frame rendered now, in decibels: encoding at the copy's rate factor
 /// takes the rest. Frames before and after it are further off by [`APART_DB`] at least.
-const NEAR_DB: f64 = 29.0;
+const NEAR_DB: f64 = 30.0;
 const APART_DB: f64 = 3.0;
 
 fn folder() -> PathBuf {
