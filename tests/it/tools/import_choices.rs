@@ -36,20 +36,25 @@ fn is_green(colour: [u8; 3]) -> bool {
 
 #[test]
 fn a_known_green_comes_in_as_that_green_whoever_made_the_clip_and_whatever_its_size() {
-    let green = |size: &str, matrix: &str| {
+    // Some versions of ffmpeg write the tag of the pictures into the file, others that of `-colorspace`.
+    let tagged = |size: &str, matrix: &str, tag: &str| {
         let [r, g, b] = GREEN;
-        let turn =
-            format!("format=rgb24,scale=out_color_matrix={matrix}:out_range=tv:flags=accurate_rnd,format=yuv420p");
+        let turn = format!(
+            "format=rgb24,scale=out_color_matrix={matrix}:out_range=tv:flags=accurate_rnd,format=yuv420p,\
+             setparams=colorspace={tag}"
+        );
         format!("color=c=0x{r:02X}{g:02X}{b:02X}:size={size}:rate=30,{turn}")
     };
+    let green = |size: &str, matrix: &str| tagged(size, matrix, "unknown");
+    let x264 = |tag: &str| format!("-c:v libx264 -crf 5 -colorspace {tag}");
     // One that is not scaled, and one that is.
     for size in ["800x592", "400x296"] {
         let folders = ImportFolders::new("800x592");
         let untagged = "-c:v mpeg4 -q:v 2";
         film(&folders, "00244=1=1=1.avi", &green(size, "bt601"), 2, untagged);
         film(&folders, "00244=2=2=2.mp4", &green(size, "bt601"), 2, "-c:v libx264 -crf 5");
-        film(&folders, "10244=3=3=3.mp4", &green(size, "bt709"), 2, "-c:v libx264 -crf 5 -colorspace bt709");
-        film(&folders, "a=a.mp4", &green(size, "bt601"), 2, "-c:v libx264 -crf 5 -colorspace smpte170m");
+        film(&folders, "10244=3=3=3.mp4", &tagged(size, "bt709", "bt709"), 2, &x264("bt709"));
+        film(&folders, "a=a.mp4", &tagged(size, "bt601", "smpte170m"), 2, &x264("smpte170m"));
         film(&folders, "b=b.avi", &green(size, if size == "800x592" { "bt709" } else { "bt601" }), 2, untagged);
         film(&folders, "c=c.mkv", &green(size, "bt601"), 2, "-c:v ffv1 -pix_fmt yuv444p10le");
         let (answer, told) = folders.answer_and_notes(0, &[".", "--dry-run"]);

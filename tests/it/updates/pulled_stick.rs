@@ -34,7 +34,9 @@ fn a_stick_pulled_a_hundred_times_is_read_on_from_where_it_was_and_no_byte_twice
     maker.bundle(&at("bundle"), &files, &[], 1);
     fs::rename(maker.keys(), at("keys")).unwrap();
     File::create(at("stick")).unwrap().set_len(STICK).unwrap();
-    succeed(Command::new("mke2fs").args(["-q", "-t", "ext4", "-d"]).args([at("bundle"), at("stick")]));
+    // Without the file of orphans, which newer releases make, and a mount reads to its end each time.
+    let layout = ["-q", "-t", "ext4", "-O", "^orphan_file", "-d"];
+    succeed(Command::new("mke2fs").args(layout).args([at("bundle"), at("stick")]));
     let text = format!(
         "mkdir /tmp/stick\n\
          /usr/bin/python3 {pulling} {DEVICES} {stick} {GIVEN} {PULLS} bash -c 'rm -f /tmp/notice; \"$@\"; status=$?; \
@@ -62,7 +64,8 @@ fn a_stick_pulled_a_hundred_times_is_read_on_from_where_it_was_and_no_byte_twice
             "The stick could not be read to its end. Put it in again, and the rest follows."
         };
         assert!(said.contains(told), "{number}: {said}");
-        fetched += figure(said, "fetched_bytes").expect("every attempt brings something");
+        fetched +=
+            figure(said, "fetched_bytes").unwrap_or_else(|| panic!("attempt {number} brings nothing: {attempt}"));
     }
     assert_eq!(files_in(&at("bundle")).unwrap(), files, "what plays then");
     let content: usize = files.values().map(Vec::len).sum();
