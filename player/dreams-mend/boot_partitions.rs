@@ -68,7 +68,7 @@ impl<'o> Boots<'o> {
                     folder.join(path.strip_prefix(self.loader).expect("it lies below the folder that was listed"));
                 if readable(&there)?.is_none_or(|found| found != reference) {
                     put(&reference, &there)?;
-                    warn!(file = %there.display(), "a file of the boot loader was damaged: it is mended");
+                    warn!(file = %there.display(), "repaired a damaged file of the boot loader");
                     answer.mended.push(there.display().to_string());
                 }
             }

@@ -66,7 +66,7 @@ pub(crate) fn refill(slots: &[Slot], running: &Version, answer: &mut Answer) -> 
         let same = version.as_ref().and_then(|version| whole(Some(version)));
         let Some(source) = same.or_else(|| whole(Some(running))) else { continue };
         let Some((version, root)) = &source.root else { continue };
-        warn!(slot = %slot.path.display(), from = %source.path.display(), %version, "a slot is damaged: it is mended");
+        warn!(slot = %slot.path.display(), from = %source.path.display(), %version, "repaired a damaged slot");
         copy(root, &source.path, &slot.path)?;
         info!(slot = %slot.path.display(), %version, "a slot is whole again");
         answer.mended.push(slot.path.display().to_string());

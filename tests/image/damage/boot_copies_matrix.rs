@@ -18,7 +18,7 @@ fn entry(copy: u8) -> String {
 /// Waits for the end of this start's check, which has repaired what the boot loader starts.
 fn mends_what_is_started(machine: &mut Machine) {
     machine.watch_while(PAUSE, LOOKED);
-    machine.run("journalctl --boot --output=cat --identifier=dreams-mend | grep 'is mended'");
+    machine.run("journalctl --boot --output=cat --identifier=dreams-mend | grep 'repaired a damaged'");
 }
 
 /// A unit that was started once: it knows that Secure Boot is off.

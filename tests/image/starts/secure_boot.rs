@@ -72,7 +72,7 @@ fn a_kernel_that_was_changed_is_refused_and_the_other_copy_started_and_the_first
     looks.extend(machine.watch_while(PAUSE, PROVEN));
     only_art(&looks, OFTEN);
     machine.run(
-        "until journalctl --boot --output=cat --identifier=dreams-mend | grep -q 'is mended'; do sleep 1; done; sync",
+        "until journalctl --boot --output=cat --identifier=dreams-mend | grep -q 'repaired a damaged'; do sleep 1; done; sync",
     );
     drop(machine);
     let mut machine = shows_its_art(&unit);
