@@ -35,6 +35,7 @@ mod player {
 }
 mod player_run;
 mod programs;
+mod slurm_cluster;
 mod syscall_faults;
 mod tools {
     mod balance;
@@ -42,6 +43,7 @@ mod tools {
     pub(crate) mod command_line;
     mod credits;
     pub(crate) mod curation;
+    mod farm;
     mod guides;
     mod import;
     mod import_archive;
@@ -53,7 +55,7 @@ mod tools {
     mod many;
     mod messages;
     mod publish;
-    mod render;
+    pub(crate) mod render;
     mod report;
     mod report_sentences;
     mod still;

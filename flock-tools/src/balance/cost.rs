@@ -12,7 +12,7 @@ use video::Form;
 use crate::flock_folder::paths;
 use crate::render::estimate;
 use crate::render::plan::{ClipPlan, ClipRole, Look};
-use crate::render::selection::{Request, Selection};
+use crate::render::selection::{Request, Scope, Selection};
 
 /// The most clips whose sizes are read.
 const MOST_SIZES: usize = 256;
@@ -100,7 +100,7 @@ impl RenderPlans {
             weight: new.weight,
         };
         let with = Manifest { transitions: new.iter().map(transition).collect(), ..manifest.clone() };
-        let selection = Selection::new(folder, &with, &Request { sheep: &ends, again: true }, &look);
+        let selection = Selection::new(folder, &with, &Request { sheep: &ends, scope: Scope::All }, &look);
         let clips = selection.map(|selection| selection.clips).unwrap_or_default();
         let plans = clips.into_iter().filter(|clip| matches!(clip.role, ClipRole::Transition(..))).collect();
         Self { look, plans }
@@ -128,7 +128,7 @@ impl RenderPlans {
     /// Processor seconds that a sample takes in the mean, measured.
     fn seconds_a_sample(&self) -> Option<f64> {
         let samples: f64 = self.plans.iter().map(|plan| self.samples(plan)).sum::<Option<f64>>()?;
-        let seconds = estimate::cpu_seconds(&self.plans, &self.look).ok()?;
+        let seconds = estimate::cpu_seconds(self.plans.iter().map(|plan| (plan, plan.frames.0)), &self.look).ok()?;
         (samples > 0.0).then(|| seconds / samples)
     }
 }

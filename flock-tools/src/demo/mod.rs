@@ -18,6 +18,7 @@ use plan::{Edition, Plan};
 
 use crate::program::{Exit, Fatal, arguments, print};
 use crate::render::make::{Outcome, RunOptions, make};
+use crate::render::shard::Part;
 use crate::render::{make_fatal, options};
 
 /// Render the demo flock into a folder
@@ -70,11 +71,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let plan = Plan::new(args.edition()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let bytes = plan.bytes().map_err(|error| Fatal::new(Exit::Malformed, error))?;
     let threads = options::frames_at_once(args.threads, bytes)?;
-    let options = RunOptions { threads, keep_frames: args.keep_frames, stop: options::stop_on_signals()? };
+    let stop = options::stop_on_signals()?;
+    let options = RunOptions { threads, keep_frames: args.keep_frames, stop, part: Part::Whole, is_seen: true };
     let made = make(&plan.clips, &plan.edition.look, &args.dir, &options, &|_, _| ()).map_err(make_fatal)?;
     let hash = |outcome: &Outcome| match outcome {
         Outcome::Made(hash) | Outcome::UpToDate(hash) => Some(*hash),
-        Outcome::Busy | Outcome::Unfinished => None,
+        Outcome::Busy | Outcome::Rendered | Outcome::Unfinished => None,
     };
     let Some(hashes) = made.outcomes.iter().map(hash).collect::<Option<Vec<ClipHash>>>() else {
         print::note("not finished; the same command continues where this one stopped");

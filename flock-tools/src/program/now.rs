@@ -3,8 +3,10 @@
 //! Owns [`Stopwatch`], and the date in a bundle, which is for people to read. Nothing that the tools make depends on the
 //! date.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
+use rustix::event::poll;
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
 /// Measures wall-clock and processor time.
@@ -40,6 +42,16 @@ pub(crate) fn date() -> String {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     let seconds = Duration::from_secs(since.as_secs().min(LAST));
     humantime::format_rfc3339_seconds(SystemTime::UNIX_EPOCH + seconds).to_string()
+}
+
+/// Waits for the time `wait`, or until `stop` is set.
+pub(crate) fn pause(wait: Duration, stop: &AtomicBool) {
+    let tick = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+    let watch = Stopwatch::start();
+    while watch.wall() < wait && !stop.load(Ordering::Relaxed) {
+        // A signal ends the tick early.
+        let _ = poll(&mut [], Some(&tick));
+    }
 }
 
 fn cpu() -> Duration {

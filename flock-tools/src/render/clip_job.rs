@@ -16,6 +16,7 @@ use video::{Encoder, Yuv420p};
 use super::frames::FrameStore;
 use super::make::MakeError;
 use super::plan::{ClipPlan, Look};
+use super::shard::{Part, Shard};
 use crate::flock_folder::paths;
 
 /// The scratch folder of frames and records, in the flock's folder.
@@ -27,11 +28,12 @@ pub(super) enum Claim<'a> {
     Busy,
     /// It is there, rendered from the same recipe.
     UpToDate(ClipHash),
-    /// This process renders it, and these of its frames are missing.
+    /// This process renders it or its part of it, and these frames are missing.
     Job(ClipJob<'a>, Vec<u32>),
 }
 
-/// A clip that this process renders; other processes leave it alone until this is dropped.
+/// A clip that this process renders; other processes leave it alone until this is dropped. Those that render parts of it
+/// share it.
 pub(super) struct ClipJob<'a> {
     clip: &'a ClipPlan,
     number: usize,
@@ -50,14 +52,20 @@ struct Record {
 }
 
 impl<'a> ClipJob<'a> {
-    /// Claims `clip`, which is number `number` of its run, and looks for the frames that earlier runs rendered.
-    pub(super) fn claim(clip: &'a ClipPlan, number: usize, look: &Look, folder: &Path) -> Result<Claim<'a>, MakeError> {
+    /// Claims `part` of `clip`, which is number `number` of its run, and looks for the frames that earlier runs rendered.
+    pub(super) fn claim(
+        clip: &'a ClipPlan,
+        number: usize,
+        look: &Look,
+        folder: &Path,
+        part: &Part,
+    ) -> Result<Claim<'a>, MakeError> {
         let path = clip.path.inside(folder);
         let scratch = folder.join(SCRATCH).join(clip.path.as_str());
         for parent in [&path, &scratch].into_iter().filter_map(|path| path.parent()) {
             fs::create_dir_all(parent).map_err(at(parent))?;
         }
-        let Some(mut record) = Record::lock(folder, &clip.path)? else { return Ok(Claim::Busy) };
+        let Some(mut record) = Record::lock(folder, &clip.path, part)? else { return Ok(Claim::Busy) };
         if path.is_file()
             && let Some((recipe, hash)) = record.read()?
             && recipe == clip.recipe
@@ -66,8 +74,11 @@ impl<'a> ClipJob<'a> {
             return Ok(Claim::UpToDate(hash));
         }
         let store = FrameStore::open(&scratch, look.form.size, clip.picture_recipe).map_err(at(&scratch))?;
+        if part.is_encoded() {
+            store.sweep().map_err(at(&scratch))?;
+        }
         let mut missing = Vec::new();
-        for frame in 0..clip.frames.0 {
+        for frame in (0..clip.frames.0).filter(|frame| part.has(&clip.path, *frame)) {
             if store.get(frame).map_err(at(&scratch))?.is_none() {
                 missing.push(frame);
             }
@@ -127,12 +138,12 @@ impl<'a> ClipJob<'a> {
 }
 
 impl Record {
-    /// The record of the clip at `path` in the flock's `folder`, locked; `None` if another process has it.
-    fn lock(folder: &Path, path: &ClipPath) -> Result<Option<Self>, MakeError> {
+    /// The record of the clip at `path` in the flock's `folder`, locked for `part`; `None` if another process has it.
+    fn lock(folder: &Path, path: &ClipPath, part: &Part) -> Result<Option<Self>, MakeError> {
         let path = record_of(folder, path);
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let file = file.map_err(at(&path))?;
-        match file.try_lock() {
+        match if part.is_encoded() { file.try_lock() } else { file.try_lock_shared() } {
             Ok(()) => Ok(Some(Self { path, file })),
             Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(source)) => Err(MakeError::File { path, source }),
@@ -155,10 +166,19 @@ impl Record {
     }
 }
 
-/// The hash of the clip that the tools rendered last at `path` in the flock's `folder`, if they did.
-pub(crate) fn recorded(folder: &Path, path: &ClipPath) -> Option<ClipHash> {
-    let text = fs::read_to_string(record_of(folder, path)).ok()?;
-    Some(parsed(&text)?.1)
+/// The recipe and the hash of the clip that the tools rendered last at `path` in the flock's `folder`, if they did.
+pub(crate) fn recorded(folder: &Path, path: &ClipPath) -> Option<(ClipHash, ClipHash)> {
+    parsed(&fs::read_to_string(record_of(folder, path)).ok()?)
+}
+
+/// Whether a process renders the whole clip at `path` in the flock's `folder`, and not only a part of it.
+pub(super) fn is_taken(folder: &Path, path: &ClipPath) -> bool {
+    matches!(Record::lock(folder, path, &Part::Shard(Shard::ALL)), Ok(None))
+}
+
+/// The frames of `clip` in the flock's `folder`, of a run that writes none of them.
+pub(super) fn frames_of(clip: &ClipPlan, look: &Look, folder: &Path) -> FrameStore {
+    FrameStore::at(&folder.join(SCRATCH).join(clip.path.as_str()), look.form.size, clip.picture_recipe)
 }
 
 /// The hash of the file at `path`.

@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use flame::{FrameCost, RenderError, Renderer, Settings};
+use flame::{Filter, FrameCost, RenderError, Renderer, Settings};
 
 use super::plan::{ClipPlan, Look};
 use crate::program::now::Stopwatch;
@@ -15,34 +15,48 @@ use crate::program::now::Stopwatch;
 /// The most clips that are measured; the others cost as much as these on average.
 const MEASURED: usize = 6;
 
-/// Samples of the two frames of a clip that are measured.
-const FEW: u64 = 2_000_000;
-const MORE: u64 = 20_000_000;
+/// Samples of the frames of a clip that are measured.
+const FEW: u64 = 4_000_000;
+const MORE: u64 = 24_000_000;
 
-/// Processor time that rendering all frames of `clips` takes, without encoding them.
+/// Processor time that rendering so many frames of each of `clips` takes, without encoding them.
 /// Errors: [`RenderError`] if one cannot be rendered.
-pub(crate) fn cpu_seconds(clips: &[ClipPlan], look: &Look) -> Result<f64, RenderError> {
+pub(crate) fn cpu_seconds<'a>(
+    clips: impl IntoIterator<Item = (&'a ClipPlan, u32)>,
+    look: &Look,
+) -> Result<f64, RenderError> {
+    let clips: Vec<_> = clips.into_iter().filter(|(_, frames)| *frames > 0).collect();
     let renderer = Renderer::new(1)?;
     let step = clips.len().div_ceil(MEASURED).max(1);
-    let measured: Vec<f64> =
-        clips.iter().step_by(step).map(|clip| seconds_of_a_frame(clip, look, &renderer)).collect::<Result<_, _>>()?;
+    let measured = clips.iter().step_by(step).map(|(clip, _)| seconds_of_a_frame(clip, look, &renderer));
+    let measured: Vec<f64> = measured.collect::<Result<_, _>>()?;
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
-    Ok(mean * clips.iter().map(|clip| f64::from(clip.frames.0)).sum::<f64>())
+    Ok(mean * clips.iter().map(|(_, frames)| f64::from(*frames)).sum::<f64>())
 }
 
-/// Processor seconds of a frame a third into `clip`: a constant part, and a part for each sample.
+/// Samples of so many frames of `clip`: a frame has the mean of its first and its last, between which samples change evenly.
+/// Errors: [`RenderError`] if it cannot be rendered.
+pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, RenderError> {
+    let of = |frame: u32| Ok(FrameCost::of(&*clip.motion, f64::from(frame), &look.settings())?.samples as f64);
+    Ok(f64::midpoint(of(0)?, of(clip.frames.0.saturating_sub(1))?) * f64::from(frames))
+}
+
+/// Processor seconds of a frame a third into `clip`: a constant part, a part for each sample, and a part for the filter. How
+/// much the filter has to do depends on the cells that are hit, so it would pass for a part for each sample.
 fn seconds_of_a_frame(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<f64, RenderError> {
     let frame = f64::from(clip.frames.0 / 3);
     let settings = look.settings();
     let all = FrameCost::of(&*clip.motion, frame, &settings)?.samples;
     let of_one = FrameCost::of(&*clip.motion, frame, &Settings { spp: Some(1.0), ..settings })?.samples;
-    let measure = |samples: u64| {
+    let measure = |samples: u64, filter: Filter| {
         let spp = samples.min(all) as f64 / of_one as f64;
         let watch = Stopwatch::start();
-        renderer.render(&*clip.motion, frame, &Settings { spp: Some(spp), ..settings })?;
+        renderer.render(&*clip.motion, frame, &Settings { spp: Some(spp), filter, ..settings })?;
         Ok((spp * of_one as f64, watch.cpu()))
     };
-    Ok(extrapolated(measure(FEW)?, measure(MORE)?, all as f64))
+    let (few, more) = (measure(FEW, Filter::None)?, measure(MORE, Filter::None)?);
+    let filtering = measure(MORE, settings.filter)?.1.saturating_sub(more.1);
+    Ok(extrapolated(few, more, all as f64) + filtering.as_secs_f64())
 }
 
 /// The straight line through two measurements, at `samples`; the second one if both have the same samples.

@@ -58,7 +58,7 @@ pub(crate) fn write_hashes(folder: &Path) -> Result<(), Fatal> {
 /// The clips whose hash the manifest lacks, or has another one, with their hashes.
 fn missing(folder: &Path, manifest: &Manifest) -> Vec<(ClipRole, Clip)> {
     let with_hash = |(role, clip): (ClipRole, &Clip)| {
-        let hash = recorded(folder, &clip.path).filter(|hash| clip.hash != Some(*hash))?;
+        let (_, hash) = recorded(folder, &clip.path).filter(|(_, hash)| clip.hash != Some(*hash))?;
         let is_current = hash_of(&clip.path.inside(folder)).is_ok_and(|found: ClipHash| found == hash);
         is_current.then(|| (role, Clip { hash: Some(hash), ..clip.clone() }))
     };

@@ -9,15 +9,16 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::{io, slice, thread, vec};
+use std::{io, thread, vec};
 
 use flame::Renderer;
 use flock::{ClipHash, ClipPath};
-use indicatif::{ProgressBar, ProgressStyle};
 use video::{EncodeError, Encoder};
 
 use super::clip_job::{Claim, ClipJob};
 use super::plan::{ClipPlan, Look};
+use super::shard::Part;
+use crate::program::progress::FrameProgress;
 
 /// How a run renders.
 #[derive(Clone, Debug)]
@@ -28,6 +29,10 @@ pub(crate) struct RunOptions {
     pub(crate) keep_frames: bool,
     /// Once it is set, all threads stop within a moment.
     pub(crate) stop: Arc<AtomicBool>,
+    /// Which frames.
+    pub(crate) part: Part,
+    /// Whether progress is told.
+    pub(crate) is_seen: bool,
 }
 
 /// What rendering did with a clip.
@@ -37,6 +42,8 @@ pub(crate) enum Outcome {
     Busy,
     /// This run finished it.
     Made(ClipHash),
+    /// This run's part of its frames is rendered.
+    Rendered,
     /// An earlier run made it from the same recipe.
     UpToDate(ClipHash),
     /// It was not finished: the run was stopped.
@@ -92,17 +99,19 @@ pub(crate) enum MakeError {
     },
 }
 
-/// Makes `clips` in `folder`, except those that an earlier run made from the same recipe. `finished` is called for each
-/// clip that is in its place.
+/// Makes `clips` in `folder`, or this run's part of them, except those that an earlier run made from the same recipe.
+/// `finished` is called for each clip that is in its place.
 /// Errors: [`MakeError`] names the clip. Finished clips and rendered frames are kept.
-pub(crate) fn make(
-    clips: &[ClipPlan],
+pub(crate) fn make<'a>(
+    clips: impl IntoIterator<Item = &'a ClipPlan>,
     look: &Look,
     folder: &Path,
     options: &RunOptions,
     finished: &(dyn Fn(&ClipPlan, ClipHash) + Sync),
 ) -> Result<RunResult, MakeError> {
-    if let Some(clip) = clips.first() {
+    let clips: Vec<_> = clips.into_iter().collect();
+    let part = &options.part;
+    if let Some(clip) = clips.first().filter(|_| part.is_encoded()) {
         // Before days of rendering.
         Encoder::check(&clip.path.inside(folder), &look.form, look.quality).map_err(MakeError::Encode)?;
     }
@@ -111,9 +120,9 @@ pub(crate) fn make(
         folder,
         options,
         finished,
-        progress: progress(clips.iter().map(|clip| u64::from(clip.frames.0)).sum()),
-        queue: Mutex::new(Queue { waiting: clips.iter(), passed: 0, open: None }),
+        progress: if options.is_seen { FrameProgress::new(frames(&clips, part)) } else { FrameProgress::hidden() },
         outcomes: Mutex::new(vec![Outcome::Unfinished; clips.len()]),
+        queue: Mutex::new(Queue { waiting: clips.into_iter(), passed: 0, open: None }),
         frames: AtomicU64::new(0),
     };
     thread::scope(|scope| {
@@ -130,9 +139,18 @@ pub(crate) fn make(
             threads.into_iter().map(|thread| thread.join().expect("a panic while rendering is a bug")).collect();
         results.into_iter().collect::<Result<(), _>>()
     })?;
-    pool.progress.finish_and_clear();
+    pool.progress.end();
     let outcomes = pool.outcomes.into_inner().unwrap_or_else(PoisonError::into_inner);
     Ok(RunResult { outcomes, frames: pool.frames.into_inner() })
+}
+
+/// The number of frames of `clips` that are in `part`.
+fn frames(clips: &[&ClipPlan], part: &Part) -> u64 {
+    clips.iter().map(|clip| frames_in(clip, part)).sum()
+}
+
+fn frames_in(clip: &ClipPlan, part: &Part) -> u64 {
+    (0..clip.frames.0).filter(|frame| part.has(&clip.path, *frame)).count() as u64
 }
 
 /// The state that all threads share.
@@ -141,7 +159,7 @@ struct Pool<'a> {
     folder: &'a Path,
     options: &'a RunOptions,
     finished: &'a (dyn Fn(&ClipPlan, ClipHash) + Sync),
-    progress: ProgressBar,
+    progress: FrameProgress,
     queue: Mutex<Queue<'a>>,
     outcomes: Mutex<Vec<Outcome>>,
     frames: AtomicU64,
@@ -149,7 +167,7 @@ struct Pool<'a> {
 
 /// The work that no thread has taken yet.
 struct Queue<'a> {
-    waiting: slice::Iter<'a, ClipPlan>,
+    waiting: vec::IntoIter<&'a ClipPlan>,
     /// The number of clips that no longer wait.
     passed: usize,
     /// The current clip and those of its frames that no thread has taken.
@@ -195,12 +213,14 @@ impl<'a> Pool<'a> {
             let Some(clip) = queue.waiting.next() else { return Ok(None) };
             let number = queue.passed;
             queue.passed += 1;
-            let (outcome, missing) = match ClipJob::claim(clip, number, self.look, self.folder)? {
-                Claim::Busy => (Outcome::Busy, 0),
-                Claim::UpToDate(hash) => (Outcome::UpToDate(hash), 0),
+            let part = &self.options.part;
+            let (outcome, missing) = match ClipJob::claim(clip, number, self.look, self.folder, part)? {
+                Claim::Busy => (Outcome::Busy, Vec::new()),
+                Claim::UpToDate(hash) => (Outcome::UpToDate(hash), Vec::new()),
+                Claim::Job(_, missing) if missing.is_empty() && !part.is_encoded() => (Outcome::Rendered, missing),
                 Claim::Job(job, missing) => {
-                    let (job, count) = (Arc::new(job), missing.len());
-                    self.progress.dec_length(u64::from(clip.frames.0) - count as u64);
+                    let job = Arc::new(job);
+                    self.progress.skip(frames_in(clip, part) - missing.len() as u64);
                     if missing.is_empty() {
                         return Ok(Some(Task { job, frame: None }));
                     }
@@ -208,7 +228,7 @@ impl<'a> Pool<'a> {
                     continue;
                 }
             };
-            self.progress.dec_length(u64::from(clip.frames.0) - missing);
+            self.progress.skip(frames_in(clip, part) - missing.len() as u64);
             self.set_outcome(number, outcome);
         }
     }
@@ -221,8 +241,12 @@ impl<'a> Pool<'a> {
             let Some(picture) = clip.picture(number, self.look, renderer).map_err(failed)? else { return Ok(()) };
             let last = job.store(frame, &picture)?;
             self.frames.fetch_add(1, Ordering::Relaxed);
-            self.progress.inc(1);
+            self.progress.add(1);
             if !last {
+                return Ok(());
+            }
+            if !self.options.part.is_encoded() {
+                self.set_outcome(job.number(), Outcome::Rendered);
                 return Ok(());
             }
         }
@@ -239,10 +263,4 @@ impl<'a> Pool<'a> {
     fn set_outcome(&self, number: usize, outcome: Outcome) {
         self.outcomes.lock().unwrap_or_else(PoisonError::into_inner)[number] = outcome;
     }
-}
-
-/// A bar of frames and of the time that is left.
-fn progress(frames: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} frames, {eta} to go").expect("a fixed template");
-    ProgressBar::new(frames).with_style(style)
 }

@@ -1,12 +1,14 @@
 //! `dreams render DIR [SHEEP...]`: renders the clips that a flock lacks.
 //!
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
-//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `palettes.rs` finds the
+//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `presets.rs` has the options of how they look,
+//! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them. `palettes.rs` finds the
 //! colours that genomes only name. `still.rs` is `dreams still`.
 //!
 //! Start at [`run`].
 
 mod clip_job;
+mod dry_run;
 pub(crate) mod estimate;
 mod frames;
 mod hashes;
@@ -14,7 +16,10 @@ pub(crate) mod make;
 pub(crate) mod options;
 pub(crate) mod palettes;
 pub(crate) mod plan;
+mod presets;
 pub(crate) mod selection;
+pub(crate) mod shard;
+mod slurm;
 pub(crate) mod still;
 #[cfg(test)]
 mod tests;
@@ -23,27 +28,33 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use flock::{ClipHash, ClipPath, SheepId};
-use video::{Form, Quality};
+use flock::{ClipHash, ClipPath, Manifest, SheepId};
+use video::Form;
 
 use crate::flock_folder::{ids, open};
 use crate::program::{Exit, Fatal, now::Stopwatch, print};
+use dry_run::DryRun;
 use make::{MakeError, Outcome, RunOptions, RunResult};
-use plan::{ClipPlan, Look, PRESET, SEED};
-use selection::{Request, Selection, SkippedClip};
+use plan::{ClipPlan, Look};
+use presets::LookArgs;
+use selection::{Request, Scope, Selection, SkippedClip};
+use shard::{Part, Shard};
+use slurm::SlurmArgs;
+use slurm::plan_file::PlanFile;
 
 /// Render the clips that a flock lacks, from its genomes
 ///
-/// These are every loop of a sheep with a genome, and every transition between two of them, whose clip is not there.
-/// Size, rate and frames are the flock's, everything else the genome's unless an option is given. If it is interrupted,
-/// the same command continues. On several machines that share the folder, each renders clips that no other has begun.
-/// The hashes of finished clips are written into the manifest.
+/// These are every loop of a sheep with a genome, and every transition between two of them, whose clip is not there, or was
+/// rendered from another genome or with other options. Size, rate and frames are the flock's, everything else the genome's
+/// unless a preset or an option is given. If it is interrupted, the same command continues: every finished frame is kept. On
+/// several machines that share the folder, each renders clips that no other has begun; with --shard, its part of the
+/// frames; with --on slurm, a cluster renders them. The hashes of finished clips are written into the manifest.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
-  0  nothing is missing any more
+  0  nothing is missing any more; with --shard, its part is rendered
   1  a clip is still missing: it has no genome, another process renders it, or the run was interrupted
   2  the command line, the manifest or a genome is wrong
-  3  a file could not be read or written, or a clip could not be made")]
+  3  a file could not be read or written, a clip could not be made, or the cluster did not take the work")]
 #[expect(clippy::struct_excessive_bools, reason = "independent switches")]
 pub(crate) struct Args {
     /// Folder of the flock
@@ -51,36 +62,46 @@ pub(crate) struct Args {
     /// Only the loops of these sheep and the transitions at them
     #[arg(value_parser = |text: &str| SheepId::new(text), add = ids::completer())]
     sheep: Vec<SheepId>,
-    /// Also clips that are there, except those that were rendered from the same recipe
+    /// Also clips that the tools did not render, except those that were rendered from the same recipe
     #[arg(long)]
     again: bool,
+    /// Only clips that are not there, whatever the others were rendered from
+    #[arg(long, conflicts_with = "again")]
+    missing: bool,
     /// Only print what would be rendered and its cost, measured on a few frames
     #[arg(long)]
     dry_run: bool,
-    /// Samples per pixel
-    #[arg(long, value_name = "N", value_parser = options::samples)]
-    spp: Option<f64>,
-    /// Histogram cells per pixel in each direction
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
-    supersample: Option<u32>,
-    /// Moments in a frame; 1 switches motion blur off
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    temporal_samples: Option<u32>,
-    /// x264's constant rate factor, to 51: smaller is finer and larger
-    #[arg(long, value_name = "N", default_value_t = plan::CRF, value_parser = options::rate_factor)]
-    crf: f32,
-    /// Frames rendered at once, as far as memory goes
-    #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
-    threads: NonZeroUsize,
-    /// The seed of the random numbers: the same gives the same clips, with any number of threads
-    #[arg(long, value_name = "S", default_value_t = SEED)]
-    seed: u64,
+    #[command(flatten)]
+    look: LookArgs,
+    /// Frames rendered at once, as far as memory goes [default: one for each core; with --on slurm 1 in each task]
+    #[arg(long, value_name = "T", value_parser = options::threads)]
+    threads: Option<NonZeroUsize>,
+    /// Where frames are rendered
+    #[arg(long, value_name = "WHERE", default_value = "cpu")]
+    on: On,
+    /// Render the I-th of N parts of the frames and encode nothing; afterwards a plain `dreams render` encodes
+    #[arg(long, value_name = "I/N", value_parser = shard::shard, conflicts_with_all = ["on", "keep_frames"])]
+    shard: Option<Shard>,
+    /// The part is one of this plan, which a run with --on slurm wrote
+    #[arg(long, value_name = "FILE", hide = true, requires = "shard")]
+    plan: Option<PathBuf>,
+    #[command(flatten)]
+    slurm: SlurmArgs,
     /// Keep the rendered frames, so that another --crf needs no rendering: 1.4 MB each at 1280x720
     #[arg(long)]
     keep_frames: bool,
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// Where frames are rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum On {
+    /// On this machine
+    Cpu,
+    /// On a Slurm cluster that shares the folder
+    Slurm,
 }
 
 /// A clip in the answer.
@@ -103,87 +124,127 @@ struct Answer<'a> {
     seconds: f64,
 }
 
-/// The answer with `--json` and `--dry-run`.
-#[derive(serde::Serialize)]
-struct DryAnswer<'a> {
-    clips: Vec<ClipAnswer<'a>>,
-    left_out: &'a [SkippedClip],
-    frames: u64,
-    cpu_hours: f64,
-    hours: f64,
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let manifest = open::manifest(&args.dir)?;
-    let look = args.look(Form { size: manifest.size, fps: manifest.fps });
-    let request = Request { sheep: &args.sheep, again: args.again };
-    let selection = Selection::new(&args.dir, &manifest, &request, &look)?;
-    for SkippedClip { clip, reason } in &selection.left_out {
-        print::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
+    let look = args.look.look(Form { size: manifest.size, fps: manifest.fps });
+    let plan = args.plan.as_deref().map(PlanFile::read).transpose()?;
+    let selection = args.select(&manifest, plan.as_ref(), &look)?;
+    let part = match (args.shard, &plan) {
+        (None, _) => Part::Whole,
+        (Some(shard), None) => Part::Shard(shard),
+        (Some(shard), Some(plan)) => plan.part(shard, &selection.clips)?,
+    };
+    args.tell(&manifest, &selection);
+    if args.on == On::Slurm && !args.dry_run {
+        return args.send(&selection, &look);
     }
-    let threads = options::frames_at_once(args.threads, selection.bytes)?;
-    if threads < args.threads {
+    let wanted = args.threads.unwrap_or_else(options::cores);
+    let threads = options::frames_at_once(wanted, selection.bytes)?;
+    if threads < wanted {
         print::note(&format!(
             "note: {threads} frames at once: each takes {} MB of memory",
             selection.bytes / 1_000_000
         ));
     }
-    if args.dry_run { args.estimate(&selection, &look, threads) } else { args.make(&selection, &look, threads) }
+    if args.dry_run {
+        DryRun::new(&selection, &look, &args.dir, &part, threads)?.print(args.json)?;
+        return Ok(Exit::Fine);
+    }
+    args.make(&selection, &look, threads, part)
 }
 
 impl Args {
-    fn look(&self, form: Form) -> Look {
-        let quality = Quality { crf: self.crf, preset: PRESET, max_bits_per_second: None };
-        let Self { spp, supersample, temporal_samples, seed, .. } = *self;
-        Look { form, spp, supersample, temporal_samples, seed, quality }
-    }
-
-    /// Prints what would be rendered.
-    fn estimate(&self, selection: &Selection, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
-        let seconds =
-            estimate::cpu_seconds(&selection.clips, look).map_err(|error| Fatal::new(Exit::Malformed, error))?;
-        let cpu_hours = seconds / 3600.0;
-        let clips: Vec<_> = selection.clips.iter().map(|clip| clip_answer(clip, "missing", None)).collect();
-        let (left_out, frames, hours) = (&selection.left_out[..], selection.frames(), cpu_hours / threads.get() as f64);
-        if self.json {
-            print::json(&DryAnswer { clips, left_out, frames, cpu_hours, hours })?;
-        } else {
-            let lines = clips.iter().map(|clip| format!("{} {} frames", clip.clip, clip.frames));
-            let sum =
-                format!("total {frames} frames, {cpu_hours:.3} CPU hours, {hours:.3} hours with {threads} threads");
-            print::lines(lines.chain([sum]))?;
-        }
-        Ok(Exit::Fine)
-    }
-
-    fn make(&self, selection: &Selection, look: &Look, threads: NonZeroUsize) -> Result<Exit, Fatal> {
-        let watch = Stopwatch::start();
-        hashes::write_hashes(&self.dir)?;
-        let options = RunOptions { threads, keep_frames: self.keep_frames, stop: options::stop_on_signals()? };
-        let finished = |clip: &ClipPlan, _: ClipHash| {
-            if !self.json {
-                // The run goes on if the reader has closed the pipe.
-                let _ = print::lines([format!("{} {} frames", clip.path, clip.frames)]);
-            }
-            // The artist may be in the middle of an edit. The end of the run writes the hashes again.
-            let _ = hashes::write_hashes(&self.dir);
+    /// The clips of this run: of `plan`, if there is one.
+    fn select(&self, manifest: &Manifest, plan: Option<&PlanFile>, look: &Look) -> Result<Selection, Fatal> {
+        let listed = self.shard.zip(plan).map(|(shard, plan)| plan.paths(shard));
+        let scope = match &listed {
+            Some(paths) => Scope::Listed(paths),
+            None if self.again => Scope::All,
+            None if self.missing => Scope::Missing,
+            None => Scope::Changed,
         };
-        let made = make::make(&selection.clips, look, &self.dir, &options, &finished).map_err(make_fatal)?;
-        hashes::write_hashes(&self.dir)?;
+        Selection::new(&self.dir, manifest, &Request { sheep: &self.sheep, scope }, look)
+    }
+
+    /// Tells what an artist may not expect.
+    fn tell(&self, manifest: &Manifest, selection: &Selection) {
+        if let Some(told) = self.look.preset.and_then(|preset| preset.other_form(manifest)) {
+            print::note(&told);
+        }
+        for SkippedClip { clip, reason } in &selection.left_out {
+            print::note(&format!("note: `{clip}` is missing and cannot be rendered: {reason}"));
+        }
+        if !selection.changed.is_empty() && !self.again && self.plan.is_none() {
+            let clips = print::count(selection.changed.len(), "clip");
+            print::note(&format!(
+                "note: {clips} were rendered from another genome or with other options, and are rendered again; with \
+                 --missing they stay"
+            ));
+        }
+    }
+
+    fn make(&self, selection: &Selection, look: &Look, threads: NonZeroUsize, part: Part) -> Result<Exit, Fatal> {
+        let watch = Stopwatch::start();
+        let (stop, is_encoded) = (options::stop_on_signals()?, part.is_encoded());
+        let options = RunOptions { threads, keep_frames: self.keep_frames, stop, part, is_seen: true };
+        if is_encoded {
+            hashes::write_hashes(&self.dir)?;
+        }
+        let made = make::make(&selection.clips, look, &self.dir, &options, &|clip, _| self.finished(clip));
+        let made = made.map_err(make_fatal)?;
+        if is_encoded {
+            hashes::write_hashes(&self.dir)?;
+        }
         if options.stop.load(Ordering::Relaxed) {
             print::note("interrupted; the same command continues where this one stopped");
         }
-        self.answer(selection, &made, &watch)?;
-        let is_there = |outcome: &Outcome| matches!(outcome, Outcome::Made(_) | Outcome::UpToDate(_));
-        let complete = selection.left_out.is_empty() && made.outcomes.iter().all(is_there);
-        Ok(if complete { Exit::Fine } else { Exit::No })
+        self.end(selection, &made, &watch)
+    }
+
+    /// Has a cluster render the clips.
+    fn send(&self, selection: &Selection, look: &Look) -> Result<Exit, Fatal> {
+        let watch = Stopwatch::start();
+        hashes::write_hashes(&self.dir)?;
+        let run = slurm::Run {
+            folder: &self.dir,
+            selection,
+            look,
+            words: self.look.words(),
+            threads: self.threads.unwrap_or(NonZeroUsize::MIN),
+            keep_frames: self.keep_frames,
+            stop: options::stop_on_signals()?,
+            finished: &|clip, _| self.finished(clip),
+        };
+        let made = run.follow(&self.slurm)?;
+        hashes::write_hashes(&self.dir)?;
+        self.end(selection, &made, &watch)
+    }
+
+    /// Tells of a finished clip.
+    fn finished(&self, clip: &ClipPlan) {
+        if !self.json {
+            // The run goes on if the reader has closed the pipe.
+            let _ = print::lines([format!("{} {} frames", clip.path, clip.frames)]);
+        }
+        // The artist may be in the middle of an edit. The end of the run writes the hashes again.
+        let _ = hashes::write_hashes(&self.dir);
+    }
+
+    /// Prints the answer.
+    fn end(&self, selection: &Selection, made: &RunResult, watch: &Stopwatch) -> Result<Exit, Fatal> {
+        self.answer(selection, made, watch)?;
+        let is_there =
+            |outcome: &Outcome| matches!(outcome, Outcome::Made(_) | Outcome::Rendered | Outcome::UpToDate(_));
+        let is_whole = selection.left_out.is_empty() || self.shard.is_some();
+        Ok(if is_whole && made.outcomes.iter().all(is_there) { Exit::Fine } else { Exit::No })
     }
 
     fn answer(&self, selection: &Selection, made: &RunResult, watch: &Stopwatch) -> Result<(), Fatal> {
         let of_clip = |(clip, outcome): (_, &Outcome)| match outcome {
             Outcome::Busy => clip_answer(clip, "busy", None),
             Outcome::Made(hash) => clip_answer(clip, "made", Some(hash)),
+            Outcome::Rendered => clip_answer(clip, "rendered", None),
             Outcome::UpToDate(hash) => clip_answer(clip, "stood", Some(hash)),
             Outcome::Unfinished => clip_answer(clip, "unfinished", None),
         };

@@ -1,7 +1,8 @@
 //! The selection of a flock's clips to render.
 //!
-//! Owns the choice: which clips are missing, which of them can be rendered, and why the others cannot. Never renders and never
-//! opens a clip: one that is there counts as made, `dreams check` judges it.
+//! Owns the choice: which clips are missing or were rendered from something else, which of them can be rendered, and why the
+//! others cannot. Never renders and never decodes a clip: `dreams check` judges it. A clip that the tools did not render, or
+//! did not leave so, is the artist's own and counts as made.
 //!
 //! Start at [`Selection::new`].
 
@@ -15,6 +16,7 @@ use flame::Genome;
 use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 
+use super::clip_job::{hash_of, recorded};
 use super::palettes::coloured;
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
 use crate::flock_folder::ids;
@@ -24,6 +26,8 @@ use crate::program::{Exit, Fatal};
 pub(crate) struct Selection {
     /// Loops first, in the order of the manifest.
     pub(crate) clips: Vec<ClipPlan>,
+    /// Those of them that are there, rendered from another recipe.
+    pub(crate) changed: HashSet<ClipPath>,
     /// Clips that are missing and cannot be rendered.
     pub(crate) left_out: Vec<SkippedClip>,
     /// Most memory that a frame takes, in bytes.
@@ -40,11 +44,25 @@ pub(crate) struct SkippedClip {
 }
 
 /// The clips that are asked for.
+#[derive(Clone, Copy)]
 pub(crate) struct Request<'a> {
     /// The loops of these sheep and the transitions at them; all clips if there are none.
     pub(crate) sheep: &'a [SheepId],
-    /// Also those that are there.
-    pub(crate) again: bool,
+    /// Which of their clips.
+    pub(crate) scope: Scope<'a>,
+}
+
+/// Which clips are selected.
+#[derive(Clone, Copy)]
+pub(crate) enum Scope<'a> {
+    /// All, those that are there too.
+    All,
+    /// Those that are not there, and those that the tools rendered from another recipe.
+    Changed,
+    /// Just these, those that are there too.
+    Listed(&'a HashSet<ClipPath>),
+    /// Those that are not there.
+    Missing,
 }
 
 /// A genome that cannot be rendered.
@@ -72,8 +90,8 @@ struct Genomes<'a> {
     sheep: HashMap<&'a SheepId, &'a Sheep>,
     /// The length of the turn of a sheep without a loop.
     usual: FrameCount,
-    read: HashMap<&'a SheepId, SheepMotion>,
-    bytes: u64,
+    /// The motions, and the memory that a frame of each takes, in bytes.
+    read: HashMap<&'a SheepId, (SheepMotion, u64)>,
 }
 
 impl Selection {
@@ -87,30 +105,49 @@ impl Selection {
             return Err(Fatal::new(Exit::Malformed, UnknownSheep { flock, id }).hint(hint));
         }
         let picked = |id: &SheepId| request.sheep.is_empty() || request.sheep.contains(id);
-        let mut selection = Self { clips: Vec::new(), left_out: Vec::new(), bytes: 0 };
+        let mut selection = Self { clips: Vec::new(), changed: HashSet::new(), left_out: Vec::new(), bytes: 0 };
         let mut paths = Paths::of(manifest);
         for (role, clip) in shown(manifest) {
             let is_picked = match &role {
                 ClipRole::Loop(id) => picked(id),
                 ClipRole::Transition(from, to) => picked(from) || picked(to),
             };
-            let is_missing = request.again || !clip.path.inside(folder).exists();
-            if !is_picked || !is_missing {
+            let is_there = clip.path.inside(folder).exists();
+            let record = recorded(folder, &clip.path).filter(|_| is_there);
+            let is_in_scope = match request.scope {
+                Scope::All => true,
+                Scope::Changed => !is_there || record.is_some(),
+                Scope::Listed(paths) => paths.contains(&clip.path),
+                Scope::Missing => !is_there,
+            };
+            if !is_picked || !is_in_scope {
                 continue;
             }
             let refused = paths.refuse(&clip.path);
-            match refused.map_or_else(|| genomes.plan(&role, clip), |reason| Ok(Err(reason)))? {
-                Ok(plan) => selection.clips.push(plan),
-                Err(reason) => selection.left_out.push(SkippedClip { clip: clip.path.clone(), reason }),
+            let plan = match refused.map_or_else(|| genomes.plan(&role, clip), |reason| Ok(Err(reason)))? {
+                Ok(plan) => plan,
+                Err(reason) => {
+                    // One that is there may have lost its genome.
+                    if !is_there || matches!(request.scope, Scope::All) {
+                        selection.left_out.push(SkippedClip { clip: clip.path.clone(), reason });
+                    }
+                    continue;
+                }
+            };
+            let is_changed = record.is_some_and(|(recipe, _)| recipe != plan.recipe);
+            if is_there && matches!(request.scope, Scope::Changed) {
+                let as_left = |(_, hash)| hash_of(&clip.path.inside(folder)).is_ok_and(|found| found == hash);
+                if !is_changed || !record.is_some_and(as_left) {
+                    continue;
+                }
             }
+            if is_changed {
+                selection.changed.insert(clip.path.clone());
+            }
+            selection.bytes = selection.bytes.max(genomes.bytes(&role));
+            selection.clips.push(plan);
         }
-        selection.bytes = genomes.bytes;
         Ok(selection)
-    }
-
-    /// The number of frames of all clips.
-    pub(crate) fn frames(&self) -> u64 {
-        self.clips.iter().map(|clip| u64::from(clip.frames.0)).sum()
     }
 }
 
@@ -155,7 +192,7 @@ impl<'a> Genomes<'a> {
         for one in &manifest.sheep {
             sheep.entry(&one.id).or_insert(one);
         }
-        Self { folder, look, sheep, usual: usual_turn(manifest), read: HashMap::new(), bytes: 0 }
+        Self { folder, look, sheep, usual: usual_turn(manifest), read: HashMap::new() }
     }
 
     /// The plan of a clip, or why there is none.
@@ -166,7 +203,7 @@ impl<'a> Genomes<'a> {
                 return Ok(Err(reason));
             }
         }
-        let ends = ids.map(|id| &self.read[id]);
+        let ends = ids.map(|id| &self.read[id].0);
         Ok(Ok(match role.clone() {
             ClipRole::Loop(id) => ClipPlan::of_loop(id, ends[0], path, frames, self.look),
             ClipRole::Transition(from, to) => ClipPlan::of_transition([from, to], ends, path, frames, self.look),
@@ -194,9 +231,13 @@ impl<'a> Genomes<'a> {
         let genome = coloured(genome).map_err(|source| refused(Exit::Unreadable, source.into()))?;
         let turning = SheepMotion::new(&genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames), self.look);
         let demand = turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
-        self.bytes = self.bytes.max(demand.bytes);
-        self.read.insert(id, turning);
+        self.read.insert(id, (turning, demand.bytes));
         Ok(None)
+    }
+
+    /// The memory that a frame of a clip takes, in bytes: that of its ends.
+    fn bytes(&self, role: &ClipRole) -> u64 {
+        role.sheep().into_iter().filter_map(|id| Some(self.read.get(id)?.1)).max().unwrap_or_default()
     }
 }
 

@@ -13,10 +13,12 @@ use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
 use timing::Rate;
 use video::{Form, Quality};
 
+use super::frames::part_of;
 use super::hashes::write_hashes;
 use super::make::{MakeError, Outcome, RunOptions, RunResult, make};
 use super::plan::{ClipRole, Look, SEED};
-use super::selection::{Request, Selection};
+use super::selection::{Request, Scope, Selection};
+use super::shard::{Part, shard};
 
 /// Tiny and coarse.
 static LOOK: LazyLock<Look> = LazyLock::new(|| Look {
@@ -77,13 +79,14 @@ impl TestFlock {
     fn selection(&self, sheep: &[&str], again: bool, look: &Look) -> Selection {
         let manifest = Manifest::read(self.path()).unwrap();
         let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
-        Selection::new(self.path(), &manifest, &Request { sheep: &sheep, again }, look).unwrap()
+        let scope = if again { Scope::All } else { Scope::Changed };
+        Selection::new(self.path(), &manifest, &Request { sheep: &sheep, scope }, look).unwrap()
     }
 
     fn refused(&self, sheep: &[&str]) -> String {
         let manifest = Manifest::read(self.path()).unwrap();
         let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
-        let refused = Selection::new(self.path(), &manifest, &Request { sheep: &sheep, again: false }, &LOOK);
+        let refused = Selection::new(self.path(), &manifest, &Request { sheep: &sheep, scope: Scope::Changed }, &LOOK);
         format!("{:?}", refused.err().unwrap())
     }
 
@@ -99,7 +102,8 @@ impl TestFlock {
 }
 
 fn options(threads: usize) -> RunOptions {
-    RunOptions { threads: NonZeroUsize::new(threads).unwrap(), keep_frames: false, stop: Arc::default() }
+    let threads = NonZeroUsize::new(threads).unwrap();
+    RunOptions { threads, keep_frames: false, stop: Arc::default(), part: Part::Whole, is_seen: false }
 }
 
 fn paths(selection: &Selection) -> Vec<&str> {
@@ -166,9 +170,7 @@ fn a_full_disk_takes_neither_the_old_clip_nor_the_frames() {
     let finer = Look { spp: Some(4.0), ..*LOOK };
     // The disk is full when the second frame comes, and later when the clip is encoded.
     fs::create_dir_all(flock.at(".render/loops/a.mp4")).unwrap();
-    let selection = flock.selection(&[], true, &finer);
-    fs::write(flock.at(".render/loops/a.mp4/pictures"), selection.clips[0].picture_recipe.to_string()).unwrap();
-    symlink("/dev/full", flock.at(".render/loops/a.mp4/000001.part")).unwrap();
+    symlink("/dev/full", part_of(&flock.at(".render/loops/a.mp4/000001.yuv"))).unwrap();
     let full = flock.make(true, &finer, &options(1)).unwrap_err();
     assert!(format!("{full:?}").contains("StorageFull"), "{full:?}");
     symlink("/dev/full", flock.at("loops/a.mp4.new.part")).unwrap();
@@ -202,6 +204,54 @@ fn again_makes_what_was_made_from_something_else_and_nothing_twice() {
     assert!(matches!((first.outcomes[0], second.outcomes[0]), (Outcome::Made(a), Outcome::UpToDate(b)) if a == b));
     let coarser = Look { quality: Quality { crf: 45.0, ..LOOK.quality }, ..*LOOK };
     assert_eq!(flock.make(true, &coarser, &options(2)).unwrap().frames, 16, "no frames were kept");
+}
+
+#[test]
+fn what_was_rendered_from_something_else_is_selected_and_what_is_the_artists_own_is_not() {
+    let flock = TestFlock::new(BODY);
+    flock.make(false, &LOOK, &options(2)).unwrap();
+    assert_eq!(paths(&flock.selection(&[], false, &LOOK)), [""; 0]);
+    let finer = Look { spp: Some(4.0), ..*LOOK };
+    assert_eq!(flock.selection(&[], false, &finer).changed.len(), 4);
+    fs::write(flock.at("b.flam3"), include_str!("../../demo/genomes/undertow.flam3")).unwrap();
+    let selection = flock.selection(&[], false, &LOOK);
+    assert_eq!(paths(&selection), ["loops/b.mp4", "t/a=b.mp4", "t/b=a.mp4"]);
+    assert_eq!(selection.changed.len(), 3);
+    fs::write(flock.at("t/a=b.mp4"), "the artist's own").unwrap();
+    assert_eq!(paths(&flock.selection(&[], false, &LOOK)), ["loops/b.mp4", "t/b=a.mp4"]);
+    let manifest = Manifest::read(flock.path()).unwrap();
+    let missing = Request { sheep: &[], scope: Scope::Missing };
+    assert_eq!(Selection::new(flock.path(), &manifest, &missing, &LOOK).unwrap().clips.len(), 0);
+}
+
+#[test]
+fn shards_render_all_frames_between_them_and_a_plain_run_encodes_them() {
+    let (whole, cut) = (TestFlock::new(BODY), TestFlock::new(BODY));
+    whole.make(false, &LOOK, &options(2)).unwrap();
+    let mut frames = 0;
+    for part in ["1/3", "3/3", "2/3", "1/3"] {
+        let part = Part::Shard(shard(part).unwrap());
+        let made = cut.make(false, &LOOK, &RunOptions { part, ..options(2) }).unwrap();
+        assert_eq!(made.outcomes, [Outcome::Rendered; 4]);
+        frames += made.frames;
+    }
+    assert_eq!(frames, 16, "none twice");
+    assert!(!cut.at("loops/a.mp4").exists(), "nothing is encoded");
+    assert_eq!(cut.make(false, &LOOK, &options(2)).unwrap().frames, 0);
+    assert_eq!(cut.clips(), whole.clips());
+}
+
+#[test]
+fn processes_that_render_parts_share_a_clip_and_keep_it_from_others() {
+    let flock = TestFlock::new(BODY);
+    fs::create_dir_all(flock.at(".render/loops")).unwrap();
+    let other = fs::File::create(flock.at(".render/loops/b.mp4.made")).unwrap();
+    other.lock_shared().unwrap();
+    let made = flock.make(false, &LOOK, &options(2)).unwrap();
+    assert!(matches!(made.outcomes[..], [Outcome::Made(_), Outcome::Busy, Outcome::Made(_), Outcome::Made(_)]));
+    let part = Part::Shard(shard("1/2").unwrap());
+    let made = flock.make(false, &LOOK, &RunOptions { part, ..options(2) }).unwrap();
+    assert_eq!((&made.outcomes[..], made.frames), (&[Outcome::Rendered][..], 3));
 }
 
 #[test]

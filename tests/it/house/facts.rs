@@ -18,6 +18,7 @@ const DOCUMENTS: &[&str] = &[
     "CONTRIBUTING.md",
     "CHANGELOG.md",
     "docs/credits.md",
+    "docs/farm.md",
     "docs/hardware.md",
     "docs/invariants.md",
     "docs/maintaining.md",

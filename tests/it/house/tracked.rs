@@ -44,6 +44,7 @@ const KINDS: &[(&str, &[&str])] = &[
         "docs",
         &[
             "credits.md",
+            "farm.md",
             "hardware.md",
             "invariants.md",
             "maintaining.md",

@@ -6,6 +6,7 @@ use crate::programs::{self, output};
 use crate::tools::command_line::json;
 use claims::wait::{self, ends_within};
 use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -54,7 +55,7 @@ frames = 5
 clip = \"transitions/undertow=orchid.mp4\"
 ";
 
-const CLIPS: [&str; 5] = [
+pub(crate) const CLIPS: [&str; 5] = [
     "loops/orchid.mp4",
     "loops/rosette.mp4",
     "transitions/orchid=rosette.mp4",
@@ -63,7 +64,7 @@ const CLIPS: [&str; 5] = [
 ];
 
 /// A flock with the genomes of three sheep, and no clips.
-fn genomes() -> TempDir {
+pub(crate) fn genomes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("flock.toml"), MANIFEST).unwrap();
     fs::create_dir(folder.path().join("genomes")).unwrap();
@@ -84,7 +85,8 @@ fn render(folder: &Path, options: &[&str]) -> Command {
     command
 }
 
-fn clips(folder: &Path) -> Vec<Vec<u8>> {
+/// The bytes of all clips.
+pub(crate) fn clips(folder: &Path) -> Vec<Vec<u8>> {
     CLIPS.iter().map(|clip| fs::read(folder.join(clip)).unwrap()).collect()
 }
 
@@ -114,6 +116,54 @@ fn genomes_become_a_flock_without_a_fault() {
 
     let again = json(&output(&mut render(folder, &["--json"])));
     assert_eq!((again["frames"].as_u64(), again["clips"].as_array().unwrap().len()), (Some(0), 0));
+}
+
+#[test]
+fn only_what_is_missing_or_changed_is_rendered_and_its_cost_is_told_before() {
+    let flock = genomes();
+    let folder = flock.path();
+    assert_eq!(output(&mut render(folder, &[])).status.code(), Some(0));
+    let dry = |options: &[&str]| json(&output(&mut render(folder, &[&["--dry-run", "--json"], options].concat())));
+    let states = |told: &Value| -> Vec<String> {
+        told["clips"].as_array().unwrap().iter().map(|clip| format!("{} {}", clip["clip"], clip["state"])).collect()
+    };
+    assert_eq!(dry(&[])["frames"], 0);
+    fs::copy(folder.join("genomes/undertow.flam3"), folder.join("genomes/rosette.flam3")).unwrap();
+    fs::remove_file(folder.join(CLIPS[4])).unwrap();
+    let told = dry(&[]);
+    let changed = CLIPS[1..4].iter().map(|clip| format!("\"{clip}\" \"changed\""));
+    let wanted: Vec<_> = changed.chain([format!("\"{}\" \"missing\"", CLIPS[4])]).collect();
+    assert_eq!(states(&told), wanted);
+    assert_eq!((told["frames"].as_u64(), told["kept"].as_u64()), (Some(8 + 5 + 5 + 5), Some(0)));
+    // Some fall outside the picture, for the filter of its edges.
+    let ratio = told["samples"].as_f64().unwrap() / (23.0 * 64.0 * 36.0 * 4.0);
+    assert!((1.0..1.2).contains(&ratio), "{told}");
+    assert_eq!(states(&dry(&["--missing"])).len(), 1);
+
+    let dreams = output(&mut render(folder, &["--dry-run", "--preset", "dreams", "--spp", "9"]));
+    let said = String::from_utf8_lossy(&dreams.stderr).into_owned();
+    assert!(said.contains("1280x720 and loops of 768 frames; the flock has 64x36 and 8 to 12"), "{said}");
+    let lines = String::from_utf8_lossy(&dreams.stdout).into_owned();
+    for part in ["total 35 frames", " samples, ", " CPU hours, "] {
+        assert!(lines.contains(part), "{lines}");
+    }
+    let said = output(&mut render(folder, &[]));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("3 clips were rendered from another genome"));
+    assert_eq!((said.status.code(), dry(&[])["frames"].as_u64()), (Some(0), Some(0)));
+}
+
+#[test]
+fn progress_is_a_line_that_is_rewritten_on_a_terminal_and_never_in_the_answer() {
+    let flock = genomes();
+    let script = "exec script --quiet --return --command \"$0 render $1 --temporal-samples 4 --spp 3000 --json \
+                  > $1/answer\" /dev/null";
+    let mut shell = Command::new("sh");
+    let said = output(shell.args(["-c", script]).arg(programs::dreams()).arg(flock.path()));
+    let seen = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(seen.contains("/35 frames, ") && seen.contains(" to go"), "{seen}");
+    assert!(seen.contains('\r') || seen.contains("\u{1b}["), "rewritten: {seen}");
+    let answer: Value = serde_json::from_slice(&fs::read(flock.path().join("answer")).unwrap()).unwrap();
+    assert_eq!(answer["frames"], 35);
 }
 
 #[test]

@@ -1,0 +1,104 @@
+//! The answer of a dry run: what would be rendered, and what it costs.
+//!
+//! Owns the count of frames that earlier runs have left, and the answer. `estimate.rs` measures. Never writes a file.
+//!
+//! Start at [`DryRun::new`].
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use flock::ClipPath;
+
+use super::clip_job::frames_of;
+use super::estimate;
+use super::plan::Look;
+use super::selection::{Selection, SkippedClip};
+use super::shard::Part;
+use crate::program::{Exit, Fatal, print};
+
+/// A clip in the answer.
+#[derive(serde::Serialize)]
+struct DryClip<'a> {
+    clip: &'a ClipPath,
+    /// All of them.
+    frames: u32,
+    /// `missing`, or `changed` for one that was rendered from another recipe.
+    state: &'static str,
+    /// Frames of this run's part that are rendered already.
+    kept: u32,
+    #[serde(skip)]
+    left: u32,
+}
+
+/// The answer; with `--json` as it is.
+#[derive(serde::Serialize)]
+pub(super) struct DryRun<'a> {
+    clips: Vec<DryClip<'a>>,
+    left_out: &'a [SkippedClip],
+    /// Frames to render.
+    frames: u64,
+    /// Frames that earlier runs have rendered.
+    kept: u64,
+    /// Samples to draw.
+    samples: f64,
+    cpu_hours: f64,
+    /// On this machine.
+    hours: f64,
+    #[serde(skip)]
+    threads: NonZeroUsize,
+}
+
+impl<'a> DryRun<'a> {
+    /// Of `part` of the clips of `selection` in the flock's `folder`, with so many threads.
+    /// Errors: [`Fatal`] if one cannot be rendered.
+    pub(super) fn new(
+        selection: &'a Selection,
+        look: &Look,
+        folder: &Path,
+        part: &Part,
+        threads: NonZeroUsize,
+    ) -> Result<Self, Fatal> {
+        let mut clips = Vec::new();
+        let mut samples = 0.0;
+        let malformed = |error| Fatal::new(Exit::Malformed, error);
+        for clip in &selection.clips {
+            let store = frames_of(clip, look, folder);
+            let wanted: Vec<u32> = (0..clip.frames.0).filter(|frame| part.has(&clip.path, *frame)).collect();
+            let kept = wanted.iter().filter(|frame| store.has(**frame)).count() as u32;
+            let left = wanted.len() as u32 - kept;
+            samples += estimate::samples(clip, left, look).map_err(malformed)?;
+            let state = if selection.changed.contains(&clip.path) { "changed" } else { "missing" };
+            clips.push(DryClip { clip: &clip.path, frames: clip.frames.0, state, kept, left });
+        }
+        let left = selection.clips.iter().zip(&clips).map(|(clip, told)| (clip, told.left));
+        let cpu_hours = estimate::cpu_seconds(left, look).map_err(malformed)? / 3600.0;
+        Ok(Self {
+            left_out: &selection.left_out,
+            frames: clips.iter().map(|clip| u64::from(clip.left)).sum(),
+            kept: clips.iter().map(|clip| u64::from(clip.kept)).sum(),
+            clips,
+            samples,
+            cpu_hours,
+            hours: cpu_hours / threads.get() as f64,
+            threads,
+        })
+    }
+
+    /// Prints it.
+    pub(super) fn print(&self, json: bool) -> Result<(), Fatal> {
+        if json {
+            return print::json(self);
+        }
+        let Self { frames, kept, samples, cpu_hours, hours, threads, .. } = self;
+        let line = |clip: &DryClip| {
+            let kept = if clip.kept > 0 { format!(", {} of them rendered", clip.kept) } else { String::new() };
+            format!("{} {} frames{kept}, {}", clip.clip, clip.frames, clip.state)
+        };
+        let already = if *kept > 0 { format!(" ({kept} more are rendered)") } else { String::new() };
+        let sum = format!(
+            "total {frames} frames{already}, {samples:.3e} samples, {cpu_hours:.3} CPU hours, {hours:.3} hours with \
+             {threads} threads"
+        );
+        print::lines(self.clips.iter().map(line).chain([sum]))
+    }
+}
