@@ -123,6 +123,6 @@ mod tests {
         assert_eq!(next(105, 3900), None, "the same percent");
         assert_eq!(next(200, 3620), None, "too soon");
         assert_eq!(next(1000, 7200).as_deref(), Some("1000 of 1000 frames (100 %), 0 seconds to go"));
-        assert_eq!(lines.next(0, 0, Duration::from_secs(9000)), None, "nothing to do");
+        assert_eq!(lines.next(0, 0, Duration::from_mins(150)), None, "nothing to do");
     }
 }
