@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let bytes = plan.bytes().map_err(|error| Fatal::new(Exit::Malformed, error))?;
     let threads = options::frames_at_once(args.threads, bytes)?;
     let stop = options::stop_on_signals()?;
-    let options = RunOptions { threads, keep_frames: args.keep_frames, stop, part: Part::Whole, is_seen: true };
+    let options = RunOptions { threads, keep_frames: args.keep_frames, stop, part: Part::Whole, shows_progress: true };
     let made = make(&plan.clips, &plan.edition.look, &args.dir, &options, &|_, _| ()).map_err(make_fatal)?;
     let hash = |outcome: &Outcome| match outcome {
         Outcome::Made(hash) | Outcome::UpToDate(hash) => Some(*hash),

@@ -31,8 +31,8 @@ pub(crate) struct RunOptions {
     pub(crate) stop: Arc<AtomicBool>,
     /// Which frames.
     pub(crate) part: Part,
-    /// Whether progress is told.
-    pub(crate) is_seen: bool,
+    /// Whether progress is shown on stderr.
+    pub(crate) shows_progress: bool,
 }
 
 /// What rendering did with a clip.
@@ -120,7 +120,11 @@ pub(crate) fn make<'a>(
         folder,
         options,
         finished,
-        progress: if options.is_seen { FrameProgress::new(frames(&clips, part)) } else { FrameProgress::hidden() },
+        progress: if options.shows_progress {
+            FrameProgress::new(frames(&clips, part))
+        } else {
+            FrameProgress::hidden()
+        },
         outcomes: Mutex::new(vec![Outcome::Unfinished; clips.len()]),
         queue: Mutex::new(Queue { waiting: clips.into_iter(), passed: 0, open: None }),
         frames: AtomicU64::new(0),

@@ -104,6 +104,11 @@ enum On {
     Slurm,
 }
 
+/// Options for a cluster where none renders.
+#[derive(Debug, thiserror::Error)]
+#[error("--partition, --time, --tasks and --sbatch are for a cluster: they need --on slurm")]
+struct WithoutSlurm;
+
 /// A clip in the answer.
 #[derive(serde::Serialize)]
 struct ClipAnswer<'a> {
@@ -126,6 +131,9 @@ struct Answer<'a> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    if args.on != On::Slurm && args.slurm != SlurmArgs::default() {
+        return Err(Fatal::new(Exit::Malformed, WithoutSlurm));
+    }
     let manifest = open::manifest(&args.dir)?;
     let look = args.look.look(Form { size: manifest.size, fps: manifest.fps });
     let plan = args.plan.as_deref().map(PlanFile::read).transpose()?;
@@ -187,7 +195,7 @@ impl Args {
     fn make(&self, selection: &Selection, look: &Look, threads: NonZeroUsize, part: Part) -> Result<Exit, Fatal> {
         let watch = Stopwatch::start();
         let (stop, is_encoded) = (options::stop_on_signals()?, part.is_encoded());
-        let options = RunOptions { threads, keep_frames: self.keep_frames, stop, part, is_seen: true };
+        let options = RunOptions { threads, keep_frames: self.keep_frames, stop, part, shows_progress: true };
         if is_encoded {
             hashes::write_hashes(&self.dir)?;
         }

@@ -146,10 +146,16 @@ mod tests {
     }
 
     #[test]
-    fn the_help_tells_what_a_preset_sets() {
+    fn the_help_and_the_guide_tell_what_a_preset_sets() {
         for preset in Preset::value_variants() {
             let help = preset.to_possible_value().unwrap().get_help().unwrap().to_string();
             assert!(help.contains(&format!(": {} samples per pixel", preset.values().spp)), "{help}");
+        }
+        let guide = include_str!("../../../docs/farm.md");
+        for preset in Preset::value_variants() {
+            let name = preset.to_possible_value().unwrap().get_name().to_owned();
+            let row = format!("| `{name}` | {} | ", preset.values().spp);
+            assert!(guide.contains(&row), "docs/farm.md lacks {row}");
         }
         let help = Line::command().render_long_help().to_string();
         let draft = Preset::Draft.values().crf;

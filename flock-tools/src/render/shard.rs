@@ -10,8 +10,8 @@ use std::ops::Range;
 
 use flock::ClipPath;
 
-/// Most parts.
-const MOST: u32 = 1_000_000;
+/// Most parts of a rendering.
+pub(crate) const MOST_PARTS: u32 = 1_000_000;
 
 /// One of several equal parts of the frames of a flock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +36,9 @@ pub(crate) enum Part {
 /// `2/7`: the second of seven parts.
 pub(crate) fn shard(text: &str) -> Result<Shard, String> {
     let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
-    let shard = numbers.filter(|(index, of)| (1..=MOST).contains(of) && (1..=*of).contains(index));
-    let refused = || format!("wanted a part and the number of parts, from 1/1 to {MOST}/{MOST}, such as 2/7");
+    let shard = numbers.filter(|(index, of)| (1..=MOST_PARTS).contains(of) && (1..=*of).contains(index));
+    let refused =
+        || format!("wanted a part and the number of parts, from 1/1 to {MOST_PARTS}/{MOST_PARTS}, such as 2/7");
     shard.map(|(index, of)| Shard { index, of }).ok_or_else(refused)
 }
 

@@ -103,7 +103,7 @@ impl TestFlock {
 
 fn options(threads: usize) -> RunOptions {
     let threads = NonZeroUsize::new(threads).unwrap();
-    RunOptions { threads, keep_frames: false, stop: Arc::default(), part: Part::Whole, is_seen: false }
+    RunOptions { threads, keep_frames: false, stop: Arc::default(), part: Part::Whole, shows_progress: false }
 }
 
 fn paths(selection: &Selection) -> Vec<&str> {

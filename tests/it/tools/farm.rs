@@ -151,6 +151,10 @@ fn a_cluster_renders_the_frames_of_one_run_whatever_is_killed() {
     let said = output(&mut sent(&["--partition", "goats"]));
     let error = json(&said)["error"].to_string();
     assert_eq!(said.status.code(), Some(3), "{error}");
+    let mut here = Command::new(programs::dreams());
+    render(&mut here, &folder, spp);
+    let said = output(here.args(["--on", "cpu", "--tasks", "3"]));
+    assert_eq!(said.status.code(), Some(2), "options of a cluster are not for this machine");
     assert!(error.contains("sbatch") && error.contains("partition"), "{error}");
 
     // Damaged: it does not verify.

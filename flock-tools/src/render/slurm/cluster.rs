@@ -9,11 +9,13 @@ use std::collections::HashMap;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use super::SlurmArgs;
+use super::plan_file::ranges;
 
 /// The cluster, as far as the tasks of one plan go.
 #[derive(Clone, Debug)]
@@ -160,15 +162,11 @@ fn quoted(path: &Path) -> Vec<u8> {
 
 /// Ascending numbers as Slurm writes arrays: `1-3,7`.
 fn list(indices: &[u32]) -> String {
-    let mut parts: Vec<(u32, u32)> = Vec::new();
-    for &index in indices {
-        match parts.last_mut() {
-            Some((_, last)) if *last + 1 == index => *last = index,
-            _ => parts.push((index, index)),
-        }
-    }
-    let part = |(first, last): (u32, u32)| if first == last { first.to_string() } else { format!("{first}-{last}") };
-    parts.into_iter().map(part).collect::<Vec<_>>().join(",")
+    let part = |range: Range<u32>| match (range.start, range.end - 1) {
+        (first, last) if first == last => first.to_string(),
+        (first, last) => format!("{first}-{last}"),
+    };
+    ranges(indices).into_iter().map(part).collect::<Vec<_>>().join(",")
 }
 
 /// The tasks in the answer of `squeue`; `None` if it is no such answer.

@@ -290,7 +290,7 @@ fn encode(run: &Run<'_>, numbers: &[usize]) -> Encoded {
         keep_frames: run.keep_frames,
         stop: Arc::clone(&run.stop),
         part: Part::Whole,
-        is_seen: false,
+        shows_progress: false,
     };
     let clips = numbers.iter().map(|number| &run.selection.clips[*number]);
     let made = make(clips, run.look, run.folder, &options, run.finished)?;

@@ -28,7 +28,7 @@ use super::make::{MakeError, Outcome, RunResult};
 use super::make_fatal;
 use super::plan::{ClipPlan, Look};
 use super::selection::Selection;
-use super::shard::{Part, Shard};
+use super::shard::{MOST_PARTS, Part, Shard};
 use crate::program::{Exit, Fatal, print};
 use cluster::{Batch, Cluster, ClusterError};
 use follow::Follower;
@@ -48,19 +48,19 @@ const MOST_TASKS: u32 = 1000;
 const BYTES_OF_A_TASK: u64 = 200 << 20;
 
 /// The options for the cluster.
-#[derive(Clone, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, clap::Args)]
 pub(super) struct SlurmArgs {
     /// With --on slurm: the partition
-    #[arg(long, requires = "on", value_name = "NAME")]
+    #[arg(long, value_name = "NAME")]
     partition: Option<String>,
     /// With --on slurm: the time limit of a task, as sbatch takes it; one that reaches it is sent again
-    #[arg(long, requires = "on", value_name = "LIMIT")]
+    #[arg(long, value_name = "LIMIT")]
     time: Option<String>,
     /// With --on slurm: the most tasks, each with its piece of the frames
-    #[arg(long, requires = "on", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_PARTS)))]
     tasks: Option<u32>,
     /// With --on slurm: another word for sbatch, such as --sbatch=--account=art; may be given again
-    #[arg(long, requires = "on", value_name = "WORD", allow_hyphen_values = true)]
+    #[arg(long, value_name = "WORD", allow_hyphen_values = true)]
     sbatch: Vec<String>,
 }
 

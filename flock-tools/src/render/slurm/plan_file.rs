@@ -14,7 +14,7 @@ use flock::ClipPath;
 
 use crate::program::{Exit, Fatal};
 use crate::render::plan::ClipPlan;
-use crate::render::shard::{Part, Shard};
+use crate::render::shard::{MOST_PARTS, Part, Shard};
 
 /// The version of the file's form.
 const FORMAT: u32 = 1;
@@ -52,6 +52,10 @@ pub(crate) enum PlanError {
     Form { path: PathBuf, source: serde_json::Error },
     #[error("plan `{path}` has format {found}, this program reads {FORMAT}")]
     Format { path: PathBuf, found: u32 },
+    #[error("plan `{path}` has frames {start} to {end} of `{clip}` (expected an end after the start)")]
+    Frames { path: PathBuf, clip: String, start: u32, end: u32 },
+    #[error("plan `{path}` has {found} tasks (expected 1 to {MOST_PARTS})")]
+    Tasks { path: PathBuf, found: u32 },
     #[error("the plan has {tasks} tasks, and not task {index} of {of}")]
     Task { tasks: u32, index: u32, of: u32 },
 }
@@ -79,6 +83,15 @@ impl PlanFile {
             .map_err(|source| malformed(PlanError::Form { path: path.to_owned(), source }))?;
         if plan.format != FORMAT {
             return Err(malformed(PlanError::Format { path: path.to_owned(), found: plan.format }));
+        }
+        if !(1..=MOST_PARTS).contains(&plan.tasks) {
+            return Err(malformed(PlanError::Tasks { path: path.to_owned(), found: plan.tasks }));
+        }
+        for PlannedClip { clip, frames, .. } in &plan.clips {
+            if let Some(Range { start, end }) = frames.iter().find(|range| range.is_empty()) {
+                let (path, clip) = (path.to_owned(), clip.clone());
+                return Err(malformed(PlanError::Frames { path, clip, start: *start, end: *end }));
+            }
         }
         Ok(plan)
     }
@@ -155,8 +168,8 @@ impl PlanFile {
     fn of_task(&self, task: u32) -> Vec<(usize, Range<u32>)> {
         let all =
             || self.clips.iter().enumerate().flat_map(|(clip, it)| it.frames.iter().map(move |range| (clip, range)));
-        let total: u64 = all().map(|(_, range)| u64::from(range.end.saturating_sub(range.start))).sum();
-        let border = |task: u32| total * u64::from(task) / u64::from(self.tasks.max(1));
+        let total: u64 = all().map(|(_, range)| u64::from(range.end - range.start)).sum();
+        let border = |task: u32| total * u64::from(task) / u64::from(self.tasks);
         let (from, to) = (border(task.saturating_sub(1)), border(task));
         let (mut pieces, mut passed) = (Vec::new(), 0);
         for (clip, range) in all() {
@@ -166,14 +179,14 @@ impl PlanFile {
             if !piece.is_empty() {
                 pieces.push((clip, piece));
             }
-            passed += u64::from(range.end.saturating_sub(range.start));
+            passed += u64::from(range.end - range.start);
         }
         pieces
     }
 }
 
 /// Ascending numbers as ranges.
-fn ranges(numbers: &[u32]) -> Vec<Range<u32>> {
+pub(super) fn ranges(numbers: &[u32]) -> Vec<Range<u32>> {
     let mut ranges: Vec<Range<u32>> = Vec::new();
     for &number in numbers {
         match ranges.last_mut() {
@@ -217,8 +230,20 @@ mod tests {
         plan(3).write(&path).unwrap();
         assert_eq!(PlanFile::read(&path).unwrap(), plan(3));
         let text = fs::read_to_string(&path).unwrap();
-        for bad in ["", "{}", &text[..text.len() / 2], &text.replace("\"format\":1", "\"format\":2")] {
-            fs::write(&path, bad).unwrap();
+        let other = |from: &str, to: &str| {
+            assert!(text.contains(from), "{text}");
+            text.replace(from, to)
+        };
+        for bad in [
+            String::new(),
+            "{}".to_owned(),
+            text[..text.len() / 2].to_owned(),
+            other("\"format\":1", "\"format\":2"),
+            other("\"tasks\":3", "\"tasks\":0"),
+            other("\"tasks\":3", "\"tasks\":4000000000"),
+            other("\"start\":5,\"end\":7", "\"start\":7,\"end\":5"),
+        ] {
+            fs::write(&path, &bad).unwrap();
             assert!(PlanFile::read(&path).is_err(), "{bad}");
         }
     }
