@@ -155,10 +155,11 @@ fn only_what_is_missing_or_changed_is_rendered_and_its_cost_is_told_before() {
 #[test]
 fn progress_is_a_line_that_is_rewritten_on_a_terminal_and_never_in_the_answer() {
     let flock = genomes();
-    let script = "exec script --quiet --return --command \"$0 render $1 --temporal-samples 4 --spp 3000 --json \
-                  > $1/answer\" /dev/null";
-    let mut shell = Command::new("sh");
-    let said = output(shell.args(["-c", script]).arg(programs::dreams()).arg(flock.path()));
+    // A shell of its own reads the command: paths may have spaces.
+    let command = "\"$DREAMS\" render \"$FLOCK\" --temporal-samples 4 --spp 3000 --json > \"$FLOCK/answer\"";
+    let mut script = Command::new("script");
+    script.args(["--quiet", "--return", "--command", command, "/dev/null"]);
+    let said = output(script.env("DREAMS", programs::dreams()).env("FLOCK", flock.path()));
     let seen = String::from_utf8_lossy(&said.stdout).into_owned();
     assert!(seen.contains("/35 frames, ") && seen.contains(" to go"), "{seen}");
     assert!(seen.contains('\r') || seen.contains("\u{1b}["), "rewritten: {seen}");
