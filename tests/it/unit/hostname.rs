@@ -72,15 +72,27 @@ fn a_unit_is_called_by_its_own_digits_unless_its_owner_has_named_it() {
     assert_eq!(machine.name(), "lobby");
 }
 
-#[test]
-fn a_card_whose_driver_comes_late_is_waited_for() {
-    let machine = Machine::new();
+/// A card gets its driver while the unit is being named, after so many seconds.
+fn a_late_card(machine: &Machine, seconds: u32) {
     machine.says("sys/bus/pci/devices/0000:01:00.0/class", CABLE);
     let mut naming = machine.naming().spawn().unwrap();
+    assert!(!wait::ends_within(&naming, seconds), "it waits");
     let address = Path::new("sys/bus/pci/devices/0000:01:00.0/net/enp1s0");
     machine.says(address.with_extension("new").join("address").to_str().unwrap(), "52:54:00:12:34:56");
     let at = |path: &Path| machine.root.path().join(path);
     fs::rename(at(&address.with_extension("new")), at(address)).unwrap();
     assert!(wait::ended("dreams-name, which waits for the card", 120, &mut naming).success());
     assert_eq!(machine.is_called(), "dreams-123456");
+}
+
+#[test]
+fn a_card_whose_driver_comes_late_is_waited_for() {
+    a_late_card(&Machine::new(), 0);
+}
+
+#[test]
+fn a_slow_machine_has_the_same_name_as_when_it_is_fast() {
+    let machine = Machine::new();
+    machine.says("run/udev/queue", "");
+    a_late_card(&machine, 12);
 }
