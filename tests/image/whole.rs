@@ -12,7 +12,7 @@
 mod clips;
 mod damage {
     mod bad_sticks;
-    mod boot_copies;
+    pub(crate) mod boot_copies;
     mod boot_copies_matrix;
     mod flocks_disk;
     mod flocks_disk_kept;

@@ -3,6 +3,7 @@
 //! Owns the claims that it comes up all the same, shows the picture when a display is plugged in, and does not count
 //! such a start against its system.
 
+use crate::damage::boot_copies::LOOKED;
 use crate::machine::PAUSE;
 use crate::machine::direct_boot::parts;
 use crate::machine::hardware::{Display, Hardware, USUAL};
@@ -60,12 +61,16 @@ fn six_starts_without_a_display_are_not_held_against_a_system_good_or_on_trial()
     machine.also_expect(playing_unit().stick.reference);
     let mut looks = machine.await_shell();
     looks.extend(machine.watch_while(PAUSE, PROVEN));
+    // Until then it has one copy, and a machine that resets in it, whyever, starts the system before it.
+    looks.extend(machine.watch_while(PAUSE, LOOKED));
     only_art(&looks, OFTEN);
     assert_eq!(version(&mut machine), NEXT);
     drop(machine);
     start_unseen(&unit, "a good one");
     let mut machine = unit.start();
     machine.also_expect(playing_unit().stick.reference);
-    only_art(&machine.watch_move(PAUSE, MOVES), OFTEN);
+    let mut looks = machine.await_shell();
+    looks.extend(machine.watch_move(PAUSE, MOVES));
+    only_art(&looks, OFTEN);
     assert_eq!(version(&mut machine), NEXT, "{NOW} is not asked");
 }

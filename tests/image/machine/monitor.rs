@@ -47,6 +47,10 @@ impl Monitor {
             if let Some(error) = line.get("error") {
                 return Err(error.to_string());
             }
+            // Where a claim fails, it is good to know that the machine has started once more.
+            if line["event"] == "RESET" && line["data"]["guest"] == true {
+                println!("the system has reset the machine");
+            }
         }
     }
 
