@@ -14,6 +14,10 @@ use super::RenderError;
 use super::draw::{self, Arithmetic, Drawn};
 use super::shot::Shot;
 
+/// The version of what GPUs draw: with another one, the same genome and settings make other bits on the same GPU, though
+/// [`VERSION`](super::VERSION) is the same.
+pub const GPU_VERSION: u32 = 1;
+
 /// What draws the samples of frames. The default is this machine's processor.
 #[derive(Clone, Debug, Default)]
 pub struct Backend {

@@ -32,7 +32,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-pub use backend::Backend;
+pub use backend::{Backend, GPU_VERSION};
 pub use error::RenderError;
 
 use crate::animate::Motion;

@@ -181,3 +181,45 @@ fn slowness(kind: DeviceType) -> u8 {
         DeviceType::Cpu => 4,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::genome::Genome;
+    use crate::render::filter::Moment;
+    use crate::render::view::View;
+
+    fn shot() -> (Shot, usize) {
+        let genome = Genome::parse(include_str!("../../../tests/genomes/xaos.flam3")).unwrap();
+        let view = View::new(&genome).unwrap();
+        let cells = view.cells[0] * view.cells[1];
+        let moments = [Moment { offset: 0.0, light: 1.0 }];
+        (Shot::new(&[(genome, view)], &moments, 1_500_000, 1).unwrap(), cells)
+    }
+
+    #[test]
+    fn streams_of_a_gpu_are_parts_of_one_picture() {
+        let (gpu, (shot, cells)) = (Gpu::find().unwrap(), shot());
+        let draw = |streams| gpu.draw(&shot, cells, streams, &AtomicBool::new(false)).unwrap();
+        let (all, parts) = (gpu.streams(&shot), [draw(0..1), draw(1..gpu.streams(&shot))]);
+        let whole = draw(0..all);
+        assert!(all >= 2 && parts[0].samples > 0);
+        assert_eq!(whole.samples, parts[0].samples + parts[1].samples);
+        for (cell, sums) in whole.cells.iter().enumerate() {
+            let added: [f32; 4] = std::array::from_fn(|at| parts[0].cells[cell][at] + parts[1].cells[cell][at]);
+            assert_eq!(*sums, added, "cell {cell}");
+        }
+    }
+
+    #[test]
+    fn a_gpu_that_is_gone_is_an_error_for_this_frame_and_the_next() {
+        let (gpu, (shot, cells)) = (Gpu::find().unwrap(), shot());
+        let draw = || gpu.draw(&shot, cells, 0..2, &AtomicBool::new(false));
+        assert!(draw().is_ok());
+        gpu.device.destroy();
+        for _ in 0..2 {
+            let refused = draw().err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(refused.starts_with(&format!("the GPU `{}` failed: ", gpu.name)), "{refused}");
+        }
+    }
+}
