@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 const SIZE: [u32; 2] = [1280, 720];
 
 /// A measurement takes at least so many seconds, or so many samples per pixel, whatever is first.
-const ENOUGH: f64 = 2.0;
+const ENOUGH: f64 = 1.0;
 const MOST: f64 = 20_000.0;
 
 /// From simple ones to eight transforms with xaos and a final one.
@@ -69,12 +69,12 @@ fn rate(renderer: &Renderer, genome: &Genome) -> Result<f64, Box<dyn Error>> {
     // The first frame of a genome waits for its shader.
     seconds(1.0)?;
     let fixed = seconds(1.0)?;
-    let mut spp = 8.0;
+    let mut spp = 4.0;
     loop {
         let taken = seconds(spp)? - fixed;
         if taken >= ENOUGH || spp >= MOST {
             return Ok((spp - 1.0) * f64::from(SIZE[0] * SIZE[1]) / taken);
         }
-        spp *= 4.0;
+        spp *= 2.0;
     }
 }

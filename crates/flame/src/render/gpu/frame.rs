@@ -9,7 +9,6 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor,
     ComputePassDescriptor, ComputePipeline, MapMode,
@@ -99,10 +98,15 @@ impl<'a> Frame<'a> {
                 let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
                 gpu.device.create_buffer(&BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
             };
+            // Not by `create_buffer_init`, which panics where the GPU is gone.
             let filled = |contents: &[u8], usage| {
-                gpu.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
+                let (size, usage) = (contents.len() as u64, usage | BufferUsages::COPY_DST);
+                let descriptor = BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+                let buffer = gpu.device.create_buffer(&descriptor);
+                gpu.queue.write_buffer(&buffer, 0, contents);
+                buffer
             };
-            let setting = filled(&[0; 12 * WORD as usize], BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+            let setting = filled(&[0; 12 * WORD as usize], BufferUsages::UNIFORM);
             let plans = filled(&bytes(words), BufferUsages::STORAGE);
             let palette = filled(&bytes(shot.palette.as_flattened()), BufferUsages::STORAGE);
             let orbits = filled(&bytes(&begun), BufferUsages::STORAGE | BufferUsages::COPY_SRC);
