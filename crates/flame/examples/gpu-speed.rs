@@ -35,21 +35,25 @@ const GENOMES: [&str; 6] = [
 fn main() -> Result<(), Box<dyn Error>> {
     let backend = Backend::gpu()?;
     let name = backend.name().unwrap_or_default().to_owned();
-    let gpu = Renderer::new(0)?.with_backend(backend);
-    let core = Renderer::new(1)?;
-    let mut rows = Vec::new();
-    for file in GENOMES {
-        let genome = genome(file)?;
-        let (gpu, core) = (rate(&gpu, &genome)?, rate(&core, &genome)?);
-        rows.push(json!({ "genome": file, "gpu_samples_per_s": gpu, "core_samples_per_s": core, "ratio": gpu / core }));
-    }
-    let mean = |key: &str| {
-        let logarithms: Vec<f64> = rows.iter().filter_map(|row| row[key].as_f64()).map(f64::ln).collect();
-        (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp()
-    };
-    let means: Value = json!({ "gpu_samples_per_s": mean("gpu_samples_per_s"), "ratio": mean("ratio") });
+    let (gpu, core) = (Renderer::new(0)?.with_backend(backend), Renderer::new(1)?);
+    let rows = GENOMES.into_iter().map(|file| row(file, &gpu, &core)).collect::<Result<Vec<_>, _>>()?;
+    let [samples, ratio] = ["gpu_samples_per_s", "ratio"].map(|key| mean(&rows, key));
+    let means = json!({ "gpu_samples_per_s": samples, "ratio": ratio });
     println!("{:#}", json!({ "gpu": name, "genomes": rows, "geometric_means": means }));
     Ok(())
+}
+
+/// What is measured with the genome in `file`.
+fn row(file: &str, gpu: &Renderer, core: &Renderer) -> Result<Value, Box<dyn Error>> {
+    let genome = genome(file)?;
+    let (gpu, core) = (rate(gpu, &genome)?, rate(core, &genome)?);
+    Ok(json!({ "genome": file, "gpu_samples_per_s": gpu, "core_samples_per_s": core, "ratio": gpu / core }))
+}
+
+/// The geometric mean of a figure of all `rows`.
+fn mean(rows: &[Value], key: &str) -> f64 {
+    let logarithms: Vec<f64> = rows.iter().filter_map(|row| row[key].as_f64()).map(f64::ln).collect();
+    (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp()
 }
 
 fn genome(file: &str) -> Result<Genome, Box<dyn Error>> {
