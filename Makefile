@@ -2,13 +2,15 @@
 # What a target needs from the distribution it installs itself, once: the lists lie in .ci/packages.
 
 .DEFAULT_GOAL := help
-.PHONY: help play check bench soak crash image boot build-tests bench-image
+.PHONY: help play check gpu bench soak crash image boot build-tests bench-image
 
 player := $(or $(CARGO_TARGET_DIR),target)/release/dreams-player
 # Where a player that was started from here keeps its place in the path.
 state := target/play
 # The programs that a unit gets, where `image-build/programs` lays them. What is tried and measured is these.
 unit := target/unit
+# Where programs with the feature `gpu` are built, so that those without it stay as they are.
+gpu := $(CURDIR)/target/gpu
 # Whose systems the claims' image takes.
 artist := tests/fixtures/keys/artist.pub
 check bench soak crash: export DREAMS_PROGRAMS := $(CURDIR)/$(unit)/bin
@@ -43,7 +45,13 @@ bench-image:
 	image-build/programs $(unit)
 	image-build/build target/image --profile bench --key $(artist)
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, import, bundles, display or boot for one part
+gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the processor's, on the GPU or the software driver that Vulkan knows
+	.ci/install play check gpu
+	cargo clippy --locked --release --package flame --package flock-tools --features gpu --all-targets --target-dir $(gpu) -- --deny warnings
+	cargo build --locked --release --package flock-tools --features gpu --target-dir $(gpu)
+	cargo test --locked --release --package flame --package flock-tools --features gpu --lib --test gpu --target-dir $(gpu) -- gpu
+
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, gpu, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image

@@ -56,6 +56,7 @@ fn collect(folder: &Path, ending: &str, found: &mut Vec<(String, String)>) {
 fn metadata(dependencies: bool) -> Metadata {
     let mut options = vec!["--locked".to_owned()];
     if dependencies {
+        options.push("--all-features".to_owned());
         options.push(format!("--filter-platform={}-unknown-linux-gnu", std::env::consts::ARCH));
     } else {
         options.push("--no-deps".to_owned());

@@ -13,6 +13,7 @@ mod small_copy;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use flame::Backend;
 use flock::{ClipHash, ClipPath};
 use plan::{Edition, Plan};
 
@@ -72,7 +73,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let bytes = plan.bytes().map_err(|error| Fatal::new(Exit::Malformed, error))?;
     let threads = options::frames_at_once(args.threads, bytes)?;
     let stop = options::stop_on_signals()?;
-    let options = RunOptions { threads, keep_frames: args.keep_frames, stop, part: Part::Whole, shows_progress: true };
+    let options = RunOptions {
+        threads,
+        backend: Backend::default(),
+        keep_frames: args.keep_frames,
+        stop,
+        part: Part::Whole,
+        shows_progress: true,
+    };
     let made = make(&plan.clips, &plan.edition.look, &args.dir, &options, &|_, _| ()).map_err(make_fatal)?;
     let hash = |outcome: &Outcome| match outcome {
         Outcome::Made(hash) | Outcome::UpToDate(hash) => Some(*hash),

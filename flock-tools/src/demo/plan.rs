@@ -75,6 +75,7 @@ impl Edition {
             supersample: Some(supersample),
             temporal_samples: None,
             seed: SEED,
+            gpu: None,
             quality: Quality { crf, preset: PRESET, max_bits_per_second: None },
         };
         Self { look, pace, repeat }

@@ -7,6 +7,7 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 
+use flame::Backend;
 use flock::ClipPath;
 
 use super::clip_job::frames_of;
@@ -46,6 +47,9 @@ pub(super) struct DryRun<'a> {
     hours: f64,
     #[serde(skip)]
     threads: NonZeroUsize,
+    /// What draws the samples, where that is not the processor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gpu: Option<String>,
 }
 
 impl<'a> DryRun<'a> {
@@ -57,6 +61,7 @@ impl<'a> DryRun<'a> {
         folder: &Path,
         part: &Part,
         threads: NonZeroUsize,
+        backend: &Backend,
     ) -> Result<Self, Fatal> {
         let mut clips = Vec::new();
         let mut samples = 0.0;
@@ -71,7 +76,11 @@ impl<'a> DryRun<'a> {
             clips.push(DryClip { clip: &clip.path, frames: clip.frames.0, state, kept, left });
         }
         let left = selection.clips.iter().zip(&clips).map(|(clip, told)| (clip, told.left));
-        let cpu_hours = estimate::cpu_seconds(left, look).map_err(malformed)? / 3600.0;
+        let seconds = estimate::seconds(left, look, backend).map_err(malformed)?;
+        let cpu_hours = seconds.cpu / 3600.0;
+        let gpu = backend.name().map(str::to_owned);
+        // On a GPU frames take turns, though the processor may filter one meanwhile.
+        let hours = if gpu.is_some() { seconds.wall / 3600.0 } else { cpu_hours / threads.get() as f64 };
         Ok(Self {
             left_out: &selection.left_out,
             frames: clips.iter().map(|clip| u64::from(clip.left)).sum(),
@@ -79,8 +88,9 @@ impl<'a> DryRun<'a> {
             clips,
             samples,
             cpu_hours,
-            hours: cpu_hours / threads.get() as f64,
+            hours,
             threads,
+            gpu,
         })
     }
 
@@ -89,7 +99,7 @@ impl<'a> DryRun<'a> {
         if json {
             return print::json(self);
         }
-        let Self { frames, kept, samples, cpu_hours, hours, threads, .. } = self;
+        let Self { frames, kept, samples, cpu_hours, hours, threads, gpu, .. } = self;
         let line = |clip: &DryClip| {
             let kept = if clip.kept > 0 { format!(", {} of them rendered", clip.kept) } else { String::new() };
             format!("{} {} frames{kept}, {}", clip.clip, clip.frames, clip.state)
@@ -97,7 +107,8 @@ impl<'a> DryRun<'a> {
         let already = if *kept > 0 { format!(" ({kept} more are rendered)") } else { String::new() };
         let sum = format!(
             "total {frames} frames{already}, {samples:.3e} samples, {cpu_hours:.3} CPU hours, {hours:.3} hours with \
-             {threads} threads"
+             {threads} threads{}",
+            gpu.as_ref().map_or(String::new(), |gpu| format!(" and {gpu}"))
         );
         print::lines(self.clips.iter().map(line).chain([sum]))
     }

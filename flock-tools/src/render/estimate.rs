@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use flame::{Filter, FrameCost, RenderError, Renderer, Settings};
+use flame::{Backend, Filter, FrameCost, RenderError, Renderer, Settings};
 
 use super::plan::{ClipPlan, Look};
 use crate::program::now::Stopwatch;
@@ -19,19 +19,43 @@ const MEASURED: usize = 6;
 const FEW: u64 = 4_000_000;
 const MORE: u64 = 24_000_000;
 
+/// What rendering takes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seconds {
+    /// Of processors.
+    pub(crate) cpu: f64,
+    /// Of time, one frame after the other on one thread.
+    pub(crate) wall: f64,
+}
+
 /// Processor time that rendering so many frames of each of `clips` takes, without encoding them.
 /// Errors: [`RenderError`] if one cannot be rendered.
 pub(crate) fn cpu_seconds<'a>(
     clips: impl IntoIterator<Item = (&'a ClipPlan, u32)>,
     look: &Look,
 ) -> Result<f64, RenderError> {
+    Ok(seconds(clips, look, &Backend::default())?.cpu)
+}
+
+/// What rendering so many frames of each of `clips` takes where `backend` draws, without encoding them.
+/// Errors: [`RenderError`] if one cannot be rendered.
+pub(crate) fn seconds<'a>(
+    clips: impl IntoIterator<Item = (&'a ClipPlan, u32)>,
+    look: &Look,
+    backend: &Backend,
+) -> Result<Seconds, RenderError> {
     let clips: Vec<_> = clips.into_iter().filter(|(_, frames)| *frames > 0).collect();
-    let renderer = Renderer::new(1)?;
+    let renderer = Renderer::new(1)?.with_backend(backend.clone());
     let step = clips.len().div_ceil(MEASURED).max(1);
-    let measured = clips.iter().step_by(step).map(|(clip, _)| seconds_of_a_frame(clip, look, &renderer));
-    let measured: Vec<f64> = measured.collect::<Result<_, _>>()?;
-    let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
-    Ok(mean * clips.iter().map(|(_, frames)| f64::from(*frames)).sum::<f64>())
+    let measured =
+        clips.iter().step_by(step).map(|(clip, _)| seconds_of_a_frame(clip, look, &renderer, backend.name().is_some()));
+    let measured: Vec<Seconds> = measured.collect::<Result<_, _>>()?;
+    let frames = clips.iter().map(|(_, frames)| f64::from(*frames)).sum::<f64>();
+    let each = frames / measured.len().max(1) as f64;
+    Ok(Seconds {
+        cpu: measured.iter().map(|seconds| seconds.cpu).sum::<f64>() * each,
+        wall: measured.iter().map(|seconds| seconds.wall).sum::<f64>() * each,
+    })
 }
 
 /// Samples of so many frames of `clip`: a frame has the mean of its first and its last, between which samples change evenly.
@@ -41,9 +65,15 @@ pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, 
     Ok(f64::midpoint(of(0)?, of(clip.frames.0.saturating_sub(1))?) * f64::from(frames))
 }
 
-/// Processor seconds of a frame a third into `clip`: a constant part, a part for each sample, and a part for the filter. How
-/// much the filter has to do depends on the cells that are hit, so it would pass for a part for each sample.
-fn seconds_of_a_frame(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<f64, RenderError> {
+/// What a frame takes that is a third into `clip`: a constant part, a part for each sample, and a part for the filter. How
+/// much the filter has to do depends on the cells that are hit, so it would pass for a part for each sample. If a clip `is_compiled` before, that
+/// is not counted.
+fn seconds_of_a_frame(
+    clip: &ClipPlan,
+    look: &Look,
+    renderer: &Renderer,
+    is_compiled: bool,
+) -> Result<Seconds, RenderError> {
     let frame = f64::from(clip.frames.0 / 3);
     let settings = look.settings();
     let all = FrameCost::of(&*clip.motion, frame, &settings)?.samples;
@@ -52,11 +82,19 @@ fn seconds_of_a_frame(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Resu
         let spp = samples.min(all) as f64 / of_one as f64;
         let watch = Stopwatch::start();
         renderer.render(&*clip.motion, frame, &Settings { spp: Some(spp), filter, ..settings })?;
-        Ok((spp * of_one as f64, watch.cpu()))
+        Ok((spp * of_one as f64, [watch.cpu(), watch.wall()]))
     };
+    if is_compiled {
+        // Once for all frames.
+        measure(1, Filter::None)?;
+    }
     let (few, more) = (measure(FEW, Filter::None)?, measure(MORE, Filter::None)?);
-    let filtering = measure(MORE, settings.filter)?.1.saturating_sub(more.1);
-    Ok(extrapolated(few, more, all as f64) + filtering.as_secs_f64())
+    let filtered = measure(MORE, settings.filter)?;
+    let [cpu, wall] = [0, 1].map(|clock| {
+        let filtering = filtered.1[clock].saturating_sub(more.1[clock]);
+        extrapolated((few.0, few.1[clock]), (more.0, more.1[clock]), all as f64) + filtering.as_secs_f64()
+    });
+    Ok(Seconds { cpu, wall })
 }
 
 /// The straight line through two measurements, at `samples`; the second one if both have the same samples.

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::{io, thread, vec};
 
-use flame::Renderer;
+use flame::{Backend, Renderer};
 use flock::{ClipHash, ClipPath};
 use video::{EncodeError, Encoder};
 
@@ -25,6 +25,8 @@ use crate::program::progress::FrameProgress;
 pub(crate) struct RunOptions {
     /// Frames rendered at once.
     pub(crate) threads: NonZeroUsize,
+    /// What draws their samples.
+    pub(crate) backend: Backend,
     /// Whether frames are kept when their clip is finished, so that another encoding needs no rendering.
     pub(crate) keep_frames: bool,
     /// Once it is set, all threads stop within a moment.
@@ -196,7 +198,8 @@ impl<'a> Pool<'a> {
 
     fn run_tasks(&self) -> Result<(), MakeError> {
         let renderer = Renderer::new(1).map_err(|error| MakeError::Threads { reason: error.to_string() })?;
-        let renderer = renderer.with_stop_flag(Arc::clone(&self.options.stop));
+        let renderer =
+            renderer.with_stop_flag(Arc::clone(&self.options.stop)).with_backend(self.options.backend.clone());
         while !self.options.stop.load(Ordering::Relaxed) {
             let Some(task) = self.next()? else { break };
             self.run(&task, &renderer)?;

@@ -2,7 +2,7 @@
 //!
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
 //! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `presets.rs` has the options of how they look,
-//! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them. `palettes.rs` finds the
+//! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them, `on_gpu.rs` a GPU draw them. `palettes.rs` finds the
 //! colours that genomes only name. `still.rs` is `dreams still`.
 //!
 //! Start at [`run`].
@@ -13,6 +13,7 @@ pub(crate) mod estimate;
 mod frames;
 mod hashes;
 pub(crate) mod make;
+mod on_gpu;
 pub(crate) mod options;
 pub(crate) mod palettes;
 pub(crate) mod plan;
@@ -28,6 +29,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use flame::Backend;
 use flock::{ClipHash, ClipPath, Manifest, SheepId};
 use video::Form;
 
@@ -53,8 +55,9 @@ use slurm::plan_file::PlanFile;
 #[command(after_help = "Exit status:
   0  nothing is missing any more; with --shard, its part is rendered
   1  a clip is still missing: it has no genome, another process renders it, or the run was interrupted
-  2  the command line, the manifest or a genome is wrong
-  3  a file could not be read or written, a clip could not be made, or the cluster did not take the work")]
+  2  the command line, the manifest or a genome is wrong, or this program is built without --on gpu
+  3  a file could not be read or written, a clip could not be made, there is no GPU or it failed, or the cluster did not
+     take the work")]
 #[expect(clippy::struct_excessive_bools, reason = "independent switches")]
 pub(crate) struct Args {
     /// Folder of the flock
@@ -100,6 +103,8 @@ pub(crate) struct Args {
 enum On {
     /// On this machine
     Cpu,
+    /// On this machine, samples on its fastest GPU; only in programs that are built with the feature `gpu`
+    Gpu,
     /// On a Slurm cluster that shares the folder
     Slurm,
 }
@@ -135,7 +140,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         return Err(Fatal::new(Exit::Malformed, WithoutSlurm));
     }
     let manifest = open::manifest(&args.dir)?;
-    let look = args.look.look(Form { size: manifest.size, fps: manifest.fps });
+    let mut look = args.look.look(Form { size: manifest.size, fps: manifest.fps });
+    let (backend, gpu) = if args.on == On::Gpu { on_gpu::open()? } else { (Backend::default(), None) };
+    look.gpu = gpu;
     let plan = args.plan.as_deref().map(PlanFile::read).transpose()?;
     let selection = args.select(&manifest, plan.as_ref(), &look)?;
     let part = match (args.shard, &plan) {
@@ -156,10 +163,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         ));
     }
     if args.dry_run {
-        DryRun::new(&selection, &look, &args.dir, &part, threads)?.print(args.json)?;
+        DryRun::new(&selection, &look, &args.dir, &part, threads, &backend)?.print(args.json)?;
         return Ok(Exit::Fine);
     }
-    args.make(&selection, &look, threads, part)
+    args.make(&selection, &look, threads, part, backend)
 }
 
 impl Args {
@@ -192,10 +199,17 @@ impl Args {
         }
     }
 
-    fn make(&self, selection: &Selection, look: &Look, threads: NonZeroUsize, part: Part) -> Result<Exit, Fatal> {
+    fn make(
+        &self,
+        selection: &Selection,
+        look: &Look,
+        threads: NonZeroUsize,
+        part: Part,
+        backend: Backend,
+    ) -> Result<Exit, Fatal> {
         let watch = Stopwatch::start();
         let (stop, is_encoded) = (options::stop_on_signals()?, part.is_encoded());
-        let options = RunOptions { threads, keep_frames: self.keep_frames, stop, part, shows_progress: true };
+        let options = RunOptions { threads, backend, keep_frames: self.keep_frames, stop, part, shows_progress: true };
         if is_encoded {
             hashes::write_hashes(&self.dir)?;
         }

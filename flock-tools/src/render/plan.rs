@@ -5,6 +5,8 @@
 //!
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
 
+use std::fmt::Write;
+
 use flame::{
     Arithmetic, Filter, Flame, FrameCost, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition,
 };
@@ -41,6 +43,8 @@ pub(crate) struct Look {
     pub(crate) temporal_samples: Option<u32>,
     /// Which random numbers.
     pub(crate) seed: u64,
+    /// The hash of the name of the GPU that draws; `None` where the processor does.
+    pub(crate) gpu: Option<ClipHash>,
     /// How the pictures are encoded.
     pub(crate) quality: Quality<'static>,
 }
@@ -92,7 +96,7 @@ impl Look {
     /// Clips of `form` as `dreams render` makes them by default: everything else is the genomes'.
     pub(crate) fn of_genomes(form: Form) -> Self {
         let quality = Quality { crf: CRF, preset: PRESET, max_bits_per_second: None };
-        Self { form, spp: None, supersample: None, temporal_samples: None, seed: SEED, quality }
+        Self { form, spp: None, supersample: None, temporal_samples: None, seed: SEED, gpu: None, quality }
     }
 
     /// The settings of the renderer.
@@ -161,14 +165,21 @@ impl ClipPlan {
         look: &Look,
     ) -> Self {
         let ends: Vec<&str> = ends.iter().map(|end| end.text.as_str()).collect();
-        let picture_recipe = format!(
+        let mut recipe = format!(
             "light {}, frames {VERSION}\n{} frames\n{:?}\n{}",
             flame::VERSION,
             frames.0,
             look.settings(),
             ends.join("\n")
         );
-        let recipe = format!("{picture_recipe}\n{} fps\n{:?}", look.form.fps, look.quality);
+        let mut picture_recipe = recipe.clone();
+        if let Some(gpu) = look.gpu {
+            // Two GPUs draw other noise, so that one clip is of one of them; but either is as good as the other.
+            let version = flame::GPU_VERSION;
+            write!(picture_recipe, "\nby the GPU {gpu}, {version}").expect("a text grows");
+            write!(recipe, "\nby a GPU, {version}").expect("a text grows");
+        }
+        write!(recipe, "\n{} fps\n{:?}", look.form.fps, look.quality).expect("a text grows");
         let hash = |text: &str| ClipHash::of(text.as_bytes()).expect("reading memory does not fail");
         Self { picture_recipe: hash(&picture_recipe), recipe: hash(&recipe), role, path, frames, motion }
     }

@@ -94,6 +94,7 @@ impl LookArgs {
             supersample: self.supersample.or(values.map(|values| values.supersample)),
             temporal_samples: self.temporal_samples.or(values.and_then(|values| values.temporal_samples)),
             seed: self.seed,
+            gpu: None,
             quality: Quality {
                 crf: self.crf.or(values.map(|values| values.crf)).unwrap_or(CRF),
                 preset: PRESET,

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
+use flame::Backend;
 use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
 use timing::Rate;
 use video::{Form, Quality};
@@ -27,6 +28,7 @@ static LOOK: LazyLock<Look> = LazyLock::new(|| Look {
     supersample: Some(1),
     temporal_samples: Some(3),
     seed: SEED,
+    gpu: None,
     quality: Quality { crf: 20.0, preset: "ultrafast", max_bits_per_second: None },
 });
 
@@ -103,7 +105,8 @@ impl TestFlock {
 
 fn options(threads: usize) -> RunOptions {
     let threads = NonZeroUsize::new(threads).unwrap();
-    RunOptions { threads, keep_frames: false, stop: Arc::default(), part: Part::Whole, shows_progress: false }
+    let (backend, stop) = (Backend::default(), Arc::default());
+    RunOptions { threads, backend, keep_frames: false, stop, part: Part::Whole, shows_progress: false }
 }
 
 fn paths(selection: &Selection) -> Vec<&str> {

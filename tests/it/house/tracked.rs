@@ -34,6 +34,7 @@ const KINDS: &[(&str, &[&str])] = &[
     (".ci/packages", &["*.txt"]),
     ("config", &["*.toml", "sticks.conf"]),
     ("crates", &["Cargo.toml", "*.rs"]),
+    ("crates/flame/src/render/gpu", &["*.rs", "*.wgsl"]),
     ("crates/flame/fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
     ("crates/flame/fuzz/corpus", &["*"]),
     ("crates/flame/tests/genomes", &["*.flam3"]),

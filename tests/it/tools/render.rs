@@ -119,6 +119,17 @@ fn genomes_become_a_flock_without_a_fault() {
 }
 
 #[test]
+fn a_program_that_cannot_use_a_gpu_says_how_one_is_built_that_can() {
+    let flock = genomes();
+    let said = output(&mut render(flock.path(), &["--on", "gpu", "--json"]));
+    let error = &json(&said)["error"];
+    assert_eq!((said.status.code(), &error["exit"]), (Some(2), &Value::from(2)), "{error}");
+    assert!(error["message"].as_str().unwrap().contains("feature `gpu`"), "{error}");
+    assert!(error["hint"].as_str().unwrap().contains("--package flock-tools --features gpu"), "{error}");
+    assert!(!flock.path().join("loops").exists());
+}
+
+#[test]
 fn only_what_is_missing_or_changed_is_rendered_and_its_cost_is_told_before() {
     let flock = genomes();
     let folder = flock.path();

@@ -4,11 +4,7 @@
 //! (sums, products, fused products, quotients, roots, comparisons), so that AVX-512, AVX2, NEON and a processor without
 //! any of them give the same bits. The C library's functions do not: they differ between processors.
 //!
-//! Start at [`Lanes`].
-//!
-//! # Source
-//! Arc tangent: Abramowitz & Stegun, *Handbook of Mathematical Functions* (1964), 4.4.49. Sine, cosine, logarithm and
-//! power of 2: the minimax polynomials of Moshier's Cephes library (`sinf`, `cosf`, `logf`, `exp2f`).
+//! Start at [`Lanes`]; the polynomials' coefficients are in `series.rs`.
 
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, LN_2, LOG2_E, PI, TAU};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -16,7 +12,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use fearless_simd::{Bytes, ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask};
 use fearless_simd::{f32x16, i32x16, mask32x16, u32x16};
 
-use super::{Mask, Number};
+use super::{Mask, Number, series};
 
 /// Sixteen `f32`.
 #[derive(Clone, Copy, Debug)]
@@ -121,25 +117,13 @@ impl<S: Simd> Lanes<S> {
     /// The logarithm to base 2 of positive numbers.
     #[inline(always)]
     fn log2(self) -> Lanes<S> {
-        // √½ in bits: what is left of a number by its power of 2 lies in √½..√2.
-        const HALF_ROOT: u32 = 0x3f35_04f3;
         // The smallest normal number: below it the exponent's bits mean nothing.
         let x = self.max(self.like(f64::from(f32::MIN_POSITIVE)));
         let bits: i32x16<S> = x.bits().bitcast();
-        let exponent: i32x16<S> = (bits - HALF_ROOT as i32) >> 23;
+        let exponent: i32x16<S> = (bits - series::HALF_ROOT as i32) >> 23;
         let mantissa: f32x16<S> = (bits - (exponent << 23)).bitcast();
         let m = Lanes(mantissa - 1.0);
-        let series = m.polynomial([
-            7.037_683_6e-2,
-            -1.151_461e-1,
-            1.167_699_9e-1,
-            -1.242_014_1e-1,
-            1.424_932_3e-1,
-            -1.666_805_8e-1,
-            2.000_071_5e-1,
-            -2.5e-1,
-            0.333_333_3,
-        ]);
+        let series = m.polynomial(series::LOG);
         let square = m * m;
         let ln = (series * m).mul_add(square, square.mul_add(m.like(-0.5), m));
         let whole: f32x16<S> = exponent.to_float();
@@ -151,15 +135,7 @@ impl<S: Simd> Lanes<S> {
     fn exp2(self) -> Lanes<S> {
         let x = self.max(self.like(-126.0)).min(self.like(127.0));
         let (whole, bits) = x.nearest();
-        let grown = (x - whole).polynomial([
-            1.535_336_2e-4,
-            1.339_887_4e-3,
-            9.618_437e-3,
-            5.550_332_6e-2,
-            2.402_264_8e-1,
-            6.931_472e-1,
-            1.0,
-        ]);
+        let grown = (x - whole).polynomial(series::EXP2);
         Lanes((grown.bits() + (bits << 23)).bitcast())
     }
 
@@ -238,16 +214,14 @@ impl<S: Simd> Number for Lanes<S> {
 
     #[inline(always)]
     fn sin_cos(self) -> (Lanes<S>, Lanes<S>) {
-        // π/2 in two parts: the first as f32, and what it lacks.
-        const LACKING: f32 = -4.371_139e-8;
         let is_far = self.like(4_194_304.0).less(self.abs());
         let angle = if is_far.0.any_true() { Lanes::select(is_far, self.folded(), self) } else { self };
         let (quarters, bits) = (angle * f64::from(FRAC_2_PI)).nearest();
         let r = quarters.mul_add(angle.like(f64::from(-FRAC_PI_2)), angle);
-        let r = quarters.mul_add(angle.like(f64::from(-LACKING)), r);
+        let r = quarters.mul_add(angle.like(f64::from(-series::LACKING)), r);
         let r2 = r * r;
-        let sin = (r2.polynomial([-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * r2).mul_add(r, r);
-        let series = r2.polynomial([2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]);
+        let sin = (r2.polynomial(series::SIN) * r2).mul_add(r, r);
+        let series = r2.polynomial(series::COS);
         let cos = series.mul_add(r2 * r2, r2.mul_add(r.like(-0.5), r.like(1.0)));
         let even = LaneMask((bits & 1).simd_eq(0));
         let sin_of_angle = Lanes::select(even, sin, cos).turned(bits);
@@ -263,16 +237,7 @@ impl<S: Simd> Number for Lanes<S> {
         // Never 0 divided by 0.
         let slope = shorter / longer.max(longer.like(f64::from(f32::MIN_POSITIVE)));
         let square = slope * slope;
-        let series = square.polynomial([
-            2.866_225_7e-3,
-            -1.616_573_7e-2,
-            4.290_961_4e-2,
-            -7.528_964e-2,
-            1.065_626_4e-1,
-            -0.142_089,
-            1.999_355_1e-1,
-            -3.333_314_5e-1,
-        ]);
+        let series = square.polynomial(series::ATAN);
         let angle = (series * square).mul_add(slope, slope);
         let angle = Lanes::select(steep, angle.like(f64::from(FRAC_PI_2)) - angle, angle);
         let angle = Lanes::select(x.less(x.like(0.0)), angle.like(f64::from(PI)) - angle, angle);

@@ -9,6 +9,7 @@
 mod lanes;
 mod plain;
 mod random;
+pub(crate) mod series;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

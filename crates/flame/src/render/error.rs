@@ -7,6 +7,33 @@
 /// Why a genome is not rendered. Nothing was drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
+    /// The GPU, or its driver, failed. It may be gone.
+    #[error("the GPU `{name}` failed: {reason}")]
+    Gpu {
+        /// Its name.
+        name: String,
+        /// What it or its driver says.
+        reason: String,
+    },
+    /// A frame does not fit into the memory of the GPU.
+    #[error("a frame takes a buffer of {needed} MB, and the GPU `{name}` has room for {most} MB")]
+    GpuMemory {
+        /// Its name.
+        name: String,
+        /// Megabytes of the largest buffer.
+        needed: u64,
+        /// Megabytes that a buffer may have.
+        most: u64,
+    },
+    /// There is no GPU that can be used.
+    #[error("no GPU can be used: {found}")]
+    NoGpu {
+        /// What was found.
+        found: String,
+    },
+    /// This program cannot draw on a GPU.
+    #[error("this program is built without the feature `gpu`")]
+    NotBuilt,
     /// It has no colours, only the number of a palette in flam3's library, which is not ours to ship.
     #[error("the genome has no palette, only the number of one in flam3's library")]
     NoPalette,

@@ -3,19 +3,22 @@
 //! Owns the order of the work and the promise that neither the number of threads nor the processor changes a pixel.
 //! A frame becomes plain data (`shot.rs`: compiled genomes of `plan.rs`, the palette, numbered parts). Parts are drawn in
 //! any order (`draw.rs`), each with its own random stream (`pool.rs`; `chaos.rs` is the reference), and counted in whole
-//! numbers (`bins.rs`, `histogram.rs`). Never reads a file, a clock or the system's entropy.
+//! numbers (`bins.rs`, `histogram.rs`). `backend.rs` may have a GPU draw instead (`gpu`). Never reads a file, a clock or the system's entropy.
 //!
 //! Start at [`Renderer::render`]; `filter.rs` and `tonemap.rs` make light.
 //!
 //! # Source
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008).
 
+mod backend;
 mod bins;
 mod chaos;
 mod draw;
 mod error;
 mod estimator;
 mod filter;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod histogram;
 mod plan;
 mod pool;
@@ -29,6 +32,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+pub use backend::{Backend, GPU_VERSION};
 pub use error::RenderError;
 
 use crate::animate::Motion;
@@ -92,6 +96,7 @@ pub struct FrameCost {
 pub struct Renderer {
     pool: ThreadPool,
     stop: Arc<AtomicBool>,
+    backend: Backend,
 }
 
 /// A frame before its first sample is drawn.
@@ -114,7 +119,7 @@ impl Renderer {
             .num_threads(threads)
             .build()
             .map_err(|error| RenderError::Threads { threads, reason: error.to_string() })?;
-        Ok(Renderer { pool, stop: Arc::default() })
+        Ok(Renderer { pool, stop: Arc::default(), backend: Backend::default() })
     }
 
     /// The same renderer, which stops within milliseconds once `stop` is set.
@@ -123,20 +128,26 @@ impl Renderer {
         Renderer { stop, ..self }
     }
 
+    /// The same renderer, whose samples `backend` draws where they are drawn in [`Arithmetic::Fastest`] and `f32` is enough.
+    #[must_use]
+    pub fn with_backend(self, backend: Backend) -> Renderer {
+        Renderer { backend, ..self }
+    }
+
     /// Renders the moment `frame` of `motion`, the shutter open around it.
     ///
     /// * `frame` — frames from the motion's start; fractions lie between frames.
     /// * Returns displayable light of the size that `settings` or the genome at `frame` asks for.
     ///
     /// # Errors
-    /// [`RenderError`] names what the genome lacks or what this renderer does not know; [`RenderError::Stopped`] if
-    /// `stop` was set.
+    /// [`RenderError`] names what the genome lacks or what this renderer does not know, or what a GPU has failed at;
+    /// [`RenderError::Stopped`] if `stop` was set.
     pub fn render(&self, motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Image, RenderError> {
         let setup = FrameSetup::new(motion, frame, settings)?;
         let [width, height] = setup.view.cells;
         let arithmetic = if setup.view.is_deep() { Arithmetic::Reference } else { settings.arithmetic };
         self.pool.install(|| {
-            let drawn = draw::draw(&setup.shot, width * height, arithmetic, &self.stop);
+            let drawn = self.backend.draw(&setup.shot, width * height, arithmetic, &self.stop)?;
             if self.stop.load(Ordering::Relaxed) {
                 return Err(RenderError::Stopped);
             }

@@ -22,7 +22,7 @@ pub(crate) struct Plan {
     pub(crate) lens: Option<CompiledXform>,
     /// From which random number on, of 2^32, each transform but the first is chosen: for each last transform where
     /// there is xaos, else once.
-    choices: Vec<Vec<u32>>,
+    pub(crate) choices: Vec<Vec<u32>>,
     /// From a point to its place in cells.
     pub(crate) to_cells: Affine,
     /// Cells of the histogram, in a row and in a column.

@@ -39,13 +39,13 @@ const MOST_PALETTES: usize = 32;
 #[derive(Clone, Debug)]
 pub(crate) struct Shot {
     /// The genome at each moment of the exposure.
-    plans: Vec<Plan>,
+    pub(crate) plans: Vec<Plan>,
     /// The step at which each moment begins.
-    begins: Vec<u64>,
+    pub(crate) begins: Vec<u64>,
     /// Colours in histogram units: [`ENTRIES`] for each of several palettes.
     pub(crate) palette: Vec<[u32; 4]>,
     /// Steps of all parts; in each, as many samples are drawn as a pool has orbits.
-    all_steps: u64,
+    pub(crate) all_steps: u64,
     /// What all random numbers come from.
     pub(crate) seed: u64,
 }

@@ -1,0 +1,74 @@
+//! What draws the samples of frames: this machine's processor, or a GPU.
+//!
+//! Owns the choice. A back-end takes a [`Shot`] and gives a histogram, whole numbers at first; filters and tone mapping are the
+//! processor's whatever has drawn. Without the feature `gpu` there is none but the processor.
+//!
+//! Start at [`Backend`].
+
+use std::fmt::Debug;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::RenderError;
+use super::draw::{self, Arithmetic, Drawn};
+use super::shot::Shot;
+
+/// The version of what GPUs draw: with another one, the same genome and settings make other bits on the same GPU, though
+/// [`VERSION`](super::VERSION) is the same.
+pub const GPU_VERSION: u32 = 1;
+
+/// What draws the samples of frames. The default is this machine's processor.
+#[derive(Clone, Debug, Default)]
+pub struct Backend {
+    device: Option<Arc<dyn Device>>,
+}
+
+/// A processor of another kind.
+pub(crate) trait Device: Debug + Send + Sync {
+    /// Its name, with that of its driver.
+    fn name(&self) -> &str;
+
+    /// How many streams of random numbers the samples of `shot` come from, 2 or more.
+    fn streams(&self, shot: &Shot) -> u32;
+
+    /// Draws the samples of some of the streams of `shot`, into a histogram of so many cells: each stream has samples of the
+    /// whole exposure, so that some of them are an independent picture of fewer samples. Once `stop` is set, fewer.
+    /// Errors: [`RenderError`] if the device fails, or lacks memory.
+    fn draw(&self, shot: &Shot, cells: usize, streams: Range<u32>, stop: &AtomicBool) -> Result<Drawn, RenderError>;
+}
+
+impl Backend {
+    /// The GPU of this machine that looks fastest.
+    ///
+    /// # Errors
+    /// [`RenderError::NotBuilt`] without the feature `gpu`; [`RenderError::NoGpu`] tells what was found.
+    pub fn gpu() -> Result<Backend, RenderError> {
+        #[cfg(feature = "gpu")]
+        return Ok(Backend { device: Some(Arc::new(super::gpu::Gpu::find()?)) });
+        #[cfg(not(feature = "gpu"))]
+        Err(RenderError::NotBuilt)
+    }
+
+    /// The name of the GPU, with that of its driver; `None` for this machine's processor. Another one makes other bits of the
+    /// same picture.
+    pub fn name(&self) -> Option<&str> {
+        self.device.as_deref().map(Device::name)
+    }
+
+    /// Draws all samples of `shot`; once `stop` is set, fewer. What is not in the fastest arithmetic is for the processor.
+    pub(crate) fn draw(
+        &self,
+        shot: &Shot,
+        cells: usize,
+        arithmetic: Arithmetic,
+        stop: &AtomicBool,
+    ) -> Result<Drawn, RenderError> {
+        match &self.device {
+            Some(device) if arithmetic == Arithmetic::Fastest => {
+                device.draw(shot, cells, 0..device.streams(shot), stop)
+            }
+            _ => Ok(draw::draw(shot, cells, arithmetic, stop)),
+        }
+    }
+}
