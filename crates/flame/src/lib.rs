@@ -21,6 +21,6 @@ pub mod variations;
 pub use animate::{Loop, Motion, Transition};
 pub use genome::{Genome, GenomeError};
 pub use image::Image;
-pub use render::{Arithmetic, Filter, FrameCost, RenderError, Renderer, Settings, VERSION};
+pub use render::{Arithmetic, Filter, FrameCost, Measured, RenderError, Renderer, Settings, VERSION};
 pub use rng::Rng;
 pub use species::{Flame, Species};
