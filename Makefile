@@ -43,7 +43,7 @@ bench-image:
 	image-build/programs $(unit)
 	image-build/build target/image --profile bench --key $(artist)
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, import, bundles, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, quality, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image

@@ -131,6 +131,13 @@ fn a_soft_shutter_is_as_bright_as_a_hard_one() {
     }
 }
 
+/// A genome that lets filters work.
+fn noisy() -> Genome {
+    let mut genome = xaos();
+    genome.sampling.estimator_radius = 9.0;
+    genome
+}
+
 /// `genome` at 96x72, 2 x 2 cells a pixel.
 fn filtered(genome: &Genome, spp: f64, filter: Filter, seed: u64) -> Image {
     let settings = Settings { size: Some([96, 72]), spp: Some(spp), temporal_samples: Some(1), filter, seed, ..SMALL };
@@ -142,7 +149,7 @@ fn the_noise_filter_gains_much_from_few_samples_and_loses_nothing_of_many() {
     let demo = |text: &str| Genome::parse(text).unwrap();
     let caldera = demo(include_str!("../../../flock-tools/demo/genomes/caldera.flam3"));
     let nocturne = demo(include_str!("../../../flock-tools/demo/genomes/nocturne.flam3"));
-    for (name, genome) in [("xaos", &xaos()), ("caldera", &caldera), ("nocturne", &nocturne)] {
+    for (name, genome) in [("xaos", &noisy()), ("caldera", &caldera), ("nocturne", &nocturne)] {
         let truth = filtered(genome, 20_000.0, Filter::None, 1);
         let mut before = 0.0;
         for (spp, gain) in [(20.0, 1.0), (80.0, 0.5), (400.0, 0.0), (4000.0, -0.05)] {
@@ -158,14 +165,14 @@ fn the_noise_filter_gains_much_from_few_samples_and_loses_nothing_of_many() {
 
 #[test]
 fn the_noise_filter_keeps_light_and_leaves_black_black() {
-    let genome = xaos();
+    let genome = noisy();
     for spp in [10.0, 100.0, 1000.0] {
         let [raw, smooth] = [Filter::None, Filter::Variance].map(|filter| filtered(&genome, spp, filter, 2));
         let (raw_light, light) = (brightness(&raw), brightness(&smooth));
         assert!((raw_light - light).abs() < 0.06 * raw_light, "{spp} samples per pixel: {raw_light} became {light}");
     }
     // A small bright disc far from all else.
-    let mut genome = Genome { xforms: xaos().xforms.split_off(2), ..xaos() };
+    let mut genome = Genome { xforms: xaos().xforms.split_off(2), ..noisy() };
     genome.xforms[0].variations = vec![Variation::new(Kind::Blur, 0.1)];
     genome.xforms[0].post = flame::genome::Affine::IDENTITY;
     genome.tone.background = [0.0; 3];
@@ -197,7 +204,7 @@ fn the_samples_of_a_picture_are_the_same_with_and_without_a_filter() {
 
 #[test]
 fn a_frame_with_a_target_is_drawn_until_its_noise_is_that_small() {
-    let genome = xaos();
+    let genome = noisy();
     let truth = filtered(&genome, 30_000.0, Filter::None, 1);
     for filter in [Filter::None, Filter::Variance] {
         let mut before = 0;
@@ -259,7 +266,7 @@ fn a_frame_tells_what_it_takes_before_it_is_drawn() {
     assert_eq!(demand.samples, (64_u64 * 48 * 50).next_multiple_of(4096));
     let large = FrameCost::of(&xaos(), 0.0, &Settings { size: Some([6400, 4800]), ..SMALL }).unwrap();
     let cells = 4 * 6400 * 4800;
-    assert!((60 * cells..100 * cells).contains(&large.bytes), "{large:?}");
+    assert!((40 * cells..60 * cells).contains(&large.bytes), "{large:?}");
     for change in [
         Settings { spp: Some(0.0), ..SMALL },
         Settings { spp: Some(f64::NAN), ..SMALL },

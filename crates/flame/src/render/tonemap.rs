@@ -77,10 +77,12 @@ fn exposed<const CHANNELS: usize>(pixels: &[[f32; CHANNELS]], width: usize, tone
 fn noise(pixels: &[[f32; 8]], width: usize, tone: &Tone) -> f64 {
     // Rows are added up in their order: the sum is the same for any number of threads.
     let rows = pixels.par_chunks(width).map(|pixels| {
+        // With the noise and with its opposite: where light bends, both may be too dark.
         let square = |pixel: &[f32; 8]| {
-            let [more, less] = [1.0, -1.0]
-                .map(|sign| expose([0, 1, 2, 3].map(|i| f64::from(pixel[i]) + sign * f64::from(pixel[4 + i])), tone));
-            more.iter().zip(less).map(|(more, less)| f64::from(0.5 * (more - less)).powi(2)).sum::<f64>()
+            let [seen, more, less] = [0.0, 1.0, -1.0]
+                .map(|part| expose([0, 1, 2, 3].map(|i| f64::from(pixel[i]) + part * f64::from(pixel[4 + i])), tone));
+            let channel = |i: usize| f64::from(more[i] - seen[i]).powi(2) + f64::from(less[i] - seen[i]).powi(2);
+            0.5 * (channel(0) + channel(1) + channel(2))
         };
         pixels.iter().map(square).sum::<f64>()
     });

@@ -15,8 +15,8 @@ use crate::genome::{Affine, Genome, Sampling};
 const MAX_CELLS: f64 = 1e9;
 
 /// Most cells that the spatial filter adds up in a frame, along rows and then along columns. At 4K, 4 cells a pixel and the
-/// widest kernel of radius 1 it is 1.2e9; this many take minutes.
-const MAX_FILTERED: f64 = 5e10;
+/// widest kernel of radius 1 it is 1.1e9; this many take half a minute.
+const MAX_FILTERED: f64 = 2e10;
 
 /// The part of a cell by which `f32` may miss it.
 const PRECISION: f64 = 1.0 / 16.0;
@@ -66,7 +66,7 @@ impl View {
         let spatial = Spatial::new(sampling.filter_shape, sampling.filter_radius, supersample);
         let pixels = f64::from(camera.size[0]) * f64::from(camera.size[1]);
         let fits = filter_steps(camera.size.map(f64::from), &spatial, supersample) <= MAX_FILTERED;
-        in_range("filter", sampling.filter_radius, fits, "a radius by which a frame adds up at most 5e10 cells")?;
+        in_range("filter", sampling.filter_radius, fits, "a radius by which a frame adds up at most 2e10 cells")?;
         let rim = (spatial.width() - supersample) / 2;
         let cells = camera.size.map(|pixels| pixels as usize * supersample + 2 * rim);
         let count = cells[0] as f64 * cells[1] as f64;
