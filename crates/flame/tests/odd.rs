@@ -225,7 +225,7 @@ fn the_widest_kernels_that_pass_are_drawn_on_a_small_picture() {
     genome.sampling.estimator_radius = 100.0;
     let settings = Settings { size: Some([96, 72]), spp: Some(0.1), filter: Filter::Flam3, ..TINY };
     let cost = FrameCost::of(&genome, 0.0, &settings).unwrap();
-    assert!((90_000_000..600_000_000).contains(&cost.cell_steps), "{cost:?}");
+    assert!((30_000_000..600_000_000).contains(&cost.cell_steps), "{cost:?}");
     for filter in [Filter::Variance, Filter::Flam3] {
         Renderer::new(1).unwrap().render(&genome, 0.0, &Settings { filter, ..settings }).unwrap();
     }

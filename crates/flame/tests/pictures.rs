@@ -67,7 +67,7 @@ fn pixels_are_the_same_for_every_instruction_set() {
 
 /// The checksum of the pictures that [`flame::VERSION`] makes. Where it changes, so must the version: else a clip that was
 /// begun by one renderer is finished by another.
-const PICTURES: (u32, u64) = (2, 10_317_003_656_367_989_831);
+const PICTURES: (u32, u64) = (3, 14_018_322_602_760_612_537);
 
 #[test]
 fn another_renderer_has_another_version() {
@@ -166,10 +166,13 @@ fn the_noise_filter_gains_much_from_few_samples_and_loses_nothing_of_many() {
 #[test]
 fn the_noise_filter_keeps_light_and_leaves_black_black() {
     let genome = noisy();
+    // Few samples are too dark, because light bends: the filter may come nearer to what many show, and not farther from it.
+    let truth = brightness(&filtered(&genome, 20_000.0, Filter::None, 1));
     for spp in [10.0, 100.0, 1000.0] {
-        let [raw, smooth] = [Filter::None, Filter::Variance].map(|filter| filtered(&genome, spp, filter, 2));
-        let (raw_light, light) = (brightness(&raw), brightness(&smooth));
-        assert!((raw_light - light).abs() < 0.06 * raw_light, "{spp} samples per pixel: {raw_light} became {light}");
+        let [raw, smooth] =
+            [Filter::None, Filter::Variance].map(|filter| brightness(&filtered(&genome, spp, filter, 2)));
+        let (before, after) = ((raw - truth).abs(), (smooth - truth).abs());
+        assert!(after < before + 0.01 * truth, "{spp} samples per pixel: {raw} became {smooth}, wanted {truth}");
     }
     // A small bright disc far from all else.
     let mut genome = Genome { xforms: xaos().xforms.split_off(2), ..noisy() };

@@ -23,6 +23,9 @@ const MORE: u64 = 24_000_000;
 const LEAST_PSNR: f64 = 28.0;
 const MORE_PSNR: f64 = 36.0;
 
+/// How much smaller they are than the clip's, in each direction.
+const SMALLER: u32 = 4;
+
 /// Most samples per pixel of a frame with a target noise.
 const MOST_SPP: f64 = 1e6;
 
@@ -56,18 +59,20 @@ pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, 
 }
 
 /// The settings of `look`; where it has a target noise, with the samples per pixel that a frame of `clip` is likely to take
-/// instead. Two frames with less noise than few samples have tell how fast it falls.
+/// instead. Two frames of few samples tell how fast noise falls.
 fn settled(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<Settings, RenderError> {
     let settings = look.settings();
     let Some(target) = settings.psnr else { return Ok(settings) };
-    let measure = |psnr: f64| {
-        let settings = Settings { psnr: Some(psnr.min(target)), ..settings };
-        let measured = renderer.render_measured(&*clip.motion, third(clip), &settings)?;
+    // Smaller pictures are as noisy with as many samples per pixel.
+    let small = Settings { size: settings.size.map(|size| size.map(|side| (side / SMALLER).max(1))), ..settings };
+    let measure = |psnr: f64| -> Result<(f64, f64), RenderError> {
+        let aimed = Settings { psnr: Some(psnr.min(target)), ..small };
+        let measured = renderer.render_measured(&*clip.motion, third(clip), &aimed)?;
         Ok((measured.samples as f64, measured.psnr.unwrap_or(target)))
     };
     let (few, more) = (measure(LEAST_PSNR)?, measure(MORE_PSNR)?);
     let samples = more.0 * 10.0_f64.powf((target - more.1).max(0.0) / 10.0 / fall(few, more));
-    let of_one = Settings { spp: Some(1.0), psnr: None, ..settings };
+    let of_one = Settings { spp: Some(1.0), psnr: None, ..small };
     let of_one = FrameCost::of(&*clip.motion, third(clip), &of_one)?.samples as f64;
     Ok(Settings { spp: Some((samples / of_one).clamp(0.01, MOST_SPP)), psnr: None, ..settings })
 }
