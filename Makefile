@@ -49,9 +49,10 @@ gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the
 	.ci/install play check gpu
 	cargo clippy --locked --release --package flame --package flock-tools --features gpu --all-targets --target-dir $(gpu) -- --deny warnings
 	cargo build --locked --release --package flock-tools --features gpu --target-dir $(gpu)
-	cargo test --locked --release --package flame --package flock-tools --features gpu --lib --test gpu --target-dir $(gpu) -- gpu
+	cargo test --locked --release --package flame --package flock-tools --features gpu --test gpu --target-dir $(gpu)
+	cargo test --locked --release --package flame --features gpu --lib --target-dir $(gpu) -- gpu::
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, gpu, import, bundles, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, quality, gpu, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image

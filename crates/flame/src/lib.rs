@@ -21,6 +21,8 @@ pub mod variations;
 pub use animate::{Loop, Motion, Transition};
 pub use genome::{Genome, GenomeError};
 pub use image::Image;
-pub use render::{Arithmetic, Backend, Filter, FrameCost, GPU_VERSION, RenderError, Renderer, Settings, VERSION};
+pub use render::{
+    Arithmetic, Backend, Filter, FrameCost, GPU_VERSION, Measured, RenderError, Renderer, Settings, VERSION,
+};
 pub use rng::Rng;
 pub use species::{Flame, Species};

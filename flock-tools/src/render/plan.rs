@@ -37,6 +37,8 @@ pub(crate) struct Look {
     pub(crate) form: Form,
     /// Samples per pixel; the genome's own where `None`.
     pub(crate) spp: Option<f64>,
+    /// Peak signal-to-noise ratio in decibels, instead of samples per pixel.
+    pub(crate) psnr: Option<f64>,
     /// Histogram cells per pixel in each direction; the genome's own where `None`.
     pub(crate) supersample: Option<u32>,
     /// Moments in a frame; the genome's own where `None`.
@@ -96,7 +98,7 @@ impl Look {
     /// Clips of `form` as `dreams render` makes them by default: everything else is the genomes'.
     pub(crate) fn of_genomes(form: Form) -> Self {
         let quality = Quality { crf: CRF, preset: PRESET, max_bits_per_second: None };
-        Self { form, spp: None, supersample: None, temporal_samples: None, seed: SEED, gpu: None, quality }
+        Self { form, spp: None, psnr: None, supersample: None, temporal_samples: None, seed: SEED, gpu: None, quality }
     }
 
     /// The settings of the renderer.
@@ -104,6 +106,7 @@ impl Look {
         Settings {
             size: Some([self.form.size.0, self.form.size.1]),
             spp: self.spp,
+            psnr: self.psnr,
             supersample: self.supersample,
             temporal_samples: self.temporal_samples,
             filter: Filter::Variance,

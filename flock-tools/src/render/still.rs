@@ -39,10 +39,13 @@ pub(crate) struct Args {
     /// Samples per pixel
     #[arg(long, value_name = "N", value_parser = options::samples)]
     spp: Option<f64>,
+    /// As many samples as it takes until the noise is this small: a peak signal-to-noise ratio in decibels, such as 45
+    #[arg(long, value_name = "DB", value_parser = options::decibels, conflicts_with = "spp")]
+    psnr: Option<f64>,
     /// Histogram cells per pixel in each direction
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
     supersample: Option<u32>,
-    /// How the noise of few samples is smoothed, as wide as the genome's estimator says
+    /// How the noise of few samples is smoothed, if the genome's estimator has a radius
     #[arg(long, value_enum, default_value_t = Smoothing::Variance)]
     filter: Smoothing,
     /// The seed of the random numbers: the same gives the same picture, with any number of threads
@@ -73,7 +76,7 @@ pub(crate) struct Args {
 enum Smoothing {
     /// Not at all
     None,
-    /// Averaged with neighbours that differ by no more than chance; the more samples, the less
+    /// By its measured variance: what two halves of the samples agree on stays; the more samples, the less is smoothed
     Variance,
     /// Spread by density, as flam3 does
     Flam3,
@@ -98,6 +101,9 @@ struct Answer {
     cpu_s: f64,
     /// Seconds of rendering.
     seconds: f64,
+    /// The picture's peak signal-to-noise ratio in decibels, as measured; only with `--psnr`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    psnr: Option<f64>,
     /// BLAKE3 of the pixels: 16 bits of red, green, blue, the lower byte first, row by row.
     checksum: String,
 }
@@ -123,23 +129,25 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let threads = options::threads_that_fit(args.threads, &demand)?;
     let watch = Stopwatch::start();
     let renderer = Renderer::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
-    let image = renderer.render(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
+    let measured = renderer.render_measured(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
     let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
-    let written = png(&image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
+    let written = png(&measured.image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
     written.map_err(|source| Fatal::write(&args.out, source))?;
-    let samples: Vec<u8> = image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
+    let samples: Vec<u8> = measured.image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
     let checksum = ClipHash::of(&samples[..]).expect("reading memory does not fail").to_string();
-    let answer = Answer { samples: demand.samples, cpu_s, seconds, checksum };
+    let samples = if args.psnr.is_some() { measured.samples } else { demand.samples };
+    let answer = Answer { samples, cpu_s, seconds, psnr: measured.psnr, checksum };
     if args.json {
         print::json(&answer)?;
     } else {
-        let Answer { samples, checksum, .. } = answer;
+        let Answer { samples, psnr, checksum, .. } = answer;
         let rate = samples as f64 / cpu_s.max(1e-9) / 1e6;
-        print::lines([
+        let noise = psnr.map(|psnr| format!("noise     {psnr:.2} dB"));
+        let lines = [
             format!("samples   {samples}"),
             format!("time      {seconds:.2} s, {cpu_s:.2} CPU s, {rate:.1} million samples a CPU second"),
-            format!("checksum  {checksum}"),
-        ])?;
+        ];
+        print::lines(lines.into_iter().chain(noise).chain([format!("checksum  {checksum}")]))?;
     }
     Ok(Exit::Fine)
 }
@@ -158,6 +166,7 @@ impl Args {
         Settings {
             size: self.size,
             spp: self.spp,
+            psnr: self.psnr,
             supersample: self.supersample,
             // A genome that does not move has no motion blur.
             temporal_samples: if self.frame.is_some() { self.temporal_samples } else { Some(1) },
