@@ -266,7 +266,7 @@ impl FrameSetup {
             }
             more = self.target.zip(developed.noise).map_or(0, |(target, noise)| target.next(asked, noise));
             if more == 0 {
-                let psnr = developed.noise.map(|noise| -10.0 * noise.log10());
+                let psnr = developed.noise.map(Target::psnr);
                 return Ok(Measured { image: developed.image, samples: film.samples(), psnr });
             }
         }

@@ -18,6 +18,10 @@ const MOST_GROWTH: f64 = 4.0;
 /// And at least so many.
 const LEAST_GROWTH: f64 = 1.125;
 
+/// The square of the error of a picture is at most so many times what halves tell of it: they do not tell what both have in
+/// common, as that few samples are too dark where light bends. Measured: up to 1.17.
+const UNTOLD: f64 = 1.2;
+
 /// The noise that is asked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Target {
@@ -44,9 +48,14 @@ impl Target {
         (MAX_SAMPLES_PER_PIXEL * self.pixels).min(MAX_SAMPLES) as u64
     }
 
+    /// Peak signal-to-noise ratio in decibels of a picture whose noise has a mean square of `noise`.
+    pub(super) fn psnr(noise: f64) -> f64 {
+        -10.0 * (UNTOLD * noise).log10()
+    }
+
     /// How many samples are to be added to `drawn` if the noise has a mean square of `noise`; 0 where it is small enough.
     pub(super) fn next(self, drawn: u64, noise: f64) -> u64 {
-        let missing = noise * 10.0_f64.powf(self.psnr / 10.0);
+        let missing = 10.0_f64.powf((self.psnr - Target::psnr(noise)) / 10.0);
         if missing > 1.0 {
             let growth = missing.clamp(LEAST_GROWTH, MOST_GROWTH);
             ((drawn as f64 * (growth - 1.0)) as u64).min(self.most().saturating_sub(drawn))
