@@ -19,7 +19,9 @@ const SMALL: Settings = Settings {
 };
 
 fn luma(image: &Image) -> f64 {
-    let sum = |[red, green, blue]: &[f32; 3]| 0.2126 * f64::from(*red) + 0.7152 * f64::from(*green) + 0.0722 * f64::from(*blue);
+    let sum = |[red, green, blue]: &[f32; 3]| {
+        0.2126 * f64::from(*red) + 0.7152 * f64::from(*green) + 0.0722 * f64::from(*blue)
+    };
     image.pixels.iter().map(sum).sum::<f64>() / image.pixels.len() as f64
 }
 

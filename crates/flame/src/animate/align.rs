@@ -46,7 +46,7 @@ pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padd
         if genome.final_xform.is_none()
             && let Some(partner) = nearest(own, &|other| other.final_xform.clone())
         {
-            let still = coloured(neutral(&partner, space), &partner, 0, padding);
+            let still = coloured(neutral(&partner, space), &partner, count, padding);
             genome.final_xform = Some(Xform { color_speed: 0.0, animate: 0.0, ..still });
         }
         for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
