@@ -12,7 +12,7 @@ use crate::light::Light;
 use crate::render::{RenderError, Renderer};
 
 /// The stretches of a curve: between them lie the moments that are measured.
-const STRETCHES: usize = 16;
+const STRETCHES: usize = 24;
 
 /// Most pictures of a moment.
 const TRIES: usize = 5;

@@ -9,6 +9,7 @@
 //! What `flam3-genome` prints for files with key frames. The key at the start of a stretch says how it is interpolated.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::OnceLock;
 
 use super::Motion;
 use super::align::{Padding, align};
@@ -24,8 +25,8 @@ const SHORT: f64 = 4.54e-5;
 pub struct KeyFrames {
     /// At least one, in the order of their times.
     keys: Vec<Genome>,
-    /// What lies between each and the next.
-    stretches: Vec<Stretch>,
+    /// What lies between each and the next, once it has been looked at: a file may have thousands.
+    stretches: Vec<OnceLock<Stretch>>,
 }
 
 /// The time between two key frames.
@@ -61,7 +62,7 @@ impl KeyFrames {
                 return Err(GenomeError::Order { number: before + 2, found: pair[1].time, before: pair[0].time });
             }
         }
-        let stretches = (1..keys.len()).map(|end| Stretch::new(&keys, end - 1)).collect();
+        let stretches = vec![OnceLock::new(); keys.len() - 1];
         Ok(KeyFrames { keys, stretches })
     }
 }
@@ -72,6 +73,7 @@ impl Motion for KeyFrames {
         let next = self.keys.partition_point(|key| key.time <= frame);
         match (next.checked_sub(1), self.stretches.get(next.wrapping_sub(1))) {
             (Some(start), Some(stretch)) if self.keys[start].time < frame => {
+                let stretch = stretch.get_or_init(|| Stretch::new(&self.keys, start));
                 let (from, to) = (self.keys[start].time, self.keys[next].time);
                 stretch.at((frame - from) / (to - from), frame)
             }

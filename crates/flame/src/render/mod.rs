@@ -40,7 +40,7 @@ use shot::Shot;
 use view::View;
 
 /// The version of the pictures: with another one, the same genome and settings make other bits.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Settings that override the genome's; `None` keeps the genome's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
