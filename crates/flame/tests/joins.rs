@@ -24,7 +24,7 @@ const SETTINGS: Settings = Settings {
 /// The root mean square of `weights` times `images`, in levels of 255.
 fn rms(images: &[&Image], weights: &[f64]) -> f64 {
     let count = images[0].pixels.as_flattened().len();
-    let sum = |i: usize| images.iter().zip(weights).map(|(image, w)| w * f64::from(image.pixels.as_flattened()[i]));
+    let sum = |i: usize| images.iter().zip(weights).map(move |(image, w)| w * f64::from(image.pixels.as_flattened()[i]));
     let squares: f64 = (0..count).map(|i| sum(i).sum::<f64>().powi(2)).sum();
     255.0 * (squares / count as f64).sqrt()
 }

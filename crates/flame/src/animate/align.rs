@@ -31,21 +31,19 @@ pub(super) enum Padding {
 /// in `space`.
 pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padding: Padding) -> [Genome; N] {
     let given = genomes.clone();
-    // The nearest genome that has the part, the one before first.
-    let nearest = |own: usize, has: &dyn Fn(&Genome) -> Option<Xform>| {
-        (1..N).find_map(|far| {
-            own.checked_sub(far).and_then(|at| has(&given[at])).or_else(|| given.get(own + far).and_then(has))
-        })
+    // A neighbour that has the part, the one before first.
+    let neighbour = |own: usize, has: &dyn Fn(&Genome) -> Option<Xform>| {
+        own.checked_sub(1).and_then(|at| has(&given[at])).or_else(|| given.get(own + 1).and_then(has))
     };
+    let has_final = given.iter().any(|genome| genome.final_xform.is_some());
     let count = given.iter().map(|genome| genome.xforms.len()).max().unwrap_or_default();
     for (own, genome) in genomes.iter_mut().enumerate() {
         for place in genome.xforms.len()..count {
-            let partner = nearest(own, &|other| other.xforms.get(place).cloned()).unwrap_or_default();
+            let partner = neighbour(own, &|other| other.xforms.get(place).cloned()).unwrap_or_default();
             genome.xforms.push(coloured(neutral(&partner, space), &partner, place, padding));
         }
-        if genome.final_xform.is_none()
-            && let Some(partner) = nearest(own, &|other| other.final_xform.clone())
-        {
+        if genome.final_xform.is_none() && has_final {
+            let partner = neighbour(own, &|other| other.final_xform.clone()).unwrap_or_default();
             let still = coloured(neutral(&partner, space), &partner, count, padding);
             genome.final_xform = Some(Xform { color_speed: 0.0, animate: 0.0, ..still });
         }
@@ -63,12 +61,13 @@ pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padd
     }
     let padded = genomes.clone();
     for (own, genome) in genomes.iter_mut().enumerate() {
-        let others =
-            (1..N).flat_map(|far| own.checked_sub(far).into_iter().chain(Some(own + far).filter(|at| *at < N)));
-        for other in others.map(|at| &padded[at]) {
+        // Parameters come from the one before, of the first from the second; what only others have is as files need not say.
+        let source = if own == 0 { 1 } else { own - 1 };
+        for (at, other) in padded.iter().enumerate().cycle().skip(source).take(N).filter(|(at, _)| *at != own) {
+            let has_params = at == source && !is_old(space);
             let parts = other.xforms.iter().chain(&other.final_xform);
             for (xform, other) in genome.xforms.iter_mut().chain(&mut genome.final_xform).zip(parts) {
-                complete(&mut xform.variations, &other.variations, space);
+                complete(&mut xform.variations, &other.variations, has_params);
             }
         }
         for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
@@ -78,11 +77,11 @@ pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padd
     genomes
 }
 
-/// Adds what only `other` has, with weight 0 and the same parameters; `old` has those that files need not name.
-fn complete(variations: &mut Vec<Variation>, other: &[Variation], space: Space) {
+/// Adds what only `other` has, with weight 0, and with its parameters if `has_params`, else those that files need not name.
+fn complete(variations: &mut Vec<Variation>, other: &[Variation], has_params: bool) {
     for missing in other {
         if variations.iter().all(|variation| variation.kind != missing.kind) {
-            let added = if is_old(space) { Variation::new(missing.kind, 0.0) } else { *missing };
+            let added = if has_params { *missing } else { Variation::new(missing.kind, 0.0) };
             variations.push(Variation { weight: 0.0, ..added });
         }
     }

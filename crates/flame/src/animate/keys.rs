@@ -89,9 +89,13 @@ impl Stretch {
         let (first, last) = (&keys[start], keys.len() - 1);
         // There is no curve where it would lead beyond the file.
         let is_smooth = first.interpolation == Interpolation::Smooth && start > 0 && start + 1 < last;
-        let around =
-            if is_smooth { [start - 1, start, start + 1, start + 2] } else { [start, start, start + 1, start + 1] };
-        let keys = align(around.map(|key| keys[key].with_symmetry()), first.space, Padding::AsFlam3);
+        let written = |key: usize| keys[key].with_symmetry();
+        let keys = if is_smooth {
+            align([start - 1, start, start + 1, start + 2].map(written), first.space, Padding::AsFlam3)
+        } else {
+            let [from, to] = align([start, start + 1].map(written), first.space, Padding::AsFlam3);
+            [from.clone(), from, to.clone(), to]
+        };
         let number_of = keys[0].xforms.len() + usize::from(keys[0].final_xform.is_some());
         let xform =
             |key: &Genome, i: usize| key.xforms.get(i).or(key.final_xform.as_ref()).cloned().unwrap_or_default();
