@@ -62,6 +62,11 @@ pub(crate) fn rate_factor(text: &str) -> Result<f32, String> {
     within(text, 0.1, 51.0).map(|number| number as f32)
 }
 
+/// A time in a genome's file, in frames.
+pub(crate) fn time(text: &str) -> Result<f64, String> {
+    within(text, -1e9, 1e9)
+}
+
 /// A flag that SIGINT, SIGTERM or SIGHUP sets.
 pub(crate) fn stop_on_signals() -> Result<Arc<AtomicBool>, Fatal> {
     let stop = Arc::new(AtomicBool::new(false));

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::{fs, num::NonZeroUsize};
 
 use clap::ValueEnum;
-use flame::{Arithmetic, Filter, FrameCost, Genome, Image, Loop, Motion, Renderer, Settings};
+use flame::{Arithmetic, Filter, FrameCost, Genome, GenomeError, Image, KeyFrames, Loop, Motion, Renderer, Settings};
 use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
@@ -28,7 +28,7 @@ use crate::program::{Exit, Fatal, now::Stopwatch, print};
   2  the command line or the genome is wrong
   3  a file could not be read or written, or memory does not suffice")]
 pub(crate) struct Args {
-    /// File of the genome: flam3 XML with one flame
+    /// File of the genome: flam3 XML with one flame, or with --time several
     genome: PathBuf,
     /// Where the picture goes: a PNG file
     #[arg(long, value_name = "PNG")]
@@ -55,13 +55,16 @@ pub(crate) struct Args {
     #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
     threads: NonZeroUsize,
     /// Which frame of the loop, from 0
-    #[arg(long, value_name = "I", requires = "frames")]
+    #[arg(long, value_name = "I", requires = "frames", group = "moment")]
     frame: Option<u32>,
     /// How many frames the loop has
     #[arg(long, value_name = "N", requires = "frame", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
+    /// The moment between the flames of the file, which are key frames at the times that they name
+    #[arg(long, value_name = "T", conflicts_with = "frame", group = "moment", allow_negative_numbers = true, value_parser = options::time)]
+    time: Option<f64>,
     /// Moments in the frame; 1 switches motion blur off
-    #[arg(long, value_name = "N", requires = "frame", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", requires = "moment", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     temporal_samples: Option<u32>,
     /// Bits of each channel
     #[arg(long, value_enum, default_value_t = Depth::Eight)]
@@ -118,12 +121,8 @@ struct GenomeFileError {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let genome = args.genome()?;
+    let (motion, frame) = args.motion()?;
     let settings = args.settings();
-    let (motion, frame): (Box<dyn Motion>, f64) = match args.frame.zip(args.frames) {
-        Some((frame, frames)) => (Box::new(Loop::new(&genome, f64::from(frames))), f64::from(frame)),
-        None => (Box::new(genome), 0.0),
-    };
     let genome_fatal = |source| args.genome_fatal(Exit::Malformed, source);
     let demand = FrameCost::of(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
     let threads = options::threads_that_fit(args.threads, &demand)?;
@@ -153,13 +152,25 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 impl Args {
-    fn genome(&self) -> Result<Genome, Fatal> {
+    /// What the file shows, and at which frame or time.
+    fn motion(&self) -> Result<(Box<dyn Motion>, f64), Fatal> {
         let text = fs::read_to_string(&self.genome).map_err(|source| {
             let is_text = source.kind() != ErrorKind::InvalidData;
             self.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
         })?;
-        let genome = Genome::parse(&text).map_err(|error| self.genome_fatal(Exit::Malformed, error.into()))?;
-        coloured(genome).map_err(|error| self.genome_fatal(Exit::Unreadable, error.into()))
+        let malformed = |error: GenomeError| self.genome_fatal(Exit::Malformed, error.into());
+        let with_colours =
+            |genome: Genome| coloured(genome).map_err(|error| self.genome_fatal(Exit::Unreadable, error.into()));
+        if let Some(time) = self.time {
+            let keys = Genome::parse_all(&text).map_err(malformed)?;
+            let keys = keys.into_iter().map(with_colours).collect::<Result<_, _>>()?;
+            return Ok((Box::new(KeyFrames::new(keys).map_err(malformed)?), time));
+        }
+        let genome = with_colours(Genome::parse(&text).map_err(malformed)?)?;
+        Ok(match self.frame.zip(self.frames) {
+            Some((frame, frames)) => (Box::new(Loop::new(&genome, f64::from(frames))), f64::from(frame)),
+            None => (Box::new(genome), 0.0),
+        })
     }
 
     fn settings(&self) -> Settings {
@@ -169,7 +180,7 @@ impl Args {
             psnr: self.psnr,
             supersample: self.supersample,
             // A genome that does not move has no motion blur.
-            temporal_samples: if self.frame.is_some() { self.temporal_samples } else { Some(1) },
+            temporal_samples: if self.frame.is_some() || self.time.is_some() { self.temporal_samples } else { Some(1) },
             filter: match self.filter {
                 Smoothing::None => Filter::None,
                 Smoothing::Variance => Filter::Variance,

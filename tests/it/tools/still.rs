@@ -125,3 +125,34 @@ fn a_still_that_cannot_be_is_refused_with_its_reason() {
     assert!(error.contains("MB of memory") && error.contains("hint: "), "{error}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing was written");
 }
+
+#[test]
+fn a_still_shows_a_moment_between_the_key_frames_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let genome = |name: &str, time: u32| {
+        let path = programs::repository().join("flock-tools/demo/genomes").join(name).with_extension("flam3");
+        fs::read_to_string(path).unwrap().replace("time=\"0\"", &format!("time=\"{time}\""))
+    };
+    let keys = |times: [u32; 2]| format!("<keys>{}{}</keys>", genome("orchid", times[0]), genome("caldera", times[1]));
+    fs::write(folder.path().join("keys.flam3"), keys([10, 20])).unwrap();
+    fs::write(folder.path().join("back.flam3"), keys([20, 10])).unwrap();
+    let still = |file: &str, options: &[&str]| {
+        let small = ["--out", "a.png", "--size", "64x36", "--spp", "20", "--supersample", "1", "--json"];
+        let mut command = Command::new(programs::dreams());
+        output(command.current_dir(folder.path()).args(["still", file]).args(small).args(options))
+    };
+    let checksum =
+        |time: &str| answer(&still("keys.flam3", &["--time", time, "--temporal-samples", "1"]))["checksum"].clone();
+    let seen = ["10", "13.5", "15", "20"].map(checksum);
+    assert!((1..seen.len()).all(|i| !seen[..i].contains(&seen[i])), "{seen:?}");
+    assert_eq!([checksum("-3"), checksum("99")], [seen[0].clone(), seen[3].clone()], "outside it stands still");
+    for (file, options, why) in [
+        ("keys.flam3", &[][..], "found 2 flames, expected one"),
+        ("back.flam3", &["--time", "12"], "flame 2 of the file has time 10, expected more than the 20"),
+        ("keys.flam3", &["--time", "12", "--frame", "1", "--frames", "3"], "cannot be used with"),
+    ] {
+        let said = still(file, options);
+        let told = String::from_utf8_lossy(&said.stderr).into_owned();
+        assert!(said.status.code() == Some(2) && told.contains(why), "{told}");
+    }
+}
