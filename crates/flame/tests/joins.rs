@@ -10,10 +10,11 @@ use flame::{Exposed, Exposure, Filter, Genome, Image, Loop, Motion, Renderer, Se
 const LOOP: f64 = 1800.0;
 const TRANSITION: f64 = 900.0;
 
-/// Enough samples for motion of a fifth of a degree a frame to show above the noise.
+/// Enough samples for motion of a fifth of a degree a frame to show above the noise, which is another one where a transform
+/// comes in that draws random numbers of its own.
 const SETTINGS: Settings = Settings {
-    size: Some([96, 54]),
-    spp: Some(4000.0),
+    size: Some([48, 27]),
+    spp: Some(80_000.0),
     supersample: Some(1),
     temporal_samples: Some(4),
     filter: Filter::None,
@@ -24,7 +25,8 @@ const SETTINGS: Settings = Settings {
 /// The root mean square of `weights` times `images`, in levels of 255.
 fn rms(images: &[&Image], weights: &[f64]) -> f64 {
     let count = images[0].pixels.as_flattened().len();
-    let sum = |i: usize| images.iter().zip(weights).map(move |(image, w)| w * f64::from(image.pixels.as_flattened()[i]));
+    let sum =
+        |i: usize| images.iter().zip(weights).map(move |(image, w)| w * f64::from(image.pixels.as_flattened()[i]));
     let squares: f64 = (0..count).map(|i| sum(i).sum::<f64>().powi(2)).sum();
     255.0 * (squares / count as f64).sqrt()
 }
@@ -35,10 +37,9 @@ fn rendered_frames_meet_at_the_joins_of_minute_long_loops_with_transitions_of_ha
     let sheep = [
         include_str!("../../../flock-tools/demo/genomes/nautilus.flam3"),
         include_str!("../../../flock-tools/demo/genomes/caldera.flam3"),
-        include_str!("../../../flock-tools/demo/genomes/orchid.flam3"),
     ]
     .map(|text| Loop::new(&Genome::parse(text).unwrap(), LOOP));
-    for [from, to] in [[0, 1], [1, 2], [2, 0]].map(|pair| pair.map(|i| &sheep[i])) {
+    for [from, to] in [[0, 1], [1, 0]].map(|pair| pair.map(|i| &sheep[i])) {
         let way = Transition::new(from, to, TRANSITION);
         let exposure = Exposure::measure(&way, TRANSITION, &renderer).unwrap();
         let way = Exposed { motion: &way, exposure: &exposure };

@@ -118,7 +118,9 @@ impl Stretch {
         });
         for (xform, [affine, post]) in genome.xforms.iter_mut().chain(&mut genome.final_xform).zip(&self.paths) {
             (xform.affine, xform.post) = (affine.at(weights), post.at(weights));
+            // A curve may lead beyond its keys.
             xform.weight = xform.weight.max(0.0);
+            xform.color = xform.color.clamp(0.0, 1.0);
         }
         let palettes = self.keys.each_ref().map(|key| key.palette.as_ref());
         genome.palette = match palettes {
