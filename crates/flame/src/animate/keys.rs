@@ -126,7 +126,7 @@ impl Stretch {
         genome.palette = match palettes {
             [Some(before), Some(from), Some(to), Some(after)] if self.is_smooth => {
                 let keys = [before, from, to, after];
-                Some(blend_smoothly(keys, weights, part, first.hue_path, first.hue_path_rgb))
+                Some(blend_smoothly(keys, weights, first.hue_path, first.hue_path_rgb))
             }
             [_, Some(from), Some(to), _] => Some(blend(from, to, part, first.hue_path, first.hue_path_rgb)),
             _ => None,
