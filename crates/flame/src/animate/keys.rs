@@ -149,12 +149,8 @@ impl Stretch {
 /// How much of each of four keys is in a point between the second and the third.
 fn catmull_rom(part: f64) -> [f64; 4] {
     let (square, cube) = (part * part, part * part * part);
-    [
-        (-part + 2.0 * square - cube) / 2.0,
-        (2.0 - 5.0 * square + 3.0 * cube) / 2.0,
-        (part + 4.0 * square - 3.0 * cube) / 2.0,
-        (cube - square) / 2.0,
-    ]
+    [-part + 2.0 * square - cube, 2.0 - 5.0 * square + 3.0 * cube, part + 4.0 * square - 3.0 * cube, cube - square]
+        .map(|doubled| doubled / 2.0)
 }
 
 impl Path {
