@@ -10,10 +10,11 @@ use flame::{Exposed, Exposure, Filter, Genome, Image, Loop, Motion, Renderer, Se
 const LOOP: f64 = 1800.0;
 const TRANSITION: f64 = 900.0;
 
-/// Enough samples for motion of a fifth of a degree a frame to show above the noise.
+/// Enough samples for motion of a fifth of a degree a frame to show above the noise, which is another one where a transform
+/// comes in that draws random numbers of its own.
 const SETTINGS: Settings = Settings {
-    size: Some([96, 54]),
-    spp: Some(4000.0),
+    size: Some([48, 27]),
+    spp: Some(80_000.0),
     psnr: None,
     supersample: Some(1),
     temporal_samples: Some(4),
@@ -37,10 +38,9 @@ fn rendered_frames_meet_at_the_joins_of_minute_long_loops_with_transitions_of_ha
     let sheep = [
         include_str!("../../../flock-tools/demo/genomes/nautilus.flam3"),
         include_str!("../../../flock-tools/demo/genomes/caldera.flam3"),
-        include_str!("../../../flock-tools/demo/genomes/orchid.flam3"),
     ]
     .map(|text| Loop::new(&Genome::parse(text).unwrap(), LOOP));
-    for [from, to] in [[0, 1], [1, 2], [2, 0]].map(|pair| pair.map(|i| &sheep[i])) {
+    for [from, to] in [[0, 1], [1, 0]].map(|pair| pair.map(|i| &sheep[i])) {
         let way = Transition::new(from, to, TRANSITION);
         let exposure = Exposure::measure(&way, TRANSITION, &renderer).unwrap();
         let way = Exposed { motion: &way, exposure: &exposure };
@@ -49,12 +49,14 @@ fn rendered_frames_meet_at_the_joins_of_minute_long_loops_with_transitions_of_ha
             |motion: &dyn Motion, frame: f64| rms(&[&draw(motion, frame + 1.0), &draw(motion, frame)], &[1.0, -1.0]);
         let usual = [inside(from, 700.0), inside(to, 700.0), inside(&way, 300.0), inside(&way, 600.0)];
         let usual = usual.into_iter().fold(f64::INFINITY, f64::min);
-        let joins: [(&dyn Motion, f64, &dyn Motion, f64); 2] = [(from, LOOP, &way, 0.0), (&way, TRANSITION, to, 0.0)];
-        for (before, end, after, start) in joins {
-            let [last, first, next] = [draw(before, end - 1.0), draw(after, start), draw(after, start + 1.0)];
-            // What would be the next frame of the clip before is the first of the clip after.
-            let value = rms(&[&draw(before, end), &first], &[1.0, -1.0]);
-            let velocity = rms(&[&next, &first, &last], &[1.0, -2.0, 1.0]);
+        // The loops carried on through the joins: the first frames of the transition, and its last ones backwards.
+        for (motion, join, inwards) in [(from, LOOP, 1.0), (to, 0.0, -1.0)] {
+            let at = if inwards > 0.0 { 0.0 } else { TRANSITION };
+            let off = |frames: f64| {
+                let (loop_frame, own) = (draw(motion, join + frames * inwards), draw(&way, at + frames * inwards));
+                rms(&[&loop_frame, &own], &[1.0, -1.0])
+            };
+            let (value, velocity) = (off(0.0), off(1.0));
             println!("value off by {value:.3}, velocity by {velocity:.3}, a frame changes by {usual:.3} at least");
             assert!(value < usual && velocity < usual, "{value}, {velocity}, {usual}");
         }

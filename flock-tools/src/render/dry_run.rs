@@ -127,8 +127,8 @@ impl<'a> DryRun<'a> {
         let line = |clip: &DryClip| {
             let kept = if clip.kept > 0 { format!(", {} of them rendered", clip.kept) } else { String::new() };
             let middle = clip.middle.as_ref().map_or(String::new(), |middle| {
-                let faults = middle.faults.iter().map(|fault| format!(", {fault}")).collect::<String>();
-                format!(", middle {:.2}{faults}", middle.score)
+                let score = format!(", middle {:.2}", middle.score);
+                [&[&*score], &middle.faults[..]].concat().join(", ")
             });
             format!("{} {} frames{kept}, {}{middle}", clip.clip, clip.frames, clip.state)
         };

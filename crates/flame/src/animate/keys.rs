@@ -118,13 +118,15 @@ impl Stretch {
         });
         for (xform, [affine, post]) in genome.xforms.iter_mut().chain(&mut genome.final_xform).zip(&self.paths) {
             (xform.affine, xform.post) = (affine.at(weights), post.at(weights));
+            // A curve may lead beyond its keys.
             xform.weight = xform.weight.max(0.0);
+            xform.color = xform.color.clamp(0.0, 1.0);
         }
         let palettes = self.keys.each_ref().map(|key| key.palette.as_ref());
         genome.palette = match palettes {
             [Some(before), Some(from), Some(to), Some(after)] if self.is_smooth => {
                 let keys = [before, from, to, after];
-                Some(blend_smoothly(keys, weights, part, first.hue_path, first.hue_path_rgb))
+                Some(blend_smoothly(keys, weights, first.hue_path, first.hue_path_rgb))
             }
             [_, Some(from), Some(to), _] => Some(blend(from, to, part, first.hue_path, first.hue_path_rgb)),
             _ => None,
@@ -147,12 +149,8 @@ impl Stretch {
 /// How much of each of four keys is in a point between the second and the third.
 fn catmull_rom(part: f64) -> [f64; 4] {
     let (square, cube) = (part * part, part * part * part);
-    [
-        (-part + 2.0 * square - cube) / 2.0,
-        (2.0 - 5.0 * square + 3.0 * cube) / 2.0,
-        (part + 4.0 * square - 3.0 * cube) / 2.0,
-        (cube - square) / 2.0,
-    ]
+    [-part + 2.0 * square - cube, 2.0 - 5.0 * square + 3.0 * cube, part + 4.0 * square - 3.0 * cube, cube - square]
+        .map(|doubled| doubled / 2.0)
 }
 
 impl Path {

@@ -46,7 +46,11 @@ impl PaletteWay {
     /// The palette at `part` of the way, `0.0..=1.0`, of which `rgb` is blended straight.
     pub(super) fn at(&self, part: f64, rgb: f64) -> Palette {
         let [from, to] = &self.ends;
-        let Some(Seen { way, rest }) = &self.seen else { return blend(from, to, part, self.path, rgb) };
+        let Some(Seen { way, rest }) = &self.seen else {
+            // A sweep ends half an entry early: flam3's changes the last one at the very end, which would be a jump there.
+            let early = if self.path == HuePath::Sweep { 0.5 / Palette::LEN as f64 } else { 0.0 };
+            return blend(from, to, part + early, self.path, rgb);
+        };
         let seen = way.at(part);
         Palette::from_fn(|i| {
             let straight: [f64; 4] = std::array::from_fn(|c| mix(from.entries[i][c], to.entries[i][c], part));
@@ -66,10 +70,12 @@ pub(super) fn blend(from: &Palette, to: &Palette, part: f64, path: HuePath, rgb:
         let straight: [f64; 4] = std::array::from_fn(|c| mix(start[c], end[c], part));
         let circular = match path {
             HuePath::Rgb => return straight,
-            HuePath::Sweep => return if i as f64 + 0.5 >= (1.0 - part) * Palette::LEN as f64 { end } else { start },
+            HuePath::Sweep => return if i as f64 >= (1.0 - part) * Palette::LEN as f64 { end } else { start },
             HuePath::Hsv => false,
             HuePath::HsvCircular => true,
         };
+        // flam3 mixes nothing into `hsv`.
+        let rgb = if circular { rgb } else { 0.0 };
         let [red, green, blue] = by_hue(colour(start), colour(end), part, circular);
         let round = [red, green, blue, straight[3]];
         std::array::from_fn(|c| mix(round[c], straight[c], rgb))
@@ -82,12 +88,16 @@ fn colour([red, green, blue, _]: [f64; 4]) -> [f64; 3] {
 
 /// The same through four palettes, by these weights, as flam3 does for the second and the third of four key frames: hues
 /// then never take the shorter way round.
-pub(super) fn blend_smoothly(keys: [&Palette; 4], weights: [f64; 4], part: f64, path: HuePath, rgb: f64) -> Palette {
-    let [_, from, to, _] = keys;
+pub(super) fn blend_smoothly(keys: [&Palette; 4], weights: [f64; 4], path: HuePath, rgb: f64) -> Palette {
     if path == HuePath::Sweep {
-        return blend(from, to, part, path, rgb);
+        // flam3 does not sweep here.
+        return keys[1].clone();
     }
-    let rgb = if path == HuePath::Rgb { 1.0 } else { rgb };
+    let rgb = match path {
+        HuePath::Rgb => 1.0,
+        HuePath::HsvCircular => rgb,
+        HuePath::Hsv | HuePath::Sweep => 0.0,
+    };
     let sum = |of: &dyn Fn(usize) -> f64| (0..4).map(|key| weights[key] * of(key)).sum::<f64>();
     Palette::from_fn(|i| {
         let hsv = keys.map(|key| to_hsv(colour(key.entries[i])));
