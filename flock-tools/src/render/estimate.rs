@@ -66,8 +66,8 @@ pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, 
 }
 
 /// What a frame takes that is a third into `clip`: a constant part, a part for each sample, and a part for the filter. How
-/// much the filter has to do depends on the cells that are hit, so it would pass for a part for each sample. If a clip `is_compiled` before, that
-/// is not counted.
+/// much the filter has to do depends on the cells that are hit, so it would pass for a part for each sample. If a clip
+/// `is_compiled` before, that is not counted.
 fn seconds_of_a_frame(
     clip: &ClipPlan,
     look: &Look,

@@ -2,8 +2,8 @@
 //!
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
 //! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `presets.rs` has the options of how they look,
-//! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them, `on_gpu.rs` a GPU draw them. `palettes.rs` finds the
-//! colours that genomes only name. `still.rs` is `dreams still`.
+//! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them, `on_gpu.rs` a GPU draw them.
+//! `palettes.rs` finds the colours that genomes only name. `still.rs` is `dreams still`.
 //!
 //! Start at [`run`].
 

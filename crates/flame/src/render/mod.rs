@@ -3,7 +3,8 @@
 //! Owns the order of the work and the promise that neither the number of threads nor the processor changes a pixel.
 //! A frame becomes plain data (`shot.rs`: compiled genomes of `plan.rs`, the palette, numbered parts). Parts are drawn in
 //! any order (`draw.rs`), each with its own random stream (`pool.rs`; `chaos.rs` is the reference), and counted in whole
-//! numbers (`bins.rs`, `histogram.rs`). `backend.rs` may have a GPU draw instead (`gpu`). Never reads a file, a clock or the system's entropy.
+//! numbers (`bins.rs`, `histogram.rs`). `backend.rs` may have a GPU draw instead (`gpu`). Never reads a
+//! file, a clock or the system's entropy.
 //!
 //! Start at [`Renderer::render`]; `filter.rs` and `tonemap.rs` make light.
 //!
