@@ -30,7 +30,7 @@ const SETTINGS: Settings = Settings {
 const TOLERANCE: f64 = 0.5;
 
 /// How much noisier those of the GPU may be, in dB.
-const NOISE: f64 = 2.0;
+const NOISE: f64 = 1.0;
 
 /// How much more or less light they may have, as a part of it.
 const LIGHT: f64 = 0.005;
