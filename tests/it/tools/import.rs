@@ -7,7 +7,7 @@ use crate::clips::framemd5;
 use crate::flocks::SMALL;
 use crate::programs::{self, output, succeed};
 use crate::tools::import_folders::ImportFolders;
-use claims::wait::ends_within;
+use claims::wait::{self, ends_within};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::fs;
@@ -266,10 +266,8 @@ fn an_import_that_is_interrupted_or_finds_the_disk_full_leaves_a_whole_flock_and
         inside.filter(|path| path.extension().is_none_or(|ending| ending != "mp4")).count()
     };
     let mut running = folders.import(&["."]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let begun = |at: u32| {
-        (0..at).any(|_| ends_within(&running, 1) || folders.flock().join("transitions/a=b.mp4.new.part").exists())
-    };
-    assert!(begun(60), "it begins");
+    let part = folders.flock().join("transitions/a=b.mp4.new.part");
+    wait::until("the first part of a clip", 60, || part.exists());
     kill_process(Pid::from_child(&running), Signal::INT).unwrap();
     assert!(ends_within(&running, 20), "a signal is heard within a frame");
     assert_eq!((running.wait().unwrap().code(), parts()), (Some(1), 0));
