@@ -52,7 +52,7 @@ gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the
 	cargo test --locked --release --package flame --package flock-tools --features gpu --test gpu --target-dir $(gpu)
 	cargo test --locked --release --package flame --features gpu --lib --target-dir $(gpu) -- gpu::
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, gpu, import, bundles, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, quality, gpu, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image

@@ -7,7 +7,7 @@
 
 #![allow(clippy::panic, reason = "a target fails by panicking")]
 
-use flame::{Genome, GenomeError};
+use flame::{Genome, GenomeError, KeyFrames, Motion};
 
 /// A file of genomes: refused with a message that fits on a screen, or read, written and read again without a loss.
 pub(crate) fn genome(data: &[u8]) -> bool {
@@ -29,6 +29,14 @@ pub(crate) fn genome(data: &[u8]) -> bool {
             Err(GenomeError::Limit { .. }) => {}
             Err(error) => panic!("written so that it is refused, {error}: {written}"),
         }
+    }
+    let times = flames.iter().map(|(genome, _)| genome.time);
+    let middle = f64::midpoint(times.clone().fold(f64::MAX, f64::min), times.fold(f64::MIN, f64::max));
+    if let Ok(keys) = KeyFrames::new(flames.iter().map(|(genome, _)| genome.clone()).collect()) {
+        assert!(
+            keys.at(middle).xforms.len()
+                <= flames.iter().map(|(genome, _)| genome.with_symmetry().xforms.len()).max().unwrap_or(0)
+        );
     }
     !flames.is_empty()
 }

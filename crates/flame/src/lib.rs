@@ -1,8 +1,8 @@
 //! Flames: genomes, their motion, and the renderer that turns a moment of them into light.
 //!
 //! Owns everything that knows what a transform is: reading and writing flam3 XML ([`genome`]), the
-//! published variations ([`variations`]), loops and transitions ([`animate`]) and the picture
-//! ([`render`]). Never opens a file, reads a clock or knows what a flock or a clip is.
+//! published variations ([`variations`]), loops and transitions ([`animate`]), the picture ([`render`]), and how bright and
+//! how good the middle of a transition is ([`Exposure`], [`Middle`]). Never opens a file, reads a clock or knows what a flock or a clip is.
 //!
 //! Start at [`Species`]: a genome's motion and a moment become a frame.
 #![forbid(unsafe_code)]
@@ -10,17 +10,24 @@
 #![allow(clippy::float_cmp, reason = "0 and 1 mean `off` and `whole` exactly, as files say them")]
 
 pub mod animate;
+mod exposure;
 pub mod genome;
 mod image;
+mod light;
+mod middle;
 mod number;
 pub mod render;
 mod rng;
 mod species;
 pub mod variations;
 
-pub use animate::{Loop, Motion, Transition};
+pub use animate::{KeyFrames, Loop, Motion, Transition};
+pub use exposure::{Exposed, Exposure};
 pub use genome::{Genome, GenomeError};
 pub use image::Image;
-pub use render::{Arithmetic, Backend, Filter, FrameCost, GPU_VERSION, RenderError, Renderer, Settings, VERSION};
+pub use middle::{Middle, MiddleFault};
+pub use render::{
+    Arithmetic, Backend, Filter, FrameCost, GPU_VERSION, Measured, RenderError, Renderer, Settings, VERSION,
+};
 pub use rng::Rng;
 pub use species::{Flame, Species};

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use flame::genome::{Genome, GenomeError, Library, Xform};
-use flame::{Loop, Motion};
+use flame::{KeyFrames, Loop, Motion};
 
 /// `text` in a file of that name.
 fn file(name: &str, text: &str) -> PathBuf {
@@ -219,4 +219,77 @@ fn attributes_of_old_files_mean_what_they_mean_to_flam3() {
         assert!(Genome::parse(&format!("<flame {wrong}/>")).unwrap_err().to_string().starts_with("line 1, column 8: "));
     }
     assert_eq!(Genome::parse("<flame batches=\"4\"/>").unwrap().sampling.passes, 4);
+}
+
+/// Key frames that differ in everything that moves: each is a time, attributes of the flame, transforms and a colour.
+fn key_frames(keys: &[(u32, &str, &str, &str)]) -> String {
+    let flame = |(time, attributes, xforms, colour): &(u32, &str, &str, &str)| {
+        format!(
+            "<flame time=\"{time}\" size=\"100 100\" {attributes}>{xforms}<color index=\"0\" rgb=\"{colour}\"/></flame>"
+        )
+    };
+    format!("<flames>{}</flames>", keys.iter().map(flame).collect::<String>())
+}
+
+const WIDE: &str = r#"<xform weight="1" color="0" coefs="1 0.2 0 1 0.5 0.25" linear="1"/>"#;
+const TURNED: &str = r#"<xform weight="2" color="1" coefs="-0.5 0.2 0.3 -1 0 0.25" post="0.5 0.1 0 1 1 0" julian="1" julian_power="3" julian_dist="2" opacity="0.5"/>"#;
+const RINGS: &str = r#"<xform weight="0.1" color="0.3" animate="0" coefs="-1 0 0 -1 0 0.25" rings2="1" rings2_val="0.4" linear="0.5"/>"#;
+const CURL: &str =
+    r#"<finalxform color="0" animate="0" coefs="0.5 0.2 0 1 0.5 0.25" curl="1" curl_c1="0.3" curl_c2="0"/>"#;
+
+#[test]
+fn key_frames_are_interpolated_as_flam3_genome_does() {
+    for space in ["log", "linear", "old", "older"] {
+        for path in ["rgb", "hsv", "hsv_circular", "sweep"] {
+            for time in ["linear", "smooth"] {
+                let attributes = |scale: u32, rotate: u32| {
+                    format!(
+                        r#"interpolation_type="{space}" palette_interpolation="{path}" interpolation="{time}" scale="{scale}"
+                           rotate="{rotate}" center="{rotate} 1" gamma="{}" hsv_rgb_palette_blend="0.25""#,
+                        f64::from(rotate) + 2.0
+                    )
+                };
+                let heads = [attributes(50, 0), attributes(60, 3), attributes(30, 1), attributes(90, 2)];
+                let text = key_frames(&[
+                    (0, &heads[0], &[WIDE, TURNED].concat(), "255 0 0"),
+                    (4, &heads[1], &[WIDE, RINGS, CURL].concat(), "0 255 60"),
+                    (10, &heads[2], &[TURNED, RINGS, TURNED, CURL].concat(), "80 80 200"),
+                    (14, &heads[3], &[RINGS, WIDE].concat(), "100 100 100"),
+                ]);
+                let keys = KeyFrames::new(Genome::parse_all(&text).unwrap()).unwrap();
+                let path = file("keys.flam3", &text);
+                let printed = theirs(&[("animate", path.to_str().unwrap())]);
+                assert_eq!(printed.len(), 15);
+                for theirs in printed {
+                    let ours = keys.at(theirs.time);
+                    let what = format!("{space}, {time}, {:?}, time {}", ours.hue_path, theirs.time);
+                    assert_alike(&ours, &theirs, &what);
+                    let numbers = |genome: &Genome| {
+                        let camera = &genome.camera;
+                        [camera.scale, camera.rotate, camera.center[0], camera.center[1], genome.tone.gamma]
+                    };
+                    for (a, b) in numbers(&ours).into_iter().zip(numbers(&theirs)) {
+                        assert!((a - b).abs() < 1e-4 * (1.0 + b.abs()), "{what}: {a}, flam3 has {b}");
+                    }
+                    let colours = |genome: &Genome| genome.palette.clone().unwrap().entries.concat();
+                    for (a, b) in colours(&ours).into_iter().zip(colours(&theirs)) {
+                        assert!((a - b).abs() < 0.01, "{what}: colour {a}, flam3 has {b}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn key_frames_out_of_order_are_refused_by_both() {
+    for times in [[4, 0], [3, 3]] {
+        let text = key_frames(&[(times[0], "", WIDE, "9 9 9"), (times[1], "", WIDE, "9 9 9")]);
+        let path = file("unordered.flam3", &text);
+        assert!(theirs(&[("animate", path.to_str().unwrap())]).is_empty());
+        let refused = KeyFrames::new(Genome::parse_all(&text).unwrap()).unwrap_err();
+        let (found, before) = (f64::from(times[1]), f64::from(times[0]));
+        assert_eq!(refused, GenomeError::Order { number: 2, found, before });
+    }
+    assert_eq!(KeyFrames::new(Vec::new()).unwrap_err(), GenomeError::Count { found: 0 });
 }

@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const SMALL: Settings = Settings {
     size: Some([64, 48]),
     spp: Some(50.0),
+    psnr: None,
     supersample: Some(2),
     temporal_samples: Some(4),
     filter: Filter::Variance,
@@ -66,7 +67,7 @@ fn pixels_are_the_same_for_every_instruction_set() {
 
 /// The checksum of the pictures that [`flame::VERSION`] makes. Where it changes, so must the version: else a clip that was
 /// begun by one renderer is finished by another.
-const PICTURES: (u32, u64) = (2, 10_317_003_656_367_989_831);
+const PICTURES: (u32, u64) = (3, 207_015_997_764_396_559);
 
 #[test]
 fn another_renderer_has_another_version() {
@@ -130,21 +131,125 @@ fn a_soft_shutter_is_as_bright_as_a_hard_one() {
     }
 }
 
+/// A genome that lets filters work.
+fn noisy() -> Genome {
+    let mut genome = xaos();
+    genome.sampling.estimator_radius = 9.0;
+    genome
+}
+
+/// `genome` at 96x72, 2 x 2 cells a pixel.
+fn filtered(genome: &Genome, spp: f64, filter: Filter, seed: u64) -> Image {
+    let settings = Settings { size: Some([96, 72]), spp: Some(spp), temporal_samples: Some(1), filter, seed, ..SMALL };
+    Renderer::new(0).unwrap().render(genome, 0.0, &settings).unwrap()
+}
+
+/// What filters are judged by: one with much noise, and two of the demo.
+fn judged() -> [(&'static str, Genome); 3] {
+    let demo = |text: &str| Genome::parse(text).unwrap();
+    [
+        ("xaos", noisy()),
+        ("caldera", demo(include_str!("../../../flock-tools/demo/genomes/caldera.flam3"))),
+        ("nocturne", demo(include_str!("../../../flock-tools/demo/genomes/nocturne.flam3"))),
+    ]
+}
+
 #[test]
-fn density_estimation_gains_much_from_few_samples_and_loses_little_of_many() {
-    let renderer = Renderer::new(0).unwrap();
-    let draw = |spp, radius, seed| {
-        let mut genome = xaos();
-        genome.sampling.estimator_radius = radius;
-        let settings = Settings { size: Some([96, 72]), spp: Some(spp), supersample: Some(1), seed, ..SMALL };
-        renderer.render(&genome, 0.0, &settings).unwrap()
-    };
-    let truth = draw(6000.0, 0.0, 1);
-    for (spp, gain) in [(20.0, 3.0), (80.0, 1.5), (2000.0, -1.0)] {
-        let (raw, smooth) = (psnr(&draw(spp, 0.0, 2), &truth), psnr(&draw(spp, 9.0, 2), &truth));
-        println!("{spp} samples per pixel: {raw:.1} dB as they are, {smooth:.1} dB estimated");
-        assert!(smooth >= raw + gain, "{spp} samples per pixel: {raw} dB became {smooth} dB");
+fn the_noise_filter_gains_much_from_few_samples_and_loses_nothing_of_many() {
+    for (name, genome) in &judged() {
+        let truth = filtered(genome, 20_000.0, Filter::None, 1);
+        let mut before = 0.0;
+        for (spp, gain) in [(20.0, 1.0), (80.0, 0.5), (400.0, 0.0), (4000.0, -0.05)] {
+            let [raw, smooth] =
+                [Filter::None, Filter::Variance].map(|filter| psnr(&filtered(genome, spp, filter, 2), &truth));
+            println!("{name}, {spp} samples per pixel: {raw:.2} dB as they are, {smooth:.2} dB filtered");
+            assert!(smooth >= raw + gain, "{name}, {spp} samples per pixel: {raw} dB became {smooth} dB");
+            assert!(smooth > before, "{name}: the filter caps the picture at {before} dB");
+            before = smooth;
+        }
     }
+}
+
+#[test]
+fn the_noise_filter_keeps_light_and_leaves_black_black() {
+    // Few samples are too dark, because light bends: the filter may come nearer to what many show, and not farther from it.
+    for (name, genome) in &judged() {
+        let truth = brightness(&filtered(genome, 20_000.0, Filter::None, 1));
+        for spp in [10.0, 100.0, 1000.0] {
+            let [raw, smooth] =
+                [Filter::None, Filter::Variance].map(|filter| brightness(&filtered(genome, spp, filter, 2)) / truth);
+            println!("{name}, {spp} samples per pixel: light {raw:.4} as they are, {smooth:.4} filtered");
+            let (before, after) = ((raw - 1.0).abs(), (smooth - 1.0).abs());
+            assert!(after < before + 0.01, "{name}, {spp} samples per pixel: {raw} became {smooth} of the light");
+        }
+    }
+    // A small bright disc far from all else.
+    let mut genome = Genome { xforms: xaos().xforms.split_off(2), ..noisy() };
+    genome.xforms[0].variations = vec![Variation::new(Kind::Blur, 0.1)];
+    genome.xforms[0].post = flame::genome::Affine::IDENTITY;
+    genome.tone.background = [0.0; 3];
+    genome.camera.center = [0.0, 0.0];
+    let [raw, smooth] = [Filter::None, Filter::Variance].map(|filter| filtered(&genome, 50.0, filter, 2));
+    let is_lit = |number: usize| raw.pixels[number] != [0.0; 3];
+    assert!((0..raw.pixels.len()).any(is_lit), "nothing is in view");
+    for (number, pixel) in smooth.pixels.iter().enumerate() {
+        let (column, row) = ((number % 96) as isize, (number / 96) as isize);
+        let near = (-3..=3).flat_map(|down| (-3..=3).map(move |across| (row + down, column + across)));
+        let near = near.filter(|(row, column)| (0..72).contains(row) && (0..96).contains(column));
+        if !near.map(|(row, column)| (row * 96 + column) as usize).any(is_lit) {
+            assert!(pixel.iter().all(|light| *light < 0.5 / 255.0), "{column}, {row}: {pixel:?} was black");
+        }
+    }
+}
+
+#[test]
+fn the_samples_of_a_picture_are_the_same_with_and_without_a_filter() {
+    let settings = Settings { filter: Filter::None, ..SMALL };
+    let renderer = Renderer::new(2).unwrap();
+    let genome = xaos();
+    let plain = renderer.render(&genome, 0.0, &settings).unwrap();
+    let aimed = renderer.render_measured(&genome, 0.0, &Settings { psnr: Some(10.0), ..settings }).unwrap();
+    let as_many = Settings { spp: Some(16.0), ..settings };
+    assert!(psnr(&aimed.image, &renderer.render(&genome, 0.0, &as_many).unwrap()) > 90.0, "halves make the whole");
+    assert_ne!(plain, aimed.image);
+}
+
+#[test]
+fn a_frame_with_a_target_is_drawn_until_its_noise_is_that_small() {
+    for (name, genome) in &judged() {
+        let truth = filtered(genome, 30_000.0, Filter::None, 1);
+        for filter in [Filter::None, Filter::Variance] {
+            let mut before = 0;
+            for target in [32.0, 36.0, 40.0, 44.0] {
+                let settings = Settings {
+                    size: Some([96, 72]),
+                    temporal_samples: Some(1),
+                    psnr: Some(target),
+                    spp: Some(1.0),
+                    filter,
+                    ..SMALL
+                };
+                let draw = |threads| Renderer::new(threads).unwrap().render_measured(genome, 0.0, &settings).unwrap();
+                let one = draw(1);
+                assert_eq!(one, draw(3), "the rounds are the same for any number of threads");
+                let (told, found) = (one.psnr.unwrap(), psnr(&one.image, &truth));
+                let samples = one.samples;
+                println!("{name}, {target} dB, {filter:?}: {samples} samples, told {told:.2}, found {found:.2}");
+                assert!(told >= target && told < target + 6.0, "{name}, {target} dB: {told} dB");
+                assert!(found > target - 0.05, "{name}, {target} dB: told {told} dB, found {found} dB");
+                assert!(samples >= before, "{name}, {target} dB");
+                before = samples;
+            }
+            assert!(before > 3_000_000, "{name}: as many for 44 dB");
+        }
+    }
+    let genome = noisy();
+    for bad in [0.0, -3.0, 9.9, 60.1, 200.0, f64::NAN, f64::INFINITY] {
+        let refused = FrameCost::of(&genome, 0.0, &Settings { psnr: Some(bad), ..SMALL });
+        assert!(matches!(refused, Err(RenderError::Range { name: "psnr", .. })), "{bad}: {refused:?}");
+    }
+    let refused = FrameCost::of(&genome, 0.0, &Settings { psnr: Some(40.0), filter: Filter::Flam3, ..SMALL });
+    assert!(refused.unwrap_err().to_string().contains("flam3"));
 }
 
 #[test]
@@ -164,6 +269,8 @@ fn a_renderer_that_is_told_to_stop_leaves_off_at_once() {
     let renderer = Renderer::new(2).unwrap().with_stop_flag(Arc::clone(&stop));
     let endless = Settings { spp: Some(1e6), size: Some([1000, 1000]), ..SMALL };
     assert_eq!(renderer.render(&xaos(), 0.0, &endless), Err(RenderError::Stopped));
+    let endless = Settings { psnr: Some(60.0), ..endless };
+    assert_eq!(renderer.render(&xaos(), 0.0, &endless), Err(RenderError::Stopped));
     stop.store(false, Ordering::Relaxed);
     assert!(renderer.render(&xaos(), 0.0, &SMALL).is_ok());
 }
@@ -171,10 +278,11 @@ fn a_renderer_that_is_told_to_stop_leaves_off_at_once() {
 #[test]
 fn a_frame_tells_what_it_takes_before_it_is_drawn() {
     let demand = FrameCost::of(&xaos(), 0.0, &SMALL).unwrap();
-    assert_eq!(demand.samples, 64 * 48 * 50);
+    // Two halves of whole steps of 2048 orbits.
+    assert_eq!(demand.samples, (64_u64 * 48 * 50).next_multiple_of(4096));
     let large = FrameCost::of(&xaos(), 0.0, &Settings { size: Some([6400, 4800]), ..SMALL }).unwrap();
     let cells = 4 * 6400 * 4800;
-    assert!((48 * cells..60 * cells).contains(&large.bytes), "{large:?}");
+    assert!((40 * cells..60 * cells).contains(&large.bytes), "{large:?}");
     for change in [
         Settings { spp: Some(0.0), ..SMALL },
         Settings { spp: Some(f64::NAN), ..SMALL },

@@ -6,6 +6,8 @@
 //! Start at [`run`].
 
 mod manifest;
+#[cfg(test)]
+mod middles;
 mod plan;
 #[cfg(test)]
 mod small_copy;

@@ -72,6 +72,7 @@ impl Edition {
         let look = Look {
             form: Form { size: (1280, 720), fps },
             spp: Some(spp),
+            psnr: None,
             supersample: Some(supersample),
             temporal_samples: None,
             seed: SEED,

@@ -1,18 +1,20 @@
 //! The answer of a dry run: what would be rendered, and what it costs.
 //!
-//! Owns the count of frames that earlier runs have left, and the answer. `estimate.rs` measures. Never writes a file.
+//! Owns the count of frames that earlier runs have left, the look at the middles of transitions, and the answer.
+//! `estimate.rs` measures. Never writes a file.
 //!
 //! Start at [`DryRun::new`].
 
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use flame::Backend;
+use flame::{Backend, Middle, MiddleFault, RenderError, Renderer};
 use flock::ClipPath;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::clip_job::frames_of;
 use super::estimate;
-use super::plan::Look;
+use super::plan::{ClipPlan, Look};
 use super::selection::{Selection, SkippedClip};
 use super::shard::Part;
 use crate::program::{Exit, Fatal, print};
@@ -27,8 +29,29 @@ struct DryClip<'a> {
     state: &'static str,
     /// Frames of this run's part that are rendered already.
     kept: u32,
+    /// How good a transition is half way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    middle: Option<DryMiddle>,
     #[serde(skip)]
     left: u32,
+}
+
+/// The middle of a transition in the answer: see [`Middle`].
+#[derive(serde::Serialize)]
+struct DryMiddle {
+    score: f64,
+    brightness: f64,
+    lit: f64,
+    white: f64,
+    flicker: f64,
+    faults: Vec<&'static str>,
+}
+
+impl From<Middle> for DryMiddle {
+    fn from(middle: Middle) -> Self {
+        let Middle { score, brightness, lit, white, flicker, faults } = middle;
+        Self { score, brightness, lit, white, flicker, faults: faults.into_iter().map(MiddleFault::name).collect() }
+    }
 }
 
 /// The answer; with `--json` as it is.
@@ -66,14 +89,15 @@ impl<'a> DryRun<'a> {
         let mut clips = Vec::new();
         let mut samples = 0.0;
         let malformed = |error| Fatal::new(Exit::Malformed, error);
-        for clip in &selection.clips {
+        let middles = middles(selection).map_err(malformed)?;
+        for (clip, middle) in selection.clips.iter().zip(middles) {
             let store = frames_of(clip, look, folder);
             let wanted: Vec<u32> = (0..clip.frames.0).filter(|frame| part.has(&clip.path, *frame)).collect();
             let kept = wanted.iter().filter(|frame| store.has(**frame)).count() as u32;
             let left = wanted.len() as u32 - kept;
             samples += estimate::samples(clip, left, look).map_err(malformed)?;
             let state = if selection.changed.contains(&clip.path) { "changed" } else { "missing" };
-            clips.push(DryClip { clip: &clip.path, frames: clip.frames.0, state, kept, left });
+            clips.push(DryClip { clip: &clip.path, frames: clip.frames.0, state, kept, middle, left });
         }
         let left = selection.clips.iter().zip(&clips).map(|(clip, told)| (clip, told.left));
         let seconds = estimate::seconds(left, look, backend).map_err(malformed)?;
@@ -102,7 +126,11 @@ impl<'a> DryRun<'a> {
         let Self { frames, kept, samples, cpu_hours, hours, threads, gpu, .. } = self;
         let line = |clip: &DryClip| {
             let kept = if clip.kept > 0 { format!(", {} of them rendered", clip.kept) } else { String::new() };
-            format!("{} {} frames{kept}, {}", clip.clip, clip.frames, clip.state)
+            let middle = clip.middle.as_ref().map_or(String::new(), |middle| {
+                let score = format!(", middle {:.2}", middle.score);
+                [&[&*score], &middle.faults[..]].concat().join(", ")
+            });
+            format!("{} {} frames{kept}, {}{middle}", clip.clip, clip.frames, clip.state)
         };
         let already = if *kept > 0 { format!(" ({kept} more are rendered)") } else { String::new() };
         let sum = format!(
@@ -112,4 +140,10 @@ impl<'a> DryRun<'a> {
         );
         print::lines(self.clips.iter().map(line).chain([sum]))
     }
+}
+
+/// The middle of each clip that is a transition, on all cores.
+fn middles(selection: &Selection) -> Result<Vec<Option<DryMiddle>>, RenderError> {
+    let middle = |clip: &ClipPlan| Ok(clip.middle(&Renderer::new(1)?)?.map(DryMiddle::from));
+    selection.clips.par_iter().map(middle).collect()
 }

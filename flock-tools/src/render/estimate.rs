@@ -19,6 +19,16 @@ const MEASURED: usize = 6;
 const FEW: u64 = 4_000_000;
 const MORE: u64 = 24_000_000;
 
+/// Decibels of the frames that tell how fast noise falls.
+const LEAST_PSNR: f64 = 28.0;
+const MORE_PSNR: f64 = 36.0;
+
+/// How much smaller they are than the clip's, in each direction.
+const SMALLER: u32 = 4;
+
+/// Most samples per pixel of a frame with a target noise.
+const MOST_SPP: f64 = 1e6;
+
 /// What rendering takes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seconds {
@@ -59,10 +69,48 @@ pub(crate) fn seconds<'a>(
 }
 
 /// Samples of so many frames of `clip`: a frame has the mean of its first and its last, between which samples change evenly.
+/// With a target noise, as many as a frame a third into it is likely to take.
 /// Errors: [`RenderError`] if it cannot be rendered.
 pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, RenderError> {
-    let of = |frame: u32| Ok(FrameCost::of(&*clip.motion, f64::from(frame), &look.settings())?.samples as f64);
+    if look.psnr.is_some() && frames > 0 {
+        let settings = settled(clip, look, &Renderer::new(1)?)?;
+        let samples = FrameCost::of(&*clip.motion, third(clip), &settings)?.samples as f64;
+        return Ok(samples * f64::from(frames));
+    }
+    let settings = Settings { psnr: None, ..look.settings() };
+    let of = |frame: u32| Ok(FrameCost::of(&*clip.motion, f64::from(frame), &settings)?.samples as f64);
     Ok(f64::midpoint(of(0)?, of(clip.frames.0.saturating_sub(1))?) * f64::from(frames))
+}
+
+/// The settings of `look`; where it has a target noise, with the samples per pixel that a frame of `clip` is likely to take
+/// instead. Two frames of few samples tell how fast noise falls.
+fn settled(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<Settings, RenderError> {
+    let settings = look.settings();
+    let Some(target) = settings.psnr else { return Ok(settings) };
+    // Smaller pictures are as noisy with as many samples per pixel.
+    let small = Settings { size: settings.size.map(|size| size.map(|side| (side / SMALLER).max(1))), ..settings };
+    let measure = |psnr: f64| -> Result<(f64, f64), RenderError> {
+        let aimed = Settings { psnr: Some(psnr.min(target)), ..small };
+        let measured = renderer.render_measured(&*clip.motion, third(clip), &aimed)?;
+        Ok((measured.samples as f64, measured.psnr.unwrap_or(target)))
+    };
+    let (few, more) = (measure(LEAST_PSNR)?, measure(MORE_PSNR)?);
+    let samples = more.0 * 10.0_f64.powf((target - more.1).max(0.0) / 10.0 / fall(few, more));
+    let of_one = Settings { spp: Some(1.0), psnr: None, ..small };
+    let of_one = FrameCost::of(&*clip.motion, third(clip), &of_one)?.samples as f64;
+    Ok(Settings { spp: Some((samples / of_one).clamp(0.01, MOST_SPP)), psnr: None, ..settings })
+}
+
+/// By which power of the samples the square of the noise falls, by two measurements of samples and decibels: 1 without a
+/// filter, and less with one.
+fn fall(few: (f64, f64), more: (f64, f64)) -> f64 {
+    let fall = (more.1 - few.1) / 10.0 / (more.0 / few.0).log10();
+    if fall.is_finite() { fall.clamp(0.6, 1.0) } else { 1.0 }
+}
+
+/// The frame that stands for all of `clip`.
+fn third(clip: &ClipPlan) -> f64 {
+    f64::from(clip.frames.0 / 3)
 }
 
 /// What a frame takes that is a third into `clip`: a constant part, a part for each sample, and a part for the filter. How
@@ -74,8 +122,8 @@ fn seconds_of_a_frame(
     renderer: &Renderer,
     is_compiled: bool,
 ) -> Result<Seconds, RenderError> {
-    let frame = f64::from(clip.frames.0 / 3);
-    let settings = look.settings();
+    let frame = third(clip);
+    let settings = settled(clip, look, renderer)?;
     let all = FrameCost::of(&*clip.motion, frame, &settings)?.samples;
     let of_one = FrameCost::of(&*clip.motion, frame, &Settings { spp: Some(1.0), ..settings })?.samples;
     let measure = |samples: u64, filter: Filter| {
@@ -109,6 +157,13 @@ fn extrapolated(few: (f64, Duration), more: (f64, Duration), samples: f64) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn noise_falls_as_two_frames_tell() {
+        assert!((fall((1e6, 30.0), (1e7, 38.0)) - 0.8).abs() < 1e-9);
+        assert_eq!(fall((1e6, 30.0), (1e6, 30.0)), 1.0);
+        assert_eq!(fall((1e6, 30.0), (1e7, f64::INFINITY)), 1.0);
+    }
 
     #[test]
     fn a_frame_costs_what_two_smaller_ones_tell() {

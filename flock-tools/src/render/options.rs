@@ -52,9 +52,19 @@ pub(crate) fn samples(text: &str) -> Result<f64, String> {
     within(text, 0.01, 1e7)
 }
 
+/// Peak signal-to-noise ratio in decibels.
+pub(crate) fn decibels(text: &str) -> Result<f64, String> {
+    within(text, 10.0, 60.0)
+}
+
 /// x264's constant rate factor.
 pub(crate) fn rate_factor(text: &str) -> Result<f32, String> {
     within(text, 0.1, 51.0).map(|number| number as f32)
+}
+
+/// A time in a genome's file, in frames.
+pub(crate) fn time(text: &str) -> Result<f64, String> {
+    within(text, -1e9, 1e9)
 }
 
 /// A flag that SIGINT, SIGTERM or SIGHUP sets.
@@ -161,6 +171,7 @@ mod tests {
         for bad in ["0", "-1", "NaN", "inf", "1e9", ""] {
             assert!(samples(bad).is_err(), "{bad}");
             assert!(rate_factor(bad).is_err(), "{bad}");
+            assert!(decibels(bad).is_err() && decibels("200").is_err(), "{bad}");
             assert!(threads(bad).is_err(), "{bad}");
         }
         assert_eq!((samples("1000000"), threads("1000000").ok()), (Ok(1e6), None));

@@ -6,9 +6,11 @@
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
 
 use std::fmt::Write;
+use std::sync::{Mutex, PoisonError};
 
 use flame::{
-    Arithmetic, Filter, Flame, FrameCost, Genome, Loop, Motion, RenderError, Renderer, Settings, Species, Transition,
+    Arithmetic, Exposed, Exposure, Filter, Flame, FrameCost, Genome, Loop, Middle, Motion, RenderError, Renderer,
+    Settings, Species, Transition,
 };
 use flock::{ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
@@ -37,6 +39,8 @@ pub(crate) struct Look {
     pub(crate) form: Form,
     /// Samples per pixel; the genome's own where `None`.
     pub(crate) spp: Option<f64>,
+    /// Peak signal-to-noise ratio in decibels, instead of samples per pixel.
+    pub(crate) psnr: Option<f64>,
     /// Histogram cells per pixel in each direction; the genome's own where `None`.
     pub(crate) supersample: Option<u32>,
     /// Moments in a frame; the genome's own where `None`.
@@ -74,8 +78,10 @@ pub(crate) struct ClipPlan {
     pub(crate) path: ClipPath,
     /// Its length.
     pub(crate) frames: FrameCount,
-    /// The motion that its frames show.
+    /// The motion that its frames show, but for its exposure.
     pub(crate) motion: Box<dyn Motion + Send>,
+    /// Its exposure, once it has been measured.
+    exposure: Mutex<Option<Exposure>>,
     /// The hash of all that its pictures depend on.
     pub(crate) picture_recipe: ClipHash,
     /// The hash of all that its pictures and its encoding depend on.
@@ -96,7 +102,7 @@ impl Look {
     /// Clips of `form` as `dreams render` makes them by default: everything else is the genomes'.
     pub(crate) fn of_genomes(form: Form) -> Self {
         let quality = Quality { crf: CRF, preset: PRESET, max_bits_per_second: None };
-        Self { form, spp: None, supersample: None, temporal_samples: None, seed: SEED, gpu: None, quality }
+        Self { form, spp: None, psnr: None, supersample: None, temporal_samples: None, seed: SEED, gpu: None, quality }
     }
 
     /// The settings of the renderer.
@@ -104,6 +110,7 @@ impl Look {
         Settings {
             size: Some([self.form.size.0, self.form.size.1]),
             spp: self.spp,
+            psnr: self.psnr,
             supersample: self.supersample,
             temporal_samples: self.temporal_samples,
             filter: Filter::Variance,
@@ -181,7 +188,29 @@ impl ClipPlan {
         }
         write!(recipe, "\n{} fps\n{:?}", look.form.fps, look.quality).expect("a text grows");
         let hash = |text: &str| ClipHash::of(text.as_bytes()).expect("reading memory does not fail");
-        Self { picture_recipe: hash(&picture_recipe), recipe: hash(&recipe), role, path, frames, motion }
+        let exposure = Mutex::new(matches!(role, ClipRole::Loop(_)).then_some(Exposure::EVEN));
+        Self { picture_recipe: hash(&picture_recipe), recipe: hash(&recipe), role, path, frames, motion, exposure }
+    }
+
+    /// Its exposure. The first call measures that of a transition, in half a second; others wait for it.
+    /// Errors: The renderer's error.
+    pub(crate) fn exposure(&self, renderer: &Renderer) -> Result<Exposure, RenderError> {
+        let mut exposure = self.exposure.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(measured) = &*exposure {
+            return Ok(measured.clone());
+        }
+        let measured = Exposure::measure(&*self.motion, f64::from(self.frames.0), renderer)?;
+        Ok(exposure.insert(measured).clone())
+    }
+
+    /// How good it is half way; `None` of a loop.
+    /// Errors: The renderer's error.
+    pub(crate) fn middle(&self, renderer: &Renderer) -> Result<Option<Middle>, RenderError> {
+        if matches!(self.role, ClipRole::Loop(_)) {
+            return Ok(None);
+        }
+        let exposure = self.exposure(renderer)?;
+        Middle::of(&*self.motion, f64::from(self.frames.0), &exposure, renderer).map(Some)
     }
 
     /// The samples and the memory that its first frame takes.
@@ -193,8 +222,11 @@ impl ClipPlan {
     /// Renders frame `number` as the encoder takes it; `None` if `renderer` was stopped.
     /// Errors: The renderer's error.
     pub(crate) fn picture(&self, number: u32, look: &Look, renderer: &Renderer) -> Result<Option<Yuv420p>, String> {
-        let flame = Flame { motion: &*self.motion, renderer };
-        let image = match flame.frame(f64::from(number), &look.settings()) {
+        let image = self.exposure(renderer).and_then(|exposure| {
+            let motion = Exposed { motion: &*self.motion, exposure: &exposure };
+            Flame { motion, renderer }.frame(f64::from(number), &look.settings())
+        });
+        let image = match image {
             Err(RenderError::Stopped) => return Ok(None),
             image => image.map_err(|error| error.to_string())?,
         };

@@ -70,6 +70,10 @@ pub(crate) struct LookArgs {
     /// Samples per pixel
     #[arg(long, value_name = "N", value_parser = options::samples)]
     spp: Option<f64>,
+    /// As many samples as it takes until the noise is this small, a peak signal-to-noise ratio in decibels, such as 45;
+    /// overrides the preset's samples per pixel
+    #[arg(long, value_name = "DB", value_parser = options::decibels, conflicts_with = "spp")]
+    psnr: Option<f64>,
     /// Histogram cells per pixel in each direction
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
     supersample: Option<u32>,
@@ -90,7 +94,8 @@ impl LookArgs {
         let values = self.preset.map(Preset::values);
         Look {
             form,
-            spp: self.spp.or(values.map(|values| values.spp)),
+            spp: self.spp.or(values.map(|values| values.spp)).filter(|_| self.psnr.is_none()),
+            psnr: self.psnr,
             supersample: self.supersample.or(values.map(|values| values.supersample)),
             temporal_samples: self.temporal_samples.or(values.and_then(|values| values.temporal_samples)),
             seed: self.seed,
@@ -109,6 +114,7 @@ impl LookArgs {
         let words = [
             ("--preset", preset.map(|value| value.get_name().to_owned())),
             ("--spp", self.spp.map(|number| number.to_string())),
+            ("--psnr", self.psnr.map(|number| number.to_string())),
             ("--supersample", self.supersample.map(|number| number.to_string())),
             ("--temporal-samples", self.temporal_samples.map(|number| number.to_string())),
             ("--seed", Some(self.seed.to_string())),
@@ -170,6 +176,12 @@ mod tests {
         let words = Line::parse_from([&["dreams"][..], &line].concat()).look.words();
         assert_eq!(words, line);
         assert_eq!(look(&words.iter().map(String::as_str).collect::<Vec<_>>()), look(&line));
+        let line = ["--preset", "dreams", "--psnr", "42.5", "--seed", "1"];
+        let look = Line::parse_from([&["dreams"][..], &line].concat()).look;
+        assert_eq!(look.words(), line);
+        let look = look.look(Form { size: (64, 36), fps: Rate::new(30, 1).unwrap() });
+        assert_eq!((look.spp, look.psnr), (None, Some(42.5)), "a target is instead of the preset's samples");
+        assert!(Line::try_parse_from(["dreams", "--psnr", "40", "--spp", "9"]).is_err());
     }
 
     #[test]

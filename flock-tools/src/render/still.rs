@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::{fs, num::NonZeroUsize};
 
 use clap::ValueEnum;
-use flame::{Arithmetic, Filter, FrameCost, Genome, Image, Loop, Motion, Renderer, Settings};
+use flame::{Arithmetic, Filter, FrameCost, Genome, GenomeError, Image, KeyFrames, Loop, Motion, Renderer, Settings};
 use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
@@ -28,7 +28,7 @@ use crate::program::{Exit, Fatal, now::Stopwatch, print};
   2  the command line or the genome is wrong
   3  a file could not be read or written, or memory does not suffice")]
 pub(crate) struct Args {
-    /// File of the genome: flam3 XML with one flame
+    /// File of the genome: flam3 XML with one flame, or with --time several
     genome: PathBuf,
     /// Where the picture goes: a PNG file
     #[arg(long, value_name = "PNG")]
@@ -39,10 +39,13 @@ pub(crate) struct Args {
     /// Samples per pixel
     #[arg(long, value_name = "N", value_parser = options::samples)]
     spp: Option<f64>,
+    /// As many samples as it takes until the noise is this small: a peak signal-to-noise ratio in decibels, such as 45
+    #[arg(long, value_name = "DB", value_parser = options::decibels, conflicts_with = "spp")]
+    psnr: Option<f64>,
     /// Histogram cells per pixel in each direction
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
     supersample: Option<u32>,
-    /// How the noise of few samples is smoothed, as wide as the genome's estimator says
+    /// How the noise of few samples is smoothed, if the genome's estimator has a radius
     #[arg(long, value_enum, default_value_t = Smoothing::Variance)]
     filter: Smoothing,
     /// The seed of the random numbers: the same gives the same picture, with any number of threads
@@ -52,13 +55,16 @@ pub(crate) struct Args {
     #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
     threads: NonZeroUsize,
     /// Which frame of the loop, from 0
-    #[arg(long, value_name = "I", requires = "frames")]
+    #[arg(long, value_name = "I", requires = "frames", group = "moment")]
     frame: Option<u32>,
     /// How many frames the loop has
     #[arg(long, value_name = "N", requires = "frame", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
+    /// The moment between the flames of the file, which are key frames at the times that they name
+    #[arg(long, value_name = "T", conflicts_with = "frame", group = "moment", allow_negative_numbers = true, value_parser = options::time)]
+    time: Option<f64>,
     /// Moments in the frame; 1 switches motion blur off
-    #[arg(long, value_name = "N", requires = "frame", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", requires = "moment", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     temporal_samples: Option<u32>,
     /// Bits of each channel
     #[arg(long, value_enum, default_value_t = Depth::Eight)]
@@ -73,7 +79,7 @@ pub(crate) struct Args {
 enum Smoothing {
     /// Not at all
     None,
-    /// Averaged with neighbours that differ by no more than chance; the more samples, the less
+    /// By its measured variance: what two halves of the samples agree on stays; the more samples, the less is smoothed
     Variance,
     /// Spread by density, as flam3 does
     Flam3,
@@ -98,6 +104,9 @@ struct Answer {
     cpu_s: f64,
     /// Seconds of rendering.
     seconds: f64,
+    /// The picture's peak signal-to-noise ratio in decibels, as measured; only with `--psnr`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    psnr: Option<f64>,
     /// BLAKE3 of the pixels: 16 bits of red, green, blue, the lower byte first, row by row.
     checksum: String,
 }
@@ -112,55 +121,66 @@ struct GenomeFileError {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let genome = args.genome()?;
+    let (motion, frame) = args.motion()?;
     let settings = args.settings();
-    let (motion, frame): (Box<dyn Motion>, f64) = match args.frame.zip(args.frames) {
-        Some((frame, frames)) => (Box::new(Loop::new(&genome, f64::from(frames))), f64::from(frame)),
-        None => (Box::new(genome), 0.0),
-    };
     let genome_fatal = |source| args.genome_fatal(Exit::Malformed, source);
     let demand = FrameCost::of(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
     let threads = options::threads_that_fit(args.threads, &demand)?;
     let watch = Stopwatch::start();
     let renderer = Renderer::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
-    let image = renderer.render(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
+    let measured = renderer.render_measured(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
     let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
-    let written = png(&image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
+    let written = png(&measured.image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
     written.map_err(|source| Fatal::write(&args.out, source))?;
-    let samples: Vec<u8> = image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
+    let samples: Vec<u8> = measured.image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
     let checksum = ClipHash::of(&samples[..]).expect("reading memory does not fail").to_string();
-    let answer = Answer { samples: demand.samples, cpu_s, seconds, checksum };
+    let samples = if args.psnr.is_some() { measured.samples } else { demand.samples };
+    let answer = Answer { samples, cpu_s, seconds, psnr: measured.psnr, checksum };
     if args.json {
         print::json(&answer)?;
     } else {
-        let Answer { samples, checksum, .. } = answer;
+        let Answer { samples, psnr, checksum, .. } = answer;
         let rate = samples as f64 / cpu_s.max(1e-9) / 1e6;
-        print::lines([
+        let noise = psnr.map(|psnr| format!("noise     {psnr:.2} dB"));
+        let lines = [
             format!("samples   {samples}"),
             format!("time      {seconds:.2} s, {cpu_s:.2} CPU s, {rate:.1} million samples a CPU second"),
-            format!("checksum  {checksum}"),
-        ])?;
+        ];
+        print::lines(lines.into_iter().chain(noise).chain([format!("checksum  {checksum}")]))?;
     }
     Ok(Exit::Fine)
 }
 
 impl Args {
-    fn genome(&self) -> Result<Genome, Fatal> {
+    /// What the file shows, and at which frame or time.
+    fn motion(&self) -> Result<(Box<dyn Motion>, f64), Fatal> {
         let text = fs::read_to_string(&self.genome).map_err(|source| {
             let is_text = source.kind() != ErrorKind::InvalidData;
             self.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
         })?;
-        let genome = Genome::parse(&text).map_err(|error| self.genome_fatal(Exit::Malformed, error.into()))?;
-        coloured(genome).map_err(|error| self.genome_fatal(Exit::Unreadable, error.into()))
+        let malformed = |error: GenomeError| self.genome_fatal(Exit::Malformed, error.into());
+        let with_colours =
+            |genome: Genome| coloured(genome).map_err(|error| self.genome_fatal(Exit::Unreadable, error.into()));
+        if let Some(time) = self.time {
+            let keys = Genome::parse_all(&text).map_err(malformed)?;
+            let keys = keys.into_iter().map(with_colours).collect::<Result<_, _>>()?;
+            return Ok((Box::new(KeyFrames::new(keys).map_err(malformed)?), time));
+        }
+        let genome = with_colours(Genome::parse(&text).map_err(malformed)?)?;
+        Ok(match self.frame.zip(self.frames) {
+            Some((frame, frames)) => (Box::new(Loop::new(&genome, f64::from(frames))), f64::from(frame)),
+            None => (Box::new(genome), 0.0),
+        })
     }
 
     fn settings(&self) -> Settings {
         Settings {
             size: self.size,
             spp: self.spp,
+            psnr: self.psnr,
             supersample: self.supersample,
             // A genome that does not move has no motion blur.
-            temporal_samples: if self.frame.is_some() { self.temporal_samples } else { Some(1) },
+            temporal_samples: if self.frame.is_some() || self.time.is_some() { self.temporal_samples } else { Some(1) },
             filter: match self.filter {
                 Smoothing::None => Filter::None,
                 Smoothing::Variance => Filter::Variance,

@@ -25,6 +25,7 @@ use super::shard::{Part, shard};
 static LOOK: LazyLock<Look> = LazyLock::new(|| Look {
     form: Form { size: (64, 36), fps: Rate::new(30, 1).unwrap() },
     spp: Some(2.0),
+    psnr: None,
     supersample: Some(1),
     temporal_samples: Some(3),
     seed: SEED,

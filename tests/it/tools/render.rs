@@ -130,6 +130,33 @@ fn a_program_that_cannot_use_a_gpu_says_how_one_is_built_that_can() {
 }
 
 #[test]
+fn a_dry_run_tells_how_good_transitions_are_half_way() {
+    let flock = genomes();
+    let folder = flock.path();
+    let told = || json(&output(&mut render(folder, &["--dry-run", "--json"])))["clips"].as_array().unwrap().clone();
+    for clip in &told() {
+        let is_loop = clip["clip"].as_str().unwrap().starts_with("loops/");
+        assert_eq!(clip.get("middle").is_none(), is_loop, "{clip}");
+        assert!(is_loop || (0.0..=1.0).contains(&clip["middle"]["score"].as_f64().unwrap()), "{clip}");
+    }
+    // A square far away, by transforms that hardly move: half way there, the camera sees nothing.
+    let xform =
+        |x: f64, y: f64| format!("<xform weight=\"1\" animate=\"0\" coefs=\"0.95 0 0 0.95 {x} {y}\" linear=\"1\"/>");
+    let far = [(1.95, 0.05), (1.95, -0.05), (2.05, 0.05), (2.05, -0.05)].map(|(x, y)| xform(x, y)).concat();
+    let far = format!(
+        "<flame size=\"64 36\" center=\"40 0\" scale=\"15\">{far}<color index=\"0\" rgb=\"255 255 255\"/></flame>"
+    );
+    fs::write(folder.join("genomes/rosette.flam3"), far).unwrap();
+    for clip in &told() {
+        let is_far = clip["clip"].as_str().unwrap().starts_with("transitions/") && clip["clip"] != CLIPS[4];
+        let is_dead = clip["middle"]["faults"].as_array().is_some_and(|faults| faults.contains(&"dead".into()));
+        assert_eq!(is_dead, is_far, "{clip}");
+    }
+    let lines = output(&mut render(folder, &["--dry-run"]));
+    assert!(String::from_utf8_lossy(&lines.stdout).contains(", middle 0.00, dead"), "{lines:?}");
+}
+
+#[test]
 fn only_what_is_missing_or_changed_is_rendered_and_its_cost_is_told_before() {
     let flock = genomes();
     let folder = flock.path();

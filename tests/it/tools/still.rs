@@ -13,7 +13,7 @@ use std::process::{Command, Output};
 fn still(folder: &Path, out: &str, options: &[&str]) -> Output {
     let genome = programs::repository().join("flock-tools/demo/genomes/orchid.flam3");
     let mut coarse = vec!["--size", "64x36", "--supersample", "2", "--json"];
-    if !options.contains(&"--spp") {
+    if !options.contains(&"--spp") && !options.contains(&"--psnr") {
         coarse.extend(["--spp", "20"]);
     }
     output(
@@ -38,8 +38,8 @@ fn a_still_is_a_picture_with_its_figures_and_the_same_for_any_number_of_threads(
     let folder = tempfile::tempdir().unwrap();
     let one = answer(&still(folder.path(), "one.png", &["--threads", "1"]));
     let three = answer(&still(folder.path(), "three.png", &["--threads", "3"]));
-    // As many as sixteen times 128 orbits draw in whole steps.
-    assert_eq!(one["samples"].as_u64(), Some((64 * 36 * 20_u64).next_multiple_of(2048)));
+    // As many as sixteen times 128 orbits draw in whole steps, for each half of the samples.
+    assert_eq!(one["samples"].as_u64(), Some((64 * 36 * 20_u64).next_multiple_of(4096)));
     assert!(one["cpu_s"].as_f64().unwrap() > 0.0 && one["seconds"].as_f64().unwrap() > 0.0);
     assert_eq!(one["checksum"], three["checksum"]);
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
@@ -72,6 +72,20 @@ fn seed_filter_size_and_frame_each_make_another_picture() {
 }
 
 #[test]
+fn a_still_takes_as_many_samples_as_its_noise_needs() {
+    let folder = tempfile::tempdir().unwrap();
+    let aimed = |psnr, threads| {
+        answer(&still(folder.path(), "a.png", &["--psnr", psnr, "--threads", threads, "--filter", "none"]))
+    };
+    let (few, many) = (aimed("34", "1"), aimed("40", "2"));
+    for (told, target) in [(&few, 34.0), (&many, 40.0)] {
+        assert!((target..target + 3.0).contains(&told["psnr"].as_f64().unwrap()), "{told}");
+    }
+    assert!(many["samples"].as_u64() > few["samples"].as_u64(), "{many}, {few}");
+    assert_eq!(aimed("40", "7")["checksum"], many["checksum"]);
+}
+
+#[test]
 fn a_still_that_cannot_be_is_refused_with_its_reason() {
     let folder = tempfile::tempdir().unwrap();
     for (options, code) in [
@@ -79,6 +93,12 @@ fn a_still_that_cannot_be_is_refused_with_its_reason() {
         (&["--filter", "soft"], 2),
         (&["--frame", "3", "--frames", "0"], 2),
         (&["--spp", "0"], 2),
+        (&["--psnr", "0"], 2),
+        (&["--psnr", "-1"], 2),
+        (&["--psnr", "200"], 2),
+        (&["--psnr", "NaN"], 2),
+        (&["--psnr", "40", "--spp", "9"], 2),
+        (&["--psnr", "40", "--filter", "flam3"], 2),
     ] {
         let said = still(folder.path(), "a.png", options);
         assert_eq!(said.status.code(), Some(code), "{options:?}");
@@ -104,4 +124,35 @@ fn a_still_that_cannot_be_is_refused_with_its_reason() {
     assert_eq!(short.status.code(), Some(3), "{error}");
     assert!(error.contains("MB of memory") && error.contains("hint: "), "{error}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing was written");
+}
+
+#[test]
+fn a_still_shows_a_moment_between_the_key_frames_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let genome = |name: &str, time: u32| {
+        let path = programs::repository().join("flock-tools/demo/genomes").join(name).with_extension("flam3");
+        fs::read_to_string(path).unwrap().replace("time=\"0\"", &format!("time=\"{time}\""))
+    };
+    let keys = |times: [u32; 2]| format!("<keys>{}{}</keys>", genome("orchid", times[0]), genome("caldera", times[1]));
+    fs::write(folder.path().join("keys.flam3"), keys([10, 20])).unwrap();
+    fs::write(folder.path().join("back.flam3"), keys([20, 10])).unwrap();
+    let still = |file: &str, options: &[&str]| {
+        let small = ["--out", "a.png", "--size", "64x36", "--spp", "20", "--supersample", "1", "--json"];
+        let mut command = Command::new(programs::dreams());
+        output(command.current_dir(folder.path()).args(["still", file]).args(small).args(options))
+    };
+    let checksum =
+        |time: &str| answer(&still("keys.flam3", &["--time", time, "--temporal-samples", "1"]))["checksum"].clone();
+    let seen = ["10", "13.5", "15", "20"].map(checksum);
+    assert!((1..seen.len()).all(|i| !seen[..i].contains(&seen[i])), "{seen:?}");
+    assert_eq!([checksum("-3"), checksum("99")], [seen[0].clone(), seen[3].clone()], "outside it stands still");
+    for (file, options, why) in [
+        ("keys.flam3", &[][..], "found 2 flames, expected one"),
+        ("back.flam3", &["--time", "12"], "flame 2 of the file has time 10, expected more than the 20"),
+        ("keys.flam3", &["--time", "12", "--frame", "1", "--frames", "3"], "cannot be used with"),
+    ] {
+        let said = still(file, options);
+        let told = String::from_utf8_lossy(&said.stderr).into_owned();
+        assert!(said.status.code() == Some(2) && told.contains(why), "{told}");
+    }
 }

@@ -1,12 +1,13 @@
 //! Giving two genomes the same parts.
 //!
-//! Owns the neutral transforms that pad the shorter genome. Never interpolates: `transition.rs` does.
+//! Owns the neutral transforms that pad the shorter genome. Never interpolates: `transition.rs` and `keys.rs` do.
 //!
 //! Start at [`align`].
 //!
 //! # Source
 //! The choice of neutral transforms follows what the flam3 documentation says of padding: beside a variation that is
-//! discontinuous at its centre, the identity is written as a half turn of a half turn.
+//! discontinuous at its centre, the identity is written as a half turn of a half turn. What `old` leaves out was seen in
+//! what `flam3-genome` prints.
 
 use super::waves::with_kinds_of_waves;
 use crate::genome::{Affine, Genome, Space, Xform};
@@ -16,74 +17,105 @@ use crate::variations::{Kind, Variation};
 const DISCONTINUOUS: [Kind; 7] =
     [Kind::Spherical, Kind::Ngon, Kind::Julian, Kind::Juliascope, Kind::Polar, Kind::WedgeSph, Kind::WedgeJulia];
 
-/// The two genomes with symmetries written out, equally many transforms, the same variations in each pair, and
-/// a final transform in both or in none. What is added changes no picture.
-pub(super) fn align(from: &Genome, to: &Genome) -> [Genome; 2] {
-    let mut pair = [from.with_symmetry(), to.with_symmetry()];
-    let polar = from.space == Space::Log && to.space == Space::Log;
-    let count = pair[0].xforms.len().max(pair[1].xforms.len());
-    let finals = pair.clone().map(|genome| genome.final_xform);
-    for side in 0..2 {
-        let other = pair[1 - side].xforms.clone();
-        let xforms = &mut pair[side].xforms;
-        for partner in other.iter().skip(xforms.len()) {
-            xforms.push(neutral(partner, polar));
+/// Whose colours and motion a transform has that pads a genome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Padding {
+    /// Its partner's: it shows nothing new while its weight grows.
+    AsPartner,
+    /// Those that flam3 gives it.
+    AsFlam3,
+}
+
+/// The same parts for all `genomes`, whose symmetries are written out: equally many transforms, the same variations in each
+/// place, and a final transform in all or in none. What is added changes no picture. Affine parts are to be interpolated
+/// in `space`.
+pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padding: Padding) -> [Genome; N] {
+    let given = genomes.clone();
+    // A neighbour that has the part, the one before first.
+    let neighbour = |own: usize, has: &dyn Fn(&Genome) -> Option<Xform>| {
+        own.checked_sub(1).and_then(|at| has(&given[at])).or_else(|| given.get(own + 1).and_then(has))
+    };
+    let has_final = given.iter().any(|genome| genome.final_xform.is_some());
+    let count = given.iter().map(|genome| genome.xforms.len()).max().unwrap_or_default();
+    for (own, genome) in genomes.iter_mut().enumerate() {
+        for place in genome.xforms.len()..count {
+            let partner = neighbour(own, &|other| other.xforms.get(place).cloned()).unwrap_or_default();
+            genome.xforms.push(coloured(neutral(&partner, space), &partner, place, padding));
         }
-        if let (None, Some(partner)) = (&finals[side], &finals[1 - side]) {
-            let still = Xform { color_speed: 0.0, animate: 0.0, ..neutral(partner, polar) };
-            pair[side].final_xform = Some(still);
+        if genome.final_xform.is_none() && has_final {
+            let partner = neighbour(own, &|other| other.final_xform.clone()).unwrap_or_default();
+            let still = coloured(neutral(&partner, space), &partner, count, padding);
+            genome.final_xform = Some(Xform { color_speed: 0.0, animate: 0.0, ..still });
         }
-    }
-    for genome in &mut pair {
         for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
             *xform = with_kinds_of_waves(std::mem::take(xform));
         }
     }
-    let xaos = pair.iter().flat_map(|genome| &genome.xforms).any(|xform| !xform.chaos.is_empty());
-    for xform in pair.iter_mut().flat_map(|genome| &mut genome.xforms).filter(|_| xaos) {
-        xform.chaos.resize(count, 1.0);
-    }
-    for xform in pair.iter_mut().flat_map(|genome| &mut genome.xforms) {
+    let xaos = genomes.iter().flat_map(|genome| &genome.xforms).any(|xform| !xform.chaos.is_empty());
+    for xform in genomes.iter_mut().flat_map(|genome| &mut genome.xforms) {
+        if xaos {
+            xform.chaos.resize(count, 1.0);
+        }
         // A weight below 0 is never chosen, like 0; interpolated, it would stay below 0 for longer.
         xform.weight = xform.weight.max(0.0);
     }
-    let [from, to] = &mut pair;
-    let firsts = from.xforms.iter_mut().chain(&mut from.final_xform);
-    for (a, b) in firsts.zip(to.xforms.iter_mut().chain(&mut to.final_xform)) {
-        complete(&mut a.variations, &b.variations);
-        complete(&mut b.variations, &a.variations);
-    }
-    pair
-}
-
-/// Adds what only `other` has, with weight 0 and the same parameters, and sorts by kind.
-fn complete(variations: &mut Vec<Variation>, other: &[Variation]) {
-    for missing in other {
-        if variations.iter().all(|variation| variation.kind != missing.kind) {
-            variations.push(Variation { weight: 0.0, ..*missing });
+    let padded = genomes.clone();
+    for (own, genome) in genomes.iter_mut().enumerate() {
+        // Parameters come from the one before, of the first from the second; what only others have is as files need not say.
+        let source = if own == 0 { 1 } else { own - 1 };
+        for (at, other) in padded.iter().enumerate().cycle().skip(source).take(N).filter(|(at, _)| *at != own) {
+            let has_params = at == source && !is_old(space);
+            let parts = other.xforms.iter().chain(&other.final_xform);
+            for (xform, other) in genome.xforms.iter_mut().chain(&mut genome.final_xform).zip(parts) {
+                complete(&mut xform.variations, &other.variations, has_params);
+            }
+        }
+        for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
+            xform.variations.sort_by_key(|variation| variation.kind);
         }
     }
-    variations.sort_by_key(|variation| variation.kind);
+    genomes
+}
+
+/// Adds what only `other` has, with weight 0, and with its parameters if `has_params`, else those that files need not name.
+fn complete(variations: &mut Vec<Variation>, other: &[Variation], has_params: bool) {
+    for missing in other {
+        if variations.iter().all(|variation| variation.kind != missing.kind) {
+            let added = if has_params { *missing } else { Variation::new(missing.kind, 0.0) };
+            variations.push(Variation { weight: 0.0, ..added });
+        }
+    }
+}
+
+fn is_old(space: Space) -> bool {
+    matches!(space, Space::Old | Space::Older)
 }
 
 /// A transform of weight 0 that leaves every point where it is and goes well with `partner`.
-fn neutral(partner: &Xform, polar: bool) -> Xform {
+fn neutral(partner: &Xform, space: Space) -> Xform {
     let has = |kinds: &[Kind]| partner.variations.iter().any(|v| v.weight != 0.0 && kinds.contains(&v.kind));
-    let (affine, variations) = if polar && has(&DISCONTINUOUS) {
+    let (affine, variations) = if is_old(space) {
+        (Affine::IDENTITY, vec![Variation::new(Kind::Linear, 1.0)])
+    } else if space == Space::Log && has(&DISCONTINUOUS) {
         let half_turn = Affine { a: -1.0, e: -1.0, ..Affine::IDENTITY };
         (half_turn, vec![Variation::new(Kind::Linear, -1.0)])
     } else {
         (Affine::IDENTITY, identities(partner))
     };
-    Xform {
-        weight: 0.0,
-        color: partner.color,
-        color_speed: partner.color_speed,
-        animate: partner.animate,
-        opacity: partner.opacity,
-        affine,
-        variations,
-        ..Xform::default()
+    Xform { weight: 0.0, affine, variations, ..Xform::default() }
+}
+
+/// The neutral transform number `place` with the colours that `padding` gives it.
+fn coloured(neutral: Xform, partner: &Xform, place: usize, padding: Padding) -> Xform {
+    match padding {
+        Padding::AsPartner => Xform {
+            color: partner.color,
+            color_speed: partner.color_speed,
+            animate: partner.animate,
+            opacity: partner.opacity,
+            ..neutral
+        },
+        Padding::AsFlam3 => Xform { color: (place & 1) as f64, ..neutral },
     }
 }
 

@@ -3,15 +3,20 @@
 //! Owns how a genome changes over the frames of a clip. Never renders.
 //!
 //! Start at [`Motion`]. A [`Loop`] turns (`turning.rs`) and waves (`waves.rs`); a [`Transition`] leads from one loop to another (`transition.rs`),
-//! over affine parts (`affine.rs`) and palettes (`palette.rs`) once both genomes have the same parts (`align.rs`).
+//! over affine parts (`affine.rs`) and palettes (`palette.rs`, `oklab.rs`) once transforms have partners (`pairing.rs`) and
+//! both genomes the same parts (`align.rs`). [`KeyFrames`] are a file of flames with times (`keys.rs`).
 
 mod affine;
 mod align;
+mod keys;
+mod oklab;
+mod pairing;
 mod palette;
 mod transition;
 mod turning;
 mod waves;
 
+pub use keys::KeyFrames;
 pub use transition::Transition;
 pub use turning::Loop;
 

@@ -7,8 +7,9 @@
 //! it is in loops; the turning starts and ends at the loops' own speeds.
 
 use super::affine::{AffinePath, Polar};
-use super::align::align;
-use super::palette::blend;
+use super::align::{Padding, align};
+use super::pairing::Pairing;
+use super::palette::PaletteWay;
 use super::waves::{added_to_affines, waved};
 use super::{Loop, Motion};
 use crate::genome::{Camera, Genome, Sampling, Space, Tone, Xform};
@@ -27,6 +28,10 @@ pub struct Transition {
     posts: Vec<AffinePath>,
     /// The way of the final transform's affine part.
     final_way: Option<AffinePath>,
+    /// The way of the colours.
+    palettes: Option<PaletteWay>,
+    /// In which order the transforms are drawn near either end.
+    pairing: Pairing,
     frames: f64,
     /// Both loops.
     loops: [Loop; 2],
@@ -44,11 +49,17 @@ pub(super) struct Moment {
 impl Transition {
     /// The way from `from` to `to` in `frames` frames (> 0).
     ///
-    /// Transforms are paired by their order; the shorter genome is padded with transforms of weight 0. The
-    /// turning takes as many whole turns as bring its mean speed nearest to the mean of the loops'.
+    /// Each transform becomes the one that it is most like; the shorter genome is padded with transforms of weight 0.
+    /// The turning takes as many whole turns as bring its mean speed nearest to the mean of the loops'.
     pub fn new(from: &Loop, to: &Loop, frames: f64) -> Transition {
-        let [a, b] = align(from.genome(), to.genome());
-        let polar = a.space == Space::Log && b.space == Space::Log;
+        let (pair, pairing) = Pairing::new([from, to].map(|end| end.genome().with_symmetry()));
+        let space = match (pair[0].space, pair[1].space) {
+            (Space::Log, Space::Log) => Space::Log,
+            (Space::Old | Space::Older, _) | (_, Space::Old | Space::Older) => Space::Old,
+            (Space::Linear, _) | (_, Space::Linear) => Space::Linear,
+        };
+        let polar = space == Space::Log;
+        let [a, b] = align(pair, space, Padding::AsPartner);
         let way = |ends, speeds| {
             if polar {
                 AffinePath::Polar(Polar::new(ends, speeds, frames))
@@ -60,7 +71,10 @@ impl Transition {
         let ways = a.xforms.iter().zip(&b.xforms).map(|(a, b)| way([a.affine, b.affine], [from.speed(a), to.speed(b)]));
         let finals = a.final_xform.iter().zip(&b.final_xform);
         let posts = a.xforms.iter().zip(&b.xforms).chain(finals.clone()).map(|(a, b)| still(a, b, |x| x.post));
+        let palettes = a.palette.as_ref().zip(b.palette.as_ref());
         Transition {
+            palettes: palettes.map(|(start, end)| PaletteWay::new(start, end, a.hue_path)),
+            pairing,
             ways: ways.collect(),
             posts: posts.collect(),
             final_way: finals.map(|(a, b)| still(a, b, |x| x.affine)).next(),
@@ -96,11 +110,16 @@ impl Transition {
 
 impl Motion for Transition {
     fn at(&self, frame: f64) -> Genome {
-        let b = (frame / self.frames).clamp(0.0, 1.0);
+        if frame <= 0.0 {
+            return self.loops[0].at(frame);
+        }
+        if frame >= self.frames {
+            return self.loops[1].at(frame - self.frames);
+        }
+        let b = frame / self.frames;
         let moment = Moment { frame, eased: b * b * (3.0 - 2.0 * b) };
         let part = moment.eased;
         let (from, to) = (&self.from, &self.to);
-        let nearer = if part < 0.5 { from } else { to };
         let mut xforms = Vec::with_capacity(from.xforms.len());
         for (i, (a, b)) in from.xforms.iter().zip(&to.xforms).enumerate() {
             xforms.push(self.xform([a, b], [&self.ways[i], &self.posts[i]], moment, true));
@@ -109,29 +128,33 @@ impl Motion for Transition {
             (Some(a), Some(b), Some(way), Some(post)) => Some(self.xform([a, b], [way, post], moment, false)),
             _ => None,
         };
-        let hue_path_rgb = mix(from.hue_path_rgb, to.hue_path_rgb, part);
-        let palette = from.palette.as_ref().zip(to.palette.as_ref());
+        // A new order is another choice of points, so the noise is another one: half way between two frames, in the middle,
+        // where most moves. At the ends it is that of the loops.
+        let is_late = frame >= (self.frames / 2.0).floor() + 0.5;
         Genome {
-            name: nearer.name.clone(),
-            time: mix(from.time, to.time, part),
-            camera: camera(&from.camera, &to.camera, part),
-            sampling: sampling(&from.sampling, &to.sampling, part),
-            tone: tone(&from.tone, &to.tone, part),
-            palette: palette.map(|(a, b)| blend(a, b, part, from.hue_path, hue_path_rgb)),
-            palette_number: None,
-            hue: 0.0,
-            palette_blend: None,
-            palette_mode: nearer.palette_mode,
-            hue_path: nearer.hue_path,
-            hue_path_rgb,
-            interpolation: nearer.interpolation,
-            space: nearer.space,
-            xforms,
+            palette: self.palettes.as_ref().map(|way| way.at(part, mix(from.hue_path_rgb, to.hue_path_rgb, part))),
+            xforms: self.pairing.ordered(xforms, is_late),
             final_xform,
-            symmetries: Vec::new(),
-            extra: Vec::new(),
-            children: Vec::new(),
+            ..between(from, to, part)
         }
+    }
+}
+
+/// Everything of a genome but its transforms and its colours.
+pub(super) fn between(from: &Genome, to: &Genome, part: f64) -> Genome {
+    let nearer = if part < 0.5 { from } else { to };
+    Genome {
+        name: nearer.name.clone(),
+        time: mix(from.time, to.time, part),
+        camera: camera(&from.camera, &to.camera, part),
+        sampling: sampling(&from.sampling, &to.sampling, part),
+        tone: tone(&from.tone, &to.tone, part),
+        palette_mode: nearer.palette_mode,
+        hue_path: nearer.hue_path,
+        hue_path_rgb: mix(from.hue_path_rgb, to.hue_path_rgb, part),
+        interpolation: nearer.interpolation,
+        space: nearer.space,
+        ..Genome::default()
     }
 }
 
@@ -141,7 +164,7 @@ pub(super) fn mix(a: f64, b: f64, part: f64) -> f64 {
 }
 
 /// Everything of a transform but its affine parts.
-fn mixed(a: &Xform, b: &Xform, part: f64) -> Xform {
+pub(super) fn mixed(a: &Xform, b: &Xform, part: f64) -> Xform {
     let variations = a.variations.iter().zip(&b.variations).map(|(a, b)| {
         let mut variation = *a;
         variation.weight = mix(a.weight, b.weight, part);

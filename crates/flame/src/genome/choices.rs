@@ -84,7 +84,7 @@ choices! {
         Rgb "rgb",
         /// By hue, saturation and value.
         Hsv "hsv",
-        /// The same, hue taking the shorter way round.
+        /// The same, hue taking the shorter way round; in transitions, where flam3's default is no choice, as the eye sees it.
         HsvCircular "hsv_circular",
         /// The new palette wipes over the old one.
         Sweep "sweep",
@@ -114,9 +114,9 @@ choices! {
         Log "log",
         /// Entry by entry.
         Linear "linear",
-        /// As old versions did; taken as linear.
+        /// Entry by entry, and what one end lacks is plainly linear.
         Old "old",
-        /// As older versions did; taken as linear.
+        /// The same: `flam3-genome` prints no difference.
         Older "older",
     }
 }

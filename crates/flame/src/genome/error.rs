@@ -58,6 +58,16 @@ pub enum GenomeError {
         /// How many palettes the library has.
         found: usize,
     },
+    /// The key frames of a file are not in the order of their times.
+    #[error("flame {number} of the file has time {found}, expected more than the {before} of the one before it")]
+    Order {
+        /// The number of the flame, from 1.
+        number: usize,
+        /// Its time.
+        found: f64,
+        /// The time of the one before it.
+        before: f64,
+    },
     /// Colours are given in a form that makes no sense.
     #[error("{place}: palette `{element}` has {found}, expected {expected}")]
     Palette {
@@ -110,7 +120,10 @@ impl GenomeError {
             | GenomeError::Limit { place, .. }
             | GenomeError::Palette { place, .. }
             | GenomeError::Second { place, .. } => place,
-            GenomeError::Count { .. } | GenomeError::NoSuchPalette { .. } | GenomeError::Xml { .. } => return self,
+            GenomeError::Count { .. }
+            | GenomeError::NoSuchPalette { .. }
+            | GenomeError::Order { .. }
+            | GenomeError::Xml { .. } => return self,
         };
         if place.line == 1 {
             place.column -= columns;

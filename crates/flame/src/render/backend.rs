@@ -1,17 +1,17 @@
 //! What draws the samples of frames: this machine's processor, or a GPU.
 //!
-//! Owns the choice. A back-end takes a [`Shot`] and gives a histogram, whole numbers at first; filters and tone mapping are the
+//! Owns the choice. A back-end takes a [`Shot`] and adds whole numbers to a histogram; filters and tone mapping are the
 //! processor's whatever has drawn. Without the feature `gpu` there is none but the processor.
 //!
 //! Start at [`Backend`].
 
 use std::fmt::Debug;
-use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::RenderError;
-use super::draw::{self, Arithmetic, Drawn};
+use super::draw::{self, Arithmetic};
+use super::histogram::Sums;
 use super::shot::Shot;
 
 /// The version of what GPUs draw: with another one, the same genome and settings make other bits on the same GPU, though
@@ -29,13 +29,10 @@ pub(crate) trait Device: Debug + Send + Sync {
     /// Its name, with that of its driver.
     fn name(&self) -> &str;
 
-    /// How many streams of random numbers the samples of `shot` come from, 2 or more.
-    fn streams(&self, shot: &Shot) -> u32;
-
-    /// Draws the samples of some of the streams of `shot`, into a histogram of so many cells: each stream has samples of the
-    /// whole exposure, so that some of them are an independent picture of fewer samples. Once `stop` is set, fewer.
+    /// Draws all samples of `shot` and adds them to `sums`; once `stop` is set, fewer. Returns how many samples that were,
+    /// seen or not.
     /// Errors: [`RenderError`] if the device fails, or lacks memory.
-    fn draw(&self, shot: &Shot, cells: usize, streams: Range<u32>, stop: &AtomicBool) -> Result<Drawn, RenderError>;
+    fn draw(&self, shot: &Shot, sums: &mut Sums, stop: &AtomicBool) -> Result<u64, RenderError>;
 }
 
 impl Backend {
@@ -56,19 +53,18 @@ impl Backend {
         self.device.as_deref().map(Device::name)
     }
 
-    /// Draws all samples of `shot`; once `stop` is set, fewer. What is not in the fastest arithmetic is for the processor.
+    /// Draws all samples of `shot` and adds them to `sums`; once `stop` is set, fewer. Returns how many samples that were,
+    /// seen or not. What is not in the fastest arithmetic is for the processor.
     pub(crate) fn draw(
         &self,
         shot: &Shot,
-        cells: usize,
+        sums: &mut Sums,
         arithmetic: Arithmetic,
         stop: &AtomicBool,
-    ) -> Result<Drawn, RenderError> {
+    ) -> Result<u64, RenderError> {
         match &self.device {
-            Some(device) if arithmetic == Arithmetic::Fastest => {
-                device.draw(shot, cells, 0..device.streams(shot), stop)
-            }
-            _ => Ok(draw::draw(shot, cells, arithmetic, stop)),
+            Some(device) if arithmetic == Arithmetic::Fastest => device.draw(shot, sums, stop),
+            _ => Ok(draw::draw(shot, sums, arithmetic, stop)),
         }
     }
 }

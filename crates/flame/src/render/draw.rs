@@ -10,7 +10,7 @@ use fearless_simd::Level;
 
 use super::bins::Bins;
 use super::chaos::Reference;
-use super::histogram;
+use super::histogram::{Histogram, Sums};
 use super::pool::Pool;
 use super::shot::Shot;
 
@@ -29,39 +29,31 @@ pub enum Arithmetic {
     Reference,
 }
 
-/// Samples of a frame.
-pub(crate) struct Drawn {
-    /// Red, green, blue and density in histogram units, `[height][width]`.
-    pub(crate) cells: Vec<[f32; 4]>,
-    /// How many samples were drawn, seen or not.
-    pub(crate) samples: u64,
-}
-
 /// Plays the chaos game.
 pub(crate) trait Game {
     /// Draws the part `number` of `shot` into `bins` and returns how many samples that were; once `stop` is set, fewer.
     fn play(&mut self, shot: &Shot, number: u64, bins: &mut Bins, stop: &AtomicBool) -> u64;
 }
 
-/// Draws all parts of `shot` on the threads of the current pool; once `stop` is set, only what is begun.
-pub(crate) fn draw(shot: &Shot, cells: usize, arithmetic: Arithmetic, stop: &AtomicBool) -> Drawn {
+/// Draws all parts of `shot` on the threads of the current pool and adds them to `sums`; once `stop` is set, only what is
+/// begun. Returns how many samples that were, seen or not.
+pub(crate) fn draw(shot: &Shot, sums: &mut Sums, arithmetic: Arithmetic, stop: &AtomicBool) -> u64 {
     let (next, samples) = (AtomicU64::new(0), AtomicU64::new(0));
-    let cells = histogram::filled(cells, &shot.palette, |histogram| {
-        rayon::broadcast(|_| {
-            let mut game = None;
-            let mut bins = Bins::new(histogram);
-            loop {
-                let number = next.fetch_add(1, Ordering::Relaxed);
-                if number >= shot.parts() || stop.load(Ordering::Relaxed) {
-                    break;
-                }
-                let game = game.get_or_insert_with(|| arithmetic.game());
-                samples.fetch_add(game.play(shot, number, &mut bins, stop), Ordering::Relaxed);
+    let histogram = &Histogram::new(sums, &shot.palette);
+    rayon::broadcast(|_| {
+        let mut game = None;
+        let mut bins = Bins::new(histogram);
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= shot.parts() || stop.load(Ordering::Relaxed) {
+                break;
             }
-            bins.finish();
-        });
+            let game = game.get_or_insert_with(|| arithmetic.game());
+            samples.fetch_add(game.play(shot, number, &mut bins, stop), Ordering::Relaxed);
+        }
+        bins.finish();
     });
-    Drawn { cells, samples: samples.into_inner() }
+    samples.into_inner()
 }
 
 impl Arithmetic {
@@ -103,13 +95,14 @@ mod tests {
         let [width, height] = view.cells;
         let moments = [Moment { offset: 0.0, light: 1.0 }];
         let shot = Shot::new(&[(genome.clone(), view)], &moments, 4_000_000, seed).unwrap();
-        let drawn = draw(&shot, width * height, arithmetic, &AtomicBool::new(false));
+        let mut sums = Sums::new(width * height);
+        let samples = draw(&shot, &mut sums, arithmetic, &AtomicBool::new(false));
         let across = width.div_ceil(6);
         let mut counts = vec![0.0; across * height.div_ceil(6)];
-        for (cell, light) in drawn.cells.iter().enumerate() {
+        for (cell, light) in (0..width * height).map(|cell| sums.at(cell)).enumerate() {
             counts[cell / width / 6 * across + cell % width / 6] += f64::from(light[3]) / f64::from(UNIT);
         }
-        counts.iter().map(|count| count / drawn.samples as f64 * 4e6).collect()
+        counts.iter().map(|count| count / samples as f64 * 4e6).collect()
     }
 
     /// Chi-square over its degrees of freedom: 1 where two counts differ as independent samples do.

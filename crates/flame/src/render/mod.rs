@@ -3,10 +3,10 @@
 //! Owns the order of the work and the promise that neither the number of threads nor the processor changes a pixel.
 //! A frame becomes plain data (`shot.rs`: compiled genomes of `plan.rs`, the palette, numbered parts). Parts are drawn in
 //! any order (`draw.rs`), each with its own random stream (`pool.rs`; `chaos.rs` is the reference), and counted in whole
-//! numbers (`bins.rs`, `histogram.rs`). `backend.rs` may have a GPU draw instead (`gpu`). Never reads a
-//! file, a clock or the system's entropy.
+//! numbers (`bins.rs`, `histogram.rs`), in two halves (`film.rs`), until there are enough (`target.rs`). `backend.rs` may
+//! have a GPU draw instead (`gpu`). Never reads a file, a clock or the system's entropy.
 //!
-//! Start at [`Renderer::render`]; `filter.rs` and `tonemap.rs` make light.
+//! Start at [`Renderer::render`]; `density.rs`, `wiener.rs` and `tonemap.rs` make light.
 //!
 //! # Source
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008).
@@ -14,9 +14,10 @@
 mod backend;
 mod bins;
 mod chaos;
+mod density;
 mod draw;
 mod error;
-mod estimator;
+mod film;
 mod filter;
 #[cfg(feature = "gpu")]
 mod gpu;
@@ -25,8 +26,10 @@ mod plan;
 mod pool;
 mod shot;
 mod spread;
+mod target;
 mod tonemap;
 mod view;
+mod wiener;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,11 +44,16 @@ use crate::genome::Genome;
 use crate::image::Image;
 use bins::Bins;
 pub use draw::Arithmetic;
+use film::Film;
 use shot::Shot;
-use view::View;
+use target::Target;
+use view::{View, in_range};
 
 /// The version of the pictures: with another one, the same genome and settings make other bits.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
+
+/// Why no noise is aimed at.
+const NOT_FLAM3: &str = "none with flam3's filter, whose errors are no noise";
 
 /// Settings that override the genome's; `None` keeps the genome's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,6 +62,10 @@ pub struct Settings {
     pub size: Option<[u32; 2]>,
     /// Samples per pixel at zoom 0, > 0.
     pub spp: Option<f64>,
+    /// Peak signal-to-noise ratio in decibels, `10.0..=60.0`, instead of a fixed number of samples: as many are drawn, a
+    /// million per pixel at most, until the noise that is left is that small. Not with [`Filter::Flam3`], whose errors
+    /// are no noise.
+    pub psnr: Option<f64>,
     /// Histogram cells per pixel in each direction, 1 or more.
     pub supersample: Option<u32>,
     /// Moments in a frame, 1 or more. 1 switches motion blur off.
@@ -66,25 +78,36 @@ pub struct Settings {
     pub arithmetic: Arithmetic,
 }
 
-/// How the noise of few samples is smoothed. How far, the genome says: `estimator_radius`, `estimator_minimum`,
-/// `estimator_curve`; a radius of 0 switches every filter off.
+/// How the noise of few samples is smoothed. A genome whose `estimator_radius` is 0 switches every filter off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
     /// Not at all.
     None,
-    /// Cells are averaged with neighbours that differ by no more than chance. With many samples the filter has no effect.
+    /// By its measured variance: what two halves of the samples agree on stays. With many samples the filter has no effect.
     #[default]
     Variance,
-    /// As flam3 does: every cell is spread by a kernel that narrows with its density, whatever its neighbours are.
+    /// As flam3 does: every cell is spread by a kernel that narrows with its density, whatever its neighbours are. How far,
+    /// the genome says: `estimator_radius`, `estimator_minimum`, `estimator_curve`.
     Flam3,
+}
+
+/// A rendered frame, and what it took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The picture.
+    pub image: Image,
+    /// Samples drawn, but for those of orbits that escaped.
+    pub samples: u64,
+    /// Peak signal-to-noise ratio of the picture in decibels, as its halves tell; only where [`Settings::psnr`] asks.
+    pub psnr: Option<f64>,
 }
 
 /// Samples and memory that rendering a frame needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameCost {
-    /// Samples that are drawn, 1e12 at most.
+    /// Samples that are drawn, 1e12 at most; with [`Settings::psnr`] the most that may be.
     pub samples: u64,
-    /// Cells that filtering and density estimation look at then, 2.1e12 at most.
+    /// Cells and pixels that filters look at then, 2.1e12 at most.
     pub cell_steps: u64,
     /// Most bytes of memory that are in use at once, with one thread.
     pub bytes: u64,
@@ -108,6 +131,9 @@ struct FrameSetup {
     /// How many samples the genome asks for.
     samples: u64,
     cell_steps: u64,
+    filter: Filter,
+    target: Option<Target>,
+    arithmetic: Arithmetic,
 }
 
 impl Renderer {
@@ -144,17 +170,21 @@ impl Renderer {
     /// [`RenderError`] names what the genome lacks or what this renderer does not know, or what a GPU has failed at;
     /// [`RenderError::Stopped`] if `stop` was set.
     pub fn render(&self, motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Image, RenderError> {
+        Ok(self.render_measured(motion, frame, settings)?.image)
+    }
+
+    /// Renders as [`Renderer::render`] does, and tells what was drawn and what noise is left.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_measured(
+        &self,
+        motion: &dyn Motion,
+        frame: f64,
+        settings: &Settings,
+    ) -> Result<Measured, RenderError> {
         let setup = FrameSetup::new(motion, frame, settings)?;
-        let [width, height] = setup.view.cells;
-        let arithmetic = if setup.view.is_deep() { Arithmetic::Reference } else { settings.arithmetic };
-        self.pool.install(|| {
-            let drawn = self.backend.draw(&setup.shot, width * height, arithmetic, &self.stop)?;
-            if self.stop.load(Ordering::Relaxed) {
-                return Err(RenderError::Stopped);
-            }
-            let share = drawn.samples as f64 / setup.samples as f64;
-            Ok(tonemap::tone_map(drawn.cells, &setup.view, &setup.genome, share, settings.filter))
-        })
+        self.pool.install(|| setup.draw(&self.backend, &self.stop))
     }
 }
 
@@ -168,15 +198,22 @@ impl FrameCost {
         let [width, height] = setup.view.cells;
         let cells = (width * height) as u64;
         let pixels = (setup.view.size[0] * setup.view.size[1]) as u64;
-        // While samples are drawn: the sums, and what they carried. Then: the sums as floats, a guide and the smoothed.
-        let drawing = 2 * cells * histogram::BYTES_OF_CELL;
-        let tone_mapping = 3 * cells * size_of::<[f32; 4]>() as u64;
+        let half = if setup.is_halved() { cells * film::BYTES_OF_HALF } else { 0 };
+        // The sums, and what they carried.
+        let film = 2 * cells * histogram::BYTES_OF_CELL + half;
+        let filtering = match setup.filter {
+            Filter::None => pixels * size_of::<[f32; 8]>() as u64,
+            // The picture with its noise and their powers, of all levels.
+            Filter::Variance => 2 * pixels * size_of::<[f32; 8]>() as u64 * 4 / 3,
+            // Light, its logarithms and what they are spread to.
+            Filter::Flam3 => 3 * cells * size_of::<[f32; 4]>() as u64,
+        };
         let picture = pixels * size_of::<[f32; 3]>() as u64;
         let bytes_per_thread = Bins::bytes(cells as usize) + pool::BYTES;
         Ok(FrameCost {
-            samples: setup.shot.samples(),
+            samples: setup.target.map_or(2 * setup.shot.again(setup.samples.div_ceil(2), 0).samples(), Target::most),
             cell_steps: setup.cell_steps,
-            bytes: setup.shot.bytes() + picture + drawing.max(tone_mapping) + bytes_per_thread,
+            bytes: setup.shot.bytes() + picture + film + filtering + bytes_per_thread,
             bytes_per_thread,
         })
     }
@@ -189,7 +226,11 @@ impl FrameSetup {
         let view = View::new(&genome)?;
         let moments = filter::shutter(&genome.sampling)?;
         let samples = view.samples(&genome)?;
-        let cell_steps = view.cell_steps(&genome.sampling, samples, settings.filter)?;
+        let filter = if genome.sampling.estimator_radius > 0.0 { settings.filter } else { Filter::None };
+        let target = settings.psnr.map(|psnr| Target::new(psnr, &view)).transpose()?;
+        let fits = target.is_none() || filter != Filter::Flam3;
+        in_range("psnr", settings.psnr.unwrap_or_default(), fits, NOT_FLAM3)?;
+        let cell_steps = view.cell_steps(&genome.sampling, samples, filter)?;
         let mut genomes = Vec::with_capacity(moments.len());
         for moment in &moments {
             let mut then = motion.at(frame + moment.offset);
@@ -201,7 +242,34 @@ impl FrameSetup {
             genomes.push((then, view));
         }
         let shot = Shot::new(&genomes, &moments, samples, settings.seed)?;
-        Ok(FrameSetup { genome, view, shot, samples, cell_steps })
+        let arithmetic = if view.is_deep() { Arithmetic::Reference } else { settings.arithmetic };
+        Ok(FrameSetup { genome, view, shot, samples, cell_steps, filter, target, arithmetic })
+    }
+
+    /// Whether halves of the samples are told apart.
+    fn is_halved(&self) -> bool {
+        self.filter == Filter::Variance || self.target.is_some()
+    }
+
+    /// Draws the frame by `backend`, or on the threads of the current pool.
+    fn draw(&self, backend: &Backend, stop: &AtomicBool) -> Result<Measured, RenderError> {
+        let [width, height] = self.view.cells;
+        let mut film = Film::new(width * height, self.is_halved());
+        let (mut asked, mut more) = (0, self.target.map_or(self.samples, Target::first));
+        loop {
+            film.expose(&self.shot, more, backend, self.arithmetic, stop)?;
+            asked += more;
+            let share = film.samples() as f64 / self.samples as f64;
+            let developed = tonemap::develop(&mut film, self, share, stop);
+            if stop.load(Ordering::Relaxed) {
+                return Err(RenderError::Stopped);
+            }
+            more = self.target.zip(developed.noise).map_or(0, |(target, noise)| target.next(asked, noise));
+            if more == 0 {
+                let psnr = developed.noise.map(Target::psnr);
+                return Ok(Measured { image: developed.image, samples: film.samples(), psnr });
+            }
+        }
     }
 }
 
@@ -211,7 +279,8 @@ impl Settings {
         if let Some(size) = self.size {
             *camera = camera.resized(size);
         }
-        sampling.quality = self.spp.unwrap_or(sampling.quality);
+        // How many samples a target takes does not depend on how many the genome asks for.
+        sampling.quality = self.psnr.map_or(self.spp.unwrap_or(sampling.quality), |_| 1.0);
         sampling.supersample = self.supersample.unwrap_or(sampling.supersample);
         sampling.temporal_samples = self.temporal_samples.unwrap_or(sampling.temporal_samples);
     }

@@ -7,6 +7,7 @@
 //! Start at [`Shot::new`].
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::RenderError;
 use super::filter::Moment;
@@ -39,11 +40,13 @@ const MOST_PALETTES: usize = 32;
 #[derive(Clone, Debug)]
 pub(crate) struct Shot {
     /// The genome at each moment of the exposure.
-    pub(crate) plans: Vec<Plan>,
+    pub(crate) plans: Arc<[Plan]>,
+    /// Which part of the exposure is over when each moment begins.
+    over: Arc<[f64]>,
     /// The step at which each moment begins.
     pub(crate) begins: Vec<u64>,
     /// Colours in histogram units: [`ENTRIES`] for each of several palettes.
-    pub(crate) palette: Vec<[u32; 4]>,
+    pub(crate) palette: Arc<[[u32; 4]]>,
     /// Steps of all parts; in each, as many samples are drawn as a pool has orbits.
     pub(crate) all_steps: u64,
     /// What all random numbers come from.
@@ -68,16 +71,23 @@ impl Shot {
             in_range("temporal_samples", count as f64, fits, "moments of at most 2e9 bytes together")?;
             plans.push(plan);
         }
-        let palette = palette(genomes, &mut plans);
-        let all_steps = samples.div_ceil(ORBITS as u64);
+        let palette = palette(genomes, &mut plans).into();
         let light: f64 = moments.iter().map(|moment| moment.light).sum();
         let mut before = 0.0;
-        let mut begin = |moment: &Moment| {
-            let begins = (before / light * all_steps as f64).round() as u64;
+        let mut over = |moment: &Moment| {
+            let over = before / light;
             before += moment.light;
-            begins
+            over
         };
-        Ok(Shot { begins: moments.iter().map(&mut begin).collect(), plans, palette, all_steps, seed })
+        let over = moments.iter().map(&mut over).collect();
+        Ok(Shot { plans: plans.into(), over, begins: Vec::new(), palette, all_steps: 0, seed }.again(samples, seed))
+    }
+
+    /// The same frame with at least `samples` other samples: those of `seed`.
+    pub(crate) fn again(&self, samples: u64, seed: u64) -> Shot {
+        let all_steps = samples.div_ceil(ORBITS as u64);
+        let begins = self.over.iter().map(|over| (over * all_steps as f64).round() as u64).collect();
+        Shot { begins, all_steps, seed, ..self.clone() }
     }
 
     /// How many samples are drawn, but for those of orbits that escape.

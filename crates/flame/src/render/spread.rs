@@ -1,6 +1,6 @@
 //! Density estimation as flam3 does it: every cell's light is spread by a kernel that narrows with its density.
 //!
-//! Owns the choice of kernels and the spreading. Kept for pictures that must look like flam3's; `estimator.rs` keeps
+//! Owns the choice of kernels and the spreading. Kept for pictures that must look like flam3's; `wiener.rs` keeps
 //! edges that this one blurs.
 //!
 //! Start at [`Spread::new`], before densities become logarithms; then [`Spread::apply`].

@@ -1,75 +1,92 @@
-//! From a histogram to displayable light.
+//! From a film to displayable light.
 //!
-//! Owns log-density, spatial filtering, gamma, vibrancy and highlights. Never draws samples.
+//! Owns gamma, vibrancy and highlights, and the order in which filters come. Never draws samples.
 //!
-//! Start at [`tone_map`].
+//! Start at [`develop`]; `density.rs` has log-density and the spatial filter, `wiener.rs` and `spread.rs` smooth noise.
 //!
 //! # Source
 //! Draves & Reckase, *The Fractal Flame Algorithm* (2008), log-density display, gamma, vibrancy. The constants
 //! are those that make `brightness` mean what it means in flam3 files, found by comparing pictures.
 
-use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut};
+use std::sync::atomic::AtomicBool;
 
-use super::Filter;
-use super::estimator;
-use super::histogram::UNIT;
+use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSlice, ParallelSliceMut};
+
+use super::density::{self, Scale};
+use super::film::Film;
 use super::spread::Spread;
-use super::view::View;
+use super::{Filter, FrameSetup, wiener};
+use crate::genome::Tone;
 use crate::genome::palette::{from_hsv, to_hsv};
-use crate::genome::{Genome, Tone};
 use crate::image::Image;
-
-/// Log-density at `brightness` 1 and a density of e - 1.
-const GAIN: f64 = 268.0 / 256.0;
 
 /// Full light in flam3's own scale of 256 steps to a byte's 255.
 const WHITE: f64 = 256.0 / 255.0;
 
-/// Tone-maps a histogram to displayable light.
-///
-/// * `cells` — `[height][width][4]` of `view.cells`: linear red, green, blue and density.
-/// * `share` — how many samples were drawn, as a part of those that the genome asks for.
-/// * `smoothing` — how noise is smoothed, where the genome's estimator has a radius.
-pub(crate) fn tone_map(mut cells: Vec<[f32; 4]>, view: &View, genome: &Genome, share: f64, smoothing: Filter) -> Image {
-    let cells_per_pixel = (view.supersample * view.supersample) as f64;
-    let expected = view.area() * view.samples_per_pixel(&genome.sampling) * share * f64::from(UNIT);
-    let gain = genome.tone.brightness * GAIN;
-    let smoothing = if genome.sampling.estimator_radius > 0.0 { smoothing } else { Filter::None };
-    if smoothing == Filter::Variance {
-        cells = estimator::smooth(&cells, view, &genome.sampling);
-    }
-    let kernels = (smoothing == Filter::Flam3).then(|| Spread::new(&cells, view, &genome.sampling));
-    cells.par_chunks_mut(view.cells[0]).flatten().filter(|cell| cell[3] > 0.0).for_each(|cell| {
-        let density = f64::from(cell[3]);
-        let scale = gain * libm::log1p(density * cells_per_pixel / expected) / density;
-        *cell = cell.map(|channel| (f64::from(channel) * scale) as f32);
-    });
-    if let Some(spread) = kernels {
-        cells = spread.apply(&cells);
-    }
-    let [width, height] = view.size;
-    let mut pixels = vec![[0.0; 3]; width * height];
-    pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
-        for (column, pixel) in pixels.iter_mut().enumerate() {
-            *pixel = expose(filtered(&cells, view, column, row), &genome.tone);
-        }
-    });
-    Image { width, height, pixels }
+/// Displayable light of a frame.
+pub(super) struct Developed {
+    pub(super) image: Image,
+    /// The mean square of its noise, where one is aimed at.
+    pub(super) noise: Option<f64>,
 }
 
-/// The log-density of a pixel: the cells around it, weighted by the spatial filter.
-fn filtered(logs: &[[f32; 4]], view: &View, column: usize, row: usize) -> [f64; 4] {
-    let weights = view.spatial.weights();
-    let mut sum = [0.0; 4];
-    for (down, outer) in weights.iter().enumerate() {
-        let start = (row * view.supersample + down) * view.cells[0] + column * view.supersample;
-        for (cell, inner) in logs[start..start + weights.len()].iter().zip(weights) {
-            for (sum, channel) in sum.iter_mut().zip(cell) {
-                *sum += outer * inner * f64::from(*channel);
-            }
+/// Makes displayable light of what is on `film`, which keeps its samples only where more may follow; anything, once `stop`
+/// is set.
+///
+/// * `share` — how many samples were drawn, as a part of those that the genome asks for.
+pub(super) fn develop(film: &mut Film, setup: &FrameSetup, share: f64, stop: &AtomicBool) -> Developed {
+    let FrameSetup { genome, view, filter, target, .. } = setup;
+    let scale = Scale::new(genome, view, share);
+    let [width, height] = view.size;
+    let image = |pixels| Image { width, height, pixels };
+    if film.is_halved() {
+        let mut pixels = density::of_halves(film, scale, view, stop);
+        if target.is_none() {
+            film.clear();
         }
+        if *filter == Filter::Variance {
+            pixels = wiener::denoise(pixels, view.size, stop);
+        }
+        let noise = target.map(|_| noise(&pixels, width, &genome.tone));
+        return Developed { image: image(exposed(&pixels, width, &genome.tone)), noise };
     }
-    sum
+    let pixels = if *filter == Filter::Flam3 {
+        let light = film.light(view.cells[0] * view.cells[1]);
+        let spread = Spread::new(&light, view, &genome.sampling);
+        let cells = spread.apply(&light.into_iter().map(|cell| scale.log(cell)).collect::<Vec<_>>());
+        let across = view.cells[0];
+        density::pixels(view, stop, |row, out| out.copy_from_slice(&cells[row * across..(row + 1) * across]))
+    } else {
+        density::of_film(film, scale, view, stop)
+    };
+    Developed { image: image(exposed(&pixels, width, &genome.tone)), noise: None }
+}
+
+/// Displayable light of pixels whose first four channels are red, green, blue and density.
+fn exposed<const CHANNELS: usize>(pixels: &[[f32; CHANNELS]], width: usize, tone: &Tone) -> Vec<[f32; 3]> {
+    let mut light = vec![[0.0; 3]; pixels.len()];
+    light.par_chunks_mut(width).zip(pixels.par_chunks(width)).for_each(|(light, pixels)| {
+        for (light, pixel) in light.iter_mut().zip(pixels) {
+            *light = expose([0, 1, 2, 3].map(|channel| f64::from(pixel[channel])), tone);
+        }
+    });
+    light
+}
+
+/// The mean square of the noise in displayable light.
+fn noise(pixels: &[[f32; 8]], width: usize, tone: &Tone) -> f64 {
+    // Rows are added up in their order: the sum is the same for any number of threads.
+    let rows = pixels.par_chunks(width).map(|pixels| {
+        // With the noise and with its opposite: where light bends, both may be too dark.
+        let square = |pixel: &[f32; 8]| {
+            let [seen, more, less] = [0.0, 1.0, -1.0]
+                .map(|part| expose([0, 1, 2, 3].map(|i| f64::from(pixel[i]) + part * f64::from(pixel[4 + i])), tone));
+            let channel = |i: usize| f64::from(more[i] - seen[i]).powi(2) + f64::from(less[i] - seen[i]).powi(2);
+            0.5 * (channel(0) + channel(1) + channel(2))
+        };
+        pixels.iter().map(square).sum::<f64>()
+    });
+    rows.collect::<Vec<f64>>().iter().sum::<f64>() / (3 * pixels.len()) as f64
 }
 
 /// Gamma, vibrancy, highlights and background of one pixel.

@@ -5,17 +5,18 @@
 //!
 //! Start at [`View::new`].
 
+use super::density::BAND;
 use super::filter::Spatial;
 use super::histogram::MAX_SAMPLES;
-use super::{Filter, RenderError};
+use super::{Filter, RenderError, wiener};
 use crate::genome::{Affine, Genome, Sampling};
 
 /// Most cells a histogram may have: 48 bytes each.
 const MAX_CELLS: f64 = 1e9;
 
-/// Most cells that the spatial filter adds up in a frame: each pixel looks at a square of them. At 4K, 4 cells a pixel and
-/// the widest kernel of radius 1 it is 6e9; this many take minutes.
-const MAX_FILTERED: f64 = 5e10;
+/// Most cells that the spatial filter adds up in a frame, along rows and then along columns. At 4K, 4 cells a pixel and the
+/// widest kernel of radius 1 it is 1.1e9; this many take half a minute.
+const MAX_FILTERED: f64 = 2e10;
 
 /// The part of a cell by which `f32` may miss it.
 const PRECISION: f64 = 1.0 / 16.0;
@@ -28,7 +29,7 @@ const MAX_SMOOTHED: f64 = 2e12;
 const WIDEST_ESTIMATE: f64 = 256.0;
 
 /// Most samples of a pixel: their noise is a thousandth, below what a byte shows.
-const MAX_SAMPLES_PER_PIXEL: f64 = 1e6;
+pub(super) const MAX_SAMPLES_PER_PIXEL: f64 = 1e6;
 
 /// A camera, ready to place points.
 #[derive(Clone, Debug)]
@@ -64,9 +65,8 @@ impl View {
         let supersample = sampling.supersample as usize;
         let spatial = Spatial::new(sampling.filter_shape, sampling.filter_radius, supersample);
         let pixels = f64::from(camera.size[0]) * f64::from(camera.size[1]);
-        let filtered = pixels * (spatial.width() as f64).powi(2);
-        let fits = filtered <= MAX_FILTERED;
-        in_range("filter", sampling.filter_radius, fits, "a radius by which a frame adds up at most 5e10 cells")?;
+        let fits = filter_steps(camera.size.map(f64::from), &spatial, supersample) <= MAX_FILTERED;
+        in_range("filter", sampling.filter_radius, fits, "a radius by which a frame adds up at most 2e10 cells")?;
         let rim = (spatial.width() - supersample) / 2;
         let cells = camera.size.map(|pixels| pixels as usize * supersample + 2 * rim);
         let count = cells[0] as f64 * cells[1] as f64;
@@ -97,12 +97,15 @@ impl View {
         Ok(samples as u64)
     }
 
-    /// How many cells filtering and density estimation look at, if so many `samples` lie as thinly as they can.
+    /// How many cells filters look at, if so many `samples` lie as thinly as they can.
     /// Errors: [`RenderError::Range`] where density estimation is too wide, or looks at more than [`MAX_SMOOTHED`].
     pub(crate) fn cell_steps(&self, sampling: &Sampling, samples: u64, smoothing: Filter) -> Result<u64, RenderError> {
-        let filtered = (self.size[0] * self.size[1] * self.spatial.width() * self.spatial.width()) as u64;
-        if smoothing == Filter::None || sampling.estimator_radius <= 0.0 {
-            return Ok(filtered);
+        let size = self.size.map(|side| side as f64);
+        let filtered = filter_steps(size, &self.spatial, self.supersample) as u64;
+        match smoothing {
+            Filter::None => return Ok(filtered),
+            Filter::Variance => return Ok(filtered + (size[0] * size[1]) as u64 * wiener::STEPS_OF_PIXEL),
+            Filter::Flam3 => {}
         }
         let reach = (sampling.estimator_radius * self.supersample as f64).ceil() + 1.0;
         let side = |cells: usize| (2.0 * reach + 1.0).min(cells as f64);
@@ -133,6 +136,14 @@ impl View {
     pub(crate) fn area(&self) -> f64 {
         (self.size[0] * self.size[1]) as f64 / (self.pixels_per_unit * self.pixels_per_unit)
     }
+}
+
+/// How many cells the spatial filter adds up for a picture of `size`.
+fn filter_steps([width, height]: [f64; 2], spatial: &Spatial, supersample: usize) -> f64 {
+    let (taps, each) = (spatial.width() as f64, supersample as f64);
+    // Bands overlap by a filter's width.
+    let rows = height * each + (height / BAND as f64).ceil() * taps;
+    width * (rows + height) * taps
 }
 
 /// Refuses `value` unless `holds`.

@@ -16,8 +16,7 @@ use wgpu::{
 
 use super::Gpu;
 use crate::render::RenderError;
-use crate::render::draw::Drawn;
-use crate::render::histogram::UNIT;
+use crate::render::histogram::{Sums, UNIT};
 use crate::render::pool::ORBITS;
 use crate::render::shot::{FUSE, Shot};
 use crate::rng::Rng;
@@ -42,6 +41,9 @@ const WORDS: u64 = 9;
 /// Which of them is the number of samples.
 const SAMPLES: u64 = 8;
 
+/// Words of what a batch is told.
+const SETTING: usize = 11;
+
 /// Bytes of a word.
 const WORD: u64 = size_of::<u32>() as u64;
 
@@ -56,8 +58,8 @@ pub(super) struct Frame<'a> {
     gpu: &'a Gpu,
     shader: &'a ComputePipeline,
     shot: &'a Shot,
-    cells: usize,
-    streams: Range<u32>,
+    /// How many streams of random numbers its samples come from.
+    streams: u32,
     /// Whether a sum may have more than 32 bits.
     carries: bool,
     setting: Buffer,
@@ -67,25 +69,20 @@ pub(super) struct Frame<'a> {
     group: BindGroup,
 }
 
-/// How many streams of random numbers the samples of `shot` come from.
-pub(super) fn streams(shot: &Shot) -> u32 {
-    (shot.all_steps / LEAST_STEPS).clamp(2, MOST_STREAMS) as u32
-}
-
 impl<'a> Frame<'a> {
-    /// The frame of some of the streams of `shot`, before its first sample. `words` are the program's.
+    /// The frame of `shot`, before its first sample. `words` are the program's.
     /// Errors: [`RenderError`] if there is no memory for it, or the GPU fails.
     pub(super) fn new(
         gpu: &'a Gpu,
         shader: &'a ComputePipeline,
         shot: &'a Shot,
         words: &[u32],
-        cells: usize,
-        streams: Range<u32>,
     ) -> Result<Frame<'a>, RenderError> {
         let carries = shot.samples() * u64::from(UNIT) > u64::from(u32::MAX);
-        let size_of_sums = cells as u64 * CELL;
-        let begun = begun(shot.seed, &streams);
+        let [width, height] = shot.plans[0].cells;
+        let size_of_sums = (width * height) as u64 * CELL;
+        let streams = (shot.all_steps / LEAST_STEPS).clamp(1, MOST_STREAMS) as u32;
+        let begun = begun(shot.seed, streams);
         let largest = size_of_sums.max(size_of_val(words) as u64).max(size_of_val(&shot.palette[..]) as u64);
         let most = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
         let too_large =
@@ -106,7 +103,7 @@ impl<'a> Frame<'a> {
                 gpu.queue.write_buffer(&buffer, 0, contents);
                 buffer
             };
-            let setting = filled(&[0; 12 * WORD as usize], BufferUsages::UNIFORM);
+            let setting = filled(&[0; SETTING * WORD as usize], BufferUsages::UNIFORM);
             let plans = filled(&bytes(words), BufferUsages::STORAGE);
             let palette = filled(&bytes(shot.palette.as_flattened()), BufferUsages::STORAGE);
             let orbits = filled(&bytes(&begun), BufferUsages::STORAGE | BufferUsages::COPY_SRC);
@@ -120,20 +117,19 @@ impl<'a> Frame<'a> {
             let layout = shader.get_bind_group_layout(0);
             let group =
                 gpu.device.create_bind_group(&BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
-            Frame { gpu, shader, shot, cells, streams, carries, setting, orbits, sums, carried, group }
+            Frame { gpu, shader, shot, streams, carries, setting, orbits, sums, carried, group }
         })
     }
 
     /// Draws all samples; once `stop` is set, fewer.
     pub(super) fn draw(&self, stop: &AtomicBool) -> Result<(), RenderError> {
         let orbits = self.orbits();
-        let all_streams = u64::from(streams(self.shot));
-        let steps = FUSE + self.shot.all_steps.div_ceil(all_streams);
+        let steps = FUSE + self.shot.all_steps.div_ceil(self.streams.into());
         let samples = if self.gpu.is_software { BATCH_OF_SOFTWARE } else { BATCH };
         let count = (samples / u64::from(orbits)).max(1);
         let mut first = 0;
         while first < steps && !stop.load(Ordering::Relaxed) {
-            let begins = first.saturating_sub(FUSE) * all_streams;
+            let begins = first.saturating_sub(FUSE) * u64::from(self.streams);
             let moment = self.shot.begins.partition_point(|moment| *moment <= begins) - 1;
             let [width, height] = self.shot.plans[0].cells;
             let setting = [
@@ -143,8 +139,7 @@ impl<'a> Frame<'a> {
                 count.min(steps - first) as u32,
                 FUSE as u32,
                 ORBITS as u32,
-                all_streams as u32,
-                self.streams.start,
+                self.streams,
                 self.shot.all_steps as u32,
                 self.shot.begins.len() as u32,
                 moment as u32,
@@ -157,7 +152,7 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    fn submit(&self, setting: &[u32]) {
+    fn submit(&self, setting: &[u32; SETTING]) {
         self.gpu.queue.write_buffer(&self.setting, 0, &bytes(setting));
         let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         {
@@ -169,28 +164,22 @@ impl<'a> Frame<'a> {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// The histogram.
-    pub(super) fn read(&self) -> Result<Drawn, RenderError> {
-        let size = self.cells as u64 * CELL;
-        let mut sums = Vec::with_capacity(4 * self.cells);
-        self.read_words(&self.sums, 0..size, &mut |word| sums.push(word as f32))?;
-        if self.carries {
-            // What carried nothing is exact as it is; of the others both words count.
-            let mut carried = Vec::new();
-            self.read_words(&self.carried, 0..size, &mut |word| carried.push(word))?;
-            if carried.iter().any(|word| *word > 0) {
-                let mut at = 0;
-                self.read_words(&self.sums, 0..size, &mut |word| {
-                    sums[at] = (u64::from(carried[at]) << 32 | u64::from(word)) as f32;
-                    at += 1;
-                })?;
-            }
+    /// Adds what was drawn to `sums`. Returns how many samples that were, seen or not.
+    pub(super) fn read(&self, sums: &mut Sums) -> Result<u64, RenderError> {
+        let words = [(&self.sums, 0), (&self.carried, u32::BITS)];
+        for (buffer, shift) in &words[..=usize::from(self.carries)] {
+            let mut at = 0;
+            self.read_words(buffer, 0..buffer.size(), &mut |word| {
+                if word > 0 {
+                    sums.add(at / 4, at % 4, u64::from(word) << shift);
+                }
+                at += 1;
+            })?;
         }
         let mut samples = 0;
         let (orbits, begin) = (u64::from(self.orbits()), SAMPLES * u64::from(self.orbits()) * WORD);
         self.read_words(&self.orbits, begin..begin + orbits * WORD, &mut |word| samples += u64::from(word))?;
-        let cells = sums.chunks_exact(4).map(|sums| [sums[0], sums[1], sums[2], sums[3]]).collect();
-        Ok(Drawn { cells, samples })
+        Ok(samples)
     }
 
     /// Gives the words in `range` of `buffer`, in bytes, to `take`.
@@ -229,17 +218,17 @@ impl<'a> Frame<'a> {
     }
 
     fn orbits(&self) -> u32 {
-        (self.streams.end - self.streams.start) * ORBITS as u32
+        self.streams * ORBITS as u32
     }
 }
 
 /// Orbits at random points, one word of all beside the other.
-fn begun(seed: u64, streams: &Range<u32>) -> Vec<u32> {
-    let orbits = streams.len() * ORBITS;
+fn begun(seed: u64, streams: u32) -> Vec<u32> {
+    let orbits = streams as usize * ORBITS;
     let mut words = vec![0; orbits * WORDS as usize];
-    for (number, stream) in streams.clone().enumerate() {
-        let mut random = Rng::stream(seed, stream.into());
-        for orbit in number * ORBITS..(number + 1) * ORBITS {
+    for stream in 0..streams as usize {
+        let mut random = Rng::stream(seed, stream as u64);
+        for orbit in stream * ORBITS..(stream + 1) * ORBITS {
             let place = [random.signed(), random.signed(), random.unit()];
             for (word, value) in place.into_iter().enumerate() {
                 words[word * orbits + orbit] = (value as f32).to_bits();

@@ -11,7 +11,6 @@ mod program;
 mod tape;
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,7 +22,7 @@ use wgpu::{
 
 use super::RenderError;
 use super::backend::Device;
-use super::draw::Drawn;
+use super::histogram::Sums;
 use super::shot::Shot;
 use frame::Frame;
 use program::Program;
@@ -150,11 +149,7 @@ impl Device for Gpu {
         &self.name
     }
 
-    fn streams(&self, shot: &Shot) -> u32 {
-        frame::streams(shot)
-    }
-
-    fn draw(&self, shot: &Shot, cells: usize, streams: Range<u32>, stop: &AtomicBool) -> Result<Drawn, RenderError> {
+    fn draw(&self, shot: &Shot, sums: &mut Sums, stop: &AtomicBool) -> Result<u64, RenderError> {
         let Program { text, words } = Program::new(shot)?;
         let mut shaders = self.shaders.lock().unwrap_or_else(PoisonError::into_inner);
         let shader = if let Some(shader) = shaders.get(&text) {
@@ -165,9 +160,9 @@ impl Device for Gpu {
             }
             shaders.entry(text.clone()).or_insert(self.compiled(&text)?).clone()
         };
-        let frame = Frame::new(self, &shader, shot, &words, cells, streams)?;
+        let frame = Frame::new(self, &shader, shot, &words)?;
         frame.draw(stop)?;
-        frame.read()
+        frame.read(sums)
     }
 }
 
@@ -198,23 +193,24 @@ mod tests {
     }
 
     #[test]
-    fn streams_of_a_gpu_are_parts_of_one_picture() {
+    fn rounds_of_a_gpu_add_up_in_one_histogram() {
         let (gpu, (shot, cells)) = (Gpu::find().unwrap(), shot());
-        let draw = |streams| gpu.draw(&shot, cells, streams, &AtomicBool::new(false)).unwrap();
-        let (all, parts) = (gpu.streams(&shot), [draw(0..1), draw(1..gpu.streams(&shot))]);
-        let whole = draw(0..all);
-        assert!(all >= 2 && parts[0].samples > 0);
-        assert_eq!(whole.samples, parts[0].samples + parts[1].samples);
-        for (cell, sums) in whole.cells.iter().enumerate() {
-            let added: [f32; 4] = std::array::from_fn(|at| parts[0].cells[cell][at] + parts[1].cells[cell][at]);
-            assert_eq!(*sums, added, "cell {cell}");
+        let draw =
+            |seed: u64, sums: &mut Sums| gpu.draw(&shot.again(700_000, seed), sums, &AtomicBool::new(false)).unwrap();
+        let [mut one, mut other, mut both] = [0; 3].map(|_| Sums::new(cells));
+        let samples = [draw(1, &mut one), draw(2, &mut other), draw(1, &mut both), draw(2, &mut both)];
+        assert!(samples[0] >= 699_000 && samples[..2] == samples[2..], "{samples:?}");
+        assert!((0..cells).any(|cell| one.at(cell) != other.at(cell)));
+        for cell in 0..cells {
+            let added: [f32; 4] = std::array::from_fn(|at| one.at(cell)[at] + other.at(cell)[at]);
+            assert_eq!(both.at(cell), added, "cell {cell}");
         }
     }
 
     #[test]
     fn a_gpu_that_is_gone_is_an_error_for_this_frame_and_the_next() {
         let (gpu, (shot, cells)) = (Gpu::find().unwrap(), shot());
-        let draw = || gpu.draw(&shot, cells, 0..2, &AtomicBool::new(false));
+        let draw = || gpu.draw(&shot, &mut Sums::new(cells), &AtomicBool::new(false));
         assert!(draw().is_ok());
         gpu.device.destroy();
         for _ in 0..2 {

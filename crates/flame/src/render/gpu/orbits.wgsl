@@ -11,16 +11,15 @@ struct Frame {
     first: u32,
     count: u32,
     fuse: u32,
-    // Orbits of a stream; the streams of the frame, and the first one that is drawn.
+    // Orbits of a stream; the streams of the frame.
     orbits_of_stream: u32,
     streams: u32,
-    first_stream: u32,
     // Steps of the frame.
     steps: u32,
     // Moments of the frame, and one that does not begin after the first step.
     moments: u32,
     moment: u32,
-    // All orbits that are drawn.
+    // Orbits of all streams.
     orbits: u32,
 }
 
@@ -208,7 +207,7 @@ fn draw(@builtin(global_invocation_id) id: vec3u) {
         orbits[4u * all + orbit], orbits[5u * all + orbit], orbits[6u * all + orbit], orbits[7u * all + orbit]);
     var samples = orbits[8u * all + orbit];
 
-    let stream = frame.first_stream + orbit / frame.orbits_of_stream;
+    let stream = orbit / frame.orbits_of_stream;
     var moment = frame.moment;
     for (var i = 0u; i < frame.count; i++) {
         let taken = frame.first + i;

@@ -1,0 +1,127 @@
+//! What is half way: whether a transition's middle is worth its rendering.
+//!
+//! Owns the score of a transition and the names of what is wrong with it, found on small pictures of some moments. Never
+//! changes a transition: `exposure.rs` does what can be done.
+//!
+//! Start at [`Middle::of`].
+
+use crate::animate::Motion;
+use crate::exposure::{Exposed, Exposure, expected};
+use crate::light::Light;
+use crate::render::{RenderError, Renderer};
+
+/// The moments that are looked at, not those at which the exposure was measured.
+const MOMENTS: usize = 9;
+
+/// Less of the expected brightness is dead, more than its inverse blown out.
+const DIM: f64 = 0.5;
+
+/// White that the ends do not have, as a part of the picture: more is blown out.
+const WHITE: f64 = 0.15;
+
+/// Less of what the ends show, in pixels that show something, is empty.
+const EMPTY: f64 = 0.3;
+
+/// How many times as far as at the ends a picture may come from one frame to the next.
+const RESTLESS: f64 = 8.0;
+
+/// So little a frame is never restless, as a root mean square of the luma of blocks.
+const CALM: f64 = 0.02;
+
+/// What is wrong with a middle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MiddleFault {
+    /// Too dark, however it is exposed.
+    Dead,
+    /// Too bright, or white.
+    BlownOut,
+    /// Nearly all of its light is in few places.
+    Empty,
+    /// It changes too much from frame to frame.
+    Flickering,
+}
+
+/// The worst of some moments between the ends of a transition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Middle {
+    /// From 0, unusable, to 1, as good as the ends: the product of what follows, each limited to 1.
+    pub score: f64,
+    /// The brightness that is furthest off, as a part of what is expected between the ends.
+    pub brightness: f64,
+    /// The pixels that show something, as a part of those expected.
+    pub lit: f64,
+    /// The part of white pixels beyond those expected.
+    pub white: f64,
+    /// The picture's largest change from a frame to the next, as a multiple of the largest at the ends.
+    pub flicker: f64,
+    /// What is wrong.
+    pub faults: Vec<MiddleFault>,
+}
+
+impl MiddleFault {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            MiddleFault::Dead => "dead",
+            MiddleFault::BlownOut => "blown-out",
+            MiddleFault::Empty => "empty",
+            MiddleFault::Flickering => "flickering",
+        }
+    }
+}
+
+impl Middle {
+    /// Looks at `motion` from frame 0 to `frames` with its `exposure`.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn of(
+        motion: &dyn Motion,
+        frames: f64,
+        exposure: &Exposure,
+        renderer: &Renderer,
+    ) -> Result<Middle, RenderError> {
+        let exposed = Exposed { motion, exposure };
+        let light = |frame: f64| Light::of(&exposed, frame, renderer);
+        // Motion is slower than a frame where there are many.
+        let step = |frame: f64| Ok::<_, RenderError>((light(frame)?, light(frame + 1.0)?));
+        let (start, end) = (step(0.0)?, step(frames - 1.0)?);
+        let ends = |of: fn(&Light) -> f64| [of(&start.0), of(&end.1)];
+        let usual = start.0.apart(&start.1).max(end.0.apart(&end.1)).max(CALM / RESTLESS);
+        let mut middle = Middle { score: 0.0, brightness: 1.0, lit: 1.0, white: 0.0, flicker: 0.0, faults: Vec::new() };
+        for moment in 1..MOMENTS {
+            let part = moment as f64 / MOMENTS as f64;
+            let (now, next) = step((part * frames).floor())?;
+            let of_expected = |of: fn(&Light) -> f64| of(&now) / expected(ends(of), part).max(1e-6);
+            let brightness = of_expected(|light| light.mean);
+            if from_one(brightness) < from_one(middle.brightness) {
+                middle.brightness = brightness;
+            }
+            middle.lit = middle.lit.min(of_expected(|light| light.lit));
+            middle.white = middle.white.max(now.white - expected(ends(|light| light.white), part));
+            middle.flicker = middle.flicker.max(now.apart(&next) / usual);
+        }
+        middle.judge();
+        Ok(middle)
+    }
+
+    fn judge(&mut self) {
+        let Middle { brightness, lit, white, flicker, .. } = *self;
+        self.score = from_one(brightness) * lit.min(1.0) * (1.0 - white) * (RESTLESS / flicker.max(RESTLESS));
+        for (is_wrong, fault) in [
+            (brightness < DIM, MiddleFault::Dead),
+            (brightness > 1.0 / DIM || white > WHITE, MiddleFault::BlownOut),
+            (lit < EMPTY, MiddleFault::Empty),
+            (flicker > RESTLESS, MiddleFault::Flickering),
+        ] {
+            if is_wrong {
+                self.faults.push(fault);
+            }
+        }
+    }
+}
+
+/// How near a ratio is to 1: itself or its inverse, whichever is less.
+fn from_one(ratio: f64) -> f64 {
+    if ratio > 1.0 { 1.0 / ratio } else { ratio }
+}

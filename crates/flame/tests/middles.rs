@@ -1,0 +1,73 @@
+//! What is half way is judged before it is rendered.
+//!
+//! Owns claims about exposure and scores of motions that are made up for them; the demo's own are tested beside it.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use flame::{Exposed, Exposure, Genome, Loop, Middle, MiddleFault, Motion, Renderer};
+
+const FRAMES: f64 = 100.0;
+
+/// A still flame that is changed in the middle, by how far it has come from either end: 0 to 1.
+struct Changed<F>(Genome, F);
+
+impl<F: Fn(&mut Genome, f64, f64) + Sync> Motion for Changed<F> {
+    fn at(&self, frame: f64) -> Genome {
+        let mut genome = self.0.clone();
+        let part = (frame / FRAMES).clamp(0.0, 1.0);
+        (self.1)(&mut genome, 16.0 * (part * (1.0 - part)).powi(2), frame);
+        genome
+    }
+}
+
+fn sheep() -> Genome {
+    let genome = Genome::parse(include_str!("../../../flock-tools/demo/genomes/nautilus.flam3")).unwrap();
+    Loop::new(&genome, FRAMES).at(0.0)
+}
+
+/// The middle of a changed flame, with the exposure that is measured for it.
+fn middle(change: impl Fn(&mut Genome, f64, f64) + Sync) -> (Middle, Exposure) {
+    let (motion, renderer) = (Changed(sheep(), change), Renderer::new(0).unwrap());
+    let exposure = Exposure::measure(&motion, FRAMES, &renderer).unwrap();
+    (Middle::of(&motion, FRAMES, &exposure, &renderer).unwrap(), exposure)
+}
+
+#[test]
+fn what_is_wrong_half_way_is_named() {
+    let (fine, exposure) = middle(|_, _, _| ());
+    assert_eq!(fine.faults, []);
+    assert!(fine.score > 0.9 && (0.8..1.25).contains(&exposure.gain(50.0)), "{fine:?}");
+    let faults = |change: fn(&mut Genome, f64, f64)| middle(change).0.faults;
+    assert_eq!(
+        faults(|genome, part, _| genome.camera.center[0] += 500.0 * part),
+        [MiddleFault::Dead, MiddleFault::Empty]
+    );
+    assert!(faults(|genome, part, _| genome.tone.background = [part; 3]).contains(&MiddleFault::BlownOut));
+    // A point of light.
+    let shrunk = faults(|genome, part, _| genome.camera.scale *= 1.0 - 0.95 * part);
+    assert!(shrunk.contains(&MiddleFault::Empty), "{shrunk:?}");
+    let shaken = faults(|genome, part, frame| genome.camera.center[0] += part * (frame.floor() % 2.0));
+    assert_eq!(shaken, [MiddleFault::Flickering]);
+}
+
+#[test]
+fn what_is_too_dark_or_too_bright_half_way_is_exposed_as_its_ends_are() {
+    for gain in [0.05, 0.4, 3.0, 12.0] {
+        let (found, exposure) = middle(|genome, part, _| genome.tone.brightness *= 1.0 + (gain - 1.0) * part);
+        assert!(found.score > 0.75 && found.faults.is_empty(), "{gain}: {found:?}");
+        assert!((exposure.gain(50.0) * gain).ln().abs() < 0.3, "{gain} is met by {}", exposure.gain(50.0));
+    }
+}
+
+#[test]
+fn an_exposure_is_the_same_on_any_number_of_threads() {
+    let motion = Changed(sheep(), |genome: &mut Genome, part, _| genome.camera.scale *= 1.0 + part);
+    let measured =
+        [1, 2, 7].map(|threads| Exposure::measure(&motion, FRAMES, &Renderer::new(threads).unwrap()).unwrap());
+    assert!(measured[0] == measured[1] && measured[1] == measured[2]);
+    let exposed = Exposed { motion: &motion, exposure: &measured[0] };
+    for end in [-1.0, 0.0, FRAMES, FRAMES + 1.0] {
+        assert_eq!(exposed.at(end), motion.at(end));
+    }
+    assert_ne!(exposed.at(50.0), motion.at(50.0));
+}
