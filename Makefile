@@ -4,8 +4,8 @@
 .DEFAULT_GOAL := help
 .PHONY: help play check gpu bench soak crash image boot build-tests bench-image
 
-player := $(or $(CARGO_TARGET_DIR),target)/release/dreams-player
-# Where a player that was started from here keeps its place in the path.
+programs := $(or $(CARGO_TARGET_DIR),target)/release
+# Where a player that was started from here keeps its place in the path, and its flock.
 state := target/play
 # The programs that a unit gets, where `image-build/programs` lays them. What is tried and measured is these.
 unit := target/unit
@@ -21,11 +21,11 @@ beside := $(addprefix -,$(filter arm64,$(arch)))
 help: ## say what each target does
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
-play: ## build the player and show the demo flock on the best screen there is; Ctrl-C ends it
+play: ## build the player and show the demo flock on the best screen there is, rendered better meanwhile; Ctrl-C ends it
 	.ci/install play
 	cargo build --locked --release --package player
-	mkdir -p $(state)
-	'$(player)' --flock flock-tools/demo/small --state $(state)
+	BUILD='cargo build --locked --release --package flock-tools' \
+	  flock-tools/demo/play '$(programs)/dreams-player' '$(programs)/dreams' flock-tools/demo/small $(state)
 
 check: ## everything that must hold before a change lands: form, lints, licences, all tests
 	.ci/install play check image

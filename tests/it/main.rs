@@ -27,6 +27,7 @@ mod player {
     mod fallbacks;
     pub(crate) mod flock_switch;
     mod notices;
+    mod rendered_meanwhile;
     pub(crate) mod resume;
     mod shortages;
     mod status_page;

@@ -55,6 +55,10 @@ impl SlurmCluster {
             cluster.spawn(command);
         }
         let is_idle = || {
+            for (number, daemon) in cluster.daemons.iter().enumerate() {
+                let said = || fs::read_to_string(cluster.at(&format!("{number}.out"))).unwrap_or_default();
+                assert!(!wait::ends_within(daemon, 0), "a daemon of Slurm has ended by itself: {}", said());
+            }
             let said = cluster.command("sinfo").args(["--noheader", "--format=%T"]).output().unwrap();
             String::from_utf8_lossy(&said.stdout).trim() == "idle"
         };

@@ -102,7 +102,11 @@ impl ClipSource {
                 self.add_to_plan(self.scheduled(number, leg));
                 return;
             }
-            if let Some(clip) = self.admit(&leg, number) {
+            let admitted = self.admit(&leg, number);
+            if admitted.is_none() && self.change(&leg) {
+                continue;
+            }
+            if let Some(clip) = admitted {
                 let path = leg.clip.path.clone();
                 let hash = leg.clip.hash;
                 let scheduled = self.scheduled(number, leg);
@@ -262,6 +266,8 @@ impl ClipSource {
         let hashed = || File::open(path.inside(&self.generation.folder)).and_then(ClipHash::of);
         let message = match self.retry_on_shortage(path, hashed, video::is_shortage) {
             Ok(found) if found == expected => return true,
+            // It is no fault: the path goes over to the other manifest.
+            Ok(_) if self.generation.is_being_replaced() => return false,
             Ok(found) => {
                 format!("clip `{}` is not the manifest's (expected {expected}, found {found})", path.as_str())
             }

@@ -32,7 +32,7 @@ pub(crate) struct Options {
     /// unit starts
     #[arg(long, conflicts_with = "still")]
     pub(crate) prelude: bool,
-    /// The flock to play: a folder with `flock.toml`
+    /// The flock to play: a folder with `flock.toml`; when that is edited, the next join goes over to it
     #[arg(long, value_name = "DIR")]
     flock: Option<PathBuf>,
     /// The flock that stands in while there is none to be read at `flock`

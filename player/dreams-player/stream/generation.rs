@@ -1,6 +1,7 @@
 //! The flock that is played: a plain folder, or a generation of the unit's store, perhaps on trial.
 //!
-//! Owns the course of a trial: so many joins shown win it, the first bad clip loses it.
+//! Owns the course of a trial: so many joins shown win it, the first bad clip loses it; and when another flock is to be
+//! played: the store has it, or the manifest of a plain folder is another one.
 //! Never chooses a clip, never installs anything: the updater does, and moves the link that is read here.
 //!
 //! Start at [`Generation::open`].
@@ -8,13 +9,19 @@
 use bundle::{CurrentGeneration, StoreError, TrialRecorder, Verdict};
 use diagnostics::chain;
 use flock::{Flock, Manifest, ManifestError};
-use std::io;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use std::{fs, io, thread};
 use timing::Rate;
 use tracing::{info, warn};
 use video::Form;
+
+/// How often, and after which pause, a manifest is looked at that is about to be written.
+const LOOKS_FOR_EDIT: u32 = 20;
+const LOOK_PAUSE: Duration = Duration::from_millis(50);
 
 /// A flock that can be played.
 #[derive(Debug)]
@@ -23,11 +30,23 @@ pub(crate) struct Generation {
     pub(crate) folder: PathBuf,
     /// `None` for a plain folder.
     playing: Option<CurrentGeneration>,
+    /// The manifest of a plain folder as it was when it was read.
+    manifest: Option<ManifestFile>,
     /// Where the flock is to be that this one is played for; `None` if it is itself what was asked for.
     awaited: Option<PathBuf>,
     /// Its trial; `None` if it has passed.
     pub(crate) trial: Option<Arc<Trial>>,
 }
+
+/// The file of a manifest. Whoever edits it makes another file, or changes its time.
+#[derive(Debug)]
+struct ManifestFile {
+    path: PathBuf,
+    identity: Option<FileIdentity>,
+}
+
+/// Device, inode, length, and the time of the last change in seconds and nanoseconds.
+type FileIdentity = (u64, u64, u64, i64, i64);
 
 /// What a screen is to show; size and rate until a flock of others comes.
 #[derive(Clone, Copy, Debug)]
@@ -75,15 +94,17 @@ impl Generation {
             let Some(playing) = playing(path) else {
                 // Whatever becomes of a link on the way, the clips are those of one flock.
                 let folder = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+                // Before it is read: an edit meanwhile is then another file.
+                let manifest = Some(ManifestFile::now(path));
                 let flock = Arc::new(Flock::new(Manifest::read_on_unit(path)?));
-                return Ok(Self { flock, folder, playing: None, awaited: None, trial: None });
+                return Ok(Self { flock, folder, playing: None, manifest, awaited: None, trial: None });
             };
             let trial = Trial::of(&playing);
             match (Manifest::read_on_unit(&playing.folder()), trial) {
                 (Ok(manifest), trial) => {
                     let (flock, folder) = (Arc::new(Flock::new(manifest)), playing.folder());
                     let trial = trial.map(Arc::new);
-                    return Ok(Self { flock, folder, playing: Some(playing), awaited: None, trial });
+                    return Ok(Self { flock, folder, playing: Some(playing), manifest: None, awaited: None, trial });
                 }
                 (Err(error), Some(trial)) if trial.lost(&chain(&error)) => {}
                 (Err(error), _) => return Err(error),
@@ -116,7 +137,22 @@ impl Generation {
     /// Whether another flock is to be played by now.
     pub(crate) fn is_over(&self) -> bool {
         let has_come = |path: &PathBuf| path.join(flock::FILE_NAME).is_file();
-        self.playing.as_ref().is_some_and(CurrentGeneration::is_replaced) || self.awaited.as_ref().is_some_and(has_come)
+        self.playing.as_ref().is_some_and(CurrentGeneration::is_replaced)
+            || self.manifest.as_ref().is_some_and(ManifestFile::is_replaced)
+            || self.awaited.as_ref().is_some_and(has_come)
+    }
+
+    /// Whether a clip that is not the manifest's is about to be: who replaces a clip of a plain folder writes its hash next.
+    /// Waits for that a while.
+    pub(crate) fn is_being_replaced(&self) -> bool {
+        let Some(manifest) = &self.manifest else { return false };
+        let mut looks = 0..LOOKS_FOR_EDIT;
+        looks.any(|_| {
+            manifest.is_replaced() || {
+                thread::park_timeout(LOOK_PAUSE);
+                false
+            }
+        })
     }
 
     /// A clip of it is not what it should be.
@@ -124,6 +160,26 @@ impl Generation {
         if let Some(trial) = self.trial.take() {
             trial.lost("a clip of it is bad");
         }
+    }
+}
+
+impl ManifestFile {
+    /// That of the flock in `folder`.
+    fn now(folder: &Path) -> Self {
+        let path = folder.join(flock::FILE_NAME);
+        let identity = Self::identity(&path);
+        Self { path, identity }
+    }
+
+    fn identity(path: &Path) -> Option<FileIdentity> {
+        let about = fs::metadata(path).ok()?;
+        Some((about.dev(), about.ino(), about.len(), about.mtime(), about.mtime_nsec()))
+    }
+
+    /// Whether it is another file by now; not while there is none.
+    fn is_replaced(&self) -> bool {
+        let now = Self::identity(&self.path);
+        now.is_some() && now != self.identity
     }
 }
 

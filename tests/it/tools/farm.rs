@@ -91,6 +91,23 @@ fn a_rendering_killed_twenty_times_at_random_gives_the_same_frames_on_any_number
 }
 
 #[test]
+fn the_same_frames_make_the_same_clips_whatever_was_in_memory_before() {
+    let flock = whole("4");
+    let before = clips(flock.path());
+    // glibc fills what it hands out and takes back with this byte and its complement.
+    for byte in ["1", "90", "165", "254"] {
+        for clip in CLIPS {
+            fs::remove_file(flock.path().join(clip)).unwrap();
+        }
+        let mut command = Command::new(programs::dreams());
+        render(&mut command, flock.path(), "4");
+        let said = output(command.args(["--keep-frames", "--json"]).env("MALLOC_PERTURB_", byte));
+        assert_eq!(json(&said)["frames"], 0, "all frames were there");
+        assert!(clips(flock.path()) == before, "other clips with memory full of {byte}");
+    }
+}
+
+#[test]
 fn shards_at_once_and_a_killed_one_make_the_frames_of_one_run() {
     let spp = "300";
     let (whole, flock) = (whole(spp), genomes());

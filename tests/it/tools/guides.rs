@@ -21,8 +21,9 @@ use std::process::{Child, Command, Stdio};
 const SENDING: &str = "docs/sending.md";
 const MAINTAINING: &str = "docs/maintaining.md";
 const STICK: &str = "/media/stick";
-/// The frames of each clip of the tutorial's flock.
-const FRAMES: u64 = 30;
+/// The frames of each loop of the tutorial's flock, and of each transition.
+const LOOP_FRAMES: u64 = 30;
+const TRANSITION_FRAMES: u64 = 45;
 /// What parts words.
 const BETWEEN_WORDS: [char; 4] = [' ', ',', ';', '\n'];
 /// The most seconds without output on the terminal.
@@ -191,7 +192,9 @@ fn is_played(folder: &Path) {
     succeed(&mut run.command());
     let trace = run.trace();
     assert_eq!(trace.faults, []);
-    let due: Vec<(&str, u64)> = walked.lines().flat_map(|clip| (0..FRAMES).map(move |frame| (clip, frame))).collect();
+    let frames = |clip: &str| if clip.starts_with("loops/") { LOOP_FRAMES } else { TRANSITION_FRAMES };
+    let due: Vec<(&str, u64)> =
+        walked.lines().flat_map(|clip| (0..frames(clip)).map(move |frame| (clip, frame))).collect();
     let shown: Vec<(&str, u64)> = trace.flips.iter().map(|flip| (&*flip.clip, flip.frame)).collect();
     assert_eq!(shown, due);
 }

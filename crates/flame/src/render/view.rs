@@ -65,14 +65,14 @@ impl View {
         let supersample = sampling.supersample as usize;
         let spatial = Spatial::new(sampling.filter_shape, sampling.filter_radius, supersample);
         let pixels = f64::from(camera.size[0]) * f64::from(camera.size[1]);
-        let fits = filter_steps(camera.size.map(f64::from), &spatial, supersample) <= MAX_FILTERED;
-        in_range("filter", sampling.filter_radius, fits, "a radius by which a frame adds up at most 2e10 cells")?;
         let rim = (spatial.width() - supersample) / 2;
         let cells = camera.size.map(|pixels| pixels as usize * supersample + 2 * rim);
         let count = cells[0] as f64 * cells[1] as f64;
         in_range("size", pixels, camera.size.iter().all(|side| *side > 0), "1 pixel or more")?;
         let (name, value) = if supersample > 1 { ("supersample", supersample as f64) } else { ("size", pixels) };
         in_range(name, value, count <= MAX_CELLS, "at most 1e9 histogram cells")?;
+        let fits = filter_steps(camera.size.map(f64::from), &spatial, supersample) <= MAX_FILTERED;
+        in_range("filter", sampling.filter_radius, fits, "a radius by which a frame adds up at most 2e10 cells")?;
         let magnification = libm::exp2(camera.zoom);
         let pixels_per_unit = camera.scale * magnification;
         let scale = pixels_per_unit * supersample as f64;
