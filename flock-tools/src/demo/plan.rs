@@ -37,9 +37,9 @@ macro_rules! sheep {
 /// The flock. Two transitions lead to each sheep and two away from it, chosen so that the pictures half way are good.
 pub(crate) const SHEEP: [DemoSheep; 7] = [
     sheep!("blossom", 107 -> "orchid", "nautilus"),
-    sheep!("caldera", 100 -> "nocturne", "orchid"),
+    sheep!("caldera", 100 -> "nocturne", "undertow"),
     sheep!("nautilus", 113 -> "blossom", "caldera"),
-    sheep!("nocturne", 113 -> "undertow", "blossom"),
+    sheep!("nocturne", 113 -> "orchid", "blossom"),
     sheep!("orchid", 127 -> "rosette", "undertow"),
     sheep!("rosette", 100 -> "nautilus", "nocturne"),
     sheep!("undertow", 127 -> "caldera", "rosette"),
