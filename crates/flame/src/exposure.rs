@@ -113,11 +113,12 @@ impl Motion for Brighter<'_> {
     }
 }
 
-/// The logarithm of the gain by which `frame` of `motion` gets the mean luma `wanted`; 0 where no gain makes light of it.
+/// The logarithm of the gain by which `frame` of `motion` gets the mean luma `wanted`, or comes nearest to it: on a light
+/// background more light may make a picture darker. 0 where no gain makes light of it.
 fn gain(motion: &dyn Motion, frame: f64, wanted: f64, renderer: &Renderer) -> Result<f64, RenderError> {
     let gamma = motion.at(frame).tone.gamma;
     let mut log = 0.0;
-    // The last point: the gain, and how far the light was off.
+    // The nearest point so far: the gain, and how far the light was off.
     let mut last: Option<(f64, f64)> = None;
     for _ in 0..TRIES {
         let found = Light::of(&Brighter(motion, libm::exp(log)), frame, renderer)?.mean;
@@ -125,20 +126,21 @@ fn gain(motion: &dyn Motion, frame: f64, wanted: f64, renderer: &Renderer) -> Re
             return Ok(0.0);
         }
         let off = libm::log(found / wanted);
+        if let Some((at, was)) = last
+            && off.abs() >= was.abs()
+        {
+            return Ok(at);
+        }
         if off.abs() < NEAR {
-            break;
+            return Ok(log);
         }
         // Light goes as the gain to the power of 1 / gamma, until it is white: the slope between two points tells better.
         let slope = last.map_or(1.0 / gamma, |(at, was)| (off - was) / (log - at));
         let slope = if slope.is_finite() { slope.clamp(0.1 / gamma, 4.0 / gamma) } else { 1.0 / gamma };
         last = Some((log, off));
-        let next = (log - off / slope).clamp(-MOST, MOST);
-        if next == log {
-            break;
-        }
-        log = next;
+        log = (log - off / slope).clamp(-MOST, MOST);
     }
-    Ok(log)
+    Ok(last.map_or(0.0, |(at, _)| at))
 }
 
 #[cfg(test)]

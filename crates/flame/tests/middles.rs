@@ -60,6 +60,24 @@ fn what_is_too_dark_or_too_bright_half_way_is_exposed_as_its_ends_are() {
 }
 
 #[test]
+fn where_light_makes_a_picture_darker_the_gain_does_not_run_away() {
+    let xforms = [(0.0, 0.0), (0.5, 0.0), (0.25, 0.5)]
+        .map(|(x, y)| format!("<xform weight=\"1\" coefs=\"0.5 0 0 0.5 {x} {y}\" spherical=\"0.1\" linear=\"1\"/>"));
+    let text = format!(
+        "<flame size=\"640 360\" center=\"0.5 0.4\" scale=\"450\" background=\"1 1 1\" brightness=\"0.2\">{}<color index=\"0\" rgb=\"10 0 25\"/></flame>",
+        xforms.concat()
+    );
+    let dark = Genome::parse(&text).unwrap();
+    for change in [0.3, 3.0] {
+        let motion = Changed(dark.clone(), |genome: &mut Genome, part, _| {
+            genome.tone.brightness *= 1.0 + (change - 1.0) * part;
+        });
+        let exposure = Exposure::measure(&motion, FRAMES, &Renderer::new(0).unwrap()).unwrap();
+        assert!((0.1..10.0).contains(&exposure.gain(50.0)), "{change} is met by {}", exposure.gain(50.0));
+    }
+}
+
+#[test]
 fn an_exposure_is_the_same_on_any_number_of_threads() {
     let motion = Changed(sheep(), |genome: &mut Genome, part, _| genome.camera.scale *= 1.0 + part);
     let measured =

@@ -280,17 +280,6 @@ fn time_base(form: &Form) -> Rational {
     Rational::new(int(form.fps.den()), int(form.fps.num()))
 }
 
-/// Which instructions x264 is to use; nothing for those that it finds. With those of AVX-512 its `mbtree` reads memory that
-/// nothing was written to (x264 0.164, seen with 64x36): the same frames then make another clip now and then. Processors
-/// with AVX-512 have AVX2.
-fn instructions() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx512f") {
-        return ":asm=avx2";
-    }
-    ""
-}
-
 /// x264, set to the flock's form.
 fn x264(form: &Form, quality: Quality<'_>) -> Result<codec::encoder::video::Encoder, ffmpeg::Error> {
     let x264 = codec::encoder::find_by_name("libx264").ok_or(ffmpeg::Error::EncoderNotFound)?;
@@ -310,9 +299,11 @@ fn x264(form: &Form, quality: Quality<'_>) -> Result<codec::encoder::video::Enco
         ("color_trc", "bt709"),
         ("colorspace", "bt709"),
         ("color_range", "tv"),
+        // 8x8dct: without it x264 marks the stream as Main. open-gop: off by default, but the form depends on it.
+        // cpu-independent: else `mbtree` adds up otherwise on each kind of processor, and with AVX-512 reads memory that
+        // nothing was written to (x264 0.164, seen with 64x36).
+        ("x264-params", "repeat-headers=1:open-gop=0:8x8dct=1:cpu-independent=1"),
     ]);
-    // 8x8dct: without it x264 marks the stream as Main. open-gop: off by default, but the form depends on it.
-    options.set("x264-params", &format!("repeat-headers=1:open-gop=0:8x8dct=1{}", instructions()));
     options.set("crf", &quality.crf.to_string());
     if let Some(bits) = quality.max_bits_per_second {
         options.set("maxrate", &bits.to_string());

@@ -20,7 +20,7 @@ use tracing::{info, warn};
 use video::Form;
 
 /// How often, and after which pause, a manifest is looked at that is about to be written.
-const LOOKS_FOR_EDIT: u32 = 20;
+const LOOKS_FOR_EDIT: u32 = 60;
 const LOOK_PAUSE: Duration = Duration::from_millis(50);
 
 /// A flock that can be played.
@@ -38,15 +38,16 @@ pub(crate) struct Generation {
     pub(crate) trial: Option<Arc<Trial>>,
 }
 
-/// The file of a manifest. Whoever edits it makes another file, or changes its time.
+/// The file of a manifest. Whoever edits it changes its length or its time.
 #[derive(Debug)]
 struct ManifestFile {
-    path: PathBuf,
+    /// The folder that it is in.
+    folder: PathBuf,
     identity: Option<FileIdentity>,
 }
 
-/// Device, inode, length, and the time of the last change in seconds and nanoseconds.
-type FileIdentity = (u64, u64, u64, i64, i64);
+/// Length, and the time of the last change in seconds and nanoseconds.
+type FileIdentity = (u64, i64, i64);
 
 /// What a screen is to show; size and rate until a flock of others comes.
 #[derive(Clone, Copy, Debug)]
@@ -82,7 +83,8 @@ impl Generation {
         Self::open(path).or_else(|error| {
             let Ok(standing_in) = Self::open(spare) else { return Err(error) };
             warn!(error = chain(&error), spare = %spare.display(), "cannot read the flock, playing the spare flock");
-            Ok(Self { awaited: Some(path.to_owned()), ..standing_in })
+            // The flock that is awaited is the only one to go over to.
+            Ok(Self { awaited: Some(path.to_owned()), manifest: None, ..standing_in })
         })
     }
 
@@ -92,11 +94,11 @@ impl Generation {
     pub(crate) fn open(path: &Path) -> Result<Self, ManifestError> {
         loop {
             let Some(playing) = playing(path) else {
+                // Before it is read: an edit meanwhile, or a link that is moved, makes it another file.
+                let manifest = Some(ManifestFile::now(path));
                 // Whatever becomes of a link on the way, the clips are those of one flock.
                 let folder = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-                // Before it is read: an edit meanwhile is then another file.
-                let manifest = Some(ManifestFile::now(path));
-                let flock = Arc::new(Flock::new(Manifest::read_on_unit(path)?));
+                let flock = Arc::new(Flock::new(Manifest::read_on_unit(&folder)?));
                 return Ok(Self { flock, folder, playing: None, manifest, awaited: None, trial: None });
             };
             let trial = Trial::of(&playing);
@@ -142,17 +144,23 @@ impl Generation {
             || self.awaited.as_ref().is_some_and(has_come)
     }
 
-    /// Whether a clip that is not the manifest's is about to be: who replaces a clip of a plain folder writes its hash next.
-    /// Waits for that a while.
+    /// Whether `next`, which comes after it, is the same folder with pictures of another size or rate. Its clips are still the
+    /// old ones: they are rendered only after such an edit.
+    pub(crate) fn is_to_be_rendered(&self, next: &Self) -> bool {
+        self.manifest.is_some() && next.folder == self.folder && next.form() != self.form()
+    }
+
+    /// Whether a clip that is not the manifest's is another manifest's: who replaces a clip of a plain folder writes its hash
+    /// next. Waits for that a while.
     pub(crate) fn is_being_replaced(&self) -> bool {
         let Some(manifest) = &self.manifest else { return false };
-        let mut looks = 0..LOOKS_FOR_EDIT;
-        looks.any(|_| {
-            manifest.is_replaced() || {
-                thread::park_timeout(LOOK_PAUSE);
-                false
+        for _ in 0..LOOKS_FOR_EDIT {
+            if manifest.is_replaced() {
+                return Manifest::read_on_unit(&manifest.folder).is_ok();
             }
-        })
+            thread::park_timeout(LOOK_PAUSE);
+        }
+        false
     }
 
     /// A clip of it is not what it should be.
@@ -166,19 +174,17 @@ impl Generation {
 impl ManifestFile {
     /// That of the flock in `folder`.
     fn now(folder: &Path) -> Self {
-        let path = folder.join(flock::FILE_NAME);
-        let identity = Self::identity(&path);
-        Self { path, identity }
+        Self { folder: folder.to_owned(), identity: Self::identity(folder) }
     }
 
-    fn identity(path: &Path) -> Option<FileIdentity> {
-        let about = fs::metadata(path).ok()?;
-        Some((about.dev(), about.ino(), about.len(), about.mtime(), about.mtime_nsec()))
+    fn identity(folder: &Path) -> Option<FileIdentity> {
+        let about = fs::metadata(folder.join(flock::FILE_NAME)).ok()?;
+        Some((about.len(), about.mtime(), about.mtime_nsec()))
     }
 
     /// Whether it is another file by now; not while there is none.
     fn is_replaced(&self) -> bool {
-        let now = Self::identity(&self.path);
+        let now = Self::identity(&self.folder);
         now.is_some() && now != self.identity
     }
 }

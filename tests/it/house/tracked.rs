@@ -56,7 +56,7 @@ const KINDS: &[(&str, &[&str])] = &[
         ],
     ),
     ("flock-tools", &["Cargo.toml", "*.rs"]),
-    ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg"]),
+    ("flock-tools/demo", &["README.md", "flock.toml", "*.flam3", "*.mp4", "picture.jpg", "play"]),
     ("flock-tools/src/report/sheet", &["*.css", "*.html", "*.js"]),
     ("fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
     ("fuzz/corpus", &["*"]),

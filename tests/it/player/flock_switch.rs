@@ -8,7 +8,7 @@ use crate::display::hot_plug::{CARD, HANDS};
 use crate::flocks::{Flock, Plan, SMALL};
 use crate::guest::{script, shell_words, succeed_in_virtual_time};
 use crate::player_run::{PlayerRun, RunningPlayer};
-use crate::programs::output;
+use crate::programs::{self, output};
 use crate::trace::{Flip, Trace};
 use crate::updates::sticks::Unit;
 use claims::bundle_maker::Files;
@@ -83,6 +83,38 @@ pub(crate) fn played<'t>(flock: &Flock, trace: &'t Trace) -> Vec<(&'t str, &'t s
         rest = &rest[count..];
     }
     clips
+}
+
+#[test]
+fn an_edited_folder_is_gone_over_to_at_a_join_and_an_edit_that_cannot_be_played_is_not() {
+    let (flock, folder) = (SMALL.flock(), tempfile::tempdir_in(programs::claims_folder()).unwrap());
+    let [one, two] = ["one", "two"].map(|name| edition(&flock, name));
+    for (name, bytes) in one.iter().chain(&two) {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+    let edit = |text: &[u8]| {
+        fs::write(folder.path().join("new"), text).unwrap();
+        fs::rename(folder.path().join("new"), folder.path().join("flock.toml")).unwrap();
+    };
+    edit(&one["flock.toml"]);
+    let mut running = PlayerRun::of(folder.path()).with(&FREE).start();
+    await_joins(&mut running, 3);
+    edit(b"format = 1\nname = ");
+    await_joins(&mut running, 9);
+    let text = String::from_utf8(two["flock.toml"].clone()).unwrap();
+    edit(text.replacen("size = [", "size = [1", 1).as_bytes());
+    await_joins(&mut running, 9);
+    edit(&two["flock.toml"]);
+    running.await_line_with("\"to\":\"two/");
+    await_joins(&mut running, 9);
+    running.signal(Signal::TERM);
+    let (code, trace) = running.end_within(10);
+    assert_eq!((code, trace.faults.len()), (Some(0), 0), "{:?}", trace.faults);
+    let clips = played(&flock, &trace);
+    let went_over = clips.iter().position(|(edition, _)| *edition == "two").unwrap();
+    assert!(went_over > 20 && clips[went_over..].iter().all(|(edition, _)| *edition == "two"), "{clips:?}");
 }
 
 #[test]

@@ -94,7 +94,7 @@ fn a_rendering_killed_twenty_times_at_random_gives_the_same_frames_on_any_number
 fn the_same_frames_make_the_same_clips_whatever_was_in_memory_before() {
     let flock = whole("4");
     let before = clips(flock.path());
-    // glibc fills what it hands out and takes back with this byte and its complement.
+    // glibc fills memory that it takes back with this byte, and memory that it hands out with its complement.
     for byte in ["1", "90", "165", "254"] {
         for clip in CLIPS {
             fs::remove_file(flock.path().join(clip)).unwrap();

@@ -121,6 +121,7 @@ impl Stretch {
             // A curve may lead beyond its keys.
             xform.weight = xform.weight.max(0.0);
             xform.color = xform.color.clamp(0.0, 1.0);
+            xform.color_speed = xform.color_speed.clamp(0.0, 1.0);
         }
         let palettes = self.keys.each_ref().map(|key| key.palette.as_ref());
         genome.palette = match palettes {

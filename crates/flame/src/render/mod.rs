@@ -279,8 +279,8 @@ impl Settings {
         if let Some(size) = self.size {
             *camera = camera.resized(size);
         }
-        // How many samples a target takes does not depend on how many the genome asks for.
-        sampling.quality = self.psnr.map_or(self.spp.unwrap_or(sampling.quality), |_| 1.0);
+        // How many samples a target takes does not depend on how many the genome asks for, at any zoom.
+        sampling.quality = self.psnr.map_or(self.spp.unwrap_or(sampling.quality), |_| libm::exp2(-2.0 * camera.zoom));
         sampling.supersample = self.supersample.unwrap_or(sampling.supersample);
         sampling.temporal_samples = self.temporal_samples.unwrap_or(sampling.temporal_samples);
     }

@@ -50,7 +50,7 @@ impl Spread {
         let mut kernels = Vec::new();
         let mut count = 1.0;
         while kernels.len() < usize::from(u16::MAX) {
-            let radius = (widest / f64::powf(count, sampling.estimator_curve)).clamp(narrowest, widest);
+            let radius = (widest / libm::pow(count, sampling.estimator_curve)).clamp(narrowest, widest);
             counts.push(count);
             kernels.push(Kernel::new(radius));
             if radius <= narrowest || count > 1e12 {

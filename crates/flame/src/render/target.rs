@@ -22,6 +22,9 @@ const LEAST_GROWTH: f64 = 1.125;
 /// common, as that few samples are too dark where light bends. Measured: up to 1.17.
 const UNTOLD: f64 = 1.2;
 
+/// A picture without noise, such as a black one, is told to have this: 120 decibels.
+const LEAST_NOISE: f64 = 1e-12;
+
 /// The noise that is asked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Target {
@@ -50,12 +53,12 @@ impl Target {
 
     /// Peak signal-to-noise ratio in decibels of a picture whose noise has a mean square of `noise`.
     pub(super) fn psnr(noise: f64) -> f64 {
-        -10.0 * (UNTOLD * noise).log10()
+        -10.0 * libm::log10((UNTOLD * noise).max(LEAST_NOISE))
     }
 
     /// How many samples are to be added to `drawn` if the noise has a mean square of `noise`; 0 where it is small enough.
     pub(super) fn next(self, drawn: u64, noise: f64) -> u64 {
-        let missing = 10.0_f64.powf((self.psnr - Target::psnr(noise)) / 10.0);
+        let missing = libm::pow(10.0, (self.psnr - Target::psnr(noise)) / 10.0);
         if missing > 1.0 {
             let growth = missing.clamp(LEAST_GROWTH, MOST_GROWTH);
             ((drawn as f64 * (growth - 1.0)) as u64).min(self.most().saturating_sub(drawn))

@@ -11,7 +11,7 @@ use super::histogram::MAX_SAMPLES;
 use super::{Filter, RenderError, wiener};
 use crate::genome::{Affine, Genome, Sampling};
 
-/// Most cells a histogram may have: 48 bytes each.
+/// Most cells a histogram may have: 40 to 80 bytes each, as the filter asks for.
 const MAX_CELLS: f64 = 1e9;
 
 /// Most cells that the spatial filter adds up in a frame, along rows and then along columns. At 4K, 4 cells a pixel and the

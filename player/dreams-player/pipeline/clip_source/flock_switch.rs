@@ -66,13 +66,25 @@ impl ClipSource {
         if let Some(known) = self.successor.generation.take().filter(|known| !known.is_over()) {
             return Some(known);
         }
+        let is_told = self.successor.is_told;
+        self.successor.is_told = true;
         match Generation::open(&self.source) {
-            Ok(next) => Some(next),
+            Ok(next) if self.generation.is_to_be_rendered(&next) => {
+                if !is_told {
+                    warn!(
+                        "the manifest has another size or rate, the flock goes on as it was until the player starts anew"
+                    );
+                }
+                None
+            }
+            Ok(next) => {
+                self.successor.is_told = false;
+                Some(next)
+            }
             Err(error) => {
-                if !self.successor.is_told {
+                if !is_told {
                     warn!(error = chain(&error), "cannot read the new flock, the current one goes on");
                 }
-                self.successor.is_told = true;
                 None
             }
         }
