@@ -8,20 +8,20 @@
 //! per pixel of the reference, 16000; seconds at 1280x720, 10 and 60.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]
 
+mod peer;
+
 use std::error::Error;
 use std::fs::{self, File};
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use flame::{Filter, Genome, Image, Renderer, Settings};
+use peer::{cpu_seconds, genomes};
 use serde_json::{Value, json};
 
 /// At least so many decibels more than the better one of flam3's.
 const LEAST_AHEAD_DB: f64 = 4.0;
-
-/// Ticks of the CPU clock in a second, as `/proc` counts them.
-const TICKS_PER_SECOND: f64 = 100.0;
 
 /// Processor seconds that a measurement takes at least: the clock ticks ten milliseconds.
 const LEAST_SECONDS: f64 = 0.6;
@@ -74,14 +74,6 @@ fn rows(size: [u32; 2], spp: f64, seconds: &[f64]) -> Result<Vec<Value>, Box<dyn
     Ok(rows)
 }
 
-/// Those of `speed.rs`.
-fn genomes() -> Vec<PathBuf> {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let demo = ["blossom", "caldera", "nautilus", "nocturne", "orchid", "rosette", "undertow"];
-    let demo = demo.iter().map(|name| here.join("../../flock-tools/demo/genomes").join(name).with_extension("flam3"));
-    demo.chain([here.join("tests/genomes/eight-with-xaos.flam3")]).collect()
-}
-
 impl Case {
     fn new(file: &Path, size: [u32; 2], spp: f64) -> Result<Case, Box<dyn Error>> {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -120,13 +112,13 @@ impl Case {
         let mut spp: f64 = if renders == Renders::Ours { 300.0 } else { 40.0 };
         let (mut cost, mut picture) = (0.0, Vec::new());
         for correction in 0..=CORRECTIONS {
-            let before = cpu_seconds()?;
+            let before = used()?;
             let mut count = 0.0;
-            while count == 0.0 || cpu_seconds()? - before < LEAST_SECONDS {
+            while count == 0.0 || used()? - before < LEAST_SECONDS {
                 picture = self.drawn(renders, spp, &renderer)?;
                 count += 1.0;
             }
-            cost = (cpu_seconds()? - before) / count;
+            cost = (used()? - before) / count;
             // What is within a twentieth is compared as it is.
             if correction == CORRECTIONS || (cost / seconds - 1.0).abs() < 0.05 {
                 break;
@@ -199,10 +191,7 @@ fn psnr(a: &[f32], b: &[f32]) -> f64 {
     -10.0 * (error / b.len() as f64).log10()
 }
 
-/// CPU seconds of this process and of its children so far.
-fn cpu_seconds() -> Result<f64, Box<dyn Error>> {
-    let stat = fs::read_to_string("/proc/self/stat")?;
-    let after_name = stat.rsplit(')').next().unwrap_or_default();
-    let ticks: Vec<f64> = after_name.split_whitespace().skip(11).take(4).map(str::parse).collect::<Result<_, _>>()?;
-    Ok(ticks.iter().sum::<f64>() / TICKS_PER_SECOND)
+/// CPU seconds of this process and its children together.
+fn used() -> Result<f64, Box<dyn Error>> {
+    Ok(cpu_seconds()?.iter().sum())
 }

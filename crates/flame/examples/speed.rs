@@ -6,16 +6,16 @@
 //! Run `cargo run --release -p flame --example speed`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]
 
+mod peer;
+
 use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use flame::{Arithmetic, Genome, Renderer, Settings};
+use peer::{cpu_seconds, genomes};
 use serde_json::{Value, json};
-
-/// Ticks of the CPU clock in a second, as `/proc` counts them.
-const TICKS_PER_SECOND: f64 = 100.0;
 
 /// The pictures are as large as a wall's.
 const SIZE: [u32; 2] = [1280, 720];
@@ -55,14 +55,6 @@ fn judged(rows: &[Value]) -> (Value, bool) {
     let bound = |((name, least), ratio): (&(&str, f64), f64)| json!({ "name": name, "least": least, "ratio": ratio });
     let bounds: Vec<Value> = LEAST.iter().zip(ratios).map(bound).collect();
     (json!({ "genomes": rows, "ratios": bounds, "fixed_cpu_s": fixed, "most_fixed_cpu_s": MOST_FIXED }), is_kept)
-}
-
-/// From simple ones to eight transforms with xaos and a final one.
-fn genomes() -> Vec<PathBuf> {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let demo = ["blossom", "caldera", "nautilus", "nocturne", "orchid", "rosette", "undertow"];
-    let demo = demo.iter().map(|name| here.join("../../flock-tools/demo/genomes").join(name).with_extension("flam3"));
-    demo.chain([here.join("tests/genomes/eight-with-xaos.flam3")]).collect()
 }
 
 /// Both renderers' costs on one genome, one thread each.
@@ -128,13 +120,4 @@ fn theirs(genome: &Genome, spp: f64) -> Result<f64, Box<dyn Error>> {
     } else {
         Err(format!("flam3-render ended with {}", ran.status).into())
     }
-}
-
-/// CPU seconds of this process and of its children so far.
-fn cpu_seconds() -> Result<[f64; 2], Box<dyn Error>> {
-    let stat = fs::read_to_string("/proc/self/stat")?;
-    let after_name = stat.rsplit(')').next().unwrap_or_default();
-    let ticks: Vec<f64> = after_name.split_whitespace().skip(11).take(4).map(str::parse).collect::<Result<_, _>>()?;
-    let [user, system, child_user, child_system] = ticks[..] else { return Err("no CPU times in `/proc`".into()) };
-    Ok([(user + system) / TICKS_PER_SECOND, (child_user + child_system) / TICKS_PER_SECOND])
 }
