@@ -58,12 +58,13 @@ bench: ## measure what is promised about speed beside our peers; what=graph, sug
 	$(MAKE) --no-print-directory bench-image
 	tests/bench/run $(what)
 
-soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
+soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, flames against flam3 at 2000 samples per pixel, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
 	.ci/install play check image
 	cargo build --locked --release --workspace
 	image-build/programs $(unit)
 	cargo run --locked --release --package flock --example year
 	cargo run --locked --release --package flock --example agreement
+	SPP=2000 cargo test --locked --release --package flame --test flam3 -- --nocapture
 	tests/soak/run
 	tests/soak/update
 	tests/package/run

@@ -12,6 +12,7 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode};
+use std::time::Instant;
 
 use flame::{Arithmetic, Genome, Renderer, Settings};
 use peer::{cpu_seconds, genomes};
@@ -34,6 +35,11 @@ const LEAST: [(&str, f64); 3] = [("avx512", 7.0), ("avx2", 6.0), ("worst", 4.5)]
 /// At most so many CPU-seconds for a frame whatever its samples.
 const MOST_FIXED: f64 = 0.3;
 
+/// A second thread costs at most so much more CPU time for the same frame, and makes it at least so many times as fast: in
+/// the geometric mean, and the latter where nothing else runs.
+const MOST_CPU_OF_TWO: f64 = 1.05;
+const LEAST_SPEED_OF_TWO: f64 = 1.9;
+
 /// CPU-seconds of a frame of few samples and of many.
 type Costs = [f64; 2];
 
@@ -51,10 +57,26 @@ fn judged(rows: &[Value]) -> (Value, bool) {
     let worst = all("avx2_ratio").into_iter().fold(f64::MAX, f64::min);
     let ratios = [mean("avx512_ratio"), mean("avx2_ratio"), worst];
     let fixed = all("ours_fixed_cpu_s").into_iter().fold(0.0, f64::max);
-    let is_kept = LEAST.iter().zip(ratios).all(|((_, least), ratio)| ratio >= *least) && fixed <= MOST_FIXED;
+    let two = [mean("two_threads_cpu_ratio"), mean("two_threads_speed")];
+    let is_kept = LEAST.iter().zip(ratios).all(|((_, least), ratio)| ratio >= *least)
+        && fixed <= MOST_FIXED
+        && two[0] <= MOST_CPU_OF_TWO
+        && two[1] >= LEAST_SPEED_OF_TWO;
     let bound = |((name, least), ratio): (&(&str, f64), f64)| json!({ "name": name, "least": least, "ratio": ratio });
     let bounds: Vec<Value> = LEAST.iter().zip(ratios).map(bound).collect();
-    (json!({ "genomes": rows, "ratios": bounds, "fixed_cpu_s": fixed, "most_fixed_cpu_s": MOST_FIXED }), is_kept)
+    let answer = json!({
+        "genomes": rows,
+        "ratios": bounds,
+        "fixed_cpu_s": fixed,
+        "most_fixed_cpu_s": MOST_FIXED,
+        "two_threads": {
+            "cpu_ratio": two[0],
+            "most_cpu_ratio": MOST_CPU_OF_TWO,
+            "speed": two[1],
+            "least_speed": LEAST_SPEED_OF_TWO,
+        },
+    });
+    (answer, is_kept)
 }
 
 /// Both renderers' costs on one genome, one thread each.
@@ -65,9 +87,14 @@ fn measured(file: &Path) -> Result<Value, Box<dyn Error>> {
     genome.sampling.supersample = 2;
     genome.sampling.estimator_radius = 0.0;
     let mut costs: [Vec<Costs>; 3] = Default::default();
+    let mut seconds = Vec::new();
     for _ in 0..ROUNDS {
-        costs[0].push([ours(&genome, FEW, Arithmetic::Fastest)?, ours(&genome, MANY, Arithmetic::Fastest)?]);
-        costs[1].push([ours(&genome, FEW, Arithmetic::Avx2)?, ours(&genome, MANY, Arithmetic::Avx2)?]);
+        let [few, many] = [FEW, MANY].map(|spp| ours(&genome, spp, Arithmetic::Fastest, 1));
+        let (few, many, two) = (few?, many?, ours(&genome, MANY, Arithmetic::Fastest, 2)?);
+        costs[0].push([few.cpu, many.cpu]);
+        seconds.push([two.cpu / many.cpu, many.wall / two.wall]);
+        let [few, many] = [FEW, MANY].map(|spp| ours(&genome, spp, Arithmetic::Avx2, 1));
+        costs[1].push([few?.cpu, many?.cpu]);
         costs[2].push([theirs(&genome, FEW)?, theirs(&genome, MANY)?]);
     }
     let samples = (MANY - FEW) * f64::from(SIZE[0]) * f64::from(SIZE[1]);
@@ -76,6 +103,11 @@ fn measured(file: &Path) -> Result<Value, Box<dyn Error>> {
         rounds[ROUNDS / 2]
     });
     let rate = |[few, many]: Costs| samples / (many - few);
+    let [cpu_of_two, speed_of_two] = [0, 1].map(|of| {
+        let mut rounds: Vec<f64> = seconds.iter().map(|figures| figures[of]).collect();
+        rounds.sort_by(f64::total_cmp);
+        rounds[ROUNDS / 2]
+    });
     Ok(json!({
         "genome": name,
         "ours_samples_per_cpu_s": rate(fastest),
@@ -85,17 +117,26 @@ fn measured(file: &Path) -> Result<Value, Box<dyn Error>> {
         "flam3_fixed_cpu_s": flam3[0],
         "avx512_ratio": rate(fastest) / rate(flam3),
         "avx2_ratio": rate(avx2) / rate(flam3),
+        "two_threads_cpu_ratio": cpu_of_two,
+        "two_threads_speed": speed_of_two,
     }))
 }
 
-/// CPU-seconds of our frame of `spp` samples per pixel.
-fn ours(genome: &Genome, spp: f64, arithmetic: Arithmetic) -> Result<f64, Box<dyn Error>> {
-    let renderer = Renderer::new(1)?;
+/// What a frame takes, in seconds of the processors and of the clock.
+struct Cost {
+    cpu: f64,
+    wall: f64,
+}
+
+/// What our frame of `spp` samples per pixel takes on so many threads.
+fn ours(genome: &Genome, spp: f64, arithmetic: Arithmetic, threads: usize) -> Result<Cost, Box<dyn Error>> {
+    let renderer = Renderer::new(threads)?;
     let settings = Settings { spp: Some(spp), temporal_samples: Some(1), seed: 1, arithmetic, ..Settings::default() };
-    let [before, _] = cpu_seconds()?;
+    let ([before, _], start) = (cpu_seconds()?, Instant::now());
     renderer.render(genome, 0.0, &settings)?;
+    let wall = start.elapsed().as_secs_f64();
     let [after, _] = cpu_seconds()?;
-    Ok(after - before)
+    Ok(Cost { cpu: after - before, wall })
 }
 
 /// CPU-seconds of flam3's frame of `spp` samples per pixel.
