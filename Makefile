@@ -11,8 +11,10 @@ state := target/play
 unit := target/unit
 # Where programs with the feature `gpu` are built, so that those without it stay as they are.
 gpu := $(CURDIR)/target/gpu
-# Whose systems the claims' image takes.
+# The flock of the claims' image, and whose systems that takes.
+light := target/light-flock
 artist := tests/fixtures/keys/artist.pub
+claims := --profile bench --flock $(light) --key $(artist)
 check bench soak crash: export DREAMS_PROGRAMS := $(CURDIR)/$(unit)/bin
 
 # What is made for another architecture lies beside what is made for this one.
@@ -43,7 +45,8 @@ build-tests:
 # Much of this waits for the archives or for one processor, so that `check` makes it beside the other.
 bench-image:
 	image-build/programs $(unit)
-	image-build/build target/image --profile bench --key $(artist)
+	tests/image/light-flock flock-tools/demo/small $(light)
+	image-build/build target/image $(claims)
 
 gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the processor's, on the GPU or the software driver that Vulkan knows
 	.ci/install play check gpu
@@ -77,16 +80,17 @@ crash: ## cut the power where it hurts: 10,000 states that a disk may be left in
 	image-build/programs $(unit)
 	tests/crash/run
 	MUTANTS=20000 cargo test --locked --release --package claims --test it -- --nocapture mutants::
-	image-build/build target/image --profile bench --key $(artist)
+	tests/image/light-flock flock-tools/demo/small $(light)
+	image-build/build target/image $(claims)
 	ARCH=arm64 image-build/programs $(unit)-arm64
-	ARCH=arm64 image-build/build target/image-arm64 --profile bench --key $(artist)
+	ARCH=arm64 image-build/build target/image-arm64 $(claims)
 	cargo test --locked --release --package claims --bench image-whole -- --nocapture --skip boot_time::
 
 image: export ARCH := $(arch)
-image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; system_keys="C.pub" takes systems from these alone; profile=bench for one with a shell on the serial port, sign=KEYS to sign what the firmware starts; arch=arm64 for ARM processors and Raspberry Pis
+image: ## build the bootable image of a unit; keys="A.pub B.pub", url=ADDRESS and version=0.2.0 say whose flocks it takes, where it looks, and what it is; flock=DIR what it plays until it is sent one; system_keys="C.pub" takes systems from these alone; profile=bench for one with a shell on the serial port, sign=KEYS to sign what the firmware starts; arch=arm64 for ARM processors and Raspberry Pis
 	.ci/install image $(filter arm64,$(arch))
 	image-build/programs $(unit)$(beside)
-	image-build/build target/image$(beside) --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(addprefix --system-key ,$(system_keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)') $(if $(sign),--sign '$(sign)')
+	image-build/build target/image$(beside) --profile $(or $(profile),unit) $(addprefix --key ,$(keys)) $(addprefix --system-key ,$(system_keys)) $(if $(url),--url '$(url)') $(if $(version),--version '$(version)') $(if $(flock),--flock '$(flock)') $(if $(sign),--sign '$(sign)')
 
 boot: ## start the image under QEMU: in a window, or without a display a picture of it in target/image/boot.png
 	$(MAKE) image profile=bench

@@ -62,10 +62,14 @@ pub(crate) struct Machine {
     _turn: MutexGuard<'static, ()>,
 }
 
-/// The flock that is part of every unit's system.
+/// The flock that is part of the claims' image, as `light-flock` makes it.
+pub(crate) fn light_flock() -> PathBuf {
+    repository().join("target/light-flock")
+}
+
+/// Its frames.
 pub(crate) fn built_in() -> &'static ReferenceFrames {
-    static BUILT_IN: LazyLock<ReferenceFrames> =
-        LazyLock::new(|| ReferenceFrames::of(&repository().join("flock-tools/demo/small")));
+    static BUILT_IN: LazyLock<ReferenceFrames> = LazyLock::new(|| ReferenceFrames::of(&light_flock()));
     &BUILT_IN
 }
 

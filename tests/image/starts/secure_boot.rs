@@ -5,7 +5,7 @@
 
 use crate::machine::hardware::{Firmware, Hardware, USUAL};
 use crate::machine::picture::only_art;
-use crate::machine::{Machine, PAUSE};
+use crate::machine::{Machine, PAUSE, light_flock};
 use crate::programs::{repository, succeed};
 use crate::starts::first_start::{MOVES, OFTEN, PROVEN};
 use crate::starts::hardware_sample::IS_SECURE;
@@ -43,7 +43,7 @@ fn signed() -> &'static Unit {
         let keys = keys.path().join("keys");
         succeed(Command::new(repository().join("image-build/keys")).arg(&keys));
         let mut build = Command::new(repository().join("image-build/build"));
-        succeed(build.arg(&target).args(["--profile", "bench", "--sign"]).arg(&keys));
+        succeed(build.arg(&target).args(["--profile", "bench", "--sign"]).arg(&keys).arg("--flock").arg(light_flock()));
         let unit = Unit::of(&target.join(concat!("bench-", env!("CARGO_PKG_VERSION"), "-signed")));
         // In setup mode: it has no keys, and accepts new ones.
         unit.know(USUAL.firmware.variables());

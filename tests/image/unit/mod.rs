@@ -45,10 +45,10 @@ pub(crate) struct Snapshot {
     unit: Unit,
 }
 
-/// The image that `image-build/build` made for the profile `bench`.
+/// The claims' image.
 pub(crate) fn image() -> PathBuf {
     let image = repository().join("target/image").join(concat!("bench-", env!("CARGO_PKG_VERSION")));
-    assert!(image.is_dir(), "`{}` is missing: `make image profile=bench` makes it", image.display());
+    assert!(image.is_dir(), "`{}` is missing: `make bench-image` makes it", image.display());
     image
 }
 

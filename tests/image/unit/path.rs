@@ -5,9 +5,10 @@
 //!
 //! Start at [`Path::told`], [`Path::saw`] and [`Path::came_back_with`].
 
+use crate::machine::light_flock;
 use crate::machine::picture::Look;
 use crate::machine::reference_frames::Place;
-use crate::programs::{self, repository, succeed};
+use crate::programs::{self, succeed};
 use serde_json::Value;
 use std::process::Command;
 
@@ -59,7 +60,7 @@ impl Path {
         let number = |of: &str| status["path"][of].as_u64().unwrap_or_else(|| panic!("a path in {status}"));
         let (seed, step) = (number("seed"), number("step") as usize);
         let name = status["flock"].as_str().unwrap();
-        let walk = Walk::of(name, &repository().join("flock-tools/demo/small"), seed);
+        let walk = Walk::of(name, &light_flock(), seed);
         let mut steps = walk.clips.iter().enumerate().filter(|(_, clip)| clip.starts_with("transitions/"));
         let at = step.checked_sub(1).and_then(|before| steps.nth(before)).map_or(0, |(at, _)| at);
         Self { walks: vec![walk], walk: 0, at, frame: 0 }

@@ -7,7 +7,7 @@
 
 use crate::machine::clock::now;
 use crate::machine::picture::{Look, only_art};
-use crate::machine::{Machine, PAUSE};
+use crate::machine::{Machine, PAUSE, light_flock};
 use crate::programs::{self, repository, succeed};
 use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
@@ -66,7 +66,14 @@ fn served(unit: &Unit) -> WebServer {
     let target = repository().join("target/image");
     let key = repository().join("tests/fixtures/keys/artist.pub");
     let mut build = Command::new(repository().join("image-build/build"));
-    succeed(build.arg(&target).args(["--profile", "bench", "--version", NEXT, "--key"]).arg(&key));
+    succeed(
+        build
+            .arg(&target)
+            .args(["--profile", "bench", "--version", NEXT, "--key"])
+            .arg(&key)
+            .arg("--flock")
+            .arg(light_flock()),
+    );
     let (outbox, passphrase) = (unit.path("outbox"), unit.path("passphrase"));
     fs::create_dir(&outbox).unwrap();
     fs::write(&passphrase, "velvet\n").unwrap();
