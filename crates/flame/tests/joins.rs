@@ -1,9 +1,12 @@
 //! Rendered frames meet at joins, of slow loops and of transitions of half their length.
 //!
-//! Owns the claim on pixels; `motion.rs` has those on numbers.
+//! Owns the claims on pixels; `motion.rs` has those on numbers.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod mixed;
+
+use flame::variations::{Kind, Variation};
 use flame::{Exposed, Exposure, Filter, Genome, Image, Loop, Motion, Renderer, Settings, Transition};
 
 /// Frames of loops of a minute and of transitions of half of one, at 30 a second.
@@ -59,6 +62,25 @@ fn rendered_frames_meet_at_the_joins_of_minute_long_loops_with_transitions_of_ha
             let (value, velocity) = (off(0.0), off(1.0));
             println!("value off by {value:.3}, velocity by {velocity:.3}, a frame changes by {usual:.3} at least");
             assert!(value < usual && velocity < usual, "{value}, {velocity}, {usual}");
+        }
+    }
+}
+
+#[test]
+fn a_variation_comes_in_from_nothing_and_goes_out_to_nothing() {
+    let renderer = Renderer::new(0).unwrap();
+    let settings = Settings { spp: Some(4000.0), temporal_samples: Some(1), ..SETTINGS };
+    for (name, text) in mixed::texts() {
+        let with = Genome::parse(&text).unwrap();
+        let mut without = with.clone();
+        without.xforms[0].variations = vec![Variation::new(Kind::Linear, 0.3)];
+        let [without, with] = [without, with].map(|genome| Loop::new(&genome, LOOP));
+        for (from, to, frame) in [(&without, &with, 0.01), (&with, &without, TRANSITION - 0.01)] {
+            let draw = |motion: &dyn Motion, frame: f64| renderer.render(motion, frame, &settings).unwrap();
+            let plain = draw(&without, 0.0);
+            let off = rms(&[&draw(&Transition::new(from, to, TRANSITION), frame), &plain], &[1.0, -1.0]);
+            println!("{name}: {off:.2}");
+            assert!(off < 3.0, "{name}, {frame}: off by {off:.2} levels of 255");
         }
     }
 }

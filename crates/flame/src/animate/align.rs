@@ -17,10 +17,13 @@ use crate::variations::{Kind, Variation};
 const DISCONTINUOUS: [Kind; 7] =
     [Kind::Spherical, Kind::Ngon, Kind::Julian, Kind::Juliascope, Kind::Polar, Kind::WedgeSph, Kind::WedgeJulia];
 
-/// Whose colours and motion a transform has that pads a genome.
+/// The first of two parameters of lazysusan.
+const CENTRE_OF_LAZYSUSAN: usize = 3;
+
+/// Whose colours, motion and parameters has what pads a genome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Padding {
-    /// Its partner's: it shows nothing new while its weight grows.
+    /// Its partner's, but where those would show: it shows nothing new while its weight grows.
     AsPartner,
     /// Those that flam3 gives it.
     AsFlam3,
@@ -67,7 +70,7 @@ pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padd
             let has_params = at == source && !is_old(space);
             let parts = other.xforms.iter().chain(&other.final_xform);
             for (xform, other) in genome.xforms.iter_mut().chain(&mut genome.final_xform).zip(parts) {
-                complete(&mut xform.variations, &other.variations, has_params);
+                complete(&mut xform.variations, &other.variations, has_params, padding);
             }
         }
         for xform in genome.xforms.iter_mut().chain(&mut genome.final_xform) {
@@ -78,10 +81,14 @@ pub(super) fn align<const N: usize>(mut genomes: [Genome; N], space: Space, padd
 }
 
 /// Adds what only `other` has, with weight 0, and with its parameters if `has_params`, else those that files need not name.
-fn complete(variations: &mut Vec<Variation>, other: &[Variation], has_params: bool) {
+fn complete(variations: &mut Vec<Variation>, other: &[Variation], has_params: bool, padding: Padding) {
     for missing in other {
         if variations.iter().all(|variation| variation.kind != missing.kind) {
-            let added = if has_params { *missing } else { Variation::new(missing.kind, 0.0) };
+            let mut added = if has_params { *missing } else { Variation::new(missing.kind, 0.0) };
+            if padding == Padding::AsPartner && added.kind == Kind::Lazysusan {
+                // Its centre is added to every point, whatever its weight: flam3 jumps here.
+                added.params[CENTRE_OF_LAZYSUSAN..][..2].fill(0.0);
+            }
             variations.push(Variation { weight: 0.0, ..added });
         }
     }

@@ -49,8 +49,8 @@ use shot::Shot;
 use target::Target;
 use view::{View, in_range};
 
-/// The version of the pictures: with another one, the same genome and settings make other bits.
-pub const VERSION: u32 = 3;
+/// The version of the pictures: with another one, the same genomes and settings make other bits.
+pub const VERSION: u32 = 4;
 
 /// Why no noise is aimed at.
 const NOT_FLAM3: &str = "none with flam3's filter, whose errors are no noise";
