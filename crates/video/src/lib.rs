@@ -26,7 +26,7 @@ mod yuv;
 
 pub use clip::{Clip, ClipError};
 pub use damage::Damage;
-pub use encoder::{EncodeError, Encoder, Quality};
+pub use encoder::{EncodeError, Encoder, Quality, Tuning};
 pub use foreign::{ForeignError, ForeignPicture, ForeignVideo, VideoInfo};
 pub use form::{Difference, Form};
 pub use frame::Frame;

@@ -197,7 +197,7 @@ mod tests {
     use crate::decoder::ffmpeg::Ffmpeg;
     use std::fs;
     use std::path::PathBuf;
-    use video::{Encoder, Quality, Yuv420p};
+    use video::{Encoder, Quality, Tuning, Yuv420p};
 
     const FRAMES: u32 = 12;
 
@@ -239,7 +239,7 @@ mod tests {
 
     fn encode(path: &Path, size: (u32, u32), frames: u32) {
         let form = Form { size, fps: timing::Rate::new(30, 1).unwrap() };
-        let quality = Quality { crf: 20.0, preset: "ultrafast", max_bits_per_second: None };
+        let quality = Quality { crf: 20.0, preset: "ultrafast", tuning: Tuning::Film, max_bits_per_second: None };
         let mut encoder = Encoder::create(path, &form, quality).unwrap();
         for frame in 0..frames {
             let noise = |at: u32| (at.wrapping_add(frame * 977).wrapping_mul(2_654_435_761) >> 16) as u16;

@@ -7,9 +7,9 @@
 use flame::{Genome, GenomeError, RenderError};
 use flock::{ClipPath, SheepId};
 use timing::{FrameCount, Rate};
-use video::{Form, Quality};
+use video::{Form, Quality, Tuning};
 
-use crate::render::plan::{ClipPlan, Look, PRESET, SEED, SheepMotion};
+use crate::render::plan::{CRF, ClipPlan, Look, PRESET, SEED, SheepMotion};
 
 /// A sheep of the demo.
 pub(crate) struct DemoSheep {
@@ -35,14 +35,15 @@ macro_rules! sheep {
 }
 
 /// The flock. Two transitions lead to each sheep and two away from it, chosen so that the pictures half way are good.
-pub(crate) const SHEEP: [DemoSheep; 7] = [
-    sheep!("blossom", 107 -> "orchid", "nautilus"),
-    sheep!("caldera", 100 -> "nocturne", "undertow"),
-    sheep!("nautilus", 113 -> "blossom", "caldera"),
-    sheep!("nocturne", 113 -> "orchid", "blossom"),
-    sheep!("orchid", 127 -> "rosette", "undertow"),
-    sheep!("rosette", 100 -> "nautilus", "nocturne"),
-    sheep!("undertow", 127 -> "caldera", "rosette"),
+pub(crate) const SHEEP: [DemoSheep; 8] = [
+    sheep!("bower", 180 -> "kindle", "corona"),
+    sheep!("clematis", 192 -> "corona", "oracle"),
+    sheep!("corona", 160 -> "tempest", "bower"),
+    sheep!("kindle", 160 -> "medusa", "oracle"),
+    sheep!("medusa", 180 -> "selene", "tempest"),
+    sheep!("oracle", 160 -> "clematis", "bower"),
+    sheep!("selene", 160 -> "kindle", "medusa"),
+    sheep!("tempest", 192 -> "selene", "clematis"),
 ];
 
 /// The size, the quality and the pace of a copy of the demo.
@@ -54,21 +55,23 @@ pub(crate) struct Edition {
     pub(crate) pace: u32,
     /// Loops per visit.
     pub(crate) repeat: u32,
+    /// The sheep whose loop is encoded as for a wall, if the others are coarser.
+    pub(crate) finest: Option<&'static str>,
 }
 
 impl Edition {
     /// In high quality: a day or more on a strong machine.
     pub(crate) fn fine() -> Self {
-        Self::new(30, (400.0, 2), 17.0, 6, 1)
+        Self::new((400.0, 2), CRF, 4, 1)
     }
 
-    /// The copy in the repository, under 16 MB with everything.
+    /// The copy in the repository, under 40 MB with everything.
     pub(crate) fn small() -> Self {
-        Self::new(20, (12.0, 1), 34.0, 1, 2)
+        Self { finest: Some("selene"), ..Self::new((60.0, 2), 35.0, 1, 2) }
     }
 
-    fn new(fps: u64, (spp, supersample): (f64, u32), crf: f32, pace: u32, repeat: u32) -> Self {
-        let fps = Rate::new(fps, 1).expect("whole numbers above 0 are rates");
+    fn new((spp, supersample): (f64, u32), crf: f32, pace: u32, repeat: u32) -> Self {
+        let fps = Rate::new(30, 1).expect("whole numbers above 0 are rates");
         let look = Look {
             form: Form { size: (1280, 720), fps },
             spp: Some(spp),
@@ -77,9 +80,9 @@ impl Edition {
             temporal_samples: None,
             seed: SEED,
             gpu: None,
-            quality: Quality { crf, preset: PRESET, max_bits_per_second: None },
+            quality: Quality { crf, preset: PRESET, tuning: Tuning::Gradients, max_bits_per_second: None },
         };
-        Self { look, pace, repeat }
+        Self { look, pace, repeat, finest: None }
     }
 }
 
@@ -104,7 +107,11 @@ impl Plan {
         let mut clips = Vec::new();
         for (sheep, motion) in SHEEP.iter().zip(&motions) {
             let path = clip_path(&format!("loops/{}.mp4", sheep.id));
-            clips.push(ClipPlan::of_loop(id(sheep), motion, path, turn(sheep), look));
+            let mut look = *look;
+            if edition.finest == Some(sheep.id) {
+                look.quality.crf = CRF;
+            }
+            clips.push(ClipPlan::of_loop(id(sheep), motion, path, turn(sheep), &look));
         }
         for (from, sheep) in SHEEP.iter().enumerate() {
             for to in sheep.exits.map(find) {
@@ -151,7 +158,7 @@ mod tests {
     #[test]
     fn everyone_has_two_ways_in_and_two_ways_out_and_can_be_reached() {
         let flock = flock(Edition::small());
-        assert_eq!((flock.sheep.len(), flock.transitions.len()), (7, 14));
+        assert_eq!((flock.sheep.len(), flock.transitions.len()), (8, 16));
         for sheep in &flock.sheep {
             let out = flock.transitions.iter().filter(|transition| transition.from == sheep.id).count();
             let into = flock.transitions.iter().filter(|transition| transition.to == sheep.id).count();
@@ -164,7 +171,7 @@ mod tests {
     fn the_fine_flock_is_slower_and_otherwise_the_same() {
         let (fine, small) = (flock(Edition::fine()), flock(Edition::small()));
         for (fine, small) in fine.clips().zip(small.clips()) {
-            assert_eq!((&fine.path, fine.frames.0), (&small.path, 6 * small.frames.0));
+            assert_eq!((&fine.path, fine.frames.0), (&small.path, 4 * small.frames.0));
         }
     }
 

@@ -29,7 +29,7 @@ use std::sync::atomic::AtomicBool;
 use flock::{MAX_FRAMES, Manifest, SheepId};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use timing::FrameCount;
-use video::{Encoder, Form, Quality};
+use video::{Encoder, Form, Quality, Tuning};
 
 use crate::credits::{self, CreditsFile};
 use crate::curate::add;
@@ -202,7 +202,7 @@ impl Args {
         decoder: &dyn Decoder,
         answer: &mut Answer,
     ) -> Result<(), Fatal> {
-        let quality = Quality { crf: self.crf, preset: PRESET, max_bits_per_second: None };
+        let quality = Quality { crf: self.crf, preset: PRESET, tuning: Tuning::Film, max_bits_per_second: None };
         Encoder::check(&self.dir, &settings.form, quality).map_err(|error| Fatal::new(Exit::Malformed, error))?;
         let (width, height) = settings.form.size;
         let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;

@@ -164,20 +164,20 @@ mod tests {
         });
         let worst = &judgement.joins[0];
         assert!(!worst.figures.jumps(), "{worst:?}");
-        assert_eq!((judgement.joins.len(), judgement.unjudged.len()), (35, 0));
-        assert_eq!((counted.load(Ordering::Relaxed), count(&manifest)), (35, 35));
+        assert_eq!((judgement.joins.len(), judgement.unjudged.len()), (40, 0));
+        assert_eq!((counted.load(Ordering::Relaxed), count(&manifest)), (40, 40));
 
         // The loop of another sheep, and one that is not there.
-        let orchid = manifest.sheep[4].clip.clone();
+        let medusa = manifest.sheep[4].clip.clone();
         manifest.sheep.truncate(2);
-        manifest.sheep[0].clip = orchid;
-        manifest.transitions.retain(|transition| transition.from.as_str() == "nautilus");
+        manifest.sheep[0].clip = medusa;
+        manifest.transitions.retain(|transition| transition.from.as_str() == "oracle");
         let gone = manifest.transitions[1].clip.clone();
         manifest.sheep[1].clip = Some(Clip { path: flock::ClipPath::new("gone.mp4").unwrap(), ..gone });
         let judgement = judge(&folder, &manifest, &Ffmpeg, |_| ());
         assert_eq!((judgement.joins.len(), judgement.unjudged.len()), (2, 2));
         let jumping = judgement.jumps().next().unwrap();
-        assert_eq!(jumping.join.before.path.as_str(), "transitions/nautilus=blossom.mp4");
+        assert_eq!(jumping.join.before.path.as_str(), "transitions/oracle=bower.mp4");
         assert!(jumping.figures.step_db > 6.0, "{jumping:?}");
         assert!(judgement.unjudged[0].1.contains("gone.mp4"), "{:?}", judgement.unjudged);
 

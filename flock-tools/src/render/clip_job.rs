@@ -115,7 +115,7 @@ impl<'a> ClipJob<'a> {
     }
 
     fn encode(&self, new: &Path, look: &Look, stop: &AtomicBool) -> Result<Option<ClipHash>, MakeError> {
-        let mut encoder = Encoder::create(new, &look.form, look.quality).map_err(MakeError::Encode)?;
+        let mut encoder = Encoder::create(new, &look.form, self.clip.quality).map_err(MakeError::Encode)?;
         for frame in 0..self.clip.frames.0 {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);

@@ -115,7 +115,7 @@ pub(crate) fn make<'a>(
     let part = &options.part;
     if let Some(clip) = clips.first().filter(|_| part.is_encoded()) {
         // Before days of rendering.
-        Encoder::check(&clip.path.inside(folder), &look.form, look.quality).map_err(MakeError::Encode)?;
+        Encoder::check(&clip.path.inside(folder), &look.form, clip.quality).map_err(MakeError::Encode)?;
     }
     let pool = Pool {
         look,

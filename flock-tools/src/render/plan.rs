@@ -14,7 +14,7 @@ use flame::{
 };
 use flock::{ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
-use video::{Form, Quality, Yuv420p};
+use video::{Form, Quality, Tuning, Yuv420p};
 
 /// The version of what turns light into frames of a clip: another one makes other pictures of the same light.
 const VERSION: u32 = 1;
@@ -26,8 +26,8 @@ pub(crate) const SEED: u64 = 1;
 /// x264's preset for everything that we render: a frame costs so much more than its encoding.
 pub(crate) const PRESET: &str = "slower";
 
-/// x264's default constant rate factor.
-pub(crate) const CRF: f32 = 17.0;
+/// x264's default constant rate factor: 10 to 20 Mbit/s for 1280x720 at 30 frames a second.
+pub(crate) const CRF: f32 = 22.0;
 
 /// Memory that a pixel takes between the renderer and the encoder.
 const BYTES_ON_THE_WAY: u64 = 24;
@@ -82,6 +82,8 @@ pub(crate) struct ClipPlan {
     pub(crate) motion: Box<dyn Motion + Send>,
     /// Its exposure, once it has been measured.
     exposure: Mutex<Option<Exposure>>,
+    /// How its pictures are encoded.
+    pub(crate) quality: Quality<'static>,
     /// The hash of all that its pictures depend on.
     pub(crate) picture_recipe: ClipHash,
     /// The hash of all that its pictures and its encoding depend on.
@@ -101,7 +103,7 @@ impl ClipRole {
 impl Look {
     /// Clips of `form` as `dreams render` makes them by default: everything else is the genomes'.
     pub(crate) fn of_genomes(form: Form) -> Self {
-        let quality = Quality { crf: CRF, preset: PRESET, max_bits_per_second: None };
+        let quality = Quality { crf: CRF, preset: PRESET, tuning: Tuning::Gradients, max_bits_per_second: None };
         Self { form, spp: None, psnr: None, supersample: None, temporal_samples: None, seed: SEED, gpu: None, quality }
     }
 
@@ -186,10 +188,12 @@ impl ClipPlan {
             write!(picture_recipe, "\nby the GPU {gpu}, {version}").expect("a text grows");
             write!(recipe, "\nby a GPU, {version}").expect("a text grows");
         }
-        write!(recipe, "\n{} fps\n{:?}", look.form.fps, look.quality).expect("a text grows");
+        let encoding = look.quality.tuning.parameters();
+        write!(recipe, "\n{} fps\n{:?}\n{encoding}", look.form.fps, look.quality).expect("a text grows");
         let hash = |text: &str| ClipHash::of(text.as_bytes()).expect("reading memory does not fail");
         let exposure = Mutex::new(matches!(role, ClipRole::Loop(_)).then_some(Exposure::EVEN));
-        Self { picture_recipe: hash(&picture_recipe), recipe: hash(&recipe), role, path, frames, motion, exposure }
+        let (picture_recipe, recipe, quality) = (hash(&picture_recipe), hash(&recipe), look.quality);
+        Self { role, path, frames, motion, exposure, quality, picture_recipe, recipe }
     }
 
     /// Its exposure. The first call measures that of a transition, in half a second; others wait for it.

@@ -6,7 +6,7 @@
 //! Start at [`LookArgs::look`].
 
 use flock::Manifest;
-use video::{Form, Quality};
+use video::{Form, Quality, Tuning};
 
 use super::options;
 use super::plan::{CRF, Look, PRESET, SEED};
@@ -38,7 +38,7 @@ impl Preset {
     fn values(self) -> PresetValues {
         let finest = PresetValues { spp: 2604.0, supersample: 2, temporal_samples: None, crf: CRF, form: None };
         match self {
-            Self::Draft => PresetValues { spp: 20.0, supersample: 1, temporal_samples: Some(16), crf: 26.0, ..finest },
+            Self::Draft => PresetValues { spp: 20.0, supersample: 1, temporal_samples: Some(16), crf: 30.0, ..finest },
             Self::Screen => PresetValues { spp: 400.0, ..finest },
             Self::Dreams => PresetValues { form: Some(((1280, 720), 768)), ..finest },
         }
@@ -80,7 +80,7 @@ pub(crate) struct LookArgs {
     /// Moments in a frame; 1 switches motion blur off
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     temporal_samples: Option<u32>,
-    /// x264's constant rate factor, to 51: smaller is finer and larger [default: 17, of a draft 26]
+    /// x264's constant rate factor, to 51: smaller is finer and larger [default: 22, of a draft 30]
     #[arg(long, value_name = "N", value_parser = options::rate_factor)]
     crf: Option<f32>,
     /// The seed of the random numbers: the same gives the same clips, with any number of threads
@@ -103,6 +103,7 @@ impl LookArgs {
             quality: Quality {
                 crf: self.crf.or(values.map(|values| values.crf)).unwrap_or(CRF),
                 preset: PRESET,
+                tuning: Tuning::Gradients,
                 max_bits_per_second: None,
             },
         }

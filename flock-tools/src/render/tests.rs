@@ -12,7 +12,7 @@ use std::sync::{Arc, LazyLock};
 use flame::Backend;
 use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
 use timing::Rate;
-use video::{Form, Quality};
+use video::{Form, Quality, Tuning};
 
 use super::frames::part_of;
 use super::hashes::write_hashes;
@@ -30,7 +30,7 @@ static LOOK: LazyLock<Look> = LazyLock::new(|| Look {
     temporal_samples: Some(3),
     seed: SEED,
     gpu: None,
-    quality: Quality { crf: 20.0, preset: "ultrafast", max_bits_per_second: None },
+    quality: Quality { crf: 20.0, preset: "ultrafast", tuning: Tuning::Film, max_bits_per_second: None },
 });
 
 const HEAD: &str = "format = 1\nname = \"small\"\nsize = [64, 36]\nfps = [30, 1]\n";

@@ -5,11 +5,14 @@ use std::fs;
 use std::num::NonZero;
 use tempfile::TempDir;
 use timing::{FrameCount, Rate};
-use video::{Clip, EncodeError, Encoder, Form, Poll, Quality, Session, SessionError, Yuv420p, decode_whole, probe};
+use video::{
+    Clip, EncodeError, Encoder, Form, Poll, Quality, Session, SessionError, Tuning, Yuv420p, decode_whole, probe,
+};
 
 /// Nearly every sample is kept, so that what comes out can be compared with what went in.
-const FAITHFUL: Quality<'_> = Quality { crf: 1.0, preset: "fast", max_bits_per_second: None };
-const GOOD: Quality<'_> = Quality { crf: 18.0, preset: "medium", max_bits_per_second: Some(2_000_000) };
+const FAITHFUL: Quality<'_> = Quality { crf: 1.0, preset: "fast", tuning: Tuning::Film, max_bits_per_second: None };
+const GOOD: Quality<'_> =
+    Quality { crf: 18.0, preset: "medium", tuning: Tuning::Film, max_bits_per_second: Some(2_000_000) };
 
 fn picture(frame: u32) -> Yuv420p {
     let (width, height) = SIZE;
@@ -120,6 +123,46 @@ fn frames_tell_how_coarsely_they_are_encoded_when_asked() {
     let [fine, coarse] = [20.0, 40.0].map(|crf| mean(crf, Session::with_quantisers).unwrap());
     assert!((0.0..=51.0).contains(&fine) && coarse > fine + 10.0 && coarse <= 51.0, "{fine} {coarse}");
     assert_eq!(mean(20.0, Session::new), None);
+}
+
+/// Blocks of 8x8 pixels of one colour, in the luma of clips that show a dark gradient moving, at this rate factor.
+fn blocks_of_one_colour(tuning: Tuning, crf: f32) -> usize {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("dark.mp4");
+    let (width, height) = SIZE;
+    // Two steps of 255 from edge to edge: what hides them is the dither alone.
+    let level = |x: u32, y: u32, frame: u32| (257.0 * (12.0 + f64::from(x + y + frame) / 100.0)) as u16;
+    let picture = |frame| {
+        let pixel = |x, y| [level(x, y, frame); 3];
+        let rgb: Vec<u16> = (0..height).flat_map(|y| (0..width).flat_map(move |x| pixel(x, y))).collect();
+        Yuv420p::from_rgb16_dithered(width, height, &rgb).unwrap()
+    };
+    let quality = Quality { crf, preset: "slower", tuning, max_bits_per_second: None };
+    let mut encoder = Encoder::create(&path, &form(), quality).unwrap();
+    (0..10).for_each(|frame| encoder.push(&picture(frame)).unwrap());
+    encoder.finish().unwrap();
+    let mut session = Session::new(NonZero::<usize>::MIN).unwrap();
+    session.push(Clip::open(&path, &form(), FrameCount(10)).unwrap());
+    session.finish();
+    let mut blocks = 0;
+    while let Poll::Frame(frame) = session.poll() {
+        let picture = Yuv420p::from(&frame);
+        let (luma, stride) = (picture.planes()[0], picture.strides()[0]);
+        let is_flat = |x: usize, y: usize| {
+            let rows = (y..y + 8).map(|y| &luma[y * stride + x..][..8]);
+            rows.flatten().all(|level| *level == luma[y * stride + x])
+        };
+        let places = (0..height as usize / 8).flat_map(|y| (0..width as usize / 8).map(move |x| (8 * x, 8 * y)));
+        blocks += places.filter(|(x, y)| is_flat(*x, *y)).count();
+    }
+    blocks
+}
+
+#[test]
+fn dark_gradients_keep_their_dither_and_would_not_by_default() {
+    let [film, ours] =
+        [(Tuning::Film, 17.0), (Tuning::Gradients, 22.0)].map(|(tuning, crf)| blocks_of_one_colour(tuning, crf));
+    assert!(ours * 2 < film, "{ours} blocks of one colour, {film} by default");
 }
 
 #[test]

@@ -109,7 +109,7 @@ impl Run<'_> {
         let clips = &self.selection.clips;
         let _lock = self.lock()?;
         if let Some(clip) = clips.first() {
-            let checked = Encoder::check(&clip.path.inside(self.folder), &self.look.form, self.look.quality);
+            let checked = Encoder::check(&clip.path.inside(self.folder), &self.look.form, clip.quality);
             checked.map_err(|error| make_fatal(MakeError::Encode(error)))?;
         }
         let (mut frames, mut before) = (0, vec![Outcome::Unfinished; clips.len()]);

@@ -18,7 +18,7 @@ use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::time::Duration;
 use tempfile::TempDir;
 use timing::{FrameCount, Nanos};
-use video::{Encoder, Form, Quality, Yuv420p};
+use video::{Encoder, Form, Quality, Tuning, Yuv420p};
 
 /// The clock of all libraries here: by hand.
 static CLOCK: AtomicU64 = AtomicU64::new(0);
@@ -52,8 +52,12 @@ fn folder(is_hashed: bool) -> TempDir {
 /// A clip of two grey frames.
 pub(crate) fn encode(clip: &Path) {
     let form = Form { size: SIZE, fps: timing::Rate::new(30, 1).unwrap() };
-    let mut encoder =
-        Encoder::create(clip, &form, Quality { crf: 30.0, preset: "ultrafast", max_bits_per_second: None }).unwrap();
+    let mut encoder = Encoder::create(
+        clip,
+        &form,
+        Quality { crf: 30.0, preset: "ultrafast", tuning: Tuning::Film, max_bits_per_second: None },
+    )
+    .unwrap();
     let grey = Yuv420p::from_planes(SIZE.0, SIZE.1, &[128; 64 * 48 * 3 / 2]).unwrap();
     for _ in 0..2 {
         encoder.push(&grey).unwrap();
