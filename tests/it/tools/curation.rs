@@ -164,7 +164,7 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
         (flock_folder.manifest(), list("."), list("loops"), list("transitions"), list("genomes"))
     };
     let before = files();
-    let other_form = programs::repository().join("flock-tools/demo/small/loops/orchid.mp4");
+    let other_form = programs::repository().join("flock-tools/demo/small/loops/selene.mp4");
     let other_form = other_form.to_str().unwrap();
     let said = flock_folder.says(1, &["add", "big"], &["--loop", other_form]);
     assert!(

@@ -16,7 +16,7 @@ use std::process::Command;
 const SIZES: [(u32, u32); 4] = [(320, 180), (640, 360), (1280, 720), (720, 1280)];
 /// Frames at either end of a clip that a join is judged by.
 const END: u32 = 12;
-/// The clips that continue `take`, of the demo's nautilus from frame 20 to 31: their frames there, and whether they jump.
+/// The clips that continue `take`, of the demo's tempest from frame 20 to 31: their frames there, and whether they jump.
 const AFTER_TAKE: [(&str, &str, bool); 6] = [
     ("met", "between(n,32,43)", false),
     ("missing", "between(n,33,44)", true),
@@ -31,7 +31,7 @@ const AFTER_FAST: [(&str, &str, bool); 2] =
 
 /// Writes the frames of the demo's clip `from` that `select` chooses, in every size.
 fn make(folder: &Path, from: &str, select: &str, to: &str) {
-    let mut graph = format!("[0:v]select={select},setpts=N/20/TB,split={}", SIZES.len());
+    let mut graph = format!("[0:v]select={select},setpts=N/30/TB,split={}", SIZES.len());
     let scale = |(at, (width, height))| format!("[s{at}]scale={width}:{height}:flags=area,setsar=1,{SETPARAMS}[{at}]");
     graph.extend((0..SIZES.len()).map(|at| format!("[s{at}]")));
     graph.extend(SIZES.iter().enumerate().map(|(at, size)| format!(";{}", scale((at, *size)))));
@@ -39,7 +39,7 @@ fn make(folder: &Path, from: &str, select: &str, to: &str) {
     let from = repository().join("flock-tools/demo/small").join(from);
     ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(from).args(["-filter_complex", &graph]);
     for (at, size) in SIZES.iter().enumerate() {
-        ffmpeg.args(["-map", &format!("[{at}]"), "-r", "20", "-c:v", "libx264", "-profile:v", "high"]);
+        ffmpeg.args(["-map", &format!("[{at}]"), "-r", "30", "-c:v", "libx264", "-profile:v", "high"]);
         ffmpeg.args(["-preset", "veryfast", "-crf", "20", "-x264-params", "open-gop=0", "-movflags", "+faststart"]);
         ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe"]).args(TAGS).arg(of(folder, *size).join(to));
     }
@@ -54,7 +54,7 @@ fn of(folder: &Path, (width, height): (u32, u32)) -> PathBuf {
 /// Makes the demo with the ends of its clips only; returns its manifest without the head.
 fn demo(folder: &Path) -> String {
     let text = fs::read_to_string(repository().join("flock-tools/demo/small/flock.toml")).unwrap();
-    let (_, body) = text.split_once("fps = [20, 1]\n").unwrap();
+    let (_, body) = text.split_once("fps = [30, 1]\n").unwrap();
     let mut manifest = String::new();
     let mut frames = 0;
     for line in body.lines().filter(|line| !line.starts_with("hash") && !line.starts_with("genome")) {
@@ -74,7 +74,7 @@ fn demo(folder: &Path) -> String {
     manifest
 }
 
-/// Makes the sheep `id` of `frames` of the nautilus, and its transitions to these; returns their part of the manifest.
+/// Makes the sheep `id` of `frames` of the tempest, and its transitions to these; returns their part of the manifest.
 fn planted(folder: &Path, id: &str, frames: &str, after: &[(&str, &str, bool)]) -> String {
     let clip = |name: &str| format!("planted/{name}.mp4");
     let select = |frames: &str| {
@@ -83,10 +83,10 @@ fn planted(folder: &Path, id: &str, frames: &str, after: &[(&str, &str, bool)]) 
             .map_or((frames.to_owned(), String::new()), |(chosen, then)| (format!("{chosen})"), format!(",{then}")));
         format!("'{chosen}'{then}")
     };
-    make(folder, "loops/nautilus.mp4", &select(frames), &clip(id));
+    make(folder, "loops/tempest.mp4", &select(frames), &clip(id));
     let mut manifest = format!("[[sheep]]\nid = \"{id}\"\nframes = {END}\nclip = \"{}\"\n", clip(id));
     for (name, frames, _) in after {
-        make(folder, "loops/nautilus.mp4", &select(frames), &clip(name));
+        make(folder, "loops/tempest.mp4", &select(frames), &clip(name));
         // A sheep without a loop, and a way back that is not looked at.
         write!(manifest, "[[sheep]]\nid = \"{name}\"\n").unwrap();
         for (from, to) in [(id, *name), (*name, id)] {
@@ -117,7 +117,7 @@ fn the_same_joins_jump_at_every_size_of_the_picture() {
         .collect();
     for (width, height) in SIZES {
         let folder = of(scratch.path(), (width, height));
-        let head = format!("format = 1\nname = \"demo\"\nsize = [{width}, {height}]\nfps = [20, 1]\n");
+        let head = format!("format = 1\nname = \"demo\"\nsize = [{width}, {height}]\nfps = [30, 1]\n");
         fs::write(folder.join("flock.toml"), head + &body).unwrap();
         let answer =
             json(&output(Command::new(programs::dreams()).arg("check").arg(&folder).args(["--joins", "--json"])));

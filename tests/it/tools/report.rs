@@ -168,7 +168,7 @@ fn the_worst_joins_are_shown_with_their_frames_and_figures() {
     let demo = programs::repository().join("flock-tools/demo/small");
     let (_scratch, page) = report(&demo, 0);
     let told = seen(&page, DESK_AT_NIGHT);
-    assert!(told["joins"].as_str().unwrap().starts_with("All 35 joins meet"), "{told}");
+    assert!(told["joins"].as_str().unwrap().starts_with("All 40 joins meet"), "{told}");
     assert!(told["pairs"].as_array().unwrap().iter().all(|pair| pair[1] == false), "{told}");
     let scratch = tempfile::tempdir().unwrap();
     let page = scratch.path().join("page.html");
@@ -220,7 +220,7 @@ fn transitions_that_would_help_are_told_with_what_they_cost() {
     let demo = programs::repository().join("flock-tools/demo/small");
     programs::succeed(Command::new("cp").arg("-r").arg(&demo).arg(folder.path().join("small")));
     let small = folder.path().join("small");
-    programs::succeed(Command::new(programs::dreams()).arg("want").arg(&small).args(["orchid", "6"]));
+    programs::succeed(Command::new(programs::dreams()).arg("want").arg(&small).args(["selene", "6"]));
     let (_scratch, page) = report(&small, 0);
     let told = seen(&page, DESK);
     let suggested: Vec<&str> =
