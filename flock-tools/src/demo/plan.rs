@@ -177,14 +177,14 @@ mod tests {
 
     #[test]
     fn another_encoding_keeps_the_pictures_and_another_size_does_not() {
-        let plan = |change: fn(&mut Look)| {
-            let mut edition = Edition::small();
-            change(&mut edition.look);
+        let plan = |change: fn(&mut Edition)| {
+            let mut edition = Edition { finest: None, ..Edition::small() };
+            change(&mut edition);
             Plan::new(edition).unwrap()
         };
         let was = plan(|_| {});
-        let coarser = plan(|look| look.quality.crf = 40.0);
-        let larger = plan(|look| look.form.size = (1920, 1080));
+        let coarser = plan(|edition| edition.look.quality.crf = 40.0);
+        let larger = plan(|edition| edition.look.form.size = (1920, 1080));
         for (was, (coarser, larger)) in was.clips.iter().zip(coarser.clips.iter().zip(&larger.clips)) {
             assert_eq!(was.picture_recipe, coarser.picture_recipe);
             assert_ne!(was.recipe, coarser.recipe);
