@@ -104,7 +104,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("tests/fixtures", &["flock.toml"]),
     ("tests/fixtures/format-1", &["*"]),
     ("tests/fixtures/keys", &["artist.key", "artist.pub"]),
-    ("tests/image", &["*.rs", "writable.txt"]),
+    ("tests/image", &["*.rs", "light-flock", "writable.txt"]),
     ("tests/package", &["inside", SCRIPT]),
     ("tests/vkms", &["*.config", SCRIPT]),
 ];
