@@ -5,6 +5,7 @@
 //!
 //! Run `cargo run --release -p flame --example speed`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]
+#![expect(clippy::disallowed_methods, reason = "it measures time")]
 
 mod peer;
 
