@@ -13,6 +13,7 @@ const LAYERS: &[(&str, u8)] = &[
     ("diagnostics", 0),
     ("species", 0),
     ("timing", 0),
+    ("expression", 1),
     ("flame", 1),
     ("flock", 1),
     ("screen", 1),

@@ -1,0 +1,52 @@
+//! From a genome to text.
+//!
+//! Owns how a genome is written: always in one way, so that equal genomes have equal texts. Never knows a function but by
+//! the table (`functions.rs`).
+//!
+//! Start at [`Genome`]'s and [`Node`]'s `Display`.
+
+use std::fmt::{Display, Formatter, Result};
+
+use crate::genome::{Genome, Map};
+use crate::node::Node;
+
+impl Display for Genome {
+    /// Writes the text that [`Genome::parse`] reads: what has its usual value is left out.
+    fn fmt(&self, text: &mut Formatter<'_>) -> Result {
+        writeln!(text, "(expression 1")?;
+        if let Some(name) = &self.name {
+            writeln!(text, "  (name \"{}\")", name.replace('\\', "\\\\").replace('"', "\\\""))?;
+        }
+        if self.turns != 1 {
+            writeln!(text, "  (turns {})", self.turns)?;
+        }
+        if self.map != Map::default() {
+            let Map { scale, center: [x, y] } = self.map;
+            writeln!(text, "  (map (scale {scale}) (center {x} {y}))")?;
+        }
+        for form in &self.unknown {
+            writeln!(text, "  {form}")?;
+        }
+        writeln!(text, "  (picture {}))", self.picture)
+    }
+}
+
+impl Display for Node {
+    fn fmt(&self, text: &mut Formatter<'_>) -> Result {
+        match self {
+            Node::Call(function, arguments) => {
+                write!(text, "({}", function.name)?;
+                for argument in arguments {
+                    write!(text, " {argument}")?;
+                }
+                write!(text, ")")
+            }
+            Node::Number(number) => write!(text, "{number}"),
+            Node::Vector([a, b, c]) => write!(text, "#({a} {b} {c})"),
+            Node::Wave { n: 1, p: 0.0 } => write!(text, "z"),
+            Node::Wave { n, p } => write!(text, "(wave {n} {p})"),
+            Node::X => write!(text, "x"),
+            Node::Y => write!(text, "y"),
+        }
+    }
+}
