@@ -75,7 +75,7 @@ impl Transition {
     /// A cubic from 0 to whole turns that starts and ends at the loops' speeds.
     fn shared_clock(&self, b: f64) -> Clock {
         let [first, last] = [0, 1].map(|side| self.loops[side].speed() * self.frames);
-        let whole = ((first + last) / 2.0).round();
+        let whole = f64::midpoint(first, last).round();
         let turns =
             whole * (b * b * (3.0 - 2.0 * b)) + first * (b * (b - 1.0) * (b - 1.0)) + last * (b * b * (b - 1.0));
         let slope = whole * (6.0 * b * (1.0 - b)) / self.frames;

@@ -8,7 +8,7 @@
 
 use std::f32::consts::TAU;
 
-use crate::functions::{Lowering, Wants};
+use crate::functions::{Function, Lowering, Wants};
 use crate::graph::{Graph, Id};
 use crate::kernels::{Kernel, Slice};
 use crate::still::Still;
@@ -25,6 +25,16 @@ enum Value {
     Vector([Id; 3]),
 }
 
+impl Value {
+    /// A scalar is every component.
+    fn spread(self) -> [Id; 3] {
+        match self {
+            Value::Scalar(id) => [id; 3],
+            Value::Vector(ids) => ids,
+        }
+    }
+}
+
 /// A graph that grows.
 struct Builder<'g> {
     graph: &'g mut Graph,
@@ -34,6 +44,7 @@ struct Builder<'g> {
 
 /// A function with its arguments, at a position.
 struct Call<'s> {
+    function: &'static Function,
     turns: f64,
     arguments: &'s [Still],
     at: [Id; 2],
@@ -42,26 +53,15 @@ struct Call<'s> {
 /// Red, green and blue of an expression in a picture whose half height is `scale`.
 pub(crate) fn lowered(still: &Still, scale: f32, graph: &mut Graph, at: [Id; 2]) -> [Id; 3] {
     let mut builder = Builder { graph, step: 2.0 * scale * STEP };
-    let value = builder.value(still, at);
-    builder.spread(value)
+
+    builder.value(still, at).spread()
 }
 
 impl Builder<'_> {
     fn value(&mut self, still: &Still, at: [Id; 2]) -> Value {
         match still {
             Still::Call { .. } if self.graph.is_full() => Value::Scalar(at[0]),
-            Still::Call { function, turns, arguments } => {
-                let call = Call { turns: *turns, arguments, at };
-                match function.lowering {
-                    Lowering::Each(kernel) => {
-                        let each = function.arguments.iter().zip(arguments);
-                        let values: Vec<Value> =
-                            each.map(|(wants, still)| self.wanted(wants.wants, still, at)).collect();
-                        self.each(kernel, &values)
-                    }
-                    lowering => self.lower(lowering, &call),
-                }
-            }
+            Still::Call { function, turns, arguments } => self.lower(&Call { function, turns: *turns, arguments, at }),
             Still::Number(number) => Value::Scalar(self.graph.constant(*number)),
             Still::Vector(vector) => Value::Vector(vector.map(|number| self.graph.constant(number))),
             Still::X => Value::Scalar(at[0]),
@@ -74,12 +74,12 @@ impl Builder<'_> {
         match wants {
             Wants::Any => value,
             Wants::Scalar | Wants::Seed | Wants::Size => Value::Scalar(self.average(value)),
-            Wants::Vector => Value::Vector(self.spread(value)),
+            Wants::Vector => Value::Vector(value.spread()),
         }
     }
 
-    fn lower(&mut self, lowering: Lowering, call: &Call<'_>) -> Value {
-        match lowering {
+    fn lower(&mut self, call: &Call<'_>) -> Value {
+        match call.function.lowering {
             Lowering::BandPass => self.band_pass(call),
             Lowering::Blur => {
                 let radius = self.scalar(call, 1);
@@ -91,8 +91,11 @@ impl Builder<'_> {
                 Value::Scalar(self.graph.call(Kernel::Cell(Slice::at(call.turns)), &arguments))
             }
             Lowering::ColourGradient => self.colour_gradient(call),
-            // `value` has done it.
-            Lowering::Each(kernel) => self.each(kernel, &[]),
+            Lowering::Each(kernel) => {
+                let each = call.function.arguments.iter().zip(call.arguments);
+                let values: Vec<Value> = each.map(|(wants, still)| self.wanted(wants.wants, still, call.at)).collect();
+                self.each(kernel, &values)
+            }
             Lowering::Escape => {
                 let arguments = [0, 1, 2, 3].map(|number| self.scalar(call, number));
                 Value::Scalar(self.graph.call(Kernel::Escape, &arguments))
@@ -140,18 +143,11 @@ impl Builder<'_> {
         if let Some(scalars) = scalars {
             return Value::Scalar(self.graph.call(kernel, &scalars));
         }
-        let vectors: Vec<[Id; 3]> = values.iter().map(|value| self.spread(*value)).collect();
+        let vectors: Vec<[Id; 3]> = values.iter().map(|value| value.spread()).collect();
         Value::Vector([0, 1, 2].map(|component| {
             let arguments: Vec<Id> = vectors.iter().map(|vector| vector[component]).collect();
             self.graph.call(kernel, &arguments)
         }))
-    }
-
-    fn spread(&mut self, value: Value) -> [Id; 3] {
-        match value {
-            Value::Scalar(id) => [id; 3],
-            Value::Vector(ids) => ids,
-        }
     }
 
     fn average(&mut self, value: Value) -> Id {
@@ -172,7 +168,7 @@ impl Builder<'_> {
 
     fn vector(&mut self, call: &Call<'_>, number: usize) -> [Id; 3] {
         let value = self.value(&call.arguments[number], call.at);
-        self.spread(value)
+        value.spread()
     }
 
     fn add(&mut self, a: Id, b: Id) -> Id {

@@ -13,12 +13,12 @@ use species::Rng;
 use crate::functions::{Argument, FUNCTIONS, Function, Wants};
 use crate::genome::Genome;
 use crate::node::{FASTEST_WAVE, LARGEST, Node};
-use crate::random::{ANY, below, function, leaf, node, normal, rounded, weighted};
+use crate::random::{ANY, below, leaf, node, normal, rounded, weighted};
 
 /// Mutations of an expression of average luck.
 const RATE: f64 = 1.5;
-/// A new part has at most so many nodes within each other.
-const NEW_DEPTH: usize = 2;
+/// A new part has at most so many nodes within each other: two functions and a leaf.
+const NEW_DEPTH: usize = 3;
 /// How far numbers go, of their magnitude or of the least one that counts.
 const STRIDE: f64 = 0.3;
 const LEAST_MAGNITUDE: f64 = 0.3;
@@ -69,7 +69,7 @@ impl Genome {
         for _ in 0..TRIES {
             let rate = RATE * strength / self.picture.size() as f64;
             let mut breeding = Breeding { parent: &self.picture, rate, done: Vec::new() };
-            let picture = breeding.node(&self.picture, &ANY, rng);
+            let picture = breeding.node(&self.picture, ANY, rng);
             if picture.is_within_limits() {
                 return (Genome { picture, ..self.clone() }, breeding.done);
             }
@@ -80,7 +80,7 @@ impl Genome {
 
 impl Breeding<'_> {
     /// What becomes of a node of the parent that is this argument. What is mutated is not mutated again.
-    fn node(&mut self, of: &Node, argument: &Argument, rng: &mut Rng) -> Node {
+    fn node(&mut self, of: &Node, argument: Argument, rng: &mut Rng) -> Node {
         if rng.unit() < self.rate {
             let mutation = if argument.wants == Wants::Seed { Mutation::Adjusted } else { chosen(of, rng) };
             self.done.push(mutation);
@@ -88,10 +88,10 @@ impl Breeding<'_> {
         }
         let Node::Call(function, arguments) = of else { return of.clone() };
         let each = function.arguments.iter().zip(arguments);
-        Node::Call(function, each.map(|(argument, of)| self.node(of, argument, rng)).collect())
+        Node::Call(function, each.map(|(argument, of)| self.node(of, *argument, rng)).collect())
     }
 
-    fn mutated(&self, of: &Node, mutation: Mutation, argument: &Argument, rng: &mut Rng) -> Node {
+    fn mutated(&self, of: &Node, mutation: Mutation, argument: Argument, rng: &mut Rng) -> Node {
         match mutation {
             Mutation::Adjusted => adjusted(of, argument.wants, rng),
             Mutation::Copied => {
@@ -105,20 +105,25 @@ impl Breeding<'_> {
                 arguments => arguments[below(rng, arguments.len())].clone(),
             },
             Mutation::Wrapped => {
-                let function = function(rng);
+                let weight =
+                    |function: &Function| if frees(function).is_empty() { 0.0 } else { f64::from(function.weight) };
+                let weights: Vec<f64> = FUNCTIONS.iter().map(weight).collect();
+                let function = &FUNCTIONS[weighted(rng, &weights)];
                 let mut arguments: Vec<Node> =
                     function.arguments.iter().map(|argument| leaf(argument.wants, rng)).collect();
-                let free: Vec<usize> = (0..arguments.len()).filter(|at| is_free(function, *at)).collect();
-                if let Some(at) = free.get(below(rng, free.len().max(1))) {
-                    arguments[*at] = of.clone();
-                }
+                let free = frees(function);
+                arguments[free[below(rng, free.len())]] = of.clone();
                 Node::Call(function, arguments)
             }
         }
     }
 }
 
-/// Whether an argument may be any expression when chance puts it there.
+/// The numbers of the arguments that may be any expression when chance puts it there.
+fn frees(function: &Function) -> Vec<usize> {
+    (0..function.arguments.len()).filter(|at| is_free(function, *at)).collect()
+}
+
 fn is_free(function: &Function, at: usize) -> bool {
     !matches!(function.arguments[at].wants, Wants::Seed | Wants::Size)
 }
@@ -129,16 +134,13 @@ fn chosen(of: &Node, rng: &mut Rng) -> Mutation {
     table[weighted(rng, &weights)].0
 }
 
-/// Another function, one of as many arguments wherever there is one, else one that is as near as may be. Arguments
-/// stay in order; those that are missing are leaves by chance, as are those that would stand for seeds and sizes.
+/// Another function, the likelier the nearer its number of arguments is to what there is. Arguments stay in order;
+/// those that are missing are leaves by chance, as are those that would stand for seeds and sizes.
 fn other_function(of: &Node, rng: &mut Rng) -> Node {
     let Node::Call(now, arguments) = of else { return of.clone() };
-    let distance = |function: &Function| function.arguments.len().abs_diff(arguments.len());
-    let others = || FUNCTIONS.iter().filter(|function| function != now);
-    let nearest = others().map(distance).min().unwrap_or(0);
     let weight = |function: &Function| {
-        let is_taken = function != *now && distance(function) == nearest;
-        if is_taken { f64::from(function.weight) } else { 0.0 }
+        let distance = function.arguments.len().abs_diff(arguments.len()) as f64;
+        if function == *now { 0.0 } else { f64::from(function.weight) / (1.0 + distance * distance) }
     };
     let weights: Vec<f64> = FUNCTIONS.iter().map(weight).collect();
     let function = &FUNCTIONS[weighted(rng, &weights)];

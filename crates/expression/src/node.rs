@@ -68,17 +68,12 @@ impl Node {
 
     /// All nodes, each before its arguments, from left to right.
     pub fn all(&self) -> Vec<&Node> {
-        let mut all = vec![self];
-        let mut next = 0;
-        while next < all.len() {
-            let arguments = all[next].arguments();
-            all.splice(next + 1..next + 1, arguments);
-            next += 1;
-        }
-        all
+        let below = self.arguments().iter().flat_map(Node::all);
+        std::iter::once(self).chain(below).collect()
     }
 
     /// This tree with the node numbered `at`, as in [`Node::all`], replaced.
+    #[must_use]
     pub fn with(&self, at: usize, node: &Node) -> Node {
         if at == 0 {
             return node.clone();

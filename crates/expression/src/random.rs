@@ -24,11 +24,12 @@ const SEEDS: f64 = 100.0;
 const TRIES: usize = 100;
 
 impl Genome {
-    /// A genome by chance: at least 4 nodes, at most 6 within each other, in the usual frame.
+    /// A genome by chance, in the usual frame: at least 4 nodes, one of which is a position, at most 6 within each other.
     pub fn random(rng: &mut Rng) -> Genome {
-        let any = |_: usize| node(&ANY, DEPTH, rng);
-        let usable = |node: &Node| node.size() >= FEWEST && node.is_within_limits();
-        Genome::from((0..TRIES).map(any).find(usable).unwrap_or(Node::X))
+        let varies = |node: &Node| node.all().iter().any(|node| matches!(node, Node::X | Node::Y));
+        let is_usable = |node: &Node| node.size() >= FEWEST && node.is_within_limits() && varies(node);
+        let found = (0..TRIES).map(|_| node(ANY, DEPTH, rng)).find(is_usable);
+        Genome::from(found.unwrap_or(Node::X))
     }
 }
 
@@ -56,13 +57,13 @@ pub(crate) fn weighted(rng: &mut Rng, weights: &[f64]) -> usize {
 }
 
 /// An expression for an argument, of at most `depth` nodes within each other (> 0).
-pub(crate) fn node(argument: &Argument, depth: usize, rng: &mut Rng) -> Node {
+pub(crate) fn node(argument: Argument, depth: usize, rng: &mut Rng) -> Node {
     let is_constant = matches!(argument.wants, Wants::Seed | Wants::Size);
     if depth <= 1 || is_constant || rng.unit() < LEAF {
         return leaf(argument.wants, rng);
     }
     let function = function(rng);
-    let arguments = function.arguments.iter().map(|argument| node(argument, depth - 1, rng)).collect();
+    let arguments = function.arguments.iter().map(|argument| node(*argument, depth - 1, rng)).collect();
     let call = Node::Call(function, arguments);
     if call.times() > MOST_TIMES { leaf(argument.wants, rng) } else { call }
 }

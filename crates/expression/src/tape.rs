@@ -8,6 +8,8 @@
 use crate::graph::{Entry, Graph, Id};
 use crate::kernels::{BATCH, Kernel, MOST_ARGUMENTS};
 
+/// What a sample takes beside kernels, in nanoseconds: its position, its light, its part of the pixel.
+const SAMPLE_NS: f32 = 8.0;
 /// Registers of the position.
 pub(crate) const POSITION: [usize; 2] = [0, 1];
 
@@ -69,9 +71,9 @@ impl Tape {
         Tape { constants, instructions, registers, outputs }
     }
 
-    /// Nanoseconds a sample, by the table of the kernels.
+    /// Nanoseconds a sample, by the table of the kernels, with what every sample takes.
     pub(crate) fn ns(&self) -> f32 {
-        self.instructions.iter().map(|instruction| instruction.kernel.ns()).sum()
+        self.instructions.iter().fold(SAMPLE_NS, |sum, instruction| sum + instruction.kernel.ns())
     }
 
     /// Bytes of its registers.

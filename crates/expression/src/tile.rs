@@ -94,9 +94,9 @@ impl Tile {
     /// Its pixels, row by row; there is a tape, and a set of registers, for each moment.
     pub(crate) fn draw(&self, frame: &Frame, tapes: &[Tape], registers: &mut [Registers]) -> Vec<[f32; 3]> {
         let nothing = Seen { sum: [0.0; 3], low: [f32::MAX; 3], high: [f32::MIN; 3] };
-        let mut seen = [nothing; PIXELS];
+        let mut seen = vec![nothing; self.width * self.height];
         let all: Vec<usize> = (0..self.width * self.height).collect();
-        let mut draw = |pixels: &[usize], sample: Sample, seen: &mut [Seen; PIXELS]| {
+        let mut draw = |pixels: &[usize], sample: Sample, seen: &mut [Seen]| {
             let (tape, registers) = (&tapes[sample.moment], &mut registers[sample.moment]);
             for batch in pixels.chunks(BATCH) {
                 self.batch(frame, (tape, registers), batch, sample, seen);
@@ -129,7 +129,7 @@ impl Tile {
         (tape, registers): (&Tape, &mut Registers),
         pixels: &[usize],
         sample: Sample,
-        seen: &mut [Seen; PIXELS],
+        seen: &mut [Seen],
     ) {
         let [x, y] = registers.positions();
         for ((x, y), pixel) in x.iter_mut().zip(y).zip(pixels) {

@@ -27,28 +27,33 @@ fn few(array: &[f32], from: usize) -> [f32; LANES] {
     few
 }
 
-/// One of the two maps, inverted: a point, and by how much lengths shrink.
-#[derive(Clone, Copy)]
+/// One of the two maps, inverted, for each of a few samples: its matrix, and by how much lengths shrink.
 struct Inverse {
-    a: f32,
-    b: f32,
-    c: f32,
-    d: f32,
-    e: f32,
-    f: f32,
-    shrinks: f32,
+    matrix: [[f32; LANES]; 4],
+    from: [[f32; LANES]; 2],
+    shrinks: [f32; LANES],
 }
 
 impl Inverse {
-    fn of(a: f32, b: f32, c: f32, d: f32, e: f32, f: f32) -> Inverse {
-        let determinant = a * d - b * c;
-        let by = settled(1.0 / determinant);
-        Inverse { a: d * by, b: -b * by, c: -c * by, d: a * by, e, f, shrinks: determinant.abs().sqrt() }
+    fn of([a, b, c, d, e, f]: [[f32; LANES]; 6]) -> Inverse {
+        let mut inverse = Inverse { matrix: [[0.0; LANES]; 4], from: [e, f], shrinks: [0.0; LANES] };
+        for lane in 0..LANES {
+            let determinant = a[lane] * d[lane] - b[lane] * c[lane];
+            let by = settled(1.0 / determinant);
+            inverse.matrix[0][lane] = d[lane] * by;
+            inverse.matrix[1][lane] = -b[lane] * by;
+            inverse.matrix[2][lane] = -c[lane] * by;
+            inverse.matrix[3][lane] = a[lane] * by;
+            inverse.shrinks[lane] = determinant.abs().sqrt();
+        }
+        inverse
     }
 
-    fn point(self, x: f32, y: f32) -> [f32; 2] {
-        let (x, y) = (x - self.e, y - self.f);
-        [settled(self.a * x + self.b * y), settled(self.c * x + self.d * y)]
+    #[inline]
+    fn point(&self, lane: usize, x: f32, y: f32) -> [f32; 2] {
+        let (x, y) = (x - self.from[0][lane], y - self.from[1][lane]);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|number| self.matrix[number][lane]);
+        [settled(a * x + b * y), settled(c * x + d * y)]
     }
 }
 
@@ -61,10 +66,7 @@ pub(super) fn ifs(arguments: &[&[f32]], out: &mut [f32]) {
     for from in (0..out.len()).step_by(LANES) {
         let of = |number: usize| few(arguments[number], from);
         let (center_x, center_y, size, darkens) = (of(14), of(15), of(16), of(17));
-        let maps = [2, 8].map(|first| {
-            let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|number| of(first + number));
-            std::array::from_fn::<_, LANES, _>(|lane| Inverse::of(a[lane], b[lane], c[lane], d[lane], e[lane], f[lane]))
-        });
+        let maps = [2, 8].map(|first| Inverse::of([0, 1, 2, 3, 4, 5].map(|number| of(first + number))));
         let (mut x, mut y, mut scale) = (of(0), of(1), [1.0_f32; LANES]);
         for lane in 0..LANES {
             x[lane] = settled((x[lane] - center_x[lane]) / size[lane]);
@@ -72,11 +74,12 @@ pub(super) fn ifs(arguments: &[&[f32]], out: &mut [f32]) {
         }
         for _ in 0..IFS_STEPS {
             for lane in 0..LANES {
-                let points = maps.map(|map| map[lane].point(x[lane], y[lane]));
-                let lengths = points.map(|[x, y]| x * x + y * y);
-                let is_second = lengths[1] < lengths[0];
-                [x[lane], y[lane]] = if is_second { points[1] } else { points[0] };
-                scale[lane] *= if is_second { maps[1][lane].shrinks } else { maps[0][lane].shrinks };
+                let [first, second] = [0, 1].map(|map: usize| maps[map].point(lane, x[lane], y[lane]));
+                let is_second =
+                    second[0] * second[0] + second[1] * second[1] < first[0] * first[0] + first[1] * first[1];
+                x[lane] = if is_second { second[0] } else { first[0] };
+                y[lane] = if is_second { second[1] } else { first[1] };
+                scale[lane] *= if is_second { maps[1].shrinks[lane] } else { maps[0].shrinks[lane] };
             }
         }
         for (lane, out) in out[from..].iter_mut().take(LANES).enumerate() {

@@ -58,16 +58,17 @@ impl Kernel {
     /// `examples/speed.rs` measures them. For estimates only: no pixel depends on them.
     pub(crate) fn ns(self) -> f32 {
         match self {
-            Kernel::Abs | Kernel::Add | Kernel::Invert | Kernel::Max | Kernel::Min => 0.3,
-            Kernel::Subtract | Kernel::Multiply | Kernel::Sqrt => 0.4,
-            Kernel::Divide | Kernel::Dissolve | Kernel::If | Kernel::Round => 0.8,
-            Kernel::And | Kernel::Or | Kernel::Xor | Kernel::Modulo => 1.2,
-            Kernel::Chance(_) | Kernel::Hue(_) | Kernel::Sin | Kernel::Cos => 1.7,
-            Kernel::Atan => 3.0,
-            Kernel::Log | Kernel::Power => 4.0,
-            Kernel::Noise(..) => 22.0,
-            Kernel::Cell(_) => 40.0,
-            Kernel::Escape | Kernel::Ifs => 80.0,
+            Kernel::Abs | Kernel::Add | Kernel::Invert | Kernel::Max | Kernel::Min => 0.2,
+            Kernel::Subtract | Kernel::Multiply | Kernel::Sqrt | Kernel::Divide => 0.3,
+            Kernel::Dissolve | Kernel::If | Kernel::Round | Kernel::Modulo => 0.6,
+            Kernel::And | Kernel::Or | Kernel::Xor | Kernel::Sin | Kernel::Cos => 0.8,
+            Kernel::Chance(_) | Kernel::Hue(_) => 1.0,
+            Kernel::Atan => 1.4,
+            Kernel::Log | Kernel::Power => 2.5,
+            Kernel::Noise(..) => 9.0,
+            Kernel::Cell(_) => 13.0,
+            Kernel::Escape => 40.0,
+            Kernel::Ifs => 50.0,
         }
     }
 
@@ -91,7 +92,8 @@ impl Kernel {
             (Kernel::Divide, [a, b]) => plain::each_two(a, b, out, plain::divide),
             (Kernel::Escape, [u, v, re, im]) => fractal::escape([u, v, re, im], out),
             (Kernel::Hue(channel), [h, s, v]) => {
-                plain::each_three(h, s, v, out, |h, s, v| plain::hue(channel, h, s, v));
+                let sixth = plain::SIXTHS[usize::from(channel)];
+                plain::each_three(h, s, v, out, |h, s, v| plain::hue(sixth, h, s, v));
             }
             (Kernel::If, [a, b, c]) => plain::each_three(a, b, c, out, plain::choose),
             (Kernel::Ifs, arguments) if arguments.len() == MOST_ARGUMENTS => fractal::ifs(arguments, out),
@@ -102,7 +104,7 @@ impl Kernel {
             (Kernel::Modulo, [a, b]) => plain::each_two(a, b, out, plain::modulo),
             (Kernel::Multiply, [a, b]) => plain::each_two(a, b, out, plain::multiply),
             (Kernel::Noise(channel, slice), [u, v, size, seed]) => {
-                noise::noise(channel, slice, [u, v, size, seed], out)
+                noise::noise(channel, slice, [u, v, size, seed], out);
             }
             (Kernel::Or, [a, b]) => plain::each_two(a, b, out, plain::or),
             (Kernel::Power, [a, b]) => plain::each_two(a, b, out, plain::power),

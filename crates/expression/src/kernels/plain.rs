@@ -136,9 +136,12 @@ pub(super) fn dissolve(a: f32, b: f32, c: f32) -> f32 {
     capped(a + (b - a) * c.clamp(0.0, 1.0))
 }
 
-/// Red (0), green (1) or blue (2) of a hue in turns, a saturation and a value.
-pub(super) fn hue(channel: u8, hue: f32, saturation: f32, value: f32) -> f32 {
-    let sixth = [5.0, 3.0, 1.0][usize::from(channel)] + 6.0 * (hue - floor(hue));
+/// Where red, green and blue are on the circle of hues, in sixths, from where they begin to fall.
+pub(super) const SIXTHS: [f32; 3] = [5.0, 3.0, 1.0];
+
+/// Red, green or blue, by its sixth, of a hue in turns, a saturation and a value.
+pub(super) fn hue(sixth: f32, hue: f32, saturation: f32, value: f32) -> f32 {
+    let sixth = sixth + 6.0 * (hue - floor(hue));
     let k = sixth - 6.0 * floor(sixth * (1.0 / 6.0));
     let fall = min(k, 4.0 - k).clamp(0.0, 1.0);
     capped(value - value * saturation.clamp(0.0, 1.0) * fall)
@@ -190,10 +193,10 @@ mod tests {
 
     #[test]
     fn hues_go_from_red_by_green_and_blue_to_red() {
-        let colour = |turns| [0, 1, 2].map(|channel| hue(channel, turns, 1.0, 1.0));
+        let colour = |turns| SIXTHS.map(|sixth| hue(sixth, turns, 1.0, 1.0));
         let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
         assert!(near(colour(0.0), [1.0, 0.0, 0.0]) && near(colour(1.0 / 3.0), [0.0, 1.0, 0.0]));
         assert!(near(colour(2.0 / 3.0), [0.0, 0.0, 1.0]) && near(colour(-4.0), [1.0, 0.0, 0.0]));
-        assert!(near([0, 1, 2].map(|channel| hue(channel, 0.3, 0.0, 0.6)), [0.6; 3]));
+        assert!(near(SIXTHS.map(|sixth| hue(sixth, 0.3, 0.0, 0.6)), [0.6; 3]));
     }
 }
