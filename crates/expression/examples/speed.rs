@@ -28,7 +28,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let even = Settings { size: SIZE, samples: Samples::Sixteen };
     let seconds = least_seconds(&turning, even)?;
     let adaptive = least_seconds(&turning, Settings { samples: Samples::Adaptive, ..even })?;
-    println!("{}", answer(nodes, seconds, adaptive, &cost(&turning, 0.0, &even)?));
+    let (strips, compile) = (strips_seconds(&turning)?, compile_ms(&turning, &even)?);
+    println!("{}", answer(nodes, [seconds, adaptive, strips], compile, &cost(&turning, 0.0, &even)?));
     let is_kept = rate(seconds) >= LEAST_SAMPLES && seconds <= MOST_SECONDS;
     Ok(if is_kept { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -39,7 +40,7 @@ fn rate(seconds: f64) -> f64 {
 }
 
 /// All figures with their bounds, as JSON.
-fn answer(nodes: usize, seconds: f64, adaptive: f64, cost: &Cost) -> String {
+fn answer(nodes: usize, [seconds, adaptive, strips]: [f64; 3], compile: f64, cost: &Cost) -> String {
     let rate = rate(seconds);
     let figures = [
         ("nodes", nodes as f64),
@@ -48,12 +49,33 @@ fn answer(nodes: usize, seconds: f64, adaptive: f64, cost: &Cost) -> String {
         ("frame_cpu_s", seconds),
         ("most_frame_cpu_s", MOST_SECONDS),
         ("adaptive_frame_cpu_s", adaptive),
+        ("strips_of_20_candidates_cpu_s", strips),
+        ("compile_ms", compile),
         ("estimated_ns_per_sample", f64::from(cost.ns_per_sample)),
         ("measured_ns_per_sample", 1e9 / rate),
     ];
     let lines: Vec<String> =
         figures.iter().map(|(name, figure)| format!("  \"{name}\": {}", (figure * 100.0).round() / 100.0)).collect();
     format!("{{\n{}\n}}", lines.join(",\n"))
+}
+
+/// CPU-seconds of 24 small pictures of each of 20 candidates.
+fn strips_seconds(turning: &Loop) -> Result<f64, Box<dyn Error>> {
+    let (renderer, start) = (Renderer::new(1)?, cpu_seconds()?);
+    for frame in 0..20 * 24 {
+        renderer.render(turning, f64::from(frame), &Settings { size: [160, 90], samples: Samples::One })?;
+    }
+    Ok(cpu_seconds()? - start)
+}
+
+/// CPU-milliseconds until a frame's four moments are compiled.
+fn compile_ms(turning: &Loop, settings: &Settings) -> Result<f64, Box<dyn Error>> {
+    let start = cpu_seconds()?;
+    for frame in 0..1000 {
+        cost(turning, f64::from(frame), settings)?;
+    }
+    // Seconds for a thousand are milliseconds for one.
+    Ok(cpu_seconds()? - start)
 }
 
 /// CPU-seconds of one frame by one thread.

@@ -33,7 +33,8 @@ pub enum Mating {
 }
 
 impl Genome {
-    /// A child of two parents in this one's frame, and how it came about; none where every child would be too large.
+    /// A child of two parents in this one's frame, and how it came about; none where every child
+    /// would be too large or too slow.
     pub fn crossed(&self, with: &Genome, rng: &mut Rng) -> Option<(Genome, Mating)> {
         let pair = [&self.picture, &with.picture];
         let walks = shared(pair[0], pair[1]) >= FIRST_WAY_SHARES && rng.unit() < FIRST_WAY;
@@ -48,8 +49,9 @@ impl Genome {
                 host.with(place, node)
             }
         };
-        let picture = (0..TRIES).map(child).find(|child| child.size() <= MOST_NODES && child.is_within_limits())?;
-        Some((Genome { picture, ..self.clone() }, mating))
+        let mut children = (0..TRIES).map(child).map(|picture| Genome { picture, ..self.clone() });
+        let child = children.find(|child| child.picture.size() <= MOST_NODES && child.is_sound())?;
+        Some((child, mating))
     }
 }
 

@@ -39,6 +39,13 @@ impl Default for Map {
     }
 }
 
+impl Genome {
+    /// Whether what was bred may be kept: its text may be read, and its loop be drawn.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.picture.is_within_limits() && self.ns_per_sample().is_ok()
+    }
+}
+
 impl From<Node> for Genome {
     /// The genome of a picture, without a name, turned once, with the usual frame.
     fn from(picture: Node) -> Genome {

@@ -64,14 +64,14 @@ struct Breeding<'p> {
 
 impl Genome {
     /// A child with mutations, and which they are, in the order of the text. `strength` multiplies their number, which is
-    /// 1.5 on average at 1. The child may be read and is within all limits but that of time.
+    /// 1.5 on average at 1. The child is within all limits; where twenty are not, it is the parent.
     pub fn mutated(&self, strength: f64, rng: &mut Rng) -> (Genome, Vec<Mutation>) {
         for _ in 0..TRIES {
             let rate = RATE * strength / self.picture.size() as f64;
             let mut breeding = Breeding { parent: &self.picture, rate, done: Vec::new() };
-            let picture = breeding.node(&self.picture, ANY, rng);
-            if picture.is_within_limits() {
-                return (Genome { picture, ..self.clone() }, breeding.done);
+            let child = Genome { picture: breeding.node(&self.picture, ANY, rng), ..self.clone() };
+            if child.is_sound() {
+                return (child, breeding.done);
             }
         }
         (self.clone(), Vec::new())

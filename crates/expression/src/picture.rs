@@ -11,9 +11,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use species::Image;
 
 use crate::error::ExpressionError;
+use crate::genome::Genome;
 use crate::graph::Graph;
 use crate::lower::lowered;
-use crate::motion::Motion;
+use crate::motion::{Loop, Motion};
 use crate::sampling::{MOMENTS, shutter};
 use crate::tape::{Registers, Tape};
 use crate::tile::{Frame, Samples, Tile};
@@ -84,6 +85,17 @@ impl Renderer {
             }
         }
         Ok(Image { width, height, pixels })
+    }
+}
+
+impl Genome {
+    /// Nanoseconds a sample of its loop, by the table of `kernels`.
+    ///
+    /// # Errors
+    /// [`ExpressionError::Slow`] if that is more than may be.
+    pub fn ns_per_sample(&self) -> Result<f32, ExpressionError> {
+        let sketch = Settings { size: [1; 2], samples: Samples::One };
+        Ok(cost(&Loop::new(self, 1.0), 0.0, &sketch)?.ns_per_sample)
     }
 }
 

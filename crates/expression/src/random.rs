@@ -27,9 +27,10 @@ impl Genome {
     /// A genome by chance, in the usual frame: at least 4 nodes, one of which is a position, at most 6 within each other.
     pub fn random(rng: &mut Rng) -> Genome {
         let varies = |node: &Node| node.all().iter().any(|node| matches!(node, Node::X | Node::Y));
-        let is_usable = |node: &Node| node.size() >= FEWEST && node.is_within_limits() && varies(node);
-        let found = (0..TRIES).map(|_| node(ANY, DEPTH, rng)).find(is_usable);
-        Genome::from(found.unwrap_or(Node::X))
+        let is_usable =
+            |genome: &Genome| genome.picture.size() >= FEWEST && varies(&genome.picture) && genome.is_sound();
+        let mut any = (0..TRIES).map(|_| Genome::from(node(ANY, DEPTH, rng)));
+        any.find(is_usable).unwrap_or(Genome::from(Node::X))
     }
 }
 

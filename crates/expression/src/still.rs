@@ -69,3 +69,17 @@ pub(crate) fn wave(n: u8, p: f32, turns: f64) -> f32 {
     let turns = f64::from(n) * turns + f64::from(p);
     sin_of_turns(turns - turns.floor())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_turns_do_not_count_not_even_in_the_last_bit() {
+        for shutter in [-0.1875, -0.0625, 0.0625, 0.1875] {
+            let at = |turns: f64| Clock { turns, turns_per_frame: 1.0 / 37.0 }.at(shutter);
+            assert_eq!(at(3.0).to_bits(), at(0.0).to_bits());
+            assert!((0.0..1.0).contains(&at(-2.0)));
+        }
+    }
+}

@@ -5,7 +5,7 @@
 
 mod bred;
 
-use expression::{ExpressionError, Genome, Loop, Motion, Node, Renderer, Samples, Settings, Transition};
+use expression::{ExpressionError, Genome, Loop, Motion, Node, Renderer, Samples, Settings, Still, Transition};
 use species::Image;
 
 const SMALL: Settings = Settings { size: [24, 16], samples: Samples::Sixteen };
@@ -128,4 +128,14 @@ fn what_is_shared_is_found_in_either_order_and_seeds_are_never_between() {
     // Trying every order of every sum anew would take 4^60 comparisons.
     let chain = |leaf: &str| (0..60).fold(leaf.to_owned(), |inner, _| format!("(+ x {inner})"));
     assert!(shared(&chain("y"), &chain("z")) > 0.9);
+}
+
+#[test]
+fn phases_of_waves_go_the_shorter_way_round() {
+    let ends = [0.1, 0.9].map(|phase| turning(&format!("(wave 1 {phase})"), 40.0));
+    let between = Transition::new(&ends[0], &ends[1], 40.0);
+    // A quarter of the way: a quarter turn, and the phase 0.1 - 0.2 * 0.15625.
+    let Still::Number(wave) = between.still(10.0, 0.0) else { unreachable!("a wave is a number at a moment") };
+    let expected = (std::f32::consts::TAU * (0.25 + 0.1 - 0.2 * 0.15625)).sin();
+    assert!((wave - expected).abs() < 1e-5, "{wave} {expected}");
 }
