@@ -5,7 +5,7 @@
 
 mod bred;
 
-use expression::{FUNCTIONS, Genome, Loop, Node, Renderer, Samples, Settings, cost};
+use expression::{Argument, FUNCTIONS, Function, Genome, Loop, Node, Renderer, Samples, Settings, Wants, cost};
 use species::Image;
 
 const SMALL: Settings = Settings { size: [64, 36], samples: Samples::Adaptive };
@@ -173,4 +173,61 @@ fn what_a_frame_costs_is_known_before() {
     assert!(twice.ns_per_sample - least > 2.0 * (noise.ns_per_sample - least));
     assert!(twice.bytes_per_thread > noise.bytes_per_thread);
     assert_eq!(of("(sin (+ z 2))").ns_per_sample, least);
+}
+
+/// Every function with every one of its arguments: the text of a call in which that argument is `{}`.
+fn calls() -> Vec<(String, Argument)> {
+    let others = ["(sin (+ x y))", "(+ .6 y)", ".7", "(- .4 x)", ".9", ".3", "(* .5 y)", ".8"];
+    let call = |function: &Function, at: usize| {
+        let mut arguments: Vec<&str> = others.iter().cycle().take(function.arguments.len()).copied().collect();
+        arguments[at] = "{}";
+        (format!("({} {})", function.name, arguments.join(" ")), function.arguments[at])
+    };
+    FUNCTIONS.iter().flat_map(|function| (0..function.arguments.len()).map(move |at| call(function, at))).collect()
+}
+
+#[test]
+fn arguments_are_converted_as_the_table_says() {
+    let renderer = Renderer::new(2).unwrap();
+    let draw = |call: &str, argument: &str| {
+        let turning = turning(&call.replace("{}", argument));
+        checksum(&renderer.render(&turning, 3.0, &Settings { samples: Samples::One, ..SMALL }).unwrap())
+    };
+    for (call, argument) in calls() {
+        let [scalar, vector] = match argument.wants {
+            Wants::Any | Wants::Vector => ["(* .5 y)", "(vector (* .5 y) (* .5 y) (* .5 y))"],
+            Wants::Scalar | Wants::Seed | Wants::Size => ["(* (+ (+ x .5) y) (/ 1 3))", "(vector x .5 y)"],
+        };
+        assert_eq!(draw(&call, scalar), draw(&call, vector), "{call}");
+    }
+}
+
+#[test]
+fn arguments_are_evaluated_as_often_as_the_table_says() {
+    let settings = Settings { samples: Samples::One, ..SMALL };
+    let ns = |text: &str| cost(&turning(text), 3.0, &settings).unwrap().ns_per_sample;
+    let noise = ns("(bw-noise .3 7)") - ns("x");
+    for (call, argument) in calls() {
+        let times = ((ns(&call.replace("{}", "(bw-noise .3 7)")) - ns(&call.replace("{}", "x"))) / noise).round();
+        // Two blurs share their middle.
+        let is_as_told = (argument.times - argument.times / 18..=argument.times).contains(&(times as u32));
+        assert!(is_as_told, "{call}: {times} times, not {}", argument.times);
+    }
+}
+
+#[test]
+fn every_pixel_is_at_its_place_though_no_side_is_a_whole_number_of_tiles() {
+    let turning = turning("(vector (/ (+ x 2) 4) (/ (+ y 2) 4) .5)");
+    for [width, height] in [[67, 41], [1, 1], [33, 100]] {
+        let settings = Settings { size: [width, height], samples: Samples::One };
+        let image = Renderer::new(3).unwrap().render(&turning, 3.0, &settings).unwrap();
+        let half = height as f32 / 2.0;
+        for (number, [red, green, _]) in image.pixels.iter().enumerate() {
+            let (column, row) = (number as u32 % width, number as u32 / width);
+            let x = (column as f32 + 0.5 - width as f32 / 2.0) / half;
+            let y = (half - row as f32 - 0.5) / half;
+            let is_there = (red - (x + 2.0) / 4.0).abs() < 1e-5 && (green - (y + 2.0) / 4.0).abs() < 1e-5;
+            assert!(is_there, "{column} {row} of {width} by {height}: {red} {green}");
+        }
+    }
 }
