@@ -54,8 +54,8 @@ pub(crate) enum Kernel {
 }
 
 impl Kernel {
-    /// Nanoseconds a sample on a processor of 2023 with the vector instructions that every x86-64 has, as
-    /// `examples/speed.rs` measures them. For estimates only: no pixel depends on them.
+    /// Nanoseconds a sample on one core of a server of 2024, with the vector instructions that every x86-64 has; measured one
+    /// by one. For estimates only: no pixel depends on them. `examples/speed.rs` compares an estimate with a measurement.
     pub(crate) fn ns(self) -> f32 {
         match self {
             Kernel::Abs | Kernel::Add | Kernel::Invert | Kernel::Max | Kernel::Min => 0.2,
