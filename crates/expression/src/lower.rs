@@ -53,7 +53,6 @@ struct Call<'s> {
 /// Red, green and blue of an expression in a picture whose half height is `scale`.
 pub(crate) fn lowered(still: &Still, scale: f32, graph: &mut Graph, at: [Id; 2]) -> [Id; 3] {
     let mut builder = Builder { graph, step: 2.0 * scale * STEP };
-
     builder.value(still, at).spread()
 }
 

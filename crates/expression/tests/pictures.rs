@@ -135,9 +135,24 @@ fn samples_are_as_good_as_256_of_every_pixel() {
         "(color-grad (warped-bw-noise x y .6 1) 3 0 #(.1 0 .3) #(1 .8 .3))",
         "(mod (* 2 x) (+ 1 (abs y)))",
         "(vector (bw-noise .3 1) (sin (* 20 (* x x))) (abs (atan y x)))",
+        "(hsv-to-rgb (vector (warped-bw-noise x (* y z) .4 7) .8 (abs (sin (* 3 y)))))",
+        "(bump (cell x y .4 4) #(.8 .6 .3) .6 #(1 1 .9) #(.1 .1 .2) .5 .5 .7)",
+        "(color-grad (escape x y -.8 (* .2 z)) 3 z #(.1 0 .3) #(1 .8 .3))",
+        "(warp-by-grad (color-noise .5 1) (bw-noise .4 2) .5)",
+        "(rotate-vector (color-noise .5 1) z #(1 1 1))",
+        "(ifs .5 .5 -.5 .5 -.5 0 .5 -.5 .5 .5 .5 0 0 0 1 20)",
+        "(grad-direction (bw-noise .5 2) 0 0)",
+        "(and x y)",
+        "(mod x (+ .5 (abs y)))",
+        "(max (invert (* 2 (abs x))) (- .7 (abs y)))",
+        "(if (- .5 (+ (* x x) (* y y))) #(.9 .3 .1) #(.1 .2 .4))",
+        "(blur (round (color-noise .5 1) .5) .05)",
+        "(expt (abs x) (+ 1 (abs y)))",
+        "(dissolve (sin (* 9 x)) (cos (* 9 y)) (+ .5 (* .5 (bw-noise .7 3))))",
     ];
     for text in texts {
-        let turning = turning(text);
+        // So long a loop that nothing moves while the shutter is open.
+        let turning = Loop::new(&Genome::from(Node::parse(text).unwrap()), 1e6);
         let truth = truth(&renderer, &turning, [96, 54]);
         let image = renderer.render(&turning, 3.0, &Settings { size: [96, 54], samples: Samples::Adaptive }).unwrap();
         let inside = (1..53).flat_map(|row| &image.pixels[row * 96 + 1..row * 96 + 95]);
