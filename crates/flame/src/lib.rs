@@ -12,22 +12,19 @@
 pub mod animate;
 mod exposure;
 pub mod genome;
-mod image;
 mod light;
 mod middle;
 mod number;
 pub mod render;
-mod rng;
 mod species;
 pub mod variations;
 
+pub use self::species::{Flame, Species};
+pub use ::species::{Image, Rng};
 pub use animate::{KeyFrames, Loop, Motion, Transition};
 pub use exposure::{Exposed, Exposure};
 pub use genome::{Genome, GenomeError};
-pub use image::Image;
 pub use middle::{Middle, MiddleFault};
 pub use render::{
     Arithmetic, Backend, Filter, FrameCost, GPU_VERSION, Measured, RenderError, Renderer, Settings, VERSION,
 };
-pub use rng::Rng;
-pub use species::{Flame, Species};

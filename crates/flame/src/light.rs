@@ -6,8 +6,8 @@
 //! Start at [`Light::of`].
 
 use crate::animate::Motion;
-use crate::image::Image;
 use crate::render::{Arithmetic, Filter, RenderError, Renderer, Settings};
+use species::Image;
 
 /// Pixels of the small picture in its longer direction.
 const SIDE: f64 = 96.0;

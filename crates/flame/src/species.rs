@@ -6,8 +6,8 @@
 //! Start at [`Species`].
 
 use crate::animate::Motion;
-use crate::image::Image;
 use crate::render::{RenderError, Renderer, Settings};
+use species::Image;
 
 /// Something that can be rendered frame by frame.
 pub trait Species: Sync {

@@ -11,7 +11,9 @@ use std::collections::BTreeMap;
 const LAYERS: &[(&str, u8)] = &[
     ("durable", 0),
     ("diagnostics", 0),
+    ("species", 0),
     ("timing", 0),
+    ("expression", 1),
     ("flame", 1),
     ("flock", 1),
     ("screen", 1),

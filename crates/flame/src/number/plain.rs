@@ -4,7 +4,7 @@
 //! does not tell neighbouring cells apart.
 
 use super::{Mask, Number, Random};
-use crate::rng::Rng;
+use species::Rng;
 
 impl Mask for bool {}
 

@@ -1,12 +1,12 @@
 //! Random numbers for sixteen orbits.
 //!
-//! Owns sixteen generators that take their steps together. Streams are numbered as those of [`Rng`](crate::rng::Rng) are.
+//! Owns sixteen generators that take their steps together. Streams are numbered as those of [`Rng`](species::Rng) are.
 
 use fearless_simd::{Simd, SimdBase, SimdInt, u32x16};
 
 use super::lanes::{LaneMask, Lanes};
 use super::{LANES, Random};
-use crate::rng::Rng;
+use species::Rng;
 
 /// Sixteen generators xoshiro128++ 1.0.
 ///

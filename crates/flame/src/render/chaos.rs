@@ -12,8 +12,8 @@ use super::draw::Game;
 use super::plan::{CompiledXform, Plan};
 use super::pool::ORBITS;
 use super::shot::{ENTRIES, FUSE, Shot};
-use crate::rng::Rng;
 use crate::variations::{Compiled, Formula, Visitor};
+use species::Rng;
 
 /// Steps of a shot that an orbit takes part in: 8,192 samples.
 const STEPS: u64 = 4;

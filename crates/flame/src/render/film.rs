@@ -15,7 +15,7 @@ use super::backend::Backend;
 use super::draw::Arithmetic;
 use super::histogram::{Sums, TILE_CELLS};
 use super::shot::Shot;
-use crate::rng::Rng;
+use species::Rng;
 
 /// What a cell takes of memory where halves are told apart.
 pub(super) const BYTES_OF_HALF: u64 = size_of::<[Rounded; 4]>() as u64;

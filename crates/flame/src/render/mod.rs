@@ -41,11 +41,11 @@ pub use error::RenderError;
 
 use crate::animate::Motion;
 use crate::genome::Genome;
-use crate::image::Image;
 use bins::Bins;
 pub use draw::Arithmetic;
 use film::Film;
 use shot::Shot;
+use species::Image;
 use target::Target;
 use view::{View, in_range};
 

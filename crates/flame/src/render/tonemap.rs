@@ -18,7 +18,7 @@ use super::spread::Spread;
 use super::{Filter, FrameSetup, wiener};
 use crate::genome::Tone;
 use crate::genome::palette::{from_hsv, to_hsv};
-use crate::image::Image;
+use species::Image;
 
 /// Full light in flam3's own scale of 256 steps to a byte's 255.
 const WHITE: f64 = 256.0 / 255.0;

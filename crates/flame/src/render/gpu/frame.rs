@@ -19,7 +19,7 @@ use crate::render::RenderError;
 use crate::render::histogram::{Sums, UNIT};
 use crate::render::pool::ORBITS;
 use crate::render::shot::{FUSE, Shot};
-use crate::rng::Rng;
+use species::Rng;
 
 /// Orbits that run together.
 pub(super) const ORBITS_OF_WORKGROUP: u32 = 128;

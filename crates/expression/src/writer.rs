@@ -1,0 +1,65 @@
+//! From a genome to text.
+//!
+//! Owns how a genome is written: always in one way, so that equal genomes have equal texts. Never knows a function but by
+//! the table (`functions.rs`).
+//!
+//! Start at [`Genome`]'s and [`Node`]'s `Display`.
+
+use std::fmt::{Display, Formatter, Result};
+
+use crate::genome::{Genome, Map};
+use crate::node::Node;
+
+/// Below this, a number is written with an exponent.
+const SMALL: f32 = 1e-4;
+
+/// A number in the fewest digits that mean the same.
+struct Short(f32);
+
+impl Display for Genome {
+    /// Writes the text that [`Genome::parse`] reads: what has its usual value is left out.
+    fn fmt(&self, text: &mut Formatter<'_>) -> Result {
+        writeln!(text, "(expression 1")?;
+        if let Some(name) = &self.name {
+            writeln!(text, "  (name \"{}\")", name.replace('\\', "\\\\").replace('"', "\\\""))?;
+        }
+        if self.turns != 1 {
+            writeln!(text, "  (turns {})", self.turns)?;
+        }
+        if self.map != Map::default() {
+            let Map { scale, center: [x, y] } = self.map;
+            writeln!(text, "  (map (scale {scale}) (center {} {}))", Short(x), Short(y))?;
+        }
+        for form in &self.unknown {
+            writeln!(text, "  {form}")?;
+        }
+        writeln!(text, "  (picture {}))", self.picture)
+    }
+}
+
+impl Display for Node {
+    fn fmt(&self, text: &mut Formatter<'_>) -> Result {
+        match self {
+            Node::Call(function, arguments) => {
+                write!(text, "({}", function.name)?;
+                for argument in arguments {
+                    write!(text, " {argument}")?;
+                }
+                write!(text, ")")
+            }
+            Node::Number(number) => write!(text, "{}", Short(*number)),
+            Node::Vector([a, b, c]) => write!(text, "#({} {} {})", Short(*a), Short(*b), Short(*c)),
+            Node::Wave { n: 1, p: 0.0 } => write!(text, "z"),
+            Node::Wave { n, p } => write!(text, "(wave {n} {})", Short(*p)),
+            Node::X => write!(text, "x"),
+            Node::Y => write!(text, "y"),
+        }
+    }
+}
+
+impl Display for Short {
+    fn fmt(&self, text: &mut Formatter<'_>) -> Result {
+        let Short(number) = self;
+        if *number != 0.0 && number.abs() < SMALL { write!(text, "{number:e}") } else { write!(text, "{number}") }
+    }
+}

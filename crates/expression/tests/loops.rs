@@ -1,0 +1,141 @@
+//! Loops are exact, and transitions meet them.
+
+#![allow(clippy::float_cmp, reason = "parts of few nodes are exact")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod bred;
+
+use expression::{ExpressionError, Genome, Loop, Motion, Node, Renderer, Samples, Settings, Still, Transition};
+use species::Image;
+
+const SMALL: Settings = Settings { size: [24, 16], samples: Samples::Sixteen };
+
+/// A picture, or none if the genome is refused as too slow.
+fn picture(renderer: &Renderer, motion: &dyn Motion, frame: f64) -> Option<Image> {
+    match renderer.render(motion, frame, &SMALL) {
+        Ok(image) => Some(image),
+        Err(error) => {
+            assert!(matches!(error, ExpressionError::Slow { .. }), "{error}");
+            None
+        }
+    }
+}
+
+fn turning(text: &str, frames: f64) -> Loop {
+    Loop::new(&Genome::from(Node::parse(text).unwrap()), frames)
+}
+
+fn difference(a: &Image, b: &Image) -> f64 {
+    let pairs = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened());
+    pairs.map(|(a, b)| f64::from(a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn every_expression_that_parses_is_an_exact_loop() {
+    let renderer = Renderer::new(2).unwrap();
+    let (mut drawn, mut moving) = (0, 0);
+    for seed in 0..220 {
+        let mut genome = bred::genome(seed);
+        genome.turns = 1 + (seed % 3) as u32;
+        let frames = [7.0, 60.0, 100.5][seed as usize % 3];
+        let turning = Loop::new(&genome, frames);
+        let Some(first) = picture(&renderer, &turning, 0.0) else { continue };
+        drawn += 1;
+        for (frame, same) in [(frames, 0.0), (3.0 * frames, 0.0), (frames + 2.0, 2.0), (2.5 - frames, 2.5)] {
+            let [one, other] = [frame, same].map(|frame| picture(&renderer, &turning, frame));
+            assert_eq!(one, other, "genome {seed}, frames {frame} and {same}: {}", genome.picture);
+        }
+        moving += u32::from(picture(&renderer, &turning, 2.0) != Some(first));
+    }
+    assert!(drawn >= 200 && moving > 80, "{drawn} drawn, {moving} of them move");
+}
+
+#[test]
+fn the_ends_of_a_transition_are_the_loops_to_the_bit() {
+    let renderer = Renderer::new(2).unwrap();
+    let mut drawn = 0;
+    for seed in 0..110 {
+        // Every third pair is of one family, so that much is shared.
+        let from = bred::genome(seed);
+        let mut rng = species::Rng::stream(seed, 1);
+        let mut to = if seed % 3 == 0 { from.mutated(3.0, &mut rng).0 } else { bred::genome(seed + 1000) };
+        to.turns = 1 + (seed % 2) as u32;
+        to.map.scale = 1.0 + (seed % 5) as f32;
+        let frames = [20.0, 33.0];
+        let loops = [Loop::new(&from, frames[0]), Loop::new(&to, frames[1])];
+        let between = Transition::new(&loops[0], &loops[1], 17.0);
+        for (end, side) in [(0.0, &loops[0]), (17.0, &loops[1])] {
+            let [Some(end), Some(start)] = [picture(&renderer, &between, end), picture(&renderer, side, 0.0)] else {
+                continue;
+            };
+            drawn += 1;
+            assert_eq!(end, start, "pair {seed}: {} and {}", from.picture, to.picture);
+        }
+    }
+    assert!(drawn >= 200, "only {drawn} ends were drawn");
+}
+
+/// Pairs without steps: with common parts, waves, noise and other commutative order, with nothing in common.
+const SMOOTH: [[&str; 2]; 4] = [
+    ["(+ .5 (* .4 (sin (+ x z))))", "(+ .5 (* .3 (sin (+ (wave 1 .7) (* 2 x)))))"],
+    ["(hsv-to-rgb (vector (* .2 z) .7 (+ .5 (* .3 (bw-noise .5 2)))))", "(vector .5 (cos (* y z)) (bw-noise .5 2))"],
+    ["(+ .5 (* .4 (warped-bw-noise x y .6 3)))", "(+ .5 (* .4 (warped-bw-noise x (+ y z) .6 4)))"],
+    ["(color-grad x 1 z #(.1 .2 .3) #(.8 .6 .7))", "(+ .3 (* .2 (color-noise 1.5 1)))"],
+];
+
+#[test]
+fn a_genetic_dissolve_meets_both_loops_in_value_and_in_speed() {
+    let renderer = Renderer::new(2).unwrap();
+    for [from, to] in SMOOTH {
+        let loops = [turning(from, 40.0), turning(to, 64.0)];
+        let between = Transition::new(&loops[0], &loops[1], 50.0);
+        for (side, end, inwards) in [(0, 0.0, 1.0), (1, 50.0, -1.0)] {
+            // If the speeds meet, the difference falls with the square of the distance from the end.
+            let apart = |frames: f64| {
+                let images = [(&between as &dyn Motion, end + frames), (&loops[side], frames)];
+                let [there, here] = images.map(|(motion, frame)| picture(&renderer, motion, frame).unwrap());
+                difference(&there, &here)
+            };
+            let (near, far) = (apart(inwards * 0.25), apart(inwards));
+            assert!(far < 0.02 && near < far / 8.0 + 1e-5, "{from} to {to}, end {end}: {near} {far}");
+        }
+        let middle = picture(&renderer, &between, 25.0).unwrap();
+        assert!(loops.iter().all(|side| difference(&middle, &picture(&renderer, side, 0.0).unwrap()) > 0.05));
+    }
+}
+
+#[test]
+fn a_genetic_dissolve_of_equal_genomes_is_the_loop() {
+    let renderer = Renderer::new(2).unwrap();
+    for [text, _] in SMOOTH {
+        let turning = turning(text, 40.0);
+        let between = Transition::new(&turning, &turning, 40.0);
+        assert_eq!(between.shared(), 1.0);
+        for frame in [0.0, 7.0, 20.0, 33.3] {
+            let images = [&between as &dyn Motion, &turning].map(|motion| picture(&renderer, motion, frame).unwrap());
+            assert!(difference(&images[0], &images[1]) < 1e-4, "{text}, frame {frame}");
+        }
+    }
+}
+
+#[test]
+fn what_is_shared_is_found_in_either_order_and_seeds_are_never_between() {
+    let shared = |from: &str, to: &str| Transition::new(&turning(from, 9.0), &turning(to, 9.0), 9.0).shared();
+    assert_eq!(shared("(+ (sin x) (abs y))", "(+ (abs y) (sin x))"), 1.0);
+    assert_eq!(shared("(- (sin x) (abs y))", "(- (abs y) (sin x))"), 0.2);
+    assert_eq!(shared("(bw-noise .3 1)", "(bw-noise .5 1)"), 1.0);
+    assert_eq!(shared("(bw-noise .3 1)", "(bw-noise .3 2)"), 0.0);
+    // Trying every order of every sum anew would take 4^60 comparisons.
+    let chain = |leaf: &str| (0..60).fold(leaf.to_owned(), |inner, _| format!("(+ x {inner})"));
+    assert!(shared(&chain("y"), &chain("z")) > 0.9);
+}
+
+#[test]
+fn phases_of_waves_go_the_shorter_way_round() {
+    let ends = [0.1, 0.9].map(|phase| turning(&format!("(wave 1 {phase})"), 40.0));
+    let between = Transition::new(&ends[0], &ends[1], 40.0);
+    // A quarter of the way: a quarter turn, and the phase 0.1 - 0.2 * 0.15625.
+    let Still::Number(wave) = between.still(10.0, 0.0) else { unreachable!("a wave is a number at a moment") };
+    let expected = (std::f32::consts::TAU * (0.25 + 0.1 - 0.2 * 0.15625)).sin();
+    assert!((wave - expected).abs() < 1e-5, "{wave} {expected}");
+}
