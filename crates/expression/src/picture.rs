@@ -70,21 +70,36 @@ impl Renderer {
     /// # Errors
     /// [`ExpressionError::Size`] and [`ExpressionError::Slow`].
     pub fn render(&self, motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Image, ExpressionError> {
+        Ok(self.render_counted(motion, frame, settings)?.0)
+    }
+
+    /// The picture at `frame`, and the samples that it took.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_counted(
+        &self,
+        motion: &dyn Motion,
+        frame: f64,
+        settings: &Settings,
+    ) -> Result<(Image, u64), ExpressionError> {
         let tapes = tapes(motion, frame, settings)?;
         let [width, height] = settings.size.map(|side| side as usize);
         let frame = Frame { width, height, map: motion.map(frame), samples: settings.samples };
         let tiles = frame.tiles();
         let registers = || tapes.iter().map(Tape::registers).collect::<Vec<Registers>>();
         let draw = |registers: &mut Vec<Registers>, tile: &Tile| tile.draw(&frame, &tapes, registers);
-        let drawn: Vec<Vec<[f32; 3]>> = self.pool.install(|| tiles.par_iter().map_init(registers, draw).collect());
+        let drawn: Vec<(Vec<[f32; 3]>, u64)> =
+            self.pool.install(|| tiles.par_iter().map_init(registers, draw).collect());
         let mut pixels = vec![[0.0; 3]; width * height];
-        for (tile, drawn) in tiles.iter().zip(drawn) {
+        let samples = drawn.iter().map(|(_, samples)| samples).sum();
+        for (tile, (drawn, _)) in tiles.iter().zip(drawn) {
             for (row, line) in drawn.chunks(tile.width).enumerate() {
                 let start = (tile.top + row) * width + tile.left;
                 pixels[start..start + tile.width].copy_from_slice(line);
             }
         }
-        Ok(Image { width, height, pixels })
+        Ok((Image { width, height, pixels }, samples))
     }
 }
 

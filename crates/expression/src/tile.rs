@@ -92,7 +92,7 @@ impl Tile {
         (PIXELS * (size_of::<Seen>() + 3 * size_of::<usize>() + size_of::<[f32; 3]>())) as u64;
 
     /// Its pixels, row by row; there is a tape, and a set of registers, for each moment.
-    pub(crate) fn draw(&self, frame: &Frame, tapes: &[Tape], registers: &mut [Registers]) -> Vec<[f32; 3]> {
+    pub(crate) fn draw(&self, frame: &Frame, tapes: &[Tape], registers: &mut [Registers]) -> (Vec<[f32; 3]>, u64) {
         let nothing = Seen { sum: [0.0; 3], low: [f32::MAX; 3], high: [f32::MIN; 3] };
         let mut seen = vec![nothing; self.width * self.height];
         let all: Vec<usize> = (0..self.width * self.height).collect();
@@ -104,7 +104,7 @@ impl Tile {
         };
         if frame.samples == Samples::One {
             draw(&all, MIDDLE, &mut seen);
-            return all.iter().map(|pixel| seen[*pixel].sum).collect();
+            return (all.iter().map(|pixel| seen[*pixel].sum).collect(), all.len() as u64);
         }
         let samples = samples();
         for sample in &samples[..FIRST] {
@@ -120,7 +120,8 @@ impl Tile {
                 count[pixel] = ALL;
             }
         }
-        all.iter().map(|pixel| seen[*pixel].sum.map(|sum| sum / count[*pixel] as f32)).collect()
+        let pixels = all.iter().map(|pixel| seen[*pixel].sum.map(|sum| sum / count[*pixel] as f32)).collect();
+        (pixels, count.iter().sum::<usize>() as u64)
     }
 
     fn batch(

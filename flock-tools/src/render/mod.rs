@@ -3,7 +3,8 @@
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
 //! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `presets.rs` has the options of how they look,
 //! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them, `on_gpu.rs` a GPU draw them.
-//! `palettes.rs` finds the colours that genomes only name. `still.rs` is `dreams still`.
+//! `palettes.rs` finds the colours that genomes only name. `still.rs` is `dreams still`,
+//! `still_flame.rs` and `still_expression.rs` what it draws.
 //!
 //! Start at [`run`].
 
@@ -22,6 +23,8 @@ pub(crate) mod selection;
 pub(crate) mod shard;
 mod slurm;
 pub(crate) mod still;
+mod still_expression;
+mod still_flame;
 #[cfg(test)]
 mod tests;
 

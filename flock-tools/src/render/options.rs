@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use flame::FrameCost;
 use rustix::process::{Resource, getrlimit};
 
 use crate::program::{Exit, Fatal};
@@ -82,10 +81,11 @@ pub(crate) fn frames_at_once(threads: NonZeroUsize, bytes: u64) -> Result<NonZer
     room(threads, bytes, bytes, free())
 }
 
-/// How many threads can render one frame that takes `demand` in the memory that is free: `threads` at most.
+/// How many threads can render one frame that takes `bytes`, and `more` for each thread more, in the memory that is free:
+/// `threads` at most.
 /// Errors: [`Fatal`] where there is no room for one.
-pub(crate) fn threads_that_fit(threads: NonZeroUsize, demand: &FrameCost) -> Result<NonZeroUsize, Fatal> {
-    room(threads, demand.bytes, demand.bytes_per_thread, free())
+pub(crate) fn threads_that_fit(threads: NonZeroUsize, bytes: u64, more: u64) -> Result<NonZeroUsize, Fatal> {
+    room(threads, bytes, more, free())
 }
 
 /// How many fit into `free` bytes where the first takes `first` and every other one `next`: `most` at most.

@@ -1,21 +1,24 @@
 //! `dreams still`: one picture of a genome.
 //!
-//! Owns the command: its options, the PNG and the figures. A frame of a loop is named by its number and the loop's length;
-//! it is then the same picture that `dreams render` puts into the clip.
+//! Owns the command: its options, the choice of the species, the PNG and the figures. A frame of a loop is named by its
+//! number and the loop's length; it is then the same picture that `dreams render` puts into the clip.
+//!
+//! Start at [`run`]; `still_flame.rs` and `still_expression.rs` draw.
 
+use std::error::Error;
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 use std::{fs, num::NonZeroUsize};
 
 use clap::ValueEnum;
-use flame::{Arithmetic, Filter, FrameCost, Genome, GenomeError, Image, KeyFrames, Loop, Motion, Renderer, Settings};
+use flame::Image;
 use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
 use super::options;
-use super::palettes::coloured;
 use super::plan::SEED;
-use crate::program::{Exit, Fatal, now::Stopwatch, print};
+use super::{still_expression, still_flame};
+use crate::program::{Exit, Fatal, print};
 
 /// Render one picture of a genome
 ///
@@ -28,44 +31,44 @@ use crate::program::{Exit, Fatal, now::Stopwatch, print};
   2  the command line or the genome is wrong
   3  a file could not be read or written, or memory does not suffice")]
 pub(crate) struct Args {
-    /// File of the genome: flam3 XML with one flame, or with --time several
+    /// File of the genome: flam3 XML with one flame, or with --time several; or an expression
     genome: PathBuf,
     /// Where the picture goes: a PNG file
     #[arg(long, value_name = "PNG")]
     out: PathBuf,
     /// Width and height in pixels; what is in view stays in view
     #[arg(long, value_name = "WxH", value_parser = options::any_size)]
-    size: Option<[u32; 2]>,
+    pub(super) size: Option<[u32; 2]>,
     /// Samples per pixel
     #[arg(long, value_name = "N", value_parser = options::samples)]
-    spp: Option<f64>,
+    pub(super) spp: Option<f64>,
     /// As many samples as it takes until the noise is this small: a peak signal-to-noise ratio in decibels, such as 45
     #[arg(long, value_name = "DB", value_parser = options::decibels, conflicts_with = "spp")]
-    psnr: Option<f64>,
+    pub(super) psnr: Option<f64>,
     /// Histogram cells per pixel in each direction
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
-    supersample: Option<u32>,
+    pub(super) supersample: Option<u32>,
     /// How the noise of few samples is smoothed, if the genome's estimator has a radius
     #[arg(long, value_enum, default_value_t = Smoothing::Variance)]
-    filter: Smoothing,
+    pub(super) filter: Smoothing,
     /// The seed of the random numbers: the same gives the same picture, with any number of threads
     #[arg(long, value_name = "S", default_value_t = SEED)]
-    seed: u64,
+    pub(super) seed: u64,
     /// Threads to render with
     #[arg(long, value_name = "T", default_value_t = options::cores(), value_parser = options::threads)]
-    threads: NonZeroUsize,
+    pub(super) threads: NonZeroUsize,
     /// Which frame of the loop, from 0
     #[arg(long, value_name = "I", requires = "frames", group = "moment")]
-    frame: Option<u32>,
+    pub(super) frame: Option<u32>,
     /// How many frames the loop has
     #[arg(long, value_name = "N", requires = "frame", value_parser = clap::value_parser!(u32).range(1..))]
-    frames: Option<u32>,
+    pub(super) frames: Option<u32>,
     /// The moment between the flames of the file, which are key frames at the times that they name
     #[arg(long, value_name = "T", conflicts_with = "frame", group = "moment", allow_negative_numbers = true, value_parser = options::time)]
-    time: Option<f64>,
+    pub(super) time: Option<f64>,
     /// Moments in the frame; 1 switches motion blur off
     #[arg(long, value_name = "N", requires = "moment", value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    temporal_samples: Option<u32>,
+    pub(super) temporal_samples: Option<u32>,
     /// Bits of each channel
     #[arg(long, value_enum, default_value_t = Depth::Eight)]
     bits: Depth,
@@ -75,8 +78,8 @@ pub(crate) struct Args {
 }
 
 /// How noise is smoothed.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Smoothing {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Smoothing {
     /// Not at all
     None,
     /// By its measured variance: what two halves of the samples agree on stays; the more samples, the less is smoothed
@@ -111,35 +114,46 @@ struct Answer {
     checksum: String,
 }
 
+/// A picture, and what it took.
+pub(super) struct Drawn {
+    pub(super) image: Image,
+    /// Samples drawn.
+    pub(super) samples: u64,
+    /// Its peak signal-to-noise ratio in decibels, where that was aimed at.
+    pub(super) psnr: Option<f64>,
+    /// Seconds of processors.
+    pub(super) cpu_s: f64,
+    /// Seconds.
+    pub(super) seconds: f64,
+}
+
 /// A genome that cannot be read or rendered.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot render genome `{path}`")]
 struct GenomeFileError {
     path: PathBuf,
-    source: Box<dyn std::error::Error>,
+    source: Box<dyn Error>,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let (motion, frame) = args.motion()?;
-    let settings = args.settings();
-    let genome_fatal = |source| args.genome_fatal(Exit::Malformed, source);
-    let demand = FrameCost::of(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
-    let threads = options::threads_that_fit(args.threads, &demand)?;
-    let watch = Stopwatch::start();
-    let renderer = Renderer::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
-    let measured = renderer.render_measured(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
-    let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
-    let written = png(&measured.image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
-    written.map_err(|source| Fatal::write(&args.out, source))?;
-    let samples: Vec<u8> = measured.image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
-    let checksum = ClipHash::of(&samples[..]).expect("reading memory does not fail").to_string();
-    let samples = if args.psnr.is_some() { measured.samples } else { demand.samples };
-    let answer = Answer { samples, cpu_s, seconds, psnr: measured.psnr, checksum };
-    if args.json {
-        print::json(&answer)?;
+    let text = fs::read_to_string(&args.genome).map_err(|source| {
+        let is_text = source.kind() != ErrorKind::InvalidData;
+        args.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
+    })?;
+    let drawn = if still_expression::is_one(&args.genome, &text) {
+        still_expression::draw(args, &text)
     } else {
-        let Answer { samples, psnr, checksum, .. } = answer;
+        still_flame::draw(args, &text)
+    }?;
+    let written = png(&drawn.image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
+    written.map_err(|source| Fatal::write(&args.out, source))?;
+    let pixels: Vec<u8> = drawn.image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
+    let checksum = ClipHash::of(&pixels[..]).expect("reading memory does not fail").to_string();
+    let Drawn { samples, psnr, cpu_s, seconds, .. } = drawn;
+    if args.json {
+        print::json(&Answer { samples, cpu_s, seconds, psnr, checksum })?;
+    } else {
         let rate = samples as f64 / cpu_s.max(1e-9) / 1e6;
         let noise = psnr.map(|psnr| format!("noise     {psnr:.2} dB"));
         let lines = [
@@ -152,46 +166,8 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 impl Args {
-    /// What the file shows, and at which frame or time.
-    fn motion(&self) -> Result<(Box<dyn Motion>, f64), Fatal> {
-        let text = fs::read_to_string(&self.genome).map_err(|source| {
-            let is_text = source.kind() != ErrorKind::InvalidData;
-            self.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
-        })?;
-        let malformed = |error: GenomeError| self.genome_fatal(Exit::Malformed, error.into());
-        let with_colours =
-            |genome: Genome| coloured(genome).map_err(|error| self.genome_fatal(Exit::Unreadable, error.into()));
-        if let Some(time) = self.time {
-            let keys = Genome::parse_all(&text).map_err(malformed)?;
-            let keys = keys.into_iter().map(with_colours).collect::<Result<_, _>>()?;
-            return Ok((Box::new(KeyFrames::new(keys).map_err(malformed)?), time));
-        }
-        let genome = with_colours(Genome::parse(&text).map_err(malformed)?)?;
-        Ok(match self.frame.zip(self.frames) {
-            Some((frame, frames)) => (Box::new(Loop::new(&genome, f64::from(frames))), f64::from(frame)),
-            None => (Box::new(genome), 0.0),
-        })
-    }
-
-    fn settings(&self) -> Settings {
-        Settings {
-            size: self.size,
-            spp: self.spp,
-            psnr: self.psnr,
-            supersample: self.supersample,
-            // A genome that does not move has no motion blur.
-            temporal_samples: if self.frame.is_some() || self.time.is_some() { self.temporal_samples } else { Some(1) },
-            filter: match self.filter {
-                Smoothing::None => Filter::None,
-                Smoothing::Variance => Filter::Variance,
-                Smoothing::Flam3 => Filter::Flam3,
-            },
-            seed: self.seed,
-            arithmetic: Arithmetic::Fastest,
-        }
-    }
-
-    fn genome_fatal(&self, exit: Exit, source: Box<dyn std::error::Error>) -> Fatal {
+    /// Why the genome cannot be read or rendered.
+    pub(super) fn genome_fatal(&self, exit: Exit, source: Box<dyn Error>) -> Fatal {
         Fatal::new(exit, GenomeFileError { path: self.genome.clone(), source })
     }
 }

@@ -156,3 +156,36 @@ fn a_still_shows_a_moment_between_the_key_frames_of_a_file() {
         assert!(said.status.code() == Some(2) && told.contains(why), "{told}");
     }
 }
+
+#[test]
+fn an_expression_has_a_still_and_options_of_flames_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let text =
+        "(expression 1 (picture (hsv-to-rgb (vector (warped-bw-noise x (wave 1 .25) .4 7) .8 (abs (sin (* 3 y)))))))";
+    fs::write(folder.path().join("tide.expr"), text).unwrap();
+    fs::write(folder.path().join("tide.txt"), text).unwrap();
+    fs::write(folder.path().join("torn.expr"), &text[..40]).unwrap();
+    let run = |genome: &str, options: &[&str]| {
+        let mut still = Command::new(programs::dreams());
+        still.current_dir(folder.path()).args(["still", genome, "--out", "a.png", "--size", "64x36", "--json"]);
+        output(still.args(options))
+    };
+    let one = answer(&run("tide.expr", &["--spp", "16", "--threads", "1"]));
+    assert_eq!(one["samples"], 64 * 36 * 16);
+    let three = answer(&run("tide.txt", &["--spp", "16", "--threads", "3"]));
+    assert_eq!(one["checksum"], three["checksum"], "by how it begins, and with any number of threads");
+    let first = answer(&run("tide.expr", &["--frame", "0", "--frames", "24"]));
+    let next = answer(&run("tide.expr", &["--frame", "24", "--frames", "24"]));
+    let other = answer(&run("tide.expr", &["--frame", "6", "--frames", "24"]));
+    assert_eq!(first["checksum"], next["checksum"], "the loop is exact");
+    assert_ne!(first["checksum"], other["checksum"]);
+    let says = |genome: &str, options: &[&str], wanted: &[&str]| {
+        let said = run(genome, options);
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert_eq!(said.status.code(), Some(2), "{error}");
+        assert!(wanted.iter().all(|wanted| error.contains(wanted)), "{error}");
+    };
+    says("tide.expr", &["--supersample", "2"], &["`--supersample` is for flames"]);
+    says("tide.expr", &["--spp", "3"], &["1 or 16 samples per pixel, found 3"]);
+    says("torn.expr", &[], &["cannot render genome `torn.expr`", "line 1"]);
+}
