@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut};
 
 use super::film::Film;
-use super::histogram::UNIT;
+use super::histogram::{UNIT, written};
 use super::view::View;
 use crate::genome::Genome;
 
@@ -100,7 +100,7 @@ pub(super) fn pixels<const CHANNELS: usize>(
 ) -> Vec<[f32; CHANNELS]> {
     let ([width, height], each) = (view.size, view.supersample);
     let weights: Vec<f32> = view.spatial.weights().iter().map(|weight| *weight as f32).collect();
-    let mut pixels = vec![[0.0; CHANNELS]; width * height];
+    let mut pixels = written(width * height, [0.0; CHANNELS]);
     pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, pixels)| {
         let mut line = vec![[0.0; CHANNELS]; view.cells[0]];
         let mut narrow = vec![[0.0; CHANNELS]; width];

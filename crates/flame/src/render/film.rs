@@ -13,7 +13,7 @@ use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut
 use super::RenderError;
 use super::backend::Backend;
 use super::draw::Arithmetic;
-use super::histogram::{Sums, TILE_CELLS};
+use super::histogram::{Sums, TILE_CELLS, written};
 use super::shot::Shot;
 use species::Rng;
 
@@ -43,7 +43,7 @@ pub(super) struct Film {
 impl Film {
     /// A film of so many `cells` with nothing on it. Only of one `in_halves` the noise is known.
     pub(super) fn new(cells: usize, in_halves: bool) -> Film {
-        let half = vec![[Rounded::default(); 4]; if in_halves { cells } else { 0 }];
+        let half = written(if in_halves { cells } else { 0 }, [Rounded::default(); 4]);
         Film { sums: Sums::new(cells), half, samples: 0, rounds: 0 }
     }
 

@@ -5,13 +5,19 @@
 //!
 //! Start at [`Sums`] and [`Histogram`]; a thread adds by way of its [`Bins`](super::bins::Bins).
 
+use std::hint::black_box;
 use std::sync::Mutex;
+
+use rayon::prelude::{ParallelIterator, ParallelSliceMut};
 
 /// What one fully bright, fully visible sample adds: eight times a byte, so that bytes are exact.
 pub(crate) const UNIT: u32 = 2040;
 
 /// Most samples of a frame: hours of a core. All of them may fall into one cell. 4K at quality 2000 and zoom 2 takes 2.7e11.
 pub(crate) const MAX_SAMPLES: f64 = 1e12;
+
+/// Least bytes of memory that the system gives at a time.
+const PAGE: usize = 4096;
 
 const _: () = assert!((1_u64 << (32 + CARRY)) as f64 > MAX_SAMPLES * UNIT as f64, "a sum must not overflow");
 
@@ -69,7 +75,7 @@ impl Sums {
     /// So many cells without light.
     pub(crate) fn new(cells: usize) -> Sums {
         let spills = (0..cells.div_ceil(TILE_CELLS)).map(|_| Spill::default()).collect();
-        Sums { cells: vec![[0; 4]; cells], spills }
+        Sums { cells: written(cells, [0; 4]), spills }
     }
 
     /// Adds light of a channel of a cell that was added up elsewhere.
@@ -104,6 +110,14 @@ impl Sums {
             }
         }
     }
+}
+
+/// So many of `value`, in memory that was written to. The system gives fresh memory at the first write, but a page that is read
+/// before is first one that all share; taking that away from each interrupts the other threads.
+pub(super) fn written<T: Copy + Send + Sync>(count: usize, value: T) -> Vec<T> {
+    let mut all = vec![value; count];
+    all.par_chunks_mut((PAGE / size_of::<T>()).max(1)).for_each(|page| page[0] = black_box(value));
+    all
 }
 
 impl Record {
