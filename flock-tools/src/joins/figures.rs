@@ -22,7 +22,7 @@
 //! noise, for viewers as well.
 //!
 //! A view has the same blocks at every size, and so have the distances. At 320x180, 640x360, 1280x720 and 720x1280 the
-//! demo's 35 joins measure 0.82 at most, at rate factors 20 and 34; of breaks that are planted in its loops (a frame missing,
+//! first demo's 35 joins measure 0.82 at most, at rate factors 20 and 34; of breaks that are planted in its loops (a frame missing,
 //! a frame doubled, double speed, motion turned back, 5 levels of brightness, another sheep) all are found at all these
 //! sizes at 20 and 26. But a block of a small picture has fewer pixels, and more of the encoder's noise. So the smallest
 //! distance that counts rises with the noise that is expected from the quantisers of the two frames that meet: at 1280x720
