@@ -55,19 +55,21 @@ gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the
 	cargo test --locked --release --package flame --package flock-tools --features gpu --test gpu --target-dir $(gpu)
 	cargo test --locked --release --package flame --features gpu --lib --target-dir $(gpu) -- gpu::
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, quality, gpu, import, bundles, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, quality, gpu, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image
 	tests/bench/run $(what)
 
-soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, flames against flam3 at 2000 samples per pixel, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
-	.ci/install play check image
+soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, flames against flam3 at 2000 samples per pixel, a thousand genomes of each species, their pictures on an emulated ARM processor, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
+	.ci/install play check image arm64
 	cargo build --locked --release --workspace
 	image-build/programs $(unit)
 	cargo run --locked --release --package flock --example year
 	cargo run --locked --release --package flock --example agreement
 	SPP=2000 cargo test --locked --release --package flame --test flam3 -- --nocapture
+	GENOMES=1000 PAIRS=200 MUTANTS=10000 cargo test --locked --release --package claims --test species -- --nocapture
+	tests/soak/arm64
 	tests/soak/run
 	tests/soak/update
 	tests/package/run

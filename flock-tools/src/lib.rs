@@ -52,7 +52,7 @@ use decoder::ffmpeg::Ffmpeg;
 use decoder::{Decoder, DecoderHandle, hand_over};
 use program::{Exit, Fatal, finish};
 
-/// The artist's tools for flocks of animated flames
+/// The artist's tools for flocks: animations that loop, and the transitions between them
 #[derive(Debug, Parser)]
 #[command(name = "dreams", version, arg_required_else_help = true)]
 struct Args {

@@ -8,7 +8,7 @@
 //! # Source
 //! Sims, *Artificial Evolution for Computer Graphics* (1991), section 4.3.
 
-use species::Rng;
+use ::species::Rng;
 
 use crate::functions::Wants;
 use crate::genome::Genome;

@@ -15,9 +15,12 @@ use std::ptr::from_ref;
 
 use crate::functions::{Function, Wants};
 use crate::genome::Map;
-use crate::motion::{Loop, Motion};
+use crate::motion::{Loop, Moving};
 use crate::node::Node;
 use crate::still::{Clock, Still, wave};
+
+/// Where less is shared, a dissolve of pictures is better.
+pub const LEAST_SHARED: f64 = 0.25;
 
 /// Two expressions in one.
 #[derive(Clone, Debug)]
@@ -60,8 +63,8 @@ impl Transition {
         Transition { merged: likeness.merged(a, b), shared, loops: [from.clone(), to.clone()], frames }
     }
 
-    /// The part of the larger expression's nodes that both share, `0.0..=1.0`. Under a quarter, there is little to be seen
-    /// of a genetic dissolve.
+    /// The part of the larger expression's nodes that both share, `0.0..=1.0`. Under [`LEAST_SHARED`], there is little to
+    /// be seen of a genetic dissolve.
     pub fn shared(&self) -> f64 {
         self.shared
     }
@@ -85,7 +88,7 @@ impl Transition {
     }
 }
 
-impl Motion for Transition {
+impl Moving for Transition {
     /// The scale changes by equal factors.
     fn map(&self, frame: f64) -> Map {
         let maps = [0, 1].map(|side| self.loops[side].map(0.0));

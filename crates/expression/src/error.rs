@@ -4,24 +4,8 @@
 //!
 //! Start at [`ExpressionError`]; [`ExpressionError::place`] is where in a text it is.
 
-use std::fmt::{Display, Formatter};
-
+use ::species::Place;
 use thiserror::Error;
-
-/// A place in a text, both counted from 1; columns are characters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// The line.
-    pub line: usize,
-    /// The character in it.
-    pub column: usize,
-}
-
-impl Display for Place {
-    fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "line {}, column {}", self.line, self.column)
-    }
-}
 
 /// Why a text is not read, or a genome is not drawn.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -108,14 +92,6 @@ pub enum ExpressionError {
         /// What is expected there.
         wants: &'static str,
     },
-    /// The system refuses threads.
-    #[error("cannot start {threads} threads: {reason}")]
-    Threads {
-        /// How many.
-        threads: usize,
-        /// What the system says.
-        reason: String,
-    },
     /// A name is not known.
     #[error("{place}: `{name}` is not known")]
     Unknown {
@@ -138,7 +114,7 @@ impl ExpressionError {
             | ExpressionError::Number { place, .. }
             | ExpressionError::Syntax { place, .. }
             | ExpressionError::Unknown { place, .. } => Some(*place),
-            ExpressionError::Size { .. } | ExpressionError::Slow { .. } | ExpressionError::Threads { .. } => None,
+            ExpressionError::Size { .. } | ExpressionError::Slow { .. } => None,
         }
     }
 }

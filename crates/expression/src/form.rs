@@ -5,7 +5,9 @@
 //!
 //! Start at [`read`].
 
-use crate::error::{ExpressionError, Place};
+use ::species::Place;
+
+use crate::error::ExpressionError;
 use crate::node::DEEPEST;
 
 /// The most bytes of a text.

@@ -50,6 +50,16 @@ impl Graph {
         self.entries.len() >= MOST_ENTRIES
     }
 
+    /// Most bytes that it took, with those of the tape's making.
+    pub(crate) fn bytes(&self) -> u64 {
+        let is_call = |entry: &Entry| if let Entry::Call(_, arguments) = entry { arguments.len() } else { 0 };
+        let arguments: usize = self.entries.iter().map(is_call).sum();
+        // Tables grow by doubling, while the old half is still there; a hash table is at least twice as large as needed.
+        let room = self.entries.len().next_power_of_two().max(8) * 3 / 2;
+        let entry = size_of::<Entry>() + 2 * (size_of::<(Entry, Id)>() + 1) + 4 * size_of::<usize>();
+        (room * entry + 2 * arguments * size_of::<Id>()) as u64
+    }
+
     pub(crate) fn constant(&mut self, value: f32) -> Id {
         self.add(Entry::Constant((value + 0.0).to_bits()))
     }

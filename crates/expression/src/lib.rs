@@ -10,16 +10,18 @@
 //! | `motion.rs`, `dissolve.rs`, `still.rs` | loops, transitions, and what both are at a moment |
 //! | `lower.rs`, `graph.rs`, `tape.rs` | from a moment to instructions: types, sharing, registers |
 //! | `kernels`, `math.rs` | what the machine does with 512 samples |
-//! | `picture.rs`, `tile.rs`, `sampling.rs` | threads, tiles and samples |
+//! | `picture.rs`, `tile.rs`, `sampling.rs` | tiles and samples |
 //! | `random.rs`, `mutate.rs`, `cross.rs` | breeding |
+//! | `species.rs`, `breed.rs` | the contract of a species: what others see, and which candidates they are shown |
 //!
-//! Start at [`Genome::parse`], [`Loop::new`] and [`Renderer::render`].
+//! Start at [`Expressions`]; inside, at [`Genome::parse`], [`Loop::new`] and [`render`].
 //!
 //! # Source
 //! Karl Sims, *Artificial Evolution for Computer Graphics*, SIGGRAPH 1991.
 #![forbid(unsafe_code)]
 #![allow(clippy::float_cmp, reason = "0 and 1 mean `not at all` and `whole` exactly, and loops are equal to the bit")]
 
+mod breed;
 mod cross;
 mod dissolve;
 mod error;
@@ -37,20 +39,24 @@ mod picture;
 mod random;
 mod reader;
 mod sampling;
+mod species;
 mod still;
 mod tape;
 mod tile;
 mod writer;
 
+pub use self::species::{Expressions, VERSION};
+pub use ::species::Place;
+pub use breed::FASTEST_NS;
 pub use cross::Mating;
-pub use dissolve::Transition;
-pub use error::{ExpressionError, Place};
+pub use dissolve::{LEAST_SHARED, Transition};
+pub use error::ExpressionError;
 pub use form::MOST_BYTES;
 pub use functions::{Argument, FUNCTIONS, Function, Wants};
 pub use genome::{Genome, MOST_TURNS, Map};
-pub use motion::{Loop, Motion};
+pub use motion::{Loop, Moving};
 pub use mutate::Mutation;
 pub use node::{DEEPEST, FASTEST_WAVE, LARGEST, MOST_NODES, MOST_TIMES, Node};
-pub use picture::{Cost, MOST_NS, Renderer, Settings, cost};
+pub use picture::{Cost, MOST_NS, Settings, cost, render};
 pub use still::Still;
 pub use tile::Samples;

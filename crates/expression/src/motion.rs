@@ -1,6 +1,6 @@
 //! Loops: an expression whose time goes round.
 //!
-//! Owns what a motion is, and the loop. The frame number is taken modulo the loop's length before anything else is done
+//! Owns what is moving, and the loop. The frame number is taken modulo the loop's length before anything else is done
 //! with it, so frame F is frame 0. Never draws.
 //!
 //! Start at [`Loop`]; `dissolve.rs` has the transitions.
@@ -9,8 +9,8 @@ use crate::genome::{Genome, Map};
 use crate::node::Node;
 use crate::still::{Clock, Still};
 
-/// Something that has a picture at every frame.
-pub trait Motion: Sync {
+/// Something that is an expression at every frame.
+pub trait Moving: Send + Sync {
     /// Which part of the plane is seen at `frame`.
     fn map(&self, frame: f64) -> Map;
     /// The expression at `frame`, while the shutter is open `shutter` frames from the middle.
@@ -46,7 +46,7 @@ impl Loop {
     }
 }
 
-impl Motion for Loop {
+impl Moving for Loop {
     fn map(&self, _frame: f64) -> Map {
         self.map
     }

@@ -8,7 +8,7 @@
 //! # Source
 //! Sims, *Artificial Evolution for Computer Graphics* (1991), section 4.2; he gives no numbers but the two above.
 
-use species::Rng;
+use ::species::Rng;
 
 use crate::functions::{Argument, FUNCTIONS, Function, Wants};
 use crate::genome::Genome;

@@ -1,20 +1,18 @@
-//! From a motion and a moment to a picture.
+//! From what is moving and a moment to a picture.
 //!
-//! Owns the order of the work, the threads, and what a frame costs, which is known before it is drawn. Never knows what a
-//! function means: a frame is four tapes (`lower.rs`, `tape.rs`), one for each moment of the shutter, run over tiles
-//! (`tile.rs`).
+//! Owns the order of the work, and what a frame costs, which is known before it is drawn. Never knows what a function means:
+//! a frame is four tapes (`lower.rs`, `tape.rs`), one for each moment of the shutter, run over tiles (`tile.rs`).
 //!
-//! Start at [`Renderer::render`].
+//! Start at [`render`].
 
+use ::species::{Demand, Image, RenderError, Threads};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use rayon::{ThreadPool, ThreadPoolBuilder};
-use species::Image;
 
 use crate::error::ExpressionError;
 use crate::genome::Genome;
 use crate::graph::Graph;
 use crate::lower::lowered;
-use crate::motion::{Loop, Motion};
+use crate::motion::{Loop, Moving};
 use crate::sampling::{MOMENTS, shutter};
 use crate::tape::{Registers, Tape};
 use crate::tile::{Frame, Samples, Tile};
@@ -23,6 +21,8 @@ use crate::tile::{Frame, Samples, Tile};
 const LARGEST: u32 = 16_384;
 /// The most nanoseconds a sample.
 pub const MOST_NS: f32 = 1000.0;
+/// Bytes for the first frame's tables, which do not grow with it.
+const TABLES: u64 = 64 << 10;
 
 /// How large and how good a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +31,8 @@ pub struct Settings {
     pub size: [u32; 2],
     /// Samples of a pixel.
     pub samples: Samples,
+    /// Whether samples lie at four moments, while the shutter is open, or at its middle. One sample always lies there.
+    pub is_blurred: bool,
 }
 
 /// What a frame costs.
@@ -40,67 +42,47 @@ pub struct Cost {
     pub ns_per_sample: f32,
     /// The least and the most samples of the frame.
     pub samples: [u64; 2],
-    /// Bytes of the picture, while its tiles are put together.
+    /// Bytes of the picture while its tiles are put together, and of what is done for each of its samples.
     pub bytes: u64,
     /// Bytes that each thread needs.
     pub bytes_per_thread: u64,
 }
 
-/// Threads to draw with.
-#[derive(Debug)]
-pub struct Renderer {
-    pool: ThreadPool,
+/// What is done for each moment, and the bytes that this takes, and took while it was found out.
+struct Tapes {
+    tapes: Vec<Tape>,
+    bytes: u64,
 }
 
-impl Renderer {
-    /// A renderer with `threads` threads of its own; 0 takes as many as there are cores.
-    ///
-    /// # Errors
-    /// [`ExpressionError::Threads`] if the system refuses them.
-    pub fn new(threads: usize) -> Result<Renderer, ExpressionError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|error| ExpressionError::Threads { threads, reason: error.to_string() })?;
-        Ok(Renderer { pool })
-    }
-
-    /// The picture at `frame`; fractions lie between frames.
-    ///
-    /// # Errors
-    /// [`ExpressionError::Size`] and [`ExpressionError::Slow`].
-    pub fn render(&self, motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Image, ExpressionError> {
-        Ok(self.render_counted(motion, frame, settings)?.0)
-    }
-
-    /// The picture at `frame`, and the samples that it took.
-    ///
-    /// # Errors
-    /// As [`Renderer::render`].
-    pub fn render_counted(
-        &self,
-        motion: &dyn Motion,
-        frame: f64,
-        settings: &Settings,
-    ) -> Result<(Image, u64), ExpressionError> {
-        let tapes = tapes(motion, frame, settings)?;
-        let [width, height] = settings.size.map(|side| side as usize);
-        let frame = Frame { width, height, map: motion.map(frame), samples: settings.samples };
-        let tiles = frame.tiles();
-        let registers = || tapes.iter().map(Tape::registers).collect::<Vec<Registers>>();
-        let draw = |registers: &mut Vec<Registers>, tile: &Tile| tile.draw(&frame, &tapes, registers);
-        let drawn: Vec<(Vec<[f32; 3]>, u64)> =
-            self.pool.install(|| tiles.par_iter().map_init(registers, draw).collect());
-        let mut pixels = vec![[0.0; 3]; width * height];
-        let samples = drawn.iter().map(|(_, samples)| samples).sum();
-        for (tile, (drawn, _)) in tiles.iter().zip(drawn) {
-            for (row, line) in drawn.chunks(tile.width).enumerate() {
-                let start = (tile.top + row) * width + tile.left;
-                pixels[start..start + tile.width].copy_from_slice(line);
-            }
+/// The picture at `frame`, and the samples that it took; fractions lie between frames.
+///
+/// # Errors
+/// [`RenderError::Refused`] where [`cost`] refuses, [`RenderError::Stopped`] if `threads` were told to stop.
+pub fn render(
+    moving: &dyn Moving,
+    frame: f64,
+    settings: &Settings,
+    threads: &Threads,
+) -> Result<(Image, u64), RenderError> {
+    let tapes = Tapes::of(moving, frame, settings).map_err(|error| RenderError::Refused(error.into()))?.tapes;
+    let [width, height] = settings.size.map(|side| side as usize);
+    let frame = Frame { width, height, map: moving.map(frame), samples: settings.samples };
+    let tiles = frame.tiles();
+    let registers = || tapes.iter().map(Tape::registers).collect::<Vec<Registers>>();
+    let draw = |registers: &mut Vec<Registers>, tile: &Tile| {
+        if threads.are_stopped() { None } else { Some(tile.draw(&frame, &tapes, registers)) }
+    };
+    let drawn: Option<Vec<(Vec<[f32; 3]>, u64)>> = threads.run(|| tiles.par_iter().map_init(registers, draw).collect());
+    let drawn = drawn.ok_or(RenderError::Stopped)?;
+    let mut pixels = vec![[0.0; 3]; width * height];
+    let samples = drawn.iter().map(|(_, samples)| samples).sum();
+    for (tile, (drawn, _)) in tiles.iter().zip(drawn) {
+        for (row, line) in drawn.chunks(tile.width).enumerate() {
+            let start = (tile.top + row) * width + tile.left;
+            pixels[start..start + tile.width].copy_from_slice(line);
         }
-        Ok((Image { width, height, pixels }, samples))
     }
+    Ok((Image { width, height, pixels }, samples))
 }
 
 impl Genome {
@@ -109,7 +91,7 @@ impl Genome {
     /// # Errors
     /// [`ExpressionError::Slow`] if that is more than may be.
     pub fn ns_per_sample(&self) -> Result<f32, ExpressionError> {
-        let sketch = Settings { size: [1; 2], samples: Samples::One };
+        let sketch = Settings { size: [1; 2], samples: Samples::One, is_blurred: false };
         Ok(cost(&Loop::new(self, 1.0), 0.0, &sketch)?.ns_per_sample)
     }
 }
@@ -117,33 +99,52 @@ impl Genome {
 /// What the picture at `frame` costs.
 ///
 /// # Errors
-/// As [`Renderer::render`], which this tells before anything is drawn.
-pub fn cost(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Cost, ExpressionError> {
-    let tapes = tapes(motion, frame, settings)?;
+/// [`ExpressionError::Size`] and [`ExpressionError::Slow`]; what passes here is drawn.
+pub fn cost(moving: &dyn Moving, frame: f64, settings: &Settings) -> Result<Cost, ExpressionError> {
+    let Tapes { tapes, bytes } = Tapes::of(moving, frame, settings)?;
     let pixels = settings.size.map(u64::from).iter().product::<u64>();
+    let tiles: u64 = settings.size.map(|side| u64::from(side).div_ceil(Tile::SIDE)).iter().product();
     Ok(Cost {
         ns_per_sample: tapes.iter().map(Tape::ns).sum::<f32>() / tapes.len() as f32,
         samples: settings.samples.range().map(|samples| samples * pixels),
-        bytes: 2 * pixels * size_of::<[f32; 3]>() as u64,
+        bytes: 2 * pixels * size_of::<[f32; 3]>() as u64 + tiles * Tile::KEPT + bytes + TABLES,
         bytes_per_thread: tapes.iter().map(Tape::bytes).sum::<usize>() as u64 + Tile::BYTES,
     })
 }
 
-/// A tape for each moment of the shutter.
-fn tapes(motion: &dyn Motion, frame: f64, settings: &Settings) -> Result<Vec<Tape>, ExpressionError> {
-    let [width, height] = settings.size;
-    if settings.size.iter().any(|side| !(1..=LARGEST).contains(side)) {
-        return Err(ExpressionError::Size { width, height, most: LARGEST });
+impl Tapes {
+    /// A tape for each moment of the shutter.
+    fn of(moving: &dyn Moving, frame: f64, settings: &Settings) -> Result<Tapes, ExpressionError> {
+        let [width, height] = settings.size;
+        if settings.size.iter().any(|side| !(1..=LARGEST).contains(side)) {
+            return Err(ExpressionError::Size { width, height, most: LARGEST });
+        }
+        let scale = moving.map(frame).scale;
+        let is_blurred = settings.is_blurred && settings.samples != Samples::One;
+        let shutters: Vec<f64> = if is_blurred { (0..MOMENTS).map(shutter).collect() } else { vec![0.0] };
+        let mut all = Tapes { tapes: Vec::with_capacity(shutters.len()), bytes: 0 };
+        let mut most: u64 = 0;
+        for shutter in shutters {
+            let (mut graph, at) = Graph::new();
+            let still = moving.still(frame, shutter);
+            let colours = lowered(&still, scale, &mut graph, at);
+            let tape = Tape::of(&graph, colours);
+            if graph.is_full() || tape.ns() > MOST_NS {
+                return Err(ExpressionError::Slow { most_ns: MOST_NS });
+            }
+            most = most.max(still.bytes() + graph.bytes());
+            all.bytes += tape.own_bytes();
+            all.tapes.push(tape);
+        }
+        all.bytes += most;
+        Ok(all)
     }
-    let scale = motion.map(frame).scale;
-    let shutters: Vec<f64> =
-        if settings.samples == Samples::One { vec![0.0] } else { (0..MOMENTS).map(shutter).collect() };
-    let tape = |shutter: f64| {
-        let (mut graph, at) = Graph::new();
-        let colours = lowered(&motion.still(frame, shutter), scale, &mut graph, at);
-        let tape = Tape::of(&graph, colours);
-        let is_slow = graph.is_full() || tape.ns() > MOST_NS;
-        if is_slow { Err(ExpressionError::Slow { most_ns: MOST_NS }) } else { Ok(tape) }
-    };
-    shutters.into_iter().map(tape).collect()
+}
+
+impl From<Cost> for Demand {
+    fn from(cost: Cost) -> Demand {
+        let Cost { samples: [_, samples], bytes, bytes_per_thread, .. } = cost;
+        // What one thread needs is needed always.
+        Demand { samples, bytes: bytes + bytes_per_thread, bytes_per_thread }
+    }
 }

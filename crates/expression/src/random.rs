@@ -4,7 +4,7 @@
 //!
 //! Start at [`Genome::random`].
 
-use species::Rng;
+use ::species::Rng;
 
 use crate::functions::{Argument, FUNCTIONS, Function, Wants};
 use crate::genome::Genome;

@@ -48,6 +48,15 @@ pub enum Still {
 }
 
 impl Still {
+    /// Bytes of all its nodes.
+    pub(crate) fn bytes(&self) -> u64 {
+        let below: u64 = match self {
+            Still::Call { arguments, .. } => arguments.iter().map(Still::bytes).sum(),
+            Still::Number(_) | Still::Vector(_) | Still::X | Still::Y => 0,
+        };
+        below + size_of::<Still>() as u64
+    }
+
     /// An expression after so many turns, `0.0..1.0`.
     pub(crate) fn of(node: &Node, turns: f64) -> Still {
         match node {

@@ -81,6 +81,14 @@ impl Tape {
         self.registers * (BATCH * size_of::<f32>() + size_of::<Vec<f32>>())
     }
 
+    /// Most bytes of itself while it is made; its tables grow by doubling.
+    pub(crate) fn own_bytes(&self) -> u64 {
+        let room = |count: usize| count.next_power_of_two().max(4) * 3 / 2;
+        let registers: usize = self.instructions.iter().map(|instruction| instruction.from.len()).sum();
+        let instructions = room(self.instructions.len()) * size_of::<Instruction>();
+        (instructions + (registers + 2 * room(self.constants.len())) * size_of::<usize>()) as u64
+    }
+
     /// Registers with the constants in them.
     pub(crate) fn registers(&self) -> Registers {
         let mut registers = vec![vec![0.0; BATCH]; self.registers];

@@ -57,6 +57,15 @@ struct Seen {
 }
 
 impl Samples {
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Samples::One => "one",
+            Samples::Sixteen => "sixteen",
+            Samples::Adaptive => "adaptive",
+        }
+    }
+
     /// The least and the most samples of a pixel.
     pub fn range(self) -> [u64; 2] {
         match self {
@@ -87,17 +96,25 @@ impl Frame {
 }
 
 impl Tile {
+    /// Pixels along a side.
+    pub(crate) const SIDE: u64 = SIDE as u64;
+
     /// Bytes that are in use while one is drawn, beside registers.
     pub(crate) const BYTES: u64 =
-        (PIXELS * (size_of::<Seen>() + 3 * size_of::<usize>() + size_of::<[f32; 3]>())) as u64;
+        (PIXELS * (size_of::<Seen>() + 4 * size_of::<usize>() + size_of::<[f32; 3]>())) as u64;
 
-    /// Its pixels, row by row; there is a tape, and a set of registers, for each moment.
+    /// Bytes that are kept of one until the picture is put together, beside pixels: itself, and its place in lists.
+    pub(crate) const KEPT: u64 = 6 * size_of::<Tile>() as u64;
+
+    /// Its pixels, row by row; there is a tape, and a set of registers, for each moment: four, or one.
     pub(crate) fn draw(&self, frame: &Frame, tapes: &[Tape], registers: &mut [Registers]) -> (Vec<[f32; 3]>, u64) {
         let nothing = Seen { sum: [0.0; 3], low: [f32::MAX; 3], high: [f32::MIN; 3] };
         let mut seen = vec![nothing; self.width * self.height];
         let all: Vec<usize> = (0..self.width * self.height).collect();
         let mut draw = |pixels: &[usize], sample: Sample, seen: &mut [Seen]| {
-            let (tape, registers) = (&tapes[sample.moment], &mut registers[sample.moment]);
+            // Without motion blur there is one moment.
+            let moment = sample.moment % tapes.len();
+            let (tape, registers) = (&tapes[moment], &mut registers[moment]);
             for batch in pixels.chunks(BATCH) {
                 self.batch(frame, (tape, registers), batch, sample, seen);
             }

@@ -4,14 +4,18 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod bred;
+mod drawing;
+mod many;
 
-use expression::{ExpressionError, Genome, Loop, Motion, Node, Renderer, Samples, Settings, Still, Transition};
+use drawing::Renderer;
+use expression::{ExpressionError, Genome, Loop, Moving, Node, Samples, Settings, Still, Transition};
+use many::many;
 use species::Image;
 
-const SMALL: Settings = Settings { size: [24, 16], samples: Samples::Sixteen };
+const SMALL: Settings = Settings { size: [24, 16], samples: Samples::Sixteen, is_blurred: true };
 
 /// A picture, or none if the genome is refused as too slow.
-fn picture(renderer: &Renderer, motion: &dyn Motion, frame: f64) -> Option<Image> {
+fn picture(renderer: &Renderer, motion: &dyn Moving, frame: f64) -> Option<Image> {
     match renderer.render(motion, frame, &SMALL) {
         Ok(image) => Some(image),
         Err(error) => {
@@ -32,9 +36,10 @@ fn difference(a: &Image, b: &Image) -> f64 {
 
 #[test]
 fn every_expression_that_parses_is_an_exact_loop() {
-    let renderer = Renderer::new(2).unwrap();
+    let renderer = Renderer::new(2);
     let (mut drawn, mut moving) = (0, 0);
-    for seed in 0..220 {
+    let genomes = many("GENOMES", 220);
+    for seed in 0..genomes {
         let mut genome = bred::genome(seed);
         genome.turns = 1 + (seed % 3) as u32;
         let frames = [7.0, 60.0, 100.5][seed as usize % 3];
@@ -45,16 +50,17 @@ fn every_expression_that_parses_is_an_exact_loop() {
             let [one, other] = [frame, same].map(|frame| picture(&renderer, &turning, frame));
             assert_eq!(one, other, "genome {seed}, frames {frame} and {same}: {}", genome.picture);
         }
-        moving += u32::from(picture(&renderer, &turning, 2.0) != Some(first));
+        moving += u64::from(picture(&renderer, &turning, 2.0) != Some(first));
     }
-    assert!(drawn >= 200 && moving > 80, "{drawn} drawn, {moving} of them move");
+    assert!(drawn >= genomes * 9 / 10 && moving > genomes / 3, "{drawn} drawn, {moving} of them move");
 }
 
 #[test]
 fn the_ends_of_a_transition_are_the_loops_to_the_bit() {
-    let renderer = Renderer::new(2).unwrap();
+    let renderer = Renderer::new(2);
     let mut drawn = 0;
-    for seed in 0..110 {
+    let pairs = many("PAIRS", 110);
+    for seed in 0..pairs {
         // Every third pair is of one family, so that much is shared.
         let from = bred::genome(seed);
         let mut rng = species::Rng::stream(seed, 1);
@@ -72,7 +78,7 @@ fn the_ends_of_a_transition_are_the_loops_to_the_bit() {
             assert_eq!(end, start, "pair {seed}: {} and {}", from.picture, to.picture);
         }
     }
-    assert!(drawn >= 200, "only {drawn} ends were drawn");
+    assert!(drawn >= pairs * 18 / 10, "only {drawn} ends were drawn");
 }
 
 /// Pairs without steps: with common parts, waves, noise and other commutative order, with nothing in common.
@@ -85,14 +91,14 @@ const SMOOTH: [[&str; 2]; 4] = [
 
 #[test]
 fn a_genetic_dissolve_meets_both_loops_in_value_and_in_speed() {
-    let renderer = Renderer::new(2).unwrap();
+    let renderer = Renderer::new(2);
     for [from, to] in SMOOTH {
         let loops = [turning(from, 40.0), turning(to, 64.0)];
         let between = Transition::new(&loops[0], &loops[1], 50.0);
         for (side, end, inwards) in [(0, 0.0, 1.0), (1, 50.0, -1.0)] {
             // If the speeds meet, the difference falls with the square of the distance from the end.
             let apart = |frames: f64| {
-                let images = [(&between as &dyn Motion, end + frames), (&loops[side], frames)];
+                let images = [(&between as &dyn Moving, end + frames), (&loops[side], frames)];
                 let [there, here] = images.map(|(motion, frame)| picture(&renderer, motion, frame).unwrap());
                 difference(&there, &here)
             };
@@ -106,13 +112,13 @@ fn a_genetic_dissolve_meets_both_loops_in_value_and_in_speed() {
 
 #[test]
 fn a_genetic_dissolve_of_equal_genomes_is_the_loop() {
-    let renderer = Renderer::new(2).unwrap();
+    let renderer = Renderer::new(2);
     for [text, _] in SMOOTH {
         let turning = turning(text, 40.0);
         let between = Transition::new(&turning, &turning, 40.0);
         assert_eq!(between.shared(), 1.0);
         for frame in [0.0, 7.0, 20.0, 33.3] {
-            let images = [&between as &dyn Motion, &turning].map(|motion| picture(&renderer, motion, frame).unwrap());
+            let images = [&between as &dyn Moving, &turning].map(|motion| picture(&renderer, motion, frame).unwrap());
             assert!(difference(&images[0], &images[1]) < 1e-4, "{text}, frame {frame}");
         }
     }

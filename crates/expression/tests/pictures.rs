@@ -4,18 +4,20 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod bred;
+mod drawing;
 
-use expression::{Argument, FUNCTIONS, Function, Genome, Loop, Node, Renderer, Samples, Settings, Wants, cost};
+use drawing::Renderer;
+use expression::{Argument, FUNCTIONS, Function, Genome, Loop, Node, Samples, Settings, Wants, cost};
 use species::Image;
 
-const SMALL: Settings = Settings { size: [64, 36], samples: Samples::Adaptive };
+const SMALL: Settings = Settings { size: [64, 36], samples: Samples::Adaptive, is_blurred: true };
 
 fn turning(text: &str) -> Loop {
     Loop::new(&Genome::from(Node::parse(text).unwrap()), 60.0)
 }
 
 fn drawn(text: &str) -> Image {
-    Renderer::new(2).unwrap().render(&turning(text), 3.0, &SMALL).unwrap()
+    Renderer::new(2).render(&turning(text), 3.0, &SMALL).unwrap()
 }
 
 /// FNV-1a over the bits of all channels.
@@ -58,7 +60,7 @@ fn pixels_are_the_same_for_any_number_of_threads() {
         .chain((0..6).map(|seed| bred::genome(seed).picture.to_string()))
     {
         let turning = turning(&text);
-        let draw = |threads| checksum(&Renderer::new(threads).unwrap().render(&turning, 3.0, &settings).unwrap());
+        let draw = |threads| checksum(&Renderer::new(threads).render(&turning, 3.0, &settings).unwrap());
         let alone = draw(1);
         assert_eq!([draw(2), draw(7)], [alone; 2], "{text}");
     }
@@ -66,7 +68,7 @@ fn pixels_are_the_same_for_any_number_of_threads() {
 
 #[test]
 fn every_function_has_a_picture_and_none_is_as_another() {
-    let renderer = Renderer::new(2).unwrap();
+    let renderer = Renderer::new(2);
     let mut seen = Vec::new();
     for function in FUNCTIONS {
         let arguments = ["(sin (* 3 x))", "(+ .6 y)", ".7", "(- .4 x)", ".9", ".3", "(* .5 y)", ".8"];
@@ -101,14 +103,14 @@ fn the_usual_frame_has_y_up_from_minus_one_and_a_map_moves_and_scales_it() {
     assert!((red - expected[0]).abs() < 0.003 && (green - expected[1]).abs() < 0.003, "{red} {green} {expected:?}");
     let mapped =
         Genome::parse("(expression 1 (map (scale .1) (center .5 .25)) (picture (vector x (+ .5 y) 0)))").unwrap();
-    let image = Renderer::new(1).unwrap().render(&Loop::new(&mapped, 9.0), 0.0, &SMALL).unwrap();
+    let image = Renderer::new(1).render(&Loop::new(&mapped, 9.0), 0.0, &SMALL).unwrap();
     let [red, green, _] = image.pixels[18 * 64 + 32];
     assert!((red - 0.5).abs() < 0.01 && (green - 0.75).abs() < 0.01, "{red} {green}");
 }
 
 /// A picture of 256 samples a pixel: one sample of each pixel of eight times the size, under a tent.
 fn truth(renderer: &Renderer, turning: &Loop, [width, height]: [u32; 2]) -> Vec<[f64; 3]> {
-    let settings = Settings { size: [8 * width, 8 * height], samples: Samples::One };
+    let settings = Settings { size: [8 * width, 8 * height], samples: Samples::One, is_blurred: true };
     let fine = renderer.render(turning, 3.0, &settings).unwrap();
     let tent = |at: usize| 1.0 - ((at as f64 + 0.5) / 8.0 - 1.0).abs();
     let pixel = |column: usize, row: usize| {
@@ -127,7 +129,7 @@ fn truth(renderer: &Renderer, turning: &Loop, [width, height]: [u32; 2]) -> Vec<
 
 #[test]
 fn samples_are_as_good_as_256_of_every_pixel() {
-    let renderer = Renderer::new(2).unwrap();
+    let renderer = Renderer::new(2);
     let texts = [
         "(if (- (mod (* 2 (+ x y)) 1) .5) .8 .2)",
         "(round (+ .5 (* .5 (sin (* 9 (* x y))))) .2)",
@@ -154,7 +156,9 @@ fn samples_are_as_good_as_256_of_every_pixel() {
         // So long a loop that nothing moves while the shutter is open.
         let turning = Loop::new(&Genome::from(Node::parse(text).unwrap()), 1e6);
         let truth = truth(&renderer, &turning, [96, 54]);
-        let image = renderer.render(&turning, 3.0, &Settings { size: [96, 54], samples: Samples::Adaptive }).unwrap();
+        let image = renderer
+            .render(&turning, 3.0, &Settings { size: [96, 54], samples: Samples::Adaptive, is_blurred: true })
+            .unwrap();
         let inside = (1..53).flat_map(|row| &image.pixels[row * 96 + 1..row * 96 + 95]);
         let errors = inside.zip(&truth).flat_map(|(a, b)| (0..3).map(|at| (f64::from(a[at]) - b[at]).powi(2)));
         let psnr = -10.0 * (errors.sum::<f64>() / (3 * truth.len()) as f64).log10();
@@ -167,7 +171,7 @@ fn samples_are_as_good_as_256_of_every_pixel() {
 fn motion_is_blurred_over_half_a_frame() {
     // An edge that goes from -0.5 to 0.5 in a loop of 60 frames; in a loop of 4 it is fifteen times as fast.
     let text = "(if (- x (* .5 z)) 1 0)";
-    let renderer = Renderer::new(1).unwrap();
+    let renderer = Renderer::new(1);
     let width = |frames: f64| {
         let turning = Loop::new(&Genome::from(Node::parse(text).unwrap()), frames);
         let image = renderer.render(&turning, 0.0, &SMALL).unwrap();
@@ -178,11 +182,11 @@ fn motion_is_blurred_over_half_a_frame() {
 
 #[test]
 fn what_a_frame_costs_is_known_before() {
-    let settings = Settings { size: [1280, 720], samples: Samples::Adaptive };
+    let settings = Settings { size: [1280, 720], samples: Samples::Adaptive, is_blurred: true };
     let of = |text: &str| cost(&turning(text), 0.0, &settings).unwrap();
     let (noise, twice) = (of("(bw-noise .3 1)"), of("(+ (bw-noise .3 1) (bw-noise .3 2))"));
     assert_eq!(noise.samples, [16 * 1280 * 720, 64 * 1280 * 720]);
-    assert_eq!(noise.bytes, 2 * 12 * 1280 * 720);
+    assert!((2 * 12 * 1280 * 720..25 * 1280 * 720).contains(&noise.bytes), "{noise:?}");
     let least = of("x").ns_per_sample;
     assert!(noise.ns_per_sample > least + 3.0);
     assert!(twice.ns_per_sample - least > 2.0 * (noise.ns_per_sample - least));
@@ -203,7 +207,7 @@ fn calls() -> Vec<(String, Argument)> {
 
 #[test]
 fn arguments_are_converted_as_the_table_says() {
-    let renderer = Renderer::new(2).unwrap();
+    let renderer = Renderer::new(2);
     let draw = |call: &str, argument: &str| {
         let turning = turning(&call.replace("{}", argument));
         checksum(&renderer.render(&turning, 3.0, &Settings { samples: Samples::One, ..SMALL }).unwrap())
@@ -234,8 +238,8 @@ fn arguments_are_evaluated_as_often_as_the_table_says() {
 fn every_pixel_is_at_its_place_though_no_side_is_a_whole_number_of_tiles() {
     let turning = turning("(vector (/ (+ x 2) 4) (/ (+ y 2) 4) .5)");
     for [width, height] in [[67, 41], [1, 1], [33, 100]] {
-        let settings = Settings { size: [width, height], samples: Samples::One };
-        let image = Renderer::new(3).unwrap().render(&turning, 3.0, &settings).unwrap();
+        let settings = Settings { size: [width, height], samples: Samples::One, is_blurred: true };
+        let image = Renderer::new(3).render(&turning, 3.0, &settings).unwrap();
         let half = height as f32 / 2.0;
         for (number, [red, green, _]) in image.pixels.iter().enumerate() {
             let (column, row) = (number as u32 % width, number as u32 / width);

@@ -8,8 +8,9 @@
 
 use crate::animate::Motion;
 use crate::genome::Genome;
-use crate::light::Light;
-use crate::render::{RenderError, Renderer};
+use crate::light::light;
+use crate::render::RenderError;
+use species::{Threads, expected};
 
 /// The stretches of a curve: between them lie the moments that are measured.
 const STRETCHES: usize = 24;
@@ -30,7 +31,7 @@ const DARK: f64 = 1e-4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exposure {
     frames: f64,
-    /// The logarithms of the gains at the ends of each stretch; none where the exposure never changes.
+    /// The logarithms of the gains at the ends of each stretch.
     logs: Vec<f64>,
 }
 
@@ -44,20 +45,17 @@ pub struct Exposed<'a, M> {
 }
 
 impl Exposure {
-    /// The exposure of a loop: that of its genome.
-    pub const EVEN: Exposure = Exposure { frames: 1.0, logs: Vec::new() };
-
     /// The exposure of `motion` from frame 0 to `frames`, by which its brightness goes from that of the one end to that
     /// of the other, eased as everything else is.
     ///
     /// # Errors
-    /// As [`Renderer::render`].
-    pub fn measure(motion: &dyn Motion, frames: f64, renderer: &Renderer) -> Result<Exposure, RenderError> {
-        let ends = [Light::of(motion, 0.0, renderer)?.mean, Light::of(motion, frames, renderer)?.mean];
+    /// As [`Renderer::render`](crate::Renderer::render).
+    pub fn measure(motion: &dyn Motion, frames: f64, threads: &Threads) -> Result<Exposure, RenderError> {
+        let ends = [light(motion, 0.0, threads)?.mean, light(motion, frames, threads)?.mean];
         let mut logs = vec![0.0; STRETCHES + 1];
         for (i, log) in logs.iter_mut().enumerate().take(STRETCHES).skip(1) {
             let part = i as f64 / STRETCHES as f64;
-            *log = gain(motion, part * frames, expected(ends, part), renderer)?;
+            *log = gain(motion, part * frames, expected(ends, part), threads)?;
         }
         Ok(Exposure { frames, logs })
     }
@@ -65,7 +63,7 @@ impl Exposure {
     /// The gain at `frame`: 1 at both ends and outside, where it does not change either.
     pub fn gain(&self, frame: f64) -> f64 {
         let part = frame / self.frames;
-        if self.logs.is_empty() || part <= 0.0 || part >= 1.0 {
+        if part <= 0.0 || part >= 1.0 {
             return 1.0;
         }
         let place = part * STRETCHES as f64;
@@ -97,11 +95,6 @@ impl<M: Motion> Motion for Exposed<'_, M> {
     }
 }
 
-/// The brightness at `part` of the way from the one end's to the other's.
-pub(crate) fn expected(ends: [f64; 2], part: f64) -> f64 {
-    ends[0] + (ends[1] - ends[0]) * part * part * (3.0 - 2.0 * part)
-}
-
 /// A motion whose brightness is multiplied.
 struct Brighter<'a>(&'a dyn Motion, f64);
 
@@ -115,13 +108,13 @@ impl Motion for Brighter<'_> {
 
 /// The logarithm of the gain by which `frame` of `motion` gets the mean luma `wanted`, or comes nearest to it: on a light
 /// background more light may make a picture darker. 0 where no gain makes light of it.
-fn gain(motion: &dyn Motion, frame: f64, wanted: f64, renderer: &Renderer) -> Result<f64, RenderError> {
+fn gain(motion: &dyn Motion, frame: f64, wanted: f64, threads: &Threads) -> Result<f64, RenderError> {
     let gamma = motion.at(frame).tone.gamma;
     let mut log = 0.0;
     // The nearest point so far: the gain, and how far the light was off.
     let mut last: Option<(f64, f64)> = None;
     for _ in 0..TRIES {
-        let found = Light::of(&Brighter(motion, libm::exp(log)), frame, renderer)?.mean;
+        let found = light(&Brighter(motion, libm::exp(log)), frame, threads)?.mean;
         if found < DARK || wanted < DARK {
             return Ok(0.0);
         }

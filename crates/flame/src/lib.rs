@@ -1,10 +1,10 @@
 //! Flames: genomes, their motion, and the renderer that turns a moment of them into light.
 //!
 //! Owns everything that knows what a transform is: reading and writing flam3 XML ([`genome`]), the
-//! published variations ([`variations`]), loops and transitions ([`animate`]), the picture ([`render`]), and how bright and
-//! how good the middle of a transition is ([`Exposure`], [`Middle`]). Never opens a file, reads a clock or knows what a flock or a clip is.
+//! published variations ([`variations`]), loops and transitions ([`animate`]), the picture ([`render`]), and how bright a
+//! transition is half way ([`Exposure`]). Never opens a file, reads a clock or knows what a flock or a clip is.
 //!
-//! Start at [`Species`]: a genome's motion and a moment become a frame.
+//! Start at [`Flames`], the species; at [`Renderer::render`] with settings of its own.
 #![forbid(unsafe_code)]
 #![allow(clippy::inline_always, reason = "a call that is not inlined would use other instructions than its caller")]
 #![allow(clippy::float_cmp, reason = "0 and 1 mean `off` and `whole` exactly, as files say them")]
@@ -13,18 +13,16 @@ pub mod animate;
 mod exposure;
 pub mod genome;
 mod light;
-mod middle;
 mod number;
 pub mod render;
 mod species;
 pub mod variations;
 
-pub use self::species::{Flame, Species};
+pub use self::species::{Flame, Flames};
 pub use ::species::{Image, Rng};
 pub use animate::{KeyFrames, Loop, Motion, Transition};
 pub use exposure::{Exposed, Exposure};
 pub use genome::{Genome, GenomeError};
-pub use middle::{Middle, MiddleFault};
 pub use render::{
     Arithmetic, Backend, Filter, FrameCost, GPU_VERSION, Measured, RenderError, Renderer, Settings, VERSION,
 };

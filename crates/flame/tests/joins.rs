@@ -8,6 +8,7 @@ mod mixed;
 
 use flame::variations::{Kind, Variation};
 use flame::{Exposed, Exposure, Filter, Genome, Image, Loop, Motion, Renderer, Settings, Transition};
+use species::Threads;
 
 /// Frames of loops of a minute and of transitions of half of one, at 30 a second.
 const LOOP: f64 = 1800.0;
@@ -45,7 +46,7 @@ fn rendered_frames_meet_at_the_joins_of_minute_long_loops_with_transitions_of_ha
     .map(|text| Loop::new(&Genome::parse(text).unwrap(), LOOP));
     for [from, to] in [[0, 1], [1, 0]].map(|pair| pair.map(|i| &sheep[i])) {
         let way = Transition::new(from, to, TRANSITION);
-        let exposure = Exposure::measure(&way, TRANSITION, &renderer).unwrap();
+        let exposure = Exposure::measure(&way, TRANSITION, &Threads::new(0).unwrap()).unwrap();
         let way = Exposed { motion: &way, exposure: &exposure };
         let draw = |motion: &dyn Motion, frame: f64| renderer.render(motion, frame, &SETTINGS).unwrap();
         let inside =

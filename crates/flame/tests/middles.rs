@@ -4,7 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use flame::{Exposed, Exposure, Genome, Loop, Middle, MiddleFault, Motion, Renderer};
+use flame::{Exposed, Exposure, Genome, Loop, Motion, Renderer};
+use species::{Drawn, Middle, MiddleFault, Threads};
 
 const FRAMES: f64 = 100.0;
 
@@ -25,11 +26,26 @@ fn sheep() -> Genome {
     Loop::new(&genome, FRAMES).at(0.0)
 }
 
+/// A motion with its exposure, as the contract of a species has it.
+struct Drawable<'a, M>(Exposed<'a, M>);
+
+impl<M: Motion + Send> species::Motion for Drawable<'_, M> {
+    fn demand(&self, _: f64, _: &species::Settings) -> Result<species::Demand, species::RenderError> {
+        Ok(species::Demand { samples: 0, bytes: 0, bytes_per_thread: 0 })
+    }
+
+    fn frame(&self, frame: f64, settings: &species::Settings, _: &Threads) -> Result<Drawn, species::RenderError> {
+        let drawn = Renderer::new(0).unwrap().render_measured(&self.0, frame, &settings.into())?;
+        Ok(Drawn { image: drawn.image, samples: drawn.samples, psnr: drawn.psnr })
+    }
+}
+
 /// The middle of a changed flame, with the exposure that is measured for it.
-fn middle(change: impl Fn(&mut Genome, f64, f64) + Sync) -> (Middle, Exposure) {
-    let (motion, renderer) = (Changed(sheep(), change), Renderer::new(0).unwrap());
-    let exposure = Exposure::measure(&motion, FRAMES, &renderer).unwrap();
-    (Middle::of(&motion, FRAMES, &exposure, &renderer).unwrap(), exposure)
+fn middle(change: impl Fn(&mut Genome, f64, f64) + Send + Sync) -> (Middle, Exposure) {
+    let (motion, threads) = (Changed(sheep(), change), Threads::new(0).unwrap());
+    let exposure = Exposure::measure(&motion, FRAMES, &threads).unwrap();
+    let exposed = Drawable(Exposed { motion: &motion, exposure: &exposure });
+    (Middle::of(&exposed, FRAMES, [640, 360], &threads).unwrap(), exposure)
 }
 
 #[test]
@@ -72,7 +88,7 @@ fn where_light_makes_a_picture_darker_the_gain_does_not_run_away() {
         let motion = Changed(dark.clone(), |genome: &mut Genome, part, _| {
             genome.tone.brightness *= 1.0 + (change - 1.0) * part;
         });
-        let exposure = Exposure::measure(&motion, FRAMES, &Renderer::new(0).unwrap()).unwrap();
+        let exposure = Exposure::measure(&motion, FRAMES, &Threads::new(0).unwrap()).unwrap();
         assert!((0.1..10.0).contains(&exposure.gain(50.0)), "{change} is met by {}", exposure.gain(50.0));
     }
 }
@@ -81,7 +97,7 @@ fn where_light_makes_a_picture_darker_the_gain_does_not_run_away() {
 fn an_exposure_is_the_same_on_any_number_of_threads() {
     let motion = Changed(sheep(), |genome: &mut Genome, part, _| genome.camera.scale *= 1.0 + part);
     let measured =
-        [1, 2, 7].map(|threads| Exposure::measure(&motion, FRAMES, &Renderer::new(threads).unwrap()).unwrap());
+        [1, 2, 7].map(|threads| Exposure::measure(&motion, FRAMES, &Threads::new(threads).unwrap()).unwrap());
     assert!(measured[0] == measured[1] && measured[1] == measured[2]);
     let exposed = Exposed { motion: &motion, exposure: &measured[0] };
     for end in [-1.0, 0.0, FRAMES, FRAMES + 1.0] {

@@ -1,13 +1,48 @@
-//! What every kind of sheep shares: the finished picture, and random numbers that mean the same on every machine.
+//! What every kind of sheep shares: pictures, random numbers that mean the same on every machine, threads, and the
+//! contract of a species.
 //!
-//! Owns the layout of displayable light ([`Image`]) and the one generator ([`Rng`]). Never knows a genome: a species is a
-//! package of its own, and species do not know each other.
+//! Owns the layout of displayable light ([`Image`]), the one generator ([`Rng`]), what a species promises ([`Species`],
+//! [`Genome`], [`Motion`]), and the dissolve between pictures of any two of them ([`Dissolve`]). Never knows a genome: a
+//! species is a package of its own, and species do not know each other.
 //!
-//! Start at [`Image`].
+//! | file | what is there |
+//! |---|---|
+//! | `contract.rs` | the traits, and what passes through them |
+//! | `breed.rs` | the trait of species that can be bred |
+//! | `dissolve.rs`, `guide.rs` | the transition between pictures of two species |
+//! | `middle.rs`, `light.rs` | whether a transition is worth its rendering, told by small pictures |
+//! | `figures.rs` | whether a loop is worth showing, told by small pictures |
+//! | `capsule.rs` | the stroke that species draw lines of |
+//! | `image.rs`, `luma.rs`, `rng.rs` | pictures, how bright they are, random numbers |
+//! | `threads.rs`, `place.rs` | threads, places in a text |
+//!
+//! Start at [`Species`].
 #![forbid(unsafe_code)]
 
+mod breed;
+mod capsule;
+mod contract;
+mod dissolve;
+mod figures;
+mod guide;
 mod image;
+mod light;
+mod luma;
+#[cfg(test)]
+mod made;
+mod middle;
+mod place;
 mod rng;
+mod threads;
 
+pub use breed::Breed;
+pub use capsule::Capsule;
+pub use contract::{Demand, Drawn, Genome, Motion, Recipe, Refusal, RenderError, Settings, Species};
+pub use dissolve::Dissolve;
+pub use figures::{FigureFault, Figures};
 pub use image::Image;
+pub use light::Light;
+pub use middle::{Middle, MiddleFault, expected};
+pub use place::Place;
 pub use rng::Rng;
+pub use threads::{Threads, ThreadsError};

@@ -6,6 +6,7 @@
 use std::fs;
 use std::path::Path;
 
+use flame::Backend;
 use flock::{Clip, Flock, Manifest, SheepId, Suggestion, Transition};
 use video::Form;
 
@@ -100,7 +101,8 @@ impl RenderPlans {
             weight: new.weight,
         };
         let with = Manifest { transitions: new.iter().map(transition).collect(), ..manifest.clone() };
-        let selection = Selection::new(folder, &with, &Request { sheep: &ends, scope: Scope::All }, &look);
+        let selection =
+            Selection::new(folder, &with, &Request { sheep: &ends, scope: Scope::All }, &look, &Backend::default());
         let clips = selection.map(|selection| selection.clips).unwrap_or_default();
         let plans = clips.into_iter().filter(|clip| matches!(clip.role, ClipRole::Transition(..))).collect();
         Self { look, plans }

@@ -34,7 +34,7 @@ pub(crate) struct Args {
     /// The id of the sheep in the flock: 1 to 64 of A-Z a-z 0-9 . _ -
     #[arg(value_parser = SheepId::new)]
     id: SheepId,
-    /// Its genome: flam3 XML with one flame
+    /// Its genome: a file of one flame (.flam3), expression (.expr), globe of agents (.agents) or plant (.plant)
     #[arg(long, value_name = "FILE")]
     genome: Option<PathBuf>,
     /// Its loop, in the flock's form

@@ -5,11 +5,12 @@
 //!
 //! Start at [`clip`] and [`genome`].
 
+use std::error::Error;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use flame::{Genome, GenomeError};
+use flame::Backend;
 use flock::{Clip, ClipHash, ClipPath, SheepId};
 use timing::FrameCount;
 use video::Form;
@@ -19,6 +20,7 @@ use crate::check::clips;
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal};
+use crate::render::species::{self, Refused};
 
 /// The clip that the command line asks for.
 pub(super) struct ClipRequest<'a> {
@@ -52,13 +54,13 @@ enum AddError {
     #[error("clip `{path}` has {found} frames (asked for {expected})")]
     Frames { path: PathBuf, expected: u32, found: FrameCount },
     #[error("`{path}` is not a genome")]
-    NotAGenome { path: PathBuf, source: GenomeError },
+    NotAGenome { path: PathBuf, source: Box<dyn Error> },
     #[error("cannot copy `{from}`: `{to}` is another file")]
     Occupied { from: PathBuf, to: PathBuf },
     #[error("clip `{path}` {why}")]
     OtherForm { path: PathBuf, why: String },
     #[error("cannot read `{path}`")]
-    Read { path: PathBuf, source: io::Error },
+    Read { path: PathBuf, source: Box<dyn Error> },
 }
 
 /// The clip that is asked for, at the path that `place` gives for an ending. A file that is there already is used.
@@ -96,18 +98,21 @@ pub(super) fn clip(
 /// The genome in `file`, for the sheep `id`.
 /// Errors: If it cannot be read or is not one genome.
 pub(super) fn genome(session: &EditSession, file: &Path, id: &SheepId) -> Result<GenomeFile, Fatal> {
-    let path = || file.to_owned();
-    let text = fs::read_to_string(file).map_err(|source| {
-        let malformed = source.kind() == io::ErrorKind::InvalidData;
-        let exit = if malformed { Exit::Malformed } else { Exit::Unreadable };
-        Fatal::new(exit, AddError::Read { path: path(), source })
+    let refused = |why: Refused| {
+        let path = file.to_owned();
+        let fatal = Fatal::new(why.exit, AddError::NotAGenome { path, source: why.source });
+        match why.hint {
+            Some(hint) => fatal.hint(hint),
+            None => fatal,
+        }
+    };
+    let text = species::text(file).map_err(|why| {
+        let (path, source) = (file.to_owned(), why.source);
+        Fatal::new(why.exit, AddError::Read { path, source })
     })?;
-    let genome = Genome::parse(&text).map_err(|source| {
-        let several = matches!(source, GenomeError::Count { found } if found > 1);
-        let fatal = Fatal::new(Exit::Malformed, AddError::NotAGenome { path: path(), source });
-        if several { fatal.hint("`dreams import` takes files with several flames") } else { fatal }
-    })?;
-    let ([width, height], size) = (genome.camera.size, session.manifest().size);
+    let genome = species::parse(file, &text, &Backend::default()).map_err(refused)?;
+    let size = session.manifest().size;
+    let [width, height] = genome.made_for().unwrap_or([size.0, size.1]);
     let other_shape = u64::from(width) * u64::from(size.1) != u64::from(height) * u64::from(size.0);
     let note = other_shape.then(|| {
         format!(

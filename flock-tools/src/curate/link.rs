@@ -2,9 +2,12 @@
 //!
 //! Owns the command. The clips may be there already, or `dreams render` makes them later.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use flock::{MAX_FRAMES, Transition};
+use ::species::Genome;
+use flame::Backend;
+use flock::{MAX_FRAMES, SheepId, Transition};
 
 use super::EditSession;
 use super::files::{self, FileCopy};
@@ -12,6 +15,7 @@ use super::selection::{Chosen, FORM, Pairs, Selector};
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::{ids, paths};
 use crate::program::{Exit, Fatal, arguments, print};
+use crate::render::species;
 
 /// Frames of a transition that is yet to be rendered, by default: 13 seconds at 30 per second.
 pub(super) const FRAMES: u32 = 384;
@@ -19,7 +23,8 @@ pub(super) const FRAMES: u32 = 384;
 /// Add transitions from sheep to sheep
 ///
 /// With --clip, the clip is copied into the flock's folder if it is in the flock's form, and its hash is written into
-/// the manifest. Without, the manifest names its path, and `dreams render` makes it from both genomes. Of several sheep,
+/// the manifest. Without, the manifest names its path, and `dreams render` makes it from both genomes; where these have too
+/// little in common, as two of different species have, it dissolves the pictures of both loops. Of several sheep,
 /// every one of the first word is linked to every one of the others; of globs, pairs that have a transition, and those of
 /// a sheep with itself, are passed over.
 #[derive(Debug, clap::Args)]
@@ -88,6 +93,39 @@ pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
         let pairs = print::count(chosen.passed_over, "pair");
         print::note(&format!("note: {pairs} passed over: linked already, or a sheep with itself"));
     }
+    if args.clip.is_none() {
+        tell_dissolves(&session, &chosen.pairs);
+    }
     FileCopy::run_all(copies.into_iter(), &args.dir, args.force)?;
     session.save()?.print(&done, args.json)
+}
+
+/// Tells which of `pairs` have so little in common that their pictures are dissolved. Genomes that are missing or cannot be
+/// read tell nothing: `dreams render` names them.
+fn tell_dissolves(session: &EditSession, pairs: &BTreeSet<(SheepId, SheepId)>) {
+    let manifest = session.manifest();
+    let read = |id: &SheepId| {
+        let sheep = manifest.sheep.iter().find(|sheep| sheep.id == *id)?;
+        species::read(&sheep.genome.as_ref()?.inside(&session.folder), &Backend::default()).ok()
+    };
+    let mut genomes: BTreeMap<&SheepId, Option<Box<dyn Genome>>> = BTreeMap::new();
+    for id in pairs.iter().flat_map(|(from, to)| [from, to]) {
+        genomes.entry(id).or_insert_with(|| read(id));
+    }
+    let size = [manifest.size.0, manifest.size.1];
+    let is_dissolve = |(from, to): &&(SheepId, SheepId)| {
+        let (Some(from), Some(to)) = (&genomes[from], &genomes[to]) else { return false };
+        from.transition(&**to, size, [f64::from(FRAMES); 2], f64::from(FRAMES)).is_none()
+    };
+    let dissolves: Vec<_> = pairs.iter().filter(is_dissolve).collect();
+    match dissolves[..] {
+        [] => {}
+        [(from, to)] => print::note(&format!(
+            "note: the genomes of `{from}` and `{to}` have too little in common: their pictures are dissolved"
+        )),
+        _ => print::note(&format!(
+            "note: {} have too little in common: their pictures are dissolved",
+            print::count(dissolves.len(), "pair")
+        )),
+    }
 }

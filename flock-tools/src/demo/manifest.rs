@@ -12,7 +12,7 @@ use std::path::Path;
 use flock::{ClipHash, FILE_NAME};
 use video::Form;
 
-use super::plan::{Plan, SHEEP};
+use super::plan::{DemoSheep, Plan, SHEEP};
 use crate::render::plan::ClipRole;
 
 /// Writes the genomes and then the manifest of `plan`, whose clips hash to `hashes`, into `folder`.
@@ -21,7 +21,7 @@ pub(crate) fn write(plan: &Plan, hashes: &[ClipHash], folder: &Path) -> io::Resu
     let genomes = folder.join("genomes");
     fs::create_dir_all(&genomes)?;
     for sheep in &SHEEP {
-        fs::write(genomes.join(format!("{}.flam3", sheep.id)), sheep.genome)?;
+        fs::write(genomes.join(sheep.file()), sheep.genome)?;
     }
     durable::save(&folder.join(FILE_NAME), text(plan, hashes).as_bytes())
 }
@@ -34,7 +34,8 @@ pub(crate) fn text(plan: &Plan, hashes: &[ClipHash]) -> String {
     for (clip, hash) in plan.clips.iter().zip(hashes) {
         let names = match &clip.role {
             ClipRole::Loop(id) => {
-                format!("[[sheep]]\nid = \"{id}\"\ngenome = \"genomes/{id}.flam3\"\nrepeat = {}\n", plan.edition.repeat)
+                let file = DemoSheep::find(id.as_str()).file();
+                format!("[[sheep]]\nid = \"{id}\"\ngenome = \"genomes/{file}\"\nrepeat = {}\n", plan.edition.repeat)
             }
             ClipRole::Transition(from, to) => format!("[[transition]]\nfrom = \"{from}\"\nto = \"{to}\"\n"),
         };

@@ -15,7 +15,6 @@ mod small_copy;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use flame::Backend;
 use flock::{ClipHash, ClipPath};
 use plan::{Edition, Plan};
 
@@ -75,14 +74,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let bytes = plan.bytes().map_err(|error| Fatal::new(Exit::Malformed, error))?;
     let threads = options::frames_at_once(args.threads, bytes)?;
     let stop = options::stop_on_signals()?;
-    let options = RunOptions {
-        threads,
-        backend: Backend::default(),
-        keep_frames: args.keep_frames,
-        stop,
-        part: Part::Whole,
-        shows_progress: true,
-    };
+    let options = RunOptions { threads, keep_frames: args.keep_frames, stop, part: Part::Whole, shows_progress: true };
     let made = make(&plan.clips, &plan.edition.look, &args.dir, &options, &|_, _| ()).map_err(make_fatal)?;
     let hash = |outcome: &Outcome| match outcome {
         Outcome::Made(hash) | Outcome::UpToDate(hash) => Some(*hash),
@@ -108,7 +100,7 @@ impl Args {
         look.spp = self.spp.or(look.spp);
         if let Some(crf) = self.crf {
             look.quality.crf = crf;
-            edition.finest = None;
+            (edition.finest, edition.noiseless_crf) = (None, None);
         }
         edition.pace = self.pace.unwrap_or(edition.pace);
         edition

@@ -4,19 +4,26 @@
 //!
 //! Start at [`SHEEP`], then [`Plan::new`]; `render/make.rs` makes files of its clips.
 
-use flame::{Genome, GenomeError, RenderError};
+use std::error::Error;
+use std::path::Path;
+
+use ::species::RenderError;
+use flame::Backend;
 use flock::{ClipPath, SheepId};
 use timing::{FrameCount, Rate};
 use video::{Form, Quality, Tuning};
 
 use crate::render::plan::{CRF, ClipPlan, Look, PRESET, SEED, SheepMotion};
+use crate::render::species;
 
 /// A sheep of the demo.
 pub(crate) struct DemoSheep {
     /// Its id, and its genome's name.
     pub(crate) id: &'static str,
-    /// Its genome, flam3 XML.
+    /// The text of its genome.
     pub(crate) genome: &'static str,
+    /// The ending of its file.
+    pub(crate) ending: &'static str,
     /// Frames of one turn at pace 1: more for those that change a lot while they turn.
     turn: u32,
     /// The two sheep that it leads to.
@@ -24,10 +31,11 @@ pub(crate) struct DemoSheep {
 }
 
 macro_rules! sheep {
-    ($id:literal, $turn:literal -> $a:literal, $b:literal) => {
+    ($id:literal . $ending:literal, $turn:literal -> $a:literal, $b:literal) => {
         DemoSheep {
             id: $id,
-            genome: include_str!(concat!("../../demo/genomes/", $id, ".flam3")),
+            genome: include_str!(concat!("../../demo/genomes/", $id, ".", $ending)),
+            ending: $ending,
             turn: $turn,
             exits: [$a, $b],
         }
@@ -36,15 +44,27 @@ macro_rules! sheep {
 
 /// The flock. Two transitions lead to each sheep and two away from it, chosen so that the pictures half way are good.
 pub(crate) const SHEEP: [DemoSheep; 8] = [
-    sheep!("bower", 180 -> "kindle", "corona"),
-    sheep!("clematis", 192 -> "corona", "oracle"),
-    sheep!("corona", 160 -> "tempest", "bower"),
-    sheep!("kindle", 160 -> "medusa", "oracle"),
-    sheep!("medusa", 180 -> "selene", "tempest"),
-    sheep!("oracle", 160 -> "clematis", "bower"),
-    sheep!("selene", 160 -> "kindle", "medusa"),
-    sheep!("tempest", 192 -> "selene", "clematis"),
+    sheep!("bower"."flam3", 180 -> "kindle", "corona"),
+    sheep!("clematis"."flam3", 192 -> "corona", "oracle"),
+    sheep!("corona"."flam3", 160 -> "tempest", "bower"),
+    sheep!("kindle"."flam3", 160 -> "medusa", "oracle"),
+    sheep!("medusa"."flam3", 180 -> "selene", "tempest"),
+    sheep!("oracle"."flam3", 160 -> "clematis", "bower"),
+    sheep!("selene"."flam3", 160 -> "kindle", "medusa"),
+    sheep!("tempest"."flam3", 192 -> "selene", "clematis"),
 ];
+
+impl DemoSheep {
+    /// The sheep `id` of the table.
+    pub(crate) fn find(id: &str) -> &'static Self {
+        SHEEP.iter().find(|sheep| sheep.id == id).expect("an exit leads to a sheep of the table")
+    }
+
+    /// The name of its genome's file.
+    pub(crate) fn file(&self) -> String {
+        format!("{}.{}", self.id, self.ending)
+    }
+}
 
 /// The size, the quality and the pace of a copy of the demo.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +77,8 @@ pub(crate) struct Edition {
     pub(crate) repeat: u32,
     /// The sheep whose loop is encoded as for a wall, if the others are coarser.
     pub(crate) finest: Option<&'static str>,
+    /// The rate factor of clips without noise, which take few bits, if it is another.
+    pub(crate) noiseless_crf: Option<f32>,
 }
 
 impl Edition {
@@ -67,7 +89,7 @@ impl Edition {
 
     /// The copy in the repository, under 40 MB with everything.
     pub(crate) fn small() -> Self {
-        Self { finest: Some("selene"), ..Self::new((60.0, 2), 35.0, 1, 2) }
+        Self { finest: Some("selene"), noiseless_crf: Some(30.0), ..Self::new((60.0, 2), 35.0, 1, 2) }
     }
 
     fn new((spp, supersample): (f64, u32), crf: f32, pace: u32, repeat: u32) -> Self {
@@ -82,7 +104,16 @@ impl Edition {
             gpu: None,
             quality: Quality { crf, preset: PRESET, tuning: Tuning::Gradients, max_bits_per_second: None },
         };
-        Self { look, pace, repeat, finest: None }
+        Self { look, pace, repeat, finest: None, noiseless_crf: None }
+    }
+
+    /// How a clip of these sheep is made.
+    fn look_of(&self, sheep: &[&SheepMotion]) -> Look {
+        let mut look = self.look;
+        if sheep.iter().all(|sheep| !sheep.is_noisy(&look)) {
+            look.quality.crf = self.noiseless_crf.unwrap_or(look.quality.crf);
+        }
+        look
     }
 }
 
@@ -97,17 +128,20 @@ pub(crate) struct Plan {
 impl Plan {
     /// The demo in `edition`.
     /// Errors: None for the genomes in the repository: a test parses them.
-    pub(crate) fn new(edition: Edition) -> Result<Self, GenomeError> {
-        let look = &edition.look;
+    pub(crate) fn new(edition: Edition) -> Result<Self, Box<dyn Error>> {
         let turn = |sheep: &DemoSheep| FrameCount(sheep.turn * edition.pace);
-        let motion = |sheep: &DemoSheep| Ok(SheepMotion::new(&Genome::parse(sheep.genome)?, turn(sheep), look));
+        let motion = |sheep: &DemoSheep| {
+            let genome = species::parse(Path::new(&sheep.file()), sheep.genome, &Backend::default())
+                .map_err(|why| why.source)?;
+            Ok::<_, Box<dyn Error>>(SheepMotion::new(genome, turn(sheep)))
+        };
         let motions = SHEEP.iter().map(motion).collect::<Result<Vec<_>, _>>()?;
         let find =
             |id: &str| SHEEP.iter().position(|sheep| sheep.id == id).expect("an exit leads to a sheep of the table");
         let mut clips = Vec::new();
         for (sheep, motion) in SHEEP.iter().zip(&motions) {
             let path = clip_path(&format!("loops/{}.mp4", sheep.id));
-            let mut look = *look;
+            let mut look = edition.look_of(&[motion]);
             if edition.finest == Some(sheep.id) {
                 look.quality.crf = CRF;
             }
@@ -119,7 +153,8 @@ impl Plan {
                 let frames = FrameCount((sheep.turn + SHEEP[to].turn) / 4 * edition.pace);
                 let path = clip_path(&format!("transitions/{}={}.mp4", sheep.id, SHEEP[to].id));
                 let (ids, ends) = ([id(sheep), id(&SHEEP[to])], [&motions[from], &motions[to]]);
-                clips.push(ClipPlan::of_transition(ids, ends, path, frames, look));
+                let look = edition.look_of(&ends);
+                clips.push(ClipPlan::of_transition(ids, ends, path, frames, &look));
             }
         }
         Ok(Self { edition, clips })
@@ -146,8 +181,8 @@ mod tests {
     use super::*;
     use crate::demo::manifest;
     use crate::render::plan::ClipRole;
+    use ::species::{Settings, Threads};
     use flock::Manifest;
-    use std::path::Path;
 
     fn flock(edition: Edition) -> Manifest {
         let plan = Plan::new(edition).unwrap();
@@ -178,7 +213,7 @@ mod tests {
     #[test]
     fn another_encoding_keeps_the_pictures_and_another_size_does_not() {
         let plan = |change: fn(&mut Edition)| {
-            let mut edition = Edition { finest: None, ..Edition::small() };
+            let mut edition = Edition { finest: None, noiseless_crf: None, ..Edition::small() };
             change(&mut edition);
             Plan::new(edition).unwrap()
         };
@@ -195,14 +230,16 @@ mod tests {
     #[test]
     fn transitions_start_and_end_as_the_loops_do() {
         let plan = Plan::new(Edition::small()).unwrap();
+        let threads = Threads::new(0).unwrap();
+        let settings = Settings { size: [48, 27], spp: Some(4.0), ..plan.edition.look.settings() };
+        let picture =
+            |clip: &ClipPlan, frame: u32| clip.motion.frame(f64::from(frame), &settings, &threads).unwrap().image;
         let turns = |id: &SheepId| plan.clips.iter().find(|clip| clip.role == ClipRole::Loop(id.clone())).unwrap();
         for clip in &plan.clips {
             if let ClipRole::Transition(from, to) = &clip.role {
-                let end = f64::from(clip.frames.0);
-                for (frame, sheep) in [(0.0, from), (end, to)] {
-                    let (ours, theirs) = (clip.motion.at(frame), turns(sheep).motion.at(0.0));
-                    assert!((ours.camera.scale - theirs.camera.scale).abs() < 1e-9, "{from} to {to} at {frame}");
-                    assert!((ours.tone.brightness - theirs.tone.brightness).abs() < 1e-9, "{from} to {to} at {frame}");
+                for (frame, sheep) in [(0, from), (clip.frames.0, to)] {
+                    let same = picture(clip, frame) == picture(turns(sheep), 0);
+                    assert!(same, "{from} to {to}: frame {frame} is not that of `{sheep}`");
                 }
             }
         }

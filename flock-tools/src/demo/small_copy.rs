@@ -7,8 +7,8 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use flame::Renderer;
 use flock::Manifest;
+use species::Threads;
 use video::{Clip, Poll, Session};
 
 use super::manifest;
@@ -88,11 +88,11 @@ fn the_small_copy_takes_at_most_40_mb() {
 fn frames_of_the_small_copy_come_out_again() {
     let plan = plan();
     let look = &plan.edition.look;
-    let renderer = Renderer::new(0).unwrap();
+    let threads = Threads::new(0).unwrap();
     let shown = |path: &str| plan.clips.iter().find(|clip| clip.path.as_str() == path).unwrap();
     for (path, number) in [("loops/tempest.mp4", 40), ("transitions/clematis=oracle.mp4", 28)] {
         let clip = shown(path);
-        let ours = clip.picture(number, look, &renderer).unwrap().unwrap();
+        let ours = clip.picture(number, look, &threads).unwrap().unwrap();
         let [before, near, after] =
             [number - 1, number, number + 1].map(|frame| psnr(ours.planes()[0], &decoded(clip, look, frame)));
         assert!(near >= NEAR_DB, "frame {number} of {path}: {near:.1} dB");

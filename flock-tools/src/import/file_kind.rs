@@ -10,6 +10,7 @@ use flock::SheepId;
 use crate::credits::electric::ElectricName;
 use crate::program::print;
 use crate::render::plan::ClipRole;
+use crate::render::species;
 
 /// Endings of videos.
 const VIDEOS: &[&str] = &[
@@ -18,8 +19,8 @@ const VIDEOS: &[&str] = &[
     "mpv", "mts", "mxf", "nut", "obu", "ogm", "ogv", "ogx", "qt", "rm", "rmvb", "swf", "ts", "vob", "webm", "wmv",
     "xvid", "y4m",
 ];
-/// Endings of genomes.
-const GENOMES: &[&str] = &["flam3", "flame"];
+/// An ending of flames besides that of the species.
+const FLAME: &str = "flame";
 /// The ending in place of a clip that was voted down or deleted.
 const TOMBSTONE: &str = "xxx";
 /// Endings of clips that are still being fetched.
@@ -35,7 +36,7 @@ const BESIDE: &[&str] = &[
 pub(super) enum FileKind {
     /// A video of this loop or transition.
     Clip(ClipRole, Origin),
-    /// flam3 genomes.
+    /// Genomes.
     Genomes,
     /// A video whose name does not say what it shows; why.
     Unclear(String),
@@ -65,7 +66,7 @@ pub(super) fn file_kind(path: &Path) -> FileKind {
         FileKind::Tombstone
     } else if PARTIAL.contains(&ending) && stem.contains('=') {
         unclear("it was not fetched to its end".to_owned())
-    } else if GENOMES.contains(&ending) {
+    } else if ending == FLAME || species::endings().contains(&ending) {
         FileKind::Genomes
     } else if VIDEOS.contains(&ending) {
         let told = path.file_stem().map(|stem| print::path(Path::new(stem))).unwrap_or_default();
@@ -124,7 +125,9 @@ mod tests {
         let ram = ClipRole::Transition(id("ram"), id("ewe"));
         assert_eq!(kind("ram=ewe.mkv"), FileKind::Clip(ram, Origin::Unknown));
         assert_eq!(kind("00202=67501=67501=67501.xxx"), FileKind::Tombstone);
-        assert_eq!([kind("a.flam3"), kind("b.FLAME")], [FileKind::Genomes, FileKind::Genomes]);
+        for genomes in ["a.flam3", "b.FLAME", "c.expr"] {
+            assert_eq!(kind(genomes), FileKind::Genomes, "{genomes}");
+        }
         for other in ["list.xml", "frost.jpg", "readme", ".avi", "notes.txt", "x.tmp", "202=1=1=1.jpg", "a=b.bak"] {
             assert_eq!(kind(other), FileKind::Other, "{other}");
         }

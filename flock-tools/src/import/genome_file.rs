@@ -1,7 +1,7 @@
-//! A file of flam3 genomes.
+//! A file of genomes.
 //!
-//! Owns the reading of its flames, their ids, and whether it is a transition: two flames, in a file that is called as
-//! Electric Sheep calls a sheep or an edge, or FROM=TO. An edge has a number of its own; its flames bear the names of the two
+//! Owns the reading of its genomes, their ids, and whether it is a transition: two flames, in a file that is called as
+//! Electric Sheep calls a sheep or an edge, or FROM=TO. Of other species a file has one genome. An edge has a number of its own; its flames bear the names of the two
 //! sheep, or, in the oldest generations, none. Never writes.
 //!
 //! Start at [`GenomeFile::read`].
@@ -9,31 +9,40 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use flame::Genome;
+use ::species::Settings;
+use flame::genome::Origin;
+use flame::{Backend, Genome};
 use flock::{ClipHash, SheepId};
 
 use crate::credits::Said;
 use crate::credits::electric::ElectricName;
+use crate::flock_folder::paths;
 use crate::program::{chain, print};
+use crate::render::species;
 
-/// A file of flames.
+/// A file of genomes.
 #[derive(Debug)]
 pub(super) struct GenomeFile {
     pub(super) source: PathBuf,
-    /// Whether it is the transition between the sheep of its two flames; else each flame is a sheep.
+    /// Whether it is the transition between the sheep of its two flames; else each genome is a sheep.
     pub(super) is_transition: bool,
     /// At least one.
-    pub(super) flames: Vec<NamedFlame>,
+    pub(super) genomes: Vec<NamedGenome>,
     /// What Electric Sheep calls the file.
     pub(super) electric: Option<ElectricName>,
 }
 
-/// A flame of a file.
+/// A genome of a file.
 #[derive(Debug)]
-pub(super) struct NamedFlame {
+pub(super) struct NamedGenome {
     /// From 1.
     pub(super) number: usize,
-    pub(super) genome: Genome,
+    /// What it draws.
+    pub(super) key: GenomeKey,
+    /// What it says of its origin.
+    pub(super) origin: Origin,
+    /// The ending that its file has in a flock.
+    pub(super) ending: &'static str,
     /// Its part of the file, byte for byte.
     pub(super) text: String,
     /// The id of its sheep; `None` if its name is no id.
@@ -52,6 +61,9 @@ impl GenomeFile {
     /// Reads the file `source`; or says why it is left out.
     pub(super) fn read(source: &Path) -> Result<Self, String> {
         let text = fs::read_to_string(source).map_err(|error| format!("cannot be read: {error}"))?;
+        if !species::is_of_flames(source, &text) {
+            return Self::of_other_species(source, text);
+        }
         let flames = Genome::split(&text).map_err(|error| format!("is not readable: {}", chain(&error)))?;
         if flames.is_empty() {
             return Err("has no flame".to_owned());
@@ -76,14 +88,28 @@ impl GenomeFile {
             let certain = ends.get(at).cloned().or(own);
             let is_certain = certain.is_some();
             let id = certain.or_else(|| id(name, stem, several.then_some(at + 1)));
-            Ok(NamedFlame { number: at + 1, text: text.to_owned(), id, is_certain, electric, genome })
+            let (key, origin) = (GenomeKey::of_flame(&genome), genome.origin());
+            let (number, text) = (at + 1, text.to_owned());
+            Ok(NamedGenome { number, key, origin, ending: paths::GENOME, text, id, is_certain, electric })
         };
-        let mut flames = flames.into_iter().enumerate().map(named).collect::<Result<Vec<_>, _>>()?;
-        let is_loop = is_transition && flames.iter().all(|flame| flame.is_certain && flame.id == flames[0].id);
+        let mut genomes = flames.into_iter().enumerate().map(named).collect::<Result<Vec<_>, _>>()?;
+        let is_loop = is_transition && genomes.iter().all(|flame| flame.is_certain && flame.id == genomes[0].id);
         if is_loop {
-            flames.truncate(1);
+            genomes.truncate(1);
         }
-        Ok(Self { source: source.to_owned(), is_transition: is_transition && !is_loop, flames, electric })
+        Ok(Self { source: source.to_owned(), is_transition: is_transition && !is_loop, genomes, electric })
+    }
+
+    /// A file with one genome of another species, which is called by its name or else by its file.
+    fn of_other_species(source: &Path, text: String) -> Result<Self, String> {
+        let genome = species::parse(source, &text, &Backend::default());
+        let genome = genome.map_err(|why| format!("is not readable: {}", chain(&*why.source)))?;
+        let stem = source.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        let id = id(genome.name().map(str::trim).filter(|name| !name.is_empty()), stem, None);
+        let (key, ending) = (GenomeKey::of(&*genome), species::ending(source, &text));
+        let (number, origin, is_certain, electric) = (1, Origin::default(), false, None);
+        let genomes = vec![NamedGenome { number, key, origin, ending, text, id, is_certain, electric }];
+        Ok(Self { source: source.to_owned(), is_transition: false, genomes, electric: None })
     }
 
     /// The file's name.
@@ -99,10 +125,37 @@ impl GenomeFile {
 }
 
 impl GenomeKey {
-    /// That of `genome`.
-    pub(super) fn of(genome: &Genome) -> Self {
-        let text = genome.anonymous().to_xml();
+    fn of_flame(genome: &Genome) -> Self {
+        Self::of_text(&genome.anonymous().to_xml())
+    }
+
+    /// That of a genome of another species, in pictures of any size.
+    fn of(genome: &dyn ::species::Genome) -> Self {
+        let settings = Settings {
+            size: [1; 2],
+            spp: None,
+            psnr: None,
+            supersample: None,
+            temporal_samples: None,
+            smooths: true,
+            seed: 0,
+        };
+        Self::of_text(&genome.recipe(&settings).genome)
+    }
+
+    fn of_text(text: &str) -> Self {
         Self(ClipHash::of(text.as_bytes()).expect("bytes in memory can be read"))
+    }
+
+    /// That of the one genome in `text` with what it says of its origin, which is that of the file at `path`; `None` if
+    /// there is none.
+    pub(super) fn of_file(path: &Path, text: &str) -> Option<(Self, Origin)> {
+        if species::is_of_flames(path, text) {
+            let genome = Genome::parse(text).ok()?;
+            return Some((Self::of_flame(&genome), genome.origin()));
+        }
+        let genome = species::parse(path, text, &Backend::default()).ok()?;
+        Some((Self::of(&*genome), Origin::default()))
     }
 }
 
@@ -149,7 +202,7 @@ mod tests {
         let flames: Vec<String> = flames.iter().map(|name| format!("<flame name=\"{name}\">{xform}</flame>")).collect();
         fs::write(&path, format!("<flames>{}</flames>", flames.concat())).unwrap();
         let file = GenomeFile::read(&path)?;
-        let ids = file.flames.iter().map(|flame| flame.id.as_ref().unwrap().to_string()).collect();
+        let ids = file.genomes.iter().map(|flame| flame.id.as_ref().unwrap().to_string()).collect();
         Ok((file.is_transition, ids))
     }
 

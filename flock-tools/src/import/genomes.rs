@@ -1,6 +1,6 @@
-//! The import of flam3 genomes: flames as sheep, and files of Electric Sheep with two flames as transitions.
+//! The import of genomes: each as a sheep, and files of Electric Sheep with two flames as transitions.
 //!
-//! Owns the id of a flame, and its file: a copy of its text, so that names, nicknames, licences and genealogy stay; and the
+//! Owns the file of a genome: a copy of its text, so that names, nicknames, licences and genealogy stay; and the
 //! order: sheep before transitions, so that a sheep's own file is taken before the copy of it in a transition's. Never
 //! renders. `genome_file.rs` reads the files and tells which kind they are.
 //!
@@ -10,22 +10,23 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use flame::Genome;
+use flame::genome::Origin;
 use flock::{Clip, ClipPath, Sheep, SheepId, Transition};
 use timing::FrameCount;
 
 use super::SkippedFile;
-use super::genome_file::{GenomeFile, GenomeKey, NamedFlame};
+use super::genome_file::{GenomeFile, GenomeKey, NamedGenome};
 use crate::credits::electric::{ATTRIBUTION, ElectricName};
 use crate::credits::{Said, Subject};
 use crate::flock_folder::Draft;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, print};
+use crate::render::species;
 
 /// After so many sheep and transitions the manifest is saved, so that an interruption costs little.
 const SAVED_AFTER: usize = 1000;
 
-/// A flame in the answer.
+/// A genome in the answer.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct GenomeAnswer {
     #[serde(serialize_with = "print::serialize_path")]
@@ -59,7 +60,7 @@ pub(super) struct GenomesAnswer {
     pub(super) notes: Vec<(Subject, Said)>,
 }
 
-/// Imports every flame of the files `sources` into the flock in `folder`: as the genome of the sheep with its name, or as a
+/// Imports every genome of the files `sources` into the flock in `folder`: as the genome of the sheep with its name, or as a
 /// new sheep; and the transitions that some of them are. Loops and transitions of `frames` are yet to be rendered. With
 /// `force` other genomes of sheep are replaced, but for those that were imported by the same run; with `dry` nothing is
 /// written. `answer` is complete even if it fails.
@@ -80,7 +81,7 @@ pub(super) fn import(
     for source in sources {
         match GenomeFile::read(source) {
             Ok(file) if file.is_transition => transitions.push(source),
-            Ok(file) => import.flames(&file)?,
+            Ok(file) => import.genomes(&file)?,
             Err(reason) => import.skip(source, reason),
         }
     }
@@ -162,9 +163,9 @@ impl<'a> GenomeImport<'a> {
         self.answer.left_out.push(SkippedFile { source: source.to_owned(), reason });
     }
 
-    /// Imports every flame of a file as a sheep.
-    fn flames(&mut self, file: &GenomeFile) -> Result<(), Fatal> {
-        for flame in &file.flames {
+    /// Imports every genome of a file as a sheep.
+    fn genomes(&mut self, file: &GenomeFile) -> Result<(), Fatal> {
+        for flame in &file.genomes {
             let Some(id) = flame.id.clone() else {
                 self.skip(&file.source, format!("flame {} has no name that a sheep can have", flame.number));
                 continue;
@@ -185,8 +186,8 @@ impl<'a> GenomeImport<'a> {
     /// the flock has another genome for one of them, that one counts: its loop was made from it.
     fn transition(&mut self, file: &GenomeFile) -> Result<(), Fatal> {
         let mut ids = Vec::new();
-        for flame in &file.flames {
-            let known = if flame.is_certain { None } else { self.same(&flame.genome) };
+        for flame in &file.genomes {
+            let known = if flame.is_certain { None } else { self.same(flame.key) };
             let Some(id) = known.or_else(|| flame.id.clone()) else {
                 self.skip(&file.source, format!("flame {} has no name that a sheep can have", flame.number));
                 return Ok(());
@@ -198,7 +199,7 @@ impl<'a> GenomeImport<'a> {
             self.skip(&file.source, format!("both its flames are `{from}` (expected two sheep)"));
             return Ok(());
         }
-        for (flame, id) in file.flames.iter().zip(&ids) {
+        for (flame, id) in file.genomes.iter().zip(&ids) {
             if let Outcome::Imported(state @ ("added" | "given"), genome) = self.flame(id, flame, false)? {
                 self.tell(file, flame, id.clone(), state, genome);
             }
@@ -220,24 +221,26 @@ impl<'a> GenomeImport<'a> {
     }
 
     /// Makes a flame the genome of the sheep `id`, if that has none or if it `replaces` another one.
-    fn flame(&mut self, id: &SheepId, flame: &NamedFlame, replaces: bool) -> Result<Outcome, Fatal> {
+    fn flame(&mut self, id: &SheepId, flame: &NamedGenome, replaces: bool) -> Result<Outcome, Fatal> {
         let there = self.sheep.get(id).cloned();
         let (is_known, own) = (there.is_some(), there.flatten());
-        let path = own.clone().unwrap_or_else(|| paths::genome(id, paths::GENOME));
+        // A genome of another species gets a file with the ending of its own.
+        let is_its_kind = |path: &ClipPath| !has_other_ending(path, flame.ending);
+        let path = own.clone().filter(is_its_kind).unwrap_or_else(|| paths::genome(id, flame.ending));
         let place = path.inside(self.folder);
         let text = format!("{}\n", flame.text);
         let found = fs::read_to_string(&place);
         let is_written = found.as_ref().is_ok_and(|found| found.trim_end() == text.trim_end());
         let replaces = replaces && !self.imported.contains(id);
         let is_copied = || match self.planned.get(id) {
-            Some(original) => original.is_copied_by(&flame.genome),
-            None => found.as_ref().is_ok_and(|found| is_copy(&flame.genome, found)),
+            Some(original) => original.is_copied_by(&Original::of(flame.key, &flame.origin)),
+            None => found.as_ref().is_ok_and(|found| is_copy(flame, &place, found)),
         };
         let is_kept = is_written || (!replaces && is_copied());
         if !is_kept && !replaces && (own.is_some() || place.exists()) {
-            return Ok(Outcome::Other(path));
+            return Ok(Outcome::Other(own.unwrap_or(path)));
         }
-        if is_kept && own.is_some() {
+        if is_kept && own.as_ref() == Some(&path) {
             return Ok(Outcome::Imported("stood", path));
         }
         let state = match (is_known, &own) {
@@ -261,35 +264,36 @@ impl<'a> GenomeImport<'a> {
         self.sheep.insert(id.clone(), Some(path.clone()));
         // In a dry run there will be no file in which it could be found.
         if self.is_indexed || self.dry {
-            self.by_genome.entry(GenomeKey::of(&flame.genome)).or_insert_with(|| id.clone());
+            self.by_genome.entry(flame.key).or_insert_with(|| id.clone());
         }
         if self.dry {
-            self.planned.insert(id.clone(), Original::of(&flame.genome));
+            self.planned.insert(id.clone(), Original::of(flame.key, &flame.origin));
         }
         Ok(Outcome::Imported(state, path))
     }
 
     /// Adds a flame to the answer, with what is known of its origin.
-    fn tell(&mut self, file: &GenomeFile, flame: &NamedFlame, id: SheepId, state: &'static str, genome: ClipPath) {
+    fn tell(&mut self, file: &GenomeFile, flame: &NamedGenome, id: SheepId, state: &'static str, genome: ClipPath) {
         let electric = flame.electric.as_ref().or(file.electric.as_ref());
         self.imported.insert(id.clone());
         self.answer.notes.push((Subject::Sheep(id.clone()), said_of(file, flame, electric)));
         self.answer.genomes.push(GenomeAnswer { source: file.source.clone(), sheep: id, genome, state });
     }
 
-    /// The sheep of the flock that `genome` draws.
-    fn same(&mut self, genome: &Genome) -> Option<SheepId> {
+    /// The sheep of the flock that a genome with this `key` draws.
+    fn same(&mut self, key: GenomeKey) -> Option<SheepId> {
         if !self.is_indexed {
             self.is_indexed = true;
             for (id, path) in self.sheep.iter().filter_map(|(id, path)| Some((id, path.as_ref()?))) {
-                // What cannot be read is no flame that could be found.
-                let text = fs::read_to_string(path.inside(self.folder)).unwrap_or_default();
-                if let Ok(genome) = Genome::parse(&text) {
-                    self.by_genome.entry(GenomeKey::of(&genome)).or_insert_with(|| id.clone());
+                // What cannot be read is no genome that could be found.
+                let place = path.inside(self.folder);
+                let text = fs::read_to_string(&place).unwrap_or_default();
+                if let Some((key, _)) = GenomeKey::of_file(&place, &text) {
+                    self.by_genome.entry(key).or_insert_with(|| id.clone());
                 }
             }
         }
-        self.by_genome.get(&GenomeKey::of(genome)).cloned()
+        self.by_genome.get(&key).cloned()
     }
 
     /// Saves the manifest if much has changed.
@@ -307,30 +311,35 @@ impl<'a> GenomeImport<'a> {
 }
 
 impl Original {
-    fn of(genome: &Genome) -> Self {
-        let origin = genome.origin();
-        Self { key: GenomeKey::of(genome), author: origin.authors.into_iter().next(), licence: origin.licence }
+    fn of(key: GenomeKey, origin: &Origin) -> Self {
+        Self { key, author: origin.authors.first().cloned(), licence: origin.licence.clone() }
     }
 
-    /// Whether `genome` draws the same, and names no other author or licence, where both name one.
-    fn is_copied_by(&self, genome: &Genome) -> bool {
-        let other = Self::of(genome);
+    /// Whether `other` draws the same, and names no other author or licence, where both name one.
+    fn is_copied_by(&self, other: &Self) -> bool {
         let agree = |a: &Option<String>, b: &Option<String>| a.is_none() || b.is_none() || a == b;
         self.key == other.key && agree(&self.author, &other.author) && agree(&self.licence, &other.licence)
     }
 }
 
-/// Whether `text` has a copy of `genome`.
-fn is_copy(genome: &Genome, text: &str) -> bool {
-    Genome::parse(text).is_ok_and(|found| Original::of(&found).is_copied_by(genome))
+/// Whether `text`, which is that of the file at `path`, has a copy of `genome`.
+fn is_copy(genome: &NamedGenome, path: &Path, text: &str) -> bool {
+    GenomeKey::of_file(path, text)
+        .is_some_and(|(key, origin)| Original::of(key, &origin).is_copied_by(&Original::of(genome.key, &genome.origin)))
+}
+
+/// Whether the ending of `path` is that of a species whose files do not end in `ending`.
+fn has_other_ending(path: &ClipPath, ending: &str) -> bool {
+    let found = path.as_str().rsplit_once('.').map(|(_, found)| found);
+    found.is_some_and(|found| found != ending && species::endings().contains(&found))
 }
 
 /// What is known of a flame besides what itself says.
-fn said_of(file: &GenomeFile, flame: &NamedFlame, electric: Option<&ElectricName>) -> Said {
+fn said_of(file: &GenomeFile, flame: &NamedGenome, electric: Option<&ElectricName>) -> Said {
     let Some(name) = electric else { return Said { source: file.name(), ..Said::default() } };
     // The genome's own word counts, where it has one.
-    let origin = flame.genome.origin();
-    let licence = name.licence(Some(&origin)).filter(|_| origin.licence.is_none());
+    let origin = &flame.origin;
+    let licence = name.licence(Some(origin)).filter(|_| origin.licence.is_none());
     Said { licence, source: Some(name.source()), attribution: Some(ATTRIBUTION.to_owned()), ..Said::default() }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Owns the command: its options and how it ends. `sources.rs` finds the files, `plan.rs` plans what is done with each clip,
 //! `summary.rs` tells the plan and `estimate.rs` its cost, `pool.rs` has the clips made by `importer.rs` on all cores and
-//! added by `commit.rs`, `genomes.rs` imports the flames that `genome_file.rs` reads; `answer.rs` prints, and tells the
+//! added by `commit.rs`, `genomes.rs` imports the genomes that `genome_file.rs` reads; `answer.rs` prints, and tells the
 //! credits what is known of each.
 //!
 //! Start at [`run`].
@@ -58,7 +58,7 @@ const BYTES_PER_PIXEL: u64 = 300;
 ///
 /// From a content folder of Electric Sheep, every clip GENERATION=ID=FIRST=LAST.avi in it: a loop if FIRST is LAST,
 /// else a transition; the sheep are called GENERATION.FIRST. From other videos, those that are called FROM=TO, or any
-/// with --from and --to. From files of flam3 genomes, every flame, by its name.
+/// with --from and --to. From files of genomes, every genome, by its name.
 ///
 /// A clip in the flock's form is copied. Any other that ffmpeg reads is encoded, frame for frame: the number of frames
 /// stays, whatever the rate of the file, unless --fps keeps its pace. Tags (title, artist, copyright, licence) stay.
@@ -272,7 +272,7 @@ impl Args {
         Ok(())
     }
 
-    /// Imports the flames of `genomes`; with a dry run, only adds them to the answer.
+    /// Imports `genomes`; with a dry run, only adds them to the answer.
     fn import_genomes(&self, genomes: &[PathBuf], answer: &mut Answer) -> Result<(), Fatal> {
         let mut told = GenomesAnswer::default();
         let result = genomes::import(genomes, &self.dir, FrameCount(self.frames), self.force, self.dry_run, &mut told);

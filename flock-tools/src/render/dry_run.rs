@@ -8,9 +8,9 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use flame::{Backend, Middle, MiddleFault, RenderError, Renderer};
 use flock::ClipPath;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use species::{Middle, MiddleFault, RenderError, Threads};
 
 use super::clip_job::frames_of;
 use super::estimate;
@@ -29,6 +29,8 @@ struct DryClip<'a> {
     state: &'static str,
     /// Frames of this run's part that are rendered already.
     kept: u32,
+    /// Whether it is a dissolve of two loops' pictures, since their genomes have too little in common.
+    dissolve: bool,
     /// How good a transition is half way.
     #[serde(skip_serializing_if = "Option::is_none")]
     middle: Option<DryMiddle>,
@@ -41,6 +43,7 @@ struct DryClip<'a> {
 struct DryMiddle {
     score: f64,
     brightness: f64,
+    contrast: f64,
     lit: f64,
     white: f64,
     flicker: f64,
@@ -49,8 +52,16 @@ struct DryMiddle {
 
 impl From<Middle> for DryMiddle {
     fn from(middle: Middle) -> Self {
-        let Middle { score, brightness, lit, white, flicker, faults } = middle;
-        Self { score, brightness, lit, white, flicker, faults: faults.into_iter().map(MiddleFault::name).collect() }
+        let Middle { score, brightness, contrast, lit, white, flicker, faults } = middle;
+        Self {
+            score,
+            brightness,
+            contrast,
+            lit,
+            white,
+            flicker,
+            faults: faults.into_iter().map(MiddleFault::name).collect(),
+        }
     }
 }
 
@@ -84,12 +95,12 @@ impl<'a> DryRun<'a> {
         folder: &Path,
         part: &Part,
         threads: NonZeroUsize,
-        backend: &Backend,
+        gpu: Option<String>,
     ) -> Result<Self, Fatal> {
         let mut clips = Vec::new();
         let mut samples = 0.0;
         let malformed = |error| Fatal::new(Exit::Malformed, error);
-        let middles = middles(selection).map_err(malformed)?;
+        let middles = middles(selection, look).map_err(malformed)?;
         for (clip, middle) in selection.clips.iter().zip(middles) {
             let store = frames_of(clip, look, folder);
             let wanted: Vec<u32> = (0..clip.frames.0).filter(|frame| part.has(&clip.path, *frame)).collect();
@@ -97,12 +108,12 @@ impl<'a> DryRun<'a> {
             let left = wanted.len() as u32 - kept;
             samples += estimate::samples(clip, left, look).map_err(malformed)?;
             let state = if selection.changed.contains(&clip.path) { "changed" } else { "missing" };
-            clips.push(DryClip { clip: &clip.path, frames: clip.frames.0, state, kept, middle, left });
+            let (frames, dissolve) = (clip.frames.0, clip.is_dissolve);
+            clips.push(DryClip { clip: &clip.path, frames, state, kept, dissolve, middle, left });
         }
         let left = selection.clips.iter().zip(&clips).map(|(clip, told)| (clip, told.left));
-        let seconds = estimate::seconds(left, look, backend).map_err(malformed)?;
+        let seconds = estimate::seconds(left, look).map_err(malformed)?;
         let cpu_hours = seconds.cpu / 3600.0;
-        let gpu = backend.name().map(str::to_owned);
         // On a GPU frames take turns, though the processor may filter one meanwhile.
         let hours = if gpu.is_some() { seconds.wall / 3600.0 } else { cpu_hours / threads.get() as f64 };
         Ok(Self {
@@ -130,7 +141,8 @@ impl<'a> DryRun<'a> {
                 let score = format!(", middle {:.2}", middle.score);
                 [&[&*score], &middle.faults[..]].concat().join(", ")
             });
-            format!("{} {} frames{kept}, {}{middle}", clip.clip, clip.frames, clip.state)
+            let dissolve = if clip.dissolve { ", a dissolve" } else { "" };
+            format!("{} {} frames{kept}, {}{dissolve}{middle}", clip.clip, clip.frames, clip.state)
         };
         let already = if *kept > 0 { format!(" ({kept} more are rendered)") } else { String::new() };
         let sum = format!(
@@ -143,7 +155,8 @@ impl<'a> DryRun<'a> {
 }
 
 /// The middle of each clip that is a transition, on all cores.
-fn middles(selection: &Selection) -> Result<Vec<Option<DryMiddle>>, RenderError> {
-    let middle = |clip: &ClipPlan| Ok(clip.middle(&Renderer::new(1)?)?.map(DryMiddle::from));
+fn middles(selection: &Selection, look: &Look) -> Result<Vec<Option<DryMiddle>>, RenderError> {
+    let one_thread = || Threads::new(1).map_err(|error| RenderError::Refused(error.into()));
+    let middle = |clip: &ClipPlan| Ok(clip.middle(look, &one_thread()?)?.map(DryMiddle::from));
     selection.clips.par_iter().map(middle).collect()
 }

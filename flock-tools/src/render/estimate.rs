@@ -1,13 +1,13 @@
 //! An estimate of the processor time of a rendering.
 //!
-//! Owns the measurement: it renders frames of some clips with few samples and extrapolates to all samples. Never writes a
-//! file.
+//! Owns the measurement: it renders frames of some clips with few samples, or small ones where pictures have no noise, and
+//! extrapolates. Never writes a file.
 //!
 //! Start at [`cpu_seconds`].
 
 use std::time::Duration;
 
-use flame::{Backend, Filter, FrameCost, RenderError, Renderer, Settings};
+use species::{RenderError, Settings, Threads};
 
 use super::plan::{ClipPlan, Look};
 use crate::program::now::Stopwatch;
@@ -23,7 +23,7 @@ const MORE: u64 = 24_000_000;
 const LEAST_PSNR: f64 = 28.0;
 const MORE_PSNR: f64 = 36.0;
 
-/// How much smaller they are than the clip's, in each direction.
+/// How much smaller they are than the clip's, in each direction, and pictures without noise that are measured.
 const SMALLER: u32 = 4;
 
 /// Most samples per pixel of a frame with a target noise.
@@ -44,21 +44,19 @@ pub(crate) fn cpu_seconds<'a>(
     clips: impl IntoIterator<Item = (&'a ClipPlan, u32)>,
     look: &Look,
 ) -> Result<f64, RenderError> {
-    Ok(seconds(clips, look, &Backend::default())?.cpu)
+    Ok(seconds(clips, look)?.cpu)
 }
 
-/// What rendering so many frames of each of `clips` takes where `backend` draws, without encoding them.
+/// What rendering so many frames of each of `clips` takes, without encoding them.
 /// Errors: [`RenderError`] if one cannot be rendered.
 pub(crate) fn seconds<'a>(
     clips: impl IntoIterator<Item = (&'a ClipPlan, u32)>,
     look: &Look,
-    backend: &Backend,
 ) -> Result<Seconds, RenderError> {
     let clips: Vec<_> = clips.into_iter().filter(|(_, frames)| *frames > 0).collect();
-    let renderer = Renderer::new(1)?.with_backend(backend.clone());
+    let threads = one_thread()?;
     let step = clips.len().div_ceil(MEASURED).max(1);
-    let measured =
-        clips.iter().step_by(step).map(|(clip, _)| seconds_of_a_frame(clip, look, &renderer, backend.name().is_some()));
+    let measured = clips.iter().step_by(step).map(|(clip, _)| seconds_of_a_frame(clip, look, &threads));
     let measured: Vec<Seconds> = measured.collect::<Result<_, _>>()?;
     let frames = clips.iter().map(|(_, frames)| f64::from(*frames)).sum::<f64>();
     let each = frames / measured.len().max(1) as f64;
@@ -72,32 +70,44 @@ pub(crate) fn seconds<'a>(
 /// With a target noise, as many as a frame a third into it is likely to take.
 /// Errors: [`RenderError`] if it cannot be rendered.
 pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, RenderError> {
-    if look.psnr.is_some() && frames > 0 {
-        let settings = settled(clip, look, &Renderer::new(1)?)?;
-        let samples = FrameCost::of(&*clip.motion, third(clip), &settings)?.samples as f64;
+    if look.psnr.is_some() && frames > 0 && clip.motion.is_noisy() {
+        let settings = settled(clip, look, &one_thread()?)?;
+        let samples = clip.motion.demand(third(clip), &settings)?.samples as f64;
         return Ok(samples * f64::from(frames));
     }
     let settings = Settings { psnr: None, ..look.settings() };
-    let of = |frame: u32| Ok(FrameCost::of(&*clip.motion, f64::from(frame), &settings)?.samples as f64);
-    Ok(f64::midpoint(of(0)?, of(clip.frames.0.saturating_sub(1))?) * f64::from(frames))
+    let of = |frame: f64| Ok::<_, RenderError>(clip.motion.demand(frame, &settings)?.samples as f64);
+    if clip.is_dissolve {
+        // Its ends show one side only.
+        return Ok(of(third(clip))? * f64::from(frames));
+    }
+    Ok(f64::midpoint(of(0.0)?, of(f64::from(clip.frames.0.saturating_sub(1)))?) * f64::from(frames))
+}
+
+fn one_thread() -> Result<Threads, RenderError> {
+    Threads::new(1).map_err(|error| RenderError::Refused(error.into()))
+}
+
+/// The settings of smaller pictures: they are as noisy with as many samples per pixel.
+fn small(settings: Settings) -> Settings {
+    Settings { size: settings.size.map(|side| (side / SMALLER).max(1)), ..settings }
 }
 
 /// The settings of `look`; where it has a target noise, with the samples per pixel that a frame of `clip` is likely to take
 /// instead. Two frames of few samples tell how fast noise falls.
-fn settled(clip: &ClipPlan, look: &Look, renderer: &Renderer) -> Result<Settings, RenderError> {
+fn settled(clip: &ClipPlan, look: &Look, threads: &Threads) -> Result<Settings, RenderError> {
     let settings = look.settings();
     let Some(target) = settings.psnr else { return Ok(settings) };
-    // Smaller pictures are as noisy with as many samples per pixel.
-    let small = Settings { size: settings.size.map(|size| size.map(|side| (side / SMALLER).max(1))), ..settings };
+    let small = small(settings);
     let measure = |psnr: f64| -> Result<(f64, f64), RenderError> {
         let aimed = Settings { psnr: Some(psnr.min(target)), ..small };
-        let measured = renderer.render_measured(&*clip.motion, third(clip), &aimed)?;
+        let measured = clip.motion.frame(third(clip), &aimed, threads)?;
         Ok((measured.samples as f64, measured.psnr.unwrap_or(target)))
     };
     let (few, more) = (measure(LEAST_PSNR)?, measure(MORE_PSNR)?);
     let samples = more.0 * 10.0_f64.powf((target - more.1).max(0.0) / 10.0 / fall(few, more));
     let of_one = Settings { spp: Some(1.0), psnr: None, ..small };
-    let of_one = FrameCost::of(&*clip.motion, third(clip), &of_one)?.samples as f64;
+    let of_one = clip.motion.demand(third(clip), &of_one)?.samples as f64;
     Ok(Settings { spp: Some((samples / of_one).clamp(0.01, MOST_SPP)), psnr: None, ..settings })
 }
 
@@ -113,31 +123,38 @@ fn third(clip: &ClipPlan) -> f64 {
     f64::from(clip.frames.0 / 3)
 }
 
-/// What a frame takes that is a third into `clip`: a constant part, a part for each sample, and a part for the filter. How
-/// much the filter has to do depends on the cells that are hit, so it would pass for a part for each sample. If a clip
-/// `is_compiled` before, that is not counted.
-fn seconds_of_a_frame(
-    clip: &ClipPlan,
-    look: &Look,
-    renderer: &Renderer,
-    is_compiled: bool,
-) -> Result<Seconds, RenderError> {
-    let frame = third(clip);
-    let settings = settled(clip, look, renderer)?;
-    let all = FrameCost::of(&*clip.motion, frame, &settings)?.samples;
-    let of_one = FrameCost::of(&*clip.motion, frame, &Settings { spp: Some(1.0), ..settings })?.samples;
-    let measure = |samples: u64, filter: Filter| {
-        let spp = samples.min(all) as f64 / of_one as f64;
-        let watch = Stopwatch::start();
-        renderer.render(&*clip.motion, frame, &Settings { spp: Some(spp), filter, ..settings })?;
-        Ok((spp * of_one as f64, [watch.cpu(), watch.wall()]))
-    };
-    if is_compiled {
-        // Once for all frames.
-        measure(1, Filter::None)?;
+/// What a frame takes that is a third into `clip`.
+fn seconds_of_a_frame(clip: &ClipPlan, look: &Look, threads: &Threads) -> Result<Seconds, RenderError> {
+    if clip.motion.is_noisy() {
+        return seconds_of_samples(clip, look, threads);
     }
-    let (few, more) = (measure(FEW, Filter::None)?, measure(MORE, Filter::None)?);
-    let filtered = measure(MORE, settings.filter)?;
+    let (all, small) = (look.settings(), small(look.settings()));
+    let watch = Stopwatch::start();
+    clip.motion.frame(third(clip), &small, threads)?;
+    let pixels = |settings: Settings| f64::from(settings.size[0]) * f64::from(settings.size[1]);
+    let times = pixels(all) / pixels(small);
+    Ok(Seconds { cpu: watch.cpu().as_secs_f64() * times, wall: watch.wall().as_secs_f64() * times })
+}
+
+/// A constant part, a part for each sample, and a part for the filter. How much the filter has to do depends on the cells
+/// that are hit, so it would pass for a part for each sample. If a GPU has to compile a clip before, that is not counted.
+fn seconds_of_samples(clip: &ClipPlan, look: &Look, threads: &Threads) -> Result<Seconds, RenderError> {
+    let frame = third(clip);
+    let settings = settled(clip, look, threads)?;
+    let samples = |settings: &Settings| Ok::<_, RenderError>(clip.motion.demand(frame, settings)?.samples);
+    let all = samples(&settings)?;
+    let of_one = samples(&Settings { spp: Some(1.0), ..settings })?;
+    let measure = |most: u64, smooths: bool| {
+        let settings = Settings { spp: Some(most.min(all) as f64 / of_one as f64), smooths, ..settings };
+        let drawn = samples(&settings)?;
+        let watch = Stopwatch::start();
+        clip.motion.frame(frame, &settings, threads)?;
+        Ok::<_, RenderError>((drawn as f64, [watch.cpu(), watch.wall()]))
+    };
+    // What is done once for all frames: the exposure, and what a GPU compiles.
+    measure(1, false)?;
+    let (few, more) = (measure(FEW, false)?, measure(MORE, false)?);
+    let filtered = measure(MORE, true)?;
     let [cpu, wall] = [0, 1].map(|clock| {
         let filtering = filtered.1[clock].saturating_sub(more.1[clock]);
         extrapolated((few.0, few.1[clock]), (more.0, more.1[clock]), all as f64) + filtering.as_secs_f64()

@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::{io, thread, vec};
 
-use flame::{Backend, Renderer};
 use flock::{ClipHash, ClipPath};
+use species::Threads;
 use video::{EncodeError, Encoder};
 
 use super::clip_job::{Claim, ClipJob};
@@ -25,8 +25,6 @@ use crate::program::progress::FrameProgress;
 pub(crate) struct RunOptions {
     /// Frames rendered at once.
     pub(crate) threads: NonZeroUsize,
-    /// What draws their samples.
-    pub(crate) backend: Backend,
     /// Whether frames are kept when their clip is finished, so that another encoding needs no rendering.
     pub(crate) keep_frames: bool,
     /// Once it is set, all threads stop within a moment.
@@ -197,12 +195,11 @@ impl<'a> Pool<'a> {
     }
 
     fn run_tasks(&self) -> Result<(), MakeError> {
-        let renderer = Renderer::new(1).map_err(|error| MakeError::Threads { reason: error.to_string() })?;
-        let renderer =
-            renderer.with_stop_flag(Arc::clone(&self.options.stop)).with_backend(self.options.backend.clone());
+        let threads = Threads::new(1).map_err(|error| MakeError::Threads { reason: error.to_string() })?;
+        let threads = threads.with_stop_flag(Arc::clone(&self.options.stop));
         while !self.options.stop.load(Ordering::Relaxed) {
             let Some(task) = self.next()? else { break };
-            self.run(&task, &renderer)?;
+            self.run(&task, &threads)?;
         }
         Ok(())
     }
@@ -241,11 +238,11 @@ impl<'a> Pool<'a> {
     }
 
     /// Renders the frame; the thread that renders the last one of a clip encodes the clip.
-    fn run(&self, Task { job, frame }: &Task<'a>, renderer: &Renderer) -> Result<(), MakeError> {
+    fn run(&self, Task { job, frame }: &Task<'a>, threads: &Threads) -> Result<(), MakeError> {
         if let Some(frame) = *frame {
             let (clip, number) = (job.clip(), frame);
             let failed = |reason| MakeError::Render { clip: clip.path.clone(), frame, reason };
-            let Some(picture) = clip.picture(number, self.look, renderer).map_err(failed)? else { return Ok(()) };
+            let Some(picture) = clip.picture(number, self.look, threads).map_err(failed)? else { return Ok(()) };
             let last = job.store(frame, &picture)?;
             self.frames.fetch_add(1, Ordering::Relaxed);
             self.progress.add(1);

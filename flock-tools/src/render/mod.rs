@@ -3,8 +3,8 @@
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
 //! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `presets.rs` has the options of how they look,
 //! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them, `on_gpu.rs` a GPU draw them.
-//! `palettes.rs` finds the colours that genomes only name. `still.rs` is `dreams still`,
-//! `still_flame.rs` and `still_expression.rs` what it draws.
+//! `species.rs` lists the species, `palettes.rs` finds the colours that flames only name. `still.rs` is `dreams still`,
+//! `still_flame.rs` what only flames have of it.
 //!
 //! Start at [`run`].
 
@@ -22,8 +22,8 @@ mod presets;
 pub(crate) mod selection;
 pub(crate) mod shard;
 mod slurm;
+pub(crate) mod species;
 pub(crate) mod still;
-mod still_expression;
 mod still_flame;
 #[cfg(test)]
 mod tests;
@@ -147,7 +147,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let (backend, gpu) = if args.on == On::Gpu { on_gpu::open()? } else { (Backend::default(), None) };
     look.gpu = gpu;
     let plan = args.plan.as_deref().map(PlanFile::read).transpose()?;
-    let selection = args.select(&manifest, plan.as_ref(), &look)?;
+    let selection = args.select(&manifest, plan.as_ref(), &look, &backend)?;
     let part = match (args.shard, &plan) {
         (None, _) => Part::Whole,
         (Some(shard), None) => Part::Shard(shard),
@@ -166,15 +166,22 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         ));
     }
     if args.dry_run {
-        DryRun::new(&selection, &look, &args.dir, &part, threads, &backend)?.print(args.json)?;
+        let gpu = backend.name().map(str::to_owned);
+        DryRun::new(&selection, &look, &args.dir, &part, threads, gpu)?.print(args.json)?;
         return Ok(Exit::Fine);
     }
-    args.make(&selection, &look, threads, part, backend)
+    args.make(&selection, &look, threads, part)
 }
 
 impl Args {
     /// The clips of this run: of `plan`, if there is one.
-    fn select(&self, manifest: &Manifest, plan: Option<&PlanFile>, look: &Look) -> Result<Selection, Fatal> {
+    fn select(
+        &self,
+        manifest: &Manifest,
+        plan: Option<&PlanFile>,
+        look: &Look,
+        backend: &Backend,
+    ) -> Result<Selection, Fatal> {
         let listed = self.shard.zip(plan).map(|(shard, plan)| plan.paths(shard));
         let scope = match &listed {
             Some(paths) => Scope::Listed(paths),
@@ -182,7 +189,7 @@ impl Args {
             None if self.missing => Scope::Missing,
             None => Scope::Changed,
         };
-        Selection::new(&self.dir, manifest, &Request { sheep: &self.sheep, scope }, look)
+        Selection::new(&self.dir, manifest, &Request { sheep: &self.sheep, scope }, look, backend)
     }
 
     /// Tells what an artist may not expect.
@@ -202,17 +209,10 @@ impl Args {
         }
     }
 
-    fn make(
-        &self,
-        selection: &Selection,
-        look: &Look,
-        threads: NonZeroUsize,
-        part: Part,
-        backend: Backend,
-    ) -> Result<Exit, Fatal> {
+    fn make(&self, selection: &Selection, look: &Look, threads: NonZeroUsize, part: Part) -> Result<Exit, Fatal> {
         let watch = Stopwatch::start();
         let (stop, is_encoded) = (options::stop_on_signals()?, part.is_encoded());
-        let options = RunOptions { threads, backend, keep_frames: self.keep_frames, stop, part, shows_progress: true };
+        let options = RunOptions { threads, keep_frames: self.keep_frames, stop, part, shows_progress: true };
         if is_encoded {
             hashes::write_hashes(&self.dir)?;
         }

@@ -1,18 +1,15 @@
 //! The plan of a clip: what it is rendered from, and how.
 //!
-//! Owns the one place where a species is linked: genomes become motions here, and motions pictures. Never touches a disk and
-//! never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the demo.
+//! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract: `species.rs`
+//! names them. Never touches a disk and never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the
+//! demo.
 //!
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
 
 use std::fmt::Write;
-use std::sync::{Mutex, PoisonError};
 
-use flame::{
-    Arithmetic, Exposed, Exposure, Filter, Flame, FrameCost, Genome, Loop, Middle, Motion, RenderError, Renderer,
-    Settings, Species, Transition,
-};
 use flock::{ClipHash, ClipPath, SheepId};
+use species::{Demand, Dissolve, Drawn, Genome, Middle, Motion, Recipe, RenderError, Settings, Threads};
 use timing::FrameCount;
 use video::{Form, Quality, Tuning, Yuv420p};
 
@@ -62,12 +59,11 @@ pub(crate) enum ClipRole {
     Transition(SheepId, SheepId),
 }
 
-/// The motion of a sheep.
-#[derive(Clone, Debug)]
+/// A sheep that turns once in so many frames.
+#[derive(Debug)]
 pub(crate) struct SheepMotion {
-    motion: Loop,
-    /// Equal for equal pictures.
-    text: String,
+    genome: Box<dyn Genome>,
+    turn: FrameCount,
 }
 
 /// A clip to be made.
@@ -78,10 +74,10 @@ pub(crate) struct ClipPlan {
     pub(crate) path: ClipPath,
     /// Its length.
     pub(crate) frames: FrameCount,
-    /// The motion that its frames show, but for its exposure.
-    pub(crate) motion: Box<dyn Motion + Send>,
-    /// Its exposure, once it has been measured.
-    exposure: Mutex<Option<Exposure>>,
+    /// The motion that its frames show.
+    pub(crate) motion: Box<dyn Motion>,
+    /// Whether its pictures are dissolves of two loops' pictures, since their genomes have too little in common.
+    pub(crate) is_dissolve: bool,
     /// How its pictures are encoded.
     pub(crate) quality: Quality<'static>,
     /// The hash of all that its pictures depend on.
@@ -110,46 +106,53 @@ impl Look {
     /// The settings of the renderer.
     pub(crate) fn settings(&self) -> Settings {
         Settings {
-            size: Some([self.form.size.0, self.form.size.1]),
+            size: [self.form.size.0, self.form.size.1],
             spp: self.spp,
             psnr: self.psnr,
             supersample: self.supersample,
             temporal_samples: self.temporal_samples,
-            filter: Filter::Variance,
+            smooths: true,
             seed: self.seed,
-            arithmetic: Arithmetic::Fastest,
         }
     }
 }
 
 impl SheepMotion {
-    /// `genome` in a flock of `look`, which turns once in `turn` frames.
-    pub(crate) fn new(genome: &Genome, turn: FrameCount, look: &Look) -> Self {
-        let size = [look.form.size.0, look.form.size.1];
-        // Cameras of one size, so that a transition between genomes of two sizes has no jump half way; and nothing
-        // that changes no picture.
-        let genome = Genome {
-            camera: genome.camera.resized(size),
-            name: None,
-            extra: Vec::new(),
-            children: Vec::new(),
-            ..genome.clone()
-        };
-        let text = format!("{} frames\n{}", turn.0, genome.to_xml());
-        Self { motion: Loop::new(&genome, f64::from(turn.0)), text }
+    /// `genome` as it turns once in `turn` frames.
+    pub(crate) fn new(genome: Box<dyn Genome>, turn: FrameCount) -> Self {
+        Self { genome, turn }
     }
 
     /// The samples and the memory that a frame of its loop takes.
     /// Errors: [`RenderError`] if it cannot be rendered at all.
-    pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
-        demand(&self.motion, look)
+    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+        demand(&*self.turning(look), 0.0, look)
+    }
+
+    /// Whether its pictures have noise that falls with the samples per pixel.
+    pub(crate) fn is_noisy(&self, look: &Look) -> bool {
+        self.turning(look).is_noisy()
+    }
+
+    /// The motion to `to` in so many frames, and whether it is a dissolve of their pictures.
+    fn transition(&self, to: &Self, frames: FrameCount, look: &Look) -> (Box<dyn Motion>, bool) {
+        let frames = f64::from(frames.0);
+        let turns = [self, to].map(|sheep| f64::from(sheep.turn.0));
+        match self.genome.transition(&*to.genome, look.settings().size, turns, frames) {
+            Some(motion) => (motion, false),
+            None => (Box::new(Dissolve::new([self.turning(look), to.turning(look)], frames)), true),
+        }
+    }
+
+    fn turning(&self, look: &Look) -> Box<dyn Motion> {
+        self.genome.turning(look.settings().size, f64::from(self.turn.0))
     }
 }
 
 impl ClipPlan {
     /// The loop of the sheep `id`, of the motion `sheep`, `frames` long.
     pub(crate) fn of_loop(id: SheepId, sheep: &SheepMotion, path: ClipPath, frames: FrameCount, look: &Look) -> Self {
-        Self::new(ClipRole::Loop(id), path, frames, Box::new(sheep.motion.clone()), &[sheep], look)
+        Self::new(ClipRole::Loop(id), path, frames, (sheep.turning(look), false), &[sheep], look)
     }
 
     /// The transition between the sheep `ids`, of the motions `ends`, `frames` long.
@@ -160,29 +163,25 @@ impl ClipPlan {
         frames: FrameCount,
         look: &Look,
     ) -> Self {
-        let motion = Transition::new(&ends[0].motion, &ends[1].motion, f64::from(frames.0));
+        let motion = ends[0].transition(ends[1], frames, look);
         let [from, to] = ids;
-        Self::new(ClipRole::Transition(from, to), path, frames, Box::new(motion), &ends, look)
+        Self::new(ClipRole::Transition(from, to), path, frames, motion, &ends, look)
     }
 
     fn new(
         role: ClipRole,
         path: ClipPath,
         frames: FrameCount,
-        motion: Box<dyn Motion + Send>,
+        (motion, is_dissolve): (Box<dyn Motion>, bool),
         ends: &[&SheepMotion],
         look: &Look,
     ) -> Self {
-        let ends: Vec<&str> = ends.iter().map(|end| end.text.as_str()).collect();
-        let mut recipe = format!(
-            "light {}, frames {VERSION}\n{} frames\n{:?}\n{}",
-            flame::VERSION,
-            frames.0,
-            look.settings(),
-            ends.join("\n")
-        );
+        let mut recipe = text_of(ends, frames, look);
+        if is_dissolve {
+            write!(recipe, "\ndissolve {}", Dissolve::VERSION).expect("a text grows");
+        }
         let mut picture_recipe = recipe.clone();
-        if let Some(gpu) = look.gpu {
+        if let Some(gpu) = look.gpu.filter(|_| motion.is_noisy()) {
             // Two GPUs draw other noise, so that one clip is of one of them; but either is as good as the other.
             let version = flame::GPU_VERSION;
             write!(picture_recipe, "\nby the GPU {gpu}, {version}").expect("a text grows");
@@ -191,48 +190,32 @@ impl ClipPlan {
         let encoding = look.quality.tuning.parameters();
         write!(recipe, "\n{} fps\n{:?}\n{encoding}", look.form.fps, look.quality).expect("a text grows");
         let hash = |text: &str| ClipHash::of(text.as_bytes()).expect("reading memory does not fail");
-        let exposure = Mutex::new(matches!(role, ClipRole::Loop(_)).then_some(Exposure::EVEN));
         let (picture_recipe, recipe, quality) = (hash(&picture_recipe), hash(&recipe), look.quality);
-        Self { role, path, frames, motion, exposure, quality, picture_recipe, recipe }
-    }
-
-    /// Its exposure. The first call measures that of a transition, in half a second; others wait for it.
-    /// Errors: The renderer's error.
-    pub(crate) fn exposure(&self, renderer: &Renderer) -> Result<Exposure, RenderError> {
-        let mut exposure = self.exposure.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(measured) = &*exposure {
-            return Ok(measured.clone());
-        }
-        let measured = Exposure::measure(&*self.motion, f64::from(self.frames.0), renderer)?;
-        Ok(exposure.insert(measured).clone())
+        Self { role, path, frames, motion, is_dissolve, quality, picture_recipe, recipe }
     }
 
     /// How good it is half way; `None` of a loop.
     /// Errors: The renderer's error.
-    pub(crate) fn middle(&self, renderer: &Renderer) -> Result<Option<Middle>, RenderError> {
+    pub(crate) fn middle(&self, look: &Look, threads: &Threads) -> Result<Option<Middle>, RenderError> {
         if matches!(self.role, ClipRole::Loop(_)) {
             return Ok(None);
         }
-        let exposure = self.exposure(renderer)?;
-        Middle::of(&*self.motion, f64::from(self.frames.0), &exposure, renderer).map(Some)
+        Middle::of(&*self.motion, f64::from(self.frames.0), look.settings().size, threads).map(Some)
     }
 
-    /// The samples and the memory that its first frame takes.
+    /// The samples and the memory that its first frame takes, or one half way where that shows one of two sides only.
     /// Errors: [`RenderError`] if it cannot be rendered at all.
-    pub(crate) fn demand(&self, look: &Look) -> Result<FrameCost, RenderError> {
-        demand(&*self.motion, look)
+    pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
+        let frame = if self.is_dissolve { f64::from(self.frames.0) / 2.0 } else { 0.0 };
+        demand(&*self.motion, frame, look)
     }
 
-    /// Renders frame `number` as the encoder takes it; `None` if `renderer` was stopped.
+    /// Renders frame `number` as the encoder takes it; `None` if `threads` were stopped.
     /// Errors: The renderer's error.
-    pub(crate) fn picture(&self, number: u32, look: &Look, renderer: &Renderer) -> Result<Option<Yuv420p>, String> {
-        let image = self.exposure(renderer).and_then(|exposure| {
-            let motion = Exposed { motion: &*self.motion, exposure: &exposure };
-            Flame { motion, renderer }.frame(f64::from(number), &look.settings())
-        });
-        let image = match image {
+    pub(crate) fn picture(&self, number: u32, look: &Look, threads: &Threads) -> Result<Option<Yuv420p>, String> {
+        let image = match self.motion.frame(f64::from(number), &look.settings(), threads) {
             Err(RenderError::Stopped) => return Ok(None),
-            image => image.map_err(|error| error.to_string())?,
+            drawn => drawn.map(|Drawn { image, .. }| image).map_err(|error| error.to_string())?,
         };
         let (width, height) = look.form.size;
         let picture = Yuv420p::from_rgb16_dithered(width, height, &image.to_rgb16());
@@ -240,9 +223,24 @@ impl ClipPlan {
     }
 }
 
-/// The samples and the memory that the first frame of `motion` takes, until it is encoded.
-fn demand(motion: &dyn Motion, look: &Look) -> Result<FrameCost, RenderError> {
-    let demand = FrameCost::of(motion, 0.0, &look.settings())?;
+/// All that the pictures of a clip between `ends` depend on. What both ends have in common is said once.
+fn text_of(ends: &[&SheepMotion], frames: FrameCount, look: &Look) -> String {
+    let settings = look.settings();
+    let recipes: Vec<Recipe> = ends.iter().map(|end| end.genome.recipe(&settings)).collect();
+    let once = |part: fn(&Recipe) -> &str| {
+        let mut parts: Vec<&str> = recipes.iter().map(part).collect();
+        parts.dedup();
+        parts.join(" and ")
+    };
+    let genomes: Vec<String> =
+        ends.iter().zip(&recipes).map(|(end, recipe)| format!("{} frames\n{}", end.turn.0, recipe.genome)).collect();
+    let (version, settings) = (once(|recipe| &recipe.version), once(|recipe| &recipe.settings));
+    format!("{version}, frames {VERSION}\n{} frames\n{settings}\n{}", frames.0, genomes.join("\n"))
+}
+
+/// The samples and the memory that a frame of `motion` takes, until it is encoded.
+fn demand(motion: &dyn Motion, frame: f64, look: &Look) -> Result<Demand, RenderError> {
+    let demand = motion.demand(frame, &look.settings())?;
     let pixels = u64::from(look.form.size.0) * u64::from(look.form.size.1);
-    Ok(FrameCost { bytes: demand.bytes + pixels * BYTES_ON_THE_WAY, ..demand })
+    Ok(Demand { bytes: demand.bytes + pixels * BYTES_ON_THE_WAY, ..demand })
 }

@@ -8,17 +8,15 @@
 
 use std::collections::{HashMap, HashSet};
 use std::error::Error;
-use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use flame::Genome;
+use flame::Backend;
 use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 
 use super::clip_job::{hash_of, recorded};
-use super::palettes::coloured;
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
+use super::species;
 use crate::flock_folder::ids;
 use crate::program::{Exit, Fatal};
 
@@ -86,6 +84,7 @@ struct UnknownSheep {
 struct Genomes<'a> {
     folder: &'a Path,
     look: &'a Look,
+    backend: &'a Backend,
     /// The first sheep of each id counts.
     sheep: HashMap<&'a SheepId, &'a Sheep>,
     /// The length of the turn of a sheep without a loop.
@@ -95,15 +94,23 @@ struct Genomes<'a> {
 }
 
 impl Selection {
-    /// The clips of `request` in the flock in `folder`, whose manifest is `manifest`, for the given `look`.
+    /// The clips of `request` in the flock in `folder`, whose manifest is `manifest`, for the given `look`, drawn by
+    /// `backend`.
     /// Errors: [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read or rendered.
-    pub(crate) fn new(folder: &Path, manifest: &Manifest, request: &Request<'_>, look: &Look) -> Result<Self, Fatal> {
-        let mut genomes = Genomes::new(folder, manifest, look);
+    pub(crate) fn new(
+        folder: &Path,
+        manifest: &Manifest,
+        request: &Request<'_>,
+        look: &Look,
+        backend: &Backend,
+    ) -> Result<Self, Fatal> {
+        let mut genomes = Genomes::new(folder, manifest, look, backend);
         if let Some(id) = request.sheep.iter().find(|id| !genomes.sheep.contains_key(id)) {
             let (flock, id) = (manifest.name.clone(), id.clone());
             let hint = ids::unknown(&id, manifest);
             return Err(Fatal::new(Exit::Malformed, UnknownSheep { flock, id }).hint(hint));
         }
+        let malformed = |error| Fatal::new(Exit::Malformed, error);
         let picked = |id: &SheepId| request.sheep.is_empty() || request.sheep.contains(id);
         let mut selection = Self { clips: Vec::new(), changed: HashSet::new(), left_out: Vec::new(), bytes: 0 };
         let mut paths = Paths::of(manifest);
@@ -144,7 +151,9 @@ impl Selection {
             if is_changed {
                 selection.changed.insert(clip.path.clone());
             }
-            selection.bytes = selection.bytes.max(genomes.bytes(&role));
+            let bytes =
+                if plan.is_dissolve { plan.demand(look).map_err(malformed)?.bytes } else { genomes.bytes(&role) };
+            selection.bytes = selection.bytes.max(bytes);
             selection.clips.push(plan);
         }
         Ok(selection)
@@ -187,12 +196,12 @@ impl<'a> Paths<'a> {
 }
 
 impl<'a> Genomes<'a> {
-    fn new(folder: &'a Path, manifest: &'a Manifest, look: &'a Look) -> Self {
+    fn new(folder: &'a Path, manifest: &'a Manifest, look: &'a Look, backend: &'a Backend) -> Self {
         let mut sheep = HashMap::new();
         for one in &manifest.sheep {
             sheep.entry(&one.id).or_insert(one);
         }
-        Self { folder, look, sheep, usual: usual_turn(manifest), read: HashMap::new() }
+        Self { folder, look, backend, sheep, usual: usual_turn(manifest), read: HashMap::new() }
     }
 
     /// The plan of a clip, or why there is none.
@@ -223,13 +232,8 @@ impl<'a> Genomes<'a> {
         let refused = |exit, source: Box<dyn Error>| {
             Fatal::new(exit, GenomeFileError { path: path.clone(), id: id.clone(), source })
         };
-        let text = fs::read_to_string(&path).map_err(|source| {
-            let is_text = source.kind() != ErrorKind::InvalidData;
-            refused(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
-        })?;
-        let genome = Genome::parse(&text).map_err(|source| refused(Exit::Malformed, source.into()))?;
-        let genome = coloured(genome).map_err(|source| refused(Exit::Unreadable, source.into()))?;
-        let turning = SheepMotion::new(&genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames), self.look);
+        let genome = species::read(&path, self.backend).map_err(|why| refused(why.exit, why.source))?;
+        let turning = SheepMotion::new(genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames));
         let demand = turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
         self.read.insert(id, (turning, demand.bytes));
         Ok(None)

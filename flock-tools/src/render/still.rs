@@ -1,24 +1,31 @@
 //! `dreams still`: one picture of a genome.
 //!
-//! Owns the command: its options, the choice of the species, the PNG and the figures. A frame of a loop is named by its
-//! number and the loop's length; it is then the same picture that `dreams render` puts into the clip.
+//! Owns the command: its options, the PNG and the figures. A frame of a loop is named by its number and the loop's length; it
+//! is then the same picture that `dreams render` puts into the clip.
 //!
-//! Start at [`run`]; `still_flame.rs` and `still_expression.rs` draw.
+//! Start at [`run`]; `still_flame.rs` draws what only flames have.
 
 use std::error::Error;
-use std::io::{self, ErrorKind};
+use std::io;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::{fs, num::NonZeroUsize};
 
+use ::species::{Drawn, Image, RenderError, Settings, Threads};
 use clap::ValueEnum;
-use flame::Image;
+use flame::Backend;
 use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
-use super::options;
 use super::plan::SEED;
-use super::{still_expression, still_flame};
-use crate::program::{Exit, Fatal, print};
+use super::species::{self, Refused};
+use super::{options, still_flame};
+use crate::program::{Exit, Fatal, now::Stopwatch, print};
+
+/// The size of the picture where none is asked for and the genome suits every size.
+const SIZE: [u32; 2] = [1280, 720];
+
+/// Frames of a loop that does not move while the shutter is open.
+const STANDS: f64 = 1e12;
 
 /// Render one picture of a genome
 ///
@@ -31,7 +38,7 @@ use crate::program::{Exit, Fatal, print};
   2  the command line or the genome is wrong
   3  a file could not be read or written, or memory does not suffice")]
 pub(crate) struct Args {
-    /// File of the genome: flam3 XML with one flame, or with --time several; or an expression
+    /// File of the genome; with --time it may have several flames
     genome: PathBuf,
     /// Where the picture goes: a PNG file
     #[arg(long, value_name = "PNG")]
@@ -115,16 +122,19 @@ struct Answer {
 }
 
 /// A picture, and what it took.
-pub(super) struct Drawn {
-    pub(super) image: Image,
-    /// Samples drawn.
-    pub(super) samples: u64,
-    /// Its peak signal-to-noise ratio in decibels, where that was aimed at.
-    pub(super) psnr: Option<f64>,
+pub(super) struct Timed {
+    pub(super) drawn: Drawn,
     /// Seconds of processors.
     pub(super) cpu_s: f64,
     /// Seconds.
     pub(super) seconds: f64,
+}
+
+/// An option that means nothing here.
+#[derive(Debug, thiserror::Error)]
+#[error("`{option}` is for flames, and this is not one")]
+struct OptionError {
+    option: &'static str,
 }
 
 /// A genome that cannot be read or rendered.
@@ -137,20 +147,14 @@ struct GenomeFileError {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
-    let text = fs::read_to_string(&args.genome).map_err(|source| {
-        let is_text = source.kind() != ErrorKind::InvalidData;
-        args.genome_fatal(if is_text { Exit::Unreadable } else { Exit::Malformed }, source.into())
-    })?;
-    let drawn = if still_expression::is_one(&args.genome, &text) {
-        still_expression::draw(args, &text)
-    } else {
-        still_flame::draw(args, &text)
-    }?;
+    let text = species::text(&args.genome).map_err(|why| args.refused(why))?;
+    let is_flame = species::is_of_flames(&args.genome, &text);
+    let Timed { drawn, cpu_s, seconds } = if is_flame { still_flame::draw(args, &text) } else { draw(args, &text) }?;
     let written = png(&drawn.image, args.bits).and_then(|bytes| durable::save(&args.out, &bytes));
     written.map_err(|source| Fatal::write(&args.out, source))?;
     let pixels: Vec<u8> = drawn.image.to_rgb16().into_iter().flat_map(u16::to_le_bytes).collect();
     let checksum = ClipHash::of(&pixels[..]).expect("reading memory does not fail").to_string();
-    let Drawn { samples, psnr, cpu_s, seconds, .. } = drawn;
+    let Drawn { samples, psnr, .. } = drawn;
     if args.json {
         print::json(&Answer { samples, cpu_s, seconds, psnr, checksum })?;
     } else {
@@ -165,7 +169,48 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     Ok(Exit::Fine)
 }
 
+/// The picture of the genome in `text` that `args` ask for.
+/// Errors: [`Fatal`] if it is not one, or cannot be rendered so.
+fn draw(args: &Args, text: &str) -> Result<Timed, Fatal> {
+    let of_flames = [
+        ("--psnr", args.psnr.is_some()),
+        ("--supersample", args.supersample.is_some()),
+        ("--time", args.time.is_some()),
+        ("--filter", args.filter != Smoothing::Variance),
+    ];
+    if let Some((option, _)) = of_flames.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(Fatal::new(Exit::Malformed, OptionError { option }));
+    }
+    let genome = species::parse(&args.genome, text, &Backend::default()).map_err(|why| args.refused(why))?;
+    let settings = Settings {
+        size: args.size.or(genome.made_for()).unwrap_or(SIZE),
+        spp: args.spp,
+        psnr: None,
+        supersample: None,
+        temporal_samples: args.temporal_samples,
+        smooths: true,
+        seed: args.seed,
+    };
+    let (frame, frames) = args.frame.zip(args.frames).map_or((0.0, STANDS), |(a, b)| (f64::from(a), f64::from(b)));
+    let motion = genome.turning(settings.size, frames);
+    let refused = |error: RenderError| args.genome_fatal(Exit::Malformed, error.into());
+    let demand = motion.demand(frame, &settings).map_err(refused)?;
+    let threads = options::threads_that_fit(args.threads, demand.bytes, demand.bytes_per_thread)?;
+    let watch = Stopwatch::start();
+    let threads = Threads::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+    let drawn = motion.frame(frame, &settings, &threads).map_err(refused)?;
+    Ok(Timed { drawn, cpu_s: watch.cpu().as_secs_f64(), seconds: watch.wall().as_secs_f64() })
+}
+
 impl Args {
+    fn refused(&self, why: Refused) -> Fatal {
+        let fatal = self.genome_fatal(why.exit, why.source);
+        match why.hint {
+            Some(hint) => fatal.hint(hint),
+            None => fatal,
+        }
+    }
+
     /// Why the genome cannot be read or rendered.
     pub(super) fn genome_fatal(&self, exit: Exit, source: Box<dyn Error>) -> Fatal {
         Fatal::new(exit, GenomeFileError { path: self.genome.clone(), source })

@@ -1,6 +1,7 @@
 //! A still of a flame.
 //!
-//! Owns what the options of `dreams still` mean for flames. Never writes a file.
+//! Owns what only flames have of `dreams still`: key frames, flam3's filter, and settings of the genome's own. Never writes a
+//! file.
 //!
 //! Start at [`draw`].
 
@@ -8,12 +9,13 @@ use flame::{Arithmetic, Filter, FrameCost, Genome, GenomeError, KeyFrames, Loop,
 
 use super::options;
 use super::palettes::coloured;
-use super::still::{Args, Drawn, Smoothing};
+use super::still::{Args, Smoothing, Timed};
 use crate::program::{Exit, Fatal, now::Stopwatch};
+use ::species::Drawn;
 
 /// The picture of the flame in `text` that `args` ask for.
 /// Errors: [`Fatal`] if it is not one, or cannot be rendered.
-pub(super) fn draw(args: &Args, text: &str) -> Result<Drawn, Fatal> {
+pub(super) fn draw(args: &Args, text: &str) -> Result<Timed, Fatal> {
     let (motion, frame) = motion(args, text)?;
     let settings = settings(args);
     let genome_fatal = |source| args.genome_fatal(Exit::Malformed, source);
@@ -24,7 +26,8 @@ pub(super) fn draw(args: &Args, text: &str) -> Result<Drawn, Fatal> {
     let measured = renderer.render_measured(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
     let (cpu_s, seconds) = (watch.cpu().as_secs_f64(), watch.wall().as_secs_f64());
     let samples = if args.psnr.is_some() { measured.samples } else { demand.samples };
-    Ok(Drawn { image: measured.image, samples, psnr: measured.psnr, cpu_s, seconds })
+    let drawn = Drawn { image: measured.image, samples, psnr: measured.psnr };
+    Ok(Timed { drawn, cpu_s, seconds })
 }
 
 /// What the file shows, and at which frame or time.

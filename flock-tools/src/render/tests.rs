@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
+use ::species::{Light, Settings, Threads};
 use flame::Backend;
 use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
 use timing::Rate;
@@ -83,13 +84,14 @@ impl TestFlock {
         let manifest = Manifest::read(self.path()).unwrap();
         let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
         let scope = if again { Scope::All } else { Scope::Changed };
-        Selection::new(self.path(), &manifest, &Request { sheep: &sheep, scope }, look).unwrap()
+        Selection::new(self.path(), &manifest, &Request { sheep: &sheep, scope }, look, &Backend::default()).unwrap()
     }
 
     fn refused(&self, sheep: &[&str]) -> String {
         let manifest = Manifest::read(self.path()).unwrap();
         let sheep: Vec<_> = sheep.iter().map(|id| SheepId::new(id).unwrap()).collect();
-        let refused = Selection::new(self.path(), &manifest, &Request { sheep: &sheep, scope: Scope::Changed }, &LOOK);
+        let request = Request { sheep: &sheep, scope: Scope::Changed };
+        let refused = Selection::new(self.path(), &manifest, &request, &LOOK, &Backend::default());
         format!("{:?}", refused.err().unwrap())
     }
 
@@ -106,8 +108,7 @@ impl TestFlock {
 
 fn options(threads: usize) -> RunOptions {
     let threads = NonZeroUsize::new(threads).unwrap();
-    let (backend, stop) = (Backend::default(), Arc::default());
-    RunOptions { threads, backend, keep_frames: false, stop, part: Part::Whole, shows_progress: false }
+    RunOptions { threads, keep_frames: false, stop: Arc::default(), part: Part::Whole, shows_progress: false }
 }
 
 fn paths(selection: &Selection) -> Vec<&str> {
@@ -225,7 +226,7 @@ fn what_was_rendered_from_something_else_is_selected_and_what_is_the_artists_own
     assert_eq!(paths(&flock.selection(&[], false, &LOOK)), ["loops/b.mp4", "t/b=a.mp4"]);
     let manifest = Manifest::read(flock.path()).unwrap();
     let missing = Request { sheep: &[], scope: Scope::Missing };
-    assert_eq!(Selection::new(flock.path(), &manifest, &missing, &LOOK).unwrap().clips.len(), 0);
+    assert_eq!(Selection::new(flock.path(), &manifest, &missing, &LOOK, &Backend::default()).unwrap().clips.len(), 0);
 }
 
 #[test]
@@ -307,8 +308,12 @@ fn a_transition_between_cameras_of_two_sizes_has_no_jump_half_way() {
     let selection = flock.selection(&[], false, &LOOK);
     for clip in selection.clips.iter().filter(|clip| matches!(clip.role, ClipRole::Transition(..))) {
         let half = f64::from(clip.frames.0) / 2.0;
-        let scale = |frame: f64| clip.motion.at(frame).camera.scale;
-        assert!((scale(half - 1e-9) - scale(half + 1e-9)).abs() < 1e-3, "{}", clip.path);
+        let light = |frame: f64| {
+            let settings = Settings { spp: Some(2000.0), ..LOOK.settings() };
+            Light::of(&clip.motion.frame(frame, &settings, &Threads::new(0).unwrap()).unwrap().image)
+        };
+        let apart = light(half - 1e-9).apart(&light(half + 1e-9));
+        assert!(apart < 0.01, "{}: {apart}", clip.path);
     }
 }
 
@@ -339,4 +344,35 @@ fn a_clip_that_the_tools_did_not_leave_so_keeps_its_hash() {
     let manifest = Manifest::read(flock.path()).unwrap();
     let hashed: Vec<_> = manifest.clips().map(|clip| clip.hash.is_some()).collect();
     assert_eq!(hashed, [false, true, true, true]);
+}
+
+/// A flock of flames that was rendered by an earlier release is not rendered again: that takes hours.
+#[test]
+fn recipes_of_flames_are_what_they_were_before_there_were_other_species() {
+    let flock = TestFlock::new(BODY);
+    let gpu = Look { gpu: Some(ClipHash::of(&b"x"[..]).unwrap()), psnr: Some(30.0), spp: None, ..*LOOK };
+    let recipes = |look: &Look| {
+        let clips = flock.selection(&[], true, look).clips;
+        let [first, _, transition, _] = &clips[..] else { panic!("{} clips", clips.len()) };
+        [first.picture_recipe, first.recipe, transition.picture_recipe, transition.recipe].map(|hash| hash.to_string())
+    };
+    assert_eq!(flame::VERSION, 4, "another version makes other recipes, and these are to be written anew");
+    assert_eq!(
+        recipes(&LOOK),
+        [
+            "b3:27e880dee106e3cf9f2e5d246ac1e71e9a8a8eceded58fc193259e404873526c",
+            "b3:c55a2b90cc902d4830f0dd8e4466445408f768638e3294a94fb205d62fd1b342",
+            "b3:7d0ded5bf085be821275ef9361d31055270c360b3e27437a13ac5c2c045a36fd",
+            "b3:ae8667631630347280f0f29eaf1e5481c762f3e9d9a24eba6a4262ae29294a98",
+        ]
+    );
+    assert_eq!(
+        recipes(&gpu),
+        [
+            "b3:ac32a7a9f7171951973ca46ba08b3f27de1a16cb6eef32519e1eb3ba3f616e83",
+            "b3:1a1067b51fa811b9e3f451ebf0968b05641253608ea8b38782b841445ec8e5d4",
+            "b3:f76153f79816b17de4ac6c438989a925b36045aed40713005aca6d213537304b",
+            "b3:559567bf1021ed2c5a257f40212467484e1fc6a168e35a4110f451af54174b8e",
+        ]
+    );
 }

@@ -6,11 +6,11 @@
 //!
 //! Start at [`all`].
 
-use std::fs;
 use std::path::Path;
 
+use ::species::{Settings, Threads};
 use ct_codecs::{Base64, Encoder as _};
-use flame::{Flame, Genome, Loop, Renderer, Settings, Species};
+use flame::Backend;
 use flock::{Clip, Manifest, Sheep, Transition};
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -19,7 +19,7 @@ use video::{Form, Yuv420p};
 use super::colour::Colour;
 use crate::decoder::Decoder;
 use crate::decoder::thumbnail::Thumbnail;
-use crate::render::palettes::coloured;
+use crate::render::species;
 
 /// The most pixels of all pictures of a page together, and the most that one is wide.
 const PIXELS: f64 = 8.5e6;
@@ -132,19 +132,18 @@ fn shrink(plane: &[u8], stride: usize, full: (usize, usize), small: (usize, usiz
 
 /// The still of the sheep's genome, if it has one that can be rendered.
 fn still(folder: &Path, sheep: &Sheep, size: (u32, u32)) -> Option<Thumbnail> {
-    let text = fs::read_to_string(sheep.genome.as_ref()?.inside(folder)).ok()?;
-    let genome = coloured(Genome::parse(&text).ok()?).ok()?;
-    let renderer = Renderer::new(1).ok()?;
+    let genome = species::read(&sheep.genome.as_ref()?.inside(folder), &Backend::default()).ok()?;
     let settings = Settings {
-        size: Some([size.0, size.1]),
+        size: [size.0, size.1],
         spp: Some(STILL_SPP),
+        psnr: None,
         supersample: Some(2),
         temporal_samples: Some(1),
-        ..Settings::default()
+        smooths: true,
+        seed: 0,
     };
-    let flame = Flame { motion: Loop::new(&genome, 1.0), renderer: &renderer };
-    let image = flame.frame(0.0, &settings).ok()?;
-    Some(Thumbnail { size, rgb: image.to_rgb8() })
+    let drawn = genome.turning(settings.size, 1.0).frame(0.0, &settings, &Threads::new(1).ok()?).ok()?;
+    Some(Thumbnail { size, rgb: drawn.image.to_rgb8() })
 }
 
 #[cfg(test)]

@@ -34,8 +34,6 @@ mod wiener;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
-
 pub use backend::{Backend, GPU_VERSION};
 pub use error::RenderError;
 
@@ -45,7 +43,7 @@ use bins::Bins;
 pub use draw::Arithmetic;
 use film::Film;
 use shot::Shot;
-use species::Image;
+use species::{Image, Threads, ThreadsError};
 use target::Target;
 use view::{View, in_range};
 
@@ -118,8 +116,7 @@ pub struct FrameCost {
 /// Threads to render with.
 #[derive(Debug)]
 pub struct Renderer {
-    pool: ThreadPool,
-    stop: Arc<AtomicBool>,
+    threads: Threads,
     backend: Backend,
 }
 
@@ -142,17 +139,13 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::Threads`] if the system refuses them.
     pub fn new(threads: usize) -> Result<Renderer, RenderError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|error| RenderError::Threads { threads, reason: error.to_string() })?;
-        Ok(Renderer { pool, stop: Arc::default(), backend: Backend::default() })
+        Ok(Renderer { threads: Threads::new(threads)?, backend: Backend::default() })
     }
 
     /// The same renderer, which stops within milliseconds once `stop` is set.
     #[must_use]
     pub fn with_stop_flag(self, stop: Arc<AtomicBool>) -> Renderer {
-        Renderer { stop, ..self }
+        Renderer { threads: self.threads.with_stop_flag(stop), ..self }
     }
 
     /// The same renderer, whose samples `backend` draws where they are drawn in [`Arithmetic::Fastest`] and `f32` is enough.
@@ -183,8 +176,25 @@ impl Renderer {
         frame: f64,
         settings: &Settings,
     ) -> Result<Measured, RenderError> {
-        let setup = FrameSetup::new(motion, frame, settings)?;
-        self.pool.install(|| setup.draw(&self.backend, &self.stop))
+        draw_frame(motion, frame, settings, &self.backend, &self.threads)
+    }
+}
+
+/// Renders the moment `frame` of `motion` on `threads`, its samples drawn by `backend`.
+pub(crate) fn draw_frame(
+    motion: &dyn Motion,
+    frame: f64,
+    settings: &Settings,
+    backend: &Backend,
+    threads: &Threads,
+) -> Result<Measured, RenderError> {
+    let setup = FrameSetup::new(motion, frame, settings)?;
+    threads.run(|| setup.draw(backend, threads.stop()))
+}
+
+impl From<ThreadsError> for RenderError {
+    fn from(ThreadsError { threads, reason }: ThreadsError) -> RenderError {
+        RenderError::Threads { threads, reason }
     }
 }
 

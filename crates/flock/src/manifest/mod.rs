@@ -76,7 +76,7 @@ pub struct Manifest {
     pub transitions: Vec<Transition>,
 }
 
-/// An animated flame.
+/// An animation that loops.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheep {
     /// Its name in the flock.

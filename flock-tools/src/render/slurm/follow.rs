@@ -13,8 +13,6 @@ use std::sync::atomic::Ordering;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::Duration;
 
-use flame::Backend;
-
 use super::cluster::{Cluster, ClusterError, LiveTask, log_of};
 use super::plan_file::PlanFile;
 use super::task::{MOST_TRIES, Next, Task};
@@ -289,7 +287,6 @@ impl<'r, 'a> Follower<'r, 'a> {
 fn encode(run: &Run<'_>, numbers: &[usize]) -> Encoded {
     let options = RunOptions {
         threads: options::cores().min(NonZeroUsize::new(numbers.len()).unwrap_or(NonZeroUsize::MIN)),
-        backend: Backend::default(),
         keep_frames: run.keep_frames,
         stop: Arc::clone(&run.stop),
         part: Part::Whole,

@@ -3,14 +3,15 @@
 //! Owns the measurement and its bounds: one JSON document on stdout; the exit status is 1 where a bound is not kept. Never
 //! checks pictures: the tests do.
 //!
-//! Run `cargo run --release -p expression --example speed`.
+//! Run `cargo run --release -p expression --example expression-speed`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]
 
 use std::error::Error;
 use std::fs;
 use std::process::ExitCode;
 
-use expression::{Cost, Genome, Loop, Node, Renderer, Samples, Settings, cost};
+use expression::{Cost, Genome, Loop, Node, Samples, Settings, cost, render};
+use species::Threads;
 
 const EXPRESSION: &str = "(+ (* (warped-bw-noise x (* y z) 0.4 7) 0.8) (sin (- (bw-noise 0.3 2) (* 3 y))))";
 const SIZE: [u32; 2] = [1280, 720];
@@ -25,7 +26,7 @@ const MOST_SECONDS: f64 = 2.0;
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let node = Node::parse(EXPRESSION)?;
     let (nodes, turning) = (node.size(), Loop::new(&Genome::from(node), 240.0));
-    let even = Settings { size: SIZE, samples: Samples::Sixteen };
+    let even = Settings { size: SIZE, samples: Samples::Sixteen, is_blurred: true };
     let seconds = least_seconds(&turning, even)?;
     let adaptive = least_seconds(&turning, Settings { samples: Samples::Adaptive, ..even })?;
     let (strips, compile) = (strips_seconds(&turning)?, compile_ms(&turning, &even)?);
@@ -61,9 +62,14 @@ fn answer(nodes: usize, [seconds, adaptive, strips]: [f64; 3], compile: f64, cos
 
 /// CPU-seconds of 24 small pictures of each of 20 candidates.
 fn strips_seconds(turning: &Loop) -> Result<f64, Box<dyn Error>> {
-    let (renderer, start) = (Renderer::new(1)?, cpu_seconds()?);
+    let (threads, start) = (Threads::new(1)?, cpu_seconds()?);
     for frame in 0..20 * 24 {
-        renderer.render(turning, f64::from(frame), &Settings { size: [160, 90], samples: Samples::One })?;
+        render(
+            turning,
+            f64::from(frame),
+            &Settings { size: [160, 90], samples: Samples::One, is_blurred: false },
+            &threads,
+        )?;
     }
     Ok(cpu_seconds()? - start)
 }
@@ -80,11 +86,11 @@ fn compile_ms(turning: &Loop, settings: &Settings) -> Result<f64, Box<dyn Error>
 
 /// CPU-seconds of one frame by one thread.
 fn least_seconds(turning: &Loop, settings: Settings) -> Result<f64, Box<dyn Error>> {
-    let renderer = Renderer::new(1)?;
+    let threads = Threads::new(1)?;
     let mut least = f64::MAX;
     for round in 0..ROUNDS {
         let start = cpu_seconds()?;
-        renderer.render(turning, f64::from(round), &settings)?;
+        render(turning, f64::from(round), &settings, &threads)?;
         least = least.min(cpu_seconds()? - start);
     }
     Ok(least)

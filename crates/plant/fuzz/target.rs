@@ -1,0 +1,31 @@
+//! What must hold whatever bytes a file of a plant is made of.
+//!
+//! Owns the function that a fuzzer drives, and that `tests/texts.rs` drives over damaged texts. It panics if a genome is read
+//! otherwise than it was written, and tells whether the bytes were accepted.
+//!
+//! Start at [`genome`].
+
+#![allow(clippy::panic, reason = "a target fails by panicking")]
+
+use plant::Plant;
+
+/// A plant: refused with a place and a message that fits on a screen, or read, written and read again without a loss.
+pub(crate) fn genome(data: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(data) else { return false };
+    let plant = match Plant::parse(text) {
+        Ok(plant) => plant,
+        Err(error) => {
+            assert!(error.place().is_some(), "refused without a place: {error}");
+            let error = error.to_string();
+            assert!(error.len() < 2000, "a message of {} bytes", error.len());
+            return false;
+        }
+    };
+    assert!(plant.genes.iter().all(|gene| (0.0..=1.0).contains(gene)), "a gene is out of its range: {text}");
+    let written = plant.to_toml();
+    match Plant::parse(&written) {
+        Ok(again) => assert_eq!(again, plant, "read otherwise than it was written: {written}"),
+        Err(error) => panic!("written so that it is refused, {error}: {written}"),
+    }
+    true
+}
