@@ -69,6 +69,11 @@ impl Transition {
         self.shared
     }
 
+    /// The loop that it leaves, and the one that it reaches.
+    pub(crate) fn loops(&self) -> [&Loop; 2] {
+        self.loops.each_ref()
+    }
+
     /// How far it has come, `0.0..=1.0`, and how far as it is eased.
     fn progress(&self, frame: f64) -> [f64; 2] {
         let b = (frame / self.frames).clamp(0.0, 1.0);

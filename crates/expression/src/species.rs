@@ -6,7 +6,7 @@
 
 use std::any::Any;
 
-use ::species::{Demand, Drawn, Motion, Recipe, Refusal, RenderError, Species, Threads};
+use ::species::{Demand, Drawn, Light, Motion, Recipe, Refusal, RenderError, Species, Threads, expected};
 
 use crate::dissolve::{LEAST_SHARED, Transition};
 use crate::error::ExpressionError;
@@ -23,6 +23,9 @@ const BEGINS: &str = "(expression";
 
 /// From so many samples per pixel on, there are more where they are needed.
 const ADAPTIVE: f64 = 16.0;
+
+/// Less contrast than this part of what is expected between two loops is dull.
+const LEAST_CONTRAST: f64 = 0.65;
 
 /// The species of expressions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,8 +87,28 @@ impl ::species::Genome for Genome {
     ) -> Option<Box<dyn Motion>> {
         let to: &Genome = to.as_any().downcast_ref()?;
         let way = Transition::new(&Loop::new(self, turns[0]), &Loop::new(to, turns[1]), frames);
-        if way.shared() < LEAST_SHARED { None } else { Some(Box::new(way)) }
+        let is_good = way.shared() >= LEAST_SHARED && keeps_contrast(&way, frames).unwrap_or(false);
+        if is_good { Some(Box::new(way)) } else { None }
     }
+}
+
+/// Whether the pictures of `way` have contrast enough between its loops. Where they have not, a dissolve of pictures is
+/// better, which restores it. Few small pictures tell: a flock has thousands of transitions.
+fn keeps_contrast(way: &Transition, frames: f64) -> Result<bool, RenderError> {
+    let threads = Threads::new(1).map_err(|error| RenderError::Refused(error.into()))?;
+    let contrast = |moving: &dyn Moving, frame: f64| {
+        let settings = Settings { size: [64, 36], samples: Samples::One, is_blurred: false };
+        Ok::<f64, RenderError>(Light::of(&render(moving, frame, &settings, &threads)?.0).contrast)
+    };
+    let [from, to] = way.loops();
+    for part in [0.2, 0.35, 0.5, 0.65, 0.8] {
+        let frame = part * frames;
+        let ends = [contrast(from, frame)?, contrast(to, frame - frames)?];
+        if contrast(way, frame)? < LEAST_CONTRAST * expected(ends, part) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 impl From<&::species::Settings> for Settings {

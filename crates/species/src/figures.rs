@@ -32,6 +32,8 @@ const MEAN: [f64; 2] = [0.08, 0.75];
 const MOST_BLACK: f64 = 0.92;
 const MOST_CLIPPED: f64 = 0.05;
 const LEAST_CONTRAST: f64 = 0.05;
+/// At every moment: less is a picture of one colour.
+const LEAST_AT_ONCE: f64 = 0.02;
 const LEAST_ACTIVITY: f64 = 0.0005;
 const MOST_FLICKER: f64 = 0.6;
 const MOST_UNEVENNESS: f64 = 4.0;
@@ -44,6 +46,8 @@ pub struct Figures {
     pub mean: f64,
     /// The standard deviation of the luma.
     pub contrast: f64,
+    /// The same at the moment at which it is least.
+    pub least_contrast: f64,
     /// The part of pixels that are black. Many species fill the picture, so none is no fault.
     pub black: f64,
     /// The part of pixels with a clipped channel.
@@ -77,7 +81,7 @@ pub enum FigureFault {
     Dark,
     /// One place has most of the light.
     Dominated,
-    /// Too little contrast.
+    /// Too little contrast, at all times or at one.
     Flat,
     /// It hardly moves.
     Still,
@@ -170,7 +174,7 @@ impl Figures {
             (self.clipped > MOST_CLIPPED, FigureFault::Clipped),
             (self.mean < MEAN[0], FigureFault::Dark),
             (self.dominance > MOST_DOMINANCE, FigureFault::Dominated),
-            (self.contrast < LEAST_CONTRAST, FigureFault::Flat),
+            (self.contrast < LEAST_CONTRAST || self.least_contrast < LEAST_AT_ONCE, FigureFault::Flat),
             (is_still, FigureFault::Still),
             (self.flicker > MOST_FLICKER && !is_still, FigureFault::Strobing),
             (self.unevenness > MOST_UNEVENNESS && !is_still, FigureFault::Uneven),
@@ -183,7 +187,8 @@ impl Figures {
 #[derive(Debug, Default)]
 struct Sums {
     mean: f64,
-    contrast: f64,
+    /// At each moment.
+    contrasts: Vec<f64>,
     black: f64,
     clipped: f64,
     colourfulness: f64,
@@ -198,7 +203,7 @@ impl Sums {
         let [mean, contrast] = spread(lumas.iter().copied());
         let count = lumas.len().max(1) as f64;
         self.mean += mean;
-        self.contrast += contrast;
+        self.contrasts.push(contrast);
         self.black += lumas.iter().filter(|luma| **luma < BLACK).count() as f64 / count;
         let is_clipped = |pixel: &&[f32; 3]| pixel.iter().any(|light| *light > CLIPPED);
         self.clipped += image.pixels.iter().filter(is_clipped).count() as f64 / count;
@@ -226,7 +231,8 @@ impl Sums {
         let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
         Figures {
             mean: self.mean / count,
-            contrast: self.contrast / count,
+            contrast: self.contrasts.iter().sum::<f64>() / count,
+            least_contrast: self.contrasts.iter().copied().fold(f64::INFINITY, f64::min),
             black: self.black / count,
             clipped: self.clipped / count,
             colourfulness: self.colourfulness / count,

@@ -12,6 +12,9 @@ use crate::threads::Threads;
 /// The moments that are looked at, not those at which the exposure was measured.
 const MOMENTS: usize = 9;
 
+/// Those nearest to half way.
+const HALF_WAY: [usize; 2] = [4, 5];
+
 /// Less of the expected brightness is dead, more than its inverse blown out.
 const DIM: f64 = 0.5;
 
@@ -53,7 +56,8 @@ pub struct Middle {
     pub white: f64,
     /// The picture's largest change from a frame to the next, as a multiple of the largest at the ends.
     pub flicker: f64,
-    /// The least contrast, as a part of the mean of the ends'. It does not count in the score.
+    /// The lesser contrast of the two moments nearest to half way, as a part of the mean of the ends'. It does not count in
+    /// the score.
     pub contrast: f64,
     /// What is wrong.
     pub faults: Vec<MiddleFault>,
@@ -96,7 +100,9 @@ impl Middle {
             middle.lit = middle.lit.min(of_expected(|light| light.lit));
             middle.white = middle.white.max(now.white - expected(ends(|light| light.white), part));
             middle.flicker = middle.flicker.max(now.apart(&next) / usual);
-            middle.contrast = middle.contrast.min(now.contrast / usual_contrast);
+            if HALF_WAY.contains(&moment) {
+                middle.contrast = middle.contrast.min(now.contrast / usual_contrast);
+            }
         }
         middle.judge();
         Ok(middle)

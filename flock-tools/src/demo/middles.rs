@@ -42,7 +42,8 @@ fn half_way_the_demo_is_as_bright_as_its_ends() {
         let found = furthest(&*clip.motion, f64::from(clip.frames.0), &threads);
         let middle = clip.middle(&plan.edition.look, &threads).unwrap().unwrap();
         println!("{}: {found:.2}, {middle:?}", clip.path);
-        assert!((0.75..=1.25).contains(&found), "{}: {found}", clip.path);
+        // Only flames are exposed: others may be brighter and darker by their nature.
+        assert!((0.75..=1.25).contains(&found) || !clip.motion.is_noisy(), "{}: {found}", clip.path);
         assert_eq!(middle.faults, [], "{}", clip.path);
     }
 }

@@ -25,7 +25,7 @@ use crate::render::{make_fatal, options};
 
 /// Render the demo flock into a folder
 ///
-/// Eight sheep and sixteen transitions, rendered on all cores. The full quality takes days; --small takes hours. If it
+/// Sixteen sheep of all species and 32 transitions, rendered on all cores. The full quality takes days; --small takes hours. If it
 /// is interrupted, the same command continues.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
@@ -36,7 +36,7 @@ use crate::render::{make_fatal, options};
 pub(crate) struct Args {
     /// The folder; made where it is missing
     dir: PathBuf,
-    /// As the small copy in the repository: coarser, shorter, under 40 MB in all
+    /// As the small copy in the repository: coarser, shorter, under 48 MB in all
     #[arg(long)]
     small: bool,
     /// Width and height in pixels, both even

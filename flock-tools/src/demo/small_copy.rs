@@ -16,7 +16,7 @@ use super::plan::{Edition, Plan};
 use crate::render::plan::{ClipPlan, Look};
 
 /// The most bytes of the copy on the disk.
-const ROOM: u64 = 40_000_000;
+const ROOM: u64 = 48_000_000;
 
 /// How near a frame of the copy comes to the same frame rendered now, in decibels: encoding at the copy's rate factor
 /// takes the rest. Frames before and after it are further off by [`APART_DB`] at least.
@@ -68,7 +68,7 @@ fn the_small_copy_is_the_planned_flock() {
 }
 
 #[test]
-fn the_small_copy_takes_at_most_40_mb() {
+fn the_small_copy_takes_at_most_48_mb() {
     let mut sum = 0;
     let mut folders = vec![folder()];
     while let Some(folder) = folders.pop() {
@@ -90,7 +90,14 @@ fn frames_of_the_small_copy_come_out_again() {
     let look = &plan.edition.look;
     let threads = Threads::new(0).unwrap();
     let shown = |path: &str| plan.clips.iter().find(|clip| clip.path.as_str() == path).unwrap();
-    for (path, number) in [("loops/tempest.mp4", 40), ("transitions/clematis=oracle.mp4", 28)] {
+    for (path, number) in [
+        ("loops/tempest.mp4", 40),
+        ("loops/lagoon.mp4", 40),
+        ("loops/neon.mp4", 40),
+        ("loops/linden.mp4", 40),
+        ("transitions/oracle=clematis.mp4", 28),
+        ("transitions/kindle=dahlia.mp4", 40),
+    ] {
         let clip = shown(path);
         let ours = clip.picture(number, look, &threads).unwrap().unwrap();
         let [before, near, after] =

@@ -40,7 +40,7 @@ fn make(folder: &Path, from: &str, select: &str, to: &str) {
     ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(from).args(["-filter_complex", &graph]);
     for (at, size) in SIZES.iter().enumerate() {
         ffmpeg.args(["-map", &format!("[{at}]"), "-r", "30", "-c:v", "libx264", "-profile:v", "high"]);
-        ffmpeg.args(["-preset", "veryfast", "-crf", "20", "-x264-params", "open-gop=0", "-movflags", "+faststart"]);
+        ffmpeg.args(["-preset", "veryfast", "-crf", "12", "-x264-params", "open-gop=0", "-movflags", "+faststart"]);
         ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe"]).args(TAGS).arg(of(folder, *size).join(to));
     }
     succeed(&mut ffmpeg);

@@ -168,7 +168,7 @@ fn the_worst_joins_are_shown_with_their_frames_and_figures() {
     let demo = programs::repository().join("flock-tools/demo/small");
     let (_scratch, page) = report(&demo, 0);
     let told = seen(&page, DESK_AT_NIGHT);
-    assert!(told["joins"].as_str().unwrap().starts_with("All 40 joins meet"), "{told}");
+    assert!(told["joins"].as_str().unwrap().starts_with("All 80 joins meet"), "{told}");
     assert!(told["pairs"].as_array().unwrap().iter().all(|pair| pair[1] == false), "{told}");
     let scratch = tempfile::tempdir().unwrap();
     let page = scratch.path().join("page.html");

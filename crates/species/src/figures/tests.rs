@@ -20,6 +20,12 @@ fn waves(x: f32, y: f32, frame: f64) -> [f32; 3] {
     [wave, 0.5 * wave, 0.2 + 0.2 * y]
 }
 
+/// 0 where the loop starts, 1 half way.
+fn half_way(frame: f64) -> f32 {
+    let part = (frame / FRAMES) as f32;
+    4.0 * part * (1.0 - part)
+}
+
 #[test]
 fn what_may_be_shown_has_no_fault() {
     let found = figures(waves);
@@ -42,6 +48,8 @@ fn what_is_wrong_is_named() {
         (faults(|x, y, frame| waves(x, y, frame).map(|light| 0.8 + 0.15 * light)), vec!["bright", "flat"]),
         (faults(|x, y, frame| waves(x, y, frame).map(|light| (2.0 * light - 0.4).clamp(0.0, 1.0))), vec!["clipped"]),
         (faults(|x, y, frame| waves(x, y, frame).map(|light| 0.4 + 0.05 * light)), vec!["flat"]),
+        // One colour once in a loop.
+        (faults(|x, y, frame| waves(x, y, frame).map(|light| 0.2 + light * half_way(frame))), vec!["flat"]),
         (faults(|x, y, _| waves(x, y, 0.0)), vec!["still"]),
         (faults(|x, y, frame| waves(x, y, 48.0 * (frame % 2.0))), vec!["strobing"]),
         // It rests for half of the loop, and then jumps a little.
