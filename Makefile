@@ -55,7 +55,7 @@ gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the
 	cargo test --locked --release --package flame --package flock-tools --features gpu --test gpu --target-dir $(gpu)
 	cargo test --locked --release --package flame --features gpu --lib --target-dir $(gpu) -- gpu::
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, quality, gpu, import, bundles, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, breeding, quality, gpu, import, bundles, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image
@@ -69,6 +69,7 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	cargo run --locked --release --package flock --example agreement
 	SPP=2000 cargo test --locked --release --package flame --test flam3 -- --nocapture
 	GENOMES=1000 PAIRS=200 MUTANTS=10000 cargo test --locked --release --package claims --test species -- --nocapture
+	TASTES=expr,flam3,agents,plant cargo test --locked --release --package flock-tools --lib learns_a_hidden_taste -- --nocapture
 	tests/soak/arm64
 	tests/soak/run
 	tests/soak/update

@@ -20,6 +20,7 @@
 //! | `import` | `dreams import`: clips and genomes from elsewhere |
 //! | `walks` | `dreams walk`, `dreams simulate`, `dreams share` |
 //! | `balance` | `dreams balance`: weights, and transitions to add or remove |
+//! | `breeding` | `dreams pool`, `breed`, `votes`, `family`, `elect`: pools in which sheep are bred, and flocks from them |
 //! | `report` | `dreams report`: a flock as one page |
 //! | `bundles` | `dreams keygen`, `pack`, `publish`, `verify`, `diff`: a flock or a system on its way to units |
 //! | `manual` | `dreams completions`, `dreams man` |
@@ -29,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 mod balance;
+mod breeding;
 mod bundles;
 mod check;
 mod credits;
@@ -64,12 +66,15 @@ struct Args {
 enum Command {
     Add(curate::add::Args),
     Balance(balance::Args),
+    Breed(breeding::breed::Args),
     Check(check::Args),
     Completions(manual::completions::Args),
     Credits(credits::command::Args),
     Demo(demo::Args),
     Diff(bundles::diff::Args),
     Drop(curate::drop::Args),
+    Elect(breeding::elect::Args),
+    Family(breeding::family::Args),
     Import(import::Args),
     Keygen(bundles::keygen::Args),
     Link(curate::link::Args),
@@ -77,6 +82,7 @@ enum Command {
     Man(manual::man::Args),
     New(curate::new::Args),
     Pack(bundles::pack::Args),
+    Pool(breeding::pool::Args),
     Prune(curate::prune::Args),
     Publish(bundles::publish::Args),
     Rename(curate::rename::Args),
@@ -88,6 +94,7 @@ enum Command {
     Still(render::still::Args),
     Unlink(curate::unlink::Args),
     Verify(bundles::verify::Args),
+    Votes(breeding::votes::Args),
     Walk(walks::walk::Args),
     Want(curate::want::Args),
     Weight(curate::weight::Args),
@@ -134,12 +141,15 @@ fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
     match command {
         Command::Add(args) => curate::add::run(&args, decoder),
         Command::Balance(args) => balance::run(&args),
+        Command::Breed(args) => breeding::breed::run(&args),
         Command::Check(args) => check::run(&args, decoder),
         Command::Completions(args) => manual::completions::run(&args),
         Command::Credits(args) => credits::command::run(&args),
         Command::Demo(args) => (part()?.demo)(&args),
         Command::Diff(args) => bundles::diff::run(&args),
         Command::Drop(args) => curate::drop::run(&args),
+        Command::Elect(args) => breeding::elect::run(&args),
+        Command::Family(args) => breeding::family::run(&args),
         Command::Import(args) => (part()?.import)(&args),
         Command::Keygen(args) => bundles::keygen::run(&args),
         Command::Link(args) => curate::link::run(&args, decoder),
@@ -148,6 +158,7 @@ fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
         Command::New(args) => curate::new::run(&args),
         Command::Pack(args) if args.system => bundles::system::pack(&args),
         Command::Pack(args) => (part()?.pack)(&args),
+        Command::Pool(args) => breeding::pool::run(&args),
         Command::Prune(args) => curate::prune::run(&args),
         Command::Publish(args) => bundles::publish::run(&args),
         Command::Rename(args) => curate::rename::run(&args),
@@ -159,6 +170,7 @@ fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
         Command::Still(args) => render::still::run(&args),
         Command::Unlink(args) => curate::unlink::run(&args),
         Command::Verify(args) => bundles::verify::run(&args),
+        Command::Votes(args) => breeding::votes::run(&args),
         Command::Walk(args) => walks::walk::run(&args),
         Command::Want(args) => curate::want::run(&args),
         Command::Weight(args) => curate::weight::run(&args),

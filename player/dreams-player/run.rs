@@ -6,7 +6,7 @@
 //! Flip thread (this one, `presenter.rs`) <- frames <- `decoder.rs` <- clips <- `clip_source.rs`; events go to
 //! `recording`, and `status` shows them.
 
-use crate::control::{BrightnessControl, DisplayTarget, NoticeWatcher, Overlay};
+use crate::control::{Acknowledgements, BrightnessControl, DisplayTarget, NoticeWatcher, Overlay};
 use crate::fatal::Fatal;
 use crate::pipeline::{
     ClipSource, DecoderSettings, FirstFrame, FrameReceiver, Presenter, PresenterHandles, RunEnd, StartGate, Strikes,
@@ -84,6 +84,7 @@ fn perform(config: &Config, generation: Generation, stop: &AtomicBool) -> Result
     let saver = PlaceSaver::start(store, faults.clone(), is_free)?;
     BrightnessControl::new(config.day(), &config.owner).start(Arc::clone(target), clock_s)?;
     NoticeWatcher::new(&config.notice, clock_s()).start(Arc::clone(view), Arc::clone(overlay), now)?;
+    Acknowledgements::start(config.acknowledge.0.as_deref(), Arc::clone(view), Arc::clone(overlay), now)?;
     status::serve(&config.status, shared.page(flock, &faults, config));
 
     let (saver, watchdog) = (Some(saver), watchdog_interval());

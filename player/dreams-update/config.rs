@@ -39,6 +39,7 @@ pub(crate) struct Config {
     #[serde(deserialize_with = "reserve_mib")]
     pub(crate) reserve_mib: u64,
     pub(crate) report_to: Option<String>,
+    pub(crate) votes: Option<PathBuf>,
     pub(crate) status: String,
     pub(crate) log: LogLevel,
 }
@@ -59,6 +60,7 @@ impl Default for Config {
             bandwidth_kib: 0,
             reserve_mib: 256,
             report_to: None,
+            votes: None,
             status: "127.0.0.1:7180".to_owned(),
             log: LogLevel(tracing::Level::INFO),
         }

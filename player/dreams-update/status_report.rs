@@ -1,6 +1,7 @@
 //! The status report that a unit sends to an address, if its config has one (`report_to`).
 //!
-//! Owns the document: the unit's name, the result of the update run, and the player's status document. It is sent once
+//! Owns the document: the unit's name, the result of the update run, the player's status document, and if its config says so
+//! the votes of the people before it. It is sent once
 //! after each run on the schedule; if it does not arrive nothing else changes. Never sent over TLS by a unit whose clock
 //! cannot be right: it could not check the certificate.
 //!
@@ -16,9 +17,11 @@ use player::{clock_s, is_clock_wrong};
 use serde::Serialize;
 use serde_json::Value;
 use std::io;
+use std::path::Path;
 use std::time::Duration;
 use tracing::{info, warn};
 use ureq::Agent;
+use votes::{Store, Totals};
 
 /// How long the player may take to answer.
 const STATUS: Duration = Duration::from_secs(5);
@@ -35,6 +38,9 @@ struct StatusReport<'b> {
     error: Option<String>,
     /// The player's; none if it does not answer.
     status: Option<Value>,
+    /// The totals of the votes; none where the config has no `votes`, or none were counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    votes: Option<Totals>,
 }
 
 /// Sends the report, after an update run that ended so.
@@ -51,6 +57,7 @@ pub(crate) fn send(order: &Order, ended: Result<&Answer, &Fatal>) {
                 update: ended.ok(),
                 error: ended.err().map(|fatal| chain(fatal)),
                 status: status(&order.config.status),
+                votes: order.config.votes.as_deref().and_then(votes),
             };
             post(&agent, address, &report)
         });
@@ -64,6 +71,12 @@ fn post(agent: &Agent, address: &str, report: &StatusReport<'_>) -> io::Result<(
     let request = agent.post(address).config().timeout_global(Some(SMALL)).build().content_type("application/json");
     let status = request.send(&text[..]).map_err(of_request)?.status();
     if status.is_success() { Ok(()) } else { Err(io::Error::other(format!("the server answers {status}"))) }
+}
+
+/// What `dreams-votes --show` prints of the votes in `store`.
+fn votes(store: &Path) -> Option<Totals> {
+    let kept = Store::open(store).inspect_err(|error| warn!(error = chain(error), "no votes are reported"));
+    kept.ok()?.1.map(|ledger| ledger.sent())
 }
 
 /// The status document of the player at `place` on this machine.

@@ -1,12 +1,13 @@
-//! What the four programs of a unit share; each has a folder of its name beside this one.
+//! What the five programs of a unit share; each has a folder of its name beside this one.
 //!
 //! Owns how they answer, where they log, how they read their settings, and the files through which one tells the other.
 //! Never plays and never fetches.
 //!
-//! Start at the `main.rs` of `dreams-player`, `dreams-update`, `dreams-owner` or `dreams-mend`.
+//! Start at the `main.rs` of `dreams-player`, `dreams-update`, `dreams-owner`, `dreams-votes` or `dreams-mend`.
 #![forbid(unsafe_code)]
 #![allow(clippy::missing_errors_doc, reason = "the library of our own programs, which has no other readers")]
 
+pub mod acknowledgement;
 pub mod config_file;
 pub mod contact;
 pub mod day;
@@ -20,6 +21,7 @@ pub mod owner;
 pub mod threads;
 pub mod wifi;
 
+pub use acknowledgement::MarkSocket;
 pub use config_file::ConfigError;
 pub use contact::Contact;
 pub use day::is_clock_wrong;

@@ -33,6 +33,7 @@ mod player {
     mod status_page;
     mod systemd;
     mod update_load;
+    pub(crate) mod votes;
 }
 mod player_run;
 mod programs;
@@ -40,6 +41,8 @@ mod slurm_cluster;
 mod syscall_faults;
 mod tools {
     mod balance;
+    mod breeding;
+    mod breeding_guide;
     pub(crate) mod bundles;
     pub(crate) mod command_line;
     mod credits;

@@ -100,6 +100,13 @@ impl RunningPlayer {
         }
     }
 
+    /// Waits for the next line of the trace, and returns it.
+    pub(crate) fn next_line(&mut self) -> Trace {
+        self.await_lines(1);
+        let before = self.text.trim_end().rfind('\n').map_or(0, |end| end + 1);
+        Trace::parse(&self.text[before..])
+    }
+
     /// Stops reading, and waits until the pipe is full: the player blocks in the middle of a line.
     pub(crate) fn stop_listening(&self) {
         let pipe = self.told.as_ref().expect("read to its end only by `end_within`").get_ref();

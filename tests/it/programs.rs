@@ -27,6 +27,11 @@ pub(crate) fn owner() -> PathBuf {
     fresh(&units().join("dreams-owner"))
 }
 
+/// `dreams-votes` as `make check` built it.
+pub(crate) fn votes() -> PathBuf {
+    fresh(&units().join("dreams-votes"))
+}
+
 /// `dreams-mend` as `make check` built it.
 pub(crate) fn mender() -> PathBuf {
     fresh(&units().join("dreams-mend"))

@@ -50,6 +50,8 @@ pub(crate) struct Flip {
     pub(crate) late: u64,
     /// MD5 of the visible planes, with `--hash`.
     pub(crate) hash: Option<String>,
+    /// The acknowledgement that lies over it, counted from 1.
+    pub(crate) mark: Option<u64>,
 }
 
 /// The closing counts of a run.
@@ -130,6 +132,7 @@ fn flip(event: &Value) -> Flip {
         t_ns: number(event, "t_ns"),
         late: number(event, "late"),
         hash: event.get("hash").map(|_| text(event, "hash")),
+        mark: event.get("mark").map(|_| number(event, "mark")),
     }
 }
 

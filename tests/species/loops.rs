@@ -5,20 +5,15 @@
 use species::{Figures, Rng, Threads};
 
 use super::joins::{allowed, at};
-use super::sheep::{LOOP, SETTINGS, SIZE, drawn, genome, picture, turning};
-use super::{SPECIES, many};
-
-/// Genomes of each species.
-fn genomes() -> u64 {
-    many("GENOMES", 8)
-}
+use super::sheep::{LOOP, SETTINGS, SIZE, bred, drawn, genome, picture, turning};
+use super::{SPECIES, genomes};
 
 #[test]
 fn frame_f_is_frame_0_to_the_bit_and_the_seam_cannot_be_seen() {
     let threads = Threads::new(0).unwrap();
     for species in SPECIES {
         let (mut worst, mut jerky) = ((0.0, String::new()), 0);
-        for seed in 0..genomes() {
+        for seed in 0..genomes(*species) {
             let genome = genome(*species, seed);
             let turning = turning(&*genome);
             let frame = |frame: f64| picture(&*turning, frame, &threads);
@@ -41,7 +36,7 @@ fn frame_f_is_frame_0_to_the_bit_and_the_seam_cannot_be_seen() {
 fn nobody_is_shown_what_is_black_still_or_strobing() {
     let threads = Threads::new(0).unwrap();
     for species in SPECIES {
-        for seed in 0..genomes() {
+        for seed in 0..genomes(*species) {
             let genome = genome(*species, seed);
             let turning = genome.turning([1280, 720], LOOP);
             let figures = Figures::sketched(&*turning, LOOP, [1280, 720], &threads).unwrap();
@@ -54,7 +49,7 @@ fn nobody_is_shown_what_is_black_still_or_strobing() {
 fn pixels_are_the_same_for_any_number_of_threads() {
     let threads = [1, 2, 7].map(|count| Threads::new(count).unwrap());
     for species in SPECIES {
-        for seed in 0..genomes() / 3 {
+        for seed in 0..genomes(*species).div_ceil(3) {
             let turning = turning(&*genome(*species, seed));
             let [one, two, seven] = [0, 1, 2].map(|at| drawn(&*turning, 7.25, &threads[at]));
             assert!(one == two && two == seven, "{}, {seed}", species.name());
@@ -65,9 +60,8 @@ fn pixels_are_the_same_for_any_number_of_threads() {
 #[test]
 fn the_same_random_numbers_make_the_same_genomes() {
     for species in SPECIES {
-        for seed in 0..genomes() / 3 {
-            let text = || genome(*species, seed).text();
-            assert_eq!(text(), text());
+        for seed in 0..genomes(*species).div_ceil(3) {
+            assert_eq!(bred(*species, seed).text(), genome(*species, seed).text());
         }
         let other = SPECIES.iter().find(|other| other.name() != species.name());
         if let Some(other) = other {
@@ -82,7 +76,7 @@ fn the_same_random_numbers_make_the_same_genomes() {
 fn a_picture_takes_no_more_than_was_told() {
     let threads = Threads::new(1).unwrap();
     for species in SPECIES {
-        for seed in 0..genomes() {
+        for seed in 0..genomes(*species) {
             let turning = genome(*species, seed).turning(SIZE, LOOP);
             let demand = turning.demand(40.5, &SETTINGS).unwrap();
             // On the one thread that draws, where allocations are counted.

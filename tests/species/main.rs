@@ -7,17 +7,26 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a claim fails by panicking")]
 #![allow(clippy::print_stdout, reason = "what was found is told where it is asked for")]
 
-use species::Breed;
+use flame::{Backend, Flames};
+use species::{Breed, Species};
 
 mod damage;
 mod joins;
+mod lineage;
 mod loops;
 mod sheep;
 mod texts;
 mod transitions;
 
-/// All species that can be bred. Flames cannot yet: those of the demo are tried with the others.
-const SPECIES: &[&dyn Breed] = &[&expression::Expressions, &agents::Agents, &plant::Plants];
+/// All species.
+const SPECIES: &[&dyn Breed] = &[&expression::Expressions, &agents::Agents, &plant::Plants, &FLAMES];
+
+static FLAMES: Flames = Flames { backend: Backend::PROCESSOR, coloured: Ok };
+
+/// How many genomes of a species are tried. Pictures that have noise take a hundred times as long.
+fn genomes(of: &dyn Breed) -> u64 {
+    many("GENOMES", if of.ending() == FLAMES.ending() { 2 } else { 8 })
+}
 
 /// The number in the variable `name`, or `usual`: little is tried every day, more where the environment says so.
 fn many(name: &str, usual: u64) -> u64 {

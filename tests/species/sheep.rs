@@ -2,11 +2,10 @@
 //!
 //! Owns how they are bred, and how they are drawn. Never judges them.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::sync::Mutex;
 
-use flame::{Backend, Flames};
-use species::{Breed, Drawn, Genome, Image, Motion, Rng, Settings, Species, Threads};
+use species::{Breed, Drawn, Genome, Image, Motion, Rng, Settings, Threads};
 
 /// Frames of a loop, and of a transition from one to another.
 pub(crate) const LOOP: f64 = 384.0;
@@ -17,8 +16,22 @@ pub(crate) const SIZE: [u32; 2] = [96, 54];
 /// Samples per pixel where there is noise: so many that motion shows above it.
 const SAMPLES: f64 = 500.0;
 
+/// Texts of genomes, by their species and their numbers: breeding takes longer than reading.
+static BRED: Mutex<BTreeMap<(&str, u64), String>> = Mutex::new(BTreeMap::new());
+
 /// The genome of a species numbered `seed`: every second one is random, the others are bred.
 pub(crate) fn genome(of: &dyn Breed, seed: u64) -> Box<dyn Genome> {
+    let known = BRED.lock().unwrap().get(&(of.ending(), seed)).cloned();
+    let text = known.unwrap_or_else(|| {
+        let text = bred(of, seed).text();
+        BRED.lock().unwrap().insert((of.ending(), seed), text.clone());
+        text
+    });
+    of.parse(&text).unwrap()
+}
+
+/// The same, bred anew.
+pub(crate) fn bred(of: &dyn Breed, seed: u64) -> Box<dyn Genome> {
     let mut rng = Rng::stream(seed, 31);
     let random = of.random(&mut rng);
     if seed.is_multiple_of(2) {
@@ -27,16 +40,6 @@ pub(crate) fn genome(of: &dyn Breed, seed: u64) -> Box<dyn Genome> {
     let (child, _) = of.mutate(&*random, 1.0, &mut rng).unwrap();
     let other = of.random(&mut rng);
     of.cross([&*child, &*other], &mut rng).map_or(child, |(child, _)| child)
-}
-
-/// One of the flames of the demo.
-pub(crate) fn flame(seed: u64) -> Box<dyn Genome> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../flock-tools/demo/genomes");
-    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut flames: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|it| it == "flam3")).collect();
-    flames.sort();
-    let text = fs::read_to_string(&flames[seed as usize % flames.len()]).unwrap();
-    Flames { backend: Backend::default(), coloured: Ok }.parse(&text).unwrap()
 }
 
 pub(crate) fn turning(of: &dyn Genome) -> Box<dyn Motion> {

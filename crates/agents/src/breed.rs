@@ -9,7 +9,7 @@
 //! W. B. Langdon, *Global Distributed Evolution of L-Systems Fractals* (Pfeiffer, 2004), section 3.3, for the crossover of
 //! strings. All else is ours.
 
-use species::Rng;
+use species::{Operator, Rng};
 
 pub(crate) use crate::random::random;
 
@@ -39,45 +39,99 @@ pub fn crossover(first: &str, second: &str, rng: &mut Rng) -> String {
     first[..from].iter().chain(middle).chain(&first[to..]).collect()
 }
 
-/// A child of one globe, and what was done.
-pub(crate) fn mutated(parent: &Globe, strength: f64, rng: &mut Rng) -> (Globe, &'static str) {
+const STRINGS: &str = "strings";
+const LEAVE: &str = "leave";
+const COME: &str = "come";
+const COLOURS: &str = "colours";
+const DRIFT: &str = "drift";
+const GLOW: &str = "glow";
+pub(crate) const CROSSED: &str = "crossover";
+
+/// All operators.
+pub(crate) const OPERATORS: &[Operator] = &[
+    Operator::mutation(
+        STRINGS,
+        &[],
+        "changes the strings of some agents: a parameter, letters of a rule, or everything",
+    ),
+    Operator::mutation(LEAVE, &[], "takes an agent out"),
+    Operator::mutation(COME, &[], "takes in an agent at random"),
+    Operator::mutation(COLOURS, &[], "gives a colour of the palette or the background another hue"),
+    Operator::mutation(DRIFT, &[], "lets the agents take other paths"),
+    Operator::mutation(GLOW, &[], "changes the glow and the number of motes"),
+    Operator::crossing(CROSSED, &["mate"], "mates the agents of both, some of them by a crossover of their strings"),
+];
+
+/// A child of one globe, and the last thing that was done; none if nothing was.
+pub(crate) fn mutated(parent: &Globe, strength: f64, rng: &mut Rng) -> Option<(Globe, &'static str)> {
     let rate = (CHANGES * strength).clamp(0.0, 1.0);
-    let mut child = Globe { name: None, flock: Vec::new(), shapes: Vec::new(), ..parent.clone() };
-    let mut changed = 0;
-    for agent in &parent.flock {
-        let is_taken = rng.unit() < rate && (0..ATTEMPTS).any(|_| child.take(changed_string(agent, rng)));
-        changed += usize::from(is_taken);
-        if !is_taken {
-            child.keep(parent, agent);
+    let mut how = None;
+    let mut child = Globe { name: None, ..parent.clone() };
+    for name in [STRINGS, LEAVE, COME, COLOURS, DRIFT, GLOW] {
+        // Each agent has its own luck; and something else moves where none of them has.
+        let is_due = name == STRINGS || rng.unit() < rate || (name == DRIFT && how.is_none() && rate > 0.0);
+        if is_due && change(name, &mut child, rate, rng) {
+            how = Some(name);
         }
     }
-    let mut how = if changed > 0 { "agents changed" } else { "drift changed" };
-    if rng.unit() < rate && child.flock.len() > AGENTS[0] {
-        let gone = below(rng, child.flock.len());
-        child.flock.remove(gone);
-        child.shapes.remove(gone);
-        how = "an agent left";
-    }
-    if rng.unit() < rate && (0..ATTEMPTS).any(|_| child.take(string(Family::random(rng), rng))) {
-        how = "an agent came";
-    }
-    if rng.unit() < rate {
-        recolour(&mut child, rng);
-        how = if changed > 0 { "agents and colours changed" } else { "colours changed" };
-    }
-    if rng.unit() < rate || (changed == 0 && rate > 0.0) {
-        child.drift = rng.bits() as u32;
-    }
-    if rng.unit() < rate {
-        child.glow = tenths((child.glow + 0.3 * rng.signed()).clamp(0.5, 1.8));
-        child.dust = (f64::from(child.dust) + 40.0 * rng.signed()).clamp(20.0, f64::from(MOST_DUST)) as u32;
-    }
     fill(&mut child, rng);
-    (child, how)
+    how.map(|how| (child, how))
 }
 
-/// A child of two globes, and how it was made.
-pub(crate) fn crossed(a: &Globe, b: &Globe, rng: &mut Rng) -> (Globe, &'static str) {
+/// A child of one globe by the mutation `name`; none if there is none of this name, or nothing for it to do.
+pub(crate) fn mutated_by(name: &str, parent: &Globe, strength: f64, rng: &mut Rng) -> Option<Globe> {
+    let rate = (CHANGES * strength).clamp(0.0, 1.0);
+    let attempt = |rng: &mut Rng| {
+        let mut child = Globe { name: None, ..parent.clone() };
+        let is_changed = change(name, &mut child, rate, rng);
+        fill(&mut child, rng);
+        is_changed.then_some(child)
+    };
+    if rate > 0.0 { (0..ATTEMPTS).find_map(|_| attempt(rng)) } else { None }
+}
+
+/// Does what `name` says to a globe, each agent's string at this rate, and tells whether that changed anything.
+fn change(name: &str, child: &mut Globe, rate: f64, rng: &mut Rng) -> bool {
+    match name {
+        STRINGS => {
+            let parent = child.clone();
+            (child.flock, child.shapes) = (Vec::new(), Vec::new());
+            let mut changed = false;
+            for agent in &parent.flock {
+                let is_taken = rng.unit() < rate && (0..ATTEMPTS).any(|_| child.take(changed_string(agent, rng)));
+                changed |= is_taken;
+                if !is_taken {
+                    child.keep(&parent, agent);
+                }
+            }
+            changed
+        }
+        LEAVE if child.flock.len() > AGENTS[0] => {
+            let gone = below(rng, child.flock.len());
+            child.flock.remove(gone);
+            child.shapes.remove(gone);
+            true
+        }
+        COME => (0..ATTEMPTS).any(|_| child.take(string(Family::random(rng), rng))),
+        COLOURS => {
+            recolour(child, rng);
+            true
+        }
+        DRIFT => {
+            child.drift = rng.bits() as u32;
+            true
+        }
+        GLOW => {
+            child.glow = tenths((child.glow + 0.3 * rng.signed()).clamp(0.5, 1.8));
+            child.dust = (f64::from(child.dust) + 40.0 * rng.signed()).clamp(20.0, f64::from(MOST_DUST)) as u32;
+            true
+        }
+        _ => false,
+    }
+}
+
+/// A child of two globes.
+pub(crate) fn crossed(a: &Globe, b: &Globe, rng: &mut Rng) -> Globe {
     let looks = if rng.unit() < 0.5 { a } else { b };
     let mut child = Globe { name: None, flock: Vec::new(), shapes: Vec::new(), ..looks.clone() };
     child.drift = if rng.unit() < 0.5 { a.drift } else { b.drift };
@@ -97,7 +151,7 @@ pub(crate) fn crossed(a: &Globe, b: &Globe, rng: &mut Rng) -> (Globe, &'static s
         }
     }
     fill(&mut child, rng);
-    (child, "strings crossed")
+    child
 }
 
 impl Globe {

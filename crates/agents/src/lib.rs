@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `pfeiffer.rs`, `turtle.rs` | an agent's string, and the walk along it |
 //! | `shape.rs` | an agent at rest: its measures, and what is refused before it is shown |
-//! | `globe.rs`, `reader.rs`, `writer.rs`, `error.rs` | a file of agents, with places and limits |
+//! | `globe.rs`, `reader.rs`, `writer.rs`, `lineage.rs`, `error.rs` | a file of agents, with places and limits |
 //! | `path.rs`, `motion.rs` | where everything is at a moment of a loop or a transition |
 //! | `sprite.rs`, `raster.rs`, `bloom.rs`, `colour.rs`, `picture.rs` | strokes, light, glow, and the picture |
 //! | `strings.rs`, `random.rs`, `breed.rs` | agents and globes at random, mutation, mating |
@@ -24,6 +24,7 @@ mod breed;
 mod colour;
 mod error;
 mod globe;
+mod lineage;
 mod motion;
 mod path;
 mod pfeiffer;

@@ -6,7 +6,9 @@
 
 use std::any::Any;
 
-use ::species::{Breed, Genome, Motion, Recipe, Refusal, Rng, Settings, Species};
+use ::species::{
+    Breed, Child, Genome, Lineage, Motion, Operator, Recipe, Refusal, Rng, Settings, Species, UNCHANGED, descended,
+};
 
 use crate::breed;
 use crate::globe::{Globe, MOST_BYTES};
@@ -43,19 +45,37 @@ impl Species for Agents {
 }
 
 impl Breed for Agents {
+    fn operators(&self) -> &'static [Operator] {
+        breed::OPERATORS
+    }
+
     fn random(&self, rng: &mut Rng) -> Box<dyn Genome> {
         Box::new(breed::random(rng))
     }
 
-    fn mutate(&self, parent: &dyn Genome, strength: f64, rng: &mut Rng) -> Option<(Box<dyn Genome>, &'static str)> {
-        let (child, how) = breed::mutated(parent.as_any().downcast_ref()?, strength, rng);
-        Some((Box::new(child), how))
+    fn mutate(&self, parent: &dyn Genome, strength: f64, rng: &mut Rng) -> Option<Child> {
+        let globe: &Globe = parent.as_any().downcast_ref()?;
+        Some(match breed::mutated(globe, strength, rng) {
+            Some((child, how)) => descended(&child, how, &[parent]),
+            None => (Box::new(globe.clone()), UNCHANGED),
+        })
     }
 
-    fn cross(&self, parents: [&dyn Genome; 2], rng: &mut Rng) -> Option<(Box<dyn Genome>, &'static str)> {
+    fn cross(&self, parents: [&dyn Genome; 2], rng: &mut Rng) -> Option<Child> {
         let [a, b] = parents.map(|parent| parent.as_any().downcast_ref::<Globe>());
-        let (child, how) = breed::crossed(a?, b?, rng);
-        Some((Box::new(child), how))
+        Some(descended(&breed::crossed(a?, b?, rng), breed::CROSSED, &parents))
+    }
+
+    fn apply(&self, name: &str, parents: &[&dyn Genome], strength: f64, rng: &mut Rng) -> Option<Child> {
+        let operator = self.operator(name)?;
+        match parents {
+            [a, b] if operator.parents == 2 => self.cross([*a, *b], rng),
+            [parent] => {
+                let child = breed::mutated_by(operator.name, parent.as_any().downcast_ref()?, strength, rng)?;
+                Some(descended(&child, operator.name, parents))
+            }
+            _ => None,
+        }
     }
 }
 
@@ -70,6 +90,14 @@ impl Genome for Globe {
 
     fn text(&self) -> String {
         self.written()
+    }
+
+    fn lineage(&self) -> Lineage {
+        self.origin()
+    }
+
+    fn with_lineage(&self, lineage: &Lineage) -> Box<dyn Genome> {
+        Box::new(self.with_origin(lineage))
     }
 
     fn recipe(&self, settings: &Settings) -> Recipe {

@@ -135,6 +135,12 @@ fn no_transition_leads_to_another_species() {
         fn text(&self) -> String {
             String::new()
         }
+        fn lineage(&self) -> species::Lineage {
+            species::Lineage::default()
+        }
+        fn with_lineage(&self, _: &species::Lineage) -> Box<dyn Genome> {
+            Box::new(Other)
+        }
         fn recipe(&self, _: &Settings) -> species::Recipe {
             species::Recipe { version: String::new(), settings: String::new(), genome: String::new() }
         }

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `functions.rs` | the one table of functions: names, types, rules, weights |
 //! | `node.rs`, `genome.rs` | an expression as a tree; a file's parts |
-//! | `form.rs`, `reader.rs`, `writer.rs`, `error.rs` | text, with places and limits |
+//! | `form.rs`, `reader.rs`, `writer.rs`, `lineage.rs`, `error.rs` | text, with places and limits |
 //! | `motion.rs`, `dissolve.rs`, `still.rs` | loops, transitions, and what both are at a moment |
 //! | `lower.rs`, `graph.rs`, `tape.rs` | from a moment to instructions: types, sharing, registers |
 //! | `kernels`, `math.rs` | what the machine does with 512 samples |
@@ -30,6 +30,7 @@ mod functions;
 mod genome;
 mod graph;
 mod kernels;
+mod lineage;
 mod lower;
 mod math;
 mod motion;

@@ -32,8 +32,10 @@ const TRIES: usize = 20;
 pub enum Mutation {
     /// A new random expression.
     New,
-    /// Its numbers, changed a little.
+    /// Its number, changed a little; a position is the other one.
     Adjusted,
+    /// The numbers of a vector, changed a little.
+    AdjustedVector,
     /// Another function, its arguments fitted.
     OtherFunction,
     /// The argument of a new function.
@@ -93,7 +95,7 @@ impl Breeding<'_> {
 
     fn mutated(&self, of: &Node, mutation: Mutation, argument: Argument, rng: &mut Rng) -> Node {
         match mutation {
-            Mutation::Adjusted => adjusted(of, argument.wants, rng),
+            Mutation::Adjusted | Mutation::AdjustedVector => adjusted(of, argument.wants, rng),
             Mutation::Copied => {
                 let all = self.parent.all();
                 all[below(rng, all.len())].clone()
@@ -131,7 +133,9 @@ fn is_free(function: &Function, at: usize) -> bool {
 fn chosen(of: &Node, rng: &mut Rng) -> Mutation {
     let table: &[(Mutation, f64)] = if matches!(of, Node::Call(..)) { &OF_FUNCTIONS } else { &OF_LEAVES };
     let weights: Vec<f64> = table.iter().map(|(_, weight)| *weight).collect();
-    table[weighted(rng, &weights)].0
+    let (mutation, _) = table[weighted(rng, &weights)];
+    let is_of_vector = mutation == Mutation::Adjusted && matches!(of, Node::Vector(_));
+    if is_of_vector { Mutation::AdjustedVector } else { mutation }
 }
 
 /// Another function, the likelier the nearer its number of arguments is to what there is. Arguments stay in order;

@@ -110,7 +110,7 @@ impl Nodes {
 
 impl<'t> Form<'t> {
     /// The name and the values of a list that begins with a name.
-    fn call(&self) -> Option<(&Form<'t>, &[Form<'t>])> {
+    pub(crate) fn call(&self) -> Option<(&Form<'t>, &[Form<'t>])> {
         let Kind::List(forms) = &self.kind else { return None };
         let (head, values) = forms.split_first()?;
         matches!(head.kind, Kind::Atom).then_some((head, values))

@@ -6,7 +6,7 @@
 
 use std::any::Any;
 
-use ::species::{Demand, Drawn, Light, Motion, Recipe, Refusal, RenderError, Species, Threads, expected};
+use ::species::{Demand, Drawn, Light, Lineage, Motion, Recipe, Refusal, RenderError, Species, Threads, expected};
 
 use crate::dissolve::{LEAST_SHARED, Transition};
 use crate::error::ExpressionError;
@@ -62,6 +62,14 @@ impl ::species::Genome for Genome {
 
     fn text(&self) -> String {
         self.to_string()
+    }
+
+    fn lineage(&self) -> Lineage {
+        self.origin()
+    }
+
+    fn with_lineage(&self, lineage: &Lineage) -> Box<dyn ::species::Genome> {
+        Box::new(self.with_origin(lineage))
     }
 
     fn recipe(&self, settings: &::species::Settings) -> Recipe {

@@ -21,7 +21,7 @@ impl Display for Genome {
     fn fmt(&self, text: &mut Formatter<'_>) -> Result {
         writeln!(text, "(expression 1")?;
         if let Some(name) = &self.name {
-            writeln!(text, "  (name \"{}\")", name.replace('\\', "\\\\").replace('"', "\\\""))?;
+            writeln!(text, "  (name {})", quoted(name))?;
         }
         if self.turns != 1 {
             writeln!(text, "  (turns {})", self.turns)?;
@@ -35,6 +35,11 @@ impl Display for Genome {
         }
         writeln!(text, "  (picture {}))", self.picture)
     }
+}
+
+/// A text in quotes.
+pub(crate) fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 impl Display for Node {

@@ -65,6 +65,7 @@ fn every_mutation_and_every_function_comes_up() {
     let all = [
         Mutation::New,
         Mutation::Adjusted,
+        Mutation::AdjustedVector,
         Mutation::OtherFunction,
         Mutation::Wrapped,
         Mutation::Unwrapped,

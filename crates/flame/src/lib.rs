@@ -1,8 +1,8 @@
 //! Flames: genomes, their motion, and the renderer that turns a moment of them into light.
 //!
 //! Owns everything that knows what a transform is: reading and writing flam3 XML ([`genome`]), the
-//! published variations ([`variations`]), loops and transitions ([`animate`]), the picture ([`render`]), and how bright a
-//! transition is half way ([`Exposure`]). Never opens a file, reads a clock or knows what a flock or a clip is.
+//! published variations ([`variations`]), loops and transitions ([`animate`]), the picture ([`render`]), how bright a
+//! transition is half way ([`Exposure`]), and new genomes by chance and from parents ([`breed`]). Never opens a file, reads a clock or knows what a flock or a clip is.
 //!
 //! Start at [`Flames`], the species; at [`Renderer::render`] with settings of its own.
 #![forbid(unsafe_code)]
@@ -10,6 +10,7 @@
 #![allow(clippy::float_cmp, reason = "0 and 1 mean `off` and `whole` exactly, as files say them")]
 
 pub mod animate;
+pub mod breed;
 mod exposure;
 pub mod genome;
 mod light;

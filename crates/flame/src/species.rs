@@ -8,7 +8,7 @@
 use std::any::Any;
 use std::sync::{Mutex, PoisonError};
 
-use species::{Demand, Drawn, Recipe, Refusal, Threads};
+use species::{Demand, Drawn, Lineage, Recipe, Refusal, Threads};
 
 use crate::animate::{Loop, Motion, Transition};
 use crate::exposure::{Exposed, Exposure};
@@ -106,6 +106,14 @@ impl species::Genome for Flame {
 
     fn text(&self) -> String {
         self.genome.to_xml()
+    }
+
+    fn lineage(&self) -> Lineage {
+        self.genome.lineage()
+    }
+
+    fn with_lineage(&self, lineage: &Lineage) -> Box<dyn species::Genome> {
+        Box::new(Flame::new(self.genome.with_lineage(lineage), self.backend.clone()))
     }
 
     fn recipe(&self, settings: &species::Settings) -> Recipe {

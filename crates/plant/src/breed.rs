@@ -8,7 +8,7 @@
 //! # Source
 //! Sims, *Artificial Evolution for Computer Graphics* (1991), sections 3.2 and 3.3.
 
-use species::{Breed, Genome, Rng};
+use species::{Breed, Child, Genome, Operator, Rng, UNCHANGED, descended};
 
 use crate::colour::{of_hue, shown};
 use crate::genes::{GENES, HUE, MANY};
@@ -23,8 +23,28 @@ const MUTATES: f64 = 0.2;
 const DISTANCE: f64 = 0.4;
 /// How often what is not fair is made again.
 const TRIES: usize = 24;
-/// Mated this often of 100: by each gene from either parent, by crossovers, by one fraction, by a fraction per gene.
-const MATINGS: [(&str, f64); 4] = [("either", 0.6), ("crossover", 0.15), ("dissolve", 0.1), ("fractions", 0.15)];
+/// Names of mutations, and of matings.
+const GENES_CHANGED: &str = "genes";
+const SKY_CHANGED: &str = "sky";
+const CHANCES_CHANGED: &str = "chances";
+const EITHER: &str = "either";
+const CROSSOVER: &str = "crossover";
+const DISSOLVE: &str = "dissolve";
+const FRACTIONS: &str = "fractions";
+
+/// Mated this often.
+const MATINGS: [(&str, f64); 4] = [(EITHER, 0.6), (CROSSOVER, 0.15), (DISSOLVE, 0.1), (FRACTIONS, 0.15)];
+
+/// All operators.
+const OPERATORS: &[Operator] = &[
+    Operator::mutation(GENES_CHANGED, &["mutation"], "changes genes, and rarely the sky and the chances"),
+    Operator::mutation(SKY_CHANGED, &[], "takes another sky"),
+    Operator::mutation(CHANCES_CHANGED, &[], "takes other chances: the same genes grow into another plant"),
+    Operator::crossing(EITHER, &[], "takes each gene from either parent"),
+    Operator::crossing(CROSSOVER, &[], "takes the genes between two places from the other parent"),
+    Operator::crossing(DISSOLVE, &[], "takes a plant between both, all genes by one fraction"),
+    Operator::crossing(FRACTIONS, &[], "takes a plant between both, each gene by a fraction of its own"),
+];
 
 impl Plant {
     /// A plant at random. It may be black or still.
@@ -60,34 +80,47 @@ impl Plant {
         child
     }
 
+    /// A child by the mutation `name`; `None` if there is none of this name.
+    fn mutated_by(&self, name: &str, strength: f64, rng: &mut Rng) -> Option<Plant> {
+        let own = Plant { name: None, ..self.clone() };
+        match name {
+            GENES_CHANGED => Some(self.mutated(strength, rng)),
+            SKY_CHANGED => Some(Plant { sky: random_sky(rng), ..own }),
+            CHANCES_CHANGED => Some(Plant { seed: rng.bits() >> 12, ..own }),
+            _ => None,
+        }
+    }
+
     /// A child of two plants, and which of the four matings made it.
     pub fn crossed(&self, other: &Plant, rng: &mut Rng) -> (Plant, &'static str) {
-        let [a, b] = [&self.genes, &other.genes];
         let mut left = rng.unit();
-        let way = MATINGS.iter().position(|(_, share)| {
+        let way = MATINGS.iter().find(|(_, share)| {
             left -= share;
             left < 0.0
         });
-        let way = way.unwrap_or(0);
-        let genes: [f64; MANY] =
-            match way {
-                1 => {
-                    // Two points of the sequence: from one to the other, genes are the second parent's.
-                    let [from, to] = [0, 1].map(|_| (rng.unit() * MANY as f64) as usize);
-                    std::array::from_fn(|place| {
-                        if (from.min(to)..=from.max(to)).contains(&place) { b[place] } else { a[place] }
-                    })
-                }
-                2 => wrapped(blended(a, b, rng.unit())),
-                3 => {
-                    let parts: [f64; MANY] = std::array::from_fn(|_| rng.unit());
-                    wrapped(std::array::from_fn(|place| blended(a, b, parts[place])[place]))
-                }
-                _ => std::array::from_fn(|place| if rng.unit() < 0.5 { a[place] } else { b[place] }),
-            };
+        let (name, _) = way.unwrap_or(&MATINGS[0]);
+        (self.crossed_by(name, other, rng), name)
+    }
+
+    /// A child of two plants by a mating of this name.
+    fn crossed_by(&self, name: &str, other: &Plant, rng: &mut Rng) -> Plant {
+        let [a, b] = [&self.genes, &other.genes];
+        let genes: [f64; MANY] = match name {
+            CROSSOVER => {
+                // Two points of the sequence: from one to the other, genes are the second parent's.
+                let [from, to] = [0, 1].map(|_| (rng.unit() * MANY as f64) as usize);
+                let is_within = |place: usize| (from.min(to)..=from.max(to)).contains(&place);
+                std::array::from_fn(|place| if is_within(place) { b[place] } else { a[place] })
+            }
+            DISSOLVE => wrapped(blended(a, b, rng.unit())),
+            FRACTIONS => {
+                let parts: [f64; MANY] = std::array::from_fn(|_| rng.unit());
+                wrapped(std::array::from_fn(|place| blended(a, b, parts[place])[place]))
+            }
+            _ => std::array::from_fn(|place| if rng.unit() < 0.5 { a[place] } else { b[place] }),
+        };
         let [sky, seed] = [0, 1].map(|_| if rng.unit() < 0.5 { self } else { other });
-        let child = Plant { name: None, seed: seed.seed, sky: sky.sky, genes, ..self.clone() };
-        (child, MATINGS[way].0)
+        Plant { name: None, seed: seed.seed, sky: sky.sky, genes, ..self.clone() }
     }
 }
 
@@ -154,19 +187,37 @@ fn fair<T>(mut make: impl FnMut() -> (Plant, T)) -> (Plant, T) {
 }
 
 impl Breed for Plants {
+    fn operators(&self) -> &'static [Operator] {
+        OPERATORS
+    }
+
     fn random(&self, rng: &mut Rng) -> Box<dyn Genome> {
         Box::new(fair(|| (Plant::random(rng), ())).0)
     }
 
-    fn mutate(&self, parent: &dyn Genome, strength: f64, rng: &mut Rng) -> Option<(Box<dyn Genome>, &'static str)> {
-        let parent = parent.as_any().downcast_ref::<Plant>()?;
-        Some((Box::new(fair(|| (parent.mutated(strength, rng), ())).0), "mutation"))
+    fn mutate(&self, parent: &dyn Genome, strength: f64, rng: &mut Rng) -> Option<Child> {
+        let own: &Plant = parent.as_any().downcast_ref()?;
+        if strength <= 0.0 {
+            return Some((Box::new(own.clone()), UNCHANGED));
+        }
+        self.apply(GENES_CHANGED, &[parent], strength, rng)
     }
 
-    fn cross(&self, parents: [&dyn Genome; 2], rng: &mut Rng) -> Option<(Box<dyn Genome>, &'static str)> {
+    fn cross(&self, parents: [&dyn Genome; 2], rng: &mut Rng) -> Option<Child> {
         let [a, b] = parents.map(|parent| parent.as_any().downcast_ref::<Plant>());
         let (a, b) = (a?, b?);
         let (child, how) = fair(|| a.crossed(b, rng));
-        Some((Box::new(child), how))
+        Some(descended(&child, how, &parents))
+    }
+
+    fn apply(&self, name: &str, parents: &[&dyn Genome], strength: f64, rng: &mut Rng) -> Option<Child> {
+        let operator = self.operator(name).filter(|operator| operator.parents == parents.len())?;
+        let own: Option<Vec<&Plant>> = parents.iter().map(|parent| parent.as_any().downcast_ref()).collect();
+        let child = match own?[..] {
+            [a, b] => fair(|| (a.crossed_by(operator.name, b, rng), ())).0,
+            [parent] => fair(|| (parent.mutated_by(operator.name, strength, rng).unwrap_or_default(), ())).0,
+            _ => return None,
+        };
+        Some(descended(&child, operator.name, parents))
     }
 }

@@ -6,7 +6,7 @@
 
 use std::any::Any;
 
-use species::{Genome, Motion, Recipe, Refusal, Settings, Species};
+use species::{Genome, Lineage, Motion, Recipe, Refusal, Settings, Species};
 
 use crate::genome::Plant;
 use crate::motion::{Loop, Transition};
@@ -53,6 +53,14 @@ impl Genome for Plant {
 
     fn text(&self) -> String {
         self.to_toml()
+    }
+
+    fn lineage(&self) -> Lineage {
+        self.origin()
+    }
+
+    fn with_lineage(&self, lineage: &Lineage) -> Box<dyn Genome> {
+        Box::new(self.with_origin(lineage))
     }
 
     fn recipe(&self, settings: &Settings) -> Recipe {

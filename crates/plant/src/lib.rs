@@ -5,7 +5,7 @@
 //! | file | what is there |
 //! |---|---|
 //! | `genes.rs`, `genome.rs` | the one table of genes; a file's parts |
-//! | `reader.rs`, `writer.rs`, `error.rs` | text, with places and limits |
+//! | `reader.rs`, `writer.rs`, `lineage.rs`, `error.rs` | text, with places and limits |
 //! | `chance.rs`, `growth.rs`, `skeleton.rs` | from genes to bones and leaves |
 //! | `stand.rs` | the composition: eleven plants, from the front to the haze |
 //! | `wind.rs`, `motion.rs` | loops and transitions |
@@ -29,6 +29,7 @@ mod genes;
 mod genome;
 mod growth;
 mod kind;
+mod lineage;
 mod look;
 mod motion;
 mod picture;

@@ -12,6 +12,7 @@ use std::error::Error;
 use std::fmt::Debug;
 
 use crate::image::Image;
+use crate::lineage::Lineage;
 use crate::threads::Threads;
 
 /// Why a text is no genome, or a genome is not drawn: in words for people, with the line and the column if it is of a text.
@@ -50,6 +51,12 @@ pub trait Genome: Debug + Send + Sync {
 
     /// The text of its file.
     fn text(&self) -> String;
+
+    /// What it says of its origin.
+    fn lineage(&self) -> Lineage;
+
+    /// The same genome, whose file says this of its origin and nothing else.
+    fn with_lineage(&self, lineage: &Lineage) -> Box<dyn Genome>;
 
     /// All that its pictures depend on besides motion.
     fn recipe(&self, settings: &Settings) -> Recipe;

@@ -8,7 +8,8 @@
 //! | file | what is there |
 //! |---|---|
 //! | `contract.rs` | the traits, and what passes through them |
-//! | `breed.rs` | the trait of species that can be bred |
+//! | `breed.rs` | the trait of species that can be bred, and their operators |
+//! | `lineage.rs`, `licence.rs` | parents, authors and licence of a genome |
 //! | `dissolve.rs`, `guide.rs` | the transition between pictures of two species |
 //! | `middle.rs`, `light.rs` | whether a transition is worth its rendering, told by small pictures |
 //! | `figures.rs` | whether a loop is worth showing, told by small pictures |
@@ -26,7 +27,9 @@ mod dissolve;
 mod figures;
 mod guide;
 mod image;
+mod licence;
 mod light;
+mod lineage;
 mod luma;
 #[cfg(test)]
 mod made;
@@ -35,13 +38,15 @@ mod place;
 mod rng;
 mod threads;
 
-pub use breed::Breed;
+pub use breed::{Breed, Child, Operator, UNCHANGED, descended};
 pub use capsule::Capsule;
 pub use contract::{Demand, Drawn, Genome, Motion, Recipe, Refusal, RenderError, Settings, Species};
 pub use dissolve::Dissolve;
 pub use figures::{FigureFault, Figures};
 pub use image::Image;
+pub use licence::strictest;
 pub use light::Light;
+pub use lineage::Lineage;
 pub use middle::{Middle, MiddleFault, expected};
 pub use place::Place;
 pub use rng::Rng;

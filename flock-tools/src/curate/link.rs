@@ -18,7 +18,7 @@ use crate::program::{Exit, Fatal, arguments, print};
 use crate::render::species;
 
 /// Frames of a transition that is yet to be rendered, by default: 13 seconds at 30 per second.
-pub(super) const FRAMES: u32 = 384;
+pub(crate) const FRAMES: u32 = 384;
 
 /// Add transitions from sheep to sheep
 ///

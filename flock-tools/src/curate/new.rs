@@ -12,7 +12,7 @@ use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, arguments, print};
 
 /// The comment at the top of a new manifest.
-const HEADING: &str =
+pub(crate) const HEADING: &str =
     "# A flock: sheep, and the transitions between them. `dreams add` and `dreams link` put them in below.\n";
 
 /// Start a flock: a folder with a manifest, and a place for genomes, loops and transitions
@@ -59,7 +59,7 @@ struct NotEmpty {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let name = args.name.clone().unwrap_or_else(|| name_of(&args.dir));
     let text = format!("{HEADING}{}", Edit::blank(&name, args.size, args.fps).text());
-    start(&args.dir, &text)?;
+    start(&args.dir, &text, || Ok(()))?;
     if args.json {
         print::json(&Answer { changed: true, name })?;
     } else {
@@ -71,8 +71,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     Ok(Exit::Fine)
 }
 
-/// Makes the folders and, last, the manifest.
-fn start(folder: &Path, text: &str) -> Result<(), Fatal> {
+/// Makes the folders, what `fill` puts into them and, last, the manifest.
+/// Errors: If the folder is not empty, or cannot be written; what `fill` says.
+pub(crate) fn start(folder: &Path, text: &str, fill: impl FnOnce() -> Result<(), Fatal>) -> Result<(), Fatal> {
     let cannot = |path: &Path| {
         let path = path.to_owned();
         move |source| Fatal::write(&path, source)
@@ -86,12 +87,13 @@ fn start(folder: &Path, text: &str) -> Result<(), Fatal> {
         let path = folder.join(name);
         fs::create_dir(&path).map_err(cannot(&path))?;
     }
+    fill()?;
     let path = folder.join(FILE_NAME);
     durable::save(&path, text.as_bytes()).map_err(cannot(&path))
 }
 
 /// The name of a folder, as people call it.
-fn name_of(folder: &Path) -> String {
+pub(crate) fn name_of(folder: &Path) -> String {
     let whole = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
     whole.file_name().map_or_else(|| "flock".to_owned(), |name| name.to_string_lossy().into_owned())
 }

@@ -59,7 +59,10 @@ fn write(args: &Args, command_line: Command) -> Result<Vec<PathBuf>, Fatal> {
     let whole = command_line.disable_help_subcommand(true);
     let commands = whole.get_subcommands().filter(|command| command.get_name() != "help");
     let source = format!("dreams {}", whole.get_version().unwrap_or_default());
-    let pages = iter::once(&whole).chain(commands).map(|command| {
+    // Those of `dreams pool` have pages, too.
+    let all = commands.flat_map(|command| iter::once(command).chain(command.get_subcommands()));
+    let all = all.filter(|command| command.get_name() != "help");
+    let pages = iter::once(&whole).chain(all).map(|command| {
         let page = Man::new(command.clone()).source(&source).manual(MANUAL);
         let path = args.dir.join(page.get_filename());
         let mut text = Vec::new();

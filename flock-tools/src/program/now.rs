@@ -44,6 +44,13 @@ pub(crate) fn date() -> String {
     humantime::format_rfc3339_seconds(SystemTime::UNIX_EPOCH + seconds).to_string()
 }
 
+/// Today, in whole days since 1 January 1970.
+#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+pub(crate) fn day() -> u32 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    u32::try_from(since.as_secs() / 86_400).unwrap_or(u32::MAX)
+}
+
 /// Waits for the time `wait`, or until `stop` is set.
 pub(crate) fn pause(wait: Duration, stop: &AtomicBool) {
     let tick = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };

@@ -15,13 +15,13 @@ use agents::Agents;
 use expression::Expressions;
 use flame::{Backend, Flames, GenomeError};
 use plant::Plants;
-use species::{Genome, Refusal, Species};
+use species::{Breed, Genome, Refusal, Species};
 
 use super::palettes::{PaletteError, coloured};
 use crate::program::Exit;
 
-/// All species that can be rendered. `backend` draws the samples of those that have noise.
-fn all(backend: &Backend) -> [Box<dyn Species>; 4] {
+/// All species, which can be rendered and bred. `backend` draws the samples of those that have noise.
+pub(crate) fn all(backend: &Backend) -> [Box<dyn Breed>; 4] {
     let coloured = |genome| coloured(genome).map_err(Refusal::from);
     [Box::new(Flames { backend: backend.clone(), coloured }), Box::new(Expressions), Box::new(Agents), Box::new(Plants)]
 }
@@ -80,7 +80,7 @@ pub(crate) fn endings() -> Vec<&'static str> {
 }
 
 /// The species of `text`, which is that of the file at `path`. What nothing is known of is taken for a flame.
-fn of_text<'a>(all: &'a [Box<dyn Species>], path: &Path, text: &str) -> &'a dyn Species {
+fn of_text<'a>(all: &'a [Box<dyn Breed>], path: &Path, text: &str) -> &'a dyn Species {
     let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
     let begun = all.iter().find(|species| species.begins(text));
     let named = || all.iter().find(|species| species.ending().eq_ignore_ascii_case(ending));

@@ -1,13 +1,16 @@
-//! What changes the picture from outside: brightness, hours, and notices over it.
+//! What changes the picture from outside: brightness, hours, and what lies over it.
 //!
-//! Owns the two threads that look for these. Never touches a screen: `pipeline` applies what they found.
+//! Owns the three threads that look for these. Never touches a screen: `pipeline` applies what they found.
 //!
 //! Start at [`BrightnessControl`].
 
+mod acknowledgement;
 mod brightness;
 mod notice_pane;
 mod notice_watcher;
+mod pane;
 
+pub(crate) use acknowledgement::Acknowledgements;
 pub(crate) use brightness::{BrightnessControl, DisplayTarget};
-pub(crate) use notice_pane::{Overlay, PaneBuffer};
 pub(crate) use notice_watcher::NoticeWatcher;
+pub(crate) use pane::{Overlay, PaneBuffer};

@@ -6,10 +6,9 @@
 //!
 //! Start at [`NoticePane::draw`].
 
+use crate::control::pane::Pane;
 use font8x8::legacy::BASIC_LEGACY;
-use player::{Notice, hold};
-use screen::Picture;
-use std::sync::{Arc, Mutex};
+use player::Notice;
 
 /// Dots of a letter, across and down.
 const LETTER: u32 = 8;
@@ -25,46 +24,16 @@ const INK: u8 = 190;
 /// Luma of the rest of the progress bar.
 const DIM: u8 = 70;
 
-/// A notice, drawn.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct NoticePane {
-    /// The size of the pictures that it was drawn for.
-    picture: (u32, u32),
-    /// The first pixel across and down, even.
-    at: (u32, u32),
-    /// Pixels across and down, even.
-    size: (u32, u32),
-    luma: Vec<u8>,
-}
-
-/// Memory for a picture under a notice: it is allocated once.
-#[derive(Debug, Default)]
-pub(crate) struct PaneBuffer {
-    planes: [Vec<u8>; 3],
-}
-
-/// What lies over the picture, shared between threads.
-#[derive(Debug, Default)]
-pub(crate) struct Overlay(Mutex<Option<Arc<NoticePane>>>);
-
-impl Overlay {
-    /// Lays `pane` over the picture from the next frame on, or nothing.
-    pub(crate) fn set(&self, pane: Option<Arc<NoticePane>>) {
-        *hold(&self.0) = pane;
-    }
-
-    /// What lies there.
-    pub(crate) fn get(&self) -> Option<Arc<NoticePane>> {
-        hold(&self.0).clone()
-    }
-}
+/// The drawing of a notice.
+#[derive(Debug)]
+pub(crate) struct NoticePane(Pane);
 
 impl NoticePane {
     /// Draws `notice` for pictures of this size, in the largest letters that cover little enough; `None` if the picture
     /// is too small.
-    pub(crate) fn draw(notice: &Notice, size: (u32, u32)) -> Option<Self> {
+    pub(crate) fn draw(notice: &Notice, size: (u32, u32)) -> Option<Pane> {
         let largest = (size.0.min(size.1) / ROWS_PER_DOT).max(1);
-        (1..=largest).rev().find_map(|dot| Self::with(notice, size, dot))
+        (1..=largest).rev().find_map(|dot| Self::with(notice, size, dot)).map(|drawn| drawn.0)
     }
 
     /// The same, with dots of so many pixels.
@@ -82,7 +51,7 @@ impl NoticePane {
             return None;
         }
         let at = (2 * margin, (height - size.1 - 2 * margin) & !1);
-        let mut pane = Self { picture: (width, height), at, size, luma: vec![PANE; (size.0 * size.1) as usize] };
+        let mut pane = Self(Pane { picture: (width, height), at, size, luma: vec![PANE; (size.0 * size.1) as usize] });
         for (row, line) in lines.iter().enumerate() {
             for (column, letter) in line.iter().enumerate() {
                 let left = margin + column as u32 * pitch;
@@ -98,31 +67,6 @@ impl NoticePane {
         Some(pane)
     }
 
-    /// Lays it over `picture`, in the memory of `into`. A picture that it was not drawn for stays as it is.
-    pub(crate) fn over<'a>(&self, picture: &Picture<'a>, into: &'a mut PaneBuffer) -> Picture<'a> {
-        let (left, top) = (self.at.0 as usize, self.at.1 as usize);
-        let (across, down) = (self.size.0 as usize, self.size.1 as usize);
-        let width = picture.width as usize;
-        if (picture.width, picture.height) != self.picture {
-            return *picture;
-        }
-        for (plane, bytes) in into.planes.iter_mut().enumerate() {
-            bytes.clear();
-            picture.rows(plane).for_each(|row| bytes.extend_from_slice(row));
-        }
-        let [luma, chroma @ ..] = &mut into.planes;
-        for (y, row) in self.luma.chunks(across).enumerate() {
-            luma[(top + y) * width + left..][..across].copy_from_slice(row);
-        }
-        for plane in chroma {
-            for y in top / 2..top / 2 + down / 2 {
-                plane[y * (width / 2) + left / 2..][..across / 2].fill(128);
-            }
-        }
-        let [y, u, v] = &into.planes;
-        Picture { planes: [y, u, v], strides: [width, width / 2, width / 2], ..*picture }
-    }
-
     fn letter(&mut self, letter: u8, (left, top): (u32, u32), dot: u32) {
         for (y, row) in BASIC_LEGACY[usize::from(letter)].into_iter().enumerate() {
             for x in (0..LETTER).filter(|x| row & 1 << x != 0) {
@@ -133,8 +77,8 @@ impl NoticePane {
 
     fn fill(&mut self, (left, top): (u32, u32), (across, down): (u32, u32), luma: u8) {
         for y in top..top + down {
-            let row = (y * self.size.0 + left) as usize;
-            self.luma[row..row + across as usize].fill(luma);
+            let row = (y * self.0.size.0 + left) as usize;
+            self.0.luma[row..row + across as usize].fill(luma);
         }
     }
 }
@@ -163,9 +107,11 @@ fn wrapped(text: &str, most: usize) -> Vec<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DIM, LINES, NoticePane, PANE, PaneBuffer, wrapped};
+    use super::{DIM, LINES, NoticePane, PANE, wrapped};
+    use crate::control::pane::{Overlay, PaneBuffer};
     use player::Notice;
     use screen::Picture;
+    use std::sync::Arc;
 
     fn notice(text: &str, thousandths: Option<u16>) -> Notice {
         Notice { text: text.to_owned(), thousandths }
@@ -180,8 +126,9 @@ mod tests {
             let colour = vec![77; (width * height / 4) as usize];
             let (wide, half) = (width as usize, width as usize / 2);
             let picture = Picture { width, height, planes: [&ground, &colour, &colour], strides: [wide, half, half] };
-            let mut memory = PaneBuffer::default();
-            let over = pane.over(&picture, &mut memory);
+            let (overlay, mut memory) = (Overlay::default(), PaneBuffer::default());
+            overlay.set_notice(Some(Arc::new(pane)));
+            let over = overlay.get().over(&picture, &mut memory);
             let changed = over.planes[0].iter().zip(&ground).filter(|(over, ground)| over != ground).count();
             assert!(changed * 20 <= ground.len() && changed * 100 > ground.len(), "{changed} of {width}x{height}");
             let grey = over.planes[1].iter().filter(|sample| **sample != 77).count();
@@ -208,8 +155,10 @@ mod tests {
         let pane = NoticePane::draw(&notice("Here.", None), (1280, 720)).unwrap();
         let (luma, chroma) = ([9; 256], [128; 64]);
         let small = Picture { width: 16, height: 16, planes: [&luma, &chroma, &chroma], strides: [16, 8, 8] };
-        assert_eq!(pane.over(&small, &mut PaneBuffer::default()).planes[0], luma);
         assert!(pane.luma.contains(&PANE));
+        let overlay = Overlay::default();
+        overlay.set_notice(Some(Arc::new(pane)));
+        assert_eq!(overlay.get().over(&small, &mut PaneBuffer::default()).planes[0], luma);
     }
 
     #[test]

@@ -7,7 +7,8 @@
 //!
 //! Start at [`NoticeWatcher::start`].
 
-use crate::control::notice_pane::{NoticePane, Overlay};
+use crate::control::notice_pane::NoticePane;
+use crate::control::pane::{Overlay, Pane};
 use crate::recording::SharedView;
 use player::{FileVersion, Lasting, Notice, ThreadError, threads};
 use std::path::{Path, PathBuf};
@@ -29,7 +30,7 @@ enum Change {
     /// Nothing is shown any more.
     Clear,
     /// This is shown from now on; `None` if it cannot be read, or has no room.
-    Show(Option<NoticePane>),
+    Show(Option<Pane>),
 }
 
 /// What is shown, and since when.
@@ -73,8 +74,8 @@ impl NoticeWatcher {
                 let (size, notes) = view.size_and_notes();
                 match self.look(size, notes, now()) {
                     Change::None => {}
-                    Change::Show(pane) => overlay.set(pane.map(Arc::new)),
-                    Change::Clear => overlay.set(None),
+                    Change::Show(pane) => overlay.set_notice(pane.map(Arc::new)),
+                    Change::Clear => overlay.set_notice(None),
                 }
                 thread::park_timeout(OFTEN);
             }

@@ -187,12 +187,13 @@ impl ClipSource {
     }
 
     fn scheduled(&self, number: u64, leg: Leg) -> Arc<ScheduledClip> {
-        let (clip, frames) = (leg.clip.path, leg.clip.frames);
+        let (clip, frames, what) = (leg.clip.path, leg.clip.frames, leg.clip.what);
         let (flock, trial) = (Arc::clone(&self.generation.flock), self.generation.trial.clone());
         Arc::new(ScheduledClip {
             number,
             clip,
             frames,
+            what,
             place: leg.place,
             flock,
             trial,

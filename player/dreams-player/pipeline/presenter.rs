@@ -93,6 +93,8 @@ pub(crate) struct Presenter<'a, F> {
     tally: Tally,
     /// Memory for the picture under a notice.
     buffer: PaneBuffer,
+    /// The acknowledgement that lies over what was staged last.
+    mark: Option<u32>,
 }
 
 impl<'a, F: FrameSource> Presenter<'a, F> {
@@ -122,6 +124,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
             blackout: None,
             tally: Tally::default(),
             buffer: PaneBuffer::default(),
+            mark: None,
         };
         presenter.back();
         if presenter.lit.is_some() {
@@ -312,8 +315,8 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         let late = self.count(vblank, is_new);
         let shown = self.shown.as_ref()?;
         let (clip, frame, hash) = (shown.scheduled.clone(), shown.in_clip, shown.hash);
-        self.handles.recorder.record(Record::Flip { clip, frame, vblank, at, late, hash });
-        self.handles.view.flipped(shown, self.tally_now());
+        self.handles.recorder.record(Record::Flip { clip, frame, vblank, at, late, hash, mark: self.mark });
+        self.handles.view.flipped(shown, self.tally_now(), at);
         self.feed(at);
         Some(Event::Flipped)
     }
@@ -415,7 +418,8 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
 
     fn stage_next(&mut self) -> Result<(), ScreenError> {
         self.fit();
-        stage(&mut *self.screen, self.next.as_ref(), self.handles.overlay, &mut self.buffer)
+        self.mark = stage(&mut *self.screen, self.next.as_ref(), self.handles.overlay, &mut self.buffer)?;
+        Ok(())
     }
 
     fn act(&mut self, effect: Effect) -> Result<(), ScreenError> {
@@ -428,7 +432,7 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
                 self.screen.commit();
             }
             Effect::Relight => {
-                stage(&mut *self.screen, self.shown.as_ref(), self.handles.overlay, &mut self.buffer)?;
+                self.mark = stage(&mut *self.screen, self.shown.as_ref(), self.handles.overlay, &mut self.buffer)?;
                 self.screen.commit();
             }
             Effect::LightFaultCard => {
@@ -443,19 +447,17 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
     }
 }
 
-/// Stages what is shown, with the notice over it.
+/// Stages what is shown, with what lies over it; returns which acknowledgement that is.
 fn stage(
     screen: &mut dyn Screen,
     shown: Option<&Frame>,
     overlay: &Overlay,
     buffer: &mut PaneBuffer,
-) -> Result<(), ScreenError> {
-    let Some(shown) = shown else { return Ok(()) };
-    let picture = shown.pixels.picture();
-    match overlay.get() {
-        Some(pane) => screen.stage(&pane.over(&picture, buffer)),
-        None => screen.stage(&picture),
-    }
+) -> Result<Option<u32>, ScreenError> {
+    let Some(shown) = shown else { return Ok(None) };
+    let (picture, panes) = (shown.pixels.picture(), overlay.get());
+    screen.stage(&panes.over(&picture, buffer))?;
+    Ok(panes.mark())
 }
 
 #[cfg(test)]

@@ -15,4 +15,4 @@ pub(crate) use faults::{Fault, Faults, Kind};
 pub(crate) use place_saver::PlaceSaver;
 pub(crate) use place_store::{PlaceStore, saved_place};
 pub(crate) use recorder::{Record, Recorder, Trace};
-pub(crate) use view::{SharedView, Tally};
+pub(crate) use view::{LitClip, SharedView, Tally, View};

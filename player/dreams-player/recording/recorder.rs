@@ -29,7 +29,15 @@ pub(crate) enum Record {
     /// The screen is taken.
     Start { lit: Arc<ScreenInfo>, fps: Rate },
     /// A picture arrived on the glass.
-    Flip { clip: Option<Arc<ScheduledClip>>, frame: u32, vblank: Vblank, at: Nanos, late: u32, hash: Option<[u8; 16]> },
+    Flip {
+        clip: Option<Arc<ScheduledClip>>,
+        frame: u32,
+        vblank: Vblank,
+        at: Nanos,
+        late: u32,
+        hash: Option<[u8; 16]>,
+        mark: Option<u32>,
+    },
     /// The picture that arrives now is another clip's than the one before.
     Join { from: Arc<ScheduledClip>, to: Arc<ScheduledClip> },
     /// Something went wrong.

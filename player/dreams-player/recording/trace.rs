@@ -14,7 +14,7 @@ pub(crate) enum Line<'a> {
     /// The screen is taken; `fps` is the flock's, numerator and denominator.
     Start { screen: &'a str, mode: &'a str, format: &'a str, fps: [u32; 2] },
     /// Frame `frame` of `clip`, counted from 0, is on the glass since `vblank`, which began at `t_ns` and was `late`
-    /// vblanks after the one at which the frame was due.
+    /// vblanks after the one at which the frame was due; the acknowledgement `mark`, counted from 1, lies over it.
     Flip {
         clip: &'a str,
         frame: u32,
@@ -23,6 +23,8 @@ pub(crate) enum Line<'a> {
         late: u32,
         #[serde(skip_serializing_if = "Option::is_none")]
         hash: Option<Hex>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mark: Option<u32>,
     },
     /// The next flip is the first of clip `to`.
     Join { from: &'a str, to: &'a str },
@@ -43,13 +45,14 @@ impl<'a> Line<'a> {
             Record::Start { lit, fps } => {
                 Self::Start { screen: &lit.screen, mode: &lit.mode, format: &lit.format, fps: [fps.num(), fps.den()] }
             }
-            Record::Flip { clip, frame, vblank, at, late, hash } => Self::Flip {
+            Record::Flip { clip, frame, vblank, at, late, hash, mark } => Self::Flip {
                 clip: clip.as_ref().map_or(FAULT_CARD, |clip| clip.clip.as_str()),
                 frame: *frame,
                 vblank: vblank.0,
                 t_ns: at.0,
                 late: *late,
                 hash: hash.map(Hex),
+                mark: *mark,
             },
             Record::Join { from, to } => Self::Join { from: from.clip.as_str(), to: to.clip.as_str() },
             Record::Fault { kind, message, .. } => Self::Fault { kind, message },
@@ -98,7 +101,15 @@ mod tests {
             r#"{"event":"start","screen":"virtual","mode":"640x480@60","format":"YU12","fps":[24000,1001]}"#
         );
         let scheduled = scheduled_clips(1, 2).remove(0);
-        let flip = |clip, hash| Record::Flip { clip, frame: 1, vblank: Vblank(9), at: Nanos(150), late: 0, hash };
+        let flip = |clip, hash| Record::Flip {
+            clip,
+            frame: 1,
+            vblank: Vblank(9),
+            at: Nanos(150),
+            late: 0,
+            hash,
+            mark: hash.map(|_| 3),
+        };
         assert_eq!(
             line(&flip(Some(scheduled.clone()), None)),
             r#"{"event":"flip","clip":"loop.mp4","frame":1,"vblank":9,"t_ns":150,"late":0}"#
@@ -106,7 +117,7 @@ mod tests {
         assert_eq!(
             line(&flip(None, Some([0xab; 16]))),
             format!(
-                r#"{{"event":"flip","clip":"fault-card","frame":1,"vblank":9,"t_ns":150,"late":0,"hash":"{}"}}"#,
+                r#"{{"event":"flip","clip":"fault-card","frame":1,"vblank":9,"t_ns":150,"late":0,"hash":"{}","mark":3}}"#,
                 "ab".repeat(16)
             )
         );

@@ -3,11 +3,12 @@
 //! Owns the view that the flip thread updates. The flip thread never waits for it: while another thread copies the view,
 //! an update is left out, and the next flip brings it.
 
-use crate::stream::Frame;
+use crate::stream::{Frame, ScheduledClip};
 use player::hold;
 use screen::ScreenInfo;
 use serde::Serialize;
 use std::sync::{Arc, Mutex};
+use timing::Nanos;
 
 /// The counters of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -31,8 +32,34 @@ pub(crate) struct View {
     pub(crate) lit: Option<Arc<ScreenInfo>>,
     /// The picture.
     pub(crate) shown: Option<Frame>,
+    /// When it arrived, on the clock of the screen.
+    pub(crate) at: Nanos,
+    /// The clip that it is of, and the one before; nothing in the place of a fault card.
+    pub(crate) clips: [LitClip; 2],
     /// The run so far.
     pub(crate) tally: Tally,
+}
+
+/// A clip that is lit, or was.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LitClip {
+    /// `None` for a fault card, or if there was none.
+    pub(crate) scheduled: Option<Arc<ScheduledClip>>,
+    /// When its first frame arrived, on the clock of the screen.
+    pub(crate) since: Nanos,
+}
+
+impl View {
+    /// A frame has arrived.
+    fn arrive(&mut self, shown: &Frame, tally: Tally, at: Nanos) {
+        let number = |scheduled: &Option<Arc<ScheduledClip>>| scheduled.as_ref().map(|scheduled| scheduled.number);
+        let [newest, before] = &mut self.clips;
+        if self.shown.is_none() || number(&newest.scheduled) != number(&shown.scheduled) {
+            let scheduled = shown.scheduled.clone();
+            *before = std::mem::replace(newest, LitClip { scheduled, since: at });
+        }
+        (self.shown, self.tally, self.at) = (Some(shown.clone()), tally, at);
+    }
 }
 
 /// The view that threads share.
@@ -40,10 +67,10 @@ pub(crate) struct View {
 pub(crate) struct SharedView(Mutex<View>);
 
 impl SharedView {
-    /// Sets what a flip brought, unless another thread reads the view at this moment.
-    pub(crate) fn flipped(&self, shown: &Frame, tally: Tally) {
+    /// Sets what a flip brought at `at`, unless another thread reads the view at this moment.
+    pub(crate) fn flipped(&self, shown: &Frame, tally: Tally, at: Nanos) {
         if let Ok(mut view) = self.0.try_lock() {
-            (view.shown, view.tally) = (Some(shown.clone()), tally);
+            view.arrive(shown, tally, at);
         }
     }
 
@@ -70,5 +97,29 @@ impl SharedView {
     /// What is on the screen.
     pub(crate) fn get(&self) -> View {
         hold(&self.0).clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SharedView, Tally};
+    use crate::stream::scheduled_clip::tests::{frames, scheduled_clips};
+    use timing::Nanos;
+
+    #[test]
+    fn a_clip_is_lit_since_its_first_frame_and_the_one_before_stays_known() {
+        let (view, clips) = (SharedView::default(), scheduled_clips(3, 2));
+        let mut seen = Vec::new();
+        for (index, frame) in frames(&clips).iter().enumerate() {
+            view.flipped(frame, Tally::default(), Nanos(100 + index as u64));
+            let view = view.get();
+            seen.push(view.clips.map(|clip| (clip.scheduled.map_or(0, |scheduled| scheduled.number), clip.since.0)));
+        }
+        let first = [(1, 100), (0, 0)];
+        let (second, third) = ([(2, 102), (1, 100)], [(3, 104), (2, 102)]);
+        assert_eq!(seen, [first, first, second, second, third, third]);
+        let card = crate::stream::Frame { scheduled: None, ..frames(&clips)[0].clone() };
+        view.flipped(&card, Tally::default(), Nanos(200));
+        assert_eq!(view.get().clips.map(|clip| clip.scheduled.is_some()), [false, true], "a fault card shows no sheep");
     }
 }

@@ -4,8 +4,8 @@
 //! which a test holds equal to [`Config::default`]; every key is an option too, in `options.rs`.
 
 use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
-use player::LogLevel;
 use player::hours::{Brightness, Day, Hours, Night, Zone};
+use player::{LogLevel, MarkSocket};
 use serde::Deserialize;
 use serde::de::Deserializer;
 use std::ops::RangeInclusive;
@@ -56,6 +56,7 @@ pub(crate) struct Config {
     pub(crate) status: StatusAddress,
     #[serde(alias = "card", deserialize_with = "notice")]
     pub(crate) notice: PathBuf,
+    pub(crate) acknowledge: MarkSocket,
     pub(crate) log: LogLevel,
 }
 
@@ -81,6 +82,7 @@ impl Default for Config {
             prefetch_ms: 4_000,
             status: StatusAddress::Host("127.0.0.1:7180".to_owned()),
             notice: NOTICE.into(),
+            acknowledge: MarkSocket::default(),
             log: LogLevel(tracing::Level::INFO),
         }
     }
@@ -141,7 +143,7 @@ pub(crate) mod tests {
         let known = expected.split("expected one of ").nth(1).unwrap().split(", ");
         let known: Vec<_> = known.map(|key| key.trim_matches('`').to_owned()).filter(|key| key != "card").collect();
         assert_eq!(keys_of_the_sample(), known);
-        assert!(known.len() <= 20, "{} keys are too many to explain to an installer", known.len());
+        assert!(known.len() <= 21, "{} keys are too many to explain to an installer", known.len());
         let left_out = ["hours", "timezone", "seed", "clips", "trace"];
         let everything = left_out.iter().fold(SAMPLE.to_owned(), |text, key| {
             assert!(text.contains(&format!("\n# {key} = ")), "{key}");

@@ -7,7 +7,7 @@ use crate::settings::choices::{Clock, ScreenChoice, StatusAddress};
 use crate::settings::config::{AHEAD, CLIPS, Config, PREFETCH_MS, SEED, THREADS};
 use clap::{Parser, value_parser};
 use player::hours::{Brightness, Hours, Night, Zone};
-use player::{ConfigError, LogLevel, config_file};
+use player::{ConfigError, LogLevel, MarkSocket, config_file};
 use std::path::PathBuf;
 
 /// The end of the help. `diagnostics::Exit` has the same four codes.
@@ -89,6 +89,9 @@ pub(crate) struct Options {
     /// Where the other programs write notices that are shown over the picture
     #[arg(long, alias = "card", value_name = "FILE")]
     notice: Option<PathBuf>,
+    /// The socket at which `dreams-votes` asks for the mark that acknowledges a press, or `off`
+    #[arg(long, value_name = "FILE")]
+    acknowledge: Option<MarkSocket>,
     /// The least urgent log line that is kept: `error`, `warn`, `info`, `debug` or `trace`
     #[arg(long, value_name = "LEVEL")]
     log: Option<LogLevel>,
@@ -119,6 +122,7 @@ impl Options {
             prefetch_ms: self.prefetch_ms.unwrap_or(config.prefetch_ms),
             status: self.status.unwrap_or(config.status),
             notice: self.notice.unwrap_or(config.notice),
+            acknowledge: self.acknowledge.unwrap_or(config.acknowledge),
             log: self.log.unwrap_or(config.log),
         })
     }

@@ -1,14 +1,17 @@
 //! The contents of the status page, in one document.
 //!
-//! Owns the fields of `/status.json`. Gathered anew for each request: nothing is computed without one.
+//! Owns the fields of `/status.json` and `/glass.json`. Gathered anew for each request: nothing is computed without one.
 
 use super::standing::{ContactFacts, GenerationFacts};
-use crate::recording::{Faults, SharedView, Tally};
+use crate::recording::{Faults, LitClip, SharedView, Tally, View};
 use crate::stream::FAULT_CARD;
 use crate::stream::Plan;
-use flock::{Flock, Itinerary};
+use flock::{ClipKind, Flock, Itinerary};
 use serde::Serialize;
 use std::sync::Arc;
+
+/// Nanoseconds of a millisecond.
+const NS_PER_MS: u64 = 1_000_000;
 
 /// The state of the run.
 #[derive(Debug, Serialize)]
@@ -19,8 +22,8 @@ pub(crate) struct Facts {
     pub(crate) fps: [u32; 2],
     /// How the screen is lit; none while it is away.
     pub(crate) screen: Option<ScreenFacts>,
-    /// What is on the glass; none before the first flip.
-    pub(crate) glass: Option<GlassFacts>,
+    #[serde(flatten)]
+    pub(crate) showing: Showing,
     /// The clip that comes next, if it is chosen.
     pub(crate) next: Option<String>,
     pub(crate) uptime_s: u64,
@@ -48,11 +51,68 @@ pub(crate) struct ScreenFacts {
     pub(crate) notes: Vec<String>,
 }
 
+/// What is shown now, and what was shown before.
+#[derive(Debug, Serialize)]
+pub(crate) struct Showing {
+    /// What is on the glass; none before the first flip.
+    pub(crate) glass: Option<GlassFacts>,
+    /// The clip that was on the glass before that one; none at the start, and after a fault card.
+    pub(crate) before: Option<ClipFacts>,
+}
+
+/// The frame on the glass, with its clip.
 #[derive(Debug, Serialize)]
 pub(crate) struct GlassFacts {
     pub(crate) clip: String,
     pub(crate) frame: u32,
     pub(crate) frames: u32,
+    /// Whether the screen is there.
+    pub(crate) is_lit: bool,
+    #[serde(flatten)]
+    pub(crate) of: Option<ClipFacts>,
+}
+
+/// A clip on the glass, or before it.
+#[derive(Debug, Serialize)]
+pub(crate) struct ClipFacts {
+    /// The sheep of a loop; those at both ends of a transition.
+    pub(crate) sheep: Vec<String>,
+    /// The walk, and the steps that it had taken before this clip.
+    pub(crate) seed: u64,
+    pub(crate) step: u64,
+    /// How long before the newest flip its first frame was lit.
+    pub(crate) since_ms: u64,
+    /// How long it lasts as a whole.
+    pub(crate) lasts_ms: u64,
+}
+
+impl Showing {
+    /// What `view` shows.
+    pub(crate) fn of(view: &View) -> Self {
+        let [newest, before] = &view.clips;
+        let facts = |clip: &LitClip| {
+            let scheduled = clip.scheduled.as_ref()?;
+            let sheep = match &scheduled.what {
+                ClipKind::Loop { sheep } => vec![sheep],
+                ClipKind::Transition { from, to } => vec![from, to],
+            };
+            Some(ClipFacts {
+                sheep: sheep.into_iter().map(|id| id.as_str().to_owned()).collect(),
+                seed: scheduled.place.seed(),
+                step: scheduled.place.step(),
+                since_ms: view.at.since(clip.since) / NS_PER_MS,
+                lasts_ms: scheduled.flock.manifest().fps.span_ns(u64::from(scheduled.frames.0)) / NS_PER_MS,
+            })
+        };
+        let glass = view.shown.as_ref().map(|shown| GlassFacts {
+            clip: shown.scheduled.as_ref().map_or(FAULT_CARD, |scheduled| scheduled.clip.as_str()).to_owned(),
+            frame: shown.in_clip,
+            frames: shown.scheduled.as_ref().map_or(1, |scheduled| scheduled.frames.0),
+            is_lit: view.lit.is_some(),
+            of: facts(newest),
+        });
+        Self { glass, before: facts(before) }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -82,11 +142,6 @@ impl Facts {
         let scheduled = view.shown.as_ref().and_then(|shown| shown.scheduled.as_ref());
         let flock = scheduled.map_or(flock, |scheduled| &scheduled.flock);
         let manifest = flock.manifest();
-        let on_glass = view.shown.as_ref().map(|shown| GlassFacts {
-            clip: scheduled.map_or(FAULT_CARD, |scheduled| scheduled.clip.as_str()).to_owned(),
-            frame: shown.in_clip,
-            frames: scheduled.map_or(1, |scheduled| scheduled.frames.0),
-        });
         let screen = view.lit.as_ref().map(|lit| ScreenFacts {
             name: lit.screen.clone(),
             mode: lit.mode.clone(),
@@ -101,7 +156,7 @@ impl Facts {
             flock: manifest.name.clone(),
             fps: [manifest.fps.num(), manifest.fps.den()],
             screen,
-            glass: on_glass,
+            showing: Showing::of(&view),
             next,
             uptime_s: uptime_ns / 1_000_000_000,
             tally: view.tally,

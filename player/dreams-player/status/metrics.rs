@@ -32,7 +32,7 @@ pub(crate) fn text(facts: &Facts) -> String {
     family(&mut text, "screen_lit", "gauge", "1 while there is a screen, 0 while it is away.");
     line(&mut text, "screen_lit", &[], u8::from(facts.screen.is_some()));
     family(&mut text, "clip", "info", "The clip on the glass.");
-    if let Some(glass) = &facts.glass {
+    if let Some(glass) = &facts.showing.glass {
         line(&mut text, "clip_info", &[("clip", &glass.clip)], 1);
     }
     family(&mut text, "visits_share", "gauge", "A sheep's share of the visits so far.");
@@ -62,17 +62,17 @@ fn line(text: &mut String, name: &str, labels: &[(&str, &str)], value: impl Disp
 mod tests {
     use super::text;
     use crate::recording::Tally;
-    use crate::status::facts::{Facts, GlassFacts, SheepFacts};
+    use crate::status::facts::{Facts, GlassFacts, SheepFacts, Showing};
 
     #[test]
     fn every_family_is_declared_and_the_text_is_closed() {
-        let glass = GlassFacts { clip: "a \"b\".mp4".to_owned(), frame: 3, frames: 9 };
+        let glass = GlassFacts { clip: "a \"b\".mp4".to_owned(), frame: 3, frames: 9, is_lit: true, of: None };
         let sheep = SheepFacts { id: "a".to_owned(), visits: 2, share: 0.25, due: 0.5 };
         let facts = Facts {
             flock: "aurora".to_owned(),
             fps: [30, 1],
             screen: None,
-            glass: Some(glass),
+            showing: Showing { glass: Some(glass), before: None },
             next: None,
             uptime_s: 60,
             tally: Tally { flips: 1_800, late: 2, repeated: 0, skipped: 0, joins: 4 },

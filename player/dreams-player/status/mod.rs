@@ -1,6 +1,7 @@
 //! The status page: what is on the glass, for people and for machines.
 //!
-//! Owns the page's addresses: `/` for people, `/status.json`, `/metrics` for monitoring, `/screen.jpg`. Only looks:
+//! Owns the page's addresses: `/` for people, `/status.json`, `/metrics` for monitoring, `/screen.jpg`, and `/glass.json`,
+//! the part of `/status.json` that costs little, for `dreams-votes`. Only looks:
 //! nothing here changes what is played, and a picture is encoded only when someone asks for it. The contents are
 //! `facts.rs`, how machines read it in `metrics.rs`, how people see it in `page.html`; `server.rs` keeps strangers
 //! from harm's way.
@@ -18,12 +19,13 @@ use crate::recording::{Faults, SharedView};
 use crate::settings::StatusAddress;
 use crate::stream::Plan;
 use diagnostics::chain;
-use facts::Facts;
+use facts::{Facts, Showing};
 use flock::Flock;
 use hosts::Hosts;
 use http::Answer;
 use player::{clock_s, now};
 use rustix::process::setpriority_process;
+use serde::Serialize;
 use server::Server;
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -67,12 +69,12 @@ impl Page {
         match path {
             "/" => Answer::of("text/html; charset=utf-8", PAGE.as_bytes().to_vec()),
             "/status.json" => Answer::of("application/json", json(&self.facts())),
+            "/glass.json" => Answer::of("application/json", json(&Showing::of(&self.view.get()))),
             "/metrics" => Answer::of(metrics::KIND, metrics::text(&self.facts()).into_bytes()),
             "/screen.jpg" => match self.view.get().shown {
                 Some(shown) => {
                     let (picture, mut buffer) = (shown.pixels.picture(), PaneBuffer::default());
-                    let picture = self.overlay.get().map_or(picture, |pane| pane.over(&picture, &mut buffer));
-                    Answer::of("image/jpeg", jpeg::encode(&picture))
+                    Answer::of("image/jpeg", jpeg::encode(&self.overlay.get().over(&picture, &mut buffer)))
                 }
                 None => Answer::refusal("503 Service Unavailable", "nothing is lit yet"),
             },
@@ -129,7 +131,7 @@ fn is_socket(path: &Path) -> io::Result<bool> {
     Ok(fs::symlink_metadata(path)?.file_type().is_socket())
 }
 
-fn json(facts: &Facts) -> Vec<u8> {
+fn json(facts: &impl Serialize) -> Vec<u8> {
     serde_json::to_vec_pretty(facts).expect("facts are plain text and numbers")
 }
 

@@ -5,7 +5,7 @@
 
 use crate::stream::fault_card::FaultCard;
 use crate::stream::generation::Trial;
-use flock::{ClipPath, Flock, Place};
+use flock::{ClipKind, ClipPath, Flock, Place};
 use md5::{Digest, Md5};
 use player::hold;
 use screen::Picture;
@@ -23,6 +23,8 @@ pub(crate) struct ScheduledClip {
     pub(crate) clip: ClipPath,
     /// How many frames the manifest promises.
     pub(crate) frames: FrameCount,
+    /// Which sheep it shows.
+    pub(crate) what: ClipKind,
     /// Where the walk stands: resumed from here it plays this clip first.
     pub(crate) place: Place,
     /// The flock that it is of.
@@ -134,9 +136,9 @@ pub(crate) mod tests {
         let mut itinerary = Itinerary::start(Arc::clone(&flock), 1);
         let scheduled = |number| {
             let leg = itinerary.next_leg().unwrap();
-            let (clip, frames, flock) = (leg.clip.path, leg.clip.frames, Arc::clone(&flock));
-            let is_damaged = AtomicBool::new(false);
-            Arc::new(ScheduledClip { number, clip, frames, place: leg.place, flock, trial: None, is_damaged })
+            let (clip, frames, what) = (leg.clip.path, leg.clip.frames, leg.clip.what);
+            let (flock, is_damaged) = (Arc::clone(&flock), AtomicBool::new(false));
+            Arc::new(ScheduledClip { number, clip, frames, what, place: leg.place, flock, trial: None, is_damaged })
         };
         (1..=count).map(scheduled).collect()
     }

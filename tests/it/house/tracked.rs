@@ -49,6 +49,7 @@ const KINDS: &[(&str, &[&str])] = &[
     (
         "docs",
         &[
+            "breeding.md",
             "credits.md",
             "farm.md",
             "hardware.md",
@@ -58,6 +59,7 @@ const KINDS: &[(&str, &[&str])] = &[
             "sending.md",
             "species.md",
             "tutorial.md",
+            "votes.md",
             "*.png",
         ],
     ),

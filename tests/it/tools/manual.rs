@@ -61,7 +61,15 @@ fn every_command_has_a_page_with_its_words_and_its_exit_statuses() {
     let said = succeed(Command::new(programs::dreams()).arg("man").arg(scratch.path()));
     let told = String::from_utf8(said).unwrap().lines().count();
     let commands = commands();
-    assert_eq!(told, commands.len() + 1, "a page each, and one for all");
+    let pool = help("pool");
+    let actions = pool.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let actions: Vec<&str> =
+        actions.filter_map(|line| line.split_whitespace().next()).filter(|it| *it != "help").collect();
+    assert!(
+        actions.iter().all(|action| scratch.path().join(format!("dreams-pool-{action}.1")).is_file()),
+        "{actions:?}"
+    );
+    assert_eq!(told, commands.len() + actions.len() + 1, "a page each, and one for all");
     for (name, about) in &commands {
         let page = fs::read_to_string(scratch.path().join(format!("dreams-{name}.1"))).unwrap();
         let plain = page.replace("\\-", "-").replace("\\*(Aq", "'");

@@ -76,10 +76,15 @@ pub(crate) fn follow(folder: &Path) {
 
 /// Runs the commands of a page of the tutorial in the empty folder `folder`.
 fn follow_page(page: &str, folder: &Path) {
-    let dreams = programs::dreams();
     let steps = steps(&fs::read_to_string(repository().join(page)).unwrap());
     assert!(steps.len() >= 15, "only {} steps were read", steps.len());
     symlink(repository().join("flock-tools"), folder.join("flock-tools")).unwrap();
+    follow_steps(&steps, folder);
+}
+
+/// Runs the commands of these steps in `folder`, and compares what they print with what is shown.
+pub(crate) fn follow_steps(steps: &[Step], folder: &Path) {
+    let dreams = programs::dreams();
     let script = steps.iter().map(marked).collect::<Vec<_>>().concat();
     let mut bash = Command::new("bash");
     let path = format!("{}:{}", dreams.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default());

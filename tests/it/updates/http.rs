@@ -3,19 +3,20 @@
 //! Owns the claims on `dreams-update` with an address: what it requests, how often, and what it rejects. The server is
 //! in `tests/web.rs`.
 
-use crate::programs::output;
+use crate::programs::{output, succeed, votes as counter};
 use crate::updates::sticks::{Unit, object};
 use claims::bundle_maker::{files_in, rubbish};
 use claims::wait::ends_within;
 use claims::web::{Behaviour, WebServer};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread;
+use votes::{Ledger, LedgerId, Store, Visit, Vote};
 
 /// The most bytes of the answers when there is no news.
 const SMALL: u64 = 64 << 10;
@@ -71,6 +72,53 @@ fn a_unit_tells_how_it_is_only_where_its_owner_says_and_after_a_look_that_was_du
     drop(home);
     web.behave(Behaviour::Good);
     assert_eq!(look(&web.url(), "three"), Some(0), "that nobody listens stops nothing");
+}
+
+/// A store in `folder`, of showings of sheep with their votes, in this order and so long.
+fn counted(folder: &Path, showings: &[(&str, Option<Vote>)], lasting_ns: u64) {
+    fs::create_dir(folder).unwrap();
+    let mut ledger = Ledger::new(LedgerId(0xf3a9), 20_700, false);
+    let ends = [("end", None)];
+    for (step, (sheep, vote)) in (0..).zip(showings.iter().chain(&ends)) {
+        let visit = Visit { seed: 1, step, sheep: (*sheep).to_owned() };
+        ledger.show(&visit, step * lasting_ns, &mut || 0);
+        ledger.show(&visit, (step + 1) * lasting_ns - 1, &mut || 0);
+        if let Some(vote) = vote {
+            ledger.vote(&visit, *vote).unwrap();
+        }
+    }
+    Store::open(folder).unwrap().0.save(&ledger).unwrap();
+}
+
+#[test]
+fn what_is_sent_tells_nothing_about_anybody() {
+    let unit = Unit::new();
+    unit.maker.bundle(&unit.stick(), &rubbish(3, 5_000, 0), &[], 1);
+    let home = WebServer::serve(&unit.stick(), Behaviour::Good);
+    let (up, down) = (Some(Vote::Up), Some(Vote::Down));
+    let morning = [("a", up), ("b", None), ("a", None), ("c", down), ("b", up)];
+    let evening = [("b", up), ("c", down), ("a", None), ("b", None), ("a", up)];
+    let shown = |name: &str, showings: &[_], lasting_ns| {
+        counted(&unit.path(name), showings, lasting_ns);
+        succeed(Command::new(counter()).arg("--show").arg("--store").arg(unit.path(name)))
+    };
+    let told = shown("votes", &morning, 7_000_000_000);
+    assert_eq!(told, shown("others", &evening, 70_000_000_000), "the same bytes for any order and time");
+    let told: Value = serde_json::from_slice(&told).unwrap();
+    let totals = |shown, up, down| json!({ "shown": shown, "up": up, "down": down, "near_s": 0 });
+    let sheep = json!({ "a": totals(2, 1, 0), "b": totals(2, 1, 0), "c": totals(1, 0, 1) });
+    assert_eq!(told, json!({ "ledger": "000000000000f3a9", "since_day": 20_700, "sheep": sheep }), "and nothing else");
+
+    let config = unit.path("update.toml").display().to_string();
+    let report = |more: &str, name: &str| {
+        fs::write(&config, format!("status = \"127.0.0.1:1\"\nreport_to = \"{}/units\"\n{more}", home.url())).unwrap();
+        let schedule = unit.path(name).display().to_string();
+        fetch(&unit, &home.url(), &["--config", &config, "--schedule", &schedule]);
+        serde_json::from_str::<Value>(&home.received()[0]).unwrap()
+    };
+    assert_eq!(report("", "silent").get("votes"), None, "off by default");
+    assert_eq!(report(&format!("votes = {:?}\n", unit.path("votes")), "open")["votes"], told, "exactly what is shown");
+    assert_eq!(report(&format!("votes = {:?}\n", unit.path("none")), "none").get("votes"), None);
 }
 
 #[test]

@@ -9,7 +9,7 @@
 mod affine;
 mod align;
 mod keys;
-mod oklab;
+pub(crate) mod oklab;
 mod pairing;
 mod palette;
 mod transition;

@@ -14,7 +14,7 @@ use crate::genome::Palette;
 const MOST_GAIN: f64 = 3.0;
 
 /// Lightness and two axes of colour.
-type Lab = [f64; 3];
+pub(crate) type Lab = [f64; 3];
 
 /// The way from one palette to another.
 ///
@@ -69,12 +69,12 @@ fn colourfulness([_, a, b]: Lab) -> f64 {
     libm::hypot(a, b)
 }
 
-fn turned([lightness, a, b]: Lab, (sin, cos): (f64, f64)) -> Lab {
+pub(crate) fn turned([lightness, a, b]: Lab, (sin, cos): (f64, f64)) -> Lab {
     [lightness, cos * a - sin * b, sin * a + cos * b]
 }
 
 /// The nearest colour that a screen shows, of the same lightness and hue.
-fn shown(colour: Lab) -> [f64; 3] {
+pub(crate) fn shown(colour: Lab) -> [f64; 3] {
     let fits = |rgb: [f64; 3]| rgb.iter().all(|channel| (-1e-6..=1.0 + 1e-6).contains(channel));
     let with = |share: f64| to_linear([colour[0], colour[1] * share, colour[2] * share]);
     let (mut low, mut high) = (0.0, 1.0);
@@ -89,7 +89,7 @@ fn shown(colour: Lab) -> [f64; 3] {
     with(low).map(|channel| encoded(channel.clamp(0.0, 1.0)))
 }
 
-fn to_oklab(rgb: [f64; 3]) -> Lab {
+pub(crate) fn to_oklab(rgb: [f64; 3]) -> Lab {
     let [r, g, b] = rgb.map(decoded);
     let l = libm::cbrt(0.412_221_470_8 * r + 0.536_332_536_3 * g + 0.051_445_992_9 * b);
     let m = libm::cbrt(0.211_903_498_2 * r + 0.680_699_545_1 * g + 0.107_396_956_6 * b);

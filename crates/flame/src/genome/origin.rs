@@ -1,7 +1,8 @@
 //! Where a genome comes from, as its file says.
 //!
 //! Owns the reading of the names of authors (`nick`, `url`), of a licence, and of the genealogy in `<edit>` elements, as
-//! flam3 and Electric Sheep write them: the outermost `<edit>` made this genome, those in it made its parents. Never
+//! flam3 and Electric Sheep write them: the outermost `<edit>` made this genome, those in it made its parents, which may be
+//! `<sheep>` in it, too. Never
 //! guesses: what no file says is left out.
 //!
 //! Start at [`Genome::origin`].
@@ -10,6 +11,9 @@ use super::{Element, Genome};
 
 /// The `nick` of genomes that Electric Sheep's program has bred.
 const BROOD: &str = "brood";
+
+/// The attributes of a flame that tell who made it when.
+const OF_ORIGIN: [&str; 7] = ["comment", "licence", "license", "nick", "notes", "url", "version"];
 
 /// What a genome's file says of its origin.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -51,10 +55,9 @@ impl Genome {
     /// made it when.
     #[must_use]
     pub fn anonymous(&self) -> Genome {
-        const OF_ORIGIN: [&str; 7] = ["comment", "licence", "license", "nick", "notes", "url", "version"];
         let mut genome = Genome { name: None, time: 0.0, ..self.clone() };
         genome.children.retain(|child| child.tag != "edit" && child.tag != "sheep");
-        genome.extra.retain(|(name, _)| !OF_ORIGIN.contains(&name.as_str()));
+        genome.extra.retain(|(name, _)| !is_of_origin(name));
         genome
     }
 }
@@ -78,6 +81,11 @@ impl Origin {
     }
 }
 
+/// Whether an attribute of a flame tells who made it when.
+pub(super) fn is_of_origin(name: &str) -> bool {
+    OF_ORIGIN.contains(&name)
+}
+
 /// The name of an author without the address.
 pub fn name_of(author: &str) -> &str {
     author.split_once(" <").map_or(author, |(name, _)| name)
@@ -85,10 +93,10 @@ pub fn name_of(author: &str) -> &str {
 
 /// Adds the nearest ancestors below `edit` that are not the genome `own` itself, which may be in there several times.
 fn parents(edit: &Element, own: Number<'_>, found: &mut Vec<String>) {
-    for child in edit.children.iter().filter(|child| child.tag == "edit") {
+    for child in edit.children.iter().filter(|child| child.tag == "edit" || child.tag == "sheep") {
         match number(child).filter(|number| !number.may_be(own)) {
-            Some(Number { generation, id }) => {
-                let parent = generation.map_or(id.to_owned(), |generation| format!("{generation}.{id}"));
+            Some(number) => {
+                let parent = number.name();
                 if !found.contains(&parent) {
                     found.push(parent);
                 }
@@ -100,12 +108,17 @@ fn parents(edit: &Element, own: Number<'_>, found: &mut Vec<String>) {
 
 /// What Electric Sheep calls a genome: a number, and the generation if the file has it.
 #[derive(Clone, Copy, Default)]
-struct Number<'a> {
+pub(super) struct Number<'a> {
     generation: Option<&'a str>,
     id: &'a str,
 }
 
 impl Number<'_> {
+    /// `GENERATION.NUMBER`, or the number alone.
+    pub(super) fn name(self) -> String {
+        self.generation.map_or(self.id.to_owned(), |generation| format!("{generation}.{}", self.id))
+    }
+
     fn may_be(self, other: Number<'_>) -> bool {
         let differ = self.generation.zip(other.generation).is_some_and(|(a, b)| a != b);
         self.id == other.id && !differ
@@ -113,19 +126,19 @@ impl Number<'_> {
 }
 
 /// The number of the genome that `edit` made.
-fn number(edit: &Element) -> Option<Number<'_>> {
+pub(super) fn number(edit: &Element) -> Option<Number<'_>> {
     let id = attribute(&edit.attributes, "id")?;
     Some(Number { generation: attribute(&edit.attributes, "gen"), id })
 }
 
 /// The number in a name such as `electricsheep.247.00505`.
-fn number_in_name(name: &str) -> Option<Number<'_>> {
+pub(super) fn number_in_name(name: &str) -> Option<Number<'_>> {
     let (generation, id) = name.strip_prefix("electricsheep.")?.split_once('.')?;
     Some(Number { generation: Some(generation), id: id.trim_start_matches('0') })
 }
 
 /// The value of an attribute, trimmed, if it is not empty.
-fn attribute<'a>(attributes: &'a [(String, String)], name: &str) -> Option<&'a str> {
+pub(super) fn attribute<'a>(attributes: &'a [(String, String)], name: &str) -> Option<&'a str> {
     let found = attributes.iter().find(|(other, _)| other == name).map(|(_, value)| value.trim());
     found.filter(|value| !value.is_empty())
 }
@@ -161,6 +174,7 @@ mod tests {
         assert_eq!(designed.parents, [] as [&str; 0]);
         let crossed = "<flame><edit action=\"cross\"><edit id=\"1\" gen=\"9\"/><edit id=\"2\"/></edit></flame>";
         assert_eq!(origin(crossed).parents, ["9.1", "2"]);
+        assert_eq!(origin(&crossed.replace("<edit id=\"2\"", "<sheep id=\"2\"")).parents, ["9.1", "2"]);
         assert_eq!(origin("<flame nick=\"brood\"/>"), Origin::default());
         assert_eq!(origin("<flame nick=\" \"/>"), Origin::default());
     }

@@ -36,6 +36,9 @@ pub(crate) trait Device: Debug + Send + Sync {
 }
 
 impl Backend {
+    /// This machine's processor.
+    pub const PROCESSOR: Backend = Backend { device: None };
+
     /// The GPU of this machine that looks fastest.
     ///
     /// # Errors

@@ -79,11 +79,12 @@ impl Orbit {
         !escapes
     }
 
+    /// Where the point is seen, and its colour; none if this sample is not drawn.
     #[inline]
-    fn plot(&mut self, plan: &Plan, bins: &mut Bins) {
+    fn seen(&mut self, plan: &Plan) -> Option<(f64, f64, f64)> {
         let chosen = &plan.moves[self.last];
         if chosen.part < 1.0 && self.rng.unit() >= chosen.part {
-            return;
+            return None;
         }
         let (mut x, mut y, mut colour) = (self.x, self.y, self.colour);
         if let Some(lens) = &plan.lens
@@ -95,6 +96,12 @@ impl Orbit {
                 (x, y) = (self.rng.signed(), self.rng.signed());
             }
         }
+        Some((x, y, colour))
+    }
+
+    #[inline]
+    fn plot(&mut self, plan: &Plan, bins: &mut Bins) {
+        let Some((x, y, colour)) = self.seen(plan) else { return };
         let (across, down) = plan.to_cells.apply(x, y);
         let [width, height] = plan.cells;
         if !(across >= 0.0 && down >= 0.0 && across < width as f64 && down < height as f64) {
@@ -104,6 +111,26 @@ impl Orbit {
         let entry = ((colour * ENTRIES as f64) as usize).min(ENTRIES - 1);
         bins.add(cell as u32, plan.first_entry(self.last) + entry as u32);
     }
+}
+
+/// At most `count` points that are seen, of orbits that are as short as those of a shot.
+pub(crate) fn points(plan: &Plan, count: usize, seed: u64) -> Vec<[f64; 2]> {
+    let mut orbit = Orbit::new(Rng::stream(seed, 0));
+    let mut found = Vec::with_capacity(count);
+    for step in 0..count {
+        if (step as u64).is_multiple_of(STEPS * ORBITS as u64) {
+            orbit = Orbit::new(orbit.rng);
+            for _ in 0..FUSE {
+                orbit.step(plan);
+            }
+        }
+        if orbit.step(plan)
+            && let Some((x, y, _)) = orbit.seen(plan)
+        {
+            found.push([x, y]);
+        }
+    }
+    found
 }
 
 /// The image of a point; it may be anything, see [`has_escaped`].

@@ -42,6 +42,7 @@ use crate::genome::Genome;
 use bins::Bins;
 pub use draw::Arithmetic;
 use film::Film;
+use plan::Plan;
 use shot::Shot;
 use species::{Image, Threads, ThreadsError};
 use target::Target;
@@ -131,6 +132,8 @@ struct FrameSetup {
     filter: Filter,
     target: Option<Target>,
     arithmetic: Arithmetic,
+    /// Bytes that the genomes of its moments took while they were compiled.
+    preparing: u64,
 }
 
 impl Renderer {
@@ -192,6 +195,12 @@ pub(crate) fn draw_frame(
     threads.run(|| setup.draw(backend, threads.stop()))
 }
 
+/// At most `count` points of `genome` that are seen, wherever its camera stands: fewer where orbits escape.
+pub(crate) fn points(genome: &Genome, count: usize, seed: u64) -> Result<Vec<[f64; 2]>, RenderError> {
+    let plan = Plan::new(genome, &View::new(genome)?)?;
+    Ok(chaos::points(&plan, count, seed))
+}
+
 impl From<ThreadsError> for RenderError {
     fn from(ThreadsError { threads, reason }: ThreadsError) -> RenderError {
         RenderError::Threads { threads, reason }
@@ -220,10 +229,11 @@ impl FrameCost {
         };
         let picture = pixels * size_of::<[f32; 3]>() as u64;
         let bytes_per_thread = Bins::bytes(cells as usize) + pool::BYTES;
+        let drawing = picture + film + filtering + bytes_per_thread;
         Ok(FrameCost {
             samples: setup.target.map_or(2 * setup.shot.again(setup.samples.div_ceil(2), 0).samples(), Target::most),
             cell_steps: setup.cell_steps,
-            bytes: setup.shot.bytes() + picture + film + filtering + bytes_per_thread,
+            bytes: setup.shot.bytes() + drawing + setup.preparing,
             bytes_per_thread,
         })
     }
@@ -252,8 +262,11 @@ impl FrameSetup {
             genomes.push((then, view));
         }
         let shot = Shot::new(&genomes, &moments, samples, settings.seed)?;
+        // The compiled genomes are copied once.
+        let moments = genomes.iter().map(|(genome, view)| genome.bytes() + size_of_val(view) as u64);
+        let preparing = moments.sum::<u64>() + shot.bytes();
         let arithmetic = if view.is_deep() { Arithmetic::Reference } else { settings.arithmetic };
-        Ok(FrameSetup { genome, view, shot, samples, cell_steps, filter, target, arithmetic })
+        Ok(FrameSetup { genome, view, shot, samples, cell_steps, filter, target, arithmetic, preparing })
     }
 
     /// Whether halves of the samples are told apart.

@@ -77,3 +77,36 @@ fn figures_are_the_same_on_any_number_of_threads() {
         .map(|threads| Figures::sketched(&Made(waves), FRAMES, [720, 1280], &Threads::new(threads).unwrap()).unwrap());
     assert!(found[0] == found[1] && found[1] == found[2]);
 }
+
+#[test]
+fn the_compared_figures_tell_what_they_are_named_for() {
+    type Pixel = fn(f32, f32, f64) -> [f32; 3];
+    // One hue, and all of them; mirrored and not; in the middle and in a corner; smooth and rough.
+    let one_hue: Pixel = |x, y, frame| [waves(x, y, frame)[0], 0.0, 0.0];
+    let all_hues: Pixel = |x, _, _| [0.0, 2.0, 4.0].map(|third| 0.5 + 0.4 * (6.0 * x + third * 1.047).sin());
+    let mirrored: Pixel = |x, y, _| [(2.0 * (x * x + y)).clamp(0.0, 0.9); 3];
+    let ramp: Pixel = |x, _, _| [(0.5 + 0.4 * x).clamp(0.0, 1.0); 3];
+    let corner: Pixel = |x, y, _| [if x > 0.3 && y > 0.1 { 0.9 } else { 0.0 }; 3];
+    let line: Pixel = |x, y, _| [if y.abs() < 0.005 { 0.5 + 0.1 * x } else { 0.0 }; 3];
+    let rough: Pixel = |x, y, _| [((x * 12_345.6).sin() * (y * 6_543.2).sin() * 999.0).rem_euclid(1.0); 3];
+    let find = |picture: Pixel| figures(picture);
+    let (plain, colours) = (find(one_hue), find(all_hues));
+    assert!(plain.hue_entropy < 0.01 && colours.hue_entropy > 0.9, "{plain:?} {colours:?}");
+    assert!(find(mirrored).symmetry > 0.99 && find(ramp).symmetry > 0.99 && find(corner).symmetry < 0.6);
+    assert!(find(ramp).offset > 0.02 && find(corner).offset > 0.3 && find(mirrored).offset < find(corner).offset);
+    let (ramp, line, rough) = (find(ramp), find(line), find(rough));
+    assert!(line.dimension < 1.3 && ramp.dimension > 1.7, "{line:?} {ramp:?}");
+    assert!(rough.edges > 0.5 && ramp.edges < 0.001 && rough.compressed > 5.0 * ramp.compressed, "{rough:?} {ramp:?}");
+    assert!(rough.luma_entropy > 0.8 && line.luma_entropy < 0.2, "{rough:?} {line:?}");
+    let black = find(|_, _, _| [0.0; 3]);
+    assert!(black.compared().iter().all(|figure| figure.is_finite()) && black.dimension == 0.0, "{black:?}");
+}
+
+#[test]
+fn every_compared_figure_has_its_name() {
+    let found = figures(waves);
+    let shown = format!("{found:?}");
+    for (name, value) in Figures::NAMES.iter().zip(found.compared()) {
+        assert!(shown.contains(&format!("{name}: {value:?}")), "{name} is not {value} in {shown}");
+    }
+}

@@ -1,0 +1,246 @@
+//! A brood: births that are planned, made, judged by their figures, and told to the ledger.
+//!
+//! Owns the order of these steps, and what makes them the same on any number of threads. Never knows a genome: a [`Nursery`]
+//! does, which makes candidates and tells their figures.
+//!
+//! Start at [`breed`].
+
+use std::collections::BTreeMap;
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use species::Rng;
+
+use crate::births::{Birth, Order, Plan, plan};
+use crate::census::Census;
+use crate::event::{Born, Event};
+use crate::id::Id;
+use crate::pool::Pool;
+use crate::screening::Liking;
+use crate::traits::{Point, Traits};
+
+/// Candidates that may be refused in a row; then the birth does not take place.
+const TRIES: usize = 20;
+
+/// Sheep whose distance is less are taken for one. See [`Point::distance`].
+///
+/// # Source
+/// Our simulation: with the 0.35 that was planned, diversity after 40 broods was 0.56 in 48 worlds, with this 0.60, for
+/// 0.01 of mean percentile; with 0.6 taste falls by another 0.02, with 0.7 by 0.08.
+const CLONES: f64 = 0.5;
+
+/// With fewer living sheep there is no scale to measure distances by, and only equal figures make a clone.
+const LEAST_SCALED: usize = 8;
+
+/// What is wrong with a candidate that another sheep is too like.
+const CLONE: &str = "clone";
+/// What is wrong with parents that have no child.
+const BARREN: &str = "no child";
+
+/// What makes candidates, and looks at them. All three are called on many threads at once.
+pub trait Nursery: Sync {
+    /// A genome that may be born.
+    type Candidate: Send + Sync;
+
+    /// A candidate for a birth; `None` if these parents have no child that can be drawn.
+    fn candidate(&self, birth: &Birth, rng: &mut Rng) -> Option<Made<Self::Candidate>>;
+
+    /// Its figures, from few samples: while candidates are screened.
+    ///
+    /// # Errors
+    /// What is wrong with it, in a word each.
+    fn sketch(&self, candidate: &Self::Candidate) -> Result<Traits, Vec<String>> {
+        self.figures(candidate)
+    }
+
+    /// Its figures.
+    ///
+    /// # Errors
+    /// What is wrong with it, in a word each: nobody is to see it.
+    fn figures(&self, candidate: &Self::Candidate) -> Result<Traits, Vec<String>>;
+}
+
+/// A candidate, with what its birth will be told as.
+#[derive(Clone, Debug)]
+pub struct Made<C> {
+    /// The genome.
+    pub candidate: C,
+    /// How it was made.
+    pub operator: String,
+    /// Its licence.
+    pub licence: String,
+}
+
+/// What came of a plan.
+#[derive(Clone, Debug)]
+pub struct Brood<C> {
+    /// Its number.
+    pub brood: u32,
+    /// The seed of all of it.
+    pub seed: u64,
+    /// The births, with the genomes.
+    pub born: Vec<(Born, C)>,
+    /// The dead that live again.
+    pub reborn: Vec<Id>,
+    /// Births that did not take place, because every candidate was refused.
+    pub missing: usize,
+    /// What was wrong with refused candidates, and with how many.
+    pub faults: BTreeMap<String, usize>,
+}
+
+impl<C> Brood<C> {
+    /// What the ledger is told. The genomes must be on the disk before.
+    pub fn events(&self) -> Vec<Event> {
+        let mut events = vec![Event::Brood { brood: self.brood, seed: self.seed }];
+        events.extend(self.born.iter().map(|(born, _)| Event::Born(born.clone())));
+        events.extend(self.reborn.iter().map(|id| Event::Reborn { id: *id }));
+        events
+    }
+
+    /// What was wrong with most of the refused candidates.
+    pub fn worst_fault(&self) -> Option<(&str, usize)> {
+        self.faults.iter().max_by_key(|(_, count)| **count).map(|(fault, count)| (fault.as_str(), *count))
+    }
+}
+
+/// The next brood of a pool. It is the same on any number of threads: rayon's current pool is used.
+pub fn breed<N: Nursery>(pool: &Pool, census: &Census, order: &Order, nursery: &N) -> Brood<N::Candidate> {
+    let Plan { brood, seed, births, reborn } = plan(pool, census, order);
+    let liking = Liking::of(pool, census);
+    let living: Vec<(&Traits, Point)> =
+        pool.living().map(|sheep| (&sheep.born.figures, census.point(&sheep.born.figures))).collect();
+    let cradle = Cradle { nursery, census, liking, living };
+    let mut faults = BTreeMap::new();
+    let mut accepted: BTreeMap<usize, (Birth, Accepted<N::Candidate>)> = BTreeMap::new();
+    let planned = births.len();
+    let mut waiting: Vec<Trial> = births.into_iter().map(Trial::new).collect();
+    // What is too like a sibling of a lower number is made again, with the siblings known: rounds, until all are settled.
+    while !waiting.is_empty() {
+        let tried: Vec<_> = waiting.into_par_iter().map(|trial| cradle.next(trial)).collect();
+        waiting = Vec::new();
+        for (mut trial, found) in tried {
+            for fault in trial.faults.drain(..) {
+                *faults.entry(fault).or_insert(0) += 1;
+            }
+            let Some(found) = found else { continue };
+            if accepted
+                .values()
+                .any(|(_, other)| cradle.are_clones([&other.figures, &found.figures], [&other.point, &found.point]))
+            {
+                trial.faults.push(CLONE.to_owned());
+                waiting.push(trial);
+            } else {
+                accepted.insert(trial.birth.index, (trial.birth, found));
+            }
+        }
+    }
+    let first = pool.next_serial();
+    let missing = planned - accepted.len();
+    let born = |(serial, (birth, found)): (u32, (Birth, Accepted<N::Candidate>))| {
+        let id = Id { brood, serial, origin: pool.settings.origin };
+        (found.born(id, birth), found.made.candidate)
+    };
+    let born = (first..).zip(accepted.into_values()).map(born).collect();
+    Brood { brood, seed, born, reborn, missing, faults }
+}
+
+/// A birth that is being tried.
+struct Trial {
+    birth: Birth,
+    rng: Rng,
+    tries: usize,
+    faults: Vec<String>,
+}
+
+impl Trial {
+    fn new(birth: Birth) -> Trial {
+        Trial { rng: Rng::stream(birth.seed, 0), birth, tries: 0, faults: Vec::new() }
+    }
+}
+
+/// A candidate that may be shown.
+struct Accepted<C> {
+    made: Made<C>,
+    figures: Traits,
+    point: Point,
+}
+
+impl<C> Accepted<C> {
+    fn born(&self, id: Id, birth: Birth) -> Born {
+        Born {
+            id,
+            parents: birth.parents,
+            operator: self.made.operator.clone(),
+            seed: birth.seed,
+            species: birth.species,
+            figures: self.figures.clone(),
+            licence: self.made.licence.clone(),
+            strength: (birth.strength * 1e6).round() / 1e6,
+        }
+    }
+}
+
+/// What all births of a brood see.
+struct Cradle<'a, N: Nursery> {
+    nursery: &'a N,
+    census: &'a Census,
+    liking: Option<Liking>,
+    living: Vec<(&'a Traits, Point)>,
+}
+
+impl<N: Nursery> Cradle<'_, N> {
+    fn are_clones(&self, figures: [&Traits; 2], points: [&Point; 2]) -> bool {
+        let is_near = self.living.len() >= LEAST_SCALED && points[0].distance(points[1]) < CLONES;
+        is_near || figures[0] == figures[1]
+    }
+
+    /// Tries until a candidate is accepted, or too many were refused.
+    fn next(&self, mut trial: Trial) -> (Trial, Option<Accepted<N::Candidate>>) {
+        while trial.tries < TRIES {
+            trial.tries += 1;
+            let Some(made) = self.best(&mut trial) else { continue };
+            match self.nursery.figures(&made.candidate) {
+                Err(faults) => trial.faults.extend(faults),
+                Ok(figures) => {
+                    let point = self.census.point(&figures);
+                    let is_clone = |(known, at): &(&Traits, Point)| self.are_clones([*known, &figures], [at, &point]);
+                    if !self.living.iter().any(is_clone) {
+                        return (trial, Some(Accepted { made, figures, point }));
+                    }
+                    trial.faults.push(CLONE.to_owned());
+                }
+            }
+        }
+        (trial, None)
+    }
+
+    /// A candidate; of a screened birth the one of which most is to be expected. Those that a sketch shows to be wrong are
+    /// left out.
+    fn best(&self, trial: &mut Trial) -> Option<Made<N::Candidate>> {
+        let screening = self.liking.as_ref().filter(|_| trial.birth.candidates > 1);
+        let Some(liking) = screening else {
+            let made = self.nursery.candidate(&trial.birth, &mut trial.rng);
+            if made.is_none() {
+                trial.faults.push(BARREN.to_owned());
+            }
+            return made;
+        };
+        let mut best: Option<(f64, Made<N::Candidate>)> = None;
+        let mut faults = Vec::new();
+        for _ in 0..trial.birth.candidates {
+            let Some(made) = self.nursery.candidate(&trial.birth, &mut trial.rng) else { continue };
+            match self.nursery.sketch(&made.candidate) {
+                Err(found) => faults.extend(found),
+                Ok(figures) => {
+                    let guess = liking.guess(&self.census.point(&figures));
+                    if best.as_ref().is_none_or(|(most, _)| guess > *most) {
+                        best = Some((guess, made));
+                    }
+                }
+            }
+        }
+        if best.is_none() {
+            trial.faults.extend(if faults.is_empty() { vec![BARREN.to_owned()] } else { faults });
+        }
+        best.map(|(_, made)| made)
+    }
+}

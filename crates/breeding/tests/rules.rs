@@ -1,0 +1,183 @@
+//! Ratings, broods and deaths: what a sheep may count on.
+
+mod meadow;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use breeding::simulation::World;
+use breeding::{Brood, Census, Count, Day, Event, Id, Mark, Operation, Order, Origin, Votes, plan};
+use meadow::Sheep;
+use species::{Rng, Threads};
+
+fn id(serial: u32) -> Id {
+    Id { brood: 0, serial, origin: Origin::of_bits(1) }
+}
+
+fn drawn(shown: u64, chance: f64, rng: &mut Rng) -> Count {
+    Count { shown, up: (0..shown).filter(|_| rng.unit() < chance).count() as u64, down: 0 }
+}
+
+/// The ratings of sheep 0, 1, 2..., after what units counted.
+fn ratings(units: &[(&str, Vec<Count>)], sheep: u32) -> Vec<f64> {
+    let mut votes = Votes::new(180.0);
+    for (unit, counts) in units {
+        let ids: Vec<String> = (0..counts.len() as u32).map(|serial| id(serial).to_string()).collect();
+        votes.add(unit, Day(20_000), ids.iter().map(String::as_str).zip(counts.iter().copied()));
+    }
+    let tallies = votes.tallies(Day(20_000));
+    (0..sheep).map(|serial| tallies.get(&id(serial)).copied().unwrap_or_default().rating()).collect()
+}
+
+#[test]
+fn being_shown_more_is_no_merit() {
+    let mut rng = Rng::stream(5, 0);
+    let mut sum = [0.0; 3];
+    for _ in 0..1000 {
+        // One that is liked less than the others, one as much, one more.
+        for (at, chance) in [0.02, 0.04, 0.06].into_iter().enumerate() {
+            let mut counts: Vec<Count> = (0..40).map(|_| drawn(200, 0.04, &mut rng)).collect();
+            counts[0] = drawn(200, chance, &mut rng);
+            let before = ratings(&[("wall", counts.clone())], 1)[0];
+            let more = drawn(200, chance, &mut rng);
+            counts[0] = Count { shown: 400, up: counts[0].up + more.up, down: 0 };
+            sum[at] += ratings(&[("wall", counts)], 1)[0] - before;
+        }
+    }
+    assert!(sum.iter().all(|sum| (sum / 1000.0).abs() < 0.1), "{sum:?} in 1000 draws");
+}
+
+#[test]
+fn a_unit_where_somebody_presses_all_day_changes_few_ranks() {
+    let mut rng = Rng::stream(6, 0);
+    let chances: Vec<f64> = (0..100).map(|_| 0.01 + 0.05 * rng.unit()).collect();
+    // The kitchen shows every second sheep a third as often.
+    let mut unit = |rarely: u64| -> Vec<Count> {
+        let shown = [3000, rarely].into_iter().cycle();
+        chances.iter().zip(shown).map(|(chance, shown)| drawn(shown, *chance, &mut rng)).collect()
+    };
+    let (hall, stairs, kitchen) = (unit(3000), unit(3000), unit(1000));
+    // The same presses, ten times: nobody likes anything else.
+    let eager: Vec<Count> = kitchen.iter().map(|count| Count { up: 10 * count.up, ..*count }).collect();
+    let others = [("hall", hall), ("stairs", stairs)];
+    let before = ratings(&[&others[..], &[("kitchen", kitchen)]].concat(), 100);
+    let after = ratings(&[&others[..], &[("kitchen", eager)]].concat(), 100);
+    let found = spearman(&before, &after);
+    assert!((0.95..1.0).contains(&found), "{found}");
+}
+
+/// The correlation of ranks.
+fn spearman(a: &[f64], b: &[f64]) -> f64 {
+    let ranks = |values: &[f64]| -> Vec<f64> {
+        let below = |value: &f64| values.iter().filter(|other| *other < value).count() as f64;
+        let same = |value: &f64| values.iter().filter(|other| other.total_cmp(value).is_eq()).count() as f64;
+        values.iter().map(|value| below(value) + same(value) / 2.0).collect()
+    };
+    let (a, b) = (ranks(a), ranks(b));
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let of = |x: &[f64], y: &[f64]| {
+        let (x0, y0) = (mean(x), mean(y));
+        x.iter().zip(y).map(|(x, y)| (x - x0) * (y - y0)).sum::<f64>()
+    };
+    of(&a, &b) / (of(&a, &a) * of(&b, &b)).sqrt()
+}
+
+#[test]
+fn a_rating_is_votes_over_expected_votes_and_fades_to_average() {
+    let mut votes = Votes::new(180.0);
+    let counts = [(id(0).to_string(), 100, 9, 1), (id(1).to_string(), 100, 1, 0), ("191.21054".to_owned(), 299, 19, 0)];
+    let counts: Vec<(&str, Count)> =
+        counts.iter().map(|(id, shown, up, down)| (&**id, Count { shown: *shown, up: *up, down: *down })).collect();
+    votes.add("wall", Day(0), counts);
+    // (29 + 1/2) votes in (499 + 1) showings: 5.9 are expected of 100, of a sheep of no pool too.
+    let tally = votes.tallies(Day(0))[&id(0)];
+    assert!((tally.expected - 5.9).abs() < 1e-9 && (tally.got - 8.0).abs() < 1e-9, "{tally:?}");
+    assert!((tally.rating() - 9.0 / 6.9).abs() < 1e-9 && (tally.uncertainty() - 3.0 / 6.9).abs() < 1e-9);
+    let later = votes.tallies(Day(180));
+    assert!((later[&id(0)].got - 4.0).abs() < 1e-9, "{later:?}");
+    let faded = votes.tallies(Day(18_000));
+    assert!(faded.values().all(|tally| (tally.rating() - 1.0).abs() < 1e-9), "{faded:?}");
+}
+
+fn told<C>(brood: &Brood<C>) -> String {
+    format!("{:?} {} {:?}", brood.events(), brood.missing, brood.faults)
+}
+
+#[test]
+fn the_same_ledger_and_seed_give_the_same_brood_on_any_number_of_threads() {
+    let world = World::new(3);
+    let mut sheep = Sheep::new(&world, 3, 80);
+    for _ in 0..4 {
+        sheep.step();
+    }
+    sheep.vote();
+    let broods = [1, 2, 7].map(|threads| Threads::new(threads).unwrap().run(|| told(&sheep.brood(&Order::default()))));
+    assert!(broods[0] == broods[1] && broods[1] == broods[2]);
+    let other = told(&sheep.brood(&Order { seed: Some(4), ..Order::default() }));
+    assert_ne!(broods[0], other);
+}
+
+#[test]
+fn a_brood_is_crossed_mutated_and_strange_as_planned_and_no_parent_has_more_than_its_part() {
+    let world = World::new(4);
+    let mut sheep = Sheep::new(&world, 4, 100);
+    for _ in 0..6 {
+        sheep.step();
+        let plan = plan(&sheep.pool, &sheep.census(), &Order::default());
+        let count = |operation| plan.births.iter().filter(|birth| birth.operation == operation).count();
+        let counts = [Operation::Cross, Operation::Mutation, Operation::Stranger].map(count);
+        assert_eq!(counts.iter().sum::<usize>() + plan.reborn.len(), 20, "{counts:?}");
+        assert!((9..=10).contains(&counts[0]) && (7..=8).contains(&counts[1]) && counts[2] <= 2, "{counts:?}");
+        assert_eq!(plan.births.iter().filter(|birth| birth.candidates == 8).count(), 10);
+        let mut children: BTreeMap<Id, usize> = BTreeMap::new();
+        for parent in plan.births.iter().flat_map(|birth| &birth.parents) {
+            assert!(sheep.pool.get(*parent).unwrap().is_alive());
+            *children.entry(*parent).or_default() += 1;
+        }
+        assert!(children.values().all(|children| *children <= 4), "{children:?}");
+    }
+}
+
+#[test]
+fn no_sheep_dies_that_is_kept_elected_young_or_hardly_seen_and_the_rejected_never_come_back() {
+    let world = World::new(5);
+    let mut sheep = Sheep::new(&world, 5, 60);
+    sheep.pool.settings.limit = 40;
+    let ids: Vec<Id> = sheep.pool.living().map(|sheep| sheep.born.id).collect();
+    let marked = |id: Id, mark| Event::Marked { id, mark };
+    sheep.tell((0..5).map(|at| marked(ids[at], Mark::Keep)).collect());
+    sheep.tell((5..10).map(|at| marked(ids[at], Mark::Reject)).collect());
+    sheep.tell(vec![Event::Elected { edition: "hall".to_owned(), ids: ids[10..15].to_vec(), unique: 0 }]);
+    let mut died = BTreeSet::new();
+    for _ in 0..12 {
+        let before: BTreeSet<Id> = sheep.pool.living().map(|sheep| sheep.born.id).collect();
+        sheep.step();
+        let is_alive = |id: &Id| sheep.pool.get(*id).unwrap().is_alive();
+        let dead: Vec<Id> = before.into_iter().filter(|id| !is_alive(id)).collect();
+        let census = Census::of(&sheep.pool, sheep.pool.last_day());
+        for id in &dead {
+            let sheep = sheep.pool.get(*id).unwrap();
+            assert!(census.is_judged(sheep), "{id} was hardly seen");
+        }
+        died.extend(dead);
+        let alive: Vec<usize> = (0..15).filter(|at| is_alive(&ids[*at])).collect();
+        assert_eq!(alive, [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]);
+    }
+    assert!(died.len() > 100, "only {} died", died.len());
+    let last = sheep.pool.next_brood() - 1;
+    assert!(died.iter().all(|id| id.brood + 1 < last || last - id.brood >= 1), "{died:?}");
+}
+
+#[test]
+fn a_brood_without_judged_sheep_is_strangers_and_an_order_is_kept() {
+    let world = World::new(6);
+    let sheep = Sheep::new(&world, 6, 30);
+    let strangers = sheep.brood(&Order::default());
+    assert!(strangers.born.len() == 20 && strangers.born.iter().all(|(born, _)| born.parents.is_empty()));
+    let parents: Vec<Id> = sheep.pool.living().take(2).map(|sheep| sheep.born.id).collect();
+    let ordered = sheep.brood(&Order { births: Some(7), parents: parents.clone(), ..Order::default() });
+    assert!(ordered.born.len() == 7 && ordered.born.iter().all(|(born, _)| born.parents == parents));
+    // Without any strength a child is its parent again, and twenty tries do not help.
+    let nothing = Order { parents: parents[..1].to_vec(), strength: Some(0.0), ..Order::default() };
+    let clones = sheep.brood(&nothing);
+    assert_eq!((clones.born.len(), clones.missing, clones.worst_fault()), (0, 20, Some(("clone", 400))));
+}

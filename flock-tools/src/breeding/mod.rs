@@ -1,0 +1,85 @@
+//! The commands on pools, in which sheep are bred.
+//!
+//! Owns what these commands share: how a pool is opened, and with which exit status each error ends. The rules of breeding
+//! are those of the package `breeding`; the operators are those of each species.
+//!
+//! | file | what is there |
+//! |---|---|
+//! | `pool.rs` | `dreams pool`: new pools, their sheep, the artist's marks, merging |
+//! | `breed.rs`, `nursery.rs` | `dreams breed`: a brood, and how its candidates are made and looked at |
+//! | `votes.rs` | `dreams votes`: what units report |
+//! | `family.rs` | `dreams family`: ancestors and children of a sheep |
+//! | `elect.rs`, `edition.rs` | `dreams elect`: a flock from a pool, and its transitions |
+//! | `sheet.rs` | a contact sheet of sheep |
+
+pub(crate) mod breed;
+mod edition;
+pub(crate) mod elect;
+pub(crate) mod family;
+mod nursery;
+pub(crate) mod pool;
+mod sheet;
+#[cfg(test)]
+mod tests;
+pub(crate) mod votes;
+
+use std::path::Path;
+
+use ::breeding::{Born, BreedingError, Day, Folder};
+use flame::Backend;
+use species::Genome;
+
+use crate::program::{Exit, Fatal, now};
+use crate::render::species::{self as kinds, Refused};
+
+/// A genome of a pool that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot use the genome `{path}`")]
+struct GenomeError {
+    path: std::path::PathBuf,
+    source: Box<dyn std::error::Error>,
+}
+
+/// Opens the pool at `path` to look at it.
+fn open(path: &Path) -> Result<Folder, Fatal> {
+    Folder::open(path).map_err(fatal)
+}
+
+/// Opens the pool at `path` to change it.
+fn open_for_changes(path: &Path) -> Result<Folder, Fatal> {
+    Folder::open_for_changes(path).map_err(fatal)
+}
+
+/// Ends a command because of a pool.
+fn fatal(error: BreedingError) -> Fatal {
+    let exit = match &error {
+        BreedingError::InUse { .. } => Exit::No,
+        BreedingError::Io { .. } => Exit::Unreadable,
+        BreedingError::BadEvent { .. }
+        | BreedingError::Clash { .. }
+        | BreedingError::Setting { .. }
+        | BreedingError::Settings { .. }
+        | BreedingError::Traits { .. }
+        | BreedingError::Twice { .. }
+        | BreedingError::Unborn { .. }
+        | BreedingError::Unknown { .. } => Exit::Malformed,
+    };
+    Fatal::new(exit, error)
+}
+
+/// The genome of a sheep.
+fn genome(folder: &Folder, born: &Born) -> Result<Box<dyn Genome>, Fatal> {
+    let path = folder.genome(born);
+    kinds::read(&path, &Backend::default()).map_err(|Refused { exit, source, hint }| {
+        let fatal = Fatal::new(exit, GenomeError { path, source });
+        match hint {
+            Some(hint) => fatal.hint(hint),
+            None => fatal,
+        }
+    })
+}
+
+/// Today.
+fn today() -> Day {
+    Day(now::day())
+}

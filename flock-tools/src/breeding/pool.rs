@@ -1,0 +1,441 @@
+//! `dreams pool`: new pools, their sheep, the artist's marks, merging.
+//!
+//! Owns the command and its actions. Never breeds: `breed.rs` does.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use ::breeding::{Born, Brood, Census, Event, Folder, Id, LicencePolicy, Mark, Niche, Origin, Settings, Sheep};
+use flame::Backend;
+use species::{Genome, Rng, Threads};
+
+use super::nursery::{self, figures, traits};
+use super::sheet;
+use super::{fatal, genome, open, open_for_changes, today};
+use crate::program::{Exit, Fatal, print};
+use crate::render::species::{self as kinds, endings};
+
+/// The stream of the random numbers of a pool's name.
+const ORIGIN: u64 = 41;
+
+/// Make a pool, look at it, bring in genomes, mark sheep, or merge two pools
+///
+/// A pool is a folder in which sheep are bred: genomes, and a ledger of all that happened to them. It is cheap: nothing is
+/// rendered but small pictures. `dreams breed` adds broods, `dreams votes` takes in what people like, and `dreams elect`
+/// makes a flock of the best.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  done; the pool has no fault
+  1  the pool has a fault, or there is a pool already, or another program changes it
+  2  the command line, the pool or a genome is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    action: Action,
+    /// Answer with one JSON document
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// Bring in genomes from elsewhere
+    Add(AddArgs),
+    /// Look for faults: genomes that are missing, cannot be read, or are not what the ledger says
+    Check(PoolArgs),
+    /// Keep sheep, reject them, or take a mark back
+    Mark(MarkArgs),
+    /// Take in all that happened in another pool
+    Merge(MergeArgs),
+    /// Make a pool without sheep
+    New(NewArgs),
+    /// List the sheep: ratings, showings, votes, niches
+    Show(ShowArgs),
+}
+
+#[derive(Debug, clap::Args)]
+struct PoolArgs {
+    /// Folder of the pool
+    pool: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+struct AddArgs {
+    #[command(flatten)]
+    common: PoolArgs,
+    /// Genomes: flames (.flam3), expressions (.expr), globes of agents (.agents), plants (.plant)
+    #[arg(required = true)]
+    genomes: Vec<PathBuf>,
+    /// Only print what would be brought in
+    #[arg(long)]
+    dry_run: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct MarkArgs {
+    #[command(flatten)]
+    common: PoolArgs,
+    /// How the sheep are marked
+    mark: MarkArg,
+    /// Ids of sheep; without the pool's name at the end, too
+    #[arg(required = true)]
+    sheep: Vec<String>,
+    /// Only print what would be marked
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// The artist's marks.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum MarkArg {
+    /// Never dies, and counts as liked
+    Keep,
+    /// Dies, and never lives again
+    Reject,
+    /// No mark
+    None,
+}
+
+#[derive(Debug, clap::Args)]
+struct MergeArgs {
+    #[command(flatten)]
+    common: PoolArgs,
+    /// Folder of the other pool, which stays as it is
+    other: PathBuf,
+    /// Only print what would be taken in
+    #[arg(long)]
+    dry_run: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct NewArgs {
+    #[command(flatten)]
+    common: PoolArgs,
+    /// The name of the pool [default: that of its folder]
+    #[arg(long)]
+    name: Option<String>,
+    /// The species that are bred, by the endings of their files
+    #[arg(long, value_name = "ENDING", value_delimiter = ',', default_values_t = endings().into_iter().map(str::to_owned))]
+    #[arg(value_parser = ending)]
+    species: Vec<String>,
+    /// The most sheep that live
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    limit: usize,
+    /// The seed of all broods, and of the pool's name in the ids of its sheep [default: by chance]. Two pools of one seed
+    /// cannot be merged
+    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    seed: Option<u64>,
+    /// Sheep with a non-commercial licence are never parents
+    #[arg(long)]
+    ours: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct ShowArgs {
+    #[command(flatten)]
+    common: PoolArgs,
+    /// Also the dead
+    #[arg(long)]
+    all: bool,
+    /// Also write a contact sheet of the sheep, the best first, as PNG
+    #[arg(long, value_name = "FILE")]
+    sheet: Option<PathBuf>,
+}
+
+/// A sheep in an answer.
+#[derive(serde::Serialize)]
+struct SheepAnswer {
+    id: Id,
+    species: String,
+    alive: bool,
+    mark: Mark,
+    rating: f64,
+    uncertainty: f64,
+    /// Votes for, less those against; and those that were to be expected from its showings.
+    votes: f64,
+    expected: f64,
+    family: Id,
+    niche: Niche,
+    licence: String,
+    operator: String,
+}
+
+/// The answer to `show --json`.
+#[derive(serde::Serialize)]
+struct ShowAnswer {
+    name: String,
+    origin: Origin,
+    broods: u32,
+    living: usize,
+    dead: usize,
+    families: usize,
+    niches: usize,
+    /// Whether so much was heard from units that a brood is due.
+    due: bool,
+    sheep: Vec<SheepAnswer>,
+}
+
+/// The answer of the other actions.
+#[derive(serde::Serialize)]
+struct Answer {
+    changed: bool,
+    sheep: Vec<Id>,
+    faults: Vec<String>,
+}
+
+/// A genome that a pool does not take.
+#[derive(Debug, thiserror::Error)]
+enum AddError {
+    #[error("`{path}` is not a genome that can be drawn")]
+    Genome { path: PathBuf, source: Box<dyn std::error::Error> },
+    #[error("`{path}` is a {found}, the pool breeds {expected}")]
+    Species { path: PathBuf, found: String, expected: String },
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let json = args.json;
+    match &args.action {
+        Action::Add(args) => add(args, json),
+        Action::Check(args) => check(args, json),
+        Action::Mark(args) => mark(args, json),
+        Action::Merge(args) => merge(args, json),
+        Action::New(args) => create(args, json),
+        Action::Show(args) => show(args, json),
+    }
+}
+
+/// The ending of the files of a species.
+fn ending(text: &str) -> Result<String, String> {
+    let known = endings();
+    let found = known.iter().find(|ending| ending.eq_ignore_ascii_case(text.trim_start_matches('.')));
+    found.map(|ending| (*ending).to_owned()).ok_or_else(|| format!("wanted one of {}", known.join(", ")))
+}
+
+fn create(args: &NewArgs, json: bool) -> Result<Exit, Fatal> {
+    let PoolArgs { pool } = &args.common;
+    let named = || pool.file_name().map_or_else(|| "pool".to_owned(), |name| name.to_string_lossy().into_owned());
+    let name = args.name.clone().unwrap_or_else(named);
+    let seed = args.seed.unwrap_or_else(|| rand::random::<u32>().into());
+    let species: Vec<&str> = args.species.iter().map(String::as_str).collect();
+    let origin = args.seed.map_or_else(rand::random, |seed| Rng::stream(seed, ORIGIN).bits());
+    let mut settings = Settings::new(&name, Origin::of_bits(origin), seed, &species);
+    settings.limit = args.limit;
+    settings.licence = if args.ours { LicencePolicy::Ours } else { LicencePolicy::Any };
+    let folder = Folder::create(pool, &settings).map_err(fatal)?;
+    if json {
+        print::json(&ShowAnswer::of(&folder, false))?;
+    } else {
+        print::lines([format!("pool `{name}` is there, without sheep; it breeds {}", species.join(", "))])?;
+        print::note("note: `dreams breed` fills it by chance; `dreams pool add` brings in genomes");
+    }
+    Ok(Exit::Fine)
+}
+
+fn add(args: &AddArgs, json: bool) -> Result<Exit, Fatal> {
+    let PoolArgs { pool } = &args.common;
+    let mut folder = if args.dry_run { open(pool)? } else { open_for_changes(pool)? };
+    let state = folder.pool();
+    let (brood, first) = (state.next_brood(), state.next_serial());
+    let (origin, seed, species) = (state.settings.origin, state.settings.seed, state.settings.species.clone());
+    let mut born = Vec::new();
+    let mut faults = Vec::new();
+    for (serial, path) in (first..).zip(&args.genomes) {
+        let malformed = |source| Fatal::new(Exit::Malformed, AddError::Genome { path: path.clone(), source });
+        let text = kinds::text(path)
+            .map_err(|why| Fatal::new(why.exit, AddError::Genome { path: path.clone(), source: why.source }))?;
+        let genome = kinds::parse(path, &text, &Backend::default()).map_err(|why| malformed(why.source))?;
+        let ending = kinds::ending(path, &text).to_owned();
+        if !species.contains(&ending) {
+            let error =
+                AddError::Species { path: path.clone(), found: format!(".{ending}"), expected: species.join(", ") };
+            return Err(Fatal::new(Exit::Malformed, error));
+        }
+        let found = figures(&*genome).map_err(|error| malformed(error.into()))?;
+        faults.extend(found.faults().iter().map(|fault| format!("`{}` is {}", path.display(), fault.name())));
+        let licence = genome.lineage().licence.unwrap_or_default();
+        let id = Id { brood, serial, origin };
+        let (parents, operator, figures) = (Vec::new(), "import".to_owned(), traits(&found));
+        born.push((Born { id, parents, operator, seed, species: ending, figures, licence, strength: 1.0 }, genome));
+    }
+    let ids: Vec<Id> = born.iter().map(|(born, _)| born.id).collect();
+    if !args.dry_run {
+        let brood = Brood { brood, seed, born, reborn: Vec::new(), missing: 0, faults: BTreeMap::new() };
+        folder.bear(today(), &brood, |born, genome| nursery::text(born, &**genome)).map_err(fatal)?;
+    }
+    for fault in &faults {
+        print::note(&format!("note: {fault}; it is brought in all the same"));
+    }
+    let verb = if args.dry_run { "would be" } else { "is" };
+    tell(json, !args.dry_run, &ids, faults, |id| format!("{id} {verb} in the pool"))
+}
+
+fn mark(args: &MarkArgs, json: bool) -> Result<Exit, Fatal> {
+    let PoolArgs { pool } = &args.common;
+    let mut folder = if args.dry_run { open(pool)? } else { open_for_changes(pool)? };
+    let find = |id: &String| folder.pool().find(id).map(|sheep| sheep.born.id).map_err(fatal);
+    let ids = args.sheep.iter().map(find).collect::<Result<Vec<Id>, Fatal>>()?;
+    let (mark, word) = match args.mark {
+        MarkArg::Keep => (Mark::Keep, "kept"),
+        MarkArg::Reject => (Mark::Reject, "rejected"),
+        MarkArg::None => (Mark::None, "no longer marked"),
+    };
+    if !args.dry_run {
+        folder.tell(today(), ids.iter().map(|id| Event::Marked { id: *id, mark }).collect()).map_err(fatal)?;
+    }
+    let verb = if args.dry_run { "would be" } else { "is" };
+    tell(json, !args.dry_run, &ids, Vec::new(), |id| format!("{id} {verb} {word}"))
+}
+
+fn merge(args: &MergeArgs, json: bool) -> Result<Exit, Fatal> {
+    let PoolArgs { pool } = &args.common;
+    let mut folder = if args.dry_run { open(pool)? } else { open_for_changes(pool)? };
+    let other = open(&args.other)?;
+    let new: Vec<Id> =
+        other.pool().sheep().map(|sheep| sheep.born.id).filter(|id| folder.pool().get(*id).is_none()).collect();
+    if !args.dry_run {
+        folder.merge(&other).map_err(fatal)?;
+    }
+    let verb = if args.dry_run { "would come" } else { "came" };
+    tell(json, !args.dry_run, &new, Vec::new(), |id| format!("{id} {verb} from `{}`", args.other.display()))
+}
+
+fn check(args: &PoolArgs, json: bool) -> Result<Exit, Fatal> {
+    let folder = open(&args.pool)?;
+    let mut faults = Vec::new();
+    for sheep in folder.pool().sheep() {
+        let born = &sheep.born;
+        let path = folder.genome(born);
+        if !path.is_file() {
+            faults.push(format!("the genome of {} is missing: `{}`", born.id, path.display()));
+            continue;
+        }
+        match kinds::read(&path, &Backend::default()) {
+            Err(why) => faults.push(format!("the genome of {} is refused: {}", born.id, why.source)),
+            Ok(genome) => {
+                let said = genome.lineage().id;
+                if said.as_deref() != Some(&born.id.to_string()) {
+                    let said = said.unwrap_or_else(|| "nobody".to_owned());
+                    faults.push(format!("the genome of {} says that it is of {said}", born.id));
+                }
+            }
+        }
+    }
+    let exit = if faults.is_empty() { Exit::Fine } else { Exit::No };
+    let none = || format!("no fault in {}", print::count(folder.pool().sheep().count(), "genome"));
+    if json {
+        print::json(&Answer { changed: false, sheep: Vec::new(), faults })?;
+    } else {
+        let lines = if faults.is_empty() { vec![none()] } else { faults };
+        print::lines(lines)?;
+    }
+    Ok(exit)
+}
+
+fn tell(
+    json: bool,
+    changed: bool,
+    ids: &[Id],
+    faults: Vec<String>,
+    line: impl Fn(&Id) -> String,
+) -> Result<Exit, Fatal> {
+    if json {
+        print::json(&Answer { changed, sheep: ids.to_vec(), faults })?;
+    } else if ids.is_empty() {
+        print::note("nothing is new");
+    } else {
+        print::lines(ids.iter().map(line))?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn show(args: &ShowArgs, json: bool) -> Result<Exit, Fatal> {
+    let PoolArgs { pool } = &args.common;
+    let folder = open(pool)?;
+    let answer = ShowAnswer::of(&folder, args.all);
+    if let Some(path) = &args.sheet {
+        let threads = Threads::new(0).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+        let born = answer.sheep.iter().filter_map(|sheep| folder.pool().get(sheep.id)).map(|sheep| &sheep.born);
+        let genomes = born.map(|born| Ok((born.id.to_string(), genome(&folder, born)?)));
+        let genomes = genomes.collect::<Result<Vec<(String, Box<dyn Genome>)>, Fatal>>()?;
+        let sheep: Vec<(String, &dyn Genome)> = genomes.iter().map(|(id, genome)| (id.clone(), &**genome)).collect();
+        sheet::Sheet::of(&sheep, &threads)?.save(path).map_err(|source| Fatal::write(path, source))?;
+    }
+    if json {
+        print::json(&answer)?;
+    } else {
+        print::lines(answer.lines())?;
+        if answer.due {
+            print::note("note: enough was heard from units; `dreams breed` makes the next brood");
+        }
+    }
+    Ok(Exit::Fine)
+}
+
+impl ShowAnswer {
+    fn of(folder: &Folder, all: bool) -> Self {
+        let pool = folder.pool();
+        let census = Census::of(pool, today());
+        let answer = |sheep: &Sheep| {
+            let tally = census.tally(sheep);
+            let born = &sheep.born;
+            SheepAnswer {
+                id: born.id,
+                species: born.species.clone(),
+                alive: sheep.is_alive(),
+                mark: sheep.mark,
+                rating: tally.rating(),
+                uncertainty: tally.uncertainty(),
+                votes: tally.got,
+                expected: tally.expected,
+                family: sheep.family,
+                niche: census.niche(sheep),
+                licence: born.licence.clone(),
+                operator: born.operator.clone(),
+            }
+        };
+        let mut sheep: Vec<SheepAnswer> = pool.sheep().filter(|sheep| all || sheep.is_alive()).map(answer).collect();
+        sheep.sort_by(|a, b| b.rating.total_cmp(&a.rating).then(a.id.cmp(&b.id)));
+        let count = |mut values: Vec<String>| {
+            values.sort_unstable();
+            values.dedup();
+            values.len()
+        };
+        let living = || sheep.iter().filter(|sheep| sheep.alive);
+        Self {
+            name: pool.settings.name.clone(),
+            origin: pool.settings.origin,
+            broods: pool.broods(),
+            living: pool.living().count(),
+            dead: pool.dead().len(),
+            families: count(living().map(|sheep| sheep.family.to_string()).collect()),
+            niches: count(living().map(|sheep| format!("{:?}", sheep.niche)).collect()),
+            due: pool.is_due(),
+            sheep,
+        }
+    }
+
+    fn lines(&self) -> Vec<String> {
+        let heading =
+            format!("{:<20} {:>6} {:>8} {:>8}  {:<8} made by", "sheep", "rating", "votes", "expected", "mark");
+        let line = |sheep: &SheepAnswer| {
+            let mark = match (sheep.alive, sheep.mark) {
+                (false, _) => "dead",
+                (_, Mark::Keep) => "kept",
+                _ => "-",
+            };
+            let SheepAnswer { id, rating, votes, expected, operator, .. } = sheep;
+            format!("{:<20} {rating:>6.2} {votes:>8.1} {expected:>8.1}  {mark:<8} {operator}", id.to_string())
+        };
+        let sum = format!(
+            "{} of {} live, {} dead, {}; {} in {}",
+            self.living,
+            self.name,
+            self.dead,
+            print::count(self.broods as usize, "brood"),
+            if self.families == 1 { "1 family".to_owned() } else { format!("{} families", self.families) },
+            print::count(self.niches, "niche"),
+        );
+        [heading].into_iter().chain(self.sheep.iter().map(line)).chain([sum]).collect()
+    }
+}

@@ -1,0 +1,176 @@
+//! Claims on breeding with real genomes.
+//!
+//! Owns a simulated voter with a taste on figures, who judges small pictures of all species of a pool.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use ::breeding::{Birth, Count, Day, Event, Made, Nursery, Order, Origin, Pool, Settings, Traits};
+use ::breeding::{Born, Brood, Census, Entry, Stamp, breed, deaths};
+use flame::Backend;
+use species::{Figures, Genome, Rng, Threads};
+
+use super::nursery::{Candidates, figures};
+use crate::render::species as kinds;
+
+/// Showings of each sheep between two broods, and votes of the best.
+const SHOWINGS: u64 = 60;
+const VOTES: f64 = 12.0;
+
+/// A nursery that draws fewer samples than the product: the voter sees few, too.
+struct Sketches(Candidates);
+
+impl Nursery for Sketches {
+    type Candidate = Box<dyn Genome>;
+
+    fn candidate(&self, birth: &Birth, rng: &mut Rng) -> Option<Made<Self::Candidate>> {
+        self.0.candidate(birth, rng)
+    }
+
+    fn figures(&self, candidate: &Self::Candidate) -> Result<Traits, Vec<String>> {
+        self.0.sketch(candidate)
+    }
+}
+
+/// What the voter likes: colours, edges and motion, each by its place among the founders.
+struct Taste(Vec<(usize, Vec<f64>)>);
+
+impl Taste {
+    fn of(founders: &[Traits]) -> Self {
+        let liked = ["colourfulness", "edges", "activity"];
+        let figure = |name: &&str| {
+            let place = Figures::NAMES.iter().position(|known| known == name).unwrap();
+            let mut values: Vec<f64> = founders.iter().map(|traits| traits.at(place)).collect();
+            values.sort_unstable_by(f64::total_cmp);
+            (place, values)
+        };
+        Self(liked.iter().map(figure).collect())
+    }
+
+    /// From 0 to 1.
+    fn likes(&self, traits: &Traits) -> f64 {
+        let rank = |(place, values): &(usize, Vec<f64>)| {
+            values.partition_point(|value| *value < traits.at(*place)) as f64 / values.len() as f64
+        };
+        self.0.iter().map(rank).sum::<f64>() / self.0.len() as f64
+    }
+}
+
+fn parse(ending: &str, text: &str) -> Box<dyn Genome> {
+    kinds::parse(Path::new(&format!("x.{ending}")), text, &Backend::default()).unwrap()
+}
+
+/// A pool in memory, its genomes, and the number of its last event.
+struct World {
+    pool: Pool,
+    genomes: BTreeMap<::breeding::Id, String>,
+    species: String,
+    last: u64,
+}
+
+impl World {
+    fn new(species: &str) -> Self {
+        let mut settings = Settings::new("world", Origin::of_bits(1), 5, &[species]);
+        settings.limit = 30;
+        Self { pool: Pool::new(settings), genomes: BTreeMap::new(), species: species.to_owned(), last: 0 }
+    }
+
+    fn tell(&mut self, events: Vec<Event>) {
+        for event in events {
+            self.last += 1;
+            let stamp = Stamp { number: self.last, pool: self.pool.settings.origin };
+            self.pool.apply(&Entry { stamp, day: Day(20_500), event }).unwrap();
+        }
+    }
+
+    fn brood(&mut self, births: usize) {
+        let parents = self.genomes.iter().map(|(id, text)| (*id, parse(&self.species, text))).collect();
+        let census = Census::of(&self.pool, self.pool.last_day());
+        let order = Order { births: Some(births), ..Order::default() };
+        let threads = Threads::new(0).unwrap();
+        let nursery = Sketches(Candidates::new(parents, None));
+        let brood: Brood<Box<dyn Genome>> = threads.run(|| breed(&self.pool, &census, &order, &nursery));
+        for (born, genome) in &brood.born {
+            self.genomes.insert(born.id, genome.text());
+        }
+        self.tell(brood.events());
+    }
+
+    fn vote(&mut self, taste: &Taste) {
+        let count = |born: &Born| {
+            let up = (VOTES * taste.likes(&born.figures).powi(3)).round() as u64;
+            Count { shown: SHOWINGS, up, down: 0 }
+        };
+        let sheep = self.pool.living().map(|sheep| (sheep.born.id.to_string(), count(&sheep.born))).collect();
+        self.tell(vec![Event::Votes { unit: "lobby".into(), sheep }]);
+        let census = Census::of(&self.pool, self.pool.last_day());
+        let died = deaths(&self.pool, &census).ids;
+        self.tell(died.into_iter().map(|id| Event::Died { id }).collect());
+    }
+
+    /// Mean and standard deviation of what the voter likes, over all that live.
+    fn liking(&self, taste: &Taste) -> [f64; 2] {
+        let all: Vec<f64> = self.pool.living().map(|sheep| taste.likes(&sheep.born.figures)).collect();
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let variance = all.iter().map(|liking| (liking - mean).powi(2)).sum::<f64>() / all.len() as f64;
+        [mean, variance.sqrt()]
+    }
+}
+
+/// By how many standard deviations of the founders the mean liking has risen after so many broods of so many births.
+fn rise(species: &str, founders: usize, broods: usize, births: usize) -> f64 {
+    let mut world = World::new(species);
+    world.brood(founders);
+    let founders: Vec<Traits> = world.pool.living().map(|sheep| sheep.born.figures.clone()).collect();
+    let taste = Taste::of(&founders);
+    let [start, spread] = world.liking(&taste);
+    for _ in 0..broods {
+        world.vote(&taste);
+        world.brood(births);
+    }
+    world.vote(&taste);
+    let [end, _] = world.liking(&taste);
+    println!("{species}: {start:.3} to {end:.3}, spread {spread:.3}");
+    (end - start) / spread
+}
+
+/// The species in the variable `TASTES`, with eight broods of twenty; every day a small pool of expressions, which are drawn
+/// fast.
+#[test]
+fn a_pool_learns_a_hidden_taste() {
+    let Ok(all) = std::env::var("TASTES") else {
+        let rise = rise("expr", 16, 3, 8);
+        assert!(rise > 0.0, "{rise} standard deviations");
+        return;
+    };
+    for species in all.split(',') {
+        let rise = rise(species, 30, 8, 20);
+        assert!(rise >= 1.0, "{species}: {rise} standard deviations");
+    }
+}
+
+/// Pictures that nobody should see, as expressions: `~` stands for a number.
+const FAILURES: [(&str, &str); 10] = [
+    ("black", "(* 0.001 ~)"),
+    ("black in all but a corner", "(if (- (+ x y) 2.6) ~ 0)"),
+    ("white", "(+ 1.2 (* ~ (wave 1 0)))"),
+    ("flat", "(+ 0.4 (* 0.02 (sin (+ (* ~ x) (wave 1 0)))))"),
+    ("flat once in a loop", "(+ 0.4 (* (* 0.3 (abs (wave 1 0))) (sin (* ~ x))))"),
+    ("still", "(+ 0.5 (* 0.3 (sin (* ~ x))))"),
+    ("clipped", "(if (sin (+ (* ~ x) (wave 1 0))) 1.5 0)"),
+    ("a light in one place", "(- 0.9 (* ~ (+ (* x x) (+ (* y y) (* 0.01 (wave 1 0))))))"),
+    ("dark", "(* 0.05 (+ ~ (sin (+ (* 9 x) (wave 1 0)))))"),
+    ("jumping", "(round (+ 0.5 (* 0.3 (sin (+ (* ~ x) (* 40 (wave 4 0)))))) 0.5)"),
+];
+
+#[test]
+fn fifty_made_failures_are_all_refused() {
+    for (what, template) in FAILURES {
+        for number in ["0.9", "1.7", "2.6", "3.5", "4.4"] {
+            let text = format!("(expression 1 (picture {}))", template.replace('~', number));
+            let genome = parse("expr", &text);
+            let found = figures(&*genome).unwrap();
+            assert!(!found.faults().is_empty(), "{what}: {text}: {found:?}");
+        }
+    }
+}

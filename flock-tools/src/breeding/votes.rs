@@ -1,0 +1,274 @@
+//! `dreams votes POOL FILE...`: takes in what units report of their votes.
+//!
+//! Owns the command: which documents there are, the file of each unit in the pool, and what the ledger is told: the growth of
+//! its totals since it was last told. Both can be repeated: a kill between them loses nothing and counts nothing twice. Which
+//! reports are accepted is known to the package `votes`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use ::breeding::{Count, Event, Folder};
+use serde_json::Value;
+use votes::{Received, SheepTotals, UnitLimits, VotesError};
+
+use super::{fatal, open, open_for_changes, today};
+use crate::program::{Exit, Fatal, print};
+
+/// The folder of a pool with a file for each unit.
+const FOLDER: &str = "votes";
+/// Seconds of somebody near that count as one vote: many stand there for other reasons.
+const NEAR_S: u32 = 300;
+/// The most bytes that are read of a document.
+const MOST_BYTES: u64 = 4 << 20;
+
+/// Take in the votes that units report
+///
+/// Files are status reports, as units send them, or the `votes.json` of a unit's owner partition; `-` is the standard input,
+/// with one document after the other. Totals only grow: it does no harm if reports are lost, repeated or in another order.
+/// Only units count that were named once with --unit.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status:
+  0  everything is taken in, or was known already
+  1  some documents were refused: those of unknown units, or with totals that cannot be; or another program changes the pool
+  2  the command line or the pool is wrong
+  3  a file could not be read or written")]
+pub(crate) struct Args {
+    /// Folder of the pool
+    pool: PathBuf,
+    /// Reports, folders with reports, or - for the standard input
+    files: Vec<PathBuf>,
+    /// Know this unit from now on; documents that name no unit are its
+    #[arg(long, value_name = "NAME", value_parser = unit_name)]
+    unit: Option<String>,
+    /// Seconds of the shortest loop of a unit: no showing is shorter
+    #[arg(long = "loop", value_name = "S", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=3600))]
+    loop_s: u32,
+    /// Only tell what would be taken in
+    #[arg(long)]
+    dry_run: bool,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is wrong with a document.
+#[derive(Debug, thiserror::Error)]
+enum DocumentError {
+    #[error("it is no JSON document: {0}")]
+    Json(serde_json::Error),
+    #[error("it names no unit")]
+    Nameless,
+    #[error("it has no votes")]
+    NoVotes,
+    #[error(transparent)]
+    Votes(#[from] VotesError),
+}
+
+/// What is new of a unit.
+#[derive(Debug, Default, serde::Serialize)]
+struct News {
+    showings: u64,
+    up: u64,
+    down: u64,
+    /// Sheep of which something is new.
+    sheep: usize,
+}
+
+/// A document that was refused.
+#[derive(serde::Serialize)]
+struct Refused {
+    file: String,
+    why: String,
+}
+
+/// The answer with `--json`.
+#[derive(serde::Serialize)]
+struct Answer {
+    changed: bool,
+    units: BTreeMap<String, News>,
+    refused: Vec<Refused>,
+    /// Whether enough was heard since the last brood for another.
+    due: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
+    let mut folder = if args.dry_run { open(&args.pool)? } else { open_for_changes(&args.pool)? };
+    let mut received = args.known()?;
+    let mut refused = Vec::new();
+    for (file, text) in args.texts()? {
+        for document in documents(&text) {
+            if let Err(why) = document.and_then(|document| args.take(&document, &mut received)) {
+                refused.push(Refused { file: file.clone(), why: why.to_string() });
+            }
+        }
+    }
+    let mut units = BTreeMap::new();
+    for unit in received.units() {
+        let growth = growth(&folder, unit, &received.totals(unit));
+        units.insert(unit.to_owned(), growth);
+    }
+    if !args.dry_run {
+        args.save(&received)?;
+        let events: Vec<Event> = units
+            .iter()
+            .filter(|(_, sheep)| !sheep.is_empty())
+            .map(|(unit, sheep)| Event::Votes { unit: unit.clone(), sheep: sheep.clone() })
+            .collect();
+        if !events.is_empty() {
+            folder.tell(today(), events).map_err(fatal)?;
+        }
+    }
+    let units = units.into_iter().map(|(unit, sheep)| (unit, news(&sheep))).collect();
+    args.tell(&Answer { changed: !args.dry_run, units, refused, due: folder.pool().is_due() })
+}
+
+impl Args {
+    /// The units that the pool knows, with what they have reported.
+    fn known(&self) -> Result<Received, Fatal> {
+        let limits = UnitLimits { loop_s: self.loop_s };
+        let mut received = Received::default();
+        let path = self.pool.join(FOLDER);
+        let entries = match fs::read_dir(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            found => Some(found.map_err(|source| Fatal::read(&path, source))?),
+        };
+        for entry in entries.into_iter().flatten() {
+            let file = entry.map_err(|source| Fatal::read(&path, source))?.path();
+            let stem = file.file_stem().and_then(|stem| stem.to_str());
+            let Some(unit) = stem.filter(|_| file.extension().is_some_and(|ending| ending == "json")) else { continue };
+            let kept = fs::read_to_string(&file).map_err(|source| Fatal::read(&file, source))?;
+            received.know(unit, limits, Some(&kept)).map_err(|error| Fatal::new(Exit::Malformed, error))?;
+        }
+        if let Some(unit) = self.unit.as_ref().filter(|unit| !received.units().any(|known| known == *unit)) {
+            received.know(unit, limits, None).map_err(|error| Fatal::new(Exit::Malformed, error))?;
+        }
+        Ok(received)
+    }
+
+    /// What is to be read, with its name.
+    fn texts(&self) -> Result<Vec<(String, Vec<u8>)>, Fatal> {
+        let mut texts = Vec::new();
+        for path in &self.files {
+            if path == Path::new("-") {
+                let mut text = Vec::new();
+                let read = io::stdin().lock().take(MOST_BYTES).read_to_end(&mut text);
+                read.map_err(|source| Fatal::read(path, source))?;
+                texts.push(("-".to_owned(), text));
+                continue;
+            }
+            let mut files = vec![path.clone()];
+            if path.is_dir() {
+                let entries = fs::read_dir(path).map_err(|source| Fatal::read(path, source))?;
+                files = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|file| file.is_file()).collect();
+                files.sort();
+            }
+            for file in files {
+                let text = fs::File::open(&file).and_then(|open| {
+                    let mut text = Vec::new();
+                    open.take(MOST_BYTES).read_to_end(&mut text).map(|_| text)
+                });
+                texts.push((print::path(&file), text.map_err(|source| Fatal::read(&file, source))?));
+            }
+        }
+        Ok(texts)
+    }
+
+    /// Takes in a status report, or the totals alone.
+    fn take(&self, document: &Value, received: &mut Received) -> Result<(), DocumentError> {
+        let is_report = document.get("unit").is_some() || document.get("status").is_some();
+        let totals = if is_report { document.get("votes").ok_or(DocumentError::NoVotes)? } else { document };
+        let named = document.get("unit").and_then(Value::as_str);
+        let unit = named.or(self.unit.as_deref()).ok_or(DocumentError::Nameless)?;
+        received.take(unit, totals.to_string().as_bytes(), today().0)?;
+        Ok(())
+    }
+
+    /// Writes the file of each unit.
+    fn save(&self, received: &Received) -> Result<(), Fatal> {
+        let folder = self.pool.join(FOLDER);
+        fs::create_dir_all(&folder).map_err(|source| Fatal::write(&folder, source))?;
+        for unit in received.units() {
+            let Some(text) = received.to_json(unit) else { continue };
+            let path = folder.join(format!("{unit}.json"));
+            durable::write(&path, text.as_bytes()).map_err(|source| Fatal::write(&path, source))?;
+        }
+        Ok(())
+    }
+
+    fn tell(&self, answer: &Answer) -> Result<Exit, Fatal> {
+        let exit = if answer.refused.is_empty() { Exit::Fine } else { Exit::No };
+        if self.json {
+            print::json(answer)?;
+            return Ok(exit);
+        }
+        let line = |(unit, News { showings, up, down, sheep }): (&String, &News)| {
+            format!("{unit}: {showings} showings, {up} votes for and {down} against are new, of {sheep} sheep")
+        };
+        print::lines(answer.units.iter().map(line))?;
+        for Refused { file, why } in &answer.refused {
+            print::note(&format!("`{file}` was refused: {why}"));
+        }
+        if answer.refused.iter().any(|refused| refused.why.contains("not one of those that are known")) {
+            print::note("note: `dreams votes POOL --unit NAME` makes a unit known");
+        }
+        if answer.due {
+            print::note("note: enough was heard from units; `dreams breed` makes the next brood");
+        }
+        Ok(exit)
+    }
+}
+
+/// The name of a unit, which is that of a file, too.
+fn unit_name(text: &str) -> Result<String, String> {
+    let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "._-".contains(c);
+    let fits = (1..=64).contains(&text.len()) && text.chars().all(is_plain) && !text.starts_with('.');
+    if fits { Ok(text.to_owned()) } else { Err("wanted 1 to 64 of a-z 0-9 . _ -, without a dot at the start".into()) }
+}
+
+/// The documents of a text, one after the other.
+fn documents(text: &[u8]) -> Vec<Result<Value, DocumentError>> {
+    let stream = serde_json::Deserializer::from_slice(text).into_iter::<Value>();
+    let mut found: Vec<_> = stream.map(|document| document.map_err(DocumentError::Json)).collect();
+    if found.is_empty() {
+        found.push(Err(DocumentError::NoVotes));
+    }
+    found
+}
+
+/// By how much a unit's totals are larger than what the ledger was told of it.
+fn growth(folder: &Folder, unit: &str, totals: &BTreeMap<String, SheepTotals>) -> BTreeMap<String, Count> {
+    let mut told: BTreeMap<&str, Count> = BTreeMap::new();
+    for entry in folder.ledger().entries() {
+        let Event::Votes { unit: other, sheep } = &entry.event else { continue };
+        for (id, count) in sheep.iter().filter(|_| other == unit) {
+            let sum = told.entry(id.as_str()).or_default();
+            sum.shown = sum.shown.saturating_add(count.shown);
+            sum.up = sum.up.saturating_add(count.up);
+            sum.down = sum.down.saturating_add(count.down);
+        }
+    }
+    let grown = |(id, totals): (&String, &SheepTotals)| {
+        let told = told.get(id.as_str()).copied().unwrap_or_default();
+        let up = totals.up.saturating_add(totals.near_s / NEAR_S).min(totals.shown);
+        let count = Count {
+            shown: u64::from(totals.shown).saturating_sub(told.shown),
+            up: u64::from(up).saturating_sub(told.up),
+            down: u64::from(totals.down).saturating_sub(told.down),
+        };
+        (count != Count::default()).then(|| (id.clone(), count))
+    };
+    totals.iter().filter_map(grown).collect()
+}
+
+fn news(sheep: &BTreeMap<String, Count>) -> News {
+    let sum = |of: fn(&Count) -> u64| sheep.values().map(of).fold(0, u64::saturating_add);
+    News {
+        showings: sum(|count| count.shown),
+        up: sum(|count| count.up),
+        down: sum(|count| count.down),
+        sheep: sheep.len(),
+    }
+}

@@ -1,0 +1,72 @@
+//! The config of `dreams-votes`: every setting and its default.
+//!
+//! Owns [`Config`]. Never acts on it. Every key explains itself in `config/votes.toml`, which a test holds equal to
+//! [`Config::default`].
+
+use crate::keys::Key;
+use player::{LogLevel, MarkSocket};
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// Every setting, as `config/votes.toml` explains them.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Config {
+    pub(crate) device: Option<PathBuf>,
+    pub(crate) up: Key,
+    pub(crate) down: Option<Key>,
+    pub(crate) presence: Option<PathBuf>,
+    pub(crate) acknowledge: MarkSocket,
+    pub(crate) noise: bool,
+    pub(crate) store: PathBuf,
+    pub(crate) status: String,
+    pub(crate) log: LogLevel,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            device: None,
+            up: Key::ANY,
+            down: None,
+            presence: None,
+            acknowledge: MarkSocket::default(),
+            noise: false,
+            store: "/var/lib/dreams/votes".into(),
+            status: "127.0.0.1:7180".to_owned(),
+            log: LogLevel(tracing::Level::INFO),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Config;
+    use player::config_file::parse;
+    use std::path::Path;
+
+    const SAMPLE: &str = include_str!("../../config/votes.toml");
+
+    fn read(text: &str) -> Result<Config, String> {
+        parse(Path::new("votes.toml"), text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_sample_of_the_votes_is_its_default_and_explains_every_key_and_no_other() {
+        assert_eq!(read(SAMPLE).unwrap(), Config::default());
+        let key = |line: &str| {
+            let (key, _) = line.trim_start_matches("# ").split_once(" = ")?;
+            key.chars().all(|c| c.is_ascii_lowercase() || c == '_').then(|| key.to_owned())
+        };
+        let explained: Vec<_> = SAMPLE.lines().filter_map(key).collect();
+        let refused = read("colour = 1").unwrap_err();
+        let known = refused.split("expected one of ").nth(1).unwrap().split(", ");
+        assert_eq!(explained, known.map(|key| key.trim_matches('`').to_owned()).collect::<Vec<_>>());
+        let all = ["device", "down", "presence"].iter().fold(SAMPLE.to_owned(), |text, key| {
+            assert!(text.contains(&format!("\n# {key} = ")), "{key}");
+            text.replace(&format!("\n# {key} = "), &format!("\n{key} = "))
+        });
+        let config = read(&all).unwrap();
+        assert!(config.device.is_some() && config.down.is_some() && config.presence.is_some());
+    }
+}

@@ -1,0 +1,57 @@
+//! The command line of `dreams-votes`.
+//!
+//! Owns the options and their help. The settings are in `config.rs`.
+
+use crate::config::Config;
+use clap::Parser;
+use player::{ConfigError, config_file};
+use std::path::PathBuf;
+
+/// The end of the help. `diagnostics::Exit` has the same four codes.
+const EXIT_STATUS: &str = "\
+Exit status:
+  0  the run ended as asked: by a signal, or there is no device to read
+  1  the answer is no: there are no votes to show
+  2  the command line or the config is wrong
+  3  the store could not be read or written";
+
+/// Count the votes of the people before the wall: a press of a button is one for the sheep that was seen
+#[derive(Debug, Parser)]
+#[command(name = "dreams-votes", version, after_help = EXIT_STATUS)]
+pub(crate) struct Options {
+    /// Read settings from this file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Count nothing: print exactly what would be sent
+    #[arg(long)]
+    pub(crate) show: bool,
+    /// Count nothing: write the same to `votes.json` in this folder, if there are votes
+    #[arg(long, value_name = "FOLDER", conflicts_with = "show")]
+    pub(crate) copy_to: Option<PathBuf>,
+    /// Read this store of votes
+    #[arg(long, value_name = "FOLDER")]
+    store: Option<PathBuf>,
+}
+
+impl Options {
+    /// The settings: the defaults, then the config, then the options.
+    /// Errors: [`ConfigError`], if there is a config and it is refused.
+    pub(crate) fn settings(&self) -> Result<Config, ConfigError> {
+        let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
+        Ok(Config { store: self.store.clone().unwrap_or(config.store), ..config })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EXIT_STATUS;
+    use diagnostics::Exit;
+
+    #[test]
+    fn the_help_on_votes_names_every_exit_code() {
+        for exit in [Exit::Fine, Exit::No, Exit::Malformed, Exit::Unreadable] {
+            assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
+        }
+        assert_eq!(EXIT_STATUS.lines().count(), 5);
+    }
+}
