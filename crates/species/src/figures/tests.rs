@@ -49,7 +49,7 @@ fn what_is_wrong_is_named() {
         (faults(|x, y, frame| waves(x, y, frame).map(|light| (2.0 * light - 0.4).clamp(0.0, 1.0))), vec!["clipped"]),
         (faults(|x, y, frame| waves(x, y, frame).map(|light| 0.4 + 0.05 * light)), vec!["flat"]),
         // One colour once in a loop.
-        (faults(|x, y, frame| waves(x, y, frame).map(|light| 0.2 + light * half_way(frame))), vec!["flat"]),
+        (faults(|x, y, frame| waves(x, y, frame).map(|light| 0.2 + 0.7 * light * half_way(frame))), vec!["flat"]),
         (faults(|x, y, _| waves(x, y, 0.0)), vec!["still"]),
         (faults(|x, y, frame| waves(x, y, 48.0 * (frame % 2.0))), vec!["strobing"]),
         // It rests for half of the loop, and then jumps a little.
