@@ -11,19 +11,12 @@ use crate::globe::{Globe, Kept};
 
 /// The name of the table.
 const NAME: &str = "lineage";
-/// Its keys that have lists.
-const LISTS: [&str; 2] = ["parents", "authors"];
 
 impl Globe {
     /// What its file says of its origin.
     pub fn origin(&self) -> Lineage {
         let table = table(&self.kept.after).remove(NAME).and_then(|it| it.try_into::<Table>().ok()).unwrap_or_default();
-        let texts =
-            |values: &[Value]| values.iter().filter_map(|value| value.as_str().map(ToOwned::to_owned)).collect();
-        Lineage::of_entries(|key| match table.get(key) {
-            Some(Value::Array(values)) => texts(values),
-            value => value.map(|value| texts(std::slice::from_ref(value))).unwrap_or_default(),
-        })
+        Lineage::of_table(&table)
     }
 
     /// The same globe with this origin.
@@ -33,12 +26,7 @@ impl Globe {
         for kept in [&mut before, &mut after] {
             kept.remove(NAME);
         }
-        let entries = lineage.entries().into_iter().map(|(key, values)| {
-            let mut values = values.into_iter().map(Value::String);
-            let value = if LISTS.contains(&key) { None } else { values.next() };
-            (key.to_owned(), value.unwrap_or_else(|| Value::Array(values.collect())))
-        });
-        let entries: Table = entries.collect();
+        let entries = lineage.to_table();
         if !entries.is_empty() {
             after.insert(NAME.to_owned(), Value::Table(entries));
         }

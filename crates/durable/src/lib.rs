@@ -8,15 +8,18 @@
 //! | `storage` | what an atomic write needs of a disk, and a folder of this machine |
 //! | `atomic` | the atomic write |
 //! | `copies` | the newest of two copies of a state, each with a checksum |
+//! | `frame` | the form of such a copy: number, state and checksum |
 //! | `flushed` | writing that stays out of the page cache |
 #![forbid(unsafe_code)]
 
 mod atomic;
 mod copies;
 mod flushed;
+mod frame;
 mod storage;
 
 pub use atomic::{copy, persist, replace, save, sync_file_systems, sync_folder, sync_names, write, write_with_mode};
 pub use copies::{Checksummed, Copies, Found};
 pub use flushed::{FlushedWriter, drop_cache};
+pub use frame::{framed, unframed};
 pub use storage::{Append, LocalFolder, Storage, parent};

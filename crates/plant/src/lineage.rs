@@ -11,8 +11,6 @@ use crate::genome::Plant;
 
 /// The name of the table.
 const NAME: &str = "lineage";
-/// Its keys that have lists.
-const LISTS: [&str; 2] = ["parents", "authors"];
 
 impl Plant {
     /// What its file says of its origin.
@@ -20,12 +18,7 @@ impl Plant {
         let inline = self.unknown[1].iter().find(|(key, _)| key == NAME).map(|(_, inline)| inline);
         let file: Table = inline.and_then(|it| toml::from_str(&format!("it = {it}")).ok()).unwrap_or_default();
         let table = file.get("it").and_then(Value::as_table).cloned().unwrap_or_default();
-        let texts =
-            |values: &[Value]| values.iter().filter_map(|value| value.as_str().map(ToOwned::to_owned)).collect();
-        Lineage::of_entries(|key| match table.get(key) {
-            Some(Value::Array(values)) => texts(values),
-            value => value.map(|value| texts(std::slice::from_ref(value))).unwrap_or_default(),
-        })
+        Lineage::of_table(&table)
     }
 
     /// The same plant with this origin.
@@ -34,12 +27,7 @@ impl Plant {
         let mut plant = self.clone();
         let of_file = &mut plant.unknown[1];
         of_file.retain(|(key, _)| key != NAME);
-        let entries = lineage.entries().into_iter().map(|(key, values)| {
-            let mut values = values.into_iter().map(Value::String);
-            let value = if LISTS.contains(&key) { None } else { values.next() };
-            (key.to_owned(), value.unwrap_or_else(|| Value::Array(values.collect())))
-        });
-        let entries: Table = entries.collect();
+        let entries = lineage.to_table();
         if !entries.is_empty() {
             of_file.push((NAME.to_owned(), Value::Table(entries).to_string()));
             // As reading orders them.

@@ -5,7 +5,14 @@
 //!
 //! Start at [`Lineage::of_child`].
 
+use std::slice;
+
+use toml::{Table, Value};
+
 use crate::licence::strictest;
+
+/// The keys that have lists in a table.
+const LISTS: [&str; 2] = ["parents", "authors"];
 
 /// What a genome says of its origin. Texts are trimmed and not empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -57,6 +64,26 @@ impl Lineage {
             ("licence", one(&self.licence)),
         ];
         all.into_iter().filter(|(_, values)| !values.is_empty()).collect()
+    }
+
+    /// The same as a table of TOML, for files that are in that format.
+    pub fn to_table(&self) -> Table {
+        let entries = self.entries().into_iter().map(|(key, values)| {
+            let mut values = values.into_iter().map(Value::String);
+            let value = if LISTS.contains(&key) { None } else { values.next() };
+            (key.to_owned(), value.unwrap_or_else(|| Value::Array(values.collect())))
+        });
+        entries.collect()
+    }
+
+    /// The lineage in a table of TOML; what is no text is left out.
+    pub fn of_table(table: &Table) -> Lineage {
+        let texts =
+            |values: &[Value]| values.iter().filter_map(|value| value.as_str().map(ToOwned::to_owned)).collect();
+        Lineage::of_entries(|key| match table.get(key) {
+            Some(Value::Array(values)) => texts(values),
+            value => value.map(|value| texts(slice::from_ref(value))).unwrap_or_default(),
+        })
     }
 
     /// The lineage of which `values` tells the values of a key; nothing for a key that is not there.

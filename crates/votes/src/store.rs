@@ -8,14 +8,12 @@
 
 use crate::error::VotesError;
 use crate::ledger::Ledger;
-use durable::{Checksummed, Copies, Found, LocalFolder};
+use durable::{Checksummed, Copies, Found, LocalFolder, framed, unframed};
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// What a file begins with: its kind and version.
-const MAGIC: &[u8; 8] = b"d-votes\x01";
-/// Magic, number, length of the ledger.
-const HEAD: usize = 8 + 8 + 4;
+const MAGIC: [u8; 8] = *b"d-votes\x01";
 
 /// The files of a unit.
 #[derive(Debug)]
@@ -60,21 +58,12 @@ impl Checksummed for Ledger {
     const LIMIT: u64 = 4 << 20;
 
     fn to_file(&self, number: u64) -> io::Result<Vec<u8>> {
-        let ledger = serde_json::to_vec(self).map_err(io::Error::other)?;
-        let length = u32::try_from(ledger.len()).map_err(io::Error::other)?;
-        let mut bytes = [&MAGIC[..], &number.to_le_bytes(), &length.to_le_bytes(), &ledger].concat();
-        bytes.extend_from_slice(&crc32fast::hash(&bytes).to_le_bytes());
-        Ok(bytes)
+        framed(MAGIC, number, &serde_json::to_vec(self).map_err(io::Error::other)?)
     }
 
     fn from_file(bytes: &[u8]) -> Option<(u64, Self)> {
-        let (head, rest) = bytes.split_at_checked(HEAD)?;
-        let number = u64::from_le_bytes(head[8..16].try_into().ok()?);
-        let length = u32::from_le_bytes(head[16..].try_into().ok()?) as usize;
-        let (ledger, tail) = rest.split_at_checked(length)?;
-        let checksum = u32::from_le_bytes(tail.try_into().ok()?);
-        let is_whole = head.starts_with(MAGIC) && checksum == crc32fast::hash(&bytes[..HEAD + length]);
-        is_whole.then(|| serde_json::from_slice(ledger).ok())?.map(|ledger| (number, ledger))
+        let (number, ledger) = unframed(MAGIC, bytes)?;
+        Some((number, serde_json::from_slice(ledger).ok()?))
     }
 }
 

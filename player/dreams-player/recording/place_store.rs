@@ -3,15 +3,13 @@
 //! Owns the form of the two files: a number, the place, and a checksum over both. They are written in turn, so that one
 //! of them is whole at every moment ([`durable::Copies`]). Never knows what a place means: the flock does.
 
-use durable::{Checksummed, Copies, Found, LocalFolder};
+use durable::{Checksummed, Copies, Found, LocalFolder, framed, unframed};
 use std::fs;
 use std::io;
 use std::path::Path;
 
 /// What a file begins with: its kind and version.
-const MAGIC: &[u8; 8] = b"d-place\x01";
-/// Magic, number, length of the place.
-const HEAD: usize = 8 + 8 + 4;
+const MAGIC: [u8; 8] = *b"d-place\x01";
 
 /// The bytes of a place.
 #[derive(Debug, PartialEq, Eq)]
@@ -59,20 +57,12 @@ impl Checksummed for SavedPlace {
     const LIMIT: u64 = u32::MAX as u64;
 
     fn to_file(&self, number: u64) -> io::Result<Vec<u8>> {
-        let length = u32::try_from(self.0.len()).map_err(io::Error::other)?;
-        let mut bytes = [&MAGIC[..], &number.to_le_bytes(), &length.to_le_bytes(), &self.0].concat();
-        bytes.extend_from_slice(&crc32fast::hash(&bytes).to_le_bytes());
-        Ok(bytes)
+        framed(MAGIC, number, &self.0)
     }
 
     fn from_file(bytes: &[u8]) -> Option<(u64, Self)> {
-        let (head, rest) = bytes.split_at_checked(HEAD)?;
-        let number = u64::from_le_bytes(head[8..16].try_into().ok()?);
-        let length = u32::from_le_bytes(head[16..].try_into().ok()?) as usize;
-        let (place, tail) = rest.split_at_checked(length)?;
-        let checksum = u32::from_le_bytes(tail.try_into().ok()?);
-        let is_whole = head.starts_with(MAGIC) && checksum == crc32fast::hash(&bytes[..HEAD + length]);
-        is_whole.then(|| (number, Self(place.to_vec())))
+        let (number, place) = unframed(MAGIC, bytes)?;
+        Some((number, Self(place.to_vec())))
     }
 }
 
