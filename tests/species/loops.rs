@@ -20,9 +20,12 @@ fn frame_f_is_frame_0_to_the_bit_and_the_seam_cannot_be_seen() {
             for (late, early) in [(LOOP, 0.0), (3.0 * LOOP + 5.0, 5.0), (-2.5, LOOP - 2.5)] {
                 assert_eq!(frame(late), frame(early), "{seed}, frames {late} and {early}: {}", genome.text());
             }
-            let allowed = allowed(&*turning, &threads);
-            let found = at(&*turning, LOOP, &threads) / allowed;
-            jerky += u32::from(allowed > 1.0);
+            let mut found = at(&*turning, LOOP, &threads);
+            // What is beyond the bound may be a loop that jerks everywhere.
+            if found >= 1.0 {
+                found /= allowed(&*turning, &threads);
+                jerky += 1;
+            }
             if found > worst.0 {
                 worst = (found, format!("{seed}: {}", genome.text()));
             }
