@@ -16,6 +16,7 @@ mod display {
     mod mode_changes;
     mod prelude;
     mod scanout;
+    mod votes;
 }
 mod flocks;
 mod guest;

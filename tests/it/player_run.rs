@@ -49,8 +49,13 @@ impl PlayerRun {
 
     /// The command line, with a trace in the scratch folder and no status page.
     pub(crate) fn command(&self) -> Command {
+        self.command_with_page("off")
+    }
+
+    /// The same with a status page at `address`.
+    pub(crate) fn command_with_page(&self, address: &str) -> Command {
         let mut command = Command::new(programs::player());
-        command.args(&self.options).args(["--status", "off", "--trace"]).arg(self.path("trace"));
+        command.args(&self.options).args(["--status", address, "--trace"]).arg(self.path("trace"));
         command
     }
 

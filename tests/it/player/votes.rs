@@ -199,7 +199,7 @@ fn count(run: &PlayerRun) -> Counting {
 }
 
 /// The number of the showing that each flip belongs to, and its sheep: in a transition those of the nearer end.
-fn showings(flock: &Flock, flips: &[Flip]) -> Vec<(usize, String)> {
+pub(crate) fn showings(flock: &Flock, flips: &[Flip]) -> Vec<(usize, String)> {
     let nearest = |flip: &Flip| {
         let name = flip.clip.trim_end_matches(".mp4");
         let (from, to) = name.split_once('=').unwrap_or((name, name));
