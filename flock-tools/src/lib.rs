@@ -8,7 +8,7 @@
 //!
 //! | folder | what is there |
 //! |---|---|
-//! | `program` | what every command needs: arguments, exit codes, printing, progress bars, the clock, chance |
+//! | `program` | what every command needs: arguments, exit codes, printing, progress bars, contact sheets, the clock, chance |
 //! | `flock_folder` | a flock's folder: its manifest, read and edited; the paths and contents of its files |
 //! | `credits` | who made what, and under which licences; `dreams credits` |
 //! | `decoder` | what commands ask of ffmpeg, and which program has it |

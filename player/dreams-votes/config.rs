@@ -3,7 +3,7 @@
 //! Owns [`Config`]. Never acts on it. Every key explains itself in `config/votes.toml`, which a test holds equal to
 //! [`Config::default`].
 
-use crate::keys::Key;
+use crate::keys::{self, Key};
 use player::{LogLevel, MarkSocket};
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -14,6 +14,7 @@ use std::path::PathBuf;
 pub(crate) struct Config {
     pub(crate) device: Option<PathBuf>,
     pub(crate) up: Key,
+    #[serde(deserialize_with = "keys::one")]
     pub(crate) down: Option<Key>,
     pub(crate) presence: Option<PathBuf>,
     pub(crate) acknowledge: MarkSocket,

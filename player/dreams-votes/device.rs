@@ -4,7 +4,8 @@
 //! asked of a device; a pipe does as well. Never knows what a key means: `crates/votes` does.
 //!
 //! # Source
-//! `struct input_event` of `linux/input.h`: the time, which is not read, type and code of 16 bits each, a value of 32.
+//! `struct input_event` of `linux/input.h`: the time in seconds and microseconds since 1970, type and code of 16 bits each, a
+//! value of 32.
 //!
 //! Start at [`InputDevice::read`].
 
@@ -39,6 +40,8 @@ pub(crate) enum Input {
         code: u16,
         /// The value.
         value: i32,
+        /// When the kernel saw it, in microseconds since 1970, by its clock.
+        at_us: u64,
     },
     /// Events were lost, or the device is gone: nothing is known of its keys.
     Lost,
@@ -113,8 +116,10 @@ fn input(event: &[u8]) -> Option<Input> {
     let number = |at: usize| u16::from_ne_bytes([event[TIME + at], event[TIME + at + 1]]);
     let (kind, code) = (number(0), number(2));
     let value = i32::from_ne_bytes(event[TIME + 4..].try_into().ok()?);
+    let word = |at: usize| Some(usize::from_ne_bytes(event[at..at + TIME / 2].try_into().ok()?) as u64);
+    let at_us = word(0)?.saturating_mul(1_000_000).saturating_add(word(TIME / 2)?);
     match kind {
-        EV_KEY | EV_SW => Some(Input::Key { code, value }),
+        EV_KEY | EV_SW => Some(Input::Key { code, value, at_us }),
         EV_SYN if code == SYN_DROPPED => Some(Input::Lost),
         _ => None,
     }
@@ -150,7 +155,9 @@ mod tests {
             far_end.write_all(part).unwrap();
             told.extend(device.read());
         }
-        let key = |code, value| Input::Key { code, value };
+        let seven = usize::from_ne_bytes([7; TIME / 2]) as u64;
+        let at_us = seven.saturating_mul(1_000_000).saturating_add(seven);
+        let key = |code, value| Input::Key { code, value, at_us };
         assert_eq!(told, [key(103, 1), key(0, 1), Input::Lost, key(103, 0)]);
         drop(far_end);
         assert_eq!((device.read(), device.read()), (vec![Input::Lost], vec![]), "it was unplugged");

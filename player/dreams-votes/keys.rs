@@ -5,7 +5,7 @@
 //! # Source
 //! `linux/input-event-codes.h`.
 
-use serde::de::{Unexpected, Visitor};
+use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
 
@@ -76,6 +76,13 @@ impl<'de> Deserialize<'de> for Key {
     }
 }
 
+/// One key, not any.
+pub(crate) fn one<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Key>, D::Error> {
+    let key = Key::deserialize(from)?;
+    let any = || D::Error::invalid_value(Unexpected::Str("any"), &"the name or the number of one key");
+    if key == Key::ANY { Err(any()) } else { Ok(Some(key)) }
+}
+
 struct NameOrCode;
 
 impl Visitor<'_> for NameOrCode {
@@ -121,6 +128,8 @@ mod tests {
                 "{said}"
             );
         }
+        let any = parse::<crate::config::Config>(Path::new("votes.toml"), "down = \"any\"").unwrap_err().to_string();
+        assert!(any.contains("expected the name or the number of one key"), "{any}");
         assert!(NAMES.is_sorted() && NAMES.iter().all(|(_, code)| *code <= LARGEST));
     }
 }

@@ -10,8 +10,9 @@ use crate::config::Config;
 use crate::device::{Input, InputDevice};
 use crate::fatal::Fatal;
 use crate::glass;
+use crate::show;
 use diagnostics::chain;
-use player::{acknowledgement, clock_s, is_clock_wrong, now};
+use player::{acknowledgement, clock_s, clock_us, is_clock_wrong, now};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use std::path::PathBuf;
@@ -21,14 +22,15 @@ use std::thread;
 use std::time::Duration;
 use timing::Nanos;
 use tracing::{debug, info, warn};
-use votes::{Buttons, Credit, Ledger, LedgerId, Lit, Press, SEEN_MS, Store, seen};
+use votes::{Buttons, Credit, DAY_S, Ledger, LedgerId, Lit, Press, SEEN_MS, Store, seen};
 
 /// The time between two looks at what is shown. No clip of a flock is that short.
 const OFTEN_NS: u64 = 500_000_000;
 /// The longest time between two looks for which somebody is said to have been near.
 const LONGEST_LOOK_NS: u64 = 2 * OFTEN_NS;
+/// The longest that an event waits to be read: while the player does not answer.
+const OLDEST_NS: u64 = 4_000_000_000;
 const NS_PER_MS: u64 = 1_000_000;
-const DAY_S: u64 = 86_400;
 /// Presses that may be taken back, at most.
 const MOST_CREDITS: usize = 16;
 
@@ -75,7 +77,10 @@ impl<'c> Counting<'c> {
         let ledger = match kept {
             Some(ledger) if ledger.is_noisy() == config.noise => ledger,
             // Exact totals beside noisy ones would tell what the noise hides.
-            Some(ledger) => ledger.renewed(fresh_id(), today(), config.noise),
+            Some(ledger) => {
+                show::keep(&config.store, &ledger.sent())?;
+                ledger.renewed(fresh_id(), today(), config.noise)
+            }
             None => Ledger::new(fresh_id(), today(), config.noise),
         };
         let device = |path: &PathBuf| InputDevice::new(path.clone());
@@ -115,11 +120,12 @@ impl<'c> Counting<'c> {
             self.is_near = matches!(input, Input::Key { value: 1.., .. });
         }
         for input in self.device.as_mut().map_or_else(Vec::new, InputDevice::read) {
-            let now = now();
             match input {
-                Input::Key { code, value } => {
-                    if let Some(press) = self.buttons.on(code, value, now.0) {
-                        self.press(press, now);
+                Input::Key { code, value, at_us } => {
+                    // A look at a player that does not answer takes a second: the press was before.
+                    let at = Nanos(now().0.saturating_sub(age_ns(at_us, clock_us())));
+                    if let Some(press) = self.buttons.on(code, value, at.0) {
+                        self.press(press, at);
                     }
                 }
                 Input::Lost => self.buttons.forget(),
@@ -165,7 +171,7 @@ impl<'c> Counting<'c> {
             let near_ns = at.since(then).min(LONGEST_LOOK_NS);
             self.ledger.near(visit, u32::try_from(near_ns / NS_PER_MS).unwrap_or(u32::MAX));
         }
-        if self.ledger.is_full() {
+        if self.ledger.is_full() && self.keep() {
             let full = self.ledger.clone();
             self.ledger = full.renewed(fresh_id(), today(), self.config.noise);
         }
@@ -182,6 +188,13 @@ impl<'c> Counting<'c> {
         })
     }
 
+    /// Keeps the totals of a ledger that ends; returns whether the disk has them.
+    fn keep(&self) -> bool {
+        show::keep(&self.config.store, &self.ledger.sent())
+            .inspect_err(|error| debug!(error = chain(error), "cannot keep the totals so far"))
+            .is_ok()
+    }
+
     /// Saves the votes; returns whether the disk has them. What could not be saved is saved with the next vote.
     fn save(&mut self) -> bool {
         let saved = self.store.save(&self.ledger);
@@ -193,6 +206,13 @@ impl<'c> Counting<'c> {
         self.is_warned &= saved.is_err();
         saved.is_ok()
     }
+}
+
+/// How old an event of `at_us` is at `clock_us`, both in microseconds since 1970. The clock may have been set between them:
+/// an event that would be from the future, or older than anything can wait, is new.
+fn age_ns(at_us: u64, clock_us: u64) -> u64 {
+    let age_ns = clock_us.checked_sub(at_us).map(|age_us| age_us.saturating_mul(1_000));
+    age_ns.filter(|age_ns| *age_ns <= OLDEST_NS).unwrap_or(0)
 }
 
 fn fresh_id() -> LedgerId {

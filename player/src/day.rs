@@ -6,7 +6,7 @@
 /// Minutes of a day.
 pub const DAY_MIN: u64 = 24 * 60;
 /// A clock that shows less cannot be right: 2026-01-01, in seconds since 1970.
-pub const FOUNDED_S: u64 = 1_767_225_600;
+pub const FOUNDED_S: u64 = votes::FOUNDED_DAY as u64 * votes::DAY_S;
 
 /// From the first minute to before the last, over midnight if that is less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -28,7 +28,7 @@ pub use day::is_clock_wrong;
 pub use file_version::FileVersion;
 pub use journal::LogLevel;
 pub use notice::{Lasting, Notice};
-pub use now::{clock_s, now, up_s};
+pub use now::{clock_s, clock_us, now, up_s};
 pub use output::Output;
 pub use owner::Owner;
 pub use threads::{ThreadError, hold};

@@ -23,7 +23,13 @@ pub fn up_s() -> u64 {
 }
 
 /// Seconds since 1970, as the machine's clock has it, which may be wrong.
-#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
 pub fn clock_s() -> u64 {
-    SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |date| date.as_secs())
+    clock_us() / 1_000_000
+}
+
+/// The same in microseconds.
+#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+pub fn clock_us() -> u64 {
+    let date = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    date.map_or(0, |date| u64::try_from(date.as_micros()).unwrap_or(u64::MAX))
 }

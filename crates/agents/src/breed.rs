@@ -16,7 +16,7 @@ pub(crate) use crate::random::random;
 use crate::colour::Colour;
 use crate::globe::{Globe, MOST_COLOURS, MOST_DUST};
 use crate::random::{AGENTS, fill, of_luma, shape, tenths};
-use crate::strings::{Family, below, string};
+use crate::strings::{Family, string};
 
 /// Attempts at a child.
 const ATTEMPTS: usize = 30;
@@ -27,9 +27,9 @@ const CHANGES: f64 = 0.2;
 /// which half of the time is a character longer or shorter; a second that ends before gives less.
 pub fn crossover(first: &str, second: &str, rng: &mut Rng) -> String {
     let [first, second] = [first, second].map(|text| text.chars().collect::<Vec<char>>());
-    let (one, other) = (below(rng, first.len() + 1), below(rng, first.len() + 1));
+    let (one, other) = (rng.below(first.len() + 1), rng.below(first.len() + 1));
     let (from, to) = (one.min(other), one.max(other));
-    let end = match below(rng, 4) {
+    let end = match rng.below(4) {
         0 => to + 1,
         1 => to.saturating_sub(1),
         _ => to,
@@ -107,7 +107,7 @@ fn change(name: &str, child: &mut Globe, rate: f64, rng: &mut Rng) -> bool {
             changed
         }
         LEAVE if child.flock.len() > AGENTS[0] => {
-            let gone = below(rng, child.flock.len());
+            let gone = rng.below(child.flock.len());
             child.flock.remove(gone);
             child.shapes.remove(gone);
             true
@@ -137,7 +137,7 @@ pub(crate) fn crossed(a: &Globe, b: &Globe, rng: &mut Rng) -> Globe {
     child.drift = if rng.unit() < 0.5 { a.drift } else { b.drift };
     child.palette = crossed_palette(&a.palette, &b.palette, rng);
     let [few, many] = [a.flock.len().min(b.flock.len()), a.flock.len().max(b.flock.len())];
-    let agents = few + below(rng, many - few + 1);
+    let agents = few + rng.below(many - few + 1);
     let mates = |number: usize, rng: &mut Rng| {
         let [one, other] = [a, b].map(|side| side.flock[number % side.flock.len()].as_str());
         if rng.unit() < 0.5 { [one, other] } else { [other, one] }
@@ -175,7 +175,7 @@ fn changed_string(agent: &str, rng: &mut Rng) -> String {
         .split('&')
         .filter_map(|entry| entry.split_once('=').map(|(key, value)| (key.to_owned(), value.to_owned())))
         .collect();
-    let key = ["v", "it", "sc", "sw", "rules", "rules", "rules", "str"][below(rng, 8)];
+    let key = ["v", "it", "sc", "sw", "rules", "rules", "rules", "str"][rng.below(8)];
     if entries.iter().all(|(other, _)| other != key) {
         entries.push((key.to_owned(), default(key).to_owned()));
     }
@@ -183,8 +183,8 @@ fn changed_string(agent: &str, rng: &mut Rng) -> String {
     let value = &mut entries[number].1;
     let old: f64 = value.parse().unwrap_or(5.0);
     *value = match key {
-        "v" => format!("{}", [360.0 / (3 + below(rng, 14)) as f64, tenths(old + 6.0 * rng.signed())][below(rng, 2)]),
-        "it" => format!("{}", (old + [1.0, -1.0][below(rng, 2)]).clamp(1.0, 12.0)),
+        "v" => format!("{}", [360.0 / (3 + rng.below(14)) as f64, tenths(old + 6.0 * rng.signed())][rng.below(2)]),
+        "it" => format!("{}", (old + [1.0, -1.0][rng.below(2)]).clamp(1.0, 12.0)),
         "sc" => format!("{:.1}", (old * (1.0 + 0.4 * rng.signed())).clamp(1.0, 12.0)),
         "sw" => format!("{:.1}", (old + 4.0 * rng.signed()).clamp(-12.0, 12.0)),
         _ => changed_letters(value, rng),
@@ -211,15 +211,15 @@ fn default(key: &str) -> &'static str {
 fn changed_letters(text: &str, rng: &mut Rng) -> String {
     let mut letters: Vec<char> = text.chars().collect();
     let is_ours = |letter: &char| "F+-XY".contains(*letter);
-    for _ in 0..=below(rng, 2) {
+    for _ in 0..=rng.below(2) {
         let places: Vec<usize> = (0..letters.len()).filter(|place| is_ours(&letters[*place])).collect();
         // The name of a rule is a letter too: changing it is another rule.
         if places.is_empty() {
             break;
         }
-        let place = places[below(rng, places.len())];
-        let new = ['F', 'F', '+', '-', 'X', 'Y'][below(rng, 6)];
-        match below(rng, 4) {
+        let place = places[rng.below(places.len())];
+        let new = ['F', 'F', '+', '-', 'X', 'Y'][rng.below(6)];
+        match rng.below(4) {
             0 => letters.insert(place, new),
             1 => drop(letters.remove(place)),
             2 => letters[place] = new,
@@ -236,7 +236,7 @@ fn recolour(globe: &mut Globe, rng: &mut Rng) {
         globe.background = [0.10, 0.17].map(|luma| of_luma(hue + 0.05 * rng.signed(), 0.6, luma + 0.03 * rng.signed()));
         return;
     }
-    let number = below(rng, globe.palette.len());
+    let number = rng.below(globe.palette.len());
     globe.palette[number] = Colour::of_hue(rng.unit(), 0.15 + 0.5 * rng.unit(), 0.85 + 0.15 * rng.unit());
 }
 

@@ -13,7 +13,7 @@ use crate::colour::Colour;
 use crate::globe::{Globe, Kept};
 use crate::pfeiffer::Pfeiffer;
 use crate::shape::{Middle, Shape};
-use crate::strings::{Family, below, string};
+use crate::strings::{Family, string};
 use crate::turtle::walk;
 
 /// The fewest and the most agents of a globe that is bred.
@@ -37,15 +37,15 @@ pub(crate) fn random(rng: &mut Rng) -> Globe {
         palette,
         drift,
         glow: tenths(0.7 + 0.7 * rng.unit()),
-        dust: 60 + below(rng, 140) as u32,
+        dust: 60 + rng.below(140) as u32,
         flock: Vec::new(),
         shapes: Vec::new(),
         kept: Kept::default(),
     };
     let families = [Family::random(rng), Family::random(rng)];
-    let agents = AGENTS[0] + 2 + below(rng, AGENTS[1] - AGENTS[0] - 2);
+    let agents = AGENTS[0] + 2 + rng.below(AGENTS[1] - AGENTS[0] - 2);
     for _ in 0..agents * ATTEMPTS {
-        let text = string(families[below(rng, 2)], rng);
+        let text = string(families[rng.below(2)], rng);
         if globe.flock.len() < agents {
             globe.take(text);
         }
@@ -124,15 +124,15 @@ const NIGHTS: [(f64, [f64; 3]); 8] = [
 
 /// A background and a palette that go together.
 fn colours(rng: &mut Rng) -> ([Colour; 2], Vec<Colour>) {
-    let (ground, hues) = NIGHTS[below(rng, NIGHTS.len())];
+    let (ground, hues) = NIGHTS[rng.below(NIGHTS.len())];
     let (ground, shift) = (ground + 0.03 * rng.signed(), 0.02 * rng.signed());
     let background = [0, 1].map(|end| {
         let [least, most] = GROUND[end];
         let luma = least + (most - least) * rng.unit();
         of_luma(ground + 0.04 * rng.signed(), 0.5 + 0.2 * rng.unit(), luma)
     });
-    let first = below(rng, 3);
-    let palette = (0..3 + below(rng, 4)).map(|number| {
+    let first = rng.below(3);
+    let palette = (0..3 + rng.below(4)).map(|number| {
         let hue = hues[(first + number) % 3] + shift + 0.02 * rng.signed();
         // Every third is nearly white: ice among the colours.
         let saturation = if number % 3 == 1 { 0.12 } else { 0.35 + 0.35 * rng.unit() };

@@ -9,14 +9,9 @@
 
 use species::Rng;
 
-/// A whole number below `count`.
-pub(crate) fn below(rng: &mut Rng, count: usize) -> usize {
-    ((rng.unit() * count as f64) as usize).min(count.saturating_sub(1))
-}
-
 /// One of several.
 pub(crate) fn one<'a, T: ?Sized>(rng: &mut Rng, of: &[&'a T]) -> &'a T {
-    of[below(rng, of.len())]
+    of[rng.below(of.len())]
 }
 
 /// A kind of agent.
@@ -32,7 +27,7 @@ impl Family {
     /// Crystals are the most usual.
     pub(crate) fn random(rng: &mut Rng) -> Family {
         use Family::{Crystal, Curve, Filling, Rosette};
-        [Crystal, Crystal, Crystal, Crystal, Curve, Curve, Filling, Rosette, Rosette, Rosette][below(rng, 10)]
+        [Crystal, Crystal, Crystal, Crystal, Curve, Curve, Filling, Rosette, Rosette, Rosette][rng.below(10)]
     }
 }
 
@@ -48,11 +43,11 @@ pub(crate) fn string(family: Family, rng: &mut Rng) -> String {
 
 /// Arms around a middle, each with twigs in pairs, as snow grows.
 fn crystal(rng: &mut Rng) -> String {
-    let arms = [6, 6, 6, 6, 8, 5][below(rng, 6)];
+    let arms = [6, 6, 6, 6, 8, 5][rng.below(6)];
     let start = vec!["[X]"; arms].join("+");
     let twig = |rng: &mut Rng| one(rng, &["Y", "FY", "FFY", "F", "FF"]).to_owned();
     let mut arm = String::new();
-    for pair in 0..=below(rng, 3) {
+    for pair in 0..=rng.below(3) {
         arm.push_str(one(rng, &["F", "FF"]));
         if pair == 0 || rng.unit() < 0.8 {
             let twig = twig(rng);
@@ -61,7 +56,7 @@ fn crystal(rng: &mut Rng) -> String {
     }
     arm.push_str(one(rng, &["FX", "X", "FX"]));
     let twigs = ["F[+F][-F]Y", "FY", "F[+Y][-Y]F", "FF[+F][-F]", "F[+F][-F]F[+F][-F]"];
-    let (it, sway) = (2 + below(rng, 3), rng.signed() * 7.0);
+    let (it, sway) = (2 + rng.below(3), rng.signed() * 7.0);
     let turn = 360.0 / arms as f64;
     let scale = 2.0 + 5.0 * rng.unit();
     let twig = one(rng, &twigs);
@@ -77,7 +72,7 @@ fn curve(rng: &mut Rng) -> String {
         (72, "F+F+F+F+F"),
         (45, "F++F++F++F"),
         (36, "F++F++F++F++F"),
-    ][below(rng, 6)];
+    ][rng.below(6)];
     let rule = match turn {
         60 => one(rng, &["F-F++F-F", "F+F--F+F", "F-F++F-F+F--F+F", "F[-F]+F-F", "F-FF++FF-F"]),
         90 => one(rng, &["F-F+F+FF-F-F+F", "FF+F+F+F+F+F-F", "F+F-F-F+F", "FF+F-F+F+FF", "FF+F++F+F"]),
@@ -85,7 +80,7 @@ fn curve(rng: &mut Rng) -> String {
         45 => one(rng, &["F-F++F-F", "F+F--F+F", "F--F++F"]),
         _ => one(rng, &["F++F----F++F", "F-F++F-F", "F+F--F+F"]),
     };
-    let (it, sway, scale) = (2 + below(rng, 3), rng.signed() * 3.0, 3.0 + 4.0 * rng.unit());
+    let (it, sway, scale) = (2 + rng.below(3), rng.signed() * 3.0, 3.0 + 4.0 * rng.unit());
     format!("v={turn}&str={start}&it={it}&sc={scale:.1}&rules=('F','{rule}')&sw={sway:.1}")
 }
 
@@ -99,15 +94,15 @@ fn filling(rng: &mut Rng) -> String {
         (120, "F-X-X", 4, "('F','F-X+F+X-F'),('X','FF')"),
         (45, "F--X--F--X", 3, "('X','XF+F+XF--F--XF+F+X')"),
         (45, "X--F--X--F", 3, "('X','X+F+X--F--X+F+X')"),
-    ][below(rng, 7)];
-    let (it, sway, scale) = (most - below(rng, 2), rng.signed() * 2.5, 2.0 + 4.0 * rng.unit());
+    ][rng.below(7)];
+    let (it, sway, scale) = (most - rng.below(2), rng.signed() * 2.5, 2.0 + 4.0 * rng.unit());
     format!("v={turn}&str={start}&it={it}&sc={scale:.1}&rules={rules}&sw={sway:.1}")
 }
 
 /// Ferns or spirals around a middle.
 fn rosette(rng: &mut Rng) -> String {
     let (turn, between, arms) =
-        [(30.0, 2, 6), (22.5, 2, 8), (20.0, 3, 6), (24.0, 3, 5), (18.0, 4, 5), (30.0, 4, 3)][below(rng, 6)];
+        [(30.0, 2, 6), (22.5, 2, 8), (20.0, 3, 6), (24.0, 3, 5), (18.0, 4, 5), (30.0, 4, 3)][rng.below(6)];
     let start = vec!["[X]"; arms].join(&"+".repeat(between));
     let rules = [
         ("('X','F[+X]F[-X]+X'),('F','FF')", 4),
@@ -118,7 +113,7 @@ fn rosette(rng: &mut Rng) -> String {
         ("('X','F[+FX][-FX]')", 4),
         ("('X','F[-Y][+Y]FX'),('Y','F[-F][+F]Y')", 5),
     ];
-    let (rules, most) = rules[below(rng, rules.len())];
-    let (it, sway, scale) = (most - below(rng, 2), rng.signed() * 5.0, 2.0 + 4.0 * rng.unit());
+    let (rules, most) = rules[rng.below(rules.len())];
+    let (it, sway, scale) = (most - rng.below(2), rng.signed() * 5.0, 2.0 + 4.0 * rng.unit());
     format!("v={turn}&str={start}&it={it}&sc={scale:.1}&rules={rules}&sw={sway:.1}")
 }

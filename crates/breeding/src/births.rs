@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use species::Rng;
 
 use crate::census::Census;
-use crate::chance::{PLAN, below, birth_seed, normal, shuffle, weighted};
+use crate::chance::{PLAN, birth_seed, normal};
 use crate::id::Id;
 use crate::pool::{Pool, Sheep};
 
@@ -60,8 +60,6 @@ pub struct Birth {
     pub index: usize,
     /// How the sheep is made.
     pub operation: Operation,
-    /// Of a stranger: how many strangers come before it in the brood. What the artist brings in comes first.
-    pub stranger: usize,
     /// As many parents as that takes.
     pub parents: Vec<Id>,
     /// Its species.
@@ -96,22 +94,19 @@ pub fn plan(pool: &Pool, census: &Census, order: &Order) -> Plan {
     let mut rng = Rng::stream(seed, PLAN);
     let count = order.births.unwrap_or(pool.settings.births);
     let mut operations = operations(pool, order, count);
-    shuffle(&mut operations, &mut rng);
+    rng.shuffle(&mut operations);
     let reborn = if *order == Order::default() { reborn(pool, census, count, &mut rng) } else { Vec::new() };
     operations.truncate(count.saturating_sub(reborn.len()));
     let screened = (operations.len() as f64 * pool.settings.screened).round() as usize;
     let mut is_screened: Vec<bool> = (0..operations.len()).map(|index| index < screened).collect();
-    shuffle(&mut is_screened, &mut rng);
+    rng.shuffle(&mut is_screened);
     let mut parents = Parents::of(pool, census, order, count);
-    let mut strangers = 0;
     let mut births = Vec::with_capacity(operations.len());
     for (index, operation) in operations.into_iter().enumerate() {
         let candidates = if is_screened[index] { order.screening.unwrap_or(pool.settings.screening) } else { 1 };
         let mut birth = parents.birth(pool, operation, &mut rng);
         birth.strength = birth.strength.clamp(STRENGTHS[0], STRENGTHS[1]);
         birth.amount = birth.strength * order.strength.unwrap_or(1.0);
-        birth.stranger = strangers;
-        strangers += usize::from(birth.operation == Operation::Stranger);
         births.push(Birth { index, candidates, seed: birth_seed(seed, index), ..birth });
     }
     Plan { brood, seed, births, reborn }
@@ -143,7 +138,7 @@ fn reborn(pool: &Pool, census: &Census, count: usize, rng: &mut Rng) -> Vec<Id> 
     let mut found = Vec::new();
     for _ in 0..(count as f64 * pool.settings.rebirths).round() as usize {
         let weights: Vec<f64> = dead.iter().map(|sheep| census.tally(sheep).uncertainty()).collect();
-        let Some(drawn) = weighted(&weights, rng) else { break };
+        let Some(drawn) = rng.weighted(&weights) else { break };
         found.push(dead.remove(drawn).born.id);
     }
     found
@@ -193,12 +188,11 @@ impl<'a> Parents<'a> {
         let inherited = libm::exp(logs / parents.len().max(1) as f64);
         let species = match parents.first() {
             Some(parent) => parent.born.species.clone(),
-            None => pool.settings.species[below(pool.settings.species.len(), rng)].clone(),
+            None => pool.settings.species[rng.below(pool.settings.species.len())].clone(),
         };
         Birth {
             index: 0,
             operation,
-            stranger: 0,
             parents: parents.iter().map(|parent| parent.born.id).collect(),
             species,
             strength: if parents.is_empty() { 1.0 } else { inherited * libm::exp(DRIFT * normal(rng)) },
@@ -230,7 +224,7 @@ impl<'a> Parents<'a> {
         if all.is_empty() {
             return None;
         }
-        let drawn: [&Sheep; TOURNAMENT] = std::array::from_fn(|_| all[below(all.len(), rng)]);
+        let drawn: [&Sheep; TOURNAMENT] = std::array::from_fn(|_| all[rng.below(all.len())]);
         drawn
             .into_iter()
             .reduce(|best, next| if self.census.rating(next) > self.census.rating(best) { next } else { best })

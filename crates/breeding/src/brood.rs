@@ -95,11 +95,6 @@ impl<C> Brood<C> {
         events.extend(self.reborn.iter().map(|id| Event::Reborn { id: *id }));
         events
     }
-
-    /// What was wrong with most of the refused candidates.
-    pub fn worst_fault(&self) -> Option<(&str, usize)> {
-        self.faults.iter().max_by_key(|(_, count)| **count).map(|(fault, count)| (fault.as_str(), *count))
-    }
 }
 
 /// The next brood of a pool. It is the same on any number of threads: rayon's current pool is used.

@@ -29,7 +29,6 @@ const JUDGED: f64 = 0.3;
 /// The snapshot.
 #[derive(Clone, Debug)]
 pub struct Census {
-    day: Day,
     audience: BTreeMap<Id, Tally>,
     scale: Scale,
     niches: Niches,
@@ -42,16 +41,10 @@ impl Census {
         let founders = pool.sheep().filter(|sheep| sheep.born.parents.is_empty()).map(|sheep| &sheep.born.figures);
         let settings = &pool.settings;
         Census {
-            day,
             audience: pool.votes().tallies(day),
             scale: Scale::of(&living),
             niches: Niches::of(&founders, settings.axes(), settings.bins),
         }
-    }
-
-    /// The day.
-    pub fn day(&self) -> Day {
-        self.day
     }
 
     /// What a sheep got and was expected to get, with the artist's *keep*.

@@ -20,11 +20,6 @@ pub(crate) fn birth_seed(brood_seed: u64, index: usize) -> u64 {
     Rng::stream(brood_seed, index as u64).bits() >> 11
 }
 
-/// A whole number below `count`, which is at least 1.
-pub(crate) fn below(count: usize, rng: &mut Rng) -> usize {
-    ((rng.unit() * count as f64) as usize).min(count.saturating_sub(1))
-}
-
 /// A number of the normal distribution.
 ///
 /// # Source
@@ -32,21 +27,4 @@ pub(crate) fn below(count: usize, rng: &mut Rng) -> usize {
 pub(crate) fn normal(rng: &mut Rng) -> f64 {
     let length = libm::sqrt(-2.0 * libm::log(1.0 - rng.unit()));
     length * libm::cos(std::f64::consts::TAU * rng.unit())
-}
-
-/// Puts values into an order by chance.
-pub(crate) fn shuffle<T>(values: &mut [T], rng: &mut Rng) {
-    for last in (1..values.len()).rev() {
-        values.swap(last, below(last + 1, rng));
-    }
-}
-
-/// The place of one of `weights` (>= 0), each as likely as it is large; `None` if none is above 0.
-pub(crate) fn weighted(weights: &[f64], rng: &mut Rng) -> Option<usize> {
-    let mut left = rng.unit() * weights.iter().sum::<f64>();
-    let found = weights.iter().position(|weight| {
-        left -= weight;
-        left < 0.0
-    });
-    found.or_else(|| weights.iter().rposition(|weight| *weight > 0.0))
 }

@@ -30,7 +30,8 @@ pub struct Ballot {
     pub edition: String,
     /// How many sheep.
     pub sheep: usize,
-    /// How many of them, the last ones, are in no other edition, and in no later one, unless the artist keeps them.
+    /// How many of them, the last ones, are in no other edition, and in no later one, unless the artist keeps them. Fewer if
+    /// the artist keeps more than the others.
     pub unique: usize,
 }
 
@@ -56,8 +57,6 @@ pub struct Elected {
     pub rating: f64,
     /// The rating less what its likeness to the ones before took.
     pub worth: f64,
-    /// The one before that it is most like.
-    pub nearest: Option<Id>,
 }
 
 struct Candidate<'a> {
@@ -68,7 +67,6 @@ struct Candidate<'a> {
     is_newcomer: bool,
     is_elsewhere: bool,
     likeness: f64,
-    nearest: Option<Id>,
 }
 
 /// Chooses an edition: first what the artist keeps, then step by step the sheep with the largest rating * (1 - 0.5 *
@@ -79,7 +77,7 @@ pub fn elect(pool: &Pool, census: &Census, ballot: &Ballot) -> Vec<Elected> {
     let mut election = Election::of(pool, census, ballot);
     let shared = ballot.sheep - ballot.unique.min(ballot.sheep);
     let newcomers = (ballot.sheep as f64 * LEAST_NEWCOMERS).ceil() as usize;
-    for (goal, reason) in [(shared, Reason::Pinned), (shared, Reason::Rated), (ballot.sheep, Reason::Unique)] {
+    for (goal, reason) in [(ballot.sheep, Reason::Pinned), (shared, Reason::Rated), (ballot.sheep, Reason::Unique)] {
         while election.chosen.len() < goal {
             // The last places are kept for the newcomers that are missing still.
             let missing = newcomers.saturating_sub(election.newcomers);
@@ -115,7 +113,6 @@ impl<'a> Election<'a> {
             is_newcomer: census.tally(sheep).expected < NEWCOMER,
             is_elsewhere: elsewhere.contains(&sheep.born.id),
             likeness: 0.0,
-            nearest: None,
         };
         let left: Vec<Candidate> = pool
             .living()
@@ -153,12 +150,10 @@ impl<'a> Election<'a> {
         let id = taken.sheep.born.id;
         for other in &mut self.left {
             let likeness = if self.width > 0.0 { likeness(&other.point, &taken.point, self.width) } else { 0.0 };
-            if likeness > other.likeness {
-                (other.likeness, other.nearest) = (likeness, Some(id));
-            }
+            other.likeness = other.likeness.max(likeness);
         }
-        let (rating, worth, nearest) = (taken.rating, worth(&taken), taken.nearest);
-        self.chosen.push(Elected { id, reason, rating, worth, nearest });
+        let (rating, worth) = (taken.rating, worth(&taken));
+        self.chosen.push(Elected { id, reason, rating, worth });
         true
     }
 }

@@ -28,6 +28,12 @@ pub enum BreedingError {
         /// The name.
         stamp: Stamp,
     },
+    /// There is a pool already.
+    #[error("`{folder}` is a pool already")]
+    Exists {
+        /// Its folder.
+        folder: String,
+    },
     /// Another program changes the pool.
     #[error("pool `{folder}` is being changed by another program")]
     InUse {
@@ -43,6 +49,14 @@ pub enum BreedingError {
         path: String,
         /// What the disk says.
         source: io::Error,
+    },
+    /// A sheep's genome is missing.
+    #[error("the genome of sheep `{id}` is missing: `{path}`")]
+    NoGenome {
+        /// The sheep.
+        id: Id,
+        /// The file.
+        path: String,
     },
     /// Settings contradict each other or a limit.
     #[error("{what} is {value}, {limit}")]

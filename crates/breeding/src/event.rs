@@ -82,11 +82,12 @@ pub enum Event {
         /// Which.
         id: Id,
     },
-    /// What a unit counted since it was last heard of.
+    /// What a unit has counted in all, of each sheep that has more than before. What two pools heard of a unit counts once
+    /// when they are merged.
     Votes {
         /// The unit.
         unit: String,
-        /// The growth of its totals. Sheep of other pools may be among them.
+        /// The totals. Sheep of other pools may be among them.
         sheep: BTreeMap<String, Count>,
     },
 }

@@ -36,14 +36,14 @@ impl Folder {
     /// Makes a pool in a folder that has none, and opens it for changes.
     ///
     /// # Errors
-    /// [`BreedingError::Setting`]; [`BreedingError::Io`], also if there is a pool already.
+    /// [`BreedingError::Setting`]; [`BreedingError::Exists`]; [`BreedingError::Io`].
     pub fn create(path: &Path, settings: &Settings) -> Result<Folder, BreedingError> {
         let text = settings.text()?;
         let genomes = path.join(GENOMES);
         fs::create_dir_all(&genomes).map_err(failed("make", &genomes))?;
         let file = path.join(SETTINGS);
         if file.exists() {
-            return Err(failed("make", &file)(io::ErrorKind::AlreadyExists.into()));
+            return Err(BreedingError::Exists { folder: path.display().to_string() });
         }
         durable::write(&file, text.as_bytes()).map_err(failed("write", &file))?;
         Folder::open_for_changes(path)
@@ -125,19 +125,37 @@ impl Folder {
         brood: &Brood<C>,
         text: impl Fn(&Born, &C) -> String,
     ) -> Result<(), BreedingError> {
-        self.must_be_locked()?;
-        for (born, candidate) in &brood.born {
-            let path = self.genome(born);
-            durable::write(&path, text(born, candidate).as_bytes()).map_err(failed("write", &path))?;
-        }
+        self.write_genomes(&brood.born, text)?;
         self.tell(day, brood.events())
+    }
+
+    /// Takes in sheep that were made elsewhere, with the texts of their genomes. They are no brood.
+    ///
+    /// # Errors
+    /// As [`Folder::bear`].
+    pub fn bring_in<C>(
+        &mut self,
+        day: Day,
+        born: &[(Born, C)],
+        text: impl Fn(&Born, &C) -> String,
+    ) -> Result<(), BreedingError> {
+        self.write_genomes(born, text)?;
+        self.tell(day, born.iter().map(|(born, _)| Event::Born(born.clone())).collect())
+    }
+
+    fn write_genomes<C>(&self, born: &[(Born, C)], text: impl Fn(&Born, &C) -> String) -> Result<(), BreedingError> {
+        self.must_be_locked()?;
+        born.iter().try_for_each(|(born, candidate)| {
+            let path = self.genome(born);
+            durable::write(&path, text(born, candidate).as_bytes()).map_err(failed("write", &path))
+        })
     }
 
     /// Takes in all that happened in another pool, with its genomes. In whichever order pools are merged, and however often,
     /// the same sheep live, with the same votes.
     ///
     /// # Errors
-    /// [`BreedingError::Clash`], and nothing is told; as [`Folder::tell`].
+    /// [`BreedingError::Clash`] or [`BreedingError::NoGenome`], and nothing is told; as [`Folder::tell`].
     pub fn merge(&mut self, other: &Folder) -> Result<(), BreedingError> {
         self.must_be_locked()?;
         let new = self.ledger.missing(&other.ledger)?;
@@ -148,7 +166,7 @@ impl Folder {
             let Event::Born(born) = &entry.event else { continue };
             let (from, to) = (other.genome(born), self.genome(born));
             if !from.exists() {
-                continue;
+                return Err(BreedingError::NoGenome { id: born.id, path: from.display().to_string() });
             }
             durable::copy(&from, &to).map_err(failed("copy", &from))?;
         }

@@ -52,11 +52,6 @@ impl Ledger {
         self.entries.values().map(|(entry, _)| entry)
     }
 
-    /// Whether nothing happened.
-    pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
-    }
-
     /// These events with the stamps that they will have in this ledger, when they happen on `day` in the pool `origin`. No
     /// event is of an earlier day than one before it, whatever the clock says.
     pub fn stamped(&self, origin: Origin, day: Day, events: Vec<Event>) -> Vec<Entry> {

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::error::BreedingError;
 use crate::event::{Born, Day, Entry, Event, Mark, Stamp};
 use crate::id::Id;
-use crate::rating::Votes;
+use crate::rating::{Count, Votes};
 use crate::settings::Settings;
 
 /// A sheep of the pool, alive or dead.
@@ -52,6 +52,8 @@ pub struct Pool {
     pub settings: Settings,
     sheep: BTreeMap<Id, Sheep>,
     votes: Votes,
+    /// The largest totals that were heard of each unit, by sheep.
+    totals: BTreeMap<String, BTreeMap<String, Count>>,
     has_votes: bool,
     editions: BTreeMap<String, Edition>,
     /// Broods of all pools whose events are here.
@@ -90,6 +92,7 @@ impl Pool {
             settings,
             sheep: BTreeMap::new(),
             has_votes: false,
+            totals: BTreeMap::new(),
             editions: BTreeMap::new(),
             broods: 0,
             next_brood: 0,
@@ -144,9 +147,16 @@ impl Pool {
                 (sheep.died, sheep.since) = (None, broods);
             }
             Event::Votes { unit, sheep } => {
-                self.votes.add(unit, entry.day, sheep.iter().map(|(id, count)| (id.as_str(), *count)));
+                let known = self.totals.entry(unit.clone()).or_default();
+                let mut grown = Vec::with_capacity(sheep.len());
+                for (id, count) in sheep {
+                    let total = known.entry(id.clone()).or_default();
+                    grown.push((id.as_str(), count.since(*total)));
+                    *total = total.larger(*count);
+                }
+                self.votes.add(unit, entry.day, grown.iter().copied());
                 self.has_votes = true;
-                for count in sheep.values() {
+                for (_, count) in grown {
                     self.news.showings = self.news.showings.saturating_add(count.shown);
                     self.news.votes = self.news.votes.saturating_add(count.up).saturating_add(count.down);
                 }
@@ -242,6 +252,11 @@ impl Pool {
     /// What units counted.
     pub fn votes(&self) -> &Votes {
         &self.votes
+    }
+
+    /// The largest total of a sheep that was heard of a unit.
+    pub fn total(&self, unit: &str, id: &str) -> Count {
+        self.totals.get(unit).and_then(|sheep| sheep.get(id)).copied().unwrap_or_default()
     }
 
     /// The editions by name, the last one of each name.

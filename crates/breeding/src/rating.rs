@@ -27,6 +27,24 @@ pub struct Count {
     pub down: u64,
 }
 
+impl Count {
+    /// By how much this is more than `known`, number by number.
+    #[must_use]
+    pub fn since(self, known: Count) -> Count {
+        Count {
+            shown: self.shown.saturating_sub(known.shown),
+            up: self.up.saturating_sub(known.up),
+            down: self.down.saturating_sub(known.down),
+        }
+    }
+
+    /// The larger of both, number by number.
+    #[must_use]
+    pub fn larger(self, other: Count) -> Count {
+        Count { shown: self.shown.max(other.shown), up: self.up.max(other.up), down: self.down.max(other.down) }
+    }
+}
+
 /// The votes that a sheep got, and those that its showings let expect.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {

@@ -83,7 +83,7 @@ pub enum LicencePolicy {
     /// Those of every sheep.
     #[default]
     Any,
-    /// Not those of sheep under a licence that forbids commercial use.
+    /// Not those of sheep without a licence, or under one that forbids commercial use.
     Ours,
 }
 
@@ -93,7 +93,9 @@ impl LicencePolicy {
         let is_part = |part: &str| part.eq_ignore_ascii_case("nc");
         match self {
             LicencePolicy::Any => true,
-            LicencePolicy::Ours => !licence.split(|c: char| !c.is_ascii_alphanumeric()).any(is_part),
+            LicencePolicy::Ours => {
+                !licence.is_empty() && !licence.split(|c: char| !c.is_ascii_alphanumeric()).any(is_part)
+            }
         }
     }
 }

@@ -21,7 +21,7 @@ fn filled(path: &Path, seed: u64) -> Folder {
         let brood = sheep.brood(&Order { births: Some(4), ..Order::default() });
         sheep.meadow.genes.extend(brood.born.iter().map(|(born, genes)| (born.id, *genes)));
         folder.bear(Day(day), &brood, |born, _| format!("genome of {}", born.id)).unwrap();
-        let count = Count { shown: 30, up: 2, down: 0 };
+        let count = Count { shown: 30 * (u64::from(day) + 1), up: 2 * (u64::from(day) + 1), down: 0 };
         let votes = folder.pool().living().map(|sheep| (sheep.born.id.to_string(), count)).collect();
         folder.tell(Day(day), vec![Event::Votes { unit: "wall".to_owned(), sheep: votes }]).unwrap();
     }
@@ -182,4 +182,25 @@ fn settings_are_read_as_written_and_refused_with_both_values() {
     }
     let unknown = Settings::parse(&format!("{text}colour = 1\n"), SETTINGS).unwrap_err();
     assert!(matches!(unknown, BreedingError::Settings { .. }), "{unknown}");
+}
+
+#[test]
+fn what_two_pools_heard_of_a_unit_counts_once_when_they_are_merged() {
+    let scratch = tempfile::tempdir().unwrap();
+    let paths = ["a", "b"].map(|name| scratch.path().join(name));
+    drop(filled(&paths[0], 1));
+    let mut b = filled(&paths[1], 2);
+    b.merge(&Folder::open(&paths[0]).unwrap()).unwrap();
+    let id = Folder::open(&paths[0]).unwrap().pool().living().next().unwrap().born.id.to_string();
+    let heard = |folder: &mut Folder, shown: u64| {
+        let sheep = BTreeMap::from([(id.clone(), Count { shown, up: shown / 10, down: 0 })]);
+        folder.tell(Day(3), vec![Event::Votes { unit: "lobby".to_owned(), sheep }]).unwrap();
+    };
+    heard(&mut b, 100);
+    heard(&mut Folder::open_for_changes(&paths[0]).unwrap(), 80);
+    b.merge(&Folder::open(&paths[0]).unwrap()).unwrap();
+    assert_eq!(b.pool().total("lobby", &id).shown, 100);
+    let before = b.pool().votes().tallies(Day(3));
+    heard(&mut b, 90);
+    assert_eq!(b.pool().votes().tallies(Day(3)), before, "an older total is no news");
 }

@@ -179,5 +179,6 @@ fn a_brood_without_judged_sheep_is_strangers_and_an_order_is_kept() {
     // Without any strength a child is its parent again, and twenty tries do not help.
     let nothing = Order { parents: parents[..1].to_vec(), strength: Some(0.0), ..Order::default() };
     let clones = sheep.brood(&nothing);
-    assert_eq!((clones.born.len(), clones.missing, clones.worst_fault()), (0, 20, Some(("clone", 400))));
+    let refused = BTreeMap::from([("clone".to_owned(), 400)]);
+    assert_eq!((clones.born.len(), clones.missing, clones.faults), (0, 20, refused));
 }

@@ -13,7 +13,6 @@ use ::species::Rng;
 use crate::functions::Wants;
 use crate::genome::Genome;
 use crate::node::Node;
-use crate::random::below;
 
 /// The most nodes of a child.
 const MOST_NODES: usize = 400;
@@ -42,10 +41,10 @@ impl Genome {
         let child = |_: usize| match mating {
             Mating::Walked => walked(pair[0], pair[1], &mut || rng.unit() < 0.5),
             Mating::Grafted => {
-                let into = below(rng, 2);
+                let into = rng.below(2);
                 let (host, guest) = (pair[into], pair[1 - into]);
                 let (places, nodes) = (places(host), guest.all());
-                let (place, node) = (places[below(rng, places.len())], nodes[below(rng, nodes.len())]);
+                let (place, node) = (places[rng.below(places.len())], nodes[rng.below(nodes.len())]);
                 host.with(place, node)
             }
         };

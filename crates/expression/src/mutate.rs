@@ -13,7 +13,7 @@ use ::species::Rng;
 use crate::functions::{Argument, FUNCTIONS, Function, Wants};
 use crate::genome::Genome;
 use crate::node::{FASTEST_WAVE, LARGEST, Node};
-use crate::random::{ANY, below, leaf, node, normal, rounded, weighted};
+use crate::random::{ANY, leaf, node, rounded};
 
 /// Mutations of an expression of average luck.
 const RATE: f64 = 1.5;
@@ -98,23 +98,23 @@ impl Breeding<'_> {
             Mutation::Adjusted | Mutation::AdjustedVector => adjusted(of, argument.wants, rng),
             Mutation::Copied => {
                 let all = self.parent.all();
-                all[below(rng, all.len())].clone()
+                all[rng.below(all.len())].clone()
             }
             Mutation::New => node(argument, NEW_DEPTH, rng),
             Mutation::OtherFunction => other_function(of, rng),
             Mutation::Unwrapped => match of.arguments() {
                 [] => of.clone(),
-                arguments => arguments[below(rng, arguments.len())].clone(),
+                arguments => arguments[rng.below(arguments.len())].clone(),
             },
             Mutation::Wrapped => {
                 let weight =
                     |function: &Function| if frees(function).is_empty() { 0.0 } else { f64::from(function.weight) };
                 let weights: Vec<f64> = FUNCTIONS.iter().map(weight).collect();
-                let function = &FUNCTIONS[weighted(rng, &weights)];
+                let function = &FUNCTIONS[rng.weighted(&weights).unwrap_or(0)];
                 let mut arguments: Vec<Node> =
                     function.arguments.iter().map(|argument| leaf(argument.wants, rng)).collect();
                 let free = frees(function);
-                arguments[free[below(rng, free.len())]] = of.clone();
+                arguments[free[rng.below(free.len())]] = of.clone();
                 Node::Call(function, arguments)
             }
         }
@@ -133,7 +133,7 @@ fn is_free(function: &Function, at: usize) -> bool {
 fn chosen(of: &Node, rng: &mut Rng) -> Mutation {
     let table: &[(Mutation, f64)] = if matches!(of, Node::Call(..)) { &OF_FUNCTIONS } else { &OF_LEAVES };
     let weights: Vec<f64> = table.iter().map(|(_, weight)| *weight).collect();
-    let (mutation, _) = table[weighted(rng, &weights)];
+    let (mutation, _) = table[rng.weighted(&weights).unwrap_or(0)];
     let is_of_vector = mutation == Mutation::Adjusted && matches!(of, Node::Vector(_));
     if is_of_vector { Mutation::AdjustedVector } else { mutation }
 }
@@ -147,7 +147,7 @@ fn other_function(of: &Node, rng: &mut Rng) -> Node {
         if function == *now { 0.0 } else { f64::from(function.weight) / (1.0 + distance * distance) }
     };
     let weights: Vec<f64> = FUNCTIONS.iter().map(weight).collect();
-    let function = &FUNCTIONS[weighted(rng, &weights)];
+    let function = &FUNCTIONS[rng.weighted(&weights).unwrap_or(0)];
     let fitted = function.arguments.iter().enumerate().map(|(at, argument)| match arguments.get(at) {
         Some(old) if is_free(function, at) || now.arguments[at].wants == argument.wants => old.clone(),
         _ => leaf(argument.wants, rng),
@@ -177,6 +177,6 @@ fn adjusted(of: &Node, wants: Wants, rng: &mut Rng) -> Node {
 
 fn moved(number: f32, rng: &mut Rng) -> f32 {
     let number = f64::from(number);
-    let moved = number + STRIDE * number.abs().max(LEAST_MAGNITUDE) * normal(rng);
+    let moved = number + STRIDE * number.abs().max(LEAST_MAGNITUDE) * rng.normal();
     rounded(moved).clamp(-LARGEST, LARGEST)
 }

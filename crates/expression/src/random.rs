@@ -37,26 +37,6 @@ impl Genome {
 /// An argument that may be anything.
 pub(crate) const ANY: Argument = Argument { wants: Wants::Any, times: 1 };
 
-/// A whole number below `below` (> 0).
-pub(crate) fn below(rng: &mut Rng, below: usize) -> usize {
-    ((rng.unit() * below as f64) as usize).min(below - 1)
-}
-
-/// A number with mean 0 and deviation 1, near enough to a normal one: the sum of twelve even ones.
-pub(crate) fn normal(rng: &mut Rng) -> f64 {
-    (0..12).map(|_| rng.unit()).sum::<f64>() - 6.0
-}
-
-/// Which of several weights chance takes.
-pub(crate) fn weighted(rng: &mut Rng, weights: &[f64]) -> usize {
-    let mut left = rng.unit() * weights.iter().sum::<f64>();
-    let taken = weights.iter().position(|weight| {
-        left -= weight;
-        left < 0.0
-    });
-    taken.unwrap_or_else(|| weights.iter().rposition(|weight| *weight > 0.0).unwrap_or(0))
-}
-
 /// An expression for an argument, of at most `depth` nodes within each other (> 0).
 pub(crate) fn node(argument: Argument, depth: usize, rng: &mut Rng) -> Node {
     let is_constant = matches!(argument.wants, Wants::Seed | Wants::Size);
@@ -72,7 +52,7 @@ pub(crate) fn node(argument: Argument, depth: usize, rng: &mut Rng) -> Node {
 /// A function, by the weights of the table.
 pub(crate) fn function(rng: &mut Rng) -> &'static Function {
     let weights: Vec<f64> = FUNCTIONS.iter().map(|function| f64::from(function.weight)).collect();
-    &FUNCTIONS[weighted(rng, &weights)]
+    &FUNCTIONS[rng.weighted(&weights).unwrap_or(0)]
 }
 
 /// A leaf for an argument.
@@ -82,10 +62,10 @@ pub(crate) fn leaf(wants: Wants, rng: &mut Rng) -> Node {
         Wants::Size => Node::Number(rounded(SIZES[0] * power_of(SIZES[1] / SIZES[0], rng.unit()))),
         Wants::Any | Wants::Scalar | Wants::Vector => {
             let vectors = if wants == Wants::Scalar { 0.0 } else { 0.10 };
-            match weighted(rng, &[0.175, 0.175, 0.15, 0.40, vectors]) {
+            match rng.weighted(&[0.175, 0.175, 0.15, 0.40, vectors]).unwrap_or(0) {
                 0 => Node::X,
                 1 => Node::Y,
-                2 => Node::Wave { n: 1 + below(rng, FASTEST_WAVE.into()) as u8, p: rounded(rng.unit()) },
+                2 => Node::Wave { n: 1 + rng.below(FASTEST_WAVE.into()) as u8, p: rounded(rng.unit()) },
                 3 => Node::Number(rounded(2.0 * rng.signed())),
                 _ => Node::Vector([0; 3].map(|_| rounded(rng.unit()))),
             }

@@ -63,7 +63,7 @@ impl Plant {
     pub fn mutated(&self, strength: f64, rng: &mut Rng) -> Plant {
         let mut child = Plant { name: None, ..self.clone() };
         for (gene, number) in GENES.iter().zip(&mut child.genes) {
-            let (is_hit, amount) = (rng.unit() < MUTATES * strength, 0.5 * DISTANCE * normal(rng));
+            let (is_hit, amount) = (rng.unit() < MUTATES * strength, 0.5 * DISTANCE * rng.normal());
             if is_hit {
                 let moved = *number + amount.clamp(-DISTANCE, DISTANCE);
                 *number = if gene.wraps { moved.rem_euclid(1.0) } else { moved.clamp(0.0, 1.0) };
@@ -131,11 +131,6 @@ fn wrapped(mut genes: [f64; MANY]) -> [f64; MANY] {
         }
     }
     genes
-}
-
-/// A normal number, by the sum of twelve even ones.
-fn normal(rng: &mut Rng) -> f64 {
-    (0..12).map(|_| rng.unit()).sum::<f64>() - 6.0
 }
 
 /// Skies: lightness, chroma and hue above, then at the horizon.

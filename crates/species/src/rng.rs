@@ -42,6 +42,33 @@ impl Rng {
         (self.bits() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
     }
 
+    /// A whole number below `count`, which is at least 1.
+    pub fn below(&mut self, count: usize) -> usize {
+        ((self.unit() * count as f64) as usize).min(count.saturating_sub(1))
+    }
+
+    /// A number with mean 0 and deviation 1, near enough to a normal one: the sum of twelve even ones.
+    pub fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
+    }
+
+    /// Puts values into an order by chance.
+    pub fn shuffle<T>(&mut self, values: &mut [T]) {
+        for last in (1..values.len()).rev() {
+            values.swap(last, self.below(last + 1));
+        }
+    }
+
+    /// The place of one of `weights` (>= 0), each as likely as it is large; `None` if none is above 0.
+    pub fn weighted(&mut self, weights: &[f64]) -> Option<usize> {
+        let mut left = self.unit() * weights.iter().sum::<f64>();
+        let found = weights.iter().position(|weight| {
+            left -= weight;
+            left < 0.0
+        });
+        found.or_else(|| weights.iter().rposition(|weight| *weight > 0.0))
+    }
+
     /// A number in `-1.0..1.0`.
     #[inline]
     pub fn signed(&mut self) -> f64 {

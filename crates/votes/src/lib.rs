@@ -33,7 +33,7 @@ mod totals;
 pub use buttons::{Buttons, Press, STUCK_NS};
 pub use error::VotesError;
 pub use ledger::{Credit, Ledger};
-pub use received::{Received, UnitLimits};
+pub use received::{DAY_S, FOUNDED_DAY, Received, UnitLimits};
 pub use showing::{Lit, SEEN_MS, Shows, Visit, Vote, seen};
 pub use store::Store;
 pub use totals::{LONGEST, LedgerId, MOST_SHEEP, SheepTotals, Totals};

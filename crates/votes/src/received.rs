@@ -17,9 +17,9 @@ const MOST_LEDGERS: usize = 32;
 /// Characters of a unit's name that an error shows, at most.
 const SHOWN: usize = 64;
 /// No unit is older: 2026-01-01, in days since 1970. A clock that shows less was never set.
-const FOUNDED_DAY: u32 = 20_454;
+pub const FOUNDED_DAY: u32 = 20_454;
 /// Seconds of a day.
-const DAY_S: u64 = 86_400;
+pub const DAY_S: u64 = 86_400;
 
 /// What the showings of a unit are limited by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -36,8 +36,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
     brood: Option<u16>,
     /// The parents of all births: one id, or two with a comma between them
-    #[arg(long, value_name = "A[,B]", value_delimiter = ',', num_args = 1..=2)]
-    from: Vec<String>,
+    #[arg(long, value_name = "A[,B]", value_parser = parents_of)]
+    from: Option<Parents>,
     /// The operator that makes all of them, by its name: `--op list` lists them
     #[arg(long, value_name = "NAME")]
     op: Option<String>,
@@ -62,6 +62,19 @@ pub(crate) struct Args {
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// The ids of one or two sheep, as they were given.
+#[derive(Clone, Debug)]
+struct Parents(Vec<String>);
+
+/// A parent whose licence the pool does not breed from.
+#[derive(Debug, thiserror::Error)]
+enum LicenceError {
+    #[error("sheep `{id}` has no licence, and the pool breeds only those that may be sold")]
+    Missing { id: Id },
+    #[error("sheep `{id}` is under `{licence}`, and the pool breeds only those that may be sold")]
+    NonCommercial { id: Id, licence: String },
 }
 
 /// An operator that no species of the pool has for so many parents.
@@ -128,8 +141,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 impl Args {
     fn order(&self, folder: &Folder) -> Result<Order, Fatal> {
         let pool = folder.pool();
-        let find = |id: &String| pool.find(id).map(|sheep| sheep.born.id).map_err(fatal);
-        let parents = self.from.iter().map(find).collect::<Result<Vec<Id>, Fatal>>()?;
+        let find = |id: &String| {
+            let born = &pool.find(id).map_err(fatal)?.born;
+            if pool.settings.licence.allows(&born.licence) {
+                return Ok(born.id);
+            }
+            let (id, licence) = (born.id, born.licence.clone());
+            let missing = licence.is_empty();
+            let error =
+                if missing { LicenceError::Missing { id } } else { LicenceError::NonCommercial { id, licence } };
+            Err(Fatal::new(Exit::Malformed, error))
+        };
+        let parents = self.from().iter().map(find).collect::<Result<Vec<Id>, Fatal>>()?;
         let operation = self.op.as_deref().map(|name| self.operation(name, folder)).transpose()?;
         Ok(Order {
             births: self.brood.map(usize::from),
@@ -141,12 +164,17 @@ impl Args {
         })
     }
 
+    /// The parents that were named.
+    fn from(&self) -> &[String] {
+        self.from.as_ref().map_or(&[], |parents| &parents.0)
+    }
+
     /// Whether the operator `name` is a mutation or a crossing, for the species of the pool.
     fn operation(&self, name: &str, folder: &Folder) -> Result<Operation, Fatal> {
         let species = &folder.pool().settings.species;
         let own = all(&flame::Backend::default()).into_iter().filter(|own| species.iter().any(|it| it == own.ending()));
         let found: Vec<usize> = own.filter_map(|own| own.operator(name).map(|operator| operator.parents)).collect();
-        let wanted = if self.from.is_empty() { None } else { Some(self.from.len()) };
+        let wanted = if self.from().is_empty() { None } else { Some(self.from().len()) };
         let parents = found.iter().copied().find(|parents| wanted.is_none_or(|wanted| wanted == *parents));
         match parents {
             Some(1) => Ok(Operation::Mutation),
@@ -230,6 +258,15 @@ impl Answer {
         lines.push(format!("brood {}: {} {verb}, {} died", self.brood, self.born.len(), self.died.len()));
         lines
     }
+}
+
+/// One id, or two with a comma between them.
+fn parents_of(text: &str) -> Result<Parents, String> {
+    let ids: Vec<String> = text.split(',').map(|id| id.trim().to_owned()).collect();
+    if ids.len() > 2 || ids.iter().any(String::is_empty) {
+        return Err(format!("wanted one id, or two with a comma between them, found {}", ids.len()));
+    }
+    Ok(Parents(ids))
 }
 
 fn planned(birth: Birth, operator: Option<&str>) -> BirthAnswer {

@@ -2,18 +2,22 @@
 //!
 //! Owns which sheep are linked: relatives first, since close genomes make good middles, then sheep whose figures are near.
 //! In a flock that is new every sheep gets two transitions to it and two from it, and every sheep can be reached from every
-//! other. In a flock that is there, newcomers get as many. Pure: never touches a file.
+//! other. In a flock that is there, newcomers get as many, and so do sheep that lose one because another leaves; what the
+//! artist has linked otherwise stays. Pure: never touches a file.
 //!
 //! Start at [`links`].
 
 use std::collections::BTreeSet;
 
-use ::breeding::{Born, Id, Point};
+use ::breeding::{Born, Point};
+use flock::SheepId;
 
 /// How much nearer relatives are than their figures tell.
 const RELATIVE: f64 = 0.25;
 /// How much further sheep of different species are: their pictures are dissolved.
 const OTHER_SPECIES: f64 = 2.0;
+/// How far a sheep is of which no figures are known.
+const UNKNOWN: f64 = 4.0;
 /// How much further a sheep seems for each transition that it has already.
 const CROWD: f64 = 0.5;
 /// Transitions to a newcomer, and from it.
@@ -21,44 +25,115 @@ const WAYS: usize = 2;
 
 /// A sheep that is to be linked.
 pub(super) struct Member<'a> {
-    /// Its birth.
-    pub(super) born: &'a Born,
-    /// Its figures.
-    pub(super) point: Point,
+    /// Its id in the flock.
+    pub(super) id: SheepId,
+    /// What the pool knows of it; `None` for a sheep that the artist put in from elsewhere.
+    pub(super) bred: Option<Bred<'a>>,
     /// Whether the flock has it already.
     pub(super) is_there: bool,
 }
 
-/// The transitions that are missing between these sheep, from the first to the second of a pair.
-pub(super) fn links(members: &[Member], there: &BTreeSet<(Id, Id)>) -> Vec<(Id, Id)> {
-    let mut found: BTreeSet<(usize, usize)> = BTreeSet::new();
-    let at = |id: &Id| members.iter().position(|member| member.born.id == *id);
-    let mut pairs: BTreeSet<(usize, usize)> = there.iter().filter_map(|(from, to)| at(from).zip(at(to))).collect();
-    let known: Vec<usize> = (0..members.len()).filter(|at| members[*at].is_there).collect();
-    if known.is_empty() {
-        found.extend(rings(members));
-    } else {
-        let mut connected = known;
-        for new in (0..members.len()).filter(|at| !members[*at].is_there) {
-            for is_exit in [true, false] {
-                let count = |other: usize, pairs: &BTreeSet<(usize, usize)>| {
-                    pairs.iter().filter(|(from, to)| if is_exit { *to == other } else { *from == other }).count()
-                };
-                for _ in 0..WAYS.min(connected.len()) {
-                    let pair = |other: usize| if is_exit { (new, other) } else { (other, new) };
-                    let free = connected.iter().copied().filter(|other| !pairs.contains(&pair(*other)));
-                    let cost = |other: usize| {
-                        distance(&members[new], &members[other]) * (1.0 + CROWD * count(other, &pairs) as f64)
-                    };
-                    let Some(other) = free.min_by(|a, b| cost(*a).total_cmp(&cost(*b))) else { break };
-                    pairs.insert(pair(other));
-                    found.insert(pair(other));
-                }
+/// What a pool knows of a sheep.
+pub(super) struct Bred<'a> {
+    /// Its birth.
+    pub(super) born: &'a Born,
+    /// Its figures.
+    pub(super) point: Point,
+}
+
+/// The end of a transition at which a sheep is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    From,
+    To,
+}
+
+/// The transitions that are missing between these sheep, from the first to the second of a pair. Of `there`, those that are
+/// there, each one that does not join two of these sheep goes.
+pub(super) fn links(members: &[Member], there: &BTreeSet<(SheepId, SheepId)>) -> Vec<(SheepId, SheepId)> {
+    let at = |id: &SheepId| members.iter().position(|member| member.id == *id);
+    let kept: BTreeSet<(usize, usize)> = there.iter().filter_map(|(from, to)| at(from).zip(at(to))).collect();
+    let new = if kept.is_empty() { rings(members) } else { mended(members, there, &kept) };
+    new.into_iter().map(|(from, to)| (members[from].id.clone(), members[to].id.clone())).collect()
+}
+
+/// What a flock lacks of which `kept` stays.
+fn mended(
+    members: &[Member],
+    there: &BTreeSet<(SheepId, SheepId)>,
+    kept: &BTreeSet<(usize, usize)>,
+) -> BTreeSet<(usize, usize)> {
+    let mut pairs = kept.clone();
+    let is_member = |id: &SheepId| members.iter().any(|member| member.id == *id);
+    let loses = |id: &SheepId, end: End| {
+        there.iter().any(|(from, to)| match end {
+            End::From => from == id && !is_member(to),
+            End::To => to == id && !is_member(from),
+        })
+    };
+    let (known, newcomers): (Vec<usize>, Vec<usize>) = (0..members.len()).partition(|at| members[*at].is_there);
+    let mut connected = known.clone();
+    for one in newcomers {
+        for end in [End::From, End::To] {
+            link(members, &mut pairs, one, end, &connected);
+        }
+        connected.push(one);
+    }
+    for one in known {
+        for end in [End::From, End::To] {
+            if loses(&members[one].id, end) {
+                link(members, &mut pairs, one, end, &connected);
             }
-            connected.push(new);
         }
     }
-    found.into_iter().map(|(from, to)| (members[from].born.id, members[to].born.id)).collect()
+    connect(members, &mut pairs);
+    pairs.difference(kept).copied().collect()
+}
+
+/// Gives a sheep as many transitions as it should have, to or from the best `among` the others.
+fn link(members: &[Member], pairs: &mut BTreeSet<(usize, usize)>, one: usize, end: End, among: &[usize]) {
+    let ways = |at: usize, end: End, pairs: &BTreeSet<(usize, usize)>| {
+        pairs.iter().filter(|(from, to)| at == if end == End::From { *from } else { *to }).count()
+    };
+    let pair = |one: usize, other: usize| if end == End::From { (one, other) } else { (other, one) };
+    let far = if end == End::From { End::To } else { End::From };
+    while ways(one, end, pairs) < WAYS {
+        let free = among.iter().copied().filter(|other| *other != one && !pairs.contains(&pair(one, *other)));
+        let cost =
+            |other: usize| distance(&members[one], &members[other]) * (1.0 + CROWD * ways(other, far, pairs) as f64);
+        let Some(other) = free.min_by(|a, b| cost(*a).total_cmp(&cost(*b))) else { return };
+        pairs.insert(pair(one, other));
+    }
+}
+
+/// Joins what cannot be reached from the first sheep, or cannot reach it, by the nearest pair.
+fn connect(members: &[Member], pairs: &mut BTreeSet<(usize, usize)>) {
+    for end in [End::From, End::To] {
+        loop {
+            let seen = reached(pairs, end);
+            let (inside, outside): (Vec<usize>, Vec<usize>) = (0..members.len()).partition(|at| seen.contains(at));
+            let all = inside.iter().flat_map(|one| outside.iter().map(|other| (*one, *other)));
+            let cost = |(a, b): &(usize, usize)| distance(&members[*a], &members[*b]);
+            let Some((one, other)) = all.min_by(|a, b| cost(a).total_cmp(&cost(b))) else { break };
+            pairs.insert(if end == End::From { (one, other) } else { (other, one) });
+        }
+    }
+}
+
+/// Those that can be reached from the first sheep, or that can reach it.
+fn reached(pairs: &BTreeSet<(usize, usize)>, end: End) -> BTreeSet<usize> {
+    let mut seen = BTreeSet::from([0]);
+    loop {
+        let ways = pairs.iter().map(|(from, to)| if end == End::From { (from, to) } else { (to, from) });
+        let new: Vec<usize> = ways
+            .filter(|(one, other)| seen.contains(*one) && !seen.contains(*other))
+            .map(|(_, other)| *other)
+            .collect();
+        if new.is_empty() {
+            return seen;
+        }
+        seen.extend(new);
+    }
 }
 
 /// A ring of all, each followed by the nearest that is not in it; and for each one more that is near.
@@ -111,6 +186,7 @@ fn nearest(members: &[Member], from: usize, among: impl Iterator<Item = usize>) 
 
 /// How far two sheep are apart, as what is between them is likely to look.
 fn distance(a: &Member, b: &Member) -> f64 {
+    let (Some(a), Some(b)) = (&a.bred, &b.bred) else { return UNKNOWN };
     let is_parent = a.born.parents.contains(&b.born.id) || b.born.parents.contains(&a.born.id);
     let is_sibling = a.born.parents.iter().any(|parent| b.born.parents.contains(parent));
     let kin = if is_parent || is_sibling { RELATIVE } else { 1.0 };
@@ -121,7 +197,9 @@ fn distance(a: &Member, b: &Member) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ::breeding::{Origin, Scale, Traits};
+    use ::breeding::{Id, Origin, Scale, Traits};
+
+    type Pairs = BTreeSet<(SheepId, SheepId)>;
 
     fn births(count: u32) -> Vec<Born> {
         let origin = Origin::of_bits(7);
@@ -138,56 +216,83 @@ mod tests {
         (0..count).map(born).collect()
     }
 
+    fn name(born: &Born) -> SheepId {
+        SheepId::new(&born.id.to_string()).unwrap()
+    }
+
     fn members<'a>(births: &'a [Born], there: usize) -> Vec<Member<'a>> {
         let scale = Scale::of(&births.iter().map(|born| &born.figures));
-        let member =
-            |(at, born): (usize, &'a Born)| Member { born, point: scale.point(&born.figures), is_there: at < there };
+        let member = |(at, born): (usize, &'a Born)| Member {
+            id: name(born),
+            bred: Some(Bred { born, point: scale.point(&born.figures) }),
+            is_there: at < there,
+        };
         births.iter().enumerate().map(member).collect()
     }
 
-    /// Those that can be reached from the first, along the transitions or against them.
-    fn reached(births: &[Born], pairs: &BTreeSet<(Id, Id)>, along: bool) -> usize {
-        let mut seen = BTreeSet::from([births[0].id]);
-        loop {
-            let ways = pairs.iter().map(|(from, to)| if along { (from, to) } else { (to, from) });
-            let new: Vec<Id> =
-                ways.filter(|(from, to)| seen.contains(from) && !seen.contains(to)).map(|(_, to)| *to).collect();
-            if new.is_empty() {
-                return seen.len();
-            }
-            seen.extend(new);
-        }
+    /// How many transitions there are to a sheep, and from it.
+    fn ways(pairs: &Pairs, id: &SheepId) -> [usize; 2] {
+        [pairs.iter().filter(|(_, to)| to == id).count(), pairs.iter().filter(|(from, _)| from == id).count()]
+    }
+
+    /// Whether every member can be reached from every other.
+    fn hangs_together(members: &[Member], pairs: &Pairs) -> bool {
+        let at = |id: &SheepId| members.iter().position(|member| member.id == *id).unwrap();
+        let pairs = pairs.iter().map(|(from, to)| (at(from), at(to))).collect();
+        [End::From, End::To].into_iter().all(|end| reached(&pairs, end).len() == members.len())
     }
 
     #[test]
     fn every_sheep_of_a_new_edition_has_two_ways_in_and_two_out_and_can_be_reached() {
         for count in 1..60 {
             let births = births(count);
-            let pairs: BTreeSet<(Id, Id)> = links(&members(&births, 0), &BTreeSet::new()).into_iter().collect();
+            let members = members(&births, 0);
+            let pairs: Pairs = links(&members, &BTreeSet::new()).into_iter().collect();
             assert!(pairs.iter().all(|(from, to)| from != to));
             let wanted = [0, 0, 1].get(count as usize).copied().unwrap_or(WAYS);
-            for born in &births {
-                let out = pairs.iter().filter(|(from, _)| *from == born.id).count();
-                let into = pairs.iter().filter(|(_, to)| *to == born.id).count();
-                assert_eq!((into, out), (wanted, wanted), "{} of {count}", born.id);
-            }
-            assert_eq!([true, false].map(|along| reached(&births, &pairs, along)), [count as usize; 2]);
+            assert!(members.iter().all(|member| ways(&pairs, &member.id) == [wanted; 2]), "{count}");
+            assert!(hangs_together(&members, &pairs), "{count}");
         }
     }
 
     #[test]
     fn newcomers_are_linked_to_those_that_are_there_and_nobody_else_is() {
         let births = births(20);
-        let old: BTreeSet<(Id, Id)> = links(&members(&births[..15], 0), &BTreeSet::new()).into_iter().collect();
-        let new = links(&members(&births, 15), &old);
-        let is_new = |id: &Id| id.serial >= 15;
+        let old: Pairs = links(&members(&births[..15], 0), &BTreeSet::new()).into_iter().collect();
+        let members = members(&births, 15);
+        let new = links(&members, &old);
+        let is_new = |id: &SheepId| births[15..].iter().any(|born| name(born) == *id);
         assert!(new.iter().all(|(from, to)| is_new(from) || is_new(to)), "{new:?}");
-        let all: BTreeSet<(Id, Id)> = old.iter().chain(&new).copied().collect();
+        let all: Pairs = old.iter().chain(&new).cloned().collect();
         assert_eq!(all.len(), old.len() + new.len(), "none twice");
-        for born in &births[15..] {
-            assert!(new.iter().filter(|(from, _)| *from == born.id).count() >= WAYS);
-            assert!(new.iter().filter(|(_, to)| *to == born.id).count() >= WAYS);
+        assert!(members[15..].iter().all(|member| ways(&all, &member.id).iter().all(|count| *count >= WAYS)));
+        assert!(hangs_together(&members, &all));
+    }
+
+    #[test]
+    fn whoever_loses_transitions_gets_others_and_what_the_artist_linked_stays() {
+        let births = births(24);
+        let old: Pairs = links(&members(&births, 0), &BTreeSet::new()).into_iter().collect();
+        // The artist has taken out one transition between two that stay.
+        let stays = |id: &SheepId| births.iter().step_by(2).any(|born| name(born) == *id);
+        let taken_out = old.iter().find(|(from, to)| stays(from) && stays(to)).cloned();
+        let old: Pairs = old.into_iter().filter(|pair| Some(pair) != taken_out.as_ref()).collect();
+        // Every second sheep leaves; one of another origin stays among them.
+        let own = SheepId::new("own").unwrap();
+        let mut there = old.clone();
+        there.insert((name(&births[1]), own.clone()));
+        there.insert((own.clone(), name(&births[3])));
+        let kept: Vec<Born> = births.iter().step_by(2).cloned().collect();
+        let mut members = members(&kept, kept.len());
+        members.push(Member { id: own.clone(), bred: None, is_there: true });
+        let new = links(&members, &there);
+        let is_member = |id: &SheepId| members.iter().any(|member| member.id == *id);
+        let mut all: Pairs = there.iter().filter(|(from, to)| is_member(from) && is_member(to)).cloned().collect();
+        all.extend(new);
+        assert!(hangs_together(&members, &all), "{all:?}");
+        for member in &members {
+            let before = ways(&there, &member.id);
+            assert!(ways(&all, &member.id).iter().zip(before).all(|(now, before)| *now >= before.min(WAYS)));
         }
-        assert_eq!([true, false].map(|along| reached(&births, &all, along)), [20; 2]);
     }
 }

@@ -3,16 +3,16 @@
 //! Owns the command: the choice is that of the package `breeding`, the transitions are those of `edition.rs`. With --write
 //! it makes the flock, or brings one up to date that it made before. Never renders: `dreams render` does.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
-use ::breeding::{Ballot, Born, Census, Event, Folder, Id, Reason, Sheep as Elector, elect};
+use ::breeding::{Ballot, Born, Census, Event, Folder, Id, Pool, Reason, Sheep as BredSheep, elect};
 use flock::{Clip, Edit, FILE_NAME, MAX_FRAMES, Sheep, SheepId, Transition};
 use timing::{FrameCount, Rate};
 use video::Form;
 
-use super::edition::{Member, links};
+use super::edition::{Bred, Member, links};
 use super::{fatal, genome, open_for_changes, today};
 use crate::curate::{add, link, new};
 use crate::flock_folder::{Draft, open, paths};
@@ -29,7 +29,7 @@ const BITS_PER_SECOND: f64 = 19e6;
 /// First come the sheep that the artist keeps, then those with the best ratings; of what is alike, fewer. At most four are
 /// of one niche, at most 15 % of one family, and at least 10 % are newcomers. Every sheep gets two transitions to it and two
 /// from it, to relatives first. A flock that is there already is brought up to date: sheep that are no longer elected
-/// leave it, newcomers are linked. Without --write it only tells what would be done, and the cost of rendering.
+/// leave it, newcomers are linked, and so are those that lose transitions by it. Without --write it only tells what would be done, and the cost of rendering.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock is as elected, or would be
@@ -100,7 +100,7 @@ struct Answer {
     /// Sheep that leave the flock.
     left: Vec<String>,
     /// New transitions.
-    transitions: Vec<[Id; 2]>,
+    transitions: Vec<[SheepId; 2]>,
     /// Clips to render.
     clips: usize,
     frames: u64,
@@ -114,7 +114,7 @@ struct Answer {
 struct Plan<'a> {
     chosen: Vec<(ElectedAnswer, &'a Born)>,
     left: BTreeSet<SheepId>,
-    transitions: Vec<(Id, Id)>,
+    transitions: Vec<(SheepId, SheepId)>,
     edit: Edit,
     draft: Option<Draft>,
 }
@@ -123,11 +123,11 @@ struct Plan<'a> {
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let mut folder = if args.write { open_for_changes(&args.pool)? } else { super::open(&args.pool)? };
     let pool = folder.pool().clone();
-    let (sheep, unique) = (usize::from(args.sheep), usize::from(args.unique));
-    let ballot = Ballot { edition: args.edition.clone(), sheep, unique };
+    let ballot = Ballot { edition: args.edition.clone(), sheep: args.sheep.into(), unique: args.unique.into() };
     let census = Census::of(&pool, today());
     let elected = elect(&pool, &census, &ballot);
-    let chosen: Vec<(ElectedAnswer, &Elector)> = elected
+    let unique = elected.iter().filter(|elected| elected.reason == Reason::Unique).count();
+    let chosen: Vec<(ElectedAnswer, &BredSheep)> = elected
         .iter()
         .filter_map(|elected| {
             let why = match elected.reason {
@@ -142,7 +142,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     if chosen.is_empty() {
         return Err(Fatal::new(Exit::Malformed, NobodyError { pool: args.pool.clone() }));
     }
-    let plan = args.plan(chosen, &census)?;
+    let plan = args.plan(&pool, chosen, &census)?;
     let answer = args.cost(&folder, &plan)?;
     if args.write {
         let ids = plan.chosen.iter().map(|(elected, _)| elected.id).collect();
@@ -154,7 +154,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 impl Args {
-    fn plan<'a>(&self, chosen: Vec<(ElectedAnswer, &'a Elector)>, census: &Census) -> Result<Plan<'a>, Fatal> {
+    fn plan<'a>(
+        &self,
+        pool: &Pool,
+        chosen: Vec<(ElectedAnswer, &'a BredSheep)>,
+        census: &Census,
+    ) -> Result<Plan<'a>, Fatal> {
         let (edit, draft) = if self.dir.join(FILE_NAME).exists() {
             let draft = Draft::lock(&self.dir)?;
             (Edit::parse(draft.edit.text(), &self.dir.join(FILE_NAME)).map_err(open::manifest_fatal)?, Some(draft))
@@ -164,20 +169,21 @@ impl Args {
         let manifest = edit.manifest();
         let wanted: BTreeSet<String> = chosen.iter().map(|(elected, _)| elected.id.to_string()).collect();
         // Sheep that the artist put in from elsewhere are no sheep of the pool, and stay.
-        let is_of_pool = |id: &SheepId| id.as_str().parse::<Id>().is_ok();
-        let ids = manifest.sheep.iter().map(|sheep| &sheep.id);
-        let left = ids.filter(|id| is_of_pool(id) && !wanted.contains(id.as_str())).cloned().collect();
+        let is_of_pool = |id: &SheepId| id.as_str().parse().is_ok_and(|id: Id| pool.get(id).is_some());
+        let (own, others): (Vec<_>, Vec<_>) = manifest.sheep.iter().partition(|sheep| !is_of_pool(&sheep.id));
+        let left = others.iter().map(|sheep| &sheep.id).filter(|id| !wanted.contains(id.as_str())).cloned().collect();
         let has = |id: Id| manifest.sheep.iter().any(|sheep| sheep.id.as_str() == id.to_string());
-        let members: Vec<Member> = chosen
-            .iter()
-            .map(|(elected, sheep)| Member {
-                born: &sheep.born,
-                point: census.point(&sheep.born.figures),
-                is_there: has(elected.id),
-            })
-            .collect();
-        let id = |id: &SheepId| id.as_str().parse::<Id>().ok();
-        let there = manifest.transitions.iter().filter_map(|it| id(&it.from).zip(id(&it.to))).collect();
+        let bred = |(elected, sheep): &(ElectedAnswer, &'a BredSheep)| Member {
+            id: sheep_id(elected.id),
+            bred: Some(Bred { born: &sheep.born, point: census.point(&sheep.born.figures) }),
+            is_there: has(elected.id),
+        };
+        // What cannot be rendered is not linked, nor what the artist has left without transitions.
+        let is_linked = |id: &SheepId| manifest.transitions.iter().any(|it| it.from == *id || it.to == *id);
+        let own = own.iter().filter(|sheep| sheep.genome.is_some() && is_linked(&sheep.id));
+        let own = own.map(|sheep| Member { id: sheep.id.clone(), bred: None, is_there: true });
+        let members: Vec<Member> = chosen.iter().map(bred).chain(own).collect();
+        let there = manifest.transitions.iter().map(|it| (it.from.clone(), it.to.clone())).collect();
         let transitions = links(&members, &there);
         let there = |elected: ElectedAnswer| ElectedAnswer { there: has(elected.id), ..elected };
         let chosen = chosen.into_iter().map(|(elected, sheep)| (there(elected), &sheep.born)).collect();
@@ -188,21 +194,28 @@ impl Args {
     fn cost(&self, folder: &Folder, plan: &Plan) -> Result<Answer, Fatal> {
         let form = Form { size: plan.edit.manifest().size, fps: plan.edit.manifest().fps };
         let look = Look::of_genomes(form);
-        let motion =
-            |born: &Born| Ok::<_, Fatal>(SheepMotion::new(genome(folder, born)?, FrameCount(self.loop_frames)));
-        let motions = plan.chosen.iter().map(|(_, born)| motion(born)).collect::<Result<Vec<_>, _>>()?;
-        let at = |id: Id| plan.chosen.iter().position(|(elected, _)| elected.id == id);
+        let motion = |genome| SheepMotion::new(genome, FrameCount(self.loop_frames));
+        let mut motions: BTreeMap<SheepId, SheepMotion> = BTreeMap::new();
+        for (elected, born) in &plan.chosen {
+            motions.insert(sheep_id(elected.id), motion(genome(folder, born)?));
+        }
+        for sheep in &plan.edit.manifest().sheep {
+            let is_linked = plan.transitions.iter().any(|(from, to)| [from, to].contains(&&sheep.id));
+            if let Some(path) = sheep.genome.as_ref().filter(|_| is_linked && !motions.contains_key(&sheep.id)) {
+                motions.insert(sheep.id.clone(), motion(super::read(path.inside(&self.dir))?));
+            }
+        }
         let mut clips = Vec::new();
-        for ((elected, _), motion) in plan.chosen.iter().zip(&motions).filter(|((elected, _), _)| !elected.there) {
+        for (elected, _) in plan.chosen.iter().filter(|(elected, _)| !elected.there) {
             let id = sheep_id(elected.id);
             let path = paths::of_loop(&id, paths::CLIP);
+            let motion = &motions[&id];
             clips.push(ClipPlan::of_loop(id, motion, path, FrameCount(self.loop_frames), &look));
         }
         for (from, to) in &plan.transitions {
-            let Some((first, second)) = at(*from).zip(at(*to)) else { continue };
-            let ids = [sheep_id(*from), sheep_id(*to)];
-            let path = paths::of_transition(&ids[0], &ids[1], paths::CLIP);
-            let ends = [&motions[first], &motions[second]];
+            let path = paths::of_transition(from, to, paths::CLIP);
+            let ends = [&motions[from], &motions[to]];
+            let ids = [from.clone(), to.clone()];
             clips.push(ClipPlan::of_transition(ids, ends, path, FrameCount(self.transition_frames), &look));
         }
         let frames: u64 = clips.iter().map(|clip| u64::from(clip.frames.0)).sum();
@@ -215,7 +228,7 @@ impl Args {
             changed: self.write,
             sheep: sheep.collect(),
             left: plan.left.iter().map(ToString::to_string).collect(),
-            transitions: plan.transitions.iter().map(|(from, to)| [*from, *to]).collect(),
+            transitions: plan.transitions.iter().map(|(from, to)| [from.clone(), to.clone()]).collect(),
             clips: clips.len(),
             frames,
             cpu_hours,
@@ -237,7 +250,6 @@ impl Args {
             edit.add_sheep(Sheep { id, clip: Some(clip), genome, want: 1.0, repeat: 1 }).map_err(broken)?;
         }
         for (from, to) in transitions {
-            let (from, to) = (sheep_id(from), sheep_id(to));
             let path = paths::of_transition(&from, &to, paths::CLIP);
             let clip = Clip { path, frames: FrameCount(self.transition_frames), hash: None };
             edit.add_transition(Transition { from, to, clip, weight: 1.0 }).map_err(broken)?;
@@ -272,7 +284,7 @@ impl Args {
             format!("{} rating {:.2}, worth {:.2}, {}{there}", elected.id, elected.rating, elected.worth, elected.why)
         };
         let left = answer.left.iter().map(|id| format!("{id} leaves the flock"));
-        let transition = |[from, to]: &[Id; 2]| format!("{from} to {to}");
+        let transition = |[from, to]: &[SheepId; 2]| format!("{from} to {to}");
         let Answer { clips, frames, cpu_hours, hours, gigabytes, .. } = answer;
         let sum = format!(
             "{} sheep, {} new transitions; {clips} clips to render: {frames} frames, {cpu_hours:.3} CPU hours, {hours:.3} \

@@ -23,7 +23,7 @@ mod sheet;
 mod tests;
 pub(crate) mod votes;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ::breeding::{Born, BreedingError, Day, Folder};
 use flame::Backend;
@@ -36,7 +36,7 @@ use crate::render::species::{self as kinds, Refused};
 #[derive(Debug, thiserror::Error)]
 #[error("cannot use the genome `{path}`")]
 struct GenomeError {
-    path: std::path::PathBuf,
+    path: PathBuf,
     source: Box<dyn std::error::Error>,
 }
 
@@ -53,8 +53,8 @@ fn open_for_changes(path: &Path) -> Result<Folder, Fatal> {
 /// Ends a command because of a pool.
 fn fatal(error: BreedingError) -> Fatal {
     let exit = match &error {
-        BreedingError::InUse { .. } => Exit::No,
-        BreedingError::Io { .. } => Exit::Unreadable,
+        BreedingError::Exists { .. } | BreedingError::InUse { .. } => Exit::No,
+        BreedingError::Io { .. } | BreedingError::NoGenome { .. } => Exit::Unreadable,
         BreedingError::BadEvent { .. }
         | BreedingError::Clash { .. }
         | BreedingError::Setting { .. }
@@ -69,7 +69,11 @@ fn fatal(error: BreedingError) -> Fatal {
 
 /// The genome of a sheep.
 fn genome(folder: &Folder, born: &Born) -> Result<Box<dyn Genome>, Fatal> {
-    let path = folder.genome(born);
+    read(folder.genome(born))
+}
+
+/// The genome at `path`.
+fn read(path: PathBuf) -> Result<Box<dyn Genome>, Fatal> {
     kinds::read(&path, &Backend::default()).map_err(|Refused { exit, source, hint }| {
         let fatal = Fatal::new(exit, GenomeError { path, source });
         match hint {

@@ -11,6 +11,7 @@ use ::breeding::{Birth, Born, Id, Made, Nursery, Operation, Traits};
 use flame::Backend;
 use species::{Breed, FigureFault, Figures, Genome, Lineage, Motion, RenderError, Rng, Threads, UNCHANGED};
 
+use crate::credits::OURS;
 use crate::render::species::all;
 
 /// The loop by which candidates are judged: its frames, and the size that its pictures have the shape of.
@@ -45,7 +46,11 @@ impl Candidates {
             birth.parents.iter().map(|id| self.parents.get(id).map(|genome| &**genome)).collect();
         let parents = parents?;
         match (birth.operation, &self.operator, &parents[..]) {
-            (Operation::Stranger, ..) => Some((species.random(rng), RANDOM)),
+            (Operation::Stranger, ..) => {
+                let genome = species.random(rng);
+                let licence = Some(OURS.to_owned());
+                Some((genome.with_lineage(&Lineage { licence, ..genome.lineage() }), RANDOM))
+            }
             (_, Some(name), parents) => species.apply(name, parents, birth.amount, rng),
             (Operation::Mutation, None, [parent]) => species.mutate(*parent, birth.amount, rng),
             (Operation::Cross, None, [first, second]) => species.cross([*first, *second], rng),

@@ -2,10 +2,9 @@
 //!
 //! Owns the command and its actions. Never breeds: `breed.rs` does.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use ::breeding::{Born, Brood, Census, Event, Folder, Id, LicencePolicy, Mark, Niche, Origin, Settings, Sheep};
+use ::breeding::{Born, Census, Event, Folder, Id, LicencePolicy, Mark, Niche, Origin, Settings, Sheep};
 use flame::Backend;
 use species::{Genome, Rng, Threads};
 
@@ -260,8 +259,7 @@ fn add(args: &AddArgs, json: bool) -> Result<Exit, Fatal> {
     }
     let ids: Vec<Id> = born.iter().map(|(born, _)| born.id).collect();
     if !args.dry_run {
-        let brood = Brood { brood, seed, born, reborn: Vec::new(), missing: 0, faults: BTreeMap::new() };
-        folder.bear(today(), &brood, |born, genome| nursery::text(born, &**genome)).map_err(fatal)?;
+        folder.bring_in(today(), &born, |born, genome| nursery::text(born, &**genome)).map_err(fatal)?;
     }
     for fault in &faults {
         print::note(&format!("note: {fault}; it is brought in all the same"));
@@ -281,7 +279,13 @@ fn mark(args: &MarkArgs, json: bool) -> Result<Exit, Fatal> {
         MarkArg::None => (Mark::None, "no longer marked"),
     };
     if !args.dry_run {
-        folder.tell(today(), ids.iter().map(|id| Event::Marked { id: *id, mark }).collect()).map_err(fatal)?;
+        let mut events: Vec<Event> = ids.iter().map(|id| Event::Marked { id: *id, mark }).collect();
+        // Who died by the artist's mark lives again without it.
+        let was_rejected = |id: &&Id| folder.pool().get(**id).is_some_and(|sheep| sheep.mark == Mark::Reject);
+        if mark != Mark::Reject {
+            events.extend(ids.iter().filter(was_rejected).map(|id| Event::Reborn { id: *id }));
+        }
+        folder.tell(today(), events).map_err(fatal)?;
     }
     let verb = if args.dry_run { "would be" } else { "is" };
     tell(json, !args.dry_run, &ids, Vec::new(), |id| format!("{id} {verb} {word}"))
@@ -303,11 +307,12 @@ fn merge(args: &MergeArgs, json: bool) -> Result<Exit, Fatal> {
 fn check(args: &PoolArgs, json: bool) -> Result<Exit, Fatal> {
     let folder = open(&args.pool)?;
     let mut faults = Vec::new();
-    for sheep in folder.pool().sheep() {
-        let born = &sheep.born;
+    for born in folder.missing_genomes() {
+        faults.push(format!("the genome of {} is missing: `{}`", born.id, folder.genome(born).display()));
+    }
+    for born in folder.pool().sheep().map(|sheep| &sheep.born) {
         let path = folder.genome(born);
         if !path.is_file() {
-            faults.push(format!("the genome of {} is missing: `{}`", born.id, path.display()));
             continue;
         }
         match kinds::read(&path, &Backend::default()) {

@@ -16,6 +16,8 @@ use crate::render::species as kinds;
 /// Showings of each sheep between two broods, and votes of the best.
 const SHOWINGS: u64 = 60;
 const VOTES: f64 = 12.0;
+/// The unit that the voter stands before.
+const UNIT: &str = "lobby";
 
 /// A nursery that draws fewer samples than the product: the voter sees few, too.
 struct Sketches(Candidates);
@@ -99,10 +101,11 @@ impl World {
     fn vote(&mut self, taste: &Taste) {
         let count = |born: &Born| {
             let up = (VOTES * taste.likes(&born.figures).powi(3)).round() as u64;
-            Count { shown: SHOWINGS, up, down: 0 }
+            let known = self.pool.total(UNIT, &born.id.to_string());
+            Count { shown: known.shown + SHOWINGS, up: known.up + up, down: 0 }
         };
         let sheep = self.pool.living().map(|sheep| (sheep.born.id.to_string(), count(&sheep.born))).collect();
-        self.tell(vec![Event::Votes { unit: "lobby".into(), sheep }]);
+        self.tell(vec![Event::Votes { unit: UNIT.into(), sheep }]);
         let census = Census::of(&self.pool, self.pool.last_day());
         let died = deaths(&self.pool, &census).ids;
         self.tell(died.into_iter().map(|id| Event::Died { id }).collect());

@@ -1,7 +1,7 @@
 //! `dreams votes POOL FILE...`: takes in what units report of their votes.
 //!
-//! Owns the command: which documents there are, the file of each unit in the pool, and what the ledger is told: the growth of
-//! its totals since it was last told. Both can be repeated: a kill between them loses nothing and counts nothing twice. Which
+//! Owns the command: which documents there are, the file of each unit in the pool, and what the ledger is told: those of
+//! its totals that have grown. Both can be repeated: a kill between them loses nothing and counts nothing twice. Which
 //! reports are accepted is known to the package `votes`.
 
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use ::breeding::{Count, Event, Folder};
+use ::breeding::{Count, Event, Pool};
 use serde_json::Value;
 use votes::{Received, SheepTotals, UnitLimits, VotesError};
 
@@ -20,7 +20,7 @@ use crate::program::{Exit, Fatal, print};
 const FOLDER: &str = "votes";
 /// Seconds of somebody near that count as one vote: many stand there for other reasons.
 const NEAR_S: u32 = 300;
-/// The most bytes that are read of a document.
+/// The most bytes of a file with documents.
 const MOST_BYTES: u64 = 4 << 20;
 
 /// Take in the votes that units report
@@ -56,12 +56,14 @@ pub(crate) struct Args {
 /// What is wrong with a document.
 #[derive(Debug, thiserror::Error)]
 enum DocumentError {
+    #[error("it has no document")]
+    Empty,
     #[error("it is no JSON document: {0}")]
     Json(serde_json::Error),
+    #[error("it has more than {MOST_BYTES} bytes, the most that are read of a file")]
+    Long,
     #[error("it names no unit")]
     Nameless,
-    #[error("it has no votes")]
-    NoVotes,
     #[error(transparent)]
     Votes(#[from] VotesError),
 }
@@ -80,7 +82,13 @@ struct News {
 #[derive(serde::Serialize)]
 struct Refused {
     file: String,
-    why: String,
+    #[serde(serialize_with = "as_text")]
+    why: DocumentError,
+}
+
+/// Writes an error as what it says.
+fn as_text<S: serde::Serializer>(why: &DocumentError, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(why)
 }
 
 /// The answer with `--json`.
@@ -101,27 +109,25 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     for (file, text) in args.texts()? {
         for document in documents(&text) {
             if let Err(why) = document.and_then(|document| args.take(&document, &mut received)) {
-                refused.push(Refused { file: file.clone(), why: why.to_string() });
+                refused.push(Refused { file: file.clone(), why });
             }
         }
     }
     let mut units = BTreeMap::new();
+    let mut events = Vec::new();
     for unit in received.units() {
-        let growth = growth(&folder, unit, &received.totals(unit));
-        units.insert(unit.to_owned(), growth);
+        let sheep = grown(folder.pool(), unit, &received.totals(unit));
+        units.insert(unit.to_owned(), news(folder.pool(), unit, &sheep));
+        if !sheep.is_empty() {
+            events.push(Event::Votes { unit: unit.to_owned(), sheep });
+        }
     }
     if !args.dry_run {
         args.save(&received)?;
-        let events: Vec<Event> = units
-            .iter()
-            .filter(|(_, sheep)| !sheep.is_empty())
-            .map(|(unit, sheep)| Event::Votes { unit: unit.clone(), sheep: sheep.clone() })
-            .collect();
         if !events.is_empty() {
             folder.tell(today(), events).map_err(fatal)?;
         }
     }
-    let units = units.into_iter().map(|(unit, sheep)| (unit, news(&sheep))).collect();
     args.tell(&Answer { changed: !args.dry_run, units, refused, due: folder.pool().is_due() })
 }
 
@@ -154,7 +160,7 @@ impl Args {
         for path in &self.files {
             if path == Path::new("-") {
                 let mut text = Vec::new();
-                let read = io::stdin().lock().take(MOST_BYTES).read_to_end(&mut text);
+                let read = io::stdin().lock().take(MOST_BYTES + 1).read_to_end(&mut text);
                 read.map_err(|source| Fatal::read(path, source))?;
                 texts.push(("-".to_owned(), text));
                 continue;
@@ -162,13 +168,15 @@ impl Args {
             let mut files = vec![path.clone()];
             if path.is_dir() {
                 let entries = fs::read_dir(path).map_err(|source| Fatal::read(path, source))?;
-                files = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|file| file.is_file()).collect();
+                let is_report =
+                    |file: &PathBuf| file.extension().is_some_and(|ending| ending == "json") && file.is_file();
+                files = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_report).collect();
                 files.sort();
             }
             for file in files {
                 let text = fs::File::open(&file).and_then(|open| {
                     let mut text = Vec::new();
-                    open.take(MOST_BYTES).read_to_end(&mut text).map(|_| text)
+                    open.take(MOST_BYTES + 1).read_to_end(&mut text).map(|_| text)
                 });
                 texts.push((print::path(&file), text.map_err(|source| Fatal::read(&file, source))?));
             }
@@ -179,7 +187,8 @@ impl Args {
     /// Takes in a status report, or the totals alone.
     fn take(&self, document: &Value, received: &mut Received) -> Result<(), DocumentError> {
         let is_report = document.get("unit").is_some() || document.get("status").is_some();
-        let totals = if is_report { document.get("votes").ok_or(DocumentError::NoVotes)? } else { document };
+        // A unit that does not send its votes says so by leaving them out.
+        let Some(totals) = (if is_report { document.get("votes") } else { Some(document) }) else { return Ok(()) };
         let named = document.get("unit").and_then(Value::as_str);
         let unit = named.or(self.unit.as_deref()).ok_or(DocumentError::Nameless)?;
         received.take(unit, totals.to_string().as_bytes(), today().0)?;
@@ -211,7 +220,8 @@ impl Args {
         for Refused { file, why } in &answer.refused {
             print::note(&format!("`{file}` was refused: {why}"));
         }
-        if answer.refused.iter().any(|refused| refused.why.contains("not one of those that are known")) {
+        let is_unknown = |why: &DocumentError| matches!(why, DocumentError::Votes(VotesError::Unknown { .. }));
+        if answer.refused.iter().any(|refused| is_unknown(&refused.why)) {
             print::note("note: `dreams votes POOL --unit NAME` makes a unit known");
         }
         if answer.due {
@@ -230,41 +240,31 @@ fn unit_name(text: &str) -> Result<String, String> {
 
 /// The documents of a text, one after the other.
 fn documents(text: &[u8]) -> Vec<Result<Value, DocumentError>> {
+    if text.len() as u64 > MOST_BYTES {
+        return vec![Err(DocumentError::Long)];
+    }
     let stream = serde_json::Deserializer::from_slice(text).into_iter::<Value>();
     let mut found: Vec<_> = stream.map(|document| document.map_err(DocumentError::Json)).collect();
     if found.is_empty() {
-        found.push(Err(DocumentError::NoVotes));
+        found.push(Err(DocumentError::Empty));
     }
     found
 }
 
-/// By how much a unit's totals are larger than what the ledger was told of it.
-fn growth(folder: &Folder, unit: &str, totals: &BTreeMap<String, SheepTotals>) -> BTreeMap<String, Count> {
-    let mut told: BTreeMap<&str, Count> = BTreeMap::new();
-    for entry in folder.ledger().entries() {
-        let Event::Votes { unit: other, sheep } = &entry.event else { continue };
-        for (id, count) in sheep.iter().filter(|_| other == unit) {
-            let sum = told.entry(id.as_str()).or_default();
-            sum.shown = sum.shown.saturating_add(count.shown);
-            sum.up = sum.up.saturating_add(count.up);
-            sum.down = sum.down.saturating_add(count.down);
-        }
-    }
-    let grown = |(id, totals): (&String, &SheepTotals)| {
-        let told = told.get(id.as_str()).copied().unwrap_or_default();
+/// The totals of a unit that are larger than those the pool heard of before.
+fn grown(pool: &Pool, unit: &str, totals: &BTreeMap<String, SheepTotals>) -> BTreeMap<String, Count> {
+    let count = |totals: &SheepTotals| {
         let up = totals.up.saturating_add(totals.near_s / NEAR_S).min(totals.shown);
-        let count = Count {
-            shown: u64::from(totals.shown).saturating_sub(told.shown),
-            up: u64::from(up).saturating_sub(told.up),
-            down: u64::from(totals.down).saturating_sub(told.down),
-        };
-        (count != Count::default()).then(|| (id.clone(), count))
+        Count { shown: totals.shown.into(), up: up.into(), down: totals.down.into() }
     };
-    totals.iter().filter_map(grown).collect()
+    let all = totals.iter().map(|(id, totals)| (id.clone(), count(totals)));
+    all.filter(|(id, count)| count.since(pool.total(unit, id)) != Count::default()).collect()
 }
 
-fn news(sheep: &BTreeMap<String, Count>) -> News {
-    let sum = |of: fn(&Count) -> u64| sheep.values().map(of).fold(0, u64::saturating_add);
+/// How much is new in totals that have grown.
+fn news(pool: &Pool, unit: &str, sheep: &BTreeMap<String, Count>) -> News {
+    let new = || sheep.iter().map(|(id, count)| count.since(pool.total(unit, id)));
+    let sum = |of: fn(Count) -> u64| new().map(of).fold(0, u64::saturating_add);
     News {
         showings: sum(|count| count.shown),
         up: sum(|count| count.up),

@@ -19,11 +19,14 @@ const PUBLIC_DOMAIN: &str = "creativecommons.org/publicdomain/zero/";
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Licence(String);
 
+/// The licence of a genome that was made here by chance: it belongs to whoever made it, who may do anything with it.
+pub(crate) const OURS: &str = "LicenseRef-ours";
+
 /// Whether something may be sold, or shown for money, by its licence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Sale {
-    /// The licence allows it.
+    /// The licence allows it, or it is our own.
     Permitted,
     /// The licence is for non-commercial use.
     Forbidden,
@@ -52,7 +55,9 @@ impl Licence {
     /// Whether it lets a flock be sold.
     pub(crate) fn sale(&self) -> Sale {
         let Ok(expression) = Expression::parse(&self.0) else { return Sale::Unknown };
-        let listed = |requirement: &LicenseReq| matches!(requirement.license, LicenseItem::Spdx { .. });
+        let is_ours = |requirement: &LicenseReq| requirement.license.to_string() == OURS;
+        let is_listed = |requirement: &LicenseReq| matches!(requirement.license, LicenseItem::Spdx { .. });
+        let listed = |requirement: &LicenseReq| is_listed(requirement) || is_ours(requirement);
         if expression.evaluate(|requirement| listed(requirement) && !is_non_commercial(requirement)) {
             Sale::Permitted
         } else if expression.evaluate(|requirement| !is_non_commercial(requirement)) {
@@ -182,6 +187,8 @@ mod tests {
         assert_eq!(sale("CC-BY-NC-4.0 OR LicenseRef-by-letter"), Sale::Unknown);
         assert_eq!(sale("CC-BY-NC-4.0 OR CC-BY-4.0"), Sale::Permitted);
         assert_eq!(sale("LicenseRef-by-letter"), Sale::Unknown);
+        assert_eq!(sale(OURS), Sale::Permitted);
+        assert_eq!(sale("CC-BY-NC-4.0 AND LicenseRef-ours"), Sale::Forbidden);
         assert_eq!(Sale::of(None), Sale::Unknown);
     }
 

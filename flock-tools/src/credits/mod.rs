@@ -20,7 +20,7 @@ pub(crate) use command::{LicenceCount, attributions, counts};
 pub(crate) use entry::{Said, Subject};
 pub(crate) use file::CreditsFile;
 pub(crate) use flock_credits::{Credit, FlockCredits, NotForSale};
-pub(crate) use licence::{Licence, Sale};
+pub(crate) use licence::{Licence, OURS, Sale};
 
 use crate::flock_folder::Draft;
 use crate::program::Fatal;

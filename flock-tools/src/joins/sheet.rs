@@ -4,15 +4,14 @@
 //!
 //! Start at [`Sheet`].
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::path::Path;
 
-use font8x8::legacy::BASIC_LEGACY;
 use video::Yuv420p;
 
 use super::JudgedJoin;
 use crate::decoder::thumbnail::{Thumbnail, shrink};
+use crate::program::contact_sheet::{ContactSheet, INK, LETTER};
 
 /// Width of one frame on the sheet, in pixels.
 const FRAME_WIDTH: u32 = 320;
@@ -25,26 +24,22 @@ const CUT: u32 = 24;
 /// Pixels of one dot of a letter.
 const DOT: u32 = 2;
 /// Height of a line of text.
-const LINE: u32 = 8 * DOT + GAP;
+const LINE: u32 = LETTER * DOT + GAP;
+/// Pixels from edge to edge.
+const WIDTH: u32 = FRAMES * FRAME_WIDTH + (FRAMES - 1) * GAP + CUT + 2 * GAP;
 
-const PAPER: [u8; 3] = [24, 24, 28];
-const INK: [u8; 3] = [220, 220, 210];
 /// The colour of joins that jump.
 const ALARM: [u8; 3] = [255, 120, 90];
 
 /// A sheet being laid out, from the top down.
-pub(crate) struct Sheet {
-    width: u32,
-    /// RGB, row by row.
-    pixels: Vec<u8>,
-}
+pub(crate) struct Sheet(ContactSheet);
 
 impl Sheet {
     /// A sheet with nothing on it.
     pub(crate) fn new() -> Self {
-        let mut sheet = Self { width: FRAMES * FRAME_WIDTH + (FRAMES - 1) * GAP + CUT + 2 * GAP, pixels: Vec::new() };
+        let mut sheet = ContactSheet::new(WIDTH);
         sheet.grow(GAP);
-        sheet
+        Self(sheet)
     }
 
     /// Adds a join: its names and figures, and below them its `frames`.
@@ -59,61 +54,25 @@ impl Sheet {
         self.line(&names, ink);
         self.line(&text, ink);
         let thumbnails: Vec<Thumbnail> = frames.iter().map(|frame| shrink(frame, FRAME_WIDTH)).collect();
-        let top = self.height();
-        self.grow(thumbnails.iter().map(|thumbnail| thumbnail.size.1).max().unwrap_or(0) + 2 * GAP);
+        let top = self.0.height();
+        self.0.grow(thumbnails.iter().map(|thumbnail| thumbnail.size.1).max().unwrap_or(0) + 2 * GAP);
         // Frames after the join stand to the right even if one before it is missing.
         let before = if join.before.frames.0 == 1 { 1 } else { 2 };
         for (at, thumbnail) in (2 - before..).zip(&thumbnails) {
             let left = GAP + at * (FRAME_WIDTH + GAP) + if at >= 2 { CUT } else { 0 };
-            self.paste(left, top, thumbnail);
+            self.0.paste([left, top], thumbnail.size.0, &thumbnail.rgb);
         }
     }
 
     /// Writes the sheet as PNG.
     pub(crate) fn save(&self, path: &Path) -> io::Result<()> {
-        let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), self.width, self.height());
-        encoder.set_color(png::ColorType::Rgb);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&self.pixels)?;
-        writer.finish()?;
-        Ok(())
-    }
-
-    fn height(&self) -> u32 {
-        self.pixels.len() as u32 / (3 * self.width)
-    }
-
-    fn grow(&mut self, rows: u32) {
-        self.pixels.extend(PAPER.repeat((rows * self.width) as usize));
+        self.0.save(path)
     }
 
     /// A line of text, cut at the edge of the sheet.
     fn line(&mut self, text: &str, ink: [u8; 3]) {
-        let top = self.height();
-        self.grow(LINE);
-        let fit = (self.width - 2 * GAP) / (8 * DOT);
-        for (at, letter) in text.chars().take(fit as usize).enumerate() {
-            let rows = BASIC_LEGACY.get(letter as usize).unwrap_or(&BASIC_LEGACY['?' as usize]);
-            let left = GAP + at as u32 * 8 * DOT;
-            for y in 0..8 * DOT {
-                let bits = rows[(y / DOT) as usize];
-                for x in (0..8 * DOT).filter(|x| bits >> (x / DOT) & 1 == 1) {
-                    self.dot(left + x, top + y, ink);
-                }
-            }
-        }
-    }
-
-    fn dot(&mut self, x: u32, y: u32, ink: [u8; 3]) {
-        let at = 3 * (y * self.width + x) as usize;
-        self.pixels[at..at + 3].copy_from_slice(&ink);
-    }
-
-    fn paste(&mut self, left: u32, top: u32, thumbnail: &Thumbnail) {
-        let rows = thumbnail.rgb.chunks(3 * thumbnail.size.0 as usize);
-        for (y, row) in (top..).zip(rows) {
-            let at = 3 * (y * self.width + left) as usize;
-            self.pixels[at..at + row.len()].copy_from_slice(row);
-        }
+        let top = self.0.height();
+        self.0.grow(LINE);
+        self.0.write(text, [GAP, top], WIDTH - 2 * GAP, DOT, ink);
     }
 }

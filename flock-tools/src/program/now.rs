@@ -48,7 +48,7 @@ pub(crate) fn date() -> String {
 #[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
 pub(crate) fn day() -> u32 {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    u32::try_from(since.as_secs() / 86_400).unwrap_or(u32::MAX)
+    u32::try_from(since.as_secs() / votes::DAY_S).unwrap_or(u32::MAX)
 }
 
 /// Waits for the time `wait`, or until `stop` is set.

@@ -108,7 +108,8 @@ fn what_is_planned_changes_nothing_and_what_is_wrong_is_told_with_both_values() 
         (&["breed", "pool", "--op", "sex"][..], 2, "no operator `sex` makes a child of 1 plant"),
         (&["breed", "pool", "--from", "9.00009"], 2, "no sheep `9.00009` in pool"),
         (&["family", "pool", "x"], 2, "no sheep `x` in pool"),
-        (&["pool", "new", "pool"], 3, "cannot make `pool/pool.toml`"),
+        (&["pool", "new", "pool"], 1, "`pool` is a pool already"),
+        (&["breed", "pool", "--from", "a,b,c"], 2, "wanted one id, or two with a comma between them, found 3"),
         (&["pool", "show", "nowhere"], 3, "cannot read `nowhere/pool.toml`"),
         (&["pool", "mark", "pool", "keep", "1.2"], 2, "no sheep `1.2` in pool"),
         (&["votes", "pool", "nowhere.json"], 3, "cannot read `nowhere.json`"),
@@ -180,6 +181,12 @@ fn reports_in_any_order_lost_or_repeated_give_the_same_ratings_and_hostile_ones_
     answer(folder, &["votes", "other", "--unit", "lobby", "2.json", "0.json", "2.json"]);
     let rated = ratings("pool");
     assert_eq!((rated.clone(), &rated[0].0), (ratings("other"), &json!(sheep[0])), "the first is liked most");
+    // A report without votes is no error: a unit need not send them. One that is too long is not cut, but refused.
+    fs::write(folder.join("none.json"), "{\"unit\":\"lobby\",\"status\":{}}").unwrap();
+    assert_eq!(answer(folder, &["votes", "pool", "none.json"])["refused"], json!([]));
+    fs::write(folder.join("long.json"), " ".repeat(4 << 20) + &report("lobby", &sheep, 40, &[9; 4])).unwrap();
+    let long = json(&dreams(folder, &["votes", "pool", "long.json"]));
+    assert!(long["refused"][0]["why"].as_str().unwrap().contains("more than 4194304 bytes"), "{long}");
     let before = files(&folder.join("pool"));
     let hostile = [
         report("lobby", &sheep, u32::MAX, &[9; 4]),
@@ -223,6 +230,61 @@ fn an_elected_flock_has_no_fault_and_newcomers_are_linked_when_it_is_elected_aga
     assert!(ids(&again["sheep"]).contains(&born[0]), "{again}");
     let manifest = fs::read_to_string(folder.join("edition/flock.toml")).unwrap();
     assert!(!manifest.contains(gone.as_str()) && manifest.contains(&born[0]), "{manifest}");
+    // Nobody is left without a way on, although transitions went with the one that left.
+    let shares = answer(folder, &["share", "edition"]);
+    assert_eq!(
+        (shares["faults"].clone(), shares["sheep"].as_array().unwrap().len()),
+        (json!([]), ids(&again["sheep"]).len())
+    );
     let into = again["transitions"].as_array().unwrap().iter().filter(|pair| pair[1] == json!(born[0])).count();
     assert!(into >= 2, "{again}");
+}
+
+#[test]
+fn a_licence_that_forbids_sale_is_passed_on_and_not_bred_from_where_only_ours_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    answer(folder, &["pool", "new", "any", "--seed", "3", "--species", "plant"]);
+    answer(folder, &["breed", "any", "--brood", "2"]);
+    let shown = answer(folder, &["pool", "show", "any"]);
+    assert_eq!(shown["sheep"][0]["licence"], "LicenseRef-ours", "what is made here by chance is ours: {shown}");
+    let [stranger, other] = [0, 1].map(|at| ids(&shown["sheep"])[at].clone());
+    let text = fs::read_to_string(folder.join(format!("any/genomes/{other}.plant"))).unwrap();
+    fs::write(folder.join("nc.plant"), text.replace("LicenseRef-ours", "CC-BY-NC-4.0")).unwrap();
+    let added = answer(folder, &["pool", "add", "any", "nc.plant"])["sheep"][0].as_str().unwrap().to_owned();
+    let child = answer(folder, &["breed", "any", "--brood", "1", "--from", &format!("{stranger},{added}")]);
+    let child = ids(&child["born"]).remove(0);
+    let licence = &answer(folder, &["family", "any", &child])["sheep"]["licence"];
+    assert_eq!(licence, "CC-BY-NC-4.0 AND LicenseRef-ours");
+    answer(folder, &["pool", "new", "ours", "--ours", "--species", "plant"]);
+    let added = answer(folder, &["pool", "add", "ours", "nc.plant"])["sheep"][0].as_str().unwrap().to_owned();
+    let said = dreams(folder, &["breed", "ours", "--from", &added]);
+    assert_eq!(said.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&said.stderr).contains("is under `CC-BY-NC-4.0`, and the pool breeds only"),
+        "{said:?}"
+    );
+}
+
+#[test]
+fn genomes_that_are_brought_in_are_no_brood_and_who_is_taken_back_from_the_dead_lives() {
+    let folder = pool("3");
+    let folder = folder.path();
+    let first = ids(&answer(folder, &["pool", "show", "pool"])["sheep"]).remove(0);
+    fs::copy(folder.join(format!("pool/genomes/{first}.plant")), folder.join("own.plant")).unwrap();
+    let before = answer(folder, &["pool", "show", "pool"])["broods"].clone();
+    answer(folder, &["pool", "add", "pool", "own.plant"]);
+    let after = answer(folder, &["pool", "show", "pool"]);
+    assert_eq!((&after["broods"], &after["living"]), (&before, &json!(4)));
+    answer(folder, &["pool", "mark", "pool", "reject", &first]);
+    assert_eq!(answer(folder, &["pool", "show", "pool"])["living"], 3);
+    answer(folder, &["pool", "mark", "pool", "none", &first]);
+    assert_eq!(answer(folder, &["pool", "show", "pool"])["living"], 4);
+    // A pool that has lost a genome is not merged in part.
+    answer(folder, &["pool", "new", "other", "--species", "plant"]);
+    fs::remove_file(folder.join(format!("pool/genomes/{first}.plant"))).unwrap();
+    let said = dreams(folder, &["pool", "merge", "other", "pool"]);
+    assert_eq!(said.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&said.stderr).contains(&format!("the genome of sheep `{first}` is missing")));
+    assert_eq!(answer(folder, &["pool", "show", "other"])["living"], 0);
 }

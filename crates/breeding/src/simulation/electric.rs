@@ -14,7 +14,6 @@ use species::Rng;
 use super::outcome::Course;
 use super::world::{Genes, World, crossed, mutated};
 use super::{BROODS, SHEEP, drawn_votes, vote_chance};
-use crate::chance::below;
 use crate::id::{Id, Origin};
 use crate::traits::Traits;
 
@@ -72,6 +71,6 @@ pub(super) fn course(world: &World, showings: u64, seed: u64) -> Course {
 }
 
 fn parent<'a>(pool: &'a [Sheep], rng: &mut Rng) -> &'a Sheep {
-    let drawn: [&Sheep; TOURNAMENT] = std::array::from_fn(|_| &pool[below(pool.len(), rng)]);
+    let drawn: [&Sheep; TOURNAMENT] = std::array::from_fn(|_| &pool[rng.below(pool.len())]);
     drawn.into_iter().reduce(|best, next| if next.count > best.count { next } else { best }).unwrap_or(&pool[0])
 }

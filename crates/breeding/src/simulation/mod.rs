@@ -31,6 +31,8 @@ use crate::traits::Traits;
 const SHEEP: usize = 100;
 /// The last brood.
 const BROODS: usize = 40;
+/// The unit that shows the pool.
+const UNIT: &str = "wall";
 /// The chance of a vote for what nobody likes, and how much more it is for what is liked most.
 const LEAST_VOTES: f64 = 0.01;
 const TASTED_VOTES: f64 = 0.1;
@@ -134,13 +136,16 @@ impl Trial {
 
     /// What the unit counts until the next brood.
     fn votes(self, pool: &Pool, meadow: &Meadow<'_>, rng: &mut Rng) -> Event {
+        // Totals grow by what is counted now.
         let mut count = |id: &Id| {
+            let known = pool.total(UNIT, &id.to_string());
             let chance = vote_chance(meadow.world.taste(&meadow.genes[id]));
             let chance = if self.rules == Rules::Chance { CHANCE_VOTES } else { chance };
-            Count { shown: self.showings, up: drawn_votes(self.showings, chance, rng), down: 0 }
+            let up = drawn_votes(self.showings, chance, rng);
+            Count { shown: known.shown + self.showings, up: known.up + up, down: 0 }
         };
         let sheep = pool.living().map(|sheep| (sheep.born.id.to_string(), count(&sheep.born.id))).collect();
-        Event::Votes { unit: "wall".to_owned(), sheep }
+        Event::Votes { unit: UNIT.to_owned(), sheep }
     }
 }
 

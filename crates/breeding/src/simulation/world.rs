@@ -9,7 +9,7 @@ use species::Rng;
 
 use crate::births::{Birth, Operation};
 use crate::brood::{Made, Nursery};
-use crate::chance::{below, normal};
+use crate::chance::normal;
 use crate::id::Id;
 use crate::traits::Traits;
 use std::collections::BTreeMap;
@@ -149,7 +149,7 @@ pub(crate) fn crossed(parents: [&Genes; 2], rng: &mut Rng) -> Genes {
         let part = 0.25 + 0.5 * rng.unit();
         return std::array::from_fn(|gene| parents[0][gene] * (1.0 - part) + parents[1][gene] * part);
     }
-    let from: [usize; GENES / GROUP] = std::array::from_fn(|_| below(2, rng));
+    let from: [usize; GENES / GROUP] = std::array::from_fn(|_| rng.below(2));
     std::array::from_fn(|gene| parents[from[gene / GROUP]][gene])
 }
 

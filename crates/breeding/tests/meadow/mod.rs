@@ -71,7 +71,9 @@ impl<'a> Sheep<'a> {
         let mut count = |sheep: &breeding::Sheep| {
             let shown = (self.rng.unit() * 60.0) as u64;
             let up = (0..shown).filter(|_| self.rng.unit() < 0.06).count() as u64;
-            (sheep.born.id.to_string(), Count { shown, up, down: 0 })
+            let id = sheep.born.id.to_string();
+            let known = self.pool.total("wall", &id);
+            (id, Count { shown: known.shown + shown, up: known.up + up, down: 0 })
         };
         let sheep = self.pool.living().map(&mut count).collect();
         self.tell(vec![Event::Votes { unit: "wall".to_owned(), sheep }]);

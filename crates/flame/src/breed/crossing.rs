@@ -6,7 +6,7 @@
 
 use species::{Operator, Rng};
 
-use super::chance::{below, even, happens, weighted};
+use super::chance::{even, happens};
 use super::limits::{LEAST_XFORMS, MOST_XFORMS, bred, in_bytes, within_limits};
 use super::palette;
 use crate::animate::{Loop, Motion, Transition};
@@ -74,7 +74,7 @@ impl Crossing {
 
     /// One by chance.
     pub(super) fn drawn(rng: &mut Rng) -> Crossing {
-        TABLE[weighted(rng, &TABLE.map(|(_, share, _)| f64::from(share)))].0
+        TABLE[rng.weighted(&TABLE.map(|(_, share, _)| f64::from(share))).unwrap_or(0)].0
     }
 }
 
@@ -109,7 +109,7 @@ impl Genome {
 fn alternated(a: &Genome, b: &Genome, rng: &mut Rng) -> Genome {
     let counts = [a.xforms.len(), b.xforms.len()];
     let (few, many) = (counts[0].min(counts[1]), counts[0].max(counts[1]));
-    let count = (few + below(rng, many - few + 1)).clamp(LEAST_XFORMS, MOST_XFORMS);
+    let count = (few + rng.below(many - few + 1)).clamp(LEAST_XFORMS, MOST_XFORMS);
     let mut from_b: Vec<bool> = (0..count).map(|_| happens(rng, 0.5)).collect();
     // A place that one parent lacks is the other's.
     for (place, from_b) in from_b.iter_mut().enumerate() {
@@ -117,7 +117,7 @@ fn alternated(a: &Genome, b: &Genome, rng: &mut Rng) -> Genome {
     }
     // Both have the first two places: a parent that has given nothing gives one of them.
     if from_b.iter().all(|place| *place == from_b[0]) {
-        let place = below(rng, LEAST_XFORMS);
+        let place = rng.below(LEAST_XFORMS);
         from_b[place] ^= true;
     }
     let of = |(place, from_b): (usize, &bool)| if *from_b { &b.xforms[place] } else { &a.xforms[place] };

@@ -6,7 +6,7 @@
 
 use species::{Operator, Rng};
 
-use super::chance::{below, even, happens, normal, pick, weighted};
+use super::chance::{even, happens, pick};
 use super::limits::{LEAST_XFORMS, MOST_XFORMS, bred, reordered, within_limits};
 use super::palette;
 use super::random::{SYMMETRIES, lens, set_chaos, spread_colours, xform};
@@ -99,7 +99,7 @@ impl Mutation {
             if mutation.fits(genome) { f64::from(*share) } else { 0.0 }
         };
         let shares: Vec<f64> = TABLE.iter().map(share).collect();
-        TABLE[weighted(rng, &shares)].0
+        TABLE[rng.weighted(&shares).unwrap_or(0)].0
     }
 
     fn fits(self, genome: &Genome) -> bool {
@@ -119,7 +119,7 @@ impl Mutation {
 
     /// Does it to `genome`, `strength` times as much as usual.
     fn change(self, genome: &mut Genome, strength: f64, rng: &mut Rng) {
-        let one = below(rng, genome.xforms.len());
+        let one = rng.below(genome.xforms.len());
         match self {
             Mutation::Affine => genome.xforms[one].affine = moved(&genome.xforms[one].affine, strength, rng),
             Mutation::Affines => {
@@ -165,7 +165,7 @@ fn changed(mut genome: Genome, mutation: Mutation, strength: f64, rng: &mut Rng)
 
 /// An affine part that is turned, scaled, leans and is shifted.
 fn moved(affine: &Affine, strength: f64, rng: &mut Rng) -> Affine {
-    let by = |deviation: f64, rng: &mut Rng| strength * deviation * normal(rng);
+    let by = |deviation: f64, rng: &mut Rng| strength * deviation * rng.normal();
     let turned = affine.turned(by(TURN, rng));
     let (size, (sin, cos)) = (libm::exp(by(SIZE, rng).clamp(-1.5, 1.5)), libm::sincos(by(LEAN, rng)));
     Affine {
@@ -185,8 +185,8 @@ fn change_variations(xform: &mut Xform, strength: f64, rng: &mut Rng) {
     let new = drawn(&SOFT, rng)[0];
     let (count, is_new) = (variations.len(), variations.iter().all(|variation| variation.kind != new.kind));
     let ways = [is_new && count < MOST_VARIATIONS, is_new && count > 0, count > 1, count > 0];
-    let way = weighted(rng, &ways.map(|is_possible| f64::from(u8::from(is_possible))));
-    let one = below(rng, count.max(1));
+    let way = rng.weighted(&ways.map(|is_possible| f64::from(u8::from(is_possible)))).unwrap_or(0);
+    let one = rng.below(count.max(1));
     match way {
         0 => {
             let weight = even(rng, 0.2, 0.6);
@@ -232,7 +232,7 @@ fn change_symmetry(genome: &mut Genome, rng: &mut Rng) {
 }
 
 fn changed_palette(own: &Palette, rng: &mut Rng) -> Palette {
-    match below(rng, 3) {
+    match rng.below(3) {
         0 => {
             let turn = even(rng, 20.0, 180.0);
             palette::with_hues_turned(own, if happens(rng, 0.5) { turn } else { -turn })
@@ -248,11 +248,11 @@ fn changed_palette(own: &Palette, rng: &mut Rng) -> Palette {
 }
 
 fn change_colours(xforms: &mut [Xform], strength: f64, rng: &mut Rng) {
-    match below(rng, 3) {
+    match rng.below(3) {
         0 => spread_colours(xforms, rng),
         1 => {
             for xform in xforms {
-                xform.color = (xform.color + 0.15 * strength * normal(rng)).clamp(0.0, 1.0);
+                xform.color = (xform.color + 0.15 * strength * rng.normal()).clamp(0.0, 1.0);
             }
         }
         _ => xforms.iter_mut().for_each(|xform| xform.color_speed = even(rng, 0.2, 0.8)),
@@ -261,7 +261,7 @@ fn change_colours(xforms: &mut [Xform], strength: f64, rng: &mut Rng) {
 
 /// Another final transform or none, another opacity, or other preferences.
 fn change_final(genome: &mut Genome, one: usize, rng: &mut Rng) {
-    match below(rng, 3) {
+    match rng.below(3) {
         0 => {
             let is_removed = genome.final_xform.is_some() && happens(rng, 0.5);
             genome.final_xform = (!is_removed).then(|| lens(rng));

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use species::Rng;
 
-use super::chance::{below, even, happens, pick};
+use super::chance::{even, happens, pick};
 use crate::animate::oklab::{Lab, shown, to_oklab, turned};
 use crate::genome::Palette;
 
@@ -85,7 +85,7 @@ const RAMPS: [&[Stop]; 18] = [
 pub(super) fn drawn(rng: &mut Rng) -> Palette {
     let by_chance;
     let ramp: &[Stop] = if happens(rng, OURS) {
-        RAMPS[below(rng, RAMPS.len())]
+        RAMPS[rng.below(RAMPS.len())]
     } else {
         by_chance = ramp(rng);
         &by_chance
@@ -103,9 +103,9 @@ pub(super) fn drawn(rng: &mut Rng) -> Palette {
 
 /// A ramp by chance: hues wander, dark and bright stops take turns.
 fn ramp(rng: &mut Rng) -> Vec<Stop> {
-    let stops = 5 + below(rng, 3);
+    let stops = 5 + rng.below(3);
     let (mut hue, way) = (360.0 * rng.unit(), pick(rng, &[-1.0, 1.0]));
-    let bright = below(rng, stops);
+    let bright = rng.below(stops);
     let stop = |number: usize| {
         // Most steps are small; now and then the ramp goes over to the other side of the circle.
         hue += way * if happens(rng, 0.2) { even(rng, 120.0, 200.0) } else { even(rng, 5.0, 55.0) };

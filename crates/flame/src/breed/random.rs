@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use species::Rng;
 
-use super::chance::{below, even, happens, pick};
+use super::chance::{even, happens, pick};
 use super::palette;
 use super::variety::{Family, LENSES, SOFT, drawn, is_root, of_kind};
 use crate::genome::{Affine, Camera, Genome, PaletteMode, Sampling, Tone, Xform};
@@ -123,7 +123,7 @@ pub(super) fn spread_colours(xforms: &mut [Xform], rng: &mut Rng) {
     let mut colours: Vec<f64> =
         (0..xforms.len()).map(|number| ((number as f64 + 0.2 * rng.signed()) / last).clamp(0.0, 1.0)).collect();
     for at in (1..colours.len()).rev() {
-        colours.swap(at, below(rng, at + 1));
+        colours.swap(at, rng.below(at + 1));
     }
     for (xform, colour) in xforms.iter_mut().zip(colours) {
         xform.color = colour;

@@ -6,7 +6,7 @@
 
 use species::Rng;
 
-use super::chance::{below, even, happens, normal, pick};
+use super::chance::{even, happens, pick};
 use crate::variations::{Kind, Variation};
 
 /// How often a transform has one variation alone; else it has two.
@@ -162,7 +162,7 @@ pub(super) fn changed(variation: &Variation, strength: f64, rng: &mut Rng) -> Va
     for (value, range) in changed.params.iter_mut().zip(ranges(variation.kind)) {
         *value = range.moved(*value, strength, rng);
     }
-    changed.weight *= 1.0 + STRIDE * (strength * normal(rng)).clamp(-3.0, 3.0);
+    changed.weight *= 1.0 + STRIDE * (strength * rng.normal()).clamp(-3.0, 3.0);
     changed
 }
 
@@ -170,7 +170,7 @@ impl Range {
     fn drawn(self, rng: &mut Rng) -> f64 {
         match self {
             Range::Even(from, to) => even(rng, from, to),
-            Range::Whole(from, to) => f64::from(from + below(rng, (to - from + 1) as usize) as i32),
+            Range::Whole(from, to) => f64::from(from + rng.below((to - from + 1) as usize) as i32),
             Range::Of(values) => pick(rng, values),
             Range::One(from, to) => {
                 if happens(rng, 0.6) {
@@ -184,7 +184,7 @@ impl Range {
 
     /// `value` moved; whole numbers stay whole and never become 0.
     fn moved(self, value: f64, strength: f64, rng: &mut Rng) -> f64 {
-        let by = strength * normal(rng);
+        let by = strength * rng.normal();
         match self {
             Range::Even(from, to) | Range::One(from, to) => {
                 value + STRIDE * by * value.abs().max(PART_OF_RANGE * (to - from).abs())
