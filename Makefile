@@ -55,13 +55,13 @@ gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the
 	cargo test --locked --release --package flame --package flock-tools --features gpu --test gpu --target-dir $(gpu)
 	cargo test --locked --release --package flame --features gpu --lib --target-dir $(gpu) -- gpu::
 
-bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, breeding, quality, gpu, import, bundles, display or boot for one part
+bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, breeding, quality, gpu, import, bundles, studio, display or boot for one part
 	.ci/install play check bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image
 	tests/bench/run $(what)
 
-soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, flames against flam3 at 2000 samples per pixel, a thousand genomes of each species, their pictures on an emulated ARM processor, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
+soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, flames against flam3 at 2000 samples per pixel, half an hour of walk in the studio and 50 deaths of its program, a thousand genomes of each species, their pictures on an emulated ARM processor, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
 	.ci/install play check image arm64
 	cargo build --locked --release --workspace
 	image-build/programs $(unit)
@@ -69,6 +69,7 @@ soak: ## the long claims: a day of playing in virtual time, 5 GB of update besid
 	cargo run --locked --release --package flock --example agreement
 	SPP=2000 cargo test --locked --release --package flame --test flam3 -- --nocapture
 	GENOMES=1000 PAIRS=200 MUTANTS=10000 cargo test --locked --release --package claims --test species -- --nocapture
+	EDITS=1000 KILLS=50 WALK_S=1800 cargo test --locked --release --package claims --test it -- --nocapture studio::
 	TASTES=expr,flam3,agents,plant cargo test --locked --release --package flock-tools --lib learns_a_hidden_taste -- --nocapture
 	tests/soak/arm64
 	tests/soak/run

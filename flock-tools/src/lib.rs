@@ -23,6 +23,7 @@
 //! | `breeding` | `dreams pool`, `breed`, `votes`, `family`, `elect`: pools in which sheep are bred, and flocks from them |
 //! | `report` | `dreams report`: a flock as one page |
 //! | `bundles` | `dreams keygen`, `pack`, `publish`, `verify`, `diff`: a flock or a system on its way to units |
+//! | `studio` | `dreams studio`: a page in the browser that does what the commands do |
 //! | `manual` | `dreams completions`, `dreams man` |
 //! | `bin` | the two programs |
 //!
@@ -44,6 +45,7 @@ mod manual;
 mod program;
 mod render;
 mod report;
+mod studio;
 mod walks;
 
 use std::process::ExitCode;
@@ -92,6 +94,7 @@ enum Command {
     Share(walks::share::Args),
     Simulate(walks::simulate::Args),
     Still(render::still::Args),
+    Studio(studio::Args),
     Unlink(curate::unlink::Args),
     Verify(bundles::verify::Args),
     Votes(breeding::votes::Args),
@@ -112,6 +115,7 @@ pub struct FfmpegPart {
     import: FfmpegCommand<import::Args>,
     pack: FfmpegCommand<bundles::pack::Args>,
     render: FfmpegCommand<render::Args>,
+    studio: FfmpegCommand<studio::Args>,
 }
 
 impl FfmpegPart {
@@ -123,6 +127,7 @@ impl FfmpegPart {
             import: |args| import::run(args, &Ffmpeg),
             pack: |args| bundles::pack::run(args, &Ffmpeg),
             render: render::run,
+            studio: |args| studio::run(args, &Ffmpeg),
         }
     }
 }
@@ -168,6 +173,7 @@ fn answer(command: Command, ffmpeg: Option<FfmpegPart>) -> Result<Exit, Fatal> {
         Command::Share(args) => walks::share::run(&args),
         Command::Simulate(args) => walks::simulate::run(&args),
         Command::Still(args) => render::still::run(&args),
+        Command::Studio(args) => (part()?.studio)(&args),
         Command::Unlink(args) => curate::unlink::run(&args),
         Command::Verify(args) => bundles::verify::run(&args),
         Command::Votes(args) => breeding::votes::run(&args),

@@ -39,6 +39,19 @@ mod player {
 mod player_run;
 mod programs;
 mod slurm_cluster;
+mod studio {
+    mod browser;
+    mod edits;
+    mod fence;
+    mod keys;
+    mod killed;
+    mod page;
+    mod playing;
+    mod running;
+    mod sheep;
+    mod sights;
+    mod tasks;
+}
 mod syscall_faults;
 mod tools {
     mod balance;

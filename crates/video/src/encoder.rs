@@ -7,6 +7,7 @@
 
 use crate::code;
 use crate::form::Form;
+use crate::fragments;
 use crate::raw;
 use crate::yuv::Yuv420p;
 use ffmpeg_next as ffmpeg;
@@ -14,6 +15,7 @@ use ffmpeg_next::{Dictionary, Packet, Rational, codec, format, frame};
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use timing::{FrameCount, Rate};
 
@@ -153,6 +155,23 @@ struct Part {
     kept: bool,
 }
 
+impl Part {
+    /// Creates the file of the clip `path`. It is created with a system call: its errors name the cause.
+    fn create(path: &Path, form: &Form, quality: Quality<'_>) -> Result<(Self, File), EncodeError> {
+        raw::redirect_log();
+        Encoder::check(path, form, quality)?;
+        let mut name: OsString = path.as_os_str().to_owned();
+        name.push(".part");
+        let part = Part { path: name.into(), kept: false };
+        if part.path.to_str().is_none_or(|name| name.contains('\0')) {
+            return Err(EncodeError::Name { path: path.to_owned() });
+        }
+        let file = File::create(&part.path);
+        let file = file.map_err(|source| EncodeError::Write { path: path.to_owned(), source })?;
+        Ok((part, file))
+    }
+}
+
 impl Drop for Part {
     fn drop(&mut self) {
         if !self.kept {
@@ -200,28 +219,53 @@ impl Encoder {
         quality: Quality<'_>,
         tags: &[(String, String)],
     ) -> Result<Self, EncodeError> {
-        raw::redirect_log();
-        Self::check(path, form, quality)?;
+        let (part, _) = Part::create(path, form, quality)?;
         let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, error);
-        let mut name: OsString = path.as_os_str().to_owned();
-        name.push(".part");
-        let part = Part { path: name.into(), kept: false };
-        if part.path.to_str().is_none_or(|name| name.contains('\0')) {
-            return Err(EncodeError::Name { path: path.to_owned() });
-        }
-        // The file is created with a system call first: its errors name the cause.
-        File::create(&part.path).map_err(|source| EncodeError::Write { path: path.to_owned(), source })?;
-        let video = x264(form, quality).map_err(at("start x264"))?;
+        let video = x264(form, quality, None).map_err(at("start x264"))?;
         let mut output = format::output_as(&part.path, "mp4").map_err(at("open the file"))?;
-        let mut stream = output.add_stream_with(&video).map_err(at("add the stream"))?;
-        stream.set_time_base(time_base(form));
-        stream.set_avg_frame_rate(time_base(form).invert());
         // `use_metadata_tags` writes any key; without it MP4 has about a dozen, and no licence among them.
         let flags = if tags.is_empty() { "+faststart" } else { "+faststart+use_metadata_tags" };
         // C strings end at a zero byte: such tags are left out.
         let told = tags.iter().filter(|(key, value)| !key.contains('\0') && !value.contains('\0'));
         output.set_metadata(told.map(|(key, value)| (key.as_str(), value.as_str())).collect());
-        let header = Dictionary::from_iter([("movflags", flags), ("fflags", "+bitexact")]);
+        Self::start(path, part, form, video, output, &[("movflags", flags)])
+    }
+
+    /// Starts a clip that others read while it is written: `PATH.part` grows by a fragment as [`fragment`] writes it after
+    /// every `group` frames (1 or more). The pictures take more bits than those of [`Encoder::create`].
+    ///
+    /// # Errors
+    /// As [`Encoder::create`].
+    ///
+    /// [`fragment`]: crate::fragment
+    pub fn create_growing(
+        path: &Path,
+        form: &Form,
+        quality: Quality<'_>,
+        group: NonZero<u32>,
+    ) -> Result<Self, EncodeError> {
+        let (part, file) = Part::create(path, form, quality)?;
+        let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, error);
+        let video = x264(form, quality, Some(group)).map_err(at("start x264"))?;
+        let output = fragments::output(file).map_err(at("open the file"))?;
+        let header = [("movflags", fragments::FLAGS), ("flush_packets", "1")];
+        Self::start(path, part, form, video, output, &header)
+    }
+
+    /// Writes the header.
+    fn start(
+        path: &Path,
+        part: Part,
+        form: &Form,
+        video: codec::encoder::video::Encoder,
+        mut output: format::context::Output,
+        header: &[(&str, &str)],
+    ) -> Result<Self, EncodeError> {
+        let at = |step| move |error: ffmpeg::Error| EncodeError::encode(path, step, error);
+        let mut stream = output.add_stream_with(&video).map_err(at("add the stream"))?;
+        stream.set_time_base(time_base(form));
+        stream.set_avg_frame_rate(time_base(form).invert());
+        let header = header.iter().copied().chain([("fflags", "+bitexact")]).collect();
         output.write_header_with(header).map_err(at("write the header"))?;
         Ok(Self { path: path.to_owned(), part, form: *form, video, output, pushed: 0 })
     }
@@ -308,8 +352,12 @@ fn time_base(form: &Form) -> Rational {
     Rational::new(int(form.fps.den()), int(form.fps.num()))
 }
 
-/// x264, set to the flock's form.
-fn x264(form: &Form, quality: Quality<'_>) -> Result<codec::encoder::video::Encoder, ffmpeg::Error> {
+/// x264, set to the flock's form; with a keyframe after every `group` frames, and without delay, if there is one.
+fn x264(
+    form: &Form,
+    quality: Quality<'_>,
+    group: Option<NonZero<u32>>,
+) -> Result<codec::encoder::video::Encoder, ffmpeg::Error> {
     let x264 = codec::encoder::find_by_name("libx264").ok_or(ffmpeg::Error::EncoderNotFound)?;
     let mut video = codec::Context::new_with_codec(x264).encoder().video()?;
     video.set_width(form.size.0);
@@ -332,7 +380,10 @@ fn x264(form: &Form, quality: Quality<'_>) -> Result<codec::encoder::video::Enco
     // 8x8dct: without it x264 marks the stream as Main. open-gop: off by default, but the form depends on it.
     // cpu-independent: else `mbtree` adds up otherwise on each kind of processor, and with AVX-512 reads memory that
     // nothing was written to (x264 0.164, seen with 64x36).
-    options.set("x264-params", &format!("repeat-headers=1:open-gop=0:8x8dct=1:cpu-independent=1{tuning}"));
+    let prompt = group.map_or_else(String::new, |group| {
+        format!(":keyint={group}:min-keyint={group}:scenecut=0:bframes=0:rc-lookahead=0:sync-lookahead=0")
+    });
+    options.set("x264-params", &format!("repeat-headers=1:open-gop=0:8x8dct=1:cpu-independent=1{tuning}{prompt}"));
     options.set("crf", &quality.crf.to_string());
     if let Some(bits) = quality.max_bits_per_second {
         options.set("maxrate", &bits.to_string());

@@ -3,8 +3,8 @@
 //! Owns all access to video files, and the flock's form. It knows neither the screen nor the walk: clips come in as
 //! paths, frames leave as planes of bytes.
 //!
-//! Start at [`Session`], which turns clips into frames; [`probe`] examines a clip, [`Encoder`] makes one,
-//! [`ForeignVideo`] reads any other video. All `unsafe` stands in `raw.rs`.
+//! Start at [`Session`], which turns clips into frames; [`probe`] examines a clip, [`Encoder`] makes one, [`fragment`] and
+//! [`packets`] copy one for a browser, [`ForeignVideo`] reads any other video. All `unsafe` stands in `raw.rs`.
 #![deny(unsafe_code)]
 
 mod clip;
@@ -13,9 +13,11 @@ mod damage;
 mod encoder;
 mod foreign;
 mod form;
+mod fragments;
 mod frame;
 mod length;
 mod nal;
+mod packets;
 mod pixels;
 mod probe;
 mod quantiser;
@@ -29,7 +31,9 @@ pub use damage::Damage;
 pub use encoder::{EncodeError, Encoder, Quality, Tuning};
 pub use foreign::{ForeignError, ForeignPicture, ForeignVideo, VideoInfo};
 pub use form::{Difference, Form};
+pub use fragments::{FragmentError, Fragments, fragment};
 pub use frame::Frame;
+pub use packets::{ClipPacket, ClipPackets, packets};
 pub use pixels::{Matrix, MatrixRule};
 pub use probe::{Probe, ProbeError, decode_whole, is_shortage, probe};
 pub use session::{ClipNumber, Poll, Session, SessionError, first_frame};

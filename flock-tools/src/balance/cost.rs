@@ -25,7 +25,7 @@ pub(crate) struct Cost {
     /// Its length.
     pub(super) seconds: f64,
     /// Samples to render; `null` if a genome is missing, and for a clip that is there.
-    pub(super) samples: Option<f64>,
+    pub(crate) samples: Option<f64>,
     /// Processor time to render it, measured on a few frames; `null` as above, and if nothing is measured.
     pub(super) cpu_hours: Option<f64>,
     /// Its size, estimated from the clips that are there; `null` if there are none.

@@ -16,7 +16,7 @@ pub(crate) mod breed;
 mod edition;
 pub(crate) mod elect;
 pub(crate) mod family;
-mod nursery;
+pub(crate) mod nursery;
 pub(crate) mod pool;
 mod sheet;
 #[cfg(test)]
@@ -41,17 +41,17 @@ struct GenomeError {
 }
 
 /// Opens the pool at `path` to look at it.
-fn open(path: &Path) -> Result<Folder, Fatal> {
+pub(crate) fn open(path: &Path) -> Result<Folder, Fatal> {
     Folder::open(path).map_err(fatal)
 }
 
 /// Opens the pool at `path` to change it.
-fn open_for_changes(path: &Path) -> Result<Folder, Fatal> {
+pub(crate) fn open_for_changes(path: &Path) -> Result<Folder, Fatal> {
     Folder::open_for_changes(path).map_err(fatal)
 }
 
 /// Ends a command because of a pool.
-fn fatal(error: BreedingError) -> Fatal {
+pub(crate) fn fatal(error: BreedingError) -> Fatal {
     let exit = match &error {
         BreedingError::Exists { .. } | BreedingError::InUse { .. } => Exit::No,
         BreedingError::Io { .. } | BreedingError::NoGenome { .. } => Exit::Unreadable,
@@ -68,7 +68,7 @@ fn fatal(error: BreedingError) -> Fatal {
 }
 
 /// The genome of a sheep.
-fn genome(folder: &Folder, born: &Born) -> Result<Box<dyn Genome>, Fatal> {
+pub(crate) fn genome(folder: &Folder, born: &Born) -> Result<Box<dyn Genome>, Fatal> {
     read(folder.genome(born))
 }
 
@@ -84,6 +84,6 @@ fn read(path: PathBuf) -> Result<Box<dyn Genome>, Fatal> {
 }
 
 /// Today.
-fn today() -> Day {
+pub(crate) fn today() -> Day {
     Day(now::day())
 }

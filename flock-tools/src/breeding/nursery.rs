@@ -15,8 +15,8 @@ use crate::credits::OURS;
 use crate::render::species::all;
 
 /// The loop by which candidates are judged: its frames, and the size that its pictures have the shape of.
-pub(super) const FRAMES: f64 = 384.0;
-pub(super) const SIZE: [u32; 2] = [1280, 720];
+pub(crate) const FRAMES: f64 = 384.0;
+pub(crate) const SIZE: [u32; 2] = [1280, 720];
 
 /// How a stranger is made.
 const RANDOM: &str = "random";
@@ -82,7 +82,7 @@ impl Nursery for Candidates {
 /// How figures of a loop are found: in so many frames, for pictures of a size.
 type Measure = fn(&dyn Motion, f64, [u32; 2], &Threads) -> Result<Figures, RenderError>;
 
-fn judged(genome: &dyn Genome, measure: Measure) -> Result<Traits, Vec<String>> {
+pub(crate) fn judged(genome: &dyn Genome, measure: Measure) -> Result<Traits, Vec<String>> {
     let figures = measured(genome, measure).map_err(|_| vec![REFUSED.to_owned()])?;
     match figures.faults()[..] {
         [] => Ok(traits(&figures)),
@@ -92,7 +92,7 @@ fn judged(genome: &dyn Genome, measure: Measure) -> Result<Traits, Vec<String>> 
 
 /// The figures of a genome's loop.
 /// Errors: [`RenderError`] if it is not drawn.
-pub(super) fn figures(genome: &dyn Genome) -> Result<Figures, RenderError> {
+pub(crate) fn figures(genome: &dyn Genome) -> Result<Figures, RenderError> {
     measured(genome, Figures::of)
 }
 
@@ -102,12 +102,12 @@ fn measured(genome: &dyn Genome, measure: Measure) -> Result<Figures, RenderErro
 }
 
 /// Figures as a pool keeps them.
-pub(super) fn traits(figures: &Figures) -> Traits {
+pub(crate) fn traits(figures: &Figures) -> Traits {
     Traits::new(&figures.compared())
 }
 
 /// The text of the file of a sheep that is born, which says where it comes from.
-pub(super) fn text(born: &Born, genome: &dyn Genome) -> String {
+pub(crate) fn text(born: &Born, genome: &dyn Genome) -> String {
     let lineage = Lineage {
         id: Some(born.id.to_string()),
         parents: born.parents.iter().map(ToString::to_string).collect(),

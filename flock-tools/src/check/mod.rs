@@ -127,6 +127,11 @@ pub(crate) fn every_fault(folder: &Path, flock: &Flock, decoder: &'static dyn De
     Ok(faults)
 }
 
+/// The fault of a join that jumps.
+pub(crate) fn fault_of_jump(join: &JudgedJoin) -> Fault {
+    jump(join).0
+}
+
 /// Every fault of the flock in `folder`: of its size, its graph and its clips.
 fn faults_but_jumps(folder: &Path, flock: &Flock, decoder: DecoderHandle) -> Result<Vec<Fault>, Fatal> {
     let large = file_list::too_large(folder, flock.manifest())?;
@@ -143,7 +148,7 @@ fn require_all_judged(judgement: &Judgement) -> Result<(), Fatal> {
     Err(Fatal::new(Exit::Unreadable, unjudged))
 }
 
-/// The fault of a join that jumps.
+/// The fault of a join that jumps, with its figures.
 fn jump(JudgedJoin { join, figures }: &JudgedJoin) -> (Fault, JoinAnswer) {
     let (before, after) = (join.before.path.clone(), join.after.path.clone());
     let why = figures.worst_in_words();

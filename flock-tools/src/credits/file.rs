@@ -126,6 +126,17 @@ impl CreditsFile {
         Self::parse(&path, text).map_err(|error| Fatal::new(Exit::Malformed, error))
     }
 
+    /// The file with this text, which is not read from the disk.
+    /// Errors: If it is malformed; line and key are named.
+    pub(crate) fn of_text(text: &str) -> Result<Self, Fatal> {
+        Self::parse(Path::new(CREDITS), text.to_owned()).map_err(|error| Fatal::new(Exit::Malformed, error))
+    }
+
+    /// The text, as edited.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
     /// What holds for everything that has neither authors nor a licence.
     pub(crate) fn default(&self) -> &Said {
         &self.default

@@ -59,23 +59,33 @@ impl FlockCredits {
     /// The credits of the flock in `folder`. Genomes that cannot be read tell nothing: `dreams check` names them.
     /// Errors: If `credits.toml` is malformed.
     pub(crate) fn of(folder: &Path, manifest: &Manifest) -> Result<Self, Fatal> {
-        Self::with_genomes(folder, manifest, |_| true)
+        Self::with_genomes(folder, manifest, |_, genome| origin(folder, genome))
+    }
+
+    /// The same, with what `known` says of the origin of each genome: for those who ask often.
+    pub(crate) fn with_origins(
+        folder: &Path,
+        manifest: &Manifest,
+        known: impl Fn(&ClipPath) -> Option<Origin> + Sync,
+    ) -> Result<Self, Fatal> {
+        Self::with_genomes(folder, manifest, |_, genome| known(genome))
     }
 
     /// The same, but a genome is read only where the file does not tell the licence: enough for what is asked of licences.
     pub(crate) fn of_licences(folder: &Path, manifest: &Manifest) -> Result<Self, Fatal> {
-        Self::with_genomes(folder, manifest, |said| said.is_none_or(|said| said.licence.is_none()))
+        let wants = |said: Option<&Said>| said.is_none_or(|said| said.licence.is_none());
+        Self::with_genomes(folder, manifest, |said, genome| wants(said).then(|| origin(folder, genome)).flatten())
     }
 
     fn with_genomes(
         folder: &Path,
         manifest: &Manifest,
-        wants: impl Fn(Option<&Said>) -> bool + Sync,
+        origin: impl Fn(Option<&Said>, &ClipPath) -> Option<Origin> + Sync,
     ) -> Result<Self, Fatal> {
         let file = CreditsFile::read(folder)?;
         let of_sheep = |sheep: &Sheep| {
             let said = file.said(&Subject::Sheep(sheep.id.clone()));
-            let genome = sheep.genome.as_ref().filter(|_| wants(said)).and_then(|genome| origin(folder, genome));
+            let genome = sheep.genome.as_ref().and_then(|genome| origin(said, genome));
             Credit::of_sheep(said, genome.unwrap_or_default(), file.default())
         };
         let sheep: Vec<Credit> = manifest.sheep.par_iter().map(of_sheep).collect();

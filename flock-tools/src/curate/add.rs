@@ -13,8 +13,8 @@ use crate::decoder::DecoderHandle;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, arguments, print};
 
-/// Frames of a loop that is yet to be rendered, by default: 26 seconds at 30 per second.
-pub(crate) const FRAMES: u32 = 768;
+/// Frames of a loop that is yet to be rendered, by default.
+pub(crate) const FRAMES: u32 = flock::paths::LOOP_FRAMES;
 
 /// Add a sheep: from a genome, a loop or both
 ///

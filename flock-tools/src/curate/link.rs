@@ -17,8 +17,8 @@ use crate::flock_folder::{ids, paths};
 use crate::program::{Exit, Fatal, arguments, print};
 use crate::render::species;
 
-/// Frames of a transition that is yet to be rendered, by default: 13 seconds at 30 per second.
-pub(crate) const FRAMES: u32 = 384;
+/// Frames of a transition that is yet to be rendered, by default.
+pub(crate) const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;
 
 /// Add transitions from sheep to sheep
 ///

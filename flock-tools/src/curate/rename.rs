@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use flock::{Clip, ClipPath, Edit, EditError, SheepId};
+use flock::SheepId;
 
 use super::EditSession;
 use super::files;
-use crate::flock_folder::{ids, paths};
+use crate::flock_folder::ids;
 use crate::program::{Exit, Fatal, print};
 
 /// Give a sheep another id
@@ -53,8 +53,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let mut session = EditSession::start(&args.dir)?;
     let mut moves = BTreeMap::new();
     session.edit(|edit| {
-        edit.rename(old, new)?;
-        moves = rename_paths(edit, old, new)?;
+        moves = edit.rename_with_files(old, new)?;
         Ok(())
     })?;
     session.rename_credits(old, new)?;
@@ -70,34 +69,6 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
         count => format!(", and {}", print::count(count, "file")),
     };
     result.print(&format!("renamed `{old}` to `{new}`{files}"), args.json)
-}
-
-/// Renames in the manifest the files of the sheep, now called `new`, that are named after `old`; returns their paths.
-fn rename_paths(edit: &mut Edit, old: &SheepId, new: &SheepId) -> Result<BTreeMap<ClipPath, ClipPath>, EditError> {
-    let mut moves = BTreeMap::new();
-    let mut renamed = |path: &ClipPath| {
-        let to = paths::renamed(path, old, new)?;
-        moves.insert(path.clone(), to.clone());
-        Some(to)
-    };
-    let mut moved = |clip: &Clip| Some(Clip { path: renamed(&clip.path)?, ..clip.clone() });
-    let manifest = edit.shared_manifest();
-    for sheep in manifest.sheep.iter().filter(|sheep| sheep.id == *new) {
-        if let Some(clip) = sheep.clip.as_ref().and_then(&mut moved) {
-            edit.set_loop(new, clip)?;
-        }
-    }
-    for t in manifest.transitions.iter().filter(|t| t.from == *new || t.to == *new) {
-        if let Some(clip) = moved(&t.clip) {
-            edit.set_transition_clip(&t.from, &t.to, clip)?;
-        }
-    }
-    for genome in manifest.sheep.iter().filter(|sheep| sheep.id == *new).filter_map(|sheep| sheep.genome.as_ref()) {
-        if let Some(genome) = renamed(genome) {
-            edit.set_genome(new, genome)?;
-        }
-    }
-    Ok(moves)
 }
 
 /// Copies the file `old` to `new`, for a moment or for good: a sheep of another name may have the same clip. A hard link

@@ -1,62 +1,56 @@
-//! A flock's manifest, locked while one command edits it.
+//! A flock's manifest, locked while one command edits it, with the exit statuses of what may fail.
 //!
-//! Owns the lock, and the check before saving: the edited text must read back as the edited manifest. The commands decide
-//! what to edit, on [`Draft::edit`].
+//! Owns the statuses; `flock::Draft` has the lock and the check before saving. The commands decide what to edit, on
+//! [`flock::Draft::edit`].
 //!
 //! Start at [`Draft::lock`].
 
-use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::ops::{Deref, DerefMut};
+use std::path::Path;
 
-use flock::{Edit, FILE_NAME, ManifestError};
+use flock::DraftError;
 
 use crate::flock_folder::open;
 use crate::program::{Exit, Fatal};
 
 /// The manifest of a flock, locked by one command.
 #[derive(Debug)]
-pub(crate) struct Draft {
-    /// The manifest and its text.
-    pub(crate) edit: Edit,
-    path: PathBuf,
-    /// The folder, locked while it is open: a second command that edits this flock waits.
-    _lock: Option<File>,
-}
-
-/// A manifest that was not saved, because of a bug of ours. It is as it was.
-#[derive(Debug, thiserror::Error)]
-#[error("`{path}` was not saved: the edited text does not read back as the edited manifest")]
-struct DraftError {
-    path: PathBuf,
-}
+pub(crate) struct Draft(flock::Draft);
 
 impl Draft {
     /// Locks the manifest of the flock in `folder`; waits while another command has it. It may be without sheep.
     pub(crate) fn lock(folder: &Path) -> Result<Self, Fatal> {
-        // On a file system without locks the artist must not edit twice at once.
-        let lock = File::open(folder).ok().filter(|folder| folder.lock().is_ok());
-        let path = folder.join(FILE_NAME);
-        let read = fs::read_to_string(&path).map_err(|source| ManifestError::Read { path: path.clone(), source });
-        let edit = read.and_then(|text| Edit::parse(text, &path)).map_err(open::manifest_fatal)?;
-        Ok(Self { edit, path, _lock: lock })
+        flock::Draft::lock(folder).map(Self).map_err(open::manifest_fatal)
     }
 
     /// Saves the manifest as edited.
     pub(crate) fn save(self) -> Result<(), Fatal> {
-        let Self { edit, path, _lock } = self;
-        let Some(text) = edit.into_text() else { return Err(Fatal::new(Exit::Unreadable, DraftError { path })) };
-        durable::save(&path, text.as_bytes()).map_err(|source| Fatal::file("save", &path, source))
+        self.0.save().map_err(fatal)
     }
 
     /// Saves the manifest as edited, and keeps it locked for more edits.
     pub(crate) fn save_and_go_on(&mut self) -> Result<(), Fatal> {
-        let text = self.edit.text();
-        let read = Edit::parse(text.clone(), &self.path).ok().filter(|read| read.manifest() == self.edit.manifest());
-        let Some(read) = read else {
-            return Err(Fatal::new(Exit::Unreadable, DraftError { path: self.path.clone() }));
-        };
-        durable::save(&self.path, text.as_bytes()).map_err(|source| Fatal::file("save", &self.path, source))?;
-        self.edit = read;
-        Ok(())
+        self.0.save_and_go_on().map_err(fatal)
+    }
+}
+
+impl Deref for Draft {
+    type Target = flock::Draft;
+
+    fn deref(&self) -> &flock::Draft {
+        &self.0
+    }
+}
+
+impl DerefMut for Draft {
+    fn deref_mut(&mut self) -> &mut flock::Draft {
+        &mut self.0
+    }
+}
+
+fn fatal(error: DraftError) -> Fatal {
+    match error {
+        DraftError::Save { path, source } => Fatal::file("save", &path, source),
+        mismatch @ DraftError::Mismatch { .. } => Fatal::new(Exit::Unreadable, mismatch),
     }
 }

@@ -1,76 +1,14 @@
-//! The usual paths of a flock's files.
+//! The usual paths of a flock's files, as `flock` has them, and files beside them.
 //!
-//! Owns the folders and the names that the tools give; a manifest may name any others. Never touches a file.
+//! Owns nothing but names; `flock::paths` says what they are. Never touches a file.
 
 use std::path::{Path, PathBuf};
 
-use flock::{ClipPath, SheepId};
-
-/// The folders of a new flock.
-pub(crate) const FOLDERS: [&str; 3] = ["genomes", "loops", "transitions"];
-/// The file that says who made what, beside the manifest.
-pub(crate) const CREDITS: &str = "credits.toml";
-/// The ending of clips.
-pub(crate) const CLIP: &str = "mp4";
-/// The ending of genomes.
-pub(crate) const GENOME: &str = "flam3";
-
-/// The genome of the sheep `id`.
-pub(crate) fn genome(id: &SheepId, ending: &str) -> ClipPath {
-    path(&format!("genomes/{id}.{ending}"))
-}
-
-/// The loop of the sheep `id`.
-pub(crate) fn of_loop(id: &SheepId, ending: &str) -> ClipPath {
-    path(&format!("loops/{id}.{ending}"))
-}
-
-/// The transition from `from` to `to`.
-pub(crate) fn of_transition(from: &SheepId, to: &SheepId, ending: &str) -> ClipPath {
-    path(&format!("transitions/{from}={to}.{ending}"))
-}
-
-/// `path` with the sheep `old` called `new`, if it has the usual name, in any folder.
-pub(crate) fn renamed(path: &ClipPath, old: &SheepId, new: &SheepId) -> Option<ClipPath> {
-    let (folder, name) = path.as_str().rsplit_once('/').map_or(("", path.as_str()), |(folder, name)| (folder, name));
-    let (stem, ending) = name.rsplit_once('.')?;
-    let ids: Vec<&str> = stem.split('=').collect();
-    if ids.len() > 2 || !ids.contains(&old.as_str()) {
-        return None;
-    }
-    let ids: Vec<&str> = ids.into_iter().map(|id| if id == old.as_str() { new.as_str() } else { id }).collect();
-    let slash = if folder.is_empty() { "" } else { "/" };
-    ClipPath::new(&format!("{folder}{slash}{}.{ending}", ids.join("="))).ok()
-}
+pub(crate) use flock::paths::{CLIP, CREDITS, FOLDERS, GENOME, genome, of_loop, of_transition};
 
 /// `path` with `suffix` after its name.
 pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(suffix);
     name.into()
-}
-
-fn path(text: &str) -> ClipPath {
-    ClipPath::new(text).expect("ids have no characters that a path cannot have")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_is_renamed_with_its_sheep_where_it_bears_its_name() {
-        let id = |text| SheepId::new(text).unwrap();
-        let renamed = |path: &str| {
-            let path = renamed(&ClipPath::new(path).unwrap(), &id("1.2"), &id("ram"));
-            path.map(|path| path.as_str().to_owned())
-        };
-        assert_eq!(renamed("loops/1.2.mp4").as_deref(), Some("loops/ram.mp4"));
-        assert_eq!(renamed("1.2=1.2.mp4").as_deref(), Some("ram=ram.mp4"));
-        assert_eq!(renamed("a/b/x=1.2.mp4").as_deref(), Some("a/b/x=ram.mp4"));
-        for other in ["loops/1.2", "loops/1.2.3.mp4", "1.2/x.mp4", "loops/a1.2.mp4", "a=b=1.2.mp4"] {
-            assert_eq!(renamed(other), None, "{other}");
-        }
-        assert_eq!(of_transition(&id("a"), &id("b"), CLIP).as_str(), "transitions/a=b.mp4");
-    }
 }

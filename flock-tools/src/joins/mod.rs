@@ -70,7 +70,12 @@ impl Join {
 
 /// Judges every join of the flock in `folder`, on all cores. Only the ends of its clips are decoded. After each clip
 /// `progress` is given the number of joins that were judged at its end; [`count`] is the number of all.
-fn judge(folder: &Path, manifest: &Manifest, decoder: &dyn Decoder, progress: impl Fn(usize) + Sync) -> Judgement {
+pub(crate) fn judge(
+    folder: &Path,
+    manifest: &Manifest,
+    decoder: &dyn Decoder,
+    progress: impl Fn(usize) + Sync,
+) -> Judgement {
     let mut by_clip: HashMap<Clip, usize> = HashMap::new();
     let mut groups: Vec<Vec<Join>> = Vec::new();
     for join in list::all(manifest) {
@@ -135,7 +140,7 @@ pub(crate) fn draw(
 }
 
 /// The number of joins that `manifest` has.
-fn count(manifest: &Manifest) -> usize {
+pub(crate) fn count(manifest: &Manifest) -> usize {
     list::all(manifest).len()
 }
 

@@ -11,7 +11,7 @@ use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use diagnostics::Exit;
+use diagnostics::{Exit, chain};
 
 use super::print::{self, AnswerError};
 
@@ -51,6 +51,11 @@ impl Fatal {
     /// Ends because the file or the folder at `path` cannot be written.
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
         Self::file("write", path, source)
+    }
+
+    /// The error with its causes, in one line.
+    pub(crate) fn in_words(&self) -> String {
+        chain(&*self.error)
     }
 
     /// Adds what to do about it.

@@ -3,6 +3,7 @@
 //! Owns [`Stopwatch`], and the date in a bundle, which is for people to read. Nothing that the tools make depends on the
 //! date.
 
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -51,6 +52,19 @@ pub(crate) fn day() -> u32 {
     u32::try_from(since.as_secs() / votes::DAY_S).unwrap_or(u32::MAX)
 }
 
+/// Now, in milliseconds since 1 January 1970.
+#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+pub(crate) fn since_1970_ms() -> u64 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}
+
+/// The time since it was asked for first.
+pub(crate) fn since_start() -> Duration {
+    static START: LazyLock<Stopwatch> = LazyLock::new(Stopwatch::start);
+    START.wall()
+}
+
 /// Waits for the time `wait`, or until `stop` is set.
 pub(crate) fn pause(wait: Duration, stop: &AtomicBool) {
     let tick = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
@@ -61,8 +75,16 @@ pub(crate) fn pause(wait: Duration, stop: &AtomicBool) {
     }
 }
 
+/// Processor time of the calling thread since it began.
+pub(crate) fn thread_cpu() -> Duration {
+    duration(clock_gettime(ClockId::ThreadCPUTime))
+}
+
 fn cpu() -> Duration {
-    let Timespec { tv_sec, tv_nsec } = clock_gettime(ClockId::ProcessCPUTime);
+    duration(clock_gettime(ClockId::ProcessCPUTime))
+}
+
+fn duration(Timespec { tv_sec, tv_nsec }: Timespec) -> Duration {
     let part = |number: i64| u64::try_from(number).unwrap_or(0);
     Duration::from_secs(part(tv_sec)) + Duration::from_nanos(part(tv_nsec))
 }

@@ -99,6 +99,22 @@ pub(crate) enum MakeError {
     },
 }
 
+/// Follows a run.
+pub(crate) trait Watch: Sync {
+    /// Returns when the next frame may be begun.
+    fn hold(&self);
+    /// `done` of `of` frames are there, rendered by this run or by an earlier one.
+    fn rendered(&self, done: u64, of: u64);
+}
+
+/// Nobody follows the run.
+struct Unwatched;
+
+impl Watch for Unwatched {
+    fn hold(&self) {}
+    fn rendered(&self, _: u64, _: u64) {}
+}
+
 /// Makes `clips` in `folder`, or this run's part of them, except those that an earlier run made from the same recipe.
 /// `finished` is called for each clip that is in its place.
 /// Errors: [`MakeError`] names the clip. Finished clips and rendered frames are kept.
@@ -108,6 +124,19 @@ pub(crate) fn make<'a>(
     folder: &Path,
     options: &RunOptions,
     finished: &(dyn Fn(&ClipPlan, ClipHash) + Sync),
+) -> Result<RunResult, MakeError> {
+    make_watched(clips, look, folder, options, finished, &Unwatched)
+}
+
+/// The same; `watch` follows it.
+/// Errors: As [`make`].
+pub(crate) fn make_watched<'a>(
+    clips: impl IntoIterator<Item = &'a ClipPlan>,
+    look: &Look,
+    folder: &Path,
+    options: &RunOptions,
+    finished: &(dyn Fn(&ClipPlan, ClipHash) + Sync),
+    watch: &dyn Watch,
 ) -> Result<RunResult, MakeError> {
     let clips: Vec<_> = clips.into_iter().collect();
     let part = &options.part;
@@ -120,6 +149,9 @@ pub(crate) fn make<'a>(
         folder,
         options,
         finished,
+        watch,
+        there: AtomicU64::new(0),
+        of: frames(&clips, part),
         progress: if options.shows_progress {
             FrameProgress::new(frames(&clips, part))
         } else {
@@ -163,6 +195,10 @@ struct Pool<'a> {
     folder: &'a Path,
     options: &'a RunOptions,
     finished: &'a (dyn Fn(&ClipPlan, ClipHash) + Sync),
+    watch: &'a dyn Watch,
+    /// Frames that are there, of all.
+    there: AtomicU64,
+    of: u64,
     progress: FrameProgress,
     queue: Mutex<Queue<'a>>,
     outcomes: Mutex<Vec<Outcome>>,
@@ -197,7 +233,11 @@ impl<'a> Pool<'a> {
     fn run_tasks(&self) -> Result<(), MakeError> {
         let threads = Threads::new(1).map_err(|error| MakeError::Threads { reason: error.to_string() })?;
         let threads = threads.with_stop_flag(Arc::clone(&self.options.stop));
-        while !self.options.stop.load(Ordering::Relaxed) {
+        loop {
+            self.watch.hold();
+            if self.options.stop.load(Ordering::Relaxed) {
+                break;
+            }
             let Some(task) = self.next()? else { break };
             self.run(&task, &threads)?;
         }
@@ -224,7 +264,7 @@ impl<'a> Pool<'a> {
                 Claim::Job(_, missing) if missing.is_empty() && !part.is_encoded() => (Outcome::Rendered, missing),
                 Claim::Job(job, missing) => {
                     let job = Arc::new(job);
-                    self.progress.skip(frames_in(clip, part) - missing.len() as u64);
+                    self.skip(frames_in(clip, part) - missing.len() as u64);
                     if missing.is_empty() {
                         return Ok(Some(Task { job, frame: None }));
                     }
@@ -232,7 +272,7 @@ impl<'a> Pool<'a> {
                     continue;
                 }
             };
-            self.progress.skip(frames_in(clip, part) - missing.len() as u64);
+            self.skip(frames_in(clip, part) - missing.len() as u64);
             self.set_outcome(number, outcome);
         }
     }
@@ -246,6 +286,7 @@ impl<'a> Pool<'a> {
             let last = job.store(frame, &picture)?;
             self.frames.fetch_add(1, Ordering::Relaxed);
             self.progress.add(1);
+            self.tell(1);
             if !last {
                 return Ok(());
             }
@@ -262,6 +303,17 @@ impl<'a> Pool<'a> {
             }
         }
         Ok(())
+    }
+
+    /// So many frames are there from earlier runs.
+    fn skip(&self, frames: u64) {
+        self.progress.skip(frames);
+        self.tell(frames);
+    }
+
+    /// So many more frames are there.
+    fn tell(&self, frames: u64) {
+        self.watch.rendered(self.there.fetch_add(frames, Ordering::Relaxed) + frames, self.of);
     }
 
     fn set_outcome(&self, number: usize, outcome: Outcome) {

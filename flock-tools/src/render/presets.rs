@@ -89,6 +89,11 @@ pub(crate) struct LookArgs {
 }
 
 impl LookArgs {
+    /// Those of a command line that has only this preset, or none.
+    pub(crate) fn of_preset(preset: Option<Preset>) -> Self {
+        Self { preset, seed: SEED, ..Self::default() }
+    }
+
     /// The look of clips of `form`.
     pub(crate) fn look(&self, form: Form) -> Look {
         let values = self.preset.map(Preset::values);
@@ -151,6 +156,13 @@ mod tests {
         let mixed = look(&["--preset", "draft", "--spp", "7", "--crf", "30"]);
         assert_eq!((mixed.spp, mixed.supersample, mixed.quality.crf), (Some(7.0), Some(1), 30.0));
         assert_eq!(look(&["--preset", "screen"]).quality, look(&[]).quality);
+    }
+
+    #[test]
+    fn a_preset_alone_is_the_command_line_with_nothing_else() {
+        let form = Form { size: (64, 36), fps: Rate::new(30, 1).unwrap() };
+        assert_eq!(LookArgs::of_preset(None).look(form), look(&[]));
+        assert_eq!(LookArgs::of_preset(Some(Preset::Draft)).look(form), look(&["--preset", "draft"]));
     }
 
     #[test]

@@ -247,7 +247,7 @@ impl<'a> Genomes<'a> {
 
 /// The frames in which a sheep without a loop turns once, so that transitions to it and from it meet in speed: the most
 /// frequent length of loops in the flock, the longer of two; without any loop, twice the longest transition.
-fn usual_turn(manifest: &Manifest) -> FrameCount {
+pub(crate) fn usual_turn(manifest: &Manifest) -> FrameCount {
     let mut counts: HashMap<u32, usize> = HashMap::new();
     for clip in manifest.sheep.iter().filter_map(|sheep| sheep.clip.as_ref()) {
         *counts.entry(clip.frames.0).or_insert(0) += 1;

@@ -21,7 +21,7 @@ const GREY: f64 = 0.015;
 
 /// A colour of the screen; as text it is CSS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Colour([u8; 3]);
+pub(crate) struct Colour([u8; 3]);
 
 /// Lightness from 0 to 1, and two axes of colour: green to red, blue to yellow.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,7 @@ impl Colour {
     /// The most striking colour of a picture: the mean of its strongest hue, without the dark background.
     ///
     /// * `rgb`: 8 bits each of red, green and blue, pixel after pixel.
-    pub(super) fn of_picture(rgb: &[u8]) -> Self {
+    pub(crate) fn of_picture(rgb: &[u8]) -> Self {
         let mut sums = [[0.0; 4]; HUES];
         for pixel in rgb.as_chunks().0 {
             let Lab { l, a, b } = Lab::of(*pixel);

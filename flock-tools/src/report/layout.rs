@@ -11,7 +11,7 @@
 use std::collections::VecDeque;
 
 /// A point of the plane.
-pub(super) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// The weight of a sheep's own anchor in the smoothing, against one neighbour; and the size of flock in which it is twice
 /// that, because there one transition is a large part of all.
@@ -41,7 +41,7 @@ const MOST_IN_PAIRS: usize = 2000;
 ///
 /// # Source
 /// Gansner, Koren & North, *Graph Drawing by Stress Majorization* (2004); the pull towards anchors is ours.
-pub(super) fn places(ids: &[&str], pairs: &[(usize, usize)]) -> Vec<Point> {
+pub(crate) fn places(ids: &[&str], pairs: &[(usize, usize)]) -> Vec<Point> {
     let neighbours = neighbours(ids.len(), pairs);
     let own: Vec<Point> = ids.iter().map(|id| own_place(id)).collect();
     let mut at = smoothed(&neighbours, &own);
@@ -73,7 +73,7 @@ fn neighbours(n: usize, pairs: &[(usize, usize)]) -> Vec<Vec<usize>> {
 }
 
 /// A point in the unit circle, a function of `id`.
-fn own_place(id: &str) -> Point {
+pub(crate) fn own_place(id: &str) -> Point {
     let mut numbers = Numbers::of(id);
     loop {
         let at = [2.0 * numbers.next() - 1.0, 2.0 * numbers.next() - 1.0];

@@ -7,7 +7,7 @@
 //! Start at [`run`].
 
 mod balance;
-mod colour;
+pub(crate) mod colour;
 mod credits;
 mod dot;
 mod facts;
@@ -15,9 +15,9 @@ mod graphml;
 mod html;
 mod joins;
 mod large_facts;
-mod layout;
+pub(crate) mod layout;
 mod packed;
-mod picture;
+pub(crate) mod picture;
 mod suggestions;
 mod walk;
 

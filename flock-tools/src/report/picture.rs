@@ -76,20 +76,26 @@ impl Picture {
     /// `pixels` in at most about `most` bytes. `None` if they are no picture.
     pub(super) fn of(pixels: &Thumbnail, most: usize) -> Option<Self> {
         let colour = Colour::of_picture(&pixels.rgb);
-        let (width, height) = (u16::try_from(pixels.size.0).ok()?, u16::try_from(pixels.size.1).ok()?);
-        let mut bytes = Vec::new();
-        for quality in QUALITIES {
-            bytes.clear();
-            let mut encoder = Encoder::new(&mut bytes, quality);
-            encoder.set_sampling_factor(SamplingFactor::F_2_2);
-            encoder.encode(&pixels.rgb, width, height, ColorType::Rgb).ok()?;
-            if bytes.len() <= most {
-                break;
-            }
-        }
+        let bytes = jpeg(pixels, most)?;
         let url = format!("data:image/jpeg;base64,{}", Base64::encode_to_string(&bytes).ok()?);
         Some(Self { url, size: pixels.size, colour })
     }
+}
+
+/// `pixels` as a JPEG in at most about `most` bytes. `None` if they are no picture.
+pub(crate) fn jpeg(pixels: &Thumbnail, most: usize) -> Option<Vec<u8>> {
+    let (width, height) = (u16::try_from(pixels.size.0).ok()?, u16::try_from(pixels.size.1).ok()?);
+    let mut bytes = Vec::new();
+    for quality in QUALITIES {
+        bytes.clear();
+        let mut encoder = Encoder::new(&mut bytes, quality);
+        encoder.set_sampling_factor(SamplingFactor::F_2_2);
+        encoder.encode(&pixels.rgb, width, height, ColorType::Rgb).ok()?;
+        if bytes.len() <= most {
+            break;
+        }
+    }
+    Some(bytes)
 }
 
 /// The first frame of `clip`, shrunk to `size`, if it is there and in the flock's form.
@@ -101,11 +107,21 @@ fn first_frame(decoder: &dyn Decoder, folder: &Path, clip: &Clip, form: &Form, s
 
 /// `frame` shrunk to `size`, which is not larger than it.
 fn averaged(frame: &Yuv420p, size: (u32, u32)) -> Option<Thumbnail> {
+    averaged_planes(frame.planes(), frame.strides(), frame.size(), size)
+}
+
+/// The same of the Y, U and V of a frame of `full` size, whose rows begin every `strides` bytes.
+pub(crate) fn averaged_planes(
+    planes: [&[u8]; 3],
+    strides: [usize; 3],
+    full: (u32, u32),
+    size: (u32, u32),
+) -> Option<Thumbnail> {
     let mut samples = Vec::with_capacity((size.0 * size.1 * 3 / 2) as usize);
-    for (number, plane) in frame.planes().into_iter().enumerate() {
+    for (number, (plane, stride)) in planes.into_iter().zip(strides).enumerate() {
         let half = u32::from(number > 0);
-        let [full, small] = [frame.size(), size].map(|size| ((size.0 >> half) as usize, (size.1 >> half) as usize));
-        shrink(plane, full.0, full, small, &mut samples);
+        let [full, small] = [full, size].map(|size| ((size.0 >> half) as usize, (size.1 >> half) as usize));
+        shrink(plane, stride, full, small, &mut samples);
     }
     let rgb = Yuv420p::from_planes(size.0, size.1, &samples).ok()?.to_rgb8();
     Some(Thumbnail { size, rgb })

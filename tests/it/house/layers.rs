@@ -23,6 +23,7 @@ const LAYERS: &[(&str, u8)] = &[
     ("video", 1),
     ("votes", 1),
     ("bundle", 2),
+    ("studio", 2),
     ("flock-tools", 3),
     ("player", 3),
     ("claims", 4),

@@ -46,6 +46,8 @@ const KINDS: &[(&str, &[&str])] = &[
     ("crates/flock/proptest-regressions", &["*.txt"]),
     ("crates/flock/src/edit/tests", &["*.rs", "*.toml"]),
     ("crates/flock/src/walk/itinerary", &["*.rs", "place"]),
+    ("crates/studio", &["Cargo.toml", "*.rs", "tsconfig.json"]),
+    ("crates/studio/page", &["*.css", "*.html", "*.js", "*.d.ts"]),
     (
         "docs",
         &[
@@ -58,6 +60,7 @@ const KINDS: &[(&str, &[&str])] = &[
             "security.md",
             "sending.md",
             "species.md",
+            "studio.md",
             "tutorial.md",
             "votes.md",
             "*.png",
@@ -112,10 +115,12 @@ const KINDS: &[(&str, &[&str])] = &[
         ],
     ),
     ("tests", &["Cargo.toml", "*.rs", "*.py", SCRIPT]),
+    ("tests/bench/studio", &["*.rs", "*.js"]),
     ("tests/fixtures", &["flock.toml"]),
     ("tests/fixtures/format-1", &["*"]),
     ("tests/fixtures/keys", &["artist.key", "artist.pub"]),
     ("tests/image", &["*.rs", "light-flock", "writable.txt"]),
+    ("tests/it/studio", &["*.rs", "*.js"]),
     ("tests/package", &["inside", SCRIPT]),
     ("tests/vkms", &["*.config", SCRIPT]),
 ];

@@ -79,3 +79,25 @@ fn whole_clips_decode_cleanly() {
         }
     }
 }
+
+#[test]
+fn frames_that_are_chosen_are_those_of_the_whole_clip_bit_for_bit() {
+    let folder = TempDir::new().unwrap();
+    for (name, frames, how) in KINDS {
+        let path = clip(folder.path(), name, frames, how);
+        let all = framemd5(&path);
+        for chosen in [vec![0, 1], vec![frames - 1], (0..frames).step_by(5).collect(), vec![7, 3, 3, frames + 1]] {
+            let open = || Clip::open(&path, &form(), FrameCount(frames)).unwrap().selection(&chosen);
+            let mut expected: Vec<u32> = chosen.iter().copied().filter(|frame| *frame < frames).collect();
+            expected.sort_unstable();
+            expected.dedup();
+            // Twice in a row: what one leaves out must not harm the next.
+            let played = play([open(), open()], 1);
+            for clip in [0, 1] {
+                let expected: Vec<_> = expected.iter().map(|frame| all[*frame as usize].clone()).collect();
+                assert_eq!(played.hashes(clip), expected, "{name} {chosen:?}");
+                assert_eq!(played.ends[clip as usize].2, [], "{name} {chosen:?}");
+            }
+        }
+    }
+}

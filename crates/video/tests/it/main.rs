@@ -9,4 +9,5 @@ mod clips;
 mod damage;
 mod encoding;
 mod foreign;
+mod fragments;
 mod joins;

@@ -1,5 +1,5 @@
 // The flock as a graph. A disc's area is the sheep's share, the dashed ring's its want, its colour their ratio; an
-// arrow is the broader the more often the transition is taken.
+// arrow is the broader the more often the transition is taken. The outlines of arrows are those of the studio's page.
 
 const stage = $('#flock svg')
 const view = { width: 0, height: 0, unit: 0, margin: 0, zoom: 1, x: 0, y: 0 }
@@ -62,47 +62,16 @@ function drawName(one) {
   return draw('text', { x, y: y + Math.max(radius(one.visits), radius(one.want)) + 14 }, short(one.id))
 }
 
-const short = id => id.length > 18 ? `${id.slice(0, 8)}…${id.slice(-8)}` : id
-
 function drawArrow({ from, to, visits }) {
   const width = Math.max(0.35, Math.min(5, 0.085 * view.unit * Math.sqrt(visits * transitions.length)))
   const strength = Math.min(1, 0.3 + 0.7 * visits * transitions.length / 4)
   return draw('path', {
-    d: from === to ? around(sheep[from], width) : across(sheep[from], sheep[to], width),
+    d: from === to ? around(circle(sheep[from]), width) : across(circle(sheep[from]), circle(sheep[to]), width),
     class: visits ? 'arrow' : 'arrow never', style: `--strength: ${strength.toFixed(2)}`,
   })
 }
 
-// A bent arrow between two discs, so that opposite transitions do not cover each other.
-function across(from, to, width) {
-  const [ax, ay] = place(from), [bx, by] = place(to)
-  const far = Math.hypot(bx - ax, by - ay) || 1
-  const [nx, ny] = [-(by - ay) / far, (bx - ax) / far]
-  const bend = Math.min(0.16 * far, 70)
-  const [cx, cy] = [(ax + bx) / 2 + bend * nx, (ay + by) / 2 + bend * ny]
-  const [sx, sy] = towards(ax, ay, cx, cy, radius(from.visits) + 1)
-  const [ex, ey] = towards(bx, by, cx, cy, radius(to.visits) + 2)
-  const head = Math.min(2.2 + 2.4 * width, 0.4 * far)
-  const [hx, hy] = towards(ex, ey, cx, cy, head)
-  const side = (x, y, tx, ty, by) => { const l = Math.hypot(tx - x, ty - y) || 1; return [x - by * (ty - y) / l, y + by * (tx - x) / l] }
-  const half = width / 2, wing = half + 1 + 0.7 * width
-  const points = [
-    side(sx, sy, cx, cy, half), [cx + half * nx, cy + half * ny], side(hx, hy, ex, ey, half), side(hx, hy, ex, ey, wing), [ex, ey],
-    side(hx, hy, ex, ey, -wing), side(hx, hy, ex, ey, -half), [cx - half * nx, cy - half * ny], side(sx, sy, cx, cy, -half),
-  ].map(point => point.map(number => number.toFixed(1)).join(' '))
-  return `M${points[0]}Q${points[1]} ${points[2]}L${points[3]}L${points[4]}L${points[5]}L${points[6]}Q${points[7]} ${points[8]}Z`
-}
-function towards(x, y, tx, ty, by) {
-  const far = Math.hypot(tx - x, ty - y) || 1
-  return [x + by * (tx - x) / far, y + by * (ty - y) / far]
-}
-
-// A transition from a sheep to itself
-function around(one, width) {
-  const [x, y] = place(one), size = radius(one.visits), w = 0.6 * size + 5
-  const top = y - size
-  return `M${x - w / 2} ${top}c${-w} ${-1.6 * w} ${2 * w} ${-1.6 * w} ${w} 0l${-width} 0c${w - width} ${-1.3 * w} ${-1.9 * w} ${-1.3 * w} ${-w + 2 * width} 0z`
-}
+const circle = one => { const [x, y] = place(one); return { x, y, r: radius(one.visits) } }
 
 function showLooked(at) {
   stage.classList.toggle('looking', at !== null)

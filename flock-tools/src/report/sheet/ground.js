@@ -1,4 +1,5 @@
-// What all parts of a page use: elements, words for numbers, and the sheep that is looked at.
+// What all parts of a page use: elements, words for sheep, and the sheep that is looked at. Words for numbers are those of
+// the studio's page.
 
 // Shares and wants are of all visits, or of the time on screen, where a sheep without a loop has neither.
 const [often, seldom, oftener, seldomer] =
@@ -30,32 +31,8 @@ const picture = (at, name = '') => sheep[at].picture
   ? make('img', { src: sheep[at].picture, alt: name, decoding: 'async' })
   : make('span', { class: 'swatch', style: `background: ${sheep[at].colour}` })
 
-// So many of something whose plural ends in `s`, but for sheep
-function spoken(items, of) {
-  return `${items ? digits(items) : 'no'} ${of}${items === 1 || of === 'sheep' ? '' : 's'}`
-}
-
-const digits = (number, most = 2) => number.toLocaleString('en', { maximumFractionDigits: most })
-
-function percent(part) {
-  const value = 100 * part
-  if (value > 0 && value < 1e-6) return 'under 0.000001\u00a0%'
-  return `${value === 0 ? 0 : value < 0.1 ? value.toPrecision(1) : value.toFixed(value < 10 ? 2 : 1)}\u00a0%`
-}
-
-function minutes(time) {
-  if (time === null) return 'never'
-  if (time > 0 && time < 1 / 60) return `${(60 * time).toPrecision(1)} s`
-  if (time < 1.5) return `${Math.round(60 * time)} s`
-  if (time < 100) return `${time.toFixed(time < 10 ? 1 : 0)} min`
-  if (time < 36 * 60) return `${(time / 60).toFixed(1)} h`
-  return `${digits(time / 1440, time < 14400 ? 1 : 0)} days`
-}
-
 // For a column: so many decimals that all are in line, or two digits of a very small one
 const inLine = ratio => ratio < 0.01 ? ratio.toPrecision(2) : ratio.toFixed(3)
-
-const times = ratio => digits(ratio, ratio < 10 ? 2 : ratio < 100 ? 1 : 0)
 
 // share/want, in words
 function against(one) {

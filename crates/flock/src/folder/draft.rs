@@ -1,0 +1,81 @@
+//! A flock's manifest, locked while it is edited.
+//!
+//! Owns the lock, and the check before saving: the edited text must read back as the edited manifest. Whoever edits decides
+//! what, on [`Draft::edit`].
+//!
+//! Start at [`Draft::lock`].
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::edit::Edit;
+use crate::manifest::{FILE_NAME, ManifestError};
+
+/// The manifest of a flock, locked by one editor.
+#[derive(Debug)]
+pub struct Draft {
+    /// The manifest and its text.
+    pub edit: Edit,
+    path: PathBuf,
+    /// The folder, locked while it is open: a second editor of this flock waits.
+    _lock: Option<File>,
+}
+
+/// Why a manifest was not saved. It is as it was.
+#[derive(Debug, thiserror::Error)]
+pub enum DraftError {
+    /// A bug of ours.
+    #[error("`{path}` was not saved: the edited text does not read back as the edited manifest")]
+    Mismatch {
+        /// The manifest.
+        path: PathBuf,
+    },
+    /// What the disk says.
+    #[error("cannot save `{path}`")]
+    Save {
+        /// The manifest.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl Draft {
+    /// Locks the manifest of the flock in `folder`; waits while another editor has it. It may be without sheep.
+    ///
+    /// # Errors
+    /// [`ManifestError`], as [`Edit::parse`] and if the file cannot be read.
+    pub fn lock(folder: &Path) -> Result<Self, ManifestError> {
+        // On a file system without locks the artist must not edit twice at once.
+        let lock = File::open(folder).ok().filter(|folder| folder.lock().is_ok());
+        let path = folder.join(FILE_NAME);
+        let text = fs::read_to_string(&path).map_err(|source| ManifestError::Read { path: path.clone(), source })?;
+        let edit = Edit::parse(text, &path)?;
+        Ok(Self { edit, path, _lock: lock })
+    }
+
+    /// Saves the manifest as edited.
+    ///
+    /// # Errors
+    /// [`DraftError`].
+    pub fn save(self) -> Result<(), DraftError> {
+        let Self { edit, path, _lock } = self;
+        let Some(text) = edit.into_text() else { return Err(DraftError::Mismatch { path }) };
+        durable::save(&path, text.as_bytes()).map_err(|source| DraftError::Save { path, source })
+    }
+
+    /// Saves the manifest as edited, and keeps it locked for more edits.
+    ///
+    /// # Errors
+    /// [`DraftError`].
+    pub fn save_and_go_on(&mut self) -> Result<(), DraftError> {
+        let text = self.edit.text();
+        let read = Edit::parse(text.clone(), &self.path).ok().filter(|read| read.manifest() == self.edit.manifest());
+        let Some(read) = read else { return Err(DraftError::Mismatch { path: self.path.clone() }) };
+        let cannot = |source| DraftError::Save { path: self.path.clone(), source };
+        durable::save(&self.path, text.as_bytes()).map_err(cannot)?;
+        self.edit = read;
+        Ok(())
+    }
+}

@@ -1,0 +1,163 @@
+// What the program works at: each job with its progress, its cost and its log, and what is still to be rendered.
+//
+// Owns rows that stay while their job changes, so that the focus and an open log stay too.
+
+import { button, make, styled } from './dom.js'
+import { quiet } from './parts.js'
+import { digits, minutes, spoken } from './words.js'
+
+const MOST_DONE = 400, STRIPS = 'strips'
+const ORDER = ['waiting', 'running', 'queued', 'failed', 'cancelled', 'done']
+/** @type {Record<string, string>} */
+const WORDS = { waiting: 'waits for you', running: 'running', queued: 'queued', failed: 'failed', cancelled: 'cancelled', done: 'done' }
+
+/** @param {number | null} seconds */
+export const lasting = seconds => seconds === null ? '' : seconds < 1 ? 'under 1 s' : minutes(seconds / 60)
+
+/** @param {Job} job */
+export const ended = job => job.state === 'done' || job.state === 'failed' || job.state === 'cancelled'
+
+/**
+ * A row for a job, which `update` fits to what is known of it now.
+ * @param {(id: Job['id']) => void} cancel
+ */
+export function jobRow(cancel) {
+  const what = make('b', {}), state = make('span', { class: 'chip' }), figures = make('span', { class: 'dim' }), bar = make('i', {})
+  const meter = make('span', { class: 'meter', role: 'progressbar', 'aria-valuemin': 0 }, bar), error = make('p', { class: 'bad', hidden: true })
+  const log = make('pre', {}), more = make('details', { hidden: true }, make('summary', {}, 'Log'), log)
+  /** @type {Job['id']} */ let id = ''
+  const stop = quiet('Cancel', () => cancel(id))
+  const row = make('li', { class: 'job', tabindex: -1 }, make('div', { class: 'bar' }, what, state, make('span', { class: 'grow' }), figures, stop), meter, error, more)
+  return {
+    row,
+    /** @param {Job} job */
+    update(job) {
+      id = job.id
+      row.dataset.job = String(job.id)
+      row.dataset.state = job.state
+      row.setAttribute('aria-label', `${job.what}, ${WORDS[job.state]}`)
+      what.textContent = job.what
+      state.textContent = WORDS[job.state]
+      state.classList.toggle('bad', job.state === 'failed')
+      figures.textContent = [job.of > 1 ? `${digits(job.done)} of ${digits(job.of)}` : '', job.per_second && job.state === 'running' ? `${digits(job.per_second)} a second` : '',
+        job.state === 'running' && job.left_s !== null ? `${lasting(job.left_s)} left` : job.state === 'queued' && job.cost_s !== null ? `costs ${lasting(job.cost_s)}` : ''].filter(Boolean).join(' · ')
+      const part = job.state === 'done' ? 1 : job.of ? Math.min(1, job.done / job.of) : 0
+      styled(bar, { width: `${100 * part}%` })
+      meter.hidden = ended(job) || job.state === 'queued'
+      meter.setAttribute('aria-valuenow', String(job.done))
+      meter.setAttribute('aria-valuemax', String(job.of))
+      meter.setAttribute('aria-label', job.what)
+      error.hidden = !job.error
+      error.textContent = job.error ?? ''
+      const text = (job.log ?? []).join('\n')
+      more.hidden = !text
+      if (log.textContent !== text) log.textContent = text
+      if (job.state === 'waiting') more.open = true
+      stop.hidden = ended(job)
+      stop.setAttribute('aria-label', `Cancel ${job.what}`)
+    },
+  }
+}
+
+/**
+ * The strips of pictures, which are many and quick, as one job while there are some to make.
+ * @param {Job[]} jobs
+ * @returns {Job[]}
+ */
+function folded(jobs) {
+  const own = (/** @type {Job} */ job) => job.kind === 'strip' && job.state !== 'failed'
+  const strips = jobs.filter(own), left = strips.filter(job => !ended(job))
+  if (strips.length < 2) return jobs
+  const rest = jobs.filter(job => !own(job))
+  return left.length ? [...rest, { ...left[0], id: STRIPS, what: 'pictures of sheep', state: left.some(job => job.state === 'running') ? 'running' : 'queued', done: strips.length - left.length, of: strips.length, per_second: null, left_s: null, cost_s: null, log: [] }] : rest
+}
+
+/** @type {MakeView} */
+export function view(root, store, api, shell) {
+  /** @type {Map<Job['id'], ReturnType<typeof jobRow>>} */ const rows = new Map()
+  let open = false
+  const summary = make('h2', {}), told = make('p', { class: 'note' }), list = make('ol', { class: 'jobs' })
+  const pause = quiet('Pause', () => { hold() })
+  const draft = make('input', { type: 'checkbox' })
+  root.append(make('div', { class: 'bar' }, make('div', { class: 'grow heading' }, summary, told),
+    make('label', { class: 'tick' }, draft, 'as a draft'), button('Render what is missing…', () => { render() }, { class: 'strong' }), pause), list)
+
+  /** @param {Job['id']} id */
+  async function cancel(id) {
+    try {
+      if (id === STRIPS) for (const job of store.state.jobs) if (job.kind === 'strip' && !ended(job)) await api.delete(`/api/jobs/${encodeURIComponent(job.id)}`)
+      if (id !== STRIPS) await api.delete(`/api/jobs/${encodeURIComponent(id)}`)
+      shell.say(`Cancelled: ${store.state.jobs.find(job => job.id === id)?.what ?? 'pictures'}`)
+    } catch (error) { api.failed(error) }
+  }
+
+  async function hold() {
+    const paused = !store.state.paused
+    try {
+      await api.post('/api/jobs/pause', { paused })
+      store.state.paused = paused
+      store.tell('jobs')
+      shell.say(paused ? 'Paused: clips wait, what somebody looks at goes on' : 'Work goes on')
+    } catch (error) { api.failed(error) }
+  }
+
+  async function render() {
+    const what = { kind: 'render', all_missing: true, draft: draft.checked }
+    try {
+      const { clips, cost_s: cost, left_out: items = [] } = await api.post('/api/jobs', { ...what, dry: true })
+      if (!clips) return shell.say(items[0] ?? 'Every clip is there', items.length > 0)
+      const yes = await shell.ask({ title: `Render ${spoken(clips, 'clip')}?`, text: `${cost === null ? 'How long it takes is not known yet' : `About ${lasting(cost)} on this computer`}${draft.checked ? ', as drafts' : ''}. It can be paused, and goes on after a restart.${items.length ? ' Left out:' : ''}`, items, yes: 'Render' })
+      if (!yes) return
+      const { jobs } = await api.post('/api/jobs', what)
+      for (const job of jobs) store.job(job)
+      shell.say(`${spoken(clips, 'clip')} queued`)
+    } catch (error) { api.failed(error) }
+  }
+
+  function show() {
+    const { paused, transitions, sheep } = store.state, jobs = folded(store.state.jobs)
+    // What takes long comes first.
+    const rank = (/** @type {Job} */ job) => 2 * ORDER.indexOf(job.state) + Number(['strip', 'middles'].includes(job.kind))
+    const shown = [...jobs].sort((a, b) => rank(a) - rank(b)).filter((job, at, all) => !ended(job) || all.filter(ended).indexOf(job) < MOST_DONE)
+    const busy = jobs.filter(job => !ended(job)), left = busy.reduce((sum, job) => sum + (job.left_s ?? job.cost_s ?? 0), 0)
+    const missing = [...transitions, ...sheep].filter(one => one.state === 'missing').length
+    summary.textContent = busy.length ? `${spoken(busy.length, 'job')}${paused ? ', paused' : ''}` : 'Nothing to do'
+    told.textContent = [left ? `about ${lasting(left)} left` : '', missing ? `${spoken(missing, 'clip')} not rendered` : 'every clip is there'].filter(Boolean).join(' · ')
+    pause.textContent = paused ? 'Go on' : 'Pause'
+    pause.setAttribute('aria-pressed', String(paused))
+    for (const [id, { row }] of rows) if (!shown.some(job => job.id === id)) { row.remove(); rows.delete(id) }
+    shown.forEach((job, at) => {
+      const row = rows.get(job.id) ?? jobRow(cancel)
+      rows.set(job.id, row)
+      row.update(job)
+      if (list.children[at] !== row.row) list.insertBefore(row.row, list.children[at] ?? null)
+    })
+    root.dataset.state = 'ready'
+  }
+
+  /** @param {number} by */
+  function move(by) {
+    const all = [...list.children], now = all.findIndex(row => row.contains(document.activeElement)), next = all[Math.max(0, Math.min(all.length - 1, now + by))]
+    if (next instanceof HTMLElement) next.focus()
+  }
+
+  store.on(['jobs', 'state'], () => { if (open) show() })
+  return {
+    async enter() {
+      open = true
+      show()
+      try {
+        const { jobs, paused } = await api.get('/api/jobs')
+        Object.assign(store.state, { jobs, paused })
+        store.tell('jobs')
+      } catch (error) { api.failed(error) }
+    },
+    leave() { open = false },
+    keys: [
+      { keys: ['ArrowUp', 'ArrowDown'], does: 'another job', run: event => move(event.key === 'ArrowUp' ? -1 : 1) },
+      { keys: ['Delete', 'x'], does: 'cancel it', hint: 'cancel', run: () => { const row = document.activeElement?.closest('.job'); if (row instanceof HTMLElement) { const job = folded(store.state.jobs).find(one => String(one.id) === row.dataset.job); if (job && !ended(job)) cancel(job.id) } } },
+      { keys: ['p'], does: 'pause, or go on', hint: 'pause', run: () => { hold() } },
+      { keys: ['r'], does: 'render what is missing', hint: 'render what is missing', run: () => { render() } },
+    ],
+  }
+}

@@ -1,0 +1,266 @@
+// The panel beside the graph: the chosen sheep, the chosen arrow, or the whole flock.
+//
+// Owns its elements and what their buttons do. A panel is made anew when something else is chosen or the state changes; what
+// has the keyboard's focus keeps it, by its name. While a hand is on a slider only the figures change.
+//
+// Start at [`Panel`].
+
+import { against, stateOf, tilt, tint } from './cell.js'
+import { button, make, styled } from './dom.js'
+import { level, slider } from './sliders.js'
+import { way } from './store.js'
+import { digits, minutes, percent, spoken, times } from './words.js'
+
+/** @typedef {{sheep: string} | {from: string, to: string} | null} Chosen */
+
+/**
+ * @typedef {object} Deeds What the panel asks of the graph.
+ * @property {(chosen: Chosen) => void} choose
+ * @property {(from: string, to: string) => void} unlink
+ * @property {(from: string) => void} startLink
+ * @property {() => void} balance
+ * @property {() => void} suggest
+ * @property {() => void} table
+ * @property {(what: {sheep?: string, from?: string, to?: string, all_missing?: boolean}) => void} render
+ * @property {(sheep: string) => void} unpin
+ */
+
+/** @param {number | null} seconds */
+export const cost = seconds => seconds === null ? '' : minutes(seconds / 60)
+
+export class Panel {
+  /** @param {import('./store.js').Store} store @param {import('./api.js').Api} api @param {Shell} shell @param {Deeds} deeds */
+  constructor(store, api, shell, deeds) {
+    this.store = store
+    this.api = api
+    this.shell = shell
+    this.deeds = deeds
+    this.root = make('aside', { class: 'panel', 'aria-label': 'What is chosen' })
+    /** @type {Chosen} */ this.chosen = null
+    /** @type {(() => void)[]} What is drawn anew while a hand is on a slider. */ this.live = []
+    /** @type {HTMLCanvasElement | null} */ this.canvas = null
+  }
+
+  /** @param {Chosen} chosen */
+  show(chosen) {
+    const same = JSON.stringify(chosen) === JSON.stringify(this.chosen)
+    const named = document.activeElement instanceof HTMLElement && this.root.contains(document.activeElement) ? document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent : null
+    const scrolled = same ? this.root.scrollTop : 0
+    this.chosen = chosen
+    this.live = []
+    if (this.canvas) this.shell.strips.forget(this.canvas)
+    this.canvas = null
+    const one = chosen && 'sheep' in chosen ? this.store.byId.get(chosen.sheep) : undefined
+    const edge = chosen && 'from' in chosen ? this.store.byWay.get(way(chosen.from, chosen.to)) : undefined
+    const parts = one ? this.sheep(one) : edge ? this.arrow(edge) : this.flock()
+    this.root.replaceChildren(...parts.flatMap(part => part ? [part] : []))
+    this.root.scrollTop = scrolled
+    if (same && named !== null) {
+      const again = [...this.root.querySelectorAll('input, button')].find(item => (item.getAttribute('aria-label') ?? item.textContent) === named)
+      if (again instanceof HTMLElement) again.focus({ preventScroll: true })
+    }
+    this.figures()
+  }
+
+  /** The figures follow what is supposed. */
+  figures() {
+    for (const draw of this.live) draw()
+  }
+
+  /**
+   * The figures of a sheep, as they are or as they would be.
+   * @param {string} id
+   */
+  told(id) {
+    const one = this.store.byId.get(id)
+    const supposed = this.store.supposed?.sheep.find(other => other.id === id)
+    return one && supposed ? { ...one, ...supposed, shown: supposed.share > 0 } : one
+  }
+
+  /** @param {Sheep} one */
+  sheep(one) {
+    const { store, api, shell, deeds } = this, id = one.id
+    this.canvas = make('canvas', { 'aria-hidden': 'true' })
+    shell.strips.show(this.canvas, one)
+    const words = make('p', { class: 'dim' }), bars = make('div')
+    this.live.push(() => {
+      const told = this.told(id)
+      if (!told) return
+      words.textContent = `${percent(told.share)} of ${store.state.by === 'time' ? 'the time' : 'all visits'}, ${percent(told.wanted)} wished; ${against(told)}`
+      bars.replaceChildren(level(told.ratio ?? 0, tint(tilt(told))))
+    })
+    const want = slider({ label: `Want of ${id}`, value: one.want, edit: value => ({ do: 'want', sheep: id, value }), store, api })
+    const repeat = make('input', { class: 'field typed', type: 'number', min: 1, max: 999, value: one.repeat, 'aria-label': `How often the loop of ${id} is repeated`, onchange: () => { if (repeat.valueAsNumber >= 1) api.edit([{ do: 'repeat', sheep: id, value: Math.round(repeat.valueAsNumber) }]) } })
+    const outs = store.outs.get(id) ?? [], ins = store.ins.get(id) ?? []
+    return [
+      make('div', { class: 'thumb' }, this.canvas), make('h2', {}, id), words, bars,
+      make('div', { class: 'pairs' }, make('span', { class: 'dim' }, 'Want'), want.root, make('span', { class: 'dim' }, 'Repeat'), make('div', {}, repeat, make('span', { class: 'dim' }, ` ${digits(one.frames / store.state.fps[0] * store.state.fps[1], 1)} s a loop`))),
+      make('p', { class: 'dim small' }, [one.species, stateOf(one) || (one.state === 'there' ? 'loop is there' : ''), one.licence, one.authors.join(', ')].filter(Boolean).join(' · ')),
+      make('div', { class: 'bar' },
+        button('Link', () => deeds.startLink(id), { class: 'quiet tight', title: 'Begin a link here (L)' }),
+        button('Walk from here', () => shell.go('walk', { from: id }), { class: 'quiet tight' }),
+        button('Breed', () => shell.go('breed', { parents: id }), { class: 'quiet tight' }),
+        one.state === 'there' || !one.genome ? null : button('Render', () => deeds.render({ sheep: id }), { class: 'quiet tight' }),
+        one.pinned && button('Unpin', () => deeds.unpin(id), { class: 'quiet tight' }),
+        button('Take out', () => { api.edit([{ do: 'drop', sheep: id }]) }, { class: 'quiet tight', title: 'Take it out of the flock' })),
+      make('h3', {}, `Leads to ${spoken(outs.length, 'sheep')}`), make('ul', { class: 'links' }, ...outs.map(edge => this.leads(edge))),
+      make('h3', {}, `Comes from ${spoken(ins.length, 'sheep')}`), make('ul', { class: 'links' }, ...ins.map(edge => this.comes(edge))),
+    ]
+  }
+
+  /**
+   * A transition that leaves the chosen sheep, with its weight.
+   * @param {Transition} edge
+   */
+  leads(edge) {
+    const { store, api, deeds } = this, { from, to } = edge
+    const weight = slider({ label: `Weight of ${from} to ${to}`, value: edge.weight, edit: value => ({ do: 'weight', from, to, value }), store, api })
+    return make('li', { 'data-from': from, 'data-to': to }, this.named(edge, to), this.visits(edge), button(`Unlink ${from} from ${to}`, () => deeds.unlink(from, to), { icon: 'close', class: 'tool small' }), weight.root)
+  }
+  /** @param {Transition} edge */
+  comes(edge) {
+    return make('li', { 'data-from': edge.from, 'data-to': edge.to }, this.named(edge, edge.from), this.visits(edge), button(`Unlink ${edge.from} from ${edge.to}`, () => this.deeds.unlink(edge.from, edge.to), { icon: 'close', class: 'tool small' }))
+  }
+  /** @param {Transition} edge @param {string} name */
+  named(edge, name) {
+    return button(name, () => this.deeds.choose({ from: edge.from, to: edge.to }), { class: 'name', title: `The transition from ${edge.from} to ${edge.to}${stateOf(edge) ? `, ${stateOf(edge)}` : ''}`, 'data-state': edge.state })
+  }
+  /**
+   * How often it is taken, of all ways on.
+   * @param {Transition} edge
+   */
+  visits(edge) {
+    const figure = make('span', { class: 'dim' })
+    this.live.push(() => {
+      const supposed = this.store.supposed?.transitions.find(one => one.from === edge.from && one.to === edge.to)
+      const share = this.told(edge.from)?.share ?? 0, visits = supposed?.visits ?? edge.visits
+      figure.textContent = share ? percent(Math.min(1, visits / share)) : 'never'
+      figure.title = `of the ways on from ${edge.from}`
+    })
+    return figure
+  }
+
+  /** @param {Transition} edge */
+  arrow(edge) {
+    const { store, api, shell, deeds } = this, { from, to } = edge
+    const words = make('p', { class: 'dim' })
+    this.live.push(() => {
+      const visits = store.supposed?.transitions.find(one => one.from === from && one.to === to)?.visits ?? edge.visits
+      const share = this.told(from)?.share ?? 0
+      words.textContent = visits ? `${percent(visits)} of all visits, ${percent(share ? Math.min(1, visits / share) : 0)} of the ways on from ${from}` : 'never taken'
+    })
+    const weight = slider({ label: `Weight of ${from} to ${to}`, value: edge.weight, edit: value => ({ do: 'weight', from, to, value }), store, api })
+    const bad = make('input', { type: 'checkbox', onchange: () => this.bad(edge, bad.checked) })
+    bad.checked = edge.bad
+    const middles = make('div', { class: 'middles' })
+    if (edge.genetic) this.middles(from, to, middles)
+    const ends = (/** @type {string} */ id) => button(id, () => deeds.choose({ sheep: id }), { class: 'name serif' })
+    return [
+      make('h2', { class: 'ends' }, ends(from), ' to ', ends(to)), words, middles,
+      make('div', { class: 'pairs' }, make('span', { class: 'dim' }, 'Weight'), weight.root),
+      edge.join && make('p', { class: edge.join.worst > 1 ? 'bad' : 'dim' }, `Joins: ${[edge.join.from && `${digits(edge.join.from.db, 1)} dB as it begins`, edge.join.to && `${digits(edge.join.to.db, 1)} dB as it ends`].filter(Boolean).join(', ')}${edge.join.worst > 1 ? ': it jumps' : ''}`),
+      make('p', { class: 'dim small' }, `${digits(edge.frames / store.state.fps[0] * store.state.fps[1], 1)} s, ${digits(edge.frames)} frames · ${stateOf(edge) || (edge.state === 'there' ? 'clip is there' : 'no clip')}`),
+      make('label', { class: 'tick' }, bad, 'The join is bad'),
+      make('div', { class: 'bar' },
+        button('Walk from here', () => shell.go('walk', { from }), { class: 'quiet tight' }),
+        button('Joins', () => shell.go('walk', { show: 'joins', a: from, b: to, end: 'from' }), { class: 'quiet tight' }),
+        edge.genetic && button('Preview', () => this.moving(from, to, middles), { class: 'quiet tight' }),
+        edge.state !== 'there' && button('Render', () => deeds.render({ from, to }), { class: 'quiet tight' }),
+        button('Unlink', () => deeds.unlink(from, to), { class: 'quiet tight', title: 'Take the transition away (Delete)' })),
+    ]
+  }
+
+  /** @param {Transition} edge @param {boolean} bad */
+  async bad(edge, bad) {
+    try {
+      await this.api.post('/api/joins/bad', { from: edge.from, to: edge.to, bad })
+      edge.bad = bad
+      this.shell.say(bad ? `Noted that ${edge.from} to ${edge.to} joins badly` : 'Took the note away')
+    } catch (error) { this.api.failed(error) }
+  }
+
+  /**
+   * Puts the three middle pictures of a transition into `into`, when they are there.
+   * @param {string} from
+   * @param {string} to
+   * @param {HTMLElement} into
+   */
+  async middles(from, to, into) {
+    try {
+      const ask = () => this.api.post('/api/previews', { from, to, kind: 'middles' })
+      let told = await ask()
+      if (!told.ready) {
+        into.replaceChildren(...[1, 2, 3].map(() => make('span', { class: 'thumb waits' })))
+        if (!await this.ready(told.job.id, into)) return
+        told = await ask()
+      }
+      into.replaceChildren(...[1, 2, 3].map(at => make('img', { src: `/media/middle/${encodeURIComponent(told.key)}?at=${at}`, alt: `${from} to ${to} at ${at} quarter${at > 1 ? 's' : ''}`, decoding: 'async', class: 'thumb' })))
+      if (told.figures?.flagged) into.append(make('p', { class: 'bad' }, 'dim or flat in the middle'))
+    } catch (error) {
+      into.replaceChildren(make('p', { class: 'note' }, `No pictures of the middle: ${error instanceof Error ? error.message : error}`))
+    }
+  }
+
+  /**
+   * Waits for a job as long as somebody looks at `at`; if nobody does any more, the job is cancelled.
+   * @param {string | number} id
+   * @param {HTMLElement} at
+   * @returns {Promise<boolean>}
+   */
+  ready(id, at) {
+    return new Promise((resolve, reject) => {
+      const look = () => {
+        const job = this.store.state.jobs.find(one => one.id === id)
+        if (!at.isConnected) {
+          off()
+          this.api.delete(`/api/jobs/${encodeURIComponent(id)}`).catch(() => {})
+          resolve(false)
+        } else if (job?.state === 'done') { off(); resolve(true) }
+        else if (job?.state === 'failed' || job?.state === 'cancelled') { off(); reject(new Error(job.error ?? job.state)) }
+      }
+      const off = this.store.on(['jobs', 'state', 'focus', 'supposed'], look)
+      look()
+    })
+  }
+
+  /** @param {string} from @param {string} to @param {HTMLElement} into */
+  async moving(from, to, into) {
+    try {
+      const told = await this.api.post('/api/previews', { from, to, kind: 'moving' })
+      if (!told.ready) {
+        this.shell.say('Rendering a moving preview')
+        if (!await this.ready(told.job.id, into)) return
+      }
+      const video = make('video', { src: `/media/preview/${encodeURIComponent(told.key)}`, controls: true, loop: true, playsinline: true, class: 'wide', 'aria-label': `Preview of ${from} to ${to}` })
+      video.muted = true
+      video.autoplay = this.shell.moving()
+      into.replaceChildren(video)
+    } catch (error) { this.api.failed(error) }
+  }
+
+  flock() {
+    const { store, deeds } = this, { state } = store
+    const worst = make('p', { class: 'figure', 'data-figure': 'worst_ratio' }), entropy = make('p', { class: 'figure' })
+    this.live.push(() => {
+      const figures = store.supposed?.figures ?? state.figures
+      worst.textContent = figures.worst_ratio === null ? 'never' : times(figures.worst_ratio)
+      entropy.textContent = `${digits(figures.entropy_bits, 1)} bits`
+    })
+    const missing = state.transitions.filter(one => one.state === 'missing').length + state.sheep.filter(one => one.state === 'missing').length
+    const furthest = state.sheep.filter(one => one.wanted).sort((a, b) => Math.abs(tilt(b)) - Math.abs(tilt(a))).slice(0, 8)
+    return [
+      make('h2', {}, 'The flock'),
+      make('div', { class: 'twice' }, make('div', {}, worst, make('p', { class: 'note' }, 'worst ratio')), make('div', {}, entropy, make('p', { class: 'note' }, 'of surprise a step'))),
+      make('div', { class: 'bar' }, button('Balance', () => deeds.balance(), { class: 'strong' }), button('Suggestions', () => deeds.suggest(), { class: 'quiet' }), button('Table', () => deeds.table(), { class: 'quiet' }),
+        missing > 0 && button(`Render ${spoken(missing, 'clip')}`, () => deeds.render({ all_missing: true }), { class: 'quiet' })),
+      make('h3', {}, 'Furthest from their wants'),
+      make('ul', { class: 'links' }, ...furthest.map(one => {
+        const ratio = make('span', { class: 'dim dot' })
+        styled(ratio, { '--tint': tint(tilt(one)) })
+        ratio.textContent = one.shown && one.ratio ? `${times(one.ratio)}×` : 'never'
+        return make('li', {}, button(one.id, () => deeds.choose({ sheep: one.id }), { class: 'name' }), ratio)
+      })),
+      make('p', { class: 'note small' }, 'A disc is the larger the more often its sheep is shown, the dashed ring is its want. Drag a disc’s rim to another disc to link them, its middle to move it.'),
+    ]
+  }
+}

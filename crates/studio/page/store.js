@@ -1,0 +1,138 @@
+// What the page knows: the program's state, indexed, and which sheep has the focus.
+//
+// Views read `store.state` and subscribe; only `api.js` puts what the program says into it. The focus is one sheep for all
+// views. Subscribers are called once for all changes of one turn, before the next frame is drawn.
+
+/**
+ * What changed: `state` the whole document, `sheep` marks or figures of some, `jobs`, `focus`, `moving`, `online`, `supposed` what an edit would do that is being thought of.
+ * @typedef {'state' | 'sheep' | 'jobs' | 'focus' | 'moving' | 'online' | 'supposed'} Topic
+ */
+
+/** @param {string} from @param {string} to */
+export const way = (from, to) => `${from}\n${to}`
+
+/** @type {State} */
+const NOTHING = {
+  revision: '', name: '', fps: [20, 1], size: [1280, 720], by: 'visits', now_ms: 0,
+  figures: { sheep: 0, transitions: 0, shown: 0, worst_ratio: null, entropy_bits: 0, step_minutes: 0 },
+  faults: [], sheep: [], candidates: [], transitions: [], undo: null, redo: null, jobs: [], paused: false, pool: null,
+  capabilities: { gpu: false },
+}
+
+export class Store {
+  constructor() {
+    this.state = NOTHING
+    this.loaded = false
+    this.online = true
+    /** @type {string | null} The id of the sheep with the focus, of the flock or a candidate. */
+    this.focus = null
+    /** @type {WhatIf | null} */ this.supposed = null
+    /** Whether the artist lets pictures move. */
+    this.moving = true
+    /** @type {Map<string, Sheep>} */ this.byId = new Map()
+    /** @type {Map<string, Transition>} By `way(from, to)`. */ this.byWay = new Map()
+    /** @type {Map<string, Transition[]>} */ this.outs = new Map()
+    /** @type {Map<string, Transition[]>} */ this.ins = new Map()
+    /** @type {Set<{topics: Set<Topic>, run: (changed: Set<Topic>) => void}>} */ this.listeners = new Set()
+    /** @type {Set<Topic>} */ this.changed = new Set()
+  }
+
+  /**
+   * Calls `run` after changes of `topics`. Returns what ends it.
+   * @param {Topic[]} topics
+   * @param {(changed: Set<Topic>) => void} run
+   */
+  on(topics, run) {
+    const listener = { topics: new Set(topics), run }
+    this.listeners.add(listener)
+    return () => { this.listeners.delete(listener) }
+  }
+
+  /** @param {Topic} topic */
+  tell(topic) {
+    if (!this.changed.size) queueMicrotask(() => this.flush())
+    this.changed.add(topic)
+  }
+
+  flush() {
+    const changed = this.changed
+    this.changed = new Set()
+    for (const { topics, run } of [...this.listeners]) if ([...changed].some(topic => topics.has(topic))) run(changed)
+  }
+
+  /**
+   * The whole document anew.
+   * @param {State} state
+   */
+  replace(state) {
+    this.state = state
+    this.loaded = true
+    this.supposed = null
+    this.index()
+    if (this.focus !== null && !this.byId.has(this.focus)) this.focus = null
+    this.tell('state')
+  }
+
+  index() {
+    const { sheep, candidates, transitions } = this.state
+    this.byId = new Map([...candidates, ...sheep].map(one => [one.id, one]))
+    this.byWay = new Map(transitions.map(one => [way(one.from, one.to), one]))
+    this.outs = new Map()
+    this.ins = new Map()
+    for (const one of transitions) {
+      const out = this.outs.get(one.from), into = this.ins.get(one.to)
+      out ? out.push(one) : this.outs.set(one.from, [one])
+      into ? into.push(one) : this.ins.set(one.to, [one])
+    }
+  }
+
+  /**
+   * Changes some fields of some sheep, as marks before the program has answered.
+   * @param {string[]} ids
+   * @param {Partial<Sheep>} fields
+   */
+  patch(ids, fields) {
+    for (const id of ids) {
+      const one = this.byId.get(id)
+      if (one) Object.assign(one, fields)
+    }
+    this.tell('sheep')
+  }
+
+  /**
+   * One job's news.
+   * @param {Job} job
+   */
+  job(job) {
+    if (job.id === undefined) return
+    const jobs = this.state.jobs, at = jobs.findIndex(one => one.id === job.id)
+    if (at < 0) jobs.push(job)
+    else jobs[at] = job
+    this.tell('jobs')
+  }
+
+  /** @param {string | null} id */
+  look(id) {
+    if (id === this.focus) return
+    this.focus = id
+    this.tell('focus')
+  }
+
+  /** @param {WhatIf | null} told */
+  suppose(told) {
+    if (told === this.supposed) return
+    this.supposed = told
+    this.tell('supposed')
+  }
+
+  /** @param {boolean} moving */
+  move(moving) {
+    this.moving = moving
+    this.tell('moving')
+  }
+
+  /** The sheep with the focus. */
+  get focused() {
+    return this.focus === null ? undefined : this.byId.get(this.focus)
+  }
+}

@@ -1,0 +1,63 @@
+//! The list of jobs that a restart goes on with.
+//!
+//! Owns the file: one JSON document, replaced as a whole. A list that is missing or damaged is empty: it loses no art.
+//!
+//! Start at [`KeptList`].
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::{JobId, Kind, NewJob, Priority};
+
+/// A job that was not over when the program ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Kept {
+    /// Its number, which it keeps.
+    pub id: JobId,
+    /// How soon.
+    pub priority: Priority,
+    /// What kind of work.
+    pub kind: Kind,
+    /// What it makes, in words.
+    pub what: String,
+    /// As [`super::Job::key`].
+    pub key: Option<String>,
+    /// As [`super::Job::cost_s`].
+    pub cost_s: Option<f64>,
+    /// What the work is made of again.
+    pub spec: Value,
+}
+
+impl Kept {
+    /// The job, to be added again.
+    pub(super) fn job(&self) -> NewJob {
+        let Self { priority, kind, what, key, cost_s, spec, .. } = self.clone();
+        NewJob { priority, kind, what, key, cost_s, spec: Some(spec) }
+    }
+}
+
+/// The file of the list.
+#[derive(Debug)]
+pub(super) struct KeptList {
+    path: PathBuf,
+}
+
+impl KeptList {
+    /// The file at `path`, and what it lists.
+    pub(super) fn open(path: &Path) -> (Self, Vec<Kept>) {
+        let read = fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        (Self { path: path.to_owned() }, read.unwrap_or_default())
+    }
+
+    /// Has the file list `jobs`.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub(super) fn write(&self, jobs: &[Kept]) -> io::Result<()> {
+        durable::write(&self.path, &serde_json::to_vec(jobs)?)
+    }
+}

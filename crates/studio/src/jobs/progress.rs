@@ -1,0 +1,88 @@
+//! What work tells of itself, and is told.
+//!
+//! Owns the handle that every piece of work is given. Never ends the work: it must ask, often, whether it is cancelled.
+//!
+//! Start at [`Progress`].
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::queue::Shared;
+use super::{JobId, Kind, NewJob, Priority};
+
+/// The handle of a job that runs.
+#[derive(Clone)]
+pub struct Progress {
+    shared: Arc<Shared>,
+    id: JobId,
+    cancel: Arc<AtomicBool>,
+}
+
+impl std::fmt::Debug for Progress {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Progress").field("id", &self.id).finish_non_exhaustive()
+    }
+}
+
+impl Progress {
+    pub(super) fn new(shared: Arc<Shared>, id: JobId, cancel: Arc<AtomicBool>) -> Self {
+        Self { shared, id, cancel }
+    }
+
+    /// A handle that nobody listens to: for tests, and for work that is run outside a queue.
+    pub fn detached() -> Self {
+        let shared = Shared::alone();
+        let new = NewJob::new(Priority::Clip, Kind::Render, "");
+        let id = shared.push(new, Box::new(|_| Ok(serde_json::Value::Null))).id;
+        let cancel = shared.begin(id);
+        Self { shared, id, cancel }
+    }
+
+    /// `done` of `of` steps are done; `of` is 0 while it is not known.
+    pub fn set(&self, done: u64, of: u64) {
+        self.shared.change(self.id, |entry, now| {
+            entry.set(done, of, now);
+            entry.may_tell(now)
+        });
+    }
+
+    /// Adds a line to the job's log.
+    pub fn log(&self, line: &str) {
+        self.shared.change(self.id, |entry, _| {
+            entry.log(line);
+            true
+        });
+    }
+
+    /// The job waits for something outside, which `text` names, such as a passphrase at the terminal. It goes on with the
+    /// next [`Progress::set`].
+    pub fn waiting_for(&self, text: &str) {
+        self.shared.change(self.id, |entry, _| {
+            entry.log(text);
+            entry.job.state = super::State::Waiting;
+            true
+        });
+    }
+
+    /// Returns when the job may go on: not while it is paused, nor while a clip has to give way to what somebody waits for.
+    /// Returns at once if it is cancelled. Work calls it between frames.
+    pub fn wait_if_paused(&self) {
+        self.shared.wait_if_held(self.id, &self.cancel);
+    }
+
+    /// Whether the work should end now, with any error.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// The flag behind [`Progress::is_cancelled`], for code that takes one.
+    pub fn cancel_flag(&self) -> &AtomicBool {
+        &self.cancel
+    }
+
+    /// Cancels this job, as [`super::Queue::cancel`] does.
+    pub fn cancel(&self) {
+        self.cancel.store(true, Ordering::Relaxed);
+        self.shared.wake_all();
+    }
+}

@@ -1,0 +1,178 @@
+//! What changes the flock, and what the artist notes of it.
+//!
+//! Owns these handlers: an edit is made by the document, and the page is told by events, whichever page made it.
+//!
+//! Start at [`router`].
+
+use std::sync::Arc;
+
+use ::studio::answer::{Body, Problem};
+use ::studio::document::{ApplyError, EditRequest, NoteError, NoteRequest, UndoError, Undone};
+use ::studio::events::EventKind;
+use axum::Router;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::routing::post;
+use flock::{Flock, Manifest, Measure, SheepId};
+use serde_json::{Value, json};
+
+use super::answers::{Answer, conflict, malformed, measure, of, refused};
+use super::figures::{Figures, WhatIf};
+use super::requests::{EditsRequest, JoinMark, Marks, Pin, WhatIfRequest};
+use super::workshop::{Workshop, locked};
+
+/// The routes.
+pub(super) fn router() -> Router<Arc<Workshop>> {
+    Router::new()
+        .route("/api/edits", post(edit))
+        .route("/api/whatif", post(what_if))
+        .route("/api/undo", post(undo))
+        .route("/api/redo", post(redo))
+        .route("/api/marks", post(mark))
+        .route("/api/pins", post(pin))
+        .route("/api/joins/bad", post(mark_join))
+}
+
+async fn edit(State(workshop): State<Arc<Workshop>>, Body(request): Body<EditsRequest>) -> Answer<Value> {
+    let by = measure(request.by.as_deref())?;
+    of(move || {
+        let EditsRequest { revision, gesture, edits, force, .. } = request;
+        if edits.is_empty() {
+            return Err(malformed("no edit is named"));
+        }
+        let applied = locked(&workshop.document).apply(&edits, &revision, gesture.as_deref(), force);
+        let applied = applied.map_err(|error| edit_problem(&workshop, error, by))?;
+        workshop.tell_changed();
+        let (_, flock) = workshop.flock();
+        Ok(json!({
+            "revision": applied.revision,
+            "figures": Figures::of_flock(&flock, by),
+            "said": applied.said,
+            "merged": applied.merged,
+            "no_longer_shown": applied.no_longer_shown,
+            "undo": workshop.snapshot().undo,
+        }))
+    })
+    .await
+}
+
+async fn what_if(State(workshop): State<Arc<Workshop>>, Body(request): Body<WhatIfRequest>) -> Answer<Value> {
+    let by = measure(request.by.as_deref())?;
+    of(move || {
+        let (_, before) = workshop.flock();
+        let manifest = locked(&workshop.document).what_if(&request.edits);
+        let manifest = manifest.map_err(|error| edit_problem(&workshop, error, by))?;
+        let cost_s = cost(&workshop, &manifest, &request.edits);
+        let told = WhatIf { cost_s, ..WhatIf::of(&before, &Flock::new(manifest), by) };
+        let mut told = serde_json::to_value(told).unwrap_or_default();
+        told["sequence"] = json!(request.sequence);
+        Ok(told)
+    })
+    .await
+}
+
+/// Seconds that new transitions take to render; `None` if nothing is known of one, or if there are none.
+fn cost(workshop: &Workshop, manifest: &Manifest, edits: &[EditRequest]) -> Option<f64> {
+    let linked: Vec<(&SheepId, &SheepId)> = edits
+        .iter()
+        .filter_map(|edit| if let EditRequest::Link { from, to, .. } = edit { Some((from, to)) } else { None })
+        .collect();
+    let keys = workshop.keys(manifest);
+    let of_one = |(from, to): &(&SheepId, &SheepId)| {
+        let own = manifest.transitions.iter().find(|own| own.from == **from && own.to == **to)?;
+        keys.cost_s(from, to, own.clip.frames.0)
+    };
+    if linked.is_empty() { None } else { linked.iter().map(of_one).sum() }
+}
+
+/// What is answered to edits that were not made.
+fn edit_problem(workshop: &Workshop, error: ApplyError, by: Measure) -> Problem {
+    let sentence = error.to_string();
+    match error {
+        ApplyError::Conflict { .. } => match workshop.state(by) {
+            Ok(state) => conflict(sentence).with("state", state),
+            Err(_) => conflict(sentence),
+        },
+        ApplyError::Disk(_) => Problem::new(StatusCode::INTERNAL_SERVER_ERROR, sentence),
+        ApplyError::Empty => Problem::new(StatusCode::PRECONDITION_REQUIRED, sentence).with("no_longer_shown", [""; 0]),
+        ApplyError::Manifest(_) | ApplyError::Refused { .. } => refused(sentence),
+        ApplyError::Unshown { no_longer_shown } => {
+            Problem::new(StatusCode::PRECONDITION_REQUIRED, sentence).with("no_longer_shown", no_longer_shown)
+        }
+    }
+}
+
+async fn undo(State(workshop): State<Arc<Workshop>>) -> Answer<Value> {
+    of(move || {
+        let undone = locked(&workshop.document).undo();
+        went(&workshop, undone)
+    })
+    .await
+}
+
+async fn redo(State(workshop): State<Arc<Workshop>>) -> Answer<Value> {
+    of(move || {
+        let done = locked(&workshop.document).redo();
+        went(&workshop, done)
+    })
+    .await
+}
+
+/// The answer to a step that was taken back, or done again.
+fn went(workshop: &Workshop, step: Result<Undone, UndoError>) -> Result<Value, Problem> {
+    let Undone { revision, said } = step.map_err(|error| {
+        let sentence = error.to_string();
+        match error {
+            UndoError::Changed { .. } | UndoError::Nothing { .. } => conflict(sentence),
+            UndoError::Manifest(_) => refused(sentence),
+            UndoError::Disk(_) => Problem::new(StatusCode::INTERNAL_SERVER_ERROR, sentence),
+        }
+    })?;
+    workshop.tell_changed();
+    Ok(json!({ "revision": revision, "said": said }))
+}
+
+async fn mark(State(workshop): State<Arc<Workshop>>, Body(Marks { marks }): Body<Marks>) -> Answer<Value> {
+    of(move || {
+        let told: Vec<Value> =
+            marks.iter().map(|own| json!({ "sheep": own.sheep, "mark": own.mark, "rating": own.rating })).collect();
+        let notes =
+            marks.into_iter().map(|own| NoteRequest::Mark { sheep: own.sheep, mark: own.mark, rating: own.rating });
+        note(&workshop, &notes.collect::<Vec<_>>(), &json!({ "marks": told }))
+    })
+    .await
+}
+
+async fn pin(State(workshop): State<Arc<Workshop>>, Body(Pin { sheep, x, y }): Body<Pin>) -> Answer<Value> {
+    of(move || {
+        let at = x.zip(y).map(|(x, y)| [x, y]);
+        let told = json!({ "pins": [{ "sheep": sheep, "x": x, "y": y }] });
+        note(&workshop, &[NoteRequest::Pin { sheep, at }], &told)
+    })
+    .await
+}
+
+async fn mark_join(
+    State(workshop): State<Arc<Workshop>>,
+    Body(JoinMark { from, to, bad }): Body<JoinMark>,
+) -> Answer<Value> {
+    of(move || {
+        let told = json!({ "joins": [{ "from": from, "to": to, "bad": bad }] });
+        note(&workshop, &[NoteRequest::Join { from, to, bad }], &told)
+    })
+    .await
+}
+
+/// Makes notes, and tells the pages what they are.
+fn note(workshop: &Workshop, notes: &[NoteRequest], told: &Value) -> Result<Value, Problem> {
+    let said = locked(&workshop.document).note(notes, None).map_err(|error| {
+        let sentence = error.to_string();
+        match error {
+            NoteError::Disk(_) => Problem::new(StatusCode::INTERNAL_SERVER_ERROR, sentence),
+            NoteError::Refused(_) => refused(sentence),
+        }
+    })?;
+    workshop.hub.send(EventKind::Marks, told);
+    let snapshot = workshop.snapshot();
+    Ok(json!({ "said": said, "undo": snapshot.undo, "redo": snapshot.redo }))
+}

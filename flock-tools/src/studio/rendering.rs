@@ -1,0 +1,168 @@
+//! Clips to render, strips and previews of transitions, as jobs.
+//!
+//! Owns the jobs: their keys, their urgency and what a restart goes on with. `media` makes the files. Never renders on a
+//! thread that answers.
+//!
+//! Start at [`Workshop::render`].
+
+use std::sync::Arc;
+
+use ::studio::answer::Problem;
+use ::studio::jobs::{Job, Kept, Kind, NewJob, Priority, Progress, Work};
+use flock::{ClipPath, SheepId};
+use serde_json::{Value, json};
+
+use super::answers::{conflict, malformed, refused};
+use super::checking;
+use super::media::{Media, MediaError, RENDER_KEY, Wanted};
+use super::requests::{JobRequest, PreviewKind, PreviewRequest};
+use super::workshop::Workshop;
+
+/// Frames of a transition that does not exist, for its previews.
+const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;
+
+/// What makes a file of `media`, by its key.
+type Make = fn(&Media, &str, &Progress) -> Result<Value, MediaError>;
+
+impl Workshop {
+    /// Queues the clips that are asked for, or only tells what they cost.
+    /// Errors: If nothing is named, if it is not in the flock, or if a genome cannot be read.
+    pub(super) fn render(self: &Arc<Self>, request: &JobRequest) -> Result<Value, Problem> {
+        if request.kind != "render" {
+            return Err(malformed(format!("jobs that can be asked for are `render`, found `{}`", request.kind)));
+        }
+        let id = |text: &String| SheepId::new(text).map_err(|error| malformed(error.to_string()));
+        let wanted = match (&request.sheep, &request.from, &request.to) {
+            (Some(sheep), None, None) => Wanted::Loop(id(sheep)?),
+            (None, Some(from), Some(to)) => Wanted::Transition(id(from)?, id(to)?),
+            (None, None, None) if request.all_missing => Wanted::Missing,
+            _ => return Err(malformed("what is to be rendered: a sheep, a transition, or all that is missing?")),
+        };
+        let (_, flock) = self.flock();
+        let found = self.media.to_render(flock.manifest(), &wanted, request.draft);
+        let (clips, left_out) = found.map_err(refused)?;
+        let cost_s = clips.iter().try_fold(0.0, |sum, clip| Some(sum + clip.cost_s?));
+        let count = clips.len();
+        if request.dry {
+            return Ok(json!({ "jobs": [], "cost_s": cost_s, "clips": count, "left_out": left_out }));
+        }
+        let jobs: Vec<Job> = clips
+            .into_iter()
+            .map(|clip| {
+                let key = format!("{RENDER_KEY}{}", clip.path);
+                let spec = json!({ "path": clip.path.as_str(), "draft": request.draft });
+                let new = NewJob {
+                    key: Some(key),
+                    cost_s: clip.cost_s,
+                    spec: Some(spec),
+                    ..NewJob::new(Priority::Clip, Kind::Render, clip.what)
+                };
+                self.queue.add_job(new, self.work_of_clip(clip.path, request.draft))
+            })
+            .collect();
+        self.tell_all();
+        Ok(json!({ "jobs": jobs, "cost_s": cost_s, "clips": count, "left_out": left_out }))
+    }
+
+    fn work_of_clip(self: &Arc<Self>, path: ClipPath, is_draft: bool) -> Work {
+        let shared = Arc::downgrade(self);
+        Box::new(move |progress: &Progress| {
+            let workshop = shared.upgrade().ok_or("the studio has ended")?;
+            let rendered = workshop.media.render(&path, is_draft, progress);
+            workshop.look();
+            workshop.tell_all();
+            if rendered.is_ok() {
+                workshop.judge_joins_of(&path);
+            }
+            rendered
+        })
+    }
+
+    /// Queues a look at the joins of a transition that was rendered.
+    fn judge_joins_of(self: &Arc<Self>, path: &ClipPath) {
+        let (_, flock) = self.flock();
+        let own = flock.manifest().transitions.iter().find(|own| own.clip.path == *path);
+        if let Some(own) = own {
+            checking::queue_joins(self, own.from.clone(), own.to.clone());
+        }
+    }
+
+    /// Queues a preview of a transition, which need not exist, unless it is there already.
+    /// Errors: If one of the sheep has no genome.
+    pub(super) fn preview(self: &Arc<Self>, request: &PreviewRequest) -> Result<Value, Problem> {
+        let id = |text: &String| SheepId::new(text).map_err(|error| malformed(error.to_string()));
+        let (from, to) = (id(&request.from)?, id(&request.to)?);
+        let (_, flock) = self.flock();
+        let manifest = flock.manifest();
+        let own = manifest.transitions.iter().find(|own| own.from == from && own.to == to);
+        let frames = own.map_or(FRAMES, |own| own.clip.frames.0);
+        let key = self.keys(manifest).pair(&from, &to, frames);
+        let key = key.ok_or_else(|| conflict(format!("`{from}` and `{to}` need genomes for a preview")))?;
+        let figures = self.media.find_figures(&key);
+        let (ready, kind, word, make): (bool, Kind, &str, Make) = match request.kind {
+            PreviewKind::Middles => (figures.is_some(), Kind::Middles, "middle", Media::make_middles),
+            PreviewKind::Moving => {
+                let is_whole = self.media.moving(&key, u64::MAX).is_some_and(|(_, is_whole)| is_whole);
+                (is_whole, Kind::Moving, "preview", |media, key, progress| {
+                    media.make_moving(key, progress).map(|_| Value::Null)
+                })
+            }
+        };
+        if ready {
+            return Ok(json!({ "job": null, "key": key, "ready": true, "figures": figures }));
+        }
+        let what = format!("{word} of {from} to {to}");
+        let job = self.queue_media(Priority::Interactive, kind, what, &key, make);
+        Ok(json!({ "job": job, "key": key, "ready": false, "figures": figures }))
+    }
+
+    /// Queues a strip that is not there.
+    pub(super) fn queue_strip(self: &Arc<Self>, key: &str) -> Job {
+        let make: Make = |media, key, progress| media.make_strip(key, progress).map(|_| Value::Null);
+        let what = self.name_of_strip(key).map_or_else(|| "strip".to_owned(), |id| format!("strip of {id}"));
+        self.queue_media(Priority::Preview, Kind::Strip, what, key, make)
+    }
+
+    /// Whose strip has this key: a sheep's of the flock, or a candidate's.
+    fn name_of_strip(&self, key: &str) -> Option<String> {
+        let (_, flock) = self.flock();
+        let manifest = flock.manifest();
+        let keys = self.keys(manifest);
+        let of_flock = manifest.sheep.iter().find(|sheep| {
+            let genome = sheep.genome.as_ref().map(|genome| genome.inside(&self.folder));
+            keys.strip(sheep.clip.as_ref(), genome.as_deref()).as_deref() == Some(key)
+        });
+        let candidates = self.stock.candidates.all(&self.stock.genomes);
+        let found = || candidates.iter().find(|own| keys.strip(None, Some(&own.path)).as_deref() == Some(key));
+        of_flock.map(|sheep| &sheep.id).or_else(|| found().map(|own| &own.id)).map(ToString::to_string)
+    }
+
+    /// Why the strip of `key` could not be made, if that was tried last.
+    pub(super) fn failed_strip(&self, key: &str) -> Option<String> {
+        let own = key_of(Kind::Strip, key);
+        let jobs = self.queue.jobs();
+        jobs.into_iter().rev().find(|job| job.key.as_ref() == Some(&own))?.error
+    }
+
+    fn queue_media(self: &Arc<Self>, priority: Priority, kind: Kind, what: String, key: &str, make: Make) -> Job {
+        let (shared, own) = (Arc::downgrade(self), key.to_owned());
+        let work = move |progress: &Progress| {
+            let workshop = shared.upgrade().ok_or("the studio has ended")?;
+            let made = make(&workshop.media, &own, progress).map_err(|error| error.to_string())?;
+            Ok(json!({ "key": own, "figures": made }))
+        };
+        let new = NewJob { key: Some(key_of(kind, key)), ..NewJob::new(priority, kind, what) };
+        self.queue.add_job(new, Box::new(work))
+    }
+
+    /// The work of a job that an earlier run left; `None` if it cannot be made again.
+    pub(super) fn work_of(self: &Arc<Self>, kept: &Kept) -> Option<Work> {
+        let path = ClipPath::new(kept.spec["path"].as_str()?).ok()?;
+        (kept.kind == Kind::Render).then(|| self.work_of_clip(path, kept.spec["draft"].as_bool().unwrap_or(false)))
+    }
+}
+
+/// The key of a job of this kind that makes the file of `key`.
+fn key_of(kind: Kind, key: &str) -> String {
+    format!("{kind:?} {key}")
+}

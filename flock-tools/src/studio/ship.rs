@@ -1,0 +1,195 @@
+//! What leaves the studio: faults, joins, credits and size of the flock, the keys that may sign it, and where it may go.
+//!
+//! Owns the answer, and which keys and targets there are: the page names one of them and never a path. `own_command.rs` packs
+//! and publishes.
+//!
+//! Start at [`Shipping`].
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use flock::{Fault, Manifest};
+use serde_json::Value;
+
+use crate::credits::{FlockCredits, Licence};
+use crate::flock_folder::paths::CREDITS;
+use crate::program::print;
+
+/// The ending of secret keys, and of public ones.
+const SECRET: &str = "key";
+const PUBLIC: &str = "pub";
+/// Where sticks are mounted.
+const MOUNTS: [&str; 2] = ["/media", "/run/media"];
+/// The most authors that are named under a licence.
+const MOST_AUTHORS: usize = 50;
+
+/// Where bundles come from and go to.
+#[derive(Debug)]
+pub(super) struct Shipping {
+    /// Secret keys, by their names.
+    pub(super) keys: BTreeMap<String, PathBuf>,
+    /// The folder of the bundles.
+    pub(super) outbox: PathBuf,
+    /// Folders to publish to that were named on the command line.
+    pub(super) targets: Vec<PathBuf>,
+    /// The file with the passphrase, if it is not asked for.
+    pub(super) passphrase_file: Option<PathBuf>,
+}
+
+/// The answer.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct ShipState {
+    pub(super) faults: Vec<Fault>,
+    /// `null` until joins were judged.
+    pub(super) joins: Option<JoinCount>,
+    pub(super) credits: Vec<LicenceState>,
+    pub(super) bytes: u64,
+    pub(super) files: usize,
+    /// What differs from the last bundle; `null` if there is none, or if it is not known yet.
+    pub(super) difference: Option<Value>,
+    pub(super) ready: bool,
+    pub(super) why_not: Vec<String>,
+    pub(super) keys: Vec<String>,
+    pub(super) targets: Vec<String>,
+    pub(super) outbox: String,
+}
+
+/// How many joins were judged.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub(super) struct JoinCount {
+    pub(super) judged: usize,
+    pub(super) jumps: usize,
+    /// The largest severity: above 1 it jumps.
+    pub(super) worst: f64,
+}
+
+/// What is under a licence.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub(super) struct LicenceState {
+    /// `null` is what has no licence.
+    pub(super) licence: Option<String>,
+    pub(super) sheep: usize,
+    pub(super) authors: Vec<String>,
+}
+
+impl Shipping {
+    /// For the flock in `folder`: the `keys` and those that lie beside the flock's folder, and an outbox there.
+    pub(super) fn new(
+        folder: &Path,
+        keys: &[PathBuf],
+        outbox: Option<PathBuf>,
+        targets: Vec<PathBuf>,
+        passphrase_file: Option<PathBuf>,
+    ) -> Self {
+        let beside = fs::canonicalize(folder).ok().and_then(|folder| folder.parent().map(Path::to_owned));
+        let beside = beside.unwrap_or_else(|| PathBuf::from(".."));
+        let found = fs::read_dir(&beside).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+        let is_key = |path: &PathBuf| path.extension().is_some_and(|ending| ending == SECRET);
+        let all = found.filter(is_key).chain(keys.iter().cloned());
+        let name = |path: &Path| Some(path.file_stem()?.to_str()?.to_owned());
+        Self {
+            keys: all.filter_map(|path| Some((name(&path)?, path))).collect(),
+            outbox: outbox.unwrap_or_else(|| beside.join("outbox")),
+            targets,
+            passphrase_file,
+        }
+    }
+
+    /// The public keys beside the secret ones.
+    pub(super) fn public_keys(&self) -> Vec<PathBuf> {
+        self.keys.values().map(|key| key.with_extension(PUBLIC)).filter(|key| key.is_file()).collect()
+    }
+
+    /// The folders that bundles may be published to: those of the command line, and mounted sticks.
+    pub(super) fn targets(&self) -> Vec<PathBuf> {
+        let inside = |folder: &Path| -> Vec<PathBuf> {
+            let entries = fs::read_dir(folder).into_iter().flatten();
+            entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).collect()
+        };
+        let users = MOUNTS.iter().flat_map(|mount| inside(Path::new(mount)));
+        let sticks = users.flat_map(|user| inside(&user));
+        self.targets.iter().cloned().chain(sticks).collect()
+    }
+}
+
+/// The bytes and the number of the files that a bundle of the flock in `folder` has.
+pub(super) fn size(folder: &Path, manifest: &Manifest) -> (u64, usize) {
+    let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
+    let named = manifest.clips().map(|clip| &clip.path).chain(genomes).map(|path| path.inside(folder));
+    let own = [flock::FILE_NAME, CREDITS].map(|name| folder.join(name));
+    let mut paths: Vec<PathBuf> = named.chain(own).collect();
+    paths.sort_unstable();
+    paths.dedup();
+    let sizes = paths.iter().filter_map(|path| fs::metadata(path).ok()).map(|status| status.len());
+    sizes.fold((0, 0), |(bytes, files), own| (bytes + own, files + 1))
+}
+
+/// The licences in the flock, the most frequent first, with the authors of what is under each.
+pub(super) fn licences(credits: &FlockCredits) -> Vec<LicenceState> {
+    let mut found: BTreeMap<Option<&str>, LicenceState> = BTreeMap::new();
+    for credit in &credits.sheep {
+        let licence = credit.licence.as_ref().map(Licence::as_str);
+        let own = found.entry(licence).or_insert_with(|| LicenceState {
+            licence: licence.map(str::to_owned),
+            sheep: 0,
+            authors: Vec::new(),
+        });
+        own.sheep += 1;
+        for author in &credit.authors {
+            if own.authors.len() < MOST_AUTHORS && !own.authors.contains(author) {
+                own.authors.push(author.clone());
+            }
+        }
+    }
+    let mut all: Vec<LicenceState> = found.into_values().collect();
+    all.sort_by_key(|own| std::cmp::Reverse(own.sheep));
+    all
+}
+
+/// Why the flock cannot be packed: `missing` clips, `faults`, and joins that jump; empty if it can.
+pub(super) fn why_not(missing: usize, faults: &[Fault], joins: Option<&JoinCount>, keys: usize) -> Vec<String> {
+    let mut why = Vec::new();
+    if missing > 0 {
+        let verb = if missing == 1 { "is" } else { "are" };
+        why.push(format!("{} {verb} not rendered", print::count(missing, "clip")));
+    }
+    if let Some(first) = faults.first() {
+        why.push(format!("{}: {}", print::count(faults.len(), "fault"), first.message));
+    }
+    if let Some(joins) = joins.filter(|joins| joins.jumps > 0) {
+        why.push(format!("{} of {} joins jump", joins.jumps, joins.judged));
+    }
+    if keys == 0 {
+        why.push("there is no key: `dreams keygen` makes one; it is looked for beside the flock's folder".to_owned());
+    }
+    why
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_beside_the_flock_are_found_and_the_page_is_told_their_names_only() {
+        let scratch = tempfile::tempdir().unwrap();
+        let folder = scratch.path().join("aurora");
+        fs::create_dir(&folder).unwrap();
+        for name in ["artist.key", "artist.pub", "spare.key", "notes.txt"] {
+            fs::write(scratch.path().join(name), "").unwrap();
+        }
+        let shipping = Shipping::new(&folder, &[PathBuf::from("/keys/other.key")], None, Vec::new(), None);
+        assert_eq!(shipping.keys.keys().collect::<Vec<_>>(), ["artist", "other", "spare"]);
+        let beside = fs::canonicalize(scratch.path()).unwrap();
+        assert_eq!(shipping.public_keys(), [beside.join("artist.pub")]);
+        assert_eq!(shipping.outbox, beside.join("outbox"));
+    }
+
+    #[test]
+    fn what_keeps_a_flock_from_being_packed_is_told_in_sentences() {
+        let joins = JoinCount { judged: 80, jumps: 2, worst: 1.4 };
+        assert_eq!(why_not(3, &[], Some(&joins), 1), ["3 clips are not rendered", "2 of 80 joins jump"]);
+        assert_eq!(why_not(1, &[], None, 1), ["1 clip is not rendered"]);
+        assert_eq!(why_not(0, &[], Some(&JoinCount { jumps: 0, ..joins }), 1), [""; 0]);
+    }
+}

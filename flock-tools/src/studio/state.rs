@@ -1,0 +1,432 @@
+//! The state of the flock as the page gets it, in one document.
+//!
+//! Owns its form, and how it is put together from the manifest, the shares, the credits, the clips, the joins and the artist's
+//! notes. What is read from the disk comes in with [`Sources`].
+//!
+//! Start at [`flock_part`].
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use ::studio::document::{Mark, MarkKind, Notes, Revision};
+use ::studio::jobs::Job;
+use flock::{Fault, Flock, FlockShares, Measure, Sheep, SheepId, SheepShare, Transition};
+
+use super::candidates::{Candidate, VoteCounts};
+use super::clip_states::{ClipFile, ClipState, ClipStates};
+use super::figures::{Figures, shown};
+use super::genomes::Genomes;
+use super::joins::JoinRecord;
+use super::pictures::Keys;
+use super::places::Places;
+use crate::credits::{Credit, FlockCredits};
+
+/// All that the state is made of.
+pub(super) struct Sources<'a> {
+    pub(super) folder: &'a Path,
+    pub(super) flock: &'a Flock,
+    pub(super) by: Measure,
+    pub(super) genomes: &'a Genomes,
+    pub(super) credits: &'a FlockCredits,
+    pub(super) clips: &'a ClipStates,
+    pub(super) joins: &'a JoinRecord,
+    pub(super) places: &'a Places,
+    pub(super) votes: &'a VoteCounts,
+    pub(super) notes: &'a Notes,
+    pub(super) keys: Keys<'a>,
+}
+
+/// The state.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct State {
+    pub(super) revision: Revision,
+    pub(super) name: String,
+    /// Numerator and denominator.
+    pub(super) fps: [u32; 2],
+    pub(super) size: [u32; 2],
+    /// What wants are compared with.
+    pub(super) by: Measure,
+    /// The server's time, in milliseconds since 1970.
+    pub(super) now_ms: u64,
+    #[serde(flatten)]
+    pub(super) part: FlockPart,
+    /// What would be taken back, and done again, in words.
+    pub(super) undo: Option<String>,
+    pub(super) redo: Option<String>,
+    pub(super) jobs: Vec<Job>,
+    pub(super) paused: bool,
+    /// `null` until a sheep was accepted.
+    pub(super) pool: Option<PoolState>,
+    pub(super) capabilities: Capabilities,
+}
+
+/// The pool.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct PoolState {
+    pub(super) name: String,
+}
+
+/// What this program can do besides.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Capabilities {
+    pub(super) gpu: bool,
+}
+
+/// The part of the state that is about sheep and transitions.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct FlockPart {
+    pub(super) figures: Figures,
+    pub(super) faults: Vec<Fault>,
+    pub(super) sheep: Vec<SheepState>,
+    pub(super) candidates: Vec<SheepState>,
+    pub(super) transitions: Vec<TransitionState>,
+}
+
+/// A sheep on the page.
+#[derive(Clone, Debug, serde::Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts, each a key of the interface")]
+pub(super) struct SheepState {
+    pub(super) id: SheepId,
+    /// The ending of its genome's file.
+    pub(super) species: Option<String>,
+    pub(super) in_flock: bool,
+    /// Of a candidate: `pool` or `archive`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) source: Option<&'static str>,
+    /// As written in the manifest, and as a part of all.
+    pub(super) want: f64,
+    pub(super) wanted: f64,
+    pub(super) share: f64,
+    pub(super) ratio: Option<f64>,
+    pub(super) repeat: u32,
+    pub(super) frames: u32,
+    pub(super) ins: usize,
+    pub(super) outs: usize,
+    pub(super) shown: bool,
+    pub(super) state: ClipState,
+    pub(super) percent: Option<f64>,
+    pub(super) strip: Option<String>,
+    pub(super) fragments: Option<String>,
+    pub(super) genome: bool,
+    pub(super) licence: Option<String>,
+    pub(super) authors: Vec<String>,
+    pub(super) parents: Vec<String>,
+    pub(super) mark: MarkKind,
+    pub(super) rating: u8,
+    pub(super) votes: Option<VoteCount>,
+    pub(super) activity: Option<f64>,
+    pub(super) colour: Option<String>,
+    pub(super) bytes: Option<u64>,
+    pub(super) made_ms: Option<u64>,
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) pinned: bool,
+}
+
+/// Votes of the people before the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub(super) struct VoteCount {
+    #[serde(rename = "for")]
+    pub(super) up: u64,
+    pub(super) against: u64,
+}
+
+/// A transition on the page.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(super) struct TransitionState {
+    pub(super) from: SheepId,
+    pub(super) to: SheepId,
+    pub(super) weight: f64,
+    pub(super) visits: f64,
+    pub(super) frames: u32,
+    pub(super) state: ClipState,
+    pub(super) percent: Option<f64>,
+    /// Whether both genomes are there and of one species, so that it goes through genomes.
+    pub(super) genetic: bool,
+    pub(super) join: Option<Joins>,
+    /// Whether the artist has marked it.
+    pub(super) bad: bool,
+    pub(super) fragments: Option<String>,
+    pub(super) bytes: Option<u64>,
+}
+
+/// How well a transition meets the loops at its ends, in decibels off.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(super) struct Joins {
+    pub(super) from: Option<Decibels>,
+    pub(super) to: Option<Decibels>,
+    /// The larger severity: above 1 it jumps.
+    pub(super) worst: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(super) struct Decibels {
+    pub(super) db: f64,
+}
+
+/// The figures of sheep by their ids, and how often transitions are taken.
+struct Shares<'f> {
+    sheep: HashMap<&'f SheepId, &'f SheepShare<'f>>,
+    transitions: HashMap<(&'f SheepId, &'f SheepId), f64>,
+}
+
+/// The part of the state that is about sheep and transitions; `candidates` that are in the flock are left out.
+pub(super) fn flock_part(sources: &Sources<'_>, candidates: &[Candidate], faults: Vec<Fault>) -> FlockPart {
+    let manifest = sources.flock.manifest();
+    let computed = FlockShares::of(sources.flock);
+    let shares = Shares::of(computed.as_ref());
+    let is_shown = shown(sources.flock);
+    let mut degrees: HashMap<&SheepId, [usize; 2]> = HashMap::new();
+    for own in &manifest.transitions {
+        degrees.entry(&own.to).or_default()[0] += 1;
+        degrees.entry(&own.from).or_default()[1] += 1;
+    }
+    let sheep = manifest.sheep.iter().zip(&sources.credits.sheep).map(|(sheep, credit)| {
+        let share = shares.sheep.get(&sheep.id).copied();
+        let [ins, outs] = degrees.get(&sheep.id).copied().unwrap_or_default();
+        let shown = is_shown.contains(&sheep.id);
+        SheepState { ins, outs, shown, ..sources.sheep(sheep, credit, share) }
+    });
+    let own: HashMap<&SheepId, &Sheep> = manifest.sheep.iter().map(|sheep| (&sheep.id, sheep)).collect();
+    let transitions = manifest.transitions.iter().map(|transition| {
+        let visits = shares.transitions.get(&(&transition.from, &transition.to)).copied().unwrap_or(0.0);
+        sources.transition(transition, visits, [&transition.from, &transition.to].map(|id| own.get(id).copied()))
+    });
+    FlockPart {
+        figures: Figures::of(sources.flock, computed.as_ref(), sources.by),
+        faults,
+        sheep: sheep.collect(),
+        transitions: transitions.collect(),
+        candidates: candidates
+            .iter()
+            .filter(|candidate| !own.contains_key(&candidate.id))
+            .map(|candidate| sources.candidate(candidate))
+            .collect(),
+    }
+}
+
+impl<'f> Shares<'f> {
+    fn of(shares: Option<&'f FlockShares<'f>>) -> Self {
+        let sheep = shares.iter().flat_map(|shares| &shares.sheep);
+        let transitions = shares.iter().flat_map(|shares| &shares.transitions);
+        Self {
+            sheep: sheep.map(|sheep| (sheep.id, sheep)).collect(),
+            transitions: transitions.map(|own| ((own.from, own.to), own.visits)).collect(),
+        }
+    }
+}
+
+impl Sources<'_> {
+    fn sheep(&self, sheep: &Sheep, credit: &Credit, share: Option<&SheepShare<'_>>) -> SheepState {
+        let (share, wanted) = share.map_or((0.0, 0.0), |own| own.share_and_want(self.by));
+        let genome = sheep.genome.as_ref().map(|genome| genome.inside(self.folder));
+        let species = genome.as_deref().and_then(|genome| self.genomes.facts(genome).species);
+        let ClipFile { state, percent, bytes, made_ms } = self.clips.of(self.folder, sheep.clip.as_ref());
+        let is_there = state == ClipState::There;
+        let clip = sheep.clip.as_ref().filter(|_| is_there);
+        let base = SheepState {
+            in_flock: true,
+            source: None,
+            want: sheep.want,
+            wanted,
+            share,
+            ratio: (wanted > 0.0).then(|| share / wanted),
+            repeat: sheep.repeat,
+            frames: sheep.clip.as_ref().map_or(0, |clip| clip.frames.0),
+            state,
+            percent,
+            bytes,
+            made_ms,
+            strip: self.keys.strip(sheep.clip.as_ref(), genome.as_deref().filter(|_| species.is_some())),
+            fragments: clip.and_then(|clip| self.keys.fragments(clip)),
+            genome: species.is_some(),
+            species: species.map(str::to_owned),
+            licence: credit.licence.as_ref().map(|licence| licence.as_str().to_owned()),
+            authors: credit.authors.clone(),
+            parents: credit.parents.clone(),
+            ..self.blank(&sheep.id)
+        };
+        self.looked_at(base)
+    }
+
+    fn candidate(&self, candidate: &Candidate) -> SheepState {
+        let base = SheepState {
+            source: Some(candidate.source),
+            strip: self.keys.strip(None, Some(&candidate.path)),
+            genome: true,
+            species: candidate.species.clone(),
+            licence: candidate.licence.clone(),
+            authors: candidate.authors.clone(),
+            parents: candidate.parents.clone(),
+            made_ms: candidate.made_ms,
+            ..self.blank(&candidate.id)
+        };
+        self.looked_at(base)
+    }
+
+    /// A sheep of which nothing is known but the artist's notes and the votes.
+    fn blank(&self, id: &SheepId) -> SheepState {
+        let Mark { kind: mark, rating } = self.notes.marks.get(id).copied().unwrap_or_default();
+        let pin = self.notes.pins.get(id).copied();
+        let [x, y] = pin.unwrap_or_else(|| self.places.of(id.as_str()));
+        SheepState {
+            id: id.clone(),
+            species: None,
+            in_flock: false,
+            source: None,
+            want: 1.0,
+            wanted: 0.0,
+            share: 0.0,
+            ratio: None,
+            repeat: 1,
+            frames: 0,
+            ins: 0,
+            outs: 0,
+            shown: false,
+            state: ClipState::None,
+            percent: None,
+            strip: None,
+            fragments: None,
+            genome: false,
+            licence: None,
+            authors: Vec::new(),
+            parents: Vec::new(),
+            mark,
+            rating,
+            votes: self.votes.get(id.as_str()).map(|[up, against]| VoteCount { up: *up, against: *against }),
+            activity: None,
+            colour: None,
+            bytes: None,
+            made_ms: None,
+            x,
+            y,
+            pinned: pin.is_some(),
+        }
+    }
+
+    /// With what is known of its pictures.
+    fn looked_at(&self, sheep: SheepState) -> SheepState {
+        match sheep.strip.as_deref().and_then(|strip| self.keys.look(strip)) {
+            Some((activity, colour)) => SheepState { activity: Some(activity), colour: Some(colour), ..sheep },
+            None => sheep,
+        }
+    }
+
+    fn transition(&self, own: &Transition, visits: f64, ends: [Option<&Sheep>; 2]) -> TransitionState {
+        let ClipFile { state, percent, bytes, .. } = self.clips.of(self.folder, Some(&own.clip));
+        let is_there = state == ClipState::There;
+        let species = ends.map(|sheep| {
+            let genome = sheep?.genome.as_ref()?;
+            self.genomes.facts(&genome.inside(self.folder)).species
+        });
+        TransitionState {
+            from: own.from.clone(),
+            to: own.to.clone(),
+            weight: own.weight,
+            visits,
+            frames: own.clip.frames.0,
+            state,
+            percent,
+            genetic: species[0].is_some() && species[0] == species[1],
+            join: is_there.then(|| self.joins_of(own, ends)).flatten(),
+            bad: self.notes.bad_joins.contains(&(own.from.clone(), own.to.clone())),
+            fragments: is_there.then(|| self.keys.fragments(&own.clip)).flatten(),
+            bytes,
+        }
+    }
+
+    fn joins_of(&self, own: &Transition, ends: [Option<&Sheep>; 2]) -> Option<Joins> {
+        let [before, after] = ends.map(|sheep| sheep.and_then(|sheep| sheep.clip.as_ref()));
+        let from = before.and_then(|before| self.joins.find(self.folder, before, &own.clip));
+        let to = after.and_then(|after| self.joins.find(self.folder, &own.clip, after));
+        let worst = from.iter().chain(&to).map(|known| known.severity).reduce(f64::max)?;
+        let [from, to] = [from, to].map(|known| known.map(|known| Decibels { db: known.db }));
+        Some(Joins { from, to, worst })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studio::media::Media;
+    use flock::{Clip, ClipPath, Manifest};
+    use std::path::PathBuf;
+    use timing::FrameCount;
+
+    fn demo() -> (PathBuf, Flock) {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("demo/small");
+        let mut manifest = Manifest::read(&folder).unwrap();
+        let mut open = manifest.sheep[0].clone();
+        open.id = SheepId::new("open").unwrap();
+        open.clip = Some(Clip { path: ClipPath::new("loops/open.mp4").unwrap(), frames: FrameCount(9), hash: None });
+        manifest.sheep.push(open);
+        (folder, Flock::new(manifest))
+    }
+
+    fn part(notes: &Notes, candidates: &[Candidate]) -> FlockPart {
+        let own = tempfile::tempdir().unwrap();
+        let (folder, flock) = demo();
+        let (genomes, manifest) = (Genomes::default(), flock.manifest());
+        let credits = FlockCredits::of(&folder, manifest).unwrap();
+        let media = Media::open(&folder, own.path());
+        let sources = Sources {
+            folder: &folder,
+            flock: &flock,
+            by: Measure::Visits,
+            genomes: &genomes,
+            credits: &credits,
+            clips: &ClipStates::default(),
+            joins: &JoinRecord::open(own.path()),
+            places: &Places::open(own.path()),
+            votes: &VoteCounts::from([("bower".to_owned(), [3, 1])]),
+            notes,
+            keys: Keys::new(&media, manifest),
+        };
+        flock_part(&sources, candidates, Vec::new())
+    }
+
+    #[test]
+    fn the_page_gets_of_each_sheep_its_share_its_clip_its_origin_and_the_artists_notes() {
+        let (id, kept) = (SheepId::new("bower").unwrap(), Mark { kind: MarkKind::Kept, rating: 4 });
+        let (_, flock) = demo();
+        let way = &flock.manifest().transitions[0];
+        let notes = Notes {
+            marks: [(id.clone(), kept)].into(),
+            pins: [(id.clone(), [0.25, -0.5])].into(),
+            bad_joins: [(way.from.clone(), way.to.clone())].into(),
+        };
+        let told = part(&notes, &[]);
+        let bower = told.sheep.iter().find(|sheep| sheep.id == id).unwrap();
+        assert_eq!(
+            (bower.mark, bower.rating, bower.pinned, [bower.x, bower.y]),
+            (MarkKind::Kept, 4, true, [0.25, -0.5])
+        );
+        assert_eq!((bower.state, bower.shown, bower.genome), (ClipState::There, true, true));
+        assert_eq!(bower.votes, Some(VoteCount { up: 3, against: 1 }));
+        assert!(bower.strip.is_some() && bower.fragments.is_some() && bower.bytes > Some(1000), "{bower:?}");
+        assert_eq!((bower.species.as_deref(), bower.ins.min(bower.outs) > 0), (Some("flam3"), true));
+        assert!((told.sheep.iter().map(|sheep| sheep.share).sum::<f64>() - 1.0).abs() < 1e-9);
+        assert!((told.sheep.iter().map(|sheep| sheep.wanted).sum::<f64>() - 1.0).abs() < 1e-9);
+        let open = told.sheep.iter().find(|sheep| sheep.id.as_str() == "open").unwrap();
+        assert_eq!((open.state, open.shown, open.fragments.is_some()), (ClipState::Missing, false, false));
+        assert!(open.strip.is_some(), "its genome is drawn");
+        assert!(told.transitions[0].bad && told.transitions[1..].iter().all(|own| !own.bad));
+    }
+
+    #[test]
+    fn a_candidate_that_is_in_the_flock_is_told_once() {
+        let candidate = |id: &str| Candidate {
+            id: SheepId::new(id).unwrap(),
+            path: Path::new(env!("CARGO_MANIFEST_DIR")).join("demo/genomes/orchid.flam3"),
+            source: "archive",
+            species: Some("flam3".to_owned()),
+            licence: None,
+            authors: Vec::new(),
+            parents: Vec::new(),
+            made_ms: None,
+        };
+        let told = part(&Notes::default(), &[candidate("bower"), candidate("new")]);
+        let ids: Vec<&str> = told.candidates.iter().map(|own| own.id.as_str()).collect();
+        assert_eq!((ids, told.candidates[0].in_flock, told.candidates[0].strip.is_some()), (vec!["new"], false, true));
+    }
+}

@@ -1,0 +1,154 @@
+//! What all requests of the studio share: the document, the queue, the events, and what is known of files.
+//!
+//! Owns them, and what the page is told when something has changed. `looking.rs` has what is read of them.
+//!
+//! Start at [`Workshop::open`].
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ::studio::document::{Change, Document, DocumentError, OWN_FOLDER, Revision};
+use ::studio::events::{EventKind, Hub};
+use ::studio::jobs::{Queue, Settings};
+use flock::{Flock, Measure};
+use serde_json::{Value, json};
+
+use super::breeding_jobs;
+use super::broods::Broods;
+use super::candidates::Candidates;
+use super::checking::Checked;
+use super::figures::Figures;
+use super::genomes::Genomes;
+use super::joins::JoinRecord;
+use super::media::Media;
+use super::places::Places;
+use super::ship::Shipping;
+use super::stock::{Around, Stock};
+use super::{Args, StudioError};
+use crate::decoder::Decoder;
+use crate::flock_folder::open;
+use crate::program::{Exit, Fatal, now};
+
+/// The list of jobs that a restart goes on with.
+const JOBS: &str = "jobs.json";
+/// The folder of the pool in that of the flock, if no other is named.
+const POOL: &str = "pool";
+
+/// What all requests share. Locks are held for short: none while something is rendered, decoded or sent.
+pub(super) struct Workshop {
+    /// The flock's folder, and the studio's own in it.
+    pub(super) folder: PathBuf,
+    pub(super) own: PathBuf,
+    pub(super) document: Mutex<Document>,
+    pub(super) hub: Arc<Hub>,
+    pub(super) queue: Queue,
+    pub(super) stock: Arc<Stock>,
+    pub(super) media: Media,
+    pub(super) joins: Mutex<JoinRecord>,
+    pub(super) places: Mutex<Places>,
+    pub(super) checked: Mutex<Checked>,
+    pub(super) shipping: Shipping,
+    /// What differs from the last bundle, for a revision of the manifest.
+    pub(super) difference: Mutex<Option<(Revision, Value)>>,
+    /// The flock of the last revision that was asked for.
+    pub(super) known_flock: Mutex<Option<(Revision, Arc<Flock>)>>,
+}
+
+impl Workshop {
+    /// Opens the flock that `args` name, and what an earlier studio left of it.
+    /// Errors: If the manifest is malformed, or the studio's own folder cannot be made.
+    pub(super) fn open(args: &Args, decoder: &'static dyn Decoder) -> Result<Self, Fatal> {
+        let folder = args.dir.clone();
+        let own = folder.join(OWN_FOLDER);
+        let candidates = Candidates::new(args.pool.clone().unwrap_or_else(|| folder.join(POOL)), args.archive.clone());
+        let (genomes, broods) = (Genomes::default(), Mutex::new(Broods::open(&own)));
+        let stock = Arc::new(Stock { folder: folder.clone(), decoder, genomes, candidates, broods });
+        let around = Box::new(Around(Arc::clone(&stock)));
+        let document = Document::open(&folder, around).map_err(document_fatal)?;
+        let hub = Arc::new(Hub::new(rand::random()));
+        let told = Arc::clone(&hub);
+        let settings = Settings {
+            threads: usize::from(args.jobs),
+            kept: Some(own.join(JOBS)),
+            clock: now::since_start,
+            listener: Box::new(move |job| told.send(EventKind::Job, &json!({ "job": job }))),
+        };
+        let start = |source| Fatal::new(Exit::Unreadable, StudioError::Start { source });
+        Ok(Self {
+            document: Mutex::new(document),
+            hub,
+            queue: Queue::open(settings).map_err(start)?,
+            media: Media::open(&folder, &own),
+            stock,
+            joins: Mutex::new(JoinRecord::open(&own)),
+            places: Mutex::new(Places::open(&own)),
+            checked: Mutex::default(),
+            shipping: args.shipping(),
+            difference: Mutex::default(),
+            known_flock: Mutex::default(),
+            folder,
+            own,
+        })
+    }
+
+    /// Goes on with the jobs that an earlier run left.
+    pub(super) fn go_on(self: &Arc<Self>) {
+        for brood in locked(&self.stock.broods).unfinished() {
+            breeding_jobs::queue(self, &brood);
+        }
+        for kept in self.queue.left() {
+            match self.work_of(&kept) {
+                Some(work) => drop(self.queue.go_on(&kept, work)),
+                None => self.queue.forget(&kept),
+            }
+        }
+    }
+
+    /// Looks whether somebody else has edited the manifest, and tells the page.
+    pub(super) fn look(&self) {
+        // Taken before the page is told: it may edit at once.
+        let found = locked(&self.document).poll();
+        match found {
+            None => {}
+            Some(Change::Edited { .. }) => self.tell_changed(),
+            Some(Change::Unreadable { error }) => self.note(&format!("the flock cannot be read: {error}")),
+        }
+    }
+
+    /// Tells the page a sentence.
+    pub(super) fn note(&self, text: &str) {
+        self.hub.send(EventKind::Note, &json!({ "text": text }));
+    }
+
+    /// Tells the page that the manifest is another one, with its figures.
+    pub(super) fn tell_changed(&self) {
+        let (revision, flock) = self.flock();
+        self.hub.send(EventKind::Changed, &json!({ "revision": revision }));
+        let figures = Figures::of_flock(&flock, Measure::Visits);
+        self.hub.send(EventKind::Figures, &json!(figures));
+    }
+
+    /// Tells the page to fetch the state: something that is not in the manifest has changed.
+    pub(super) fn tell_all(&self) {
+        self.hub.send(EventKind::State, &json!({}));
+    }
+
+    /// Now, in milliseconds since 1970.
+    pub(super) fn now_ms() -> u64 {
+        now::since_1970_ms()
+    }
+}
+
+/// Ends the command that cannot open a document.
+fn document_fatal(error: DocumentError) -> Fatal {
+    match error {
+        DocumentError::Manifest(error) => open::manifest_fatal(error),
+        DocumentError::Taken { .. } => Fatal::new(Exit::No, error),
+        DocumentError::Folder { .. } => Fatal::new(Exit::Unreadable, error),
+    }
+}
+
+/// The value behind `mutex`. A thread that panicked while it had it has left it whole.
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

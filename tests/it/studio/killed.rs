@@ -1,0 +1,59 @@
+//! The program is killed while the page is open.
+//!
+//! Owns the claim that the page ends in the true state: no job that spins for ever, no edit that is shown and was not
+//! made.
+
+use super::browser::Browser;
+use super::page::{DESK, Page};
+use super::running::Studio;
+use super::sheep::demo;
+use serde_json::{Value, json};
+
+/// How often it is killed: `KILLS` for `make soak`, which kills it 50 times.
+fn kills() -> u32 {
+    std::env::var("KILLS").map_or(5, |kills| kills.parse().expect("KILLS is a number"))
+}
+
+/// Whether the page shows what the program says: the jobs, and how often each sheep is wanted.
+const IS_TRUE: &str = "(async () => {
+  const told = await (await fetch('/api/state')).json()
+  const rows = [...document.querySelectorAll('.view.jobs [data-job]')].map(row => `${row.dataset.job} ${row.dataset.state}`).sort()
+  const jobs = told.jobs.map(job => `${job.id} ${job.state}`).sort()
+  return document.querySelector('#offline').hidden && rows.join() === jobs.join()
+})()";
+
+#[test]
+fn killed_in_the_midst_of_jobs_the_program_goes_on_and_the_page_tells_the_truth() {
+    let flock = demo();
+    let mut studio = Studio::of(flock.path());
+    let browser = Browser::start();
+    let page = Page::open(&browser, &studio.address(), DESK);
+    for kill in 0..kills() {
+        page.ask("location.hash = '#/jobs'");
+        page.until("the page shows the jobs", "document.body.dataset.view === 'jobs'");
+        let state = studio.get("/api/state");
+        let pair = &state["transitions"][kill as usize % 20];
+        let previews = json!({ "from": pair["from"], "to": pair["to"], "kind": "middles" });
+        studio.post("/api/previews", &previews);
+        let want = json!([{ "do": "want", "sheep": "aurora", "value": f64::from(kill) + 2.0 }]);
+        studio.edit(&state["revision"], &want);
+        studio.kill_and_restart();
+        // The artist opens the address that is printed now, in the same tab.
+        page.ask(&format!("location.href = '{}'", studio.address()));
+        page.until(
+            "the page is signed in again",
+            "document.querySelector('#offline').hidden && document.querySelector('#closed').hidden",
+        );
+        page.ask("location.hash = '#/jobs'");
+        page.until(&format!("after kill {kill} the page shows what is so"), IS_TRUE);
+        let state = studio.get("/api/state");
+        let aurora = state["sheep"].as_array().unwrap().iter().find(|sheep| sheep["id"] == "aurora").unwrap();
+        assert_eq!(aurora["want"], f64::from(kill) + 2.0, "an edit that was answered is there");
+    }
+    // Every job comes to an end, and none is left that neither waits nor runs.
+    let over = ["done", "failed", "cancelled"].map(Value::from);
+    claims::wait::until("all jobs are over", 300, || {
+        studio.get("/api/jobs")["jobs"].as_array().unwrap().iter().all(|job| over.contains(&job["state"]))
+    });
+    page.until("the page shows that all is over", IS_TRUE);
+}

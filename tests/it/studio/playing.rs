@@ -1,0 +1,188 @@
+//! What the studio plays is what the wall shows.
+//!
+//! Owns the claims on the walk, frame by frame against `dreams walk` and ffmpeg, on its buffer over a long time, and on
+//! the loupe.
+//!
+//! Start at [`WATCH`].
+
+use super::browser::Browser;
+use super::page::{DESK, Page, Window};
+use super::running::Studio;
+use super::sheep::{RATE, small_pictures};
+use crate::programs::{self, claims_folder, succeed};
+use serde_json::{Value, json};
+use std::collections::HashMap;
+use std::path::Path;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// The virtual seconds of walk that are watched: `WALK_S` for `make soak`, which watches half an hour.
+fn seconds() -> u64 {
+    std::env::var("WALK_S").map_or(120, |seconds| seconds.parse().expect("WALK_S is a number"))
+}
+
+/// Runs before the page: notes each frame of a video that is shown, with its time and fingerprint, and how often it stood:
+/// for want of what is to be played, or because the decoder was too slow. Frames are read from the video as they were
+/// decoded; `window.every` says of how many shown frames one is read.
+const WATCH: &str = r"
+  window.shown = []
+  window.stalls = 0
+  window.slow = 0
+  window.every = 1
+  const noted = new WeakSet()
+  const note = video => {
+    if (noted.has(video)) return
+    noted.add(video)
+    for (const name of ['waiting', 'stalled']) video.addEventListener(name, () => {
+      if (video.currentTime < 0.5 || video.paused || video.seeking) return
+      const { buffered, currentTime } = video
+      const isThere = [...Array(buffered.length).keys()].some(at => buffered.start(at) <= currentTime && buffered.end(at) > currentTime + 0.5)
+      if (isThere) window.slow++
+      else window.stalls++
+    })
+    let count = 0
+    const each = async () => {
+      video.requestVideoFrameCallback(each)
+      if (count++ % window.every) return
+      const frame = new VideoFrame(video)
+      const data = new Uint8Array(frame.allocationSize())
+      const { format, timestamp } = frame
+      await frame.copyTo(data)
+      frame.close()
+      const sha1 = new Uint8Array(await crypto.subtle.digest('SHA-1', data))
+      window.shown.push([timestamp / 1e6, format, [...sha1].map(byte => byte.toString(16).padStart(2, '0')).join('')])
+    }
+    video.requestVideoFrameCallback(each)
+  }
+  new MutationObserver(() => document.querySelectorAll('video').forEach(note)).observe(document, { childList: true, subtree: true })";
+
+/// The SHA-1 of every frame of `clip`, in order, as ffmpeg decodes them.
+fn framehash(clip: &Path) -> Vec<String> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(clip);
+    ffmpeg.args(["-an", "-pix_fmt", "yuv420p", "-fps_mode", "passthrough", "-f", "framehash", "-hash", "sha160", "-"]);
+    let list = String::from_utf8(succeed(&mut ffmpeg)).unwrap();
+    let digest = |line: &str| line.rsplit(',').next().map(|hash| hash.trim().to_owned());
+    list.lines().filter(|line| !line.starts_with('#')).filter_map(digest).collect()
+}
+
+/// The clips of the walk of `seed`, as `dreams walk` prints them.
+fn walk(folder: &Path, seed: &str, steps: usize) -> Vec<String> {
+    let mut dreams = Command::new(programs::dreams());
+    dreams.arg("walk").arg(folder).args(["--seed", seed, "--steps", &steps.to_string()]);
+    String::from_utf8(succeed(&mut dreams)).unwrap().lines().map(str::to_owned).collect()
+}
+
+/// The fingerprints of the frames of `clips`, one clip after the other.
+fn frames(folder: &Path, clips: &[String]) -> Vec<String> {
+    let mut known: HashMap<&String, Vec<String>> = HashMap::new();
+    let mut all = Vec::new();
+    for clip in clips {
+        all.extend_from_slice(known.entry(clip).or_insert_with(|| framehash(&folder.join(clip))));
+    }
+    all
+}
+
+/// A copy of [`small_pictures`]: one studio at a time has a flock.
+fn own_copy() -> TempDir {
+    let copy = tempfile::tempdir_in(claims_folder()).unwrap();
+    succeed(Command::new("cp").arg("-r").arg(small_pictures().join(".")).arg(copy.path()));
+    copy
+}
+
+/// A window that leaves the machine's power to the decoder.
+const LITTLE: Window = Window { width: 800, height: 600, ..DESK };
+
+#[test]
+fn what_the_studio_plays_is_what_the_wall_shows() {
+    let flock = own_copy();
+    let folder = flock.path().to_owned();
+    let expected = frames(&folder, &walk(&folder, "7", 6));
+    let studio = Studio::of(&folder);
+    let browser = Browser::start();
+    let page = Page::prepared(&browser, &studio.address(), LITTLE, WATCH);
+    page.ask("location.hash = '#/walk?seed=7'");
+    page.until(
+        "the walk has come to its 300th frame",
+        "Number(document.querySelector('.screen')?.dataset.frame) > 300",
+    );
+    let shown = page.ask("window.shown");
+    let shown = shown.as_array().expect("a list of frames");
+    assert!(shown.len() > 50, "{} frames were seen", shown.len());
+    for seen in shown {
+        let (time, layout, hash) = (seen[0].as_f64().unwrap(), &seen[1], seen[2].as_str().unwrap());
+        let frame = (time * f64::from(RATE)).round();
+        assert!((time * f64::from(RATE) - frame).abs() < 0.01, "{time} s is no frame of {RATE} a second");
+        assert_eq!(layout, "I420", "frames are compared as they were decoded");
+        assert_eq!(hash, expected[frame as usize], "frame {frame}, {time} s");
+    }
+    let order: Vec<f64> = shown.iter().map(|seen| seen[0].as_f64().unwrap()).collect();
+    assert!(order.is_sorted(), "{order:?}");
+    assert_eq!(json!(page.complaints()), json!([]));
+}
+
+#[test]
+fn a_long_walk_at_four_times_its_pace_has_one_buffer_and_never_stands() {
+    let flock = own_copy();
+    let folder = flock.path().to_owned();
+    let studio = Studio::of(&folder);
+    let browser = Browser::start();
+    let page = Page::prepared(&browser, &studio.address(), LITTLE, &format!("{WATCH}; window.every = Infinity"));
+    page.ask("location.hash = '#/walk?seed=7'");
+    page.until("the walk plays", "document.querySelector('video')?.currentTime > 1");
+    page.press("4");
+    page.ask("window.ranges = 0; setInterval(() => { window.ranges = Math.max(ranges, document.querySelector('video').buffered.length) }, 200)");
+    let limit = u32::try_from(seconds()).unwrap().max(60) * 2;
+    let is_over = format!("document.querySelector('video').currentTime > {}", seconds());
+    page.until_within("the whole walk was played", limit, &is_over);
+    let told = page.ask("(() => { const video = document.querySelector('video'), { totalVideoFrames, droppedVideoFrames } = video.getVideoPlaybackQuality()
+        return { ranges, stalls, slow, rate: video.playbackRate, all: totalVideoFrames, dropped: droppedVideoFrames, ahead: video.buffered.end(0) - video.buffered.start(0) } })()");
+    assert_eq!((&told["ranges"], &told["stalls"]), (&json!(1), &json!(0)), "{told}");
+    assert!(told["ahead"].as_f64().unwrap() < 200.0, "what was played is let go: {told}");
+    let part = told["dropped"].as_f64().unwrap() / told["all"].as_f64().unwrap();
+    // What else this machine does costs some frames of a short walk.
+    let (most, slow) = if seconds() < 1_800 { (0.1, 3) } else { (0.005, 0) };
+    assert!(told["slow"].as_u64().unwrap() <= slow, "the decoder is too slow: {told}");
+    assert!(part <= most, "{part} of the frames were dropped: {told}");
+}
+
+#[test]
+fn joins_in_the_loupe_are_those_that_ffmpeg_decodes_bit_for_bit() {
+    let flock = own_copy();
+    let folder = flock.path().to_owned();
+    let clips = walk(&folder, "7", 30);
+    let clips = &clips[..21];
+    let expected: Vec<Vec<String>> = clips.iter().map(|clip| framehash(&folder.join(clip))).collect();
+    let studio = Studio::of(&folder);
+    let state = studio.get("/api/state");
+    let key = |clip: &String| {
+        let name = clip.split('/').next_back().unwrap().trim_end_matches(".mp4");
+        let of = |list: &str, fits: &dyn Fn(&Value) -> bool| {
+            let all = state[list].as_array().unwrap();
+            all.iter().find(|one| fits(one)).unwrap_or_else(|| panic!("no `{name}`"))["fragments"].clone()
+        };
+        match name.split_once('=') {
+            Some((from, to)) => of("transitions", &|one| one["from"] == from && one["to"] == to),
+            None => of("sheep", &|one| one["id"] == name),
+        }
+    };
+    let keys: Vec<Value> = clips.iter().map(key).collect();
+    let browser = Browser::start();
+    let page = Page::open(&browser, &studio.address(), LITTLE);
+    let told = page.ask(&format!("import('/app/loupe.js').then(loupe => loupe.hashes({}))", json!(keys)));
+    let told = told.as_array().expect("a list of frames");
+    assert_eq!(told.len(), expected.iter().map(Vec::len).sum::<usize>());
+    let mut all = expected
+        .iter()
+        .enumerate()
+        .flat_map(|(clip, hashes)| hashes.iter().enumerate().map(move |(frame, hash)| (clip, frame, hash)));
+    for seen in told {
+        let (clip, frame, hash) = all.next().expect("there are as many");
+        assert_eq!(
+            (&seen["clip"], &seen["frame"], &seen["sha1"]),
+            (&json!(clip), &json!(frame), &json!(hash)),
+            "{}",
+            clips[clip]
+        );
+    }
+}

@@ -1,0 +1,180 @@
+//! Flocks for the studio's claims.
+//!
+//! Owns generated manifests without clips, the demo flock with genomes and clips, and the same with small pictures.
+//!
+//! Start at [`ring`].
+
+use crate::clips::{SETPARAMS, TAGS};
+use crate::programs::{claims_folder, dreams, repository, succeed};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::Mutex;
+use tempfile::TempDir;
+
+/// A folder with a flock `name` of `sheep` in a ring, each with `chords` more transitions, without clips: the ids are
+/// `s0`, `s1` and so on.
+pub(crate) fn ring(name: &str, sheep: usize, chords: usize) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("flock.toml"), manifest(name, sheep, chords)).unwrap();
+    folder
+}
+
+fn manifest(name: &str, sheep: usize, chords: usize) -> String {
+    let mut text = format!("format = 1\nname = \"{name}\"\nsize = [1280, 720]\nfps = [30, 1]\n");
+    for at in 0..sheep {
+        write!(text, "\n[[sheep]]\nid = \"s{at}\"\nframes = 768\nclip = \"loops/s{at}.mp4\"\n").unwrap();
+    }
+    for from in 0..sheep {
+        let ends: BTreeSet<usize> = (0..=chords).map(|chord| (from + 1 + chord * 7) % sheep).collect();
+        for to in ends.into_iter().filter(|to| *to != from) {
+            write!(text, "\n[[transition]]\nfrom = \"s{from}\"\nto = \"s{to}\"\n").unwrap();
+            write!(text, "frames = 384\nclip = \"transitions/s{from}=s{to}.mp4\"\n").unwrap();
+        }
+    }
+    text
+}
+
+/// A copy of the demo flock in `flock-tools/demo/small`, with its genomes and clips.
+pub(crate) fn demo() -> TempDir {
+    let folder = tempfile::tempdir_in(claims_folder()).unwrap();
+    let from = repository().join("flock-tools/demo/small");
+    succeed(Command::new("cp").args(["--recursive", "--reflink=auto"]).arg(from.join(".")).arg(folder.path()));
+    folder
+}
+
+/// Frames per second of [`small_pictures`]: at four times that, a screen of 60 Hz still shows every one.
+pub(crate) const RATE: u32 = 12;
+
+/// The same, slower, and each frame 320 pixels wide: many are decoded a second also on a busy machine. Its clips have no
+/// hashes and its sheep no genomes, so that nothing but the clips can be shown. It is kept for the next run.
+pub(crate) fn small_pictures() -> PathBuf {
+    static MAKING: Mutex<()> = Mutex::new(());
+    let _one_at_a_time = MAKING.lock();
+    let from = repository().join("flock-tools/demo/small");
+    let text = fs::read_to_string(from.join("flock.toml")).unwrap();
+    let made_from = [text.as_str(), include_str!("sheep.rs")].concat();
+    let folder = claims_folder().join(format!("studio-{}", &blake3::hash(made_from.as_bytes()).to_hex()[..16]));
+    if folder.exists() {
+        return folder;
+    }
+    let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
+    for name in ["loops", "transitions"] {
+        fs::create_dir(scratch.path().join(name)).unwrap();
+        for clip in fs::read_dir(from.join(name)).unwrap().map(|entry| entry.unwrap()) {
+            let mut ffmpeg = Command::new("ffmpeg");
+            ffmpeg.args(["-v", "error", "-nostdin", "-r", &RATE.to_string(), "-i"]).arg(clip.path());
+            ffmpeg.args(["-vf", &format!("scale=320:180,{SETPARAMS}"), "-c:v", "libx264", "-profile:v", "high"]);
+            ffmpeg.args(["-preset", "veryfast", "-x264-params", "open-gop=0:bframes=3:8x8dct=1"]);
+            ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe", "-movflags", "+faststart"]).args(TAGS);
+            succeed(ffmpeg.arg(scratch.path().join(name).join(clip.file_name())));
+        }
+    }
+    let is_kept = |line: &&str| !line.starts_with("hash = ") && !line.starts_with("genome = ");
+    let kept: Vec<_> = text.lines().filter(is_kept).collect();
+    let kept = kept.join("\n").replace("size = [1280, 720]", "size = [320, 180]");
+    let kept = kept.replace("fps = [30, 1]", &format!("fps = [{RATE}, 1]")) + "\n";
+    fs::write(scratch.path().join("flock.toml"), kept).unwrap();
+    fs::rename(scratch.keep(), &folder).unwrap();
+    folder
+}
+
+/// A flock of `sheep` in a ring with two exits each, whose loops are there: copies of those of [`small_pictures`].
+#[allow(dead_code, reason = "the bench needs it")]
+pub(crate) fn pictured(sheep: usize) -> TempDir {
+    let from = small_pictures();
+    let mut clips: Vec<PathBuf> =
+        fs::read_dir(from.join("loops")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    clips.sort();
+    let folder = tempfile::tempdir_in(claims_folder()).unwrap();
+    fs::create_dir(folder.path().join("loops")).unwrap();
+    let listed = fs::read_to_string(from.join("flock.toml")).unwrap();
+    let text = manifest("meadow", sheep, 1).replace("size = [1280, 720]", "size = [320, 180]");
+    let mut text = text.replace("fps = [30, 1]", &format!("fps = [{RATE}, 1]"));
+    for at in 0..sheep {
+        let clip = &clips[at % clips.len()];
+        fs::hard_link(clip, folder.path().join(format!("loops/s{at}.mp4"))).unwrap();
+        let name = clip.file_name().and_then(|name| name.to_str()).expect("our file names are UTF-8");
+        let before = listed.split(&format!("clip = \"loops/{name}\"")).next().unwrap_or_default();
+        let frames = before.rsplit("frames = ").next().and_then(|rest| rest.lines().next()).expect("a clip has frames");
+        let line = format!("frames = 768\nclip = \"loops/s{at}.mp4\"\n");
+        text = text.replacen(&line, &line.replace("768", frames), 1);
+    }
+    fs::write(folder.path().join("flock.toml"), text).unwrap();
+    folder
+}
+
+/// The demo's genomes that are quick to draw.
+const QUICK: [&str; 5] = ["aurora", "dahlia", "lagoon", "tigereye", "vesper"];
+
+/// A small ring of quick sheep with rendered clips, kept for the next run: the folder.
+fn rendered() -> PathBuf {
+    static MAKING: Mutex<()> = Mutex::new(());
+    let _one_at_a_time = MAKING.lock();
+    let folder =
+        claims_folder().join(format!("studio-quick-{}", &blake3::hash(include_bytes!("sheep.rs")).to_hex()[..16]));
+    if folder.exists() {
+        return folder;
+    }
+    let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
+    fs::create_dir(scratch.path().join("genomes")).unwrap();
+    let mut text = "format = 1\nname = \"quick\"\nsize = [96, 54]\nfps = [15, 1]\n".to_owned();
+    for (at, name) in QUICK.iter().enumerate() {
+        let genome = format!("genomes/{name}.expr");
+        fs::copy(repository().join("flock-tools/demo/small").join(&genome), scratch.path().join(&genome)).unwrap();
+        let to = QUICK[(at + 1) % QUICK.len()];
+        write!(
+            text,
+            "\n[[sheep]]\nid = \"{name}\"\ngenome = \"{genome}\"\nframes = 120\nclip = \"loops/{name}.mp4\"\n"
+        )
+        .unwrap();
+        let clip = format!("frames = 120\nclip = \"transitions/{name}={to}.mp4\"\n");
+        write!(text, "\n[[transition]]\nfrom = \"{name}\"\nto = \"{to}\"\n{clip}").unwrap();
+    }
+    fs::write(scratch.path().join("flock.toml"), text).unwrap();
+    succeed(Command::new(dreams()).args(["render", "--preset", "draft"]).arg(scratch.path()));
+    fs::rename(scratch.keep(), &folder).unwrap();
+    folder
+}
+
+/// A flock of `sheep` in a ring, all with genomes and clips, by the ids `s000`, `s001` and so on: copies of five sheep by
+/// turns.
+pub(crate) fn many(sheep: usize) -> TempDir {
+    let from = rendered();
+    let listed: toml::Table = fs::read_to_string(from.join("flock.toml")).unwrap().parse().unwrap();
+    let hash = |list: &str, at: usize| listed[list][at]["hash"].as_str().expect("it is rendered").to_owned();
+    let folder = tempfile::tempdir_in(claims_folder()).unwrap();
+    for name in ["genomes", "loops", "transitions"] {
+        fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    let mut text = "format = 1\nname = \"meadow\"\nsize = [96, 54]\nfps = [15, 1]\n".to_owned();
+    let link = |old: String, new: &str| fs::hard_link(from.join(old), folder.path().join(new)).unwrap();
+    for at in 0..sheep {
+        let kind = at % QUICK.len();
+        let [genome, clip] = [format!("genomes/s{at:03}.expr"), format!("loops/s{at:03}.mp4")];
+        link(format!("genomes/{}.expr", QUICK[kind]), &genome);
+        link(format!("loops/{}.mp4", QUICK[kind]), &clip);
+        write!(
+            text,
+            "\n[[sheep]]\nid = \"s{at:03}\"\ngenome = \"{genome}\"\nframes = 120\nclip = \"{clip}\"\nhash = \"{}\"\n",
+            hash("sheep", kind)
+        )
+        .unwrap();
+    }
+    for at in 0..sheep {
+        let (kind, to) = (at % QUICK.len(), (at + 1) % sheep);
+        let clip = format!("transitions/s{at:03}=s{to:03}.mp4");
+        link(format!("transitions/{}={}.mp4", QUICK[kind], QUICK[(kind + 1) % QUICK.len()]), &clip);
+        let ends = format!("from = \"s{at:03}\"\nto = \"s{to:03}\"\n");
+        write!(
+            text,
+            "\n[[transition]]\n{ends}frames = 120\nclip = \"{clip}\"\nhash = \"{}\"\n",
+            hash("transition", kind)
+        )
+        .unwrap();
+    }
+    fs::write(folder.path().join("flock.toml"), text).unwrap();
+    folder
+}
