@@ -50,7 +50,6 @@ mod studio {
     mod running;
     mod sheep;
     mod sights;
-    mod tasks;
 }
 mod syscall_faults;
 mod tools {

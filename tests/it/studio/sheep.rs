@@ -5,7 +5,7 @@
 //! Start at [`ring`].
 
 use crate::clips::{SETPARAMS, TAGS};
-use crate::programs::{claims_folder, dreams, repository, succeed};
+use crate::programs::{claims_folder, repository, succeed};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
@@ -101,79 +101,6 @@ pub(crate) fn pictured(sheep: usize) -> TempDir {
         let frames = before.rsplit("frames = ").next().and_then(|rest| rest.lines().next()).expect("a clip has frames");
         let line = format!("frames = 768\nclip = \"loops/s{at}.mp4\"\n");
         text = text.replacen(&line, &line.replace("768", frames), 1);
-    }
-    fs::write(folder.path().join("flock.toml"), text).unwrap();
-    folder
-}
-
-/// The demo's genomes that are quick to draw.
-const QUICK: [&str; 5] = ["aurora", "dahlia", "lagoon", "tigereye", "vesper"];
-
-/// A small ring of quick sheep with rendered clips, kept for the next run: the folder.
-fn rendered() -> PathBuf {
-    static MAKING: Mutex<()> = Mutex::new(());
-    let _one_at_a_time = MAKING.lock();
-    let folder =
-        claims_folder().join(format!("studio-quick-{}", &blake3::hash(include_bytes!("sheep.rs")).to_hex()[..16]));
-    if folder.exists() {
-        return folder;
-    }
-    let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
-    fs::create_dir(scratch.path().join("genomes")).unwrap();
-    let mut text = "format = 1\nname = \"quick\"\nsize = [96, 54]\nfps = [15, 1]\n".to_owned();
-    for (at, name) in QUICK.iter().enumerate() {
-        let genome = format!("genomes/{name}.expr");
-        fs::copy(repository().join("flock-tools/demo/small").join(&genome), scratch.path().join(&genome)).unwrap();
-        let to = QUICK[(at + 1) % QUICK.len()];
-        write!(
-            text,
-            "\n[[sheep]]\nid = \"{name}\"\ngenome = \"{genome}\"\nframes = 120\nclip = \"loops/{name}.mp4\"\n"
-        )
-        .unwrap();
-        let clip = format!("frames = 120\nclip = \"transitions/{name}={to}.mp4\"\n");
-        write!(text, "\n[[transition]]\nfrom = \"{name}\"\nto = \"{to}\"\n{clip}").unwrap();
-    }
-    fs::write(scratch.path().join("flock.toml"), text).unwrap();
-    succeed(Command::new(dreams()).args(["render", "--preset", "draft"]).arg(scratch.path()));
-    fs::rename(scratch.keep(), &folder).unwrap();
-    folder
-}
-
-/// A flock of `sheep` in a ring, all with genomes and clips, by the ids `s000`, `s001` and so on: copies of five sheep by
-/// turns.
-pub(crate) fn many(sheep: usize) -> TempDir {
-    let from = rendered();
-    let listed: toml::Table = fs::read_to_string(from.join("flock.toml")).unwrap().parse().unwrap();
-    let hash = |list: &str, at: usize| listed[list][at]["hash"].as_str().expect("it is rendered").to_owned();
-    let folder = tempfile::tempdir_in(claims_folder()).unwrap();
-    for name in ["genomes", "loops", "transitions"] {
-        fs::create_dir(folder.path().join(name)).unwrap();
-    }
-    let mut text = "format = 1\nname = \"meadow\"\nsize = [96, 54]\nfps = [15, 1]\n".to_owned();
-    let link = |old: String, new: &str| fs::hard_link(from.join(old), folder.path().join(new)).unwrap();
-    for at in 0..sheep {
-        let kind = at % QUICK.len();
-        let [genome, clip] = [format!("genomes/s{at:03}.expr"), format!("loops/s{at:03}.mp4")];
-        link(format!("genomes/{}.expr", QUICK[kind]), &genome);
-        link(format!("loops/{}.mp4", QUICK[kind]), &clip);
-        write!(
-            text,
-            "\n[[sheep]]\nid = \"s{at:03}\"\ngenome = \"{genome}\"\nframes = 120\nclip = \"{clip}\"\nhash = \"{}\"\n",
-            hash("sheep", kind)
-        )
-        .unwrap();
-    }
-    for at in 0..sheep {
-        let (kind, to) = (at % QUICK.len(), (at + 1) % sheep);
-        let clip = format!("transitions/s{at:03}=s{to:03}.mp4");
-        link(format!("transitions/{}={}.mp4", QUICK[kind], QUICK[(kind + 1) % QUICK.len()]), &clip);
-        let ends = format!("from = \"s{at:03}\"\nto = \"s{to:03}\"\n");
-        write!(
-            text,
-            "\n[[transition]]\n{ends}frames = 120\nclip = \"{clip}\"\nhash = \"{}\"\n",
-            hash("transition", kind)
-        )
-        .unwrap();
     }
     fs::write(folder.path().join("flock.toml"), text).unwrap();
     folder
