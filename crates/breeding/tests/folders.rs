@@ -163,7 +163,7 @@ fn two_programs_do_not_change_a_pool_at_once_and_no_pool_is_made_over_another() 
     assert!(matches!(reader.tell(Day(1), Vec::new()), Err(BreedingError::InUse { .. })));
     drop(folder);
     assert!(Folder::open_for_changes(scratch.path()).is_ok());
-    assert!(matches!(Folder::create(scratch.path(), &settings(2)), Err(BreedingError::Io { .. })));
+    assert!(matches!(Folder::create(scratch.path(), &settings(2)), Err(BreedingError::Exists { .. })));
 }
 
 #[test]
