@@ -21,6 +21,16 @@ mod transitions;
 /// All species.
 const SPECIES: &[&dyn Breed] = &[&expression::Expressions, &agents::Agents, &plant::Plants, &FLAMES];
 
+/// The species that are tried: all, or those alone whose files' endings the variable `ONLY` names, with commas between.
+fn tried() -> impl Iterator<Item = &'static dyn Breed> {
+    let only = std::env::var("ONLY").unwrap_or_default();
+    let only: Vec<_> = only.split(',').filter(|ending| !ending.is_empty()).map(str::to_owned).collect();
+    for ending in &only {
+        assert!(SPECIES.iter().any(|species| species.ending() == ending), "`{ending}` is the ending of no species");
+    }
+    SPECIES.iter().copied().filter(move |species| only.is_empty() || only.iter().any(|one| one == species.ending()))
+}
+
 static FLAMES: Flames = Flames { backend: Backend::PROCESSOR, coloured: Ok };
 
 /// How many genomes of a species are tried. Pictures that have noise take a hundred times as long.

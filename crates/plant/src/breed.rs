@@ -13,9 +13,9 @@ use species::{Breed, Child, Genome, Operator, Rng, UNCHANGED, descended};
 use crate::colour::{of_hue, shown};
 use crate::genes::{GENES, HUE, MANY};
 use crate::genome::Plant;
-use crate::kind::Plants;
 use crate::look::Look;
 use crate::motion::blended;
+use crate::species::Plants;
 
 /// How likely a gene mutates, at strength 1.
 const MUTATES: f64 = 0.2;

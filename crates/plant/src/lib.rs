@@ -12,7 +12,7 @@
 //! | `view.rs`, `colour.rs`, `vector.rs` | light and shade: from bones to shapes on the screen |
 //! | `sky.rs`, `raster.rs`, `picture.rs` | shapes into pixels |
 //! | `breed.rs`, `look.rs` | breeding, and the figures by which what is bred is judged |
-//! | `kind.rs` | the contract of a species |
+//! | `species.rs` | the contract of a species |
 //!
 //! Start at [`Plants`] and [`Plant::parse`].
 //!
@@ -28,7 +28,6 @@ mod error;
 mod genes;
 mod genome;
 mod growth;
-mod kind;
 mod lineage;
 mod look;
 mod motion;
@@ -37,6 +36,7 @@ mod raster;
 mod reader;
 mod skeleton;
 mod sky;
+mod species;
 mod stand;
 mod vector;
 mod view;
@@ -46,6 +46,6 @@ mod writer;
 pub use error::PlantError;
 pub use genes::{GENES, Gene, MANY};
 pub use genome::{MOST_BYTES, MOST_TURNS, Plant};
-pub use kind::{Plants, VERSION};
 pub use look::Look;
 pub use skeleton::MOST_PARTS;
+pub use species::{Plants, VERSION};
