@@ -1,13 +1,15 @@
 //! Embeds the files of the studio's page.
 //!
-//! Owns the table of their names and bytes, which `page.rs` includes: all that lies in `page/` and is meant for a browser.
-//! Scripts and styles are embedded without what only people read; `lean.rs` says what that is.
+//! Owns the table of their names and bytes, which `page.rs` includes: all that lies in `page/` and is meant for a browser,
+//! each as it is, compressed by gzip.
 #![forbid(unsafe_code)]
 
-mod lean;
-
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
 
 /// The endings of what a browser is given; the rest of the folder is for the type checker.
 const ENDINGS: [&str; 6] = ["css", "html", "js", "json", "svg", "woff2"];
@@ -24,15 +26,12 @@ fn main() {
     fs::write(out.join("page_files.rs"), format!("&[\n{lines}]")).expect("cargo's folder can be written");
 }
 
-/// The line of the table for `file`, whose bytes lie in the folder `out` then.
+/// The line of the table for `file`, whose compressed bytes lie in the folder `out` then.
 fn line(file: &Path, out: &Path) -> String {
     let bytes = fs::read(file).expect("the page's files can be read");
-    let text = || String::from_utf8(bytes.clone()).expect("the page's code is UTF-8");
-    let bytes = match ending(file) {
-        "js" => lean::lean(&text()).into_bytes(),
-        "css" => lean::lean_style(&text()).into_bytes(),
-        _ => bytes,
-    };
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    packed.write_all(&bytes).expect("memory can be written");
+    let bytes = packed.finish().expect("memory can be written");
     let name = file.file_name().and_then(|name| name.to_str()).expect("our file names are UTF-8");
     let place = out.join(format!("page_{name}"));
     fs::write(&place, bytes).expect("cargo's folder can be written");

@@ -17,7 +17,7 @@ use axum::routing::get;
 
 use crate::answer::Problem;
 
-/// Every file, by its name.
+/// Every file, by its name, compressed by gzip.
 const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/page_files.rs"));
 /// The file that `/` shows.
 const INDEX: &str = "index.html";
@@ -40,17 +40,12 @@ impl Page {
         Router::new().route("/", get(index)).route("/app/{name}", get(file)).with_state(Arc::new(self))
     }
 
-    /// The names of all files, with their bytes.
-    pub fn files() -> &'static [(&'static str, &'static [u8])] {
-        FILES
-    }
-
     fn answer(&self, name: &str) -> Response {
         let missing = || Problem::new(StatusCode::NOT_FOUND, "there is no such file of the page").into_response();
         let Some((name, bytes)) = FILES.iter().find(|(known, _)| *known == name) else { return missing() };
         let kind = [(header::CONTENT_TYPE, content_type(name))];
         match self {
-            Self::Embedded => (kind, *bytes).into_response(),
+            Self::Embedded => (kind, [(header::CONTENT_ENCODING, "gzip")], *bytes).into_response(),
             Self::Folder(folder) => {
                 fs::read(folder.join(name)).map_or_else(|_| missing(), |bytes| (kind, bytes).into_response())
             }
@@ -70,17 +65,13 @@ fn content_type(name: &str) -> &'static str {
     }
 }
 
-/// What `build.rs` does to scripts and styles.
-#[cfg(test)]
-#[path = "../lean.rs"]
-mod lean;
-
 #[cfg(test)]
 mod tests {
-    use super::lean::{lean, lean_style};
     use super::{FILES, INDEX, content_type};
+    use flate2::read::GzDecoder;
+    use std::io::Read as _;
 
-    /// The most bytes of the page's code and style as it is served.
+    /// The most bytes of the page's code and style as it is sent.
     const MOST_BYTES: usize = 250_000;
 
     #[test]
@@ -89,7 +80,8 @@ mod tests {
         let all: usize = FILES.iter().map(|(_, bytes)| bytes.len()).sum();
         assert!(all <= MOST_BYTES, "{all} bytes");
         for (name, bytes) in FILES {
-            let text = String::from_utf8_lossy(bytes);
+            let mut text = String::new();
+            GzDecoder::new(*bytes).read_to_string(&mut text).unwrap();
             assert!(content_type(name) != "application/octet-stream", "{name}");
             // What a drawing names its language by is no address.
             let addresses = text.replace("http://www.w3.org/", "");
@@ -97,26 +89,5 @@ mod tests {
                 assert!(!addresses.contains(elsewhere), "`{name}` has `{elsewhere}`");
             }
         }
-    }
-
-    #[test]
-    fn a_script_loses_comments_and_no_letter_of_its_texts() {
-        for (script, left) in [
-            ("/** A. */\nconst a = 1; // one\n\n  f(a,\n    2)\n", "const a=1;f(a,2)\n"),
-            ("let a = 'x // y'\nlet b = \"/* z */\"", "let a='x // y'\nlet b=\"/* z */\""),
-            ("t = `a // ${ f(`b  ${ {c: 1} }`) }\n  d`", "t=`a // ${ f(`b  ${ {c: 1} }`) }\n  d`"),
-            ("a = b / c / d; e = /[/'] \\/\"/g.test(f)", "a=b/c/d;e=/[/'] \\/\"/g.test(f)"),
-            ("return a\n++b", "return a\n++b"),
-            ("x = a + +b - -c", "x=a+ +b- -c"),
-            ("async () => { await it; }", "async()=>{await it;}"),
-        ] {
-            assert_eq!(lean(script), left, "{script}");
-        }
-    }
-
-    #[test]
-    fn a_style_loses_comments_and_spaces_that_mean_nothing() {
-        let style = "/* A. */\n.wall > .cell {\n  margin: 0 auto; color: red; /* b */\n}\n";
-        assert_eq!(lean_style(style), ".wall > .cell{\nmargin:0 auto;color:red;\n}\n");
     }
 }
