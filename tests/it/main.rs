@@ -45,11 +45,14 @@ mod studio {
     mod fence;
     mod keys;
     mod killed;
+    mod leading;
     mod page;
     mod playing;
+    mod pool;
     mod running;
     mod sheep;
     mod sights;
+    mod tasks;
 }
 mod syscall_faults;
 mod tools {

@@ -38,7 +38,7 @@ import { Keys, written } from './keys.js'
 import { Api, Refused } from './api.js'
 import { Store } from './store.js'
 import { Strips } from './strip.js'
-import { spoken, times } from './words.js'
+import { spoken, times, why } from './words.js'
 
 /** @type {{name: string, title: string, load: () => Promise<{view: MakeView}>}[]} */
 const VIEWS = [
@@ -98,7 +98,7 @@ async function open() {
         made.set(found.name, { root, view: module.view(root, store, api, shell) })
       }
     } catch (error) {
-      say(`Cannot open ${found.title}: ${error instanceof Error ? error.message : error}`, true)
+      say(`Cannot open ${found.title}: ${why(error)}`, true)
       return
     }
   }
@@ -150,7 +150,8 @@ function over(content, { label, keys: own = [], closed }) {
     if (before instanceof HTMLElement && before.isConnected) before.focus({ preventScroll: true })
     closed?.()
   }
-  dialog.addEventListener('cancel', event => { event.preventDefault(); close() })
+  // A field for a file that was left without a choice says the same, and means itself.
+  dialog.addEventListener('cancel', event => { if (event.target === dialog) { event.preventDefault(); close() } })
   dialog.addEventListener('click', event => { if (event.target === dialog) close() })
   document.body.append(dialog)
   dialog.showModal()
@@ -247,7 +248,7 @@ keys.page = [
 function close(error) {
   const locked = !error || error instanceof Refused && (error.status === 401 || error.status === 403)
   $('#closed').replaceChildren(make('h2', {}, locked ? 'This page needs its key' : 'The studio does not answer'),
-    make('p', {}, locked ? 'Open the whole address that dreams studio printed, with all after the #.' : error instanceof Error ? error.message : String(error)))
+    make('p', {}, locked ? 'Open the whole address that dreams studio printed, with all after the #.' : why(error)))
   $('#closed').hidden = false
 }
 

@@ -58,7 +58,7 @@ export function around(one, width) {
  * @param {number} ty
  * @param {number} by
  */
-function towards(x, y, tx, ty, by) {
+export function towards(x, y, tx, ty, by) {
   const far = Math.hypot(tx - x, ty - y) || 1
   return [x + by * (tx - x) / far, y + by * (ty - y) / far]
 }

@@ -5,7 +5,7 @@
 import { button, make, styled } from './dom.js'
 import { cost } from './panel.js'
 import { way } from './store.js'
-import { digits, percent, spoken, times } from './words.js'
+import { digits, percent, spoken, times, why } from './words.js'
 
 /** The most lines that are shown of a list. */
 const MOST = 60
@@ -41,7 +41,7 @@ export function openBalance(store, api, shell) {
       accept.toggleAttribute('disabled', values.length === 0)
       if (values.length) accept.focus()
     } catch (error) {
-      told.replaceChildren(make('p', { class: 'bad' }, error instanceof Error ? error.message : String(error)))
+      told.replaceChildren(make('p', { class: 'bad' }, why(error)))
     }
   }
   const take = async () => {

@@ -1,8 +1,8 @@
 // The Graph: to link, to unlink, to weigh.
 //
 // Owns what is chosen, what the pointer and the keys do, and the making of a link: drag from a disc's rim to another disc, or
-// `L`, go to the other sheep, `Enter`. While a target is hovered the page shows what the link would do. Drawing is in
-// `scene.js`, the panel beside it in `panel.js`.
+// `L`, go to the other sheep, `Enter`. The chosen arrow is led elsewhere in the same ways: by its ends, or by `M`. While a target
+// is hovered the page shows what the link would do. Drawing is in `scene.js`, the panel beside it in `panel.js`.
 //
 // Start at [`view`].
 
@@ -56,14 +56,14 @@ class Graph {
     this.stage.append(this.svg)
     /** @type {Linking} */ this.linking = new Linking(this)
     /** @type {Panel} */ this.panel = new Panel(store, api, shell, {
-      choose: chosen => this.choose(chosen, true), unlink: (from, to) => this.unlink(from, to), startLink: from => this.linking.start(from), render: what => this.render(what),
+      choose: chosen => this.choose(chosen, true), unlink: (from, to) => this.unlink(from, to), startLink: from => this.linking.start(from), move: (edge, end) => this.linking.move(edge, end), render: what => this.render(what),
       balance: () => openBalance(store, api, shell), suggest: () => this.suggest(), table: () => openTable(store, shell, sheep => this.choose({ sheep }, true)),
       unpin: sheep => this.pin(sheep, null),
     })
     this.find = make('input', { class: 'field', type: 'search', placeholder: 'Go to', 'aria-label': 'Go to a sheep', list: 'graph-sheep', onchange: () => this.found() })
     this.names = make('datalist', { id: 'graph-sheep' })
     const zooms = make('div', { class: 'zooms', role: 'group', 'aria-label': 'Zoom' },
-      button('Nearer', () => this.scene.zoomBy(1.5), { icon: 'plus', class: 'tool' }), button('Further', () => this.scene.zoomBy(1 / 1.5), { icon: 'minus', class: 'tool' }), button('The whole flock', () => this.scene.look(1, 0, 0), { icon: 'whole', class: 'tool' }))
+      button('Nearer', () => this.scene.zoomBy(1.5), { icon: 'plus', class: 'tool' }), button('Further', () => this.scene.zoomBy(1 / 1.5), { icon: 'minus', class: 'tool' }), button('All in view', () => this.scene.look(1, 0, 0), { icon: 'whole', class: 'tool' }))
     this.stage.append(make('div', { class: 'bar seek' }, this.find, this.names), zooms, this.linking.card)
     this.root.append(make('div', { class: 'split' }, this.stage, this.panel.root))
     this.point()
@@ -73,6 +73,9 @@ class Graph {
     store.on(['jobs'], () => { if (this.open) this.scene.ask() })
     store.on(['focus'], () => { if (this.open && store.focus !== null && store.byId.get(store.focus)?.in_flock) this.mark() })
   }
+
+  /** The chosen arrow. */
+  get edge() { return this.chosen && 'from' in this.chosen ? this.chosen : null }
 
   /** @param {URLSearchParams} params */
   enter(params) {
@@ -161,7 +164,7 @@ class Graph {
 
   /** The arrows of the sheep with the focus, the chosen one, and the suggested ones, over the drawing. */
   light() {
-    const { store, scene, chosen } = this, focus = store.focus
+    const { store, scene, edge } = this, focus = store.focus
     if (scene.lit !== focus) scene.stale = true
     scene.lit = focus
     /** @type {SVGElement[]} */ const lit = []
@@ -173,14 +176,18 @@ class Graph {
       for (const one of store.ins.get(focus) ?? []) lights(one.from, one.to, 'in')
       for (const one of store.outs.get(focus) ?? []) lights(one.from, one.to, 'out')
     }
-    if (chosen && 'from' in chosen) lights(chosen.from, chosen.to, 'chosen')
+    if (edge) lights(edge.from, edge.to, 'chosen')
     for (const { from, to } of this.suggested?.add ?? []) if (!store.byWay.has(way(from, to))) lights(from, to, 'suggested')
     for (const { from, to } of this.suggested?.remove ?? []) if (store.byWay.has(way(from, to))) lights(from, to, 'going')
-    const middle = chosen && 'from' in chosen ? scene.middle(chosen.from, chosen.to) : null
-    if (middle && chosen && 'from' in chosen) {
-      const { from, to } = chosen, [x, y] = middle
-      lit.push(draw('g', { class: 'cross', role: 'button', tabindex: -1, 'aria-label': `Unlink ${from} from ${to}`, transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`, onclick: () => this.unlink(from, to) },
-        draw('circle', { r: 12 }), draw('path', { d: 'M-4 -4L4 4M4 -4L-4 4' })))
+    const { moved } = this.linking
+    if (moved) lights(moved.from, moved.to, 'going')
+    if (edge && !moved) {
+      const { from, to } = edge, middle = scene.middle(from, to)
+      const handle = (/** @type {number[]} */ [x, y], /** @type {string} */ kind, /** @type {string} */ label, /** @type {{onclick?: () => void}} */ run, /** @type {SVGElement[]} */ ...drawn) => {
+        lit.push(draw('g', { class: kind, role: 'button', tabindex: -1, 'aria-label': label, transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`, ...run }, draw('circle', { r: 12 }), ...drawn))
+      }
+      if (middle) handle(middle, 'cross', `Unlink ${from} from ${to}`, { onclick: () => this.unlink(from, to) }, draw('path', { d: 'M-4 -4L4 4M4 -4L-4 4' }))
+      scene.endsOf(from, to).forEach((place, at) => handle(place, at ? 'end to' : 'end from', `${from} to ${to}: ${at ? 'end' : 'begin'} elsewhere`, {}, draw('circle', { r: 6 })))
     }
     this.arrows.replaceChildren(...lit)
     scene.ask()
@@ -228,7 +235,8 @@ class Graph {
 
   /** What the pointer does on the drawing. */
   point() {
-    /** @type {{id: string | null, rim: boolean, x: number, y: number, moved: boolean, sx: number, sy: number} | null} */ let held = null
+    /** @type {{id: string | null, rim: boolean, end: 'from' | 'to' | null, x: number, y: number, moved: boolean, sx: number, sy: number} | null} */ let held = null
+    const begin = (/** @type {string} */ id, /** @type {'from' | 'to' | null} */ end) => { end && this.edge ? this.linking.move(this.edge, end) : this.linking.start(id) }
     const at = (/** @type {PointerEvent | MouseEvent} */ event) => {
       const box = this.stage.getBoundingClientRect(), [x, y] = [event.clientX - box.left, event.clientY - box.top]
       const [ix, iy] = this.scene.inside(x, y)
@@ -236,8 +244,10 @@ class Graph {
     }
     this.svg.addEventListener('pointerdown', event => {
       if (event.button !== 0 || event.target instanceof Element && event.target.closest('.cross')) return
-      const { x, y, under } = at(event)
-      held = { id: under?.id ?? null, rim: under?.rim ?? false, x, y, moved: false, sx: this.scene.x, sy: this.scene.y }
+      const { x, y, under } = at(event), { edge } = this
+      const handle = event.target instanceof Element ? event.target.closest('.end') : null, end = handle && (handle.matches('.to') ? 'to' : 'from')
+      const id = end && edge ? edge[end === 'to' ? 'from' : 'to'] : under?.id ?? null
+      held = { id, end, rim: end !== null || !!under?.rim, x, y, moved: false, sx: this.scene.x, sy: this.scene.y }
       this.svg.setPointerCapture(event.pointerId)
     })
     this.svg.addEventListener('pointermove', event => {
@@ -249,7 +259,7 @@ class Graph {
         return
       }
       if (!held.moved && Math.hypot(x - held.x, y - held.y) < STILL) return
-      if (!held.moved && held.id !== null && held.rim) this.linking.start(held.id)
+      if (!held.moved && held.id !== null && held.rim) begin(held.id, held.end)
       held.moved = true
       if (held.id === null) this.scene.look(this.scene.zoom, held.sx + x - held.x, held.sy + y - held.y)
       else if (held.rim) this.linking.drag(ix, iy, under?.id ?? null)
@@ -259,7 +269,8 @@ class Graph {
       const done = held, { ix, iy, under } = at(event)
       held = null
       if (!done) return
-      if (!done.moved) this.click(under?.id ?? null, ix, iy)
+      if (!done.moved && done.end && done.id !== null) begin(done.id, done.end)
+      else if (!done.moved) this.click(under?.id ?? null, ix, iy)
       else if (done.id !== null && done.rim) under && under.id !== done.id ? this.linking.make(under.id) : this.linking.end()
       else if (done.id !== null) this.pin(done.id, this.scene.layout(ix, iy))
     })
@@ -353,7 +364,7 @@ class Graph {
     if (!chosen) return
     const items = 'sheep' in chosen
       ? [button('Link from here', () => this.linking.start(chosen.sheep)), button('Walk from here', () => this.shell.go('walk', { from: chosen.sheep })), button(this.store.byId.get(chosen.sheep)?.pinned ? 'Unpin' : 'Pin here', () => this.togglePin())]
-      : [button('Unlink', () => this.unlink(chosen.from, chosen.to)), button('Its joins', () => this.shell.go('walk', { show: 'joins', a: chosen.from, b: chosen.to, end: 'from' })), button('Render', () => this.render({ from: chosen.from, to: chosen.to }))]
+      : [button('End elsewhere', () => this.linking.move(chosen, 'to')), button('Begin elsewhere', () => this.linking.move(chosen, 'from')), button('Unlink', () => this.unlink(chosen.from, chosen.to)), button('Its joins', () => this.shell.go('walk', { show: 'joins', a: chosen.from, b: chosen.to, end: 'from' })), button('Render', () => this.render({ from: chosen.from, to: chosen.to }))]
     openMenu(this.root, x, y, items, () => this.disc(this.store.focus)?.focus({ preventScroll: true }))
   }
 
@@ -412,7 +423,7 @@ class Graph {
     const id = this.store.focus ?? ''
     const ways = [...this.store.outs.get(id) ?? [], ...this.store.ins.get(id) ?? []]
     if (!ways.length) return this.shell.say('No transition begins or ends here')
-    const chosen = this.chosen, at = chosen && 'from' in chosen ? ways.findIndex(one => one.from === chosen.from && one.to === chosen.to) : by > 0 ? -1 : 0
+    const { edge } = this, at = edge ? ways.findIndex(one => one.from === edge.from && one.to === edge.to) : by > 0 ? -1 : 0
     const next = ways[(at + by + ways.length) % ways.length]
     this.chosen = { from: next.from, to: next.to }
     this.suggested = null
@@ -429,7 +440,7 @@ class Graph {
   more(by) {
     const chosen = this.chosen, of = JSON.stringify(chosen), now = performance.now()
     const one = chosen && 'sheep' in chosen ? this.store.byId.get(chosen.sheep) : undefined
-    const edge = chosen && 'from' in chosen ? this.store.byWay.get(way(chosen.from, chosen.to)) : undefined
+    const edge = this.edge && this.store.byWay.get(way(this.edge.from, this.edge.to))
     if (!one && !edge) return
     if (this.pressed.of !== of || now - this.pressed.at > GESTURE) this.pressed.name = this.api.gesture()
     this.pressed = { name: this.pressed.name, of, at: now }
@@ -452,23 +463,24 @@ class Graph {
 
   escape() {
     if (this.linking.from !== null) return this.linking.end()
-    const chosen = this.chosen
+    const { edge } = this
     if (this.suggested) { this.suggested = null; this.light(); this.drawPanel() }
-    else if (chosen && 'from' in chosen) this.choose({ sheep: this.store.focus ?? chosen.from }, true)
+    else if (edge) this.choose({ sheep: this.store.focus ?? edge.from }, true)
     else if (this.panel.root.contains(document.activeElement)) this.disc(this.store.focus)?.focus()
     else this.choose(null, false)
   }
 
   /** @returns {Key[]} */
   keys() {
-    const arrows = ['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], isArrow = () => this.chosen !== null && 'from' in this.chosen
+    const arrows = ['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], isArrow = () => this.edge !== null
     return [
       { keys: arrows, does: 'to the nearest sheep that way', run: event => this.step(event.key) },
       { keys: arrows.map(key => `Shift+${key}`), does: 'move the disc, and pin it', run: event => this.nudge(event.key) },
       { keys: ['l'], does: 'begin a link: go to the other sheep, then Enter', hint: 'link', run: () => { if (this.store.focused?.in_flock) this.linking.start(this.store.focused.id) } },
       { keys: ['.', 'n'], does: 'the next transition of this sheep', hint: 'transitions', run: () => this.turn(1) },
       { keys: [',', 'Shift+N'], does: 'the transition before', run: () => this.turn(-1) },
-      { keys: ['Delete'], does: 'take the chosen transition away', hint: 'unlink', when: isArrow, run: () => { const chosen = this.chosen; if (chosen && 'from' in chosen) this.unlink(chosen.from, chosen.to) } },
+      { keys: ['m', 'Shift+M'], does: 'lead the end of the chosen transition elsewhere, or its begin: go to the other sheep, then Enter', hint: 'lead elsewhere', when: isArrow, run: event => { if (this.edge) this.linking.move(this.edge, event.shiftKey ? 'from' : 'to') } },
+      { keys: ['Delete'], does: 'take the chosen transition away', hint: 'unlink', when: isArrow, run: () => { if (this.edge) this.unlink(this.edge.from, this.edge.to) } },
       { keys: ['Enter'], does: 'to the sliders, or end the link here', hint: 'sliders', run: () => this.enterKey() },
       { keys: ['+', '='], does: 'want more, or weigh more', hint: 'more', run: () => this.more(STEP) },
       { keys: ['-'], does: 'want less, or weigh less', run: () => this.more(1 / STEP) },

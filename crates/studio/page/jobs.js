@@ -122,7 +122,7 @@ export function view(root, store, api, shell) {
     const busy = jobs.filter(job => !ended(job)), left = busy.reduce((sum, job) => sum + (job.left_s ?? job.cost_s ?? 0), 0)
     const missing = [...transitions, ...sheep].filter(one => one.state === 'missing').length
     summary.textContent = busy.length ? `${spoken(busy.length, 'job')}${paused ? ', paused' : ''}` : 'Nothing to do'
-    told.textContent = [left ? `about ${lasting(left)} left` : '', missing ? `${spoken(missing, 'clip')} not rendered` : 'every clip is there'].filter(Boolean).join(' · ')
+    told.textContent = [left ? `about ${lasting(left)} left` : '', missing ? `${spoken(missing, 'clip')} not rendered` : busy.some(job => job.kind === 'render') ? '' : 'every clip is there'].filter(Boolean).join(' · ')
     pause.textContent = paused ? 'Go on' : 'Pause'
     pause.setAttribute('aria-pressed', String(paused))
     for (const [id, { row }] of rows) if (!shown.some(job => job.id === id)) { row.remove(); rows.delete(id) }

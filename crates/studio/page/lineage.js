@@ -7,7 +7,7 @@
 
 import { button, draw, make, styled } from './dom.js'
 import { dim, kindOf, quiet, SPECIES } from './parts.js'
-import { digits, short, times } from './words.js'
+import { digits, short, times, why } from './words.js'
 
 const WIDE = 108, HIGH = 132, SIZE = 30, MOST = 400, MOST_NAMED = 90, MOST_TRIES = 40
 
@@ -159,15 +159,15 @@ class Lineage {
     this.open = true
     const at = params.get('at') ?? this.at ?? this.store.focus
     try {
-      const told = await this.api.get(`/api/lineage${params.get('at') ? `?at=${encodeURIComponent(params.get('at') ?? '')}` : ''}`)
+      const told = await this.api.get('/api/lineage')
       this.nodes = told.nodes
       this.edges = told.edges
     } catch (error) { return this.api.failed(error) }
     this.ids.replaceChildren(...this.nodes.slice(0, 2000).map(({ id }) => make('option', { value: id })))
     const known = at !== null && this.nodes.some(({ id }) => id === at)
     this.at = known ? at : this.nodes[this.nodes.length - 1]?.id ?? null
-    this.around = this.nodes.length > MOST ? this.at : null
-    if (params.get('at') && !known) this.shell.say(`${params.get('at')} has no family in the pool`)
+    this.around = this.nodes.length > MOST || known && params.get('at') ? this.at : null
+    if (!known && params.get('at')) this.shell.say(`${at} has no family in the pool`)
     this.plot()
     this.root.dataset.state = 'ready'
   }
@@ -219,14 +219,16 @@ class Lineage {
   votes() {
     const text = make('textarea', { class: 'report', rows: 8, spellcheck: 'false', 'aria-label': 'reports of votes' })
     const file = make('input', { type: 'file', accept: '.json,application/json', 'aria-label': 'a file of votes', onchange: async () => { text.value = await file.files?.[0]?.text() ?? '' } })
+    const unit = make('input', { class: 'field', size: 14, 'aria-label': 'Unit' }), told = make('p', { class: 'bad', role: 'alert' })
     const send = async () => {
       try {
-        this.shell.say((await this.api.post('/api/votes/import', { text: text.value })).said)
+        this.shell.say((await this.api.post('/api/votes/import', { text: text.value, unit: unit.value || undefined })).said)
         close()
         this.enter(new URLSearchParams())
-      } catch (error) { this.api.failed(error) }
+      } catch (error) { told.textContent = why(error) }
     }
     const close = this.shell.over(make('div', { class: 'question wide' }, make('h2', {}, 'Votes from the walls'), make('p', { class: 'note' }, 'What a unit reported, or its votes.json. Taking the same report in twice changes nothing.'), file, text,
+      make('label', { class: 'tick' }, 'Unit, if it is new or its report does not name it', unit), told,
       make('div', { class: 'bar end' }, quiet('Cancel', () => close()), button('Take in', send, { class: 'strong' }))), { label: 'Votes from the walls' })
   }
 

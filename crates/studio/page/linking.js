@@ -1,7 +1,8 @@
-// The making of a link: from where, to where, and what it would do.
+// The making of a link, or the leading of one elsewhere: from where, to where, and what it would do.
 //
 // Owns the line that follows the pointer, the card beside the target, and its questions: a what-if at once, the middle
-// pictures when the pointer rests. What nobody waits for any more is cancelled.
+// pictures when the pointer rests. What nobody waits for any more is cancelled. A link that is led elsewhere is one step of undo,
+// and keeps its length and its weight.
 //
 // Start at [`Linking.start`].
 
@@ -26,11 +27,14 @@ const REST = 300
  * @property {() => void} mark
  */
 
+/** @typedef {Transition & {end: 'from' | 'to'}} Moved A transition that is led elsewhere, by one of its ends. */
+
 export class Linking {
   /** @param {Around} graph */
   constructor(graph) {
     this.graph = graph
-    /** @type {string | null} */ this.from = null
+    /** @type {string | null} The sheep that stays. */ this.from = null
+    /** @type {Moved | null} */ this.moved = null
     /** @type {string | null} */ this.to = null
     this.card = make('div', { class: 'linkcard card', role: 'status', hidden: true })
     this.line = draw('path', { class: 'making' })
@@ -38,16 +42,46 @@ export class Linking {
     new ResizeObserver(() => this.follow()).observe(this.card)
   }
 
-  /** @param {string} from */
-  start(from) {
-    this.from = from
-    this.to = null
+  /** @param {string} from @param {Moved | null} [moved] */
+  start(from, moved = null) {
+    Object.assign(this, { from, moved, to: null })
     this.graph.svg.classList.add('linking')
     this.graph.world.append(this.line)
     this.graph.mark()
     this.card.hidden = false
-    this.card.replaceChildren(make('span', {}, `A link from ${from}: go to the sheep it leads to`), button('Cancel', () => this.end(), { class: 'quiet tight' }))
+    const words = moved ? `${moved.from} to ${moved.to}: go to the sheep where it is to ${moved.end === 'to' ? 'end' : 'begin'}` : `A link from ${from}: go to the sheep it leads to`
+    this.card.replaceChildren(make('span', {}, words), button('Cancel', () => this.end(), { class: 'quiet tight' }))
     this.follow()
+  }
+
+  /**
+   * Leads a transition elsewhere.
+   * @param {{from: string, to: string}} which
+   * @param {'from' | 'to'} end
+   */
+  move({ from, to }, end) {
+    const edge = this.graph.store.byWay.get(way(from, to))
+    if (edge) this.start(end === 'to' ? from : to, { ...edge, end })
+  }
+
+  /**
+   * The ends of the link to a sheep.
+   * @param {string} other
+   * @returns {[string, string]}
+   */
+  ends(other) {
+    const held = this.from ?? ''
+    return this.moved?.end === 'from' ? [other, held] : [held, other]
+  }
+
+  /**
+   * What makes it.
+   * @param {string} other
+   * @returns {Edit[]}
+   */
+  edits(other) {
+    const [from, to] = this.ends(other), old = this.moved
+    return old ? [{ do: 'link', from, to, frames: old.frames }, { do: 'weight', from, to, value: old.weight }, { do: 'unlink', from: old.from, to: old.to }] : [{ do: 'link', from, to }]
   }
 
   /**
@@ -59,8 +93,8 @@ export class Linking {
   drag(x, y, under) {
     const from = this.from === null ? undefined : this.graph.scene.discs.get(this.from)
     if (!from) return
-    this.line.setAttribute('d', `M${from.x} ${from.y}L${x} ${y}`)
     this.aim(under === this.from ? null : under)
+    if (this.to === null) this.line.setAttribute('d', `M${from.x} ${from.y}L${x} ${y}`)
   }
 
   /**
@@ -70,30 +104,31 @@ export class Linking {
   aim(to) {
     if (to === this.to || this.from === null) return
     this.to = to
-    const { store, api, scene } = this.graph, from = this.from
+    const { store, api, scene } = this.graph, held = this.from
     clearTimeout(this.rest)
     api.hush()
     store.suppose(null)
-    const target = to === null ? undefined : scene.discs.get(to), source = scene.discs.get(from)
+    const target = to === null ? undefined : scene.discs.get(to), source = scene.discs.get(held)
     for (const disc of this.graph.world.querySelectorAll('.hit.target')) disc.classList.remove('target')
-    if (to === null || to === from || !target || !source) return this.start(from)
+    if (to === null || to === held || !target || !source) return this.start(held, this.moved)
+    const [from, end] = this.ends(to)
     this.graph.world.querySelector(`[data-sheep="${CSS.escape(to)}"]`)?.classList.add('target')
-    this.line.setAttribute('d', scene.outline(from, to, 2 / (store.state.transitions.length || 1)))
-    const there = store.byWay.has(way(from, to))
+    this.line.setAttribute('d', scene.outline(from, end, 2 / (store.state.transitions.length || 1)))
+    const there = store.byWay.has(way(from, end))
     const words = make('p', { class: 'dim' }, there ? 'They are linked already' : 'Asking what it would do …'), pictures = make('div', { class: 'middles' })
-    this.card.replaceChildren(make('h2', {}, `${from} to ${to}`), words, pictures,
-      make('div', { class: 'bar end' }, button('Cancel', () => this.end(), { class: 'quiet tight' }), button('Link', () => this.make(to), { class: 'strong tight', disabled: there })))
+    this.card.replaceChildren(make('h2', {}, `${from} to ${end}`), words, pictures,
+      make('div', { class: 'bar end' }, button('Cancel', () => this.end(), { class: 'quiet tight' }), button(this.moved ? 'Lead it here' : 'Link', () => this.make(to), { class: 'strong tight', disabled: there })))
     this.card.hidden = false
     this.follow()
     if (there) return
     const before = store.state.figures.worst_ratio
-    api.whatIf([{ do: 'link', from, to }]).then(told => {
+    api.whatIf(this.edits(to)).then(told => {
       if (!told || this.to !== to) return
-      const ratio = (/** @type {number | null} */ value) => value === null ? 'never' : times(value)
+      const ratio = (/** @type {number | null} */ value) => value === null ? '∞' : times(value)
       words.textContent = [`Worst ratio ${ratio(before)} → ${ratio(told.figures.worst_ratio)}`, told.frames ? `${digits(told.frames)} frames` : '', told.cost_s === null ? '' : `${cost(told.cost_s)} to render`].filter(Boolean).join(' · ')
       store.suppose(told)
     })
-    if (store.byId.get(from)?.genome && store.byId.get(to)?.genome) this.rest = setTimeout(() => { if (this.to === to) this.graph.panel.middles(from, to, pictures) }, REST)
+    if (store.byId.get(from)?.genome && store.byId.get(end)?.genome) this.rest = setTimeout(() => { if (this.to === to) this.graph.panel.middles(from, end, pictures) }, REST)
   }
 
   /** The card stays beside the target, in view. */
@@ -106,23 +141,23 @@ export class Linking {
     styled(this.card, { left: `${Math.max(8, Math.min(scene.width - wide - 8, left)).toFixed(0)}px`, top: `${Math.max(8, Math.min(scene.height - high - 8, y - high / 2)).toFixed(0)}px` })
   }
 
-  /** @param {string} to */
-  async make(to) {
-    const from = this.from
+  /** @param {string} other */
+  async make(other) {
+    const held = this.from, [from, to] = this.ends(other), edits = this.edits(other)
     this.end()
-    if (from === null) return
+    if (held === null) return
     if (this.graph.store.byWay.has(way(from, to))) {
       this.graph.shell.say(`${from} leads to ${to} already`, true)
       return this.graph.choose({ from, to }, true)
     }
-    if (await this.graph.api.edit([{ do: 'link', from, to }])) this.graph.choose({ from, to }, true)
+    if (await this.graph.api.edit(edits)) this.graph.choose({ from, to }, true)
   }
 
   end() {
     if (this.from === null) return
     // The focus is where the link began, which the panel shows.
     this.graph.store.look(this.from)
-    this.from = this.to = null
+    this.from = this.to = this.moved = null
     clearTimeout(this.rest)
     this.line.remove()
     this.line.removeAttribute('d')

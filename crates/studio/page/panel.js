@@ -9,7 +9,7 @@ import { against, stateOf, tilt, tint } from './cell.js'
 import { button, make, styled } from './dom.js'
 import { level, slider } from './sliders.js'
 import { way } from './store.js'
-import { digits, minutes, percent, spoken, times } from './words.js'
+import { digits, minutes, percent, spoken, times, why } from './words.js'
 
 /** @typedef {{sheep: string} | {from: string, to: string} | null} Chosen */
 
@@ -18,12 +18,21 @@ import { digits, minutes, percent, spoken, times } from './words.js'
  * @property {(chosen: Chosen) => void} choose
  * @property {(from: string, to: string) => void} unlink
  * @property {(from: string) => void} startLink
+ * @property {(edge: Transition, end: 'from' | 'to') => void} move
  * @property {() => void} balance
  * @property {() => void} suggest
  * @property {() => void} table
  * @property {(what: {sheep?: string, from?: string, to?: string, all_missing?: boolean}) => void} render
  * @property {(sheep: string) => void} unpin
  */
+
+/**
+ * A small button.
+ * @param {string} label
+ * @param {(event: MouseEvent) => void} run
+ * @param {import('./dom.js').Attributes} [more]
+ */
+const tight = (label, run, more) => button(label, run, { class: 'quiet tight', ...more })
 
 /** @param {number | null} seconds */
 export const cost = seconds => seconds === null ? '' : minutes(seconds / 60)
@@ -93,16 +102,16 @@ export class Panel {
     const repeat = make('input', { class: 'field typed', type: 'number', min: 1, max: 999, value: one.repeat, 'aria-label': `How often the loop of ${id} is repeated`, onchange: () => { if (repeat.valueAsNumber >= 1) api.edit([{ do: 'repeat', sheep: id, value: Math.round(repeat.valueAsNumber) }]) } })
     const outs = store.outs.get(id) ?? [], ins = store.ins.get(id) ?? []
     return [
-      make('div', { class: 'thumb' }, this.canvas), make('h2', {}, id), words, bars,
+      this.whole(), make('div', { class: 'thumb' }, this.canvas), make('h2', {}, id), words, bars,
       make('div', { class: 'pairs' }, make('span', { class: 'dim' }, 'Want'), want.root, make('span', { class: 'dim' }, 'Repeat'), make('div', {}, repeat, make('span', { class: 'dim' }, ` ${digits(one.frames / store.state.fps[0] * store.state.fps[1], 1)} s a loop`))),
       make('p', { class: 'dim small' }, [one.species, stateOf(one) || (one.state === 'there' ? 'loop is there' : ''), one.licence, one.authors.join(', ')].filter(Boolean).join(' · ')),
       make('div', { class: 'bar' },
-        button('Link', () => deeds.startLink(id), { class: 'quiet tight', title: 'Begin a link here (L)' }),
-        button('Walk from here', () => shell.go('walk', { from: id }), { class: 'quiet tight' }),
-        button('Breed', () => shell.go('breed', { parents: id }), { class: 'quiet tight' }),
-        one.state === 'there' || !one.genome ? null : button('Render', () => deeds.render({ sheep: id }), { class: 'quiet tight' }),
-        one.pinned && button('Unpin', () => deeds.unpin(id), { class: 'quiet tight' }),
-        button('Take out', () => { api.edit([{ do: 'drop', sheep: id }]) }, { class: 'quiet tight', title: 'Take it out of the flock' })),
+        tight('Link', () => deeds.startLink(id), { title: 'Begin a link here (L)' }),
+        tight('Walk from here', () => shell.go('walk', { from: id })),
+        tight('Breed', () => shell.go('breed', { from: id })),
+        one.state === 'there' || !one.genome ? null : tight('Render', () => deeds.render({ sheep: id })),
+        one.pinned && tight('Unpin', () => deeds.unpin(id)),
+        tight('Take out', () => { api.edit([{ do: 'drop', sheep: id }]) }, { title: 'Take it out of the flock' })),
       make('h3', {}, `Leads to ${spoken(outs.length, 'sheep')}`), make('ul', { class: 'links' }, ...outs.map(edge => this.leads(edge))),
       make('h3', {}, `Comes from ${spoken(ins.length, 'sheep')}`), make('ul', { class: 'links' }, ...ins.map(edge => this.comes(edge))),
     ]
@@ -156,18 +165,25 @@ export class Panel {
     if (edge.genetic) this.middles(from, to, middles)
     const ends = (/** @type {string} */ id) => button(id, () => deeds.choose({ sheep: id }), { class: 'name serif' })
     return [
-      make('h2', { class: 'ends' }, ends(from), ' to ', ends(to)), words, middles,
+      this.whole(), make('h2', { class: 'ends' }, ends(from), ' to ', ends(to)), words, middles,
       make('div', { class: 'pairs' }, make('span', { class: 'dim' }, 'Weight'), weight.root),
       edge.join && make('p', { class: edge.join.worst > 1 ? 'bad' : 'dim' }, `Joins: ${[edge.join.from && `${digits(edge.join.from.db, 1)} dB as it begins`, edge.join.to && `${digits(edge.join.to.db, 1)} dB as it ends`].filter(Boolean).join(', ')}${edge.join.worst > 1 ? ': it jumps' : ''}`),
       make('p', { class: 'dim small' }, `${digits(edge.frames / store.state.fps[0] * store.state.fps[1], 1)} s, ${digits(edge.frames)} frames · ${stateOf(edge) || (edge.state === 'there' ? 'clip is there' : 'no clip')}`),
       make('label', { class: 'tick' }, bad, 'The join is bad'),
       make('div', { class: 'bar' },
-        button('Walk from here', () => shell.go('walk', { from }), { class: 'quiet tight' }),
-        button('Joins', () => shell.go('walk', { show: 'joins', a: from, b: to, end: 'from' }), { class: 'quiet tight' }),
-        edge.genetic && button('Preview', () => this.moving(from, to, middles), { class: 'quiet tight' }),
-        edge.state !== 'there' && button('Render', () => deeds.render({ from, to }), { class: 'quiet tight' }),
-        button('Unlink', () => deeds.unlink(from, to), { class: 'quiet tight', title: 'Take the transition away (Delete)' })),
+        tight('Walk from here', () => shell.go('walk', { from })),
+        tight('Joins', () => shell.go('walk', { show: 'joins', a: from, b: to, end: 'from' })),
+        edge.genetic && tight('Preview', () => this.moving(from, to, middles)),
+        edge.state !== 'there' && tight('Render', () => deeds.render({ from, to })),
+        tight('End elsewhere', () => deeds.move(edge, 'to'), { title: 'Lead it to another sheep (M)' }),
+        tight('Begin elsewhere', () => deeds.move(edge, 'from'), { title: 'Have it come from another sheep (Shift M)' }),
+        tight('Unlink', () => deeds.unlink(from, to), { title: 'Take the transition away (Delete)' })),
     ]
+  }
+
+  /** The way from here to the panel of the flock. */
+  whole() {
+    return tight('Whole flock', () => { this.deeds.choose(null); this.root.querySelector('button')?.focus() }, { class: 'quiet tight back', title: 'What of the flock is to be balanced, suggested, rendered (Escape)' })
   }
 
   /** @param {Transition} edge @param {boolean} bad */
@@ -197,7 +213,7 @@ export class Panel {
       into.replaceChildren(...[1, 2, 3].map(at => make('img', { src: `/media/middle/${encodeURIComponent(told.key)}?at=${at}`, alt: `${from} to ${to} at ${at} quarter${at > 1 ? 's' : ''}`, decoding: 'async', class: 'thumb' })))
       if (told.figures?.flagged) into.append(make('p', { class: 'bad' }, 'dim or flat in the middle'))
     } catch (error) {
-      into.replaceChildren(make('p', { class: 'note' }, `No pictures of the middle: ${error instanceof Error ? error.message : error}`))
+      into.replaceChildren(make('p', { class: 'note' }, `No pictures of the middle: ${why(error)}`))
     }
   }
 

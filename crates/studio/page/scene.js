@@ -5,7 +5,7 @@
 //
 // Start at [`Scene`]. Places are of the program's layout; zoom and shift are those of the eye.
 
-import { across, around, bendOf } from './arrow.js'
+import { across, around, bendOf, towards } from './arrow.js'
 import { tilt, tint } from './cell.js'
 import { make, styled } from './dom.js'
 import { way } from './store.js'
@@ -135,8 +135,27 @@ export class Scene {
     const a = this.discs.get(from), b = this.discs.get(to)
     if (!a || !b) return null
     if (from === to) return [a.x, a.y - a.r - 0.7 * a.r - 6]
+    const [cx, cy] = bendOf(a, b), [[ax, ay], [bx, by]] = this.rims(a, b, 0)
+    return [(ax + bx) / 4 + cx / 2, (ay + by) / 4 + cy / 2]
+  }
+
+  /**
+   * Beside the two discs of an arrow, on it; nowhere if it is too short for that.
+   * @param {string} from
+   * @param {string} to
+   */
+  endsOf(from, to) {
+    const a = this.discs.get(from), b = this.discs.get(to)
+    if (!a || !b || Math.hypot(a.x - b.x, a.y - b.y) < a.r + b.r + 90) return []
+    return this.rims(a, b, 13)
+  }
+  /**
+   * Where an arrow is so many pixels from its discs.
+   * @param {Disc} a @param {Disc} b @param {number} off
+   */
+  rims(a, b, off) {
     const [cx, cy] = bendOf(a, b)
-    return [(a.x + b.x) / 4 + cx / 2, (a.y + b.y) / 4 + cy / 2]
+    return [a, b].map(one => towards(one.x, one.y, cx, cy, one.r + off))
   }
 
   /** Draws arrows and discs before the next frame. */

@@ -26,7 +26,7 @@ export function view(root, store, api, shell) {
   root.append(
     make('div', { class: 'bar' }, make('div', { class: 'grow' }, title, why), quiet('Check', () => { start('check', { joins: false }) }), quiet('Check the joins too', () => { start('check', { joins: true }) })),
     jobs, cards,
-    make('div', { class: 'card send' }, make('h3', {}, 'Send it'), make('p', { class: 'note' }, 'The bundle is signed with your key. Its passphrase is asked on the terminal where dreams studio runs, never here.'),
+    make('div', { class: 'card send' }, make('h3', {}, 'Send it'), make('p', { class: 'note' }, 'The bundle is signed with your key. Its passphrase is given on the terminal where dreams studio runs, never here.'),
       make('div', { class: 'bar' }, make('label', { for: 'ship-key', class: 'dim' }, 'Signed by'), key, keys, although, pack, make('span', { class: 'grow' }), make('label', { for: 'ship-to', class: 'dim' }, 'To'), to, targets, publish)))
 
   async function fetch() {
@@ -43,7 +43,6 @@ export function view(root, store, api, shell) {
     try {
       const { job } = await api.post(`/api/ship/${what}`, body)
       store.job(job)
-      if (what === 'pack') shell.say('The passphrase is asked on the terminal')
     } catch (error) { api.failed(error) }
   }
 
@@ -78,7 +77,7 @@ export function view(root, store, api, shell) {
         make('p', {}, quiet('Look at them', () => shell.go('walk', { show: 'joins' })))),
       card('Credits', people ? spoken(people, 'person').replace('persons', 'people') : 'nobody is named', make('ul', { class: 'rows scroll' }, ...credits.map(({ licence, sheep, authors }) => make('li', {}, make('b', {}, licence ?? 'no licence'), `, ${spoken(sheep, 'sheep')}`, dim(authors.length ? `: ${authors.join(', ')}` : ''))))),
       card('Size', size(bytes), make('p', { class: 'note' }, spoken(files, 'file'))),
-      card(difference?.of ? `Since ${difference.of}` : 'What is new', difference ? changed ? spoken(changed, 'change') : 'nothing' : 'everything', make('ul', { class: 'rows scroll' }, ...changes.filter(([, ids]) => ids.length).map(([what, ids]) => make('li', {}, make('b', {}, what), ` ${ids.slice(0, 40).join(', ')}${ids.length > 40 ? ` and ${ids.length - 40} more` : ''}`)))))
+      card(difference ? 'Since the last bundle' : 'What is new', difference ? changed ? spoken(changed, 'change') : 'nothing' : 'everything', make('ul', { class: 'rows scroll' }, ...changes.filter(([, ids]) => ids.length).map(([what, ids]) => make('li', {}, make('b', {}, what), ` ${ids.slice(0, 40).join(', ')}${ids.length > 40 ? ` and ${ids.length - 40} more` : ''}`)))))
     root.dataset.state = 'ready'
   }
 

@@ -1,4 +1,4 @@
-// Words for numbers: the report and the studio write them alike.
+// Words for numbers, which the report and the studio write alike, and for what went wrong.
 
 /**
  * So many of something whose plural ends in `s`, but for sheep.
@@ -13,6 +13,9 @@ export function spoken(items, of) {
 export const digits = (number, most = 2) => (WRITERS[most] ??= new Intl.NumberFormat('en', { maximumFractionDigits: most })).format(number)
 /** @type {Intl.NumberFormat[]} A writer of numbers is slow to make. */
 const WRITERS = []
+
+/** @param {unknown} error what was thrown */
+export const why = error => error instanceof Error ? error.message : String(error)
 
 /** @param {number} part of 1 */
 export function percent(part) {

@@ -279,16 +279,21 @@ fn mark(args: &MarkArgs, json: bool) -> Result<Exit, Fatal> {
         MarkArg::None => (Mark::None, "no longer marked"),
     };
     if !args.dry_run {
-        let mut events: Vec<Event> = ids.iter().map(|id| Event::Marked { id: *id, mark }).collect();
-        // Who died by the artist's mark lives again without it.
-        let was_rejected = |id: &&Id| folder.pool().get(**id).is_some_and(|sheep| sheep.mark == Mark::Reject);
-        if mark != Mark::Reject {
-            events.extend(ids.iter().filter(was_rejected).map(|id| Event::Reborn { id: *id }));
-        }
-        folder.tell(today(), events).map_err(fatal)?;
+        let marks: Vec<(Id, Mark)> = ids.iter().map(|id| (*id, mark)).collect();
+        set_marks(&mut folder, &marks)?;
     }
     let verb = if args.dry_run { "would be" } else { "is" };
     tell(json, !args.dry_run, &ids, Vec::new(), |id| format!("{id} {verb} {word}"))
+}
+
+/// Marks sheep in the ledger of `folder`, which is open for changes. Who died by the artist's mark lives again without it.
+/// Errors: If the ledger cannot be written.
+pub(crate) fn set_marks(folder: &mut Folder, marks: &[(Id, Mark)]) -> Result<(), Fatal> {
+    let mut events: Vec<Event> = marks.iter().map(|(id, mark)| Event::Marked { id: *id, mark: *mark }).collect();
+    let was_rejected = |id: Id| folder.pool().get(id).is_some_and(|sheep| sheep.mark == Mark::Reject);
+    let reborn = marks.iter().filter(|(id, mark)| *mark != Mark::Reject && was_rejected(*id));
+    events.extend(reborn.map(|(id, _)| Event::Reborn { id: *id }));
+    folder.tell(today(), events).map_err(fatal)
 }
 
 fn merge(args: &MergeArgs, json: bool) -> Result<Exit, Fatal> {

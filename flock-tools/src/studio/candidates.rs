@@ -1,6 +1,6 @@
 //! Sheep that are not in the flock and may come in: those of its pool, and genomes of an archive.
 //!
-//! Owns what is known of them, read again when the pool's ledger or the archive has changed. Never changes a pool.
+//! Owns what is known of them, read again when the pool's ledger or the archive has changed, and the artist's marks in the pool.
 //!
 //! Start at [`Candidates::all`].
 
@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-use ::breeding::{Event, Folder, LEDGER};
+use ::breeding::{Event, Folder, LEDGER, Mark, Sheep};
+use ::studio::document::MarkKind;
 use flock::SheepId;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
@@ -55,10 +56,14 @@ struct Known {
     stamp: Stamp,
     all: Arc<Vec<Candidate>>,
     votes: Arc<VoteCounts>,
+    marks: Arc<PoolMarks>,
 }
 
 /// Votes for and against, by the ids of sheep.
 pub(super) type VoteCounts = BTreeMap<String, [u64; 2]>;
+
+/// The artist's marks in the pool, of all its sheep.
+pub(super) type PoolMarks = BTreeMap<SheepId, MarkKind>;
 
 type Stamp = [Option<(u64, SystemTime)>; 2];
 
@@ -86,6 +91,31 @@ impl Candidates {
         self.known(genomes).votes
     }
 
+    /// How the pool has marked its sheep.
+    pub(super) fn marks(&self, genomes: &Genomes) -> Arc<PoolMarks> {
+        self.known(genomes).marks
+    }
+
+    /// Has the pool mark sheep of its own, as `dreams pool mark` does.
+    /// Errors: If the pool cannot be opened for changes, or its ledger not be written.
+    pub(super) fn set_marks(&self, marks: &[(SheepId, MarkKind)]) -> Result<(), Fatal> {
+        if marks.is_empty() {
+            return Ok(());
+        }
+        let mut folder = pools::open_for_changes(&self.pool)?;
+        let in_pool = |(id, kind): &(SheepId, MarkKind)| {
+            let sheep = folder.pool().find(id.as_str()).map_err(pools::fatal)?;
+            let mark = match kind {
+                MarkKind::Kept => Mark::Keep,
+                MarkKind::None => Mark::None,
+                MarkKind::Rejected => Mark::Reject,
+            };
+            Ok((sheep.born.id, mark))
+        };
+        let marks = marks.iter().map(in_pool).collect::<Result<Vec<_>, Fatal>>()?;
+        pools::pool::set_marks(&mut folder, &marks)
+    }
+
     fn known(&self, genomes: &Genomes) -> Known {
         let stamp = [Some(self.pool.join(LEDGER)), self.archive.clone()].map(|path| {
             let status = fs::metadata(path?).ok()?;
@@ -99,8 +129,21 @@ impl Candidates {
         let mut all = folder.as_ref().map_or_else(Vec::new, of_pool);
         all.extend(self.archive.iter().flat_map(|archive| of_archive(archive, genomes)));
         let votes = Arc::new(folder.as_ref().map_or_else(VoteCounts::new, votes));
-        known.insert(Known { stamp, all: Arc::new(all), votes }).clone()
+        let marks = Arc::new(folder.as_ref().map_or_else(PoolMarks::new, marks));
+        known.insert(Known { stamp, all: Arc::new(all), votes, marks }).clone()
     }
+}
+
+fn marks(folder: &Folder) -> PoolMarks {
+    let mark = |sheep: &Sheep| {
+        let kind = match sheep.mark {
+            Mark::Keep => MarkKind::Kept,
+            Mark::None => MarkKind::None,
+            Mark::Reject => MarkKind::Rejected,
+        };
+        Some((SheepId::new(&sheep.born.id.to_string()).ok()?, kind))
+    };
+    folder.pool().sheep().filter_map(mark).collect()
 }
 
 fn votes(folder: &Folder) -> VoteCounts {
@@ -116,8 +159,7 @@ fn votes(folder: &Folder) -> VoteCounts {
 }
 
 fn of_pool(folder: &Folder) -> Vec<Candidate> {
-    let pool = folder.pool();
-    let candidate = |sheep: &::breeding::Sheep| {
+    let candidate = |sheep: &Sheep| {
         let born = &sheep.born;
         let path = folder.genome(born);
         Some(Candidate {
@@ -131,7 +173,9 @@ fn of_pool(folder: &Folder) -> Vec<Candidate> {
             parents: born.parents.iter().map(ToString::to_string).collect(),
         })
     };
-    pool.living().filter_map(candidate).collect()
+    // Whoever was rejected is still there: the artist may take that back.
+    let is_there = |sheep: &&Sheep| sheep.died.is_none() || sheep.mark == Mark::Reject;
+    folder.pool().sheep().filter(is_there).filter_map(candidate).collect()
 }
 
 fn of_archive(archive: &Path, genomes: &Genomes) -> Vec<Candidate> {

@@ -123,7 +123,7 @@ fn went(workshop: &Workshop, step: Result<Undone, UndoError>) -> Result<Value, P
     let Undone { revision, said } = step.map_err(|error| {
         let sentence = error.to_string();
         match error {
-            UndoError::Changed { .. } | UndoError::Nothing { .. } => conflict(sentence),
+            UndoError::Changed { .. } | UndoError::Nothing { .. } | UndoError::Pool { .. } => conflict(sentence),
             UndoError::Manifest(_) => refused(sentence),
             UndoError::Disk(_) => Problem::new(StatusCode::INTERNAL_SERVER_ERROR, sentence),
         }
@@ -169,6 +169,7 @@ fn note(workshop: &Workshop, notes: &[NoteRequest], told: &Value) -> Result<Valu
         let sentence = error.to_string();
         match error {
             NoteError::Disk(_) => Problem::new(StatusCode::INTERNAL_SERVER_ERROR, sentence),
+            NoteError::Pool { .. } => conflict(sentence),
             NoteError::Refused(_) => refused(sentence),
         }
     })?;

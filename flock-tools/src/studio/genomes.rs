@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
+use flame::Backend;
 use flame::genome::Origin;
 
 use crate::render::species;
@@ -20,7 +21,7 @@ use crate::render::species;
 pub(super) struct GenomeFacts {
     /// Its species, by the ending of its files; `None` if the file is not there.
     pub(super) species: Option<&'static str>,
-    /// What a flame says of its origin.
+    /// What it says of its origin; of other species than flames only the parents.
     pub(super) origin: Option<Origin>,
 }
 
@@ -51,7 +52,12 @@ impl Genomes {
 
 fn read(path: &Path) -> GenomeFacts {
     let Ok(text) = fs::read_to_string(path) else { return GenomeFacts::default() };
-    let origin = flame::Genome::parse(&text).ok().map(|genome| genome.origin());
+    let of_flame = flame::Genome::parse(&text).ok().map(|genome| genome.origin());
+    let of_other = || {
+        let parents = species::parse(path, &text, &Backend::default()).ok()?.lineage().parents;
+        Some(Origin { parents, ..Origin::default() })
+    };
+    let origin = of_flame.or_else(of_other);
     GenomeFacts { species: Some(species::ending(path, &text)), origin }
 }
 
@@ -69,5 +75,20 @@ mod tests {
         assert_eq!(genomes.facts(&path).species, Some("flam3"));
         fs::write(&path, "(expression 1 (picture x))").unwrap();
         assert_eq!(genomes.facts(&path).species, Some("expr"));
+    }
+
+    #[test]
+    fn parents_are_told_of_every_species() {
+        let scratch = tempfile::tempdir().unwrap();
+        let texts = [
+            ("a.flam3", "<flame name=\"c\"><edit><sheep generation=\"2\" id=\"7\"/></edit></flame>", "2.7"),
+            ("a.expr", "(expression 1 (lineage (parents \"ram\")) (picture x))", "ram"),
+        ];
+        for (name, text, parent) in texts {
+            let path = scratch.path().join(name);
+            fs::write(&path, text).unwrap();
+            let origin = Genomes::default().facts(&path).origin.clone().unwrap();
+            assert_eq!(origin.parents, [parent], "{name}");
+        }
     }
 }

@@ -90,7 +90,7 @@ impl Workshop {
         locked(&self.places).update(&flock);
         let faults = checking::faults(&flock, &locked(&self.checked), &revision);
         let Stock { genomes, candidates, .. } = &*self.stock;
-        let (all, votes) = (candidates.all(genomes), candidates.votes(genomes));
+        let (all, votes, marks) = (candidates.all(genomes), candidates.votes(genomes), candidates.marks(genomes));
         let part = {
             let (joins, places) = (locked(&self.joins), locked(&self.places));
             let sources = Sources {
@@ -103,6 +103,7 @@ impl Workshop {
                 joins: &joins,
                 places: &places,
                 votes: &votes,
+                marks: &marks,
                 notes: &snapshot.notes,
                 keys: self.keys(manifest),
             };

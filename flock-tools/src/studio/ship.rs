@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bundle::Folder;
 use flock::{Fault, Manifest};
 use serde_json::Value;
 
@@ -101,6 +102,12 @@ impl Shipping {
         self.keys.values().map(|key| key.with_extension(PUBLIC)).filter(|key| key.is_file()).collect()
     }
 
+    /// Whether something was packed.
+    pub(super) fn has_bundle(&self) -> bool {
+        let seals = Folder::open(&self.outbox).and_then(|folder| folder.seals());
+        seals.is_ok_and(|seals| !seals.is_empty())
+    }
+
     /// The folders that bundles may be published to: those of the command line, and mounted sticks.
     pub(super) fn targets(&self) -> Vec<PathBuf> {
         let inside = |folder: &Path| -> Vec<PathBuf> {
@@ -183,6 +190,10 @@ mod tests {
         let beside = fs::canonicalize(scratch.path()).unwrap();
         assert_eq!(shipping.public_keys(), [beside.join("artist.pub")]);
         assert_eq!(shipping.outbox, beside.join("outbox"));
+        fs::create_dir_all(beside.join("outbox/seals")).unwrap();
+        assert!(!shipping.has_bundle());
+        fs::write(beside.join("outbox/seals/all.seal"), "").unwrap();
+        assert!(shipping.has_bundle());
     }
 
     #[test]

@@ -99,6 +99,9 @@ async fn pack(State(workshop): State<Arc<Workshop>>, Body(request): Body<PackReq
 async fn publish(State(workshop): State<Arc<Workshop>>, Body(request): Body<PublishRequest>) -> Answer<Value> {
     of(move || {
         let shipping = &workshop.shipping;
+        if !shipping.has_bundle() {
+            return Err(conflict("nothing is packed yet"));
+        }
         let target = shipping.targets().into_iter().find(|path| path.display().to_string() == request.to);
         let target: PathBuf = target.ok_or_else(|| {
             refused(format!(
@@ -143,7 +146,7 @@ fn why_refused(answer: &Value) -> String {
 /// Queues the comparison with the last bundle, if there is one.
 fn compare(workshop: &Arc<Workshop>) {
     let shipping = &workshop.shipping;
-    let Some(trust) = shipping.public_keys().into_iter().next().filter(|_| shipping.outbox.is_dir()) else { return };
+    let Some(trust) = shipping.public_keys().into_iter().next().filter(|_| shipping.has_bundle()) else { return };
     let mut words: Vec<OsString> = vec!["diff".into(), (&shipping.outbox).into(), (&workshop.folder).into()];
     words.extend(["--trust".into(), trust.into()]);
     let of = shipping.outbox.display().to_string();

@@ -12,7 +12,7 @@ use ::studio::document::{Mark, MarkKind, Notes, Revision};
 use ::studio::jobs::Job;
 use flock::{Fault, Flock, FlockShares, Measure, Sheep, SheepId, SheepShare, Transition};
 
-use super::candidates::{Candidate, VoteCounts};
+use super::candidates::{Candidate, PoolMarks, VoteCounts};
 use super::clip_states::{ClipFile, ClipState, ClipStates};
 use super::figures::{Figures, shown};
 use super::genomes::Genomes;
@@ -32,6 +32,7 @@ pub(super) struct Sources<'a> {
     pub(super) joins: &'a JoinRecord,
     pub(super) places: &'a Places,
     pub(super) votes: &'a VoteCounts,
+    pub(super) marks: &'a PoolMarks,
     pub(super) notes: &'a Notes,
     pub(super) keys: Keys<'a>,
 }
@@ -266,7 +267,8 @@ impl Sources<'_> {
 
     /// A sheep of which nothing is known but the artist's notes and the votes.
     fn blank(&self, id: &SheepId) -> SheepState {
-        let Mark { kind: mark, rating } = self.notes.marks.get(id).copied().unwrap_or_default();
+        let Mark { kind, rating } = self.notes.marks.get(id).copied().unwrap_or_default();
+        let mark = self.marks.get(id).copied().unwrap_or(kind);
         let pin = self.notes.pins.get(id).copied();
         let [x, y] = pin.unwrap_or_else(|| self.places.of(id.as_str()));
         SheepState {
@@ -379,6 +381,7 @@ mod tests {
             joins: &JoinRecord::open(own.path()),
             places: &Places::open(own.path()),
             votes: &VoteCounts::from([("bower".to_owned(), [3, 1])]),
+            marks: &PoolMarks::new(),
             notes,
             keys: Keys::new(&media, manifest),
         };

@@ -10,7 +10,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use ::studio::document::{EditRequest, Surroundings};
+use ::studio::document::{EditRequest, MarkKind, Surroundings};
 use flock::{Clip, ClipHash, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 use video::Form;
@@ -117,6 +117,14 @@ impl Surroundings for Around {
         let stays = file.named_in(after);
         file.remove(&credited.difference(&stays).cloned().collect()).map_err(|fatal| fatal.in_words())?;
         Ok(file.text().to_owned())
+    }
+
+    fn mark(&self, id: &SheepId) -> Option<MarkKind> {
+        self.0.candidates.marks(&self.0.genomes).get(id).copied()
+    }
+
+    fn set_marks(&self, marks: &[(SheepId, MarkKind)]) -> Result<(), String> {
+        self.0.candidates.set_marks(marks).map_err(|fatal| fatal.in_words())
     }
 }
 

@@ -172,15 +172,50 @@ impl Page {
         self.mouse("mouseReleased", at, 1, 0);
     }
 
+    /// Drags from one place to another, by ten steps.
+    pub(crate) fn drag(&self, from: (f64, f64), to: (f64, f64)) {
+        self.hold(from);
+        for step in 1..=10 {
+            let part = f64::from(step) / 10.0;
+            self.mouse("mouseMoved", (from.0 + (to.0 - from.0) * part, from.1 + (to.1 - from.1) * part), 1, 0);
+        }
+        self.release(to);
+    }
+
     /// Clicks on the first element that `selector` finds, once it is there.
     pub(crate) fn click(&self, selector: &str) {
         self.click_at(self.middle(&format!("document.querySelector({})", json!(selector))));
+    }
+
+    /// Clicks on the control with the name `name`, once it is there: in the topmost dialog, if there is one.
+    pub(crate) fn click_named(&self, name: &str) {
+        let finder = format!(
+            "[...([...document.querySelectorAll('dialog[open]')].at(-1) ?? document).querySelectorAll('button, a, label, summary')].find(one =>
+               one.checkVisibility() && !one.disabled && (one.getAttribute('aria-label') ?? one.textContent).trim() === {})",
+            json!(name)
+        );
+        self.click_at(self.middle(&finder));
     }
 
     /// Presses and lets go of the pointer's button at a place.
     pub(crate) fn click_at(&self, at: (f64, f64)) {
         self.hold(at);
         self.release(at);
+    }
+
+    /// The same with the Shift key held.
+    pub(crate) fn shift_click(&self, selector: &str) {
+        let at = self.middle(&format!("document.querySelector({})", json!(selector)));
+        self.point(at);
+        for kind in ["mousePressed", "mouseReleased"] {
+            self.mouse(kind, at, 1, SHIFT);
+        }
+    }
+
+    /// Turns the wheel by so many pixels down at a place.
+    pub(crate) fn wheel(&self, (x, y): (f64, f64), down: f64) {
+        let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
+        self.call("Input.dispatchMouseEvent", &event);
     }
 
     /// Where the middle of the element is that the expression `finder` finds, once it is there and visible; it is

@@ -1,11 +1,12 @@
 //! Flocks for the studio's claims.
 //!
-//! Owns generated manifests without clips, the demo flock with genomes and clips, and the same with small pictures.
+//! Owns generated manifests without clips, the demo flock with genomes and clips, the same with small pictures, and rings of
+//! small sheep that are quick to draw.
 //!
 //! Start at [`ring`].
 
 use crate::clips::{SETPARAMS, TAGS};
-use crate::programs::{claims_folder, repository, succeed};
+use crate::programs::{claims_folder, dreams, repository, succeed};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
@@ -103,5 +104,78 @@ pub(crate) fn pictured(sheep: usize) -> TempDir {
         text = text.replacen(&line, &line.replace("768", frames), 1);
     }
     fs::write(folder.path().join("flock.toml"), text).unwrap();
+    folder
+}
+
+/// How many sheep are drawn for [`many`], and the frames of each of their clips.
+const KINDS: usize = 5;
+const LONG: usize = 90;
+
+/// A genome that is drawn in no time, and moves so little from frame to frame that drafts of it meet.
+pub(crate) fn quick(kind: usize) -> String {
+    let [bands, later] = [kind + 2, (kind + 3) % 10];
+    let tint = format!("(+ 0.{} (* 0.05 (sin (+ (* 3 x) (wave 1 0.{kind})))))", 2 * kind);
+    let light = format!("(+ 0.5 (* 0.25 (sin (+ (* {bands} y) (+ x (wave 1 0.{later}))))))");
+    format!("(expression 1 (picture (hsv-to-rgb (vector {tint} 0.5 {light}))))\n")
+}
+
+/// A small ring of quick sheep with rendered clips, kept for the next run: the folder.
+fn rendered() -> PathBuf {
+    static MAKING: Mutex<()> = Mutex::new(());
+    let _one_at_a_time = MAKING.lock();
+    let folder =
+        claims_folder().join(format!("studio-quick-{}", &blake3::hash(include_bytes!("sheep.rs")).to_hex()[..16]));
+    if folder.exists() {
+        return folder;
+    }
+    let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
+    fs::create_dir(scratch.path().join("genomes")).unwrap();
+    for kind in 0..KINDS {
+        fs::write(scratch.path().join(format!("genomes/s{kind:03}.expr")), quick(kind)).unwrap();
+    }
+    fs::write(scratch.path().join("flock.toml"), small_manifest(KINDS, |_, _| String::new())).unwrap();
+    succeed(Command::new(dreams()).args(["render", "--preset", "draft"]).arg(scratch.path()));
+    fs::rename(scratch.keep(), &folder).unwrap();
+    folder
+}
+
+/// The manifest of a ring of `sheep` with genomes; `hash` gives the line for the hash of the clip at a place of a list.
+fn small_manifest(sheep: usize, hash: impl Fn(&str, usize) -> String) -> String {
+    let mut text = "format = 1\nname = \"meadow\"\nsize = [96, 54]\nfps = [15, 1]\n".to_owned();
+    for at in 0..sheep {
+        let clip = format!("frames = {LONG}\nclip = \"loops/s{at:03}.mp4\"\n{}", hash("sheep", at));
+        write!(text, "\n[[sheep]]\nid = \"s{at:03}\"\ngenome = \"genomes/s{at:03}.expr\"\n{clip}").unwrap();
+    }
+    for at in 0..sheep {
+        let to = (at + 1) % sheep;
+        let clip = format!("clip = \"transitions/s{at:03}=s{to:03}.mp4\"\n{}", hash("transition", at));
+        write!(text, "\n[[transition]]\nfrom = \"s{at:03}\"\nto = \"s{to:03}\"\nframes = {LONG}\n{clip}").unwrap();
+    }
+    text
+}
+
+/// A flock of `sheep` in a ring, all with genomes and clips, by the ids `s000`, `s001` and so on: copies of five sheep by
+/// turns.
+pub(crate) fn many(sheep: usize) -> TempDir {
+    assert_eq!(sheep % KINDS, 0, "the ring closes");
+    let from = rendered();
+    let listed: toml::Table = fs::read_to_string(from.join("flock.toml")).unwrap().parse().unwrap();
+    let hash = |list: &str, at: usize| {
+        let hash = listed[list][at % KINDS]["hash"].as_str().expect("it is rendered");
+        format!("hash = \"{hash}\"\n")
+    };
+    let folder = tempfile::tempdir_in(claims_folder()).unwrap();
+    for name in ["genomes", "loops", "transitions"] {
+        fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    let link = |old: String, new: String| fs::hard_link(from.join(old), folder.path().join(new)).unwrap();
+    for at in 0..sheep {
+        let (kind, to) = (at % KINDS, (at + 1) % sheep);
+        link(format!("genomes/s{kind:03}.expr"), format!("genomes/s{at:03}.expr"));
+        link(format!("loops/s{kind:03}.mp4"), format!("loops/s{at:03}.mp4"));
+        let next = (kind + 1) % KINDS;
+        link(format!("transitions/s{kind:03}=s{next:03}.mp4"), format!("transitions/s{at:03}=s{to:03}.mp4"));
+    }
+    fs::write(folder.path().join("flock.toml"), small_manifest(sheep, hash)).unwrap();
     folder
 }

@@ -10,12 +10,13 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use flock::{Draft, Edit, FILE_NAME, Manifest, ManifestError, paths};
+use flock::{Draft, Edit, FILE_NAME, Manifest, ManifestError, SheepId, paths};
 
 use super::disk::Disk;
 use super::errors::{ApplyError, NoteError, UndoError};
 use super::files::copy_renamed;
 use super::history::{History, Record, Step};
+use super::notes::{MarkKind, NoteChange, marked};
 use super::perform::{Needs, lost, perform, with_hashes};
 use super::requests::{EditRequest, NoteRequest, said_of_edits, said_of_notes};
 use super::text_change::TextChange;
@@ -103,17 +104,21 @@ impl Document {
         self.go(Way::Redo)
     }
 
-    /// Makes notes, which can be undone as edits can. Returns what was done, in words.
+    /// Makes notes, which can be undone as edits can; marks of sheep of a pool are marks of the pool. Returns what was done, in
+    /// words.
     ///
     /// # Errors
     /// [`NoteError`]; nothing is changed then.
     pub fn note(&mut self, requests: &[NoteRequest], gesture: Option<&str>) -> Result<String, NoteError> {
         let (history, said) = (self.journal.history(), said_of_notes(requests));
-        let notes = history.notes().changes(requests)?;
+        let notes = history.notes().changes(requests, |sheep| self.around.mark(sheep))?;
         if !notes.is_empty() {
             let joined = history.joins(gesture);
+            let marks = self.marks_of_pool(&notes, Way::Redo);
             let step = Step { said: said.clone(), gesture: gesture.map(str::to_owned), notes, ..Step::default() };
-            self.journal.write(Record::Step { step, joined }, |_, _| Ok::<(), io::Error>(()))?;
+            let record = Record::Step { step, joined };
+            self.journal
+                .write(record, |_, _| self.around.set_marks(&marks).map_err(|error| NoteError::Pool { error }))?;
         }
         Ok(said)
     }
@@ -174,9 +179,23 @@ impl Document {
             Way::Undo => Record::Undo,
             Way::Redo => Record::Redo,
         };
-        self.save(record, Texts { manifest: manifest.transpose()?, credits })?;
+        if step.text.is_none() && step.credits.is_none() {
+            let marks = self.marks_of_pool(&step.notes, way);
+            self.journal
+                .write(record, |_, _| self.around.set_marks(&marks).map_err(|error| UndoError::Pool { error }))?;
+        } else {
+            self.save(record, Texts { manifest: manifest.transpose()?, credits })?;
+        }
         drop(draft);
         Ok(Undone { revision: self.now.revision.clone(), said: step.said.clone() })
+    }
+
+    /// The marks that the pool gets by `changes`. What somebody else has marked since stays.
+    fn marks_of_pool(&self, changes: &[NoteChange], way: Way) -> Vec<(SheepId, MarkKind)> {
+        let turned = |[was, is]: [MarkKind; 2]| if way == Way::Undo { (is, was) } else { (was, is) };
+        let ways = marked(changes).into_iter().map(|(sheep, kinds)| (sheep, turned(kinds)));
+        let own = ways.filter(|(sheep, (from, _))| self.around.mark(sheep) == Some(*from));
+        own.map(|(sheep, (_, to))| (sheep.clone(), to)).collect()
     }
 
     /// The step that is taken back, or done again.

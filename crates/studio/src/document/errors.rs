@@ -84,6 +84,12 @@ pub enum UndoError {
         /// `undo` or `redo`.
         what: &'static str,
     },
+    /// The pool does not take its marks.
+    #[error("cannot mark sheep of the pool: {error}")]
+    Pool {
+        /// Why.
+        error: String,
+    },
 }
 
 /// Why a note was not made.
@@ -92,6 +98,12 @@ pub enum NoteError {
     /// The disk.
     #[error("cannot save the notes: {0}")]
     Disk(#[from] io::Error),
+    /// The pool does not take its marks.
+    #[error("cannot mark sheep of the pool: {error}")]
+    Pool {
+        /// Why.
+        error: String,
+    },
     /// The note is wrong.
     #[error(transparent)]
     Refused(#[from] NoteRefusal),

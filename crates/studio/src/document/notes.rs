@@ -1,7 +1,7 @@
 //! What the artist notes beside the manifest: marks, ratings, pins, bad joins.
 //!
 //! Owns the notes, and changes of them that can be taken back. A note about a sheep that is nowhere any more is kept: it may
-//! come back by an undo. Never touches a file.
+//! come back by an undo. Of a sheep of a pool the pool has the mark, which others may change: it is asked. Never touches a file.
 //!
 //! Start at [`Notes`].
 
@@ -56,6 +56,19 @@ pub(super) enum NoteChange {
     Pin { sheep: SheepId, was: Option<[f64; 2]>, is: Option<[f64; 2]> },
 }
 
+/// The kinds of mark that `changes`, one after the other, led from and to, of each sheep where they differ.
+pub(super) fn marked(changes: &[NoteChange]) -> BTreeMap<&SheepId, [MarkKind; 2]> {
+    let mut kinds = BTreeMap::new();
+    for change in changes {
+        match change {
+            NoteChange::Mark { sheep, was, is } => kinds.entry(sheep).or_insert([was.kind; 2])[1] = is.kind,
+            NoteChange::Join { .. } | NoteChange::Pin { .. } => {}
+        }
+    }
+    kinds.retain(|_, [was, is]| was != is);
+    kinds
+}
+
 /// Why a note is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoteRefusal {
@@ -74,12 +87,25 @@ pub enum NoteRefusal {
 }
 
 impl Notes {
-    /// The changes that `requests` make, one after the other; those that change nothing are left out.
+    /// The changes that `requests` make, one after the other; those that change nothing are left out. `in_pool` tells how a pool
+    /// has marked its sheep.
     ///
     /// # Errors
     /// [`NoteRefusal`] of the first that is refused.
-    pub(super) fn changes(&self, requests: &[NoteRequest]) -> Result<Vec<NoteChange>, NoteRefusal> {
+    pub(super) fn changes(
+        &self,
+        requests: &[NoteRequest],
+        in_pool: impl Fn(&SheepId) -> Option<MarkKind>,
+    ) -> Result<Vec<NoteChange>, NoteRefusal> {
         let (mut now, mut changes) = (self.clone(), Vec::new());
+        for request in requests {
+            if let NoteRequest::Mark { sheep, .. } = request
+                && let Some(kind) = in_pool(sheep)
+            {
+                let rating = now.marks.get(sheep).map_or(0, |mark| mark.rating);
+                now.set_mark(sheep, Mark { kind, rating });
+            }
+        }
         for request in requests {
             if let Some(change) = now.change(request)? {
                 now.apply(&change);

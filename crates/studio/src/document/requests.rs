@@ -165,6 +165,9 @@ pub(super) fn said_of_edits(edits: &[EditRequest]) -> String {
     match edits {
         [] => "changed nothing".to_owned(),
         [one] => one.said(),
+        [EditRequest::Link { from, to, .. }, EditRequest::Weight(_), EditRequest::Unlink { from: was_from, to: was_to }] => {
+            format!("linked {from} to {to} instead of {was_from} to {was_to}")
+        }
         [first, rest @ ..] => {
             let alike = |other: &EditRequest| std::mem::discriminant(other) == std::mem::discriminant(first);
             let is_uniform = rest.iter().all(alike);

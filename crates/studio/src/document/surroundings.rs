@@ -4,6 +4,7 @@
 
 use flock::{Clip, Manifest, Sheep, SheepId};
 
+use super::notes::MarkKind;
 use super::requests::EditRequest;
 
 /// Answers what lies beside the manifest. Every error is a sentence for the artist.
@@ -34,4 +35,13 @@ pub trait Surroundings: Send + Sync {
     /// If the credits are malformed.
     fn credits(&self, text: &str, edits: &[EditRequest], before: &Manifest, after: &Manifest)
     -> Result<String, String>;
+
+    /// How the pool has marked its sheep `id`; `None` of a sheep that is in no pool.
+    fn mark(&self, id: &SheepId) -> Option<MarkKind>;
+
+    /// Has the pool mark sheep of its own, all or none.
+    ///
+    /// # Errors
+    /// If the pool cannot be changed: another program has it open, or the disk refuses.
+    fn set_marks(&self, marks: &[(SheepId, MarkKind)]) -> Result<(), String>;
 }

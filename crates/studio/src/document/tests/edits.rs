@@ -111,14 +111,14 @@ fn a_thousand_edits_of_studio_and_commands_leave_the_bytes_of_the_commands_alone
     while made < 1000 {
         let (edit, by_command) = (any_edit(), any::<bool>()).new_tree(&mut runner).unwrap().current();
         let mut draft = Edit::parse(text(alone.path()), alone.path()).unwrap();
-        let is_fine =
-            perform(std::slice::from_ref(&edit), &mut draft, &Fields).is_ok() && draft.text() != text(alone.path());
+        let is_fine = perform(std::slice::from_ref(&edit), &mut draft, &Fields::default()).is_ok()
+            && draft.text() != text(alone.path());
         if is_fine {
             fs::write(alone.path().join(FILE_NAME), draft.text()).unwrap();
             made += 1;
         }
         if by_command && is_fine {
-            command(mixed.path(), |draft| drop(perform(std::slice::from_ref(&edit), draft, &Fields)));
+            command(mixed.path(), |draft| drop(perform(std::slice::from_ref(&edit), draft, &Fields::default())));
         } else if !by_command {
             // The page knows the revision before the commands.
             let stale = document.revision().clone();
@@ -159,7 +159,7 @@ fn edits_of_a_studio_and_of_commands_at_the_same_time_are_all_kept() {
 fn sheep(name: &str) -> flock::Sheep {
     let id: SheepId = id(name);
     let manifest = Manifest::parse(RING, FILE_NAME.as_ref()).unwrap();
-    Fields.candidate(&id, &manifest).unwrap()
+    Fields::default().candidate(&id, &manifest).unwrap()
 }
 
 #[test]

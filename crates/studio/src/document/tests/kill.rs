@@ -76,7 +76,7 @@ fn a_disk_that_fails_once_loses_nothing_and_the_next_edit_is_made() {
             let folder = ring();
             let killer = super::Killer::new(folder.path(), writes, is_made);
             let left = Arc::clone(&killer.left);
-            let mut document = Document::open_on(folder.path(), Box::new(Fields), Box::new(killer)).unwrap();
+            let mut document = Document::open_on(folder.path(), Box::new(Fields::default()), Box::new(killer)).unwrap();
             let failed = (0..3).find(|at| act(&mut document, *at).is_err());
             left.store(usize::MAX, std::sync::atomic::Ordering::SeqCst);
             // The program goes on: what failed is tried again.
@@ -101,7 +101,7 @@ fn a_studio_for_the_next_test_edits_until_it_is_killed() {
     let Some(folder) = std::env::var_os(FOLDER) else { return };
     let folder = Path::new(&folder);
     let journal = JournalFile(folder.join(".studio/journal"));
-    let mut document = Document::open_on(folder, Box::new(Fields), Box::new(journal)).unwrap();
+    let mut document = Document::open_on(folder, Box::new(Fields::default()), Box::new(journal)).unwrap();
     println!();
     for at in 0.. {
         let base = document.revision().clone();

@@ -4,11 +4,12 @@ mod edits;
 mod kill;
 mod undo;
 
+use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use flock::{Clip, ClipPath, Draft, Edit, FILE_NAME, Manifest, Sheep, SheepId};
 use proptest::prelude::*;
@@ -61,8 +62,12 @@ clip = "transitions/c=a.mp4"
 /// Credits with a line for each sheep.
 const CREDITS: &str = "a\nb\nc\n";
 
-/// Candidates are what is asked for; credits have one line for each sheep.
-struct Fields;
+/// Candidates are what is asked for; credits have one line for each sheep. The marks are those of the pool, which may be shut.
+#[derive(Clone, Default)]
+struct Fields {
+    pool: Arc<Mutex<BTreeMap<SheepId, MarkKind>>>,
+    is_shut: Arc<AtomicBool>,
+}
 
 impl Surroundings for Fields {
     fn candidate(&self, id: &SheepId, _: &Manifest) -> Result<Sheep, String> {
@@ -91,6 +96,18 @@ impl Surroundings for Fields {
         }
         let has = |line: &&str| after.sheep.iter().any(|sheep| sheep.id.as_str() == *line);
         Ok(text.lines().filter(has).flat_map(|line| [line, "\n"]).collect())
+    }
+
+    fn mark(&self, id: &SheepId) -> Option<MarkKind> {
+        self.pool.lock().unwrap().get(id).copied()
+    }
+
+    fn set_marks(&self, marks: &[(SheepId, MarkKind)]) -> Result<(), String> {
+        if self.is_shut.load(Ordering::SeqCst) {
+            return Err("it is in use".to_owned());
+        }
+        self.pool.lock().unwrap().extend(marks.iter().cloned());
+        Ok(())
     }
 }
 
@@ -163,7 +180,7 @@ fn open(folder: &Path) -> Document {
 }
 
 fn open_until(folder: &Path, left: usize, is_made: bool) -> Result<Document, super::DocumentError> {
-    Document::open_on(folder, Box::new(Fields), Box::new(Killer::new(folder, left, is_made)))
+    Document::open_on(folder, Box::new(Fields::default()), Box::new(Killer::new(folder, left, is_made)))
 }
 
 fn text(folder: &Path) -> String {

@@ -1,6 +1,7 @@
 //! What was done is taken back, over restarts, and never what somebody else did.
 
 use std::fs;
+use std::sync::atomic::Ordering;
 
 use flock::{Clip, ClipHash, FILE_NAME};
 use proptest::prelude::*;
@@ -8,7 +9,7 @@ use proptest::test_runner::Config;
 
 use super::super::history::MOST_STEPS;
 use super::super::{Document, EditRequest, Mark, MarkKind, NoteRequest, Notes, UndoError};
-use super::{RING, any_edit, any_note, apply, command, credits, id, keep, link, open, ring, text, want};
+use super::{Fields, RING, any_edit, any_note, apply, command, credits, id, keep, link, open, ring, text, want};
 
 /// Takes back all that can be; returns how many steps it was.
 fn undo_all(document: &mut Document) -> usize {
@@ -225,4 +226,32 @@ fn a_journal_that_cannot_be_read_is_put_aside_and_the_flock_is_open_all_the_same
     let document = open(folder.path());
     assert_eq!(document.snapshot().undo, None);
     assert_eq!(fs::read_to_string(journal.with_extension("unreadable")).unwrap(), "another program's");
+}
+
+#[test]
+fn a_mark_of_a_sheep_of_the_pool_is_the_pools_and_none_that_another_program_made_is_taken_back() {
+    let (folder, fields) = (ring(), Fields::default());
+    let in_pool = |sheep: &str| fields.pool.lock().unwrap()[&id(sheep)];
+    fields.pool.lock().unwrap().extend([(id("p"), MarkKind::None), (id("q"), MarkKind::Kept)]);
+    let mut document = Document::open(folder.path(), Box::new(fields.clone())).unwrap();
+    let mark = |sheep: &str, kind| NoteRequest::Mark { sheep: id(sheep), mark: Some(kind), rating: None };
+    document
+        .note(&[mark("p", MarkKind::Rejected), mark("q", MarkKind::Rejected), mark("a", MarkKind::Kept)], None)
+        .unwrap();
+    assert_eq!([in_pool("p"), in_pool("q")], [MarkKind::Rejected; 2]);
+    assert!(!fields.pool.lock().unwrap().contains_key(&id("a")), "it is in no pool");
+    document.undo().unwrap();
+    assert_eq!([in_pool("p"), in_pool("q")], [MarkKind::None, MarkKind::Kept], "the pool's own marks come back");
+    document.redo().unwrap();
+    fields.pool.lock().unwrap().insert(id("p"), MarkKind::Kept);
+    document.undo().unwrap();
+    assert_eq!([in_pool("p"), in_pool("q")], [MarkKind::Kept; 2]);
+    // A mark is changed from what the pool says, not from what was noted here.
+    document.note(&[mark("p", MarkKind::None)], None).unwrap();
+    document.undo().unwrap();
+    assert_eq!(in_pool("p"), MarkKind::Kept);
+    fields.is_shut.store(true, Ordering::SeqCst);
+    let before = document.snapshot();
+    assert!(document.note(&[mark("p", MarkKind::Rejected)], None).unwrap_err().to_string().contains("it is in use"));
+    assert_eq!((document.snapshot().undo, document.snapshot().notes), (before.undo, before.notes));
 }
