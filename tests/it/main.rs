@@ -46,6 +46,7 @@ mod studio {
     mod keys;
     mod killed;
     mod leading;
+    mod news;
     mod page;
     mod playing;
     mod pool;

@@ -82,8 +82,21 @@ export class Api {
   /** @param {string} path */
   delete(path) { return this.ask('DELETE', path) }
 
+  /** Fetches what is new since the state that is here. */
   async refresh() {
-    this.store.replace(await this.get('/api/state'))
+    this.store.replace(await this.get(`/api/state?since=${this.store.state.tag}`))
+  }
+  /** Something was changed here that the program may not have: the next state is fetched as a whole. */
+  doubt() { this.store.state.tag = '' }
+
+  /**
+   * The state after a change, which came with the answer.
+   * @param {{state?: Told}} done
+   */
+  async changedTo({ state }) {
+    if (state) this.store.replace(state)
+    else await this.refresh()
+    this.changed = performance.now()
   }
 
   /**
@@ -124,12 +137,13 @@ export class Api {
   /** @param {Edit[]} edits @param {string | null} gesture @param {boolean} force @returns {Promise<boolean>} */
   async editNow(edits, gesture, force) {
     try {
-      const done = await this.post('/api/edits', { revision: this.store.state.revision, gesture, edits, ...force ? { force } : {} })
-      await this.refresh()
-      this.changed = performance.now()
+      const { revision, tag } = this.store.state
+      const done = await this.post('/api/edits', { revision, since: tag, gesture, edits, ...force ? { force } : {} })
+      await this.changedTo(done)
       this.said(done.merged ? `${done.said}, beside a change made elsewhere` : done.said)
       return true
     } catch (error) {
+      this.doubt()
       if (error instanceof Refused && error.status === 428) {
         const gone = error.body?.no_longer_shown ?? []
         const yes = await this.confirm({ title: `${gone.length === 1 ? 'One sheep' : `${gone.length} sheep`} would leave the wall`, text: error.message, items: gone, yes: 'Do it anyway' })
@@ -168,9 +182,8 @@ export class Api {
   step(which) {
     return this.after(async () => {
       try {
-        const done = await this.post(`/api/${which}`)
-        await this.refresh()
-        this.changed = performance.now()
+        const done = await this.post(`/api/${which}`, { since: this.store.state.tag })
+        await this.changedTo(done)
         this.said(done?.said ? `${which === 'undo' ? 'Undone' : 'Done again'}: ${done.said}` : which === 'undo' ? 'Undone' : 'Done again')
       } catch (error) { this.failed(error) }
     })
@@ -248,6 +261,7 @@ export class Api {
   noted({ marks = [], pins = [], joins = [] }) {
     for (const { sheep, mark, rating } of marks) this.store.patch([sheep], { ...mark === null ? {} : { mark }, ...rating === null ? {} : { rating } })
     for (const { sheep, x, y } of pins) if (x !== null && y !== null) this.store.patch([sheep], { x, y, pinned: true })
+    if (pins.length) this.doubt()
     for (const { from, to, bad } of joins) Object.assign(this.store.byWay.get(way(from, to)) ?? {}, { bad })
   }
 

@@ -19,12 +19,13 @@ export function bendOf(from, to) {
 }
 
 /**
- * The outline of that arrow, from rim to rim.
+ * The nine points of that arrow's outline, from rim to rim; the second and the eighth are control points of curves.
  * @param {Circle} from
  * @param {Circle} to
  * @param {number} width
+ * @returns {[number, number][]}
  */
-export function across(from, to, width) {
+export function corners(from, to, width) {
   const [cx, cy] = bendOf(from, to)
   const far = Math.hypot(to.x - from.x, to.y - from.y) || 1
   const [nx, ny] = [-(to.y - from.y) / far, (to.x - from.x) / far]
@@ -33,10 +34,20 @@ export function across(from, to, width) {
   const head = Math.min(2.2 + 2.4 * width, 0.4 * far)
   const [hx, hy] = towards(ex, ey, cx, cy, head)
   const half = width / 2, wing = half + 1 + 0.7 * width
-  const points = [
+  return [
     beside(sx, sy, cx, cy, half), [cx + half * nx, cy + half * ny], beside(hx, hy, ex, ey, half), beside(hx, hy, ex, ey, wing), [ex, ey],
     beside(hx, hy, ex, ey, -wing), beside(hx, hy, ex, ey, -half), [cx - half * nx, cy - half * ny], beside(sx, sy, cx, cy, -half),
-  ].map(point => point.map(number => number.toFixed(1)).join(' '))
+  ]
+}
+
+/**
+ * The outline as text.
+ * @param {Circle} from
+ * @param {Circle} to
+ * @param {number} width
+ */
+export function across(from, to, width) {
+  const points = corners(from, to, width).map(point => point.map(number => number.toFixed(1)).join(' '))
   return `M${points[0]}Q${points[1]} ${points[2]}L${points[3]}L${points[4]}L${points[5]}L${points[6]}Q${points[7]} ${points[8]}Z`
 }
 
@@ -57,6 +68,7 @@ export function around(one, width) {
  * @param {number} tx
  * @param {number} ty
  * @param {number} by
+ * @returns {[number, number]}
  */
 export function towards(x, y, tx, ty, by) {
   const far = Math.hypot(tx - x, ty - y) || 1
@@ -70,6 +82,7 @@ export function towards(x, y, tx, ty, by) {
  * @param {number} tx
  * @param {number} ty
  * @param {number} by
+ * @returns {[number, number]}
  */
 function beside(x, y, tx, ty, by) {
   const far = Math.hypot(tx - x, ty - y) || 1

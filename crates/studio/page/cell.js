@@ -48,14 +48,14 @@ export function spokenOf(one) {
 
 /** @param {import('./strip.js').Strips} strips */
 export function emptyCell(strips) {
-  const canvas = make('canvas', { 'aria-hidden': 'true', width: 160, height: 90 })
+  const strip = make('div', { class: 'strip', 'aria-hidden': 'true' })
   const cell = make('div', { class: 'cell', role: 'option', tabindex: -1 },
-    make('div', { class: 'thumb' }, canvas, make('span', { class: 'badge mark' }), make('span', { class: 'badge state' })),
+    make('div', { class: 'thumb' }, strip, make('span', { class: 'badge mark' }), make('span', { class: 'badge state' })),
     make('div', { class: 'level' }, make('i'), make('b')),
     make('div', { class: 'caption' }, make('span', { class: 'id' }), make('span', { class: 'ratio' }), make('span', { class: 'more' }), make('span', { class: 'votes' })))
   // The pointer runs through the loop; it never takes the focus.
-  canvas.addEventListener('pointermove', event => strips.hold(canvas, event.offsetX / canvas.clientWidth))
-  canvas.addEventListener('pointerleave', () => strips.hold(canvas, null))
+  strip.addEventListener('pointermove', event => strips.hold(strip, event.offsetX / strip.clientWidth))
+  strip.addEventListener('pointerleave', () => strips.hold(strip, null))
   return cell
 }
 
@@ -65,16 +65,16 @@ const part = (cell, selector) => /** @type {HTMLElement} */ (cell.querySelector(
 /**
  * @param {HTMLElement} cell
  * @param {Sheep} one
- * @param {{focused: boolean, selected: boolean, hit: boolean, target: boolean, wide: number, high: number}} how `hit`: the next action is for it; the size of its picture
+ * @param {{focused: boolean, selected: boolean, hit: boolean, target: boolean}} how `hit`: the next action is for it
  * @param {import('./strip.js').Strips} strips
  */
 export function fillCell(cell, one, how, strips) {
-  const { focused, selected, hit, target, wide, high } = how
+  const { focused, selected, hit, target } = how
   // Scrolling draws many cells; what is as it was is left alone.
-  const now = [one.id, one.mark, one.rating, one.state, one.percent, one.ratio, one.strip, one.ins, one.outs, one.in_flock, one.votes?.for, one.votes?.against, focused, selected, hit, target, wide].join()
+  const now = [one.id, one.mark, one.rating, one.state, one.percent, one.ratio, one.strip, one.ins, one.outs, one.in_flock, one.votes?.for, one.votes?.against, focused, selected, hit, target].join()
   if (cell.dataset.drawn === now) return
   cell.dataset.drawn = now
-  strips.show(/** @type {HTMLCanvasElement} */ (part(cell, 'canvas')), one, wide, high)
+  strips.show(part(cell, '.strip'), one)
   cell.tabIndex = focused ? 0 : -1
   cell.setAttribute('aria-selected', String(hit))
   cell.setAttribute('aria-label', spokenOf(one))

@@ -45,6 +45,9 @@ class Graph {
     /** @type {import('./balance.js').Suggested | null} */ this.suggested = null
     /** @type {ReturnType<typeof setInterval> | undefined} */ this.timer = undefined
     this.pressed = { name: '', of: '', at: 0 }
+    /** @type {Map<string, {disc: SVGElement, x: number, y: number, r: number, label: string}>} The elements over the discs, and where they are. */
+    this.spots = new Map()
+    /** @type {(string | null)[]} The sheep that the last `mark` marked. */ this.marked = []
     this.scene = new Scene(store, shell.strips)
     this.scene.moved = () => this.over()
     this.svg = draw('svg', { class: 'lit', role: 'group', 'aria-label': 'The flock as a graph' })
@@ -117,23 +120,30 @@ class Graph {
     if (chosen && 'from' in chosen && !store.byWay.has(way(chosen.from, chosen.to))) this.chosen = store.byId.has(chosen.from) ? { sheep: chosen.from } : null
     this.scene.size(this.scene.width, this.scene.height)
     const ids = new Set(store.state.sheep.map(one => one.id))
-    for (const disc of [...this.discs.children]) if (!ids.has(disc.getAttribute('data-sheep') ?? '')) disc.remove()
-    const there = new Set([...this.discs.children].map(disc => disc.getAttribute('data-sheep')))
-    this.discs.append(...store.state.sheep.filter(one => !there.has(one.id)).map(one => draw('circle', { class: 'hit', role: 'option', tabindex: -1, 'data-sheep': one.id })))
+    for (const [id, { disc }] of this.spots) if (!ids.has(id)) { disc.remove(); this.spots.delete(id) }
+    for (const { id } of store.state.sheep) {
+      if (this.spots.has(id)) continue
+      const disc = draw('circle', { class: 'hit', role: 'option', tabindex: -1, 'aria-selected': 'false', 'data-sheep': id })
+      this.spots.set(id, { disc, x: Infinity, y: 0, r: 0, label: '' })
+      this.discs.append(disc)
+    }
     if (this.names.children.length !== ids.size) this.names.replaceChildren(...store.state.sheep.map(one => make('option', { value: one.id })))
     this.place()
     this.mark()
     this.drawPanel()
   }
 
-  /** Puts the elements over their discs. */
+  /** Puts the elements over their discs: not for less than is seen. */
   place() {
-    for (const disc of this.discs.children) {
-      const told = this.scene.discs.get(disc.getAttribute('data-sheep') ?? '')
+    for (const [id, spot] of this.spots) {
+      const told = this.scene.discs.get(id)
       if (!told) continue
-      for (const [name, value] of [['cx', told.x.toFixed(1)], ['cy', told.y.toFixed(1)], ['r', Math.max(told.r, 5).toFixed(1)], ['aria-label', `${told.one.id}, ${told.one.outs} out, ${told.one.ins} in`]]) {
-        if (disc.getAttribute(name) !== value) disc.setAttribute(name, value)
+      const { x, y, one } = told, r = Math.max(told.r, 5), label = `${id}, ${one.outs} out, ${one.ins} in`
+      if (Math.abs(x - spot.x) + Math.abs(y - spot.y) + Math.abs(r - spot.r) > 0.3) {
+        Object.assign(spot, { x, y, r })
+        for (const [name, value] of /** @type {const} */ ([['cx', x], ['cy', y], ['r', r]])) spot.disc.setAttribute(name, value.toFixed(1))
       }
+      if (label !== spot.label) spot.disc.setAttribute('aria-label', spot.label = label)
     }
     this.light()
   }
@@ -148,28 +158,26 @@ class Graph {
 
   /** Shows which sheep has the focus and what is chosen. */
   mark() {
-    const focus = this.store.focus
-    let stop = false
-    for (const disc of this.discs.children) {
-      const id = disc.getAttribute('data-sheep'), focused = id === focus
-      disc.classList.toggle('focused', focused)
-      disc.classList.toggle('source', this.linking.from === id)
-      disc.setAttribute('aria-selected', String(focused))
-      disc.setAttribute('tabindex', focused ? '0' : '-1')
-      stop ||= focused
+    const focus = this.store.focus, from = this.linking.from
+    this.discs.firstElementChild?.setAttribute('tabindex', this.disc(focus) ? '-1' : '0')
+    for (const id of [...this.marked, from, focus]) {
+      const disc = this.disc(id), focused = id === focus
+      disc?.classList.toggle('focused', focused)
+      disc?.classList.toggle('source', from === id)
+      disc?.setAttribute('aria-selected', String(focused))
+      disc?.setAttribute('tabindex', focused ? '0' : '-1')
     }
-    if (!stop) this.discs.firstElementChild?.setAttribute('tabindex', '0')
+    this.marked = [from, focus]
     this.light()
   }
 
   /** The arrows of the sheep with the focus, the chosen one, and the suggested ones, over the drawing. */
   light() {
     const { store, scene, edge } = this, focus = store.focus
-    if (scene.lit !== focus) scene.stale = true
     scene.lit = focus
     /** @type {SVGElement[]} */ const lit = []
     const lights = (/** @type {string} */ from, /** @type {string} */ to, /** @type {string} */ kind) => {
-      const outline = scene.arrows.get(way(from, to))?.d ?? scene.outline(from, to, 1 / (store.state.transitions.length || 1))
+      const outline = scene.outline(from, to)
       if (outline) lit.push(draw('path', { d: outline, class: `arrow ${kind}`, 'data-from': from, 'data-to': to }))
     }
     if (focus !== null) {
@@ -222,7 +230,7 @@ class Graph {
 
   /** @param {string | null} id @returns {SVGElement | null} */
   disc(id) {
-    return id === null ? null : this.discs.querySelector(`[data-sheep="${CSS.escape(id)}"]`)
+    return this.spots.get(id ?? '')?.disc ?? null
   }
 
   found() {
@@ -329,6 +337,7 @@ class Graph {
    * @param {{x: number, y: number} | null} place
    */
   async pin(sheep, place) {
+    this.api.doubt()
     try {
       await this.api.post('/api/pins', { sheep, x: place?.x ?? null, y: place?.y ?? null })
       if (!place) await this.api.refresh()

@@ -113,7 +113,7 @@ export class Linking {
     if (to === null || to === held || !target || !source) return this.start(held, this.moved)
     const [from, end] = this.ends(to)
     this.graph.world.querySelector(`[data-sheep="${CSS.escape(to)}"]`)?.classList.add('target')
-    this.line.setAttribute('d', scene.outline(from, end, 2 / (store.state.transitions.length || 1)))
+    this.line.setAttribute('d', scene.outline(from, end))
     const there = store.byWay.has(way(from, end))
     const words = make('p', { class: 'dim' }, there ? 'They are linked already' : 'Asking what it would do …'), pictures = make('div', { class: 'middles' })
     this.card.replaceChildren(make('h2', {}, `${from} to ${end}`), words, pictures,

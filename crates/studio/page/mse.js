@@ -55,6 +55,7 @@ class Gapless {
   /** @type {Map<string, number>} bytes, the least recently used first */ #sizes = new Map()
   /** @type {Map<string, {why: string, until: number}>} */ #failed = new Map()
   /** @type {SourceBuffer | null} */ #buffer = null
+  /** @type {number[]} The frames at which the parts in the buffer begin. */ #starts = []
   /** @type {File | null} whose initialisation the buffer has */ #begun = null
   #mime = ''
   #source = new MediaSource()
@@ -311,7 +312,8 @@ class Gapless {
           const start = base + part.start, end = Math.min(start + part.frames, piece.start + piece.frames)
           if (end <= from || start >= end) continue
           if (start >= until) return null
-          if (!this.#has(start, end)) return { file, part, base }
+          // What was played of it may be gone.
+          if (!this.#has(Math.max(start, from), end)) return { file, part, base }
         }
       }
       if (at === this.#pieces.length - 1) return this.#finish()
@@ -346,6 +348,7 @@ class Gapless {
       await this.#remove(0, this.#time(this.#frame) - 1)
       return false
     }
+    this.#starts.push(base + part.start)
     this.#counted.appended++
     return true
   }
@@ -360,7 +363,10 @@ class Gapless {
       // What lies behind a card would keep the video from its last frame before it.
       if (this.#isCard(at)) return this.#remove(this.#time(this.#pieces[at].start), Infinity)
     }
-    if (first < now - BEHIND_S - 5) await this.#remove(0, now - BEHIND_S)
+    // A browser lets go of all frames that need one which goes: only whole parts may.
+    const cut = Math.max(0, ...this.#starts.filter(start => this.#time(start) < now - BEHIND_S))
+    this.#starts = this.#starts.filter(start => start >= cut)
+    if (first < this.#time(cut) - 0.1) await this.#remove(0, this.#time(cut))
   }
 
   /** @param {number} from @param {number} to seconds */

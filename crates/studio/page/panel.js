@@ -1,7 +1,7 @@
 // The panel beside the graph: the chosen sheep, the chosen arrow, or the whole flock.
 //
-// Owns its elements and what their buttons do. A panel is made anew when something else is chosen or the state changes; what
-// has the keyboard's focus keeps it, by its name. While a hand is on a slider only the figures change.
+// Owns its elements and what their buttons do. A panel is made anew when something else is chosen, or something that stands in
+// it changes; what has the keyboard's focus keeps it, by its name. Figures and sliders follow without that.
 //
 // Start at [`Panel`].
 
@@ -34,6 +34,9 @@ import { digits, minutes, percent, spoken, times, why } from './words.js'
  */
 const tight = (label, run, more) => button(label, run, { class: 'quiet tight', ...more })
 
+/** The members that the panel's figures and sliders follow. */
+const FLOWS = /^(want|wanted|share|ratio|weight|visits|x|y)$/
+
 /** @param {number | null} seconds */
 export const cost = seconds => seconds === null ? '' : minutes(seconds / 60)
 
@@ -46,12 +49,18 @@ export class Panel {
     this.deeds = deeds
     this.root = make('aside', { class: 'panel', 'aria-label': 'What is chosen' })
     /** @type {Chosen} */ this.chosen = null
-    /** @type {(() => void)[]} What is drawn anew while a hand is on a slider. */ this.live = []
+    /** @type {(() => void)[]} What follows the figures. */ this.live = []
+    /** What stands in the panel besides, and an element of it. */
+    this.fixed = ''
+    /** @type {ChildNode | null} */ this.first = null
     /** @type {HTMLCanvasElement | null} */ this.canvas = null
   }
 
   /** @param {Chosen} chosen */
   show(chosen) {
+    const fixed = this.fixedOf(chosen)
+    if (fixed === this.fixed && this.first === this.root.firstChild) return this.figures()
+    this.fixed = fixed
     const same = JSON.stringify(chosen) === JSON.stringify(this.chosen)
     const named = document.activeElement instanceof HTMLElement && this.root.contains(document.activeElement) ? document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent : null
     const scrolled = same ? this.root.scrollTop : 0
@@ -63,12 +72,24 @@ export class Panel {
     const edge = chosen && 'from' in chosen ? this.store.byWay.get(way(chosen.from, chosen.to)) : undefined
     const parts = one ? this.sheep(one) : edge ? this.arrow(edge) : this.flock()
     this.root.replaceChildren(...parts.flatMap(part => part ? [part] : []))
-    this.root.scrollTop = scrolled
+    this.first = this.root.firstChild
+    if (scrolled) this.root.scrollTop = scrolled
     if (same && named !== null) {
       const again = [...this.root.querySelectorAll('input, button')].find(item => (item.getAttribute('aria-label') ?? item.textContent) === named)
       if (again instanceof HTMLElement) again.focus({ preventScroll: true })
     }
     this.figures()
+  }
+
+  /**
+   * All that is drawn of `chosen` and does not follow the figures, as text; of the whole flock another one each time.
+   * @param {Chosen} chosen
+   */
+  fixedOf(chosen) {
+    if (!chosen) return `${Math.random()}`
+    const { byId, byWay, outs, ins } = this.store
+    const told = 'sheep' in chosen ? [byId, outs, ins].map(all => all.get(chosen.sheep)) : byWay.get(way(chosen.from, chosen.to))
+    return JSON.stringify([chosen, told], (name, value) => FLOWS.test(name) ? 0 : value)
   }
 
   /** The figures follow what is supposed. */
@@ -99,6 +120,7 @@ export class Panel {
       bars.replaceChildren(level(told.ratio ?? 0, tint(tilt(told))))
     })
     const want = slider({ label: `Want of ${id}`, value: one.want, edit: value => ({ do: 'want', sheep: id, value }), store, api })
+    this.live.push(() => want.set(store.byId.get(id)?.want ?? 1))
     const repeat = make('input', { class: 'field typed', type: 'number', min: 1, max: 999, value: one.repeat, 'aria-label': `How often the loop of ${id} is repeated`, onchange: () => { if (repeat.valueAsNumber >= 1) api.edit([{ do: 'repeat', sheep: id, value: Math.round(repeat.valueAsNumber) }]) } })
     const outs = store.outs.get(id) ?? [], ins = store.ins.get(id) ?? []
     return [
@@ -117,13 +139,20 @@ export class Panel {
     ]
   }
 
+  /** @param {Transition} edge */
+  weight({ from, to, weight }) {
+    const { store, api } = this, name = way(from, to)
+    const made = slider({ label: `Weight of ${from} to ${to}`, value: weight, edit: value => ({ do: 'weight', from, to, value }), store, api })
+    this.live.push(() => made.set(store.byWay.get(name)?.weight ?? 1))
+    return made
+  }
   /**
    * A transition that leaves the chosen sheep, with its weight.
    * @param {Transition} edge
    */
   leads(edge) {
-    const { store, api, deeds } = this, { from, to } = edge
-    const weight = slider({ label: `Weight of ${from} to ${to}`, value: edge.weight, edit: value => ({ do: 'weight', from, to, value }), store, api })
+    const { deeds } = this, { from, to } = edge
+    const weight = this.weight(edge)
     return make('li', { 'data-from': from, 'data-to': to }, this.named(edge, to), this.visits(edge), button(`Unlink ${from} from ${to}`, () => deeds.unlink(from, to), { icon: 'close', class: 'tool small' }), weight.root)
   }
   /** @param {Transition} edge */
@@ -134,6 +163,11 @@ export class Panel {
   named(edge, name) {
     return button(name, () => this.deeds.choose({ from: edge.from, to: edge.to }), { class: 'name', title: `The transition from ${edge.from} to ${edge.to}${stateOf(edge) ? `, ${stateOf(edge)}` : ''}`, 'data-state': edge.state })
   }
+  /** @param {Transition} edge */
+  taken({ from, to }) {
+    const { supposed, byWay } = this.store
+    return (supposed?.transitions.find(one => one.from === from && one.to === to) ?? byWay.get(way(from, to)))?.visits ?? 0
+  }
   /**
    * How often it is taken, of all ways on.
    * @param {Transition} edge
@@ -141,8 +175,7 @@ export class Panel {
   visits(edge) {
     const figure = make('span', { class: 'dim' })
     this.live.push(() => {
-      const supposed = this.store.supposed?.transitions.find(one => one.from === edge.from && one.to === edge.to)
-      const share = this.told(edge.from)?.share ?? 0, visits = supposed?.visits ?? edge.visits
+      const share = this.told(edge.from)?.share ?? 0, visits = this.taken(edge)
       figure.textContent = share ? percent(Math.min(1, visits / share)) : 'never'
       figure.title = `of the ways on from ${edge.from}`
     })
@@ -151,14 +184,14 @@ export class Panel {
 
   /** @param {Transition} edge */
   arrow(edge) {
-    const { store, api, shell, deeds } = this, { from, to } = edge
+    const { store, shell, deeds } = this, { from, to } = edge
     const words = make('p', { class: 'dim' })
     this.live.push(() => {
-      const visits = store.supposed?.transitions.find(one => one.from === from && one.to === to)?.visits ?? edge.visits
+      const visits = this.taken(edge)
       const share = this.told(from)?.share ?? 0
       words.textContent = visits ? `${percent(visits)} of all visits, ${percent(share ? Math.min(1, visits / share) : 0)} of the ways on from ${from}` : 'never taken'
     })
-    const weight = slider({ label: `Weight of ${from} to ${to}`, value: edge.weight, edit: value => ({ do: 'weight', from, to, value }), store, api })
+    const weight = this.weight(edge)
     const bad = make('input', { type: 'checkbox', onchange: () => this.bad(edge, bad.checked) })
     bad.checked = edge.bad
     const middles = make('div', { class: 'middles' })

@@ -1,11 +1,13 @@
 // The drawing of the flock: a disc's area is the sheep's share, the dashed ring its want, the colour of its rim their ratio;
 // an arrow is the broader the more often the transition is taken.
 //
-// Owns the geometry, the canvas with arrows and discs, and what lies under a point. Never changes the flock: `graph.js` does.
+// Owns the geometry, the canvas with arrows and discs, and what lies under a point. Thousands of arrows take a tenth of a second
+// to draw: they are drawn a few at a time, so that no key waits for them, and until then those drawn before are shown. Never
+// changes the flock: `graph.js` does.
 //
 // Start at [`Scene`]. Places are of the program's layout; zoom and shift are those of the eye.
 
-import { across, around, bendOf, towards } from './arrow.js'
+import { across, around, bendOf, corners, towards } from './arrow.js'
 import { tilt, tint } from './cell.js'
 import { make, styled } from './dom.js'
 import { way } from './store.js'
@@ -18,7 +20,12 @@ const PICTURED = 9
 /** Pixels above the drawing, where the field for names is. */
 const ABOVE = 34
 /** @typedef {{one: Sheep, x: number, y: number, r: number, want: number, ghost: number | null}} Disc in the drawing's own pixels */
-/** @typedef {{one: Transition, d: string, path: Path2D, strength: number}} Arrow */
+/** Above so many arrows they follow when the hand rests, after so many milliseconds. */
+const MANY = 300
+const REST = 250
+/** Milliseconds that arrows are drawn at once, and how many before the canvas is held to it. */
+const SLICE = 6
+const BATCH = 24
 
 export class Scene {
   /** @param {import('./store.js').Store} store @param {import('./strip.js').Strips} strips */
@@ -34,14 +41,15 @@ export class Scene {
     this.x = 0
     this.y = 0
     /** @type {Map<string, Disc>} */ this.discs = new Map()
-    /** @type {Map<string, Arrow>} */ this.arrows = new Map()
+    /** @type {Map<string, number>} How often transitions would be taken, while something is supposed. */ this.visits = new Map()
     /** @type {string | null} The id of the sheep whose arrows are lit. */ this.lit = null
     this.moves = false
     this.tick = 0
     this.asked = false
-    /** The arrows, drawn when they or the eye change; discs are drawn for every picture. */
-    this.back = document.createElement('canvas')
-    this.stale = true
+    /** The arrows as they were drawn last, for the eye of then; discs are drawn for every picture. */
+    this.back = { canvas: document.createElement('canvas'), zoom: 1, x: 0, y: 0 }
+    this.spare = document.createElement('canvas')
+    /** @type {ReturnType<typeof setTimeout> | undefined} */ this.later = undefined
     /** @type {string[]} */ this.tints = []
     /** @type {Record<string, string>} */ this.inks = {}
     this.moved = () => {}
@@ -84,15 +92,8 @@ export class Scene {
       const [x, y] = this.at(one), told = figures.get(one.id), share = told?.share ?? one.share, wanted = told?.wanted ?? one.wanted
       return [one.id, { one: told ? { ...one, share, wanted, ratio: told.ratio, shown: share > 0 } : one, x, y, r: this.radius(share), want: this.radius(wanted), ghost: told ? this.radius(one.share) : null }]
     }))
-    // With thousands of arrows only the discs follow the hand; the arrows follow when it lets go.
-    if (supposed && transitions.length > 800 && this.arrows.size) return this.ask()
-    const visits = new Map((supposed?.transitions ?? []).map(one => [way(one.from, one.to), one.visits]))
-    this.arrows = new Map(transitions.flatMap(one => {
-      const name = way(one.from, one.to), outline = this.outline(one.from, one.to, visits.get(name) ?? one.visits)
-      const strength = Math.min(1, 0.3 + 0.7 * one.visits * transitions.length / 4)
-      return outline ? [[name, { one, d: outline, path: new Path2D(outline), strength }]] : []
-    }))
-    this.renew()
+    this.visits = new Map(supposed?.transitions.map(one => [way(one.from, one.to), one.visits]))
+    this.renew(transitions.length > MANY ? REST : 0)
   }
 
   /** @param {{x: number, y: number}} one @returns {[number, number]} */
@@ -116,12 +117,16 @@ export class Scene {
     return { x: (left - x) / wide, y: (y - top) / high }
   }
 
-  /** @param {string} from @param {string} to @param {number} visits */
-  outline(from, to, visits) {
-    const a = this.discs.get(from), b = this.discs.get(to)
+  /** @param {string} from @param {string} to */
+  breadth(from, to) {
+    const name = way(from, to), count = this.store.state.transitions.length || 1
+    const visits = this.visits.get(name) ?? this.store.byWay.get(name)?.visits ?? 1 / count
+    return Math.max(0.35, Math.min(5, 0.085 * this.unit * Math.sqrt(visits * count)))
+  }
+  /** @param {string} from @param {string} to */
+  outline(from, to) {
+    const a = this.discs.get(from), b = this.discs.get(to), width = this.breadth(from, to)
     if (!a || !b) return ''
-    const count = this.store.state.transitions.length || 1
-    const width = Math.max(0.35, Math.min(5, 0.085 * this.unit * Math.sqrt(visits * count)))
     return from === to ? around(a, width) : across(a, b, width)
   }
 
@@ -158,10 +163,22 @@ export class Scene {
     return [a, b].map(one => towards(one.x, one.y, cx, cy, one.r + off))
   }
 
-  /** Draws arrows and discs before the next frame. */
-  renew() {
-    this.stale = true
+  /**
+   * Draws the discs before the next frame, and the arrows, few of them at once, many as time allows.
+   * @param {number} [wait] milliseconds before the arrows
+   */
+  renew(wait = 0) {
+    clearTimeout(this.later)
     this.ask()
+    /** @type {Generator | undefined} */ let work
+    const go = () => {
+      work ??= this.drawArrows()
+      const end = performance.now() + SLICE
+      while (performance.now() < end) if (work.next().done) return this.ask()
+      this.later = setTimeout(go)
+    }
+    if (wait) this.later = setTimeout(go, wait)
+    else go()
   }
 
   /** Draws before the next frame, once. */
@@ -188,9 +205,11 @@ export class Scene {
     const scale = this.canvas.width / this.width
     context.setTransform(1, 0, 0, 1, 0, 0)
     context.clearRect(0, 0, this.canvas.width, this.canvas.height)
-    const [ox, oy] = this.origin()
-    if (this.stale) this.drawArrows(scale)
-    context.drawImage(this.back, 0, 0)
+    const [ox, oy] = this.origin(), { back } = this, nearer = this.zoom / back.zoom
+    context.setTransform(nearer, 0, 0, nearer, scale * (ox - nearer * back.x), scale * (oy - nearer * back.y))
+    context.globalAlpha = this.lit === null ? 1 : 0.5
+    if (back.canvas.width) context.drawImage(back.canvas, 0, 0)
+    context.globalAlpha = 1
     context.setTransform(scale * this.zoom, 0, 0, scale * this.zoom, scale * ox, scale * oy)
     const seen = [...this.discs.values()].filter(disc => this.inView(disc))
     const pictured = seen.filter(disc => disc.r * this.zoom >= PICTURED && disc.one.strip)
@@ -202,22 +221,38 @@ export class Scene {
     this.moved()
   }
 
-  /**
-   * @param {number} scale pixels of the screen in one of the page
-   */
-  drawArrows(scale) {
-    this.stale = false
-    Object.assign(this.back, { width: this.canvas.width, height: this.canvas.height })
-    const context = this.back.getContext('2d'), [ox, oy] = this.origin()
+  /** Draws all arrows, one at each step; at the end they are those that are shown. */
+  *drawArrows() {
+    this.colours()
+    const { spare, zoom, canvas } = this, scale = canvas.width / this.width, [x, y] = this.origin(), { transitions } = this.store.state
+    Object.assign(spare, { width: canvas.width, height: canvas.height })
+    const context = spare.getContext('2d', { willReadFrequently: true })
     if (!context) return
-    context.setTransform(scale * this.zoom, 0, 0, scale * this.zoom, scale * ox, scale * oy)
-    const count = this.arrows.size, ease = Math.max(0.3, 0.6 - count / 400) / Math.sqrt(this.zoom) * (this.lit === null ? 1 : 0.5)
-    for (const { one, path, strength } of this.arrows.values()) {
-      if (this.zoom > 1.2 && !this.crosses(one)) continue
+    context.setTransform(scale * zoom, 0, 0, scale * zoom, scale * x, scale * y)
+    const count = transitions.length, ease = Math.max(0.3, 0.6 - count / 400) / Math.sqrt(zoom)
+    let drawn = 0
+    for (const one of transitions) {
+      const a = this.discs.get(one.from), b = this.discs.get(one.to)
+      if (!a || !b || zoom > 1.2 && !this.crosses(one)) continue
       context.fillStyle = one.visits ? this.inks.ink : this.inks.bad
-      context.globalAlpha = Math.min(1, ease * strength)
-      context.fill(path)
+      context.globalAlpha = Math.min(1, ease * Math.min(1, 0.3 + 0.7 * one.visits * count / 4))
+      const width = this.breadth(one.from, one.to)
+      if (a === b) context.fill(new Path2D(around(a, width)))
+      else {
+        const [start, bend, neck, wing, tip, wing2, neck2, bend2, end] = corners(a, b, width)
+        context.beginPath()
+        context.moveTo(...start)
+        context.quadraticCurveTo(...bend, ...neck)
+        for (const point of [wing, tip, wing2, neck2]) context.lineTo(...point)
+        context.quadraticCurveTo(...bend2, ...end)
+        context.fill()
+      }
+      // A canvas puts off what it is told until it is read.
+      if (++drawn % BATCH === 0) context.getImageData(0, 0, 1, 1)
+      yield
     }
+    this.spare = this.back.canvas
+    this.back = { canvas: spare, zoom, x, y }
   }
 
   /** @param {CanvasRenderingContext2D} context @param {Disc} disc @param {boolean} moving */
@@ -364,7 +399,7 @@ export class Scene {
   arrowUnder(x, y) {
     /** @type {Transition | null} */ let found = null
     let nearest = 6 / this.zoom
-    for (const { one } of this.arrows.values()) {
+    for (const one of this.store.state.transitions) {
       const a = this.discs.get(one.from), b = this.discs.get(one.to)
       if (!a || !b || one.from === one.to) continue
       const slack = 80 + nearest

@@ -28,7 +28,7 @@ const valueOf = step => Number((2 ** (step / STEPS)).toPrecision(4))
  * @property {import('./api.js').Api} api
  */
 
-/** The gesture that goes on over several sliders' elements, which are made anew after an edit. */
+/** The gesture that goes on over several sliders' elements, which may be made anew after an edit. */
 const gesture = { of: '', name: '', at: -Infinity }
 
 /** @param {string} of @param {import('./api.js').Api} api */
@@ -40,11 +40,11 @@ function gestureOf(of, api) {
 }
 
 /**
- * A slider and a field for the same value. `set(value)` shows another one, unless a hand is on it.
+ * A slider and a field for the same value. `set(value)` shows another one, unless a hand is on it or was a moment ago.
  * @param {Slid} slid
  */
 export function slider({ label, value: first, edit, store, api }) {
-  let value = first, asked = -Infinity, held = false
+  let value = first, asked = -Infinity, held = false, edits = 0
   /** @type {ReturnType<typeof setTimeout> | undefined} */ let later
   const range = make('input', { type: 'range', min: -ENDS, max: ENDS, step: 1, value: stepOf(value), 'aria-label': label, class: 'slide' })
   const typed = make('input', { class: 'field typed', inputmode: 'decimal', 'aria-label': `${label}, typed`, value: digits(value, 3) })
@@ -53,13 +53,14 @@ export function slider({ label, value: first, edit, store, api }) {
     range.setAttribute('aria-valuetext', digits(value, 3))
     styled(root, { '--part': (stepOf(value) + ENDS) / (2 * ENDS) })
   }
-  const ask = async () => {
+  // A key moves the thumb and lets it go at once: nothing is asked then.
+  const ask = () => {
     clearTimeout(later)
-    const wait = ASK_MS - (performance.now() - asked)
-    if (wait > 0) { later = setTimeout(ask, wait); return }
-    asked = performance.now()
-    const told = await api.whatIf([edit(value)])
-    if (told && held) store.suppose(told)
+    later = setTimeout(async () => {
+      asked = performance.now()
+      const told = await api.whatIf([edit(value)])
+      if (told && held) store.suppose(told)
+    }, ASK_MS - (performance.now() - asked))
   }
   const commit = async () => {
     clearTimeout(later)
@@ -68,7 +69,10 @@ export function slider({ label, value: first, edit, store, api }) {
     if (value === first) return store.suppose(null)
     const before = first
     first = value
-    if (await api.edit([edit(value)], gestureOf(label, api))) return
+    edits += 1
+    const done = await api.edit([edit(value)], gestureOf(label, api))
+    edits -= 1
+    if (done) return
     value = first = before
     range.value = String(stepOf(value))
     store.suppose(null)
@@ -99,7 +103,7 @@ export function slider({ label, value: first, edit, store, api }) {
     root, range,
     /** @param {number} fresh */
     set(fresh) {
-      if (held || fresh === value) return
+      if (held || edits || fresh === value) return
       value = first = fresh
       range.value = String(stepOf(value))
       show()

@@ -13,7 +13,7 @@ export const way = (from, to) => `${from}\n${to}`
 
 /** @type {State} */
 const NOTHING = {
-  revision: '', name: '', fps: [20, 1], size: [1280, 720], by: 'visits', now_ms: 0,
+  tag: '', revision: '', name: '', fps: [20, 1], size: [1280, 720], by: 'visits', now_ms: 0,
   figures: { sheep: 0, transitions: 0, shown: 0, worst_ratio: null, entropy_bits: 0, step_minutes: 0 },
   faults: [], sheep: [], candidates: [], transitions: [], undo: null, redo: null, jobs: [], paused: false, pool: null,
   capabilities: { gpu: false },
@@ -61,10 +61,22 @@ export class Store {
   }
 
   /**
-   * The whole document anew.
-   * @param {State} state
+   * The whole document anew, or what is new since the one that is here: its lists name what is as it was by its place.
+   * @param {Told} told
    */
-  replace(state) {
+  replace({ since, shares, wants, visits, ...told }) {
+    /** @type {State} */ const state = /** @type {any} */ (told)
+    if (since !== undefined) {
+      for (const list of /** @type {const} */ (['sheep', 'candidates', 'transitions'])) {
+        const before = /** @type {any} */ (this.state[list])
+        state[list] = told[list].flatMap(part => Array.isArray(part) ? before.slice(...part) : [part])
+      }
+      state.sheep.forEach((one, at) => {
+        Object.assign(one, shares && { share: shares[at] }, wants && { wanted: wants[at] })
+        one.ratio = one.wanted ? one.share / one.wanted : null
+      })
+      if (visits) state.transitions.forEach((one, at) => { one.visits = visits[at] })
+    }
     this.state = state
     this.loaded = true
     this.supposed = null

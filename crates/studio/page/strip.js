@@ -1,17 +1,20 @@
-// Moving pictures of sheep: strips of 24 pictures, six a row, each drawn on a canvas.
+// Moving pictures of sheep: strips of 24 pictures, six a row, each drawn on a canvas, or as the background of another element.
 //
 // Owns which strips are loaded and which move. Only those in view move, at most 40 of them, all by one timer; none moves
-// while the page scrolls, and none when pictures are stopped. Strips are decoded away from the page's thread.
+// while the page scrolls, and none when pictures are stopped. Strips are decoded away from the page's thread. To the browser a
+// canvas is a layer of its own, which costs each frame of a page that scrolls; a background is painted once.
 //
 // Start at [`Strips`].
+
+import { styled } from './dom.js'
 
 export const PICTURES = 24
 const ACROSS = 6
 const MOST_MOVING = 40
 /** A browser opens six connections to one place: one is the stream of events, one is for what is asked meanwhile. */
 const MOST_LOADING = 4
-/** Decoded strips that are kept: 1.4 MB each. */
-const MOST_KEPT = 72
+/** Strips that are kept: 0.1 MB each. The browser keeps those decoded that it draws. */
+const MOST_KEPT = 300
 /** Small ones: 0.2 MB each. */
 const MOST_SMALL = 300
 /** Milliseconds a picture is shown. */
@@ -21,14 +24,14 @@ const REST = 140
 /** Pixels a millisecond above which nobody sees single pictures. */
 const FAST = 1
 
-/** @typedef {{canvas: HTMLCanvasElement, key: string | null, colour: string, near: boolean, drawn: number, held: number | null, phase: number}} Shown */
+/** @typedef {{canvas: HTMLElement, key: string | null, colour: string, near: boolean, drawn: number, held: number | null, phase: number}} Shown */
 
 export class Strips {
   /** @param {import('./store.js').Store} store */
   constructor(store) {
     this.store = store
     /** @type {Map<Element, Shown>} */ this.shown = new Map()
-    /** @type {Map<string, ImageBitmap>} The last used last. */ this.kept = new Map()
+    /** @type {Map<string, HTMLImageElement>} The last used last. */ this.kept = new Map()
     /** @type {Set<string>} */ this.loading = new Set()
     /** @type {Set<string>} Those that the program is making, or cannot make. */ this.lost = new Set()
     /** @type {Map<string, ImageBitmap>} */ this.smalls = new Map()
@@ -52,20 +55,18 @@ export class Strips {
   }
 
   /**
-   * Shows a sheep's strip on `canvas`, from now on.
-   * @param {HTMLCanvasElement} canvas
+   * Shows a sheep's strip on `canvas`, from now on; an element of another kind has the class `strip`.
+   * @param {HTMLElement} canvas
    * @param {{id: string, strip: string | null, colour: string | null}} sheep
-   * @param {number} [width] pixels to draw, best those that it has on the page
-   * @param {number} [height]
    */
-  show(canvas, sheep, width = 160, height = 90) {
+  show(canvas, sheep) {
     const one = this.shown.get(canvas)
-    if (one && one.key === sheep.strip && canvas.width === width) return
+    if (one && one.key === sheep.strip) return
     const phase = [...sheep.id].reduce((sum, letter) => sum + letter.charCodeAt(0), 0) % PICTURES
     const fresh = { canvas, key: sheep.strip, colour: sheep.colour ?? '', near: one?.near ?? false, drawn: -1, held: null, phase }
     this.shown.set(canvas, fresh)
     if (!one) this.seer.observe(canvas)
-    if (canvas.width !== width) Object.assign(canvas, { width, height })
+    if (!one && canvas instanceof HTMLCanvasElement) Object.assign(canvas, { width: 160, height: 90 })
     if (!this.draw(fresh, phase)) blank(fresh, this.lost.has(sheep.strip ?? ''))
     this.load()
     this.run()
@@ -118,12 +119,15 @@ export class Strips {
 
   /** @param {Shown} one @param {number} picture @returns {boolean} whether its strip is there */
   draw(one, picture) {
-    const strip = one.key === null ? undefined : this.kept.get(one.key)
-    const context = strip && one.canvas.getContext('2d', { alpha: false })
-    if (!strip || !context || !one.key) return false
-    this.kept.delete(one.key)
-    this.kept.set(one.key, strip)
-    context.drawImage(strip, ...this.piece(strip, picture), 0, 0, one.canvas.width, one.canvas.height)
+    const { canvas, key } = one, strip = key === null ? undefined : this.kept.get(key)
+    if (!strip || !key) return false
+    keep(this.kept, key, strip, MOST_KEPT)
+    const [x, y, wide, high] = this.piece(strip, picture)
+    if (canvas instanceof HTMLCanvasElement) canvas.getContext('2d', { alpha: false })?.drawImage(strip, x, y, wide, high, 0, 0, canvas.width, canvas.height)
+    else {
+      if (one.drawn < 0) { canvas.textContent = ''; styled(canvas, { 'background-image': `url("${strip.src}")` }) }
+      styled(canvas, { 'background-position': `${20 * x / wide}% ${100 / 3 * y / high}%` })
+    }
     one.drawn = picture
     return true
   }
@@ -150,15 +154,7 @@ export class Strips {
 
   /** @param {string} key */
   async fetch(key) {
-    const answer = await fetch(`/media/strip/${encodeURIComponent(key)}`)
-    if (!answer.ok) throw new Error(`no strip \`${key}\``)
-    const strip = await createImageBitmap(await answer.blob())
-    this.kept.set(key, strip)
-    for (const [old, bitmap] of this.kept) {
-      if (this.kept.size <= MOST_KEPT) break
-      this.kept.delete(old)
-      bitmap.close()
-    }
+    keep(this.kept, key, await loaded(key), MOST_KEPT)
     for (const one of this.shown.values()) {
       if (one.key !== key) continue
       this.draw(one, one.held ?? one.phase)
@@ -173,28 +169,17 @@ export class Strips {
    */
   small(key, there) {
     const small = this.smalls.get(key)
-    if (small) {
-      this.smalls.delete(key)
-      this.smalls.set(key, small)
-      return small
-    }
-    if (this.lost.has(key) || this.shrinking.has(key) || this.shrinking.size + this.loading.size >= MOST_LOADING) return undefined
+    if (small) keep(this.smalls, key, small, MOST_SMALL)
+    if (small || this.lost.has(key) || this.shrinking.has(key) || this.shrinking.size + this.loading.size >= MOST_LOADING) return small
     this.shrinking.add(key)
-    fetch(`/media/strip/${encodeURIComponent(key)}`).then(async answer => {
-      if (!answer.ok) throw new Error(`no strip \`${key}\``)
-      this.smalls.set(key, await createImageBitmap(await answer.blob(), { resizeWidth: 384, resizeHeight: 144, resizeQuality: 'medium' }))
-      for (const [old, bitmap] of this.smalls) {
-        if (this.smalls.size <= MOST_SMALL) break
-        this.smalls.delete(old)
-        bitmap.close()
-      }
-    }).catch(() => { this.lost.add(key) }).finally(() => { this.shrinking.delete(key); there() })
+    loaded(key).then(async strip => keep(this.smalls, key, await createImageBitmap(strip, { resizeWidth: 384, resizeHeight: 144, resizeQuality: 'medium' }), MOST_SMALL))
+      .catch(() => { this.lost.add(key) }).finally(() => { this.shrinking.delete(key); there() })
     return undefined
   }
 
   /**
    * Where a picture is in a strip: left, top, width, height.
-   * @param {ImageBitmap} strip
+   * @param {ImageBitmap | HTMLImageElement} strip
    * @param {number} picture
    * @returns {[number, number, number, number]}
    */
@@ -215,23 +200,48 @@ export class Strips {
   }
 }
 
+/** @param {string} key */
+async function loaded(key) {
+  const strip = new Image()
+  strip.src = `/media/strip/${encodeURIComponent(key)}`
+  await strip.decode()
+  return strip
+}
+
+/**
+ * Keeps it as the one that was used last.
+ * @template T
+ * @param {Map<string, T>} all
+ * @param {string} key
+ * @param {T} one
+ * @param {number} most
+ */
+function keep(all, key, one, most) {
+  all.delete(key)
+  all.set(key, one)
+  for (const old of all.keys()) if (all.size > most) all.delete(old)
+}
+
 /**
  * A ground in the sheep's colour until its strip is there.
  * @param {Shown} one
  * @param {boolean} made the program is making it, which is said: nothing on the page moves for it
  */
 function blank(one, made) {
-  const context = one.canvas.getContext('2d', { alpha: false })
+  const { canvas } = one, text = made ? 'drawing …' : ''
+  if (!(canvas instanceof HTMLCanvasElement)) {
+    canvas.textContent = text
+    return styled(canvas, { 'background-image': null, '--colour': one.colour || null })
+  }
+  const context = canvas.getContext('2d', { alpha: false }), { width, height } = canvas
   if (!context) return
-  const { width, height } = one.canvas
   const ground = context.createRadialGradient(width / 2, height / 2, 0, width / 2, height / 2, width / 1.6)
   ground.addColorStop(0, one.colour || '#2a2d33')
   ground.addColorStop(1, '#0b0c0e')
   context.fillStyle = ground
   context.fillRect(0, 0, width, height)
-  if (!made) return
   context.font = '12px system-ui, sans-serif'
   context.textAlign = 'center'
   context.fillStyle = '#ebe8e2'
-  context.fillText('drawing …', width / 2, height / 2 + 4)
+  context.fillText(text, width / 2, height / 2 + 4)
 }

@@ -92,6 +92,8 @@ interface Job {
 }
 
 interface State {
+  /** The program's name of this document; empty if something was changed here that it does not know of. */
+  tag: string
   revision: string
   name: string
   fps: [number, number]
@@ -109,6 +111,20 @@ interface State {
   paused: boolean
   pool: { name: string } | null
   capabilities: { gpu: boolean }
+}
+
+/** The places in the list before from and up to which all is as it was, or one that is new. */
+type Parts<T> = ([from: number, to: number] | T)[]
+
+/** A whole document, or with `since` what is new in it; figures are in the order of the lists. */
+interface Told extends Omit<State, 'sheep' | 'candidates' | 'transitions'> {
+  since?: string
+  sheep: Parts<Sheep>
+  candidates: Parts<Sheep>
+  transitions: Parts<Transition>
+  shares?: Part[]
+  wants?: Part[]
+  visits?: Part[]
 }
 
 type Edit =

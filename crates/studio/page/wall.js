@@ -47,7 +47,7 @@ class Wall {
         const one = store.byId.get(id)
         if (one) fillCell(cell, one, this.how(id), shell.strips)
       },
-      empty: cell => { const canvas = cell.querySelector('canvas'); if (canvas) shell.strips.forget(canvas); delete cell.dataset.drawn },
+      empty: cell => { shell.strips.forget(cell.getElementsByClassName('strip')[0]); delete cell.dataset.drawn },
     }, 'Sheep')
     this.buttons = this.actions()
     this.draw()
@@ -140,7 +140,7 @@ class Wall {
   /** @param {string} id */
   how(id) {
     const focused = id === this.store.focus
-    return { focused, wide: this.grid.wide, high: this.grid.thumb, selected: this.selected.has(id), hit: this.selected.size ? this.selected.has(id) : focused, target: this.linking.length > 0 && focused && !this.linking.includes(id) }
+    return { focused, selected: this.selected.has(id), hit: this.selected.size ? this.selected.has(id) : focused, target: this.linking.length > 0 && focused && !this.linking.includes(id) }
   }
 
   /**

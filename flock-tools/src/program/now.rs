@@ -59,6 +59,12 @@ pub(crate) fn since_1970_ms() -> u64 {
     u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }
 
+/// Now, as files have it.
+#[expect(clippy::disallowed_methods, reason = "the one place where this program reads the clock")]
+pub(crate) fn system() -> SystemTime {
+    SystemTime::now()
+}
+
 /// The time since it was asked for first.
 pub(crate) fn since_start() -> Duration {
     static START: LazyLock<Stopwatch> = LazyLock::new(Stopwatch::start);

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use ::studio::answer::{Body, Problem};
-use ::studio::document::{ApplyError, EditRequest, NoteError, NoteRequest, UndoError, Undone};
+use ::studio::document::{Applied, ApplyError, EditRequest, NoteError, NoteRequest, Revision, UndoError, Undone};
 use ::studio::events::EventKind;
 use axum::Router;
 use axum::extract::State;
@@ -18,7 +18,8 @@ use serde_json::{Value, json};
 
 use super::answers::{Answer, conflict, malformed, measure, of, refused};
 use super::figures::{Figures, WhatIf};
-use super::requests::{EditsRequest, JoinMark, Marks, Pin, WhatIfRequest};
+use super::given::Told;
+use super::requests::{EditsRequest, JoinMark, Marks, Pin, StepRequest, WhatIfRequest};
 use super::workshop::{Workshop, locked};
 
 /// The routes.
@@ -33,27 +34,50 @@ pub(super) fn router() -> Router<Arc<Workshop>> {
         .route("/api/joins/bad", post(mark_join))
 }
 
-async fn edit(State(workshop): State<Arc<Workshop>>, Body(request): Body<EditsRequest>) -> Answer<Value> {
+/// The answer to edits that were made.
+#[derive(Debug, serde::Serialize)]
+struct Edited {
+    revision: Revision,
+    figures: Figures,
+    said: String,
+    merged: bool,
+    no_longer_shown: Vec<SheepId>,
+    undo: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<Told>,
+}
+
+/// The answer to a step that was taken back, or done again.
+#[derive(Debug, serde::Serialize)]
+struct Gone {
+    revision: Revision,
+    said: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<Told>,
+}
+
+async fn edit(State(workshop): State<Arc<Workshop>>, Body(request): Body<EditsRequest>) -> Answer<Edited> {
     let by = measure(request.by.as_deref())?;
     of(move || {
-        let EditsRequest { revision, gesture, edits, force, .. } = request;
+        let EditsRequest { revision, gesture, edits, force, since, .. } = request;
         if edits.is_empty() {
             return Err(malformed("no edit is named"));
         }
         let applied = locked(&workshop.document).apply(&edits, &revision, gesture.as_deref(), force);
-        let applied = applied.map_err(|error| edit_problem(&workshop, error, by))?;
+        let Applied { revision, said, merged, no_longer_shown } =
+            applied.map_err(|error| edit_problem(&workshop, error, by))?;
         workshop.tell_changed();
         let (_, flock) = workshop.flock();
-        Ok(json!({
-            "revision": applied.revision,
-            "figures": Figures::of_flock(&flock, by),
-            "said": applied.said,
-            "merged": applied.merged,
-            "no_longer_shown": applied.no_longer_shown,
-            "undo": workshop.snapshot().undo,
-        }))
+        let (figures, undo) = (Figures::of_flock(&flock, by), workshop.snapshot().undo);
+        let state = news(&workshop, by, since.as_deref());
+        Ok(Edited { revision, figures, said, merged, no_longer_shown, undo, state })
     })
     .await
+}
+
+/// What is new to the page that asked, if it says what it has. What cannot be told now it fetches, and is told why not.
+fn news(workshop: &Workshop, by: Measure, since: Option<&str>) -> Option<Told> {
+    since.and_then(|since| workshop.told(by, Some(since)).ok())
 }
 
 async fn what_if(State(workshop): State<Arc<Workshop>>, Body(request): Body<WhatIfRequest>) -> Answer<Value> {
@@ -102,24 +126,24 @@ fn edit_problem(workshop: &Workshop, error: ApplyError, by: Measure) -> Problem 
     }
 }
 
-async fn undo(State(workshop): State<Arc<Workshop>>) -> Answer<Value> {
+async fn undo(State(workshop): State<Arc<Workshop>>, Body(request): Body<StepRequest>) -> Answer<Gone> {
     of(move || {
         let undone = locked(&workshop.document).undo();
-        went(&workshop, undone)
+        went(&workshop, undone, &request)
     })
     .await
 }
 
-async fn redo(State(workshop): State<Arc<Workshop>>) -> Answer<Value> {
+async fn redo(State(workshop): State<Arc<Workshop>>, Body(request): Body<StepRequest>) -> Answer<Gone> {
     of(move || {
         let done = locked(&workshop.document).redo();
-        went(&workshop, done)
+        went(&workshop, done, &request)
     })
     .await
 }
 
 /// The answer to a step that was taken back, or done again.
-fn went(workshop: &Workshop, step: Result<Undone, UndoError>) -> Result<Value, Problem> {
+fn went(workshop: &Workshop, step: Result<Undone, UndoError>, request: &StepRequest) -> Result<Gone, Problem> {
     let Undone { revision, said } = step.map_err(|error| {
         let sentence = error.to_string();
         match error {
@@ -129,7 +153,7 @@ fn went(workshop: &Workshop, step: Result<Undone, UndoError>) -> Result<Value, P
         }
     })?;
     workshop.tell_changed();
-    Ok(json!({ "revision": revision, "said": said }))
+    Ok(Gone { revision, said, state: news(workshop, Measure::Visits, request.since.as_deref()) })
 }
 
 async fn mark(State(workshop): State<Arc<Workshop>>, Body(Marks { marks }): Body<Marks>) -> Answer<Value> {

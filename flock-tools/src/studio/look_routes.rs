@@ -15,9 +15,9 @@ use serde_json::{Value, json};
 use super::answers::{Answer, Asked, conflict, fatal, malformed, measure, missing, of};
 use super::balance::{Advice, Proposal};
 use super::figures::sheep_figures;
+use super::given::Told;
 use super::lineage::Tree;
-use super::requests::{By, LineageQuery, Terms, WalkQuery};
-use super::state::State as StateDocument;
+use super::requests::{LineageQuery, StateQuery, Terms, WalkQuery};
 use super::walk::Walked;
 use super::workshop::{Workshop, locked};
 use crate::breeding::today;
@@ -37,9 +37,9 @@ pub(super) fn router() -> Router<Arc<Workshop>> {
         .route("/api/lineage", get(lineage))
 }
 
-async fn state(State(workshop): State<Arc<Workshop>>, Asked(By { by }): Asked<By>) -> Answer<StateDocument> {
-    let by = measure(by.as_deref())?;
-    of(move || workshop.state(by)).await
+async fn state(State(workshop): State<Arc<Workshop>>, Asked(query): Asked<StateQuery>) -> Answer<Told> {
+    let by = measure(query.by.as_deref())?;
+    of(move || workshop.told(by, query.since.as_deref())).await
 }
 
 async fn walk(State(workshop): State<Arc<Workshop>>, Asked(query): Asked<WalkQuery>) -> Answer<Walked> {

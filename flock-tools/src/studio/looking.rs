@@ -16,8 +16,9 @@ use flock::{Clip, Flock, Manifest, Measure, SheepId};
 use super::answers::fatal;
 use super::checking;
 use super::clip_states::ClipStates;
+use super::given::Told;
 use super::media::RENDER_KEY;
-use super::state::{Capabilities, PoolState, Sources, State, flock_part};
+use super::state::{Capabilities, Head, PoolState, Sources, State, flock_part};
 use super::stock::Stock;
 use super::walk::Walked;
 use super::workshop::{Workshop, locked};
@@ -112,21 +113,28 @@ impl Workshop {
         let Snapshot { undo, redo, .. } = snapshot;
         let fps = manifest.fps;
         let pool = candidates.folder().ok().flatten();
-        Ok(State {
+        let head = Head {
             revision,
             name: manifest.name.clone(),
             fps: [fps.num(), fps.den()],
             size: [manifest.size.0, manifest.size.1],
             by,
             now_ms: Self::now_ms(),
-            part,
             undo,
             redo,
             jobs: self.queue.jobs(),
             paused: self.queue.is_paused(),
             pool: pool.map(|folder| PoolState { name: folder.pool().settings.name.clone() }),
             capabilities: Capabilities { gpu: false },
-        })
+        };
+        Ok(State { head, part })
+    }
+
+    /// The state for a page that has the one of the tag `since`.
+    /// Errors: As of [`Workshop::state`].
+    pub(super) fn told(&self, by: Measure, since: Option<&str>) -> Result<Told, Problem> {
+        let state = self.state(by)?;
+        Ok(locked(&self.given).answer(state, since))
     }
 
     /// Puts the keys of clips and previews into a walk.

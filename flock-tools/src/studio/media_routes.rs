@@ -71,7 +71,7 @@ async fn strip(State(workshop): State<Arc<Workshop>>, Path(key): Path<String>) -
         }
     }
     // Not an error: the page asks again when the job's event comes.
-    Ok((StatusCode::ACCEPTED, [(RETRY_AFTER, "1")]).into_response())
+    Ok((StatusCode::ACCEPTED, [(RETRY_AFTER, "1"), (CACHE_CONTROL, "no-store")]).into_response())
 }
 
 async fn poster(State(workshop): State<Arc<Workshop>>, Path(key): Path<String>) -> Result<Response, Problem> {

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `workshop.rs`, `looking.rs` | what all requests share, and what they read of it |
 //! | `answers.rs`, `requests.rs`, `*_routes.rs` | which request is answered by what |
-//! | `state.rs`, `figures.rs`, `balance.rs`, `walk.rs`, `lineage.rs`, `ship.rs` | the answers |
+//! | `state.rs`, `given.rs`, `figures.rs`, `balance.rs`, `walk.rs`, `lineage.rs`, `ship.rs` | the answers |
 //! | `stock.rs`, `genomes.rs`, `candidates.rs`, `clip_states.rs`, `joins.rs`, `places.rs`, `broods.rs` | what is read from the disk, and kept in `.studio` |
 //! | `children.rs`, `globe.rs`, `breeding_jobs.rs` | what is bred |
 //! | `checking.rs`, `own_command.rs` | what is checked, and commands that jobs run |
@@ -28,6 +28,7 @@ mod clip_states;
 mod edit_routes;
 mod figures;
 mod genomes;
+mod given;
 mod globe;
 mod job_routes;
 mod joins;
@@ -72,6 +73,9 @@ use workshop::Workshop;
 
 /// How often the manifest is looked at: somebody else may have edited it.
 const LOOK: Duration = Duration::from_secs(1);
+/// The look after which what nobody needs is let go of: the first page comes first. And so many looks later, again.
+const FIRST_CLEARING: u32 = 60;
+const CLEARINGS: u32 = 86_400;
 /// The file that leads a browser to the page.
 const WAY_IN: &str = "open.html";
 
@@ -199,8 +203,13 @@ async fn raised(stop: Arc<AtomicBool>) {
 fn watch(workshop: &Arc<Workshop>, stop: Arc<AtomicBool>) -> io::Result<thread::JoinHandle<()>> {
     let workshop = Arc::clone(workshop);
     let look = move || {
-        while !stop.load(Ordering::Relaxed) {
+        for looks in (0..CLEARINGS).cycle().take_while(|_| !stop.load(Ordering::Relaxed)) {
             workshop.look();
+            if looks == FIRST_CLEARING {
+                let workshop = Arc::clone(&workshop);
+                // Edits are noticed meanwhile. Without a thread it is for the next time.
+                let _ = thread::Builder::new().name("clearing".to_owned()).spawn(move || workshop.clear());
+            }
             now::pause(LOOK, &stop);
         }
     };

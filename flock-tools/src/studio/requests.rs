@@ -39,11 +39,20 @@ pub(super) struct JoinMark {
     pub(super) bad: bool,
 }
 
-/// `GET /api/state?by`.
+/// `GET /api/state?by&since`: what is new to a page that has the state of this tag.
 #[derive(Debug, Default, serde::Deserialize)]
-pub(super) struct By {
+pub(super) struct StateQuery {
     #[serde(default)]
     pub(super) by: Option<String>,
+    #[serde(default)]
+    pub(super) since: Option<String>,
+}
+
+/// `POST /api/undo` and `/api/redo`: with the tag of its state the page is answered what is new.
+#[derive(Debug, Default, serde::Deserialize)]
+pub(super) struct StepRequest {
+    #[serde(default)]
+    pub(super) since: Option<String>,
 }
 
 /// `GET /api/walk?seed&steps&from`.
@@ -220,6 +229,9 @@ pub(super) struct EditsRequest {
     pub(super) force: bool,
     #[serde(default)]
     pub(super) by: Option<String>,
+    /// With the tag of its state the page is answered what is new.
+    #[serde(default)]
+    pub(super) since: Option<String>,
 }
 
 /// `POST /api/whatif`.

@@ -40,6 +40,15 @@ pub(super) struct Sources<'a> {
 /// The state.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct State {
+    #[serde(flatten)]
+    pub(super) head: Head,
+    #[serde(flatten)]
+    pub(super) part: FlockPart,
+}
+
+/// The part of the state that is short.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Head {
     pub(super) revision: Revision,
     pub(super) name: String,
     /// Numerator and denominator.
@@ -49,8 +58,6 @@ pub(super) struct State {
     pub(super) by: Measure,
     /// The server's time, in milliseconds since 1970.
     pub(super) now_ms: u64,
-    #[serde(flatten)]
-    pub(super) part: FlockPart,
     /// What would be taken back, and done again, in words.
     pub(super) undo: Option<String>,
     pub(super) redo: Option<String>,
@@ -84,7 +91,7 @@ pub(super) struct FlockPart {
 }
 
 /// A sheep on the page.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts, each a key of the interface")]
 pub(super) struct SheepState {
     pub(super) id: SheepId,
@@ -133,7 +140,7 @@ pub(super) struct VoteCount {
 }
 
 /// A transition on the page.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub(super) struct TransitionState {
     pub(super) from: SheepId,
     pub(super) to: SheepId,
@@ -348,7 +355,7 @@ impl Sources<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::studio::media::Media;
     use flock::{Clip, ClipPath, Manifest};
@@ -365,7 +372,8 @@ mod tests {
         (folder, Flock::new(manifest))
     }
 
-    fn part(notes: &Notes, candidates: &[Candidate]) -> FlockPart {
+    /// The demo flock with a sheep that is not rendered.
+    pub(in crate::studio) fn part(notes: &Notes, candidates: &[Candidate]) -> FlockPart {
         let own = tempfile::tempdir().unwrap();
         let (folder, flock) = demo();
         let (genomes, manifest) = (Genomes::default(), flock.manifest());

@@ -19,6 +19,7 @@ use super::candidates::Candidates;
 use super::checking::Checked;
 use super::figures::Figures;
 use super::genomes::Genomes;
+use super::given::Given;
 use super::joins::JoinRecord;
 use super::media::Media;
 use super::places::Places;
@@ -47,6 +48,8 @@ pub(super) struct Workshop {
     pub(super) joins: Mutex<JoinRecord>,
     pub(super) places: Mutex<Places>,
     pub(super) checked: Mutex<Checked>,
+    /// What pages have of the state.
+    pub(super) given: Mutex<Given>,
     pub(super) shipping: Shipping,
     /// What differs from the last bundle, for a revision of the manifest.
     pub(super) difference: Mutex<Option<(Revision, Value)>>,
@@ -83,6 +86,7 @@ impl Workshop {
             joins: Mutex::new(JoinRecord::open(&own)),
             places: Mutex::new(Places::open(&own)),
             checked: Mutex::default(),
+            given: Mutex::new(Given::new(rand::random())),
             shipping: args.shipping(),
             difference: Mutex::default(),
             known_flock: Mutex::default(),
@@ -112,6 +116,23 @@ impl Workshop {
             None => {}
             Some(Change::Edited { .. }) => self.tell_changed(),
             Some(Change::Unreadable { error }) => self.note(&format!("the flock cannot be read: {error}")),
+        }
+    }
+
+    /// Lets go of what the studio keeps and nobody needs. Every picture and clip that the page may ask for has its key then.
+    pub(super) fn clear(&self) {
+        let (_, flock) = self.flock();
+        let (manifest, genomes) = (flock.manifest(), self.genomes_by_id());
+        let keys = self.keys(manifest);
+        for own in &manifest.transitions {
+            keys.pair(&own.from, &own.to, own.clip.frames.0);
+        }
+        for genome in genomes.values() {
+            keys.strip(None, Some(genome));
+        }
+        // Nothing goes while something of the flock cannot be read.
+        if self.state(Measure::Visits).is_ok() {
+            self.media.clear(now::system());
         }
     }
 

@@ -12,12 +12,11 @@ const afterFrame = then => requestAnimationFrame(() => {
 
 const watchWall = () => {
   const wall = document.querySelector('.view.wall')
-  const cells = [...document.querySelectorAll('.view.wall [data-sheep] canvas')].filter(canvas => {
-    const { top, bottom } = canvas.getBoundingClientRect()
+  const strips = [...document.querySelectorAll('.view.wall [data-sheep] .strip')].filter(strip => {
+    const { top, bottom } = strip.getBoundingClientRect()
     return bottom > 0 && top < innerHeight
   })
-  // A canvas that was drawn on is no longer of the size that canvases are born with.
-  const isDrawn = wall?.dataset.state === 'ready' && cells.length > 0 && cells.every(canvas => canvas.width !== 300 || canvas.height !== 150)
+  const isDrawn = wall?.dataset.state === 'ready' && strips.length > 0 && strips.every(strip => strip.style.backgroundImage)
   if (isDrawn) afterFrame(now => { window.drawnMs = now })
   else requestAnimationFrame(watchWall)
 }
@@ -34,8 +33,8 @@ const watch = (element, options) => {
   })
   observer.observe(element, options)
 }
-// The cell of the sheep that has the focus changes when it is marked.
-window.watchMark = () => watch(document.activeElement.closest('[data-sheep]'), { attributes: true, childList: true, subtree: true })
+// The cell of the sheep that has the focus has another class when it is marked.
+window.watchMark = () => watch(document.activeElement.closest('[data-sheep]'), { attributeFilter: ['class'] })
 window.watchFigures = () => watch(document.querySelector('#lead'), { childList: true, subtree: true, characterData: true })
 
 window.scrolling = forMs => new Promise(done => {

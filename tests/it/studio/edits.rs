@@ -17,18 +17,18 @@ use std::path::Path;
 use std::process::Command;
 
 /// How many edits are made: `EDITS` for `make soak`.
-fn edits() -> usize {
+pub(super) fn edits() -> usize {
     std::env::var("EDITS").map_or(120, |edits| edits.parse().expect("EDITS is a number"))
 }
 
 /// An edit as the studio's page asks for it, and as a command.
-struct Edit {
-    request: Value,
-    words: Vec<String>,
+pub(super) struct Edit {
+    pub(super) request: Value,
+    pub(super) words: Vec<String>,
 }
 
 /// Edits by chance, each of which fits the flock after all those before it.
-struct EditsByChance {
+pub(super) struct EditsByChance {
     chance: ChaCha8Rng,
     sheep: Vec<String>,
     transitions: BTreeSet<(String, String)>,
@@ -37,7 +37,7 @@ struct EditsByChance {
 
 impl EditsByChance {
     /// For the flock in `folder`.
-    fn of(folder: &Path, seed: u64) -> Self {
+    pub(super) fn of(folder: &Path, seed: u64) -> Self {
         let listed = succeed(Command::new(programs::dreams()).args(["list", "--json"]).arg(folder));
         let listed: Value = serde_json::from_slice(&listed).unwrap();
         let text = |value: &Value| value.as_str().expect("an id is a text").to_owned();
@@ -64,7 +64,7 @@ impl EditsByChance {
     }
 
     /// The next edit. The flock stays large enough for all kinds.
-    fn next(&mut self) -> Edit {
+    pub(super) fn next(&mut self) -> Edit {
         let edit =
             |request: Value, words: &[&str]| Edit { request, words: words.iter().map(ToString::to_string).collect() };
         let quarters = 1 + self.below(31);

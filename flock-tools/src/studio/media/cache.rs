@@ -6,11 +6,13 @@
 //! Start at [`Cache::once`].
 
 use std::collections::HashMap;
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::MediaError;
+use super::limit::DAY;
+use crate::program::now;
 
 /// The folder of what is kept.
 #[derive(Debug)]
@@ -33,9 +35,14 @@ impl Cache {
         self.folder.join(part).join(format!("{key}{ending}"))
     }
 
-    /// The same, if it is there.
+    /// Where it is.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The file of `key` with this ending, if it is there. It is used now.
     pub(super) fn find(&self, key: &str, ending: &str) -> Option<PathBuf> {
-        Some(self.path(key, ending)).filter(|path| path.is_file())
+        Some(self.path(key, ending)).filter(|path| use_file(path))
     }
 
     /// The file of `key` with this ending; `make` writes it to the path that it is given, if it is not there. A second thread
@@ -51,7 +58,7 @@ impl Cache {
         let own = Arc::clone(self.busy().entry(path.clone()).or_default());
         let made = {
             let _alone = own.lock().unwrap_or_else(PoisonError::into_inner);
-            if path.is_file() { Ok(()) } else { folder_of(&path).and_then(|()| make(&path)) }
+            if use_file(&path) { Ok(()) } else { folder_of(&path).and_then(|()| make(&path)) }
         };
         let mut busy = self.busy();
         // The map and this thread have it: nobody else waits.
@@ -70,6 +77,18 @@ impl Cache {
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), MediaError> {
     folder_of(path)?;
     durable::write(path, bytes).map_err(MediaError::file(path))
+}
+
+/// Whether the file at `path` is there. Its time of change is that of its last use, to the day.
+fn use_file(path: &Path) -> bool {
+    let Ok(status) = fs::metadata(path) else { return false };
+    let now = now::system();
+    let is_of_today = status.modified().is_ok_and(|time| now.duration_since(time).is_ok_and(|since| since < DAY));
+    if !is_of_today {
+        // Without it the file is made again sooner, and nothing else.
+        let _ = File::options().append(true).open(path).and_then(|file| file.set_modified(now));
+    }
+    status.is_file()
 }
 
 fn folder_of(path: &Path) -> Result<(), MediaError> {
@@ -102,5 +121,22 @@ mod tests {
         assert_eq!(made.into_inner(), 1);
         assert_eq!(fs::read(cache.find("abc", ".txt").unwrap()).unwrap(), b"made");
         assert!(cache.busy().is_empty());
+    }
+
+    #[test]
+    fn a_file_that_is_used_is_as_new() {
+        let scratch = tempfile::tempdir().unwrap();
+        let cache = Cache::open(&scratch.path().join("cache"));
+        let path = cache.once("abc", ".txt", |path| write(path, b"made")).unwrap();
+        let long_ago = now::system() - 40 * DAY;
+        let used = || fs::metadata(&path).unwrap().modified().unwrap();
+        for use_it in [&(|| drop(cache.find("abc", ".txt"))) as &dyn Fn(), &|| {
+            drop(cache.once("abc", ".txt", |_| Err(MediaError::Cancelled)))
+        }] {
+            File::options().append(true).open(&path).unwrap().set_modified(long_ago).unwrap();
+            use_it();
+            assert!(used() > long_ago + 39 * DAY);
+        }
+        assert_eq!(fs::read(&path).unwrap(), b"made");
     }
 }

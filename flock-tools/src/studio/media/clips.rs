@@ -18,7 +18,7 @@ use super::{Media, MediaError, cache};
 use crate::program::chain;
 
 /// The files of a fragmented copy, and of its codec.
-const FRAGMENTS: &str = "-fragments.mp4";
+pub(super) const FRAGMENTS: &str = "-fragments.mp4";
 const CODEC: &str = "-codec.txt";
 
 impl Media {

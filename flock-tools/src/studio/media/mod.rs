@@ -8,7 +8,7 @@
 //! | file | what is there |
 //! |---|---|
 //! | `sources.rs` | keys, and what they stand for |
-//! | `cache.rs` | the files that are kept, each made once |
+//! | `cache.rs`, `limit.rs` | the files that are kept, each made once; those that are kept no longer |
 //! | `picture.rs`, `strip.rs` | small pictures; the strip and the poster of a sheep |
 //! | `between.rs`, `moving.rs` | previews of a transition: three pictures with their figures; a small clip that grows |
 //! | `clips.rs` | fragments and packets of clips |
@@ -21,6 +21,7 @@ mod between;
 mod cache;
 mod clips;
 mod cost;
+mod limit;
 mod moving;
 mod picture;
 mod rendering;
