@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `program` | what every command needs: arguments, exit codes, printing, progress bars, contact sheets, the clock, chance |
 //! | `flock_folder` | a flock's folder: its manifest, read and edited; the paths and contents of its files |
+//! | `species` | the one list of the species, and genomes read from files |
 //! | `credits` | who made what, and under which licences; `dreams credits` |
 //! | `decoder` | what commands ask of ffmpeg, and which program has it |
 //! | `joins` | which clips meet, and how well |
@@ -45,6 +46,7 @@ mod manual;
 mod program;
 mod render;
 mod report;
+mod species;
 mod studio;
 mod walks;
 

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 
 use species::{Breed, Genome, Lineage, Rng, UNCHANGED};
 
-use super::tried;
 use super::sheep::{SETTINGS, genome};
+use super::tried;
 
 /// Parents that are tried with an operator until it has something to do.
 const FAMILIES: usize = 4;

@@ -1,6 +1,7 @@
 //! Which births a brood has, and of which parents.
 //!
-//! Owns the plan of a brood: kinds of births, tournaments among parents, which births are screened. Never makes a genome.
+//! Owns the plan of a brood: kinds of births, tournaments among parents, which births are screened; and that genomes which
+//! wait are the first strangers. Never makes a genome.
 //!
 //! Start at [`plan`].
 
@@ -10,6 +11,7 @@ use species::Rng;
 
 use crate::census::Census;
 use crate::chance::{PLAN, birth_seed, normal};
+use crate::event::Stamp;
 use crate::id::Id;
 use crate::pool::{Pool, Sheep};
 
@@ -72,6 +74,8 @@ pub struct Birth {
     pub candidates: usize,
     /// The seed of its random numbers.
     pub seed: u64,
+    /// The event since which its genome waits, of a stranger that the artist brought in.
+    pub waited: Option<Stamp>,
 }
 
 /// The plan of a brood.
@@ -108,6 +112,11 @@ pub fn plan(pool: &Pool, census: &Census, order: &Order) -> Plan {
         birth.strength = birth.strength.clamp(STRENGTHS[0], STRENGTHS[1]);
         birth.amount = birth.strength * order.strength.unwrap_or(1.0);
         births.push(Birth { index, candidates, seed: birth_seed(seed, index), ..birth });
+    }
+    // Without these the other births would be the same.
+    let strangers = births.iter_mut().filter(|birth| birth.operation == Operation::Stranger);
+    for (stranger, (since, waiting)) in strangers.zip(pool.waiting()) {
+        (stranger.species, stranger.candidates, stranger.waited) = (waiting.species.clone(), 1, Some(since));
     }
     Plan { brood, seed, births, reborn }
 }
@@ -199,6 +208,7 @@ impl<'a> Parents<'a> {
             amount: 1.0,
             candidates: 1,
             seed: 0,
+            waited: None,
         }
     }
 

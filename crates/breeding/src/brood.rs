@@ -41,7 +41,8 @@ pub trait Nursery: Sync {
     /// A genome that may be born.
     type Candidate: Send + Sync;
 
-    /// A candidate for a birth; `None` if these parents have no child that can be drawn.
+    /// A candidate for a birth: the genome that waits for it, if there is one. `None` if these parents have no child that can
+    /// be drawn.
     fn candidate(&self, birth: &Birth, rng: &mut Rng) -> Option<Made<Self::Candidate>>;
 
     /// Its figures, from few samples: while candidates are screened.
@@ -83,8 +84,17 @@ pub struct Brood<C> {
     pub reborn: Vec<Id>,
     /// Births that did not take place, because every candidate was refused.
     pub missing: usize,
-    /// What was wrong with refused candidates, and with how many.
-    pub faults: BTreeMap<String, usize>,
+    /// Candidates that were refused.
+    pub refused: Vec<Refused<C>>,
+}
+
+/// A candidate that nobody is to see.
+#[derive(Clone, Debug)]
+pub struct Refused<C> {
+    /// The genome; `None` if the parents had no child.
+    pub candidate: Option<C>,
+    /// What is wrong with it, in a word each.
+    pub faults: Vec<String>,
 }
 
 impl<C> Brood<C> {
@@ -95,6 +105,15 @@ impl<C> Brood<C> {
         events.extend(self.reborn.iter().map(|id| Event::Reborn { id: *id }));
         events
     }
+
+    /// What was wrong with refused candidates, and with how many.
+    pub fn faults(&self) -> BTreeMap<String, usize> {
+        let mut faults = BTreeMap::new();
+        for fault in self.refused.iter().flat_map(|refused| &refused.faults) {
+            *faults.entry(fault.clone()).or_insert(0) += 1;
+        }
+        faults
+    }
 }
 
 /// The next brood of a pool. It is the same on any number of threads: rayon's current pool is used.
@@ -104,25 +123,25 @@ pub fn breed<N: Nursery>(pool: &Pool, census: &Census, order: &Order, nursery: &
     let living: Vec<(&Traits, Point)> =
         pool.living().map(|sheep| (&sheep.born.figures, census.point(&sheep.born.figures))).collect();
     let cradle = Cradle { nursery, census, liking, living };
-    let mut faults = BTreeMap::new();
-    let mut accepted: BTreeMap<usize, (Birth, Accepted<N::Candidate>)> = BTreeMap::new();
+    let mut refused = Vec::new();
     let planned = births.len();
-    let mut waiting: Vec<Trial> = births.into_iter().map(Trial::new).collect();
+    let (brought, births): (Vec<Birth>, Vec<Birth>) = births.into_iter().partition(|birth| birth.waited.is_some());
+    let mut accepted: BTreeMap<usize, (Birth, Accepted<N::Candidate>)> = BTreeMap::new();
+    accepted.extend(brought.into_iter().filter_map(|birth| Some((birth.index, cradle.brought_in(pool, birth)?))));
+    let mut open: Vec<Trial<N::Candidate>> = births.into_iter().map(Trial::new).collect();
     // What is too like a sibling of a lower number is made again, with the siblings known: rounds, until all are settled.
-    while !waiting.is_empty() {
-        let tried: Vec<_> = waiting.into_par_iter().map(|trial| cradle.next(trial)).collect();
-        waiting = Vec::new();
+    while !open.is_empty() {
+        let tried: Vec<_> = open.into_par_iter().map(|trial| cradle.next(trial)).collect();
+        open = Vec::new();
         for (mut trial, found) in tried {
-            for fault in trial.faults.drain(..) {
-                *faults.entry(fault).or_insert(0) += 1;
-            }
+            refused.append(&mut trial.refused);
             let Some(found) = found else { continue };
             if accepted
                 .values()
                 .any(|(_, other)| cradle.are_clones([&other.figures, &found.figures], [&other.point, &found.point]))
             {
-                trial.faults.push(CLONE.to_owned());
-                waiting.push(trial);
+                trial.refuse(Some(found.made.candidate), vec![CLONE.to_owned()]);
+                open.push(trial);
             } else {
                 accepted.insert(trial.birth.index, (trial.birth, found));
             }
@@ -135,20 +154,24 @@ pub fn breed<N: Nursery>(pool: &Pool, census: &Census, order: &Order, nursery: &
         (found.born(id, birth), found.made.candidate)
     };
     let born = (first..).zip(accepted.into_values()).map(born).collect();
-    Brood { brood, seed, born, reborn, missing, faults }
+    Brood { brood, seed, born, reborn, missing, refused }
 }
 
 /// A birth that is being tried.
-struct Trial {
+struct Trial<C> {
     birth: Birth,
     rng: Rng,
     tries: usize,
-    faults: Vec<String>,
+    refused: Vec<Refused<C>>,
 }
 
-impl Trial {
-    fn new(birth: Birth) -> Trial {
-        Trial { rng: Rng::stream(birth.seed, 0), birth, tries: 0, faults: Vec::new() }
+impl<C> Trial<C> {
+    fn new(birth: Birth) -> Trial<C> {
+        Trial { rng: Rng::stream(birth.seed, 0), birth, tries: 0, refused: Vec::new() }
+    }
+
+    fn refuse(&mut self, candidate: Option<C>, faults: Vec<String>) {
+        self.refused.push(Refused { candidate, faults });
     }
 }
 
@@ -170,6 +193,7 @@ impl<C> Accepted<C> {
             figures: self.figures.clone(),
             licence: self.made.licence.clone(),
             strength: (birth.strength * 1e6).round() / 1e6,
+            waited: birth.waited,
         }
     }
 }
@@ -188,20 +212,29 @@ impl<N: Nursery> Cradle<'_, N> {
         is_near || figures[0] == figures[1]
     }
 
+    /// A genome that waited for its birth. Whatever it looks like, the artist chose it. `None` if it is not there: it waits on
+    /// then.
+    fn brought_in(&self, pool: &Pool, birth: Birth) -> Option<(Birth, Accepted<N::Candidate>)> {
+        let (_, waiting) = pool.waiting().find(|(since, _)| Some(*since) == birth.waited)?;
+        let made = self.nursery.candidate(&birth, &mut Rng::stream(birth.seed, 0))?;
+        let (figures, point) = (waiting.figures.clone(), self.census.point(&waiting.figures));
+        Some((birth, Accepted { made, figures, point }))
+    }
+
     /// Tries until a candidate is accepted, or too many were refused.
-    fn next(&self, mut trial: Trial) -> (Trial, Option<Accepted<N::Candidate>>) {
+    fn next(&self, mut trial: Trial<N::Candidate>) -> (Trial<N::Candidate>, Option<Accepted<N::Candidate>>) {
         while trial.tries < TRIES {
             trial.tries += 1;
             let Some(made) = self.best(&mut trial) else { continue };
             match self.nursery.figures(&made.candidate) {
-                Err(faults) => trial.faults.extend(faults),
+                Err(faults) => trial.refuse(Some(made.candidate), faults),
                 Ok(figures) => {
                     let point = self.census.point(&figures);
                     let is_clone = |(known, at): &(&Traits, Point)| self.are_clones([*known, &figures], [at, &point]);
                     if !self.living.iter().any(is_clone) {
                         return (trial, Some(Accepted { made, figures, point }));
                     }
-                    trial.faults.push(CLONE.to_owned());
+                    trial.refuse(Some(made.candidate), vec![CLONE.to_owned()]);
                 }
             }
         }
@@ -210,21 +243,22 @@ impl<N: Nursery> Cradle<'_, N> {
 
     /// A candidate; of a screened birth the one of which most is to be expected. Those that a sketch shows to be wrong are
     /// left out.
-    fn best(&self, trial: &mut Trial) -> Option<Made<N::Candidate>> {
+    fn best(&self, trial: &mut Trial<N::Candidate>) -> Option<Made<N::Candidate>> {
         let screening = self.liking.as_ref().filter(|_| trial.birth.candidates > 1);
+        let barren = || vec![BARREN.to_owned()];
         let Some(liking) = screening else {
             let made = self.nursery.candidate(&trial.birth, &mut trial.rng);
             if made.is_none() {
-                trial.faults.push(BARREN.to_owned());
+                trial.refuse(None, barren());
             }
             return made;
         };
         let mut best: Option<(f64, Made<N::Candidate>)> = None;
-        let mut faults = Vec::new();
+        let mut refused = Vec::new();
         for _ in 0..trial.birth.candidates {
             let Some(made) = self.nursery.candidate(&trial.birth, &mut trial.rng) else { continue };
             match self.nursery.sketch(&made.candidate) {
-                Err(found) => faults.extend(found),
+                Err(faults) => refused.push(Refused { candidate: Some(made.candidate), faults }),
                 Ok(figures) => {
                     let guess = liking.guess(&self.census.point(&figures));
                     if best.as_ref().is_none_or(|(most, _)| guess > *most) {
@@ -233,8 +267,11 @@ impl<N: Nursery> Cradle<'_, N> {
                 }
             }
         }
+        if best.is_none() && refused.is_empty() {
+            trial.refuse(None, barren());
+        }
         if best.is_none() {
-            trial.faults.extend(if faults.is_empty() { vec![BARREN.to_owned()] } else { faults });
+            trial.refused.append(&mut refused);
         }
         best.map(|(_, made)| made)
     }

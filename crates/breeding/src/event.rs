@@ -90,6 +90,8 @@ pub enum Event {
         /// The totals. Sheep of other pools may be among them.
         sheep: BTreeMap<String, Count>,
     },
+    /// The artist brought in a genome, which waits to be a stranger of a brood of the pool in which this happened.
+    Waits(Waiting),
 }
 
 /// A birth.
@@ -113,6 +115,22 @@ pub struct Born {
     /// How far its children differ from it: 1 is usual.
     #[serde(default = "one")]
     pub strength: f64,
+    /// The event since which its genome waited, if it did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waited: Option<Stamp>,
+}
+
+/// A genome that waits to be born.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Waiting {
+    /// Its species.
+    pub species: String,
+    /// Its figures.
+    pub figures: Traits,
+    /// Its licence.
+    pub licence: String,
+    /// The text of its file.
+    pub genome: String,
 }
 
 /// The artist's judgement.

@@ -36,12 +36,12 @@ pub mod simulation;
 mod traits;
 
 pub use births::{Birth, Operation, Order, Plan, plan};
-pub use brood::{Brood, Made, Nursery, breed};
+pub use brood::{Brood, Made, Nursery, Refused, breed};
 pub use census::Census;
 pub use deaths::{Deaths, deaths};
 pub use elect::{Ballot, Elected, Reason, elect};
 pub use error::BreedingError;
-pub use event::{Born, Day, Entry, Event, Mark, Stamp};
+pub use event::{Born, Day, Entry, Event, Mark, Stamp, Waiting};
 pub use folder::Folder;
 pub use id::{Id, IdError, Origin};
 pub use ledger::{LEDGER, Ledger};

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::BreedingError;
-use crate::event::{Born, Day, Entry, Event, Mark, Stamp};
+use crate::event::{Born, Day, Entry, Event, Mark, Stamp, Waiting};
 use crate::id::Id;
 use crate::rating::{Count, Votes};
 use crate::settings::Settings;
@@ -56,6 +56,8 @@ pub struct Pool {
     totals: BTreeMap<String, BTreeMap<String, Count>>,
     has_votes: bool,
     editions: BTreeMap<String, Edition>,
+    /// By the events since which they wait.
+    waiting: BTreeMap<Stamp, Waiting>,
     /// Broods of all pools whose events are here.
     broods: u32,
     /// The number that the next brood has, and the next birth.
@@ -94,6 +96,7 @@ impl Pool {
             has_votes: false,
             totals: BTreeMap::new(),
             editions: BTreeMap::new(),
+            waiting: BTreeMap::new(),
             broods: 0,
             next_brood: 0,
             next_serial: 0,
@@ -161,6 +164,11 @@ impl Pool {
                     self.news.votes = self.news.votes.saturating_add(count.up).saturating_add(count.down);
                 }
             }
+            // What waits in another pool is born there.
+            Event::Waits(waiting) if stamp.pool == self.settings.origin => {
+                self.waiting.insert(stamp, waiting.clone());
+            }
+            Event::Waits(_) => {}
         }
         self.last_day = self.last_day.max(entry.day);
         Ok(())
@@ -180,6 +188,9 @@ impl Pool {
         let family = families?.first().copied().unwrap_or(born.id);
         let sheep = Sheep { born: born.clone(), family, since: self.broods, mark: Mark::None, died: None };
         self.sheep.insert(born.id, sheep);
+        if let Some(since) = &born.waited {
+            self.waiting.remove(since);
+        }
         if born.id.origin == self.settings.origin {
             self.next_serial = self.next_serial.max(born.id.serial.saturating_add(1));
         }
@@ -242,6 +253,12 @@ impl Pool {
             }
         }
         found
+    }
+
+    /// The genomes that wait to be strangers of this pool's broods, in the order in which they came; each with the event
+    /// since which it waits.
+    pub fn waiting(&self) -> impl Iterator<Item = (Stamp, &Waiting)> {
+        self.waiting.iter().map(|(since, waiting)| (*since, waiting))
     }
 
     /// The children of a sheep.

@@ -4,6 +4,8 @@
 //!
 //! Start at [`Settings`].
 
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 use species::Figures;
 
@@ -13,11 +15,8 @@ use crate::id::Origin;
 /// The name of the file.
 pub const SETTINGS: &str = "pool.toml";
 
-/// The most sheep that a brood or a pool may have: more would take days, or all memory.
-const MOST_BIRTHS: usize = 1000;
-const MOST_SHEEP: usize = 100_000;
-const MOST_SCREENING: usize = 64;
-const MOST_BINS: usize = 64;
+/// The most niches in either direction.
+const MOST_BINS: u64 = 64;
 
 /// What a pool is bred by.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -101,6 +100,15 @@ impl LicencePolicy {
 }
 
 impl Settings {
+    /// How many births a brood may have: more would take days.
+    pub const BIRTHS: RangeInclusive<u64> = 1..=1000;
+    /// How many sheep may live: more would take all memory.
+    pub const LIMITS: RangeInclusive<u64> = 2..=100_000;
+    /// How many candidates a screened birth may have.
+    pub const SCREENINGS: RangeInclusive<u64> = 1..=64;
+    /// The seeds that TOML has.
+    pub const SEEDS: RangeInclusive<u64> = 0..=i64::MAX as u64;
+
     /// The defaults of a new pool.
     pub fn new(name: &str, origin: Origin, seed: u64, species: &[&str]) -> Settings {
         Settings {
@@ -162,18 +170,16 @@ impl Settings {
     pub fn check(&self) -> Result<(), BreedingError> {
         let refused = |what, value: String, limit: String| Err(BreedingError::Setting { what, value, limit });
         let counts = [
-            ("limit", self.limit, 2, MOST_SHEEP),
-            ("births", self.births, 1, MOST_BIRTHS),
-            ("bins", self.bins, 1, MOST_BINS),
-            ("screening", self.screening, 1, MOST_SCREENING),
+            ("limit", self.limit as u64, Settings::LIMITS),
+            ("births", self.births as u64, Settings::BIRTHS),
+            ("bins", self.bins as u64, 1..=MOST_BINS),
+            ("screening", self.screening as u64, Settings::SCREENINGS),
+            ("seed", self.seed, Settings::SEEDS),
         ];
-        for (what, value, least, most) in counts {
-            if !(least..=most).contains(&value) {
-                return refused(what, value.to_string(), format!("not {least} to {most}"));
+        for (what, value, range) in counts {
+            if !range.contains(&value) {
+                return refused(what, value.to_string(), format!("not {} to {}", range.start(), range.end()));
             }
-        }
-        if i64::try_from(self.seed).is_err() {
-            return refused("seed", self.seed.to_string(), format!("not 0 to {}, the most that TOML has", i64::MAX));
         }
         let parts = [
             ("crossings", self.crossings),
@@ -208,7 +214,8 @@ impl Settings {
         Ok(())
     }
 
-    fn limit() -> usize {
+    /// How many sheep live in a new pool.
+    pub fn limit() -> usize {
         200
     }
 

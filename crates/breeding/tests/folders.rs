@@ -9,13 +9,17 @@ use std::path::Path;
 
 use breeding::simulation::World;
 use breeding::{BreedingError, Count, Day, Event, Folder, Id, LEDGER, Mark, Order, SETTINGS, Settings};
-use meadow::{Sheep, events, settings};
+use meadow::{Sheep, events, settings, waiting};
+use species::Rng;
 
 /// A pool on a disk with two broods and some votes.
 fn filled(path: &Path, seed: u64) -> Folder {
     let world = World::new(seed);
     let mut folder = Folder::create(path, &settings(seed)).unwrap();
     let mut sheep = Sheep::new(&world, seed, 0);
+    let waits = |serial: u64| Event::Waits(waiting(world.figures(&World::random(&mut Rng::stream(seed, serial)))));
+    // One of two is born; the other comes after the last brood.
+    folder.tell(Day(0), vec![waits(1)]).unwrap();
     for day in 0..2 {
         sheep.pool = folder.pool().clone();
         let brood = sheep.brood(&Order { births: Some(4), ..Order::default() });
@@ -25,6 +29,8 @@ fn filled(path: &Path, seed: u64) -> Folder {
         let votes = folder.pool().living().map(|sheep| (sheep.born.id.to_string(), count)).collect();
         folder.tell(Day(day), vec![Event::Votes { unit: "wall".to_owned(), sheep: votes }]).unwrap();
     }
+    folder.tell(Day(1), vec![waits(2)]).unwrap();
+    assert_eq!(folder.pool().waiting().count(), 1);
     folder
 }
 

@@ -5,8 +5,10 @@ mod meadow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use breeding::simulation::World;
-use breeding::{Brood, Census, Count, Day, Event, Id, Mark, Operation, Order, Origin, Votes, plan};
-use meadow::Sheep;
+use breeding::{
+    Birth, Brood, Census, Count, Day, Entry, Event, Id, Mark, Operation, Order, Origin, Stamp, Votes, plan,
+};
+use meadow::{Sheep, waiting};
 use species::{Rng, Threads};
 
 fn id(serial: u32) -> Id {
@@ -99,7 +101,7 @@ fn a_rating_is_votes_over_expected_votes_and_fades_to_average() {
 }
 
 fn told<C>(brood: &Brood<C>) -> String {
-    format!("{:?} {} {:?}", brood.events(), brood.missing, brood.faults)
+    format!("{:?} {} {:?}", brood.events(), brood.missing, brood.faults())
 }
 
 #[test]
@@ -180,5 +182,41 @@ fn a_brood_without_judged_sheep_is_strangers_and_an_order_is_kept() {
     let nothing = Order { parents: parents[..1].to_vec(), strength: Some(0.0), ..Order::default() };
     let clones = sheep.brood(&nothing);
     let refused = BTreeMap::from([("clone".to_owned(), 400)]);
-    assert_eq!((clones.born.len(), clones.missing, clones.faults), (0, 20, refused));
+    assert_eq!((clones.born.len(), clones.missing, clones.faults()), (0, 20, refused));
+}
+
+#[test]
+fn genomes_that_wait_are_the_first_strangers_in_their_order_and_change_no_other_birth() {
+    let world = World::new(8);
+    let mut sheep = Sheep::new(&world, 8, 100);
+    sheep.step();
+    let before = plan(&sheep.pool, &sheep.census(), &Order::default());
+    let is_stranger = |birth: &&Birth| birth.operation == Operation::Stranger;
+    let strangers = before.births.iter().filter(is_stranger).count();
+    assert!((1..=2).contains(&strangers), "{strangers}");
+    // One is a copy of a living sheep: the artist has chosen it all the same.
+    let copy = sheep.pool.living().next().unwrap().born.figures.clone();
+    let genes: Vec<_> = (0..5).map(|_| World::random(&mut sheep.rng)).collect();
+    let all: Vec<_> = genes.iter().map(|genes| waiting(world.figures(genes))).chain([waiting(copy)]).collect();
+    sheep.tell(all.iter().cloned().map(Event::Waits).collect());
+    // What waits in another pool is born there.
+    let stamp = Stamp { number: 1_000_000, pool: Origin::of_bits(99) };
+    sheep.pool.apply(&Entry { stamp, day: Day(0), event: Event::Waits(waiting(all[0].figures.clone())) }).unwrap();
+    let after = plan(&sheep.pool, &sheep.census(), &Order::default());
+    for (now, was) in after.births.iter().zip(&before.births) {
+        let same = Birth { waited: None, species: was.species.clone(), candidates: was.candidates, ..now.clone() };
+        assert_eq!((&same, now.waited.is_some()), (was, is_stranger(&was)));
+    }
+    let mut born = Vec::new();
+    while born.len() < all.len() {
+        let broods = [1, 3].map(|threads| Threads::new(threads).unwrap().run(|| sheep.brood(&Order::default())));
+        assert_eq!(told(&broods[0]), told(&broods[1]));
+        let [brood, _] = broods;
+        let brought = brood.born.iter().filter(|(born, _)| born.waited.is_some());
+        born.extend(brought.map(|(born, _)| born.figures.clone()));
+        sheep.tell(brood.events());
+        sheep.meadow.genes.extend(brood.born.iter().map(|(born, genes)| (born.id, *genes)));
+        assert_eq!(sheep.pool.waiting().count(), all.len() - born.len(), "each is born once");
+    }
+    assert_eq!(born, all.iter().map(|waiting| waiting.figures.clone()).collect::<Vec<_>>());
 }

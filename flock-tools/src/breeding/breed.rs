@@ -7,15 +7,16 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use ::breeding::{Birth, Brood, Census, Event, Folder, Id, Operation, Order, breed, deaths, plan};
+use ::breeding::{Birth, Brood, Census, Event, Folder, Id, Operation, Order, Settings, breed, deaths, plan};
+use clap::builder::RangedU64ValueParser;
 use species::{Breed, Genome, Threads};
 
-use super::nursery::{self, Candidates};
+use super::nursery::{self, Candidates, IMPORT, REFUSED};
 use super::sheet::Sheet;
-use super::{fatal, genome, open, open_for_changes, today};
+use super::{fatal, genome, open, open_for_changes, today, waiting};
 use crate::program::{Exit, Fatal, arguments, print};
 use crate::render::options;
-use crate::render::species::all;
+use crate::species::all;
 
 /// Breed a brood: sheep by crossing, by mutation and by chance
 ///
@@ -32,9 +33,9 @@ use crate::render::species::all;
 pub(crate) struct Args {
     /// Folder of the pool
     pool: PathBuf,
-    /// How many births [default: the pool's, 20]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
-    brood: Option<u16>,
+    /// How many births [default: the pool's]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(Settings::BIRTHS))]
+    brood: Option<usize>,
     /// The parents of all births: one id, or two with a comma between them
     #[arg(long, value_name = "A[,B]", value_parser = parents_of)]
     from: Option<Parents>,
@@ -45,8 +46,8 @@ pub(crate) struct Args {
     #[arg(long)]
     seed: Option<u64>,
     /// Candidates of each of the births that are the best of several; 1 chooses none
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
-    screen: Option<u8>,
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(Settings::SCREENINGS))]
+    screen: Option<usize>,
     /// How large mutations are: 1 is usual
     #[arg(long, value_name = "X", value_parser = arguments::positive)]
     strength: Option<f64>,
@@ -56,8 +57,11 @@ pub(crate) struct Args {
     /// Also write a contact sheet of the brood, as PNG
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
+    /// Also write a contact sheet of the candidates that were refused, with what is wrong with each, as PNG
+    #[arg(long, value_name = "FILE")]
+    refused: Option<PathBuf>,
     /// Only print which births are planned; nothing is made
-    #[arg(long, conflicts_with = "sheet")]
+    #[arg(long, conflicts_with_all = ["sheet", "refused"])]
     dry_run: bool,
     /// Answer with one JSON document
     #[arg(long)]
@@ -127,14 +131,12 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     if args.dry_run {
         return args.planned(&folder, &census, &order);
     }
-    let candidates = Candidates::new(parents(&folder, &order)?, args.op.clone());
+    let candidates = Candidates::new(parents(&folder, &order)?, waiting(&folder)?, args.op.clone());
     let threads = Threads::new(args.threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let brood = threads.run(|| breed(folder.pool(), &census, &order, &candidates));
     folder.bear(today(), &brood, |born, genome| nursery::text(born, &**genome)).map_err(fatal)?;
     let died = bury(&mut folder)?;
-    if let Some(path) = &args.sheet {
-        write_sheet(&brood, path, &threads)?;
-    }
+    args.write_sheets(&brood, &threads)?;
     args.answer(&brood, died)
 }
 
@@ -155,11 +157,11 @@ impl Args {
         let parents = self.from().iter().map(find).collect::<Result<Vec<Id>, Fatal>>()?;
         let operation = self.op.as_deref().map(|name| self.operation(name, folder)).transpose()?;
         Ok(Order {
-            births: self.brood.map(usize::from),
+            births: self.brood,
             parents,
             operation,
             seed: self.seed,
-            screening: self.screen.map(usize::from),
+            screening: self.screen,
             strength: self.strength,
         })
     }
@@ -220,9 +222,25 @@ impl Args {
             reborn: brood.reborn.clone(),
             died,
             missing: brood.missing,
-            refused: brood.faults.clone(),
+            refused: brood.faults(),
             dry_run: false,
         })
+    }
+
+    fn write_sheets(&self, brood: &Brood<Box<dyn Genome>>, threads: &Threads) -> Result<(), Fatal> {
+        let write = |path: &Path, sheep: Vec<(String, &dyn Genome)>| {
+            Sheet::of(&sheep, threads)?.save(path).map_err(|source| Fatal::write(path, source))
+        };
+        if let Some(path) = &self.sheet {
+            write(path, brood.born.iter().map(|(born, genome)| (born.id.to_string(), &**genome)).collect())?;
+        }
+        if let Some(path) = &self.refused {
+            // What is not drawn has no picture.
+            let drawn = brood.refused.iter().filter(|refused| !refused.faults.iter().any(|fault| fault == REFUSED));
+            let named = drawn.filter_map(|refused| Some((refused.faults.join(", "), &**refused.candidate.as_ref()?)));
+            write(path, named.collect())?;
+        }
+        Ok(())
     }
 
     fn tell(&self, answer: &Answer) -> Result<Exit, Fatal> {
@@ -277,7 +295,7 @@ fn planned(birth: Birth, operator: Option<&str>) -> BirthAnswer {
     };
     BirthAnswer {
         id: None,
-        operator: operator.unwrap_or(operation).to_owned(),
+        operator: birth.waited.map_or(operator.unwrap_or(operation), |_| IMPORT).to_owned(),
         parents: birth.parents,
         species: birth.species,
         strength: birth.strength,
@@ -305,12 +323,6 @@ fn bury(folder: &mut Folder) -> Result<Vec<Id>, Fatal> {
         folder.tell(today(), found.ids.iter().map(|id| Event::Died { id: *id }).collect()).map_err(fatal)?;
     }
     Ok(found.ids)
-}
-
-fn write_sheet(brood: &Brood<Box<dyn Genome>>, path: &Path, threads: &Threads) -> Result<(), Fatal> {
-    let sheep: Vec<(String, &dyn Genome)> =
-        brood.born.iter().map(|(born, genome)| (born.id.to_string(), &**genome)).collect();
-    Sheet::of(&sheep, threads)?.save(path).map_err(|source| Fatal::write(path, source))
 }
 
 /// An operator in the answer.

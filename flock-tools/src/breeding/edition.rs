@@ -212,6 +212,7 @@ mod tests {
             figures: Traits::new(&[f64::from(serial * serial % 11), f64::from(serial % 3)]),
             licence: String::new(),
             strength: 1.0,
+            waited: None,
         };
         (0..count).map(born).collect()
     }

@@ -7,12 +7,12 @@
 
 use std::collections::BTreeMap;
 
-use ::breeding::{Birth, Born, Id, Made, Nursery, Operation, Traits};
+use ::breeding::{Birth, Born, Id, Made, Nursery, Operation, Stamp, Traits};
 use flame::Backend;
 use species::{Breed, FigureFault, Figures, Genome, Lineage, Motion, RenderError, Rng, Threads, UNCHANGED};
 
 use crate::credits::OURS;
-use crate::render::species::all;
+use crate::species::all;
 
 /// The loop by which candidates are judged: its frames, and the size that its pictures have the shape of.
 pub(crate) const FRAMES: f64 = 384.0;
@@ -20,27 +20,39 @@ pub(crate) const SIZE: [u32; 2] = [1280, 720];
 
 /// How a stranger is made.
 const RANDOM: &str = "random";
+/// How a sheep came whose genome was brought in.
+pub(crate) const IMPORT: &str = "import";
 
 /// What is wrong with a genome that is not drawn.
-const REFUSED: &str = "refused";
+pub(super) const REFUSED: &str = "refused";
 
 /// What makes the candidates of a brood.
 pub(super) struct Candidates {
     /// The genomes of all sheep that may be parents.
-    pub(super) parents: BTreeMap<Id, Box<dyn Genome>>,
+    parents: BTreeMap<Id, Box<dyn Genome>>,
+    /// The genomes that wait to be born.
+    waiting: BTreeMap<Stamp, Box<dyn Genome>>,
     /// The operator that makes all of them; by chance where `None`.
-    pub(super) operator: Option<String>,
+    operator: Option<String>,
     /// The species.
     species: Vec<Box<dyn Breed>>,
 }
 
 impl Candidates {
-    /// With these parents.
-    pub(super) fn new(parents: BTreeMap<Id, Box<dyn Genome>>, operator: Option<String>) -> Self {
-        Self { parents, operator, species: all(&Backend::default()).into() }
+    /// With these parents, and genomes that wait.
+    pub(super) fn new(
+        parents: BTreeMap<Id, Box<dyn Genome>>,
+        waiting: BTreeMap<Stamp, Box<dyn Genome>>,
+        operator: Option<String>,
+    ) -> Self {
+        Self { parents, waiting, operator, species: all(&Backend::default()).into() }
     }
 
     fn child(&self, birth: &Birth, rng: &mut Rng) -> Option<(Box<dyn Genome>, &'static str)> {
+        if let Some(since) = &birth.waited {
+            let genome = self.waiting.get(since)?;
+            return Some((genome.with_lineage(&genome.lineage()), IMPORT));
+        }
         let species = self.species.iter().find(|species| species.ending() == birth.species)?;
         let parents: Option<Vec<&dyn Genome>> =
             birth.parents.iter().map(|id| self.parents.get(id).map(|genome| &**genome)).collect();

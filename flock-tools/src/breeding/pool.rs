@@ -1,18 +1,16 @@
 //! `dreams pool`: new pools, their sheep, the artist's marks, merging.
 //!
-//! Owns the command and its actions. Never breeds: `breed.rs` does.
+//! Owns the command and most of its actions: `add.rs` and `check.rs` have the others. Never breeds: `breed.rs` does.
 
 use std::path::PathBuf;
 
-use ::breeding::{Born, Census, Event, Folder, Id, LicencePolicy, Mark, Niche, Origin, Settings, Sheep};
-use flame::Backend;
+use ::breeding::{Census, Event, Folder, Id, LicencePolicy, Mark, Niche, Origin, Settings, Sheep};
+use clap::builder::RangedU64ValueParser;
 use species::{Genome, Rng, Threads};
 
-use super::nursery::{self, figures, traits};
-use super::sheet;
-use super::{fatal, genome, open, open_for_changes, today};
+use super::{add, check, fatal, genome, open, open_for_changes, sheet, today};
 use crate::program::{Exit, Fatal, print};
-use crate::render::species::{self as kinds, endings};
+use crate::species::endings;
 
 /// The stream of the random numbers of a pool's name.
 const ORIGIN: u64 = 41;
@@ -39,9 +37,9 @@ pub(crate) struct Args {
 #[derive(Debug, clap::Subcommand)]
 enum Action {
     /// Bring in genomes from elsewhere
-    Add(AddArgs),
+    Add(add::Args),
     /// Look for faults: genomes that are missing, cannot be read, or are not what the ledger says
-    Check(PoolArgs),
+    Check(check::Args),
     /// Keep sheep, reject them, or take a mark back
     Mark(MarkArgs),
     /// Take in all that happened in another pool
@@ -53,21 +51,9 @@ enum Action {
 }
 
 #[derive(Debug, clap::Args)]
-struct PoolArgs {
+pub(super) struct PoolArgs {
     /// Folder of the pool
-    pool: PathBuf,
-}
-
-#[derive(Debug, clap::Args)]
-struct AddArgs {
-    #[command(flatten)]
-    common: PoolArgs,
-    /// Genomes: flames (.flam3), expressions (.expr), globes of agents (.agents), plants (.plant)
-    #[arg(required = true)]
-    genomes: Vec<PathBuf>,
-    /// Only print what would be brought in
-    #[arg(long)]
-    dry_run: bool,
+    pub(super) pool: PathBuf,
 }
 
 #[derive(Debug, clap::Args)]
@@ -118,11 +104,12 @@ struct NewArgs {
     #[arg(value_parser = ending)]
     species: Vec<String>,
     /// The most sheep that live
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = Settings::limit())]
+    #[arg(value_parser = RangedU64ValueParser::<usize>::new().range(Settings::LIMITS))]
     limit: usize,
     /// The seed of all broods, and of the pool's name in the ids of its sheep [default: by chance]. Two pools of one seed
     /// cannot be merged
-    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(Settings::SEEDS))]
     seed: Option<u64>,
     /// Sheep with a non-commercial licence are never parents
     #[arg(long)]
@@ -169,6 +156,8 @@ struct ShowAnswer {
     dead: usize,
     families: usize,
     niches: usize,
+    /// Genomes that wait to be strangers of the next broods.
+    waiting: usize,
     /// Whether so much was heard from units that a brood is due.
     due: bool,
     sheep: Vec<SheepAnswer>,
@@ -176,27 +165,18 @@ struct ShowAnswer {
 
 /// The answer of the other actions.
 #[derive(serde::Serialize)]
-struct Answer {
-    changed: bool,
-    sheep: Vec<Id>,
-    faults: Vec<String>,
-}
-
-/// A genome that a pool does not take.
-#[derive(Debug, thiserror::Error)]
-enum AddError {
-    #[error("`{path}` is not a genome that can be drawn")]
-    Genome { path: PathBuf, source: Box<dyn std::error::Error> },
-    #[error("`{path}` is a {found}, the pool breeds {expected}")]
-    Species { path: PathBuf, found: String, expected: String },
+pub(super) struct Answer {
+    pub(super) changed: bool,
+    pub(super) sheep: Vec<Id>,
+    pub(super) faults: Vec<String>,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let json = args.json;
     match &args.action {
-        Action::Add(args) => add(args, json),
-        Action::Check(args) => check(args, json),
+        Action::Add(args) => add::run(args, json),
+        Action::Check(args) => check::run(args, json),
         Action::Mark(args) => mark(args, json),
         Action::Merge(args) => merge(args, json),
         Action::New(args) => create(args, json),
@@ -229,43 +209,6 @@ fn create(args: &NewArgs, json: bool) -> Result<Exit, Fatal> {
         print::note("note: `dreams breed` fills it by chance; `dreams pool add` brings in genomes");
     }
     Ok(Exit::Fine)
-}
-
-fn add(args: &AddArgs, json: bool) -> Result<Exit, Fatal> {
-    let PoolArgs { pool } = &args.common;
-    let mut folder = if args.dry_run { open(pool)? } else { open_for_changes(pool)? };
-    let state = folder.pool();
-    let (brood, first) = (state.next_brood(), state.next_serial());
-    let (origin, seed, species) = (state.settings.origin, state.settings.seed, state.settings.species.clone());
-    let mut born = Vec::new();
-    let mut faults = Vec::new();
-    for (serial, path) in (first..).zip(&args.genomes) {
-        let malformed = |source| Fatal::new(Exit::Malformed, AddError::Genome { path: path.clone(), source });
-        let text = kinds::text(path)
-            .map_err(|why| Fatal::new(why.exit, AddError::Genome { path: path.clone(), source: why.source }))?;
-        let genome = kinds::parse(path, &text, &Backend::default()).map_err(|why| malformed(why.source))?;
-        let ending = kinds::ending(path, &text).to_owned();
-        if !species.contains(&ending) {
-            let error =
-                AddError::Species { path: path.clone(), found: format!(".{ending}"), expected: species.join(", ") };
-            return Err(Fatal::new(Exit::Malformed, error));
-        }
-        let found = figures(&*genome).map_err(|error| malformed(error.into()))?;
-        faults.extend(found.faults().iter().map(|fault| format!("`{}` is {}", path.display(), fault.name())));
-        let licence = genome.lineage().licence.unwrap_or_default();
-        let id = Id { brood, serial, origin };
-        let (parents, operator, figures) = (Vec::new(), "import".to_owned(), traits(&found));
-        born.push((Born { id, parents, operator, seed, species: ending, figures, licence, strength: 1.0 }, genome));
-    }
-    let ids: Vec<Id> = born.iter().map(|(born, _)| born.id).collect();
-    if !args.dry_run {
-        folder.bring_in(today(), &born, |born, genome| nursery::text(born, &**genome)).map_err(fatal)?;
-    }
-    for fault in &faults {
-        print::note(&format!("note: {fault}; it is brought in all the same"));
-    }
-    let verb = if args.dry_run { "would be" } else { "is" };
-    tell(json, !args.dry_run, &ids, faults, |id| format!("{id} {verb} in the pool"))
 }
 
 fn mark(args: &MarkArgs, json: bool) -> Result<Exit, Fatal> {
@@ -309,40 +252,7 @@ fn merge(args: &MergeArgs, json: bool) -> Result<Exit, Fatal> {
     tell(json, !args.dry_run, &new, Vec::new(), |id| format!("{id} {verb} from `{}`", args.other.display()))
 }
 
-fn check(args: &PoolArgs, json: bool) -> Result<Exit, Fatal> {
-    let folder = open(&args.pool)?;
-    let mut faults = Vec::new();
-    for born in folder.missing_genomes() {
-        faults.push(format!("the genome of {} is missing: `{}`", born.id, folder.genome(born).display()));
-    }
-    for born in folder.pool().sheep().map(|sheep| &sheep.born) {
-        let path = folder.genome(born);
-        if !path.is_file() {
-            continue;
-        }
-        match kinds::read(&path, &Backend::default()) {
-            Err(why) => faults.push(format!("the genome of {} is refused: {}", born.id, why.source)),
-            Ok(genome) => {
-                let said = genome.lineage().id;
-                if said.as_deref() != Some(&born.id.to_string()) {
-                    let said = said.unwrap_or_else(|| "nobody".to_owned());
-                    faults.push(format!("the genome of {} says that it is of {said}", born.id));
-                }
-            }
-        }
-    }
-    let exit = if faults.is_empty() { Exit::Fine } else { Exit::No };
-    let none = || format!("no fault in {}", print::count(folder.pool().sheep().count(), "genome"));
-    if json {
-        print::json(&Answer { changed: false, sheep: Vec::new(), faults })?;
-    } else {
-        let lines = if faults.is_empty() { vec![none()] } else { faults };
-        print::lines(lines)?;
-    }
-    Ok(exit)
-}
-
-fn tell(
+pub(super) fn tell(
     json: bool,
     changed: bool,
     ids: &[Id],
@@ -420,6 +330,7 @@ impl ShowAnswer {
             dead: pool.dead().len(),
             families: count(living().map(|sheep| sheep.family.to_string()).collect()),
             niches: count(living().map(|sheep| format!("{:?}", sheep.niche)).collect()),
+            waiting: pool.waiting().count(),
             due: pool.is_due(),
             sheep,
         }
@@ -446,6 +357,12 @@ impl ShowAnswer {
             if self.families == 1 { "1 family".to_owned() } else { format!("{} families", self.families) },
             print::count(self.niches, "niche"),
         );
-        [heading].into_iter().chain(self.sheep.iter().map(line)).chain([sum]).collect()
+        let waiting = match self.waiting {
+            0 => None,
+            count => {
+                Some(format!("{} to be born", if count == 1 { "1 waits".to_owned() } else { format!("{count} wait") }))
+            }
+        };
+        [heading].into_iter().chain(self.sheep.iter().map(line)).chain([sum]).chain(waiting).collect()
     }
 }

@@ -11,7 +11,7 @@ use flame::Backend;
 use species::{Figures, Genome, Rng, Threads};
 
 use super::nursery::{Candidates, figures};
-use crate::render::species as kinds;
+use crate::species as kinds;
 
 /// Showings of each sheep between two broods, and votes of the best.
 const SHOWINGS: u64 = 60;
@@ -90,7 +90,7 @@ impl World {
         let census = Census::of(&self.pool, self.pool.last_day());
         let order = Order { births: Some(births), ..Order::default() };
         let threads = Threads::new(0).unwrap();
-        let nursery = Sketches(Candidates::new(parents, None));
+        let nursery = Sketches(Candidates::new(parents, BTreeMap::new(), None));
         let brood: Brood<Box<dyn Genome>> = threads.run(|| breed(&self.pool, &census, &order, &nursery));
         for (born, genome) in &brood.born {
             self.genomes.insert(born.id, genome.text());

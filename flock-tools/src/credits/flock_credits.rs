@@ -10,8 +10,8 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::Path;
 
-use flame::Genome;
-use flame::genome::{Origin, name_of};
+use ::species::Lineage;
+use flame::genome::name_of;
 use flock::{ClipPath, Manifest, Sheep, SheepId, excerpt};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
@@ -20,6 +20,7 @@ use super::entry::{Said, Subject};
 use super::file::CreditsFile;
 use super::licence::{Licence, Sale};
 use crate::program::Fatal;
+use crate::species;
 
 /// Who made a sheep or a transition, and under which licence it is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -59,14 +60,14 @@ impl FlockCredits {
     /// The credits of the flock in `folder`. Genomes that cannot be read tell nothing: `dreams check` names them.
     /// Errors: If `credits.toml` is malformed.
     pub(crate) fn of(folder: &Path, manifest: &Manifest) -> Result<Self, Fatal> {
-        Self::with_genomes(folder, manifest, |_, genome| origin(folder, genome))
+        Self::with_genomes(folder, manifest, |_, genome| lineage(folder, genome))
     }
 
-    /// The same, with what `known` says of the origin of each genome: for those who ask often.
-    pub(crate) fn with_origins(
+    /// The same, with what `known` says of the lineage of each genome: for those who ask often.
+    pub(crate) fn with_lineages(
         folder: &Path,
         manifest: &Manifest,
-        known: impl Fn(&ClipPath) -> Option<Origin> + Sync,
+        known: impl Fn(&ClipPath) -> Option<Lineage> + Sync,
     ) -> Result<Self, Fatal> {
         Self::with_genomes(folder, manifest, |_, genome| known(genome))
     }
@@ -74,18 +75,18 @@ impl FlockCredits {
     /// The same, but a genome is read only where the file does not tell the licence: enough for what is asked of licences.
     pub(crate) fn of_licences(folder: &Path, manifest: &Manifest) -> Result<Self, Fatal> {
         let wants = |said: Option<&Said>| said.is_none_or(|said| said.licence.is_none());
-        Self::with_genomes(folder, manifest, |said, genome| wants(said).then(|| origin(folder, genome)).flatten())
+        Self::with_genomes(folder, manifest, |said, genome| wants(said).then(|| lineage(folder, genome)).flatten())
     }
 
     fn with_genomes(
         folder: &Path,
         manifest: &Manifest,
-        origin: impl Fn(Option<&Said>, &ClipPath) -> Option<Origin> + Sync,
+        lineage: impl Fn(Option<&Said>, &ClipPath) -> Option<Lineage> + Sync,
     ) -> Result<Self, Fatal> {
         let file = CreditsFile::read(folder)?;
         let of_sheep = |sheep: &Sheep| {
             let said = file.said(&Subject::Sheep(sheep.id.clone()));
-            let genome = sheep.genome.as_ref().and_then(|genome| origin(said, genome));
+            let genome = sheep.genome.as_ref().and_then(|genome| lineage(said, genome));
             Credit::of_sheep(said, genome.unwrap_or_default(), file.default())
         };
         let sheep: Vec<Credit> = manifest.sheep.par_iter().map(of_sheep).collect();
@@ -130,7 +131,7 @@ impl Credit {
         self.licence.as_ref().map_or(wanted.eq_ignore_ascii_case("none"), |licence| licence.is(wanted))
     }
 
-    fn of_sheep(said: Option<&Said>, genome: Origin, default: &Said) -> Self {
+    fn of_sheep(said: Option<&Said>, genome: Lineage, default: &Said) -> Self {
         let said = said.cloned().unwrap_or_default();
         let licence = said.licence.or_else(|| Licence::read(genome.licence.as_deref()?));
         Self {
@@ -188,9 +189,9 @@ impl Credit {
 }
 
 /// What the genome at `path` says of its origin; `None` if it cannot be read.
-fn origin(folder: &Path, path: &ClipPath) -> Option<Origin> {
-    let text = fs::read_to_string(path.inside(folder)).ok()?;
-    Some(Genome::parse(&text).ok()?.origin())
+fn lineage(folder: &Path, path: &ClipPath) -> Option<Lineage> {
+    let path = path.inside(folder);
+    species::lineage(&path, &fs::read_to_string(&path).ok()?)
 }
 
 /// Those of `texts` whose `part` none before them has.

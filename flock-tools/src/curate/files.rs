@@ -20,7 +20,7 @@ use crate::check::clips;
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal};
-use crate::render::species::{self, Refused};
+use crate::species::{self, Refused};
 
 /// The clip that the command line asks for.
 pub(super) struct ClipRequest<'a> {

@@ -15,7 +15,7 @@ use super::selection::{Chosen, FORM, Pairs, Selector};
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::{ids, paths};
 use crate::program::{Exit, Fatal, arguments, print};
-use crate::render::species;
+use crate::species;
 
 /// Frames of a transition that is yet to be rendered, by default.
 pub(crate) const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;

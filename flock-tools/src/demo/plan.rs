@@ -14,7 +14,7 @@ use timing::{FrameCount, Rate};
 use video::{Form, Quality, Tuning};
 
 use crate::render::plan::{CRF, ClipPlan, Look, PRESET, SEED, SheepMotion};
-use crate::render::species;
+use crate::species;
 
 /// A sheep of the demo.
 pub(crate) struct DemoSheep {

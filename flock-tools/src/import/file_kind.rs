@@ -10,7 +10,7 @@ use flock::SheepId;
 use crate::credits::electric::ElectricName;
 use crate::program::print;
 use crate::render::plan::ClipRole;
-use crate::render::species;
+use crate::species;
 
 /// Endings of videos.
 const VIDEOS: &[&str] = &[

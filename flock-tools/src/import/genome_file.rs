@@ -9,7 +9,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ::species::Settings;
+use ::species::{Lineage, Settings};
 use flame::genome::Origin;
 use flame::{Backend, Genome};
 use flock::{ClipHash, SheepId};
@@ -18,7 +18,7 @@ use crate::credits::Said;
 use crate::credits::electric::ElectricName;
 use crate::flock_folder::paths;
 use crate::program::{chain, print};
-use crate::render::species;
+use crate::species;
 
 /// A file of genomes.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ impl GenomeFile {
         let stem = source.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
         let id = id(genome.name().map(str::trim).filter(|name| !name.is_empty()), stem, None);
         let (key, ending) = (GenomeKey::of(&*genome), species::ending(source, &text));
-        let (number, origin, is_certain, electric) = (1, Origin::default(), false, None);
+        let (number, origin, is_certain, electric) = (1, origin(&*genome), false, None);
         let genomes = vec![NamedGenome { number, key, origin, ending, text, id, is_certain, electric }];
         Ok(Self { source: source.to_owned(), is_transition: false, genomes, electric: None })
     }
@@ -155,8 +155,14 @@ impl GenomeKey {
             return Some((Self::of_flame(&genome), genome.origin()));
         }
         let genome = species::parse(path, text, &Backend::default()).ok()?;
-        Some((Self::of(&*genome), Origin::default()))
+        Some((Self::of(&*genome), origin(&*genome)))
     }
+}
+
+/// What a genome of another species says of its origin.
+fn origin(genome: &dyn ::species::Genome) -> Origin {
+    let Lineage { authors, licence, parents, .. } = genome.lineage();
+    Origin { authors, licence, parents, ..Origin::default() }
 }
 
 /// The sheep that the name of a file says it leads from and to.

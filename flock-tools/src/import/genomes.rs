@@ -21,7 +21,7 @@ use crate::credits::{Said, Subject};
 use crate::flock_folder::Draft;
 use crate::flock_folder::paths;
 use crate::program::{Exit, Fatal, print};
-use crate::render::species;
+use crate::species;
 
 /// After so many sheep and transitions the manifest is saved, so that an interruption costs little.
 const SAVED_AFTER: usize = 1000;

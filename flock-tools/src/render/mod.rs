@@ -3,8 +3,7 @@
 //! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
 //! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `presets.rs` has the options of how they look,
 //! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them, `on_gpu.rs` a GPU draw them.
-//! `species.rs` lists the species, `palettes.rs` finds the colours that flames only name. `still.rs` is `dreams still`,
-//! `still_flame.rs` what only flames have of it.
+//! `still.rs` is `dreams still`, `still_flame.rs` what only flames have of it.
 //!
 //! Start at [`run`].
 
@@ -16,13 +15,11 @@ pub(crate) mod hashes;
 pub(crate) mod make;
 mod on_gpu;
 pub(crate) mod options;
-pub(crate) mod palettes;
 pub(crate) mod plan;
 pub(crate) mod presets;
 pub(crate) mod selection;
 pub(crate) mod shard;
 mod slurm;
-pub(crate) mod species;
 pub(crate) mod still;
 mod still_flame;
 #[cfg(test)]

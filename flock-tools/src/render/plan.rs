@@ -1,7 +1,7 @@
 //! The plan of a clip: what it is rendered from, and how.
 //!
-//! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract: `species.rs`
-//! names them. Never touches a disk and never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the
+//! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract: the folder
+//! `species` names them. Never touches a disk and never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the
 //! demo.
 //!
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.

@@ -16,9 +16,9 @@ use timing::FrameCount;
 
 use super::clip_job::{hash_of, recorded};
 use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
-use super::species;
 use crate::flock_folder::ids;
 use crate::program::{Exit, Fatal};
+use crate::species;
 
 /// The clips to render, and the missing ones that cannot be rendered.
 pub(crate) struct Selection {

@@ -17,9 +17,9 @@ use flock::ClipHash;
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 
 use super::plan::SEED;
-use super::species::{self, Refused};
 use super::{options, still_flame};
 use crate::program::{Exit, Fatal, now::Stopwatch, print};
+use crate::species::{self, Refused};
 
 /// The size of the picture where none is asked for and the genome suits every size.
 const SIZE: [u32; 2] = [1280, 720];

@@ -8,9 +8,9 @@
 use flame::{Arithmetic, Filter, FrameCost, Genome, GenomeError, KeyFrames, Loop, Motion, Renderer, Settings};
 
 use super::options;
-use super::palettes::coloured;
 use super::still::{Args, Smoothing, Timed};
 use crate::program::{Exit, Fatal, now::Stopwatch};
+use crate::species::palettes::coloured;
 use ::species::Drawn;
 
 /// The picture of the flame in `text` that `args` ask for.

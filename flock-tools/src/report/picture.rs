@@ -19,7 +19,7 @@ use video::{Form, Yuv420p};
 use super::colour::Colour;
 use crate::decoder::Decoder;
 use crate::decoder::thumbnail::Thumbnail;
-use crate::render::species;
+use crate::species;
 
 /// The most pixels of all pictures of a page together, and the most that one is wide.
 const PIXELS: f64 = 8.5e6;

@@ -23,7 +23,7 @@ use super::requests::BreedRequest;
 use super::workshop::{Workshop, locked};
 use crate::breeding::{nursery, open_for_changes, today};
 use crate::program::chain;
-use crate::render::species::{self as kinds, all, endings};
+use crate::species::{self as kinds, all, endings};
 
 /// Cells of a brood: as many as asked for, within these.
 const CELLS: [usize; 2] = [2, 60];
@@ -157,7 +157,8 @@ fn bear(workshop: &Workshop, cells: &[String], progress: &Progress) -> Result<Ve
         let path = workshop.genome_of(id).ok_or_else(|| format!("`{id}` has no genome"))?;
         let (genome, species) = read(&path)?;
         let found = locked(&workshop.stock.broods).find_cell(id);
-        let (parents, op) = found.map_or_else(|| (Vec::new(), "import".to_owned()), |cell| (cell.parents, cell.op));
+        let (parents, op) =
+            found.map_or_else(|| (Vec::new(), nursery::IMPORT.to_owned()), |cell| (cell.parents, cell.op));
         for parent in &parents {
             let is_known = folder.pool().find(parent).is_ok() || newborns.iter().any(|own| own.id == *parent);
             if is_known || cells.contains(parent) {
@@ -165,7 +166,7 @@ fn bear(workshop: &Workshop, cells: &[String], progress: &Progress) -> Result<Ve
             }
             let path = workshop.genome_of(parent).ok_or_else(|| format!("`{parent}` has no genome"))?;
             let (genome, species) = read(&path)?;
-            let (parents, op) = (Vec::new(), "import".to_owned());
+            let (parents, op) = (Vec::new(), nursery::IMPORT.to_owned());
             newborns.push(Newborn { id: parent.clone(), parents, op, species, genome });
         }
         newborns.push(Newborn { id: id.clone(), parents, op, species, genome });
@@ -190,10 +191,10 @@ fn bear(workshop: &Workshop, cells: &[String], progress: &Progress) -> Result<Ve
         let parents = own.parents.iter().filter_map(known).collect();
         let licence = own.genome.lineage().licence.unwrap_or_default();
         ids.insert(own.id.clone(), id);
-        let (operator, species, strength) = (own.op, own.species, 1.0);
-        born.push((Born { id, parents, operator, seed, species, figures, licence, strength }, own.genome));
+        let (operator, species, strength, waited) = (own.op, own.species, 1.0, None);
+        born.push((Born { id, parents, operator, seed, species, figures, licence, strength, waited }, own.genome));
     }
-    let brood = Brood { brood, seed, born, reborn: Vec::new(), missing: 0, faults: BTreeMap::new() };
+    let brood = Brood { brood, seed, born, reborn: Vec::new(), missing: 0, refused: Vec::new() };
     let told = folder.bear(today(), &brood, |born, genome| nursery::text(born, &**genome));
     told.map_err(|error| chain(&error))?;
     Ok(cells.iter().filter_map(|id| ids.get(id).copied()).collect())

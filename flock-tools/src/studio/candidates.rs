@@ -18,7 +18,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use super::genomes::Genomes;
 use crate::breeding as pools;
 use crate::program::Fatal;
-use crate::render::species::endings;
+use crate::species::endings;
 
 /// The most genomes of an archive that are looked at.
 const MOST: usize = 20_000;
@@ -183,15 +183,15 @@ fn of_archive(archive: &Path, genomes: &Genomes) -> Vec<Candidate> {
     list(archive, DEPTH, &mut files);
     let candidate = |path: &PathBuf| {
         let facts = genomes.facts(path);
-        let origin = facts.origin.clone().unwrap_or_default();
+        let lineage = facts.lineage.clone().unwrap_or_default();
         Some(Candidate {
             id: SheepId::new(path.file_stem()?.to_str()?).ok()?,
             path: path.clone(),
             source: "archive",
             species: facts.species.map(str::to_owned),
-            licence: origin.licence,
-            authors: origin.authors,
-            parents: origin.parents,
+            licence: lineage.licence,
+            authors: lineage.authors,
+            parents: lineage.parents,
             made_ms: made_ms(path),
         })
     };

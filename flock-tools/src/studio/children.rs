@@ -188,13 +188,13 @@ fn below(rng: &mut Rng, count: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::species::all;
+    use crate::species::all;
     use flame::Backend;
     use std::collections::BTreeSet;
 
     fn parent(id: &str, species: &str, text: &str) -> Parent {
         let path = std::path::PathBuf::from(format!("x.{species}"));
-        let genome = crate::render::species::parse(&path, text, &Backend::default()).unwrap();
+        let genome = crate::species::parse(&path, text, &Backend::default()).unwrap();
         Parent { id: id.to_owned(), species: species.to_owned(), genome }
     }
 

@@ -1,6 +1,6 @@
 //! What the files of genomes say, read once.
 //!
-//! Owns the memory of species and origins, by file, size and time of change: a flock has thousands of genomes, and the page
+//! Owns the memory of species and lineages, by file, size and time of change: a flock has thousands of genomes, and the page
 //! asks after each edit. Never changes a file.
 //!
 //! Start at [`Genomes::facts`].
@@ -11,18 +11,17 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-use flame::Backend;
-use flame::genome::Origin;
+use ::species::Lineage;
 
-use crate::render::species;
+use crate::species;
 
 /// What is known of a genome.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct GenomeFacts {
     /// Its species, by the ending of its files; `None` if the file is not there.
     pub(super) species: Option<&'static str>,
-    /// What it says of its origin; of other species than flames only the parents.
-    pub(super) origin: Option<Origin>,
+    /// What it says of its origin; `None` if it is no genome.
+    pub(super) lineage: Option<Lineage>,
 }
 
 /// A file's size and when it was changed.
@@ -52,13 +51,7 @@ impl Genomes {
 
 fn read(path: &Path) -> GenomeFacts {
     let Ok(text) = fs::read_to_string(path) else { return GenomeFacts::default() };
-    let of_flame = flame::Genome::parse(&text).ok().map(|genome| genome.origin());
-    let of_other = || {
-        let parents = species::parse(path, &text, &Backend::default()).ok()?.lineage().parents;
-        Some(Origin { parents, ..Origin::default() })
-    };
-    let origin = of_flame.or_else(of_other);
-    GenomeFacts { species: Some(species::ending(path, &text)), origin }
+    GenomeFacts { species: Some(species::ending(path, &text)), lineage: species::lineage(path, &text) }
 }
 
 #[cfg(test)]
@@ -87,7 +80,7 @@ mod tests {
         for (name, text, parent) in texts {
             let path = scratch.path().join(name);
             fs::write(&path, text).unwrap();
-            let origin = Genomes::default().facts(&path).origin.clone().unwrap();
+            let origin = Genomes::default().facts(&path).lineage.clone().unwrap();
             assert_eq!(origin.parents, [parent], "{name}");
         }
     }

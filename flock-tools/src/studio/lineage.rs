@@ -162,6 +162,7 @@ mod tests {
                 figures: Traits::new(&[0.5]),
                 licence: String::new(),
                 strength: 1.0,
+                waited: None,
             }),
         };
         let mut entries: Vec<Entry> = births.iter().enumerate().map(born).collect();

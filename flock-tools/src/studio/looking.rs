@@ -46,8 +46,8 @@ impl Workshop {
     /// The credits of everything in the flock.
     /// Errors: If `credits.toml` is malformed.
     pub(super) fn credits(&self, manifest: &Manifest) -> Result<FlockCredits, Problem> {
-        let known = |genome: &flock::ClipPath| self.stock.genomes.facts(&genome.inside(&self.folder)).origin.clone();
-        FlockCredits::with_origins(&self.folder, manifest, known).map_err(fatal)
+        let known = |genome: &flock::ClipPath| self.stock.genomes.facts(&genome.inside(&self.folder)).lineage.clone();
+        FlockCredits::with_lineages(&self.folder, manifest, known).map_err(fatal)
     }
 
     /// The genome of a sheep of the flock, its pool, an archive or a brood.

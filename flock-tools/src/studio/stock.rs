@@ -23,7 +23,7 @@ use crate::check::clips;
 use crate::credits::{CreditsFile, Subject};
 use crate::decoder::Decoder;
 use crate::flock_folder::paths;
-use crate::render::species;
+use crate::species;
 
 /// What is known of genomes, in the flock and beside it.
 pub(super) struct Stock {

@@ -8,7 +8,7 @@
 use crate::flocks::{Flock, Plan};
 use crate::player::status_page::{ask, pixels};
 use crate::player_run::{PlayerRun, RunningPlayer};
-use crate::programs::{output, votes};
+use crate::programs::{dreams, output, succeed, votes};
 use crate::trace::{End, Flip};
 use claims::wait;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
@@ -16,7 +16,9 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use votes::{Ledger, LedgerId, Store, Visit};
 
 /// Clips of some two seconds: a showing takes four.
 const QUICK: Plan = Plan { name: "votes", size: (640, 480), fps: (30, 1), sheep: 4, frames: 60 };
@@ -34,6 +36,8 @@ const PATIENCE: usize = 300;
 /// The keys that the claims use.
 pub(crate) const UP: u16 = 103;
 const DOWN: u16 = 108;
+/// Seconds of somebody near each sheep that were counted before.
+const NEAR_BEFORE_S: u32 = 297;
 
 /// A player, and `dreams-votes` beside it.
 pub(crate) struct Voting {
@@ -58,6 +62,11 @@ impl Voting {
 
     /// The same of any flock.
     pub(crate) fn beside(flock: Flock) -> Self {
+        Self::reading("device", flock)
+    }
+
+    /// The same with the device that the config has for `key`.
+    fn reading(key: &str, flock: Flock) -> Self {
         let run = PlayerRun::of(&flock.folder);
         let [page, mark, device, store] = ["page", "mark", "device", "votes"].map(|name| run.path(name));
         let status = format!("unix:{}", page.display());
@@ -65,13 +74,16 @@ impl Voting {
             ["--screen", "virtual", "--seed", "3", "--status", &status, "--acknowledge", mark.to_str().unwrap()];
         let run = run.with(&options);
         let config = format!(
-            "device = '{}'\nup = {UP}\ndown = {DOWN}\nstore = '{}'\nstatus = '{status}'\nacknowledge = '{}'\n",
+            "{key} = '{}'\nup = {UP}\ndown = {DOWN}\nstore = '{}'\nstatus = '{status}'\nacknowledge = '{}'\n",
             device.display(),
             store.display(),
             mark.display()
         );
         fs::write(run.path("votes.toml"), config).unwrap();
-        fs::create_dir(store).unwrap();
+        fs::create_dir(&store).unwrap();
+        if key == "presence" {
+            count_before(&store, &flock);
+        }
         let mut player = run.start();
         player.await_line_with("\"flip\"");
         let counting = count(&run);
@@ -188,6 +200,23 @@ impl Drop for Counting {
     }
 }
 
+/// Writes down that each sheep was shown once, and somebody was near for [`NEAR_BEFORE_S`].
+fn count_before(store: &Path, flock: &Flock) {
+    let mut ledger = Ledger::new(LedgerId(1), 20_412, false);
+    let mut sheep: Vec<_> = flock.shows.keys().filter(|clip| !clip.contains('=')).collect();
+    sheep.sort();
+    // The showing that begins last stays open: that of the first sheep again.
+    for (step, clip) in (0..).zip(sheep.iter().chain(sheep.first())) {
+        let visit = Visit { seed: 1, step, sheep: clip.trim_end_matches(".mp4").to_owned() };
+        // A showing is over a minute after the next one began.
+        for ns in [0, 60_000_000_000] {
+            ledger.show(&visit, step * 120_000_000_000 + ns, &mut || 0);
+        }
+        ledger.near(&visit, if step < sheep.len() as u64 { NEAR_BEFORE_S * 1_000 } else { 0 });
+    }
+    Store::open(store).unwrap().0.save(&ledger).unwrap();
+}
+
 fn command(run: &PlayerRun) -> Command {
     let mut command = Command::new(votes());
     command.arg("--config").arg(run.path("votes.toml"));
@@ -284,6 +313,51 @@ fn a_vote_that_was_acknowledged_survives_a_kill_and_a_key_that_is_stuck_gives_no
     let told = voting.shown();
     assert_eq!(totals(&told, "up"), BTreeMap::from([(voted, 1)]), "{told:#}");
     assert_eq!((totals(&told, "down").len(), told["sheep"][&stuck]["shown"].as_u64()), (0, Some(1)), "{told:#}");
+    voting.end();
+}
+
+/// Votes for that the pool `pool` takes in from what `dreams-votes` told.
+fn taken_in(pool: &Path, told: &Value) -> u64 {
+    let file = pool.with_extension("json");
+    fs::write(&file, told.to_string()).unwrap();
+    let mut take = Command::new(dreams());
+    let said = output(take.arg("votes").args([pool, &file]).args(["--unit", "lobby", "--json"]));
+    assert_eq!(said.status.code(), Some(0), "{said:?}");
+    let answer: Value = serde_json::from_slice(&said.stdout).unwrap();
+    answer["units"]["lobby"]["up"].as_u64().unwrap()
+}
+
+#[test]
+fn seconds_of_somebody_near_count_for_what_is_seen_and_become_a_vote_of_the_pool() {
+    let mut voting = Voting::reading("presence", SLOW.flock());
+    let pool = voting.run.path("pool");
+    succeed(Command::new(dreams()).args(["pool", "new"]).arg(&pool));
+    let before = voting.shown();
+    assert_eq!(taken_in(&pool, &before), 0, "less than what counts as a vote: {before:#}");
+    // In one showing somebody stands there for most of it, in the next one nobody; in a third the sensor is pulled out.
+    let mut seconds: BTreeMap<String, f64> = BTreeMap::new();
+    for (is_near, flips) in [(true, 80), (false, 80), (true, 20)] {
+        let sheep = voting.await_next();
+        let begun_ns = voting.flips.last().unwrap().t_ns;
+        voting.key(UP, i32::from(is_near));
+        voting.watch(flips);
+        let lasted_s = (voting.flips.last().unwrap().t_ns - begun_ns) as f64 / 1e9;
+        *seconds.entry(sheep).or_default() += if is_near { lasted_s } else { 0.0 };
+        if flips == 80 { voting.key(UP, 0) } else { voting.unplug() }
+    }
+    voting.await_next();
+    voting.watch(90);
+    let told = voting.shown();
+    let near_s = totals(&told, "near_s");
+    for (sheep, before_s) in totals(&before, "near_s") {
+        // A look is every half second, and a showing counts whole seconds.
+        let (counted_s, was_s) = ((near_s[&sheep] - before_s) as f64, seconds.get(&sheep).copied().unwrap_or_default());
+        let is_right = if was_s > 0.0 { counted_s < was_s + 1.0 && counted_s > was_s - 3.0 } else { counted_s == 0.0 };
+        assert!(is_right, "`{sheep}`: {counted_s} s were counted, somebody was near for {was_s} s: {told:#}");
+    }
+    assert!(totals(&told, "up").is_empty(), "nobody has pressed anything: {told:#}");
+    let reached = near_s.values().filter(|seconds| **seconds >= 300).count();
+    assert_eq!((taken_in(&pool, &told), reached > 0), (reached as u64, true), "{told:#}");
     voting.end();
 }
 

@@ -31,6 +31,20 @@ fn pool(births: &str) -> tempfile::TempDir {
     folder
 }
 
+/// A copy of the first genome of the pool, as a file of the artist's own.
+fn own_genome(folder: &Path) -> String {
+    let first = ids(&answer(folder, &["pool", "show", "pool", "--all"])["sheep"]).into_iter().min().unwrap();
+    fs::copy(folder.join(format!("pool/genomes/{first}.plant")), folder.join("own.plant")).unwrap();
+    "own.plant".to_owned()
+}
+
+/// How many genomes wait to be born, and how many sheep were brought in.
+fn brought_in(folder: &Path) -> [usize; 2] {
+    let shown = answer(folder, &["pool", "show", "pool"]);
+    let imports = shown["sheep"].as_array().unwrap().iter().filter(|sheep| sheep["operator"] == "import").count();
+    [shown["waiting"].as_u64().unwrap() as usize, imports]
+}
+
 /// The ids of a list of sheep in an answer.
 fn ids(list: &Value) -> Vec<String> {
     list.as_array().unwrap().iter().map(|sheep| sheep["id"].as_str().unwrap().to_owned()).collect()
@@ -69,6 +83,8 @@ fn the_same_seed_makes_the_same_pool_on_any_number_of_threads() {
         answer(folder.path(), &["pool", "new", "pool", "--seed", "3", "--species", "plant"]);
         for births in ["4", "3"] {
             answer(folder.path(), &["breed", "pool", "--brood", births, "--threads", threads]);
+            let own = own_genome(folder.path());
+            answer(folder.path(), &["pool", "add", "pool", &own, "--as-strangers"]);
         }
         files(&folder.path().join("pool"))
     });
@@ -139,21 +155,56 @@ fn a_brood_that_is_killed_at_any_write_loses_nothing_that_was_told() {
     let scratch = pool("2");
     let folder = scratch.path();
     let ledger = folder.join("pool/ledger.jsonl");
+    answer(folder, &["pool", "add", "pool", &own_genome(folder), "--as-strangers"]);
     let before = fs::read_to_string(&ledger).unwrap();
     succeed(Command::new("cp").current_dir(folder).args(["-r", "pool", "first"]));
     let prepare = || {
         fs::remove_dir_all(folder.join("pool")).unwrap();
         succeed(Command::new("cp").current_dir(folder).args(["-r", "first", "pool"]));
         let mut breeding = Command::new(programs::dreams());
-        breeding.args(["breed", folder.join("pool").to_str().unwrap(), "--brood", "1", "--threads", "1"]);
+        breeding.args(["breed", folder.join("pool").to_str().unwrap(), "--brood", "2", "--threads", "1"]);
         breeding
     };
     let faults = at_every_step(&["rename", "fsync", "fdatasync", "write"], &folder.join("calls"), prepare, |step| {
         assert!(fs::read_to_string(&ledger).unwrap().starts_with(&before), "{step}");
         assert_eq!(answer(folder, &["pool", "check", "pool"])["faults"], json!([]), "{step}");
+        // A genome that waits is born, or waits on.
+        assert_eq!(brought_in(folder).iter().sum::<usize>(), 1, "{step}");
     });
     assert!(faults >= 8, "{faults} faults");
-    assert_eq!(answer(folder, &["breed", "pool", "--brood", "1"])["missing"], 0);
+    assert_eq!(answer(folder, &["breed", "pool", "--brood", "2"])["missing"], 0);
+    assert_eq!(brought_in(folder), [0, 1]);
+}
+
+#[test]
+fn genomes_that_wait_are_the_first_strangers_of_the_next_broods() {
+    let folder = pool("2");
+    let folder = folder.path();
+    let own = own_genome(folder);
+    let add = ["pool", "add", "pool", &own, &own, "--as-strangers"];
+    answer(folder, &[&add[..], &["--dry-run"]].concat());
+    assert_eq!(brought_in(folder), [0, 0]);
+    answer(folder, &add);
+    assert_eq!(brought_in(folder), [2, 0]);
+    assert_eq!(answer(folder, &["pool", "show", "pool"])["living"], 2);
+    // A child of named parents is no stranger.
+    let parent = ids(&answer(folder, &["pool", "show", "pool"])["sheep"]).remove(0);
+    let planned = |words: &[&str]| {
+        let brood = answer(folder, &[&["breed", "pool", "--dry-run", "--brood", "3"], words].concat());
+        let operators = brood["born"].as_array().unwrap().iter().map(|sheep| sheep["operator"].clone());
+        operators.collect::<Vec<_>>()
+    };
+    assert_eq!(planned(&["--from", &parent]), ["mutation", "mutation", "mutation"]);
+    assert_eq!(planned(&[]), ["import", "import", "chance"]);
+    for left in [1, 0] {
+        let born = answer(folder, &["breed", "pool", "--brood", "1"])["born"][0].clone();
+        assert_eq!((&born["operator"], &born["parents"]), (&json!("import"), &json!([])), "{born}");
+        assert_eq!(brought_in(folder), [left, 2 - left]);
+        let genome = folder.join(format!("pool/genomes/{}.plant", born["id"].as_str().unwrap()));
+        assert!(fs::read_to_string(genome).unwrap().contains("operator = \"import\""));
+    }
+    assert_eq!(planned(&[]), ["chance", "chance", "chance"]);
+    assert_eq!(answer(folder, &["pool", "check", "pool"])["faults"], json!([]));
 }
 
 #[test]
@@ -287,4 +338,28 @@ fn genomes_that_are_brought_in_are_no_brood_and_who_is_taken_back_from_the_dead_
     assert_eq!(said.status.code(), Some(3));
     assert!(String::from_utf8_lossy(&said.stderr).contains(&format!("the genome of sheep `{first}` is missing")));
     assert_eq!(answer(folder, &["pool", "show", "other"])["living"], 0);
+}
+
+#[test]
+fn what_no_brood_takes_is_named_by_a_look_and_drawn_with_its_reasons() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    answer(folder, &["pool", "new", "pool", "--seed", "3", "--species", "expr"]);
+    fs::write(folder.join("still.expr"), "(expression 1 (picture (+ 0.5 (* 0.3 (sin (* 5 x))))))").unwrap();
+    let added = answer(folder, &["pool", "add", "pool", "still.expr"]);
+    assert_eq!(added["faults"], json!(["`still.expr` is still"]), "it is taken all the same");
+    assert_eq!(answer(folder, &["pool", "check", "pool"])["faults"], json!([]));
+    let still = added["sheep"][0].as_str().unwrap();
+    let looked = dreams(folder, &["pool", "check", "pool", "--look"]);
+    assert_eq!((looked.status.code(), &json(&looked)["faults"]), (Some(1), &json!([format!("{still} is still")])));
+    let sheets = ["--sheet", "born.png", "--refused", "refused.png"];
+    let brood = dreams(folder, &[&["breed", "pool", "--brood", "3", "--from", still][..], &sheets].concat());
+    let brood = json(&brood);
+    assert!(brood["refused"]["still"].as_u64() > Some(0), "children of a still one: {brood}");
+    let rows = |name: &str| {
+        let png = fs::read(folder.join(name)).unwrap();
+        assert!(png.starts_with(b"\x89PNG"), "{name}");
+        (u32::from_be_bytes(png[20..24].try_into().unwrap()) - 8) / (135 + 12 + 8)
+    };
+    assert_eq!((rows("born.png") > 0, rows("refused.png") > 0), (brood["born"] != json!([]), true), "{brood}");
 }

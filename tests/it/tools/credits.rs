@@ -305,3 +305,55 @@ fn a_bundle_for_sale_names_what_is_not_and_carries_the_credits() {
     let given = artist.pack(&[]);
     assert_eq!(given["not_for_sale"], Value::Null, "{given}");
 }
+
+/// The text of a genome that was made here by chance, as if `author` had made it and given it `licence`.
+fn signed(text: &str, author: &str, licence: &str) -> String {
+    let forms = [
+        ("licence=\"LicenseRef-ours\"", format!("nick=\"{author}\" licence=\"{licence}\"")),
+        ("(licence \"LicenseRef-ours\")", format!("(authors \"{author}\") (licence \"{licence}\")")),
+        ("licence = \"LicenseRef-ours\"", format!("authors = [\"{author}\"]\nlicence = \"{licence}\"")),
+    ];
+    let signed = forms.iter().fold(text.to_owned(), |text, (ours, own)| text.replace(ours, own));
+    assert!(signed.contains(author) && signed.contains(licence), "{text}");
+    signed
+}
+
+#[test]
+fn a_bred_sheep_of_any_species_has_its_parents_authors_and_is_sold_only_if_both_may_be() {
+    let folders = Folders::new();
+    fs::remove_dir_all(folders.flock()).unwrap();
+    let here = folders.scratch.path();
+    let answer = |words: &[&str]| {
+        let said = output(Command::new(programs::dreams()).current_dir(here).args(words).arg("--json"));
+        assert_eq!(said.status.code(), Some(0), "{words:?}: {}", String::from_utf8_lossy(&said.stderr));
+        json(&said)
+    };
+    let born = |brood: &Value| -> Vec<String> {
+        brood["born"].as_array().unwrap().iter().map(|sheep| sheep["id"].as_str().unwrap().to_owned()).collect()
+    };
+    let mut families = Vec::new();
+    for species in ["flam3", "expr", "agents", "plant"] {
+        answer(&["pool", "new", species, "--seed", "3", "--species", species]);
+        let parents = born(&answer(&["breed", species, "--brood", "2"]));
+        for (parent, author, licence) in [(&parents[0], "Ada", "CC-BY-4.0"), (&parents[1], "Ram", "CC-BY-NC-4.0")] {
+            let genome = here.join(format!("{species}/genomes/{parent}.{species}"));
+            fs::write(&genome, signed(&fs::read_to_string(&genome).unwrap(), author, licence)).unwrap();
+        }
+        let child = born(&answer(&["breed", species, "--brood", "1", "--from", &parents.join(",")])).remove(0);
+        answer(&["pool", "mark", species, "keep", &parents[0], &parents[1], &child]);
+        let form = ["--size", "160x90", "--loop-frames", "30", "--transition-frames", "15"];
+        answer(&[&["elect", species, "aurora", "--sheep", "3", "--for", species, "--write"][..], &form].concat());
+        families.push((parents, child));
+    }
+    let credits = folders.answers(0, "credits", &[]);
+    let sold = folders.says(1, "credits", &["--for-sale"]);
+    for (parents, child) in families {
+        let told = credit(&credits, &child);
+        assert_eq!((&told["parents"], &told["authors"]), (&json!(parents), &json!(["Ada", "Ram"])), "{told}");
+        assert_eq!((&told["licence"], &told["sale"]), (&json!("CC-BY-NC-4.0"), &json!("forbidden")), "{told}");
+        assert!(sold.contains(&format!("`loops/{child}.mp4` is under CC-BY-NC-4.0: not for sale\n")), "{sold}");
+        let designed = credit(&credits, &parents[0]);
+        assert_eq!((&designed["authors"], &designed["sale"]), (&json!(["Ada"]), &json!("permitted")), "{designed}");
+        assert!(!sold.contains(&format!("loops/{}.mp4", parents[0])), "{sold}");
+    }
+}

@@ -179,6 +179,7 @@ impl Shepherd {
             figures: meadow.world.figures(&genes),
             licence: "CC0-1.0".to_owned(),
             strength: 1.0,
+            waited: None,
         })
     }
 

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 
 use breeding::simulation::{Genes, Meadow, World};
 use breeding::{
-    Born, Brood, Census, Count, Day, Entry, Event, Id, Ledger, Order, Origin, Pool, Settings, breed, deaths,
+    Born, Brood, Census, Count, Day, Entry, Event, Id, Ledger, Order, Origin, Pool, Settings, Traits, Waiting, breed,
+    deaths,
 };
 use species::Rng;
 
@@ -34,7 +35,14 @@ pub(crate) fn born(id: Id, world: &World, genes: &Genes) -> Born {
         figures: world.figures(genes),
         licence: "CC0-1.0".to_owned(),
         strength: 1.0,
+        waited: None,
     }
+}
+
+/// A genome with these figures that waits to be born.
+pub(crate) fn waiting(figures: Traits) -> Waiting {
+    let [species, licence, genome] = ["simulated", "CC0-1.0", "a genome"].map(str::to_owned);
+    Waiting { species, figures, licence, genome }
 }
 
 impl<'a> Sheep<'a> {

@@ -165,7 +165,11 @@ pub(super) fn said_of_edits(edits: &[EditRequest]) -> String {
     match edits {
         [] => "changed nothing".to_owned(),
         [one] => one.said(),
-        [EditRequest::Link { from, to, .. }, EditRequest::Weight(_), EditRequest::Unlink { from: was_from, to: was_to }] => {
+        [
+            EditRequest::Link { from, to, .. },
+            EditRequest::Weight(_),
+            EditRequest::Unlink { from: was_from, to: was_to },
+        ] => {
             format!("linked {from} to {to} instead of {was_from} to {was_to}")
         }
         [first, rest @ ..] => {

@@ -22,7 +22,7 @@ use super::stopping::{go_on, with_flag};
 use super::{Media, MediaError, cache, picture};
 use crate::render::plan::{ClipPlan, Look, SheepMotion};
 use crate::render::presets::LookArgs;
-use crate::render::species;
+use crate::species;
 
 /// A picture fits into this box.
 const BOX: (u32, u32) = (480, 480);

@@ -24,8 +24,8 @@ use super::stopping::{go_on, with_flag};
 use super::{Media, MediaError, cache, picture};
 use crate::decoder::thumbnail::Thumbnail;
 use crate::program::{chain, now};
-use crate::render::species;
 use crate::report::colour::Colour;
+use crate::species;
 
 /// Pictures of a strip, and its columns.
 pub(super) const PICTURES: u32 = 24;

@@ -1,9 +1,11 @@
 //! The species.
 //!
 //! Owns the one list of them: a new species is a line here. What is in a file, its first bytes tell, and its ending where they
-//! do not.
+//! do not. `palettes.rs` finds the colours that flames only name.
 //!
 //! Start at [`read`].
+
+pub(crate) mod palettes;
 
 use std::error::Error;
 use std::ffi::OsStr;
@@ -15,15 +17,18 @@ use agents::Agents;
 use expression::Expressions;
 use flame::{Backend, Flames, GenomeError};
 use plant::Plants;
-use species::{Breed, Genome, Refusal, Species};
+use species::{Breed, Genome, Lineage, Refusal, Species};
 
-use super::palettes::{PaletteError, coloured};
 use crate::program::Exit;
+use palettes::{PaletteError, coloured};
 
 /// All species, which can be rendered and bred. `backend` draws the samples of those that have noise.
 pub(crate) fn all(backend: &Backend) -> [Box<dyn Breed>; 4] {
-    let coloured = |genome| coloured(genome).map_err(Refusal::from);
-    [Box::new(Flames { backend: backend.clone(), coloured }), Box::new(Expressions), Box::new(Agents), Box::new(Plants)]
+    list(Flames { backend: backend.clone(), coloured: |genome| coloured(genome).map_err(Refusal::from) })
+}
+
+fn list(flames: Flames) -> [Box<dyn Breed>; 4] {
+    [Box::new(flames), Box::new(Expressions), Box::new(Agents), Box::new(Plants)]
 }
 
 /// A file without a genome that can be drawn.
@@ -62,6 +67,13 @@ pub(crate) fn parse(path: &Path, text: &str, backend: &Backend) -> Result<Box<dy
             hint: several.then_some("`dreams import` takes files with several flames"),
         }
     })
+}
+
+/// What the genome in `text`, which is that of the file at `path`, says of its origin; `None` if it is no genome. The colours
+/// that a flame only names need not be at hand.
+pub(crate) fn lineage(path: &Path, text: &str) -> Option<Lineage> {
+    let all = list(Flames { backend: Backend::default(), coloured: Ok });
+    Some(of_text(&all, path, text).parse(text).ok()?.lineage())
 }
 
 /// Whether `text`, which is that of the file at `path`, is of flames: only those have files with more than one genome.
