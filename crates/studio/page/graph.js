@@ -1,8 +1,8 @@
 // The Graph: to link, to unlink, to weigh.
 //
-// Owns what is chosen, what the pointer and the keys do, and the making of a link: drag from a disc's rim to another disc, or
-// `L`, go to the other sheep, `Enter`. The chosen arrow is led elsewhere in the same ways: by its ends, or by `M`. While a target
-// is hovered the page shows what the link would do. Drawing is in `scene.js`, the panel beside it in `panel.js`.
+// Owns what is chosen and what the keys do: `L`, go to the other sheep, `Enter` makes a link; `M` leads the chosen arrow elsewhere in
+// the same way. What the pointer does is in `pointing.js`, the making of a link in `linking.js`, drawing in `scene.js`, the panel
+// beside it in `panel.js`.
 //
 // Start at [`view`].
 
@@ -11,14 +11,13 @@ import { openBalance, openTable, suggestions } from './balance.js'
 import { Linking } from './linking.js'
 import { openMenu } from './menu.js'
 import { Panel, cost } from './panel.js'
+import { point } from './pointing.js'
 import { Scene } from './scene.js'
 import { way } from './store.js'
 import { spoken } from './words.js'
 
 const STEP = 2 ** 0.125
 const GESTURE = 1500
-/** Pixels that a pressed pointer may move and still be a click. */
-const STILL = 4
 /** Milliseconds a picture of a disc is shown. */
 const PACE = 125
 
@@ -28,7 +27,7 @@ export function view(root, store, api, shell) {
   return { enter: params => graph.enter(params), leave: () => graph.leave(), keys: graph.keys() }
 }
 
-class Graph {
+export class Graph {
   /**
    * @param {HTMLElement} root
    * @param {import('./store.js').Store} store
@@ -69,7 +68,7 @@ class Graph {
       button('Nearer', () => this.scene.zoomBy(1.5), { icon: 'plus', class: 'tool' }), button('Further', () => this.scene.zoomBy(1 / 1.5), { icon: 'minus', class: 'tool' }), button('All in view', () => this.scene.look(1, 0, 0), { icon: 'whole', class: 'tool' }))
     this.stage.append(make('div', { class: 'bar seek' }, this.find, this.names), zooms, this.linking.card)
     this.root.append(make('div', { class: 'split' }, this.stage, this.panel.root))
-    this.point()
+    point(this)
     new ResizeObserver(() => { if (this.open) this.measure() }).observe(this.stage)
     store.on(['state'], () => { if (this.open) this.all() })
     store.on(['supposed'], () => { if (this.open) { this.scene.place(); this.place(); this.panel.figures() } })
@@ -239,96 +238,6 @@ class Graph {
     this.find.value = ''
     if (this.linking.from !== null) { this.store.look(id); this.linking.aim(id) } else this.choose({ sheep: id }, true)
     this.disc(id)?.focus()
-  }
-
-  /** What the pointer does on the drawing. */
-  point() {
-    /** @type {{id: string | null, rim: boolean, end: 'from' | 'to' | null, x: number, y: number, moved: boolean, sx: number, sy: number} | null} */ let held = null
-    const begin = (/** @type {string} */ id, /** @type {'from' | 'to' | null} */ end) => { end && this.edge ? this.linking.move(this.edge, end) : this.linking.start(id) }
-    const at = (/** @type {PointerEvent | MouseEvent} */ event) => {
-      const box = this.stage.getBoundingClientRect(), [x, y] = [event.clientX - box.left, event.clientY - box.top]
-      const [ix, iy] = this.scene.inside(x, y)
-      return { x, y, ix, iy, under: this.scene.under(ix, iy) }
-    }
-    this.svg.addEventListener('pointerdown', event => {
-      if (event.button !== 0 || event.target instanceof Element && event.target.closest('.cross')) return
-      const { x, y, under } = at(event), { edge } = this
-      const handle = event.target instanceof Element ? event.target.closest('.end') : null, end = handle && (handle.matches('.to') ? 'to' : 'from')
-      const id = end && edge ? edge[end === 'to' ? 'from' : 'to'] : under?.id ?? null
-      held = { id, end, rim: end !== null || !!under?.rim, x, y, moved: false, sx: this.scene.x, sy: this.scene.y }
-      this.svg.setPointerCapture(event.pointerId)
-    })
-    this.svg.addEventListener('pointermove', event => {
-      const { x, y, ix, iy, under } = at(event)
-      if (!held) {
-        this.svg.classList.toggle('rim', !!under?.rim)
-        this.svg.classList.toggle('middle', !!under && !under.rim)
-        this.svg.classList.toggle('edge', !under && !!this.scene.arrowUnder(ix, iy))
-        return
-      }
-      if (!held.moved && Math.hypot(x - held.x, y - held.y) < STILL) return
-      if (!held.moved && held.id !== null && held.rim) begin(held.id, held.end)
-      held.moved = true
-      if (held.id === null) this.scene.look(this.scene.zoom, held.sx + x - held.x, held.sy + y - held.y)
-      else if (held.rim) this.linking.drag(ix, iy, under?.id ?? null)
-      else this.carry(held.id, ix, iy)
-    })
-    this.svg.addEventListener('pointerup', event => {
-      const done = held, { ix, iy, under } = at(event)
-      held = null
-      if (!done) return
-      if (!done.moved && done.end && done.id !== null) begin(done.id, done.end)
-      else if (!done.moved) this.click(under?.id ?? null, ix, iy)
-      else if (done.id !== null && done.rim) under && under.id !== done.id ? this.linking.make(under.id) : this.linking.end()
-      else if (done.id !== null) this.pin(done.id, this.scene.layout(ix, iy))
-    })
-    this.svg.addEventListener('pointercancel', () => { held = null; this.linking.end() })
-    this.svg.addEventListener('contextmenu', event => {
-      const { ix, iy, under } = at(event), edge = under ? null : this.scene.arrowUnder(ix, iy)
-      if (!under && !edge) return
-      event.preventDefault()
-      this.choose(under ? { sheep: under.id } : edge && { from: edge.from, to: edge.to }, true)
-      this.menu(event.clientX, event.clientY)
-    })
-    this.svg.addEventListener('wheel', event => {
-      event.preventDefault()
-      const { x, y } = at(event)
-      this.scene.zoomBy(Math.exp(-event.deltaY / (event.ctrlKey ? 100 : 400)), x, y)
-    }, { passive: false })
-    this.discs.addEventListener('focusin', event => {
-      const id = event.target instanceof Element ? event.target.getAttribute('data-sheep') : null
-      if (id !== null && id !== this.store.focus) this.store.look(id)
-    })
-  }
-
-  /**
-   * @param {string | null} id
-   * @param {number} x
-   * @param {number} y
-   */
-  click(id, x, y) {
-    if (this.linking.from !== null) {
-      if (id !== null && id !== this.linking.from) this.linking.make(id)
-      else this.linking.end()
-    } else if (id !== null) this.choose({ sheep: id }, true)
-    else {
-      const edge = this.scene.arrowUnder(x, y)
-      this.choose(edge && { from: edge.from, to: edge.to }, true)
-    }
-  }
-
-  /**
-   * Moves a disc with the pointer.
-   * @param {string} id
-   * @param {number} x
-   * @param {number} y
-   */
-  carry(id, x, y) {
-    const one = this.store.byId.get(id)
-    if (!one) return
-    Object.assign(one, this.scene.layout(x, y), { pinned: true })
-    this.scene.place()
-    this.place()
   }
 
   /**
