@@ -208,7 +208,7 @@ fn genomes_that_wait_are_the_first_strangers_in_their_order_and_change_no_other_
         assert_eq!((&same, now.waited.is_some()), (was, is_stranger(&was)));
     }
     let mut born = Vec::new();
-    while born.len() < all.len() {
+    for _ in 0..all.len() {
         let broods = [1, 3].map(|threads| Threads::new(threads).unwrap().run(|| sheep.brood(&Order::default())));
         assert_eq!(told(&broods[0]), told(&broods[1]));
         let [brood, _] = broods;

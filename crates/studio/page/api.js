@@ -86,7 +86,7 @@ export class Api {
   async refresh() {
     this.store.replace(await this.get(`/api/state?since=${this.store.state.tag}`))
   }
-  /** Something was changed here that the program may not have: the next state is fetched as a whole. */
+  /** Something was changed here since the state was told, and may be taken back: the next one is fetched as a whole. */
   doubt() { this.store.state.tag = '' }
 
   /**
@@ -200,6 +200,7 @@ export class Api {
     return this.after(async () => {
       try {
         const done = await this.post('/api/marks', { marks: ids.map(sheep => ({ sheep, ...what })) })
+        this.doubt()
         Object.assign(this.store.state, { undo: done.undo ?? null, redo: done.redo ?? null })
         this.store.tell('jobs')
       } catch (error) {
@@ -261,7 +262,7 @@ export class Api {
   noted({ marks = [], pins = [], joins = [] }) {
     for (const { sheep, mark, rating } of marks) this.store.patch([sheep], { ...mark === null ? {} : { mark }, ...rating === null ? {} : { rating } })
     for (const { sheep, x, y } of pins) if (x !== null && y !== null) this.store.patch([sheep], { x, y, pinned: true })
-    if (pins.length) this.doubt()
+    this.doubt()
     for (const { from, to, bad } of joins) Object.assign(this.store.byWay.get(way(from, to)) ?? {}, { bad })
   }
 

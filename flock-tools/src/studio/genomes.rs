@@ -74,14 +74,14 @@ mod tests {
     fn parents_are_told_of_every_species() {
         let scratch = tempfile::tempdir().unwrap();
         let texts = [
-            ("a.flam3", "<flame name=\"c\"><edit><sheep generation=\"2\" id=\"7\"/></edit></flame>", "2.7"),
+            ("a.flam3", "<flame name=\"c\"><edit><sheep gen=\"2\" id=\"7\"/></edit></flame>", "2.7"),
             ("a.expr", "(expression 1 (lineage (parents \"ram\")) (picture x))", "ram"),
         ];
         for (name, text, parent) in texts {
             let path = scratch.path().join(name);
             fs::write(&path, text).unwrap();
-            let origin = Genomes::default().facts(&path).lineage.clone().unwrap();
-            assert_eq!(origin.parents, [parent], "{name}");
+            let lineage = Genomes::default().facts(&path).lineage.clone().unwrap();
+            assert_eq!(lineage.parents, [parent], "{name}");
         }
     }
 }

@@ -149,7 +149,7 @@ struct Whole<'a> {
 
 /// What is new.
 #[derive(Serialize)]
-struct Since<'a> {
+struct Newer<'a> {
     tag: &'a str,
     since: &'a str,
     #[serde(flatten)]
@@ -194,7 +194,7 @@ impl Serialize for Told {
         let Self { tag, state, news } = self;
         let Some(news) = news else { return Whole { tag, state }.serialize(serializer) };
         let part = &state.part;
-        let since = Since {
+        let newer = Newer {
             tag,
             since: &news.since,
             head: &state.head,
@@ -207,7 +207,7 @@ impl Serialize for Told {
             wants: column(news.are_wants_new, &part.sheep, |own| own.wanted),
             visits: column(news.are_visits_new, &part.transitions, |own| own.visits),
         };
-        since.serialize(serializer)
+        newer.serialize(serializer)
     }
 }
 

@@ -15,6 +15,7 @@ mod clips;
 #[path = "../../it/studio/page.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod page;
+mod pictured;
 #[path = "../../it/programs.rs"]
 #[allow(dead_code, reason = "`it` needs the rest")]
 mod programs;
@@ -27,9 +28,10 @@ mod sheep;
 
 use browser::Browser;
 use page::{DESK, Page};
+use pictured::pictured;
 use running::Studio;
 use serde_json::{Value, json};
-use sheep::{pictured, ring};
+use sheep::ring;
 
 /// Runs before the page: notes when the Wall was drawn, every frame's distance from the one before, and when what a key
 /// changed was on the screen.
@@ -64,11 +66,18 @@ fn first_paint(browser: &Browser) -> Value {
     let page = wall(browser, &studio);
     (0..5)
         .map(|_| {
-            page.reload();
+            reload(&page);
             page.until("the Wall is drawn", IS_DRAWN);
             page.ask("window.drawnMs")
         })
         .collect()
+}
+
+/// Loads `page` again, and waits until it is loaded.
+fn reload(page: &Page) {
+    page.ask("window.isOld = true");
+    page.call("Page.reload", &json!({}));
+    page.until("the page is loaded again", "!window.isOld && document.readyState === 'complete'");
 }
 
 /// Milliseconds from each of 200 keys to the frame with its mark.
@@ -99,7 +108,8 @@ fn scrolling(browser: &Browser, sheep: usize) -> Value {
 fn slider(browser: &Browser, sheep: usize) -> Value {
     let flock = ring("meadow", sheep, 3);
     let studio = Studio::of(flock.path());
-    let page = wall(browser, &studio);
+    let page = Page::prepared(browser, &studio.address(), DESK, CLOCK);
+    page.until("the Wall is there", "document.querySelector('.view.wall')?.dataset.state === 'ready'");
     page.ask("location.hash = '#/graph?at=s5'");
     page.until("the graph is drawn", "document.querySelector('.view.graph')?.dataset.state === 'ready'");
     page.until("the panel has a slider", "document.querySelector('.view.graph [type=range]')");

@@ -18,7 +18,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use votes::{Ledger, LedgerId, Store, Visit};
+use std::time::SystemTime;
+use votes::{DAY_S, Ledger, LedgerId, Store, Visit};
 
 /// Clips of some two seconds: a showing takes four.
 const QUICK: Plan = Plan { name: "votes", size: (640, 480), fps: (30, 1), sheep: 4, frames: 60 };
@@ -200,9 +201,11 @@ impl Drop for Counting {
     }
 }
 
-/// Writes down that each sheep was shown once, and somebody was near for [`NEAR_BEFORE_S`].
+/// Writes down that each sheep was shown once, and somebody was near for [`NEAR_BEFORE_S`]: since the day on which the folder
+/// `store` was made.
 fn count_before(store: &Path, flock: &Flock) {
-    let mut ledger = Ledger::new(LedgerId(1), 20_412, false);
+    let made = fs::metadata(store).unwrap().modified().unwrap().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+    let mut ledger = Ledger::new(LedgerId(1), (made.as_secs() / DAY_S) as u32, false);
     let mut sheep: Vec<_> = flock.shows.keys().filter(|clip| !clip.contains('=')).collect();
     sheep.sort();
     // The showing that begins last stays open: that of the first sheep again.

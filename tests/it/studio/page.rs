@@ -87,14 +87,6 @@ impl Page {
         self.until(&format!("`{address}` is loaded"), is_there);
     }
 
-    /// Loads the page again, and waits until it is loaded.
-    #[allow(dead_code, reason = "the bench needs it")]
-    pub(crate) fn reload(&self) {
-        self.ask("window.isOld = true");
-        self.call("Page.reload", &json!({}));
-        self.until("the page is loaded again", "!window.isOld && document.readyState === 'complete'");
-    }
-
     /// The value of `expression` in the page; promises are waited for.
     pub(crate) fn ask(&self, expression: &str) -> Value {
         self.attempt(expression).unwrap_or_else(|error| panic!("{expression}: {error}"))

@@ -12,6 +12,7 @@ use super::sheep::{RATE, small_pictures};
 use crate::programs::{self, claims_folder, succeed};
 use serde_json::{Value, json};
 use std::collections::HashMap;
+use std::fs;
 use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
@@ -23,12 +24,14 @@ fn seconds() -> u64 {
 
 /// Runs before the page: notes each frame of a video that is shown, with its time and fingerprint, and how often it stood:
 /// for want of what is to be played, or because the decoder was too slow. Frames are read from the video as they were
-/// decoded; `window.every` says of how many shown frames one is read.
+/// decoded; `window.every` says of how many shown frames one is read. Of each clip that the page says is shown it notes the
+/// first frame that is, by the video's own time.
 const WATCH: &str = r"
   window.shown = []
   window.stalls = 0
   window.slow = 0
   window.every = 1
+  window.joins = []
   const noted = new WeakSet()
   const note = video => {
     if (noted.has(video)) return
@@ -41,8 +44,15 @@ const WATCH: &str = r"
       else window.stalls++
     })
     let count = 0
-    const each = async () => {
+    const after = new MessageChannel()
+    after.port1.onmessage = ({ data: [time, fps] }) => {
+      const { clip, frame } = document.querySelector('.screen').dataset
+      if (Number(frame) === Math.round(time * fps) && Number(clip) !== window.joins.at(-1)?.[0]) window.joins.push([Number(clip), Number(frame)])
+    }
+    const each = async (_, { mediaTime }) => {
       video.requestVideoFrameCallback(each)
+      // When the page has been told of the frame, too.
+      after.port2.postMessage([mediaTime, window.fps])
       if (count++ % window.every) return
       const frame = new VideoFrame(video)
       const data = new Uint8Array(frame.allocationSize())
@@ -121,29 +131,74 @@ fn what_the_studio_plays_is_what_the_wall_shows() {
     assert_eq!(json!(page.complaints()), json!([]));
 }
 
+/// The frame at which each clip of a walk begins: a loop that is repeated is one clip to the page.
+fn starts(folder: &Path, clips: &[String]) -> Vec<u64> {
+    let manifest: toml::Table = fs::read_to_string(folder.join("flock.toml")).unwrap().parse().unwrap();
+    let listed = ["sheep", "transition"].map(|list| manifest[list].as_array().unwrap().iter());
+    let frames: HashMap<&str, u64> = listed
+        .into_iter()
+        .flatten()
+        .map(|own| (own["clip"].as_str().unwrap(), own["frames"].as_integer().unwrap().cast_unsigned()))
+        .collect();
+    let (mut starts, mut frame, mut last) = (Vec::new(), 0, "");
+    for clip in clips {
+        if clip != last {
+            starts.push(frame);
+        }
+        (frame, last) = (frame + frames[clip.as_str()], clip);
+    }
+    starts
+}
+
+/// What the processors have done since the machine was started, in ticks: nothing, and all in all.
+fn ticks() -> [u64; 2] {
+    let told = fs::read_to_string("/proc/stat").unwrap();
+    let numbers = told.lines().next().unwrap().split_whitespace().skip(1).take(8);
+    let ticks: Vec<u64> = numbers.map(|number| number.parse().unwrap()).collect();
+    [ticks[3], ticks.iter().sum()]
+}
+
+/// Whether the processors had a third of the time between two calls of [`ticks`] left.
+fn is_quiet(before: [u64; 2], after: [u64; 2]) -> bool {
+    3 * (after[0] - before[0]) > after[1] - before[1]
+}
+
 #[test]
-fn a_long_walk_at_four_times_its_pace_has_one_buffer_and_never_stands() {
+fn a_long_walk_at_four_times_its_pace_has_one_buffer_never_stands_and_comes_to_every_clip_at_its_frame() {
     let flock = own_copy();
     let folder = flock.path().to_owned();
+    let begins = starts(&folder, &walk(&folder, "7", usize::try_from(seconds() / 8).unwrap() + 8));
     let studio = Studio::of(&folder);
     let browser = Browser::start();
-    let page = Page::prepared(&browser, &studio.address(), LITTLE, &format!("{WATCH}; window.every = Infinity"));
+    let watch = format!("{WATCH}; window.every = Infinity; window.fps = {RATE}");
+    let page = Page::prepared(&browser, &studio.address(), LITTLE, &watch);
     page.ask("location.hash = '#/walk?seed=7'");
     page.until("the walk plays", "document.querySelector('video')?.currentTime > 1");
     page.press("4");
     page.ask("window.ranges = 0; setInterval(() => { window.ranges = Math.max(ranges, document.querySelector('video').buffered.length) }, 200)");
     let limit = u32::try_from(seconds()).unwrap().max(60) * 2;
     let is_over = format!("document.querySelector('video').currentTime > {}", seconds());
+    let before = ticks();
     page.until_within("the whole walk was played", limit, &is_over);
+    let was_quiet = is_quiet(before, ticks());
     let told = page.ask("(() => { const video = document.querySelector('video'), { totalVideoFrames, droppedVideoFrames } = video.getVideoPlaybackQuality()
-        return { ranges, stalls, slow, rate: video.playbackRate, all: totalVideoFrames, dropped: droppedVideoFrames, ahead: video.buffered.end(0) - video.buffered.start(0) } })()");
+        return { ranges, stalls, slow, joins, rate: video.playbackRate, all: totalVideoFrames, dropped: droppedVideoFrames, ahead: video.buffered.end(0) - video.buffered.start(0) } })()");
     assert_eq!((&told["ranges"], &told["stalls"]), (&json!(1), &json!(0)), "{told}");
     assert!(told["ahead"].as_f64().unwrap() < 200.0, "what was played is let go: {told}");
+    let joins = told["joins"].as_array().unwrap();
+    assert!(joins.len() as u64 > seconds() / 40, "{} clips were seen in {} s", joins.len(), seconds());
+    for (at, join) in joins.iter().enumerate() {
+        let frame = join[1].as_u64().unwrap();
+        let fits = join[0] == at && (begins[at]..begins[at + 1]).contains(&frame);
+        assert!(fits, "clip {at} begins at frame {}, was first seen at {frame}: {told}", begins[at]);
+    }
     let part = told["dropped"].as_f64().unwrap() / told["all"].as_f64().unwrap();
-    // What else this machine does costs some frames of a short walk.
-    let (most, slow) = if seconds() < 1_800 { (0.1, 3) } else { (0.005, 0) };
+    // On processors that others keep busy, some frames come late and the page plays more slowly; never so for half an hour.
+    let is_promised = was_quiet || seconds() >= 1_800;
+    let (most, slow, rate) = if is_promised { (0.005, 0, 4.0) } else { (0.1, 3, 1.0) };
     assert!(told["slow"].as_u64().unwrap() <= slow, "the decoder is too slow: {told}");
     assert!(part <= most, "{part} of the frames were dropped: {told}");
+    assert!(told["rate"].as_f64().unwrap() >= rate, "it plays at another pace than it was told: {told}");
 }
 
 #[test]

@@ -23,7 +23,8 @@ pub(crate) fn ring(name: &str, sheep: usize, chords: usize) -> TempDir {
     folder
 }
 
-fn manifest(name: &str, sheep: usize, chords: usize) -> String {
+/// The manifest of [`ring`].
+pub(crate) fn manifest(name: &str, sheep: usize, chords: usize) -> String {
     let mut text = format!("format = 1\nname = \"{name}\"\nsize = [1280, 720]\nfps = [30, 1]\n");
     for at in 0..sheep {
         write!(text, "\n[[sheep]]\nid = \"s{at}\"\nframes = 768\nclip = \"loops/s{at}.mp4\"\n").unwrap();
@@ -82,40 +83,15 @@ pub(crate) fn small_pictures() -> PathBuf {
     folder
 }
 
-/// A flock of `sheep` in a ring with two exits each, whose loops are there: copies of those of [`small_pictures`].
-#[allow(dead_code, reason = "the bench needs it")]
-pub(crate) fn pictured(sheep: usize) -> TempDir {
-    let from = small_pictures();
-    let mut clips: Vec<PathBuf> =
-        fs::read_dir(from.join("loops")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    clips.sort();
-    let folder = tempfile::tempdir_in(claims_folder()).unwrap();
-    fs::create_dir(folder.path().join("loops")).unwrap();
-    let listed = fs::read_to_string(from.join("flock.toml")).unwrap();
-    let text = manifest("meadow", sheep, 1).replace("size = [1280, 720]", "size = [320, 180]");
-    let mut text = text.replace("fps = [30, 1]", &format!("fps = [{RATE}, 1]"));
-    for at in 0..sheep {
-        let clip = &clips[at % clips.len()];
-        fs::hard_link(clip, folder.path().join(format!("loops/s{at}.mp4"))).unwrap();
-        let name = clip.file_name().and_then(|name| name.to_str()).expect("our file names are UTF-8");
-        let before = listed.split(&format!("clip = \"loops/{name}\"")).next().unwrap_or_default();
-        let frames = before.rsplit("frames = ").next().and_then(|rest| rest.lines().next()).expect("a clip has frames");
-        let line = format!("frames = 768\nclip = \"loops/s{at}.mp4\"\n");
-        text = text.replacen(&line, &line.replace("768", frames), 1);
-    }
-    fs::write(folder.path().join("flock.toml"), text).unwrap();
-    folder
-}
-
 /// How many sheep are drawn for [`many`], and the frames of each of their clips.
 const KINDS: usize = 5;
-const LONG: usize = 90;
+const LONG: usize = 120;
 
-/// A genome that is drawn in no time, and moves so little from frame to frame that drafts of it meet.
+/// A genome that is drawn in no time, and moves neither so fast nor so slowly that drafts of it do not meet.
 pub(crate) fn quick(kind: usize) -> String {
     let [bands, later] = [kind + 2, (kind + 3) % 10];
-    let tint = format!("(+ 0.{} (* 0.05 (sin (+ (* 3 x) (wave 1 0.{kind})))))", 2 * kind);
-    let light = format!("(+ 0.5 (* 0.25 (sin (+ (* {bands} y) (+ x (wave 1 0.{later}))))))");
+    let tint = format!("(+ 0.{} (* 0.1 (sin (+ (* 3 x) (* 2 (wave 1 0.{kind}))))))", 2 * kind);
+    let light = format!("(+ 0.5 (* 0.3 (sin (+ (* {bands} y) (+ x (* 2 (wave 1 0.{later})))))))");
     format!("(expression 1 (picture (hsv-to-rgb (vector {tint} 0.5 {light}))))\n")
 }
 

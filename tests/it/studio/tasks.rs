@@ -109,7 +109,10 @@ impl Task {
         assert!(!said.is_empty());
         let shown = self.studio.get("/api/state")["figures"]["shown"].clone();
         assert_eq!(shown, 30, "all that were chosen are shown");
-        assert_eq!(json!(self.page.complaints()), json!([]));
+        // What would take sheep off the wall is answered by a question, which a browser's console calls an error.
+        let is_question = |complaint: &String| complaint.contains("428 (Precondition Required)");
+        let wrong: Vec<String> = self.page.complaints().into_iter().filter(|one| !is_question(one)).collect();
+        assert_eq!(json!(wrong), json!([]));
     }
 }
 
@@ -199,6 +202,10 @@ fn a_flock_is_chosen_linked_balanced_looked_at_rendered_and_packed_by_the_pointe
         let long = f64::hypot(to_x - x, to_y - y);
         page.drag((x + (to_x - x) / long * r * 0.95, y + (to_y - y) / long * r * 0.95), (to_x, to_y));
         task.is_written(&format!("from = \"{from}\"\nto = \"{to}\""));
+        page.until(
+            "the new arrow is chosen",
+            &format!("document.querySelector('.view.graph h2.ends')?.textContent === '{from} to {to}'"),
+        );
     }
     page.click_named("Whole flock");
     page.click_named("Balance");

@@ -344,22 +344,26 @@ fn genomes_that_are_brought_in_are_no_brood_and_who_is_taken_back_from_the_dead_
 fn what_no_brood_takes_is_named_by_a_look_and_drawn_with_its_reasons() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
+    for (name, motion) in [("still", "0"), ("moving", "(wave 1 0)")] {
+        let text = format!("(expression 1 (picture (+ 0.5 (* 0.3 (sin (+ (* 5 x) {motion}))))))");
+        fs::write(folder.join(format!("{name}.expr")), text).unwrap();
+    }
     answer(folder, &["pool", "new", "pool", "--seed", "3", "--species", "expr"]);
-    fs::write(folder.join("still.expr"), "(expression 1 (picture (+ 0.5 (* 0.3 (sin (* 5 x))))))").unwrap();
     let added = answer(folder, &["pool", "add", "pool", "still.expr"]);
     assert_eq!(added["faults"], json!(["`still.expr` is still"]), "it is taken all the same");
     assert_eq!(answer(folder, &["pool", "check", "pool"])["faults"], json!([]));
     let still = added["sheep"][0].as_str().unwrap();
     let looked = dreams(folder, &["pool", "check", "pool", "--look"]);
     assert_eq!((looked.status.code(), &json(&looked)["faults"]), (Some(1), &json!([format!("{still} is still")])));
-    let sheets = ["--sheet", "born.png", "--refused", "refused.png"];
-    let brood = dreams(folder, &[&["breed", "pool", "--brood", "3", "--from", still][..], &sheets].concat());
-    let brood = json(&brood);
-    assert!(brood["refused"]["still"].as_u64() > Some(0), "children of a still one: {brood}");
-    let rows = |name: &str| {
-        let png = fs::read(folder.join(name)).unwrap();
-        assert!(png.starts_with(b"\x89PNG"), "{name}");
-        (u32::from_be_bytes(png[20..24].try_into().unwrap()) - 8) / (135 + 12 + 8)
-    };
-    assert_eq!((rows("born.png") > 0, rows("refused.png") > 0), (brood["born"] != json!([]), true), "{brood}");
+    // In a pool whose sheep are all alike, whatever is too like them is refused.
+    answer(folder, &["pool", "new", "alike", "--seed", "3", "--species", "expr"]);
+    let added = answer(folder, &[&["pool", "add", "alike"][..], &["moving.expr"; 8]].concat());
+    let parent = added["sheep"][0].as_str().unwrap();
+    let words = ["breed", "alike", "--brood", "1", "--op", "number", "--from", parent, "--refused", "refused.png"];
+    let brood = json(&dreams(folder, &words));
+    assert_eq!((&brood["missing"], &brood["refused"]), (&json!(1), &json!({"clone": 20})), "{brood}");
+    let png = fs::read(folder.join("refused.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+    // Four rows of five pictures, each with a line below it, and the edge.
+    assert_eq!(u32::from_be_bytes(png[20..24].try_into().unwrap()), 4 * (135 + 12 + 8) + 8);
 }

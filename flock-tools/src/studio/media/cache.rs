@@ -131,7 +131,7 @@ mod tests {
         let long_ago = now::system() - 40 * DAY;
         let used = || fs::metadata(&path).unwrap().modified().unwrap();
         for use_it in [&(|| drop(cache.find("abc", ".txt"))) as &dyn Fn(), &|| {
-            drop(cache.once("abc", ".txt", |_| Err(MediaError::Cancelled)))
+            drop(cache.once("abc", ".txt", |_| Err(MediaError::Cancelled)));
         }] {
             File::options().append(true).open(&path).unwrap().set_modified(long_ago).unwrap();
             use_it();

@@ -15,9 +15,9 @@ use super::Media;
 use super::clips::FRAGMENTS;
 
 /// A use is noted to the day.
-pub(super) const DAY: Duration = Duration::from_secs(86_400);
+pub(super) const DAY: Duration = Duration::from_hours(24);
 /// What has no key is kept so long after its last use.
-const IDLE: Duration = Duration::from_secs(30 * 86_400);
+const IDLE: Duration = Duration::from_hours(30 * 24);
 /// The most bytes of copies of clips. One is made again in a moment, and a long walk makes one of every clip.
 const MOST_COPIED: u64 = 16 << 30;
 
@@ -63,7 +63,7 @@ fn surplus(kept: Vec<Kept>, is_given: &dyn Fn(&str) -> bool, most_copied: u64) -
     }
     let is_idle = |files: &[Kept]| files.iter().all(|file| file.idle > IDLE);
     let (gone, stays): (Vec<_>, Vec<_>) = keys.into_iter().partition(|(key, files)| is_idle(files) && !is_given(key));
-    let mut copies: Vec<Kept> = stays.into_iter().flat_map(|(_, files)| files).filter(|file| is_copy(file)).collect();
+    let mut copies: Vec<Kept> = stays.into_iter().flat_map(|(_, files)| files).filter(is_copy).collect();
     copies.sort_by_key(|file| file.idle);
     let mut bytes = 0_u64;
     copies.retain(|file| {
