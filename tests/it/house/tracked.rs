@@ -64,6 +64,7 @@ const KINDS: &[(&str, &[&str])] = &[
             "tutorial.md",
             "votes.md",
             "*.png",
+            "*.webp",
         ],
     ),
     ("flock-tools", &["Cargo.toml", "*.rs"]),
