@@ -22,6 +22,9 @@ fn seconds() -> u64 {
     std::env::var("WALK_S").map_or(120, |seconds| seconds.parse().expect("WALK_S is a number"))
 }
 
+/// Those after which the page must have kept its pace, too.
+const SOAK_S: u64 = 1_800;
+
 /// Runs before the page: notes each frame of a video that is shown, with its time and fingerprint, and how often it stood:
 /// for want of what is to be played, or because the decoder was too slow. Frames are read from the video as they were
 /// decoded; `window.every` says of how many shown frames one is read. Of each clip that the page says is shown it notes the
@@ -150,19 +153,6 @@ fn starts(folder: &Path, clips: &[String]) -> Vec<u64> {
     starts
 }
 
-/// What the processors have done since the machine was started, in ticks: nothing, and all in all.
-fn ticks() -> [u64; 2] {
-    let told = fs::read_to_string("/proc/stat").unwrap();
-    let numbers = told.lines().next().unwrap().split_whitespace().skip(1).take(8);
-    let ticks: Vec<u64> = numbers.map(|number| number.parse().unwrap()).collect();
-    [ticks[3], ticks.iter().sum()]
-}
-
-/// Whether the processors had a third of the time between two calls of [`ticks`] left.
-fn is_quiet(before: [u64; 2], after: [u64; 2]) -> bool {
-    3 * (after[0] - before[0]) > after[1] - before[1]
-}
-
 #[test]
 fn a_long_walk_at_four_times_its_pace_has_one_buffer_never_stands_and_comes_to_every_clip_at_its_frame() {
     let flock = own_copy();
@@ -176,11 +166,9 @@ fn a_long_walk_at_four_times_its_pace_has_one_buffer_never_stands_and_comes_to_e
     page.until("the walk plays", "document.querySelector('video')?.currentTime > 1");
     page.press("4");
     page.ask("window.ranges = 0; setInterval(() => { window.ranges = Math.max(ranges, document.querySelector('video').buffered.length) }, 200)");
-    let limit = u32::try_from(seconds()).unwrap().max(60) * 2;
+    let limit = u32::try_from(seconds()).unwrap().max(300) * 2;
     let is_over = format!("document.querySelector('video').currentTime > {}", seconds());
-    let before = ticks();
     page.until_within("the whole walk was played", limit, &is_over);
-    let was_quiet = is_quiet(before, ticks());
     let told = page.ask("(() => { const video = document.querySelector('video'), { totalVideoFrames, droppedVideoFrames } = video.getVideoPlaybackQuality()
         return { ranges, stalls, slow, joins, rate: video.playbackRate, all: totalVideoFrames, dropped: droppedVideoFrames, ahead: video.buffered.end(0) - video.buffered.start(0) } })()");
     assert_eq!((&told["ranges"], &told["stalls"]), (&json!(1), &json!(0)), "{told}");
@@ -192,13 +180,14 @@ fn a_long_walk_at_four_times_its_pace_has_one_buffer_never_stands_and_comes_to_e
         let fits = join[0] == at && (begins[at]..begins[at + 1]).contains(&frame);
         assert!(fits, "clip {at} begins at frame {}, was first seen at {frame}: {told}", begins[at]);
     }
-    let part = told["dropped"].as_f64().unwrap() / told["all"].as_f64().unwrap();
-    // On processors that others keep busy, some frames come late and the page plays more slowly; never so for half an hour.
-    let is_promised = was_quiet || seconds() >= 1_800;
-    let (most, slow, rate) = if is_promised { (0.005, 0, 4.0) } else { (0.1, 3, 1.0) };
-    assert!(told["slow"].as_u64().unwrap() <= slow, "the decoder is too slow: {told}");
-    assert!(part <= most, "{part} of the frames were dropped: {told}");
-    assert!(told["rate"].as_f64().unwrap() >= rate, "it plays at another pace than it was told: {told}");
+    // How many frames are dropped is the machine's speed: `make soak` looks for half an hour, where nothing else runs.
+    if seconds() >= SOAK_S {
+        let part = told["dropped"].as_f64().unwrap() / told["all"].as_f64().unwrap();
+        println!("{} frames, {part} of them dropped", told["all"]);
+        assert!(part <= 0.005, "{part} of the frames were dropped: {told}");
+        assert_eq!(told["slow"], 0, "the decoder is too slow: {told}");
+        assert_eq!(told["rate"].as_f64(), Some(4.0), "it plays at another pace than it was told: {told}");
+    }
 }
 
 #[test]
