@@ -1,7 +1,7 @@
 //! Takes in what the owner of a unit has set.
 //!
 //! Owns the order: read the owner's file, keep it if it is right, tell people if it is not, and tell the network, the
-//! radio and the host name's service what it says of them. Never changes the owner's file, and never keeps a password
+//! radio, the host name's service and the counter of votes what it says of them. Never changes the owner's file, and never keeps a password
 //! where others read.
 //!
 //! Start at [`run`].
@@ -39,6 +39,9 @@ pub(crate) struct Options {
     /// Where the Wi-Fi is kept, with its password
     #[arg(long, value_name = "FILE")]
     wifi: PathBuf,
+    /// Where the settings of votes are kept, for their own user
+    #[arg(long, value_name = "FILE")]
+    votes: Option<PathBuf>,
     /// Where notices are written: what is wrong is told beside it, until it is right
     #[arg(long, alias = "card", value_name = "FILE")]
     notice: PathBuf,
@@ -73,11 +76,15 @@ fn take_in(options: &Options) -> Result<(), Fatal> {
     tell(&options.keep, Some(&without_password(&text)), GROUP)
 }
 
-/// Tells the network manager, and the service that sets the host name, what the kept settings say of it.
+/// Tells the network manager, the service that sets the host name, and the counter of votes, what the kept settings say of
+/// it.
 fn tell_others(options: &Options) -> Result<(), Fatal> {
     let owner = Owner::kept(&options.keep);
     tell(&options.network.join("wired.conf"), owner.wired().as_deref(), ALL)?;
     tell(&options.network.join("wireless.conf"), owner.wireless().as_deref(), ALL)?;
+    if let Some(votes) = &options.votes {
+        tell(votes, owner.votes().as_deref(), ALL)?;
+    }
     tell(&options.name, owner.host_name().map(|name| name + "\n").as_deref(), ALL)
 }
 

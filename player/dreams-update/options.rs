@@ -6,6 +6,7 @@ use crate::config::Config;
 use crate::fatal::Fatal;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
+use player::button::VOTES;
 use player::{Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
@@ -89,6 +90,11 @@ impl Options {
         let unit = self.unit.or(owner.unit).or_else(|| config.unit.clone()).map_or_else(host_name, Ok)?;
         let source = self.source.or(owner.url).or_else(|| config.url.clone());
         let slot = self.slot.zip(self.boot);
+        // Who is told, and whether of the votes, is one decision.
+        let (report_to, votes) = match owner.report_to {
+            Some(address) => (Some(address), owner.report_votes.then(|| config.votes.unwrap_or_else(|| VOTES.into()))),
+            None => (config.report_to, config.votes),
+        };
         if source.is_none() && self.schedule.is_none() && !self.scrub && slot.is_none() {
             return Err(Fatal::Nowhere);
         }
@@ -97,6 +103,8 @@ impl Options {
                 store: self.store.unwrap_or(config.store),
                 keys: self.keys.unwrap_or(config.keys),
                 proxy: owner.proxy.or(config.proxy),
+                report_to,
+                votes,
                 ..config
             },
             owners_keys: owner.keys,

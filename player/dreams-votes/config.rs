@@ -3,8 +3,8 @@
 //! Owns [`Config`]. Never acts on it. Every key explains itself in `config/votes.toml`, which a test holds equal to
 //! [`Config::default`].
 
-use crate::keys::{self, Key};
-use player::{LogLevel, MarkSocket};
+use player::button::{self, VOTES};
+use player::{ButtonDevice, Key, LogLevel, MarkSocket};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -12,9 +12,10 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Config {
-    pub(crate) device: Option<PathBuf>,
+    pub(crate) owner: PathBuf,
+    pub(crate) device: Option<ButtonDevice>,
     pub(crate) up: Key,
-    #[serde(deserialize_with = "keys::one")]
+    #[serde(deserialize_with = "button::one")]
     pub(crate) down: Option<Key>,
     pub(crate) presence: Option<PathBuf>,
     pub(crate) acknowledge: MarkSocket,
@@ -27,13 +28,14 @@ pub(crate) struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
+            owner: "/var/lib/dreams/owner/votes.toml".into(),
             device: None,
             up: Key::ANY,
             down: None,
             presence: None,
             acknowledge: MarkSocket::default(),
             noise: false,
-            store: "/var/lib/dreams/votes".into(),
+            store: VOTES.into(),
             status: "127.0.0.1:7180".to_owned(),
             log: LogLevel(tracing::Level::INFO),
         }

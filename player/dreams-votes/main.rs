@@ -11,7 +11,6 @@ mod config;
 mod device;
 mod fatal;
 mod glass;
-mod keys;
 mod options;
 mod run;
 mod show;

@@ -4,7 +4,7 @@
 
 use crate::config::Config;
 use clap::Parser;
-use player::{ConfigError, config_file};
+use player::{ConfigError, Key, Owner, config_file};
 use std::path::PathBuf;
 
 /// The end of the help. `diagnostics::Exit` has the same four codes.
@@ -34,18 +34,29 @@ pub(crate) struct Options {
 }
 
 impl Options {
-    /// The settings: the defaults, then the config, then the options.
+    /// The settings: the defaults, then the config, then what the owner has set, then the options. An owner's button
+    /// comes with its keys: the config's are those of another.
     /// Errors: [`ConfigError`], if there is a config and it is refused.
     pub(crate) fn settings(&self) -> Result<Config, ConfigError> {
         let config = self.config.as_deref().map(config_file::load::<Config>).transpose()?.unwrap_or_default();
-        Ok(Config { store: self.store.clone().unwrap_or(config.store), ..config })
+        let owner = Owner::kept(&config.owner);
+        let (device, up, down) = match owner.button {
+            Some(device) => (Some(device), owner.button_up.unwrap_or(Key::ANY), owner.button_down),
+            None => (config.device, config.up, config.down),
+        };
+        let noise = owner.vote_noise.unwrap_or(config.noise);
+        Ok(Config { device, up, down, noise, store: self.store.clone().unwrap_or(config.store), ..config })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::EXIT_STATUS;
+    use super::{EXIT_STATUS, Options};
+    use crate::config::Config;
+    use clap::Parser;
     use diagnostics::Exit;
+    use player::{ButtonDevice, Key};
+    use std::fs;
 
     #[test]
     fn the_help_on_votes_names_every_exit_code() {
@@ -53,5 +64,24 @@ mod tests {
             assert!(EXIT_STATUS.contains(&format!("\n  {}  ", exit as u8)));
         }
         assert_eq!(EXIT_STATUS.lines().count(), 5);
+    }
+
+    #[test]
+    fn an_owners_button_wins_over_the_configs_with_all_its_keys() {
+        let folder = tempfile::tempdir().unwrap();
+        let [config, owner] = ["votes.toml", "dreams.toml"].map(|name| folder.path().join(name));
+        fs::write(&config, format!("owner = '{}'\ndevice = '/dev/pedal'\nup = 1\ndown = 2\n", owner.display()))
+            .unwrap();
+        let settings = |text: &str| {
+            fs::write(&owner, text).unwrap();
+            let Config { device, up, down, noise, .. } =
+                Options::parse_from(["dreams-votes", "--config", config.to_str().unwrap()]).settings().unwrap();
+            (device.unwrap(), up, down, noise)
+        };
+        let pedal = (ButtonDevice::At("/dev/pedal".into()), Key(Some(1)), Some(Key(Some(2))), false);
+        assert_eq!(settings("unit = 'lobby'"), pedal);
+        assert_eq!(settings("button = 'any'"), (ButtonDevice::Any, Key::ANY, None, false));
+        let all = "button = '/dev/remote'\nbutton_up = 3\nbutton_down = 4\nvote_noise = true";
+        assert_eq!(settings(all), (ButtonDevice::At("/dev/remote".into()), Key(Some(3)), Some(Key(Some(4))), true));
     }
 }

@@ -7,15 +7,14 @@
 //! Start at [`count`].
 
 use crate::config::Config;
-use crate::device::{Input, InputDevice};
+use crate::device::{Input, InputDevices};
 use crate::fatal::Fatal;
 use crate::glass;
 use crate::show;
 use diagnostics::chain;
-use player::{acknowledgement, clock_s, clock_us, is_clock_wrong, now};
+use player::{ButtonDevice, acknowledgement, clock_s, clock_us, is_clock_wrong, now};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -60,8 +59,8 @@ struct Counting<'c> {
     store: Store,
     ledger: Ledger,
     buttons: Buttons,
-    device: Option<InputDevice>,
-    presence: Option<InputDevice>,
+    device: InputDevices,
+    presence: InputDevices,
     is_near: bool,
     /// The presses of keys that are held, or were held last.
     credits: Vec<(u16, Credit)>,
@@ -83,14 +82,14 @@ impl<'c> Counting<'c> {
             }
             None => Ledger::new(fresh_id(), today(), config.noise),
         };
-        let device = |path: &PathBuf| InputDevice::new(path.clone());
+        let of = |device: &Option<ButtonDevice>| device.as_ref().map_or_else(InputDevices::default, InputDevices::of);
         Ok(Self {
             config,
             store,
             ledger,
             buttons: Buttons::new(config.up.0, config.down.and_then(|key| key.0)),
-            device: config.device.as_ref().map(device),
-            presence: config.presence.as_ref().map(device),
+            device: of(&config.device),
+            presence: of(&config.presence.clone().map(ButtonDevice::At)),
             is_near: false,
             credits: Vec::new(),
             looked: None,
@@ -102,8 +101,7 @@ impl<'c> Counting<'c> {
     fn wait(&mut self) {
         let now = now();
         let left_ns = self.looked.as_ref().map_or(0, |(at, _)| at.after(OFTEN_NS).since(now));
-        let open = [self.device.as_mut(), self.presence.as_mut()].into_iter().flatten();
-        let files: Vec<_> = open.filter_map(|device| device.open(now)).collect();
+        let files = [self.device.open(now), self.presence.open(now)].concat();
         let mut watched: Vec<_> = files.iter().map(|file| PollFd::new(*file, PollFlags::IN)).collect();
         let timeout = Timespec::try_from(Duration::from_nanos(left_ns)).ok();
         if let Err(error) = poll(&mut watched, timeout.as_ref())
@@ -116,10 +114,10 @@ impl<'c> Counting<'c> {
 
     /// Reads the devices.
     fn read(&mut self) {
-        for input in self.presence.as_mut().map_or_else(Vec::new, InputDevice::read) {
+        for input in self.presence.read() {
             self.is_near = matches!(input, Input::Key { value: 1.., .. });
         }
-        for input in self.device.as_mut().map_or_else(Vec::new, InputDevice::read) {
+        for input in self.device.read() {
             match input {
                 Input::Key { code, value, at_us } => {
                     // A look at a player that does not answer takes a second: the press was before.

@@ -8,6 +8,7 @@
 #![allow(clippy::missing_errors_doc, reason = "the library of our own programs, which has no other readers")]
 
 pub mod acknowledgement;
+pub mod button;
 pub mod config_file;
 pub mod contact;
 pub mod day;
@@ -22,6 +23,7 @@ pub mod threads;
 pub mod wifi;
 
 pub use acknowledgement::MarkSocket;
+pub use button::{ButtonDevice, Key};
 pub use config_file::ConfigError;
 pub use contact::Contact;
 pub use day::is_clock_wrong;

@@ -6,6 +6,7 @@
 //!
 //! Start at [`Owner::read`].
 
+use crate::button::{self, ButtonDevice, Key};
 use crate::config_file::{ConfigError, parse, text_of, unit};
 use crate::hours::{Brightness, Hours, Night, Zone};
 use crate::wifi::{self, Country, Password, Wifi};
@@ -22,6 +23,8 @@ use std::str::FromStr;
 pub const FILE_NAME: &str = "dreams.toml";
 /// What a setting of a Wi-Fi lacks.
 const NO_WIFI: &str = "there is no `wifi` that it is for";
+/// What a setting of votes lacks.
+const NO_BUTTON: &str = "there is no `button` that it is for";
 
 /// What an owner may set. What is not set is as the unit's own configs have it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -74,6 +77,20 @@ pub struct Owner {
     wifi_password: Option<Password>,
     /// In which country it is.
     wifi_country: Option<Country>,
+    /// The input device with the buttons of those who vote.
+    pub button: Option<ButtonDevice>,
+    /// The key that is a vote for what is shown.
+    pub button_up: Option<Key>,
+    /// The key that is a vote against it.
+    #[serde(deserialize_with = "button::one")]
+    pub button_down: Option<Key>,
+    /// Whether each total has some noise.
+    pub vote_noise: Option<bool>,
+    /// Where the unit reports to.
+    #[serde(deserialize_with = "url")]
+    pub report_to: Option<String>,
+    /// Whether the votes are a part of the report.
+    pub report_votes: bool,
 }
 
 impl Owner {
@@ -96,6 +113,10 @@ impl Owner {
             ("gateway", owner.gateway.is_some() && owner.address.is_none(), "there is no `address` that it is for"),
             ("wifi_password", owner.wifi_password.is_some() && owner.wifi.is_none(), NO_WIFI),
             ("wifi_country", owner.wifi_country.is_some() && owner.wifi.is_none(), NO_WIFI),
+            ("button_up", owner.button_up.is_some() && owner.button.is_none(), NO_BUTTON),
+            ("button_down", owner.button_down.is_some() && owner.button.is_none(), NO_BUTTON),
+            ("vote_noise", owner.vote_noise.is_some() && owner.button.is_none(), NO_BUTTON),
+            ("report_votes", owner.report_votes && owner.report_to.is_none(), "there is no `report_to` that it is for"),
         ];
         let Some((key, _, message)) = lacking.into_iter().find(|(_, is_lacking, _)| *is_lacking) else {
             return Ok(owner);
@@ -131,6 +152,15 @@ impl Owner {
     fn names(&self) -> Option<String> {
         let line = |address: &IpAddr| format!("DNS={address}\n");
         (!self.dns.is_empty()).then(|| self.dns.iter().map(line).collect())
+    }
+
+    /// What it says of votes, in the same form: for `dreams-votes`, which may not read the rest. `None` if there is no button.
+    pub fn votes(&self) -> Option<String> {
+        let button = format!("button = {}\n", self.button.as_ref()?);
+        let key = |name: &str, key: Option<Key>| key.map(|key| format!("{name} = {key}\n"));
+        let noise = self.vote_noise.map(|noise| format!("vote_noise = {noise}\n"));
+        let lines = [key("button_up", self.button_up), key("button_down", self.button_down), noise];
+        Some(format!("# From the owner's dreams.toml.\n{button}{}", lines.into_iter().flatten().collect::<String>()))
     }
 
     /// The host name of a unit that its owner has named: that name, with `-` for `_`, and without what no label of a host
@@ -226,6 +256,8 @@ mod tests {
         assert!(owner.unit.is_some() && owner.hours.is_some() && owner.brightness.is_some() && owner.url.is_some());
         assert_eq!((owner.keys.len(), owner.dns.len()), (1, 1));
         assert!(owner.night.is_some() && owner.output() != OutputSettings::default());
+        assert!(owner.button.is_some() && owner.button_up.is_some() && owner.button_down.is_some());
+        assert!(owner.vote_noise == Some(true) && owner.report_to.is_some() && owner.report_votes);
     }
 
     #[test]
@@ -254,6 +286,11 @@ mod tests {
                 "unit = \"lobby\"\ngateway = \"192.0.2.1\"",
                 "line 2, key `gateway`: there is no `address` that it is for",
             ),
+            ("button = \"pedal\"", "line 1, key `button`: invalid value: string \"pedal\", expected `any`, or a path"),
+            ("button = \"any\"\nbutton_down = \"any\"", "line 2, key `button_down`"),
+            ("button_down = \"KEY_DOWN\"", "line 1, key `button_down`: there is no `button` that it is for"),
+            ("vote_noise = true", "line 1, key `vote_noise`: there is no `button` that it is for"),
+            ("report_votes = true", "line 1, key `report_votes`: there is no `report_to` that it is for"),
             ("hour = 1", "unknown field `hour`"),
         ] {
             let refused = read(text).unwrap_err();
@@ -282,6 +319,21 @@ mod tests {
         let names = "DNS=192.0.2.53\nDNS=2001:db8::53\n".to_owned();
         let wired = format!("DHCP=no\nAddress=192.0.2.7/24\nGateway=192.0.2.1\n{names}");
         assert_eq!(told(fixed), [Some(wired), Some(names)]);
+    }
+
+    #[test]
+    fn what_is_said_of_votes_reads_back_and_tells_nothing_else() {
+        for votes in
+            ["button = 'any'", "button = '/dev/a\"b'\nbutton_up = 'any'\nbutton_down = 'KEY_UP'\nvote_noise = false"]
+        {
+            let told = read(&format!("unit = 'lobby'\nproxy = 'http://me:secret@example.org'\n{votes}"))
+                .unwrap()
+                .votes()
+                .unwrap();
+            assert_eq!(read(&told).unwrap(), read(votes).unwrap(), "{told}");
+            assert!(!told.contains("secret") && !told.contains("lobby"), "{told}");
+        }
+        assert_eq!(read("unit = 'lobby'").unwrap().votes(), None);
     }
 
     #[test]

@@ -36,6 +36,7 @@ mod network {
 mod owner {
     mod log_on_stick;
     pub(crate) mod settings_error;
+    mod votes_file;
 }
 mod player {
     mod memory_shortage;

@@ -37,7 +37,8 @@ impl Settings {
         let mut owner = Command::new(programs::owner());
         owner.arg("take-in").arg(self.path("partition")).arg("--keep").arg(self.path("kept"));
         owner.arg("--network").arg(self.path("")).arg("--name").arg(self.path("name"));
-        owner.arg("--wifi").arg(self.path("wifi.conf")).arg("--notice").arg(self.path("notice"));
+        owner.arg("--wifi").arg(self.path("wifi.conf")).arg("--votes").arg(self.path("votes.toml"));
+        owner.arg("--notice").arg(self.path("notice"));
         owner
     }
 
@@ -189,6 +190,21 @@ fn the_updater_goes_by_the_name_and_the_keys_that_the_owner_set() {
     update.arg("--keys").arg(unit.path("no-such-folder")).arg(unit.stick());
     let said = output(&mut update);
     assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+}
+
+#[test]
+fn votes_go_by_the_button_that_the_owner_set_and_read_nothing_else_of_the_settings() {
+    let settings = Settings::new();
+    let buttons = "button = \"any\"\nbutton_down = \"KEY_DOWN\"\nvote_noise = true\n";
+    assert_eq!(settings.set(&format!("unit = \"lobby\"\nwifi = \"Home\"\n{buttons}")), (Some(0), String::new()));
+    let told = settings.read("votes.toml").unwrap();
+    assert!(told.contains("button = \"any\"") && !told.contains("lobby") && !told.contains("Home"), "{told}");
+    let mode = fs::metadata(settings.path("votes.toml")).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode, 0o644, "the user of the votes is in no group of the unit's others");
+    assert_eq!(settings.set("button = \"pedal\"\n").0, Some(2));
+    assert_eq!(settings.read("votes.toml"), Some(told), "the last good one stays");
+    assert_eq!(settings.set("unit = \"lobby\"\n").0, Some(0));
+    assert_eq!(settings.read("votes.toml"), None, "nothing is counted any more");
 }
 
 /// A config of the updater that names the kept settings.

@@ -110,8 +110,10 @@ fn what_is_sent_tells_nothing_about_anybody() {
     assert_eq!(told, json!({ "ledger": "000000000000f3a9", "since_day": 20_700, "sheep": sheep }), "and nothing else");
 
     let config = unit.path("update.toml").display().to_string();
+    let report_to = format!("report_to = \"{}/units\"\n", home.url());
     let report = |more: &str, name: &str| {
-        fs::write(&config, format!("status = \"127.0.0.1:1\"\nreport_to = \"{}/units\"\n{more}", home.url())).unwrap();
+        let address = if more.starts_with("owner") { "" } else { &report_to };
+        fs::write(&config, format!("status = \"127.0.0.1:1\"\n{address}{more}")).unwrap();
         let schedule = unit.path(name).display().to_string();
         fetch(&unit, &home.url(), &["--config", &config, "--schedule", &schedule]);
         serde_json::from_str::<Value>(&home.received()[0]).unwrap()
@@ -119,6 +121,14 @@ fn what_is_sent_tells_nothing_about_anybody() {
     assert_eq!(report("", "silent").get("votes"), None, "off by default");
     assert_eq!(report(&format!("votes = {:?}\n", unit.path("votes")), "open")["votes"], told, "exactly what is shown");
     assert_eq!(report(&format!("votes = {:?}\n", unit.path("none")), "none").get("votes"), None);
+
+    // To the address of the owner, and votes only if the owner says so.
+    let owned = |more: &str, name: &str| {
+        fs::write(unit.path("owner.toml"), format!("{report_to}{more}")).unwrap();
+        report(&format!("owner = {:?}\nvotes = {:?}\n", unit.path("owner.toml"), unit.path("votes")), name)
+    };
+    assert_eq!(owned("", "owner").get("votes"), None);
+    assert_eq!(owned("report_votes = true\n", "owner-votes")["votes"], told);
 }
 
 #[test]
