@@ -1,7 +1,7 @@
 //! The frames of a flock, as they look on the screen.
 //!
 //! Owns the comparison: a look that is not a whole frame, from the first row to the last, is no frame, whether black,
-//! text, or halves of two frames. Only a notice may cover a part, in its place. `ffmpeg` decodes the clips.
+//! text, or halves of two frames. Only a notice, and the mark that acknowledges a vote, may cover a part, in their places. `ffmpeg` decodes the clips.
 //!
 //! Start at [`ReferenceFrames::of`] and [`ReferenceFrames::find`].
 
@@ -22,6 +22,11 @@ const NOTICE: [usize; 4] = [16, 600, 752, 704];
 const GREYS: [u8; 3] = [16, 63, 203];
 /// The least number of compared pixels of these greys that make a notice.
 const PANE: usize = 60;
+/// Where the mark that acknowledges a vote may lie: left, top, right and bottom.
+const MARK: [usize; 4] = [1_212, 652, 1_252, 692];
+/// The grey of its middle, and the number of compared pixels that it has there.
+const MARK_GREY: u8 = 214;
+const MARK_MIDDLE: usize = 4;
 /// Compared columns and rows in a cell: a scaled picture is compared by the mean colours of cells.
 const CELL: (usize, usize) = (8, 10);
 /// The greatest difference of a cell's mean colour: a pixel of a scaled picture is a mean of several pixels, of which
@@ -62,6 +67,8 @@ pub(crate) struct Place {
     pub(crate) frame: usize,
     /// Whether a notice lies over it.
     pub(crate) has_notice: bool,
+    /// Whether the mark that acknowledges a vote does.
+    pub(crate) has_mark: bool,
 }
 
 /// The pixels that are looked at, as column and row.
@@ -69,9 +76,13 @@ fn grid() -> impl Iterator<Item = (usize, usize)> {
     (STEP.1 / 2..SIZE.1).step_by(STEP.1).flat_map(|y| (STEP.0 / 2..SIZE.0).step_by(STEP.0).map(move |x| (x, y)))
 }
 
-fn may_bear_notice((x, y): (usize, usize)) -> bool {
-    let [left, top, right, bottom] = NOTICE;
+fn is_within([left, top, right, bottom]: [usize; 4], (x, y): (usize, usize)) -> bool {
     (left..right).contains(&x) && (top..bottom).contains(&y)
+}
+
+/// Whether a sample is nearly this grey.
+fn is_grey([red, green, blue]: [u8; 3], grey: u8) -> bool {
+    red.abs_diff(green) <= 1 && green.abs_diff(blue) <= 1 && grey.abs_diff(red) <= 2
 }
 
 impl Samples {
@@ -117,12 +128,16 @@ impl Samples {
     }
 
     fn have_notice(&self) -> bool {
-        let is_grey = |sample: &[u8; 3]| {
-            let [red, green, blue] = sample;
-            red.abs_diff(*green) <= 1 && green.abs_diff(*blue) <= 1 && GREYS.iter().any(|grey| grey.abs_diff(*red) <= 2)
-        };
-        let within = self.0.iter().zip(grid()).filter(|(_, at)| may_bear_notice(*at));
-        within.filter(|(sample, _)| is_grey(sample)).count() >= PANE
+        self.within(NOTICE).filter(|sample| GREYS.iter().any(|grey| is_grey(*sample, *grey))).count() >= PANE
+    }
+
+    fn have_mark(&self) -> bool {
+        self.within(MARK).filter(|sample| is_grey(*sample, MARK_GREY)).count() == MARK_MIDDLE
+    }
+
+    /// Those of this part of the picture.
+    fn within(&self, part: [usize; 4]) -> impl Iterator<Item = [u8; 3]> {
+        self.0.iter().zip(grid()).filter(move |(_, at)| is_within(part, *at)).map(|(sample, _)| *sample)
     }
 }
 
@@ -137,7 +152,8 @@ impl ReferenceFrames {
         for clip in items.filter_map(|item| item.get("clip")) {
             let clip: Arc<str> = clip.as_str().unwrap().into();
             for (frame, samples) in decoded(&folder.join(&*clip)).into_iter().enumerate() {
-                let place = Place { flock: Arc::clone(&flock), clip: Arc::clone(&clip), frame, has_notice: false };
+                let (flock, clip) = (Arc::clone(&flock), Arc::clone(&clip));
+                let place = Place { flock, clip, frame, has_notice: false, has_mark: false };
                 frames.push(Frame::new(place, samples));
             }
         }
@@ -152,12 +168,14 @@ impl ReferenceFrames {
             *near = found;
             return Some(place(found));
         }
-        if !samples.have_notice() {
+        let (has_notice, has_mark) = (samples.have_notice(), samples.have_mark());
+        if !has_notice && !has_mark {
             return None;
         }
-        let found = order().find(|at| samples.are(&self.frames[*at].samples, |at| !may_bear_notice(at)))?;
+        let counts = |at| !(has_notice && is_within(NOTICE, at) || has_mark && is_within(MARK, at));
+        let found = order().find(|at| samples.are(&self.frames[*at].samples, counts))?;
         *near = found;
-        Some(Place { has_notice: true, ..place(found) })
+        Some(Place { has_notice, has_mark, ..place(found) })
     }
 
     /// The frame that `samples` of a scaled picture are most like: the mean colour of each cell is nearly the same.
@@ -212,13 +230,21 @@ fn decoded(clip: &Path) -> Vec<Samples> {
 #[cfg(test)]
 mod tests {
     use super::{Frame, Place, ReferenceFrames, SIZE, Samples};
+    use std::sync::Arc;
 
     fn picture(number: usize, x: usize, y: usize) -> [u8; 3] {
         [(x / 5 + number * 40) as u8, (y / 3) as u8, 90]
     }
 
     fn reference() -> ReferenceFrames {
-        let place = |number| Place { flock: "demo".into(), clip: "loop".into(), frame: number, has_notice: false };
+        let (flock, clip) = ("demo".into(), "loop".into());
+        let place = |frame| Place {
+            flock: Arc::clone(&flock),
+            clip: Arc::clone(&clip),
+            frame,
+            has_notice: false,
+            has_mark: false,
+        };
         let frame = |number| Frame::new(place(number), Samples::of(|x, y| picture(number, x, y)));
         ReferenceFrames { frames: (0..4).map(frame).collect() }
     }
@@ -234,6 +260,18 @@ mod tests {
         assert_eq!(found(|x, y| picture(3, x, y).map(|light| light.saturating_add(1))), Some((3, false)));
         let pane = |x, y| (20..500).contains(&x) && (650..702).contains(&y);
         assert_eq!(found(|x, y| if pane(x, y) { [16; 3] } else { picture(1, x, y) }), Some((1, true)));
+    }
+
+    #[test]
+    fn a_frame_is_found_with_the_mark_in_its_corner_and_no_other_dot() {
+        let with_dot = |left: usize, radius: usize| {
+            let dot = move |x: usize, y: usize| x.abs_diff(left).pow(2) + y.abs_diff(672).pow(2) <= radius.pow(2);
+            let samples = Samples::of(|x, y| if dot(x, y) { [214; 3] } else { picture(1, x, y) });
+            reference().find(&samples, &mut 2).map(|place| (place.frame, place.has_mark))
+        };
+        assert_eq!(with_dot(1_232, 11), Some((1, true)));
+        assert_eq!(with_dot(1_232, 40), None, "it is too large");
+        assert_eq!(with_dot(1_150, 11), None, "it lies elsewhere");
     }
 
     #[test]

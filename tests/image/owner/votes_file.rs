@@ -35,5 +35,6 @@ fn a_button_that_the_owner_sets_up_is_counted_and_the_votes_come_to_the_owners_p
     machine.run("grep -q '^button = \"any\"' /run/owner/dreams.toml && umount /run/owner");
     machine.run("! grep /run/dreams-mounts/ /proc/mounts");
     only_art(&looks, OFTEN);
+    assert!(looks.iter().any(|look| look.place.as_ref().is_some_and(|place| place.has_mark)), "the press is answered");
     machine.is_well();
 }

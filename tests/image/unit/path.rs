@@ -146,7 +146,7 @@ mod tests {
     }
 
     fn look(clip: &str, frame: usize) -> Look {
-        let place = Place { flock: "demo".into(), clip: clip.into(), frame, has_notice: false };
+        let place = Place { flock: "demo".into(), clip: clip.into(), frame, has_notice: false, has_mark: false };
         Look { at: Duration::ZERO, place: Some(place), other: None }
     }
 
