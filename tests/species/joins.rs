@@ -18,18 +18,17 @@ const UNSEEN: f64 = 0.5;
 /// Pixels along the side of a block.
 const BLOCK: usize = 3;
 
-/// Places in a loop, as parts of it, where nothing is joined.
-const INSIDE: [f64; 5] = [0.15, 0.32, 0.5, 0.68, 0.85];
-
 /// How much a motion jumps at `frame`.
 pub(crate) fn at(motion: &dyn Motion, frame: f64, threads: &Threads) -> f64 {
     let around = (0..2 * FRAMES).map(|at| frame.floor() + at as f64 - FRAMES as f64);
     severity(&around.map(|frame| picture(motion, frame, threads)).collect::<Vec<Image>>())
 }
 
-/// How much a join of a loop may jump: a join is as good as any other place of a loop that jerks by itself.
+/// How much a join of a loop may jump: a join is as good as any other place of a loop that jerks by itself, be it only now
+/// and then.
 pub(crate) fn allowed(turning: &dyn Motion, threads: &Threads) -> f64 {
-    INSIDE.iter().map(|part| at(turning, part * LOOP, threads)).fold(1.0, f64::max)
+    let frames: Vec<Image> = (1..LOOP as usize).map(|frame| picture(turning, frame as f64, threads)).collect();
+    frames.windows(2 * FRAMES).map(severity).fold(1.0, f64::max)
 }
 
 /// The join in the middle of `frames`, of which there are [`FRAMES`] before it and as many after: above 1 it jumps.
