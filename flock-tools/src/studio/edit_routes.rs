@@ -18,8 +18,8 @@ use serde_json::{Value, json};
 
 use super::answers::{Answer, conflict, malformed, measure, of, refused};
 use super::figures::{Figures, WhatIf};
-use super::given::Told;
 use super::requests::{EditsRequest, JoinMark, Marks, Pin, StepRequest, WhatIfRequest};
+use super::state_delta::StateAnswer;
 use super::workshop::{Workshop, locked};
 
 /// The routes.
@@ -44,7 +44,7 @@ struct Edited {
     no_longer_shown: Vec<SheepId>,
     undo: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    state: Option<Told>,
+    state: Option<StateAnswer>,
 }
 
 /// The answer to a step that was taken back, or done again.
@@ -53,7 +53,7 @@ struct Gone {
     revision: Revision,
     said: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    state: Option<Told>,
+    state: Option<StateAnswer>,
 }
 
 async fn edit(State(workshop): State<Arc<Workshop>>, Body(request): Body<EditsRequest>) -> Answer<Edited> {
@@ -76,7 +76,7 @@ async fn edit(State(workshop): State<Arc<Workshop>>, Body(request): Body<EditsRe
 }
 
 /// What is new to the page that asked, if it says what it has. What cannot be told now it fetches, and is told why not.
-fn news(workshop: &Workshop, by: Measure, since: Option<&str>) -> Option<Told> {
+fn news(workshop: &Workshop, by: Measure, since: Option<&str>) -> Option<StateAnswer> {
     since.and_then(|since| workshop.told(by, Some(since)).ok())
 }
 

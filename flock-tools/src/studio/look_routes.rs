@@ -15,9 +15,9 @@ use serde_json::{Value, json};
 use super::answers::{Answer, Asked, conflict, fatal, malformed, measure, missing, of};
 use super::balance::{Advice, Proposal};
 use super::figures::sheep_figures;
-use super::given::Told;
 use super::lineage::Tree;
 use super::requests::{LineageQuery, StateQuery, Terms, WalkQuery};
+use super::state_delta::StateAnswer;
 use super::walk::Walked;
 use super::workshop::{Workshop, locked};
 use crate::breeding::today;
@@ -37,7 +37,7 @@ pub(super) fn router() -> Router<Arc<Workshop>> {
         .route("/api/lineage", get(lineage))
 }
 
-async fn state(State(workshop): State<Arc<Workshop>>, Asked(query): Asked<StateQuery>) -> Answer<Told> {
+async fn state(State(workshop): State<Arc<Workshop>>, Asked(query): Asked<StateQuery>) -> Answer<StateAnswer> {
     let by = measure(query.by.as_deref())?;
     of(move || workshop.told(by, query.since.as_deref())).await
 }

@@ -16,9 +16,9 @@ use flock::{Clip, Flock, Manifest, Measure, SheepId};
 use super::answers::fatal;
 use super::checking;
 use super::clip_states::ClipStates;
-use super::given::Told;
 use super::media::RENDER_KEY;
 use super::state::{Capabilities, Head, PoolState, Sources, State, flock_part};
+use super::state_delta::StateAnswer;
 use super::stock::Stock;
 use super::walk::Walked;
 use super::workshop::{Workshop, locked};
@@ -132,9 +132,9 @@ impl Workshop {
 
     /// The state for a page that has the one of the tag `since`.
     /// Errors: As of [`Workshop::state`].
-    pub(super) fn told(&self, by: Measure, since: Option<&str>) -> Result<Told, Problem> {
+    pub(super) fn told(&self, by: Measure, since: Option<&str>) -> Result<StateAnswer, Problem> {
         let state = self.state(by)?;
-        Ok(locked(&self.given).answer(state, since))
+        Ok(locked(&self.sent).answer(state, since))
     }
 
     /// Puts the keys of clips and previews into a walk.

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `workshop.rs`, `looking.rs` | what all requests share, and what they read of it |
 //! | `answers.rs`, `requests.rs`, `*_routes.rs` | which request is answered by what |
-//! | `state.rs`, `given.rs`, `figures.rs`, `balance.rs`, `walk.rs`, `lineage.rs`, `ship.rs` | the answers |
+//! | `state.rs`, `state_delta.rs`, `figures.rs`, `balance.rs`, `walk.rs`, `lineage.rs`, `ship.rs` | the answers |
 //! | `stock.rs`, `genomes.rs`, `candidates.rs`, `clip_states.rs`, `joins.rs`, `places.rs`, `broods.rs` | what is read from the disk, and kept in `.studio` |
 //! | `children.rs`, `globe.rs`, `breeding_jobs.rs` | what is bred |
 //! | `checking.rs`, `own_command.rs` | what is checked, and commands that jobs run |
@@ -28,7 +28,6 @@ mod clip_states;
 mod edit_routes;
 mod figures;
 mod genomes;
-mod given;
 mod globe;
 mod job_routes;
 mod joins;
@@ -45,6 +44,7 @@ mod requests;
 mod ship;
 mod ship_routes;
 mod state;
+mod state_delta;
 mod stock;
 mod walk;
 mod workshop;

@@ -1,10 +1,10 @@
-//! The states that pages were given, and what is new to a page that has one of them.
+//! The states that pages were sent, and what is new to a page that has one of them.
 //!
 //! Owns the tags by which a page says what it has, and the form of the answer: lists in which what is as it was is named by
 //! its place, and the figures, which an edit changes everywhere, as numbers in the order of the lists. A page whose tag is
-//! not known is given everything. Never computes a state.
+//! not known is sent everything. Never computes a state.
 //!
-//! Start at [`Given::answer`].
+//! Start at [`SentStates::answer`].
 
 use std::collections::{HashMap, VecDeque};
 use std::hash::Hash;
@@ -20,9 +20,9 @@ use flock::Fault;
 /// How many states are remembered: the tabs of a browser ask in turn.
 const MOST_KEPT: usize = 8;
 
-/// The states that pages were given last.
+/// The states that were sent last.
 #[derive(Debug)]
-pub(super) struct Given {
+pub(super) struct SentStates {
     /// Tells this start's tags from those of another.
     start: u32,
     last: u64,
@@ -31,15 +31,15 @@ pub(super) struct Given {
 
 /// A state for a page: all of it, or what is new.
 #[derive(Debug)]
-pub(super) struct Told {
+pub(super) struct StateAnswer {
     tag: String,
     state: Arc<State>,
-    news: Option<News>,
+    delta: Option<Delta>,
 }
 
 /// What is new in a state, by places in its lists.
 #[derive(Debug, PartialEq)]
-struct News {
+struct Delta {
     /// The tag of the state that the page has.
     since: String,
     sheep: Vec<Part>,
@@ -59,27 +59,27 @@ enum Part {
     New(usize),
 }
 
-impl Given {
-    /// None were given. `start` is another number at each start of the program.
+impl SentStates {
+    /// None were sent. `start` is another number at each start of the program.
     pub(super) fn new(start: u32) -> Self {
         Self { start, last: 0, kept: VecDeque::new() }
     }
 
     /// The answer to a page that has the state of the tag `since`.
-    pub(super) fn answer(&mut self, mut state: State, since: Option<&str>) -> Told {
+    pub(super) fn answer(&mut self, mut state: State, since: Option<&str>) -> StateAnswer {
         let known = self.kept.iter().find(|(tag, before)| Some(&**tag) == since && before.head.by == state.head.by);
-        let news = known.map(|(tag, before)| News::of(tag, &before.part, &mut state.part));
+        let delta = known.map(|(tag, before)| Delta::of(tag, &before.part, &mut state.part));
         self.last += 1;
         let (tag, state) = (format!("{:x}-{}", self.start, self.last), Arc::new(state));
         self.kept.push_back((tag.clone(), Arc::clone(&state)));
         if self.kept.len() > MOST_KEPT {
             self.kept.pop_front();
         }
-        Told { tag, state, news }
+        StateAnswer { tag, state, delta }
     }
 }
 
-impl News {
+impl Delta {
     fn of(tag: &str, before: &FlockPart, after: &mut FlockPart) -> Self {
         let id = |own: &SheepState| own.id.clone();
         let ends = |own: &TransitionState| (own.from.clone(), own.to.clone());
@@ -139,17 +139,17 @@ fn is_same_transition(old: &TransitionState, new: &mut TransitionState) -> bool 
     is_same
 }
 
-/// Everything.
+/// The answer with everything.
 #[derive(Serialize)]
-struct Whole<'a> {
+struct WholeDocument<'a> {
     tag: &'a str,
     #[serde(flatten)]
     state: &'a State,
 }
 
-/// What is new.
+/// The answer with what is new.
 #[derive(Serialize)]
-struct Newer<'a> {
+struct DeltaDocument<'a> {
     tag: &'a str,
     since: &'a str,
     #[serde(flatten)]
@@ -189,25 +189,25 @@ fn column<T>(are_new: bool, list: &[T], figure: impl Fn(&T) -> f64) -> Option<Ve
     are_new.then(|| list.iter().map(|item| figure(item) as f32).collect())
 }
 
-impl Serialize for Told {
+impl Serialize for StateAnswer {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { tag, state, news } = self;
-        let Some(news) = news else { return Whole { tag, state }.serialize(serializer) };
+        let Self { tag, state, delta } = self;
+        let Some(delta) = delta else { return WholeDocument { tag, state }.serialize(serializer) };
         let part = &state.part;
-        let newer = Newer {
+        let document = DeltaDocument {
             tag,
-            since: &news.since,
+            since: &delta.since,
             head: &state.head,
             figures: &part.figures,
             faults: &part.faults,
-            sheep: items(&news.sheep, &part.sheep),
-            candidates: items(&news.candidates, &part.candidates),
-            transitions: items(&news.transitions, &part.transitions),
-            shares: column(news.are_shares_new, &part.sheep, |own| own.share),
-            wants: column(news.are_wants_new, &part.sheep, |own| own.wanted),
-            visits: column(news.are_visits_new, &part.transitions, |own| own.visits),
+            sheep: items(&delta.sheep, &part.sheep),
+            candidates: items(&delta.candidates, &part.candidates),
+            transitions: items(&delta.transitions, &part.transitions),
+            shares: column(delta.are_shares_new, &part.sheep, |own| own.share),
+            wants: column(delta.are_wants_new, &part.sheep, |own| own.wanted),
+            visits: column(delta.are_visits_new, &part.transitions, |own| own.visits),
         };
-        newer.serialize(serializer)
+        document.serialize(serializer)
     }
 }
 
@@ -238,8 +238,8 @@ mod tests {
         State { head, part: part(&Notes::default(), &[]) }
     }
 
-    fn answer(given: &mut Given, state: State, since: Option<&Value>) -> Value {
-        let told = given.answer(state, since.and_then(Value::as_str));
+    fn answer(sent: &mut SentStates, state: State, since: Option<&Value>) -> Value {
+        let told = sent.answer(state, since.and_then(Value::as_str));
         serde_json::from_str(&serde_json::to_string(&told).unwrap()).unwrap()
     }
 
@@ -255,36 +255,36 @@ mod tests {
 
     #[test]
     fn a_page_is_told_what_changed_since_what_it_has_and_everything_if_that_is_not_known() {
-        let mut given = Given::new(7);
-        let whole = answer(&mut given, state(), None);
+        let mut sent = SentStates::new(7);
+        let whole = answer(&mut sent, state(), None);
         let (sheep, transitions) = (whole["sheep"].as_array().unwrap().len(), whole["transitions"].as_array().unwrap());
         assert!(whole.get("since").is_none() && sheep > 3 && transitions.len() > 3);
-        let same = answer(&mut given, state(), Some(&whole["tag"]));
+        let same = answer(&mut sent, state(), Some(&whole["tag"]));
         assert_eq!((&same["since"], &same["sheep"]), (&whole["tag"], &json!([[0, sheep]])));
         assert_eq!((same.get("shares"), same.get("wants"), same.get("visits")), (None, None, None));
         let mut weighed = state();
         weighed.part.transitions[1].weight = 3.0;
         weighed.part.transitions[1].visits = 0.5;
         weighed.part.sheep[0].share = 0.25;
-        let news = answer(&mut given, weighed, Some(&same["tag"]));
-        assert_eq!(news["sheep"], json!([[0, sheep]]), "shares are told apart");
-        assert_eq!((&news["shares"][0], news.get("wants")), (&json!(0.25), None));
+        let delta = answer(&mut sent, weighed, Some(&same["tag"]));
+        assert_eq!(delta["sheep"], json!([[0, sheep]]), "shares are told apart");
+        assert_eq!((&delta["shares"][0], delta.get("wants")), (&json!(0.25), None));
         assert_eq!(
-            (&news["transitions"][0], &news["transitions"][2]),
+            (&delta["transitions"][0], &delta["transitions"][2]),
             (&json!([0, 1]), &json!([2, transitions.len()]))
         );
-        assert_eq!((&news["transitions"][1]["weight"], &news["visits"][1]), (&json!(3.0), &json!(0.5)));
+        assert_eq!((&delta["transitions"][1]["weight"], &delta["visits"][1]), (&json!(3.0), &json!(0.5)));
         for _ in 0..MOST_KEPT {
-            answer(&mut given, state(), None);
+            answer(&mut sent, state(), None);
         }
-        assert!(answer(&mut given, state(), Some(&news["tag"])).get("since").is_none(), "it is forgotten");
-        let other = answer(&mut Given::new(8), state(), Some(&whole["tag"]));
+        assert!(answer(&mut sent, state(), Some(&delta["tag"])).get("since").is_none(), "it is forgotten");
+        let other = answer(&mut SentStates::new(8), state(), Some(&whole["tag"]));
         assert!(other.get("since").is_none(), "the program was started anew");
     }
 
     #[test]
     fn sheep_that_change_places_have_their_figures_with_them() {
-        let mut given = Given::new(7);
+        let mut sent = SentStates::new(7);
         let mut first = state();
         let figure = |state: &mut State, at: usize, share: f64| state.part.sheep[at].share = share;
         figure(&mut first, 0, 0.125);
@@ -293,8 +293,8 @@ mod tests {
         second.part.sheep.swap(0, 1);
         figure(&mut second, 0, 0.125);
         figure(&mut second, 1, 0.5);
-        let whole = answer(&mut given, first, None);
-        let news = answer(&mut given, second, Some(&whole["tag"]));
-        assert_eq!((&news["shares"][0], &news["shares"][1]), (&json!(0.125), &json!(0.5)));
+        let whole = answer(&mut sent, first, None);
+        let delta = answer(&mut sent, second, Some(&whole["tag"]));
+        assert_eq!((&delta["shares"][0], &delta["shares"][1]), (&json!(0.125), &json!(0.5)));
     }
 }

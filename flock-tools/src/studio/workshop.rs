@@ -19,11 +19,11 @@ use super::candidates::Candidates;
 use super::checking::Checked;
 use super::figures::Figures;
 use super::genomes::Genomes;
-use super::given::Given;
 use super::joins::JoinRecord;
 use super::media::Media;
 use super::places::Places;
 use super::ship::Shipping;
+use super::state_delta::SentStates;
 use super::stock::{Around, Stock};
 use super::{Args, StudioError};
 use crate::decoder::Decoder;
@@ -49,7 +49,7 @@ pub(super) struct Workshop {
     pub(super) places: Mutex<Places>,
     pub(super) checked: Mutex<Checked>,
     /// What pages have of the state.
-    pub(super) given: Mutex<Given>,
+    pub(super) sent: Mutex<SentStates>,
     pub(super) shipping: Shipping,
     /// What differs from the last bundle, for a revision of the manifest.
     pub(super) difference: Mutex<Option<(Revision, Value)>>,
@@ -86,7 +86,7 @@ impl Workshop {
             joins: Mutex::new(JoinRecord::open(&own)),
             places: Mutex::new(Places::open(&own)),
             checked: Mutex::default(),
-            given: Mutex::new(Given::new(rand::random())),
+            sent: Mutex::new(SentStates::new(rand::random())),
             shipping: args.shipping(),
             difference: Mutex::default(),
             known_flock: Mutex::default(),
