@@ -13,6 +13,8 @@ import { Turns } from './turns.js'
 /** @typedef {import('./fragments.js').Part} Part */
 
 const AHEAD_S = 30, BEHIND_S = 10, KEPT_BYTES = 96 << 20
+/** Milliseconds after another pace in which waiting is no stall. */
+const PACING_MS = 500
 
 /**
  * @param {HTMLElement} stage where the videos are put
@@ -73,6 +75,8 @@ class Gapless {
   #late = { dropped: 0, shown: 0 }
   #asked = 1
   #looked = -1e9
+  /** When another pace was asked for: the decoder stands for a moment then, however fast it is. */
+  #paced = -1e9
 
   /** @param {HTMLVideoElement} video @param {[number, number]} fps @param {Told} told */
   constructor(video, [num, den], told) {
@@ -119,6 +123,7 @@ class Gapless {
   /** @param {number} times */
   speed(times) {
     this.#asked = times
+    this.#paced = performance.now()
     this.#go(times)
   }
 
@@ -202,6 +207,7 @@ class Gapless {
 
   #waited() {
     const at = pieceAt(this.#pieces, this.#frame)
+    if (performance.now() - this.#paced < PACING_MS) return
     if (this.#wants && !this.#seeking && this.#card < 0 && !this.#isCard(at) && !this.#isCard(at + 1)) {
       this.#counted.stalls++
       this.#ease()
