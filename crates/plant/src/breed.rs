@@ -8,12 +8,12 @@
 //! # Source
 //! Sims, *Artificial Evolution for Computer Graphics* (1991), sections 3.2 and 3.3.
 
-use species::{Breed, Child, Genome, Operator, Rng, UNCHANGED, descended};
+use species::{Breed, Child, Genome, Operator, Rng, Threads, UNCHANGED, descended};
 
 use crate::colour::{of_hue, shown};
 use crate::genes::{GENES, HUE, MANY};
 use crate::genome::Plant;
-use crate::look::Look;
+use crate::look::{Look, has_no_fault};
 use crate::motion::blended;
 use crate::species::Plants;
 
@@ -164,17 +164,24 @@ fn rounded(light: f32) -> f64 {
     (f64::from(light) * 1000.0).round() / 1000.0
 }
 
-/// The first that is fair, or the one that is nearest to it in activity.
+/// The first that is fair, or the one with the most contrast.
 fn fair<T>(mut make: impl FnMut() -> (Plant, T)) -> (Plant, T) {
+    // Without a thread what is seen at a few places must do.
+    let threads = Threads::new(1).ok();
+    let is_fair = |plant: &Plant, look: Look| {
+        look.is_fair() && threads.as_ref().is_none_or(|threads| has_no_fault(plant, threads))
+    };
     let mut best = make();
     let mut look = Look::of(&best.0);
+    let mut found = is_fair(&best.0, look);
     for _ in 1..TRIES {
-        if look.is_fair() {
+        if found {
             break;
         }
         let other = make();
         let seen = Look::of(&other.0);
-        if seen.is_fair() || seen.contrast > look.contrast {
+        found = is_fair(&other.0, seen);
+        if found || seen.contrast > look.contrast {
             (best, look) = (other, seen);
         }
     }

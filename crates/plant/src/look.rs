@@ -4,7 +4,7 @@
 //!
 //! Start at [`Look::of`].
 
-use species::Image;
+use species::{Figures, Image, Threads};
 
 use crate::genome::Plant;
 use crate::motion::Loop;
@@ -13,6 +13,8 @@ use crate::motion::Loop;
 const SIZE: [u32; 2] = [160, 90];
 /// Frames of the loop that is looked at.
 const FRAMES: f64 = 240.0;
+/// Frames of the longest loop that is not to be still.
+const SLOWEST: f64 = 400.0;
 /// Where in it: three frames from each on.
 const PLACES: [f64; 3] = [0.0, 77.0, 163.0];
 
@@ -51,14 +53,21 @@ impl Look {
         look
     }
 
-    /// Whether it is neither black, blank, still nor strobing: in a loop of 400 frames its activity is still 0.0005, in one
+    /// Whether it seems to be neither black, blank, still nor strobing: in a loop of 400 frames its activity is still 0.0005, in one
     /// of 180 its flicker is not over 0.6.
     pub fn is_fair(&self) -> bool {
         (0.08..=0.75).contains(&self.luma)
             && self.contrast >= 0.05
-            && self.activity >= 0.0005 * 400.0 / FRAMES
+            && self.activity >= 0.0005 * SLOWEST / FRAMES
             && self.flicker <= 0.6 * 180.0 / FRAMES
     }
+}
+
+/// Whether a loop of 400 frames has no fault by the figures that sheep of all species are judged by. They tell more than a
+/// [`Look`], of eight places, and take longer.
+pub(crate) fn has_no_fault(plant: &Plant, threads: &Threads) -> bool {
+    let motion = Loop::new(&Plant { turns: 1, ..plant.clone() }, SLOWEST);
+    Figures::sketched(&motion, SLOWEST, SIZE, threads).is_ok_and(|figures| figures.faults().is_empty())
 }
 
 fn lumas(image: &Image) -> Vec<f64> {
