@@ -1,7 +1,8 @@
 //! Input devices, read as the kernel writes them.
 //!
 //! Owns the form of an event, and that a device may be unplugged at any time: it is opened again when it is back; where any
-//! device counts, those that are plugged in are found. Nothing is asked of a device; a pipe does as well. Never knows what a key means: `crates/votes` does.
+//! device counts, those that are plugged in are found. Nothing is asked of a device; a pipe does as well. Never knows what a
+//! key means: `crates/votes` does.
 //!
 //! # Source
 //! `struct input_event` of `linux/input.h`: the time in seconds and microseconds since 1970, type and code of 16 bits each, a
