@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::fatal::Fatal;
 use bundle::{Consent, PublicKey, UnitId};
 use clap::Parser;
-use player::button::VOTES;
+use player::button::VOTES_FOLDER;
 use player::{Owner, config_file};
 use std::fs;
 use std::path::PathBuf;
@@ -92,7 +92,9 @@ impl Options {
         let slot = self.slot.zip(self.boot);
         // Who is told, and whether of the votes, is one decision.
         let (report_to, votes) = match owner.report_to {
-            Some(address) => (Some(address), owner.report_votes.then(|| config.votes.unwrap_or_else(|| VOTES.into()))),
+            Some(address) => {
+                (Some(address), owner.report_votes.then(|| config.votes.unwrap_or_else(|| VOTES_FOLDER.into())))
+            }
             None => (config.report_to, config.votes),
         };
         if source.is_none() && self.schedule.is_none() && !self.scrub && slot.is_none() {

@@ -3,7 +3,7 @@
 //! Owns [`Config`]. Never acts on it. Every key explains itself in `config/votes.toml`, which a test holds equal to
 //! [`Config::default`].
 
-use player::button::{self, VOTES};
+use player::button::{self, VOTES_FOLDER};
 use player::{ButtonDevice, Key, LogLevel, MarkSocket};
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -35,7 +35,7 @@ impl Default for Config {
             presence: None,
             acknowledge: MarkSocket::default(),
             noise: false,
-            store: VOTES.into(),
+            store: VOTES_FOLDER.into(),
             status: "127.0.0.1:7180".to_owned(),
             log: LogLevel(tracing::Level::INFO),
         }
@@ -71,5 +71,12 @@ mod tests {
         });
         let config = read(&all).unwrap();
         assert!(config.device.is_some() && config.down.is_some() && config.presence.is_some());
+    }
+
+    #[test]
+    fn what_the_owner_says_of_votes_is_read_where_it_is_written() {
+        let unit = include_str!("../../systemd/dreams-owner@.service");
+        let option = format!(" --votes {} ", Config::default().owner.display());
+        assert!(unit.contains(&option), "`{option}` is no part of the service");
     }
 }

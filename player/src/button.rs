@@ -13,7 +13,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 /// The folder of the votes, where no config names another.
-pub const VOTES: &str = "/var/lib/dreams/votes";
+pub const VOTES_FOLDER: &str = "/var/lib/dreams/votes";
 /// What stands for every key of a device, and for every device.
 const ANY: &str = "any";
 
