@@ -14,13 +14,13 @@ use ::studio::jobs::{Job, Kind, State as JobState};
 use flock::{Clip, Flock, Manifest, Measure, SheepId};
 
 use super::answers::fatal;
-use super::checking;
-use super::clip_states::ClipStates;
+use super::jobs::checking;
 use super::media::RENDER_KEY;
-use super::state::{Capabilities, Head, PoolState, Sources, State, flock_part};
-use super::state_delta::StateAnswer;
-use super::stock::Stock;
-use super::walk::Walked;
+use super::store::clip_states::ClipStates;
+use super::store::stock::Stock;
+use super::views::state::{Capabilities, Head, PoolState, Sources, State, flock_part};
+use super::views::state_delta::StateAnswer;
+use super::views::walk::Walked;
 use super::workshop::{Workshop, locked};
 use crate::credits::FlockCredits;
 

@@ -4,49 +4,28 @@
 //! them with what knows flocks, genomes and clips. Every change of the manifest goes through `flock::Edit`, as with the
 //! commands. Never listens at another address than this machine's own.
 //!
-//! | file | what is there |
+//! | where | what is there |
 //! |---|---|
-//! | `workshop.rs`, `looking.rs` | what all requests share, and what they read of it |
-//! | `answers.rs`, `requests.rs`, `*_routes.rs` | which request is answered by what |
-//! | `state.rs`, `state_delta.rs`, `figures.rs`, `balance.rs`, `walk.rs`, `lineage.rs`, `ship.rs` | the answers |
-//! | `stock.rs`, `genomes.rs`, `candidates.rs`, `clip_states.rs`, `joins.rs`, `places.rs`, `broods.rs` | what is read from the disk, and kept in `.studio` |
-//! | `children.rs`, `globe.rs`, `breeding_jobs.rs` | what is bred |
-//! | `checking.rs`, `own_command.rs` | what is checked, and commands that jobs run |
+//! | `workshop.rs`, `looking.rs`, `pictures.rs` | what all requests share, and what they read of it |
+//! | `requests.rs`, `answers.rs`, `routes` | what pages ask, how they are answered, and which request by what |
+//! | `views` | what the page is told: the state, figures, balances, the walk, the family tree, what may leave |
+//! | `store` | what is read from the disk, and kept in `.studio` |
+//! | `breeding` | broods and the snow globe |
+//! | `jobs` | what the queue runs: clips, checks, commands |
 //! | `media` | strips, fragments, packets, previews, and clips that are rendered |
 //!
 //! Start at [`run`].
 
 mod answers;
-mod balance;
-mod breed_routes;
-mod breeding_jobs;
-mod broods;
-mod candidates;
-mod checking;
-mod children;
-mod clip_states;
-mod edit_routes;
-mod figures;
-mod genomes;
-mod globe;
-mod job_routes;
-mod joins;
-mod lineage;
-mod look_routes;
+mod breeding;
+mod jobs;
 mod looking;
 mod media;
-mod media_routes;
-mod own_command;
 mod pictures;
-mod places;
-mod rendering;
 mod requests;
-mod ship;
-mod ship_routes;
-mod state;
-mod state_delta;
-mod stock;
-mod walk;
+mod routes;
+mod store;
+mod views;
 mod workshop;
 
 use std::env;
@@ -63,12 +42,11 @@ use std::time::Duration;
 use ::studio::fence::{Fence, Secrets, layer};
 use ::studio::page::Page;
 use ::studio::server::Server;
-use axum::Router;
 
 use crate::decoder::Decoder;
 use crate::program::{Exit, Fatal, now, print};
 use crate::render::options;
-use ship::Shipping;
+use views::ship::Shipping;
 use workshop::Workshop;
 
 /// How often the manifest is looked at: somebody else may have edited it.
@@ -167,29 +145,17 @@ pub(crate) fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fa
         open_browser(&workshop.own, &address);
     }
     let page = args.page.clone().map_or(Page::Embedded, Page::Folder);
-    let router = layer(page.router().merge(Arc::clone(&workshop.hub).router()).merge(routes(&workshop)), fence);
+    let router = layer(page.router().merge(Arc::clone(&workshop.hub).router()).merge(routes::all(&workshop)), fence);
     let served = runtime.block_on(server.serve(router, raised(Arc::clone(&stop))));
     stop.store(true, Ordering::Relaxed);
     // It ends within a tick of the flag.
     let _ = watching.join();
-    own_command::end_all();
+    jobs::own_command::end_all();
     // Handlers that still read files are waited for with it.
     runtime.shutdown_timeout(LOOK);
     drop(workshop);
     served.map_err(start)?;
     Ok(Exit::Fine)
-}
-
-/// All routes of the studio's interface.
-fn routes(workshop: &Arc<Workshop>) -> Router {
-    Router::new()
-        .merge(look_routes::router())
-        .merge(edit_routes::router())
-        .merge(breed_routes::router())
-        .merge(job_routes::router())
-        .merge(media_routes::router())
-        .merge(ship_routes::router())
-        .with_state(Arc::clone(workshop))
 }
 
 /// Ends when `stop` is raised.

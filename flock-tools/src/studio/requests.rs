@@ -5,7 +5,7 @@
 use ::studio::document::{EditRequest, MarkKind, Revision};
 use flock::SheepId;
 
-use super::children::Lock;
+use super::breeding::children::Lock;
 
 /// `POST /api/marks`.
 #[derive(Debug, serde::Deserialize)]

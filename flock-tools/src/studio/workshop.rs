@@ -13,18 +13,18 @@ use ::studio::jobs::{Queue, Settings};
 use flock::{Flock, Measure};
 use serde_json::{Value, json};
 
-use super::breeding_jobs;
-use super::broods::Broods;
-use super::candidates::Candidates;
-use super::checking::Checked;
-use super::figures::Figures;
-use super::genomes::Genomes;
-use super::joins::JoinRecord;
+use super::breeding::births;
+use super::breeding::broods::Broods;
+use super::jobs::checking::Checked;
 use super::media::Media;
-use super::places::Places;
-use super::ship::Shipping;
-use super::state_delta::SentStates;
-use super::stock::{Around, Stock};
+use super::store::candidates::Candidates;
+use super::store::genomes::Genomes;
+use super::store::joins::JoinRecord;
+use super::store::places::Places;
+use super::store::stock::{Around, Stock};
+use super::views::figures::Figures;
+use super::views::ship::Shipping;
+use super::views::state_delta::SentStates;
 use super::{Args, StudioError};
 use crate::decoder::Decoder;
 use crate::flock_folder::open;
@@ -98,7 +98,7 @@ impl Workshop {
     /// Goes on with the jobs that an earlier run left.
     pub(super) fn go_on(self: &Arc<Self>) {
         for brood in locked(&self.stock.broods).unfinished() {
-            breeding_jobs::queue(self, &brood);
+            births::queue(self, &brood);
         }
         for kept in self.queue.left() {
             match self.work_of(&kept) {

@@ -12,164 +12,164 @@ use ::studio::document::{Mark, MarkKind, Notes, Revision};
 use ::studio::jobs::Job;
 use flock::{Fault, Flock, FlockShares, Measure, Sheep, SheepId, SheepShare, Transition};
 
-use super::candidates::{Candidate, PoolMarks, VoteCounts};
-use super::clip_states::{ClipFile, ClipState, ClipStates};
 use super::figures::{Figures, shown};
-use super::genomes::Genomes;
-use super::joins::JoinRecord;
-use super::pictures::Keys;
-use super::places::Places;
 use crate::credits::{Credit, FlockCredits};
+use crate::studio::pictures::Keys;
+use crate::studio::store::candidates::{Candidate, PoolMarks, VoteCounts};
+use crate::studio::store::clip_states::{ClipFile, ClipState, ClipStates};
+use crate::studio::store::genomes::Genomes;
+use crate::studio::store::joins::JoinRecord;
+use crate::studio::store::places::Places;
 
 /// All that the state is made of.
-pub(super) struct Sources<'a> {
-    pub(super) folder: &'a Path,
-    pub(super) flock: &'a Flock,
-    pub(super) by: Measure,
-    pub(super) genomes: &'a Genomes,
-    pub(super) credits: &'a FlockCredits,
-    pub(super) clips: &'a ClipStates,
-    pub(super) joins: &'a JoinRecord,
-    pub(super) places: &'a Places,
-    pub(super) votes: &'a VoteCounts,
-    pub(super) marks: &'a PoolMarks,
-    pub(super) notes: &'a Notes,
-    pub(super) keys: Keys<'a>,
+pub(in crate::studio) struct Sources<'a> {
+    pub(in crate::studio) folder: &'a Path,
+    pub(in crate::studio) flock: &'a Flock,
+    pub(in crate::studio) by: Measure,
+    pub(in crate::studio) genomes: &'a Genomes,
+    pub(in crate::studio) credits: &'a FlockCredits,
+    pub(in crate::studio) clips: &'a ClipStates,
+    pub(in crate::studio) joins: &'a JoinRecord,
+    pub(in crate::studio) places: &'a Places,
+    pub(in crate::studio) votes: &'a VoteCounts,
+    pub(in crate::studio) marks: &'a PoolMarks,
+    pub(in crate::studio) notes: &'a Notes,
+    pub(in crate::studio) keys: Keys<'a>,
 }
 
 /// The state.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct State {
+pub(in crate::studio) struct State {
     #[serde(flatten)]
-    pub(super) head: Head,
+    pub(in crate::studio) head: Head,
     #[serde(flatten)]
-    pub(super) part: FlockPart,
+    pub(in crate::studio) part: FlockPart,
 }
 
 /// The part of the state that is short.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Head {
-    pub(super) revision: Revision,
-    pub(super) name: String,
+pub(in crate::studio) struct Head {
+    pub(in crate::studio) revision: Revision,
+    pub(in crate::studio) name: String,
     /// Numerator and denominator.
-    pub(super) fps: [u32; 2],
-    pub(super) size: [u32; 2],
+    pub(in crate::studio) fps: [u32; 2],
+    pub(in crate::studio) size: [u32; 2],
     /// What wants are compared with.
-    pub(super) by: Measure,
+    pub(in crate::studio) by: Measure,
     /// The server's time, in milliseconds since 1970.
-    pub(super) now_ms: u64,
+    pub(in crate::studio) now_ms: u64,
     /// What would be taken back, and done again, in words.
-    pub(super) undo: Option<String>,
-    pub(super) redo: Option<String>,
-    pub(super) jobs: Vec<Job>,
-    pub(super) paused: bool,
+    pub(in crate::studio) undo: Option<String>,
+    pub(in crate::studio) redo: Option<String>,
+    pub(in crate::studio) jobs: Vec<Job>,
+    pub(in crate::studio) paused: bool,
     /// `null` until a sheep was accepted.
-    pub(super) pool: Option<PoolState>,
-    pub(super) capabilities: Capabilities,
+    pub(in crate::studio) pool: Option<PoolState>,
+    pub(in crate::studio) capabilities: Capabilities,
 }
 
 /// The pool.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct PoolState {
-    pub(super) name: String,
+pub(in crate::studio) struct PoolState {
+    pub(in crate::studio) name: String,
 }
 
 /// What this program can do besides.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Capabilities {
-    pub(super) gpu: bool,
+pub(in crate::studio) struct Capabilities {
+    pub(in crate::studio) gpu: bool,
 }
 
 /// The part of the state that is about sheep and transitions.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct FlockPart {
-    pub(super) figures: Figures,
-    pub(super) faults: Vec<Fault>,
-    pub(super) sheep: Vec<SheepState>,
-    pub(super) candidates: Vec<SheepState>,
-    pub(super) transitions: Vec<TransitionState>,
+pub(in crate::studio) struct FlockPart {
+    pub(in crate::studio) figures: Figures,
+    pub(in crate::studio) faults: Vec<Fault>,
+    pub(in crate::studio) sheep: Vec<SheepState>,
+    pub(in crate::studio) candidates: Vec<SheepState>,
+    pub(in crate::studio) transitions: Vec<TransitionState>,
 }
 
 /// A sheep on the page.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts, each a key of the interface")]
-pub(super) struct SheepState {
-    pub(super) id: SheepId,
+pub(in crate::studio) struct SheepState {
+    pub(in crate::studio) id: SheepId,
     /// The ending of its genome's file.
-    pub(super) species: Option<String>,
-    pub(super) in_flock: bool,
+    pub(in crate::studio) species: Option<String>,
+    pub(in crate::studio) in_flock: bool,
     /// Of a candidate: `pool` or `archive`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) source: Option<&'static str>,
+    pub(in crate::studio) source: Option<&'static str>,
     /// As written in the manifest, and as a part of all.
-    pub(super) want: f64,
-    pub(super) wanted: f64,
-    pub(super) share: f64,
-    pub(super) ratio: Option<f64>,
-    pub(super) repeat: u32,
-    pub(super) frames: u32,
-    pub(super) ins: usize,
-    pub(super) outs: usize,
-    pub(super) shown: bool,
-    pub(super) state: ClipState,
-    pub(super) percent: Option<f64>,
-    pub(super) strip: Option<String>,
-    pub(super) fragments: Option<String>,
-    pub(super) genome: bool,
-    pub(super) licence: Option<String>,
-    pub(super) authors: Vec<String>,
-    pub(super) parents: Vec<String>,
-    pub(super) mark: MarkKind,
-    pub(super) rating: u8,
-    pub(super) votes: Option<VoteCount>,
-    pub(super) activity: Option<f64>,
-    pub(super) colour: Option<String>,
-    pub(super) bytes: Option<u64>,
-    pub(super) made_ms: Option<u64>,
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) pinned: bool,
+    pub(in crate::studio) want: f64,
+    pub(in crate::studio) wanted: f64,
+    pub(in crate::studio) share: f64,
+    pub(in crate::studio) ratio: Option<f64>,
+    pub(in crate::studio) repeat: u32,
+    pub(in crate::studio) frames: u32,
+    pub(in crate::studio) ins: usize,
+    pub(in crate::studio) outs: usize,
+    pub(in crate::studio) shown: bool,
+    pub(in crate::studio) state: ClipState,
+    pub(in crate::studio) percent: Option<f64>,
+    pub(in crate::studio) strip: Option<String>,
+    pub(in crate::studio) fragments: Option<String>,
+    pub(in crate::studio) genome: bool,
+    pub(in crate::studio) licence: Option<String>,
+    pub(in crate::studio) authors: Vec<String>,
+    pub(in crate::studio) parents: Vec<String>,
+    pub(in crate::studio) mark: MarkKind,
+    pub(in crate::studio) rating: u8,
+    pub(in crate::studio) votes: Option<VoteCount>,
+    pub(in crate::studio) activity: Option<f64>,
+    pub(in crate::studio) colour: Option<String>,
+    pub(in crate::studio) bytes: Option<u64>,
+    pub(in crate::studio) made_ms: Option<u64>,
+    pub(in crate::studio) x: f64,
+    pub(in crate::studio) y: f64,
+    pub(in crate::studio) pinned: bool,
 }
 
 /// Votes of the people before the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-pub(super) struct VoteCount {
+pub(in crate::studio) struct VoteCount {
     #[serde(rename = "for")]
-    pub(super) up: u64,
-    pub(super) against: u64,
+    pub(in crate::studio) up: u64,
+    pub(in crate::studio) against: u64,
 }
 
 /// A transition on the page.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct TransitionState {
-    pub(super) from: SheepId,
-    pub(super) to: SheepId,
-    pub(super) weight: f64,
-    pub(super) visits: f64,
-    pub(super) frames: u32,
-    pub(super) state: ClipState,
-    pub(super) percent: Option<f64>,
+pub(in crate::studio) struct TransitionState {
+    pub(in crate::studio) from: SheepId,
+    pub(in crate::studio) to: SheepId,
+    pub(in crate::studio) weight: f64,
+    pub(in crate::studio) visits: f64,
+    pub(in crate::studio) frames: u32,
+    pub(in crate::studio) state: ClipState,
+    pub(in crate::studio) percent: Option<f64>,
     /// Whether both genomes are there and of one species, so that it goes through genomes.
-    pub(super) genetic: bool,
-    pub(super) join: Option<Joins>,
+    pub(in crate::studio) genetic: bool,
+    pub(in crate::studio) join: Option<Joins>,
     /// Whether the artist has marked it.
-    pub(super) bad: bool,
-    pub(super) fragments: Option<String>,
-    pub(super) bytes: Option<u64>,
+    pub(in crate::studio) bad: bool,
+    pub(in crate::studio) fragments: Option<String>,
+    pub(in crate::studio) bytes: Option<u64>,
 }
 
 /// How well a transition meets the loops at its ends, in decibels off.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub(super) struct Joins {
-    pub(super) from: Option<Decibels>,
-    pub(super) to: Option<Decibels>,
+pub(in crate::studio) struct Joins {
+    pub(in crate::studio) from: Option<Decibels>,
+    pub(in crate::studio) to: Option<Decibels>,
     /// The larger severity: above 1 it jumps.
-    pub(super) worst: f64,
+    pub(in crate::studio) worst: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub(super) struct Decibels {
-    pub(super) db: f64,
+pub(in crate::studio) struct Decibels {
+    pub(in crate::studio) db: f64,
 }
 
 /// The figures of sheep by their ids, and how often transitions are taken.
@@ -179,7 +179,7 @@ struct Shares<'f> {
 }
 
 /// The part of the state that is about sheep and transitions; `candidates` that are in the flock are left out.
-pub(super) fn flock_part(sources: &Sources<'_>, candidates: &[Candidate], faults: Vec<Fault>) -> FlockPart {
+pub(in crate::studio) fn flock_part(sources: &Sources<'_>, candidates: &[Candidate], faults: Vec<Fault>) -> FlockPart {
     let manifest = sources.flock.manifest();
     let computed = FlockShares::of(sources.flock);
     let shares = Shares::of(computed.as_ref());
@@ -355,7 +355,7 @@ impl Sources<'_> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::studio) mod tests {
     use super::*;
     use crate::studio::media::Media;
     use flock::{Clip, ClipPath, Manifest};

@@ -12,67 +12,72 @@ use super::figures::SheepFigures;
 use crate::balance::cost;
 
 /// Transitions that are suggested at once, of either kind.
-pub(super) const SUGGESTED: usize = 6;
+pub(in crate::studio) const SUGGESTED: usize = 6;
 
 /// The weights of a balance beside those that are written.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Proposal {
+pub(in crate::studio) struct Proposal {
     /// Whether some weights reach the wants exactly.
-    pub(super) reachable: bool,
+    pub(in crate::studio) reachable: bool,
     /// The worst ratio with these weights, and with those that are written.
-    pub(super) worst_ratio: Option<f64>,
-    pub(super) worst_ratio_was: Option<f64>,
+    pub(in crate::studio) worst_ratio: Option<f64>,
+    pub(in crate::studio) worst_ratio_was: Option<f64>,
     /// The transitions whose weight would change.
-    pub(super) weights: Vec<NewWeight>,
-    pub(super) sheep: Vec<NewShare>,
+    pub(in crate::studio) weights: Vec<NewWeight>,
+    pub(in crate::studio) sheep: Vec<NewShare>,
     /// Sheep that are wanted more than all that they lead to; empty if the wants can be reached.
-    pub(super) bottleneck: Vec<SheepId>,
+    pub(in crate::studio) bottleneck: Vec<SheepId>,
 }
 
 /// A weight that would change.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct NewWeight {
-    pub(super) from: SheepId,
-    pub(super) to: SheepId,
-    pub(super) was: f64,
-    pub(super) value: f64,
+pub(in crate::studio) struct NewWeight {
+    pub(in crate::studio) from: SheepId,
+    pub(in crate::studio) to: SheepId,
+    pub(in crate::studio) was: f64,
+    pub(in crate::studio) value: f64,
 }
 
 /// The share of a sheep with the new weights, and the one that it has.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct NewShare {
-    pub(super) id: SheepId,
-    pub(super) share: f64,
-    pub(super) wanted: f64,
-    pub(super) was: f64,
+pub(in crate::studio) struct NewShare {
+    pub(in crate::studio) id: SheepId,
+    pub(in crate::studio) share: f64,
+    pub(in crate::studio) wanted: f64,
+    pub(in crate::studio) was: f64,
 }
 
 /// Transitions that would help.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Advice {
+pub(in crate::studio) struct Advice {
     /// Each is the best one after those before it.
-    pub(super) add: Vec<Advised>,
-    pub(super) remove: Vec<Advised>,
+    pub(in crate::studio) add: Vec<Advised>,
+    pub(in crate::studio) remove: Vec<Advised>,
 }
 
 /// A transition to add or to remove.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Advised {
-    pub(super) from: SheepId,
-    pub(super) to: SheepId,
+pub(in crate::studio) struct Advised {
+    pub(in crate::studio) from: SheepId,
+    pub(in crate::studio) to: SheepId,
     /// That of the balance after this and those before it.
-    pub(super) worst_ratio: Option<f64>,
-    pub(super) frames: u32,
+    pub(in crate::studio) worst_ratio: Option<f64>,
+    pub(in crate::studio) frames: u32,
     /// Samples to render it; `null` if a genome is missing, and for one that is there.
-    pub(super) samples: Option<f64>,
+    pub(in crate::studio) samples: Option<f64>,
     /// Processor time to render it, in seconds; `null` if nothing is known of it.
-    pub(super) cost_s: Option<f64>,
+    pub(in crate::studio) cost_s: Option<f64>,
 }
 
 impl Proposal {
     /// The balance of `flock` on `terms`; `now` are the figures of its sheep, in the order of their ids. `None` if it has no
     /// cycle.
-    pub(super) fn of(flock: &Flock, terms: Terms, now: &[SheepFigures], worst_ratio_was: Option<f64>) -> Option<Self> {
+    pub(in crate::studio) fn of(
+        flock: &Flock,
+        terms: Terms,
+        now: &[SheepFigures],
+        worst_ratio_was: Option<f64>,
+    ) -> Option<Self> {
         let balance = Balance::of(flock, terms)?;
         let whole = flock.whole();
         let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
@@ -103,7 +108,7 @@ impl Proposal {
 
 impl Advice {
     /// What would help the `flock` in `folder` most. `None` if it has no cycle.
-    pub(super) fn of(folder: &Path, flock: &Flock, terms: Terms) -> Option<Self> {
+    pub(in crate::studio) fn of(folder: &Path, flock: &Flock, terms: Terms) -> Option<Self> {
         let Suggestions { add, remove } = Suggestions::of(flock, terms, SUGGESTED)?;
         let costs = cost::without_measurement(&add, flock, folder);
         let advised = |own: &Suggestion, samples: Option<f64>| Advised {

@@ -16,16 +16,16 @@ use axum::extract::State;
 use axum::routing::{get, post};
 use serde_json::{Value, json};
 
-use super::answers::{Answer, conflict, of, refused};
-use super::checking;
-use super::clip_states::ClipState;
-use super::own_command;
-use super::requests::{CheckRequest, PackRequest, PublishRequest};
-use super::ship::{JoinCount, ShipState, licences, size, why_not};
-use super::workshop::{Workshop, locked};
+use crate::studio::answers::{Answer, conflict, of, refused};
+use crate::studio::jobs::checking;
+use crate::studio::jobs::own_command;
+use crate::studio::requests::{CheckRequest, PackRequest, PublishRequest};
+use crate::studio::store::clip_states::ClipState;
+use crate::studio::views::ship::{JoinCount, ShipState, licences, size, why_not};
+use crate::studio::workshop::{Workshop, locked};
 
 /// The routes.
-pub(super) fn router() -> Router<Arc<Workshop>> {
+pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/ship", get(state))
         .route("/api/ship/check", post(check))

@@ -23,30 +23,30 @@ type Stamp = (u64, u64);
 
 /// The joins that were judged.
 #[derive(Debug, Default)]
-pub(super) struct JoinRecord {
+pub(in crate::studio) struct JoinRecord {
     path: PathBuf,
     known: BTreeMap<(String, String), KnownJoin>,
 }
 
 /// A join that was judged.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct KnownJoin {
+pub(in crate::studio) struct KnownJoin {
     /// The clip that ends, and the one that begins.
     before: String,
     after: String,
     stamps: [Stamp; 2],
     /// Above 1 the join jumps.
-    pub(super) severity: f64,
+    pub(in crate::studio) severity: f64,
     /// The largest of what is off, in decibels.
-    pub(super) db: f64,
+    pub(in crate::studio) db: f64,
     /// The same in words.
-    pub(super) why: String,
+    pub(in crate::studio) why: String,
 }
 
 /// The loop or the transition that a clip is.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
-pub(super) enum End {
+pub(in crate::studio) enum End {
     /// The loop of this sheep.
     Loop { sheep: SheepId, frames: u32, fragments: Option<String> },
     /// The transition between these.
@@ -55,19 +55,19 @@ pub(super) enum End {
 
 /// A join as the page shows it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct ToldJoin {
-    pub(super) from: End,
-    pub(super) to: End,
-    pub(super) severity: f64,
-    pub(super) db: f64,
-    pub(super) why: String,
+pub(in crate::studio) struct ToldJoin {
+    pub(in crate::studio) from: End,
+    pub(in crate::studio) to: End,
+    pub(in crate::studio) severity: f64,
+    pub(in crate::studio) db: f64,
+    pub(in crate::studio) why: String,
     /// Whether the artist has marked the transition of this join.
-    pub(super) bad: bool,
+    pub(in crate::studio) bad: bool,
 }
 
 impl JoinRecord {
     /// The record in the studio's own folder; empty if it cannot be read.
-    pub(super) fn open(own: &Path) -> Self {
+    pub(in crate::studio) fn open(own: &Path) -> Self {
         let path = own.join(FILE);
         let read = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Vec<KnownJoin>>(&bytes).ok());
         let known = read.unwrap_or_default().into_iter();
@@ -77,7 +77,7 @@ impl JoinRecord {
 
     /// Takes in what was judged in the flock's `folder`.
     /// Errors: If the record cannot be written.
-    pub(super) fn add(&mut self, folder: &Path, judgement: &Judgement) -> io::Result<()> {
+    pub(in crate::studio) fn add(&mut self, folder: &Path, judgement: &Judgement) -> io::Result<()> {
         for JudgedJoin { join, figures } in &judgement.joins {
             let paths = [&join.before, &join.after].map(|clip| clip.path.as_str().to_owned());
             let Some(stamps) = stamps(folder, [&join.before, &join.after]) else { continue };
@@ -93,14 +93,14 @@ impl JoinRecord {
     }
 
     /// What is known of the join from `before` to `after`, as the clips are now in the flock's `folder`.
-    pub(super) fn find(&self, folder: &Path, before: &Clip, after: &Clip) -> Option<&KnownJoin> {
+    pub(in crate::studio) fn find(&self, folder: &Path, before: &Clip, after: &Clip) -> Option<&KnownJoin> {
         let known = self.known.get(&(before.path.as_str().to_owned(), after.path.as_str().to_owned()))?;
         (stamps(folder, [before, after]) == Some(known.stamps)).then_some(known)
     }
 
     /// The joins of `manifest` that were judged, the worst first. `fragments` gives a clip's key; `is_bad` tells whether the
     /// artist has marked a transition.
-    pub(super) fn told(
+    pub(in crate::studio) fn told(
         &self,
         folder: &Path,
         manifest: &Manifest,
@@ -136,7 +136,7 @@ impl JoinRecord {
 }
 
 /// The part of `manifest` that has the joins of the transition from `from` to `to` with the loops at its ends.
-pub(super) fn around(manifest: &Manifest, from: &SheepId, to: &SheepId) -> Manifest {
+pub(in crate::studio) fn around(manifest: &Manifest, from: &SheepId, to: &SheepId) -> Manifest {
     let sheep = manifest.sheep.iter().filter(|sheep| sheep.id == *from || sheep.id == *to).cloned().collect();
     let transitions = manifest.transitions.iter().filter(|own| own.from == *from && own.to == *to).cloned().collect();
     Manifest { name: manifest.name.clone(), size: manifest.size, fps: manifest.fps, sheep, transitions }

@@ -22,7 +22,7 @@ const MOST_KEPT: usize = 8;
 
 /// The states that were sent last.
 #[derive(Debug)]
-pub(super) struct SentStates {
+pub(in crate::studio) struct SentStates {
     /// Tells this start's tags from those of another.
     start: u32,
     last: u64,
@@ -31,7 +31,7 @@ pub(super) struct SentStates {
 
 /// A state for a page: all of it, or what is new.
 #[derive(Debug)]
-pub(super) struct StateAnswer {
+pub(in crate::studio) struct StateAnswer {
     tag: String,
     state: Arc<State>,
     delta: Option<Delta>,
@@ -61,12 +61,12 @@ enum Part {
 
 impl SentStates {
     /// None were sent. `start` is another number at each start of the program.
-    pub(super) fn new(start: u32) -> Self {
+    pub(in crate::studio) fn new(start: u32) -> Self {
         Self { start, last: 0, kept: VecDeque::new() }
     }
 
     /// The answer to a page that has the state of the tag `since`.
-    pub(super) fn answer(&mut self, mut state: State, since: Option<&str>) -> StateAnswer {
+    pub(in crate::studio) fn answer(&mut self, mut state: State, since: Option<&str>) -> StateAnswer {
         let known = self.kept.iter().find(|(tag, before)| Some(&**tag) == since && before.head.by == state.head.by);
         let delta = known.map(|(tag, before)| Delta::of(tag, &before.part, &mut state.part));
         self.last += 1;
@@ -214,8 +214,8 @@ impl Serialize for StateAnswer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studio::state::Capabilities;
-    use crate::studio::state::tests::part;
+    use crate::studio::views::state::Capabilities;
+    use crate::studio::views::state::tests::part;
     use ::studio::document::{Notes, Revision};
     use flock::Measure;
     use serde_json::{Value, json};

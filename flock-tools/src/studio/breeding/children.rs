@@ -23,7 +23,7 @@ const CROSSED: f64 = 0.6;
 /// What must stay as it is in a parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Lock {
+pub(in crate::studio) enum Lock {
     /// The colours.
     Palette,
     /// Where one looks from, and how things move past.
@@ -36,31 +36,31 @@ pub(super) enum Lock {
 
 /// What the artist asks of a brood.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct Wish {
+pub(in crate::studio) struct Wish {
     /// How large changes are, from 0 to 1; 0.5 is usual.
-    pub(super) strength: f64,
+    pub(in crate::studio) strength: f64,
     /// What must stay.
-    pub(super) locks: Vec<Lock>,
+    pub(in crate::studio) locks: Vec<Lock>,
     /// The seed of all of it.
-    pub(super) seed: u64,
+    pub(in crate::studio) seed: u64,
 }
 
 /// A genome that may be a parent.
-pub(super) struct Parent {
-    pub(super) id: String,
+pub(in crate::studio) struct Parent {
+    pub(in crate::studio) id: String,
     /// The ending of its species.
-    pub(super) species: String,
-    pub(super) genome: Box<dyn Genome>,
+    pub(in crate::studio) species: String,
+    pub(in crate::studio) genome: Box<dyn Genome>,
 }
 
 /// A child that was made.
 #[derive(Debug)]
-pub(super) struct MadeChild {
-    pub(super) genome: Box<dyn Genome>,
-    pub(super) op: String,
-    pub(super) species: String,
+pub(in crate::studio) struct MadeChild {
+    pub(in crate::studio) genome: Box<dyn Genome>,
+    pub(in crate::studio) op: String,
+    pub(in crate::studio) species: String,
     /// The ids of its parents.
-    pub(super) parents: Vec<String>,
+    pub(in crate::studio) parents: Vec<String>,
 }
 
 /// What each operator changes, by species and name. An operator of a name that is not here changes everything.
@@ -109,7 +109,7 @@ impl Wish {
     /// The child at the place `at` of a brood: of `parents`, or by chance of the species `ending` if there are none. The same
     /// wish, parents and place give the same child.
     /// Errors: What was wrong with the last candidate, in a word or two.
-    pub(super) fn child(
+    pub(in crate::studio) fn child(
         &self,
         all: &[Box<dyn Breed>],
         parents: &[Parent],

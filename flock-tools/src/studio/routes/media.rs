@@ -18,10 +18,10 @@ use axum::http::{HeaderName, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 
-use super::answers::{Asked, blocking, malformed, missing, refused};
-use super::media::MediaError;
-use super::requests::{MiddleQuery, PacketsQuery, PreviewQuery};
-use super::workshop::Workshop;
+use crate::studio::answers::{Asked, blocking, malformed, missing, refused};
+use crate::studio::media::MediaError;
+use crate::studio::requests::{MiddleQuery, PacketsQuery, PreviewQuery};
+use crate::studio::workshop::Workshop;
 
 /// How long a request waits for a strip. A browser has six connections to a host, which must not all wait.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -37,7 +37,7 @@ const CODEC: HeaderName = HeaderName::from_static("x-codec");
 const WHOLE: HeaderName = HeaderName::from_static("x-whole");
 
 /// The routes.
-pub(super) fn router() -> Router<Arc<Workshop>> {
+pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/media/strip/{key}", get(strip))
         .route("/media/poster/{key}", get(poster))

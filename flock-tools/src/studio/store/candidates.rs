@@ -27,25 +27,25 @@ const DEPTH: usize = 3;
 
 /// A sheep that may come into the flock.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Candidate {
-    pub(super) id: SheepId,
+pub(in crate::studio) struct Candidate {
+    pub(in crate::studio) id: SheepId,
     /// Its genome's file.
-    pub(super) path: PathBuf,
+    pub(in crate::studio) path: PathBuf,
     /// `pool` or `archive`.
-    pub(super) source: &'static str,
+    pub(in crate::studio) source: &'static str,
     /// Its species, by the ending of its files.
-    pub(super) species: Option<String>,
-    pub(super) licence: Option<String>,
-    pub(super) authors: Vec<String>,
-    pub(super) parents: Vec<String>,
-    pub(super) made_ms: Option<u64>,
+    pub(in crate::studio) species: Option<String>,
+    pub(in crate::studio) licence: Option<String>,
+    pub(in crate::studio) authors: Vec<String>,
+    pub(in crate::studio) parents: Vec<String>,
+    pub(in crate::studio) made_ms: Option<u64>,
 }
 
 /// The places that candidates are in.
 #[derive(Debug)]
-pub(super) struct Candidates {
+pub(in crate::studio) struct Candidates {
     /// The folder of the pool, whether there is one yet or not.
-    pub(super) pool: PathBuf,
+    pub(in crate::studio) pool: PathBuf,
     archive: Option<PathBuf>,
     known: Mutex<Option<Known>>,
 }
@@ -60,45 +60,45 @@ struct Known {
 }
 
 /// Votes for and against, by the ids of sheep.
-pub(super) type VoteCounts = BTreeMap<String, [u64; 2]>;
+pub(in crate::studio) type VoteCounts = BTreeMap<String, [u64; 2]>;
 
 /// The artist's marks in the pool, of all its sheep.
-pub(super) type PoolMarks = BTreeMap<SheepId, MarkKind>;
+pub(in crate::studio) type PoolMarks = BTreeMap<SheepId, MarkKind>;
 
 type Stamp = [Option<(u64, SystemTime)>; 2];
 
 impl Candidates {
     /// Those of the pool in one folder and of the archive in another.
-    pub(super) fn new(pool: PathBuf, archive: Option<PathBuf>) -> Self {
+    pub(in crate::studio) fn new(pool: PathBuf, archive: Option<PathBuf>) -> Self {
         Self { pool, archive, known: Mutex::default() }
     }
 
     /// The pool, if there is one.
     /// Errors: If it cannot be read.
-    pub(super) fn folder(&self) -> Result<Option<Folder>, Fatal> {
+    pub(in crate::studio) fn folder(&self) -> Result<Option<Folder>, Fatal> {
         let is_there = self.pool.join(::breeding::SETTINGS).exists();
         is_there.then(|| pools::open(&self.pool)).transpose()
     }
 
     /// All of them, in the order of their ids; the pool's first. A pool that cannot be read has none: the page is told why
     /// when it breeds.
-    pub(super) fn all(&self, genomes: &Genomes) -> Arc<Vec<Candidate>> {
+    pub(in crate::studio) fn all(&self, genomes: &Genomes) -> Arc<Vec<Candidate>> {
         self.known(genomes).all
     }
 
     /// The votes that the pool was told.
-    pub(super) fn votes(&self, genomes: &Genomes) -> Arc<VoteCounts> {
+    pub(in crate::studio) fn votes(&self, genomes: &Genomes) -> Arc<VoteCounts> {
         self.known(genomes).votes
     }
 
     /// How the pool has marked its sheep.
-    pub(super) fn marks(&self, genomes: &Genomes) -> Arc<PoolMarks> {
+    pub(in crate::studio) fn marks(&self, genomes: &Genomes) -> Arc<PoolMarks> {
         self.known(genomes).marks
     }
 
     /// Has the pool mark sheep of its own, as `dreams pool mark` does.
     /// Errors: If the pool cannot be opened for changes, or its ledger not be written.
-    pub(super) fn set_marks(&self, marks: &[(SheepId, MarkKind)]) -> Result<(), Fatal> {
+    pub(in crate::studio) fn set_marks(&self, marks: &[(SheepId, MarkKind)]) -> Result<(), Fatal> {
         if marks.is_empty() {
             return Ok(());
         }

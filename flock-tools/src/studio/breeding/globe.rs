@@ -18,7 +18,7 @@ const PLAIN: &str = "[agents]\nversion = 1\nbackground = [\"#101020\", \"#202040
                      glow = 1.0\ndust = 20\n";
 
 /// `count` strings by chance, each of which draws something.
-pub(super) fn strangers(count: usize, seed: u64) -> Vec<String> {
+pub(in crate::studio) fn strangers(count: usize, seed: u64) -> Vec<String> {
     let mut rng = Rng::stream(seed, 0);
     let mut found: Vec<String> = Vec::new();
     while found.len() < count.min(MOST_AGENTS) {
@@ -34,7 +34,7 @@ pub(super) fn strangers(count: usize, seed: u64) -> Vec<String> {
 }
 
 /// The generation after the strings `chosen`: `count` children of them, none twice. Without chosen ones all are strangers.
-pub(super) fn next(chosen: &[String], count: usize, seed: u64) -> Vec<String> {
+pub(in crate::studio) fn next(chosen: &[String], count: usize, seed: u64) -> Vec<String> {
     let chosen: Vec<&String> = chosen.iter().filter(|string| is_drawn(string)).collect();
     if chosen.is_empty() {
         return strangers(count, seed);
@@ -57,7 +57,7 @@ pub(super) fn next(chosen: &[String], count: usize, seed: u64) -> Vec<String> {
 
 /// The text of a genome of these strings, with the looks of a globe by chance.
 /// Errors: What is wrong with the strings.
-pub(super) fn genome(strings: &[String], seed: u64) -> Result<String, String> {
+pub(in crate::studio) fn genome(strings: &[String], seed: u64) -> Result<String, String> {
     let random = Agents.random(&mut Rng::stream(seed, 2)).text();
     of_strings(random.split(FLOCK).next().unwrap_or_default(), strings)
 }

@@ -32,7 +32,7 @@ struct Running(u32);
 /// The answer of this program's command `words` with `--json`, and whether it was yes. `log` gets its lines for people;
 /// `is_cancelled` is asked while it runs.
 /// Errors: A sentence, if it ended without an answer.
-pub(super) fn run(
+pub(in crate::studio) fn run(
     words: &[OsString],
     log: &(dyn Fn(&str) + Sync),
     is_cancelled: &dyn Fn() -> bool,
@@ -80,7 +80,7 @@ pub(super) fn run(
 }
 
 /// Ends all commands that run: the studio ends.
-pub(super) fn end_all() {
+pub(in crate::studio) fn end_all() {
     for id in running().iter() {
         if let Some(id) = i32::try_from(*id).ok().and_then(Pid::from_raw) {
             // It may have ended by itself.

@@ -11,55 +11,55 @@ use flock::{Flock, FlockShares, Manifest, Measure, SheepId, SheepShare, Transiti
 
 /// The figures of a whole flock.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
-pub(super) struct Figures {
+pub(in crate::studio) struct Figures {
     /// How many sheep, transitions, and sheep that the walk shows.
-    pub(super) sheep: usize,
-    pub(super) transitions: usize,
-    pub(super) shown: usize,
+    pub(in crate::studio) sheep: usize,
+    pub(in crate::studio) transitions: usize,
+    pub(in crate::studio) shown: usize,
     /// The worst of share/want and want/share; `null` while a sheep is never shown.
-    pub(super) worst_ratio: Option<f64>,
+    pub(in crate::studio) worst_ratio: Option<f64>,
     /// The entropy of the visits.
-    pub(super) entropy_bits: f64,
+    pub(in crate::studio) entropy_bits: f64,
     /// The mean time from the start of a visit to the start of the next.
-    pub(super) step_minutes: f64,
+    pub(in crate::studio) step_minutes: f64,
 }
 
 /// The figures of one sheep.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct SheepFigures {
-    pub(super) id: SheepId,
+pub(in crate::studio) struct SheepFigures {
+    pub(in crate::studio) id: SheepId,
     /// Its part of all visits, or of the time; 0 if it is not shown.
-    pub(super) share: f64,
+    pub(in crate::studio) share: f64,
     /// The part that is wanted.
-    pub(super) wanted: f64,
+    pub(in crate::studio) wanted: f64,
     /// share/wanted; `null` where nothing is wanted.
-    pub(super) ratio: Option<f64>,
+    pub(in crate::studio) ratio: Option<f64>,
 }
 
 /// How often a transition is taken: its part of all steps.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct TransitionFigures {
-    pub(super) from: SheepId,
-    pub(super) to: SheepId,
-    pub(super) visits: f64,
+pub(in crate::studio) struct TransitionFigures {
+    pub(in crate::studio) from: SheepId,
+    pub(in crate::studio) to: SheepId,
+    pub(in crate::studio) visits: f64,
 }
 
 /// What a flock would be after some edits.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct WhatIf {
-    pub(super) figures: Figures,
-    pub(super) sheep: Vec<SheepFigures>,
-    pub(super) transitions: Vec<TransitionFigures>,
+pub(in crate::studio) struct WhatIf {
+    pub(in crate::studio) figures: Figures,
+    pub(in crate::studio) sheep: Vec<SheepFigures>,
+    pub(in crate::studio) transitions: Vec<TransitionFigures>,
     /// Frames of the clips that the flock would have more.
-    pub(super) frames: u64,
+    pub(in crate::studio) frames: u64,
     /// Processor time to render them, in seconds; `null` if nothing is known of it.
-    pub(super) cost_s: Option<f64>,
-    pub(super) no_longer_shown: Vec<SheepId>,
+    pub(in crate::studio) cost_s: Option<f64>,
+    pub(in crate::studio) no_longer_shown: Vec<SheepId>,
 }
 
 impl Figures {
     /// Those of `flock`, whose shares are `shares`; `by` is what wants are compared with.
-    pub(super) fn of(flock: &Flock, shares: Option<&FlockShares<'_>>, by: Measure) -> Self {
+    pub(in crate::studio) fn of(flock: &Flock, shares: Option<&FlockShares<'_>>, by: Measure) -> Self {
         let manifest = flock.manifest();
         let counted = Self {
             sheep: manifest.sheep.len(),
@@ -77,14 +77,14 @@ impl Figures {
     }
 
     /// The same, with the shares computed.
-    pub(super) fn of_flock(flock: &Flock, by: Measure) -> Self {
+    pub(in crate::studio) fn of_flock(flock: &Flock, by: Measure) -> Self {
         Self::of(flock, FlockShares::of(flock).as_ref(), by)
     }
 }
 
 impl WhatIf {
     /// The flock `after` the edits of the flock `before`, without the cost.
-    pub(super) fn of(before: &Flock, after: &Flock, by: Measure) -> Self {
+    pub(in crate::studio) fn of(before: &Flock, after: &Flock, by: Measure) -> Self {
         let shares = FlockShares::of(after);
         let (sheep, transitions) = shares
             .as_ref()
@@ -101,7 +101,7 @@ impl WhatIf {
 }
 
 /// The figures of every sheep, in the order of their ids.
-pub(super) fn sheep_figures(shares: &FlockShares<'_>, by: Measure) -> Vec<SheepFigures> {
+pub(in crate::studio) fn sheep_figures(shares: &FlockShares<'_>, by: Measure) -> Vec<SheepFigures> {
     let of = |sheep: &SheepShare<'_>| {
         let (share, wanted) = sheep.share_and_want(by);
         SheepFigures { id: sheep.id.clone(), share, wanted, ratio: (wanted > 0.0).then(|| share / wanted) }
@@ -120,12 +120,12 @@ fn transition_figures(shares: &FlockShares<'_>) -> Vec<TransitionFigures> {
 }
 
 /// The sheep that the walk shows.
-pub(super) fn shown(flock: &Flock) -> BTreeSet<&SheepId> {
+pub(in crate::studio) fn shown(flock: &Flock) -> BTreeSet<&SheepId> {
     flock.graph().sheep().filter(|_| flock.is_walkable()).map(|sheep| flock.id(sheep)).collect()
 }
 
 /// The sheep that the walk shows `before` and not `after`, although the flock still has them.
-pub(super) fn no_longer_shown(before: &Flock, after: &Flock) -> Vec<SheepId> {
+pub(in crate::studio) fn no_longer_shown(before: &Flock, after: &Flock) -> Vec<SheepId> {
     let there: BTreeSet<&SheepId> = after.manifest().sheep.iter().map(|sheep| &sheep.id).collect();
     let (before, after) = (shown(before), shown(after));
     before.difference(&after).filter(|id| there.contains(**id)).map(|id| (*id).clone()).collect()

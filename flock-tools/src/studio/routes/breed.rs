@@ -19,19 +19,20 @@ use axum::routing::{get, post};
 use flock::SheepId;
 use serde_json::{Value, json};
 
-use super::answers::{Answer, Asked, conflict, malformed, of, refused};
-use super::breeding_jobs::{begin, queue_births};
-use super::broods::{BroodRecord, CellState, PARENT};
-use super::requests::{Accept, BreedRequest, Destination, GlobeQuery, GlobeRequest, VotesText};
-use super::workshop::{Workshop, locked};
-use super::{globe, own_command};
 use crate::program::print;
+use crate::studio::answers::{Answer, Asked, conflict, malformed, of, refused};
+use crate::studio::breeding::births::{begin, queue_births};
+use crate::studio::breeding::broods::{BroodRecord, CellState, PARENT};
+use crate::studio::breeding::globe;
+use crate::studio::jobs::own_command;
+use crate::studio::requests::{Accept, BreedRequest, Destination, GlobeQuery, GlobeRequest, VotesText};
+use crate::studio::workshop::{Workshop, locked};
 
 /// Agents of a globe if no number is asked for, and the most.
 const AGENTS: usize = 25;
 
 /// The routes.
-pub(super) fn router() -> Router<Arc<Workshop>> {
+pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/breed", post(breed))
         .route("/api/broods", get(broods))

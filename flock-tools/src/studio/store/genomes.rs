@@ -17,11 +17,11 @@ use crate::species;
 
 /// What is known of a genome.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct GenomeFacts {
+pub(in crate::studio) struct GenomeFacts {
     /// Its species, by the ending of its files; `None` if the file is not there.
-    pub(super) species: Option<&'static str>,
+    pub(in crate::studio) species: Option<&'static str>,
     /// What it says of its origin; `None` if it is no genome.
-    pub(super) lineage: Option<Lineage>,
+    pub(in crate::studio) lineage: Option<Lineage>,
 }
 
 /// A file's size and when it was changed.
@@ -29,13 +29,13 @@ type Stamp = (u64, Option<SystemTime>);
 
 /// The genomes that were read.
 #[derive(Debug, Default)]
-pub(super) struct Genomes {
+pub(in crate::studio) struct Genomes {
     known: Mutex<HashMap<PathBuf, (Stamp, Arc<GenomeFacts>)>>,
 }
 
 impl Genomes {
     /// What is known of the genome at `path`. Many threads may ask at once.
-    pub(super) fn facts(&self, path: &Path) -> Arc<GenomeFacts> {
+    pub(in crate::studio) fn facts(&self, path: &Path) -> Arc<GenomeFacts> {
         let Ok(status) = fs::metadata(path) else { return Arc::default() };
         let stamp = (status.len(), status.modified().ok());
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned();

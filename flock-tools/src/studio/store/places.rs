@@ -24,21 +24,21 @@ const MANY: f64 = 0.5;
 
 /// The places of all sheep that were ever drawn, from -1 to 1 along each axis.
 #[derive(Debug, Default)]
-pub(super) struct Places {
+pub(in crate::studio) struct Places {
     path: PathBuf,
     at: BTreeMap<String, Point>,
 }
 
 impl Places {
     /// The places in the studio's own folder; none if they cannot be read.
-    pub(super) fn open(own: &Path) -> Self {
+    pub(in crate::studio) fn open(own: &Path) -> Self {
         let path = own.join(FILE);
         let at = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
         Self { path, at }
     }
 
     /// Gives every sheep of `flock` a place.
-    pub(super) fn update(&mut self, flock: &Flock) {
+    pub(in crate::studio) fn update(&mut self, flock: &Flock) {
         let whole = flock.whole();
         let ids: Vec<&str> = whole.sheep().map(|sheep| whole.id(sheep).as_str()).collect();
         let new: Vec<usize> = (0..ids.len()).filter(|at| !self.at.contains_key(ids[*at])).collect();
@@ -70,7 +70,7 @@ impl Places {
     }
 
     /// The place of a sheep; the middle if it has none.
-    pub(super) fn of(&self, id: &str) -> Point {
+    pub(in crate::studio) fn of(&self, id: &str) -> Point {
         self.at.get(id).copied().unwrap_or_default()
     }
 }

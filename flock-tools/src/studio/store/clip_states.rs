@@ -15,7 +15,7 @@ use flock::{Clip, ClipPath};
 /// The state of a clip, by its name on the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum ClipState {
+pub(in crate::studio) enum ClipState {
     /// The sheep has no loop.
     None,
     /// It is not there.
@@ -32,27 +32,27 @@ pub(super) enum ClipState {
 
 /// A clip's file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ClipFile {
-    pub(super) state: ClipState,
+pub(in crate::studio) struct ClipFile {
+    pub(in crate::studio) state: ClipState,
     /// The part of its frames that are rendered, of a clip that is being rendered.
-    pub(super) percent: Option<f64>,
-    pub(super) bytes: Option<u64>,
+    pub(in crate::studio) percent: Option<f64>,
+    pub(in crate::studio) bytes: Option<u64>,
     /// When it was changed, in milliseconds since 1970.
-    pub(super) made_ms: Option<u64>,
+    pub(in crate::studio) made_ms: Option<u64>,
 }
 
 /// What is known of clips beside their files.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ClipStates {
+pub(in crate::studio) struct ClipStates {
     /// Clips that jobs render, with the part that is done; `None` of those that wait.
-    pub(super) jobs: BTreeMap<ClipPath, Option<f64>>,
+    pub(in crate::studio) jobs: BTreeMap<ClipPath, Option<f64>>,
     /// Clips that the last check found to be damaged.
-    pub(super) damaged: BTreeSet<ClipPath>,
+    pub(in crate::studio) damaged: BTreeSet<ClipPath>,
 }
 
 impl ClipStates {
     /// The state of `clip` of the flock in `folder`.
-    pub(super) fn of(&self, folder: &Path, clip: Option<&Clip>) -> ClipFile {
+    pub(in crate::studio) fn of(&self, folder: &Path, clip: Option<&Clip>) -> ClipFile {
         let Some(clip) = clip else {
             return ClipFile { state: ClipState::None, percent: None, bytes: None, made_ms: None };
         };
@@ -70,7 +70,7 @@ impl ClipStates {
 }
 
 /// `time` in milliseconds since 1970; 0 before.
-pub(super) fn since_1970_ms(time: SystemTime) -> u64 {
+pub(in crate::studio) fn since_1970_ms(time: SystemTime) -> u64 {
     time.duration_since(UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_millis()).unwrap_or(u64::MAX))
 }
 

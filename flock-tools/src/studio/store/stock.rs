@@ -15,32 +15,32 @@ use flock::{Clip, ClipHash, Manifest, Sheep, SheepId};
 use timing::FrameCount;
 use video::Form;
 
-use super::broods::Broods;
 use super::candidates::Candidates;
 use super::genomes::Genomes;
-use super::workshop::locked;
 use crate::check::clips;
 use crate::credits::{CreditsFile, Subject};
 use crate::decoder::Decoder;
 use crate::flock_folder::paths;
 use crate::species;
+use crate::studio::breeding::broods::Broods;
+use crate::studio::workshop::locked;
 
 /// What is known of genomes, in the flock and beside it.
-pub(super) struct Stock {
+pub(in crate::studio) struct Stock {
     /// The flock's folder.
-    pub(super) folder: PathBuf,
-    pub(super) decoder: &'static dyn Decoder,
-    pub(super) genomes: Genomes,
-    pub(super) candidates: Candidates,
-    pub(super) broods: Mutex<Broods>,
+    pub(in crate::studio) folder: PathBuf,
+    pub(in crate::studio) decoder: &'static dyn Decoder,
+    pub(in crate::studio) genomes: Genomes,
+    pub(in crate::studio) candidates: Candidates,
+    pub(in crate::studio) broods: Mutex<Broods>,
 }
 
 /// What the document asks.
-pub(super) struct Around(pub(super) Arc<Stock>);
+pub(in crate::studio) struct Around(pub(in crate::studio) Arc<Stock>);
 
 impl Stock {
     /// The genome of a sheep that is not in the flock: of its pool, an archive or a brood.
-    pub(super) fn candidate_path(&self, id: &str) -> Option<PathBuf> {
+    pub(in crate::studio) fn candidate_path(&self, id: &str) -> Option<PathBuf> {
         let of_brood = locked(&self.broods).find_genome(id);
         let all = self.candidates.all(&self.genomes);
         let found = || all.iter().find(|own| own.id.as_str() == id).map(|own| own.path.clone());
@@ -48,7 +48,7 @@ impl Stock {
     }
 
     /// The genomes of all candidates, and of the dead of the pool.
-    pub(super) fn paths(&self) -> HashMap<String, PathBuf> {
+    pub(in crate::studio) fn paths(&self) -> HashMap<String, PathBuf> {
         let candidates = self.candidates.all(&self.genomes);
         let own = candidates.iter().map(|own| (own.id.as_str().to_owned(), own.path.clone()));
         let mut all: HashMap<String, PathBuf> = own.collect();

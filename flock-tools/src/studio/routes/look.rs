@@ -12,22 +12,22 @@ use axum::routing::get;
 use flock::{Clip, FlockShares, SheepId};
 use serde_json::{Value, json};
 
-use super::answers::{Answer, Asked, conflict, fatal, malformed, measure, missing, of};
-use super::balance::{Advice, Proposal};
-use super::figures::sheep_figures;
-use super::lineage::Tree;
-use super::requests::{LineageQuery, StateQuery, Terms, WalkQuery};
-use super::state_delta::StateAnswer;
-use super::walk::Walked;
-use super::workshop::{Workshop, locked};
 use crate::breeding::today;
+use crate::studio::answers::{Answer, Asked, conflict, fatal, malformed, measure, missing, of};
+use crate::studio::requests::{LineageQuery, StateQuery, Terms, WalkQuery};
+use crate::studio::views::balance::{Advice, Proposal};
+use crate::studio::views::figures::sheep_figures;
+use crate::studio::views::lineage::Tree;
+use crate::studio::views::state_delta::StateAnswer;
+use crate::studio::views::walk::Walked;
+use crate::studio::workshop::{Workshop, locked};
 
 /// Steps of a walk if none are asked for, and the most.
 const STEPS: usize = 12;
 const MOST_STEPS: usize = 5000;
 
 /// The routes.
-pub(super) fn router() -> Router<Arc<Workshop>> {
+pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/state", get(state))
         .route("/api/walk", get(walk))

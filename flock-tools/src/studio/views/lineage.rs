@@ -14,42 +14,42 @@ use crate::credits::FlockCredits;
 
 /// The tree.
 #[derive(Debug, Default, serde::Serialize)]
-pub(super) struct Tree {
+pub(in crate::studio) struct Tree {
     /// In the order of their ids.
-    pub(super) nodes: Vec<Node>,
-    pub(super) edges: Vec<Edge>,
+    pub(in crate::studio) nodes: Vec<Node>,
+    pub(in crate::studio) edges: Vec<Edge>,
 }
 
 /// A sheep in the tree.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct Node {
-    pub(super) id: String,
-    pub(super) species: Option<String>,
-    pub(super) alive: bool,
+pub(in crate::studio) struct Node {
+    pub(in crate::studio) id: String,
+    pub(in crate::studio) species: Option<String>,
+    pub(in crate::studio) alive: bool,
     /// Why it died.
-    pub(super) reason: Option<&'static str>,
+    pub(in crate::studio) reason: Option<&'static str>,
     /// Votes for, less those against.
-    pub(super) votes: f64,
+    pub(in crate::studio) votes: f64,
     /// How much it is liked: 1 is average.
-    pub(super) rating: f64,
+    pub(in crate::studio) rating: f64,
     /// The key of its strip.
-    pub(super) strip: Option<String>,
-    pub(super) in_flock: bool,
+    pub(in crate::studio) strip: Option<String>,
+    pub(in crate::studio) in_flock: bool,
 }
 
 /// That a child was made of a parent.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub(super) struct Edge {
-    pub(super) parent: String,
-    pub(super) child: String,
+pub(in crate::studio) struct Edge {
+    pub(in crate::studio) parent: String,
+    pub(in crate::studio) child: String,
     /// The operator that made it; empty if nothing says it.
-    pub(super) op: String,
+    pub(in crate::studio) op: String,
 }
 
 impl Tree {
     /// The tree of the flock with this manifest and these credits, and of its `pool` as of `today`. With `at`, only the
     /// ancestors and the descendants of this sheep. `species` and `strip` tell of a sheep by its id.
-    pub(super) fn of(
+    pub(in crate::studio) fn of(
         manifest: &Manifest,
         credits: &FlockCredits,
         pool: Option<(&Pool, Day)>,

@@ -27,56 +27,56 @@ const MOST_AUTHORS: usize = 50;
 
 /// Where bundles come from and go to.
 #[derive(Debug)]
-pub(super) struct Shipping {
+pub(in crate::studio) struct Shipping {
     /// Secret keys, by their names.
-    pub(super) keys: BTreeMap<String, PathBuf>,
+    pub(in crate::studio) keys: BTreeMap<String, PathBuf>,
     /// The folder of the bundles.
-    pub(super) outbox: PathBuf,
+    pub(in crate::studio) outbox: PathBuf,
     /// Folders to publish to that were named on the command line.
-    pub(super) targets: Vec<PathBuf>,
+    pub(in crate::studio) targets: Vec<PathBuf>,
     /// The file with the passphrase, if it is not asked for.
-    pub(super) passphrase_file: Option<PathBuf>,
+    pub(in crate::studio) passphrase_file: Option<PathBuf>,
 }
 
 /// The answer.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct ShipState {
-    pub(super) faults: Vec<Fault>,
+pub(in crate::studio) struct ShipState {
+    pub(in crate::studio) faults: Vec<Fault>,
     /// `null` until joins were judged.
-    pub(super) joins: Option<JoinCount>,
-    pub(super) credits: Vec<LicenceState>,
-    pub(super) bytes: u64,
-    pub(super) files: usize,
+    pub(in crate::studio) joins: Option<JoinCount>,
+    pub(in crate::studio) credits: Vec<LicenceState>,
+    pub(in crate::studio) bytes: u64,
+    pub(in crate::studio) files: usize,
     /// What differs from the last bundle; `null` if there is none, or if it is not known yet.
-    pub(super) difference: Option<Value>,
-    pub(super) ready: bool,
-    pub(super) why_not: Vec<String>,
-    pub(super) keys: Vec<String>,
-    pub(super) targets: Vec<String>,
-    pub(super) outbox: String,
+    pub(in crate::studio) difference: Option<Value>,
+    pub(in crate::studio) ready: bool,
+    pub(in crate::studio) why_not: Vec<String>,
+    pub(in crate::studio) keys: Vec<String>,
+    pub(in crate::studio) targets: Vec<String>,
+    pub(in crate::studio) outbox: String,
 }
 
 /// How many joins were judged.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct JoinCount {
-    pub(super) judged: usize,
-    pub(super) jumps: usize,
+pub(in crate::studio) struct JoinCount {
+    pub(in crate::studio) judged: usize,
+    pub(in crate::studio) jumps: usize,
     /// The largest severity: above 1 it jumps.
-    pub(super) worst: f64,
+    pub(in crate::studio) worst: f64,
 }
 
 /// What is under a licence.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct LicenceState {
+pub(in crate::studio) struct LicenceState {
     /// `null` is what has no licence.
-    pub(super) licence: Option<String>,
-    pub(super) sheep: usize,
-    pub(super) authors: Vec<String>,
+    pub(in crate::studio) licence: Option<String>,
+    pub(in crate::studio) sheep: usize,
+    pub(in crate::studio) authors: Vec<String>,
 }
 
 impl Shipping {
     /// For the flock in `folder`: the `keys` and those that lie beside the flock's folder, and an outbox there.
-    pub(super) fn new(
+    pub(in crate::studio) fn new(
         folder: &Path,
         keys: &[PathBuf],
         outbox: Option<PathBuf>,
@@ -98,18 +98,18 @@ impl Shipping {
     }
 
     /// The public keys beside the secret ones.
-    pub(super) fn public_keys(&self) -> Vec<PathBuf> {
+    pub(in crate::studio) fn public_keys(&self) -> Vec<PathBuf> {
         self.keys.values().map(|key| key.with_extension(PUBLIC)).filter(|key| key.is_file()).collect()
     }
 
     /// Whether something was packed.
-    pub(super) fn has_bundle(&self) -> bool {
+    pub(in crate::studio) fn has_bundle(&self) -> bool {
         let seals = Folder::open(&self.outbox).and_then(|folder| folder.seals());
         seals.is_ok_and(|seals| !seals.is_empty())
     }
 
     /// The folders that bundles may be published to: those of the command line, and mounted sticks.
-    pub(super) fn targets(&self) -> Vec<PathBuf> {
+    pub(in crate::studio) fn targets(&self) -> Vec<PathBuf> {
         let inside = |folder: &Path| -> Vec<PathBuf> {
             let entries = fs::read_dir(folder).into_iter().flatten();
             entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).collect()
@@ -121,7 +121,7 @@ impl Shipping {
 }
 
 /// The bytes and the number of the files that a bundle of the flock in `folder` has.
-pub(super) fn size(folder: &Path, manifest: &Manifest) -> (u64, usize) {
+pub(in crate::studio) fn size(folder: &Path, manifest: &Manifest) -> (u64, usize) {
     let genomes = manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref());
     let named = manifest.clips().map(|clip| &clip.path).chain(genomes).map(|path| path.inside(folder));
     let own = [flock::FILE_NAME, CREDITS].map(|name| folder.join(name));
@@ -133,7 +133,7 @@ pub(super) fn size(folder: &Path, manifest: &Manifest) -> (u64, usize) {
 }
 
 /// The licences in the flock, the most frequent first, with the authors of what is under each.
-pub(super) fn licences(credits: &FlockCredits) -> Vec<LicenceState> {
+pub(in crate::studio) fn licences(credits: &FlockCredits) -> Vec<LicenceState> {
     let mut found: BTreeMap<Option<&str>, LicenceState> = BTreeMap::new();
     for credit in &credits.sheep {
         let licence = credit.licence.as_ref().map(Licence::as_str);
@@ -155,7 +155,12 @@ pub(super) fn licences(credits: &FlockCredits) -> Vec<LicenceState> {
 }
 
 /// Why the flock cannot be packed: `missing` clips, `faults`, and joins that jump; empty if it can.
-pub(super) fn why_not(missing: usize, faults: &[Fault], joins: Option<&JoinCount>, keys: usize) -> Vec<String> {
+pub(in crate::studio) fn why_not(
+    missing: usize,
+    faults: &[Fault],
+    joins: Option<&JoinCount>,
+    keys: usize,
+) -> Vec<String> {
     let mut why = Vec::new();
     if missing > 0 {
         let verb = if missing == 1 { "is" } else { "are" };

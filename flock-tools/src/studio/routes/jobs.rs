@@ -13,12 +13,12 @@ use axum::extract::{Path, State};
 use axum::routing::{delete, get, post};
 use serde_json::{Value, json};
 
-use super::answers::{Answer, missing, of};
-use super::requests::{JobRequest, Pause, PreviewRequest};
-use super::workshop::Workshop;
+use crate::studio::answers::{Answer, missing, of};
+use crate::studio::requests::{JobRequest, Pause, PreviewRequest};
+use crate::studio::workshop::Workshop;
 
 /// The routes.
-pub(super) fn router() -> Router<Arc<Workshop>> {
+pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/jobs", get(jobs).post(begin))
         .route("/api/jobs/pause", post(pause))

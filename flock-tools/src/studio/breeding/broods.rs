@@ -18,44 +18,44 @@ const RECORD: &str = "brood.json";
 /// The most broods that the page is told of, the newest first.
 const MOST_TOLD: usize = 200;
 /// The operator of a cell that shows a parent.
-pub(super) const PARENT: &str = "parent";
+pub(in crate::studio) const PARENT: &str = "parent";
 
 /// A brood.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct BroodRecord {
+pub(in crate::studio) struct BroodRecord {
     /// `b` and a number.
-    pub(super) id: String,
+    pub(in crate::studio) id: String,
     /// The sheep that all are made of; none of strangers.
-    pub(super) parents: Vec<String>,
+    pub(in crate::studio) parents: Vec<String>,
     /// The species of strangers, by the ending of its files.
-    pub(super) species: Option<String>,
-    pub(super) wish: Wish,
+    pub(in crate::studio) species: Option<String>,
+    pub(in crate::studio) wish: Wish,
     /// When it was asked for, in milliseconds since 1970.
-    pub(super) at_ms: u64,
+    pub(in crate::studio) at_ms: u64,
     /// The parents first.
-    pub(super) cells: Vec<Cell>,
+    pub(in crate::studio) cells: Vec<Cell>,
 }
 
 /// A place in a brood.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct Cell {
+pub(in crate::studio) struct Cell {
     /// That of the brood, a hyphen and a number; of a parent its own.
-    pub(super) id: String,
-    pub(super) parents: Vec<String>,
+    pub(in crate::studio) id: String,
+    pub(in crate::studio) parents: Vec<String>,
     /// The operator that made it; empty until then.
-    pub(super) op: String,
+    pub(in crate::studio) op: String,
     /// The ending of its species; empty until it is made.
-    pub(super) species: String,
-    pub(super) state: CellState,
+    pub(in crate::studio) species: String,
+    pub(in crate::studio) state: CellState,
     /// Why there is nothing in it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) error: Option<String>,
+    pub(in crate::studio) error: Option<String>,
 }
 
 /// What became of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum CellState {
+pub(in crate::studio) enum CellState {
     /// It waits.
     Queued,
     /// It is being made.
@@ -68,7 +68,7 @@ pub(super) enum CellState {
 
 /// The broods of a flock's studio.
 #[derive(Debug)]
-pub(super) struct Broods {
+pub(in crate::studio) struct Broods {
     folder: PathBuf,
     /// The oldest first.
     known: Vec<BroodRecord>,
@@ -76,7 +76,7 @@ pub(super) struct Broods {
 
 impl Broods {
     /// The broods in the studio's own folder `own`. A record that cannot be read is passed over.
-    pub(super) fn open(own: &Path) -> Self {
+    pub(in crate::studio) fn open(own: &Path) -> Self {
         let folder = own.join(FOLDER);
         let entries = fs::read_dir(&folder).into_iter().flatten();
         let read = |path: PathBuf| serde_json::from_slice(&fs::read(path.join(RECORD)).ok()?).ok();
@@ -87,24 +87,24 @@ impl Broods {
     }
 
     /// Those that the page is told of, the newest first.
-    pub(super) fn newest(&self) -> impl Iterator<Item = &BroodRecord> {
+    pub(in crate::studio) fn newest(&self) -> impl Iterator<Item = &BroodRecord> {
         self.known.iter().rev().take(MOST_TOLD)
     }
 
     /// The brood `id`.
-    pub(super) fn find(&self, id: &str) -> Option<&BroodRecord> {
+    pub(in crate::studio) fn find(&self, id: &str) -> Option<&BroodRecord> {
         self.known.iter().find(|brood| brood.id == id)
     }
 
     /// Those with cells that are not made yet.
-    pub(super) fn unfinished(&self) -> Vec<BroodRecord> {
+    pub(in crate::studio) fn unfinished(&self) -> Vec<BroodRecord> {
         let waits = |cell: &Cell| matches!(cell.state, CellState::Queued | CellState::Running);
         self.known.iter().filter(|brood| brood.cells.iter().any(waits)).cloned().collect()
     }
 
     /// A new brood of `count` cells: the `parents`, with their species, and children that wait.
     /// Errors: If it cannot be written.
-    pub(super) fn begin(
+    pub(in crate::studio) fn begin(
         &mut self,
         parents: &[(String, String)],
         species: Option<String>,
@@ -142,7 +142,7 @@ impl Broods {
 
     /// Keeps a genome that was made elsewhere in the studio, as a brood of one cell; returns the cell's id.
     /// Errors: If it cannot be written.
-    pub(super) fn keep_genome(&mut self, ending: &str, text: &str, at_ms: u64) -> io::Result<String> {
+    pub(in crate::studio) fn keep_genome(&mut self, ending: &str, text: &str, at_ms: u64) -> io::Result<String> {
         let wish = Wish { strength: 0.5, locks: Vec::new(), seed: 0 };
         let brood = self.begin(&[], Some(ending.to_owned()), wish, 1, at_ms)?;
         let first = brood.cells.first().cloned().ok_or(io::ErrorKind::InvalidData)?;
@@ -154,7 +154,7 @@ impl Broods {
 
     /// Sets a cell of a brood.
     /// Errors: If it cannot be written.
-    pub(super) fn set(&mut self, brood: &str, cell: Cell) -> io::Result<()> {
+    pub(in crate::studio) fn set(&mut self, brood: &str, cell: Cell) -> io::Result<()> {
         let Some(known) = self.known.iter_mut().find(|known| known.id == brood) else { return Ok(()) };
         if let Some(own) = known.cells.iter_mut().find(|own| own.id == cell.id) {
             *own = cell;
@@ -164,19 +164,19 @@ impl Broods {
     }
 
     /// The file of a cell's genome, of the species `ending`.
-    pub(super) fn genome(&self, brood: &str, cell: &str, ending: &str) -> PathBuf {
+    pub(in crate::studio) fn genome(&self, brood: &str, cell: &str, ending: &str) -> PathBuf {
         self.folder.join(brood).join(format!("{cell}.{ending}"))
     }
 
     /// The child `id` of any brood, if it was made.
-    pub(super) fn find_cell(&self, id: &str) -> Option<Cell> {
+    pub(in crate::studio) fn find_cell(&self, id: &str) -> Option<Cell> {
         let brood = self.find(id.split_once('-')?.0)?;
         let is_own = |cell: &&Cell| cell.id == id && cell.op != PARENT && cell.state == CellState::There;
         brood.cells.iter().find(is_own).cloned()
     }
 
     /// Its genome.
-    pub(super) fn find_genome(&self, id: &str) -> Option<PathBuf> {
+    pub(in crate::studio) fn find_genome(&self, id: &str) -> Option<PathBuf> {
         let cell = self.find_cell(id)?;
         Some(self.genome(id.split_once('-')?.0, id, &cell.species))
     }

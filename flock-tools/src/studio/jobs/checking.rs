@@ -14,36 +14,36 @@ use flock::{ClipPath, Fault, FaultKind, Flock, Manifest, Sheep, SheepId, Transit
 use serde_json::{Value, json};
 use species::Threads;
 
-use super::joins::around;
-use super::workshop::{Workshop, locked};
 use crate::check::{self, clips};
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::file_list;
 use crate::joins::{count, judge};
 use crate::program::{Fatal, print};
+use crate::studio::store::joins::around;
+use crate::studio::workshop::{Workshop, locked};
 
 /// Clips, and sheep, that are looked at between two looks at whether the check is cancelled.
 const PART: usize = 8;
 
 /// What the last check found.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Checked {
+pub(in crate::studio) struct Checked {
     /// The revision of the manifest that was checked, if one was.
-    pub(super) revision: Option<Revision>,
+    pub(in crate::studio) revision: Option<Revision>,
     /// All that was wrong.
-    pub(super) faults: Vec<Fault>,
+    pub(in crate::studio) faults: Vec<Fault>,
 }
 
 impl Checked {
     /// The clips that are not what they should be.
-    pub(super) fn damaged(&self) -> BTreeSet<ClipPath> {
+    pub(in crate::studio) fn damaged(&self) -> BTreeSet<ClipPath> {
         let is_of_clip = |fault: &&Fault| matches!(fault.kind, FaultKind::DamagedClip | FaultKind::WrongClip);
         self.faults.iter().filter(is_of_clip).filter_map(|fault| fault.clip.clone()).collect()
     }
 }
 
 /// Queues a check of the whole flock, with its joins or without.
-pub(super) fn queue(workshop: &Arc<Workshop>, joins: bool) -> Job {
+pub(in crate::studio) fn queue(workshop: &Arc<Workshop>, joins: bool) -> Job {
     let shared = Arc::downgrade(workshop);
     let work = move |progress: &Progress| {
         let workshop = shared.upgrade().ok_or("the studio has ended")?;
@@ -117,7 +117,7 @@ fn part(manifest: &Manifest, sheep: &[Sheep], transitions: &[Transition]) -> Man
 }
 
 /// Queues a look at the joins of one transition, which was rendered just now.
-pub(super) fn queue_joins(workshop: &Arc<Workshop>, from: SheepId, to: SheepId) -> Job {
+pub(in crate::studio) fn queue_joins(workshop: &Arc<Workshop>, from: SheepId, to: SheepId) -> Job {
     let shared = Arc::downgrade(workshop);
     let what = format!("joins of {from} to {to}");
     let new = NewJob { key: Some(format!("joins {from}={to}")), ..NewJob::new(Priority::Preview, Kind::Joins, what) };
@@ -136,7 +136,7 @@ pub(super) fn queue_joins(workshop: &Arc<Workshop>, from: SheepId, to: SheepId) 
 }
 
 /// The faults of `flock`: those that the last check found, if it was of this revision, or else those of its graph.
-pub(super) fn faults(flock: &Flock, checked: &Checked, revision: &Revision) -> Vec<Fault> {
+pub(in crate::studio) fn faults(flock: &Flock, checked: &Checked, revision: &Revision) -> Vec<Fault> {
     if checked.revision.as_ref() == Some(revision) { checked.faults.clone() } else { flock.faults().to_vec() }
 }
 

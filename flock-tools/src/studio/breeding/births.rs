@@ -19,11 +19,11 @@ use species::{Genome, Lineage, Threads};
 
 use super::broods::{BroodRecord, Cell, CellState};
 use super::children::{Parent, Wish};
-use super::requests::BreedRequest;
-use super::workshop::{Workshop, locked};
 use crate::breeding::{nursery, open_for_changes, today};
 use crate::program::chain;
 use crate::species::{self as kinds, all, endings};
+use crate::studio::requests::BreedRequest;
+use crate::studio::workshop::{Workshop, locked};
 
 /// Cells of a brood: as many as asked for, within these.
 const CELLS: [usize; 2] = [2, 60];
@@ -33,7 +33,7 @@ const MOST_PARENTS: usize = 3;
 
 /// Begins a brood: its record, and the job that makes it.
 /// Errors: A sentence, if a parent has no genome or the record cannot be written.
-pub(super) fn begin(workshop: &Arc<Workshop>, request: &BreedRequest) -> Result<(Job, BroodRecord), String> {
+pub(in crate::studio) fn begin(workshop: &Arc<Workshop>, request: &BreedRequest) -> Result<(Job, BroodRecord), String> {
     if request.parents.len() > MOST_PARENTS {
         return Err(format!("a brood has at most {MOST_PARENTS} parents, found {}", request.parents.len()));
     }
@@ -56,7 +56,7 @@ pub(super) fn begin(workshop: &Arc<Workshop>, request: &BreedRequest) -> Result<
 }
 
 /// Queues the making of a brood.
-pub(super) fn queue(workshop: &Arc<Workshop>, brood: &BroodRecord) -> Job {
+pub(in crate::studio) fn queue(workshop: &Arc<Workshop>, brood: &BroodRecord) -> Job {
     let (id, shared) = (brood.id.clone(), Arc::downgrade(workshop));
     let new = NewJob {
         key: Some(format!("brood {id}")),
@@ -127,7 +127,7 @@ fn read(path: &Path) -> Result<(Box<dyn Genome>, String), String> {
 }
 
 /// Queues the birth of these cells in the pool, which is made if there is none.
-pub(super) fn queue_births(workshop: &Arc<Workshop>, cells: Vec<String>) -> Job {
+pub(in crate::studio) fn queue_births(workshop: &Arc<Workshop>, cells: Vec<String>) -> Job {
     let shared = Arc::downgrade(workshop);
     let what = format!("{} into the pool", crate::program::print::count(cells.len(), "cell"));
     let work = move |progress: &Progress| {

@@ -19,55 +19,55 @@ const SOON: f64 = 0.25;
 
 /// Some steps of a walk.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Walked {
-    pub(super) seed: u64,
-    pub(super) clips: Vec<WalkedClip>,
+pub(in crate::studio) struct Walked {
+    pub(in crate::studio) seed: u64,
+    pub(in crate::studio) clips: Vec<WalkedClip>,
     /// The worst first.
-    pub(super) too_often: Vec<TooOften>,
+    pub(in crate::studio) too_often: Vec<TooOften>,
     /// In the order of the walk.
-    pub(super) too_soon: Vec<TooSoon>,
+    pub(in crate::studio) too_soon: Vec<TooSoon>,
 }
 
 /// A clip of the walk.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct WalkedClip {
+pub(in crate::studio) struct WalkedClip {
     /// `loop` or `transition`.
-    pub(super) kind: &'static str,
+    pub(in crate::studio) kind: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) sheep: Option<SheepId>,
+    pub(in crate::studio) sheep: Option<SheepId>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) from: Option<SheepId>,
+    pub(in crate::studio) from: Option<SheepId>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) to: Option<SheepId>,
-    pub(super) frames: u32,
+    pub(in crate::studio) to: Option<SheepId>,
+    pub(in crate::studio) frames: u32,
     /// Frames before this clip.
-    pub(super) start_frame: u64,
+    pub(in crate::studio) start_frame: u64,
     /// The key of its fragments; `null` if the clip is not there.
-    pub(super) fragments: Option<String>,
+    pub(in crate::studio) fragments: Option<String>,
     /// The key of its moving preview; `null` if there is none.
-    pub(super) preview: Option<String>,
+    pub(in crate::studio) preview: Option<String>,
 }
 
 /// A sheep that the walk shows too often.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct TooOften {
-    pub(super) id: SheepId,
+pub(in crate::studio) struct TooOften {
+    pub(in crate::studio) id: SheepId,
     /// How often it comes in these steps.
-    pub(super) times: usize,
+    pub(in crate::studio) times: usize,
     /// Parts of the visits of these steps.
-    pub(super) share: f64,
-    pub(super) wanted: f64,
+    pub(in crate::studio) share: f64,
+    pub(in crate::studio) wanted: f64,
 }
 
 /// A visit that comes too soon after the one before.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct TooSoon {
-    pub(super) id: SheepId,
+pub(in crate::studio) struct TooSoon {
+    pub(in crate::studio) id: SheepId,
     /// The place in the list of clips at which it is back.
-    pub(super) clip: usize,
+    pub(in crate::studio) clip: usize,
     /// Seconds since the start of the visit before, and those that its want asks for.
-    pub(super) after_s: f64,
-    pub(super) usual_s: f64,
+    pub(in crate::studio) after_s: f64,
+    pub(in crate::studio) usual_s: f64,
 }
 
 /// The start of a visit.
@@ -81,7 +81,7 @@ struct Visit {
 impl Walked {
     /// `steps` steps of the walk of `flock` from `seed`, or from the first time that it comes to `start`; without keys.
     /// `None` if nothing can be shown, or if the walk does not come to `start`.
-    pub(super) fn of(flock: &Arc<Flock>, seed: u64, steps: usize, start: Option<&SheepId>) -> Option<Self> {
+    pub(in crate::studio) fn of(flock: &Arc<Flock>, seed: u64, steps: usize, start: Option<&SheepId>) -> Option<Self> {
         let mut path = Itinerary::start(Arc::clone(flock), seed);
         if let Some(start) = start {
             path = arrived(path, start)?;

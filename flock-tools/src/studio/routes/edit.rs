@@ -16,14 +16,14 @@ use axum::routing::post;
 use flock::{Flock, Manifest, Measure, SheepId};
 use serde_json::{Value, json};
 
-use super::answers::{Answer, conflict, malformed, measure, of, refused};
-use super::figures::{Figures, WhatIf};
-use super::requests::{EditsRequest, JoinMark, Marks, Pin, StepRequest, WhatIfRequest};
-use super::state_delta::StateAnswer;
-use super::workshop::{Workshop, locked};
+use crate::studio::answers::{Answer, conflict, malformed, measure, of, refused};
+use crate::studio::requests::{EditsRequest, JoinMark, Marks, Pin, StepRequest, WhatIfRequest};
+use crate::studio::views::figures::{Figures, WhatIf};
+use crate::studio::views::state_delta::StateAnswer;
+use crate::studio::workshop::{Workshop, locked};
 
 /// The routes.
-pub(super) fn router() -> Router<Arc<Workshop>> {
+pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/edits", post(edit))
         .route("/api/whatif", post(what_if))

@@ -12,11 +12,11 @@ use ::studio::jobs::{Job, Kept, Kind, NewJob, Priority, Progress, Work};
 use flock::{ClipPath, SheepId};
 use serde_json::{Value, json};
 
-use super::answers::{conflict, malformed, refused};
 use super::checking;
-use super::media::{Media, MediaError, RENDER_KEY, Wanted};
-use super::requests::{JobRequest, PreviewKind, PreviewRequest};
-use super::workshop::Workshop;
+use crate::studio::answers::{conflict, malformed, refused};
+use crate::studio::media::{Media, MediaError, RENDER_KEY, Wanted};
+use crate::studio::requests::{JobRequest, PreviewKind, PreviewRequest};
+use crate::studio::workshop::Workshop;
 
 /// Frames of a transition that does not exist, for its previews.
 const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;
@@ -27,7 +27,7 @@ type Make = fn(&Media, &str, &Progress) -> Result<Value, MediaError>;
 impl Workshop {
     /// Queues the clips that are asked for, or only tells what they cost.
     /// Errors: If nothing is named, if it is not in the flock, or if a genome cannot be read.
-    pub(super) fn render(self: &Arc<Self>, request: &JobRequest) -> Result<Value, Problem> {
+    pub(in crate::studio) fn render(self: &Arc<Self>, request: &JobRequest) -> Result<Value, Problem> {
         if request.kind != "render" {
             return Err(malformed(format!("jobs that can be asked for are `render`, found `{}`", request.kind)));
         }
@@ -89,7 +89,7 @@ impl Workshop {
 
     /// Queues a preview of a transition, which need not exist, unless it is there already.
     /// Errors: If one of the sheep has no genome.
-    pub(super) fn preview(self: &Arc<Self>, request: &PreviewRequest) -> Result<Value, Problem> {
+    pub(in crate::studio) fn preview(self: &Arc<Self>, request: &PreviewRequest) -> Result<Value, Problem> {
         let id = |text: &String| SheepId::new(text).map_err(|error| malformed(error.to_string()));
         let (from, to) = (id(&request.from)?, id(&request.to)?);
         let (_, flock) = self.flock();
@@ -117,7 +117,7 @@ impl Workshop {
     }
 
     /// Queues a strip that is not there.
-    pub(super) fn queue_strip(self: &Arc<Self>, key: &str) -> Job {
+    pub(in crate::studio) fn queue_strip(self: &Arc<Self>, key: &str) -> Job {
         let make: Make = |media, key, progress| media.make_strip(key, progress).map(|_| Value::Null);
         let what = self.name_of_strip(key).map_or_else(|| "strip".to_owned(), |id| format!("strip of {id}"));
         self.queue_media(Priority::Preview, Kind::Strip, what, key, make)
@@ -138,7 +138,7 @@ impl Workshop {
     }
 
     /// Why the strip of `key` could not be made, if that was tried last.
-    pub(super) fn failed_strip(&self, key: &str) -> Option<String> {
+    pub(in crate::studio) fn failed_strip(&self, key: &str) -> Option<String> {
         let own = key_of(Kind::Strip, key);
         let jobs = self.queue.jobs();
         jobs.into_iter().rev().find(|job| job.key.as_ref() == Some(&own))?.error
@@ -156,7 +156,7 @@ impl Workshop {
     }
 
     /// The work of a job that an earlier run left; `None` if it cannot be made again.
-    pub(super) fn work_of(self: &Arc<Self>, kept: &Kept) -> Option<Work> {
+    pub(in crate::studio) fn work_of(self: &Arc<Self>, kept: &Kept) -> Option<Work> {
         let path = ClipPath::new(kept.spec["path"].as_str()?).ok()?;
         (kept.kind == Kind::Render).then(|| self.work_of_clip(path, kept.spec["draft"].as_bool().unwrap_or(false)))
     }

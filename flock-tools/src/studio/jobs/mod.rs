@@ -1,0 +1,9 @@
+//! What the queue runs, besides broods: clips, strips and previews, checks, and commands of this program.
+//!
+//! Owns which job does what. `crates/studio` has the queue, `media` makes the files.
+//!
+//! Start at [`rendering`].
+
+pub(super) mod checking;
+pub(super) mod own_command;
+pub(super) mod rendering;
