@@ -17,8 +17,10 @@ import { short } from './words.js'
 const TINTS = 16
 /** Discs of at least this radius on the screen have pictures in them. */
 const PICTURED = 9
-/** Pixels above the drawing, where the field for names is. */
+/** Pixels above the drawing, where the field for names is; below, for the lowest names; and beside its middles, for half a name. */
 const ABOVE = 34
+const BELOW = 14
+const BESIDE = 44
 /** @typedef {{one: Sheep, x: number, y: number, r: number, want: number, ghost: number | null}} Disc in the drawing's own pixels */
 /** Above so many arrows they follow when the hand rests, after so many milliseconds. */
 const MANY = 300
@@ -102,10 +104,10 @@ export class Scene {
     return [x + one.x * wide, y - one.y * high]
   }
 
-  /** The middle of the layout in the drawing, and its reach to each side: below the field for names, above those of the lowest discs. */
+  /** The middle of the layout in the drawing, and its reach to each side: below what stands above, with room for names. */
   field() {
-    const high = (this.height - ABOVE) / 2
-    return { x: this.width / 2, y: ABOVE + high - this.unit / 6, wide: this.width / 2 - this.margin, high: high - this.margin - this.unit / 6 }
+    const high = (this.height - ABOVE - BELOW) / 2
+    return { x: this.width / 2, y: ABOVE + high, wide: this.width / 2 - Math.max(this.margin, BESIDE), high: high - this.margin }
   }
   /**
    * The reverse: a place of the layout.

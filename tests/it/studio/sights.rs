@@ -47,6 +47,9 @@ fn visit(page: &Page, address: &str) {
     let is_at_rest =
         "performance.now() - Math.max(...performance.getEntriesByType('resource').map(one => one.responseEnd)) > 1000";
     page.until("the page is at rest", is_at_rest);
+    let is_decoded = "[...document.querySelectorAll('.title-card, .strip')]
+        .every(one => !one.checkVisibility() || !one.textContent.endsWith('…'))";
+    page.until("nothing is being drawn or decoded", is_decoded);
 }
 
 /// Asks for the moving pictures of all sheep until they are there: pages then have nothing to wait for.
