@@ -32,7 +32,7 @@ use crate::studio::workshop::{Workshop, locked};
 const AGENTS: usize = 25;
 
 /// The routes.
-pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
+pub(super) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/breed", post(breed))
         .route("/api/broods", get(broods))

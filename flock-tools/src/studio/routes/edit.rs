@@ -23,7 +23,7 @@ use crate::studio::views::state_delta::StateAnswer;
 use crate::studio::workshop::{Workshop, locked};
 
 /// The routes.
-pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
+pub(super) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/edits", post(edit))
         .route("/api/whatif", post(what_if))

@@ -18,7 +18,7 @@ use crate::studio::requests::{JobRequest, Pause, PreviewRequest};
 use crate::studio::workshop::Workshop;
 
 /// The routes.
-pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
+pub(super) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/jobs", get(jobs).post(begin))
         .route("/api/jobs/pause", post(pause))

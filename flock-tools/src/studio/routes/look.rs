@@ -27,7 +27,7 @@ const STEPS: usize = 12;
 const MOST_STEPS: usize = 5000;
 
 /// The routes.
-pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
+pub(super) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/state", get(state))
         .route("/api/walk", get(walk))

@@ -37,7 +37,7 @@ const CODEC: HeaderName = HeaderName::from_static("x-codec");
 const WHOLE: HeaderName = HeaderName::from_static("x-whole");
 
 /// The routes.
-pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
+pub(super) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/media/strip/{key}", get(strip))
         .route("/media/poster/{key}", get(poster))

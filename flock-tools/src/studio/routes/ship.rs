@@ -25,7 +25,7 @@ use crate::studio::views::ship::{JoinCount, ShipState, licences, size, why_not};
 use crate::studio::workshop::{Workshop, locked};
 
 /// The routes.
-pub(in crate::studio) fn router() -> Router<Arc<Workshop>> {
+pub(super) fn router() -> Router<Arc<Workshop>> {
     Router::new()
         .route("/api/ship", get(state))
         .route("/api/ship/check", post(check))
