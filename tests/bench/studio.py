@@ -15,6 +15,8 @@ STARTS = 5
 
 # Of a headless browser, a second.
 REFRESHES = 60
+# Of the difference of two times of the page's clock, each 0.1 ms coarse.
+COARSE_MS = 0.2
 
 
 def start_ms(dreams):
@@ -35,8 +37,9 @@ def part(figures, of):
 
 
 def refreshes(frames_ms):
-    """The milliseconds of whole refreshes of 60 Hz that so long frames took; the page's clock is 0.1 ms coarse."""
-    return [round(ms * REFRESHES / 1000) * 1000 / REFRESHES for ms in frames_ms]
+    """Milliseconds of frames, without the coarseness of the page's clock for those that took whole refreshes."""
+    whole_ms = [round(ms * REFRESHES / 1000) * 1000 / REFRESHES for ms in frames_ms]
+    return [whole if abs(ms - whole) <= COARSE_MS else ms for ms, whole in zip(frames_ms, whole_ms)]
 
 
 def promises(told):
