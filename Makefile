@@ -61,22 +61,11 @@ bench: ## measure what is promised about speed beside our peers; what=graph, sug
 	$(MAKE) --no-print-directory bench-image
 	tests/bench/run $(what)
 
-soak: ## the long claims: a day of playing in virtual time, 5 GB of update beside the player, a year of walking, shares against long walks, flames against flam3 at 2000 samples per pixel, half an hour of walk in the studio and 50 deaths of its program, a thousand genomes of each species, their pictures on an emulated ARM processor, the Debian package in a bare system, image and package made twice, the two commands on bare Debian systems
+soak: ## the claims that take hours; what=walks, flames, species, breeding, studio, arm64, day, update, package, twice or fresh for one part
 	.ci/install play check image arm64
 	cargo build --locked --release --workspace
 	image-build/programs $(unit)
-	cargo run --locked --release --package flock --example year
-	cargo run --locked --release --package flock --example agreement
-	SPP=2000 cargo test --locked --release --package flame --test flam3 -- --nocapture
-	GENOMES=1000 PAIRS=200 MUTANTS=10000 cargo test --locked --release --package claims --test species -- --nocapture
-	EDITS=1000 KILLS=50 WALK_S=1800 cargo test --locked --release --package claims --test it -- --nocapture studio::
-	TASTES=expr,flam3,agents,plant cargo test --locked --release --package flock-tools --lib learns_a_hidden_taste -- --nocapture
-	tests/soak/arm64
-	tests/soak/run
-	tests/soak/update
-	tests/package/run
-	tests/soak/twice target/twice
-	tests/soak/fresh target/fresh
+	tests/soak/run $(what)
 
 crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times; 20,000 mutants of a stick; and all other claims on whole machines
 	.ci/install play check image arm64

@@ -6,6 +6,7 @@
 //! Start at the tests: each is one pair of places.
 
 use std::collections::BTreeSet;
+use std::process::Command;
 
 use super::tracked::tracked;
 use super::{files, metadata, quoted, read, root, section};
@@ -127,6 +128,26 @@ fn the_scripts_that_the_makefile_runs_are_there() {
     assert!(scripts.len() >= 4, "only {scripts:?} were read");
     for script in scripts {
         assert!(root().join(script).exists(), "the Makefile runs `{script}`, which is not there");
+    }
+}
+
+#[test]
+fn help_names_the_parts_that_bench_and_soak_can_run_alone() {
+    let makefile = read("Makefile");
+    let names = |list: &str| -> Vec<String> {
+        let words = list.split([' ', ',']).filter(|word| !word.is_empty() && *word != "or");
+        words.map(str::to_owned).collect()
+    };
+    for target in ["bench", "soak"] {
+        let help = makefile.lines().find(|line| line.starts_with(&format!("{target}: ##"))).unwrap();
+        let (_, list) = help.split_once("what=").unwrap();
+        let told = names(list.strip_suffix(" for one part").unwrap());
+        let refused = Command::new(root().join("tests").join(target).join("run")).arg("nothing").output().unwrap();
+        let message = String::from_utf8(refused.stderr).unwrap();
+        let (_, list) = message.trim_end().split_once("`nothing`: ").unwrap();
+        assert_eq!(refused.status.code(), Some(2), "{message}");
+        assert_eq!(told, names(list), "parts of `make {target}`");
+        assert!(told.len() > 8, "{told:?}");
     }
 }
 
