@@ -4,7 +4,7 @@
 
 use crate::config::Config;
 use clap::Parser;
-use player::{ConfigError, Key, Owner, config_file};
+use player::{ButtonDevice, ConfigError, Key, MarkSocket, Owner, config_file};
 use std::path::PathBuf;
 
 /// The end of the help. `diagnostics::Exit` has the same four codes.
@@ -44,8 +44,14 @@ impl Options {
             Some(device) => (Some(device), owner.button_up.unwrap_or(Key::ANY), owner.button_down),
             None => (config.device, config.up, config.down),
         };
+        let presence = match owner.presence {
+            Some(ButtonDevice::At(path)) => Some(path),
+            Some(ButtonDevice::Any) | None => config.presence,
+        };
+        let acknowledge = if owner.acknowledge == Some(false) { MarkSocket(None) } else { config.acknowledge };
         let noise = owner.vote_noise.unwrap_or(config.noise);
-        Ok(Config { device, up, down, noise, store: self.store.clone().unwrap_or(config.store), ..config })
+        let store = self.store.clone().unwrap_or(config.store);
+        Ok(Config { device, up, down, presence, acknowledge, noise, store, ..config })
     }
 }
 
@@ -55,8 +61,9 @@ mod tests {
     use crate::config::Config;
     use clap::Parser;
     use diagnostics::Exit;
-    use player::{ButtonDevice, Key};
+    use player::{ButtonDevice, Key, MarkSocket};
     use std::fs;
+    use std::path::PathBuf;
 
     #[test]
     fn the_help_on_votes_names_every_exit_code() {
@@ -83,5 +90,24 @@ mod tests {
         assert_eq!(settings("button = 'any'"), (ButtonDevice::Any, Key::ANY, None, false));
         let all = "button = '/dev/remote'\nbutton_up = 3\nbutton_down = 4\nvote_noise = true";
         assert_eq!(settings(all), (ButtonDevice::At("/dev/remote".into()), Key(Some(3)), Some(Key(Some(4))), true));
+    }
+
+    #[test]
+    fn an_owner_can_name_a_sensor_and_leave_out_the_mark() {
+        let folder = tempfile::tempdir().unwrap();
+        let [config, owner] = ["votes.toml", "dreams.toml"].map(|name| folder.path().join(name));
+        let config_text = format!("owner = '{}'\npresence = '/dev/mat'\n", owner.display());
+        fs::write(&config, config_text).unwrap();
+        let settings = |text: &str| {
+            fs::write(&owner, text).unwrap();
+            let Config { device, presence, acknowledge, .. } =
+                Options::parse_from(["dreams-votes", "--config", config.to_str().unwrap()]).settings().unwrap();
+            (device.is_some(), presence.unwrap(), acknowledge)
+        };
+        let [mat, sensor] = ["/dev/mat", "/dev/sensor"].map(PathBuf::from);
+        assert_eq!(settings("button = 'any'"), (true, mat.clone(), MarkSocket::default()));
+        assert_eq!(settings("button = 'any'\nacknowledge = true"), (true, mat.clone(), MarkSocket::default()));
+        assert_eq!(settings("button = 'any'\nacknowledge = false"), (true, mat, MarkSocket(None)));
+        assert_eq!(settings("presence = '/dev/sensor'"), (false, sensor, MarkSocket::default()));
     }
 }

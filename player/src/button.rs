@@ -129,6 +129,15 @@ pub fn one<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Key>, D::Error> 
     if key == Key::ANY { Err(any()) } else { Ok(Some(key)) }
 }
 
+/// Reads the path of one input device, not any.
+/// Errors: For what is no path.
+pub fn at<'de, D: Deserializer<'de>>(from: D) -> Result<Option<ButtonDevice>, D::Error> {
+    match ButtonDevice::deserialize(from)? {
+        ButtonDevice::Any => Err(D::Error::invalid_value(Unexpected::Str(ANY), &"a path below /dev/input")),
+        device @ ButtonDevice::At(_) => Ok(Some(device)),
+    }
+}
+
 struct NameOrCode;
 
 impl Visitor<'_> for NameOrCode {

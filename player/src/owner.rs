@@ -25,6 +25,7 @@ pub const FILE_NAME: &str = "dreams.toml";
 const NO_WIFI: &str = "there is no `wifi` that it is for";
 /// What a setting of votes lacks.
 const NO_BUTTON: &str = "there is no `button` that it is for";
+const NO_VOTES: &str = "there is no `button` and no `presence` that it is for";
 
 /// What an owner may set. What is not set is as the unit's own configs have it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -84,6 +85,11 @@ pub struct Owner {
     /// The key that is a vote against it.
     #[serde(deserialize_with = "button::one")]
     pub button_down: Option<Key>,
+    /// The input device that says whether somebody is near.
+    #[serde(deserialize_with = "button::at")]
+    pub presence: Option<ButtonDevice>,
+    /// Whether a mark on the picture acknowledges each press.
+    pub acknowledge: Option<bool>,
     /// Whether each total has some noise.
     pub vote_noise: Option<bool>,
     /// Where the unit reports to.
@@ -115,7 +121,8 @@ impl Owner {
             ("wifi_country", owner.wifi_country.is_some() && owner.wifi.is_none(), NO_WIFI),
             ("button_up", owner.button_up.is_some() && owner.button.is_none(), NO_BUTTON),
             ("button_down", owner.button_down.is_some() && owner.button.is_none(), NO_BUTTON),
-            ("vote_noise", owner.vote_noise.is_some() && owner.button.is_none(), NO_BUTTON),
+            ("acknowledge", owner.acknowledge.is_some() && owner.button.is_none(), NO_BUTTON),
+            ("vote_noise", owner.vote_noise.is_some() && owner.button.is_none() && owner.presence.is_none(), NO_VOTES),
             ("report_votes", owner.report_votes && owner.report_to.is_none(), "there is no `report_to` that it is for"),
         ];
         let Some((key, _, message)) = lacking.into_iter().find(|(_, is_lacking, _)| *is_lacking) else {
@@ -154,13 +161,22 @@ impl Owner {
         (!self.dns.is_empty()).then(|| self.dns.iter().map(line).collect())
     }
 
-    /// What it says of votes, in the same form: for `dreams-votes`, which may not read the rest. `None` if there is no button.
+    /// What it says of votes, in the same form: for `dreams-votes`, which may not read the rest. `None` if there is neither a
+    /// button nor a sensor.
     pub fn votes(&self) -> Option<String> {
-        let button = format!("button = {}\n", self.button.as_ref()?);
-        let key = |name: &str, key: Option<Key>| key.map(|key| format!("{name} = {key}\n"));
-        let noise = self.vote_noise.map(|noise| format!("vote_noise = {noise}\n"));
-        let lines = [key("button_up", self.button_up), key("button_down", self.button_down), noise];
-        Some(format!("# From the owner's dreams.toml.\n{button}{}", lines.into_iter().flatten().collect::<String>()))
+        fn line(name: &str, value: Option<impl Display>) -> Option<String> {
+            value.map(|value| format!("{name} = {value}\n"))
+        }
+        let devices = [line("button", self.button.as_ref()), line("presence", self.presence.as_ref())];
+        let others = [
+            line("button_up", self.button_up),
+            line("button_down", self.button_down),
+            line("acknowledge", self.acknowledge),
+            line("vote_noise", self.vote_noise),
+        ];
+        let has_device = devices.iter().any(Option::is_some);
+        let lines: String = devices.into_iter().chain(others).flatten().collect();
+        has_device.then(|| format!("# From the owner's dreams.toml.\n{lines}"))
     }
 
     /// The host name of a unit that its owner has named: that name, with `-` for `_`, and without what no label of a host
@@ -257,6 +273,7 @@ mod tests {
         assert_eq!((owner.keys.len(), owner.dns.len()), (1, 1));
         assert!(owner.night.is_some() && owner.output() != OutputSettings::default());
         assert!(owner.button.is_some() && owner.button_up.is_some() && owner.button_down.is_some());
+        assert!(owner.presence.is_some() && owner.acknowledge == Some(false));
         assert!(owner.vote_noise == Some(true) && owner.report_to.is_some() && owner.report_votes);
     }
 
@@ -289,7 +306,13 @@ mod tests {
             ("button = \"pedal\"", "line 1, key `button`: invalid value: string \"pedal\", expected `any`, or a path"),
             ("button = \"any\"\nbutton_down = \"any\"", "line 2, key `button_down`"),
             ("button_down = \"KEY_DOWN\"", "line 1, key `button_down`: there is no `button` that it is for"),
-            ("vote_noise = true", "line 1, key `vote_noise`: there is no `button` that it is for"),
+            ("vote_noise = true", "line 1, key `vote_noise`: there is no `button` and no `presence` that it is for"),
+            (
+                "presence = \"any\"",
+                "line 1, key `presence`: invalid value: string \"any\", expected a path below /dev/input",
+            ),
+            ("acknowledge = false", "line 1, key `acknowledge`: there is no `button` that it is for"),
+            ("button = \"any\"\nacknowledge = \"off\"", "line 2, key `acknowledge`"),
             ("report_votes = true", "line 1, key `report_votes`: there is no `report_to` that it is for"),
             ("hour = 1", "unknown field `hour`"),
         ] {
@@ -323,9 +346,12 @@ mod tests {
 
     #[test]
     fn what_is_said_of_votes_reads_back_and_tells_nothing_else() {
-        for votes in
-            ["button = 'any'", "button = '/dev/a\"b'\nbutton_up = 'any'\nbutton_down = 'KEY_UP'\nvote_noise = false"]
-        {
+        for votes in [
+            "button = 'any'",
+            "button = '/dev/a\"b'\nbutton_up = 'any'\nbutton_down = 'KEY_UP'\nvote_noise = false",
+            "button = 'any'\nacknowledge = false",
+            "presence = '/dev/mat'\nvote_noise = true",
+        ] {
             let told = read(&format!("unit = 'lobby'\nproxy = 'http://me:secret@example.org'\n{votes}"))
                 .unwrap()
                 .votes()

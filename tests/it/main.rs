@@ -60,6 +60,8 @@ mod tools {
     mod balance;
     mod breeding;
     mod breeding_guide;
+    mod breeding_options;
+    mod breeding_refusals;
     pub(crate) mod bundles;
     pub(crate) mod command_line;
     mod credits;

@@ -16,13 +16,13 @@ use crate::id::Id;
 use crate::pool::{Pool, Sheep};
 
 /// Sheep that compete to be a parent.
-const TOURNAMENT: usize = 3;
+pub(crate) const TOURNAMENT: usize = 3;
 /// The part of a brood's births in which one sheep may be a parent: 4 of 20.
-const MOST_CHILDREN: f64 = 0.2;
+pub(crate) const MOST_CHILDREN: f64 = 0.2;
 /// With fewer sheep that may be parents, there are strangers instead.
-const LEAST_PARENTS: usize = 3;
+pub(crate) const LEAST_PARENTS: usize = 3;
 /// Dead sheep of which more is known are not born again.
-const UNKNOWN: f64 = 2.0;
+pub(crate) const UNKNOWN: f64 = 2.0;
 /// The standard deviation of the logarithm of a child's strength beside its parents', and the limits of strengths.
 const DRIFT: f64 = 0.2;
 const STRENGTHS: [f64; 2] = [0.25, 4.0];
@@ -99,7 +99,9 @@ pub fn plan(pool: &Pool, census: &Census, order: &Order) -> Plan {
     let count = order.births.unwrap_or(pool.settings.births);
     let mut operations = operations(pool, order, count);
     rng.shuffle(&mut operations);
-    let reborn = if *order == Order::default() { reborn(pool, census, count, &mut rng) } else { Vec::new() };
+    // Whoever names parents or an operator wants their children, and nobody else.
+    let is_named = !order.parents.is_empty() || order.operation.is_some();
+    let reborn = if is_named { Vec::new() } else { reborn(pool, census, count, &mut rng) };
     operations.truncate(count.saturating_sub(reborn.len()));
     let screened = (operations.len() as f64 * pool.settings.screened).round() as usize;
     let mut is_screened: Vec<bool> = (0..operations.len()).map(|index| index < screened).collect();

@@ -24,7 +24,7 @@ const REJECTED: Tally = Tally { got: 0.0, expected: 1.0 };
 /// # Source
 /// Our simulation: with the 0.5 that was planned, a pool shown ten times between two broods has no parents for its first
 /// brood, and after ten broods its mean percentile is lower by 0.02.
-const JUDGED: f64 = 0.3;
+pub(crate) const JUDGED: f64 = 0.3;
 
 /// The snapshot.
 #[derive(Clone, Debug)]

@@ -6,20 +6,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::births::Plan;
 use crate::census::Census;
+use crate::event::{Entry, Event, Stamp};
 use crate::id::Id;
 use crate::niches::Niche;
 use crate::pool::{Pool, Sheep};
 
 /// Sheep that are younger, in broods, do not die.
-const YOUNG: u32 = 2;
+pub(crate) const YOUNG: u32 = 2;
 /// The best of a niche does not die while its rating is above this.
-const GOOD: f64 = 0.8;
+pub(crate) const GOOD: f64 = 0.8;
 /// What every sheep of its niche, itself among them, takes from a sheep's worth.
 ///
 /// # Source
 /// Our simulation: 0.04 was planned, with which diversity after 40 broods was lower by 0.03, at the same taste.
-const CROWD: f64 = 0.1;
+pub(crate) const CROWD: f64 = 0.1;
 
 /// Who dies, the first first, and how many more live than the settings say because the others may not die.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,7 +44,29 @@ struct Mortal<'a> {
 /// that is kept, in an edition, young or not judged, nor the best of a niche. Of the others the one of least worth dies,
 /// until as many live as the settings say; the oldest among equals.
 pub fn deaths(pool: &Pool, census: &Census) -> Deaths {
-    let living = pool.living().count();
+    deaths_beside(pool, census, 0)
+}
+
+/// Who is likely to die when the births of `plan` have taken place. As many die if all of them do; which ones is a guess,
+/// since nobody knows yet in which niches the newborn will be.
+///
+/// # Panics
+/// A plan of another pool has rebirths of sheep that are not there.
+pub fn foreseen(pool: &Pool, plan: &Plan) -> Deaths {
+    let mut after = pool.clone();
+    let stamp = Stamp { number: u64::MAX, pool: pool.settings.origin };
+    let brood = Event::Brood { brood: plan.brood, seed: plan.seed };
+    let reborn = plan.reborn.iter().map(|id| Event::Reborn { id: *id });
+    for event in std::iter::once(brood).chain(reborn) {
+        let entry = Entry { stamp, day: pool.last_day(), event };
+        after.apply(&entry).expect("a plan's rebirths are of the dead of its pool");
+    }
+    deaths_beside(&after, &Census::of(&after, after.last_day()), plan.births.len())
+}
+
+/// Who dies beside so many newborn that the pool does not have yet, none of whom may die.
+fn deaths_beside(pool: &Pool, census: &Census, newborn: usize) -> Deaths {
+    let living = pool.living().count() + newborn;
     let too_many = living.saturating_sub(pool.settings.limit);
     let elected: BTreeSet<Id> = pool.editions().flat_map(|(_, edition)| edition.ids.iter().copied()).collect();
     let has_bins = pool.settings.bins > 1;

@@ -14,14 +14,14 @@ use crate::screening::{likeness, width};
 use crate::traits::Point;
 
 /// The most sheep of a niche.
-const MOST_OF_NICHE: usize = 4;
+pub(crate) const MOST_OF_NICHE: usize = 4;
 /// The largest part that is of one founding family, and the least that are newcomers.
-const MOST_OF_FAMILY: f64 = 0.15;
-const LEAST_NEWCOMERS: f64 = 0.1;
+pub(crate) const MOST_OF_FAMILY: f64 = 0.15;
+pub(crate) const LEAST_NEWCOMERS: f64 = 0.1;
 /// A sheep with fewer expected votes is a newcomer.
-const NEWCOMER: f64 = 2.0;
+pub(crate) const NEWCOMER: f64 = 2.0;
 /// What the likeness to a chosen sheep takes from a rating: this part at most.
-const LIKENESS: f64 = 0.5;
+pub(crate) const LIKENESS: f64 = 0.5;
 
 /// What is asked of an edition.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -36,9 +36,9 @@ pub mod simulation;
 mod traits;
 
 pub use births::{Birth, Operation, Order, Plan, plan};
-pub use brood::{Brood, Made, Nursery, Refused, breed};
+pub use brood::{Brood, CLONE, Made, Nursery, Refused, are_clones, breed};
 pub use census::Census;
-pub use deaths::{Deaths, deaths};
+pub use deaths::{Deaths, deaths, foreseen};
 pub use elect::{Ballot, Elected, Reason, elect};
 pub use error::BreedingError;
 pub use event::{Born, Day, Entry, Event, Mark, Stamp, Waiting};
@@ -51,3 +51,63 @@ pub use rating::{Count, Tally, Votes};
 pub use screening::Liking;
 pub use settings::{LicencePolicy, SETTINGS, Settings};
 pub use traits::{Point, Scale, Traits};
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use crate::Origin;
+    use crate::births::{LEAST_PARENTS, MOST_CHILDREN, TOURNAMENT, UNKNOWN};
+    use crate::brood::{CLONES, TRIES};
+    use crate::census::JUDGED;
+    use crate::deaths::{CROWD, GOOD, YOUNG};
+    use crate::elect::{LEAST_NEWCOMERS, LIKENESS, MOST_OF_FAMILY, MOST_OF_NICHE, NEWCOMER};
+    use crate::screening::{LEAST_JUDGED, MOST_DEAD};
+    use crate::settings::Settings;
+    use crate::traits::LEAST_SCALED;
+
+    const GUIDE: &str = include_str!("../../../docs/breeding.md");
+
+    #[test]
+    fn the_numbers_in_the_guide_are_those_of_the_code() {
+        let (_, table) = GUIDE.split_once("\n## The numbers\n").unwrap();
+        let row = |line: &str| {
+            let mut cells = line.strip_prefix("| `")?.split('|').map(|cell| cell.trim().trim_matches('`').to_owned());
+            Some((cells.next()?, cells.next()?.parse::<f64>().unwrap()))
+        };
+        let told: BTreeMap<String, f64> = table.lines().filter_map(row).collect();
+        let settings = Settings::new("meadow", Origin::of_bits(1), 1, &["plant"]);
+        let are = [
+            ("limit", settings.limit as f64),
+            ("births", settings.births as f64),
+            ("crossings", settings.crossings),
+            ("mutations", settings.mutations),
+            ("rebirths", settings.rebirths),
+            ("bins", settings.bins as f64),
+            ("screening", settings.screening as f64),
+            ("screened", settings.screened),
+            ("half_life_days", settings.half_life_days),
+            ("due_votes", settings.due_votes as f64),
+            ("TOURNAMENT", TOURNAMENT as f64),
+            ("MOST_CHILDREN", MOST_CHILDREN),
+            ("LEAST_PARENTS", LEAST_PARENTS as f64),
+            ("JUDGED", JUDGED),
+            ("UNKNOWN", UNKNOWN),
+            ("LEAST_JUDGED", LEAST_JUDGED as f64),
+            ("MOST_DEAD", MOST_DEAD as f64),
+            ("TRIES", TRIES as f64),
+            ("CLONES", CLONES),
+            ("LEAST_SCALED", LEAST_SCALED as f64),
+            ("YOUNG", f64::from(YOUNG)),
+            ("GOOD", GOOD),
+            ("CROWD", CROWD),
+            ("MOST_OF_NICHE", MOST_OF_NICHE as f64),
+            ("MOST_OF_FAMILY", MOST_OF_FAMILY),
+            ("LEAST_NEWCOMERS", LEAST_NEWCOMERS),
+            ("NEWCOMER", NEWCOMER),
+            ("LIKENESS", LIKENESS),
+        ];
+        assert_eq!(told, are.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
+        assert!(table.contains(&format!("`due_showings`, {}", settings.due_showings)));
+    }
+}

@@ -10,9 +10,9 @@ use crate::rating::Tally;
 use crate::traits::{Point, median};
 
 /// So many of those that died last are looked at beside the living.
-const MOST_DEAD: usize = 400;
+pub(crate) const MOST_DEAD: usize = 400;
 /// With fewer judged sheep nothing is screened.
-const LEAST_JUDGED: usize = 30;
+pub(crate) const LEAST_JUDGED: usize = 30;
 /// The width of the kernel is the median distance to this neighbour.
 const NEIGHBOUR: usize = 5;
 

@@ -5,12 +5,16 @@
 //! Start at [`Scale::of`].
 
 use serde::{Deserialize, Serialize};
+use species::Figures;
 
 /// Normalised figures lie within this, in either direction.
 const CLIP: f64 = 3.0;
 
 /// Figures are kept to this part of 1: finer than any of them means, and so coarse that JSON gives them back to the bit.
 const GRAIN: f64 = 1e9;
+
+/// With fewer sheep, their figures are measured by what is usual: [`Figures::SPREADS`].
+pub(crate) const LEAST_SCALED: usize = 8;
 
 /// The figures of a sheep, in an order that is the same for all of a pool: that of `species::Figures::NAMES`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -39,6 +43,8 @@ impl Traits {
 pub struct Scale {
     /// The median of each figure, and one over its median absolute deviation.
     figures: Vec<(f64, f64)>,
+    /// Normalised figures lie within this, in either direction.
+    clip: f64,
 }
 
 /// Normalised figures.
@@ -48,8 +54,15 @@ pub struct Point(Vec<f64>);
 impl Scale {
     /// The scale of these sheep. A figure that is the same for more than half of them is measured by its mean absolute
     /// deviation; one that is the same for all tells nothing, and is 0 for every sheep.
+    ///
+    /// Fewer than 8 sheep have no scale of their own: what is usual takes its place, and nothing is clipped, since nobody
+    /// knows where their middle is.
     pub fn of<'a>(sheep: &(impl Iterator<Item = &'a Traits> + Clone)) -> Scale {
         let places = sheep.clone().map(|traits| traits.0.len()).max().unwrap_or(0);
+        if sheep.clone().count() < LEAST_SCALED {
+            let figures = Figures::SPREADS.iter().map(|spread| (0.0, 1.0 / spread)).collect();
+            return Scale { figures, clip: f64::INFINITY };
+        }
         let figure = |place: usize| {
             let values: Vec<f64> = sheep.clone().map(|traits| traits.at(place)).collect();
             let middle = median(&values);
@@ -58,14 +71,14 @@ impl Scale {
             let spread = [median(&deviations), mean].into_iter().find(|spread| *spread > 1.0 / GRAIN);
             (middle, spread.map_or(0.0, |spread| 1.0 / spread))
         };
-        Scale { figures: (0..places).map(figure).collect() }
+        Scale { figures: (0..places).map(figure).collect(), clip: CLIP }
     }
 
     /// The figures of a sheep, each as its distance from the median in median absolute deviations, at most 3.
     pub fn point(&self, traits: &Traits) -> Point {
         let figure =
-            |(place, (middle, factor)): (usize, &(f64, f64))| ((traits.at(place) - middle) * factor).clamp(-CLIP, CLIP);
-        Point(self.figures.iter().enumerate().map(figure).collect())
+            |(value, (middle, factor)): (&f64, &(f64, f64))| ((value - middle) * factor).clamp(-self.clip, self.clip);
+        Point(traits.0.iter().zip(&self.figures).map(figure).collect())
     }
 }
 

@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use breeding::simulation::World;
 use breeding::{
-    Birth, Brood, Census, Count, Day, Entry, Event, Id, Mark, Operation, Order, Origin, Stamp, Votes, plan,
+    Birth, Brood, Census, Count, Day, Entry, Event, Id, Made, Mark, Nursery, Operation, Order, Origin, Pool, Stamp,
+    Traits, Votes, breed, deaths, plan,
 };
 use meadow::{Sheep, waiting};
 use species::{Rng, Threads};
@@ -219,4 +220,88 @@ fn genomes_that_wait_are_the_first_strangers_in_their_order_and_change_no_other_
         assert_eq!(sheep.pool.waiting().count(), all.len() - born.len(), "each is born once");
     }
     assert_eq!(born, all.iter().map(|waiting| waiting.figures.clone()).collect::<Vec<_>>());
+}
+
+/// Makes sheep whose figures differ by less than this part of 1.
+struct Alike(f64);
+
+impl Nursery for Alike {
+    type Candidate = f64;
+
+    fn candidate(&self, _: &Birth, rng: &mut Rng) -> Option<Made<f64>> {
+        let candidate = 0.4 + self.0 * rng.unit();
+        Some(Made { candidate, operator: "random".to_owned(), licence: String::new() })
+    }
+
+    fn figures(&self, candidate: &f64) -> Result<Traits, Vec<String>> {
+        Ok(Traits::new(&[*candidate; 15]))
+    }
+}
+
+#[test]
+fn a_clone_is_refused_from_the_first_brood_on() {
+    let mut pool = Pool::new(meadow::settings(1));
+    let order = Order { births: Some(4), ..Order::default() };
+    let brood = |pool: &Pool, differ: f64| breed(pool, &Census::of(pool, Day(0)), &order, &Alike(differ));
+    let told = |brood: &Brood<f64>| (brood.born.len(), brood.missing, brood.faults());
+    let clones = |count: usize| BTreeMap::from([("clone".to_owned(), count)]);
+    let first = brood(&pool, 1e-4);
+    assert_eq!(told(&first), (1, 3, clones(60)), "of siblings that are alike, one is born");
+    assert_eq!(told(&brood(&pool, 0.5)).0, 4, "what differs is born");
+    let stamp = Stamp { number: 1, pool: pool.settings.origin };
+    for event in first.events() {
+        pool.apply(&Entry { stamp, day: Day(0), event }).unwrap();
+    }
+    assert_eq!(told(&brood(&pool, 1e-4)), (0, 4, clones(80)), "nor is what is like the only sheep");
+}
+
+#[test]
+fn rebirths_are_of_every_brood_whose_parents_and_operator_are_left_open() {
+    let world = World::new(9);
+    let mut sheep = Sheep::new(&world, 9, 60);
+    let ids: Vec<Id> = sheep.pool.living().map(|sheep| sheep.born.id).collect();
+    sheep.tell(ids[..20].iter().map(|id| Event::Died { id: *id }).collect());
+    let reborn = |order: Order| {
+        let plan = plan(&sheep.pool, &sheep.census(), &order);
+        assert_eq!(plan.births.len() + plan.reborn.len(), order.births.unwrap_or(20));
+        plan.reborn.len()
+    };
+    let open = Order { births: Some(40), seed: Some(5), screening: Some(2), strength: Some(2.0), ..Order::default() };
+    assert_eq!((reborn(Order::default()), reborn(open)), (1, 2), "one in twenty");
+    let named = Order { parents: ids[30..32].to_vec(), ..Order::default() };
+    assert_eq!(reborn(named), 0);
+    assert_eq!(reborn(Order { operation: Some(Operation::Mutation), ..Order::default() }), 0);
+}
+
+/// A pool of six strangers that were born so many broods ago and were all shown as often; only those in `liked` got votes.
+fn six(liked: &[usize], ago: u32, world: &World) -> (Pool, Vec<Id>) {
+    let mut sheep = Sheep::new(world, 10, 6);
+    sheep.pool.settings.limit = 2;
+    let ids: Vec<Id> = sheep.pool.living().map(|sheep| sheep.born.id).collect();
+    let count = |at: usize| Count { shown: 100, up: if liked.contains(&at) { 30 } else { 0 }, down: 0 };
+    let counts = ids.iter().enumerate().map(|(at, id)| (id.to_string(), count(at))).collect();
+    sheep.tell(vec![Event::Votes { unit: "wall".to_owned(), sheep: counts }]);
+    sheep.tell((0..ago).map(|brood| Event::Brood { brood: brood + 1, seed: 1 }).collect());
+    (sheep.pool, ids)
+}
+
+fn dying(pool: &Pool) -> BTreeSet<Id> {
+    deaths(pool, &Census::of(pool, pool.last_day())).ids.into_iter().collect()
+}
+
+#[test]
+fn a_sheep_is_safe_until_the_second_brood_after_its_own() {
+    let world = World::new(10);
+    let deaths = [0, 1, 2].map(|ago| dying(&six(&[0], ago, &world).0).len());
+    assert_eq!(deaths, [0, 0, 4]);
+}
+
+#[test]
+fn the_best_of_a_niche_is_safe_while_it_is_liked_and_only_where_there_are_niches() {
+    let world = World::new(10);
+    let (mut pool, ids) = six(&[0, 1, 2], 2, &world);
+    // Each of six is alone in its niche: those that are liked are safe, whatever the limit.
+    assert_eq!(dying(&pool), ids[3..].iter().copied().collect());
+    pool.settings.bins = 1;
+    assert_eq!(dying(&pool).len(), 4);
 }

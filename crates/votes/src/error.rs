@@ -65,6 +65,23 @@ pub enum VotesError {
         /// What the file system says.
         source: io::Error,
     },
+    /// All ledgers of a unit together have more showings than there can have been.
+    #[error(
+        "the {ledgers} ledgers of unit `{unit}` together grow faster than showings can: {found} showings, at most {most} \
+         by day {day}"
+    )]
+    Sum {
+        /// The unit.
+        unit: String,
+        /// How many there would be.
+        ledgers: usize,
+        /// The showings of all of them.
+        found: u64,
+        /// What the time since the first one began allows.
+        most: u64,
+        /// The day of the check, since 1970.
+        day: u32,
+    },
     /// Nobody has told of this unit.
     #[error("unit `{unit}` is not one of those that are known")]
     Unknown {

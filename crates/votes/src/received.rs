@@ -2,8 +2,8 @@
 //!
 //! Owns which reports are accepted, and the largest totals seen for each unit, ledger and sheep: any order, loss or
 //! repetition of reports leads to the same totals. Reports are not signed and come from strangers' networks: only units
-//! that the artist has named count, and no total may grow faster than showings can. A report that is refused changes
-//! nothing. Never reads a file or a clock.
+//! that the artist has named count, and neither the totals of a ledger nor those of a unit may grow faster than showings
+//! can. A report that is refused changes nothing. Never reads a file or a clock.
 //!
 //! Start at [`Received::take`].
 
@@ -73,6 +73,7 @@ impl Received {
         }
         let grown = merged(known, totals);
         is_possible(&grown, *limits, today)?;
+        reported.is_possible_with(unit, &ledger, &grown, *limits, today)?;
         let is_news = known != Some(&grown);
         reported.ledgers.insert(ledger, grown);
         Ok(is_news)
@@ -104,6 +105,43 @@ impl Received {
     }
 }
 
+impl Reported {
+    /// Refuses more showings of `unit`, with `grown` in the place of `ledger`, than the days since its first ledger began
+    /// allow: whoever invents ledgers gets no more votes by that.
+    fn is_possible_with(
+        &self,
+        unit: &str,
+        ledger: &str,
+        grown: &Totals,
+        limits: UnitLimits,
+        today: u32,
+    ) -> Result<(), VotesError> {
+        let others = || self.ledgers.iter().filter(|(id, _)| *id != ledger).map(|(_, totals)| totals);
+        let all = || others().chain([grown]);
+        let most = all().map(|totals| most_showings(days(totals.since_day, today), limits)).max().unwrap_or_default();
+        let found = all().map(|totals| sum(totals, |sheep| sheep.shown)).fold(0, u64::saturating_add);
+        if found <= most || others().next().is_none() {
+            return Ok(());
+        }
+        Err(VotesError::Sum { unit: unit.to_owned(), ledgers: all().count(), found, most, day: today })
+    }
+}
+
+/// The days since the day `since_day`. Both days have begun and need not be over, on clocks that may differ.
+fn days(since_day: u32, today: u32) -> u64 {
+    u64::from(today.saturating_sub(since_day.max(FOUNDED_DAY))) + 2
+}
+
+/// The most showings in so many days.
+fn most_showings(days: u64, limits: UnitLimits) -> u64 {
+    days * DAY_S / u64::from(limits.loop_s.max(1))
+}
+
+/// The sum of a number over all sheep.
+fn sum(totals: &Totals, number: fn(&SheepTotals) -> u32) -> u64 {
+    totals.sheep.values().map(|sheep| u64::from(number(sheep))).sum()
+}
+
 /// Refuses a ledger that cannot have begun on its day.
 fn is_since(totals: &Totals, known: Option<&Totals>, today: u32) -> Result<(), VotesError> {
     let found = totals.since_day;
@@ -118,14 +156,10 @@ fn is_since(totals: &Totals, known: Option<&Totals>, today: u32) -> Result<(), V
 
 /// Refuses more showings, or a longer time of somebody near, than the days since the ledger began allow.
 fn is_possible(totals: &Totals, limits: UnitLimits, today: u32) -> Result<(), VotesError> {
-    let since = totals.since_day.max(FOUNDED_DAY);
-    // Both days have begun and need not be over, on clocks that may differ.
-    let days = u64::from(today.saturating_sub(since)) + 2;
-    let most = days * DAY_S / u64::from(limits.loop_s.max(1));
-    let sum =
-        |number: fn(&SheepTotals) -> u32| totals.sheep.values().map(|sheep| u64::from(number(sheep))).sum::<u64>();
-    let found = sum(|sheep| sheep.shown);
-    let is_near_possible = sum(|sheep| sheep.near_s) <= days * DAY_S;
+    let days = days(totals.since_day, today);
+    let most = most_showings(days, limits);
+    let found = sum(totals, |sheep| sheep.shown);
+    let is_near_possible = sum(totals, |sheep| sheep.near_s) <= days * DAY_S;
     if found <= most && is_near_possible && totals.sheep.len() <= MOST_SHEEP {
         return Ok(());
     }

@@ -1,16 +1,18 @@
 //! `dreams pool add`: genomes from elsewhere.
 //!
 //! Owns the action: which files a pool takes, and whether their sheep live in it at once or wait to be strangers of its
-//! next broods. The artist chose them: what is wrong with their pictures is told, and they are taken all the same.
+//! next broods. The artist chose them: what is wrong with their pictures is told, and they are taken all the same, unless the
+//! artist asks for what a brood asks.
 
 use std::path::{Path, PathBuf};
 
-use ::breeding::{Born, Event, Folder, Id, Pool, Traits, Waiting};
+use ::breeding::{Born, CLONE, Census, Event, Folder, Id, Point, Pool, Traits, Waiting, are_clones};
 use flame::Backend;
-use species::{FigureFault, Genome};
+use species::{FigureFault, Figures, Genome, RenderError, Threads};
 
-use super::nursery::{self, IMPORT, figures, traits};
+use super::nursery::{self, IMPORT, figures, sketch, traits};
 use super::pool::{Answer, PoolArgs, tell};
+use super::sheet::Sheet;
 use super::{fatal, open, open_for_changes, today};
 use crate::program::{Exit, Fatal, print};
 use crate::species as kinds;
@@ -25,10 +27,19 @@ pub(super) struct Args {
     /// Let them wait: they are the first strangers of the next broods, instead of sheep made by chance
     #[arg(long)]
     as_strangers: bool,
+    /// Bring in none that no brood would take: black, still, strobing, ..., or too like another sheep
+    #[arg(long)]
+    strict: bool,
+    /// Also write a contact sheet of those, with what is wrong with each, as PNG
+    #[arg(long, value_name = "FILE", requires = "strict")]
+    refused: Option<PathBuf>,
     /// Only print what would be brought in
     #[arg(long)]
     dry_run: bool,
 }
+
+/// How the figures of a genome are found.
+type Look = fn(&dyn Genome) -> Result<Figures, RenderError>;
 
 /// A genome that a pool does not take.
 #[derive(Debug, thiserror::Error)]
@@ -39,33 +50,69 @@ enum AddError {
     Species { path: PathBuf, found: String, expected: String },
 }
 
-/// A genome that a pool takes.
+/// A genome that a pool takes, or could take.
 struct Found {
+    path: PathBuf,
     text: String,
     genome: Box<dyn Genome>,
     species: String,
     figures: Traits,
-    faults: Vec<FigureFault>,
+    faults: Vec<&'static str>,
 }
 
 /// Runs the action.
 pub(super) fn run(args: &Args, json: bool) -> Result<Exit, Fatal> {
     let PoolArgs { pool } = &args.common;
     let mut folder = if args.dry_run { open(pool)? } else { open_for_changes(pool)? };
-    let found: Vec<Found> =
-        args.genomes.iter().map(|path| Found::read(path, folder.pool())).collect::<Result<_, Fatal>>()?;
-    let told = args.genomes.iter().zip(&found).flat_map(|(path, found)| {
-        found.faults.iter().map(move |fault| format!("`{}` is {}", path.display(), fault.name()))
-    });
+    let read = |path: &PathBuf| Found::read(path, folder.pool(), args.strict);
+    let mut found: Vec<Found> = args.genomes.iter().map(read).collect::<Result<_, Fatal>>()?;
+    if args.strict {
+        name_clones(&mut found, folder.pool());
+    }
+    let told = found
+        .iter()
+        .flat_map(|it| it.faults.iter().map(|fault| format!("`{}` is {fault}", it.path.display())).collect::<Vec<_>>());
     let faults: Vec<String> = told.collect();
     for fault in &faults {
-        print::note(&format!("note: {fault}; it is brought in all the same"));
+        let so = if args.strict { "it is not brought in" } else { "it is brought in all the same" };
+        print::note(&format!("note: {fault}; {so}"));
     }
-    if args.as_strangers {
-        args.wait(&mut folder, found, faults, json)
+    let (refused, taken): (Vec<Found>, Vec<Found>) =
+        found.into_iter().partition(|it| args.strict && !it.faults.is_empty());
+    if let Some(path) = &args.refused {
+        draw(&refused, path)?;
+    }
+    let done = if args.as_strangers {
+        args.wait(&mut folder, taken, faults, json)
     } else {
-        args.bear(&mut folder, found, faults, json)
+        args.bear(&mut folder, taken, faults, json)
+    }?;
+    Ok(if refused.is_empty() { done } else { Exit::No })
+}
+
+/// Names those that are too like a living sheep, or one before them.
+fn name_clones(found: &mut [Found], pool: &Pool) {
+    let census = Census::of(pool, pool.last_day());
+    let mut known: Vec<Point> = pool.living().map(|sheep| census.point(&sheep.born.figures)).collect();
+    for it in found.iter_mut().filter(|it| it.faults.is_empty()) {
+        let point = census.point(&it.figures);
+        if known.iter().any(|other| are_clones(other, &point)) {
+            it.faults.push(CLONE);
+        } else {
+            known.push(point);
+        }
     }
+}
+
+/// Writes a sheet of those that are not brought in.
+fn draw(refused: &[Found], path: &Path) -> Result<(), Fatal> {
+    let threads = Threads::new(0).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
+    let name = |it: &Found| {
+        let stem = it.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        format!("{stem}: {}", it.faults.join(", "))
+    };
+    let named: Vec<(String, &dyn Genome)> = refused.iter().map(|it| (name(it), &*it.genome)).collect();
+    Sheet::of(&named, &threads)?.save(path).map_err(|source| Fatal::write(path, source))
 }
 
 impl Args {
@@ -98,6 +145,7 @@ impl Args {
 
     /// Lets the genomes wait for the next broods.
     fn wait(&self, folder: &mut Folder, found: Vec<Found>, faults: Vec<String>, json: bool) -> Result<Exit, Fatal> {
+        let paths: Vec<PathBuf> = found.iter().map(|found| found.path.clone()).collect();
         let waiting = |found: Found| Waiting {
             licence: found.licence(),
             species: found.species,
@@ -111,14 +159,16 @@ impl Args {
             print::json(&Answer { changed: !self.dry_run, sheep: Vec::new(), faults })?;
         } else {
             let verb = if self.dry_run { "would wait" } else { "waits" };
-            print::lines(self.genomes.iter().map(|path| format!("`{}` {verb} for the next brood", path.display())))?;
+            print::lines(paths.iter().map(|path| format!("`{}` {verb} for the next brood", path.display())))?;
         }
         Ok(Exit::Fine)
     }
 }
 
 impl Found {
-    fn read(path: &Path, pool: &Pool) -> Result<Self, Fatal> {
+    /// Reads a genome, and looks at it. If it is to be as a brood asks, and a sketch shows what is wrong, it is not looked at
+    /// further: that takes five times as long.
+    fn read(path: &Path, pool: &Pool, strict: bool) -> Result<Self, Fatal> {
         let malformed = |source| Fatal::new(Exit::Malformed, AddError::Genome { path: path.to_owned(), source });
         let text = kinds::text(path)
             .map_err(|why| Fatal::new(why.exit, AddError::Genome { path: path.to_owned(), source: why.source }))?;
@@ -129,8 +179,18 @@ impl Found {
             let (found, expected) = (format!(".{species}"), bred.join(", "));
             return Err(Fatal::new(Exit::Malformed, AddError::Species { path: path.to_owned(), found, expected }));
         }
-        let figures = figures(&*genome).map_err(|error| malformed(error.into()))?;
-        Ok(Self { text, genome, species, figures: traits(&figures), faults: figures.faults() })
+        let mut looked = None;
+        for look in [Some(sketch as Look).filter(|_| strict), Some(figures as Look)].into_iter().flatten() {
+            let figures = look(&*genome).map_err(|error| malformed(error.into()))?;
+            let faults: Vec<&str> = figures.faults().into_iter().map(FigureFault::name).collect();
+            let is_wrong = !faults.is_empty();
+            looked = Some((traits(&figures), faults));
+            if is_wrong {
+                break;
+            }
+        }
+        let (figures, faults) = looked.unwrap_or_default();
+        Ok(Self { path: path.to_owned(), text, genome, species, figures, faults })
     }
 
     fn licence(&self) -> String {

@@ -4,10 +4,12 @@
 //! brood, whatever the number of threads and the date.
 
 use std::collections::BTreeMap;
+use std::fs::{self, OpenOptions};
+use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use ::breeding::{Birth, Brood, Census, Event, Folder, Id, Operation, Order, Settings, breed, deaths, plan};
+use ::breeding::{Birth, Brood, Census, Event, Folder, Id, Operation, Order, Settings, breed, deaths, foreseen, plan};
 use clap::builder::RangedU64ValueParser;
 use species::{Breed, Genome, Threads};
 
@@ -60,7 +62,8 @@ pub(crate) struct Args {
     /// Also write a contact sheet of the candidates that were refused, with what is wrong with each, as PNG
     #[arg(long, value_name = "FILE")]
     refused: Option<PathBuf>,
-    /// Only print which births are planned; nothing is made
+    /// Only print which births are planned and who would die; nothing is made. Which sheep die is a guess: nobody knows the
+    /// newborn yet
     #[arg(long, conflicts_with_all = ["sheet", "refused"])]
     dry_run: bool,
     /// Answer with one JSON document
@@ -131,6 +134,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     if args.dry_run {
         return args.planned(&folder, &census, &order);
     }
+    for sheet in [&args.sheet, &args.refused].into_iter().flatten() {
+        may_be_written(sheet).map_err(|source| Fatal::write(sheet, source))?;
+    }
     let candidates = Candidates::new(parents(&folder, &order)?, waiting(&folder)?, args.op.clone());
     let threads = Threads::new(args.threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let brood = threads.run(|| breed(folder.pool(), &census, &order, &candidates));
@@ -191,7 +197,7 @@ impl Args {
 
     fn planned(&self, folder: &Folder, census: &Census, order: &Order) -> Result<Exit, Fatal> {
         let plan = plan(folder.pool(), census, order);
-        let died = deaths(folder.pool(), census).ids;
+        let died = foreseen(folder.pool(), &plan).ids;
         let born = plan.births.into_iter().map(|birth| planned(birth, self.op.as_deref())).collect();
         let (missing, refused) = (0, BTreeMap::new());
         self.tell(&Answer {
@@ -270,12 +276,23 @@ impl Answer {
             format!("{id} {} by {}{of}{best}", birth.species, birth.operator)
         };
         let mut lines: Vec<String> = self.born.iter().map(birth).collect();
-        lines.extend(self.reborn.iter().map(|id| format!("{id} lives again")));
-        lines.extend(self.died.iter().map(|id| format!("{id} died; its genome stays")));
-        let verb = if self.dry_run { "would be born" } else { "born" };
-        lines.push(format!("brood {}: {} {verb}, {} died", self.brood, self.born.len(), self.died.len()));
+        let [born, lives, dies] = if self.dry_run {
+            ["would be born", "would live again", "would die"]
+        } else {
+            ["born", "lives again", "died"]
+        };
+        lines.extend(self.reborn.iter().map(|id| format!("{id} {lives}")));
+        lines.extend(self.died.iter().map(|id| format!("{id} {dies}; its genome stays")));
+        lines.push(format!("brood {}: {} {born}, {} {dies}", self.brood, self.born.len(), self.died.len()));
         lines
     }
+}
+
+/// Whether a file can be written at `path`, without writing one: what is there stays.
+fn may_be_written(path: &Path) -> io::Result<()> {
+    let is_new = !path.exists();
+    OpenOptions::new().append(true).create(true).open(path)?;
+    if is_new { fs::remove_file(path) } else { Ok(()) }
 }
 
 /// One id, or two with a comma between them.

@@ -1,7 +1,7 @@
 //! The transitions of an edition.
 //!
-//! Owns which sheep are linked: relatives first, since close genomes make good middles, then sheep whose figures are near.
-//! In a flock that is new every sheep gets two transitions to it and two from it, and every sheep can be reached from every
+//! Owns which sheep are linked: those whose figures are near, where relatives count as four times nearer, since close genomes
+//! make good middles. In a flock that is new every sheep gets two transitions to it and two from it, and every sheep can be reached from every
 //! other. In a flock that is there, newcomers get as many, and so do sheep that lose one because another leaves; what the
 //! artist has linked otherwise stays. Pure: never touches a file.
 //!
@@ -295,5 +295,33 @@ mod tests {
             let before = ways(&there, &member.id);
             assert!(ways(&all, &member.id).iter().zip(before).all(|(now, before)| *now >= before.min(WAYS)));
         }
+    }
+
+    #[test]
+    fn a_newcomer_is_linked_to_its_parent_unless_others_look_four_times_as_near() {
+        let births = births(24);
+        // The last is a child of the first, which is so far from it; two others are at a distance of 1.
+        let linked = |far: f64| {
+            let mut births = births.clone();
+            for (born, at) in births.iter_mut().zip(0..) {
+                born.parents.clear();
+                (born.species, born.figures) = ("flam3".into(), Traits::new(&[f64::from(at) * 100.0, 0.0]));
+            }
+            for (at, place) in [(23, 0.0), (0, far), (1, 1.0), (2, -1.0)] {
+                births[at].figures = Traits::new(&[1_150.0 + place, 0.0]);
+            }
+            births[23].parents = vec![births[0].id];
+            let scale = Scale::of(&births.iter().map(|born| &born.figures));
+            let member = |(at, born)| Member {
+                id: name(born),
+                bred: Some(Bred { born, point: scale.point(&born.figures) }),
+                is_there: at < 23,
+            };
+            let members: Vec<Member> = births.iter().enumerate().map(member).collect();
+            let there: Pairs = (0..23).map(|at| (name(&births[at]), name(&births[(at + 1) % 23]))).collect();
+            let new = links(&members, &there);
+            new.contains(&(name(&births[23]), name(&births[0]))) && new.contains(&(name(&births[0]), name(&births[23])))
+        };
+        assert_eq!([2.0, 8.0].map(linked), [true, false]);
     }
 }

@@ -23,7 +23,7 @@ const ORIGIN: u64 = 41;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  done; the pool has no fault
-  1  the pool has a fault, or there is a pool already, or another program changes it
+  1  the pool has a fault, a genome was refused, there is a pool already, or another program changes it
   2  the command line, the pool or a genome is wrong
   3  a file could not be read or written")]
 pub(crate) struct Args {

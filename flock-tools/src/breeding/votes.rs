@@ -10,8 +10,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use ::breeding::{Count, Event, Pool};
-use serde_json::Value;
-use votes::{Received, SheepTotals, UnitLimits, VotesError};
+use serde::de::IgnoredAny;
+use votes::{Received, SheepTotals, Totals, UnitLimits, VotesError};
 
 use super::{fatal, open, open_for_changes, today};
 use crate::program::{Exit, Fatal, print};
@@ -42,7 +42,7 @@ pub(crate) struct Args {
     /// Know this unit from now on; documents that name no unit are its
     #[arg(long, value_name = "NAME", value_parser = unit_name)]
     unit: Option<String>,
-    /// Seconds of the shortest loop of a unit: no showing is shorter
+    /// Seconds of the shortest loop of the units: totals with more showings than that allows are refused
     #[arg(long = "loop", value_name = "S", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=3600))]
     loop_s: u32,
     /// Only tell what would be taken in
@@ -51,6 +51,14 @@ pub(crate) struct Args {
     /// Answer with one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// What is read of a status report.
+#[derive(serde::Deserialize)]
+struct Report {
+    unit: Option<String>,
+    status: Option<IgnoredAny>,
+    votes: Option<Totals>,
 }
 
 /// What is wrong with a document.
@@ -108,7 +116,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Fatal> {
     let mut refused = Vec::new();
     for (file, text) in args.texts()? {
         for document in documents(&text) {
-            if let Err(why) = document.and_then(|document| args.take(&document, &mut received)) {
+            if let Err(why) = document.and_then(|document| args.take(document, &mut received)) {
                 refused.push(Refused { file: file.clone(), why });
             }
         }
@@ -185,13 +193,18 @@ impl Args {
     }
 
     /// Takes in a status report, or the totals alone.
-    fn take(&self, document: &Value, received: &mut Received) -> Result<(), DocumentError> {
-        let is_report = document.get("unit").is_some() || document.get("status").is_some();
-        // A unit that does not send its votes says so by leaving them out.
-        let Some(totals) = (if is_report { document.get("votes") } else { Some(document) }) else { return Ok(()) };
-        let named = document.get("unit").and_then(Value::as_str);
-        let unit = named.or(self.unit.as_deref()).ok_or(DocumentError::Nameless)?;
-        received.take(unit, totals.to_string().as_bytes(), today().0)?;
+    fn take(&self, document: &[u8], received: &mut Received) -> Result<(), DocumentError> {
+        let malformed = |error: serde_json::Error| VotesError::Malformed { message: error.to_string() };
+        let report: Report = serde_json::from_slice(document).map_err(malformed)?;
+        let is_report = report.unit.is_some() || report.status.is_some();
+        let totals = match report.votes.filter(|_| is_report) {
+            Some(totals) => totals.to_json().into_bytes(),
+            // A unit that does not send its votes says so by leaving them out.
+            None if is_report => return Ok(()),
+            None => document.to_owned(),
+        };
+        let unit = report.unit.as_deref().or(self.unit.as_deref()).ok_or(DocumentError::Nameless)?;
+        received.take(unit, &totals, today().0)?;
         Ok(())
     }
 
@@ -238,13 +251,19 @@ fn unit_name(text: &str) -> Result<String, String> {
     if fits { Ok(text.to_owned()) } else { Err("wanted 1 to 64 of a-z 0-9 . _ -, without a dot at the start".into()) }
 }
 
-/// The documents of a text, one after the other.
-fn documents(text: &[u8]) -> Vec<Result<Value, DocumentError>> {
+/// The documents of a text, one after the other. They are not read here: a reader that knows their members refuses those
+/// that are there twice.
+fn documents(text: &[u8]) -> Vec<Result<&[u8], DocumentError>> {
     if text.len() as u64 > MOST_BYTES {
         return vec![Err(DocumentError::Long)];
     }
-    let stream = serde_json::Deserializer::from_slice(text).into_iter::<Value>();
-    let mut found: Vec<_> = stream.map(|document| document.map_err(DocumentError::Json)).collect();
+    let mut stream = serde_json::Deserializer::from_slice(text).into_iter::<IgnoredAny>();
+    let (mut found, mut begin) = (Vec::new(), 0);
+    while let Some(document) = stream.next() {
+        let end = stream.byte_offset();
+        found.push(document.map(|_| &text[begin..end]).map_err(DocumentError::Json));
+        begin = end;
+    }
     if found.is_empty() {
         found.push(Err(DocumentError::Empty));
     }

@@ -118,6 +118,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("tests", &["Cargo.toml", "*.rs", "*.py", SCRIPT]),
     ("tests/bench/studio", &["*.rs", "*.js"]),
     ("tests/fixtures", &["flock.toml"]),
+    ("tests/fixtures/failures", &["*.agents", "*.expr", "*.flam3", "*.plant"]),
     ("tests/fixtures/format-1", &["*"]),
     ("tests/fixtures/keys", &["artist.key", "artist.pub"]),
     ("tests/image", &["*.rs", "light-flock", "writable.txt"]),

@@ -36,7 +36,7 @@ const AT_ONCE: usize = 4;
 const PATIENCE: usize = 300;
 /// The keys that the claims use.
 pub(crate) const UP: u16 = 103;
-const DOWN: u16 = 108;
+pub(crate) const DOWN: u16 = 108;
 /// Seconds of somebody near each sheep that were counted before.
 const NEAR_BEFORE_S: u32 = 297;
 
@@ -254,7 +254,7 @@ fn seen(flips: &[Flip], showings: &[(usize, String)]) -> Option<usize> {
 }
 
 /// The totals of `kind` of each sheep that has some.
-fn totals(told: &Value, kind: &str) -> BTreeMap<String, u64> {
+pub(crate) fn totals(told: &Value, kind: &str) -> BTreeMap<String, u64> {
     let sheep = told["sheep"].as_object().unwrap().iter();
     sheep.map(|(id, totals)| (id.clone(), totals[kind].as_u64().unwrap())).filter(|(_, total)| *total > 0).collect()
 }

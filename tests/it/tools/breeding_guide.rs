@@ -1,14 +1,18 @@
 //! The guide from votes to the next flock does what it shows.
 //!
 //! Owns the claim that its commands print what stands below them, with a real player and a real `dreams-votes` on the way:
-//! the flock that is elected is played, a button is pressed, and what the unit reports is taken in.
+//! the flock that is elected is played, a button is pressed, and what the unit reports is taken in; then a real
+//! `dreams-update` takes the next flock from where it was published, and that one is played.
 
 use crate::flocks::Flock;
 use crate::player::votes::{UP, Voting};
-use crate::programs::repository;
+use crate::player_run::PlayerRun;
+use crate::programs::{self, repository, succeed};
 use crate::tools::tutorial::{follow_steps, steps};
 use std::collections::HashMap;
 use std::fs;
+use std::path::Path;
+use std::process::Command;
 
 /// Where the unit's part is over, and the artist's goes on.
 const TAKES_IN: &str = "dreams votes ";
@@ -39,4 +43,25 @@ fn from_votes_to_the_next_flock_is_what_the_guide_shows() {
     fs::write(folder.join("votes.json"), told.to_string()).unwrap();
 
     follow_steps(&steps[on_the_wall..], folder);
+    is_taken_and_played(folder);
+}
+
+/// The unit takes the second edition, and plays the clips that the artist's tools foretell.
+fn is_taken_and_played(folder: &Path) {
+    fs::create_dir(folder.join("keys")).unwrap();
+    fs::copy(folder.join("artist.pub"), folder.join("keys/artist.pub")).unwrap();
+    let mut update = Command::new(programs::updater());
+    update.arg("--keys").arg(folder.join("keys")).args(["--unit", "lobby", "--store"]).arg(folder.join("store"));
+    succeed(update.arg(folder.join("outbox")));
+    let seed = ["--seed", "7"];
+    let mut walk = Command::new(programs::dreams());
+    let walked = succeed(walk.arg("walk").arg(folder.join("lobby")).args(seed).args(["--steps", "8"]));
+    let walked = String::from_utf8(walked).unwrap();
+    let clips: Vec<&str> = walked.lines().collect();
+    let options = ["--screen", "virtual", "--clock", "free", "--clips", &clips.len().to_string()];
+    let run = PlayerRun::of(&folder.join("store/current")).with(&seed).with(&options);
+    succeed(&mut run.command());
+    let trace = run.trace();
+    let begun = trace.flips.iter().filter(|flip| flip.frame == 0).map(|flip| &*flip.clip);
+    assert_eq!((trace.faults.len(), begun.collect::<Vec<_>>()), (0, clips), "{:?}", trace.faults);
 }

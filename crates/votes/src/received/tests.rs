@@ -170,3 +170,24 @@ fn a_unit_has_no_end_of_ledgers() {
     assert_eq!(said, "unit `lobby` has 32 ledgers already, ledger 0000000000000063 is refused");
     assert!(received.take("lobby", totals(3, 1, 2).to_json().as_bytes(), TODAY).unwrap());
 }
+
+#[test]
+fn invented_ledgers_give_no_more_showings_than_the_days_have() {
+    let mut received = known();
+    // 102 days of showings of 20 seconds.
+    let most = 102 * 86_400 / 20;
+    let taken = (0..32)
+        .filter(|ledger| received.take("lobby", totals(*ledger, 1, 100_000).to_json().as_bytes(), TODAY).is_ok());
+    assert_eq!(taken.count(), 4);
+    let said = received.take("lobby", totals(99, 1, 100_000).to_json().as_bytes(), TODAY).unwrap_err().to_string();
+    assert_eq!(
+        said,
+        format!(
+            "the 5 ledgers of unit `lobby` together grow faster than showings can: 500000 showings, at most {most} by day \
+             {TODAY}"
+        )
+    );
+    // What is left is the unit's still.
+    assert!(received.take("lobby", totals(99, 1, 40_000).to_json().as_bytes(), TODAY).unwrap());
+    assert_eq!(received.totals("lobby")["191.00000"].shown, 440_000);
+}
