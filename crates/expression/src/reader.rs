@@ -20,7 +20,8 @@ const LARGEST_SCALE: f32 = 1000.0;
 
 impl Genome {
     /// Reads a file: `(expression 1 (name "tide") (turns 1) (map (scale 1) (center 0 0)) (picture ...))`. All but the
-    /// picture may be missing, and a `map` may have `(zoom n by p)` and `(drift n x y p)`, which go round as a `wave` does; forms that are not known are kept as they are.
+    /// picture may be missing, and a `map` may have `(zoom n by p)` and `(drift n x y p)`, which go round as a `wave` does;
+    /// forms that are not known are kept as they are.
     ///
     /// # Errors
     /// [`ExpressionError`] says what is refused, with line and column.
