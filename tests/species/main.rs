@@ -14,6 +14,7 @@ mod damage;
 mod joins;
 mod lineage;
 mod loops;
+mod reference;
 mod sheep;
 mod texts;
 mod transitions;

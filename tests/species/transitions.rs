@@ -2,6 +2,8 @@
 //!
 //! Owns claims on pairs, within a species and between two.
 
+use std::collections::BTreeSet;
+
 use species::{Dissolve, Genome, Image, Light, Middle, Motion, Threads, expected};
 
 use super::joins::{FRAMES, allowed, severity};
@@ -99,13 +101,16 @@ fn a_transition_within_a_species_meets_both_loops_in_value_and_in_speed() {
 #[test]
 fn any_two_species_join_without_a_jump() {
     let threads = Threads::new(0).unwrap();
-    let mut found = Found::default();
+    let (mut found, mut seen) = (Found::default(), BTreeSet::new());
     let kinds = SPECIES.len();
     let pairs: Vec<[usize; 2]> =
         (0..kinds).flat_map(|from| (0..kinds).filter(move |to| *to != from).map(move |to| [from, to])).collect();
     for seed in 0..many("PAIRS", pairs.len() as u64) {
         let [from, to] = pairs[seed as usize % pairs.len()];
-        let pair = [genome(SPECIES[from], 500 + seed % 4), genome(SPECIES[to], 900 + seed % 4)];
+        // Other genomes in every round of the pairs of species: no pair comes twice.
+        let round = seed / pairs.len() as u64;
+        let pair = [genome(SPECIES[from], 500 + round), genome(SPECIES[to], 900 + round)];
+        assert!(seen.insert(pair.each_ref().map(|genome| genome.text())), "the same pair twice, {seed}");
         assert!(pair[0].transition(&*pair[1], SIZE, [LOOP; 2], TRANSITION).is_none());
         let pair = [&*pair[0], &*pair[1]];
         found.add(pair, &*dissolved(pair), &threads);

@@ -43,6 +43,6 @@ pub use breed::crossover;
 pub use colour::Colour;
 pub use error::AgentsError;
 pub use globe::{Globe, MOST_AGENTS, MOST_BYTES, MOST_COLOURS, MOST_DUST, MOST_GLOW, MOST_IN_A_GLOBE};
-pub use pfeiffer::{DEFAULT, MOST_PUBLISHED, MOST_ROUNDS, MOST_SEGMENTS, Pfeiffer};
+pub use pfeiffer::{DEFAULT, MOST_PUBLISHED, MOST_ROUNDS, MOST_SEGMENTS, PARAMETERS, Pfeiffer};
 pub use shape::{Invisible, LEAST_POINTS, LEAST_SIZE};
 pub use species::{Agents, VERSION};

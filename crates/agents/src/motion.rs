@@ -130,7 +130,9 @@ impl Transition {
         Transition { from, to, frames }
     }
 
-    /// The way that agent `number` of both globes takes together.
+    /// The way that agent `number` of both globes takes together. Agents are paired by number and not by place: both globes
+    /// spread theirs over the whole picture, a cubic joins any two places evenly, and clips that are rendered keep their
+    /// pictures.
     fn joined(&self, number: usize, part: f64) -> Place {
         let sides = [&self.from, &self.to].map(|side| {
             let (path, turns) = (&side.agents[number], self.frames / side.frames);

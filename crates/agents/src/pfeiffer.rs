@@ -18,6 +18,9 @@ pub const MOST_ROUNDS: u32 = 64;
 /// Pfeiffer's own agent, Koch's snowflake.
 pub const DEFAULT: &str = "v=60&str=F++F++F&it=2&sc=5&rules=('F','F-F++F-F')";
 
+/// The parameters of a string.
+pub const PARAMETERS: [&str; 8] = ["v", "str", "it", "sc", "rules", "w", "c", "sw"];
+
 /// What a character does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Act {
@@ -141,5 +144,13 @@ mod tests {
         let own = Pfeiffer::read("v=-90.5&it=0&sc=2.5&w=2&c=3&sw=-4&rules=('X','F'),('X','FX')");
         assert_eq!((own.v, own.it, own.sc, own.w, own.c, own.sw), (-90.5, 0, 2.5, 2.0, Some(3), -4.0));
         assert_eq!((own.lists.len(), own.lists[2].len(), own.most, default.most), (3, 2, 20_000, 2000));
+    }
+
+    #[test]
+    fn every_parameter_of_the_list_is_read() {
+        let values = ["12", "FX", "3", "7", "('F','FF')", "2", "4", "9"];
+        for (parameter, value) in PARAMETERS.iter().zip(values) {
+            assert_ne!(Pfeiffer::read(&format!("{parameter}={value}")), Pfeiffer::read(DEFAULT), "{parameter}");
+        }
     }
 }

@@ -31,6 +31,18 @@ fn pictures_are_those_that_were_looked_at() {
     assert_eq!(found, CHOSEN.map(|(name, _, sum)| (name, sum)));
 }
 
+/// Of the way from the first of them to the second, half way.
+const HALF_WAY: u64 = 12_638_140_007_946_517_634;
+
+#[test]
+fn half_way_between_two_globes_is_the_picture_that_it_was() {
+    let settings = settings([131, 70]);
+    let [from, to] = [CHOSEN[0], CHOSEN[1]].map(|(_, text, _)| read(text));
+    let between = from.transition(to.as_ref(), settings.size, [240.0; 2], 90.0).unwrap();
+    let image = picture(between.as_ref(), 45.0, &settings, &Threads::new(2).unwrap());
+    assert_eq!(checksum(&image), HALF_WAY);
+}
+
 #[test]
 fn pixels_are_the_same_for_any_number_of_threads() {
     for seed in 0..4 {

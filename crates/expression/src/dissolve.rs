@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::ptr::from_ref;
 
 use crate::functions::{Function, Wants};
-use crate::genome::Map;
+use crate::genome::View;
 use crate::motion::{Loop, Moving};
 use crate::node::Node;
 use crate::still::{Clock, Still, wave};
@@ -94,17 +94,17 @@ impl Transition {
 }
 
 impl Moving for Transition {
-    /// The scale changes by equal factors.
-    fn map(&self, frame: f64) -> Map {
-        let maps = [0, 1].map(|side| self.loops[side].map(0.0));
+    /// Between what both loops see then. The scale changes by equal factors.
+    fn view(&self, frame: f64, shutter: f64) -> View {
+        let views = [self.loops[0].view(frame, shutter), self.loops[1].view(frame - self.frames, shutter)];
         let [_, eased] = self.progress(frame);
-        if eased == 0.0 || eased == 1.0 || maps[0] == maps[1] {
-            return maps[usize::from(eased == 1.0)];
+        if eased == 0.0 || eased == 1.0 || views[0] == views[1] {
+            return views[usize::from(eased == 1.0)];
         }
-        let [from, to] = maps.map(|map| map.center);
+        let [from, to] = views.map(|view| view.center);
         let center = [0, 1].map(|axis| blended(from[axis], to[axis], eased as f32));
-        let factor = crate::math::ln(maps[1].scale / maps[0].scale);
-        Map { scale: maps[0].scale * crate::math::exp(factor * eased as f32), center }
+        let factor = crate::math::ln(views[1].scale / views[0].scale);
+        View { scale: views[0].scale * crate::math::exp(factor * eased as f32), center }
     }
 
     fn still(&self, frame: f64, shutter: f64) -> Still {

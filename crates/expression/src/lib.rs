@@ -54,7 +54,7 @@ pub use dissolve::{LEAST_SHARED, Transition};
 pub use error::ExpressionError;
 pub use form::MOST_BYTES;
 pub use functions::{Argument, FUNCTIONS, Function, Wants};
-pub use genome::{Genome, MOST_TURNS, Map};
+pub use genome::{Drift, Genome, MOST_TURNS, Map, STRONGEST_ZOOM, View, Zoom};
 pub use motion::{Loop, Moving};
 pub use mutate::Mutation;
 pub use node::{DEEPEST, FASTEST_WAVE, LARGEST, MOST_NODES, MOST_TIMES, Node};

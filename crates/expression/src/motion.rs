@@ -5,14 +5,14 @@
 //!
 //! Start at [`Loop`]; `dissolve.rs` has the transitions.
 
-use crate::genome::{Genome, Map};
+use crate::genome::{Genome, Map, View};
 use crate::node::Node;
 use crate::still::{Clock, Still};
 
 /// Something that is an expression at every frame.
 pub trait Moving: Send + Sync {
-    /// Which part of the plane is seen at `frame`.
-    fn map(&self, frame: f64) -> Map;
+    /// Which part of the plane is seen at `frame`, while the shutter is open `shutter` frames from the middle.
+    fn view(&self, frame: f64, shutter: f64) -> View;
     /// The expression at `frame`, while the shutter is open `shutter` frames from the middle.
     fn still(&self, frame: f64, shutter: f64) -> Still;
 }
@@ -47,8 +47,8 @@ impl Loop {
 }
 
 impl Moving for Loop {
-    fn map(&self, _frame: f64) -> Map {
-        self.map
+    fn view(&self, frame: f64, shutter: f64) -> View {
+        self.map.at(self.clock(frame).at(shutter))
     }
 
     fn still(&self, frame: f64, shutter: f64) -> Still {

@@ -15,7 +15,7 @@ use crate::lower::lowered;
 use crate::motion::{Loop, Moving};
 use crate::sampling::{MOMENTS, shutter};
 use crate::tape::{Registers, Tape};
-use crate::tile::{Frame, Samples, Tile};
+use crate::tile::{Frame, Moment, Samples, Tile};
 
 /// The most pixels along a side.
 const LARGEST: u32 = 16_384;
@@ -48,9 +48,9 @@ pub struct Cost {
     pub bytes_per_thread: u64,
 }
 
-/// What is done for each moment, and the bytes that this takes, and took while it was found out.
-struct Tapes {
-    tapes: Vec<Tape>,
+/// What is done for each moment of the shutter, and the bytes that this takes, and took while it was found out.
+struct Moments {
+    moments: Vec<Moment>,
     bytes: u64,
 }
 
@@ -64,13 +64,13 @@ pub fn render(
     settings: &Settings,
     threads: &Threads,
 ) -> Result<(Image, u64), RenderError> {
-    let tapes = Tapes::of(moving, frame, settings).map_err(|error| RenderError::Refused(error.into()))?.tapes;
+    let moments = Moments::of(moving, frame, settings).map_err(|error| RenderError::Refused(error.into()))?.moments;
     let [width, height] = settings.size.map(|side| side as usize);
-    let frame = Frame { width, height, map: moving.map(frame), samples: settings.samples };
+    let frame = Frame { width, height, samples: settings.samples };
     let tiles = frame.tiles();
-    let registers = || tapes.iter().map(Tape::registers).collect::<Vec<Registers>>();
+    let registers = || moments.iter().map(|moment| moment.tape.registers()).collect::<Vec<Registers>>();
     let draw = |registers: &mut Vec<Registers>, tile: &Tile| {
-        if threads.are_stopped() { None } else { Some(tile.draw(&frame, &tapes, registers)) }
+        if threads.are_stopped() { None } else { Some(tile.draw(&frame, &moments, registers)) }
     };
     let drawn: Option<Vec<(Vec<[f32; 3]>, u64)>> = threads.run(|| tiles.par_iter().map_init(registers, draw).collect());
     let drawn = drawn.ok_or(RenderError::Stopped)?;
@@ -101,40 +101,40 @@ impl Genome {
 /// # Errors
 /// [`ExpressionError::Size`] and [`ExpressionError::Slow`]; what passes here is drawn.
 pub fn cost(moving: &dyn Moving, frame: f64, settings: &Settings) -> Result<Cost, ExpressionError> {
-    let Tapes { tapes, bytes } = Tapes::of(moving, frame, settings)?;
+    let Moments { moments, bytes } = Moments::of(moving, frame, settings)?;
+    let tapes = || moments.iter().map(|moment| &moment.tape);
     let pixels = settings.size.map(u64::from).iter().product::<u64>();
     let tiles: u64 = settings.size.map(|side| u64::from(side).div_ceil(Tile::SIDE)).iter().product();
     Ok(Cost {
-        ns_per_sample: tapes.iter().map(Tape::ns).sum::<f32>() / tapes.len() as f32,
+        ns_per_sample: tapes().map(Tape::ns).sum::<f32>() / moments.len() as f32,
         samples: settings.samples.range().map(|samples| samples * pixels),
         bytes: 2 * pixels * size_of::<[f32; 3]>() as u64 + tiles * Tile::KEPT + bytes + TABLES,
-        bytes_per_thread: tapes.iter().map(Tape::bytes).sum::<usize>() as u64 + Tile::BYTES,
+        bytes_per_thread: tapes().map(Tape::bytes).sum::<usize>() as u64 + Tile::BYTES,
     })
 }
 
-impl Tapes {
-    /// A tape for each moment of the shutter.
-    fn of(moving: &dyn Moving, frame: f64, settings: &Settings) -> Result<Tapes, ExpressionError> {
+impl Moments {
+    fn of(moving: &dyn Moving, frame: f64, settings: &Settings) -> Result<Moments, ExpressionError> {
         let [width, height] = settings.size;
         if settings.size.iter().any(|side| !(1..=LARGEST).contains(side)) {
             return Err(ExpressionError::Size { width, height, most: LARGEST });
         }
-        let scale = moving.map(frame).scale;
         let is_blurred = settings.is_blurred && settings.samples != Samples::One;
         let shutters: Vec<f64> = if is_blurred { (0..MOMENTS).map(shutter).collect() } else { vec![0.0] };
-        let mut all = Tapes { tapes: Vec::with_capacity(shutters.len()), bytes: 0 };
+        let mut all = Moments { moments: Vec::with_capacity(shutters.len()), bytes: 0 };
         let mut most: u64 = 0;
         for shutter in shutters {
             let (mut graph, at) = Graph::new();
             let still = moving.still(frame, shutter);
-            let colours = lowered(&still, scale, &mut graph, at);
+            let view = moving.view(frame, shutter);
+            let colours = lowered(&still, view.scale, &mut graph, at);
             let tape = Tape::of(&graph, colours);
             if graph.is_full() || tape.ns() > MOST_NS {
                 return Err(ExpressionError::Slow { most_ns: MOST_NS });
             }
             most = most.max(still.bytes() + graph.bytes());
             all.bytes += tape.own_bytes();
-            all.tapes.push(tape);
+            all.moments.push(Moment { tape, view });
         }
         all.bytes += most;
         Ok(all)

@@ -8,7 +8,7 @@
 use crate::error::ExpressionError;
 use crate::form::{Form, Kind, read};
 use crate::functions::Function;
-use crate::genome::{Genome, MOST_TURNS, Map};
+use crate::genome::{Drift, Genome, MOST_TURNS, Map, STRONGEST_ZOOM, Zoom};
 use crate::node::{FASTEST_WAVE, LARGEST, MOST_NODES, MOST_TIMES, Node};
 
 /// The version of the language.
@@ -20,7 +20,8 @@ const LARGEST_SCALE: f32 = 1000.0;
 
 impl Genome {
     /// Reads a file: `(expression 1 (name "tide") (turns 1) (map (scale 1) (center 0 0)) (picture ...))`. All but the
-    /// picture may be missing; forms that are not known are kept as they are.
+    /// picture may be missing, and a `map` may have `(zoom n by p)` and `(drift n x y p)`, which go round as a `wave` does;
+    /// forms that are not known are kept as they are.
     ///
     /// # Errors
     /// [`ExpressionError`] says what is refused, with line and column.
@@ -167,8 +168,13 @@ fn constant(form: &Form<'_>) -> Result<f32, ExpressionError> {
 
 fn wave(head: &Form<'_>, values: &[Form<'_>]) -> Result<Node, ExpressionError> {
     has_arity(head, 2, values)?;
-    let n = values[0].text.parse().ok().filter(|n| (1..=FASTEST_WAVE).contains(n));
-    Ok(Node::Wave { n: n.ok_or_else(|| values[0].number("a whole number from 1 to 4"))?, p: constant(&values[1])? })
+    Ok(Node::Wave { n: periods(&values[0])?, p: constant(&values[1])? })
+}
+
+/// Periods a turn.
+fn periods(form: &Form<'_>) -> Result<u8, ExpressionError> {
+    let n = form.text.parse().ok().filter(|n| (1..=FASTEST_WAVE).contains(n));
+    n.ok_or_else(|| form.number("a whole number from 1 to 4"))
 }
 
 fn turns_of(form: &Form<'_>) -> Result<u32, ExpressionError> {
@@ -177,7 +183,7 @@ fn turns_of(form: &Form<'_>) -> Result<u32, ExpressionError> {
 }
 
 fn map_of(forms: &[Form<'_>]) -> Result<Map, ExpressionError> {
-    let (mut scale, mut center) = (None, None);
+    let (mut scale, mut center, mut zoom, mut drift) = (None, None, None, None);
     for form in forms {
         match form.call().map(|(head, values)| (head.text, values)) {
             Some(("scale", values)) => {
@@ -189,9 +195,20 @@ fn map_of(forms: &[Form<'_>]) -> Result<Map, ExpressionError> {
                 once(form, &mut scale, number)?;
             }
             Some(("center", [x, y])) => once(form, &mut center, [constant(x)?, constant(y)?])?,
-            _ => return Err(form.not("`(scale s)` or `(center x y)`")),
+            Some(("zoom", [n, by, p])) => {
+                let strength = constant(by)?;
+                if strength.abs() > STRONGEST_ZOOM {
+                    return Err(by.number("a zoom from -3 to 3"));
+                }
+                once(form, &mut zoom, Zoom { n: periods(n)?, by: strength, p: constant(p)? })?;
+            }
+            Some(("drift", [n, x, y, p])) => {
+                once(form, &mut drift, Drift { n: periods(n)?, by: [constant(x)?, constant(y)?], p: constant(p)? })?;
+            }
+            _ => return Err(form.not("`(scale s)`, `(center x y)`, `(zoom n by p)` or `(drift n x y p)`")),
         }
     }
     let usual = Map::default();
-    Ok(Map { scale: scale.unwrap_or(usual.scale), center: center.unwrap_or(usual.center) })
+    let (scale, center) = (scale.unwrap_or(usual.scale), center.unwrap_or(usual.center));
+    Ok(Map { scale, center, zoom, drift })
 }

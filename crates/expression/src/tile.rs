@@ -5,7 +5,7 @@
 //!
 //! Start at [`Tile::draw`].
 
-use crate::genome::Map;
+use crate::genome::View;
 use crate::kernels::BATCH;
 use crate::sampling::{ALL, FIRST, MIDDLE, Sample, samples};
 use crate::tape::{Registers, Tape};
@@ -35,8 +35,14 @@ pub enum Samples {
 pub(crate) struct Frame {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    pub(crate) map: Map,
     pub(crate) samples: Samples,
+}
+
+/// What is done at a moment of the shutter, and where.
+#[derive(Clone, Debug)]
+pub(crate) struct Moment {
+    pub(crate) tape: Tape,
+    pub(crate) view: View,
 }
 
 /// A part of the picture, by its left upper pixel.
@@ -86,9 +92,9 @@ impl Frame {
         tiles.map(tile).collect()
     }
 
-    /// The position of a place in the picture, in pixels from its left upper corner.
-    fn position(&self, right: f32, down: f32) -> [f32; 2] {
-        let Map { scale, center: [x, y] } = self.map;
+    /// The position of a place in the picture, in pixels from its left upper corner, in a view.
+    fn position(&self, view: View, right: f32, down: f32) -> [f32; 2] {
+        let View { scale, center: [x, y] } = view;
         let pixel = 2.0 * scale / self.height as f32;
         // No zero is negative.
         [x + (right - self.width as f32 / 2.0) * pixel + 0.0, y + (self.height as f32 / 2.0 - down) * pixel + 0.0]
@@ -106,17 +112,17 @@ impl Tile {
     /// Bytes that are kept of one until the picture is put together, beside pixels: itself, and its place in lists.
     pub(crate) const KEPT: u64 = 6 * size_of::<Tile>() as u64;
 
-    /// Its pixels, row by row; there is a tape, and a set of registers, for each moment: four, or one.
-    pub(crate) fn draw(&self, frame: &Frame, tapes: &[Tape], registers: &mut [Registers]) -> (Vec<[f32; 3]>, u64) {
+    /// Its pixels, row by row; there is a set of registers for each moment: four, or one.
+    pub(crate) fn draw(&self, frame: &Frame, moments: &[Moment], registers: &mut [Registers]) -> (Vec<[f32; 3]>, u64) {
         let nothing = Seen { sum: [0.0; 3], low: [f32::MAX; 3], high: [f32::MIN; 3] };
         let mut seen = vec![nothing; self.width * self.height];
         let all: Vec<usize> = (0..self.width * self.height).collect();
         let mut draw = |pixels: &[usize], sample: Sample, seen: &mut [Seen]| {
             // Without motion blur there is one moment.
-            let moment = sample.moment % tapes.len();
-            let (tape, registers) = (&tapes[moment], &mut registers[moment]);
+            let moment = sample.moment % moments.len();
+            let (moment, registers) = (&moments[moment], &mut registers[moment]);
             for batch in pixels.chunks(BATCH) {
-                self.batch(frame, (tape, registers), batch, sample, seen);
+                self.batch(frame, (moment, registers), batch, sample, seen);
             }
         };
         if frame.samples == Samples::One {
@@ -144,7 +150,7 @@ impl Tile {
     fn batch(
         &self,
         frame: &Frame,
-        (tape, registers): (&Tape, &mut Registers),
+        (Moment { tape, view }, registers): (&Moment, &mut Registers),
         pixels: &[usize],
         sample: Sample,
         seen: &mut [Seen],
@@ -153,7 +159,7 @@ impl Tile {
         for ((x, y), pixel) in x.iter_mut().zip(y).zip(pixels) {
             let right = (self.left + pixel % self.width) as f32 + 0.5 + sample.offset[0];
             let down = (self.top + pixel / self.width) as f32 + 0.5 + sample.offset[1];
-            [*x, *y] = frame.position(right, down);
+            [*x, *y] = frame.position(*view, right, down);
         }
         let colours = tape.run(registers, pixels.len());
         for (at, pixel) in pixels.iter().enumerate() {

@@ -7,7 +7,7 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use crate::genome::{Genome, Map};
+use crate::genome::{Drift, Genome, Map, Zoom};
 use crate::node::Node;
 
 /// Below this, a number is written with an exponent.
@@ -27,8 +27,15 @@ impl Display for Genome {
             writeln!(text, "  (turns {})", self.turns)?;
         }
         if self.map != Map::default() {
-            let Map { scale, center: [x, y] } = self.map;
-            writeln!(text, "  (map (scale {scale}) (center {} {}))", Short(x), Short(y))?;
+            let Map { scale, center: [x, y], zoom, drift } = self.map;
+            write!(text, "  (map (scale {scale}) (center {} {})", Short(x), Short(y))?;
+            if let Some(Zoom { n, by, p }) = zoom {
+                write!(text, " (zoom {n} {} {})", Short(by), Short(p))?;
+            }
+            if let Some(Drift { n, by: [x, y], p }) = drift {
+                write!(text, " (drift {n} {} {} {})", Short(x), Short(y), Short(p))?;
+            }
+            writeln!(text, ")")?;
         }
         for form in &self.unknown {
             writeln!(text, "  {form}")?;

@@ -8,7 +8,7 @@ mod drawing;
 mod many;
 
 use drawing::Renderer;
-use expression::{ExpressionError, Genome, Loop, Moving, Node, Samples, Settings, Still, Transition};
+use expression::{Drift, ExpressionError, Genome, Loop, Map, Moving, Node, Samples, Settings, Still, Transition, Zoom};
 use many::many;
 use species::Image;
 
@@ -42,6 +42,9 @@ fn every_expression_that_parses_is_an_exact_loop() {
     for seed in 0..genomes {
         let mut genome = bred::genome(seed);
         genome.turns = 1 + (seed % 3) as u32;
+        if seed % 2 == 1 {
+            genome.map = moving_map(seed);
+        }
         let frames = [7.0, 60.0, 100.5][seed as usize % 3];
         let turning = Loop::new(&genome, frames);
         let Some(first) = picture(&renderer, &turning, 0.0) else { continue };
@@ -67,6 +70,7 @@ fn the_ends_of_a_transition_are_the_loops_to_the_bit() {
         let mut to = if seed % 3 == 0 { from.mutated(3.0, &mut rng).0 } else { bred::genome(seed + 1000) };
         to.turns = 1 + (seed % 2) as u32;
         to.map.scale = 1.0 + (seed % 5) as f32;
+        to.map.drift = moving_map(seed).drift.filter(|_| seed % 2 == 1);
         let frames = [20.0, 33.0];
         let loops = [Loop::new(&from, frames[0]), Loop::new(&to, frames[1])];
         let between = Transition::new(&loops[0], &loops[1], 17.0);
@@ -79,6 +83,62 @@ fn the_ends_of_a_transition_are_the_loops_to_the_bit() {
         }
     }
     assert!(drawn >= pairs * 18 / 10, "only {drawn} ends were drawn");
+}
+
+/// A map that moves.
+fn moving_map(seed: u64) -> Map {
+    let (n, part) = (1 + (seed % 4) as u8, (seed % 7) as f32 / 7.0);
+    let (zoom, drift) = (Zoom { n, by: part, p: 0.1 }, Drift { n: 5 - n, by: [0.4, part], p: part });
+    Map { zoom: Some(zoom), drift: Some(drift), ..Map::default() }
+}
+
+/// A map that moves, once a turn.
+const ROUND: &str = "(scale 2) (zoom 1 .3 0) (drift 1 .5 .25 .25)";
+
+#[test]
+fn a_map_that_moves_goes_round_and_every_transition_meets_it_in_value_and_in_speed() {
+    let renderer = Renderer::new(2);
+    let wave = "(+ .5 (* .4 (sin (+ (* 3 x) (* 2 y)))))";
+    let of = |map: &str, frames: f64| {
+        Loop::new(&Genome::parse(&format!("(expression 1 (map {map}) (picture {wave}))")).unwrap(), frames)
+    };
+    let (still, round) = (of("(scale 2)", 40.0), of(ROUND, 40.0));
+    // A quarter of a loop: the zoom is strongest, and the ellipse is at its left.
+    let view = round.view(10.0, 0.0);
+    assert!((view.scale - 2.0 * 0.3_f32.exp()).abs() < 1e-5 && view.center.iter().all(|x| x.is_finite()), "{view:?}");
+    assert!((view.center[0] + 0.5).abs() < 1e-5 && view.center[1].abs() < 1e-5, "{view:?}");
+    assert_eq!(still.view(10.0, 0.0), still.view(0.0, 0.2));
+    // While the shutter is open, and twice as fast with two turns.
+    let twice = Genome { turns: 2, ..Genome::parse(&format!("(expression 1 (map {ROUND}) (picture x))")).unwrap() };
+    for (other, same) in [(round.view(9.5, 0.5), view), (Loop::new(&twice, 40.0).view(5.0, 0.0), view)] {
+        assert!(
+            (other.scale - same.scale).abs() < 1e-5 && (other.center[1] - same.center[1]).abs() < 1e-5,
+            "{other:?}"
+        );
+    }
+    let [first, later, last] = [0.0, 10.0, 40.0].map(|frame| picture(&renderer, &round, frame).unwrap());
+    assert!(first == last && difference(&first, &later) > 0.1);
+    // The seam: the second difference there is as anywhere.
+    let at = |frame: f64| picture(&renderer, &round, frame).unwrap();
+    let bend = |frame: f64| {
+        let [a, b, c] = [frame - 1.0, frame, frame + 1.0].map(at);
+        let lights = [a, b, c].map(|image| image.pixels.as_flattened().to_vec());
+        (0..lights[0].len()).map(|at| (lights[0][at] - 2.0 * lights[1][at] + lights[2][at]).abs()).fold(0.0, f32::max)
+    };
+    let usual = (1..39).map(|frame| bend(f64::from(frame))).fold(0.0, f32::max);
+    assert!(bend(40.0) <= 1.2 * usual, "{} {usual}", bend(40.0));
+    for [from, to] in [[&still, &round], [&round, &still], [&round, &of("(zoom 2 .2 .1)", 64.0)]] {
+        let between = Transition::new(from, to, 50.0);
+        for (side, end, inwards) in [(from, 0.0, 1.0), (to, 50.0, -1.0)] {
+            let apart = |frames: f64| {
+                let there = picture(&renderer, &between, end + frames).unwrap();
+                difference(&there, &picture(&renderer, side, frames).unwrap())
+            };
+            assert_eq!(apart(0.0), 0.0);
+            let (near, far) = (apart(inwards * 0.25), apart(inwards));
+            assert!(far < 0.02 && near < far / 8.0 + 1e-5, "end {end}: {near} {far}");
+        }
+    }
 }
 
 /// Pairs without steps: with common parts, waves, noise and other commutative order, with nothing in common.

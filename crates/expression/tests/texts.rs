@@ -7,14 +7,14 @@ mod drawing;
 mod many;
 
 use drawing::Renderer;
-use expression::{ExpressionError, Genome, Loop, Map, Node, Samples, Settings, cost};
+use expression::{Drift, ExpressionError, Genome, Loop, Map, Node, Samples, Settings, Zoom, cost};
 use many::many;
 use species::Rng;
 
 const TIDE: &str = r#"; A comment.
 (expression 1
   (name "tide \"two\"") (turns 2)
-  (map (scale 1.5) (center 0 -.25))
+  (map (scale 1.5) (center 0 -.25) (zoom 2 .5 .25) (drift 1 .2 -.1 0))
   (light (from above) "as; (it) is")
   (picture (hsv-to-rgb (vector (warped-bw-noise x (wave 1 .25) .4 7) .8 (abs (sin (* 3 y)))))))
 "#;
@@ -23,7 +23,9 @@ const TIDE: &str = r#"; A comment.
 fn a_text_survives_reading_and_writing_with_what_is_not_known() {
     let genome = Genome::parse(TIDE).unwrap();
     assert_eq!((genome.name.as_deref(), genome.turns), (Some("tide \"two\""), 2));
-    assert_eq!(genome.map, Map { scale: 1.5, center: [0.0, -0.25] });
+    let zoom = Some(Zoom { n: 2, by: 0.5, p: 0.25 });
+    let drift = Some(Drift { n: 1, by: [0.2, -0.1], p: 0.0 });
+    assert_eq!(genome.map, Map { scale: 1.5, center: [0.0, -0.25], zoom, drift });
     assert_eq!(genome.unknown, [r#"(light (from above) "as; (it) is")"#]);
     let written = genome.to_string();
     assert_eq!(Genome::parse(&written).unwrap(), genome);
@@ -63,6 +65,12 @@ fn what_is_refused_is_named_with_line_and_column() {
         refused("(expression 1 (map (scale 0)) (picture x))"),
         "line 1, column 27: `0` is not a scale from 0.001 to 1000"
     );
+    let map = |text: &str| refused(&format!("(expression 1 (map {text}) (picture x))"));
+    assert_eq!(map("(zoom 0 .5 0)"), "line 1, column 26: `0` is not a whole number from 1 to 4");
+    assert_eq!(map("(zoom 1 3.5 0)"), "line 1, column 28: `3.5` is not a zoom from -3 to 3");
+    assert_eq!(map("(drift 1 .5 z 0)"), "line 1, column 32: `z` is not a number from -1e6 to 1e6");
+    let forms = "`(scale s)`, `(center x y)`, `(zoom n by p)` or `(drift n x y p)`";
+    assert_eq!(map("(zoom 1 2)"), format!("line 1, column 20: {forms} is expected"));
 }
 
 #[test]

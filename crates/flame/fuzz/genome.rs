@@ -6,4 +6,5 @@ mod target;
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {
     target::genome(data);
+    target::picture(data);
 });

@@ -1,13 +1,18 @@
 //! What must hold whatever bytes a file of genomes is made of.
 //!
-//! Owns the function that a fuzzer drives, and that `tests/corpus.rs` drives over the corpus. It panics if a genome is
-//! read otherwise than it was written, and tells whether the bytes were accepted.
+//! Owns the functions that a fuzzer drives, and that `tests/corpus.rs` drives over the corpus. They panic if a genome is
+//! read otherwise than it was written, or is not drawn within its demand, and tell whether the bytes were accepted, and drawn.
 //!
-//! Start at [`genome`].
+//! Start at [`genome`] and [`picture`].
 
 #![allow(clippy::panic, reason = "a target fails by panicking")]
 
-use flame::{Genome, GenomeError, KeyFrames, Motion};
+use flame::{Backend, Flames, Genome, GenomeError, KeyFrames, Motion};
+use species::{Settings, Species, Threads};
+
+/// What would take longer, or more memory, is told and not tried.
+const MOST_SAMPLES: u64 = 2_000_000;
+const MOST_BYTES: u64 = 200 << 20;
 
 /// A file of genomes: refused with a message that fits on a screen, or read, written and read again without a loss.
 pub(crate) fn genome(data: &[u8]) -> bool {
@@ -39,6 +44,31 @@ pub(crate) fn genome(data: &[u8]) -> bool {
         );
     }
     !flames.is_empty()
+}
+
+/// A small picture of a file of one genome: refused, or drawn within its demand.
+pub(crate) fn picture(data: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(data) else { return false };
+    let Ok(genome) = (Flames { backend: Backend::PROCESSOR, coloured: Ok }).parse(text) else { return false };
+    let settings = Settings {
+        size: [16, 9],
+        spp: Some(2.0),
+        psnr: None,
+        supersample: None,
+        temporal_samples: Some(2),
+        smooths: true,
+        seed: 1,
+    };
+    let turning = genome.turning(settings.size, 60.0);
+    let Ok(demand) = turning.demand(7.0, &settings) else { return false };
+    if demand.samples > MOST_SAMPLES || demand.bytes > MOST_BYTES {
+        return false;
+    }
+    let threads = Threads::new(1).unwrap_or_else(|error| panic!("{error}"));
+    let drawn = turning.frame(7.0, &settings, &threads).unwrap_or_else(|error| panic!("{error}: {text}"));
+    assert!(drawn.samples <= demand.samples, "{} of {demand:?}: {text}", drawn.samples);
+    assert!(drawn.image.pixels.as_flattened().iter().all(|light| (0.0..=1.0).contains(light)), "no light: {text}");
+    true
 }
 
 /// The first genome of a text that is read without an error.

@@ -13,11 +13,13 @@ use std::path::Path;
 
 use flame::Rng;
 
-/// So many variations of each file.
+/// So many variations of each file, of which one in so many is drawn.
 const VARIATIONS: u64 = 400;
+const DRAWN: u64 = 4;
 
 #[test]
-fn a_genome_is_refused_or_read_just_as_it_is_written_whatever_bytes_it_is_made_of() {
+fn a_genome_is_refused_or_read_just_as_it_is_written_and_drawn_whatever_bytes_it_is_made_of() {
+    let mut drawn = 0;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/genome");
     let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
@@ -26,10 +28,14 @@ fn a_genome_is_refused_or_read_just_as_it_is_written_whatever_bytes_it_is_made_o
     for ((number, bytes), path) in (0..).zip(&all).zip(&files) {
         let is_good = path.file_name().unwrap().to_str().unwrap().starts_with("good");
         assert_eq!(target::genome(bytes), is_good, "{}", path.display());
+        drawn += u64::from(target::picture(bytes));
         for variation in 0..VARIATIONS {
-            target::genome(&varied(bytes, &all, &mut Rng::stream(number, variation)));
+            let varied = varied(bytes, &all, &mut Rng::stream(number, variation));
+            target::genome(&varied);
+            drawn += if variation.is_multiple_of(DRAWN) { u64::from(target::picture(&varied)) } else { 0 };
         }
     }
+    assert!(drawn > files.len() as u64, "only {drawn} were drawn");
 }
 
 /// `bytes` with up to three things done to them.

@@ -29,6 +29,16 @@ fn pictures_are_those_that_were_looked_at() {
     assert_eq!(found, GOLDEN);
 }
 
+/// Of the way from a bred plant to another one, half way and later.
+const ON_THE_WAY: [u64; 2] = [4_359_252_062_452_995_467, 7_214_280_330_268_632_579];
+
+#[test]
+fn on_the_way_between_two_plants_are_the_pictures_that_were_there() {
+    let threads = Threads::new(2).unwrap();
+    let between = plant(3).transition(&plant(7), SMALL.size, [60.0; 2], 30.0).unwrap();
+    assert_eq!([15.0, 21.0].map(|frame| checksum(&drawn(&*between, frame, &SMALL, &threads))), ON_THE_WAY);
+}
+
 #[test]
 fn pixels_are_the_same_for_any_number_of_threads() {
     // No side is a whole number of bands.

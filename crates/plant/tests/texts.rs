@@ -8,7 +8,7 @@ mod target;
 
 use grove::{SMALL, many, plant};
 use plant::{GENES, MOST_BYTES, Plant, PlantError, Plants};
-use species::{Genome, Rng, Species, Threads};
+use species::{Genome, Rng, Species};
 
 #[test]
 fn a_genome_that_is_written_is_read_as_it_was() {
@@ -99,22 +99,11 @@ fn damaged(text: &str, rng: &mut Rng) -> Vec<u8> {
 
 #[test]
 fn a_damaged_text_is_refused_with_its_place_or_drawn() {
-    let threads = Threads::new(2).unwrap();
     let (mut read, many) = (0, many("MUTANTS", 400));
     for seed in 0..many {
         let mut rng = Rng::stream(seed, 9);
         let bytes = damaged(&plant(seed % 50).text(), &mut rng);
-        if !target::genome(&bytes) {
-            continue;
-        }
-        read += 1;
-        if seed % 10 == 0 {
-            let plant = Plant::parse(std::str::from_utf8(&bytes).unwrap()).unwrap();
-            let turning = plant.turning([32, 18], 60.0);
-            let settings = grove::sketched([32, 18]);
-            let samples = turning.frame(5.0, &settings, &threads).unwrap().samples;
-            assert!(samples <= turning.demand(5.0, &settings).unwrap().samples);
-        }
+        read += u64::from(target::genome(&bytes));
     }
     assert!(read > many / 20 && read < many, "{read} of {many} were read");
 }

@@ -65,8 +65,8 @@ pub trait Genome: Debug + Send + Sync {
     fn turning(&self, size: [u32; 2], frames: f64) -> Box<dyn Motion>;
 
     /// The transition to `to` in `frames` frames (> 0): frame 0 is frame 0 of its loop of `turns[0]` frames, and frame
-    /// `frames` is frame 0 of the other's loop of `turns[1]`. `None` if the two have so little in common that a
-    /// [`Dissolve`](crate::Dissolve) of their pictures is better, or are of different species.
+    /// `frames` is frame 0 of the other's loop of `turns[1]`. `None` if the two have so little in common, or so little
+    /// contrast on the way, that a [`Dissolve`](crate::Dissolve) of their pictures is better, or are of different species.
     fn transition(&self, to: &dyn Genome, size: [u32; 2], turns: [f64; 2], frames: f64) -> Option<Box<dyn Motion>>;
 }
 

@@ -1,7 +1,7 @@
 //! A finished picture.
 //!
-//! Owns the layout of displayable light. Never knows how it came to be (`render`) or where it goes:
-//! writing a PNG or encoding a clip is the caller's.
+//! Owns the layout of displayable light. Never knows which species drew it or where it goes: writing a PNG or encoding a clip
+//! is the caller's.
 //!
 //! Start at [`Image`].
 

@@ -1,7 +1,7 @@
-//! Random numbers for the chaos game: a specified generator with numbered streams.
+//! Random numbers: a specified generator with numbered streams.
 //!
-//! Owns the one generator of this crate, so that a seed means the same pixels on every machine and for any number of
-//! threads. Seeds are arguments; the system's entropy is not used.
+//! Owns the one generator of all species, so that a seed means the same genomes and the same pixels on every machine and for
+//! any number of threads. Seeds are arguments; the system's entropy is not used.
 //!
 //! Start at [`Rng::stream`].
 

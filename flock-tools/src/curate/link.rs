@@ -5,9 +5,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use ::species::Genome;
 use flame::Backend;
 use flock::{MAX_FRAMES, SheepId, Transition};
+use video::Form;
 
 use super::EditSession;
 use super::files::{self, FileCopy};
@@ -15,6 +15,8 @@ use super::selection::{Chosen, FORM, Pairs, Selector};
 use crate::decoder::DecoderHandle;
 use crate::flock_folder::{ids, paths};
 use crate::program::{Exit, Fatal, arguments, print};
+use crate::render::plan::{Look, SheepMotion};
+use crate::render::selection::usual_turn;
 use crate::species;
 
 /// Frames of a transition that is yet to be rendered, by default.
@@ -23,8 +25,8 @@ pub(crate) const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;
 /// Add transitions from sheep to sheep
 ///
 /// With --clip, the clip is copied into the flock's folder if it is in the flock's form, and its hash is written into
-/// the manifest. Without, the manifest names its path, and `dreams render` makes it from both genomes; where these have too
-/// little in common, as two of different species have, it dissolves the pictures of both loops. Of several sheep,
+/// the manifest. Without, the manifest names its path, and `dreams render` makes it from both genomes; where these have
+/// no good transition, as two of different species never have, it dissolves the pictures of both loops. Of several sheep,
 /// every one of the first word is linked to every one of the others; of globs, pairs that have a transition, and those of
 /// a sheep with itself, are passed over.
 #[derive(Debug, clap::Args)]
@@ -100,32 +102,80 @@ pub(crate) fn run(args: &Args, decoder: DecoderHandle) -> Result<Exit, Fatal> {
     session.save()?.print(&done, args.json)
 }
 
-/// Tells which of `pairs` have so little in common that their pictures are dissolved. Genomes that are missing or cannot be
-/// read tell nothing: `dreams render` names them.
+/// Tells which of `pairs` are dissolves of both loops' pictures, as `dreams render` will make them.
 fn tell_dissolves(session: &EditSession, pairs: &BTreeSet<(SheepId, SheepId)>) {
+    match &dissolves(session, pairs)[..] {
+        [] => {}
+        [Transition { from, to, .. }] => print::note(&format!(
+            "note: from `{from}` to `{to}` the pictures of both loops are dissolved: their genomes have no better transition"
+        )),
+        several => print::note(&format!(
+            "note: in {} the pictures of both loops are dissolved: their genomes have no better transitions",
+            print::count(several.len(), "transition")
+        )),
+    }
+}
+
+/// The transitions of `pairs` that are dissolves of both loops' pictures. Genomes that are missing or cannot be read tell
+/// nothing: `dreams render` names them.
+fn dissolves<'s>(session: &'s EditSession, pairs: &BTreeSet<(SheepId, SheepId)>) -> Vec<&'s Transition> {
     let manifest = session.manifest();
+    let (look, usual) = (Look::of_genomes(Form { size: manifest.size, fps: manifest.fps }), usual_turn(manifest));
     let read = |id: &SheepId| {
         let sheep = manifest.sheep.iter().find(|sheep| sheep.id == *id)?;
-        species::read(&sheep.genome.as_ref()?.inside(&session.folder), &Backend::default()).ok()
+        let genome = species::read(&sheep.genome.as_ref()?.inside(&session.folder), &Backend::default()).ok()?;
+        Some(SheepMotion::new(genome, sheep.clip.as_ref().map_or(usual, |clip| clip.frames)))
     };
-    let mut genomes: BTreeMap<&SheepId, Option<Box<dyn Genome>>> = BTreeMap::new();
+    let mut sheep: BTreeMap<&SheepId, Option<SheepMotion>> = BTreeMap::new();
     for id in pairs.iter().flat_map(|(from, to)| [from, to]) {
-        genomes.entry(id).or_insert_with(|| read(id));
+        sheep.entry(id).or_insert_with(|| read(id));
     }
-    let size = [manifest.size.0, manifest.size.1];
-    let is_dissolve = |(from, to): &&(SheepId, SheepId)| {
-        let (Some(from), Some(to)) = (&genomes[from], &genomes[to]) else { return false };
-        from.transition(&**to, size, [f64::from(FRAMES); 2], f64::from(FRAMES)).is_none()
+    let is_dissolve = |pair: &&Transition| {
+        let [Some(from), Some(to)] = [&pair.from, &pair.to].map(|id| sheep.get(id).and_then(Option::as_ref)) else {
+            return false;
+        };
+        from.is_dissolved_to(to, pair.clip.frames, &look)
     };
-    let dissolves: Vec<_> = pairs.iter().filter(is_dissolve).collect();
-    match dissolves[..] {
-        [] => {}
-        [(from, to)] => print::note(&format!(
-            "note: the genomes of `{from}` and `{to}` have too little in common: their pictures are dissolved"
-        )),
-        _ => print::note(&format!(
-            "note: {} have too little in common: their pictures are dissolved",
-            print::count(dissolves.len(), "pair")
-        )),
+    let added = manifest.transitions.iter().filter(|it| pairs.contains(&(it.from.clone(), it.to.clone())));
+    added.filter(is_dissolve).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flock_folder::open;
+    use crate::render::selection::{Request, Scope, Selection};
+    use std::fs;
+
+    /// Whether a genetic dissolve of these two keeps its contrast depends on how far both loops turn meanwhile.
+    const PAIR: [(&str, &str); 2] = [("a", "0.837"), ("b", "1.084")];
+
+    #[test]
+    fn what_is_told_of_a_new_transition_is_what_is_rendered() {
+        let mut told = Vec::new();
+        for (turn, frames) in [(384, 384), (30, 45)] {
+            let folder = tempfile::tempdir().unwrap();
+            let mut text = "format = 1\nname = \"two\"\nsize = [64, 36]\nfps = [30, 1]\n".to_owned();
+            for (id, far) in PAIR {
+                let picture = format!("(+ (warp-abs (wave 1 .081) {far} (wave 3 .655)) y)");
+                fs::write(folder.path().join(format!("{id}.expr")), format!("(expression 1 (picture {picture}))"))
+                    .unwrap();
+                text += &format!(
+                    "[[sheep]]\nid = \"{id}\"\nframes = {turn}\nclip = \"{id}.mp4\"\ngenome = \"{id}.expr\"\n"
+                );
+            }
+            text += &format!("[[transition]]\nfrom = \"a\"\nto = \"b\"\nframes = {frames}\nclip = \"t.mp4\"\n");
+            fs::write(folder.path().join(flock::FILE_NAME), text).unwrap();
+            let pairs = BTreeSet::from([(SheepId::new("a").unwrap(), SheepId::new("b").unwrap())]);
+            let session = EditSession::start(folder.path()).unwrap();
+            let manifest = open::manifest(folder.path()).unwrap();
+            let look = Look::of_genomes(Form { size: manifest.size, fps: manifest.fps });
+            let request = Request { sheep: &[], scope: Scope::All };
+            let selection = Selection::new(folder.path(), &manifest, &request, &look, &Backend::default()).unwrap();
+            let rendered = selection.clips.iter().filter(|clip| clip.is_dissolve).count();
+            assert_eq!(dissolves(&session, &pairs).len(), rendered, "{frames} frames");
+            told.push(rendered);
+        }
+        assert_eq!(told, [0, 1]);
     }
 }

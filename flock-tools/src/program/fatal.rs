@@ -53,6 +53,11 @@ impl Fatal {
         Self::file("write", path, source)
     }
 
+    /// Ends in the same way, because of what `told` makes of the error.
+    pub(crate) fn told_as<E: Into<Box<dyn Error>>>(self, told: impl FnOnce(Box<dyn Error>) -> E) -> Self {
+        Self { exit: self.exit, error: told(self.error).into(), hint: self.hint }
+    }
+
     /// The error with its causes, in one line.
     pub(crate) fn in_words(&self) -> String {
         chain(&*self.error)

@@ -29,7 +29,7 @@ struct DryClip<'a> {
     state: &'static str,
     /// Frames of this run's part that are rendered already.
     kept: u32,
-    /// Whether it is a dissolve of two loops' pictures, since their genomes have too little in common.
+    /// Whether it is a dissolve of two loops' pictures: there is no transition of their genomes, or a duller one.
     dissolve: bool,
     /// How good a transition is half way.
     #[serde(skip_serializing_if = "Option::is_none")]

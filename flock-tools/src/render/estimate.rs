@@ -19,6 +19,9 @@ const MEASURED: usize = 6;
 const FEW: u64 = 4_000_000;
 const MORE: u64 = 24_000_000;
 
+/// How many frames' samples are counted: those in the middles of as many equal parts of a clip.
+const PLACES: u32 = 8;
+
 /// Decibels of the frames that tell how fast noise falls.
 const LEAST_PSNR: f64 = 28.0;
 const MORE_PSNR: f64 = 36.0;
@@ -66,8 +69,8 @@ pub(crate) fn seconds<'a>(
     })
 }
 
-/// Samples of so many frames of `clip`: a frame has the mean of its first and its last, between which samples change evenly.
-/// With a target noise, as many as a frame a third into it is likely to take.
+/// Samples of so many frames of `clip`: a frame has the mean of [`PLACES`] on its way; where pictures have noise, of its
+/// first and its last, between which samples change evenly. With a target noise, as many as a frame a third into it is likely to take.
 /// Errors: [`RenderError`] if it cannot be rendered.
 pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, RenderError> {
     if look.psnr.is_some() && frames > 0 && clip.motion.is_noisy() {
@@ -77,9 +80,11 @@ pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, 
     }
     let settings = Settings { psnr: None, ..look.settings() };
     let of = |frame: f64| Ok::<_, RenderError>(clip.motion.demand(frame, &settings)?.samples as f64);
-    if clip.is_dissolve {
-        // Its ends show one side only.
-        return Ok(of(third(clip))? * f64::from(frames));
+    if clip.is_dissolve || !clip.motion.is_noisy() {
+        // Its ends may show one side only, as those of a dissolve and of a transition of agents do.
+        let place = |number: u32| (f64::from(clip.frames.0) * (f64::from(number) + 0.5) / f64::from(PLACES)).floor();
+        let sum = (0..PLACES).map(|number| of(place(number))).sum::<Result<f64, _>>()?;
+        return Ok(sum / f64::from(PLACES) * f64::from(frames));
     }
     Ok(f64::midpoint(of(0.0)?, of(f64::from(clip.frames.0.saturating_sub(1)))?) * f64::from(frames))
 }

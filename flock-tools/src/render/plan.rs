@@ -1,7 +1,7 @@
 //! The plan of a clip: what it is rendered from, and how.
 //!
-//! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract: the folder
-//! `species` names them. Never touches a disk and never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the
+//! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract, and the version
+//! of what GPUs draw: the folder `species` names them. Never touches a disk and never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the
 //! demo.
 //!
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
@@ -25,6 +25,9 @@ pub(crate) const PRESET: &str = "slower";
 
 /// x264's default constant rate factor: 15 to 23 Mbit/s of the demo, at 1280x720 and 30 frames a second.
 pub(crate) const CRF: f32 = 22.0;
+
+/// Equal parts of a clip, at whose ends it is told what memory frames take.
+const PLACES: u32 = 8;
 
 /// Memory that a pixel takes between the renderer and the encoder.
 const BYTES_ON_THE_WAY: u64 = 24;
@@ -76,7 +79,7 @@ pub(crate) struct ClipPlan {
     pub(crate) frames: FrameCount,
     /// The motion that its frames show.
     pub(crate) motion: Box<dyn Motion>,
-    /// Whether its pictures are dissolves of two loops' pictures, since their genomes have too little in common.
+    /// Whether its pictures are dissolves of two loops' pictures: there is no transition of their genomes, or a duller one.
     pub(crate) is_dissolve: bool,
     /// How its pictures are encoded.
     pub(crate) quality: Quality<'static>,
@@ -132,6 +135,11 @@ impl SheepMotion {
     /// Whether its pictures have noise that falls with the samples per pixel.
     pub(crate) fn is_noisy(&self, look: &Look) -> bool {
         self.turning(look).is_noisy()
+    }
+
+    /// Whether the transition to `to` in so many frames is a dissolve of both loops' pictures.
+    pub(crate) fn is_dissolved_to(&self, to: &Self, frames: FrameCount, look: &Look) -> bool {
+        self.transition(to, frames, look).1
     }
 
     /// The motion to `to` in so many frames, and whether it is a dissolve of their pictures.
@@ -203,11 +211,18 @@ impl ClipPlan {
         Middle::of(&*self.motion, f64::from(self.frames.0), look.settings().size, threads).map(Some)
     }
 
-    /// The samples and the memory that its first frame takes, or one half way where that shows one of two sides only.
+    /// The samples that its first frame takes, or one half way where that shows one of two sides only; and the most memory of
+    /// frames at [`PLACES`] and at the ends: a transition may hold both sides on the way, and one at its ends.
     /// Errors: [`RenderError`] if it cannot be rendered at all.
     pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
-        let frame = if self.is_dissolve { f64::from(self.frames.0) / 2.0 } else { 0.0 };
-        demand(&*self.motion, frame, look)
+        let at = |part: f64| demand(&*self.motion, f64::from(self.frames.0) * part, look);
+        let mut most = at(if self.is_dissolve { 0.5 } else { 0.0 })?;
+        for place in 0..=PLACES {
+            let Demand { bytes, bytes_per_thread, .. } = at(f64::from(place) / f64::from(PLACES))?;
+            most.bytes = most.bytes.max(bytes);
+            most.bytes_per_thread = most.bytes_per_thread.max(bytes_per_thread);
+        }
+        Ok(most)
     }
 
     /// Renders frame `number` as the encoder takes it; `None` if `threads` were stopped.

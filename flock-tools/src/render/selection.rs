@@ -89,8 +89,7 @@ struct Genomes<'a> {
     sheep: HashMap<&'a SheepId, &'a Sheep>,
     /// The length of the turn of a sheep without a loop.
     usual: FrameCount,
-    /// The motions, and the memory that a frame of each takes, in bytes.
-    read: HashMap<&'a SheepId, (SheepMotion, u64)>,
+    read: HashMap<&'a SheepId, SheepMotion>,
 }
 
 impl Selection {
@@ -151,9 +150,7 @@ impl Selection {
             if is_changed {
                 selection.changed.insert(clip.path.clone());
             }
-            let bytes =
-                if plan.is_dissolve { plan.demand(look).map_err(malformed)?.bytes } else { genomes.bytes(&role) };
-            selection.bytes = selection.bytes.max(bytes);
+            selection.bytes = selection.bytes.max(plan.demand(look).map_err(malformed)?.bytes);
             selection.clips.push(plan);
         }
         Ok(selection)
@@ -212,7 +209,7 @@ impl<'a> Genomes<'a> {
                 return Ok(Err(reason));
             }
         }
-        let ends = ids.map(|id| &self.read[id].0);
+        let ends = ids.map(|id| &self.read[id]);
         Ok(Ok(match role.clone() {
             ClipRole::Loop(id) => ClipPlan::of_loop(id, ends[0], path, frames, self.look),
             ClipRole::Transition(from, to) => ClipPlan::of_transition([from, to], ends, path, frames, self.look),
@@ -234,14 +231,9 @@ impl<'a> Genomes<'a> {
         };
         let genome = species::read(&path, self.backend).map_err(|why| refused(why.exit, why.source))?;
         let turning = SheepMotion::new(genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames));
-        let demand = turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
-        self.read.insert(id, (turning, demand.bytes));
+        turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
+        self.read.insert(id, turning);
         Ok(None)
-    }
-
-    /// The memory that a frame of a clip takes, in bytes: that of its ends.
-    fn bytes(&self, role: &ClipRole) -> u64 {
-        role.sheep().into_iter().filter_map(|id| Some(self.read.get(id)?.1)).max().unwrap_or_default()
     }
 }
 

@@ -195,7 +195,7 @@ fn draw(args: &Args, text: &str) -> Result<Timed, Fatal> {
     let motion = genome.turning(settings.size, frames);
     let refused = |error: RenderError| args.genome_fatal(Exit::Malformed, error.into());
     let demand = motion.demand(frame, &settings).map_err(refused)?;
-    let threads = options::threads_that_fit(args.threads, demand.bytes, demand.bytes_per_thread)?;
+    let threads = args.threads_for(demand.bytes, demand.bytes_per_thread)?;
     let watch = Stopwatch::start();
     let threads = Threads::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let drawn = motion.frame(frame, &settings, &threads).map_err(refused)?;
@@ -209,6 +209,13 @@ impl Args {
             Some(hint) => fatal.hint(hint),
             None => fatal,
         }
+    }
+
+    /// The threads of a picture that takes `bytes` of memory, and `more` for each thread.
+    /// Errors: [`Fatal`], which names the genome, where there is no room for one.
+    pub(super) fn threads_for(&self, bytes: u64, more: u64) -> Result<NonZeroUsize, Fatal> {
+        let named = |source| GenomeFileError { path: self.genome.clone(), source };
+        options::threads_that_fit(self.threads, bytes, more).map_err(|fatal| fatal.told_as(named))
     }
 
     /// Why the genome cannot be read or rendered.

@@ -7,7 +7,6 @@
 
 use flame::{Arithmetic, Filter, FrameCost, Genome, GenomeError, KeyFrames, Loop, Motion, Renderer, Settings};
 
-use super::options;
 use super::still::{Args, Smoothing, Timed};
 use crate::program::{Exit, Fatal, now::Stopwatch};
 use crate::species::palettes::coloured;
@@ -20,7 +19,7 @@ pub(super) fn draw(args: &Args, text: &str) -> Result<Timed, Fatal> {
     let settings = settings(args);
     let genome_fatal = |source| args.genome_fatal(Exit::Malformed, source);
     let demand = FrameCost::of(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;
-    let threads = options::threads_that_fit(args.threads, demand.bytes, demand.bytes_per_thread)?;
+    let threads = args.threads_for(demand.bytes, demand.bytes_per_thread)?;
     let watch = Stopwatch::start();
     let renderer = Renderer::new(threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let measured = renderer.render_measured(&*motion, frame, &settings).map_err(|error| genome_fatal(error.into()))?;

@@ -15,10 +15,11 @@ use flock::{ClipHash, FILE_NAME, Manifest, SheepId};
 use timing::Rate;
 use video::{Form, Quality, Tuning};
 
+use super::estimate;
 use super::frames::part_of;
 use super::hashes::write_hashes;
 use super::make::{MakeError, Outcome, RunOptions, RunResult, make};
-use super::plan::{ClipRole, Look, SEED};
+use super::plan::{ClipPlan, ClipRole, Look, SEED};
 use super::selection::{Request, Scope, Selection};
 use super::shard::{Part, shard};
 
@@ -315,6 +316,31 @@ fn a_transition_between_cameras_of_two_sizes_has_no_jump_half_way() {
         let apart = light(half - 1e-9).apart(&light(half + 1e-9));
         assert!(apart < 0.01, "{}: {apart}", clip.path);
     }
+}
+
+#[test]
+fn a_transition_takes_no_more_memory_and_no_other_samples_than_was_told_though_both_globes_are_there_half_way() {
+    let flock = TestFlock::new(&BODY.replace(".flam3", ".agents").replace("frames = 3", "frames = 24"));
+    fs::write(flock.at("a.agents"), include_str!("../../demo/genomes/snowglobe.agents")).unwrap();
+    fs::write(flock.at("b.agents"), include_str!("../../demo/genomes/gilt.agents")).unwrap();
+    // Small: what is drawn takes more than the picture.
+    let look = *LOOK;
+    let selection = flock.selection(&[], true, &look);
+    let told = |clip: &ClipPlan| clip.demand(&look).unwrap().bytes as f64;
+    for clip in &selection.clips {
+        let frames = (0..=clip.frames.0).map(|frame| clip.motion.demand(f64::from(frame), &look.settings()).unwrap());
+        let frames: Vec<_> = frames.collect();
+        let most = frames.iter().map(|demand| demand.bytes).max().unwrap() as f64;
+        assert!((0.95..1.2).contains(&(told(clip) / most)), "{:?}: {} {most}", clip.role, told(clip));
+        if matches!(clip.role, ClipRole::Transition(..)) {
+            let samples: f64 = frames[..24].iter().map(|demand| demand.samples as f64).sum();
+            let estimated = estimate::samples(clip, 24, &look).unwrap();
+            assert!((estimated / samples - 1.0).abs() < 0.1, "{:?}: {estimated} {samples}", clip.role);
+            assert!(frames[12].bytes > frames[0].bytes, "{:?} {:?}", frames[0], frames[12]);
+        }
+    }
+    let most = selection.clips.iter().map(told).fold(0.0, f64::max);
+    assert!((selection.bytes as f64 - most).abs() < 1.0);
 }
 
 #[test]

@@ -51,6 +51,22 @@ fn a_still_is_a_picture_with_its_figures_and_the_same_for_any_number_of_threads(
 }
 
 #[test]
+fn a_genome_that_takes_more_memory_than_there_is_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["orchid.flam3", "malachite.expr", "gilt.agents", "almond.plant"] {
+        let genome = programs::repository().join("flock-tools/demo/genomes").join(name);
+        let mut still = Command::new("sh");
+        still.current_dir(folder.path()).args(["-c", "ulimit -v 700000; exec \"$0\" still \"$@\""]);
+        let said = output(still.arg(programs::dreams()).arg(&genome).args(["--size", "8192x8192", "--out", "a.png"]));
+        let words = String::from_utf8_lossy(&said.stderr);
+        assert_eq!(said.status.code(), Some(3), "{words}");
+        let named = format!("error: cannot render genome `{}`: a frame takes ", genome.display());
+        assert!(words.starts_with(&named) && words.contains(" MB are free"), "{words}");
+        assert!(!folder.path().join("a.png").exists());
+    }
+}
+
+#[test]
 fn seed_filter_size_and_frame_each_make_another_picture() {
     let folder = tempfile::tempdir().unwrap();
     let checksum = |options: &[&str]| answer(&still(folder.path(), "a.png", options))["checksum"].to_string();

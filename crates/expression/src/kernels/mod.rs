@@ -55,7 +55,8 @@ pub(crate) enum Kernel {
 
 impl Kernel {
     /// Nanoseconds a sample on one core of a server of 2024, with the vector instructions that every x86-64 has; measured one
-    /// by one. For estimates only: no pixel depends on them. `examples/speed.rs` compares an estimate with a measurement.
+    /// by one. For estimates only: no pixel depends on them. `examples/expression-speed.rs` compares an
+    /// estimate with a measurement.
     pub(crate) fn ns(self) -> f32 {
         match self {
             Kernel::Abs | Kernel::Add | Kernel::Invert | Kernel::Max | Kernel::Min => 0.2,
