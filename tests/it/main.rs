@@ -41,6 +41,7 @@ mod programs;
 mod slurm_cluster;
 mod studio {
     mod browser;
+    mod choosing;
     mod edits;
     mod fence;
     mod keys;
@@ -51,6 +52,7 @@ mod studio {
     mod playing;
     mod pool;
     mod running;
+    mod sending;
     mod sheep;
     mod sights;
     mod tasks;

@@ -133,6 +133,7 @@ export class Panel {
         tight('Breed', () => shell.go('breed', { from: id })),
         one.state === 'there' || !one.genome ? null : tight('Render', () => deeds.render({ sheep: id })),
         one.pinned && tight('Unpin', () => deeds.unpin(id)),
+        tight('Rename…', () => this.rename(id)),
         tight('Take out', () => { api.edit([{ do: 'drop', sheep: id }]) }, { title: 'Take it out of the flock' })),
       make('h3', {}, `Leads to ${spoken(outs.length, 'sheep')}`), make('ul', { class: 'links' }, ...outs.map(edge => this.leads(edge))),
       make('h3', {}, `Comes from ${spoken(ins.length, 'sheep')}`), make('ul', { class: 'links' }, ...ins.map(edge => this.comes(edge))),
@@ -212,6 +213,19 @@ export class Panel {
         tight('Begin elsewhere', () => deeds.move(edge, 'from'), { title: 'Have it come from another sheep (Shift M)' }),
         tight('Unlink', () => deeds.unlink(from, to), { title: 'Take the transition away (Delete)' })),
     ]
+  }
+
+  /** @param {string} id */
+  rename(id) {
+    const name = make('input', { class: 'field', value: id, 'aria-label': 'New name', autocomplete: 'off', autofocus: true })
+    const close = this.shell.over(make('form', { class: 'question', onsubmit: async (/** @type {Event} */ event) => {
+      event.preventDefault()
+      const to = name.value.trim()
+      close()
+      if (to !== id && await this.api.edit([{ do: 'rename', sheep: id, to }])) this.deeds.choose({ sheep: to })
+    } }, make('h2', {}, `Rename ${id}`), make('p', { class: 'note' }, 'Its files are named anew with it.'), name,
+    make('div', { class: 'bar end' }, tight('Cancel', () => close(), { type: 'button' }), button('Rename', () => {}, { class: 'strong', type: 'submit' }))), { label: 'Rename' })
+    name.select()
   }
 
   /** The way from here to the panel of the flock. */

@@ -81,6 +81,10 @@ interface Job {
   /** What the job makes; that of a strip ends in the strip's key. */
   key?: string | null
   what: string
+  /** What it is about: of a job of the kind `render` the clip. */
+  about?: { sheep: string } | { from: string; to: string } | null
+  paused: boolean
+  can_pause: boolean
   state: 'queued' | 'running' | 'done' | 'failed' | 'cancelled' | 'waiting'
   done: number
   of: number

@@ -64,6 +64,8 @@ interface ShipAnswer {
   credits: { licence: string | null; sheep: number; authors: string[] }[]
   bytes: number
   files: number
+  packed: boolean
+  /** Null if nothing is packed, or if nobody has compared the flock as it is now. */
   difference: { of?: string; added: string[]; removed: string[]; changed: string[] } | null
   ready: boolean
   why_not: string[]

@@ -160,7 +160,7 @@ pub(super) struct JobRequest {
     pub(super) dry: bool,
 }
 
-/// `POST /api/jobs/pause`.
+/// `POST /api/jobs/pause`, and `/api/jobs/ID/pause` for one job.
 #[derive(Debug, serde::Deserialize)]
 pub(super) struct Pause {
     pub(super) paused: bool,
