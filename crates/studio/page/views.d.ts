@@ -1,4 +1,4 @@
-// What the second half of the page and the program exchange, beside `types.d.ts`. No browser loads this file.
+// What Walk, Graph, Breed, Lineage and Ship alone exchange with the program, beside `types.d.ts`. No browser loads this file.
 
 interface WalkClip {
   kind: 'loop' | 'transition'
