@@ -40,6 +40,7 @@ mod player_run;
 mod programs;
 mod slurm_cluster;
 mod studio {
+    mod breeding;
     mod browser;
     mod choosing;
     mod edits;

@@ -39,6 +39,8 @@ interface Cell {
   id: string
   parents: string[]
   op: string
+  /** By the ending of its files; empty until it is made. */
+  species: string
   strip: string | null
   state: 'queued' | 'running' | 'there' | 'failed'
   error?: string | null
