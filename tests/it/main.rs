@@ -52,6 +52,8 @@ mod studio {
     mod page;
     mod playing;
     mod pool;
+    mod previews;
+    mod pruning;
     mod running;
     mod sending;
     mod sheep;

@@ -170,7 +170,7 @@ function ask(question) {
     const close = over(make('div', { class: 'question' },
       make('h2', {}, title), text && make('p', {}, text),
       items.length > 0 && make('ul', {}, ...items.slice(0, most).map(item => make('li', {}, item)), items.length > most && make('li', {}, `and ${items.length - most} more`)),
-      tick && make('label', { class: 'tick' }, make('input', { type: 'checkbox', onchange: (/** @type {Event} */ event) => { question.ticked = event.target instanceof HTMLInputElement && event.target.checked } }), tick),
+      tick && make('label', { class: 'tick' }, make('input', { type: 'checkbox', checked: question.ticked, onchange: (/** @type {Event} */ event) => { question.ticked = event.target instanceof HTMLInputElement && event.target.checked } }), tick),
       make('div', { class: 'bar end' }, button('Cancel', () => done(false), { class: 'quiet', autofocus: true }), button(yes, () => done(true), { class: 'strong' }))),
     { label: title, closed: () => resolve(answer) })
   })

@@ -183,6 +183,7 @@ export function view(root, store, api, shell) {
       { keys: ['Delete', 'x'], does: 'cancel it', hint: 'cancel', run: () => { const job = chosen(); if (job && !ended(job)) cancel(job.id) } },
       { keys: ['Shift+P'], does: 'pause this one, or let it go on', run: () => { const job = chosen(); if (job?.can_pause) holdJob(api, job.id, !job.paused) } },
       { keys: ['p'], does: 'pause all clips, or go on', hint: 'pause', run: () => { hold() } },
+      { keys: ['d'], does: 'as drafts, or as the genomes say', hint: 'as drafts', run: () => { draft.checked = !draft.checked; shell.say(draft.checked ? 'Clips will be drafts' : 'Clips will be as their genomes say') } },
       { keys: ['r'], does: 'render what is missing', hint: 'render what is missing', run: () => { render() } },
     ],
   }

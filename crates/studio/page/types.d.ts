@@ -138,6 +138,7 @@ type Edit =
   | { do: 'link'; from: string; to: string; frames?: number }
   | { do: 'unlink'; from: string; to: string }
   | { do: 'drop'; sheep: string }
+  | { do: 'prune'; drop: string[] }
   | { do: 'rename'; sheep: string; to: string }
   | { do: 'add'; candidates: string[] }
   | { do: 'weights'; values: { from: string; to: string; value: number }[] }

@@ -47,6 +47,21 @@ interface Cell {
 }
 interface Brood { id: string; parents: string[]; cells: Cell[]; at_ms: number }
 
+/** A transition that the flock lacks. */
+interface NewLink { from: string; to: string; frames: number; can_be_rendered: boolean }
+interface Pruning {
+  /** The sheep that go. */
+  drop: string[]
+  was: Figures
+  figures: Figures
+  /** The first sheep of every other part that is as large as the one that is kept. */
+  ties: string[]
+  /** The other parts, the largest first, and what would bring each in. */
+  parts: { sheep: string[]; links: NewLink[] }[]
+  fewest: number
+  frames: number
+}
+
 interface LineageNode {
   id: string
   species: string | null

@@ -159,6 +159,11 @@ impl Page {
         self.mouse("mousePressed", at, 1, 0);
     }
 
+    /// Moves the pointer to a place while its button is held.
+    pub(crate) fn drag_on(&self, to: (f64, f64)) {
+        self.mouse("mouseMoved", to, 1, 0);
+    }
+
     /// Lets the pointer's button go at a place.
     pub(crate) fn release(&self, at: (f64, f64)) {
         self.mouse("mouseReleased", at, 1, 0);
@@ -169,7 +174,7 @@ impl Page {
         self.hold(from);
         for step in 1..=10 {
             let part = f64::from(step) / 10.0;
-            self.mouse("mouseMoved", (from.0 + (to.0 - from.0) * part, from.1 + (to.1 - from.1) * part), 1, 0);
+            self.drag_on((from.0 + (to.0 - from.0) * part, from.1 + (to.1 - from.1) * part));
         }
         self.release(to);
     }

@@ -58,12 +58,13 @@ impl Workshop {
             .map(|clip| {
                 let key = format!("{RENDER_KEY}{}", clip.path);
                 let spec = json!({ "path": clip.path.as_str(), "draft": request.draft });
+                let what = if request.draft { format!("a draft of {}", clip.what) } else { clip.what };
                 let new = NewJob {
                     key: Some(key),
                     about: Some(clip.about),
                     cost_s: clip.cost_s,
                     spec: Some(spec),
-                    ..NewJob::new(Priority::Clip, Kind::Render, clip.what)
+                    ..NewJob::new(Priority::Clip, Kind::Render, what)
                 };
                 self.queue.add_job(new, self.work_of_clip(clip.path, request.draft))
             })
