@@ -40,7 +40,9 @@ mod player_run;
 mod programs;
 mod slurm_cluster;
 mod studio {
+    mod breeding;
     mod browser;
+    mod choosing;
     mod edits;
     mod fence;
     mod keys;
@@ -50,7 +52,10 @@ mod studio {
     mod page;
     mod playing;
     mod pool;
+    mod previews;
+    mod pruning;
     mod running;
+    mod sending;
     mod sheep;
     mod sights;
     mod tasks;

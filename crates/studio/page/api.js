@@ -146,7 +146,7 @@ export class Api {
       this.doubt()
       if (error instanceof Refused && error.status === 428) {
         const gone = error.body?.no_longer_shown ?? []
-        const yes = await this.confirm({ title: `${gone.length === 1 ? 'One sheep' : `${gone.length} sheep`} would leave the wall`, text: error.message, items: gone, yes: 'Do it anyway' })
+        const yes = await this.confirm({ title: gone.length ? `${gone.length === 1 ? 'One sheep' : `${gone.length} sheep`} would leave the wall` : 'No sheep would be left', text: error.message, items: gone, yes: 'Do it anyway' })
         return yes ? this.editNow(edits, gesture, true) : false
       }
       if (error instanceof Refused && error.status === 409 && error.body?.state) this.store.replace(error.body.state)
@@ -244,13 +244,8 @@ export class Api {
     on('state', refresh)
     // A change of this page's own fetches the state itself; its event may come before the answer, or after it.
     on('changed', ({ revision }) => { this.after(async () => { if (revision !== this.store.state.revision || performance.now() - this.changed > 2000) refresh() }) })
-    // Those of another state come with it.
-    on('figures', ({ revision, figures }) => {
-      if (revision !== this.store.state.revision) return
-      Object.assign(this.store.state.figures, figures)
-      this.store.tell('jobs')
-    })
-    on('job', told => this.store.job(told.job ?? told))
+    on('job', told => this.store.job(told.job ?? told, true))
+    on('looks', ({ looks }) => this.store.looked(looks))
     on('marks', told => this.noted(told))
     on('note', ({ text }) => this.said(text))
   }

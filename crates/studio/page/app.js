@@ -29,9 +29,9 @@
 // * Elements: `make`, `draw`, `button`, `icon`, `styled` of `dom.js`; words for numbers of `words.js`; moving pictures:
 //   `shell.strips.show(canvas, sheep)`. Styles only by class or through `styled`; text only as text.
 // * Style: classes of `look.css` in its second part: `.bar` (a line of controls), `.card`, `.quiet` and `.strong` (buttons),
-//   `.chip`, `.note`, `.figure`, `.empty`, `.split` (a stage and a `.panel` beside it), `.rows`. The style of E's views is
-//   in `look2.css`.
-// * `mse.js` should export `loopOf(video, key, fps)`: plays one clip again and again without a gap; returns what ends it.
+//   `.chip`, `.note`, `.figure`, `.empty`, `.split` (a stage and a `.panel` beside it), `.rows`. The style of all views but the
+//   Wall and the Graph is in `views.css`.
+// * `loopOf(video, key, fps)` of `mse.js` plays one clip again and again without a gap; it returns what ends it.
 
 import { $, button, icon, make } from './dom.js'
 import { Keys, written } from './keys.js'
@@ -170,7 +170,7 @@ function ask(question) {
     const close = over(make('div', { class: 'question' },
       make('h2', {}, title), text && make('p', {}, text),
       items.length > 0 && make('ul', {}, ...items.slice(0, most).map(item => make('li', {}, item)), items.length > most && make('li', {}, `and ${items.length - most} more`)),
-      tick && make('label', { class: 'tick' }, make('input', { type: 'checkbox', onchange: (/** @type {Event} */ event) => { question.ticked = event.target instanceof HTMLInputElement && event.target.checked } }), tick),
+      tick && make('label', { class: 'tick' }, make('input', { type: 'checkbox', checked: question.ticked, onchange: (/** @type {Event} */ event) => { question.ticked = event.target instanceof HTMLInputElement && event.target.checked } }), tick),
       make('div', { class: 'bar end' }, button('Cancel', () => done(false), { class: 'quiet', autofocus: true }), button(yes, () => done(true), { class: 'strong' }))),
     { label: title, closed: () => resolve(answer) })
   })

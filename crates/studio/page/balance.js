@@ -1,6 +1,7 @@
-// Weights that bring the flock to its wants, shown as a before and after; links that would help, and links that may go.
+// Weights that bring the flock to its wants, and the sheep that pruning would drop, each shown as a before and after; links that
+// would help, and links that may go.
 //
-// Owns the two layers. Nothing is written before the artist accepts it.
+// Owns these layers. Nothing is written before the artist accepts it.
 
 import { button, make, styled } from './dom.js'
 import { cost } from './panel.js'
@@ -52,6 +53,68 @@ export function openBalance(store, api, shell) {
     make('div', { class: 'bar' }, make('label', { class: 'tick' }, 'Fairness', fairness), make('label', { class: 'tick' }, 'Floor', floor), make('span', { class: 'grow' }),
       button('Leave it', () => close(), { class: 'quiet' }), accept)), { label: 'Balance' })
   ask()
+}
+
+/**
+ * @param {import('./store.js').Store} store
+ * @param {import('./api.js').Api} api
+ * @param {Shell} shell
+ */
+export function openPrune(store, api, shell) {
+  const told = make('div', { class: 'told' }), accept = button('Prune', () => take(), { class: 'strong', disabled: true })
+  const keep = make('select', { class: 'field', 'aria-label': 'Keep the part with', onchange: () => ask() }, make('option', { value: '' }, 'the part that is played'),
+    ...store.state.sheep.map(({ id }) => make('option', { value: id }, id)))
+  /** @type {string[] | null} */ let drop = null
+  let asked = 0
+  const ask = async () => {
+    const mine = ++asked
+    accept.toggleAttribute('disabled', true)
+    told.replaceChildren(make('p', { class: 'note' }, 'Looking for what can be reached …'))
+    try {
+      /** @type {Pruning} */ const answer = await api.get(`/api/prune${keep.value ? `?keep=${encodeURIComponent(keep.value)}` : ''}`)
+      if (mine !== asked) return
+      const { was, figures } = answer, changes = answer.drop.length > 0 || was.transitions > figures.transitions
+      drop = answer.drop
+      told.replaceChildren(...changes ? pruned(answer, bring) : [make('p', { class: 'note' }, `Nothing to drop: each of ${spoken(figures.sheep, 'sheep')} can be reached from every other.`)])
+      accept.textContent = drop.length ? `Drop ${spoken(drop.length, 'sheep')}` : 'Prune'
+      accept.toggleAttribute('disabled', !changes)
+      if (changes) accept.focus()
+    } catch (error) {
+      if (mine === asked) told.replaceChildren(make('p', { class: 'bad' }, why(error)))
+    }
+  }
+  const take = async () => {
+    close()
+    if (drop) await api.edit([{ do: 'prune', drop }])
+  }
+  const bring = async (/** @type {NewLink[]} */ links) => {
+    if (await api.edit(links.map(({ from, to, frames }) => ({ do: 'link', from, to, frames })))) await ask()
+  }
+  const close = shell.over(make('div', { class: 'question wide balance' }, make('h2', {}, 'Prune'), told,
+    make('div', { class: 'bar' }, make('label', { class: 'tick' }, 'Keep', keep), make('span', { class: 'grow' }),
+      button('Leave it', () => close(), { class: 'quiet' }), accept)), { label: 'Prune' })
+  ask()
+}
+
+/**
+ * @param {Pruning} answer
+ * @param {(links: NewLink[]) => void} bring
+ */
+function pruned({ was, figures, drop, ties, parts, fewest, frames }, bring) {
+  const side = (/** @type {Figures} */ of, /** @type {string} */ kind, /** @type {string} */ when) => make('div', {}, make('p', { class: kind }, ratioed(of.worst_ratio)),
+    make('p', { class: 'note' }, `worst ratio ${when}: ${spoken(of.sheep, 'sheep')}, ${spoken(of.transitions, 'transition')}`))
+  return [
+    make('div', { class: 'twice' }, side(was, 'figure', 'now'), side(figures, 'figure glow', 'pruned')),
+    make('div', { class: 'both' },
+      make('div', {}, make('h3', {}, drop.length ? `${spoken(drop.length, 'sheep')} would be dropped` : 'Only transitions would be dropped'),
+        make('ul', { class: 'diff', tabindex: 0, 'aria-label': 'Sheep to drop' }, ...drop.slice(0, MOST).map(id => make('li', {}, id)), drop.length > MOST && make('li', { class: 'dim' }, `and ${digits(drop.length - MOST)} more`))),
+      make('div', {}, make('h3', {}, 'What would bring them in'),
+        make('ul', { class: 'diff', tabindex: 0, 'aria-label': 'Links instead' }, ...parts.map(({ sheep, links }) => make('li', {},
+          make('span', { class: 'grow' }, `${sheep[0]}${sheep.length > 1 ? ` and ${spoken(sheep.length - 1, 'sheep')}` : ''}: ${links.map(({ from, to, can_be_rendered: can }) => `${from} to ${to}${can ? '' : ', without a genome'}`).join('; ')}`),
+          button('Link', () => bring(links), { class: 'quiet tight', 'aria-label': `Link ${sheep[0]} instead` })))),
+        make('p', { class: 'note' }, `All of them by ${spoken(fewest, 'transition')}, ${digits(frames)} frames.`))),
+    ties.length > 0 && make('p', { class: 'note' }, `As large is the part with ${ties.join(', with ')}.`),
+  ].flatMap(part => part ? [part] : [])
 }
 
 /**

@@ -14,7 +14,7 @@ const DRAG = 8
 /** Milliseconds between two looks at what of a brood is there. */
 const PACE = 350
 
-/** @typedef {{id: string, name: string, told: string, strip: string | null, colour: string | null, waits: string}} Shown */
+/** @typedef {{id: string, name: string, told: string, species: string | null, strip: string | null, colour: string | null, waits: string}} Shown */
 
 /** @type {MakeView} */
 export function view(root, store, api, shell) {
@@ -27,6 +27,7 @@ class Breed {
   /** @type {string[]} */ chosen = []
   /** @type {string | null} the brood that is shown; null: the sheep one may begin with */ brood = null
   /** @type {string | null} the sheep that waits for another to be crossed with */ first = null
+  /** @type {Map<string, Shown>} sheep one may begin with that are neither in the flock nor alive in the pool */ others = new Map()
   /** @type {Set<string>} */ locked = new Set()
   /** @type {ReturnType<typeof setTimeout> | undefined} */ due
   at = 0
@@ -44,10 +45,11 @@ class Breed {
     this.told = make('p', { class: 'note' })
     this.go = button('Breed', () => this.breed(this.chosen), { class: 'strong' })
     this.back = quiet('Previous', () => this.previous())
-    this.over = quiet('Start over', () => this.start())
+    this.over = quiet('Start over', () => this.startOver(), { title: 'A brood of strangers' })
+    this.list = quiet('All sheep', () => this.turn(null), { title: 'The sheep one may begin with' })
     this.find = make('input', { class: 'field', type: 'search', placeholder: 'Find a sheep', 'aria-label': 'Find a sheep', oninput: () => this.draw() })
     this.species = make('select', { class: 'field', 'aria-label': 'species of strangers' }, ...Object.entries(SPECIES).map(([value, name]) => make('option', { value }, name)))
-    this.strangers = make('span', { class: 'together' }, quiet('Strangers', () => this.breed([], this.species.value)), this.species)
+    this.strangers = make('span', { class: 'together' }, this.over, this.species)
     this.strength = make('input', { type: 'range', min: 0, max: 1, step: 0.05, value: 0.5, id: 'breed-strength', oninput: () => this.drawStrength() })
     this.size = make('output', { class: 'dim', for: 'breed-strength' })
     this.locks = LOCKS.map(name => make('input', { type: 'checkbox', onchange: () => this.lock(name) }))
@@ -56,7 +58,7 @@ class Breed {
     this.grid = make('div', { class: 'brood', role: 'group', 'aria-label': 'The brood' })
     this.past = make('ol', { class: 'past', 'aria-label': 'Past broods' })
     root.append(
-      make('div', { class: 'bar' }, make('div', { class: 'grow heading' }, this.title, this.told), this.find, this.strangers, this.go, this.back, this.over),
+      make('div', { class: 'bar' }, make('div', { class: 'grow heading' }, this.title, this.told), this.find, this.go, this.back, this.list, this.strangers),
       make('div', { class: 'bar settings' }, make('label', { for: 'breed-strength', class: 'dim' }, 'Size of change'), this.strength, this.size,
         make('span', { class: 'together', role: 'group', 'aria-label': 'What stays as it is' }, dim('Keep'), ...LOCKS.map((name, at) => make('label', { class: 'tick' }, this.locks[at], name))),
         make('span', { class: 'grow' }), this.pool, this.flock),
@@ -76,7 +78,8 @@ class Breed {
       { keys: ['c'], does: 'cross with the sheep on which it is pressed next', hint: 'cross', run: () => this.cross() },
       { keys: ['Escape'], does: 'cross with none', when: () => this.first !== null, run: () => this.crossing(null) },
       { keys: ['p'], does: 'the previous brood', hint: 'previous', run: () => this.previous() },
-      { keys: ['r'], does: 'start over', hint: 'start over', run: () => this.start() },
+      { keys: ['r'], does: 'start over with strangers', hint: 'start over', run: () => this.startOver() },
+      { keys: ['s'], does: 'all sheep one may begin with', hint: 'all sheep', run: () => this.turn(null) },
       { keys: ['1', '2', '3', '4'], does: `keep ${LOCKS.join(', ')}`, hint: 'keep', run: event => this.lock(LOCKS[Number(event.key) - 1], true) },
       { keys: ['+', '-'], does: 'larger or smaller changes', run: event => this.stronger(event.key === '+' ? 0.1 : -0.1) },
       { keys: ['a'], does: 'take those chosen into the pool', hint: 'into the pool', run: () => { this.accept('pool') } },
@@ -91,7 +94,7 @@ class Breed {
     this.open = true
     const from = params.get('from'), brood = params.get('brood')
     if (from !== null) {
-      this.chosen = from.split(',').filter(id => this.store.byId.has(id)).slice(0, MOST_CHOSEN)
+      this.chosen = from.split(',').filter(Boolean).slice(0, MOST_CHOSEN)
       this.brood = null
     } else if (brood !== null) this.brood = brood
     this.draw()
@@ -111,7 +114,28 @@ class Breed {
       this.broods = (await this.api.get('/api/broods')).broods.sort((/** @type {Brood} */ a, /** @type {Brood} */ c) => a.at_ms - c.at_ms)
     } catch (error) { return this.api.failed(error) }
     if (this.brood !== null && !this.busy && !this.broods.some(one => one.id === this.brood)) this.brood = null
+    await this.meet()
     this.draw()
+  }
+
+  /** Finds those who are chosen and neither in the flock nor alive in the pool: the dead may be parents, too. Says who is nobody. */
+  async meet() {
+    if (this.brood !== null) return
+    const strange = this.chosen.filter(id => !this.store.byId.has(id) && !this.others.has(id))
+    if (!strange.length) return
+    try {
+      /** @type {LineageNode[]} */ const family = (await this.api.get('/api/lineage')).nodes
+      const children = this.broods.flatMap(brood => brood.cells)
+      for (const id of strange) {
+        const child = children.find(cell => cell.id === id && cell.strip), kin = family.find(node => node.id === id && node.strip)
+        if (child) this.others.set(id, shownChild(child))
+        else if (kin) this.others.set(id, { id, name: id, told: kin.alive ? kindOf(kin.species) : `${kindOf(kin.species)}, dead: ${kin.reason ?? 'no reason is known'}`, species: kin.species, strip: kin.strip, colour: null, waits: '' })
+      }
+    } catch (error) { return this.api.failed(error) }
+    const nobody = strange.filter(id => !this.others.has(id))
+    if (!nobody.length) return
+    this.chosen = this.chosen.filter(id => !nobody.includes(id))
+    this.shell.say(`Nobody can breed from ${names(nobody)}: there is no genome of that name`, true)
   }
 
   /** Something of a brood may be there. */
@@ -158,7 +182,8 @@ class Breed {
     this.busy = true
     this.crossing(null)
     // The new cells are there at once: nothing changes under the artist's hand later.
-    this.show(`A brood of ${parents.length ? names(parents) : 'strangers'}`, '', Array.from({ length: CELLS }, (_, at) => ({ id: parents[at] ?? `new ${at + 1}`, name: parents[at] ?? '', told: '', strip: null, colour: null, waits: 'asked for' })))
+    const told = apart(parents.map(id => this.speciesOf(id)))
+    this.show(`A brood of ${parents.length ? names(parents) : 'strangers'}`, told, Array.from({ length: CELLS }, (_, at) => ({ id: parents[at] ?? `new ${at + 1}`, name: parents[at] ?? '', told: '', species: null, strip: null, colour: null, waits: 'asked for' })))
     this.chosen = []
     this.at = 0
     this.mark()
@@ -167,7 +192,7 @@ class Breed {
       this.broods.push(brood)
       this.brood = brood.id
       this.shell.note({ brood: brood.id })
-      this.shell.say(parents.length ? `Children of ${names(parents)}` : 'Strangers')
+      this.shell.say(told || (parents.length ? `Children of ${names(parents)}` : 'Strangers'))
     } catch (error) {
       Object.assign(this, before)
       this.api.failed(error)
@@ -175,6 +200,9 @@ class Breed {
     this.busy = false
     this.draw()
   }
+
+  /** @param {string} id @returns {string | null} */
+  speciesOf(id) { return this.cells.find(cell => cell.id === id)?.species ?? this.store.byId.get(id)?.species ?? this.others.get(id)?.species ?? null }
 
   /** The first press takes a sheep, the second crosses it with another. */
   cross() {
@@ -204,7 +232,7 @@ class Breed {
 
   previous() {
     if (this.place() > 0) this.turn(this.broods[this.place() - 1].id)
-    else if (this.brood !== null) this.start()
+    else if (this.brood !== null) this.turn(null)
   }
 
   /** @param {string | null} brood */
@@ -218,7 +246,7 @@ class Breed {
     this.draw()
   }
 
-  start() { this.turn(null) }
+  startOver() { this.breed([], this.species.value) }
 
   /** @param {string} name @param {boolean} [turn] */
   lock(name, turn = false) {
@@ -308,19 +336,17 @@ class Breed {
     if (brood) {
       const ready = brood.cells.filter(cell => cell.strip).length, lost = brood.cells.filter(cell => cell.state === 'failed').length
       this.show(`Brood ${this.place() + 1} of ${this.broods.length}: ${brood.parents.length ? names(brood.parents) : 'strangers'}`,
-        ready + lost < brood.cells.length ? `${ready} of ${brood.cells.length} are there` : lost ? `${lost} did not come out` : '',
-        brood.cells.map(cell => ({ id: cell.id, name: cell.id, told: cell.op, strip: cell.strip, colour: null, waits: cell.strip ? '' : cell.state === 'failed' ? cell.error ?? 'did not come out' : cell.state === 'running' ? 'rendering' : 'waits' })))
+        [ready + lost < brood.cells.length ? `${ready} of ${brood.cells.length} are there` : lost ? `${lost} did not come out` : '', apart(brood.cells.slice(0, brood.parents.length).map(cell => cell.species))].filter(Boolean).join(' · '), brood.cells.map(shownChild))
     } else {
       const wanted = this.find.value.trim().toLowerCase(), { sheep, candidates } = this.store.state
       const rank = (/** @type {Sheep} */ one) => (this.chosen.includes(one.id) ? 1000 : 0) + (one.mark === 'kept' ? 100 : one.mark === 'rejected' ? -100 : 0) + one.rating
       const offered = [...sheep, ...candidates].filter(one => one.genome && (one.id.toLowerCase().includes(wanted) || kindOf(one.species).includes(wanted)))
       const best = offered.map(one => ({ one, rank: rank(one) })).sort((a, b) => b.rank - a.rank).slice(0, OFFERED)
       this.show('Begin with', offered.length > OFFERED ? `${OFFERED} of ${offered.length}: kept ones and the best rated first` : '',
-        best.map(({ one }) => ({ id: one.id, name: one.id, told: kindOf(one.species), strip: one.strip, colour: one.colour, waits: '' })))
+        [...this.chosen.flatMap(id => this.others.get(id) ?? []), ...best.map(({ one }) => ({ id: one.id, name: one.id, told: kindOf(one.species), species: one.species, strip: one.strip, colour: one.colour, waits: '' }))])
     }
-    this.find.hidden = this.strangers.hidden = brood !== undefined
-    this.pool.disabled = this.flock.disabled = brood === undefined
-    this.pool.hidden = !this.store.state.pool
+    this.find.hidden = brood !== undefined
+    this.list.hidden = this.pool.disabled = this.flock.disabled = brood === undefined
     this.drawPast()
     this.root.dataset.state = 'ready'
   }
@@ -355,7 +381,9 @@ class Breed {
       if (number) number.textContent = which < 0 ? '' : String(which + 1)
     })
     this.go.disabled = !this.chosen.length
-    this.go.textContent = this.chosen.length > 1 ? `Cross ${this.chosen.length}` : 'Breed'
+    const told = apart(this.chosen.map(id => this.speciesOf(id)))
+    this.go.textContent = this.chosen.length < 2 ? 'Breed' : `${told ? 'Breed' : 'Cross'} ${this.chosen.length}`
+    this.go.title = told
     this.back.disabled = this.brood === null && !this.broods.length
   }
 
@@ -373,3 +401,15 @@ class Breed {
 
 /** @param {string[]} ids */
 const names = ids => ids.length < 2 ? ids.join('') : `${ids.slice(0, -1).map(short).join(', ')} and ${short(ids[ids.length - 1])}`
+
+/** @param {Cell} cell @returns {Shown} */
+const shownChild = ({ id, op, species, strip, state, error }) => ({ id, name: id, told: op, species: species || null, strip, colour: null, waits: strip ? '' : state === 'failed' ? error ?? 'did not come out' : state === 'running' ? 'rendering' : 'waits' })
+
+/**
+ * What is said of parents that do not cross, since their species differ; nothing of others.
+ * @param {(string | null)[]} species by the endings of their files
+ */
+function apart(species) {
+  const kinds = [...new Set(species.flatMap(one => one ? [kindOf(one)] : []))]
+  return kinds.length < 2 ? '' : `${kinds.join(' and ')} do not cross: ${species.length > kinds.length ? 'a child has parents of one species' : 'each child is a mutant of one parent'}`
+}

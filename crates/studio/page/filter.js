@@ -185,6 +185,16 @@ export class Filter {
     })
   }
 
+  /** Whether a choice is about what is seen in pictures. */
+  needsLooks() {
+    return this.order === 'activity' || 'activity' in this.asked || 'colour' in this.asked
+  }
+
+  /** How many sheep have pictures of which nothing is known yet. */
+  unknown() {
+    return this.all().filter(one => one.strip !== null && one.activity === null).length
+  }
+
   /** Where the second and the last third of all sheep by activity begin. */
   thirds() {
     const lively = this.all().flatMap(one => one.activity === null ? [] : [one.activity]).sort((a, b) => a - b)

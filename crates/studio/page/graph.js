@@ -7,7 +7,7 @@
 // Start at [`view`].
 
 import { button, draw, make, styled } from './dom.js'
-import { openBalance, openTable, suggestions } from './balance.js'
+import { openBalance, openPrune, openTable, suggestions } from './balance.js'
 import { Linking } from './linking.js'
 import { openMenu } from './menu.js'
 import { Panel, cost } from './panel.js'
@@ -58,8 +58,8 @@ export class Graph {
     this.stage.append(this.svg)
     /** @type {Linking} */ this.linking = new Linking(this)
     /** @type {Panel} */ this.panel = new Panel(store, api, shell, {
-      choose: chosen => this.choose(chosen, true), unlink: (from, to) => this.unlink(from, to), startLink: from => this.linking.start(from), move: (edge, end) => this.linking.move(edge, end), render: what => this.render(what),
-      balance: () => openBalance(store, api, shell), suggest: () => this.suggest(), table: () => openTable(store, shell, sheep => this.choose({ sheep }, true)),
+      choose: chosen => this.choose(chosen, true), unlink: (from, to) => this.unlink(from, to), startLink: from => this.linking.start(from), move: (edge, end) => this.linking.move(edge, end), render: (what, draft) => this.render(what, draft),
+      balance: () => openBalance(store, api, shell), prune: () => openPrune(store, api, shell), suggest: () => this.suggest(), table: () => openTable(store, shell, sheep => this.choose({ sheep }, true)),
       unpin: sheep => this.pin(sheep, null),
     })
     this.find = make('input', { class: 'field', type: 'search', placeholder: 'Go to', 'aria-label': 'Go to a sheep', list: 'graph-sheep', onchange: () => this.found() })
@@ -294,19 +294,28 @@ export class Graph {
     this.scene.ask()
   }
 
-  /** @param {{sheep?: string, from?: string, to?: string, all_missing?: boolean}} what */
-  async render(what) {
+  /**
+   * @param {{sheep?: string, from?: string, to?: string, all_missing?: boolean} | null} what
+   * @param {boolean} [draft] what is ticked when it is asked
+   */
+  async render(what, draft = false) {
+    if (!what) return this.shell.say('Choose a sheep or a transition first', true)
     try {
       const dry = await this.api.post('/api/jobs', { kind: 'render', ...what, dry: true })
       const one = dry.clips === 1
       if (!dry.clips) return this.shell.say('There is nothing to render')
       /** @type {Question} */
-      const question = { title: `Render ${spoken(dry.clips, 'clip')}`, text: dry.cost_s === null ? 'How long it takes is not known.' : `It takes about ${cost(dry.cost_s)} on this machine.`, yes: one ? 'Render it' : 'Render them', tick: 'As a draft: less sharp, and much sooner' }
+      const question = { title: `Render ${spoken(dry.clips, 'clip')}`, text: dry.cost_s === null ? 'How long it takes is not known.' : `It takes about ${cost(dry.cost_s)} on this machine.`, yes: one ? 'Render it' : 'Render them', tick: 'As a draft: less sharp, and much sooner', ticked: draft }
       if (await this.shell.ask(question)) {
         await this.api.post('/api/jobs', { kind: 'render', ...what, draft: question.ticked === true })
         this.shell.say(`${spoken(dry.clips, 'clip')} ${one ? 'waits' : 'wait'} in the queue`)
       }
     } catch (error) { this.api.failed(error) }
+  }
+
+  preview() {
+    if (this.linking.from !== null) this.linking.preview()
+    else if (!this.panel.preview()) this.shell.say('Choose a transition between two genomes first', true)
   }
 
   async suggest() {
@@ -403,7 +412,11 @@ export class Graph {
       { keys: ['+', '='], does: 'want more, or weigh more', hint: 'more', run: () => this.more(STEP) },
       { keys: ['-'], does: 'want less, or weigh less', run: () => this.more(1 / STEP) },
       { keys: ['b'], does: 'balance', hint: 'balance', run: () => openBalance(this.store, this.api, this.shell) },
+      { keys: ['k'], does: 'prune: keep what can be reached', hint: 'prune', run: () => openPrune(this.store, this.api, this.shell) },
       { keys: ['s'], does: 'suggestions', hint: 'suggestions', run: () => { this.suggest() } },
+      { keys: ['r'], does: 'render the chosen sheep or transition', hint: 'render', run: () => { this.render(this.chosen) } },
+      { keys: ['d'], does: 'render it as a draft', hint: 'as a draft', run: () => { this.render(this.chosen, true) } },
+      { keys: ['v'], does: 'a moving preview of the chosen transition, or of the link', hint: 'preview', run: () => this.preview() },
       { keys: ['p'], does: 'pin the disc, or let it go', run: () => this.togglePin() },
       { keys: ['t'], does: 'the graph as a table', run: () => openTable(this.store, this.shell, sheep => this.choose({ sheep }, true)) },
       { keys: ['/'], does: 'go to a sheep by its name', run: () => this.find.focus() },

@@ -20,14 +20,16 @@ export const ended = job => job.state === 'done' || job.state === 'failed' || jo
 /**
  * A row for a job, which `update` fits to what is known of it now.
  * @param {(id: Job['id']) => void} cancel
+ * @param {(id: Job['id'], paused: boolean) => void} hold
  */
-export function jobRow(cancel) {
+export function jobRow(cancel, hold) {
   const what = make('b', {}), state = make('span', { class: 'chip' }), figures = make('span', { class: 'dim' }), bar = make('i', {})
   const meter = make('span', { class: 'meter', role: 'progressbar', 'aria-valuemin': 0 }, bar), error = make('p', { class: 'bad', hidden: true })
   const log = make('pre', {}), more = make('details', { hidden: true }, make('summary', {}, 'Log'), log)
   /** @type {Job['id']} */ let id = ''
-  const stop = quiet('Cancel', () => cancel(id))
-  const row = make('li', { class: 'job', tabindex: -1 }, make('div', { class: 'bar' }, what, state, make('span', { class: 'grow' }), figures, stop), meter, error, more)
+  let paused = false
+  const stop = quiet('Cancel', () => cancel(id)), pause = quiet('Pause', () => hold(id, !paused))
+  const row = make('li', { class: 'job', tabindex: -1 }, make('div', { class: 'bar' }, what, state, make('span', { class: 'grow' }), figures, pause, stop), meter, error, more)
   return {
     row,
     /** @param {Job} job */
@@ -35,12 +37,14 @@ export function jobRow(cancel) {
       id = job.id
       row.dataset.job = String(job.id)
       row.dataset.state = job.state
-      row.setAttribute('aria-label', `${job.what}, ${WORDS[job.state]}`)
+      paused = job.paused
+      const word = paused ? 'paused' : WORDS[job.state]
+      row.setAttribute('aria-label', `${job.what}, ${word}`)
       what.textContent = job.what
-      state.textContent = WORDS[job.state]
+      state.textContent = word
       state.classList.toggle('bad', job.state === 'failed')
       figures.textContent = [job.of > 1 ? `${digits(job.done)} of ${digits(job.of)}` : '', job.per_second && job.state === 'running' ? `${digits(job.per_second)} a second` : '',
-        job.state === 'running' && job.left_s !== null ? `${lasting(job.left_s)} left` : job.state === 'queued' && job.cost_s !== null ? `costs ${lasting(job.cost_s)}` : ''].filter(Boolean).join(' · ')
+        paused ? '' : job.state === 'running' && job.left_s !== null ? `${lasting(job.left_s)} left` : job.state === 'queued' && job.cost_s !== null ? `costs ${lasting(job.cost_s)}` : ''].filter(Boolean).join(' · ')
       const part = job.state === 'done' ? 1 : job.of ? Math.min(1, job.done / job.of) : 0
       styled(bar, { width: `${100 * part}%` })
       meter.hidden = ended(job) || job.state === 'queued'
@@ -55,8 +59,23 @@ export function jobRow(cancel) {
       if (job.state === 'waiting') more.open = true
       stop.hidden = ended(job)
       stop.setAttribute('aria-label', `Cancel ${job.what}`)
+      pause.hidden = !job.can_pause
+      pause.textContent = paused ? 'Go on' : 'Pause'
+      pause.setAttribute('aria-label', `${paused ? 'Go on with' : 'Pause'} ${job.what}`)
     },
   }
+}
+
+/**
+ * Has one job stand still, or go on.
+ * @param {import('./api.js').Api} api
+ * @param {Job['id']} id @param {boolean} paused
+ */
+export async function holdJob(api, id, paused) {
+  try {
+    const { job } = await api.post(`/api/jobs/${encodeURIComponent(id)}/pause`, { paused })
+    api.said(`${paused ? 'Paused' : 'Goes on'}: ${job.what}`)
+  } catch (error) { api.failed(error) }
 }
 
 /**
@@ -69,7 +88,7 @@ function folded(jobs) {
   const strips = jobs.filter(own), left = strips.filter(job => !ended(job))
   if (strips.length < 2) return jobs
   const rest = jobs.filter(job => !own(job))
-  return left.length ? [...rest, { ...left[0], id: STRIPS, what: 'pictures of sheep', state: left.some(job => job.state === 'running') ? 'running' : 'queued', done: strips.length - left.length, of: strips.length, per_second: null, left_s: null, cost_s: null, log: [] }] : rest
+  return left.length ? [...rest, { ...left[0], id: STRIPS, what: 'pictures of sheep', state: left.some(job => job.state === 'running') ? 'running' : 'queued', done: strips.length - left.length, of: strips.length, per_second: null, left_s: null, cost_s: null, log: [], paused: false, can_pause: false }] : rest
 }
 
 /** @type {MakeView} */
@@ -127,7 +146,7 @@ export function view(root, store, api, shell) {
     pause.setAttribute('aria-pressed', String(paused))
     for (const [id, { row }] of rows) if (!shown.some(job => job.id === id)) { row.remove(); rows.delete(id) }
     shown.forEach((job, at) => {
-      const row = rows.get(job.id) ?? jobRow(cancel)
+      const row = rows.get(job.id) ?? jobRow(cancel, (id, paused) => { holdJob(api, id, paused) })
       rows.set(job.id, row)
       row.update(job)
       if (list.children[at] !== row.row) list.insertBefore(row.row, list.children[at] ?? null)
@@ -139,6 +158,12 @@ export function view(root, store, api, shell) {
   function move(by) {
     const all = [...list.children], now = all.findIndex(row => row.contains(document.activeElement)), next = all[Math.max(0, Math.min(all.length - 1, now + by))]
     if (next instanceof HTMLElement) next.focus()
+  }
+
+  /** The job with the focus. */
+  function chosen() {
+    const row = document.activeElement?.closest('.job')
+    return row instanceof HTMLElement ? folded(store.state.jobs).find(one => String(one.id) === row.dataset.job) : undefined
   }
 
   store.on(['jobs', 'state'], () => { if (open) show() })
@@ -155,8 +180,10 @@ export function view(root, store, api, shell) {
     leave() { open = false },
     keys: [
       { keys: ['ArrowUp', 'ArrowDown'], does: 'another job', run: event => move(event.key === 'ArrowUp' ? -1 : 1) },
-      { keys: ['Delete', 'x'], does: 'cancel it', hint: 'cancel', run: () => { const row = document.activeElement?.closest('.job'); if (row instanceof HTMLElement) { const job = folded(store.state.jobs).find(one => String(one.id) === row.dataset.job); if (job && !ended(job)) cancel(job.id) } } },
-      { keys: ['p'], does: 'pause, or go on', hint: 'pause', run: () => { hold() } },
+      { keys: ['Delete', 'x'], does: 'cancel it', hint: 'cancel', run: () => { const job = chosen(); if (job && !ended(job)) cancel(job.id) } },
+      { keys: ['Shift+P'], does: 'pause this one, or let it go on', run: () => { const job = chosen(); if (job?.can_pause) holdJob(api, job.id, !job.paused) } },
+      { keys: ['p'], does: 'pause all clips, or go on', hint: 'pause', run: () => { hold() } },
+      { keys: ['d'], does: 'as drafts, or as the genomes say', hint: 'as drafts', run: () => { draft.checked = !draft.checked; shell.say(draft.checked ? 'Clips will be drafts' : 'Clips will be as their genomes say') } },
       { keys: ['r'], does: 'render what is missing', hint: 'render what is missing', run: () => { render() } },
     ],
   }

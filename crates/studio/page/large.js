@@ -66,7 +66,7 @@ export function openLarge(id, hands) {
   const tell = () => {
     const one = store.byId.get(at)
     if (!one) return
-    words.textContent = spokenOf(one).split(', ').slice(1).join(' · ')
+    words.textContent = spokenOf(store.live(one)).split(', ').slice(1).join(' · ')
     keep.setAttribute('aria-pressed', String(one.mark === 'kept'))
     reject.setAttribute('aria-pressed', String(one.mark === 'rejected'))
   }
@@ -79,7 +79,7 @@ export function openLarge(id, hands) {
   const name = make('h2')
   const content = make('div', { class: 'enlarged' }, frame, make('div', { class: 'bar under' }, make('div', { class: 'grow' }, name, words),
     button('Before', () => go(-1), { class: 'quiet' }), button('Next', () => go(1), { class: 'quiet' }), keep, reject, clear, button('Close', () => close(), { class: 'quiet', icon: 'close' })))
-  const off = store.on(['sheep', 'state'], tell)
+  const off = store.on(['sheep', 'state', 'clips'], tell)
   const close = shell.over(content, {
     label: 'Loop', closed: () => { end(); off() },
     keys: [

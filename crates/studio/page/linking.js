@@ -1,8 +1,8 @@
 // The making of a link, or the leading of one elsewhere: from where, to where, and what it would do.
 //
-// Owns the line that follows the pointer, the card beside the target, and its questions: a what-if at once, the middle
-// pictures when the pointer rests. What nobody waits for any more is cancelled. A link that is led elsewhere is one step of undo,
-// and keeps its length and its weight.
+// Owns the line that follows the pointer, the card beside the target, and its questions: a what-if at once, the middle pictures when
+// the pointer rests, and after them a moving preview. What nobody waits for any more is cancelled. A link that is led elsewhere is
+// one step of undo, and keeps its length and its weight.
 //
 // Start at [`Linking.start`].
 
@@ -38,6 +38,7 @@ export class Linking {
     /** @type {string | null} */ this.to = null
     this.card = make('div', { class: 'linkcard card', role: 'status', hidden: true })
     this.line = draw('path', { class: 'making' })
+    /** The place of the moving preview. */ this.film = make('div', { class: 'middles' })
     /** @type {ReturnType<typeof setTimeout> | undefined} */ this.rest = undefined
     new ResizeObserver(() => this.follow()).observe(this.card)
   }
@@ -115,9 +116,10 @@ export class Linking {
     this.graph.world.querySelector(`[data-sheep="${CSS.escape(to)}"]`)?.classList.add('target')
     this.line.setAttribute('d', scene.outline(from, end))
     const there = store.byWay.has(way(from, end))
-    const words = make('p', { class: 'dim' }, there ? 'They are linked already' : 'Asking what it would do …'), pictures = make('div', { class: 'middles' })
-    this.card.replaceChildren(make('h2', {}, `${from} to ${end}`), words, pictures,
-      make('div', { class: 'bar end' }, button('Cancel', () => this.end(), { class: 'quiet tight' }), button(this.moved ? 'Lead it here' : 'Link', () => this.make(to), { class: 'strong tight', disabled: there })))
+    const words = make('p', { class: 'dim' }, there ? 'They are linked already' : 'Asking what it would do …'), pictures = make('div', { class: 'middles' }), drawn = !there && this.graph.panel.canDraw(from, end)
+    this.film = make('div', { class: 'middles' })
+    this.card.replaceChildren(make('h2', {}, `${from} to ${end}`), words, pictures, this.film,
+      make('div', { class: 'bar end' }, drawn ? button('Preview', () => this.preview(), { class: 'quiet tight', title: 'A moving preview (V)' }) : '', button('Cancel', () => this.end(), { class: 'quiet tight' }), button(this.moved ? 'Lead it here' : 'Link', () => this.make(to), { class: 'strong tight', disabled: there })))
     this.card.hidden = false
     this.follow()
     if (there) return
@@ -128,7 +130,17 @@ export class Linking {
       words.textContent = [`Worst ratio ${ratio(before)} → ${ratio(told.figures.worst_ratio)}`, told.frames ? `${digits(told.frames)} frames` : '', told.cost_s === null ? '' : `${cost(told.cost_s)} to render`].filter(Boolean).join(' · ')
       store.suppose(told)
     })
-    if (store.byId.get(from)?.genome && store.byId.get(end)?.genome) this.rest = setTimeout(() => { if (this.to === to) this.graph.panel.middles(from, end, pictures) }, REST)
+    if (drawn) this.rest = setTimeout(async () => {
+      if (this.to === to) await this.graph.panel.middles(from, end, pictures)
+      if (pictures.isConnected && this.graph.shell.moving()) this.preview()
+    }, REST)
+  }
+
+  /** A moving preview of the link, in the card. */
+  preview() {
+    if (this.to === null) return
+    const [from, to] = this.ends(this.to)
+    if (!this.graph.store.byWay.has(way(from, to)) && this.graph.panel.canDraw(from, to)) this.graph.panel.moving(from, to, this.film)
   }
 
   /** The card stays beside the target, in view. */

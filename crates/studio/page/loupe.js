@@ -292,7 +292,7 @@ class Loupe {
     this.card.textContent = 'Decoding …'
     if (!join.from.fragments || !join.to.fragments) { this.blank(); return this.say(`${this.named(join.from.fragments ? join.to : join.from)} is not rendered yet.`) }
     try {
-      const [num, den] = this.store.state.size, around = Math.max(4, Math.min(AROUND, Math.floor(MOST_BYTES / (3 * num * den))))
+      const [width, height] = this.store.state.size, around = Math.max(4, Math.min(AROUND, Math.floor(MOST_BYTES / (3 * width * height))))
       const [a, b] = await Promise.all([packets(join.from.fragments, Math.max(0, join.from.frames - around), join.from.frames), packets(join.to.fragments, 0, around)])
       /** @type {Picture[]} */ const pictures = []
       await decoded([a, b], picture => {

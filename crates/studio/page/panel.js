@@ -7,6 +7,7 @@
 
 import { against, stateOf, tilt, tint } from './cell.js'
 import { button, make, styled } from './dom.js'
+import { watch } from './growing.js'
 import { level, slider } from './sliders.js'
 import { way } from './store.js'
 import { digits, minutes, percent, spoken, times, why } from './words.js'
@@ -20,9 +21,10 @@ import { digits, minutes, percent, spoken, times, why } from './words.js'
  * @property {(from: string) => void} startLink
  * @property {(edge: Transition, end: 'from' | 'to') => void} move
  * @property {() => void} balance
+ * @property {() => void} prune
  * @property {() => void} suggest
  * @property {() => void} table
- * @property {(what: {sheep?: string, from?: string, to?: string, all_missing?: boolean}) => void} render
+ * @property {(what: {sheep?: string, from?: string, to?: string, all_missing?: boolean}, draft?: boolean) => void} render
  * @property {(sheep: string) => void} unpin
  */
 
@@ -131,8 +133,9 @@ export class Panel {
         tight('Link', () => deeds.startLink(id), { title: 'Begin a link here (L)' }),
         tight('Walk from here', () => shell.go('walk', { from: id })),
         tight('Breed', () => shell.go('breed', { from: id })),
-        one.state === 'there' || !one.genome ? null : tight('Render', () => deeds.render({ sheep: id })),
+        ...one.state === 'there' || !one.genome ? [] : this.renders({ sheep: id }),
         one.pinned && tight('Unpin', () => deeds.unpin(id)),
+        tight('Rename…', () => this.rename(id)),
         tight('Take out', () => { api.edit([{ do: 'drop', sheep: id }]) }, { title: 'Take it out of the flock' })),
       make('h3', {}, `Leads to ${spoken(outs.length, 'sheep')}`), make('ul', { class: 'links' }, ...outs.map(edge => this.leads(edge))),
       make('h3', {}, `Comes from ${spoken(ins.length, 'sheep')}`), make('ul', { class: 'links' }, ...ins.map(edge => this.comes(edge))),
@@ -194,11 +197,11 @@ export class Panel {
     const weight = this.weight(edge)
     const bad = make('input', { type: 'checkbox', onchange: () => this.bad(edge, bad.checked) })
     bad.checked = edge.bad
-    const middles = make('div', { class: 'middles' })
-    if (edge.genetic) this.middles(from, to, middles)
+    const middles = make('div', { class: 'middles' }), film = make('div', { class: 'middles' }), drawn = this.canDraw(from, to)
+    if (drawn) this.middles(from, to, middles)
     const ends = (/** @type {string} */ id) => button(id, () => deeds.choose({ sheep: id }), { class: 'name serif' })
     return [
-      this.whole(), make('h2', { class: 'ends' }, ends(from), ' to ', ends(to)), words, middles,
+      this.whole(), make('h2', { class: 'ends' }, ends(from), ' to ', ends(to)), words, middles, film,
       make('div', { class: 'pairs' }, make('span', { class: 'dim' }, 'Weight'), weight.root),
       edge.join && make('p', { class: edge.join.worst > 1 ? 'bad' : 'dim' }, `Joins: ${[edge.join.from && `${digits(edge.join.from.db, 1)} dB as it begins`, edge.join.to && `${digits(edge.join.to.db, 1)} dB as it ends`].filter(Boolean).join(', ')}${edge.join.worst > 1 ? ': it jumps' : ''}`),
       make('p', { class: 'dim small' }, `${digits(edge.frames / store.state.fps[0] * store.state.fps[1], 1)} s, ${digits(edge.frames)} frames · ${stateOf(edge) || (edge.state === 'there' ? 'clip is there' : 'no clip')}`),
@@ -206,12 +209,30 @@ export class Panel {
       make('div', { class: 'bar' },
         tight('Walk from here', () => shell.go('walk', { from })),
         tight('Joins', () => shell.go('walk', { show: 'joins', a: from, b: to, end: 'from' })),
-        edge.genetic && tight('Preview', () => this.moving(from, to, middles)),
-        edge.state !== 'there' && tight('Render', () => deeds.render({ from, to })),
+        drawn && tight('Preview', () => this.moving(from, to, film), { title: 'A moving preview (V)', 'data-does': 'preview' }),
+        ...edge.state === 'there' ? [] : this.renders({ from, to }),
         tight('End elsewhere', () => deeds.move(edge, 'to'), { title: 'Lead it to another sheep (M)' }),
         tight('Begin elsewhere', () => deeds.move(edge, 'from'), { title: 'Have it come from another sheep (Shift M)' }),
         tight('Unlink', () => deeds.unlink(from, to), { title: 'Take the transition away (Delete)' })),
     ]
+  }
+
+  /** @param {{sheep?: string, from?: string, to?: string}} what */
+  renders(what) {
+    return [tight('Render', () => this.deeds.render(what), { title: 'Render it (R)' }), tight('Render a draft', () => this.deeds.render(what, true), { title: 'Render it less sharp, and much sooner (D)' })]
+  }
+
+  /** @param {string} id */
+  rename(id) {
+    const name = make('input', { class: 'field', value: id, 'aria-label': 'New name', autocomplete: 'off', autofocus: true })
+    const close = this.shell.over(make('form', { class: 'question', onsubmit: async (/** @type {Event} */ event) => {
+      event.preventDefault()
+      const to = name.value.trim()
+      close()
+      if (to !== id && await this.api.edit([{ do: 'rename', sheep: id, to }])) this.deeds.choose({ sheep: to })
+    } }, make('h2', {}, `Rename ${id}`), make('p', { class: 'note' }, 'Its files are named anew with it.'), name,
+    make('div', { class: 'bar end' }, tight('Cancel', () => close(), { type: 'button' }), button('Rename', () => {}, { class: 'strong', type: 'submit' }))), { label: 'Rename' })
+    name.select()
   }
 
   /** The way from here to the panel of the flock. */
@@ -227,6 +248,19 @@ export class Panel {
       this.shell.say(bad ? `Noted that ${edge.from} to ${edge.to} joins badly` : 'Took the note away')
     } catch (error) { this.api.failed(error) }
   }
+
+  /** Presses *Preview*; false if there is no such button. */
+  preview() {
+    const found = this.root.querySelector('[data-does=preview]')
+    if (found instanceof HTMLElement) found.click()
+    return found !== null
+  }
+
+  /**
+   * Whether a transition can be drawn: both sheep have genomes, of whatever species.
+   * @param {string} from @param {string} to
+   */
+  canDraw(from, to) { return [from, to].every(id => this.store.byId.get(id)?.genome) }
 
   /**
    * Puts the three middle pictures of a transition into `into`, when they are there.
@@ -272,19 +306,27 @@ export class Panel {
     })
   }
 
-  /** @param {string} from @param {string} to @param {HTMLElement} into */
+  /**
+   * Puts a moving preview of a transition, which need not exist, into `into`. It plays while the rest of it is drawn; if nobody looks
+   * at it any more, that ends.
+   * @param {string} from @param {string} to @param {HTMLElement} into
+   */
   async moving(from, to, into) {
+    const before = into.querySelector('video')
+    if (before) return before.play().catch(() => {})
     try {
-      const told = await this.api.post('/api/previews', { from, to, kind: 'moving' })
-      if (!told.ready) {
-        this.shell.say('Rendering a moving preview')
-        if (!await this.ready(told.job.id, into)) return
-      }
-      const video = make('video', { src: `/media/preview/${encodeURIComponent(told.key)}`, controls: true, loop: true, playsinline: true, class: 'wide', 'aria-label': `Preview of ${from} to ${to}` })
+      const told = await this.api.post('/api/previews', { from, to, kind: 'moving' }), id = told.job?.id
+      const video = make('video', { controls: true, loop: true, playsinline: true, class: 'wide', 'aria-label': `Preview of ${from} to ${to}` })
+      const word = make('p', { class: 'note' }, 'The preview is being drawn …')
       video.muted = true
       video.autoplay = this.shell.moving()
-      into.replaceChildren(video)
-    } catch (error) { this.api.failed(error) }
+      into.replaceChildren(video, told.ready ? '' : word)
+      const whole = await watch(video, told.key, () => told.ready ? null : this.store.state.jobs.find(one => one.id === id) ?? told.job)
+      if (!whole && !told.ready) await this.api.delete(`/api/jobs/${encodeURIComponent(id)}`)
+      word.remove()
+    } catch (error) {
+      into.replaceChildren(make('p', { class: 'note' }, `No preview: ${why(error)}`))
+    }
   }
 
   flock() {
@@ -300,7 +342,7 @@ export class Panel {
     return [
       make('h2', {}, 'The flock'),
       make('div', { class: 'twice' }, make('div', {}, worst, make('p', { class: 'note' }, 'worst ratio')), make('div', {}, entropy, make('p', { class: 'note' }, 'of surprise a step'))),
-      make('div', { class: 'bar' }, button('Balance', () => deeds.balance(), { class: 'strong' }), button('Suggestions', () => deeds.suggest(), { class: 'quiet' }), button('Table', () => deeds.table(), { class: 'quiet' }),
+      make('div', { class: 'bar' }, button('Balance', () => deeds.balance(), { class: 'strong' }), button('Suggestions', () => deeds.suggest(), { class: 'quiet' }), button('Prune', () => deeds.prune(), { class: 'quiet' }), button('Table', () => deeds.table(), { class: 'quiet' }),
         missing > 0 && button(`Render ${spoken(missing, 'clip')}`, () => deeds.render({ all_missing: true }), { class: 'quiet' })),
       make('h3', {}, 'Furthest from their wants'),
       make('ul', { class: 'links' }, ...furthest.map(one => {

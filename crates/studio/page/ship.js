@@ -4,7 +4,7 @@
 
 import { button, make } from './dom.js'
 import { dim, quiet } from './parts.js'
-import { ended, jobRow } from './jobs.js'
+import { ended, holdJob, jobRow } from './jobs.js'
 import { digits, spoken } from './words.js'
 
 const KINDS = ['check', 'joins', 'pack', 'publish']
@@ -19,15 +19,17 @@ export function view(root, store, api, shell) {
   let open = false, busy = '', began = Date.now()
   const title = make('h2', {}), why = make('ul', { class: 'rows why' }), jobs = make('ol', { class: 'jobs' }), cards = make('div', { class: 'cards' })
   const key = make('input', { class: 'field', id: 'ship-key', list: 'ship-keys', autocomplete: 'off', placeholder: 'name of a key' }), keys = make('datalist', { id: 'ship-keys' })
-  const to = make('input', { class: 'field', id: 'ship-to', list: 'ship-targets', autocomplete: 'off', placeholder: 'folder or address' }), targets = make('datalist', { id: 'ship-targets' })
+  const units = make('input', { class: 'field', id: 'ship-units', autocomplete: 'off', placeholder: 'every unit', title: 'Names of units, between commas; every unit that trusts the key if there are none' })
+  // Only what the program has told: no request names a path.
+  /** @type {HTMLSelectElement} */ const to = make('select', { class: 'field', id: 'ship-to' })
   const pack = button('Pack', () => { sign() }, { class: 'strong' })
   const jumps = make('input', { type: 'checkbox', onchange: () => told && draw(told) }), although = make('label', { class: 'tick', hidden: true }, jumps, 'although joins jump')
-  const publish = quiet('Publish', () => { start('publish', { to: to.value.trim() }) })
+  const publish = quiet('Publish', () => { start('publish', { to: to.value }) })
   root.append(
     make('div', { class: 'bar' }, make('div', { class: 'grow' }, title, why), quiet('Check', () => { start('check', { joins: false }) }), quiet('Check the joins too', () => { start('check', { joins: true }) })),
     jobs, cards,
     make('div', { class: 'card send' }, make('h3', {}, 'Send it'), make('p', { class: 'note' }, 'The bundle is signed with your key. Its passphrase is given on the terminal where dreams studio runs, never here.'),
-      make('div', { class: 'bar' }, make('label', { for: 'ship-key', class: 'dim' }, 'Signed by'), key, keys, although, pack, make('span', { class: 'grow' }), make('label', { for: 'ship-to', class: 'dim' }, 'To'), to, targets, publish)))
+      make('div', { class: 'bar' }, make('label', { for: 'ship-key', class: 'dim' }, 'Signed by'), key, keys, make('label', { for: 'ship-units', class: 'dim' }, 'for units'), units, although, pack, make('span', { class: 'grow' }), make('label', { for: 'ship-to', class: 'dim' }, 'To'), to, publish)))
 
   async function fetch() {
     try {
@@ -39,14 +41,14 @@ export function view(root, store, api, shell) {
   /** @param {'check' | 'pack' | 'publish'} what @param {Record<string, any>} body */
   async function start(what, body) {
     if (body.key === '') { key.focus(); return shell.say('Which key signs it?', true) }
-    if (body.to === '') { to.focus(); return shell.say('Where does it go?', true) }
+    if (body.to === '') { to.focus(); return shell.say('Where does it go? Mount a stick, or start the studio with --to FOLDER', true) }
     try {
       const { job } = await api.post(`/api/ship/${what}`, body)
       store.job(job)
     } catch (error) { api.failed(error) }
   }
 
-  const sign = () => start('pack', { key: key.value.trim(), allow_jumps: jumps.checked })
+  const sign = () => start('pack', { key: key.value.trim(), units: units.value.split(/[\s,]+/).filter(Boolean), allow_jumps: jumps.checked })
 
   /** @param {Job['id']} id */
   async function cancel(id) {
@@ -57,7 +59,7 @@ export function view(root, store, api, shell) {
   const card = (name, figure, ...more) => make('section', { class: 'card' }, make('h3', {}, name), make('p', { class: 'figure' }, figure), ...more)
 
   /** @param {ShipAnswer} answer */
-  function draw({ faults, joins, credits, bytes, files, difference, ready, why_not: reasons, keys: known = [], targets: places = [] }) {
+  function draw({ faults, joins, credits, bytes, files, packed, difference, ready, why_not: reasons, keys: known = [], targets: places = [] }) {
     title.textContent = ready ? 'Ready for the walls' : 'Not ready yet'
     why.replaceChildren(...reasons.map(reason => make('li', {}, reason)))
     // Joins that jump are a matter of taste, all else is not.
@@ -65,9 +67,10 @@ export function view(root, store, api, shell) {
     pack.disabled = !ready && (although.hidden || !jumps.checked)
     pack.title = ready ? '' : reasons.join('; ')
     keys.replaceChildren(...known.map(value => make('option', { value })))
-    targets.replaceChildren(...places.map(value => make('option', { value })))
+    const before = to.value
+    to.replaceChildren(...places.length ? places.map(value => make('option', { value }, value)) : [make('option', { value: '' }, 'a stick that is mounted, or --to FOLDER')])
+    if (places.includes(before)) to.value = before
     if (!key.value && known.length === 1) key.value = known[0]
-    if (!to.value && places.length === 1) to.value = places[0]
     const people = new Set(credits.flatMap(({ authors }) => authors)).size
     const changes = difference ? /** @type {[string, string[]][]} */ ([['new', difference.added], ['gone', difference.removed], ['changed', difference.changed]]) : []
     const changed = changes.reduce((sum, [, ids]) => sum + ids.length, 0)
@@ -77,7 +80,8 @@ export function view(root, store, api, shell) {
         make('p', {}, quiet('Look at them', () => shell.go('walk', { show: 'joins' })))),
       card('Credits', people ? spoken(people, 'person').replace('persons', 'people') : 'nobody is named', make('ul', { class: 'rows scroll' }, ...credits.map(({ licence, sheep, authors }) => make('li', {}, make('b', {}, licence ?? 'no licence'), `, ${spoken(sheep, 'sheep')}`, dim(authors.length ? `: ${authors.join(', ')}` : ''))))),
       card('Size', size(bytes), make('p', { class: 'note' }, spoken(files, 'file'))),
-      card(difference ? 'Since the last bundle' : 'What is new', difference ? changed ? spoken(changed, 'change') : 'nothing' : 'everything', make('ul', { class: 'rows scroll' }, ...changes.filter(([, ids]) => ids.length).map(([what, ids]) => make('li', {}, make('b', {}, what), ` ${ids.slice(0, 40).join(', ')}${ids.length > 40 ? ` and ${ids.length - 40} more` : ''}`)))))
+      card(packed ? 'Since the last bundle' : 'What is new', difference ? changed ? spoken(changed, 'change') : 'nothing' : packed ? 'not known' : 'everything',
+        make('p', { class: 'note' }, difference ? '' : packed ? 'Check compares the flock as it is now' : 'nothing is packed yet'), make('ul', { class: 'rows scroll' }, ...changes.filter(([, ids]) => ids.length).map(([what, ids]) => make('li', {}, make('b', {}, what), ` ${ids.slice(0, 40).join(', ')}${ids.length > 40 ? ` and ${ids.length - 40} more` : ''}`)))))
     root.dataset.state = 'ready'
   }
 
@@ -85,7 +89,7 @@ export function view(root, store, api, shell) {
     const shown = store.state.jobs.filter(job => KINDS.includes(job.kind) && (!ended(job) || rows.has(job.id)))
     for (const [id, { row }] of rows) if (!shown.some(job => job.id === id)) { row.remove(); rows.delete(id) }
     for (const job of shown) {
-      const row = rows.get(job.id) ?? jobRow(cancel)
+      const row = rows.get(job.id) ?? jobRow(cancel, (id, paused) => { holdJob(api, id, paused) })
       if (!rows.has(job.id)) jobs.append(row.row)
       rows.set(job.id, row)
       row.update(job)
@@ -106,7 +110,7 @@ export function view(root, store, api, shell) {
       { keys: ['c'], does: 'check', hint: 'check', run: () => { start('check', { joins: false }) } },
       { keys: ['Shift+C'], does: 'check the joins too', run: () => { start('check', { joins: true }) } },
       { keys: ['p'], does: 'pack', hint: 'pack', when: () => !pack.disabled, run: () => { sign() } },
-      { keys: ['u'], does: 'publish', hint: 'publish', run: () => { start('publish', { to: to.value.trim() }) } },
+      { keys: ['u'], does: 'publish', hint: 'publish', run: () => { start('publish', { to: to.value }) } },
     ],
   }
 }

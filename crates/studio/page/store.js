@@ -4,8 +4,9 @@
 // views. Subscribers are called once for all changes of one turn, before the next frame is drawn.
 
 /**
- * What changed: `state` the whole document, `sheep` marks or figures of some, `jobs`, `focus`, `moving`, `online`, `supposed` what an edit would do that is being thought of.
- * @typedef {'state' | 'sheep' | 'jobs' | 'focus' | 'moving' | 'online' | 'supposed'} Topic
+ * What changed: `state` the whole document, `sheep` marks or figures of some, `looks` what is seen in pictures of some, `clips` how far some are
+ * that are being rendered, `jobs`, `focus`, `moving`, `online`, `supposed` what an edit would do that is being thought of.
+ * @typedef {'state' | 'sheep' | 'looks' | 'clips' | 'jobs' | 'focus' | 'moving' | 'online' | 'supposed'} Topic
  */
 
 /** @param {string} from @param {string} to */
@@ -33,6 +34,7 @@ export class Store {
     /** @type {Map<string, Transition>} By `way(from, to)`. */ this.byWay = new Map()
     /** @type {Map<string, Transition[]>} */ this.outs = new Map()
     /** @type {Map<string, Transition[]>} */ this.ins = new Map()
+    /** @type {Map<string, Job>} What is being rendered, or waits for it: by the id of a sheep, or by `way(from, to)`. */ this.rendering = new Map()
     /** @type {Set<{topics: Set<Topic>, run: (changed: Set<Topic>) => void}>} */ this.listeners = new Set()
     /** @type {Set<Topic>} */ this.changed = new Set()
   }
@@ -86,7 +88,9 @@ export class Store {
   }
 
   index() {
-    const { sheep, candidates, transitions } = this.state
+    const { sheep, candidates, transitions, jobs } = this.state
+    this.rendering = new Map()
+    for (const job of jobs) this.renders(job)
     this.byId = new Map([...candidates, ...sheep].map(one => [one.id, one]))
     this.byWay = new Map(transitions.map(one => [way(one.from, one.to), one]))
     this.outs = new Map()
@@ -112,15 +116,56 @@ export class Store {
   }
 
   /**
-   * One job's news.
+   * One job's news, or a job that was asked for: its first events may have come before the answer, which is older than they are.
    * @param {Job} job
+   * @param {boolean} [news]
    */
-  job(job) {
+  job(job, news = false) {
     if (job.id === undefined) return
     const jobs = this.state.jobs, at = jobs.findIndex(one => one.id === job.id)
+    if (at >= 0 && !news) return
     if (at < 0) jobs.push(job)
     else jobs[at] = job
     this.tell('jobs')
+    if (this.renders(job)) this.tell('clips')
+  }
+
+  /**
+   * Keeps a job by what it renders, as long as it is not over. False if it renders nothing.
+   * @param {Job} job
+   */
+  renders(job) {
+    const { about, state } = job
+    if (job.kind !== 'render' || !about) return false
+    const key = 'sheep' in about ? about.sheep : way(about.from, about.to)
+    if (state === 'queued' || state === 'running' || state === 'waiting') this.rendering.set(key, job)
+    else if (this.rendering.get(key)?.id === job.id) this.rendering.delete(key)
+    return true
+  }
+
+  /**
+   * A sheep with the state of its clip as the jobs tell it, which is newer than the document's.
+   * @param {Sheep} one
+   * @returns {Sheep}
+   */
+  live(one) {
+    const job = one.in_flock ? this.rendering.get(one.id) : undefined
+    if (!job) return one
+    if (job.state === 'queued') return one.state === 'queued' ? one : { ...one, state: 'queued', percent: null }
+    return { ...one, state: 'rendering', percent: Math.floor(100 * job.done / Math.max(1, job.of)) }
+  }
+
+  /**
+   * What is seen in strips that were made meanwhile.
+   * @param {{strip: string, activity: number, colour: string}[]} looks
+   */
+  looked(looks) {
+    const known = new Map(looks.map(look => [look.strip, look]))
+    for (const one of this.byId.values()) {
+      const look = one.strip === null ? undefined : known.get(one.strip)
+      if (look) Object.assign(one, { activity: look.activity, colour: look.colour })
+    }
+    this.tell('looks')
   }
 
   /** @param {string | null} id */

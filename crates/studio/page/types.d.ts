@@ -81,6 +81,10 @@ interface Job {
   /** What the job makes; that of a strip ends in the strip's key. */
   key?: string | null
   what: string
+  /** What it is about: of a job of the kind `render` the clip. */
+  about?: { sheep: string } | { from: string; to: string } | null
+  paused: boolean
+  can_pause: boolean
   state: 'queued' | 'running' | 'done' | 'failed' | 'cancelled' | 'waiting'
   done: number
   of: number
@@ -134,6 +138,7 @@ type Edit =
   | { do: 'link'; from: string; to: string; frames?: number }
   | { do: 'unlink'; from: string; to: string }
   | { do: 'drop'; sheep: string }
+  | { do: 'prune'; drop: string[] }
   | { do: 'rename'; sheep: string; to: string }
   | { do: 'add'; candidates: string[] }
   | { do: 'weights'; values: { from: string; to: string; value: number }[] }

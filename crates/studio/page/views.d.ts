@@ -1,4 +1,4 @@
-// What the second half of the page and the program exchange, beside `types.d.ts`. No browser loads this file.
+// What Walk, Graph, Breed, Lineage and Ship alone exchange with the program, beside `types.d.ts`. No browser loads this file.
 
 interface WalkClip {
   kind: 'loop' | 'transition'
@@ -39,11 +39,28 @@ interface Cell {
   id: string
   parents: string[]
   op: string
+  /** By the ending of its files; empty until it is made. */
+  species: string
   strip: string | null
   state: 'queued' | 'running' | 'there' | 'failed'
   error?: string | null
 }
 interface Brood { id: string; parents: string[]; cells: Cell[]; at_ms: number }
+
+/** A transition that the flock lacks. */
+interface NewLink { from: string; to: string; frames: number; can_be_rendered: boolean }
+interface Pruning {
+  /** The sheep that go. */
+  drop: string[]
+  was: Figures
+  figures: Figures
+  /** The first sheep of every other part that is as large as the one that is kept. */
+  ties: string[]
+  /** The other parts, the largest first, and what would bring each in. */
+  parts: { sheep: string[]; links: NewLink[] }[]
+  fewest: number
+  frames: number
+}
 
 interface LineageNode {
   id: string
@@ -64,6 +81,8 @@ interface ShipAnswer {
   credits: { licence: string | null; sheep: number; authors: string[] }[]
   bytes: number
   files: number
+  packed: boolean
+  /** Null if nothing is packed, or if nobody has compared the flock as it is now. */
   difference: { of?: string; added: string[]; removed: string[]; changed: string[] } | null
   ready: boolean
   why_not: string[]

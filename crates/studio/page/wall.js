@@ -39,13 +39,14 @@ class Wall {
     this.filter = new Filter(store, () => { this.list(); this.shell.note(this.filter.params()) })
     this.count = make('span', { class: 'dim count', role: 'status' })
     this.banner = make('div', { class: 'banner bar', hidden: true })
+    this.unknown = make('div', { class: 'banner bar', hidden: true })
     this.scroller = make('div', { class: 'scroller' })
     this.nothing = make('div', { class: 'empty', hidden: true })
     this.grid = new Grid(this.scroller, {
       cell: () => emptyCell(shell.strips),
       fill: (cell, id) => {
         const one = store.byId.get(id)
-        if (one) fillCell(cell, one, this.how(id), shell.strips)
+        if (one) fillCell(cell, store.live(one), this.how(id), shell.strips)
       },
       empty: cell => { shell.strips.forget(cell.getElementsByClassName('strip')[0]); delete cell.dataset.drawn },
     }, 'Sheep')
@@ -60,7 +61,7 @@ class Wall {
     this.sizes = sizes
     this.root.append(
       make('div', { class: 'bar controls' }, this.filter.search, this.filter.sorting, this.filter.more, this.filter.clear, this.count, make('span', { class: 'grow' }), sizes),
-      this.filter.row, this.banner, this.scroller, this.nothing,
+      this.filter.row, this.unknown, this.banner, this.scroller, this.nothing,
       make('div', { class: 'bar actions', role: 'toolbar', 'aria-label': 'What to do with the chosen sheep' }, this.who = make('span', { class: 'who' }), ...this.buttons.map(({ control }) => control)))
     this.resize('Medium')
   }
@@ -77,6 +78,10 @@ class Wall {
     const { store, scroller } = this
     store.on(['state'], () => this.open && this.list())
     store.on(['sheep'], () => this.open && this.list())
+    store.on(['looks'], () => { if (this.open) this.looked() })
+    // The rest of the Wall is as it was: only cells in view whose clip is further are drawn.
+    store.on(['clips'], () => { if (this.open) this.grid.again(this.grid.cells.keys()) })
+    store.on(['jobs'], () => { if (this.open) this.tellUnknown() })
     store.on(['focus'], () => { if (this.open) { this.grid.focus(store.focus, false); this.tell() } })
     scroller.addEventListener('click', event => {
       const id = this.under(event)
@@ -131,10 +136,41 @@ class Wall {
     } else grid.again(grid.cells.keys())
     const all = filter.all().length
     this.count.textContent = ids.length === all ? spoken(all, 'sheep') : `${digits(ids.length)} of ${spoken(all, 'sheep')}`
+    this.tellUnknown()
     this.nothing.hidden = ids.length > 0
     this.scroller.hidden = ids.length === 0
     if (!ids.length) this.nothing.replaceChildren(make('h2', {}, all ? 'No sheep fits' : 'There are no sheep yet'), make('p', {}, all ? 'Show all takes the filters away.' : 'Breed some, or put genomes or clips into the folder with dreams add.'))
     this.tell()
+  }
+
+  /** Strips were made. An order by what is seen in them is made anew when all are known: until then nothing moves. */
+  looked() {
+    const { filter } = this
+    if (!filter.needsLooks()) return
+    if (!filter.unknown()) {
+      if (filter.order === 'activity') filter.rank()
+      filter.show()
+    }
+    this.list()
+  }
+
+  /** How many sheep a choice leaves out because nobody has looked at them yet. */
+  tellUnknown() {
+    const missing = this.filter.needsLooks() ? this.filter.unknown() : 0
+    this.unknown.hidden = !missing
+    if (!missing) return
+    const job = this.store.state.jobs.find(({ kind, state }) => kind === 'measure' && (state === 'queued' || state === 'running'))
+    const text = `${spoken(missing, 'sheep')} ${missing === 1 ? 'is' : 'are'} not measured yet: their activity and colour are not known${job ? job.state === 'queued' ? '; it waits for other jobs' : '; they are being measured' : ''}`
+    if (this.unknown.firstChild?.textContent === text) return
+    this.unknown.replaceChildren(make('span', { class: 'grow' }, text), job ? '' : button('Measure them', () => { this.measure() }, { class: 'quiet' }))
+  }
+
+  async measure() {
+    try {
+      const { jobs } = await this.api.post('/api/jobs', { kind: 'measure' })
+      for (const job of jobs) this.store.job(job)
+      this.shell.say('They are measured after what is looked at, and can be paused in Jobs')
+    } catch (error) { this.api.failed(error) }
   }
 
   /** @param {string} id */

@@ -129,6 +129,10 @@ pub(crate) fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fa
     let not_for_sale = not_for_sale(args, flock.manifest())?;
     // Before the check, which takes long.
     let key = passphrase::open_key(&args.key, args.passphrase_file.as_deref())?;
+    if args.json && args.passphrase_file.is_none() {
+        // For a program that shows for what this one waits.
+        print::note("the key is open");
+    }
     let faults = faults(args, &flock, decoder)?;
     if let Some(first) = faults.first() {
         if args.json {

@@ -189,7 +189,7 @@ impl BridgeAnswer<'_> {
 }
 
 /// The length of the transition in the middle, or the one that `dreams link` gives.
-fn usual_frames(manifest: &Manifest) -> u32 {
+pub(crate) fn usual_frames(manifest: &Manifest) -> u32 {
     let mut frames: Vec<u32> = manifest.transitions.iter().map(|transition| transition.clip.frames.0).collect();
     frames.sort_unstable();
     frames.get(frames.len() / 2).copied().unwrap_or(link::FRAMES)

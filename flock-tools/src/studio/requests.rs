@@ -73,6 +73,15 @@ pub(super) struct Terms {
     pub(super) afresh: bool,
 }
 
+/// `GET /api/prune?keep&by`: the part with the sheep `keep` is kept.
+#[derive(Debug, Default, serde::Deserialize)]
+pub(super) struct PruneQuery {
+    #[serde(default)]
+    pub(super) keep: Option<String>,
+    #[serde(default)]
+    pub(super) by: Option<String>,
+}
+
 /// `POST /api/breed`.
 #[derive(Debug, serde::Deserialize)]
 pub(super) struct BreedRequest {
@@ -151,7 +160,7 @@ pub(super) struct JobRequest {
     pub(super) dry: bool,
 }
 
-/// `POST /api/jobs/pause`.
+/// `POST /api/jobs/pause`, and `/api/jobs/ID/pause` for one job.
 #[derive(Debug, serde::Deserialize)]
 pub(super) struct Pause {
     pub(super) paused: bool,

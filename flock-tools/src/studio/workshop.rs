@@ -22,7 +22,6 @@ use super::store::genomes::Genomes;
 use super::store::joins::JoinRecord;
 use super::store::places::Places;
 use super::store::stock::{Around, Stock};
-use super::views::figures::Figures;
 use super::views::ship::Shipping;
 use super::views::state_delta::SentStates;
 use super::{Args, StudioError};
@@ -141,12 +140,10 @@ impl Workshop {
         self.hub.send(EventKind::Note, &json!({ "text": text }));
     }
 
-    /// Tells the page that the manifest is another one, with its figures.
+    /// Tells the page that the manifest is another one. Its figures come with the state.
     pub(super) fn tell_changed(&self) {
-        let (revision, flock) = self.flock();
+        let revision = locked(&self.document).revision().clone();
         self.hub.send(EventKind::Changed, &json!({ "revision": revision }));
-        let figures = Figures::of_flock(&flock, Measure::Visits);
-        self.hub.send(EventKind::Figures, &json!(figures));
     }
 
     /// Tells the page to fetch the state: something that is not in the manifest has changed.

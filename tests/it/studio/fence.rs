@@ -249,3 +249,17 @@ fn a_page_from_elsewhere_reads_and_changes_nothing() {
     assert!(!text.to_string().contains(SECRET_WORD), "{text}");
     assert_eq!(files(flock.path()), before);
 }
+
+#[test]
+fn the_address_of_ipv6_is_fenced_like_that_of_ipv4() {
+    let folder = ring(SECRET_WORD, 3, 0);
+    let studio = Studio::of(folder.path());
+    let asked = |host: &str, cookie: &str| {
+        let request = read("GET /api/state", &format!("Host: {host}\r\nCookie: {cookie}\r\n"));
+        let answer = studio.forge_at("::1", &request);
+        (answer.status, String::from_utf8_lossy(&answer.body).contains(SECRET_WORD))
+    };
+    assert_eq!(asked("[::1]:{port}", "{cookie}"), (200, true));
+    assert_eq!(asked("[::1]:{port}", "none"), (401, false));
+    assert_eq!(asked("evil.example:{port}", "{cookie}"), (421, false));
+}

@@ -65,6 +65,41 @@ fn a_key_hits_what_is_focused_and_the_next_key_the_next() {
 }
 
 #[test]
+fn digits_rate_what_is_focused_and_stay_there() {
+    let (_flock, studio, page) = wall(6);
+    page.press("Home");
+    let first = focused(&page);
+    let rated = |rating: u64| {
+        claims::wait::until(&format!("`{first}` is rated {rating}"), 60, || {
+            let state = studio.get("/api/state");
+            let sheep = state["sheep"].as_array().expect("a list");
+            let others = sheep.iter().filter(|sheep| sheep["id"] != first.as_str());
+            assert!(others.map(|sheep| &sheep["rating"]).all(|rating| rating == 0), "{state}");
+            sheep.iter().any(|sheep| sheep["id"] == first.as_str() && sheep["rating"] == rating)
+        });
+    };
+    for key in ["4", "1", "0", "5"] {
+        page.press(key);
+        assert_eq!(focused(&page), first);
+        rated(key.parse().unwrap());
+    }
+    let said = page.ask("document.activeElement.getAttribute('aria-label')");
+    assert!(said.as_str().unwrap().contains("rated 5"), "{said}");
+}
+
+#[test]
+fn who_takes_all_sheep_out_is_asked_whether_none_shall_be_left() {
+    let (_flock, studio, page) = wall(6);
+    page.press("Control+a");
+    page.press("Delete");
+    page.until("it is asked", "document.querySelector('dialog[open] h2')");
+    assert_eq!(page.ask("document.querySelector('dialog[open] h2').textContent"), "No sheep would be left");
+    page.press("Escape");
+    page.until("the question is gone", "!document.querySelector('dialog[open]')");
+    assert_eq!(studio.get("/api/state")["sheep"].as_array().map(Vec::len), Some(6));
+}
+
+#[test]
 fn keys_that_come_faster_than_answers_hit_one_sheep_each() {
     let (_flock, studio, page) = wall(40);
     page.press("Home");

@@ -14,12 +14,23 @@ fn kills() -> u32 {
     std::env::var("KILLS").map_or(5, |kills| kills.parse().expect("KILLS is a number"))
 }
 
-/// Whether the page shows what the program says: the jobs, and how often each sheep is wanted.
-const IS_TRUE: &str = "(async () => {
+/// Whether the page shows what the program says: the jobs, but for strips, which it shows as one.
+const SHOWS_JOBS: &str = "(async () => {
   const told = await (await fetch('/api/state')).json()
-  const rows = [...document.querySelectorAll('.view.jobs [data-job]')].map(row => `${row.dataset.job} ${row.dataset.state}`).sort()
-  const jobs = told.jobs.map(job => `${job.id} ${job.state}`).sort()
+  const strips = ['strips', ...told.jobs.filter(job => job.kind === 'strip').map(job => String(job.id))]
+  const shown = [...document.querySelectorAll('.view.jobs [data-job]')].filter(row => !strips.includes(row.dataset.job))
+  const rows = shown.map(row => `${row.dataset.job} ${row.dataset.state}`).sort()
+  const jobs = told.jobs.filter(job => job.kind !== 'strip').map(job => `${job.id} ${job.state}`).sort()
   return document.querySelector('#offline').hidden && rows.join() === jobs.join()
+})()";
+
+/// The same of a sheep that is chosen in the graph: how often it is wanted, its share, and what can be undone.
+const SHOWS_WANT: &str = "(async () => {
+  const told = await (await fetch('/api/state')).json()
+  const aurora = told.sheep.find(one => one.id === 'aurora')
+  const shown = document.querySelector('.view.graph input[aria-label=\"Want of aurora, typed\"]')?.value
+  const undo = document.querySelector('#tools button')?.title
+  return document.querySelector('#offline').hidden && Number(shown) === aurora.want && undo === `Undo: ${told.undo}`
 })()";
 
 #[test]
@@ -45,7 +56,9 @@ fn killed_in_the_midst_of_jobs_the_program_goes_on_and_the_page_tells_the_truth(
             "document.querySelector('#offline').hidden && document.querySelector('#closed').hidden",
         );
         page.ask("location.hash = '#/jobs'");
-        page.until(&format!("after kill {kill} the page shows what is so"), IS_TRUE);
+        page.until(&format!("after kill {kill} the page shows the jobs that there are"), SHOWS_JOBS);
+        page.ask("location.hash = '#/graph?at=aurora'");
+        page.until(&format!("after kill {kill} the page shows the want that was set"), SHOWS_WANT);
         let state = studio.get("/api/state");
         let aurora = state["sheep"].as_array().unwrap().iter().find(|sheep| sheep["id"] == "aurora").unwrap();
         assert_eq!(aurora["want"], f64::from(kill) + 2.0, "an edit that was answered is there");
@@ -55,5 +68,6 @@ fn killed_in_the_midst_of_jobs_the_program_goes_on_and_the_page_tells_the_truth(
     claims::wait::until("all jobs are over", 300, || {
         studio.get("/api/jobs")["jobs"].as_array().unwrap().iter().all(|job| over.contains(&job["state"]))
     });
-    page.until("the page shows that all is over", IS_TRUE);
+    page.ask("location.hash = '#/jobs'");
+    page.until("the page shows that all is over", SHOWS_JOBS);
 }

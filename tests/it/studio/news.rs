@@ -74,3 +74,93 @@ fn a_page_that_is_told_only_what_is_new_has_the_whole_state() {
     );
     is_so("a restart", false);
 }
+
+#[test]
+fn an_edit_that_is_made_elsewhere_changes_the_figures_that_a_page_shows() {
+    let flock = ring("meadow", 12, 2);
+    let studio = Studio::of(flock.path());
+    let page = Page::open(&Browser::start(), &studio.address(), DESK);
+    let figure = "document.querySelector('[data-figure=worst_ratio]')?.textContent";
+    page.until("the page shows the worst ratio", figure);
+    let before = page.ask(figure);
+    let told =
+        studio.edit(&studio.get("/api/state")["revision"], &json!([{ "do": "want", "sheep": "s3", "value": 40.0 }]));
+    page.until("another worst ratio is shown", &format!("{figure} !== {before}"));
+    let shown: f64 = page.ask(figure).as_str().unwrap().parse().unwrap();
+    let is = told["figures"]["worst_ratio"].as_f64().unwrap();
+    assert!((shown - is).abs() <= 0.06 * is.max(1.0), "{shown} is shown, {is} is so");
+}
+
+/// The answer to a job that is asked for comes after the program has told more of it.
+const LATE: &str = "const quick = window.fetch
+  window.fetch = async (path, ...all) => {
+    const answer = await quick(path, ...all)
+    if (String(path) === '/api/ship/check') await new Promise(done => { window.answer = done })
+    return answer
+  }";
+
+#[test]
+fn an_answer_that_comes_late_does_not_take_back_what_the_events_have_told() {
+    let flock = ring("meadow", 4, 0);
+    let studio = Studio::of(flock.path());
+    let page = Page::prepared(&Browser::start(), &studio.address(), DESK, LATE);
+    page.until("the studio is open", "document.body.dataset.view === 'wall'");
+    page.ask("location.hash = '#/ship'");
+    page.until("the view is drawn", "document.querySelector('.view.ship')?.dataset.state === 'ready'");
+    page.click_named("Check");
+    page.until("the answer is held back", "window.answer");
+    claims::wait::until("the check is over", 60, || {
+        studio.get("/api/jobs")["jobs"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|job| job["kind"] == "check" && job["state"] == "done")
+    });
+    page.ask("location.hash = '#/jobs'");
+    let says = "document.querySelector('.view.jobs .job .chip')?.textContent === 'done'";
+    page.until("the page says that it is done", says);
+    page.ask("answer()");
+    page.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
+    assert_eq!(page.ask(says), true);
+}
+
+/// A stream of events to which the claim adds its own, as if the program had told them.
+const LISTENED: &str =
+    "window.EventSource = class extends EventSource { constructor(...all) { super(...all); window.stream = this } }";
+
+#[test]
+fn a_cell_says_how_far_its_clip_is_rendered_and_no_other_cell_is_drawn() {
+    let flock = ring("meadow", 12, 1);
+    let studio = Studio::of(flock.path());
+    let page = Page::prepared(&Browser::start(), &studio.address(), DESK, LISTENED);
+    page.until("the Wall is drawn", "document.querySelector('.view.wall')?.dataset.state === 'ready' && document.querySelector('[data-sheep=s3] .state')?.textContent === 'missing'");
+    let told = |state: &str, done: u32| {
+        let job = json!({ "id": 900, "kind": "render", "what": "the loop of s3", "about": { "sheep": "s3" }, "state": state, "done": done,
+                          "of": 200, "per_second": null, "left_s": null, "cost_s": null, "log": [], "error": null, "paused": false, "can_pause": true });
+        page.ask(&format!(
+            "stream.dispatchEvent(new MessageEvent('job', {{ data: JSON.stringify({{ job: {job} }}) }}))"
+        ));
+    };
+    let says = |text: &str| {
+        page.until(
+            &format!("the cell says `{text}`"),
+            &format!("document.querySelector('[data-sheep=s3] .state').textContent === '{text}'"),
+        );
+    };
+    told("queued", 0);
+    says("queued");
+    told("running", 1);
+    says("0 %");
+    page.ask("window.drawn = new Set(); new MutationObserver(all => all.forEach(({ target }) => drawn.add(target.closest?.('[data-sheep]')?.dataset.sheep ?? target.parentElement?.closest('[data-sheep]')?.dataset.sheep)))
+        .observe(document.querySelector('.field-of-cells'), { subtree: true, childList: true, attributes: true, characterData: true })");
+    told("running", 87);
+    says("43 %");
+    told("running", 190);
+    says("95 %");
+    assert_eq!(page.ask("[...drawn]"), json!(["s3"]));
+    let heard = page.ask("document.querySelector('[data-sheep=s3]').getAttribute('aria-label')");
+    assert!(heard.as_str().unwrap().contains("rendering 95 %"), "{heard}");
+    // Of a job that is over nothing is left: the document says what became of the clip.
+    told("cancelled", 190);
+    says("missing");
+}

@@ -1,7 +1,7 @@
 //! A page in Chromium, as its visitor and as its reader.
 //!
 //! Owns the questions to a page, the keys, the pointer, the size of its window and what it complained of. Never knows
-//! the studio: that is [`super::studio`].
+//! the studio: that is [`super::running`].
 //!
 //! Start at [`Page::open`], [`Page::ask`] and [`Page::until`].
 
@@ -102,7 +102,7 @@ impl Page {
         }
     }
 
-    /// Waits until `expression` is true in the page. It is asked every 20 ms; an error counts as false, since pages that
+    /// Waits until `expression`, or what its promise gives, is true in the page. It is asked every 20 ms; an error counts as false, since pages that
     /// are being loaded have nothing yet.
     pub(crate) fn until(&self, what: &str, expression: &str) {
         self.until_within(what, PATIENCE_S, expression);
@@ -113,7 +113,7 @@ impl Page {
         let (mut ticks, mut last) = (0, Ok(Value::Null));
         wait::until(what, seconds + 1, || {
             if ticks % 20 == 0 {
-                last = self.attempt(&format!("Boolean({expression})"));
+                last = self.attempt(&format!("Promise.resolve({expression}).then(Boolean)"));
             }
             ticks += 1;
             last == Ok(Value::Bool(true)) || ticks >= seconds * 1_000
@@ -159,6 +159,11 @@ impl Page {
         self.mouse("mousePressed", at, 1, 0);
     }
 
+    /// Moves the pointer to a place while its button is held.
+    pub(crate) fn drag_on(&self, to: (f64, f64)) {
+        self.mouse("mouseMoved", to, 1, 0);
+    }
+
     /// Lets the pointer's button go at a place.
     pub(crate) fn release(&self, at: (f64, f64)) {
         self.mouse("mouseReleased", at, 1, 0);
@@ -169,7 +174,7 @@ impl Page {
         self.hold(from);
         for step in 1..=10 {
             let part = f64::from(step) / 10.0;
-            self.mouse("mouseMoved", (from.0 + (to.0 - from.0) * part, from.1 + (to.1 - from.1) * part), 1, 0);
+            self.drag_on((from.0 + (to.0 - from.0) * part, from.1 + (to.1 - from.1) * part));
         }
         self.release(to);
     }
@@ -420,7 +425,8 @@ fn what_a_visitor_does_reaches_the_page_and_what_goes_wrong_there_is_heard() {
     let picture = folder.path().join("picture.png");
     page.picture(&picture);
     assert!(fs::read(picture).unwrap().starts_with(b"\x89PNG"));
-    assert!(
-        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| page.until_within("a miracle", 1, "false"))).is_err()
-    );
+    for miracle in ["false", "Promise.resolve(false)"] {
+        let waits = std::panic::AssertUnwindSafe(|| page.until_within("a miracle", 1, miracle));
+        assert!(std::panic::catch_unwind(waits).is_err(), "{miracle}");
+    }
 }

@@ -62,7 +62,26 @@ impl Studio {
     pub(crate) fn with(folder: &Path, options: &[&str]) -> Self {
         let mut dreams = Command::new(programs::dreams());
         dreams.arg("studio").arg(folder).arg("--no-open").args(options);
-        let mut child = dreams.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
+        Self::begin(folder, dreams.stdin(Stdio::null()))
+    }
+
+    /// The same at a terminal of its own. No path and no option may have spaces.
+    pub(crate) fn at_terminal(folder: &Path, options: &[&str]) -> Self {
+        let mut socat = Command::new("socat");
+        let words =
+            format!("{} studio {} --no-open {}", programs::dreams().display(), folder.display(), options.join(" "));
+        socat.args(["-", &format!("EXEC:{words},pty,setsid,ctty,stderr,echo=0")]);
+        Self::begin(folder, socat.stdin(Stdio::piped()))
+    }
+
+    /// Types `text` at its terminal.
+    pub(crate) fn type_at_terminal(&mut self, text: &str) {
+        let terminal = self.child.stdin.as_mut().expect("it has a terminal");
+        terminal.write_all(text.as_bytes()).and_then(|()| terminal.flush()).unwrap();
+    }
+
+    fn begin(folder: &Path, command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
         let mut told = BufReader::new(child.stdout.take().expect("it is piped"));
         let line = wait::line("the address of the studio", PATIENCE_S, &mut told);
         let address = line.trim().rsplit(' ').next().unwrap_or_default();
@@ -136,6 +155,11 @@ impl Studio {
     /// The answer to `request`, byte by byte but for its holes: `{host}`, `{port}`, `{origin}`, `{cookie}`, `{secret}`,
     /// `{token}`. A `Connection: close` is added.
     pub(crate) fn forge(&self, request: &str) -> Answer {
+        self.forge_at("127.0.0.1", request)
+    }
+
+    /// The same to another address of this machine.
+    pub(crate) fn forge_at(&self, address: &str, request: &str) -> Answer {
         let mut request = request.replacen("\r\n", "\r\nConnection: close\r\n", 1);
         let host = format!("127.0.0.1:{}", self.port);
         let holes = [
@@ -149,7 +173,7 @@ impl Studio {
         for (hole, value) in holes {
             request = request.replace(hole, &value);
         }
-        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        let mut stream = TcpStream::connect((address, self.port)).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(PATIENCE_S.into()))).unwrap();
         // Who refuses a request by its head closes the connection before all of the body is sent.
         stream.write_all(request.as_bytes()).ok();

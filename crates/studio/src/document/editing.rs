@@ -276,7 +276,10 @@ fn read_back(text: String, manifest: &Arc<Manifest>) -> Result<Read, ManifestErr
 
 fn concerns_credits(edit: &EditRequest) -> bool {
     match edit {
-        EditRequest::Drop { .. } | EditRequest::Rename { .. } | EditRequest::Unlink { .. } => true,
+        EditRequest::Drop { .. }
+        | EditRequest::Prune { .. }
+        | EditRequest::Rename { .. }
+        | EditRequest::Unlink { .. } => true,
         EditRequest::Add { .. }
         | EditRequest::Link { .. }
         | EditRequest::Repeat { .. }

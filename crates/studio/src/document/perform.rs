@@ -62,6 +62,7 @@ pub(super) fn perform(
                 let (from, to) = (from.clone(), to.clone());
                 edited(edit.add_transition(Transition { from, to, clip, weight: 1.0 }))?;
             }
+            EditRequest::Prune { drop } => edited(prune(edit, drop))?,
             EditRequest::Rename { sheep, to } => {
                 let moves = edit.rename_with_files(sheep, to).map_err(|error| refused(error.to_string()))?;
                 needs.renamed.extend(moves);
@@ -79,6 +80,16 @@ pub(super) fn perform(
     Ok(needs)
 }
 
+/// Keeps all sheep but those of `drop`, as `dreams prune` keeps a part. Sheep that came in meanwhile stay.
+fn prune(edit: &mut Edit, drop: &[SheepId]) -> Result<(), EditError> {
+    let all: BTreeSet<SheepId> = edit.manifest().sheep.iter().map(|sheep| sheep.id.clone()).collect();
+    if let Some(id) = drop.iter().find(|id| !all.contains(*id)) {
+        return Err(EditError::UnknownSheep { id: id.clone() });
+    }
+    edit.keep_only(&all.into_iter().filter(|id| !drop.contains(id)).collect());
+    Ok(())
+}
+
 /// The pairs, if all `requests` take different transitions out.
 fn unlinked(requests: &[EditRequest]) -> Option<BTreeSet<(SheepId, SheepId)>> {
     let mut pairs = BTreeSet::new();
@@ -87,6 +98,7 @@ fn unlinked(requests: &[EditRequest]) -> Option<BTreeSet<(SheepId, SheepId)>> {
         EditRequest::Add { .. }
         | EditRequest::Drop { .. }
         | EditRequest::Link { .. }
+        | EditRequest::Prune { .. }
         | EditRequest::Rename { .. }
         | EditRequest::Repeat { .. }
         | EditRequest::Want { .. }

@@ -32,6 +32,11 @@ pub enum EditRequest {
         /// Frames of a clip that is yet to be rendered; as usual if there are none.
         frames: Option<u32>,
     },
+    /// Sheep are taken out as by `dreams prune`: with their transitions, those that name unknown sheep, and second definitions.
+    Prune {
+        /// Those that go.
+        drop: Vec<SheepId>,
+    },
     /// A sheep has another id, and its files the names of it.
     Rename {
         /// Its id.
@@ -120,6 +125,10 @@ impl EditRequest {
             },
             Self::Drop { sheep } => format!("dropped {sheep}"),
             Self::Link { from, to, .. } => format!("linked {from} to {to}"),
+            Self::Prune { drop } => match drop.as_slice() {
+                [one] => format!("pruned {one}"),
+                all => format!("pruned {} sheep", all.len()),
+            },
             Self::Rename { sheep, to } => format!("renamed {sheep} to {to}"),
             Self::Repeat { sheep, value } => format!("set the loops of {sheep} to {value} per visit"),
             Self::Unlink { from, to } => format!("unlinked {from} from {to}"),
@@ -135,6 +144,7 @@ impl EditRequest {
             Self::Add { .. } => format!("added {count} times"),
             Self::Drop { .. } => format!("dropped {count} sheep"),
             Self::Link { .. } => format!("linked {}", counted(count, "pair")),
+            Self::Prune { .. } => format!("pruned {count} times"),
             Self::Rename { .. } => format!("renamed {count} sheep"),
             Self::Repeat { .. } => format!("set the loops of {count} sheep"),
             Self::Unlink { .. } => format!("unlinked {}", counted(count, "pair")),

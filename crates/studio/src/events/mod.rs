@@ -40,10 +40,10 @@ const LAST: &str = "last-event-id";
 pub enum EventKind {
     /// The manifest has another revision.
     Changed,
-    /// New shares and ratios.
-    Figures,
     /// A job is new, goes on or is over.
     Job,
+    /// What is seen in strips that are new.
+    Looks,
     /// Marks, pins or bad joins.
     Marks,
     /// A sentence for the artist.
@@ -94,8 +94,8 @@ impl EventKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::Changed => "changed",
-            Self::Figures => "figures",
             Self::Job => "job",
+            Self::Looks => "looks",
             Self::Marks => "marks",
             Self::Note => "note",
             Self::State => "state",

@@ -33,13 +33,16 @@ pub(super) struct Entry {
 
 impl Entry {
     pub(super) fn new(id: JobId, new: NewJob, work: Work) -> Self {
-        let NewJob { priority, kind, what, key, cost_s, spec } = new;
+        let NewJob { priority, kind, what, key, about, cost_s, spec } = new;
         let job = Job {
             id,
             kind,
             what,
             key,
+            about,
             state: State::Queued,
+            paused: false,
+            can_pause: true,
             done: 0,
             of: 0,
             per_second: None,
@@ -77,9 +80,17 @@ impl Entry {
         job.left_s = job.per_second.map(|pace| of.saturating_sub(done) as f64 / pace);
     }
 
-    /// Adds a line to its log, without what a terminal would take for a command.
+    /// Holds it if it can be held, or lets it go on.
+    pub(super) fn pause(&mut self, is_paused: bool) {
+        self.job.paused = is_paused && self.job.can_pause;
+    }
+
+    /// Adds a line to its log, without what a terminal would take for a command. It goes on, if it waited.
     pub(super) fn log(&mut self, line: &str) {
         let line = line.chars().filter(|letter| !letter.is_control()).collect();
+        if self.job.state == State::Waiting {
+            self.job.state = State::Running;
+        }
         let log = &mut self.job.log;
         log.push(line);
         let surplus = log.len().saturating_sub(MOST_LINES);
@@ -104,6 +115,7 @@ impl Entry {
     pub(super) fn end(&mut self, result: Result<Value, String>) {
         let job = &mut self.job;
         (job.left_s, self.work) = (None, None);
+        (job.paused, job.can_pause) = (false, false);
         match result {
             // What was finished all the same is there.
             Ok(result) => (job.state, job.result) = (State::Done, Some(result)),

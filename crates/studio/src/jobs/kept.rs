@@ -26,6 +26,9 @@ pub struct Kept {
     pub what: String,
     /// As [`super::Job::key`].
     pub key: Option<String>,
+    /// As [`super::Job::about`].
+    #[serde(default)]
+    pub about: Option<Value>,
     /// As [`super::Job::cost_s`].
     pub cost_s: Option<f64>,
     /// What the work is made of again.
@@ -35,8 +38,8 @@ pub struct Kept {
 impl Kept {
     /// The job, to be added again.
     pub(super) fn job(&self) -> NewJob {
-        let Self { priority, kind, what, key, cost_s, spec, .. } = self.clone();
-        NewJob { priority, kind, what, key, cost_s, spec: Some(spec) }
+        let Self { priority, kind, what, key, about, cost_s, spec, .. } = self.clone();
+        NewJob { priority, kind, what, key, about, cost_s, spec: Some(spec) }
     }
 }
 

@@ -47,6 +47,8 @@ pub enum Kind {
     Check,
     /// How much is seen of each join.
     Joins,
+    /// The strips of all sheep, which tell their activity and their colour.
+    Measure,
     /// Pictures from the middle of a transition.
     Middles,
     /// A small moving preview of a transition.
@@ -90,8 +92,14 @@ pub struct Job {
     pub what: String,
     /// What it makes, for programs: the same text means the same result. At most one such job is queued or running.
     pub key: Option<String>,
+    /// What it is about, for the page.
+    pub about: Option<Value>,
     /// How far it is.
     pub state: State,
+    /// Whether it is held, apart from the others: it is not begun, or stands still between two steps.
+    pub paused: bool,
+    /// Whether it can be held now: it is queued, or has steps between which it can stand still.
+    pub can_pause: bool,
     /// How many steps are done, of `of`.
     pub done: u64,
     /// How many steps there are; 0 while that is not known.
@@ -121,6 +129,8 @@ pub struct NewJob {
     pub what: String,
     /// As [`Job::key`].
     pub key: Option<String>,
+    /// As [`Job::about`].
+    pub about: Option<Value>,
     /// As [`Job::cost_s`].
     pub cost_s: Option<f64>,
     /// What a restart needs to make the work again; `None` for a job that a restart forgets.
@@ -130,7 +140,17 @@ pub struct NewJob {
 impl NewJob {
     /// A job that a restart forgets, and that may be queued twice.
     pub fn new(priority: Priority, kind: Kind, what: impl Into<String>) -> Self {
-        Self { priority, kind, what: what.into(), key: None, cost_s: None, spec: None }
+        Self { priority, kind, what: what.into(), key: None, about: None, cost_s: None, spec: None }
+    }
+}
+
+impl Kind {
+    /// Whether work of this kind stands still between its steps while it is held.
+    fn has_steps(self) -> bool {
+        match self {
+            Self::Check | Self::Measure | Self::Render => true,
+            Self::Brood | Self::Joins | Self::Middles | Self::Moving | Self::Pack | Self::Publish | Self::Strip => false,
+        }
     }
 }
 

@@ -16,6 +16,7 @@ pub struct Progress {
     shared: Arc<Shared>,
     id: JobId,
     cancel: Arc<AtomicBool>,
+    is_silent: bool,
 }
 
 impl std::fmt::Debug for Progress {
@@ -26,7 +27,13 @@ impl std::fmt::Debug for Progress {
 
 impl Progress {
     pub(super) fn new(shared: Arc<Shared>, id: JobId, cancel: Arc<AtomicBool>) -> Self {
-        Self { shared, id, cancel }
+        Self { shared, id, cancel, is_silent: false }
+    }
+
+    /// The handle for a part of the work: it is held and cancelled with the job, and the job's steps are not its own.
+    #[must_use]
+    pub fn for_part(&self) -> Self {
+        Self { is_silent: true, ..self.clone() }
     }
 
     /// A handle that nobody listens to: for tests, and for work that is run outside a queue.
@@ -35,11 +42,14 @@ impl Progress {
         let new = NewJob::new(Priority::Clip, Kind::Render, "");
         let id = shared.push(new, Box::new(|_| Ok(serde_json::Value::Null))).id;
         let cancel = shared.begin(id);
-        Self { shared, id, cancel }
+        Self::new(shared, id, cancel)
     }
 
     /// `done` of `of` steps are done; `of` is 0 while it is not known.
     pub fn set(&self, done: u64, of: u64) {
+        if self.is_silent {
+            return;
+        }
         self.shared.change(self.id, |entry, now| {
             entry.set(done, of, now);
             entry.may_tell(now)
@@ -55,7 +65,7 @@ impl Progress {
     }
 
     /// The job waits for something outside, which `text` names, such as a passphrase at the terminal. It goes on with the
-    /// next [`Progress::set`].
+    /// next [`Progress::set`] or [`Progress::log`].
     pub fn waiting_for(&self, text: &str) {
         self.shared.change(self.id, |entry, _| {
             entry.log(text);

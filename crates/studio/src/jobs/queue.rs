@@ -1,6 +1,6 @@
 //! The queue and its threads.
 //!
-//! Owns which job is next, and when clips are held. Clips have threads of their own, which stand back for all others;
+//! Owns which job is next, and when clips and paused jobs are held. Clips have threads of their own, which stand back for all others;
 //! so previews never wait for one.
 //!
 //! Start at [`Queue::open`]; [`Inner::next`] is the order.
@@ -169,6 +169,19 @@ impl Queue {
             (self.shared.listener)(&job);
         }
         true
+    }
+
+    /// Holds one job, or lets it go on: it is not begun, or stands still between two steps. Returns the job; `None` if it is
+    /// not listed. [`Job::paused`] says whether it is held: one that is over, or runs without steps, cannot be.
+    pub fn pause_job(&self, id: JobId, is_paused: bool) -> Option<Job> {
+        let mut inner = self.shared.lock();
+        let entry = inner.entries.get_mut(&id)?;
+        entry.pause(is_paused);
+        let job = entry.job.clone();
+        drop(inner);
+        self.shared.wake_all();
+        (self.shared.listener)(&job);
+        Some(job)
     }
 
     /// Holds all clips, or lets them go on.
@@ -344,20 +357,24 @@ impl Inner {
     fn next(&mut self, takes_clips: bool) -> Option<(JobId, Work)> {
         let may_begin = |entry: &&mut Entry| {
             let is_clip = entry.priority == Priority::Clip;
-            entry.job.state == State::Queued && is_clip == takes_clips && !(is_clip && self.is_paused)
+            let is_held = entry.job.paused || is_clip && self.is_paused;
+            entry.job.state == State::Queued && is_clip == takes_clips && !is_held
         };
         let next = self.entries.values_mut().filter(may_begin).min_by_key(|entry| (entry.priority, entry.job.id))?;
-        next.job.state = State::Running;
+        (next.job.state, next.job.can_pause) = (State::Running, next.job.kind.has_steps());
         let (id, work) = (next.job.id, next.work.take()?);
         self.running += 1;
         Some((id, work))
     }
 
-    /// Whether the job `id` must stand still: a clip, while there is a pause or somebody waits for something else.
+    /// Whether the job `id` must stand still: it is paused; or it is a clip, while there is a pause or somebody waits for
+    /// something else.
     fn holds(&self, id: JobId) -> bool {
-        let is_clip = |entry: &Entry| entry.priority == Priority::Clip;
-        let is_urgent = |entry: &Entry| entry.priority == Priority::Interactive && !entry.job.state.is_over();
-        self.entries.get(&id).is_some_and(is_clip) && (self.is_paused || self.entries.values().any(is_urgent))
+        let is_urgent =
+            |entry: &Entry| entry.priority == Priority::Interactive && !entry.job.state.is_over() && !entry.job.paused;
+        let Some(entry) = self.entries.get(&id) else { return false };
+        let gives_way = || self.is_paused || self.entries.values().any(is_urgent);
+        entry.job.paused || entry.priority == Priority::Clip && gives_way()
     }
 
     fn forget_the_oldest(&mut self) {
@@ -373,8 +390,8 @@ impl Inner {
         let Some(list) = &self.list else { return };
         let unfinished = self.entries.values().filter(|entry| !entry.job.state.is_over() && !entry.is_cancelled());
         let kept = unfinished.filter_map(|entry| {
-            let Job { id, kind, what, key, cost_s, .. } = entry.job.clone();
-            Some(Kept { id, priority: entry.priority, kind, what, key, cost_s, spec: entry.spec.clone()? })
+            let Job { id, kind, what, key, about, cost_s, .. } = entry.job.clone();
+            Some(Kept { id, priority: entry.priority, kind, what, key, about, cost_s, spec: entry.spec.clone()? })
         });
         let all: Vec<Kept> = self.left.iter().cloned().chain(kept).collect();
         let _ = list.write(&all);

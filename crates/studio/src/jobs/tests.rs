@@ -118,6 +118,51 @@ fn a_pause_holds_clips_that_run_and_that_wait_and_no_preview() {
 }
 
 #[test]
+fn a_job_that_is_paused_is_passed_over_or_stands_still_and_the_others_go_on() {
+    let (queue, said) = (open(), Arc::new(Mutex::new(Vec::new())));
+    let (go_first, first) = channel();
+    let runs = queue.add(Priority::Clip, Kind::Render, "runs", held("runs", &said, first));
+    assert!(has_begun(&queue, runs));
+    let waits = queue.add(Priority::Clip, Kind::Render, "waits", quick("waits", &said));
+    assert!(queue.pause_job(waits, true).unwrap().paused);
+    let other = queue.add(Priority::Clip, Kind::Render, "other", quick("other", &said));
+    go_first.send(()).unwrap();
+    assert!(is(&queue, other, State::Done));
+    assert_eq!((queue.job(waits).unwrap().state, queue.job(waits).unwrap().paused), (State::Queued, true));
+    queue.pause_job(waits, false);
+    assert!(is(&queue, waits, State::Done));
+    assert_eq!(*said.lock().unwrap(), ["runs", "other", "waits"]);
+    // One that runs stands still between its steps, until it may go on.
+    let (go_step, step) = channel();
+    let steps: Work = Box::new(move |progress| {
+        progress.log("begun");
+        step.recv_timeout(LONGEST).unwrap();
+        progress.wait_if_paused();
+        Ok(json!("went on"))
+    });
+    let steps = queue.add(Priority::Clip, Kind::Render, "steps", steps);
+    assert!(has_begun(&queue, steps) && queue.pause_job(steps, true).unwrap().paused);
+    go_step.send(()).unwrap();
+    let strip = queue.add(Priority::Preview, Kind::Strip, "strip", quick("strip", &said));
+    assert!(is(&queue, strip, State::Done) && queue.job(steps).unwrap().state == State::Running);
+    queue.pause_job(steps, false);
+    assert!(is(&queue, steps, State::Done));
+}
+
+#[test]
+fn a_job_that_is_over_or_runs_without_steps_is_not_said_to_be_paused() {
+    let queue = open();
+    let runs = queue.add(Priority::Clip, Kind::Pack, "runs", endless());
+    assert!(is(&queue, runs, State::Running));
+    let told = queue.pause_job(runs, true).unwrap();
+    assert_eq!((told.can_pause, told.paused), (false, false));
+    let waits = queue.add(Priority::Clip, Kind::Pack, "waits", endless());
+    assert!(queue.pause_job(waits, true).unwrap().paused && queue.cancel(waits));
+    assert_eq!((queue.job(waits).unwrap().state, queue.job(waits).unwrap().paused), (State::Cancelled, false));
+    assert!(queue.cancel(runs) && queue.pause_job(99, true).is_none());
+}
+
+#[test]
 fn a_clip_gives_way_between_frames_while_somebody_waits() {
     let (queue, said) = (open(), Arc::new(Mutex::new(Vec::new())));
     let (go_frame, frame) = channel();
@@ -261,6 +306,7 @@ fn the_pace_is_of_the_time_that_a_job_ran_and_every_change_is_told() {
         SECONDS.fetch_add(4, Ordering::SeqCst);
         progress.set(8, 20);
         progress.waiting_for("a passphrase\u{7}");
+        progress.log("the key is open");
         progress.set(20, 20);
         Ok(Value::Null)
     });
@@ -269,7 +315,8 @@ fn the_pace_is_of_the_time_that_a_job_ran_and_every_change_is_told() {
     drop(queue);
     let jobs: Vec<Job> = told.iter().collect();
     let states: Vec<State> = jobs.iter().map(|job| job.state).collect();
-    assert_eq!(states, [State::Queued, State::Running, State::Running, State::Waiting, State::Done]);
+    let running = State::Running;
+    assert_eq!(states, [State::Queued, running, running, State::Waiting, running, State::Done]);
     assert_eq!((jobs[2].done, jobs[2].of, jobs[2].per_second, jobs[2].left_s), (8, 20, Some(2.0), Some(6.0)));
-    assert_eq!(jobs[3].log, ["a passphrase"]);
+    assert_eq!(jobs[4].log, ["a passphrase", "the key is open"]);
 }

@@ -8,13 +8,14 @@
 use std::sync::Arc;
 
 use ::studio::answer::Problem;
+use ::studio::events::EventKind;
 use ::studio::jobs::{Job, Kept, Kind, NewJob, Priority, Progress, Work};
 use flock::{ClipPath, SheepId};
 use serde_json::{Value, json};
 
-use super::checking;
+use super::{checking, measuring};
 use crate::studio::answers::{conflict, malformed, refused};
-use crate::studio::media::{Media, MediaError, RENDER_KEY, Wanted};
+use crate::studio::media::{MediaError, RENDER_KEY, Wanted};
 use crate::studio::requests::{JobRequest, PreviewKind, PreviewRequest};
 use crate::studio::workshop::Workshop;
 
@@ -22,14 +23,20 @@ use crate::studio::workshop::Workshop;
 const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;
 
 /// What makes a file of `media`, by its key.
-type Make = fn(&Media, &str, &Progress) -> Result<Value, MediaError>;
+type Make = fn(&Workshop, &str, &Progress) -> Result<Value, MediaError>;
 
 impl Workshop {
-    /// Queues the clips that are asked for, or only tells what they cost.
+    /// Queues what is asked for, or only tells what it costs.
     /// Errors: If nothing is named, if it is not in the flock, or if a genome cannot be read.
     pub(in crate::studio) fn render(self: &Arc<Self>, request: &JobRequest) -> Result<Value, Problem> {
-        if request.kind != "render" {
-            return Err(malformed(format!("jobs that can be asked for are `render`, found `{}`", request.kind)));
+        match request.kind.as_str() {
+            "measure" => return Ok(json!({ "jobs": [measuring::queue(self)] })),
+            "render" => {}
+            other => {
+                return Err(malformed(format!(
+                    "jobs that can be asked for are `measure` and `render`, found `{other}`"
+                )));
+            }
         }
         let id = |text: &String| SheepId::new(text).map_err(|error| malformed(error.to_string()));
         let wanted = match (&request.sheep, &request.from, &request.to) {
@@ -51,11 +58,13 @@ impl Workshop {
             .map(|clip| {
                 let key = format!("{RENDER_KEY}{}", clip.path);
                 let spec = json!({ "path": clip.path.as_str(), "draft": request.draft });
+                let what = if request.draft { format!("a draft of {}", clip.what) } else { clip.what };
                 let new = NewJob {
                     key: Some(key),
+                    about: Some(clip.about),
                     cost_s: clip.cost_s,
                     spec: Some(spec),
-                    ..NewJob::new(Priority::Clip, Kind::Render, clip.what)
+                    ..NewJob::new(Priority::Clip, Kind::Render, what)
                 };
                 self.queue.add_job(new, self.work_of_clip(clip.path, request.draft))
             })
@@ -100,11 +109,13 @@ impl Workshop {
         let key = key.ok_or_else(|| conflict(format!("`{from}` and `{to}` need genomes for a preview")))?;
         let figures = self.media.find_figures(&key);
         let (ready, kind, word, make): (bool, Kind, &str, Make) = match request.kind {
-            PreviewKind::Middles => (figures.is_some(), Kind::Middles, "middle", Media::make_middles),
+            PreviewKind::Middles => (figures.is_some(), Kind::Middles, "middle", |workshop, key, progress| {
+                workshop.media.make_middles(key, progress)
+            }),
             PreviewKind::Moving => {
                 let is_whole = self.media.moving(&key, u64::MAX).is_some_and(|(_, is_whole)| is_whole);
-                (is_whole, Kind::Moving, "preview", |media, key, progress| {
-                    media.make_moving(key, progress).map(|_| Value::Null)
+                (is_whole, Kind::Moving, "preview", |workshop, key, progress| {
+                    workshop.media.make_moving(key, progress).map(|_| Value::Null)
                 })
             }
         };
@@ -118,9 +129,20 @@ impl Workshop {
 
     /// Queues a strip that is not there.
     pub(in crate::studio) fn queue_strip(self: &Arc<Self>, key: &str) -> Job {
-        let make: Make = |media, key, progress| media.make_strip(key, progress).map(|_| Value::Null);
+        let make: Make = |workshop, key, progress| workshop.make_strip(key, progress).map(|()| Value::Null);
         let what = self.name_of_strip(key).map_or_else(|| "strip".to_owned(), |id| format!("strip of {id}"));
         self.queue_media(Priority::Preview, Kind::Strip, what, key, make)
+    }
+
+    /// Makes the strip of `key`, and tells the pages what is seen in it.
+    /// Errors: [`MediaError`] if nothing can be shown.
+    pub(in crate::studio) fn make_strip(&self, key: &str, progress: &Progress) -> Result<(), MediaError> {
+        self.media.make_strip(key, progress)?;
+        if let Some((activity, colour)) = self.media.look(key) {
+            let look = json!({ "strip": key, "activity": activity, "colour": colour });
+            self.hub.send(EventKind::Looks, &json!({ "looks": [look] }));
+        }
+        Ok(())
     }
 
     /// Whose strip has this key: a sheep's of the flock, or a candidate's.
@@ -148,7 +170,7 @@ impl Workshop {
         let (shared, own) = (Arc::downgrade(self), key.to_owned());
         let work = move |progress: &Progress| {
             let workshop = shared.upgrade().ok_or("the studio has ended")?;
-            let made = make(&workshop.media, &own, progress).map_err(|error| error.to_string())?;
+            let made = make(&workshop, &own, progress).map_err(|error| error.to_string())?;
             Ok(json!({ "key": own, "figures": made }))
         };
         let new = NewJob { key: Some(key_of(kind, key)), ..NewJob::new(priority, kind, what) };

@@ -1,7 +1,8 @@
 //! The moving preview of a transition: a small clip that is watched while it grows.
 //!
 //! Owns its size, rate and samples: every second frame, at most 320 pixels wide, few samples. It is written in fragments, so
-//! that the page plays the first second while the rest is drawn. A preview that is cancelled is begun anew the next time.
+//! that the page plays the first second while the rest is drawn: `growing.js` asks for what has come. A preview that is
+//! cancelled is begun anew the next time.
 //!
 //! Start at [`Media::make_moving`].
 

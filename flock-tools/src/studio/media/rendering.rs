@@ -45,6 +45,8 @@ pub(in crate::studio) struct ClipWork {
     pub(in crate::studio) path: ClipPath,
     /// For people: `the loop of orchid`.
     pub(in crate::studio) what: String,
+    /// For the page: `{sheep}`, or `{from, to}`.
+    pub(in crate::studio) about: Value,
     pub(in crate::studio) frames: u32,
     /// Seconds that it takes on all cores of this machine, by what small pictures took.
     pub(in crate::studio) cost_s: Option<f64>,
@@ -82,6 +84,7 @@ impl Media {
         let work = |plan: &ClipPlan| ClipWork {
             path: plan.path.clone(),
             what: words(&plan.role),
+            about: about(&plan.role),
             frames: plan.frames.0,
             cost_s: self.cost_of_plan(manifest, plan, &look),
         };
@@ -160,5 +163,13 @@ fn words(role: &ClipRole) -> String {
     match role {
         ClipRole::Loop(id) => format!("the loop of {id}"),
         ClipRole::Transition(from, to) => format!("the transition from {from} to {to}"),
+    }
+}
+
+/// The clip of `role`, for the page.
+fn about(role: &ClipRole) -> Value {
+    match role {
+        ClipRole::Loop(id) => json!({ "sheep": id }),
+        ClipRole::Transition(from, to) => json!({ "from": from, "to": to }),
     }
 }

@@ -13,7 +13,7 @@ use axum::extract::{Path, State};
 use axum::routing::{delete, get, post};
 use serde_json::{Value, json};
 
-use crate::studio::answers::{Answer, missing, of};
+use crate::studio::answers::{Answer, conflict, missing, of};
 use crate::studio::requests::{JobRequest, Pause, PreviewRequest};
 use crate::studio::workshop::Workshop;
 
@@ -23,6 +23,7 @@ pub(super) fn router() -> Router<Arc<Workshop>> {
         .route("/api/jobs", get(jobs).post(begin))
         .route("/api/jobs/pause", post(pause))
         .route("/api/jobs/{id}", delete(cancel))
+        .route("/api/jobs/{id}/pause", post(pause_one))
         .route("/api/previews", post(preview))
 }
 
@@ -43,6 +44,22 @@ async fn pause(State(workshop): State<Arc<Workshop>>, Body(Pause { paused }): Bo
         workshop.queue.pause(paused);
         workshop.tell_all();
         Ok(json!({ "paused": paused }))
+    })
+    .await
+}
+
+async fn pause_one(
+    State(workshop): State<Arc<Workshop>>,
+    Path(id): Path<JobId>,
+    Body(Pause { paused }): Body<Pause>,
+) -> Answer<Value> {
+    of(move || {
+        let job = workshop.queue.pause_job(id, paused).ok_or_else(|| missing(format!("there is no job {id}")))?;
+        if paused && !job.paused {
+            let why = if job.state.is_over() { "is over" } else { "has no steps between which it could stand still" };
+            return Err(conflict(format!("`{}` {why}", job.what)));
+        }
+        Ok(json!({ "job": job }))
     })
     .await
 }

@@ -1,4 +1,4 @@
-//! The answers that only look: the state, the walk, balances, suggestions, joins, the family tree.
+//! The answers that only look: the state, the walk, balances, suggestions, pruning, joins, the family tree.
 //!
 //! Owns these handlers. Nothing here changes anything.
 //!
@@ -6,18 +6,20 @@
 
 use std::sync::Arc;
 
+use ::studio::document::EditRequest;
 use axum::Router;
 use axum::extract::State;
 use axum::routing::get;
-use flock::{Clip, FlockShares, SheepId};
+use flock::{Clip, Flock, FlockShares, SheepId};
 use serde_json::{Value, json};
 
 use crate::breeding::today;
-use crate::studio::answers::{Answer, Asked, conflict, fatal, malformed, measure, missing, of};
-use crate::studio::requests::{LineageQuery, StateQuery, Terms, WalkQuery};
+use crate::studio::answers::{Answer, Asked, conflict, fatal, malformed, measure, missing, of, refused};
+use crate::studio::requests::{LineageQuery, PruneQuery, StateQuery, Terms, WalkQuery};
 use crate::studio::views::balance::{Advice, Proposal};
 use crate::studio::views::figures::sheep_figures;
 use crate::studio::views::lineage::Tree;
+use crate::studio::views::prune::Pruning;
 use crate::studio::views::state_delta::StateAnswer;
 use crate::studio::views::walk::Walked;
 use crate::studio::workshop::{Workshop, locked};
@@ -33,6 +35,7 @@ pub(super) fn router() -> Router<Arc<Workshop>> {
         .route("/api/walk", get(walk))
         .route("/api/balance", get(balance))
         .route("/api/suggestions", get(suggestions))
+        .route("/api/prune", get(prune))
         .route("/api/joins", get(joins))
         .route("/api/lineage", get(lineage))
 }
@@ -97,6 +100,25 @@ async fn suggestions(State(workshop): State<Arc<Workshop>>, Asked(query): Asked<
             own.cost_s = keys.cost_s(&own.from, &own.to, own.frames);
         }
         Ok(advice)
+    })
+    .await
+}
+
+async fn prune(State(workshop): State<Arc<Workshop>>, Asked(query): Asked<PruneQuery>) -> Answer<Pruning> {
+    let by = measure(query.by.as_deref())?;
+    of(move || {
+        let (_, flock) = workshop.flock();
+        let keep = query.keep.as_deref().map(SheepId::new).transpose();
+        let keep = keep.map_err(|error| malformed(error.to_string()))?;
+        if let Some(unknown) = keep.as_ref().filter(|id| flock.whole().find(id).is_none()) {
+            return Err(missing(format!("nobody is called `{unknown}`")));
+        }
+        let after = |drop: &[SheepId]| {
+            let edits = [EditRequest::Prune { drop: drop.to_vec() }];
+            let manifest = locked(&workshop.document).what_if(&edits);
+            manifest.map(Flock::new).map_err(|error| refused(error.to_string()))
+        };
+        Pruning::of(&flock, keep.as_ref(), by, after)?.ok_or_else(no_cycle)
     })
     .await
 }

@@ -6,14 +6,15 @@
 //! Start at [`router`].
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ::studio::answer::Body;
+use ::studio::answer::{Body, Problem};
 use ::studio::jobs::{Job, Kind, NewJob, Priority, Progress};
 use axum::Router;
 use axum::extract::State;
 use axum::routing::{get, post};
+use bundle::UnitId;
 use serde_json::{Value, json};
 
 use crate::studio::answers::{Answer, conflict, of, refused};
@@ -21,7 +22,7 @@ use crate::studio::jobs::checking;
 use crate::studio::jobs::own_command;
 use crate::studio::requests::{CheckRequest, PackRequest, PublishRequest};
 use crate::studio::store::clip_states::ClipState;
-use crate::studio::views::ship::{JoinCount, ShipState, licences, size, why_not};
+use crate::studio::views::ship::{JoinCount, ShipState, Shipping, licences, size, why_not};
 use crate::studio::workshop::{Workshop, locked};
 
 /// The routes.
@@ -51,6 +52,7 @@ async fn state(State(workshop): State<Arc<Workshop>>) -> Answer<ShipState> {
         let why_not = why_not(missing, &faults, joins.as_ref(), workshop.shipping.keys.len());
         let (bytes, files) = size(&workshop.folder, manifest);
         Ok(ShipState {
+            packed: workshop.shipping.has_bundle(),
             faults,
             joins,
             credits: licences(&credits),
@@ -81,19 +83,30 @@ async fn pack(State(workshop): State<Arc<Workshop>>, Body(request): Body<PackReq
         let shipping = &workshop.shipping;
         let key = shipping.keys.get(&request.key).cloned();
         let key = key.ok_or_else(|| refused(format!("there is no key `{}`", request.key)))?;
-        let mut words: Vec<OsString> = vec!["pack".into(), (&workshop.folder).into(), (&shipping.outbox).into()];
-        words.extend(["--key".into(), (&key).into()]);
-        words.extend(request.units.iter().flat_map(|unit| ["--unit".into(), unit.into()]));
-        words.extend(request.allow_jumps.then(|| "--allow-jumps".into()));
-        if let Some(file) = &shipping.passphrase_file {
-            words.extend(["--passphrase-file".into(), file.into()]);
-        }
+        let words = pack_words(&workshop.folder, shipping, &key, &request)?;
         let asks = shipping.passphrase_file.is_none();
         let waits = asks.then(|| format!("the passphrase of {}, on the terminal where the studio runs", key.display()));
-        let what = format!("a bundle, signed by {}", request.key);
+        let whom = if request.units.is_empty() { String::new() } else { format!(" for {}", request.units.join(", ")) };
+        let what = format!("a bundle{whom}, signed by {}", request.key);
         Ok(json!({ "job": command_job(&workshop, Kind::Pack, what, words, waits) }))
     })
     .await
+}
+
+/// The command that packs the flock in `folder`, signed by `key`.
+/// Errors: If a unit has no name of a unit.
+fn pack_words(folder: &Path, shipping: &Shipping, key: &Path, request: &PackRequest) -> Result<Vec<OsString>, Problem> {
+    let mut words: Vec<OsString> = vec!["pack".into(), folder.into(), (&shipping.outbox).into()];
+    words.extend(["--key".into(), key.into()]);
+    for unit in &request.units {
+        let unit = UnitId::new(unit).map_err(|error| refused(error.to_string()))?;
+        words.extend(["--unit".into(), unit.as_str().into()]);
+    }
+    words.extend(request.allow_jumps.then(|| "--allow-jumps".into()));
+    if let Some(file) = &shipping.passphrase_file {
+        words.extend(["--passphrase-file".into(), file.into()]);
+    }
+    Ok(words)
 }
 
 async fn publish(State(workshop): State<Arc<Workshop>>, Body(request): Body<PublishRequest>) -> Answer<Value> {
@@ -109,7 +122,8 @@ async fn publish(State(workshop): State<Arc<Workshop>>, Body(request): Body<Publ
                 request.to
             ))
         })?;
-        let trust = shipping.public_keys().into_iter().next();
+        let trust = shipping.trust(&workshop.own);
+        let trust = trust.map_err(|error| refused(format!("cannot keep the public keys: {error}")))?;
         let trust = trust.ok_or_else(|| conflict("no public key lies beside the secret one"))?;
         let mut words: Vec<OsString> = vec!["publish".into(), (&shipping.outbox).into(), (&target).into()];
         words.extend(["--trust".into(), trust.into()]);
@@ -128,6 +142,8 @@ fn command_job(workshop: &Arc<Workshop>, kind: Kind, what: String, words: Vec<Os
         }
         let (answer, is_yes) = own_command::run(&words, &|line| progress.log(line), &|| progress.is_cancelled())?;
         if let Some(workshop) = shared.upgrade() {
+            // It was that to the bundle before.
+            *locked(&workshop.difference) = None;
             compare(&workshop);
             workshop.tell_all();
         }
@@ -146,9 +162,14 @@ fn why_refused(answer: &Value) -> String {
 /// Queues the comparison with the last bundle, if there is one.
 fn compare(workshop: &Arc<Workshop>) {
     let shipping = &workshop.shipping;
-    let Some(trust) = shipping.public_keys().into_iter().next().filter(|_| shipping.has_bundle()) else { return };
+    // Without the keys it stays unknown, which the page says.
+    let trust = shipping.trust(&workshop.own).ok().flatten();
+    let Some(trust) = trust.filter(|_| shipping.has_bundle()) else { return };
     let mut words: Vec<OsString> = vec!["diff".into(), (&shipping.outbox).into(), (&workshop.folder).into()];
     words.extend(["--trust".into(), trust.into()]);
+    if let Some(unit) = shipping.last_addressee() {
+        words.extend(["--unit".into(), unit.as_str().into()]);
+    }
     let of = shipping.outbox.display().to_string();
     let shared = Arc::downgrade(workshop);
     let work = move |progress: &Progress| {
@@ -165,4 +186,26 @@ fn compare(workshop: &Arc<Workshop>) {
         ..NewJob::new(Priority::Clip, Kind::Check, "what differs from the last bundle")
     };
     workshop.queue.add_job(new, Box::new(work));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bundle_is_packed_for_the_units_that_are_named_and_for_nothing_else() {
+        let scratch = tempfile::tempdir().unwrap();
+        let shipping = Shipping::new(scratch.path(), &[], Some("out".into()), Vec::new(), Some("secret".into()));
+        let words = |units: &[&str]| {
+            let units = units.iter().map(|unit| (*unit).to_owned()).collect();
+            let request = PackRequest { key: "artist".to_owned(), units, allow_jumps: false };
+            let words = pack_words(Path::new("flock"), &shipping, Path::new("artist.key"), &request).ok()?;
+            Some(words.join(" ".as_ref()).into_string().unwrap())
+        };
+        let common = "pack flock out --key artist.key";
+        assert_eq!(words(&[]).unwrap(), format!("{common} --passphrase-file secret"));
+        let both = format!("{common} --unit lobby --unit stairs --passphrase-file secret");
+        assert_eq!(words(&["lobby", "stairs"]).unwrap(), both);
+        assert_eq!(words(&["--system"]), None);
+    }
 }

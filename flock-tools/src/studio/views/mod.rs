@@ -7,6 +7,7 @@
 pub(super) mod balance;
 pub(super) mod figures;
 pub(super) mod lineage;
+pub(super) mod prune;
 pub(super) mod ship;
 pub(super) mod state;
 pub(super) mod state_delta;

@@ -5,11 +5,11 @@
 //!
 //! Start at [`Shipping`].
 
-use std::collections::BTreeMap;
-use std::fs;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
-use bundle::Folder;
+use bundle::{Addressees, Folder, KeyId, PublicKey, UnitId, seal_path};
 use flock::{Fault, Manifest};
 use serde_json::Value;
 
@@ -20,6 +20,8 @@ use crate::program::print;
 /// The ending of secret keys, and of public ones.
 const SECRET: &str = "key";
 const PUBLIC: &str = "pub";
+/// The folder, in the studio's own, of the keys that bundles of this artist are signed with.
+const TRUST: &str = "trust";
 /// Where sticks are mounted.
 const MOUNTS: [&str; 2] = ["/media", "/run/media"];
 /// The most authors that are named under a licence.
@@ -47,7 +49,9 @@ pub(in crate::studio) struct ShipState {
     pub(in crate::studio) credits: Vec<LicenceState>,
     pub(in crate::studio) bytes: u64,
     pub(in crate::studio) files: usize,
-    /// What differs from the last bundle; `null` if there is none, or if it is not known yet.
+    /// Whether something was packed.
+    pub(in crate::studio) packed: bool,
+    /// What differs from the last bundle; `null` if there is none, or if nobody has compared the flock as it is now.
     pub(in crate::studio) difference: Option<Value>,
     pub(in crate::studio) ready: bool,
     pub(in crate::studio) why_not: Vec<String>,
@@ -102,10 +106,49 @@ impl Shipping {
         self.keys.values().map(|key| key.with_extension(PUBLIC)).filter(|key| key.is_file()).collect()
     }
 
+    /// What the commands trust that read bundles of this artist: the public key beside the secret one; of several keys a
+    /// folder in the studio's `own`, since bundles may be signed by any of them. `None` if there is none.
+    /// Errors: If that folder cannot be written.
+    pub(in crate::studio) fn trust(&self, own: &Path) -> io::Result<Option<PathBuf>> {
+        let read = |path: PathBuf| PublicKey::read(&path).ok().map(|key| (key.id(), (path, key)));
+        let keys: BTreeMap<KeyId, (PathBuf, PublicKey)> = self.public_keys().into_iter().filter_map(read).collect();
+        if keys.len() < 2 {
+            return Ok(keys.into_values().next().map(|(path, _)| path));
+        }
+        let folder = own.join(TRUST);
+        fs::create_dir_all(&folder)?;
+        let file = |id: &KeyId| folder.join(format!("{id}.{PUBLIC}"));
+        for (id, (_, key)) in &keys {
+            durable::write(&file(id), key.to_text().as_bytes())?;
+        }
+        let known: BTreeSet<PathBuf> = keys.keys().map(file).collect();
+        for entry in fs::read_dir(&folder)? {
+            let path = entry?.path();
+            if !known.contains(&path) {
+                fs::remove_file(path)?;
+            }
+        }
+        Ok(Some(folder))
+    }
+
+    /// For whom bundles were packed; `None` stands for every unit.
+    fn addressees(&self) -> BTreeSet<Option<UnitId>> {
+        Folder::open(&self.outbox).and_then(|folder| folder.seals()).unwrap_or_default()
+    }
+
     /// Whether something was packed.
     pub(in crate::studio) fn has_bundle(&self) -> bool {
-        let seals = Folder::open(&self.outbox).and_then(|folder| folder.seals());
-        seals.is_ok_and(|seals| !seals.is_empty())
+        !self.addressees().is_empty()
+    }
+
+    /// Whom the bundle is for that was packed last: `None` stands for every unit.
+    pub(in crate::studio) fn last_addressee(&self) -> Option<UnitId> {
+        let packed = |unit: &Option<UnitId>| {
+            let addressees = Addressees::of(unit.clone());
+            let seal = self.outbox.join(seal_path(addressees.file_stems().first()?));
+            fs::metadata(seal).and_then(|status| status.modified()).ok()
+        };
+        self.addressees().into_iter().max_by_key(packed).flatten()
     }
 
     /// The folders that bundles may be published to: those of the command line, and mounted sticks.
@@ -199,6 +242,34 @@ mod tests {
         assert!(!shipping.has_bundle());
         fs::write(beside.join("outbox/seals/all.seal"), "").unwrap();
         assert!(shipping.has_bundle());
+    }
+
+    #[test]
+    fn of_several_keys_each_may_have_signed_what_is_published_and_compared() {
+        let scratch = tempfile::tempdir().unwrap();
+        let (folder, own) = (scratch.path().join("aurora"), scratch.path().join("own"));
+        fs::create_dir(&folder).unwrap();
+        let line = "RWSpVEofUHtvf6QQ/+CMtwchrNTFksocWtP8tj5ACUKCL1JLSYWWj//W";
+        let keep = |name: &str, line: &str| {
+            fs::write(scratch.path().join(name).with_extension(SECRET), "").unwrap();
+            let text = format!("untrusted comment: minisign public key\n{line}\n");
+            fs::write(scratch.path().join(name).with_extension(PUBLIC), text).unwrap();
+        };
+        let trust = || Shipping::new(&folder, &[], None, Vec::new(), None).trust(&own).unwrap();
+        assert_eq!(trust(), None);
+        keep("bard", line);
+        assert_eq!(trust(), Some(fs::canonicalize(scratch.path()).unwrap().join("bard.pub")));
+        // The one before it in the alphabet is another key; the one after it is the same, under another name.
+        keep("anna", &line.replace("SpVE", "SpVF"));
+        keep("copy", line);
+        let trusted = bundle::Trust::read(&trust().unwrap()).unwrap();
+        let known: Vec<&str> = trusted.keys().map(PublicKey::line).collect();
+        assert!(known.len() == 2 && known.contains(&line), "{known:?}");
+        // A key that is gone is trusted no more.
+        fs::remove_file(scratch.path().join("anna.key")).unwrap();
+        keep("dora", &line.replace("SpVE", "SpVG"));
+        let trusted = bundle::Trust::read(&trust().unwrap()).unwrap();
+        assert_eq!(trusted.keys().count(), 2);
     }
 
     #[test]

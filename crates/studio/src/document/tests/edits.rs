@@ -68,6 +68,29 @@ fn sheep_go_off_the_wall_only_if_it_is_asked_for() {
 }
 
 #[test]
+fn pruning_leaves_the_bytes_of_the_command_keeps_who_came_in_meanwhile_and_is_undone() {
+    let loose = "\n[[sheep]]\nid = \"d\"\n\n[[transition]]\nfrom = \"d\"\nto = \"a\"\nframes = 10\nclip = \"x.mp4\"\n";
+    let [folder, alone] = [ring(), ring()];
+    for folder in [&folder, &alone] {
+        fs::write(folder.path().join(FILE_NAME), [RING, loose].concat()).unwrap();
+    }
+    let mut document = open(folder.path());
+    let prune = EditRequest::Prune { drop: vec![id("d")] };
+    let applied = apply(&mut document, std::slice::from_ref(&prune)).unwrap();
+    command(alone.path(), |edit| edit.keep_only(&["a", "b", "c"].map(id).into()));
+    assert_eq!((text(folder.path()), &*applied.said), (text(alone.path()), "pruned d"));
+    document.undo().unwrap();
+    assert_eq!(text(folder.path()), [RING, loose].concat());
+    let base = document.revision().clone();
+    command(folder.path(), |edit| edit.add_sheep(sheep("e")).unwrap());
+    document.apply(&[prune], &base, None, false).unwrap();
+    let left: Vec<String> = document.snapshot().manifest.sheep.iter().map(|sheep| sheep.id.to_string()).collect();
+    assert_eq!(left, ["a", "b", "c", "e"]);
+    let unknown = document.what_if(&[EditRequest::Prune { drop: vec![id("a"), id("d")] }]);
+    assert!(matches!(unknown, Err(ApplyError::Refused { error }) if error.contains("`d`")));
+}
+
+#[test]
 fn what_if_answers_and_writes_nothing() {
     let folder = ring();
     let document = open(folder.path());
@@ -200,7 +223,7 @@ fn the_interface_reads_as_it_is_written_down() {
     let edits = r#"[{"do":"want","sheep":"a","value":2},{"do":"weight","from":"a","to":"b","value":0.5},
         {"do":"repeat","sheep":"a","value":3},{"do":"link","from":"a","to":"c"},
         {"do":"link","from":"a","to":"c","frames":96},{"do":"unlink","from":"a","to":"c"},{"do":"drop","sheep":"a"},
-        {"do":"rename","sheep":"a","to":"b"},{"do":"add","candidates":["x"]},
+        {"do":"prune","drop":["a"]},{"do":"rename","sheep":"a","to":"b"},{"do":"add","candidates":["x"]},
         {"do":"weights","values":[{"from":"a","to":"b","value":1}]}]"#;
     let edits: Vec<EditRequest> = serde_json::from_str(edits).unwrap();
     assert_eq!((edits[0].clone(), edits[3].clone()), (want("a", 2.0), link("a", "c")));

@@ -236,6 +236,7 @@ fn any_edit() -> impl Strategy<Value = EditRequest> {
         4 => (any_sheep(), any_sheep()).prop_map(|(from, to)| EditRequest::Link { from, to, frames: Some(12) }),
         2 => (any_sheep(), any_sheep()).prop_map(|(from, to)| EditRequest::Unlink { from, to }),
         1 => any_sheep().prop_map(|sheep| EditRequest::Drop { sheep }),
+        1 => any_sheep().prop_map(|sheep| EditRequest::Prune { drop: vec![sheep] }),
         2 => (any_sheep(), any_sheep()).prop_map(|(sheep, to)| EditRequest::Rename { sheep, to }),
         3 => any_sheep().prop_map(|sheep| EditRequest::Add { candidates: vec![sheep] }),
     ]
