@@ -149,7 +149,9 @@ impl Kind {
     fn has_steps(self) -> bool {
         match self {
             Self::Check | Self::Measure | Self::Render => true,
-            Self::Brood | Self::Joins | Self::Middles | Self::Moving | Self::Pack | Self::Publish | Self::Strip => false,
+            Self::Brood | Self::Joins | Self::Middles | Self::Moving | Self::Pack | Self::Publish | Self::Strip => {
+                false
+            }
         }
     }
 }
