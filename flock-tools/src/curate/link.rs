@@ -145,6 +145,7 @@ mod tests {
     use super::*;
     use crate::flock_folder::open;
     use crate::render::selection::{Request, Scope, Selection};
+    use std::fmt::Write;
     use std::fs;
 
     /// Whether a genetic dissolve of these two keeps its contrast depends on how far both loops turn meanwhile.
@@ -160,11 +161,13 @@ mod tests {
                 let picture = format!("(+ (warp-abs (wave 1 .081) {far} (wave 3 .655)) y)");
                 fs::write(folder.path().join(format!("{id}.expr")), format!("(expression 1 (picture {picture}))"))
                     .unwrap();
-                text += &format!(
+                write!(
+                    text,
                     "[[sheep]]\nid = \"{id}\"\nframes = {turn}\nclip = \"{id}.mp4\"\ngenome = \"{id}.expr\"\n"
-                );
+                )
+                .unwrap();
             }
-            text += &format!("[[transition]]\nfrom = \"a\"\nto = \"b\"\nframes = {frames}\nclip = \"t.mp4\"\n");
+            write!(text, "[[transition]]\nfrom = \"a\"\nto = \"b\"\nframes = {frames}\nclip = \"t.mp4\"\n").unwrap();
             fs::write(folder.path().join(flock::FILE_NAME), text).unwrap();
             let pairs = BTreeSet::from([(SheepId::new("a").unwrap(), SheepId::new("b").unwrap())]);
             let session = EditSession::start(folder.path()).unwrap();

@@ -24,7 +24,7 @@ fn graph(params: &str) -> (TempDir, Studio, Page) {
 fn drawing(studio: &Studio) -> Value {
     let mut jobs = studio.get("/api/jobs");
     let all = jobs["jobs"].as_array_mut().expect("a list");
-    all.drain(..).filter(|job| job["kind"] == "moving").next_back().expect("there is one")["state"].take()
+    all.drain(..).rfind(|job| job["kind"] == "moving").expect("there is one")["state"].take()
 }
 
 #[test]

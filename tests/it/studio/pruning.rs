@@ -9,6 +9,7 @@ use super::running::Studio;
 use super::sheep::ring;
 use crate::programs::{self, succeed};
 use serde_json::{Value, json};
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -19,8 +20,9 @@ fn flock() -> TempDir {
     let folder = ring("meadow", 6, 1);
     let mut text = fs::read_to_string(folder.path().join("flock.toml")).unwrap();
     for (id, to) in [("x0", "x1"), ("x1", "s0")] {
-        text += &format!("\n[[sheep]]\nid = \"{id}\"\nframes = 768\nclip = \"loops/{id}.mp4\"\n");
-        text += &format!("\n[[transition]]\nfrom = \"{id}\"\nto = \"{to}\"\nframes = 384\nclip = \"t/{id}.mp4\"\n");
+        write!(text, "\n[[sheep]]\nid = \"{id}\"\nframes = 768\nclip = \"loops/{id}.mp4\"\n").unwrap();
+        write!(text, "\n[[transition]]\nfrom = \"{id}\"\nto = \"{to}\"\nframes = 384\nclip = \"t/{id}.mp4\"\n")
+            .unwrap();
     }
     fs::write(folder.path().join("flock.toml"), text).unwrap();
     folder

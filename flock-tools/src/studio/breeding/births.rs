@@ -286,7 +286,11 @@ mod tests {
     use crate::decoder::ffmpeg::Ffmpeg;
     use crate::studio::Args;
     use clap::Parser;
+    use std::fmt::Write;
     use std::time::Duration;
+
+    /// How each sheep of a pool came, by its id: the operator and the parents.
+    type Origins = BTreeMap<String, (String, Vec<String>)>;
 
     #[derive(Debug, clap::Parser)]
     struct Line {
@@ -302,7 +306,7 @@ mod tests {
         for name in ["lagoon.expr", "orchid.flam3", "linden.plant", "gilt.agents"] {
             fs::copy(genomes.join(name), scratch.path().join(name)).unwrap();
             let id = name.split('.').next().unwrap();
-            text += &format!("[[sheep]]\nid = \"{id}\"\ngenome = \"{name}\"\n");
+            write!(text, "[[sheep]]\nid = \"{id}\"\ngenome = \"{name}\"\n").unwrap();
         }
         fs::write(scratch.path().join(flock::FILE_NAME), text).unwrap();
         let line = Line::parse_from(["dreams".as_ref(), scratch.path().as_os_str()]);
@@ -328,9 +332,9 @@ mod tests {
     }
 
     /// Accepts cells; returns the ids that they have in the pool, and how each sheep of it came: its operator and its parents.
-    fn accept(workshop: &Arc<Workshop>, cells: &[&str]) -> (Vec<String>, BTreeMap<String, (String, Vec<String>)>) {
+    fn accept(workshop: &Arc<Workshop>, cells: &[&str]) -> (Vec<String>, Origins) {
         let job = queue_births(workshop, cells.iter().map(|id| (*id).to_owned()).collect());
-        assert!(workshop.queue.wait_until(Duration::from_secs(300), |jobs| jobs.iter().all(|job| job.state.is_over())));
+        assert!(workshop.queue.wait_until(Duration::from_mins(5), |jobs| jobs.iter().all(|job| job.state.is_over())));
         let job = workshop.queue.job(job.id).unwrap();
         assert_eq!(job.error, None);
         let folder = workshop.stock.candidates.folder().map_err(|fatal| fatal.in_words()).unwrap().unwrap();

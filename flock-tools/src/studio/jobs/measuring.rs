@@ -61,6 +61,7 @@ mod tests {
     use crate::studio::Args;
     use ::studio::events::EventKind;
     use clap::Parser;
+    use std::fmt::Write;
     use std::fs;
     use std::path::Path;
     use std::time::Duration;
@@ -78,7 +79,7 @@ mod tests {
         let mut text = "format = 1\nname = \"small\"\nsize = [64, 36]\nfps = [30, 1]\n".to_owned();
         for id in ["lagoon", "vesper"] {
             fs::copy(genomes.join(format!("{id}.expr")), scratch.path().join(format!("{id}.expr"))).unwrap();
-            text += &format!("[[sheep]]\nid = \"{id}\"\ngenome = \"{id}.expr\"\n");
+            write!(text, "[[sheep]]\nid = \"{id}\"\ngenome = \"{id}.expr\"\n").unwrap();
         }
         fs::write(scratch.path().join(flock::FILE_NAME), text).unwrap();
         let line = Line::parse_from(["dreams".as_ref(), scratch.path().as_os_str()]);
@@ -88,7 +89,7 @@ mod tests {
         let measure = || {
             let id = queue(&workshop).id;
             assert!(
-                workshop.queue.wait_until(Duration::from_secs(300), |jobs| jobs.iter().all(|job| job.state.is_over()))
+                workshop.queue.wait_until(Duration::from_mins(5), |jobs| jobs.iter().all(|job| job.state.is_over()))
             );
             workshop.queue.job(id).unwrap().result.unwrap()
         };
