@@ -1,7 +1,8 @@
 //! Breeding.
 //!
 //! Owns random plants, mutation and the four matings. What is bred is looked at, and made again if it is black, still or
-//! strobing: up to 24 times; where all are, the one with the most contrast is taken, and who takes it into a pool looks again.
+//! strobing: up to 24 times; where all are, the one with the most contrast is taken, and who takes it into a pool looks
+//! again.
 //!
 //! Start at [`Plant::mutated`] and [`Plant::crossed`].
 //!

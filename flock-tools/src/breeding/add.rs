@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 
 use ::breeding::{Born, CLONE, Census, Event, Folder, Id, Point, Pool, Traits, Waiting, are_clones};
 use flame::Backend;
-use species::{FigureFault, Figures, Genome, RenderError, Threads};
+use species::{FigureFault, Genome, Threads};
 
-use super::nursery::{self, IMPORT, figures, sketch, traits};
+use super::nursery::{self, IMPORT, figures, traits};
 use super::pool::{Answer, PoolArgs, tell};
 use super::sheet::Sheet;
 use super::{fatal, open, open_for_changes, today};
@@ -38,9 +38,6 @@ pub(super) struct Args {
     dry_run: bool,
 }
 
-/// How the figures of a genome are found.
-type Look = fn(&dyn Genome) -> Result<Figures, RenderError>;
-
 /// A genome that a pool does not take.
 #[derive(Debug, thiserror::Error)]
 enum AddError {
@@ -64,7 +61,7 @@ struct Found {
 pub(super) fn run(args: &Args, json: bool) -> Result<Exit, Fatal> {
     let PoolArgs { pool } = &args.common;
     let mut folder = if args.dry_run { open(pool)? } else { open_for_changes(pool)? };
-    let read = |path: &PathBuf| Found::read(path, folder.pool(), args.strict);
+    let read = |path: &PathBuf| Found::read(path, folder.pool());
     let mut found: Vec<Found> = args.genomes.iter().map(read).collect::<Result<_, Fatal>>()?;
     if args.strict {
         name_clones(&mut found, folder.pool());
@@ -166,9 +163,8 @@ impl Args {
 }
 
 impl Found {
-    /// Reads a genome, and looks at it. If it is to be as a brood asks, and a sketch shows what is wrong, it is not looked at
-    /// further: that takes five times as long.
-    fn read(path: &Path, pool: &Pool, strict: bool) -> Result<Self, Fatal> {
+    /// Reads a genome, and looks at it.
+    fn read(path: &Path, pool: &Pool) -> Result<Self, Fatal> {
         let malformed = |source| Fatal::new(Exit::Malformed, AddError::Genome { path: path.to_owned(), source });
         let text = kinds::text(path)
             .map_err(|why| Fatal::new(why.exit, AddError::Genome { path: path.to_owned(), source: why.source }))?;
@@ -179,17 +175,8 @@ impl Found {
             let (found, expected) = (format!(".{species}"), bred.join(", "));
             return Err(Fatal::new(Exit::Malformed, AddError::Species { path: path.to_owned(), found, expected }));
         }
-        let mut looked = None;
-        for look in [Some(sketch as Look).filter(|_| strict), Some(figures as Look)].into_iter().flatten() {
-            let figures = look(&*genome).map_err(|error| malformed(error.into()))?;
-            let faults: Vec<&str> = figures.faults().into_iter().map(FigureFault::name).collect();
-            let is_wrong = !faults.is_empty();
-            looked = Some((traits(&figures), faults));
-            if is_wrong {
-                break;
-            }
-        }
-        let (figures, faults) = looked.unwrap_or_default();
+        let looked = figures(&*genome).map_err(|error| malformed(error.into()))?;
+        let (figures, faults) = (traits(&looked), looked.faults().into_iter().map(FigureFault::name).collect());
         Ok(Self { path: path.to_owned(), text, genome, species, figures, faults })
     }
 

@@ -1,9 +1,9 @@
 //! The transitions of an edition.
 //!
-//! Owns which sheep are linked: those whose figures are near, where relatives count as four times nearer, since close genomes
-//! make good middles. In a flock that is new every sheep gets two transitions to it and two from it, and every sheep can be reached from every
-//! other. In a flock that is there, newcomers get as many, and so do sheep that lose one because another leaves; what the
-//! artist has linked otherwise stays. Pure: never touches a file.
+//! Owns which sheep are linked: those whose figures are near, where relatives count as four times nearer, since close
+//! genomes make good middles. In a flock that is new every sheep gets two transitions to it and two from it, and every
+//! sheep can be reached from every other. In a flock that is there, newcomers get as many, and so do sheep that lose one
+//! because another leaves; what the artist has linked otherwise stays. Pure: never touches a file.
 //!
 //! Start at [`links`].
 

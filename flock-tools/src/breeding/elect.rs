@@ -26,11 +26,11 @@ const BITS_PER_SECOND: f64 = 19e6;
 
 /// Make a flock of a pool's best sheep
 ///
-/// First come the sheep that the artist keeps, then those with the best ratings; of what is alike, fewer. At most four are
-/// of one niche, at most 15 % of one family, and at least 10 % are newcomers. Every sheep gets two transitions to it and two
-/// from it: of sheep that look alike, and of relatives unless others are four times as like. A flock that is there already is
-/// brought up to date: sheep that are no longer elected leave it, newcomers are linked, and so are those that lose
-/// transitions by it. Without --write it only tells what would be done, and the cost of rendering.
+/// First come the sheep that the artist keeps, then those with the best ratings; of what is alike, fewer. At most four
+/// are of one niche, at most 15 % of one family, and at least 10 % are newcomers. Every sheep gets two transitions to it
+/// and two from it: of sheep that look alike, and of relatives unless others are four times as like. A flock that is
+/// there already is brought up to date: sheep that are no longer elected leave it, newcomers are linked, and so are those
+/// that lose transitions by it. Without --write it only tells what would be done, and the cost of rendering.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Exit status:
   0  the flock is as elected, or would be

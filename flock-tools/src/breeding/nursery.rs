@@ -108,12 +108,6 @@ pub(crate) fn figures(genome: &dyn Genome) -> Result<Figures, RenderError> {
     measured(genome, Figures::of)
 }
 
-/// The same from few samples.
-/// Errors: As [`figures`].
-pub(crate) fn sketch(genome: &dyn Genome) -> Result<Figures, RenderError> {
-    measured(genome, Figures::sketched)
-}
-
 fn measured(genome: &dyn Genome, measure: Measure) -> Result<Figures, RenderError> {
     let threads = Threads::new(1).map_err(|error| RenderError::Refused(error.into()))?;
     measure(&*genome.turning(SIZE, FRAMES), FRAMES, SIZE, &threads)

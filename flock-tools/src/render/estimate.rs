@@ -70,7 +70,8 @@ pub(crate) fn seconds<'a>(
 }
 
 /// Samples of so many frames of `clip`: a frame has the mean of [`PLACES`] on its way; where pictures have noise, of its
-/// first and its last, between which samples change evenly. With a target noise, as many as a frame a third into it is likely to take.
+/// first and its last, between which samples change evenly. With a target noise, as many as a frame a third into it is
+/// likely to take.
 /// Errors: [`RenderError`] if it cannot be rendered.
 pub(super) fn samples(clip: &ClipPlan, frames: u32, look: &Look) -> Result<f64, RenderError> {
     if look.psnr.is_some() && frames > 0 && clip.motion.is_noisy() {

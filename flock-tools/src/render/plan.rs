@@ -1,8 +1,8 @@
 //! The plan of a clip: what it is rendered from, and how.
 //!
-//! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract, and the version
-//! of what GPUs draw: the folder `species` names them. Never touches a disk and never chooses the clips: `selection.rs` does for a flock, `demo/plan.rs` for the
-//! demo.
+//! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract, and the
+//! version of what GPUs draw: the folder `species` names them. Never touches a disk and never chooses the clips:
+//! `selection.rs` does for a flock, `demo/plan.rs` for the demo.
 //!
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
 
@@ -211,8 +211,8 @@ impl ClipPlan {
         Middle::of(&*self.motion, f64::from(self.frames.0), look.settings().size, threads).map(Some)
     }
 
-    /// The samples that its first frame takes, or one half way where that shows one of two sides only; and the most memory of
-    /// frames at [`PLACES`] and at the ends: a transition may hold both sides on the way, and one at its ends.
+    /// The samples that its first frame takes, or one half way where that shows one of two sides only; and the most
+    /// memory of frames at [`PLACES`] and at the ends: a transition may hold both sides on the way, and one at its ends.
     /// Errors: [`RenderError`] if it cannot be rendered at all.
     pub(crate) fn demand(&self, look: &Look) -> Result<Demand, RenderError> {
         let at = |part: f64| demand(&*self.motion, f64::from(self.frames.0) * part, look);

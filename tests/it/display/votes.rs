@@ -13,9 +13,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::process::Command;
 
-/// Clips of 1.6 seconds: a showing takes 3.2, and begins in the middle of a transition.
+/// Clips of 1.6 seconds and longer: a showing begins in the middle of a transition, and takes at least 3.2.
 const QUICK: Plan = Plan { name: "votes-on-display", size: (640, 480), fps: (30, 1), sheep: 4, frames: 48 };
-const MIDDLE_CS: u64 = 80;
 /// Showings whose begin is between two presses.
 const ROUNDS: usize = 100;
 /// What a press counts for was lit so long before it.
@@ -41,7 +40,7 @@ fn moments(round: usize) -> [usize; 2] {
 ///
 /// The showings are voted for and against in turn, and each has another vote before, so that every press is seen in the
 /// totals: whatever counts for a showing too early or too late changes its vote.
-fn pressed(playing: &PlayerRun, player: &Command) -> Vec<Pressed> {
+fn pressed(flock: &Flock, playing: &PlayerRun, player: &Command) -> Vec<Pressed> {
     let [device, presses, config, told, trace] =
         ["device", "presses", "votes.toml", "told", "trace"].map(|name| word(&playing.path(name)));
     let event = |key: u16, value: u8| format!("'{}\\1\\0\\{key:o}\\0\\{value}\\0\\0\\0'", "\\0".repeat(16));
@@ -50,8 +49,16 @@ fn pressed(playing: &PlayerRun, player: &Command) -> Vec<Pressed> {
     let player = shell_words(player);
     let rounds: Vec<String> = (0..ROUNDS).map(|round| moments(round).map(|at| at.to_string()).join(" ")).collect();
     let rounds = rounds.join("\n");
+    // When each transition shows the first frame of its second half, in hundredths of a second of 29.97 frames each.
+    let middle = |(clip, shows): (&String, &Vec<String>)| {
+        let frames = shows.len().div_ceil(2) as f64;
+        format!("[{clip}]={:.0}", frames * 100.0 / 29.97)
+    };
+    let middles: Vec<String> = flock.shows.iter().filter(|(clip, _)| clip.contains('=')).map(middle).collect();
+    let middles = middles.join(" ");
     let text = format!(
-        r#"mkfifo {device}; exec 9<> {device}
+        r#"declare -A middles=({middles})
+        mkfifo {device}; exec 9<> {device}
         now() {{ read -r now _ < /proc/uptime; now_cs=$((10#${{now/./}})); }}
         press() {{
             now; left=$(($2 - now_cs)); [ $left -gt 0 ]
@@ -59,18 +66,16 @@ fn pressed(playing: &PlayerRun, player: &Command) -> Vec<Pressed> {
             now; echo $now $1 >> {presses}
             if [ $1 = up ]; then printf {up} >&9; else printf {down} >&9; fi
         }}
+        latest() {{ tail -n 300 {trace} | grep '"frame":0,' | grep = | tail -n 1; }}
         {player} & player=$!
         sleep 2; {votes} --config {config} & votes=$!
         sleep 3
-        before= key=up
+        before=$(latest) key=up
         while read -r first second; do
-            until
-                begin=$(tail -n 300 {trace} | grep '"frame":0,' | grep = | tail -n 1)
-                [ -n "$begin" ] && [ "$begin" != "$before" ]
-            do sleep 0.05; done
-            before=$begin begin=${{begin#*\"t_ns\":}}
-            middle=$((${{begin%%[!0-9]*}} / 10000000 + {MIDDLE_CS}))
-            press $key $((middle + first)); press $key $((middle + second))
+            until begin=$(latest); [ "$begin" != "$before" ]; do sleep 0.1; done
+            before=$begin at=${{begin#*\"t_ns\":}} clip=${{begin#*\"clip\":\"}}
+            middle=$((${{at%%[!0-9]*}} / 10000000 + ${{middles[${{clip%%\"*}}]}}))
+            press $key $((middle + first)); press $key $((middle + second)); sleep 0.6
             if [ $key = up ]; then key=down; else key=up; fi
         done <<< '{rounds}'
         sleep 30; {votes} --config {config} --show > {told}
@@ -123,7 +128,7 @@ fn two_hundred_presses_around_joins_all_count_and_are_answered_and_no_frame_is_l
         mark.display()
     );
     fs::write(playing.path("votes.toml"), config).unwrap();
-    let presses = pressed(&playing, &playing.command_with_page(&status));
+    let presses = pressed(&flock, &playing, &playing.command_with_page(&status));
     let trace = playing.trace();
     assert_eq!(presses.len(), 2 * ROUNDS);
 

@@ -102,8 +102,8 @@ impl Page {
         }
     }
 
-    /// Waits until `expression`, or what its promise gives, is true in the page. It is asked every 20 ms; an error counts as false, since pages that
-    /// are being loaded have nothing yet.
+    /// Waits until `expression`, or what its promise gives, is true in the page. It is asked every 20 ms; an error counts
+    /// as false, since pages that are being loaded have nothing yet.
     pub(crate) fn until(&self, what: &str, expression: &str) {
         self.until_within(what, PATIENCE_S, expression);
     }

@@ -1,6 +1,7 @@
 //! Previews of transitions, of those that exist and of those that do not.
 //!
-//! Owns the claims that a link is seen before it is made, that species are no bar, and that a preview plays while it is drawn.
+//! Owns the claims that a link is seen before it is made, that species are no bar, and that a preview plays while it is
+//! drawn.
 
 use super::browser::Browser;
 use super::page::{DESK, Page};

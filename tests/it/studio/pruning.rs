@@ -1,7 +1,7 @@
 //! What cannot be reached is taken out of the flock.
 //!
-//! Owns the claims that the studio's page shows what `dreams prune` proposes, drops what it drops, by keys and by the pointer,
-//! and takes it back.
+//! Owns the claims that the studio's page shows what `dreams prune` proposes, drops what it drops, by keys and by the
+//! pointer, and takes it back.
 
 use super::browser::Browser;
 use super::page::{DESK, Page};

@@ -171,7 +171,11 @@ fn a_flock_is_chosen_linked_balanced_looked_at_rendered_and_packed_by_the_keyboa
     let (second, before) = task.looks_at();
     keys(&["."]);
     assert_ne!((&second, &before), (&first, &task.looks_at().1), "a key leads to another frame");
-    keys(&["g", "g", "/", "s", "0", "0", "5", "Enter"]);
+    keys(&["g", "g"]);
+    page.until("the graph is shown again", "document.querySelector('.view.graph')?.checkVisibility()");
+    keys(&["/"]);
+    page.until("a sheep can be named", "document.activeElement?.matches('.view.graph input[type=search]')");
+    keys(&["s", "0", "0", "5", "Enter"]);
     page.until("the sheep is chosen", "document.querySelector('.view.graph .panel h2')?.textContent === 's005'");
     keys(&[".", "."]);
     task.has_chosen("s005", "s011");

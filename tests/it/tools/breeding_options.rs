@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// What `dreams pool show` tells of the pool.
 fn shown(folder: &Path) -> Value {
@@ -130,9 +130,8 @@ fn votes_are_read_of_folders_and_of_the_standard_input_and_one_that_is_refused_h
     // Two reports one after the other; the first is of nobody who is known.
     let both = report("stairs", &sheep, 30, &[3, 1]) + "\n" + &report("lobby", &sheep, 30, &[3, 1]);
     fs::write(folder.join("both.json"), both).unwrap();
-    let mut votes = Command::new(programs::dreams());
-    votes.current_dir(folder).args(["votes", "pool", "-", "--json"]);
-    votes.stdin(Stdio::from(fs::File::open(folder.join("both.json")).unwrap()));
+    let mut votes = Command::new("sh");
+    votes.current_dir(folder).args(["-c", "exec \"$0\" votes pool - --json < both.json"]).arg(programs::dreams());
     let said = programs::output(&mut votes);
     let heard = json(&said);
     assert_eq!((said.status.code(), &heard["units"]["lobby"]["showings"]), (Some(1), &json!(20)), "{heard}");

@@ -32,7 +32,8 @@ pub enum EditRequest {
         /// Frames of a clip that is yet to be rendered; as usual if there are none.
         frames: Option<u32>,
     },
-    /// Sheep are taken out as by `dreams prune`: with their transitions, those that name unknown sheep, and second definitions.
+    /// Sheep are taken out as by `dreams prune`: with their transitions, those that name unknown sheep, and second
+    /// definitions.
     Prune {
         /// Those that go.
         drop: Vec<SheepId>,

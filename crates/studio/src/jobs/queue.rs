@@ -1,7 +1,7 @@
 //! The queue and its threads.
 //!
-//! Owns which job is next, and when clips and paused jobs are held. Clips have threads of their own, which stand back for all others;
-//! so previews never wait for one.
+//! Owns which job is next, and when clips and paused jobs are held. Clips have threads of their own, which stand back for
+//! all others; so previews never wait for one.
 //!
 //! Start at [`Queue::open`]; [`Inner::next`] is the order.
 
@@ -171,8 +171,8 @@ impl Queue {
         true
     }
 
-    /// Holds one job, or lets it go on: it is not begun, or stands still between two steps. Returns the job; `None` if it is
-    /// not listed. [`Job::paused`] says whether it is held: one that is over, or runs without steps, cannot be.
+    /// Holds one job, or lets it go on: it is not begun, or stands still between two steps. Returns the job; `None` if it
+    /// is not listed. [`Job::paused`] says whether it is held: one that is over, or runs without steps, cannot be.
     pub fn pause_job(&self, id: JobId, is_paused: bool) -> Option<Job> {
         let mut inner = self.shared.lock();
         let entry = inner.entries.get_mut(&id)?;

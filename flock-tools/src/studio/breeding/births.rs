@@ -1,8 +1,8 @@
 //! Broods that are made, and sheep of them that are accepted.
 //!
-//! Owns the jobs: the children of a brood on all cores, each told to the page as it is there; and the birth of accepted cells
-//! in the pool, with those of their ancestors that it does not know. A sheep is known by its genome, whatever it is called. The
-//! rules of a pool are those of the package `breeding`.
+//! Owns the jobs: the children of a brood on all cores, each told to the page as it is there; and the birth of accepted
+//! cells in the pool, with those of their ancestors that it does not know. A sheep is known by its genome, whatever it is
+//! called. The rules of a pool are those of the package `breeding`.
 //!
 //! Start at [`begin`].
 
@@ -195,9 +195,9 @@ fn bare(genome: &dyn Genome) -> String {
     genome.with_lineage(&Lineage::default()).text()
 }
 
-/// Those of the cells that the pool does not know, each after those of its ancestors that it does not know either. What is found
-/// in the pool by its genome is `known` by its name afterwards. An ancestor whose genome nobody has any more is left out, and
-/// the log says so.
+/// Those of the cells that the pool does not know, each after those of its ancestors that it does not know either. What
+/// is found in the pool by its genome is `known` by its name afterwards. An ancestor whose genome nobody has any more is
+/// left out, and the log says so.
 /// Errors: If a cell has no genome, or one that cannot be read.
 fn unknown(
     workshop: &Workshop,
@@ -235,7 +235,8 @@ fn unknown(
     Ok(newborns)
 }
 
-/// Lets the cells be born in the pool, after those of their ancestors that it does not know. Returns the ids of the cells there.
+/// Lets the cells be born in the pool, after those of their ancestors that it does not know. Returns the ids of the cells
+/// there.
 fn bear(workshop: &Workshop, cells: &[String], progress: &Progress) -> Result<Vec<Id>, String> {
     let mut folder = pool_for_changes(&workshop.stock.candidates.pool)?;
     let threads = Threads::new(0).map_err(|error| error.to_string())?;
@@ -331,7 +332,8 @@ mod tests {
         id
     }
 
-    /// Accepts cells; returns the ids that they have in the pool, and how each sheep of it came: its operator and its parents.
+    /// Accepts cells; returns the ids that they have in the pool, and how each sheep of it came: its operator and its
+    /// parents.
     fn accept(workshop: &Arc<Workshop>, cells: &[&str]) -> (Vec<String>, Origins) {
         let job = queue_births(workshop, cells.iter().map(|id| (*id).to_owned()).collect());
         assert!(workshop.queue.wait_until(Duration::from_mins(5), |jobs| jobs.iter().all(|job| job.state.is_over())));
