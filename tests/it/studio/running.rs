@@ -65,12 +65,14 @@ impl Studio {
         Self::begin(folder, dreams.stdin(Stdio::null()))
     }
 
-    /// The same at a terminal of its own. No path and no option may have spaces.
+    /// The same at a terminal of its own.
     pub(crate) fn at_terminal(folder: &Path, options: &[&str]) -> Self {
+        let (dreams, folder_text) = (programs::dreams().display().to_string(), folder.display().to_string());
+        let words = [&[dreams.as_str(), "studio", &folder_text, "--no-open"], options].concat();
+        // For the shell, so that a path may have spaces.
+        let quoted: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
         let mut socat = Command::new("socat");
-        let words =
-            format!("{} studio {} --no-open {}", programs::dreams().display(), folder.display(), options.join(" "));
-        socat.args(["-", &format!("EXEC:{words},pty,setsid,ctty,stderr,echo=0")]);
+        socat.args(["-", "SYSTEM:eval exec $STUDIO,pty,setsid,ctty,stderr,echo=0"]).env("STUDIO", quoted.join(" "));
         Self::begin(folder, socat.stdin(Stdio::piped()))
     }
 
