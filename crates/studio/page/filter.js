@@ -39,7 +39,7 @@ const HUES = ['red', 'orange', 'yellow', 'green', 'cyan', 'blue', 'violet', 'pin
  * The name of a colour.
  * @param {string | null} colour `#rrggbb`
  */
-export function hue(colour) {
+function hue(colour) {
   if (!colour) return ''
   const [r, g, b] = [1, 3, 5].map(at => parseInt(colour.slice(at, at + 2), 16) / 255)
   const most = Math.max(r, g, b), least = Math.min(r, g, b), wide = most - least

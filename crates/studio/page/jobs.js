@@ -1,6 +1,7 @@
 // What the program works at: each job with its progress, its cost and its log, and what is still to be rendered.
 //
-// Owns rows that stay while their job changes, so that the focus and an open log stay too.
+// Owns rows that stay while their job changes, so that the focus and an open log stay too, and that do not change places
+// under the pointer.
 
 import { button, make, styled } from './dom.js'
 import { quiet } from './parts.js'
@@ -12,7 +13,7 @@ const ORDER = ['waiting', 'running', 'queued', 'failed', 'cancelled', 'done']
 const WORDS = { waiting: 'waits for you', running: 'running', queued: 'queued', failed: 'failed', cancelled: 'cancelled', done: 'done' }
 
 /** @param {number | null} seconds */
-export const lasting = seconds => seconds === null ? '' : seconds < 1 ? 'under 1 s' : minutes(seconds / 60)
+const lasting = seconds => seconds === null ? '' : seconds < 1 ? 'under 1 s' : minutes(seconds / 60)
 
 /** @param {Job} job */
 export const ended = job => job.state === 'done' || job.state === 'failed' || job.state === 'cancelled'
@@ -79,16 +80,17 @@ export async function holdJob(api, id, paused) {
 }
 
 /**
- * The strips of pictures, which are many and quick, as one job while there are some to make.
+ * The strips of pictures, which are many and quick, as one job.
  * @param {Job[]} jobs
  * @returns {Job[]}
  */
 function folded(jobs) {
   const own = (/** @type {Job} */ job) => job.kind === 'strip' && job.state !== 'failed'
-  const strips = jobs.filter(own), left = strips.filter(job => !ended(job))
+  const strips = jobs.filter(own), left = strips.filter(job => !ended(job)), states = strips.map(job => job.state)
   if (strips.length < 2) return jobs
-  const rest = jobs.filter(job => !own(job))
-  return left.length ? [...rest, { ...left[0], id: STRIPS, what: 'pictures of sheep', state: left.some(job => job.state === 'running') ? 'running' : 'queued', done: strips.length - left.length, of: strips.length, per_second: null, left_s: null, cost_s: null, log: [], paused: false, can_pause: false }] : rest
+  const state = (/** @type {Job['state'][]} */ (['running', 'queued', 'done', 'cancelled'])).find(one => states.includes(one)) ?? 'done'
+  const all = { ...strips[0], id: STRIPS, what: 'pictures of sheep', state, done: strips.length - left.length, of: strips.length }
+  return [...jobs.filter(job => !own(job)), { ...all, per_second: null, left_s: null, cost_s: null, log: [], paused: false, can_pause: false }]
 }
 
 /** @type {MakeView} */
@@ -133,11 +135,23 @@ export function view(root, store, api, shell) {
     } catch (error) { api.failed(error) }
   }
 
+  /**
+   * `jobs` with what takes long first. While the pointer is on the list, the rows that are there keep their places: it
+   * would press what it did not aim at.
+   * @param {Job[]} jobs
+   */
+  function inOrder(jobs) {
+    const rank = (/** @type {Job} */ job) => 2 * ORDER.indexOf(job.state) + Number(['strip', 'middles'].includes(job.kind))
+    const sorted = [...jobs].sort((a, b) => rank(a) - rank(b))
+    if (!list.matches(':hover')) return sorted
+    const places = new Map([...list.children].map((row, at) => [row instanceof HTMLElement ? row.dataset.job : '', at]))
+    const place = (/** @type {Job} */ job) => places.get(String(job.id)) ?? places.size
+    return sorted.sort((a, b) => place(a) - place(b))
+  }
+
   function show() {
     const { paused, transitions, sheep } = store.state, jobs = folded(store.state.jobs)
-    // What takes long comes first.
-    const rank = (/** @type {Job} */ job) => 2 * ORDER.indexOf(job.state) + Number(['strip', 'middles'].includes(job.kind))
-    const shown = [...jobs].sort((a, b) => rank(a) - rank(b)).filter((job, at, all) => !ended(job) || all.filter(ended).indexOf(job) < MOST_DONE)
+    const shown = inOrder(jobs).filter((job, _, all) => !ended(job) || all.filter(ended).indexOf(job) < MOST_DONE)
     const busy = jobs.filter(job => !ended(job)), left = busy.reduce((sum, job) => sum + (job.left_s ?? job.cost_s ?? 0), 0)
     const missing = [...transitions, ...sheep].filter(one => one.state === 'missing').length
     summary.textContent = busy.length ? `${spoken(busy.length, 'job')}${paused ? ', paused' : ''}` : 'Nothing to do'
@@ -145,12 +159,15 @@ export function view(root, store, api, shell) {
     pause.textContent = paused ? 'Go on' : 'Pause'
     pause.setAttribute('aria-pressed', String(paused))
     for (const [id, { row }] of rows) if (!shown.some(job => job.id === id)) { row.remove(); rows.delete(id) }
+    const held = list.contains(document.activeElement) ? document.activeElement : null
     shown.forEach((job, at) => {
       const row = rows.get(job.id) ?? jobRow(cancel, (id, paused) => { holdJob(api, id, paused) })
       rows.set(job.id, row)
       row.update(job)
       if (list.children[at] !== row.row) list.insertBefore(row.row, list.children[at] ?? null)
     })
+    // A row that is moved loses the focus.
+    if (held instanceof HTMLElement && held !== document.activeElement) held.focus({ preventScroll: true })
     root.dataset.state = 'ready'
   }
 
@@ -166,6 +183,7 @@ export function view(root, store, api, shell) {
     return row instanceof HTMLElement ? folded(store.state.jobs).find(one => String(one.id) === row.dataset.job) : undefined
   }
 
+  list.addEventListener('pointerleave', () => { if (open) show() })
   store.on(['jobs', 'state'], () => { if (open) show() })
   return {
     async enter() {

@@ -4,7 +4,7 @@
 // what is typed into them, buttons their Enter and Space.
 
 /** @param {KeyboardEvent} event */
-export function spelled(event) {
+function spelled(event) {
   const mod = event.ctrlKey || event.metaKey
   const name = event.key === ' ' ? 'Space' : event.key.length === 1 && (mod || event.altKey) ? event.key.toLowerCase() : event.key
   const letter = name.length === 1 && name.toLowerCase() !== name.toUpperCase()

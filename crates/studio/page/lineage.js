@@ -21,7 +21,7 @@ const KINDS = Object.values(SPECIES)
  * @param {LineageEdge[]} edges
  * @returns {Map<string, Placed>}
  */
-export function placed(nodes, edges) {
+function placed(nodes, edges) {
   /** @type {Map<string, Placed>} */ const all = new Map(nodes.map(node => [node.id, { node, row: 0, x: 0, y: 0, parents: [], children: [] }]))
   for (const { parent, child } of edges) {
     const above = all.get(parent), below = all.get(child)

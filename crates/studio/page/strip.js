@@ -8,7 +8,7 @@
 
 import { styled } from './dom.js'
 
-export const PICTURES = 24
+const PICTURES = 24
 const ACROSS = 6
 const MOST_MOVING = 40
 /** A browser opens six connections to one place: one is the stream of events, one is for what is asked meanwhile. */

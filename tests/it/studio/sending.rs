@@ -158,17 +158,29 @@ fn a_job_that_is_paused_by_itself_waits_while_the_others_are_made() {
         assert_eq!(own["job"]["about"], json!({ "sheep": sheep }));
         own
     };
-    let (first, second) = (render("s001"), render("s002"));
+    let (other, paused) = (render("s001"), render("s002"));
     let page = Page::open(&Browser::start(), &studio.address(), DESK);
     page.until("the studio is open", "document.body.dataset.view === 'wall'");
     page.ask("location.hash = '#/jobs'");
-    page.click_named("Pause the loop of s001");
-    wait::until("it is paused", 60, || job(&studio, &first)["paused"] == true);
+    let row = |at: usize| format!("document.querySelectorAll('ol.jobs .job')[{at}]?.getAttribute('aria-label')");
+    page.until("pictures are no more made", &format!("{} === 'pictures of sheep, done'", row(2)));
+    page.click_named("Pause the loop of s002");
+    wait::until("it is paused", 60, || job(&studio, &paused)["paused"] == true);
+    // The pointer is on the list, so that no row may change its place.
+    page.ask("window.moves = 0; new MutationObserver(() => moves++).observe(document.querySelector('ol.jobs'), { childList: true })");
     studio.post("/api/jobs/pause", &json!({ "paused": false }));
-    is_done(&studio, &second);
-    assert_eq!((&job(&studio, &first)["state"], &job(&studio, &first)["paused"]), (&json!("queued"), &json!(true)));
-    page.click_named("Go on with the loop of s001");
-    is_done(&studio, &first);
-    let over = studio.ask("POST", &format!("/api/jobs/{}/pause", first["job"]["id"]), Some(&json!({ "paused": true })));
+    is_done(&studio, &other);
+    assert_eq!((&job(&studio, &paused)["state"], &job(&studio, &paused)["paused"]), (&json!("queued"), &json!(true)));
+    page.until("the page knows that the other is done", &format!("{} === 'the loop of s001, done'", row(0)));
+    assert_eq!(page.ask("moves"), 0);
+    // Elsewhere, what is left to do comes first; its row has the focus before and after.
+    page.ask("document.querySelectorAll('ol.jobs .job')[1].focus()");
+    page.point((5.0, 5.0));
+    page.until("what is paused comes first", &format!("{} === 'the loop of s002, paused'", row(0)));
+    assert_eq!(page.ask("document.activeElement.getAttribute('aria-label')"), "the loop of s002, paused");
+    page.click_named("Go on with the loop of s002");
+    is_done(&studio, &paused);
+    let over =
+        studio.ask("POST", &format!("/api/jobs/{}/pause", paused["job"]["id"]), Some(&json!({ "paused": true })));
     assert_eq!(over.status, 409, "{over:?}");
 }
