@@ -161,9 +161,13 @@ fn a_job_that_is_paused_by_itself_waits_while_the_others_are_made() {
     let (other, paused) = (render("s001"), render("s002"));
     let page = Page::open(&Browser::start(), &studio.address(), DESK);
     page.until("the studio is open", "document.body.dataset.view === 'wall'");
+    wait::until("the pictures of all sheep are made", WORK_S, || {
+        let jobs = studio.get("/api/jobs")["jobs"].take();
+        jobs.as_array().unwrap().iter().filter(|job| job["kind"] == "strip" && job["state"] == "done").count() == 5
+    });
     page.ask("location.hash = '#/jobs'");
     let row = |at: usize| format!("document.querySelectorAll('ol.jobs .job')[{at}]?.getAttribute('aria-label')");
-    page.until("pictures are no more made", &format!("{} === 'pictures of sheep, done'", row(2)));
+    page.until("all is listed", &format!("{} === 'pictures of sheep, done'", row(2)));
     page.click_named("Pause the loop of s002");
     wait::until("it is paused", 60, || job(&studio, &paused)["paused"] == true);
     // The pointer is on the list, so that no row may change its place.
