@@ -9,7 +9,7 @@
 //! | `id.rs`, `event.rs`, `traits.rs` | the names of sheep, what happens, figures as numbers |
 //! | `ledger.rs`, `settings.rs`, `folder.rs` | the files |
 //! | `pool.rs`, `rating.rs`, `niches.rs`, `census.rs` | what follows from the events |
-//! | `births.rs`, `screening.rs`, `brood.rs` | a brood: its plan, the guess of what will be liked, its births |
+//! | `births.rs`, `screening.rs`, `lookalikes.rs`, `brood.rs` | a brood: its plan, the guess of what will be liked, who is too like another, its births |
 //! | `deaths.rs`, `elect.rs` | who dies, who goes to a unit |
 //! | `simulation/` | a world of voters with a hidden taste, in which the rules are tried |
 //!
@@ -27,6 +27,7 @@ mod event;
 mod folder;
 mod id;
 mod ledger;
+mod lookalikes;
 mod niches;
 mod pool;
 mod rating;
@@ -36,7 +37,7 @@ pub mod simulation;
 mod traits;
 
 pub use births::{Birth, Operation, Order, Plan, plan};
-pub use brood::{Brood, CLONE, Made, Nursery, Refused, are_clones, breed};
+pub use brood::{Brood, Made, Nursery, Refused, breed};
 pub use census::Census;
 pub use deaths::{Deaths, deaths, foreseen};
 pub use elect::{Ballot, Elected, Reason, elect};
@@ -45,6 +46,7 @@ pub use event::{Born, Day, Entry, Event, Mark, Stamp, Waiting};
 pub use folder::Folder;
 pub use id::{Id, IdError, Origin};
 pub use ledger::{LEDGER, Ledger};
+pub use lookalikes::{CLONE, Lookalikes};
 pub use niches::{Niche, Niches};
 pub use pool::{Edition, News, Pool, Sheep};
 pub use rating::{Count, Tally, Votes};
@@ -58,10 +60,11 @@ mod tests {
 
     use crate::Origin;
     use crate::births::{LEAST_PARENTS, MOST_CHILDREN, TOURNAMENT, UNKNOWN};
-    use crate::brood::{CLONES, TRIES};
+    use crate::brood::TRIES;
     use crate::census::JUDGED;
     use crate::deaths::{CROWD, GOOD, YOUNG};
     use crate::elect::{LEAST_NEWCOMERS, LIKENESS, MOST_OF_FAMILY, MOST_OF_NICHE, NEWCOMER};
+    use crate::lookalikes::CLONES;
     use crate::screening::{LEAST_JUDGED, MOST_DEAD};
     use crate::settings::Settings;
     use crate::traits::LEAST_SCALED;

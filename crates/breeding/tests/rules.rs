@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use breeding::simulation::World;
 use breeding::{
-    Birth, Brood, Census, Count, Day, Entry, Event, Id, Made, Mark, Nursery, Operation, Order, Origin, Pool, Stamp,
-    Traits, Votes, breed, deaths, plan,
+    Birth, Brood, Census, Count, Day, Entry, Event, Id, Lookalikes, Made, Mark, Nursery, Operation, Order, Origin,
+    Pool, Stamp, Traits, Votes, breed, deaths, plan,
 };
 use meadow::{Sheep, waiting};
 use species::{Rng, Threads};
@@ -253,6 +253,46 @@ fn a_clone_is_refused_from_the_first_brood_on() {
         pool.apply(&Entry { stamp, day: Day(0), event }).unwrap();
     }
     assert_eq!(told(&brood(&pool, 1e-4)), (0, 4, clones(80)), "nor is what is like the only sheep");
+}
+
+/// Makes sheep of two species: those of one differ by a hundredth of what those of the other do.
+struct TwoSpecies;
+
+impl Nursery for TwoSpecies {
+    type Candidate = Vec<f64>;
+
+    fn candidate(&self, birth: &Birth, rng: &mut Rng) -> Option<Made<Vec<f64>>> {
+        let width = if birth.species == "narrow" { 0.1 } else { 10.0 };
+        let candidate = (0..15).map(|_| width * rng.unit()).collect();
+        Some(Made { candidate, operator: "random".to_owned(), licence: String::new() })
+    }
+
+    fn figures(&self, candidate: &Vec<f64>) -> Result<Traits, Vec<String>> {
+        Ok(Traits::new(candidate))
+    }
+}
+
+#[test]
+fn clones_are_told_by_the_spread_of_their_own_species() {
+    let mut settings = meadow::settings(1);
+    settings.species = ["narrow", "wide"].map(str::to_owned).to_vec();
+    let mut pool = Pool::new(settings);
+    let order = Order { births: Some(40), ..Order::default() };
+    let stamp = Stamp { number: 1, pool: pool.settings.origin };
+    for _ in 0..2 {
+        let brood = breed(&pool, &Census::of(&pool, Day(0)), &order, &TwoSpecies);
+        assert_eq!((brood.missing, brood.faults()), (0, BTreeMap::new()));
+        for event in brood.events() {
+            pool.apply(&Entry { stamp, day: Day(0), event }).unwrap();
+        }
+    }
+    let known = Lookalikes::of(&pool);
+    let narrow: Vec<_> = pool.living().filter(|sheep| sheep.born.species == "narrow").collect();
+    assert!((20..60).contains(&narrow.len()), "{} of 80", narrow.len());
+    for sheep in narrow {
+        assert!(known.have("narrow", &sheep.born.figures), "a copy is a clone");
+        assert!(!known.have("wide", &sheep.born.figures), "of another species it is none");
+    }
 }
 
 #[test]

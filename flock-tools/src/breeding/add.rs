@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ::breeding::{Born, CLONE, Census, Event, Folder, Id, Point, Pool, Traits, Waiting, are_clones};
+use ::breeding::{Born, CLONE, Event, Folder, Id, Lookalikes, Pool, Traits, Waiting};
 use flame::Backend;
 use species::{FigureFault, Genome, Threads};
 
@@ -89,14 +89,12 @@ pub(super) fn run(args: &Args, json: bool) -> Result<Exit, Fatal> {
 
 /// Names those that are too like a living sheep, or one before them.
 fn name_clones(found: &mut [Found], pool: &Pool) {
-    let census = Census::of(pool, pool.last_day());
-    let mut known: Vec<Point> = pool.living().map(|sheep| census.point(&sheep.born.figures)).collect();
+    let mut known = Lookalikes::of(pool);
     for it in found.iter_mut().filter(|it| it.faults.is_empty()) {
-        let point = census.point(&it.figures);
-        if known.iter().any(|other| are_clones(other, &point)) {
+        if known.have(&it.species, &it.figures) {
             it.faults.push(CLONE);
         } else {
-            known.push(point);
+            known.add(&it.species, &it.figures);
         }
     }
 }
