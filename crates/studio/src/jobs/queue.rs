@@ -1,7 +1,7 @@
 //! The queue and its threads.
 //!
-//! Owns which job is next, and when clips and paused jobs are held. Clips have threads of their own, which stand back for
-//! all others; so previews never wait for one.
+//! Owns which job is next, and when clips and paused jobs are held. Clips have threads of their own, so previews never wait
+//! for one. All threads leave the processors to the page and to the browser that shows it; those of clips, to previews, too.
 //!
 //! Start at [`Queue::open`]; [`Inner::next`] is the order.
 
@@ -13,7 +13,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use rustix::process::setpriority_process;
+use rustix::process::{getpriority_process, setpriority_process};
 use serde_json::Value;
 
 use super::entry::Entry;
@@ -25,8 +25,11 @@ use super::{Job, JobId, Kind, NewJob, Priority, State, Work};
 const MOST_OVER: usize = 200;
 /// How many threads are for what somebody looks at.
 const PREVIEW_THREADS: usize = 2;
-/// How much the threads of clips stand back for others, as `nice` has it.
-const NICE: i32 = 10;
+/// The least niceness of the threads of previews: without it, a page that is scrolled stands still now and then while
+/// pictures are made (`make bench what=studio`).
+pub(super) const PREVIEW_NICE: i32 = 10;
+/// The least niceness of the threads of clips.
+pub(super) const CLIP_NICE: i32 = 19;
 
 /// How long work that is cancelled is waited for when the program ends.
 const LAST_STEPS: Duration = Duration::from_secs(2);
@@ -299,10 +302,9 @@ impl Shared {
 
     /// Runs jobs until the queue is closed: clips, or what somebody looks at.
     fn run_jobs(self: &Arc<Self>, takes_clips: bool) {
-        if takes_clips {
-            // A thread that may not stand back works all the same.
-            let _ = setpriority_process(None, NICE);
-        }
+        let nice = if takes_clips { CLIP_NICE } else { PREVIEW_NICE };
+        // Of this thread alone. Where it cannot be set, the thread works all the same.
+        let _ = getpriority_process(None).and_then(|own| setpriority_process(None, own.max(nice)));
         while let Some((id, work)) = self.wait_for_job(takes_clips) {
             let cancel = self.begin(id);
             self.wake_all();

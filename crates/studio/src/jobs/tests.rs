@@ -7,8 +7,11 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use rustix::process::getpriority_process;
 use serde_json::{Value, json};
 
+use super::progress::Progress;
+use super::queue::{CLIP_NICE, PREVIEW_NICE};
 use super::{Job, JobId, Kind, NewJob, Priority, Queue, Settings, State, Work};
 
 /// The longest that a test waits for a job.
@@ -88,6 +91,23 @@ fn what_somebody_waits_for_comes_first_then_previews_then_clips_by_age() {
     queue.cancel(other);
     assert!(queue.wait_until(LONGEST, are_over));
     assert_eq!(*said.lock().unwrap(), ["a", "p", "i", "q", "b", "c"]);
+}
+
+#[test]
+fn previews_leave_the_processors_to_the_page_and_clips_to_previews() {
+    let queue = open();
+    let own = getpriority_process(None).unwrap();
+    let nice = [(Priority::Preview, Kind::Strip), (Priority::Clip, Kind::Render)].map(|(priority, kind)| {
+        let (tell, told) = channel();
+        let work = move |_: &Progress| {
+            tell.send(getpriority_process(None).unwrap()).unwrap();
+            Ok(Value::Null)
+        };
+        queue.add(priority, kind, "nice", Box::new(work));
+        told.recv_timeout(LONGEST).unwrap()
+    });
+    assert_eq!(nice, [own.max(PREVIEW_NICE), own.max(CLIP_NICE)]);
+    assert_eq!(getpriority_process(None).unwrap(), own, "the threads of the page are as they were");
 }
 
 #[test]
