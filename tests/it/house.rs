@@ -11,7 +11,7 @@ mod folders;
 mod layers;
 mod layout;
 mod licences;
-mod page;
+pub(crate) mod page;
 mod sources;
 mod tokens;
 mod tracked;

@@ -9,6 +9,7 @@ use super::browser::Browser;
 use super::page::{DESK, Page, Window};
 use super::running::Studio;
 use super::sheep::demo;
+use crate::house::page::MOST_BYTES;
 use crate::programs::claims_folder;
 use claims::wait;
 use serde_json::json;
@@ -120,6 +121,6 @@ fn the_page_is_small_and_asks_for_nothing_elsewhere() {
     paths.retain(|path| of_page(path));
     assert!(paths.len() > 10, "the page is of modules: {paths:?}");
     let bytes: usize = paths.iter().map(|path| studio.ask("GET", path, None).body.len()).sum();
-    assert!(bytes <= 250_000, "{bytes} bytes of code and style");
+    assert!(bytes <= MOST_BYTES, "{bytes} bytes of code and style are sent, of at most {MOST_BYTES}");
     assert_eq!(json!(page.complaints()), json!([]));
 }
