@@ -4,7 +4,7 @@
 // a press acts on. A new brood's cells are there at the press and fill as the program makes them; nothing waits for the last.
 
 import { button, make, styled } from './dom.js'
-import { dim, kindOf, quiet, SPECIES } from './parts.js'
+import { dim, kindOf, labelled, quiet, SPECIES } from './parts.js'
 import { digits, short } from './words.js'
 
 const CELLS = 20, MOST_CHOSEN = 3, OFFERED = 40
@@ -59,7 +59,7 @@ class Breed {
     this.past = make('ol', { class: 'past', 'aria-label': 'Past broods' })
     root.append(
       make('div', { class: 'bar' }, make('div', { class: 'grow heading' }, this.title, this.told), this.find, this.go, this.back, this.list, this.strangers),
-      make('div', { class: 'bar settings' }, make('label', { for: 'breed-strength', class: 'dim' }, 'Size of change'), this.strength, this.size,
+      make('div', { class: 'bar settings' }, labelled('Size of change', this.strength, this.size),
         make('span', { class: 'together', role: 'group', 'aria-label': 'What stays as it is' }, dim('Keep'), ...LOCKS.map((name, at) => make('label', { class: 'tick' }, this.locks[at], name))),
         make('span', { class: 'grow' }), this.pool, this.flock),
       this.grid, this.past)

@@ -11,6 +11,15 @@ export const quiet = (label, run, more) => button(label, run, { class: 'quiet', 
 export const dim = (...text) => make('span', { class: 'dim' }, ...text)
 
 /**
+ * A control with its label before it, which stay in one line.
+ * @param {string} label
+ * @param {HTMLElement} control with an id
+ * @param {...import('./dom.js').Child} more what belongs to it
+ */
+export const labelled = (label, control, ...more) =>
+  make('span', { class: 'together' }, make('label', { for: control.id, class: 'dim' }, label), control, ...more)
+
+/**
  * Marks the joins of a transition as bad, or takes the mark away. The page shows it at once.
  * @param {Transition | undefined} one
  * @param {import('./store.js').Store} store @param {import('./api.js').Api} api

@@ -3,7 +3,7 @@
 // Never asks for a passphrase: that is asked on the terminal where the program runs, and here is said so.
 
 import { button, make } from './dom.js'
-import { dim, quiet } from './parts.js'
+import { dim, labelled, quiet } from './parts.js'
 import { ended, holdJob, jobRow } from './jobs.js'
 import { digits, spoken } from './words.js'
 
@@ -29,7 +29,7 @@ export function view(root, store, api, shell) {
     make('div', { class: 'bar' }, make('div', { class: 'grow' }, title, why), quiet('Check', () => { start('check', { joins: false }) }), quiet('Check the joins too', () => { start('check', { joins: true }) })),
     jobs, cards,
     make('div', { class: 'card send' }, make('h3', {}, 'Send it'), make('p', { class: 'note' }, 'The bundle is signed with your key. Its passphrase is given on the terminal where dreams studio runs, never here.'),
-      make('div', { class: 'bar' }, make('label', { for: 'ship-key', class: 'dim' }, 'Signed by'), key, keys, make('label', { for: 'ship-units', class: 'dim' }, 'for units'), units, although, pack, make('span', { class: 'grow' }), make('label', { for: 'ship-to', class: 'dim' }, 'To'), to, publish)))
+      make('div', { class: 'bar' }, labelled('Signed by', key, keys), labelled('for units', units), although, pack, make('span', { class: 'grow' }), labelled('To', to), publish)))
 
   async function fetch() {
     try {

@@ -4,7 +4,7 @@
 // `ways.js` draws the small graph. Every control acts on what was on the screen when it was pressed.
 
 import { button, icon, make, styled } from './dom.js'
-import { dim, markBad, quiet, ready } from './parts.js'
+import { dim, labelled, markBad, quiet, ready } from './parts.js'
 import { player } from './mse.js'
 import { pieceAt } from './pieces.js'
 import { loupe } from './loupe.js'
@@ -88,8 +88,8 @@ class Walk {
       this.counter, make('span', { class: 'grow' }),
       quiet('Too often', () => this.tooOften()), quiet('Too soon', () => this.tooSoon()),
       this.badly, quiet('Loupe', () => this.look()))
-    const top = make('div', { class: 'bar' }, make('label', { for: 'walk-seed', class: 'dim' }, 'Seed'), this.field, quiet('Another', () => this.another()),
-      make('label', { for: 'walk-from', class: 'dim' }, 'from'), this.start, make('span', { class: 'grow' }), this.pace, make('span', { class: 'together' }, ...this.rates))
+    const top = make('div', { class: 'bar' }, labelled('Seed', this.field), quiet('Another', () => this.another()),
+      labelled('from', this.start), make('span', { class: 'grow' }), this.pace, make('span', { class: 'together' }, ...this.rates))
     root.append(make('div', { class: 'split' },
       make('div', { class: 'stage' }, top, this.screen, tools, make('div', { class: 'line-box' }, this.line), this.note),
       make('div', { class: 'panel' }, this.ways.canvas, this.now, this.lists)))
