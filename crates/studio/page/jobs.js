@@ -98,10 +98,10 @@ export function view(root, store, api, shell) {
   /** @type {Map<Job['id'], ReturnType<typeof jobRow>>} */ const rows = new Map()
   let open = false
   const summary = make('h2', {}), told = make('p', { class: 'note' }), list = make('ol', { class: 'jobs' })
-  const pause = quiet('Pause', () => { hold() })
+  const pause = quiet('Pause', () => { hold() }), launch = button('Render what is missing…', () => { render() })
   const draft = make('input', { type: 'checkbox' })
   root.append(make('div', { class: 'bar' }, make('div', { class: 'grow heading' }, summary, told),
-    make('label', { class: 'tick' }, draft, 'as a draft'), button('Render what is missing…', () => { render() }, { class: 'strong' }), pause), list)
+    make('label', { class: 'tick' }, draft, 'as a draft'), launch, pause), list)
 
   /** @param {Job['id']} id */
   async function cancel(id) {
@@ -156,6 +156,8 @@ export function view(root, store, api, shell) {
     const missing = [...transitions, ...sheep].filter(one => one.state === 'missing').length
     summary.textContent = busy.length ? `${spoken(busy.length, 'job')}${paused ? ', paused' : ''}` : 'Nothing to do'
     told.textContent = [left ? `about ${lasting(left)} left` : '', missing ? `${spoken(missing, 'clip')} not rendered` : busy.some(job => job.kind === 'render') ? '' : 'every clip is there'].filter(Boolean).join(' · ')
+    // It is what to do next only while something is missing.
+    launch.className = missing ? 'strong' : 'quiet'
     pause.textContent = paused ? 'Go on' : 'Pause'
     pause.setAttribute('aria-pressed', String(paused))
     for (const [id, { row }] of rows) if (!shown.some(job => job.id === id)) { row.remove(); rows.delete(id) }
