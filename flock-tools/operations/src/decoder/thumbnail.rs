@@ -1,0 +1,45 @@
+//! Small copies of frames, for people to look at.
+//!
+//! Owns their size and colours: RGB as a browser shows it. Never encodes them: the callers do.
+//!
+//! Start at [`shrink`].
+
+use fast_image_resize::images::{TypedImage, TypedImageRef};
+use fast_image_resize::pixels::U8x3;
+use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use video::Yuv420p;
+
+/// A small picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Thumbnail {
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+    /// `[height][width][3]`, row-major, full range.
+    pub rgb: Vec<u8>,
+}
+
+/// A copy of `picture` that is `width` pixels wide, in its own proportions.
+pub fn shrink(picture: &Yuv420p, width: u32) -> Thumbnail {
+    let (full_width, full_height) = picture.size();
+    let height = (u64::from(width) * u64::from(full_height) / u64::from(full_width)).max(1) as u32;
+    let rgb = picture.to_rgb8();
+    // For this one type of pixels: the call for all types takes the compiler two minutes.
+    let mut small = TypedImage::<U8x3>::new(width, height);
+    let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
+    let full = TypedImageRef::<U8x3>::from_buffer(full_width, full_height, &rgb).expect("three bytes a pixel");
+    Resizer::new().resize_typed(&full, &mut small, &options).expect("neither is empty");
+    Thumbnail { size: (width, height), rgb: small.pixels().iter().flat_map(|pixel| pixel.0).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thumbnail_keeps_colours_and_proportions() {
+        let rgb: Vec<u16> = [0xffff, 0x8000, 0].repeat(320 * 180);
+        let small = shrink(&Yuv420p::from_rgb16(320, 180, &rgb).unwrap(), 160);
+        assert_eq!(small.size, (160, 90));
+        assert!(small.rgb.chunks(3).all(|pixel| pixel[0] > 250 && (120..=136).contains(&pixel[1]) && pixel[2] < 6));
+    }
+}
