@@ -8,7 +8,7 @@
 //! | folder | what is there |
 //! |---|---|
 //! | `arguments.rs` | arguments that are sizes, rates and numbers, and those that several commands take |
-//! | `completer.rs` | ids of sheep, completed by the shell |
+//! | `ids.rs` | ids of sheep, completed by the shell |
 //! | `credits.rs` | `dreams credits` |
 //! | `check.rs` | `dreams check`: the faults of graph, clips and joins |
 //! | `render` | `dreams render`, `dreams still`: clips and pictures from genomes |
@@ -30,10 +30,10 @@ pub mod balance;
 pub mod breeding;
 pub mod bundles;
 pub mod check;
-mod completer;
 pub mod credits;
 pub mod curate;
 pub mod demo;
+mod ids;
 pub mod import;
 pub mod render;
 pub mod report;

@@ -1,18 +1,22 @@
-//! Errors as the page reads them, and the bodies of requests.
+//! How a request is read and answered: off the threads that talk to pages, as JSON, or with a sentence that says why not.
 //!
-//! Owns the form `{"error": "a sentence"}`, and that every refusal has it: also what `axum` refuses by itself. Never says
-//! which requests are let in: `fence` does.
+//! Owns these steps, which all handlers take; the form `{"error": "a sentence"}`, and that every refusal has it: also what
+//! `axum` refuses by itself. Never says which requests are let in: `fence` does.
 //!
-//! Start at [`Problem`] for what is answered, at [`Body`] for what is read.
+//! Start at [`Problem`] and [`of`] for what is answered, at [`Body`] for what is read.
 
 use axum::Json;
-use axum::extract::rejection::JsonRejection;
-use axum::extract::{FromRequest, Request};
+use axum::extract::rejection::{JsonRejection, QueryRejection};
+use axum::extract::{FromRequest, FromRequestParts, Query, Request};
 use axum::http::StatusCode;
+use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
+use flock::Measure;
+use operations::program::Fatal;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
+use tokio::task::spawn_blocking;
 
 /// A request that got nothing: the status, the sentence for the artist, and what the page needs besides.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,5 +62,75 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
             status => Problem::new(status, refusal.body_text()),
         };
         read.map(|Json(body)| Self(body)).map_err(refused)
+    }
+}
+
+/// What a handler answers.
+pub(crate) type Answer<T> = Result<Json<T>, Problem>;
+
+/// The query of a request. What is malformed is answered with a [`Problem`] of 400.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked<T>(pub(crate) T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let read: Result<Query<T>, QueryRejection> = Query::from_request_parts(parts, state).await;
+        read.map(|Query(asked)| Self(asked)).map_err(|refusal| malformed(refusal.body_text()))
+    }
+}
+
+/// The answer of `work`, which may take long and read files.
+pub(crate) async fn of<T, F>(work: F) -> Answer<T>
+where
+    T: Serialize + Send + 'static,
+    F: FnOnce() -> Result<T, Problem> + Send + 'static,
+{
+    blocking(work).await.map(Json)
+}
+
+/// The result of `work`, as it is.
+pub(crate) async fn blocking<T, F>(work: F) -> Result<T, Problem>
+where
+    T: Send + 'static,
+    F: FnOnce() -> Result<T, Problem> + Send + 'static,
+{
+    let bug = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the program has a bug: this answer panicked");
+    spawn_blocking(work).await.unwrap_or_else(|error| Err(bug(error)))
+}
+
+/// What was asked for is not there.
+pub(crate) fn missing(what: impl Into<String>) -> Problem {
+    Problem::new(StatusCode::NOT_FOUND, what)
+}
+
+/// What was asked for was understood and is refused.
+pub(crate) fn refused(why: impl Into<String>) -> Problem {
+    Problem::new(StatusCode::UNPROCESSABLE_ENTITY, why)
+}
+
+/// The request is malformed.
+pub(crate) fn malformed(why: impl Into<String>) -> Problem {
+    Problem::new(StatusCode::BAD_REQUEST, why)
+}
+
+/// It cannot be done as things are.
+pub(crate) fn conflict(why: impl Into<String>) -> Problem {
+    Problem::new(StatusCode::CONFLICT, why)
+}
+
+/// What would end a command.
+#[expect(clippy::needless_pass_by_value, reason = "for `map_err`")]
+pub(crate) fn fatal(fatal: Fatal) -> Problem {
+    refused(fatal.in_words())
+}
+
+/// `visits`, which it is if nothing is said, or `time`.
+pub(crate) fn measure(by: Option<&str>) -> Result<Measure, Problem> {
+    match by {
+        None | Some("visits") => Ok(Measure::Visits),
+        Some("time") => Ok(Measure::Time),
+        Some(other) => Err(malformed(format!("shares are of `visits` or of `time`, found `{other}`"))),
     }
 }

@@ -22,10 +22,10 @@ use operations::render::machine;
 use crate::fence::{Fence, Secrets, layer};
 use crate::page::Page;
 use crate::routes;
-use crate::server::Server;
-use crate::views::ship::Shipping;
-use crate::work::own_command;
-use crate::workshop::Workshop;
+use crate::server::{Server, StudioError};
+use crate::store::shipping::Shipping;
+use crate::work::{go_on, own_command};
+use crate::workshop::{Opening, Workshop};
 
 /// How often the manifest is looked at: somebody else may have edited it.
 const LOOK: Duration = Duration::from_secs(1);
@@ -49,7 +49,7 @@ const WAY_IN: &str = "open.html";
   3  a file could not be read or written")]
 pub struct Args {
     /// Folder of the flock
-    pub(crate) dir: PathBuf,
+    dir: PathBuf,
     /// Port of the page [default: any that is free]
     #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
     port: u16,
@@ -58,10 +58,10 @@ pub struct Args {
     no_open: bool,
     /// Folder of the pool in which accepted sheep live; made when it is needed [default: pool in the flock's folder]
     #[arg(long, value_name = "POOL")]
-    pub(crate) pool: Option<PathBuf>,
+    pool: Option<PathBuf>,
     /// Folder of genomes from which sheep may come in
     #[arg(long, value_name = "FOLDER")]
-    pub(crate) archive: Option<PathBuf>,
+    archive: Option<PathBuf>,
     /// A secret key that may sign, besides those that lie beside the flock's folder; may be repeated
     #[arg(long = "key", value_name = "KEY")]
     keys: Vec<PathBuf>,
@@ -76,7 +76,7 @@ pub struct Args {
     targets: Vec<PathBuf>,
     /// Clips rendered at once
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
-    pub(crate) jobs: u8,
+    jobs: u8,
     /// Serve the files of the page from this folder: for those who write it
     #[arg(long, value_name = "FOLDER", hide = true)]
     page: Option<PathBuf>,
@@ -91,19 +91,10 @@ struct Answer<'a> {
     address: &'a str,
 }
 
-/// What the system does not give.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum StudioError {
-    #[error("cannot listen at port {port} of this machine")]
-    Bind { port: u16, source: io::Error },
-    #[error("cannot start the studio")]
-    Start { source: io::Error },
-}
-
 /// Runs the command.
 pub fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fatal> {
     let start = |source| Fatal::new(Exit::Unreadable, StudioError::Start { source });
-    let workshop = Arc::new(Workshop::open(args, decoder)?);
+    let workshop = Arc::new(Workshop::open(args.opening(decoder))?);
     let server = Server::bind(args.port).map_err(|source| {
         Fatal::new(Exit::No, StudioError::Bind { port: args.port, source })
             .hint("without --port it takes one that is free")
@@ -112,7 +103,7 @@ pub fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fatal> {
     let address = fence.address();
     let runtime = Server::runtime().map_err(start)?;
     let stop = machine::stop_on_signals()?;
-    workshop.go_on();
+    go_on(&workshop);
     let watching = watch(&workshop, Arc::clone(&stop)).map_err(start)?;
     if args.json {
         print::json(&Answer { address: &address })?;
@@ -189,9 +180,11 @@ fn write_private(path: &Path, text: &str) -> io::Result<()> {
 }
 
 impl Args {
-    /// Where bundles come from and go to.
-    pub(crate) fn shipping(&self) -> Shipping {
+    /// What the studio is opened with.
+    fn opening(&self, decoder: &'static dyn Decoder) -> Opening<'_> {
         let (outbox, targets) = (self.outbox.clone(), self.targets.clone());
-        Shipping::new(&self.dir, &self.keys, outbox, targets, self.passphrase_file.clone())
+        let shipping = Shipping::new(&self.dir, &self.keys, outbox, targets, self.passphrase_file.clone());
+        let (pool, archive) = (self.pool.clone(), self.archive.clone());
+        Opening { folder: &self.dir, pool, archive, shipping, threads: self.jobs.into(), decoder }
     }
 }

@@ -4,7 +4,7 @@
 
 use flock::SheepId;
 
-use super::breeding::children::Lock;
+use crate::breeding::children::Lock;
 use crate::document::{EditRequest, MarkKind, Revision};
 
 /// `POST /api/marks`.
@@ -17,9 +17,7 @@ pub(crate) struct Marks {
 #[derive(Debug, serde::Deserialize)]
 pub(crate) struct MarkOf {
     pub(crate) sheep: SheepId,
-    #[serde(default)]
     pub(crate) mark: Option<MarkKind>,
-    #[serde(default)]
     pub(crate) rating: Option<u8>,
 }
 
@@ -42,16 +40,13 @@ pub(crate) struct JoinMark {
 /// `GET /api/state?by&since`: what is new to a page that has the state of this tag.
 #[derive(Debug, Default, serde::Deserialize)]
 pub(crate) struct StateQuery {
-    #[serde(default)]
     pub(crate) by: Option<String>,
-    #[serde(default)]
     pub(crate) since: Option<String>,
 }
 
 /// `POST /api/undo` and `/api/redo`: with the tag of its state the page is answered what is new.
 #[derive(Debug, Default, serde::Deserialize)]
 pub(crate) struct StepRequest {
-    #[serde(default)]
     pub(crate) since: Option<String>,
 }
 
@@ -76,9 +71,7 @@ pub(crate) struct Terms {
 /// `GET /api/prune?keep&by`: the part with the sheep `keep` is kept.
 #[derive(Debug, Default, serde::Deserialize)]
 pub(crate) struct PruneQuery {
-    #[serde(default)]
     pub(crate) keep: Option<String>,
-    #[serde(default)]
     pub(crate) by: Option<String>,
 }
 
@@ -87,15 +80,11 @@ pub(crate) struct PruneQuery {
 pub(crate) struct BreedRequest {
     #[serde(default)]
     pub(crate) parents: Vec<String>,
-    #[serde(default)]
     pub(crate) species: Option<String>,
-    #[serde(default)]
     pub(crate) count: Option<usize>,
-    #[serde(default)]
     pub(crate) strength: Option<f64>,
     #[serde(default)]
     pub(crate) locks: Vec<Lock>,
-    #[serde(default)]
     pub(crate) seed: Option<u64>,
 }
 
@@ -124,7 +113,6 @@ pub(crate) struct LineageQuery {
 #[derive(Debug, serde::Deserialize)]
 pub(crate) struct VotesText {
     pub(crate) text: String,
-    #[serde(default)]
     pub(crate) unit: Option<String>,
 }
 
@@ -146,11 +134,8 @@ pub(crate) struct GlobeRequest {
 #[derive(Debug, serde::Deserialize)]
 pub(crate) struct JobRequest {
     pub(crate) kind: String,
-    #[serde(default)]
     pub(crate) sheep: Option<String>,
-    #[serde(default)]
     pub(crate) from: Option<String>,
-    #[serde(default)]
     pub(crate) to: Option<String>,
     #[serde(default)]
     pub(crate) all_missing: bool,
@@ -230,16 +215,13 @@ pub(crate) struct EditsRequest {
     /// The revision that they were meant for.
     pub(crate) revision: Revision,
     /// Edits of one gesture are undone at once.
-    #[serde(default)]
     pub(crate) gesture: Option<String>,
     pub(crate) edits: Vec<EditRequest>,
     /// Whether sheep may go off the wall.
     #[serde(default)]
     pub(crate) force: bool,
-    #[serde(default)]
     pub(crate) by: Option<String>,
     /// With the tag of its state the page is answered what is new.
-    #[serde(default)]
     pub(crate) since: Option<String>,
 }
 
@@ -248,8 +230,6 @@ pub(crate) struct EditsRequest {
 pub(crate) struct WhatIfRequest {
     pub(crate) edits: Vec<EditRequest>,
     /// Is carried back, so that the newest answer counts.
-    #[serde(default)]
     pub(crate) sequence: Option<u64>,
-    #[serde(default)]
     pub(crate) by: Option<String>,
 }

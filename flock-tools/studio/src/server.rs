@@ -41,11 +41,18 @@ pub(crate) struct Server {
     port: u16,
 }
 
+/// What the system does not give.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StudioError {
+    #[error("cannot listen at port {port} of this machine")]
+    Bind { port: u16, source: io::Error },
+    #[error("cannot start the studio")]
+    Start { source: io::Error },
+}
+
 impl Server {
     /// Takes `port` of this machine's own addresses, of IPv4 and, where there is one, of IPv6; 0 is any that is free.
-    ///
-    /// # Errors
-    /// If the port is taken.
+    /// Errors: If the port is taken.
     pub(crate) fn bind(port: u16) -> io::Result<Self> {
         let mut last = io::Error::from(io::ErrorKind::AddrInUse);
         for _ in 0..TRIES {
@@ -74,26 +81,20 @@ impl Server {
     }
 
     /// The addresses that it listens at.
-    ///
-    /// # Errors
-    /// What the system says.
+    /// Errors: What the system says.
     #[cfg(test)]
     pub(crate) fn addresses(&self) -> io::Result<Vec<std::net::SocketAddr>> {
         self.listeners.iter().map(StdListener::local_addr).collect()
     }
 
     /// The threads for a server, and for what waits beside it: two.
-    ///
-    /// # Errors
-    /// If the system gives no threads.
+    /// Errors: If the system gives no threads.
     pub(crate) fn runtime() -> io::Result<Runtime> {
         Builder::new_multi_thread().worker_threads(2).thread_name("page").enable_io().enable_time().build()
     }
 
     /// Answers with `router` until `stop` is there, then finishes what is being answered, for half a second.
-    ///
-    /// # Errors
-    /// If the sockets cannot be used.
+    /// Errors: If the sockets cannot be used.
     pub(crate) async fn serve(self, router: Router, stop: impl Future<Output = ()> + Send + 'static) -> io::Result<()> {
         let (stopping, stopped) = watch::channel(false);
         let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));

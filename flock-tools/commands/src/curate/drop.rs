@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use operations::program::{Exit, Fatal, print};
 
-use super::EditSession;
 use super::selection::{Chosen, FORM, Selector};
-use crate::completer;
+use super::{EditSession, RemovalArgs};
+use crate::ids;
 
 /// Take sheep out of a flock, with every transition from and to them
 ///
@@ -25,17 +25,10 @@ pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
     #[arg(value_name = "ID", required = true, help = format!("The sheep: {FORM}"))]
-    #[arg(value_parser = Selector::parse, add = completer::completer())]
+    #[arg(value_parser = Selector::parse, add = ids::completer())]
     ids: Vec<Selector>,
-    /// Delete their genomes and clips too, unless something else names them
-    #[arg(long)]
-    delete_files: bool,
-    /// Do it even if that breaks the flock
-    #[arg(long)]
-    force: bool,
-    /// Answer with one JSON document
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    removal: RemovalArgs,
 }
 
 /// Runs the command.
@@ -48,11 +41,6 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         0 => String::new(),
         count => format!(" and {}", print::count(count, "transition")),
     };
-    session.refuse_breaking(&format!("without {}", chosen.told()), args.force, args.json)?;
-    let result = session.save()?;
-    if args.delete_files {
-        result.delete_files()?;
-    }
     let dropped = chosen.told().replacen("sheep `", "`", 1);
-    result.print(&format!("dropped {dropped}{gone}"), args.json)
+    session.remove(format!("without {}", chosen.told()), &format!("dropped {dropped}{gone}"), &args.removal)
 }

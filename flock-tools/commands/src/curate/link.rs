@@ -19,7 +19,7 @@ use super::EditSession;
 use super::files::{self, FileCopy};
 use super::selection::{Chosen, FORM, Pairs, Selector};
 use crate::arguments;
-use crate::completer;
+use crate::ids;
 
 /// Frames of a transition that is yet to be rendered, by default.
 pub(crate) const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;
@@ -40,10 +40,10 @@ pub(crate) const FRAMES: u32 = flock::paths::TRANSITION_FRAMES;
 pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = completer::completer())]
+    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = ids::completer())]
     from: Selector,
     #[arg(required = true, help = "The sheep where they end, in the same form; the same one is allowed")]
-    #[arg(value_parser = Selector::parse, add = completer::completer())]
+    #[arg(value_parser = Selector::parse, add = ids::completer())]
     to: Vec<Selector>,
     /// The clip of a single transition, in the flock's form
     #[arg(long, value_name = "FILE")]

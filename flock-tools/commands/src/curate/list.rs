@@ -15,7 +15,7 @@ use operations::program::{Exit, Fatal, print};
 
 use super::selection::{Chosen, FORM, Selector};
 use crate::arguments;
-use crate::completer;
+use crate::ids;
 
 /// List the sheep of a flock: all, or those that the filters keep
 ///
@@ -31,7 +31,7 @@ pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
     #[arg(value_name = "ID", help = format!("Only these sheep: {FORM}"))]
-    #[arg(value_parser = Selector::parse, add = completer::completer())]
+    #[arg(value_parser = Selector::parse, add = ids::completer())]
     ids: Vec<Selector>,
     #[command(flatten)]
     filters: Filters,

@@ -75,6 +75,20 @@ struct EditResult {
     changed: bool,
 }
 
+/// What the commands take alike that take something out.
+#[derive(Debug, clap::Args)]
+struct RemovalArgs {
+    /// Delete their genomes and clips too, unless something else names them
+    #[arg(long)]
+    delete_files: bool,
+    /// Do it even if that breaks the flock
+    #[arg(long)]
+    force: bool,
+    /// Answer with one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
 /// The answer with `--json`.
 #[derive(serde::Serialize)]
 struct Answer<'a> {
@@ -145,18 +159,27 @@ impl EditSession {
         Ok(())
     }
 
-    /// Ends the command if the edits break the flock, unless `force` is set. `edit` begins the sentence.
-    fn refuse_breaking(&self, edit: &str, force: bool, json: bool) -> Result<(), Fatal> {
+    /// Saves a removal, and prints that it was `done`.
+    /// Errors: If it breaks the flock, unless that is forced; `edit` begins the sentence.
+    fn remove(self, edit: String, done: &str, args: &RemovalArgs) -> Result<Exit, Fatal> {
+        self.refuse_breaking(edit, args)?;
+        let result = self.save()?;
+        if args.delete_files {
+            result.delete_files()?;
+        }
+        result.print(done, args.json)
+    }
+
+    fn refuse_breaking(&self, edit: String, args: &RemovalArgs) -> Result<(), Fatal> {
         let after = FlockState::of(self.draft.edit.shared_manifest());
         let lost = lost(&self.before, &after);
-        let edit = edit.to_owned();
         let refused = match lost.first() {
-            _ if force => return Ok(()),
+            _ if args.force => return Ok(()),
             _ if self.manifest().sheep.is_empty() => Refusal::Empty { edit },
             Some(first) => Refusal::Unshown { edit, count: lost.len(), first: (*first).clone() },
             None => return Ok(()),
         };
-        if json {
+        if args.json {
             print::json(&Answer::of(false, &self.before, &after))?;
         }
         Err(Fatal::new(Exit::No, refused).hint("--force does it all the same"))

@@ -10,7 +10,7 @@ use operations::program::{Exit, Fatal, print};
 use operations::render::selection::usual_frames;
 
 use super::{Answer, EditSession, balance};
-use crate::completer;
+use crate::ids;
 
 /// The most parts that are printed; `--json` tells all.
 const MOST_PARTS: usize = 20;
@@ -33,7 +33,7 @@ pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
     /// Keep the part with this sheep, though it may not be the largest
-    #[arg(long, value_name = "ID", value_parser = SheepId::new, add = completer::completer())]
+    #[arg(long, value_name = "ID", value_parser = SheepId::new, add = ids::completer())]
     keep: Option<SheepId>,
     /// Drop the rest from the manifest
     #[arg(long)]

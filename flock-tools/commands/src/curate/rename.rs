@@ -12,7 +12,7 @@ use operations::program::{Exit, Fatal, print};
 
 use super::EditSession;
 use super::files;
-use crate::completer;
+use crate::ids;
 
 /// Give a sheep another id
 ///
@@ -28,7 +28,7 @@ pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
     /// Its id
-    #[arg(value_parser = SheepId::new, add = completer::completer())]
+    #[arg(value_parser = SheepId::new, add = ids::completer())]
     old: SheepId,
     /// Its new id
     #[arg(value_parser = SheepId::new)]

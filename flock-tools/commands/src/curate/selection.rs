@@ -6,12 +6,14 @@
 //! Start at [`Selector`], then [`Chosen`].
 
 use std::collections::{BTreeSet, HashSet};
+use std::path::PathBuf;
 
 use flock::{EditError, Manifest, SheepId};
 use glob::Pattern;
 use operations::program::{Exit, Fatal};
 
 use super::hints;
+use crate::ids;
 
 /// What the help of every command says about a word that names sheep.
 pub(super) const FORM: &str = "an id, or a glob such as `24*`; several with commas between";
@@ -68,6 +70,18 @@ enum SelectionError {
 
 /// The most pairs that are linked at once.
 const MOST_PAIRS: usize = 100_000;
+
+/// Sheep, and a number behind them that is set for each.
+#[derive(Debug, clap::Args)]
+pub(super) struct NumberArgs {
+    /// Folder of the flock
+    pub(super) dir: PathBuf,
+    #[arg(value_name = "ID", num_args = 1.., required = true, allow_negative_numbers = true, add = ids::completer())]
+    words: Vec<String>,
+    /// Answer with one JSON document
+    #[arg(long)]
+    pub(super) json: bool,
+}
 
 impl Selector {
     /// Reads a word.
@@ -159,20 +173,22 @@ impl Pairs {
     }
 }
 
-/// Sheep, and the `what` behind them as `number` reads it: words of which the last is a number.
-pub(super) fn with_number<T>(
-    words: &[String],
-    what: &'static str,
-    number: impl Fn(&str) -> Result<T, String>,
-) -> Result<(Vec<Selector>, T), Fatal> {
-    let (last, names) = words.split_last().map_or(("", words), |(last, names)| (last.as_str(), names));
-    let not_a_number = |wanted| malformed(SelectionError::Number { what, found: last.to_owned(), wanted });
-    let number = number(last).map_err(not_a_number)?;
-    if names.is_empty() {
-        return Err(malformed(SelectionError::NoSheep { what, found: last.to_owned() }));
+impl NumberArgs {
+    /// The sheep, and the `what` behind them as `number` reads it.
+    pub(super) fn read<T>(
+        &self,
+        what: &'static str,
+        number: impl Fn(&str) -> Result<T, String>,
+    ) -> Result<(Vec<Selector>, T), Fatal> {
+        let (last, names) = self.words.split_last().map_or(("", &[][..]), |(last, names)| (last.as_str(), names));
+        let not_a_number = |wanted| malformed(SelectionError::Number { what, found: last.to_owned(), wanted });
+        let number = number(last).map_err(not_a_number)?;
+        if names.is_empty() {
+            return Err(malformed(SelectionError::NoSheep { what, found: last.to_owned() }));
+        }
+        let selector = |name: &String| Selector::parse(name).map_err(|error| malformed(SelectionError::Word(error)));
+        Ok((names.iter().map(selector).collect::<Result<_, _>>()?, number))
     }
-    let selector = |name: &String| Selector::parse(name).map_err(|error| malformed(SelectionError::Word(error)));
-    Ok((names.iter().map(selector).collect::<Result<_, _>>()?, number))
 }
 
 fn malformed(error: impl std::error::Error + 'static) -> Fatal {

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use operations::program::{Exit, Fatal, print};
 
-use super::EditSession;
 use super::selection::{Chosen, FORM, Pairs, Selector};
-use crate::completer;
+use super::{EditSession, RemovalArgs};
+use crate::ids;
 
 /// Take transitions out of a flock
 ///
@@ -16,6 +16,7 @@ use crate::completer;
 /// clips stay where they are, unless --delete-files is given. In the manifest, the lines of the transitions are removed;
 /// the comments around them stay.
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("delete_files", |arg| arg.help("Delete their clips too, unless something else names them")))]
 #[command(after_help = "Exit status:
   0  the transitions are gone
   1  it would break the flock; nothing was changed
@@ -24,20 +25,13 @@ use crate::completer;
 pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = completer::completer())]
+    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = ids::completer())]
     from: Selector,
     #[arg(required = true, help = "The sheep where they end, in the same form")]
-    #[arg(value_parser = Selector::parse, add = completer::completer())]
+    #[arg(value_parser = Selector::parse, add = ids::completer())]
     to: Vec<Selector>,
-    /// Delete their clips too, unless something else names them
-    #[arg(long)]
-    delete_files: bool,
-    /// Do it even if that breaks the flock
-    #[arg(long)]
-    force: bool,
-    /// Answer with one JSON document
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    removal: RemovalArgs,
 }
 
 /// Runs the command.
@@ -54,10 +48,5 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         }
         None => (format!("without these {count}"), format!("took out {count}")),
     };
-    session.refuse_breaking(&edit, args.force, args.json)?;
-    let result = session.save()?;
-    if args.delete_files {
-        result.delete_files()?;
-    }
-    result.print(&done, args.json)
+    session.remove(edit, &done, &args.removal)
 }

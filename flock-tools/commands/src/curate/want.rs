@@ -2,14 +2,11 @@
 //!
 //! Owns the command. The shares do not change: `dreams balance` brings them to the wants.
 
-use std::path::PathBuf;
-
 use operations::program::{Exit, Fatal};
 
 use super::EditSession;
-use super::selection::{self, Chosen, FORM};
+use super::selection::{Chosen, FORM, NumberArgs};
 use crate::arguments;
-use crate::completer;
 
 /// Set how often sheep are wished, relative to the others
 ///
@@ -17,30 +14,25 @@ use crate::completer;
 /// and in it only these numbers.
 #[derive(Debug, clap::Args)]
 #[command(override_usage = "dreams want [OPTIONS] <DIR> <ID>... <WANT>")]
+#[command(mut_arg("words", |words| words.help(format!(
+    "The sheep: {FORM}. The last word is their wished share relative to the others': 2 is twice as often as 1"
+))))]
 #[command(after_help = "Exit status:
   0  the wants are set
   1  does not occur
   2  the command line or the manifest is wrong
   3  a file could not be read or written")]
 pub struct Args {
-    /// Folder of the flock
-    dir: PathBuf,
-    #[arg(value_name = "ID", num_args = 1.., required = true, allow_negative_numbers = true, add = completer::completer())]
-    #[arg(help = format!(
-        "The sheep: {FORM}. The last word is their wished share relative to the others': 2 is twice as often as 1"
-    ))]
-    words: Vec<String>,
-    /// Answer with one JSON document
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    number: NumberArgs,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<Exit, Fatal> {
-    let mut session = EditSession::start(&args.dir)?;
-    let (words, want) = selection::with_number(&args.words, "want", arguments::positive)?;
+    let mut session = EditSession::start(&args.number.dir)?;
+    let (words, want) = args.number.read("want", arguments::positive)?;
     let chosen = Chosen::of(&words, session.manifest())?;
     let done = session.told(&chosen, &format!("want {want}"), |sheep| sheep.want.to_string());
     session.edit(|edit| chosen.sheep.iter().try_for_each(|id| edit.set_want(id, want)))?;
-    session.save()?.print(&done, args.json)
+    session.save()?.print(&done, args.number.json)
 }

@@ -9,7 +9,7 @@ use operations::program::{Exit, Fatal, print};
 use super::EditSession;
 use super::selection::{Chosen, FORM, Pairs, Selector};
 use crate::arguments;
-use crate::completer;
+use crate::ids;
 
 /// Set how readily the walk takes transitions, relative to the others from the same sheep
 ///
@@ -24,9 +24,9 @@ use crate::completer;
 pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
-    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = completer::completer())]
+    #[arg(help = format!("The sheep where they start: {FORM}"), value_parser = Selector::parse, add = ids::completer())]
     from: Selector,
-    #[arg(help = format!("The sheep where they end: {FORM}"), value_parser = Selector::parse, add = completer::completer())]
+    #[arg(help = format!("The sheep where they end: {FORM}"), value_parser = Selector::parse, add = ids::completer())]
     to: Selector,
     /// The weight: 2 is taken twice as often as 1
     #[arg(allow_negative_numbers = true, value_parser = arguments::positive)]

@@ -39,7 +39,7 @@ use timing::FrameCount;
 use video::{Encoder, Form, Quality, Tuning};
 
 use crate::curate::add;
-use crate::{arguments, completer};
+use crate::{arguments, ids};
 use answer::{Answer, ClipAnswer};
 use commit::Outcome;
 use genomes::GenomesAnswer;
@@ -86,11 +86,11 @@ pub struct Args {
     sources: Vec<PathBuf>,
     /// The sheep with which the video starts
     #[arg(long, value_name = "ID", requires = "to", value_parser = SheepId::new)]
-    #[arg(add = completer::completer())]
+    #[arg(add = ids::completer())]
     from: Option<SheepId>,
     /// The sheep with which it ends; the same one for a loop
     #[arg(long, value_name = "ID", requires = "from", value_parser = SheepId::new)]
-    #[arg(add = completer::completer())]
+    #[arg(add = ids::completer())]
     to: Option<SheepId>,
     /// Keep the pace of clips, as of so many frames a second, or of those that each file tells: frames are repeated or
     /// left out

@@ -30,7 +30,7 @@ use operations::render::shard::{Part, Shard};
 use operations::render::{hashes, machine, shard};
 use video::Form;
 
-use crate::{arguments, completer};
+use crate::{arguments, ids};
 use dry_run::DryRun;
 use look_args::LookArgs;
 use slurm::SlurmArgs;
@@ -55,7 +55,7 @@ pub struct Args {
     /// Folder of the flock
     dir: PathBuf,
     /// Only the loops of these sheep and the transitions at them
-    #[arg(value_parser = |text: &str| SheepId::new(text), add = completer::completer())]
+    #[arg(value_parser = |text: &str| SheepId::new(text), add = ids::completer())]
     sheep: Vec<SheepId>,
     /// Also clips that the tools did not render, except those that were rendered from the same recipe
     #[arg(long)]

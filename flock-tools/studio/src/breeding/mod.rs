@@ -5,7 +5,6 @@
 //!
 //! Start at [`births::begin`].
 
-pub(super) mod births;
 pub(super) mod broods;
 pub(super) mod children;
 pub(super) mod globe;

@@ -12,21 +12,15 @@ use std::path::{Path, PathBuf};
 /// The writes of a document.
 pub(super) trait Disk: Send {
     /// Appends `bytes` to the journal, which is there; returns when the disk has them. What fails may have left a part.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// Errors: What the disk says.
     fn append(&self, bytes: &[u8]) -> io::Result<()>;
 
     /// Has the journal hold `bytes`, as a whole or not at all.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// Errors: What the disk says.
     fn replace(&self, bytes: &[u8]) -> io::Result<()>;
 
     /// Has a file that a person keeps hold `text`, as a whole or not at all.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// Errors: What the disk says.
     fn save(&self, path: &Path, text: &str) -> io::Result<()>;
 }
 

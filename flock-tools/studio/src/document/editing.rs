@@ -38,9 +38,7 @@ enum Way {
 
 impl Document {
     /// The manifest as it would be with `edits`. Nothing is written.
-    ///
-    /// # Errors
-    /// [`ApplyError::Refused`].
+    /// Errors: [`ApplyError::Refused`].
     pub(crate) fn what_if(&self, edits: &[EditRequest]) -> Result<Arc<Manifest>, ApplyError> {
         let mut edit = Edit::parse(self.now.text.to_string(), Path::new(FILE_NAME))?;
         perform(edits, &mut edit, &*self.around)?;
@@ -49,9 +47,7 @@ impl Document {
 
     /// Makes `edits`, all or none, on the manifest as it is on the disk, and saves it. `base` is the revision that they were
     /// meant for. Edits of the same `gesture` are undone at once. With `force` sheep may go off the wall.
-    ///
-    /// # Errors
-    /// [`ApplyError`]; nothing is changed then.
+    /// Errors: [`ApplyError`]; nothing is changed then.
     pub(crate) fn apply(
         &mut self,
         edits: &[EditRequest],
@@ -89,26 +85,20 @@ impl Document {
     }
 
     /// Takes the last step back.
-    ///
-    /// # Errors
-    /// [`UndoError`]; nothing is changed then.
+    /// Errors: [`UndoError`]; nothing is changed then.
     pub(crate) fn undo(&mut self) -> Result<Undone, UndoError> {
         self.go(Way::Undo)
     }
 
     /// Does again the step that was taken back last.
-    ///
-    /// # Errors
-    /// [`UndoError`]; nothing is changed then.
+    /// Errors: [`UndoError`]; nothing is changed then.
     pub(crate) fn redo(&mut self) -> Result<Undone, UndoError> {
         self.go(Way::Redo)
     }
 
     /// Makes notes, which can be undone as edits can; marks of sheep of a pool are marks of the pool. Returns what was done, in
     /// words.
-    ///
-    /// # Errors
-    /// [`NoteError`]; nothing is changed then.
+    /// Errors: [`NoteError`]; nothing is changed then.
     pub(crate) fn note(&mut self, requests: &[NoteRequest], gesture: Option<&str>) -> Result<String, NoteError> {
         let (history, said) = (self.journal.history(), said_of_notes(requests));
         let notes = history.notes().changes(requests, |sheep| self.around.mark(sheep))?;

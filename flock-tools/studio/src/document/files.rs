@@ -10,9 +10,7 @@ use std::path::Path;
 use flock::ClipPath;
 
 /// Has every file of `renamed` that is there lie under its new name, too.
-///
-/// # Errors
-/// A sentence, if another file has the new name, or a file cannot be copied. Some may be copied then.
+/// Errors: A sentence, if another file has the new name, or a file cannot be copied. Some may be copied then.
 pub(super) fn copy_renamed(folder: &Path, renamed: &BTreeMap<ClipPath, ClipPath>) -> Result<(), String> {
     for (old, new) in renamed {
         let (from, to) = (old.inside(folder), new.inside(folder));

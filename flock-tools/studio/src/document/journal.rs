@@ -41,9 +41,7 @@ pub(super) enum Last {
 impl Journal {
     /// Reads the journal at `path`, or begins one at the manifest `text`. `last` is given the state before the last entry
     /// and with it, and says whether what the entry says was done.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// Errors: What the disk says.
     pub(super) fn open(
         path: &Path,
         disk: Box<dyn Disk>,
@@ -83,9 +81,7 @@ impl Journal {
     }
 
     /// Writes an entry and takes it. Then `act` does what it says; if that fails, the entry is taken out again.
-    ///
-    /// # Errors
-    /// What the disk says; nothing was done then.
+    /// Errors: What the disk says; nothing was done then.
     ///
     /// # Panics
     /// If the entry does not fit what was done, which is a bug.

@@ -133,9 +133,7 @@ impl std::fmt::Debug for Document {
 
 impl Document {
     /// Opens the flock in `folder`, with what an earlier studio left. `around` answers what lies beside the manifest.
-    ///
-    /// # Errors
-    /// [`DocumentError`].
+    /// Errors: [`DocumentError`].
     pub(crate) fn open(folder: &Path, around: Box<dyn Surroundings>) -> Result<Self, DocumentError> {
         let journal = folder.join(OWN_FOLDER).join(JOURNAL);
         Self::open_on(folder, around, Box::new(JournalFile(journal)))

@@ -89,9 +89,7 @@ pub(crate) enum NoteRefusal {
 impl Notes {
     /// The changes that `requests` make, one after the other; those that change nothing are left out. `in_pool` tells how a pool
     /// has marked its sheep.
-    ///
-    /// # Errors
-    /// [`NoteRefusal`] of the first that is refused.
+    /// Errors: [`NoteRefusal`] of the first that is refused.
     pub(super) fn changes(
         &self,
         requests: &[NoteRequest],

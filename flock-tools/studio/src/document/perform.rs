@@ -26,9 +26,7 @@ pub(super) struct Needs {
 }
 
 /// Makes `requests` on `edit`, in their order.
-///
-/// # Errors
-/// [`ApplyError::Refused`] of the first that is refused; `edit` must then be dropped.
+/// Errors: [`ApplyError::Refused`] of the first that is refused; `edit` must then be dropped.
 pub(super) fn perform(
     requests: &[EditRequest],
     edit: &mut Edit,

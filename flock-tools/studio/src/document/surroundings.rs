@@ -10,29 +10,21 @@ use super::requests::EditRequest;
 /// Answers what lies beside the manifest. Every error is a sentence for the artist.
 pub(crate) trait Surroundings: Send + Sync {
     /// The candidate `id` as the sheep that it would be in the flock of `manifest`. Writes nothing.
-    ///
-    /// # Errors
-    /// If there is no such candidate, or its genome cannot be read.
+    /// Errors: If there is no such candidate, or its genome cannot be read.
     fn candidate(&self, id: &SheepId, manifest: &Manifest) -> Result<Sheep, String>;
 
     /// Has the files of `sheep`, which was a candidate, lie in the flock's folder. Called before the manifest is saved.
-    ///
-    /// # Errors
-    /// If another file is in their place, or the disk refuses.
+    /// Errors: If another file is in their place, or the disk refuses.
     fn place(&self, sheep: &Sheep) -> Result<(), String>;
 
     /// The clip of a new transition in the flock of `manifest`: `clip`, or, if its file is there already, that file's frames
     /// and hash. Writes nothing.
-    ///
-    /// # Errors
-    /// If the file that is there has another form.
+    /// Errors: If the file that is there has another form.
     fn clip(&self, clip: Clip, manifest: &Manifest) -> Result<Clip, String>;
 
     /// The text of the credits after `edits`, which led from the manifest `before` to `after`; `text` is the one before.
     /// Called if the flock has credits, and something was dropped, unlinked or renamed.
-    ///
-    /// # Errors
-    /// If the credits are malformed.
+    /// Errors: If the credits are malformed.
     fn credits(&self, text: &str, edits: &[EditRequest], before: &Manifest, after: &Manifest)
     -> Result<String, String>;
 
@@ -40,8 +32,6 @@ pub(crate) trait Surroundings: Send + Sync {
     fn mark(&self, id: &SheepId) -> Option<MarkKind>;
 
     /// Has the pool mark sheep of its own, all or none.
-    ///
-    /// # Errors
-    /// If the pool cannot be changed: another program has it open, or the disk refuses.
+    /// Errors: If the pool cannot be changed: another program has it open, or the disk refuses.
     fn set_marks(&self, marks: &[(SheepId, MarkKind)]) -> Result<(), String>;
 }

@@ -11,7 +11,7 @@ mod tests;
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use axum::extract::State;
@@ -25,6 +25,7 @@ use serde_json::Value;
 use tokio::sync::watch;
 
 use crate::answer::Problem;
+use crate::lock::locked;
 
 /// How many events are kept.
 pub(crate) const KEPT: usize = 1000;
@@ -147,7 +148,7 @@ impl Hub {
 
     fn ring(&self) -> MutexGuard<'_, Ring> {
         // Nothing panics while it holds the lock.
-        self.ring.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.ring)
     }
 }
 

@@ -103,9 +103,7 @@ impl Fence {
     }
 
     /// Lets a request in, or says why not. The order matters: what comes from elsewhere is told nothing but that.
-    ///
-    /// # Errors
-    /// What is answered instead.
+    /// Errors: What is answered instead.
     fn judge(&self, request: &Parts) -> Result<(), Problem> {
         let host = self.host(request)?;
         let changes = match request.method {

@@ -28,9 +28,7 @@ impl Secrets {
     }
 
     /// Those of the system's random numbers.
-    ///
-    /// # Errors
-    /// What the system says.
+    /// Errors: What the system says.
     pub(crate) fn from_system() -> io::Result<Self> {
         let mut random = File::open("/dev/urandom")?;
         let mut number = || {

@@ -57,9 +57,7 @@ impl KeptList {
     }
 
     /// Has the file list `jobs`.
-    ///
-    /// # Errors
-    /// What the disk says.
+    /// Errors: What the disk says.
     pub(super) fn write(&self, jobs: &[Kept]) -> io::Result<()> {
         durable::write(&self.path, &serde_json::to_vec(jobs)?)
     }

@@ -20,6 +20,7 @@ use super::entry::Entry;
 use super::kept::{Kept, KeptList};
 use super::progress::Progress;
 use super::{Job, JobId, NewJob, Priority, State, Work};
+use crate::lock::locked;
 
 /// The most jobs that are over and still listed.
 const MOST_OVER: usize = 200;
@@ -88,9 +89,7 @@ impl std::fmt::Debug for Queue {
 
 impl Queue {
     /// Starts the threads. What an earlier run left is in [`Queue::left`].
-    ///
-    /// # Errors
-    /// If the system gives no threads.
+    /// Errors: If the system gives no threads.
     pub(crate) fn open(settings: Settings) -> std::io::Result<Self> {
         let Settings { threads, kept, clock, listener } = settings;
         let (list, left) = kept.map(|path| KeptList::open(&path)).unzip();
@@ -240,7 +239,7 @@ impl Shared {
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
         // Nothing of ours panics while it holds the lock.
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.inner)
     }
 
     pub(super) fn wake_all(&self) {

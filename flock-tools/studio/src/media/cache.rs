@@ -8,12 +8,13 @@
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use operations::program::now;
 
 use super::MediaError;
 use super::limit::DAY;
+use crate::lock::locked;
 
 /// The folder of what is kept.
 #[derive(Debug)]
@@ -58,7 +59,7 @@ impl Cache {
         let path = self.path(key, ending);
         let own = Arc::clone(self.busy().entry(path.clone()).or_default());
         let made = {
-            let _alone = own.lock().unwrap_or_else(PoisonError::into_inner);
+            let _alone = locked(&own);
             if use_file(&path) { Ok(()) } else { folder_of(&path).and_then(|()| make(&path)) }
         };
         let mut busy = self.busy();
@@ -70,7 +71,7 @@ impl Cache {
     }
 
     fn busy(&self) -> std::sync::MutexGuard<'_, HashMap<PathBuf, Arc<Mutex<()>>>> {
-        self.busy.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.busy)
     }
 }
 

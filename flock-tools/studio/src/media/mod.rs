@@ -7,7 +7,7 @@
 //!
 //! | file | what is there |
 //! |---|---|
-//! | `sources.rs` | keys, and what they stand for |
+//! | `sources.rs`, `keys.rs` | keys, and what they stand for; those of one flock |
 //! | `cache.rs`, `limit.rs` | the files that are kept, each made once; those that are kept no longer |
 //! | `picture.rs`, `strip.rs` | small pictures; the strip and the poster of a sheep |
 //! | `between.rs`, `moving.rs` | previews of a transition: three pictures with their figures; a small clip that grows |
@@ -21,6 +21,7 @@ mod between;
 mod cache;
 mod clips;
 mod cost;
+mod keys;
 mod limit;
 mod moving;
 mod picture;
@@ -40,8 +41,8 @@ use cache::Cache;
 use sources::Sources;
 use strip::StripLook;
 
+pub(super) use keys::Keys;
 pub(super) use rendering::{RENDER_KEY, Wanted};
-pub(super) use sources::Pair;
 
 /// The folder of what is kept, in the studio's own.
 const CACHE: &str = "cache";

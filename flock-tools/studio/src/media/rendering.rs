@@ -24,6 +24,7 @@ use video::Form;
 use super::Media;
 use super::stopping::with_flag;
 use crate::jobs::Progress;
+use crate::lock::locked;
 
 /// What the key of a job begins with that renders a clip; its path follows.
 pub(crate) const RENDER_KEY: &str = "render ";
@@ -109,7 +110,7 @@ impl Media {
         let of_hashes: Mutex<Result<(), String>> = Mutex::new(Ok(()));
         let finished = |_: &ClipPlan, _| {
             let written = hashes::write_hashes(&self.folder).map_err(|fatal| fatal.in_words());
-            *of_hashes.lock().unwrap_or_else(PoisonError::into_inner) = written;
+            *locked(&of_hashes) = written;
         };
         let made = with_flag(progress, |stop| {
             let stop = stop.clone();

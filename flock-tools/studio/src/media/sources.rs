@@ -9,7 +9,7 @@
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use flock::{Clip, ClipHash, Manifest, SheepId};
@@ -18,6 +18,7 @@ use timing::FrameCount;
 use video::Form;
 
 use super::{Media, MediaError};
+use crate::lock::locked;
 
 /// The version of what is kept: another one makes everything again.
 const VERSION: &str = concat!("1 of ", env!("CARGO_PKG_VERSION"));
@@ -70,7 +71,7 @@ pub(super) struct Sources {
 impl Sources {
     /// What `key` stands for.
     pub(super) fn find(&self, key: &str) -> Result<Arc<Source>, MediaError> {
-        let given = self.given.lock().unwrap_or_else(PoisonError::into_inner);
+        let given = locked(&self.given);
         given.get(key).cloned().ok_or_else(|| MediaError::Unknown { key: key.to_owned() })
     }
 
@@ -78,7 +79,7 @@ impl Sources {
     fn give(&self, text: &str, source: impl FnOnce() -> Source) -> String {
         let hash = ClipHash::of(format!("{VERSION}\n{text}").as_bytes()).expect("reading memory does not fail");
         let key: String = hash.to_string().chars().skip("b3:".len()).take(DIGITS).collect();
-        let mut given = self.given.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut given = locked(&self.given);
         given.entry(key.clone()).or_insert_with(|| Arc::new(source()));
         key
     }
@@ -86,7 +87,7 @@ impl Sources {
     /// The hash of the genome at `path`, which is read if it has changed; `None` if it is not there.
     fn text(&self, path: &Path) -> Option<ClipHash> {
         let stamp = stamp(path)?;
-        let known = || self.texts.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = || locked(&self.texts);
         if let Some((_, hash)) = known().get(path).filter(|(known, _)| *known == stamp) {
             return Some(*hash);
         }

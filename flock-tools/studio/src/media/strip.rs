@@ -9,7 +9,7 @@
 use std::fs;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 use ::species::{Motion, Settings, Threads};
 use flame::Backend;
@@ -26,6 +26,7 @@ use super::sources::Source;
 use super::stopping::{go_on, with_flag};
 use super::{Media, MediaError, cache, picture};
 use crate::jobs::Progress;
+use crate::lock::locked;
 
 /// Pictures of a strip, and its columns.
 pub(super) const PICTURES: u32 = 24;
@@ -70,7 +71,7 @@ impl Media {
 
     /// What is told of the strip of `key`. Each is read once: the page asks for all of them after each edit.
     pub(super) fn strip_look(&self, key: &str) -> Option<StripLook> {
-        let known = || self.looks.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = || locked(&self.looks);
         if let Some(look) = known().get(key) {
             return Some(look.clone());
         }

@@ -14,19 +14,19 @@ use axum::Router;
 use axum::extract::{DefaultBodyLimit, State};
 use axum::routing::{get, post};
 use flock::SheepId;
-use operations::program::print;
+use operations::program::{now, print};
 use serde_json::{Value, json};
 
-use crate::answer::{Body, Problem};
-use crate::answers::{Answer, Asked, conflict, malformed, of, refused};
-use crate::breeding::births::{begin, queue_births};
+use crate::answer::{Answer, Asked, Body, Problem, conflict, malformed, of, refused};
 use crate::breeding::broods::{BroodRecord, CellState, PARENT};
 use crate::breeding::globe;
 use crate::document::EditRequest;
 use crate::fence::MOST_IMPORTED_BYTES;
+use crate::lock::locked;
 use crate::requests::{Accept, BreedRequest, Destination, GlobeQuery, GlobeRequest, VotesText};
+use crate::work::births::{begin, queue_births};
 use crate::work::own_command;
-use crate::workshop::{Workshop, locked};
+use crate::workshop::Workshop;
 
 /// Agents of a globe if no number is asked for, and the most.
 const AGENTS: usize = 25;
@@ -176,7 +176,7 @@ async fn next_strings(State(workshop): State<Arc<Workshop>>, Body(sent): Body<Gl
 /// Puts the strings into the pool, as one globe.
 fn keep(workshop: &Arc<Workshop>, strings: &[String]) -> Result<Value, Problem> {
     let text = globe::genome(strings, rand::random()).map_err(malformed)?;
-    let kept = locked(&workshop.stock.broods).keep_genome("agents", &text, Workshop::now_ms());
+    let kept = locked(&workshop.stock.broods).keep_genome("agents", &text, now::since_1970_ms());
     let id = kept.map_err(|error| refused(format!("cannot keep the globe: {error}")))?;
     let job = queue_births(workshop, vec![id]);
     Ok(json!({ "said": "the globe goes into the pool", "job": job }))

@@ -13,14 +13,14 @@ use axum::routing::post;
 use flock::{Flock, Manifest, Measure, SheepId};
 use serde_json::{Value, json};
 
-use crate::answer::{Body, Problem};
-use crate::answers::{Answer, conflict, malformed, measure, of, refused};
+use crate::answer::{Answer, Body, Problem, conflict, malformed, measure, of, refused};
 use crate::document::{Applied, ApplyError, EditRequest, NoteError, NoteRequest, Revision, UndoError, Undone};
 use crate::events::EventKind;
+use crate::lock::locked;
 use crate::requests::{EditsRequest, JoinMark, Marks, Pin, StepRequest, WhatIfRequest};
 use crate::views::figures::{Figures, WhatIf};
 use crate::views::state_delta::StateAnswer;
-use crate::workshop::{Workshop, locked};
+use crate::workshop::Workshop;
 
 /// The routes.
 pub(super) fn router() -> Router<Arc<Workshop>> {

@@ -11,10 +11,10 @@ use axum::extract::{Path, State};
 use axum::routing::{delete, get, post};
 use serde_json::{Value, json};
 
-use crate::answer::Body;
-use crate::answers::{Answer, conflict, missing, of};
+use crate::answer::{Answer, Body, conflict, missing, of};
 use crate::jobs::JobId;
 use crate::requests::{JobRequest, Pause, PreviewRequest};
+use crate::work::{clips, previews};
 use crate::workshop::Workshop;
 
 /// The routes.
@@ -32,11 +32,11 @@ async fn jobs(State(workshop): State<Arc<Workshop>>) -> Answer<Value> {
 }
 
 async fn begin(State(workshop): State<Arc<Workshop>>, Body(request): Body<JobRequest>) -> Answer<Value> {
-    of(move || workshop.render(&request)).await
+    of(move || clips::render(&workshop, &request)).await
 }
 
 async fn preview(State(workshop): State<Arc<Workshop>>, Body(request): Body<PreviewRequest>) -> Answer<Value> {
-    of(move || workshop.preview(&request)).await
+    of(move || previews::preview(&workshop, &request)).await
 }
 
 async fn pause(State(workshop): State<Arc<Workshop>>, Body(Pause { paused }): Body<Pause>) -> Answer<Value> {

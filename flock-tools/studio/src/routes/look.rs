@@ -13,8 +13,9 @@ use flock::{Clip, Flock, FlockShares, SheepId};
 use operations::breeding::today;
 use serde_json::{Value, json};
 
-use crate::answers::{Answer, Asked, conflict, fatal, malformed, measure, missing, of, refused};
+use crate::answer::{Answer, Asked, conflict, fatal, malformed, measure, missing, of, refused};
 use crate::document::EditRequest;
+use crate::lock::locked;
 use crate::requests::{LineageQuery, PruneQuery, StateQuery, Terms, WalkQuery};
 use crate::views::balance::{Advice, Proposal};
 use crate::views::figures::sheep_figures;
@@ -22,7 +23,7 @@ use crate::views::lineage::Tree;
 use crate::views::prune::Pruning;
 use crate::views::state_delta::StateAnswer;
 use crate::views::walk::Walked;
-use crate::workshop::{Workshop, locked};
+use crate::workshop::Workshop;
 
 /// Steps of a walk if none are asked for, and the most.
 const STEPS: usize = 12;

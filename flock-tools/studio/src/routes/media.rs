@@ -17,10 +17,10 @@ use axum::http::{HeaderName, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 
-use crate::answer::Problem;
-use crate::answers::{Asked, blocking, malformed, missing, refused};
+use crate::answer::{Asked, Problem, blocking, malformed, missing, refused};
 use crate::media::MediaError;
 use crate::requests::{MiddleQuery, PacketsQuery, PreviewQuery};
+use crate::work::previews;
 use crate::workshop::Workshop;
 
 /// How long a request waits for a strip. A browser has six connections to a host, which must not all wait.
@@ -58,10 +58,10 @@ async fn strip(State(workshop): State<Arc<Workshop>>, Path(key): Path<String>) -
     if !workshop.media.knows(&key) {
         return Err(missing("nothing has this key any more"));
     }
-    if let Some(error) = workshop.failed_strip(&key) {
+    if let Some(error) = previews::failed_strip(&workshop, &key) {
         return Err(refused(error));
     }
-    workshop.queue_strip(&key);
+    previews::queue_strip(&workshop, &key);
     let mut waited = Duration::ZERO;
     while waited < PATIENCE {
         tokio::time::sleep(LOOK).await;

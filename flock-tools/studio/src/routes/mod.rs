@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use axum::Router;
 
-use super::workshop::Workshop;
+use crate::workshop::Workshop;
 
 /// All routes of the studio's interface.
 pub(super) fn all(workshop: &Arc<Workshop>) -> Router {

@@ -15,15 +15,16 @@ use axum::routing::{get, post};
 use bundle::UnitId;
 use serde_json::{Value, json};
 
-use crate::answer::{Body, Problem};
-use crate::answers::{Answer, conflict, of, refused};
+use crate::answer::{Answer, Body, Problem, conflict, of, refused};
 use crate::jobs::{Job, Kind, NewJob, Priority, Progress};
+use crate::lock::locked;
 use crate::requests::{CheckRequest, PackRequest, PublishRequest};
 use crate::store::clip_states::ClipState;
-use crate::views::ship::{JoinCount, ShipState, Shipping, licences, size, why_not};
+use crate::store::shipping::Shipping;
+use crate::views::ship::{JoinCount, ShipState, licences, size, why_not};
 use crate::work::checking;
 use crate::work::own_command;
-use crate::workshop::{Workshop, locked};
+use crate::workshop::Workshop;
 
 /// The routes.
 pub(super) fn router() -> Router<Arc<Workshop>> {
@@ -39,7 +40,7 @@ async fn state(State(workshop): State<Arc<Workshop>>) -> Answer<ShipState> {
         let (revision, flock) = workshop.flock();
         let manifest = flock.manifest();
         let credits = workshop.credits(manifest)?;
-        let faults = checking::faults(&flock, &locked(&workshop.checked), &revision);
+        let faults = locked(&workshop.checked).faults(&flock, &revision);
         let judged = locked(&workshop.joins).told(&workshop.folder, manifest, |_| None, |_, _| false);
         let joins = (!judged.is_empty()).then(|| JoinCount {
             judged: judged.len(),

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
 use ::breeding::{Event, Folder, LEDGER, Mark, Sheep};
@@ -19,6 +19,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::genomes::Genomes;
 use crate::document::MarkKind;
+use crate::lock::locked;
 
 /// The most genomes of an archive that are looked at.
 const MOST: usize = 20_000;
@@ -121,7 +122,7 @@ impl Candidates {
             let status = fs::metadata(path?).ok()?;
             Some((status.len(), status.modified().ok()?))
         });
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = locked(&self.known);
         if let Some(known) = known.as_ref().filter(|known| known.stamp == stamp) {
             return known.clone();
         }

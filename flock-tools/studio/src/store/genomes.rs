@@ -8,11 +8,13 @@
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
 use ::species::Lineage;
 use operations::species;
+
+use crate::lock::locked;
 
 /// What is known of a genome.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,12 +39,12 @@ impl Genomes {
     pub(crate) fn facts(&self, path: &Path) -> Arc<GenomeFacts> {
         let Ok(status) = fs::metadata(path) else { return Arc::default() };
         let stamp = (status.len(), status.modified().ok());
-        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned();
+        let known = locked(&self.known).get(path).cloned();
         if let Some((_, facts)) = known.filter(|(known, _)| *known == stamp) {
             return facts;
         }
         let facts = Arc::new(read(path));
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = locked(&self.known);
         known.insert(path.to_owned(), (stamp, Arc::clone(&facts)));
         facts
     }

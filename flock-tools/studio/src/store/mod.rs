@@ -5,8 +5,10 @@
 //! Start at [`stock::Stock`].
 
 pub(super) mod candidates;
+pub(super) mod checked;
 pub(super) mod clip_states;
 pub(super) mod genomes;
 pub(super) mod joins;
 pub(super) mod places;
+pub(super) mod shipping;
 pub(super) mod stock;

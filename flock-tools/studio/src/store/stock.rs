@@ -23,7 +23,7 @@ use super::candidates::Candidates;
 use super::genomes::Genomes;
 use crate::breeding::broods::Broods;
 use crate::document::{EditRequest, MarkKind, Surroundings};
-use crate::workshop::locked;
+use crate::lock::locked;
 
 /// What is known of genomes, in the flock and beside it.
 pub(crate) struct Stock {

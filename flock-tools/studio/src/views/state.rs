@@ -14,7 +14,7 @@ use operations::credits::{Credit, FlockCredits};
 use super::figures::{Figures, shown};
 use crate::document::{Mark, MarkKind, Notes, Revision};
 use crate::jobs::Job;
-use crate::pictures::Keys;
+use crate::media::Keys;
 use crate::store::candidates::{Candidate, PoolMarks, VoteCounts};
 use crate::store::clip_states::{ClipFile, ClipState, ClipStates};
 use crate::store::genomes::Genomes;

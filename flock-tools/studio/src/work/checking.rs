@@ -1,14 +1,13 @@
 //! The checks that run as jobs: the faults of all clips, and how well the joins meet.
 //!
-//! Owns what the last check found, until the manifest is another one. The faults are those of `dreams check`. Never changes a
-//! clip.
+//! Owns both jobs. The faults are those of `dreams check`. Never changes a clip.
 //!
 //! Start at [`queue`].
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use flock::{ClipPath, Fault, FaultKind, Flock, Manifest, Sheep, SheepId, Transition};
+use flock::{Fault, Manifest, Sheep, SheepId, Transition};
 use operations::check::{self, clips};
 use operations::decoder::DecoderHandle;
 use operations::flock_folder::file_list;
@@ -17,43 +16,24 @@ use operations::program::{Fatal, print};
 use serde_json::{Value, json};
 use species::Threads;
 
-use crate::document::Revision;
 use crate::jobs::{Job, Kind, NewJob, Priority, Progress};
+use crate::lock::locked;
+use crate::store::checked::Checked;
 use crate::store::joins::around;
-use crate::workshop::{Workshop, locked};
+use crate::workshop::Workshop;
 
 /// Clips, and sheep, that are looked at between two looks at whether the check is cancelled.
 const PART: usize = 8;
 
-/// What the last check found.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Checked {
-    /// The revision of the manifest that was checked, if one was.
-    pub(crate) revision: Option<Revision>,
-    /// All that was wrong.
-    pub(crate) faults: Vec<Fault>,
-}
-
-impl Checked {
-    /// The clips that are not what they should be.
-    pub(crate) fn damaged(&self) -> BTreeSet<ClipPath> {
-        let is_of_clip = |fault: &&Fault| matches!(fault.kind, FaultKind::DamagedClip | FaultKind::WrongClip);
-        self.faults.iter().filter(is_of_clip).filter_map(|fault| fault.clip.clone()).collect()
-    }
-}
-
 /// Queues a check of the whole flock, with its joins or without.
 pub(crate) fn queue(workshop: &Arc<Workshop>, joins: bool) -> Job {
-    let shared = Arc::downgrade(workshop);
-    let work = move |progress: &Progress| {
-        let workshop = shared.upgrade().ok_or("the studio has ended")?;
-        let answer = run(&workshop, joins, progress);
-        workshop.tell_all();
-        answer
-    };
     let (kind, what) = if joins { (Kind::Joins, "all clips and joins") } else { (Kind::Check, "all clips") };
     let new = NewJob { key: Some(format!("check {joins}")), ..NewJob::new(Priority::Clip, kind, what) };
-    workshop.queue.add_job(new, Box::new(work))
+    workshop.queue(new, move |workshop, progress| {
+        let answer = run(workshop, joins, progress);
+        workshop.tell_all();
+        answer
+    })
 }
 
 fn run(workshop: &Workshop, joins: bool, progress: &Progress) -> Result<Value, String> {
@@ -118,11 +98,9 @@ fn part(manifest: &Manifest, sheep: &[Sheep], transitions: &[Transition]) -> Man
 
 /// Queues a look at the joins of one transition, which was rendered just now.
 pub(crate) fn queue_joins(workshop: &Arc<Workshop>, from: SheepId, to: SheepId) -> Job {
-    let shared = Arc::downgrade(workshop);
     let what = format!("joins of {from} to {to}");
     let new = NewJob { key: Some(format!("joins {from}={to}")), ..NewJob::new(Priority::Preview, Kind::Joins, what) };
-    let work = move |_: &Progress| {
-        let workshop = shared.upgrade().ok_or("the studio has ended")?;
+    workshop.queue(new, move |workshop, _| {
         let (_, flock) = workshop.flock();
         let part = around(flock.manifest(), &from, &to);
         let threads = Threads::new(0).map_err(|error| error.to_string())?;
@@ -131,13 +109,7 @@ pub(crate) fn queue_joins(workshop: &Arc<Workshop>, from: SheepId, to: SheepId) 
         kept.map_err(|error| format!("cannot keep what was judged: {error}"))?;
         workshop.tell_all();
         Ok(json!({ "judged": judgement.joins.len(), "jumps": judgement.jumps().count() }))
-    };
-    workshop.queue.add_job(new, Box::new(work))
-}
-
-/// The faults of `flock`: those that the last check found, if it was of this revision, or else those of its graph.
-pub(crate) fn faults(flock: &Flock, checked: &Checked, revision: &Revision) -> Vec<Fault> {
-    if checked.revision.as_ref() == Some(revision) { checked.faults.clone() } else { flock.faults().to_vec() }
+    })
 }
 
 #[cfg(test)]

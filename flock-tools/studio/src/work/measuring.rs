@@ -10,20 +10,16 @@ use std::sync::Arc;
 use flock::{Measure, SheepId};
 use serde_json::{Value, json};
 
+use super::previews::make_strip;
 use crate::jobs::{Job, Kind, NewJob, Priority, Progress};
 use crate::media::MediaError;
 use crate::workshop::Workshop;
 
 /// Queues the strips that are not there, of the flock and of what may come in.
 pub(crate) fn queue(workshop: &Arc<Workshop>) -> Job {
-    let shared = Arc::downgrade(workshop);
-    let work = move |progress: &Progress| {
-        let workshop = shared.upgrade().ok_or("the studio has ended")?;
-        run(&workshop, progress)
-    };
     let what = "activity and colour of all sheep";
     let new = NewJob { key: Some("measure".to_owned()), ..NewJob::new(Priority::Clip, Kind::Measure, what) };
-    workshop.queue.add_job(new, Box::new(work))
+    workshop.queue(new, |workshop, progress| run(workshop, progress))
 }
 
 fn run(workshop: &Workshop, progress: &Progress) -> Result<Value, String> {
@@ -33,7 +29,7 @@ fn run(workshop: &Workshop, progress: &Progress) -> Result<Value, String> {
     for ((id, key), done) in strips.iter().zip(0..) {
         progress.set(done, of);
         progress.wait_if_paused();
-        match workshop.make_strip(key, &progress.for_part()) {
+        match make_strip(workshop, key, &progress.for_part()) {
             Ok(()) => {}
             Err(MediaError::Cancelled) => return Err("cancelled".to_owned()),
             Err(error) => {
@@ -57,20 +53,11 @@ fn missing(workshop: &Workshop) -> Result<Vec<(SheepId, String)>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Args;
     use crate::events::EventKind;
-    use clap::Parser;
-    use operations::decoder::ffmpeg::Ffmpeg;
     use std::fmt::Write;
     use std::fs;
     use std::path::Path;
     use std::time::Duration;
-
-    #[derive(Debug, clap::Parser)]
-    struct Line {
-        #[command(flatten)]
-        args: Args,
-    }
 
     #[test]
     fn sheep_that_nobody_has_looked_at_are_measured_once_and_the_pages_are_told_of_each() {
@@ -82,8 +69,7 @@ mod tests {
             write!(text, "[[sheep]]\nid = \"{id}\"\ngenome = \"{id}.expr\"\n").unwrap();
         }
         fs::write(scratch.path().join(flock::FILE_NAME), text).unwrap();
-        let line = Line::parse_from(["dreams".as_ref(), scratch.path().as_os_str()]);
-        let workshop = Arc::new(Workshop::open(&line.args, &Ffmpeg).map_err(|fatal| fatal.in_words()).unwrap());
+        let workshop = Workshop::of_folder(scratch.path());
         let mut told = workshop.hub.subscribe(None);
         assert_eq!(told.at_once().map(|event| event.kind), Some(EventKind::State));
         let measure = || {

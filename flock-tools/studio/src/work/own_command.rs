@@ -11,13 +11,15 @@ use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
 use operations::program::now;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+
+use crate::lock::locked;
 
 /// How long it may take until a cancelled command is ended.
 const TICK: Duration = Duration::from_millis(50);
@@ -102,7 +104,7 @@ impl Drop for Running {
 }
 
 fn running() -> MutexGuard<'static, BTreeSet<u32>> {
-    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+    locked(&RUNNING)
 }
 
 /// What went wrong, by the answer of a command that failed: its error with its causes.

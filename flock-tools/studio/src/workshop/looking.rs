@@ -10,19 +10,19 @@ use std::sync::Arc;
 
 use flock::{Clip, Flock, Manifest, Measure, SheepId};
 use operations::credits::FlockCredits;
+use operations::program::now;
 
-use super::answers::fatal;
-use super::media::RENDER_KEY;
-use super::store::clip_states::ClipStates;
-use super::store::stock::Stock;
-use super::views::state::{Capabilities, Head, PoolState, Sources, State, flock_part};
-use super::views::state_delta::StateAnswer;
-use super::views::walk::Walked;
-use super::work::checking;
-use super::workshop::{Workshop, locked};
-use crate::answer::Problem;
+use super::Workshop;
+use crate::answer::{Problem, fatal};
 use crate::document::{Revision, Snapshot};
 use crate::jobs::{Job, Kind, State as JobState};
+use crate::lock::locked;
+use crate::media::RENDER_KEY;
+use crate::store::clip_states::ClipStates;
+use crate::store::stock::Stock;
+use crate::views::state::{Capabilities, Head, PoolState, Sources, State, flock_part};
+use crate::views::state_delta::StateAnswer;
+use crate::views::walk::Walked;
 
 impl Workshop {
     /// The document now.
@@ -89,7 +89,7 @@ impl Workshop {
         let credits = self.credits(manifest)?;
         let clips = self.clip_states();
         locked(&self.places).update(&flock);
-        let faults = checking::faults(&flock, &locked(&self.checked), &revision);
+        let faults = locked(&self.checked).faults(&flock, &revision);
         let Stock { genomes, candidates, .. } = &*self.stock;
         let (all, votes, marks) = (candidates.all(genomes), candidates.votes(genomes), candidates.marks(genomes));
         let part = {
@@ -119,7 +119,7 @@ impl Workshop {
             fps: [fps.num(), fps.den()],
             size: [manifest.size.0, manifest.size.1],
             by,
-            now_ms: Self::now_ms(),
+            now_ms: now::since_1970_ms(),
             undo,
             redo,
             jobs: self.queue.jobs(),

@@ -1,11 +1,14 @@
 //! What all requests of the studio share: the document, the queue, the events, and what is known of files.
 //!
-//! Owns them, and what the page is told when something has changed. `looking.rs` has what is read of them.
+//! Owns them, and what the page is told when something has changed. `looking.rs` has what is read of them. Never knows a
+//! request, nor what a job does.
 //!
 //! Start at [`Workshop::open`].
 
-use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+mod looking;
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
 use flock::{Flock, Measure};
 use operations::decoder::Decoder;
@@ -13,26 +16,41 @@ use operations::flock_folder::open;
 use operations::program::{Exit, Fatal, now};
 use serde_json::{Value, json};
 
-use super::breeding::births;
-use super::breeding::broods::Broods;
-use super::command::{Args, StudioError};
-use super::media::Media;
-use super::store::candidates::Candidates;
-use super::store::genomes::Genomes;
-use super::store::joins::JoinRecord;
-use super::store::places::Places;
-use super::store::stock::{Around, Stock};
-use super::views::ship::Shipping;
-use super::views::state_delta::SentStates;
-use super::work::checking::Checked;
+use crate::breeding::broods::Broods;
 use crate::document::{Change, Document, DocumentError, OWN_FOLDER, Revision};
 use crate::events::{EventKind, Hub};
-use crate::jobs::{Queue, Settings};
+use crate::jobs::{Job, NewJob, Progress, Queue, Settings, Work};
+use crate::lock::locked;
+use crate::media::{Keys, Media};
+use crate::server::StudioError;
+use crate::store::candidates::Candidates;
+use crate::store::checked::Checked;
+use crate::store::genomes::Genomes;
+use crate::store::joins::JoinRecord;
+use crate::store::places::Places;
+use crate::store::shipping::Shipping;
+use crate::store::stock::{Around, Stock};
+use crate::views::state_delta::SentStates;
 
 /// The list of jobs that a restart goes on with.
 const JOBS: &str = "jobs.json";
 /// The folder of the pool in that of the flock, if no other is named.
 const POOL: &str = "pool";
+
+/// Whose studio it is.
+pub(crate) struct Opening<'a> {
+    /// The folder of the flock.
+    pub(crate) folder: &'a Path,
+    /// The folder of its pool; one in that of the flock, if no other is named.
+    pub(crate) pool: Option<PathBuf>,
+    /// The folder of genomes from which sheep may come in.
+    pub(crate) archive: Option<PathBuf>,
+    /// Where bundles come from and go to.
+    pub(crate) shipping: Shipping,
+    /// How many clips are made at once.
+    pub(crate) threads: usize,
+    pub(crate) decoder: &'static dyn Decoder,
+}
 
 /// What all requests share. Locks are held for short: none while something is rendered, decoded or sent.
 pub(crate) struct Workshop {
@@ -57,12 +75,12 @@ pub(crate) struct Workshop {
 }
 
 impl Workshop {
-    /// Opens the flock that `args` name, and what an earlier studio left of it.
+    /// Opens a flock, and what an earlier studio left of it.
     /// Errors: If the manifest is malformed, or the studio's own folder cannot be made.
-    pub(crate) fn open(args: &Args, decoder: &'static dyn Decoder) -> Result<Self, Fatal> {
-        let folder = args.dir.clone();
-        let own = folder.join(OWN_FOLDER);
-        let candidates = Candidates::new(args.pool.clone().unwrap_or_else(|| folder.join(POOL)), args.archive.clone());
+    pub(crate) fn open(opening: Opening<'_>) -> Result<Self, Fatal> {
+        let Opening { folder, pool, archive, shipping, threads, decoder } = opening;
+        let (folder, own) = (folder.to_owned(), folder.join(OWN_FOLDER));
+        let candidates = Candidates::new(pool.unwrap_or_else(|| folder.join(POOL)), archive);
         let (genomes, broods) = (Genomes::default(), Mutex::new(Broods::open(&own)));
         let stock = Arc::new(Stock { folder: folder.clone(), decoder, genomes, candidates, broods });
         let around = Box::new(Around(Arc::clone(&stock)));
@@ -70,7 +88,7 @@ impl Workshop {
         let hub = Arc::new(Hub::new(rand::random()));
         let told = Arc::clone(&hub);
         let settings = Settings {
-            threads: usize::from(args.jobs),
+            threads,
             kept: Some(own.join(JOBS)),
             clock: now::since_start,
             listener: Box::new(move |job| told.send(EventKind::Job, &json!({ "job": job }))),
@@ -86,7 +104,7 @@ impl Workshop {
             places: Mutex::new(Places::open(&own)),
             checked: Mutex::default(),
             sent: Mutex::new(SentStates::new(rand::random())),
-            shipping: args.shipping(),
+            shipping,
             difference: Mutex::default(),
             known_flock: Mutex::default(),
             folder,
@@ -94,17 +112,13 @@ impl Workshop {
         })
     }
 
-    /// Goes on with the jobs that an earlier run left.
-    pub(crate) fn go_on(self: &Arc<Self>) {
-        for brood in locked(&self.stock.broods).unfinished() {
-            births::queue(self, &brood);
-        }
-        for kept in self.queue.left() {
-            match self.work_of(&kept) {
-                Some(work) => drop(self.queue.go_on(&kept, work)),
-                None => self.queue.forget(&kept),
-            }
-        }
+    /// That of the flock in `folder`, with nothing beside it.
+    #[cfg(test)]
+    pub(crate) fn of_folder(folder: &Path) -> Arc<Self> {
+        let shipping = Shipping::new(folder, &[], None, Vec::new(), None);
+        let decoder = &operations::decoder::ffmpeg::Ffmpeg;
+        let opening = Opening { folder, pool: None, archive: None, shipping, threads: 1, decoder };
+        Arc::new(Self::open(opening).map_err(|fatal| fatal.in_words()).unwrap())
     }
 
     /// Looks whether somebody else has edited the manifest, and tells the page.
@@ -135,6 +149,28 @@ impl Workshop {
         }
     }
 
+    /// The keys of pictures and clips for the flock of `manifest`.
+    pub(crate) fn keys<'a>(&'a self, manifest: &'a flock::Manifest) -> Keys<'a> {
+        Keys::new(&self.media, manifest)
+    }
+
+    /// The work that runs `run` with all that requests share, as long as the studio is there.
+    pub(crate) fn work<F>(self: &Arc<Self>, run: F) -> Work
+    where
+        F: FnOnce(&Arc<Self>, &Progress) -> Result<Value, String> + Send + 'static,
+    {
+        let shared = Arc::downgrade(self);
+        Box::new(move |progress| run(&shared.upgrade().ok_or("the studio has ended")?, progress))
+    }
+
+    /// Queues a job that runs `run`.
+    pub(crate) fn queue<F>(self: &Arc<Self>, new: NewJob, run: F) -> Job
+    where
+        F: FnOnce(&Arc<Self>, &Progress) -> Result<Value, String> + Send + 'static,
+    {
+        self.queue.add_job(new, self.work(run))
+    }
+
     /// Tells the page a sentence.
     pub(crate) fn note(&self, text: &str) {
         self.hub.send(EventKind::Note, &json!({ "text": text }));
@@ -150,11 +186,6 @@ impl Workshop {
     pub(crate) fn tell_all(&self) {
         self.hub.send(EventKind::State, &json!({}));
     }
-
-    /// Now, in milliseconds since 1970.
-    pub(crate) fn now_ms() -> u64 {
-        now::since_1970_ms()
-    }
 }
 
 /// Ends the command that cannot open a document.
@@ -164,9 +195,4 @@ fn document_fatal(error: DocumentError) -> Fatal {
         DocumentError::Taken { .. } => Fatal::new(Exit::No, error),
         DocumentError::Folder { .. } => Fatal::new(Exit::Unreadable, error),
     }
-}
-
-/// The value behind `mutex`. A thread that panicked while it had it has left it whole.
-pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

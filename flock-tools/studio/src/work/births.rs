@@ -14,17 +14,18 @@ use std::sync::Arc;
 use ::breeding::{Born, Brood, Folder, Id, Origin, Settings};
 use flame::Backend;
 use operations::breeding::{nursery, open_for_changes, today};
-use operations::program::chain;
+use operations::program::{chain, now, print};
 use operations::species::{self as kinds, all, endings};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde_json::{Value, json};
 use species::{Genome, Lineage, Threads};
 
-use super::broods::{BroodRecord, Cell, CellState};
-use super::children::{Parent, Wish};
+use crate::breeding::broods::{BroodRecord, Cell, CellState};
+use crate::breeding::children::{Parent, Wish};
 use crate::jobs::{Job, Kind, NewJob, Priority, Progress};
+use crate::lock::locked;
 use crate::requests::BreedRequest;
-use crate::workshop::{Workshop, locked};
+use crate::workshop::Workshop;
 
 /// Cells of a brood: as many as asked for, within these.
 const CELLS: [usize; 2] = [2, 60];
@@ -51,27 +52,23 @@ pub(crate) fn begin(workshop: &Arc<Workshop>, request: &BreedRequest) -> Result<
         seed: request.seed.unwrap_or_else(|| rand::random::<u32>().into()),
     };
     let count = request.count.unwrap_or(USUAL_CELLS).clamp(CELLS[0].max(parents.len() + 1), CELLS[1]);
-    let begun = locked(&workshop.stock.broods).begin(&named, species, wish, count, Workshop::now_ms());
+    let begun = locked(&workshop.stock.broods).begin(&named, species, wish, count, now::since_1970_ms());
     let brood = begun.map_err(|error| format!("cannot keep the brood: {error}"))?;
     Ok((queue(workshop, &brood), brood))
 }
 
 /// Queues the making of a brood.
 pub(crate) fn queue(workshop: &Arc<Workshop>, brood: &BroodRecord) -> Job {
-    let (id, shared) = (brood.id.clone(), Arc::downgrade(workshop));
+    let id = brood.id.clone();
     let new = NewJob {
         key: Some(format!("brood {id}")),
         ..NewJob::new(Priority::Interactive, Kind::Brood, format!("brood {id}"))
     };
-    let work = move |progress: &Progress| {
-        let workshop = shared.upgrade().ok_or("the studio has ended")?;
-        make(&workshop, &id, progress)
-    };
-    workshop.queue.add_job(new, Box::new(work))
+    workshop.queue(new, move |workshop, progress| make(workshop, &id, progress))
 }
 
 /// Makes the cells of a brood that wait.
-fn make(workshop: &Arc<Workshop>, id: &str, progress: &Progress) -> Result<Value, String> {
+fn make(workshop: &Workshop, id: &str, progress: &Progress) -> Result<Value, String> {
     let brood = locked(&workshop.stock.broods).find(id).cloned().ok_or_else(|| format!("there is no brood `{id}`"))?;
     let parents = brood.parents.iter().map(|id| read_parent(workshop, id)).collect::<Result<Vec<_>, _>>()?;
     let species = all(&Backend::default());
@@ -129,15 +126,12 @@ fn read(path: &Path) -> Result<(Box<dyn Genome>, String), String> {
 
 /// Queues the birth of these cells in the pool, which is made if there is none.
 pub(crate) fn queue_births(workshop: &Arc<Workshop>, cells: Vec<String>) -> Job {
-    let shared = Arc::downgrade(workshop);
-    let what = format!("{} into the pool", operations::program::print::count(cells.len(), "cell"));
-    let work = move |progress: &Progress| {
-        let workshop = shared.upgrade().ok_or("the studio has ended")?;
-        let born = bear(&workshop, &cells, progress)?;
+    let what = format!("{} into the pool", print::count(cells.len(), "cell"));
+    workshop.queue(NewJob::new(Priority::Interactive, Kind::Brood, what), move |workshop, progress| {
+        let born = bear(workshop, &cells, progress)?;
         workshop.tell_all();
         Ok(json!({ "born": born }))
-    };
-    workshop.queue.add_job(NewJob::new(Priority::Interactive, Kind::Brood, what), Box::new(work))
+    })
 }
 
 /// What is to be born: a genome, the ids of its parents as the studio knows them, its operator and its species.
@@ -284,20 +278,11 @@ fn pool_for_changes(path: &PathBuf) -> Result<Folder, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Args;
-    use clap::Parser;
-    use operations::decoder::ffmpeg::Ffmpeg;
     use std::fmt::Write;
     use std::time::Duration;
 
     /// How each sheep of a pool came, by its id: the operator and the parents.
     type Origins = BTreeMap<String, (String, Vec<String>)>;
-
-    #[derive(Debug, clap::Parser)]
-    struct Line {
-        #[command(flatten)]
-        args: Args,
-    }
 
     /// A studio of a flock of one sheep of each species, and its folder.
     fn studio() -> (tempfile::TempDir, Arc<Workshop>) {
@@ -310,9 +295,8 @@ mod tests {
             write!(text, "[[sheep]]\nid = \"{id}\"\ngenome = \"{name}\"\n").unwrap();
         }
         fs::write(scratch.path().join(flock::FILE_NAME), text).unwrap();
-        let line = Line::parse_from(["dreams".as_ref(), scratch.path().as_os_str()]);
-        let workshop = Workshop::open(&line.args, &Ffmpeg).map_err(|fatal| fatal.in_words()).unwrap();
-        (scratch, Arc::new(workshop))
+        let workshop = Workshop::of_folder(scratch.path());
+        (scratch, workshop)
     }
 
     /// A brood of `parents` whose first child is the expression `text`, made by `op`; returns its id.

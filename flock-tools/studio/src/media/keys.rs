@@ -1,8 +1,8 @@
 //! The keys of pictures and clips, as answers have them.
 //!
-//! Owns which key stands for what, by `media`. Keys are found by looking at files, none of which is opened.
+//! Owns which key stands for what in one flock. Keys are found by looking at files, none of which is opened.
 //!
-//! Start at [`Workshop::keys`].
+//! Start at [`Keys::new`].
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use flock::{Clip, Manifest, SheepId};
 use timing::FrameCount;
 use video::Form;
 
-use super::media::{Media, Pair};
-use super::workshop::Workshop;
+use super::Media;
+use super::sources::Pair;
 
 /// The keys of one flock.
 #[derive(Clone, Copy)]
@@ -19,13 +19,6 @@ pub(crate) struct Keys<'a> {
     media: &'a Media,
     manifest: &'a Manifest,
     form: Form,
-}
-
-impl Workshop {
-    /// The keys for the flock of `manifest`.
-    pub(crate) fn keys<'a>(&'a self, manifest: &'a Manifest) -> Keys<'a> {
-        Keys::new(&self.media, manifest)
-    }
 }
 
 impl<'a> Keys<'a> {
