@@ -80,13 +80,6 @@ impl Server {
         self.port
     }
 
-    /// The addresses that it listens at.
-    /// Errors: What the system says.
-    #[cfg(test)]
-    pub(crate) fn addresses(&self) -> io::Result<Vec<std::net::SocketAddr>> {
-        self.listeners.iter().map(StdListener::local_addr).collect()
-    }
-
     /// The threads for a server, and for what waits beside it: two.
     /// Errors: If the system gives no threads.
     pub(crate) fn runtime() -> io::Result<Runtime> {
@@ -150,4 +143,17 @@ async fn answer(stream: TcpStream, router: Router, mut stopped: watch::Receiver<
         _ = stopped.wait_for(|stop| *stop) => connection.as_mut().graceful_shutdown(),
     }
     let _ = connection.await;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Server {
+        /// The addresses that it listens at.
+        /// Errors: What the system says.
+        pub(crate) fn addresses(&self) -> io::Result<Vec<std::net::SocketAddr>> {
+            self.listeners.iter().map(StdListener::local_addr).collect()
+        }
+    }
 }

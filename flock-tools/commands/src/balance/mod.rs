@@ -10,8 +10,8 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use flock::Draft;
 use flock::{Balance, Bottleneck, Flock, Measure, SheepBalance, SheepId, Suggestions, Terms};
-use operations::flock_folder::Draft;
 use operations::flock_folder::open;
 use operations::program::{Exit, Fatal, print};
 

@@ -3,8 +3,8 @@
 //! Owns the edit of `--write`: only weights that differ are changed, and none if the flock would be further from its wants
 //! with the new ones. A manifest without such is not written. The flock crate finds the weights.
 
+use flock::Draft;
 use flock::{Balance, Flock, FlockShares, Measure};
-use operations::flock_folder::Draft;
 use operations::program::{Exit, Fatal};
 
 /// Writes the weights of `balance` into `draft`, the manifest of the same flock; returns how many were changed.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use ::breeding::{Born, CLONE, Event, Folder, Id, Lookalikes, Pool, Traits, Waiting};
 use flame::Backend;
 use operations::breeding::nursery::{self, IMPORT, figures, traits};
-use operations::breeding::{fatal, open, open_for_changes, today};
+use operations::breeding::{open, open_for_changes, today};
 use operations::program::{Exit, Fatal, print};
 use operations::species as kinds;
 use species::{FigureFault, Genome, Threads};
@@ -131,7 +131,7 @@ impl Args {
         };
         let born: Vec<(Born, Box<dyn Genome>)> = (first..).zip(found).map(born).collect();
         if !self.dry_run {
-            folder.bring_in(today(), &born, |born, genome| nursery::text(born, &**genome)).map_err(fatal)?;
+            folder.bring_in(today(), &born, |born, genome| nursery::text(born, &**genome))?;
         }
         let ids: Vec<Id> = born.iter().map(|(born, _)| born.id).collect();
         let verb = if self.dry_run { "would be" } else { "is" };
@@ -148,7 +148,7 @@ impl Args {
             genome: found.text,
         };
         if !self.dry_run {
-            folder.tell(today(), found.into_iter().map(waiting).map(Event::Waits).collect()).map_err(fatal)?;
+            folder.tell(today(), found.into_iter().map(waiting).map(Event::Waits).collect())?;
         }
         if json {
             print::json(&Answer { changed: !self.dry_run, sheep: Vec::new(), faults })?;

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use ::breeding::{Birth, Brood, Census, Event, Folder, Id, Operation, Order, Settings, breed, deaths, foreseen, plan};
 use clap::builder::RangedU64ValueParser;
 use operations::breeding::nursery::{self, Candidates, IMPORT, REFUSED};
-use operations::breeding::{fatal, genome, open, open_for_changes, today, waiting};
+use operations::breeding::{genome, open, open_for_changes, today, waiting};
 use operations::program::{Exit, Fatal, print};
 use operations::render::machine;
 use operations::species::all;
@@ -141,7 +141,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
     let candidates = Candidates::new(parents(&folder, &order)?, waiting(&folder)?, args.op.clone());
     let threads = Threads::new(args.threads.get()).map_err(|error| Fatal::new(Exit::Unreadable, error))?;
     let brood = threads.run(|| breed(folder.pool(), &census, &order, &candidates));
-    folder.bear(today(), &brood, |born, genome| nursery::text(born, &**genome)).map_err(fatal)?;
+    folder.bear(today(), &brood, |born, genome| nursery::text(born, &**genome))?;
     let died = bury(&mut folder)?;
     args.write_sheets(&brood, &threads)?;
     args.answer(&brood, died)
@@ -151,7 +151,7 @@ impl Args {
     fn order(&self, folder: &Folder) -> Result<Order, Fatal> {
         let pool = folder.pool();
         let find = |id: &String| {
-            let born = &pool.find(id).map_err(fatal)?.born;
+            let born = &pool.find(id)?.born;
             if pool.settings.licence.allows(&born.licence) {
                 return Ok(born.id);
             }
@@ -338,7 +338,7 @@ fn bury(folder: &mut Folder) -> Result<Vec<Id>, Fatal> {
         print::note(&format!("note: the pool has {over} sheep more than its limit of {limit}: no other may die yet"));
     }
     if !found.ids.is_empty() {
-        folder.tell(today(), found.ids.iter().map(|id| Event::Died { id: *id }).collect()).map_err(fatal)?;
+        folder.tell(today(), found.ids.iter().map(|id| Event::Died { id: *id }).collect())?;
     }
     Ok(found.ids)
 }

@@ -8,10 +8,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use ::breeding::{Ballot, Born, Census, Event, Folder, Id, Pool, Reason, Sheep as BredSheep, elect};
+use flock::Draft;
 use flock::{Clip, Edit, FILE_NAME, MAX_FRAMES, Sheep, SheepId, Transition};
 use operations::breeding as pools;
-use operations::breeding::{fatal, genome, open_for_changes, today};
-use operations::flock_folder::{Draft, open, paths};
+use operations::breeding::{genome, open_for_changes, today};
+use operations::flock_folder::paths;
 use operations::program::{Exit, Fatal, print};
 use operations::render::estimate;
 use operations::render::machine;
@@ -151,7 +152,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         let ids = plan.chosen.iter().map(|(elected, _)| elected.id).collect();
         args.write(&folder, plan)?;
         let elected = Event::Elected { edition: args.edition.clone(), ids, unique };
-        folder.tell(today(), vec![elected]).map_err(fatal)?;
+        folder.tell(today(), vec![elected])?;
     }
     args.tell(&answer)
 }
@@ -165,7 +166,7 @@ impl Args {
     ) -> Result<Plan<'a>, Fatal> {
         let (edit, draft) = if self.dir.join(FILE_NAME).exists() {
             let draft = Draft::lock(&self.dir)?;
-            (Edit::parse(draft.edit.text(), &self.dir.join(FILE_NAME)).map_err(open::manifest_fatal)?, Some(draft))
+            (Edit::parse(draft.edit.text(), &self.dir.join(FILE_NAME))?, Some(draft))
         } else {
             (Edit::blank(&new::name_of(&self.dir), self.size, self.fps), None)
         };
@@ -272,7 +273,7 @@ impl Args {
             Some(mut draft) => {
                 fill()?;
                 draft.edit = edit;
-                draft.save()
+                Ok(draft.save()?)
             }
         }
     }

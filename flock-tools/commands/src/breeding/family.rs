@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use ::breeding::{Id, Pool, Sheep};
-use operations::breeding::{fatal, open};
+use operations::breeding::open;
 use operations::program::{Exit, Fatal, print};
 
 /// Print the ancestors and the children of a sheep
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
 }
 
 fn answer(pool: &Pool, id: &str) -> Result<Answer, Fatal> {
-    let sheep = pool.find(id).map_err(fatal)?;
+    let sheep = pool.find(id)?;
     Ok(Answer {
         sheep: Relative::of(sheep),
         family: sheep.family,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use ::breeding::{Census, Folder, Id, LicencePolicy, Mark, Niche, Origin, Settings, Sheep};
 use clap::builder::RangedU64ValueParser;
-use operations::breeding::{fatal, genome, open, open_for_changes, set_marks, today};
+use operations::breeding::{genome, open, open_for_changes, set_marks, today};
 use operations::program::{Exit, Fatal, print};
 use operations::species::endings;
 use species::{Genome, Rng, Threads};
@@ -202,7 +202,7 @@ fn create(args: &NewArgs, json: bool) -> Result<Exit, Fatal> {
     let mut settings = Settings::new(&name, Origin::of_bits(origin), seed, &species);
     settings.limit = args.limit;
     settings.licence = if args.ours { LicencePolicy::Ours } else { LicencePolicy::Any };
-    let folder = Folder::create(pool, &settings).map_err(fatal)?;
+    let folder = Folder::create(pool, &settings)?;
     if json {
         print::json(&ShowAnswer::of(&folder, false))?;
     } else {
@@ -215,7 +215,7 @@ fn create(args: &NewArgs, json: bool) -> Result<Exit, Fatal> {
 fn mark(args: &MarkArgs, json: bool) -> Result<Exit, Fatal> {
     let PoolArgs { pool } = &args.common;
     let mut folder = if args.dry_run { open(pool)? } else { open_for_changes(pool)? };
-    let find = |id: &String| folder.pool().find(id).map(|sheep| sheep.born.id).map_err(fatal);
+    let find = |id: &String| folder.pool().find(id).map(|sheep| sheep.born.id).map_err(Fatal::from);
     let ids = args.sheep.iter().map(find).collect::<Result<Vec<Id>, Fatal>>()?;
     let (mark, word) = match args.mark {
         MarkArg::Keep => (Mark::Keep, "kept"),
@@ -237,7 +237,7 @@ fn merge(args: &MergeArgs, json: bool) -> Result<Exit, Fatal> {
     let new: Vec<Id> =
         other.pool().sheep().map(|sheep| sheep.born.id).filter(|id| folder.pool().get(*id).is_none()).collect();
     if !args.dry_run {
-        folder.merge(&other).map_err(fatal)?;
+        folder.merge(&other)?;
     }
     let verb = if args.dry_run { "would come" } else { "came" };
     tell(json, !args.dry_run, &new, Vec::new(), |id| format!("{id} {verb} from `{}`", args.other.display()))

@@ -10,7 +10,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use ::breeding::{Count, Event, Pool};
-use operations::breeding::{fatal, open, open_for_changes, today};
+use operations::breeding::{open, open_for_changes, today};
 use operations::program::{Exit, Fatal, print};
 use serde::de::IgnoredAny;
 use votes::{Received, SheepTotals, Totals, UnitLimits, VotesError};
@@ -132,7 +132,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
     if !args.dry_run {
         args.save(&received)?;
         if !events.is_empty() {
-            folder.tell(today(), events).map_err(fatal)?;
+            folder.tell(today(), events)?;
         }
     }
     args.tell(&Answer { changed: !args.dry_run, units, refused, due: folder.pool().is_due() })

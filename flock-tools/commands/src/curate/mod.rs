@@ -26,9 +26,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use flock::Draft;
 use flock::{ClipPath, Edit, EditError, Fault, Flock, FlockShares, Manifest, Sheep, SheepId};
 use operations::credits::{CreditsFile, Subject};
-use operations::flock_folder::Draft;
 use operations::program::{Exit, Fatal, print};
 
 use selection::Chosen;

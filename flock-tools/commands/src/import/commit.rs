@@ -8,8 +8,8 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+use flock::Draft;
 use flock::{Clip, ClipHash, Edit, EditError, Manifest, Sheep, SheepId, Transition};
-use operations::flock_folder::Draft;
 use operations::program::{Exit, Fatal};
 use operations::render::plan::ClipRole;
 

@@ -11,9 +11,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use flame::genome::Origin;
+use flock::Draft;
 use flock::{Clip, ClipPath, Sheep, SheepId, Transition};
 use operations::credits::{Said, Subject};
-use operations::flock_folder::Draft;
 use operations::flock_folder::paths;
 use operations::program::{Exit, Fatal, print};
 use operations::species;
@@ -302,11 +302,11 @@ impl<'a> GenomeImport<'a> {
             return Ok(());
         }
         self.unsaved = 0;
-        self.draft.save_and_go_on()
+        Ok(self.draft.save_and_go_on()?)
     }
 
     fn save(self) -> Result<(), Fatal> {
-        if self.dry || self.unsaved == 0 { Ok(()) } else { self.draft.save() }
+        if self.dry || self.unsaved == 0 { Ok(()) } else { Ok(self.draft.save()?) }
     }
 }
 

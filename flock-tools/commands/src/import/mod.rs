@@ -27,10 +27,10 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use flock::Draft;
 use flock::{MAX_FRAMES, Manifest, SheepId};
 use operations::credits::{self, CreditsFile};
 use operations::decoder::Decoder;
-use operations::flock_folder::Draft;
 use operations::flock_folder::paths::FOLDERS;
 use operations::program::{Exit, Fatal, print, progress};
 use operations::render::machine;

@@ -35,29 +35,31 @@ struct WaitingError {
 
 /// Opens the pool at `path` to look at it.
 pub fn open(path: &Path) -> Result<Folder, Fatal> {
-    Folder::open(path).map_err(fatal)
+    Ok(Folder::open(path)?)
 }
 
 /// Opens the pool at `path` to change it.
 pub fn open_for_changes(path: &Path) -> Result<Folder, Fatal> {
-    Folder::open_for_changes(path).map_err(fatal)
+    Ok(Folder::open_for_changes(path)?)
 }
 
 /// Ends a command because of a pool.
-pub fn fatal(error: BreedingError) -> Fatal {
-    let exit = match &error {
-        BreedingError::Exists { .. } | BreedingError::InUse { .. } => Exit::No,
-        BreedingError::Io { .. } | BreedingError::NoGenome { .. } => Exit::Unreadable,
-        BreedingError::BadEvent { .. }
-        | BreedingError::Clash { .. }
-        | BreedingError::Setting { .. }
-        | BreedingError::Settings { .. }
-        | BreedingError::Traits { .. }
-        | BreedingError::Twice { .. }
-        | BreedingError::Unborn { .. }
-        | BreedingError::Unknown { .. } => Exit::Malformed,
-    };
-    Fatal::new(exit, error)
+impl From<BreedingError> for Fatal {
+    fn from(error: BreedingError) -> Self {
+        let exit = match &error {
+            BreedingError::Exists { .. } | BreedingError::InUse { .. } => Exit::No,
+            BreedingError::Io { .. } | BreedingError::NoGenome { .. } => Exit::Unreadable,
+            BreedingError::BadEvent { .. }
+            | BreedingError::Clash { .. }
+            | BreedingError::Setting { .. }
+            | BreedingError::Settings { .. }
+            | BreedingError::Traits { .. }
+            | BreedingError::Twice { .. }
+            | BreedingError::Unborn { .. }
+            | BreedingError::Unknown { .. } => Exit::Malformed,
+        };
+        Self::new(exit, error)
+    }
 }
 
 /// The genome of a sheep.
@@ -95,7 +97,7 @@ pub fn set_marks(folder: &mut Folder, marks: &[(Id, Mark)]) -> Result<(), Fatal>
     let was_rejected = |id: Id| folder.pool().get(id).is_some_and(|sheep| sheep.mark == Mark::Reject);
     let reborn = marks.iter().filter(|(id, mark)| *mark != Mark::Reject && was_rejected(*id));
     events.extend(reborn.map(|(id, _)| Event::Reborn { id: *id }));
-    folder.tell(today(), events).map_err(fatal)
+    Ok(folder.tell(today(), events)?)
 }
 
 /// Today.

@@ -19,8 +19,8 @@ pub use file::CreditsFile;
 pub use flock_credits::{Credit, FlockCredits, NotForSale};
 pub use licence::{Licence, OURS, Sale};
 
-use crate::flock_folder::Draft;
 use crate::program::Fatal;
+use flock::Draft;
 
 /// Writes down `notes` on sheep and transitions of the flock in `folder` that have no entry yet. Entries that are there
 /// stay as they are: the artist may have edited them.

@@ -15,7 +15,6 @@ use bundle::{Contents, FileEntry, FilePath, ObjectId, Refusal};
 use flock::{ClipPath, FILE_NAME, Fault, FaultKind, Manifest, ManifestError};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::open;
 use super::paths::CREDITS;
 use crate::program::{Exit, Fatal, chain, progress};
 
@@ -54,7 +53,7 @@ pub fn contents(folder: &Path, manifest: &Manifest) -> Result<Contents, Fatal> {
 pub fn too_large(folder: &Path, manifest: &Manifest) -> Result<Option<Fault>, Fatal> {
     match Manifest::read_on_unit(folder) {
         Err(error @ (ManifestError::NotPlain { .. } | ManifestError::TooLarge { .. })) => Ok(Some(large(&error))),
-        Err(error) => Err(open::manifest_fatal(error)),
+        Err(error) => Err(error.into()),
         Ok(_) => Ok(unhashed(folder, manifest).err().map(|refused| large(&refused))),
     }
 }

@@ -2,12 +2,9 @@
 //!
 //! Owns what all commands do alike with a flock on the artist's disk. Never opens a clip.
 //!
-//! Start at [`open::manifest`], or at [`Draft`] for a command that edits.
+//! Start at [`open::manifest`].
 
-mod draft;
 pub mod file_list;
 pub mod ids;
 pub mod open;
 pub mod paths;
-
-pub use draft::Draft;

@@ -6,9 +6,8 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
-use flock::{Flock, Manifest, ManifestError};
+use flock::{Draft, DraftError, Flock, Manifest, ManifestError};
 
-use super::Draft;
 use crate::program::{Exit, Fatal, print};
 
 /// A flock without a cycle of transitions.
@@ -24,35 +23,45 @@ struct NoCycle {
 
 /// Reads the manifest in `folder`.
 pub fn manifest(folder: &Path) -> Result<Manifest, Fatal> {
-    Manifest::read(folder).map_err(manifest_fatal)
+    Ok(Manifest::read(folder)?)
 }
 
 /// The same, of a flock that may be without sheep.
 pub fn unfinished(folder: &Path) -> Result<Manifest, Fatal> {
     match Manifest::read(folder) {
-        Err(ManifestError::Missing { key: "sheep", .. }) => {
-            Draft::lock(folder).map(|draft| draft.edit.manifest().clone())
-        }
-        read => read.map_err(manifest_fatal),
+        Err(ManifestError::Missing { key: "sheep", .. }) => Ok(Draft::lock(folder)?.edit.manifest().clone()),
+        read => Ok(read?),
     }
 }
 
 /// Ends a command whose manifest cannot be read.
-pub fn manifest_fatal(error: ManifestError) -> Fatal {
-    let exit = match error {
-        // A file that was read and is no text is malformed.
-        ManifestError::Read { ref source, .. } if source.kind() != ErrorKind::InvalidData => Exit::Unreadable,
-        ManifestError::Missing { .. }
-        | ManifestError::NotPlain { .. }
-        | ManifestError::Read { .. }
-        | ManifestError::Syntax { .. }
-        | ManifestError::TooLarge { .. }
-        | ManifestError::UnknownKey { .. }
-        | ManifestError::Value { .. } => Exit::Malformed,
-    };
-    let hint = error.hint();
-    let fatal = Fatal::new(exit, error);
-    if let Some(hint) = hint { fatal.hint(hint) } else { fatal }
+impl From<ManifestError> for Fatal {
+    fn from(error: ManifestError) -> Self {
+        let exit = match error {
+            // A file that was read and is no text is malformed.
+            ManifestError::Read { ref source, .. } if source.kind() != ErrorKind::InvalidData => Exit::Unreadable,
+            ManifestError::Missing { .. }
+            | ManifestError::NotPlain { .. }
+            | ManifestError::Read { .. }
+            | ManifestError::Syntax { .. }
+            | ManifestError::TooLarge { .. }
+            | ManifestError::UnknownKey { .. }
+            | ManifestError::Value { .. } => Exit::Malformed,
+        };
+        let hint = error.hint();
+        let fatal = Self::new(exit, error);
+        if let Some(hint) = hint { fatal.hint(hint) } else { fatal }
+    }
+}
+
+/// Ends a command whose edit cannot be saved.
+impl From<DraftError> for Fatal {
+    fn from(error: DraftError) -> Self {
+        match error {
+            DraftError::Save { path, source } => Self::file("save", &path, source),
+            mismatch @ DraftError::Mismatch { .. } => Self::new(Exit::Unreadable, mismatch),
+        }
+    }
 }
 
 /// Reads the flock in `folder`, which must have a cycle to walk.

@@ -9,12 +9,12 @@ use std::fs::OpenOptions;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use flock::Draft;
 use flock::{Clip, ClipHash, FILE_NAME, Manifest};
 
 use super::clip_job::{SCRATCH, hash_of, recorded};
 use super::plan::ClipRole;
 use super::selection::shown;
-use crate::flock_folder::Draft;
 use crate::program::{Exit, Fatal};
 
 /// The file that is locked while the manifest is edited.
@@ -52,7 +52,7 @@ pub fn write_hashes(folder: &Path) -> Result<(), Fatal> {
         };
         edited.map_err(|error| Fatal::new(Exit::Malformed, error))?;
     }
-    draft.save()
+    Ok(draft.save()?)
 }
 
 /// The clips whose hash the manifest lacks, or has another one, with their hashes.

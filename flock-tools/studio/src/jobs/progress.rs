@@ -36,16 +36,6 @@ impl Progress {
         Self { is_silent: true, ..self.clone() }
     }
 
-    /// A handle that nobody listens to.
-    #[cfg(test)]
-    pub(crate) fn detached() -> Self {
-        let shared = Shared::alone();
-        let new = super::NewJob::new(super::Priority::Clip, super::Kind::Render, "");
-        let id = shared.push(new, Box::new(|_| Ok(serde_json::Value::Null))).id;
-        let cancel = shared.begin(id);
-        Self::new(shared, id, cancel)
-    }
-
     /// `done` of `of` steps are done; `of` is 0 while it is not known.
     pub(crate) fn set(&self, done: u64, of: u64) {
         if self.is_silent {
@@ -85,17 +75,32 @@ impl Progress {
     pub(crate) fn is_cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
     }
+}
 
-    /// The flag behind [`Progress::is_cancelled`], for code that takes one.
-    #[cfg(test)]
-    pub(crate) fn cancel_flag(&self) -> &AtomicBool {
-        &self.cancel
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::{Kind, NewJob, Priority};
 
-    /// Cancels this job, as [`super::Queue::cancel`] does.
-    #[cfg(test)]
-    pub(crate) fn cancel(&self) {
-        self.cancel.store(true, Ordering::Relaxed);
-        self.shared.wake_all();
+    impl Progress {
+        /// A handle that nobody listens to.
+        pub(crate) fn detached() -> Self {
+            let shared = Shared::alone();
+            let new = NewJob::new(Priority::Clip, Kind::Render, "");
+            let id = shared.push(new, Box::new(|_| Ok(serde_json::Value::Null))).id;
+            let cancel = shared.begin(id);
+            Self::new(shared, id, cancel)
+        }
+
+        /// The flag behind [`Progress::is_cancelled`], for code that takes one.
+        pub(crate) fn cancel_flag(&self) -> &AtomicBool {
+            &self.cancel
+        }
+
+        /// Cancels this job, as [`super::Queue::cancel`] does.
+        pub(crate) fn cancel(&self) {
+            self.cancel.store(true, Ordering::Relaxed);
+            self.shared.wake_all();
+        }
     }
 }

@@ -107,12 +107,6 @@ impl Queue {
         Ok(queue)
     }
 
-    /// Adds a job that a restart forgets; returns its number.
-    #[cfg(test)]
-    pub(crate) fn add(&self, priority: Priority, kind: super::Kind, what: impl Into<String>, work: Work) -> JobId {
-        self.add_job(NewJob::new(priority, kind, what), work).id
-    }
-
     /// Adds a job. If one with the same key is queued or runs, that one is returned, and is as urgent as the new one.
     pub(crate) fn add_job(&self, new: NewJob, work: Work) -> Job {
         self.shared.push(new, work)
@@ -147,12 +141,6 @@ impl Queue {
     /// All jobs that are queued, run, or were over lately; the oldest first.
     pub(crate) fn jobs(&self) -> Vec<Job> {
         self.shared.lock().entries.values().map(|entry| entry.job.clone()).collect()
-    }
-
-    /// The job of this number, if it is still listed.
-    #[cfg(test)]
-    pub(crate) fn job(&self, id: JobId) -> Option<Job> {
-        self.shared.lock().entries.get(&id).map(|entry| entry.job.clone())
     }
 
     /// Cancels a job: one that is queued is over at once, one that runs soon. Returns whether it is listed.
@@ -198,17 +186,6 @@ impl Queue {
     pub(crate) fn is_paused(&self) -> bool {
         self.shared.lock().is_paused
     }
-
-    /// Waits until `is_so` of all jobs, at most for the time `most`; returns whether it was. For programs that end, and
-    /// tests.
-    #[cfg(test)]
-    pub(crate) fn wait_until(&self, most: Duration, is_so: impl Fn(&[Job]) -> bool) -> bool {
-        let jobs = |inner: &Inner| inner.entries.values().map(|entry| entry.job.clone()).collect::<Vec<Job>>();
-        let waits = |inner: &mut Inner| !is_so(&jobs(inner));
-        let waited = self.shared.changed.wait_timeout_while(self.shared.lock(), most, waits);
-        let (inner, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        is_so(&jobs(&inner))
-    }
 }
 
 impl Drop for Queue {
@@ -229,14 +206,6 @@ impl Drop for Queue {
 }
 
 impl Shared {
-    /// What a handle without a queue has.
-    #[cfg(test)]
-    pub(super) fn alone() -> Arc<Self> {
-        let clock: Clock = || Duration::ZERO;
-        let (inner, changed, listener) = (Mutex::default(), Condvar::new(), Box::new(|_: &Job| {}));
-        Arc::new(Self { inner, changed, clock, listener })
-    }
-
     fn lock(&self) -> MutexGuard<'_, Inner> {
         // Nothing of ours panics while it holds the lock.
         locked(&self.inner)
@@ -400,5 +369,42 @@ impl Inner {
         });
         let all: Vec<Kept> = self.left.iter().cloned().chain(kept).collect();
         let _ = list.write(&all);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::Kind;
+
+    impl Queue {
+        /// Adds a job that a restart forgets; returns its number.
+        pub(crate) fn add(&self, priority: Priority, kind: Kind, what: impl Into<String>, work: Work) -> JobId {
+            self.add_job(NewJob::new(priority, kind, what), work).id
+        }
+
+        /// The job of this number, if it is still listed.
+        pub(crate) fn job(&self, id: JobId) -> Option<Job> {
+            self.shared.lock().entries.get(&id).map(|entry| entry.job.clone())
+        }
+
+        /// Waits until `is_so` of all jobs, at most for the time `most`; returns whether it was. For programs that end, and
+        /// tests.
+        pub(crate) fn wait_until(&self, most: Duration, is_so: impl Fn(&[Job]) -> bool) -> bool {
+            let jobs = |inner: &Inner| inner.entries.values().map(|entry| entry.job.clone()).collect::<Vec<Job>>();
+            let waits = |inner: &mut Inner| !is_so(&jobs(inner));
+            let waited = self.shared.changed.wait_timeout_while(self.shared.lock(), most, waits);
+            let (inner, _) = waited.unwrap_or_else(PoisonError::into_inner);
+            is_so(&jobs(&inner))
+        }
+    }
+
+    impl Shared {
+        /// What a handle without a queue has.
+        pub(in crate::jobs) fn alone() -> Arc<Self> {
+            let clock: Clock = || Duration::ZERO;
+            let (inner, changed, listener) = (Mutex::default(), Condvar::new(), Box::new(|_: &Job| {}));
+            Arc::new(Self { inner, changed, clock, listener })
+        }
     }
 }

@@ -105,7 +105,7 @@ impl Candidates {
         }
         let mut folder = pools::open_for_changes(&self.pool)?;
         let in_pool = |(id, kind): &(SheepId, MarkKind)| {
-            let sheep = folder.pool().find(id.as_str()).map_err(pools::fatal)?;
+            let sheep = folder.pool().find(id.as_str())?;
             let mark = match kind {
                 MarkKind::Kept => Mark::Keep,
                 MarkKind::None => Mark::None,

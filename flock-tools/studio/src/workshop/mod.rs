@@ -12,7 +12,6 @@ use std::sync::{Arc, Mutex};
 
 use flock::{Flock, Measure};
 use operations::decoder::Decoder;
-use operations::flock_folder::open;
 use operations::program::{Exit, Fatal, now};
 use serde_json::{Value, json};
 
@@ -112,15 +111,6 @@ impl Workshop {
         })
     }
 
-    /// That of the flock in `folder`, with nothing beside it.
-    #[cfg(test)]
-    pub(crate) fn of_folder(folder: &Path) -> Arc<Self> {
-        let shipping = Shipping::new(folder, &[], None, Vec::new(), None);
-        let decoder = &operations::decoder::ffmpeg::Ffmpeg;
-        let opening = Opening { folder, pool: None, archive: None, shipping, threads: 1, decoder };
-        Arc::new(Self::open(opening).map_err(|fatal| fatal.in_words()).unwrap())
-    }
-
     /// Looks whether somebody else has edited the manifest, and tells the page.
     pub(crate) fn look(&self) {
         // Taken before the page is told: it may edit at once.
@@ -191,8 +181,23 @@ impl Workshop {
 /// Ends the command that cannot open a document.
 fn document_fatal(error: DocumentError) -> Fatal {
     match error {
-        DocumentError::Manifest(error) => open::manifest_fatal(error),
+        DocumentError::Manifest(error) => error.into(),
         DocumentError::Taken { .. } => Fatal::new(Exit::No, error),
         DocumentError::Folder { .. } => Fatal::new(Exit::Unreadable, error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Workshop {
+        /// That of the flock in `folder`, with nothing beside it.
+        pub(crate) fn of_folder(folder: &Path) -> Arc<Self> {
+            let shipping = Shipping::new(folder, &[], None, Vec::new(), None);
+            let decoder = &operations::decoder::ffmpeg::Ffmpeg;
+            let opening = Opening { folder, pool: None, archive: None, shipping, threads: 1, decoder };
+            Arc::new(Self::open(opening).map_err(|fatal| fatal.in_words()).unwrap())
+        }
     }
 }
