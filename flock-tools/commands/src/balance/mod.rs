@@ -1,7 +1,7 @@
 //! `dreams balance`: weights that give every sheep the share that is wanted.
 //!
 //! Owns the command and the form of its answer. The flock crate finds the weights, the bottleneck if no weights reach the
-//! wants, and the suggestions. `write.rs` writes the weights into the manifest; `cost.rs` estimates what suggestions cost.
+//! wants, and the suggestions. `write.rs` writes the weights into the manifest, `suggest.rs` has the suggestions.
 
 mod suggest;
 pub(crate) mod write;

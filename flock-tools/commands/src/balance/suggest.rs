@@ -1,6 +1,6 @@
 //! The answer of `dreams balance --suggest`: transitions to add, and transitions to remove.
 //!
-//! Owns its form. The flock crate chooses them; `cost.rs` estimates the cost.
+//! Owns its form. The flock crate chooses them; `operations::render` estimates the cost.
 
 use std::path::Path;
 

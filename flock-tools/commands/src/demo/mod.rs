@@ -1,7 +1,7 @@
 //! `dreams demo DIR`: renders the demo flock.
 //!
-//! Owns the command and its options. `plan.rs` has the table of sheep, `render/make.rs` renders, `manifest.rs` writes the
-//! manifest.
+//! Owns the command and its options. `plan.rs` has the table of sheep, `manifest.rs` writes the manifest;
+//! `operations::render` renders.
 //!
 //! Start at [`run`].
 

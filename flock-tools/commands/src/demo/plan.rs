@@ -2,7 +2,7 @@
 //!
 //! Owns the table of the demo and its two [`Edition`]s. Never renders and never touches a disk.
 //!
-//! Start at [`SHEEP`], then [`Plan::new`]; `render/make.rs` makes files of its clips.
+//! Start at [`SHEEP`], then [`Plan::new`]; `operations::render` makes files of its clips.
 
 use std::error::Error;
 use std::path::Path;

@@ -1,9 +1,8 @@
 //! `dreams render DIR [SHEEP...]`: renders the clips that a flock lacks.
 //!
-//! Owns the command: its options, its answer and how it ends. `selection.rs` finds the missing clips, `plan.rs` plans each,
-//! `make.rs` renders them, `hashes.rs` writes their hashes into the manifest. `presets.rs` has the options of how they look,
-//! `shard.rs` the part of a run, `dry_run.rs` what it costs; `slurm` has a cluster render them, `on_gpu.rs` a GPU draw them.
-//! `still.rs` is `dreams still`, `still_flame.rs` what only flames have of it.
+//! Owns the command: its options, its answer and how it ends. `operations::render` finds the missing clips and renders them.
+//! `look_args.rs` has the options of how they look, `dry_run.rs` what it costs; `slurm` has a cluster render them,
+//! `on_gpu.rs` a GPU draw them. `still.rs` is `dreams still`, `still_flame.rs` what only flames have of it.
 //!
 //! Start at [`run`].
 

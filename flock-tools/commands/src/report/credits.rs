@@ -1,6 +1,6 @@
 //! The credits of a flock on its page.
 //!
-//! Owns this part of the page's document. `crate::credits` finds the credits; `sheet/credits.js` draws.
+//! Owns this part of the page's document. `operations::credits` finds the credits; `sheet/credits.js` draws.
 //!
 //! Start at [`CreditFacts::of`].
 

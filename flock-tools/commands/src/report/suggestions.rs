@@ -1,7 +1,7 @@
 //! Transitions that are worth adding, with their costs.
 //!
 //! Owns this part of the page's document, and the default number of transitions. The flock crate chooses them;
-//! `balance/cost.rs` estimates the cost. Nothing is measured, so that the same flock gives the same page.
+//! `render/cost.rs` of `operations` estimates the cost. Nothing is measured, so that the same flock gives the same page.
 //!
 //! Start at [`SuggestionList::of`].
 

@@ -4,9 +4,7 @@
 //!
 //! Start at [`shrink`].
 
-use fast_image_resize::images::{TypedImage, TypedImageRef};
-use fast_image_resize::pixels::U8x3;
-use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use scaling::Scaler;
 use video::Yuv420p;
 
 /// A small picture.
@@ -23,12 +21,8 @@ pub fn shrink(picture: &Yuv420p, width: u32) -> Thumbnail {
     let (full_width, full_height) = picture.size();
     let height = (u64::from(width) * u64::from(full_height) / u64::from(full_width)).max(1) as u32;
     let rgb = picture.to_rgb8();
-    // For this one type of pixels: the call for all types takes the compiler two minutes.
-    let mut small = TypedImage::<U8x3>::new(width, height);
-    let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
-    let full = TypedImageRef::<U8x3>::from_buffer(full_width, full_height, &rgb).expect("three bytes a pixel");
-    Resizer::new().resize_typed(&full, &mut small, &options).expect("neither is empty");
-    Thumbnail { size: (width, height), rgb: small.pixels().iter().flat_map(|pixel| pixel.0).collect() }
+    let small = Scaler::default().rgb8(&rgb, (full_width, full_height), (width, height));
+    Thumbnail { size: (width, height), rgb: small.expect("three bytes a pixel, and neither is empty") }
 }
 
 #[cfg(test)]

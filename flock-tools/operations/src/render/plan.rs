@@ -2,7 +2,7 @@
 //!
 //! Owns how sheep become motions, and motions pictures of clips. Knows of a species no more than its contract, and the
 //! version of what GPUs draw: the folder `species` names them. Never touches a disk and never chooses the clips:
-//! `selection.rs` does for a flock, `demo/plan.rs` for the demo.
+//! `selection.rs` does for a flock, `dreams demo` for its own.
 //!
 //! Start at [`SheepMotion`], then [`ClipPlan`]; `make.rs` makes files of plans.
 

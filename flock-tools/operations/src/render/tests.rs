@@ -1,6 +1,6 @@
 //! Rendering a flock: resumed, shared, refused, and its hashes written.
 //!
-//! Owns the claims on selecting, making and writing hashes; whole runs of the program are claimed in `tests/it/rendering.rs`.
+//! Owns the claims on selecting, making and writing hashes; whole runs of the program are claimed in `tests/it/tools`.
 
 use std::fs;
 use std::num::NonZeroUsize;

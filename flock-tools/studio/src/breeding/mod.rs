@@ -1,9 +1,8 @@
-//! Broods and the snow globe: children that are made, shown and accepted.
+//! Broods and the snow globe.
 //!
-//! Owns their making and their folder `.studio/broods`. The operators are those of each species, the rules of a pool those of the
-//! package `breeding`.
+//! Owns how a child is made, and the folder `.studio/broods`. The operators are those of each species. `work` has the jobs.
 //!
-//! Start at [`births::begin`].
+//! Start at [`broods::Broods`].
 
 pub(super) mod broods;
 pub(super) mod children;

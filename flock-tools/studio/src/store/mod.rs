@@ -1,4 +1,5 @@
-//! What the studio reads from the disk and remembers: genomes, candidates, the states of clips, judged joins, places.
+//! What the studio reads from the disk and remembers: genomes, candidates, the states of
+//! clips, judged joins, the last check, places, keys.
 //!
 //! Owns these memories, and their files in the folder `.studio`. Never edits the manifest.
 //!
