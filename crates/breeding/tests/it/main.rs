@@ -1,0 +1,11 @@
+//! Claims about pools, tried through what the crate shows to others.
+//!
+//! Owns one module for each subject. `meadow` makes the pools that the others try.
+#![forbid(unsafe_code)]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod editions;
+mod folders;
+mod meadow;
+mod rules;
+mod taste;
