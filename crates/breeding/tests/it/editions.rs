@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::meadow::Sheep;
-use breeding::simulation::World;
+use crate::simulation::World;
 use breeding::{Ballot, Elected, Event, Id, Mark, elect};
 
 fn elected(sheep: &mut Sheep<'_>, edition: &str, size: usize, unique: usize) -> Vec<Id> {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::meadow::{Sheep, events, settings, waiting};
-use breeding::simulation::World;
+use crate::simulation::World;
 use breeding::{BreedingError, Count, Day, Event, Folder, Id, LEDGER, Mark, Order, SETTINGS, Settings};
 use species::Rng;
 

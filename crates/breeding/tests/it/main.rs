@@ -8,4 +8,6 @@ mod editions;
 mod folders;
 mod meadow;
 mod rules;
+#[allow(dead_code, reason = "the claims try fewer rules than the example `simulate-votes`")]
+mod simulation;
 mod taste;

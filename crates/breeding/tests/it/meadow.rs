@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use breeding::simulation::{Genes, Meadow, World};
+use crate::simulation::{Genes, Meadow, World};
 use breeding::{
     Born, Brood, Census, Count, Day, Entry, Event, Id, Ledger, Order, Origin, Pool, Settings, Traits, Waiting, breed,
     deaths,

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::meadow::{self, Sheep, waiting};
-use breeding::simulation::World;
+use crate::simulation::World;
 use breeding::{
     Birth, Brood, Census, Count, Day, Entry, Event, Id, Lookalikes, Made, Mark, Nursery, Operation, Order, Origin,
     Pool, Stamp, Traits, Votes, breed, deaths, plan,

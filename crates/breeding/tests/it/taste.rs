@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use breeding::simulation::{Outcome, Rules, Trial};
+use crate::simulation::{Outcome, Rules, Trial};
 
 const WORLDS: u64 = 16;
 

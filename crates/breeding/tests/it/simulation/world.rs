@@ -5,14 +5,10 @@
 //!
 //! Start at [`World::new`].
 
-use species::Rng;
-
-use crate::births::{Birth, Operation};
-use crate::brood::{Made, Nursery};
-use crate::chance::normal;
-use crate::id::Id;
-use crate::traits::Traits;
 use std::collections::BTreeMap;
+
+use breeding::{Birth, Id, Made, Nursery, Operation, Traits};
+use species::Rng;
 
 const GENES: usize = 40;
 const GROUP: usize = 8;
@@ -36,11 +32,11 @@ const AMOUNT: f64 = 0.4;
 const BETWEEN: f64 = 0.15;
 
 /// The genes of a sheep, each -1 to 1.
-pub type Genes = [f64; GENES];
+pub(crate) type Genes = [f64; GENES];
 
 /// A world: a network and a taste, both by chance.
 #[derive(Clone, Debug)]
-pub struct World {
+pub(crate) struct World {
     hidden: Vec<Genes>,
     outputs: Vec<[f64; UNITS]>,
     peaks: [[f64; FIGURES]; PEAKS],
@@ -53,20 +49,20 @@ pub struct World {
 
 impl World {
     /// The world of a seed.
-    pub fn new(seed: u64) -> World {
+    pub(crate) fn new(seed: u64) -> World {
         let mut rng = Rng::stream(seed, 0);
         // Of genes that are evenly spread a unit then gets a sum of standard deviation 1.
         let scale = libm::sqrt(3.0 / GENES as f64);
-        let hidden = (0..UNITS).map(|_| std::array::from_fn(|_| scale * normal(&mut rng))).collect();
+        let hidden = (0..UNITS).map(|_| std::array::from_fn(|_| scale * rng.gaussian())).collect();
         let scale = libm::sqrt(1.0 / UNITS as f64);
-        let outputs = (0..FIGURES).map(|_| std::array::from_fn(|_| scale * normal(&mut rng))).collect();
+        let outputs = (0..FIGURES).map(|_| std::array::from_fn(|_| scale * rng.gaussian())).collect();
         let mut world =
             World { hidden, outputs, peaks: Default::default(), width: 1.0, tastes: Vec::new(), distance: 1.0 };
         let random: Vec<[f64; FIGURES]> = (0..RANDOM).map(|_| world.figures_of(&World::random(&mut rng))).collect();
         let squares: f64 = random.iter().flatten().map(|figure| figure * figure).sum();
         let deviation = libm::sqrt(squares / (RANDOM * FIGURES) as f64);
         world.peaks = std::array::from_fn(|_| {
-            let direction: [f64; FIGURES] = std::array::from_fn(|_| normal(&mut rng));
+            let direction: [f64; FIGURES] = std::array::from_fn(|_| rng.gaussian());
             direction.map(|part| part * REACH * deviation)
         });
         let mut squares: Vec<f64> = random.iter().map(|figures| world.nearest(figures)).collect();
@@ -79,33 +75,28 @@ impl World {
     }
 
     /// Genes by chance.
-    pub fn random(rng: &mut Rng) -> Genes {
+    pub(crate) fn random(rng: &mut Rng) -> Genes {
         std::array::from_fn(|_| rng.signed())
     }
 
     /// How much a sheep is liked, 0 to 1.
-    pub fn taste(&self, genes: &Genes) -> f64 {
+    pub(crate) fn taste(&self, genes: &Genes) -> f64 {
         self.liking(self.nearest(&self.figures_of(genes)))
     }
 
     /// The part of random genomes that are liked less.
-    pub fn percentile(&self, genes: &Genes) -> f64 {
+    pub(crate) fn percentile(&self, genes: &Genes) -> f64 {
         let taste = self.taste(genes);
         self.tastes.partition_point(|other| *other < taste) as f64 / self.tastes.len() as f64
     }
 
-    /// The taste that this part of random genomes is below.
-    pub fn quantile(&self, part: f64) -> f64 {
-        self.tastes[((part * self.tastes.len() as f64) as usize).min(self.tastes.len() - 1)]
-    }
-
     /// The mean distance of sheep from each other, as a part of that of random ones.
-    pub fn diversity(&self, sheep: &[&Traits]) -> f64 {
+    pub(crate) fn diversity(&self, sheep: &[&Traits]) -> f64 {
         mean_distance(sheep) / self.distance
     }
 
     /// The figures.
-    pub fn figures(&self, genes: &Genes) -> Traits {
+    pub(crate) fn figures(&self, genes: &Genes) -> Traits {
         Traits::new(&self.figures_of(genes))
     }
 
@@ -139,7 +130,7 @@ fn mean_distance(sheep: &[&Traits]) -> f64 {
 pub(crate) fn mutated(parent: &Genes, strength: f64, rng: &mut Rng) -> Genes {
     parent.map(|gene| {
         let changes = rng.unit() < MUTATIONS;
-        if changes { (gene + AMOUNT * strength * normal(rng)).clamp(-1.0, 1.0) } else { gene }
+        if changes { (gene + AMOUNT * strength * rng.gaussian()).clamp(-1.0, 1.0) } else { gene }
     })
 }
 
@@ -155,11 +146,11 @@ pub(crate) fn crossed(parents: [&Genes; 2], rng: &mut Rng) -> Genes {
 
 /// A world's sheep with their genes.
 #[derive(Clone, Debug)]
-pub struct Meadow<'a> {
+pub(crate) struct Meadow<'a> {
     /// The world.
-    pub world: &'a World,
+    pub(crate) world: &'a World,
     /// The genes of all sheep of the pool.
-    pub genes: BTreeMap<Id, Genes>,
+    pub(crate) genes: BTreeMap<Id, Genes>,
 }
 
 impl Nursery for Meadow<'_> {

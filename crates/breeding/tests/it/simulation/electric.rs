@@ -9,13 +9,12 @@
 //! # Source
 //! Ralph Abraham's research notes of May 2005, which quote Scott Draves on the server's rules.
 
+use breeding::{Id, Origin, Traits};
 use species::Rng;
 
 use super::outcome::Course;
 use super::world::{Genes, World, crossed, mutated};
 use super::{BROODS, SHEEP, drawn_votes, vote_chance};
-use crate::id::{Id, Origin};
-use crate::traits::Traits;
 
 const TOURNAMENT: usize = 3;
 

@@ -10,22 +10,14 @@ mod electric;
 mod outcome;
 mod world;
 
+use breeding::{
+    Born, Census, Count, Day, Entry, Event, Id, Order, Origin, Pool, Settings, Stamp, Traits, breed, deaths,
+};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use species::Rng;
 
-pub use outcome::{Course, Outcome};
-pub use world::{Genes, Meadow, World};
-
-use crate::births::Order;
-use crate::brood::breed;
-use crate::census::Census;
-use crate::deaths::deaths;
-use crate::event::{Born, Day, Entry, Event, Stamp};
-use crate::id::{Id, Origin};
-use crate::pool::Pool;
-use crate::rating::Count;
-use crate::settings::Settings;
-use crate::traits::Traits;
+pub(crate) use outcome::{Course, Outcome};
+pub(crate) use world::{Genes, Meadow, World};
 
 /// Sheep of a pool.
 const SHEEP: usize = 100;
@@ -43,7 +35,7 @@ const SHOWINGS_A_DAY: u64 = 640;
 
 /// The rules under trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rules {
+pub(crate) enum Rules {
     /// Ours, with votes that follow no taste.
     Chance,
     /// Votes are counted and forgotten, the lowest count dies.
@@ -56,19 +48,19 @@ pub enum Rules {
 
 /// A trial of rules.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial {
+pub(crate) struct Trial {
     /// The rules.
-    pub rules: Rules,
+    pub(crate) rules: Rules,
     /// How often every living sheep is shown between two broods.
-    pub showings: u64,
+    pub(crate) showings: u64,
 }
 
 impl Rules {
     /// All of them.
-    pub const ALL: [Rules; 4] = [Rules::Chance, Rules::Electric, Rules::Rates, Rules::Ours];
+    pub(crate) const ALL: [Rules; 4] = [Rules::Chance, Rules::Electric, Rules::Rates, Rules::Ours];
 
     /// Their name.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Rules::Chance => "votes by chance",
             Rules::Electric => "Electric Sheep's",
@@ -80,13 +72,13 @@ impl Rules {
 
 impl Trial {
     /// What comes of it in so many worlds.
-    pub fn run(self, worlds: u64) -> Outcome {
+    pub(crate) fn run(self, worlds: u64) -> Outcome {
         let courses = (0..worlds).into_par_iter().map(|seed| self.course(seed)).collect::<Vec<_>>();
         Outcome::of(&courses)
     }
 
     /// What comes of it in one world.
-    pub fn course(self, seed: u64) -> Course {
+    pub(crate) fn course(self, seed: u64) -> Course {
         let world = World::new(seed);
         match self.rules {
             Rules::Electric => electric::course(&world, self.showings, seed),

@@ -6,41 +6,40 @@
 
 use std::collections::BTreeSet;
 
+use breeding::{Id, Traits};
 use serde::Serialize;
 
 use super::world::{Genes, World};
-use crate::id::Id;
-use crate::traits::Traits;
 
 /// The broods after which the taste is noted.
 const NOTED: [usize; 3] = [10, 20, 40];
 
 /// What happened in one world.
 #[derive(Clone, Debug, Default)]
-pub struct Course {
+pub(crate) struct Course {
     /// The mean percentile of the living among random genomes after 10, 20 and 40 broods.
-    pub percentiles: [f64; 3],
+    pub(crate) percentiles: [f64; 3],
     /// The mean distance of the living from each other after 40 broods, as a part of that of random sheep.
-    pub diversity: f64,
+    pub(crate) diversity: f64,
     /// Founding families after 40 broods.
-    pub families: usize,
+    pub(crate) families: usize,
     /// The living after 40 broods.
-    pub living: usize,
+    pub(crate) living: usize,
 }
 
 /// What happened in many worlds.
 #[derive(Clone, Debug, Serialize)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// The mean of the worlds' percentiles after 10, 20 and 40 broods.
-    pub percentiles: [f64; 3],
+    pub(crate) percentiles: [f64; 3],
     /// The least of them after 20 broods.
-    pub worst: f64,
+    pub(crate) worst: f64,
     /// The mean diversity after 40 broods.
-    pub diversity: f64,
+    pub(crate) diversity: f64,
     /// The mean of founding families after 40 broods.
-    pub families: f64,
+    pub(crate) families: f64,
     /// The mean of the living after 40 broods.
-    pub living: f64,
+    pub(crate) living: f64,
 }
 
 impl Course {
