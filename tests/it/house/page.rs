@@ -8,7 +8,7 @@ use std::process::Command;
 use super::{files, root};
 
 /// The folder of the page.
-const PAGE: &str = "crates/studio/page/";
+const PAGE: &str = "flock-tools/studio/page/";
 /// Ways to make elements, code or styles of a text, and to ask somebody else than our own program.
 const FORBIDDEN: [&str; 12] = [
     "innerHTML",
@@ -27,7 +27,7 @@ const FORBIDDEN: [&str; 12] = [
 
 #[test]
 fn the_page_is_what_its_types_say() {
-    let project = root().join("crates/studio/tsconfig.json");
+    let project = root().join("flock-tools/studio/tsconfig.json");
     let checked = Command::new("tsc").arg("--project").arg(project).output();
     let checked = checked.expect("`tsc` is there: `make check` installs node-typescript");
     assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stdout));

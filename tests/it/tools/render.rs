@@ -58,7 +58,7 @@ fn a_program_that_cannot_use_a_gpu_says_how_one_is_built_that_can() {
     let error = &json(&said)["error"];
     assert_eq!((said.status.code(), &error["exit"]), (Some(2), &Value::from(2)), "{error}");
     assert!(error["message"].as_str().unwrap().contains("feature `gpu`"), "{error}");
-    assert!(error["hint"].as_str().unwrap().contains("--package flock-tools --features gpu"), "{error}");
+    assert!(error["hint"].as_str().unwrap().contains("--package dreams --features gpu"), "{error}");
     assert!(!flock.path().join("loops").exists());
 }
 
