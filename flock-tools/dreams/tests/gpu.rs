@@ -1,7 +1,7 @@
 //! `dreams render --on gpu`, by the program with the feature `gpu`.
 //!
-//! Owns the claims on the command; pictures are compared in `crates/flame/tests/gpu.rs`. Any GPU that Vulkan knows will do, a
-//! software driver too: `make gpu` runs it.
+//! Owns the claims on the command; pictures are compared in `crates/flame/tests/it/gpu.rs`. Any GPU that Vulkan knows will
+//! do, a software driver too: `make gpu` runs it.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::panic, reason = "a test that cannot go on has failed")]

@@ -2,14 +2,13 @@
 //!
 //! Owns that its code is what its types say, how much of it there may be, and that it can make no element of a text.
 
+use claims::studio::page::MOST_BYTES;
 use std::process::Command;
 
 use super::{files, root};
 
 /// The folder of the page.
 const PAGE: &str = "flock-tools/studio/page/";
-/// The most bytes of the page's code and style, minified, and the most that are sent of it.
-pub(crate) const MOST_BYTES: usize = 250_000;
 /// Ways to make elements, code or styles of a text, and to ask somebody else than our own program.
 const FORBIDDEN: [&str; 12] = [
     "innerHTML",

@@ -124,7 +124,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("tests/fixtures/format-1", &["*"]),
     ("tests/fixtures/keys", &["artist.key", "artist.pub"]),
     ("tests/image", &["*.rs", "light-flock", "writable.txt"]),
-    ("tests/it/studio", &["*.rs", "*.js"]),
+    ("tests/slow/studio", &["*.rs", "*.js"]),
     ("tests/package", &["inside", SCRIPT]),
     ("tests/vkms", &["*.config", SCRIPT]),
 ];
