@@ -16,6 +16,7 @@ mod sources;
 mod tokens;
 mod tracked;
 mod units;
+mod uses;
 
 use std::fs;
 use std::path::{Path, PathBuf};
