@@ -4,9 +4,7 @@
 //!
 //! Start at [`shrink`].
 
-use fast_image_resize::images::{TypedImage, TypedImageRef};
-use fast_image_resize::pixels::U8x3;
-use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use scaling::{Filter, Scaler};
 use video::Yuv420p;
 
 /// A small picture.
@@ -22,13 +20,9 @@ pub(crate) struct Thumbnail {
 pub(crate) fn shrink(picture: &Yuv420p, width: u32) -> Thumbnail {
     let (full_width, full_height) = picture.size();
     let height = (u64::from(width) * u64::from(full_height) / u64::from(full_width)).max(1) as u32;
-    let rgb = picture.to_rgb8();
-    // For this one type of pixels: the call for all types takes the compiler two minutes.
-    let mut small = TypedImage::<U8x3>::new(width, height);
-    let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3));
-    let full = TypedImageRef::<U8x3>::from_buffer(full_width, full_height, &rgb).expect("three bytes a pixel");
-    Resizer::new().resize_typed(&full, &mut small, &options).expect("neither is empty");
-    Thumbnail { size: (width, height), rgb: small.pixels().iter().flat_map(|pixel| pixel.0).collect() }
+    let size = (width, height);
+    let small = Scaler::default().rgb8(&picture.to_rgb8(), picture.size(), size, Filter::Lanczos3);
+    Thumbnail { size, rgb: small.expect("three bytes a pixel") }
 }
 
 #[cfg(test)]

@@ -5,9 +5,7 @@
 //!
 //! Start at [`Scaling::new`].
 
-use fast_image_resize::images::{TypedImage, TypedImageRef};
-use fast_image_resize::pixels::{F32x3, U8};
-use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use scaling::{Filter, Plane, Scaler, ScalingError};
 use video::{ForeignPicture, VideoInfo, Yuv420p};
 
 /// How a picture of another shape is scaled.
@@ -102,7 +100,6 @@ impl Scaling {
 
     /// One plane of a picture of this width and height.
     fn scaled_plane(&self, (width, height): (u32, u32), plane: &[u8], is_chroma: bool) -> Result<Vec<u8>, String> {
-        let text = |error: &dyn std::error::Error| format!("cannot be scaled: {error}");
         let (half, black) = if is_chroma { (2, 128) } else { (1, 16) };
         let (across, down) = (width / half, height / half);
         let [left, top, wide, high] = self.put.map(|side| side / half);
@@ -118,46 +115,39 @@ impl Scaling {
                 first.chain(row.iter().copied()).chain(last)
             })
             .collect();
-        let full = TypedImageRef::<U8>::from_buffer(across + 2 * margin as u32, down, &widened);
-        let full = full.map_err(|error| text(&error))?;
-        let mut small = TypedImage::<U8>::new(wide, high);
-        let options = lanczos().crop(cut[0] + margin as f64 + shift, cut[1], cut[2], cut[3]);
-        Resizer::new().resize_typed(&full, &mut small, &options).map_err(|error| text(&error))?;
+        let stride = across + 2 * margin as u32;
+        let full = Plane { samples: &widened, stride, size: (stride, down) };
+        let mut small = vec![0; (wide * high) as usize];
+        let cut = [cut[0] + margin as f64 + shift, cut[1], cut[2], cut[3]];
+        let scaled = Scaler::default().plane(full, Some(cut), Filter::Lanczos3, &mut small, (wide, high));
+        scaled.map_err(|error| refusal(&error))?;
         let (across, down) = ((self.size.0 / half) as usize, (self.size.1 / half) as usize);
         let mut placed = vec![black; across * down];
-        for (y, row) in small.pixels().chunks_exact(wide as usize).enumerate() {
+        for (y, row) in small.chunks_exact(wide as usize).enumerate() {
             let start = (y + top as usize) * across + left as usize;
-            placed[start..][..row.len()].iter_mut().zip(row).for_each(|(to, from)| *to = from.0);
+            placed[start..][..row.len()].copy_from_slice(row);
         }
         Ok(placed)
     }
 
-    fn scaled(&self, (width, height): (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
-        let text = |error: &dyn std::error::Error| format!("cannot be scaled: {error}");
-        let pixels: Vec<F32x3> = rgb.chunks_exact(3).map(|p| F32x3::new([p[0], p[1], p[2]])).collect();
-        let full = TypedImageRef::new(width, height, &pixels).map_err(|error| text(&error))?;
+    fn scaled(&self, size: (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
         let [left, top, wide, high] = self.put;
-        let mut small = TypedImage::<F32x3>::new(wide, high);
-        let options = lanczos();
-        let options = match self.cut {
-            Some([left, top, width, height]) => options.crop(left, top, width, height),
-            None => options,
-        };
-        Resizer::new().resize_typed(&full, &mut small, &options).map_err(|error| text(&error))?;
+        let small = Scaler::default().rgb_f32(rgb, size, self.cut, (wide, high), Filter::Lanczos3);
+        let small = small.map_err(|error| refusal(&error))?;
         let (across, down) = (self.size.0 as usize, self.size.1 as usize);
         let mut placed = vec![0.0; 3 * across * down];
-        for (y, row) in small.pixels().chunks(wide as usize).enumerate() {
+        for (y, row) in small.chunks(wide as usize).enumerate() {
             let start = 3 * ((y + top as usize) * across + left as usize);
             for (to, from) in placed[start..].chunks_exact_mut(3).zip(row) {
-                to.copy_from_slice(&from.0);
+                to.copy_from_slice(from);
             }
         }
         Ok(placed)
     }
 }
 
-fn lanczos() -> ResizeOptions {
-    ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3))
+fn refusal(error: &ScalingError) -> String {
+    format!("cannot be scaled: {error}")
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 const LAYERS: &[(&str, u8)] = &[
     ("durable", 0),
     ("diagnostics", 0),
+    ("scaling", 0),
     ("species", 0),
     ("timing", 0),
     ("agents", 1),
