@@ -17,6 +17,7 @@ mod tiers;
 mod tokens;
 mod tracked;
 mod units;
+mod uses;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -10,6 +10,8 @@ mod clip_source;
 mod decoder;
 mod first_frame;
 mod frame_queue;
+#[cfg(test)]
+mod grey_clip;
 mod pacing;
 mod playback;
 mod presenter;
