@@ -13,6 +13,7 @@ mod layout;
 mod licences;
 pub(crate) mod page;
 mod sources;
+mod tiers;
 mod tokens;
 mod tracked;
 mod units;

@@ -1,7 +1,7 @@
 //! What must hold whatever bytes a file of agents is made of.
 //!
-//! Owns the function that a fuzzer drives, and that `tests/corpus.rs` drives over the corpus. It panics if a globe is read
-//! otherwise than it was written, or is not drawn within its demand, and tells whether the bytes were accepted.
+//! Owns the function that a fuzzer drives, and that `tests/it/corpus.rs` drives over the corpus. It panics if a globe is
+//! read otherwise than it was written, or is not drawn within its demand, and returns whether the bytes were accepted.
 //!
 //! Start at [`globe`].
 

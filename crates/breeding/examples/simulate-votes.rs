@@ -6,7 +6,10 @@
 //! broods, that of the worst of 16 worlds at 20, and diversity, founding families and the living at 40.
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
-use breeding::simulation::{Outcome, Rules, Trial};
+#[path = "../tests/it/simulation/mod.rs"]
+mod simulation;
+
+use simulation::{Outcome, Rules, Trial};
 
 const WORLDS: u64 = 16;
 const SHOWINGS: [u64; 3] = [30, 10, 5];

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use species::Rng;
 
 use crate::census::Census;
-use crate::chance::{PLAN, birth_seed, normal};
+use crate::chance::{PLAN, birth_seed};
 use crate::event::Stamp;
 use crate::id::Id;
 use crate::pool::{Pool, Sheep};
@@ -206,7 +206,7 @@ impl<'a> Parents<'a> {
             operation,
             parents: parents.iter().map(|parent| parent.born.id).collect(),
             species,
-            strength: if parents.is_empty() { 1.0 } else { inherited * libm::exp(DRIFT * normal(rng)) },
+            strength: if parents.is_empty() { 1.0 } else { inherited * libm::exp(DRIFT * rng.gaussian()) },
             amount: 1.0,
             candidates: 1,
             seed: 0,

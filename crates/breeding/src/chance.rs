@@ -1,7 +1,6 @@
 //! What is drawn by chance.
 //!
-//! Owns the streams of a brood, and draws from a stream that are the same on every machine. Never takes the system's
-//! entropy: seeds are arguments.
+//! Owns the streams of a brood. Never takes the system's entropy: seeds are arguments.
 //!
 //! Start at [`brood_seed`].
 
@@ -18,13 +17,4 @@ pub(crate) fn brood_seed(seed: u64, brood: u32) -> u64 {
 /// The seed of a birth, of 53 bits: as many as every reader of JSON keeps.
 pub(crate) fn birth_seed(brood_seed: u64, index: usize) -> u64 {
     Rng::stream(brood_seed, index as u64).bits() >> 11
-}
-
-/// A number of the normal distribution.
-///
-/// # Source
-/// Box & Muller, *A Note on the Generation of Random Normal Deviates* (1958).
-pub(crate) fn normal(rng: &mut Rng) -> f64 {
-    let length = libm::sqrt(-2.0 * libm::log(1.0 - rng.unit()));
-    length * libm::cos(std::f64::consts::TAU * rng.unit())
 }

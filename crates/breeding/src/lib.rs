@@ -11,7 +11,6 @@
 //! | `pool.rs`, `rating.rs`, `niches.rs`, `census.rs` | what follows from the events |
 //! | `births.rs`, `screening.rs`, `lookalikes.rs`, `brood.rs` | a brood: its plan, the guess of what will be liked, who is too like another, its births |
 //! | `deaths.rs`, `elect.rs` | who dies, who goes to a unit |
-//! | `simulation/` | a world of voters with a hidden taste, in which the rules are tried |
 //!
 //! Start at [`Folder`], or at [`breed`].
 #![forbid(unsafe_code)]
@@ -33,7 +32,6 @@ mod pool;
 mod rating;
 mod screening;
 mod settings;
-pub mod simulation;
 mod traits;
 
 pub use births::{Birth, Operation, Order, Plan, plan};

@@ -1,7 +1,7 @@
 //! What must hold whatever bytes a file of an expression is made of.
 //!
-//! Owns the function that a fuzzer drives, and that `tests/corpus.rs` drives over the corpus. It panics if a refusal is not
-//! at its place, or if a genome is read otherwise than it was written, and tells whether the bytes were accepted.
+//! Owns the function that a fuzzer drives, and that `tests/it/corpus.rs` drives over the corpus. It panics if a refusal is
+//! not at its place, or if a genome is read otherwise than it was written, and returns whether the bytes were accepted.
 //!
 //! Start at [`genome`].
 

@@ -1,7 +1,7 @@
 //! Samples per second of a GPU, and of one core of this machine, in one run.
 //!
 //! Owns the measurement: one JSON document on stdout, with the name of the GPU. There is no bound: what is at hand may be a
-//! driver in software. Never checks pictures: `tests/gpu.rs` does.
+//! driver in software. Never checks pictures: `tests/it/gpu.rs` does.
 //!
 //! Run `make bench what=gpu`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]

@@ -1,7 +1,7 @@
 //! Samples per CPU-second of this renderer and of `flam3-render`, side by side in one run.
 //!
 //! Owns the measurement and its bounds: one JSON document on stdout; the exit status is 1 where a bound is not kept. Never
-//! checks pictures: `tests/flam3.rs` does.
+//! checks pictures: `tests/it/flam3.rs` does.
 //!
 //! Run `cargo run --release -p flame --example speed`.
 #![expect(clippy::print_stdout, reason = "the answer goes to stdout")]

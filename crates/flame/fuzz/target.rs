@@ -1,7 +1,7 @@
 //! What must hold whatever bytes a file of genomes is made of.
 //!
-//! Owns the functions that a fuzzer drives, and that `tests/corpus.rs` drives over the corpus. They panic if a genome is
-//! read otherwise than it was written, or is not drawn within its demand, and tell whether the bytes were accepted, and
+//! Owns the functions that a fuzzer drives, and that `tests/it/corpus.rs` drives over the corpus. They panic if a genome
+//! is read otherwise than it was written, or is not drawn within its demand, and tell whether the bytes were accepted, and
 //! drawn.
 //!
 //! Start at [`genome`] and [`picture`].

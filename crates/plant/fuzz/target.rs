@@ -1,7 +1,7 @@
 //! What must hold whatever bytes a file of a plant is made of.
 //!
-//! Owns the function that a fuzzer drives, and that `tests/corpus.rs` drives over the corpus and `tests/texts.rs` over
-//! damaged texts. It panics if a genome is read otherwise than it was written, or is not drawn within its demand, and tells
+//! Owns the function that a fuzzer drives, and that `tests/it/corpus.rs` drives over the corpus and `tests/it/texts.rs`
+//! over damaged texts. It panics if a genome is read otherwise than it was written, or is not drawn within its demand, and tells
 //! whether the bytes were accepted.
 //!
 //! Start at [`genome`].

@@ -52,6 +52,15 @@ impl Rng {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
 
+    /// A number of the normal distribution, the same on every machine.
+    ///
+    /// # Source
+    /// Box & Muller, *A Note on the Generation of Random Normal Deviates* (1958).
+    pub fn gaussian(&mut self) -> f64 {
+        let length = libm::sqrt(-2.0 * libm::log(1.0 - self.unit()));
+        length * libm::cos(std::f64::consts::TAU * self.unit())
+    }
+
     /// Puts values into an order by chance.
     pub fn shuffle<T>(&mut self, values: &mut [T]) {
         for last in (1..values.len()).rev() {

@@ -147,7 +147,7 @@ fn nameless(source: &Source) -> Vec<usize> {
 
 /// Each root reads the clock in one file; measurements of speed read it where they are.
 fn clocks(source: &Source) -> Vec<usize> {
-    let root = ["player/src/now.rs", "flock-tools/src/program/now.rs", "tests/image/machine/clock.rs"]
+    let root = ["player/src/now.rs", "flock-tools/operations/src/program/now.rs", "tests/image/machine/clock.rs"]
         .contains(&&*source.path);
     let measures = source.path.contains("benches/") || source.path.contains("examples/");
     if root || measures {

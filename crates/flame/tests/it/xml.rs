@@ -1,0 +1,74 @@
+//! What reading and writing genomes keeps, and what reading refuses.
+//!
+//! Owns claims about flam3 XML; what a genome looks like is for `flam3.rs` and `pictures.rs`.
+
+#![allow(clippy::float_cmp, reason = "values are read, not computed")]
+
+use crate::bred;
+use flame::{Genome, GenomeError};
+use proptest::prelude::{any, prop_assert_eq, proptest};
+
+proptest! {
+    #[test]
+    fn a_written_genome_reads_back_equal(seed in any::<u64>()) {
+        let genome = bred::genome(seed);
+        let text = genome.to_xml();
+        prop_assert_eq!(Genome::parse(&text).unwrap(), genome);
+    }
+}
+
+#[test]
+fn a_file_may_hold_several_flames_at_any_depth() {
+    let text = r#"<pick><a><flame name="one"/></a><flame name="two"/></pick>"#;
+    let names: Vec<_> = Genome::parse_all(text).unwrap().into_iter().filter_map(|genome| genome.name).collect();
+    assert_eq!(names, ["one", "two"]);
+    assert_eq!(Genome::parse(text), Err(GenomeError::Count { found: 2 }));
+    assert_eq!(Genome::parse("<none/>"), Err(GenomeError::Count { found: 0 }));
+}
+
+#[test]
+fn what_is_unknown_is_kept() {
+    let text = r#"<flame mood="blue"><xform weight="1" waltz="0.3" waltz_shift="0.1"/><edit nick="us"/></flame>"#;
+    let again = Genome::parse(text).unwrap().to_xml();
+    for kept in [r#"mood="blue""#, r#"waltz="0.3""#, r#"waltz_shift="0.1""#, r#"<edit nick="us"/>"#] {
+        assert!(again.contains(kept), "{kept} is missing in {again}");
+    }
+}
+
+#[test]
+fn a_wrong_value_is_named_with_its_line_and_its_column() {
+    let text = "<flames>\n<flame>\n<xform weight=\"1\"\n coefs=\"1 0 0 1 0\"/>\n</flame></flames>";
+    assert_eq!(
+        Genome::parse_all(text).unwrap_err().to_string(),
+        "line 4, column 2: attribute `coefs` of `xform` is `1 0 0 1 0`, expected six numbers"
+    );
+    for (attribute, value) in [("size", "12"), ("gamma", "inf"), ("quality", "x"), ("supersample", "0")] {
+        let refused = Genome::parse(&format!(r#"<flame {attribute}="{value}"/>"#)).unwrap_err().to_string();
+        assert!(refused.contains(&format!("`{attribute}` of `flame` is `{value}`")), "{refused}");
+    }
+    assert!(matches!(Genome::parse("<flame>"), Err(GenomeError::Xml { .. })));
+    let short = Genome::parse("<flame><palette format=\"RGB\">00ff</palette></flame>").unwrap_err();
+    assert_eq!(
+        short.to_string(),
+        "line 1, column 8: palette `palette` has 4 digits, expected 256 colours of 6 or 8 digits"
+    );
+    let long = Genome::parse(&format!("<flame zoom=\"{}\"/>", "é".repeat(1 << 20))).unwrap_err().to_string();
+    assert!(long.len() < 300 && long.starts_with("line 1, column 8: "), "{long}");
+}
+
+#[test]
+fn missing_colours_are_blended_from_their_neighbours() {
+    let text = r#"<flame><color index="10" rgb="0 0 0"/><color index="20" rgb="100 50 0"/></flame>"#;
+    let entries = Genome::parse(text).unwrap().palette.unwrap().entries;
+    assert_eq!(entries[15], [50.0, 25.0, 0.0, 255.0]);
+    assert!(entries[255][0] > entries[0][0] && entries[0][0] > 0.0, "the gap reaches around the end");
+}
+
+#[test]
+fn legacy_attributes_mean_what_they_meant() {
+    let text = r#"<flame><xform weight="1" symmetry="1" var="0 0.5" color="0.25 0"/><xform var1="13"/></flame>"#;
+    let xforms = Genome::parse(text).unwrap().xforms;
+    assert_eq!((xforms[0].color_speed, xforms[0].animate, xforms[0].color), (0.0, 0.0, 0.25));
+    assert_eq!((xforms[0].variations[0].kind.name(), xforms[0].variations[0].weight), ("sinusoidal", 0.5));
+    assert_eq!((xforms[1].variations[0].kind.name(), xforms[1].variations[0].weight), ("julia", 1.0));
+}
