@@ -2,9 +2,11 @@
 # What a target needs from the distribution it installs itself, once: the lists lie in .ci/packages.
 
 .DEFAULT_GOAL := help
-.PHONY: help play check gpu bench soak crash image boot build-tests bench-image
+.PHONY: help play check check-all gpu bench soak crash image boot lints tests bench-image
 
 programs := $(or $(CARGO_TARGET_DIR),target)/release
+# One choice of packages, and so of their features, for every command: nothing is compiled twice.
+all := --locked --workspace
 # Where a player that was started from here keeps its place in the path, and its flock.
 state := target/play
 # The programs that a unit gets, where `image-build/programs` lays them. What is tried and measured is these.
@@ -15,34 +17,46 @@ gpu := $(CURDIR)/target/gpu
 light := target/light-flock
 artist := tests/fixtures/keys/artist.pub
 claims := --profile bench --flock $(light) --key $(artist)
-check bench soak crash: export DREAMS_PROGRAMS := $(CURDIR)/$(unit)/bin
+slow bench soak crash: export DREAMS_PROGRAMS := $(CURDIR)/$(unit)/bin
 
 # What is made for another architecture lies beside what is made for this one.
 beside := $(addprefix -,$(filter arm64,$(arch)))
 
 help: ## say what each target does
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 play: ## build the player and show the demo flock on the best screen there is, rendered better meanwhile; Ctrl-C ends it
 	.ci/install play
-	cargo build --locked --release --package player
-	BUILD='cargo build --locked --release --package flock-tools' \
+	cargo build $(all) --release --bin dreams-player
+	BUILD='cargo build $(all) --release --bin dreams --bin dreams-video' \
 	  flock-tools/demo/play '$(programs)/dreams-player' '$(programs)/dreams' flock-tools/demo/small $(state)
 
-check: ## everything that must hold before a change lands: form, lints, licences, all tests
-	.ci/install play check image
+check: ## what must hold before each commit: form, lints, licences, types, unit tests, the claims on the programs
+	.ci/install play check
 	cargo fmt --check
-	cargo clippy --locked --release --workspace --all-targets -- --deny warnings
+	cargo build $(all) --bins --tests
+	$(MAKE) --no-print-directory --jobs=2 tests lints
+
+# Lints compile everything a second time, without code: beside the tests, which wait more than they compute.
+lints:
+	cargo clippy $(all) --all-targets -- --deny warnings
 	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
-	$(MAKE) --no-print-directory --jobs=3 build-tests bench-image
-	cargo test --locked --release --workspace --no-fail-fast
 
-# The artist's programs are built together with the tests: tests enable more features of some crates, so a build of the
-# programs alone would compile 40 crates twice. Those of a unit are built by `image-build/programs`.
-build-tests:
-	cargo build --locked --release --workspace --bin dreams --bin dreams-video --bin crash --tests --examples
+# The first tier: the tests in the packages and in each one's `tests/it`. `tests/it/house/tiers.rs` holds what is in which.
+tests:
+	cargo test $(all) --lib --bins --test it --no-fail-fast
 
-# Much of this waits for the archives or for one processor, so that `check` makes it beside the other.
+check-all: ## what must hold before a change lands: `check`, and whatever needs guest kernels, emulated units, a browser or a cluster
+	$(MAKE) --no-print-directory check
+	.ci/install check-all image
+	$(MAKE) --no-print-directory bench-image
+	$(MAKE) --no-print-directory slow
+
+# The second tier, on the programs that the image holds.
+slow:
+	cargo test $(all) --test slow --test image --no-fail-fast
+
+# The programs of a unit, and the image that holds them.
 bench-image:
 	image-build/programs $(unit)
 	tests/image/light-flock flock-tools/demo/small $(light)
@@ -50,25 +64,25 @@ bench-image:
 
 gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the processor's, on the GPU or the software driver that Vulkan knows
 	.ci/install play check gpu
-	cargo clippy --locked --release --package flame --package flock-tools --features gpu --all-targets --target-dir $(gpu) -- --deny warnings
-	cargo build --locked --release --package flock-tools --features gpu --target-dir $(gpu)
-	cargo test --locked --release --package flame --package flock-tools --features gpu --test gpu --target-dir $(gpu)
+	cargo clippy --locked --release --package flame --package dreams --features gpu --all-targets --target-dir $(gpu) -- --deny warnings
+	cargo build --locked --release --package dreams --features gpu --target-dir $(gpu)
+	cargo test --locked --release --package flame --package dreams --features gpu --test gpu --target-dir $(gpu)
 	cargo test --locked --release --package flame --features gpu --lib --target-dir $(gpu) -- gpu::
 
 bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, breeding, quality, gpu, import, bundles, studio, display or boot for one part
-	.ci/install play check bench image
+	.ci/install play check check-all bench image
 	cargo build --locked --release --workspace --exclude player
 	$(MAKE) --no-print-directory bench-image
 	tests/bench/run $(what)
 
 soak: ## the claims that take hours; what=walks, flames, species, breeding, studio, arm64, day, update, package, twice or fresh for one part
-	.ci/install play check image arm64
+	.ci/install play check check-all image arm64
 	cargo build --locked --release --workspace
 	image-build/programs $(unit)
 	tests/soak/run $(what)
 
 crash: ## cut the power where it hurts: 10,000 states that a disk may be left in, and a whole machine a hundred times; 20,000 mutants of a stick; and all other claims on whole machines
-	.ci/install play check image arm64
+	.ci/install play check check-all image arm64
 	cargo build --locked --release --workspace --exclude player
 	image-build/programs $(unit)
 	tests/crash/run

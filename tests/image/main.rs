@@ -1,7 +1,7 @@
-//! Claims about the image of a unit on a whole machine: those that `make check` runs.
+//! Claims about the image of a unit on a whole machine: those that `make check-all` runs.
 //!
 //! Owns this list, apart from `it`, since a machine under QEMU takes all processors for minutes. The image has the
-//! profile `bench`, which `make check` has made: that of a unit, with a shell on the serial port. Claims that take longer
+//! profile `bench`, which `make check-all` has made: that of a unit, with a shell on the serial port. Claims that take longer
 //! are listed in `whole.rs`.
 //!
 //! Start at [`starts::first_start`]; [`machine`] is the emulated machine, [`unit`] its disk.
@@ -9,8 +9,6 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 #![allow(dead_code, reason = "it shares helpers with `whole.rs` and `it`, and needs a part of each")]
 
-#[path = "../it/clips.rs"]
-mod clips;
 mod damage {
     mod boot_copies;
     mod power_cuts;
@@ -27,8 +25,6 @@ mod player {
     mod restart;
     mod user_rights;
 }
-#[path = "../it/programs.rs"]
-mod programs;
 mod starts {
     pub(crate) mod first_start;
     mod hardware_sample;

@@ -7,9 +7,6 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a claim fails by panicking")]
 
-#[path = "../it/clips.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
-mod clips;
 mod damage {
     mod bad_sticks;
     pub(crate) mod boot_copies;
@@ -44,9 +41,6 @@ mod player {
     mod user_rights;
     mod watchdog;
 }
-#[path = "../it/programs.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
-mod programs;
 mod starts {
     mod arm64;
     pub(crate) mod boot_time;

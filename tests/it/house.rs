@@ -14,6 +14,7 @@ mod licences;
 mod packages;
 pub(crate) mod page;
 mod sources;
+mod tiers;
 mod tokens;
 mod tracked;
 mod units;

@@ -4,7 +4,7 @@
 //!
 //! Start at [`Meter::run`].
 
-use crate::programs::repository;
+use claims::programs::repository;
 use claims::wait;
 use serde_json::{Value, json};
 use std::io::{BufReader, Write};

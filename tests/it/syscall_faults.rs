@@ -4,7 +4,7 @@
 //!
 //! Start at [`at_every_step`].
 
-use crate::programs::output;
+use claims::programs::output;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};

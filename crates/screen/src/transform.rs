@@ -7,9 +7,7 @@
 
 use crate::output::Rotation;
 use crate::picture::{OwnedPicture, Picture};
-use fast_image_resize::images::{TypedCroppedImage, TypedImage, TypedImageRef};
-use fast_image_resize::pixels::U8;
-use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use scaling::{Filter, Plane, Scaler};
 use std::borrow::Cow;
 
 /// Samples of a block that is rotated at a time, across and down: two of them fit into the L1 cache.
@@ -31,7 +29,7 @@ pub(crate) struct Transform {
 /// Transforms pictures for a display. Its buffers are allocated once for each size.
 #[derive(Debug, Default)]
 pub(crate) struct Transformer {
-    resizer: Resizer,
+    scaler: Scaler,
     rotated: OwnedPicture,
     scaled: OwnedPicture,
     dimmed: OwnedPicture,
@@ -46,7 +44,7 @@ impl Transformer {
             out = self.rotated.view();
         }
         if (out.width, out.height) != transform.size {
-            scale(&mut self.resizer, &out, transform.size, &mut self.scaled);
+            scale(&mut self.scaler, &out, transform.size, &mut self.scaled);
             out = self.scaled.view();
         }
         if transform.thousandths < 1000 {
@@ -103,20 +101,17 @@ fn blocks(width: usize, height: usize, mut visit: impl FnMut(usize, usize)) {
 }
 
 /// Scales each plane separately: chroma moves by a quarter of a sample at most.
-fn scale(resizer: &mut Resizer, picture: &Picture<'_>, size: (u32, u32), into: &mut OwnedPicture) {
-    // Sharper than linear, without the ringing of longer filters around thin bright lines.
-    let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::CatmullRom));
+fn scale(scaler: &mut Scaler, picture: &Picture<'_>, size: (u32, u32), into: &mut OwnedPicture) {
     into.resize(size);
     for plane in 0..3 {
         let half = u32::from(plane > 0);
         let (width, height) = picture.extent(plane);
         let stride = picture.strides[plane];
         let rows = whole_rows(picture.planes[plane], stride, height);
-        let from = TypedImageRef::<U8>::from_buffer(stride as u32, height as u32, &rows).expect("rows of one stride");
-        let from = TypedCroppedImage::from_ref(&from, 0, 0, width as u32, height as u32).expect("within the rows");
-        let to = into.plane_mut(plane);
-        let mut to = TypedImage::<U8>::from_buffer(size.0 >> half, size.1 >> half, to).expect("made for this size");
-        resizer.resize_typed(&from, &mut to, &options).expect("neither is empty");
+        let from = Plane { samples: &rows, stride, size: (width as u32, height as u32) };
+        let scaled =
+            scaler.plane(from, None, Filter::CatmullRom, (size.0 >> half, size.1 >> half), into.plane_mut(plane));
+        scaled.expect("rows of one stride, and a plane made for this size");
     }
 }
 

@@ -7,31 +7,14 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a measurement fails by panicking")]
 
-#[path = "../../it/studio/browser.rs"]
-mod browser;
-#[path = "../../it/clips.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
-mod clips;
-#[path = "../../it/studio/page.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
-mod page;
 mod pictured;
-#[path = "../../it/programs.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
-mod programs;
-#[path = "../../it/studio/running.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
-mod running;
-#[path = "../../it/studio/sheep.rs"]
-#[allow(dead_code, reason = "`it` needs the rest")]
-mod sheep;
 
-use browser::Browser;
-use page::{DESK, Page};
+use claims::studio::browser::Browser;
+use claims::studio::page::{DESK, Page};
+use claims::studio::running::Studio;
+use claims::studio::sheep::ring;
 use pictured::pictured;
-use running::Studio;
 use serde_json::{Value, json};
-use sheep::ring;
 
 /// Runs before the page: notes when the Wall was drawn, every frame's distance from the one before, and when what a key
 /// changed was on the screen.

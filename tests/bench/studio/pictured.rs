@@ -4,8 +4,8 @@
 //!
 //! Start at [`pictured`].
 
-use crate::programs::claims_folder;
-use crate::sheep::{RATE, manifest, small_pictures};
+use claims::programs::claims_folder;
+use claims::studio::sheep::{RATE, manifest, small_pictures};
 use std::fs;
 use std::path::PathBuf;
 use tempfile::TempDir;

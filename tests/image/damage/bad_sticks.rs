@@ -8,9 +8,9 @@
 
 use crate::machine::PAUSE;
 use crate::machine::picture::only_art;
-use crate::programs::succeed;
 use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::stick::exfat;
+use claims::programs::succeed;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::fmt::Write as _;

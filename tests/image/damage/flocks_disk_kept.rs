@@ -6,10 +6,10 @@
 use crate::machine::direct_boot::parts;
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
-use crate::programs::{repository, succeed};
 use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
 use crate::unit::{DATA, Unit};
+use claims::programs::{repository, succeed};
 use std::fs;
 use std::process::Command;
 

@@ -5,9 +5,9 @@
 use crate::machine::PAUSE;
 use crate::machine::direct_boot::parts;
 use crate::machine::picture::only_art;
-use crate::programs::repository;
 use crate::starts::first_start::{MOVES, OFTEN, UP};
 use crate::unit::Unit;
+use claims::programs::repository;
 
 #[test]
 fn a_driver_that_comes_late_takes_the_picture_over_from_the_firmwares_framebuffer() {

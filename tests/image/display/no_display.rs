@@ -8,11 +8,11 @@ use crate::machine::PAUSE;
 use crate::machine::direct_boot::parts;
 use crate::machine::hardware::{Display, Hardware, USUAL};
 use crate::machine::picture::{Look, only_art};
-use crate::programs::repository;
 use crate::starts::boot_time::seconds;
 use crate::starts::first_start::{MOVES, OFTEN, PROVEN, UP, playing_unit};
 use crate::unit::Unit;
 use crate::updates::next_system::{NEXT, NOW, updating_unit, version};
+use claims::programs::repository;
 
 /// A kernel parameter: the connector counts as unplugged.
 const UNPLUGGED: &str = " video=Virtual-1:d";

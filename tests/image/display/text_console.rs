@@ -6,9 +6,9 @@
 use crate::machine::direct_boot::parts;
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
-use crate::programs::repository;
 use crate::starts::first_start::{MOVES, OFTEN, UP};
 use crate::unit::Unit;
+use claims::programs::repository;
 
 const BY_HAND: &str = "setsid --ctty dreams-player --config /etc/dreams/player.toml --screen kms \
     < /dev/tty1 > /run/player.log 2>&1 &";

@@ -25,7 +25,7 @@ use crate::machine::picture::Look;
 use crate::machine::qemu::{Qemu, Socket};
 use crate::machine::reference_frames::ReferenceFrames;
 use crate::machine::serial::Serial;
-use crate::programs::repository;
+use claims::programs::repository;
 use serde_json::json;
 use std::fs;
 use std::os::unix::net::UnixDatagram;

@@ -5,8 +5,8 @@
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::owner::settings_error::has_notice;
-use crate::programs::{output, succeed};
 use crate::starts::first_start::{OFTEN, playing_unit};
+use claims::programs::{output, succeed};
 use std::fs;
 use std::path::Path;
 use std::process::Command;

@@ -6,9 +6,9 @@
 use crate::machine::PAUSE;
 use crate::machine::hardware::{Display, Firmware, Hardware, USUAL};
 use crate::machine::picture::only_art;
-use crate::programs::repository;
 use crate::starts::first_start::{MOVES, OFTEN, PROVEN};
 use crate::unit::Unit;
+use claims::programs::repository;
 
 const ARM: Hardware = Hardware { firmware: Firmware::Arm64, display: Display::VirtioGpu, ..USUAL };
 /// Where `make crash` builds it.

@@ -8,9 +8,9 @@
 
 use crate::machine::Machine;
 use crate::machine::direct_boot::parts;
-use crate::programs::{repository, succeed};
 use crate::starts::first_start::PROVEN;
 use crate::unit::Unit;
+use claims::programs::{repository, succeed};
 use serde_json::{Value, json};
 use std::env;
 use std::fs;

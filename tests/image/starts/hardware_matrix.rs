@@ -1,4 +1,4 @@
-//! All machines of `docs/hardware.md` that QEMU can emulate. `hardware_sample.rs` has the one for `make check`.
+//! All machines of `docs/hardware.md` that QEMU can emulate. `hardware_sample.rs` has the one for `make check-all`.
 
 use crate::machine::hardware::{Bus, Display, Hardware, USUAL};
 use crate::starts::hardware_sample::shows_its_art;

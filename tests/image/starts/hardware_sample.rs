@@ -1,15 +1,15 @@
 //! A unit on other hardware: buses, displays, memory.
 //!
-//! Owns the claim that it shows its picture, and the machine for `make check`. QEMU 7.2 cannot emulate eMMC, UFS and
+//! Owns the claim that it shows its picture, and the machine for `make check-all`. QEMU 7.2 cannot emulate eMMC, UFS and
 //! Intel's VMD.
 
 use crate::machine::direct_boot::parts;
 use crate::machine::hardware::{Bus, Display, Firmware, Hardware, USUAL};
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
-use crate::programs::repository;
 use crate::starts::first_start::{MOVES, OFTEN};
 use crate::unit::Unit;
+use claims::programs::repository;
 
 /// For the unit's shell: firmware and kernel say that Secure Boot is on, and no module was refused.
 pub(crate) const IS_SECURE: &str = "od -An -j4 -tu1 /sys/firmware/efi/efivars/SecureBoot-* | grep -qw 1 && \

@@ -3,8 +3,8 @@
 //! Owns the claims that every kept module has what it needs, and that the build fails otherwise. The lists are in
 //! `image-build/modules`; `image-build/prune` applies and checks them.
 
-use crate::programs::{output, repository, succeed};
 use crate::starts::first_start::playing_unit;
+use claims::programs::{output, repository, succeed};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

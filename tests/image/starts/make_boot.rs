@@ -4,8 +4,8 @@
 
 use crate::machine::built_in;
 use crate::machine::picture::Look;
-use crate::programs::{repository, succeed};
 use crate::unit::image;
+use claims::programs::{repository, succeed};
 use std::os::unix::fs::symlink;
 use std::process::Command;
 use std::time::Duration;

@@ -6,11 +6,11 @@
 use crate::machine::hardware::{Firmware, Hardware, USUAL};
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE, light_flock};
-use crate::programs::{repository, succeed};
 use crate::starts::first_start::{MOVES, OFTEN, PROVEN};
 use crate::starts::hardware_sample::IS_SECURE;
 use crate::unit::{BOOT, SPARE, Unit};
 use crate::updates::next_system::NOW;
+use claims::programs::{repository, succeed};
 use std::process::Command;
 use std::sync::LazyLock;
 

@@ -12,7 +12,7 @@ use crate::machine::Machine;
 use crate::machine::disk::Disk;
 use crate::machine::hardware::{Hardware, USUAL};
 use crate::machine::write_loss;
-use crate::programs::{output, repository, succeed};
+use claims::programs::{output, repository, succeed};
 use rand_chacha::ChaCha8Rng;
 use std::fs;
 use std::os::unix::fs::FileExt;

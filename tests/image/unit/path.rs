@@ -8,7 +8,7 @@
 use crate::machine::light_flock;
 use crate::machine::picture::Look;
 use crate::machine::reference_frames::Place;
-use crate::programs::{self, succeed};
+use claims::programs::{self, succeed};
 use serde_json::Value;
 use std::process::Command;
 

@@ -7,11 +7,11 @@
 
 pub(crate) mod exfat;
 
-use crate::clips::Encode;
 use crate::machine::reference_frames::{ReferenceFrames, SIZE};
-use crate::programs::succeed;
 use bundle::KeyId;
 use claims::bundle_maker::{BundleMaker, files_in};
+use claims::clips::Encode;
+use claims::programs::succeed;
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::os::unix::fs::{FileExt, symlink};

@@ -8,12 +8,12 @@
 use crate::machine::clock::now;
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE, light_flock};
-use crate::programs::{self, repository, succeed};
 use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
 use crate::unit::path::Path;
 use crate::unit::stick::Stick;
 use crate::unit::{Snapshot, Unit};
 use crate::updates::flock_from_stick::is_autumn;
+use claims::programs::{self, repository, succeed};
 use claims::web::{Behaviour, WebServer};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

@@ -3,15 +3,23 @@
 //! Owns the claims on `.ci/install`, tried with an `apt-get` and a `dpkg-query` that only record their arguments.
 //! `tests/soak/fresh` tries the real ones.
 
-use crate::programs::{output, repository};
+use claims::programs::{output, repository};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// An `apt-get` that installs everything, unless the file `stubborn` exists: `held`: only if it may downgrade; `never`:
-/// nothing, and it reports success.
+/// An `apt-get` that installs everything, unless the file `stubborn` says otherwise: `held`: only if it may downgrade;
+/// `never`: nothing, and it reports success; `busy`: only after the third wait for another one, be it for the update or for
+/// the installation; `locked`: never, for the same reason.
 const APT: &str = r#"#!/bin/sh
+# The options before the command are the same for all.
+while [ "${1#-}" != "$1" ]; do case $1 in --option) shift 2 ;; *) shift ;; esac; done
+case $(cat "$MACHINE/stubborn") in
+  busy) [ $(wc -l < "$MACHINE/waits") -ge 3 ] && [ "$1" = update ] || [ $(wc -l < "$MACHINE/waits") -ge 6 ] || {
+    echo "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 1 (apt-get)" >&2; exit 100; } ;;
+  locked) echo "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 1 (apt-get)" >&2; exit 100 ;;
+esac
 echo "$*" >> "$MACHINE/asked"
 case $1 in update) exit 0 ;; esac
 case $(cat "$MACHINE/stubborn") in
@@ -26,6 +34,9 @@ done
 /// The user counts as root: with `sudo`, the real programs would be found.
 const ID: &str = "#!/bin/sh\necho 0\n";
 
+/// Waits that take no time, and are counted.
+const SLEEP: &str = "#!/bin/sh\necho \"$*\" >> \"$MACHINE/waits\"\n";
+
 const DPKG_QUERY: &str = r#"#!/bin/sh
 for package in "$@"; do :; done
 grep -qx -- "$package" "$MACHINE/installed" && printf installed
@@ -34,11 +45,11 @@ grep -qx -- "$package" "$MACHINE/installed" && printf installed
 /// Runs `.ci/install image` on a machine with the packages `installed` and an apt that is `stubborn`; returns its
 /// output and the arguments of apt.
 fn install(machine: &Path, installed: &str, stubborn: &str) -> (Output, Vec<String>) {
-    for (name, program) in [("apt-get", APT), ("dpkg-query", DPKG_QUERY), ("id", ID)] {
+    for (name, program) in [("apt-get", APT), ("dpkg-query", DPKG_QUERY), ("id", ID), ("sleep", SLEEP)] {
         fs::write(machine.join(name), program).unwrap();
         fs::set_permissions(machine.join(name), fs::Permissions::from_mode(0o755)).unwrap();
     }
-    for (name, text) in [("installed", installed), ("stubborn", stubborn), ("asked", "")] {
+    for (name, text) in [("installed", installed), ("stubborn", stubborn), ("asked", ""), ("waits", "")] {
         fs::write(machine.join(name), text).unwrap();
     }
     let path = format!("{}:{}", machine.display(), std::env::var("PATH").unwrap());
@@ -84,4 +95,19 @@ fn nothing_is_asked_of_apt_where_nothing_is_missing() {
     let machine = tempfile::tempdir().unwrap();
     let (said, asked) = install(machine.path(), &list().join("\n"), "never");
     assert!(said.status.success() && asked.is_empty(), "{said:?} {asked:?}");
+}
+
+#[test]
+fn another_apt_is_waited_for_at_each_step_and_one_that_never_ends_is_named() {
+    let machine = tempfile::tempdir().unwrap();
+    let waits = || fs::read_to_string(machine.path().join("waits")).unwrap().lines().count();
+    let (said, asked) = install(machine.path(), "qemu-utils\n", "busy");
+    assert!(said.status.success() && asked.len() == 1, "{said:?} {asked:?}");
+    assert_eq!(waits(), 6, "three for the update and three for the installation");
+
+    let (said, asked) = install(machine.path(), "qemu-utils\n", "locked");
+    let words = String::from_utf8(said.stderr).unwrap();
+    assert!(!said.status.success() && asked.is_empty(), "{words}");
+    assert!(words.contains("Could not get lock") && words.contains("held by process 1"), "{words}");
+    assert_eq!(waits(), 120, "ten minutes");
 }

@@ -2,7 +2,7 @@
 //!
 //! Owns the claims on `image-build/archives`: this machine's archives, or snapshots of a time.
 
-use crate::programs::{output, repository};
+use claims::programs::{output, repository};
 use std::fs;
 use std::process::{Command, Output};
 use tempfile::TempDir;

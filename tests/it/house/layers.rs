@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 const LAYERS: &[(&str, u8)] = &[
     ("durable", 0),
     ("diagnostics", 0),
+    ("scaling", 0),
     ("species", 0),
     ("timing", 0),
     ("agents", 1),
@@ -23,10 +24,12 @@ const LAYERS: &[(&str, u8)] = &[
     ("video", 1),
     ("votes", 1),
     ("bundle", 2),
-    ("studio", 2),
-    ("flock-tools", 3),
-    ("player", 3),
-    ("claims", 4),
+    ("operations", 3),
+    ("commands", 4),
+    ("studio", 4),
+    ("dreams", 5),
+    ("player", 5),
+    ("claims", 6),
 ];
 
 /// The dependencies that do not go down, each as a sentence; and packages without a layer.
@@ -79,7 +82,7 @@ fn every_package_has_a_layer_and_every_layer_its_packages() {
 #[test]
 fn no_program_has_the_name_of_one_that_every_linux_machine_has() {
     let metadata = super::metadata(false);
-    let roots = metadata.packages.iter().filter(|package| ["player", "flock-tools"].contains(&package.name.as_str()));
+    let roots = metadata.packages.iter().filter(|package| ["player", "dreams"].contains(&package.name.as_str()));
     let programs: Vec<_> = roots.flat_map(|package| &package.targets).filter(|target| target.is_bin()).collect();
     assert!(programs.len() > 4, "{programs:?}");
     // util-linux has `flock`, on whose place in the path ours must not depend.

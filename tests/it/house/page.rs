@@ -2,14 +2,13 @@
 //!
 //! Owns that its code is what its types say, how much of it there may be, and that it can make no element of a text.
 
+use claims::studio::page::MOST_BYTES;
 use std::process::Command;
 
 use super::{files, root};
 
 /// The folder of the page.
-const PAGE: &str = "crates/studio/page/";
-/// The most bytes of the page's code and style, minified, and the most that are sent of it.
-pub(crate) const MOST_BYTES: usize = 250_000;
+const PAGE: &str = "flock-tools/studio/page/";
 /// Ways to make elements, code or styles of a text, and to ask somebody else than our own program.
 const FORBIDDEN: [&str; 12] = [
     "innerHTML",
@@ -28,7 +27,7 @@ const FORBIDDEN: [&str; 12] = [
 
 #[test]
 fn the_page_is_what_its_types_say() {
-    let project = root().join("crates/studio/tsconfig.json");
+    let project = root().join("flock-tools/studio/tsconfig.json");
     let checked = Command::new("tsc").arg("--project").arg(project).output();
     let checked = checked.expect("`tsc` is there: `make check` installs node-typescript");
     assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stdout));

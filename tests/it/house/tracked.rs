@@ -47,8 +47,6 @@ const KINDS: &[(&str, &[&str])] = &[
     ("crates/flock/proptest-regressions", &["*.txt"]),
     ("crates/flock/src/edit/tests", &["*.rs", "*.toml"]),
     ("crates/flock/src/walk/itinerary", &["*.rs", "place"]),
-    ("crates/studio", &["Cargo.toml", "*.rs", "tsconfig.json"]),
-    ("crates/studio/page", &["*.css", "*.html", "*.js", "*.d.ts"]),
     (
         "docs",
         &[
@@ -74,7 +72,9 @@ const KINDS: &[(&str, &[&str])] = &[
         "flock-tools/demo",
         &["README.md", "flock.toml", "*.flam3", "*.expr", "*.agents", "*.plant", "*.mp4", "picture.jpg", "play"],
     ),
-    ("flock-tools/src/report/sheet", &["*.css", "*.html", "*.js"]),
+    ("flock-tools/commands/src/report/sheet", &["*.css", "*.html", "*.js"]),
+    ("flock-tools/studio", &["Cargo.toml", "*.rs", "tsconfig.json"]),
+    ("flock-tools/studio/page", &["*.css", "*.html", "*.js", "*.d.ts"]),
     ("fuzz", &["Cargo.toml", "Cargo.lock", "*.rs"]),
     ("fuzz/corpus", &["*"]),
     (
@@ -125,7 +125,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("tests/fixtures/keys", &["artist.key", "artist.pub"]),
     ("tests/fixtures/sentences", &["*.txt"]),
     ("tests/image", &["*.rs", "light-flock", "writable.txt"]),
-    ("tests/it/studio", &["*.rs", "*.js"]),
+    ("tests/slow/studio", &["*.rs", "*.js"]),
     ("tests/package", &["inside", SCRIPT]),
     ("tests/vkms", &["*.config", SCRIPT]),
 ];

@@ -2,11 +2,10 @@
 //!
 //! Owns the claims on its trace, its exit codes, its config and its end.
 
-use crate::flocks::SMALL;
-use crate::guest::{script, shell_words, succeed_in_virtual_time};
-use crate::player_run::PlayerRun;
-use crate::programs::{self, claims_folder, output};
-use crate::trace::End;
+use claims::flocks::SMALL;
+use claims::player_run::PlayerRun;
+use claims::programs::{self, claims_folder, output};
+use claims::trace::End;
 use rustix::process::Signal;
 use std::fs;
 use std::process::Command;
@@ -77,16 +76,5 @@ fn every_refusal_has_its_exit_code_and_names_what_it_refuses() {
         for value in named {
             assert!(error.contains(value), "{options:?} names {value}: {error}");
         }
-    }
-}
-
-#[test]
-fn a_display_is_lit_where_there_is_one_and_the_virtual_screen_where_there_is_none() {
-    let flock = SMALL.flock();
-    for (prepare, screen) in [("true", "kms:/dev/dri/card1 "), ("rm -r /dev/dri", "virtual")] {
-        let playing = PlayerRun::of(&flock.folder).with(&["--clips", "2", "--seed", "1"]);
-        succeed_in_virtual_time(60, &script(&format!("{prepare}; {}", shell_words(&playing.command()))));
-        let [start] = &playing.trace().starts[..] else { panic!("one start") };
-        assert!(start.screen.starts_with(screen), "after `{prepare}`, `{}` is lit", start.screen);
     }
 }

@@ -4,87 +4,17 @@
 //! Owns the claims on player and updater together, on a virtual screen that flips as fast as frames come. What an
 //! update installs is in `updates/sticks.rs`.
 
-use crate::display::hot_plug::{CARD, HANDS};
-use crate::flocks::{Flock, Plan, SMALL};
-use crate::guest::{script, shell_words, succeed_in_virtual_time};
-use crate::player_run::{PlayerRun, RunningPlayer};
-use crate::programs::{self, output};
-use crate::trace::{Flip, Trace};
-use crate::updates::sticks::Unit;
-use claims::bundle_maker::Files;
+use claims::editions::{FREE, JOINS, await_joins, edition, named, played, state, unit_with};
+use claims::flocks::{Plan, SMALL};
+use claims::player_run::PlayerRun;
+use claims::programs::{self, output};
+use claims::trace::Trace;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use std::fs;
 
-/// Options of a player that plays as fast as possible.
-const FREE: [&str; 9] = ["--screen", "virtual", "--clock", "free", "--hash", "--status", "off", "--seed", "5"];
 /// Options of one in real time: it can be ended during its first clip.
 const TIMED: [&str; 7] = ["--screen", "virtual", "--hash", "--status", "off", "--seed", "5"];
-/// More joins than win a trial: the player counts a clip some clips later.
-const JOINS: usize = 60;
-
-/// The flock with its clips in the folder `edition`, so that a trace distinguishes editions.
-pub(crate) fn edition(flock: &Flock, edition: &str) -> Files {
-    let toml = fs::read_to_string(flock.folder.join("flock.toml")).unwrap();
-    let toml = toml.replace("clip = \"", &format!("clip = \"{edition}/"));
-    let clip = |name: &String| (format!("{edition}/{name}"), fs::read(flock.folder.join(name)).unwrap());
-    let mut files: Files = flock.shows.keys().map(clip).collect();
-    files.insert("flock.toml".to_owned(), toml.into_bytes());
-    files
-}
-
-/// A unit that plays the edition `one`, which has won its trial.
-fn unit_with(flock: &Flock) -> (Unit, PlayerRun) {
-    let unit = Unit::new();
-    unit.maker.bundle(&unit.stick(), &edition(flock, "one"), &[], 1);
-    unit.updated(&[]);
-    let playing = PlayerRun::of(&unit.path("store/current")).with(&FREE);
-    let mut running = playing.start();
-    await_joins(&mut running, JOINS);
-    running.signal(Signal::TERM);
-    running.end_within(10);
-    assert_eq!(state(&unit)["good"]["number"], 1, "the first flock has proved itself");
-    (unit, playing)
-}
-
-/// Waits for so many joins.
-pub(crate) fn await_joins(running: &mut RunningPlayer, count: usize) {
-    for _ in 0..count {
-        running.await_line_with("\"join\"");
-        running.await_lines(1);
-    }
-}
-
-/// The state of the unit's store.
-fn state(unit: &Unit) -> Value {
-    let text = fs::read_to_string(unit.path("store/state.0")).unwrap();
-    serde_json::from_str(text.split_once('\n').unwrap().1).unwrap()
-}
-
-/// Edition and clip of a flip.
-fn named(flip: &Flip) -> (&str, &str) {
-    flip.clip.split_once('/').expect("every clip lies in the folder of its edition")
-}
-
-/// The clips of a trace, in order, the last one perhaps incomplete. Checks that every frame of each is there, once and
-/// in order.
-pub(crate) fn played<'t>(flock: &Flock, trace: &'t Trace) -> Vec<(&'t str, &'t str)> {
-    let mut clips = Vec::new();
-    let mut rest = &trace.flips[..];
-    while let Some(first) = rest.first() {
-        let (edition, clip) = named(first);
-        let shows = &flock.shows[clip];
-        let count = shows.len().min(rest.len());
-        for (frame, flip) in rest[..count].iter().enumerate() {
-            let found = (named(flip), flip.frame, flip.hash.as_deref());
-            assert_eq!(found, ((edition, clip), frame as u64, Some(&*shows[frame])), "after {clips:?}");
-        }
-        clips.push((edition, clip));
-        rest = &rest[count..];
-    }
-    clips
-}
-
 #[test]
 fn an_edited_folder_is_gone_over_to_at_a_join_and_an_edit_that_cannot_be_played_is_not() {
     let (flock, folder) = (SMALL.flock(), tempfile::tempdir_in(programs::claims_folder()).unwrap());
@@ -227,24 +157,6 @@ fn a_trial_goes_on_over_short_evenings_and_through_starts_that_nobody_could_see(
     running.end_within(10);
     let known = state(&unit);
     assert_eq!((&known["good"]["number"], &known["bad"]), (&2.into(), &json!([])), "it has proved itself");
-}
-
-#[test]
-fn a_trial_counts_nothing_that_was_decoded_for_a_display_that_is_not_plugged_in() {
-    let flock = SMALL.flock();
-    let (unit, _) = unit_with(&flock);
-    unit.maker.bundle(&unit.stick(), &edition(&flock, "two"), &[], 2);
-    unit.updated(&[]);
-    let playing = PlayerRun::of(&unit.path("store/current")).with(&["--screen", "kms:/dev/dri/$card"]);
-    let play = shell_words(&playing.command());
-    let start = format!("{play} &\nplayer=$!\nsleep 30; kill -KILL $player; wait $player || true\n");
-    let text = format!("{CARD}{HANDS}pull\n{}", start.repeat(4));
-    succeed_in_virtual_time(120, &script(&text));
-    let trial = &state(&unit)["trial"];
-    assert_eq!(
-        (&trial["generation"]["number"], &trial["starts"], &trial["joins"]),
-        (&2.into(), &0.into(), &Value::Null)
-    );
 }
 
 #[test]

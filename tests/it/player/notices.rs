@@ -3,11 +3,11 @@
 //! Owns the claim on player and updater together, that a notice appears and disappears. Its sentences are in
 //! `updates/sticks.rs`.
 
-use crate::flocks::JOINS;
-use crate::player::status_page::{ask, pixels};
-use crate::player_run::PlayerRun;
-use crate::updates::sticks::Unit;
 use claims::bundle_maker::rubbish;
+use claims::flocks::JOINS;
+use claims::player_run::PlayerRun;
+use claims::status_page::{ask, pixels};
+use claims::unit::Unit;
 
 /// The size of the picture, and of its lowest quarter, where a notice may be.
 const SIZE: (usize, usize) = (640, 480);

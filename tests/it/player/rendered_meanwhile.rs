@@ -2,10 +2,10 @@
 //!
 //! Owns the claim on `flock-tools/demo/play`, on a virtual screen in real time.
 
-use crate::clips::framemd5;
-use crate::programs::{self, succeed};
-use crate::tools::render::{CLIPS, clips, genomes};
-use crate::trace::{Flip, Trace};
+use claims::clips::framemd5;
+use claims::programs::{self, succeed};
+use claims::rendering::{CLIPS, clips, genomes};
+use claims::trace::{Flip, Trace};
 use claims::wait;
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::fs;

@@ -2,8 +2,9 @@
 //!
 //! Owns the claims on the seed and on the saved place.
 
-use crate::flocks::SMALL;
-use crate::player_run::PlayerRun;
+use claims::flocks::SMALL;
+use claims::player_run::PlayerRun;
+use claims::random::Random;
 use rustix::process::Signal;
 
 /// The number of kills.
@@ -65,15 +66,4 @@ fn a_player_killed_fifty_times_goes_on_where_it_was() {
         place += clips.len() - 1;
     }
     assert!(repeated > KILLS / 2, "a kill in the middle of a clip repeats it, and no more: {repeated} of {KILLS}");
-}
-
-/// A repeatable stream of random numbers (Knuth's MMIX constants).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    /// The next number below `bound`.
-    pub(crate) fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % bound
-    }
 }

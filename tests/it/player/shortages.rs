@@ -3,8 +3,8 @@
 //! Owns the claims on a reader that stops reading the trace and on missing file descriptors. Damaged clips are in
 //! `bad_clips.rs`.
 
-use crate::flocks::SMALL;
-use crate::player_run::PlayerRun;
+use claims::flocks::SMALL;
+use claims::player_run::PlayerRun;
 use rustix::process::{Resource, Signal};
 
 /// Options of a player that plays as fast as possible.

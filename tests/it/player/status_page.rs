@@ -2,68 +2,14 @@
 //!
 //! Owns the claims on its addresses, and on how a browser shows it.
 
-use crate::flocks::SMALL;
-use crate::player::flock_switch::edition;
-use crate::player_run::{PlayerRun, RunningPlayer};
-use crate::programs::{output, succeed};
-use crate::updates::sticks::Unit;
+use claims::editions::edition;
+use claims::flocks::SMALL;
+use claims::player_run::PlayerRun;
+use claims::status_page::{PATIENCE, ask, on_a_port, on_a_socket, pixels};
+use claims::unit::Unit;
 use std::fs;
 use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::os::unix::net::UnixStream;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::time::Duration;
-
-/// An answer of the page: head and body.
-pub(crate) struct Answer {
-    head: String,
-    pub(crate) body: Vec<u8>,
-}
-
-impl Answer {
-    fn text(&self) -> String {
-        String::from_utf8(self.body.clone()).unwrap()
-    }
-}
-
-/// How long the page may take to answer.
-const PATIENCE: Duration = Duration::from_mins(1);
-
-/// Requests a page from `socket`, by HTTP 1.0, so that the body is not encoded.
-pub(crate) fn ask(socket: &Path, request: &str) -> Answer {
-    let mut stream = UnixStream::connect(socket).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    write!(stream, "{request} HTTP/1.0\r\nHost: unit\r\nConnection: close\r\n\r\n").unwrap();
-    let mut all = Vec::new();
-    stream.read_to_end(&mut all).expect("the page answers within a minute");
-    let end = all.windows(4).position(|four| four == b"\r\n\r\n").expect("a head ends with an empty line");
-    Answer { head: String::from_utf8(all[..end].to_vec()).unwrap().to_lowercase(), body: all[end + 4..].to_vec() }
-}
-
-/// A player that plays and serves its page at `address`.
-fn serving(address: &str) -> (PlayerRun, RunningPlayer) {
-    let flock = SMALL.flock();
-    let playing = PlayerRun::of(&flock.folder).with(&["--screen", "virtual", "--seed", "1", "--status", address]);
-    let mut running = playing.start();
-    running.await_lines(40);
-    (playing, running)
-}
-
-/// The same, on the socket returned.
-fn on_a_socket() -> (PlayerRun, RunningPlayer, PathBuf) {
-    let socket = tempfile::Builder::new().prefix("page").tempdir().unwrap().keep().join("socket");
-    let (playing, running) = serving(&format!("unix:{}", socket.display()));
-    (playing, running, socket)
-}
-
-/// The same, at the host and port returned.
-fn on_a_port() -> (PlayerRun, RunningPlayer, String) {
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let address = format!("127.0.0.1:{port}");
-    let (playing, running) = serving(&address);
-    (playing, running, address)
-}
+use std::net::TcpStream;
 
 #[test]
 fn the_page_tells_what_is_on_the_glass_in_three_forms_and_shows_it() {
@@ -148,32 +94,4 @@ fn the_page_is_told_to_nobody_who_was_led_here_by_another_name() {
     for other in ["example.org", "localhost.example.org", "192.0.2.1", "0.0.0.0", ""] {
         assert_eq!(status(other), "421", "{other}");
     }
-}
-
-#[test]
-fn the_page_shows_its_picture_in_a_browser_without_a_complaint() {
-    let (playing, _running, address) = on_a_port();
-    let shot = playing.path("page.png");
-    let mut chromium = Command::new("timeout");
-    chromium.args(["60", "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]);
-    chromium.arg(format!("--user-data-dir={}", playing.path("chromium").display()));
-    chromium.args(["--window-size=1280,1200", "--virtual-time-budget=4000", "--enable-logging=stderr"]);
-    chromium.arg(format!("--screenshot={}", shot.display())).arg(format!("http://{address}/"));
-    let said = output(&mut chromium);
-    let console = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.success(), "{console}");
-    assert!(!console.contains("CONSOLE"), "the browser's console is empty: {console}");
-    let rgb = pixels(&fs::read(&shot).unwrap(), "png");
-    let vivid = rgb.chunks(3).filter(|pixel| pixel.iter().max().unwrap() - pixel.iter().min().unwrap() > 120).count();
-    assert!(vivid * 50 > rgb.len() / 3, "the test picture's colours are on the page: {vivid} vivid pixels");
-}
-
-/// The RGB bytes of a picture, as `ffmpeg` decodes it.
-pub(crate) fn pixels(picture: &[u8], kind: &str) -> Vec<u8> {
-    let file = tempfile::Builder::new().suffix(&format!(".{kind}")).tempfile().unwrap();
-    fs::write(file.path(), picture).unwrap();
-    let mut ffmpeg = Command::new("ffmpeg");
-    ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(file.path());
-    ffmpeg.args(["-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]);
-    succeed(&mut ffmpeg)
 }

@@ -2,9 +2,9 @@
 //!
 //! Owns the claim that the studio marks them in the pool's own ledger, as the command does, and takes a mark back there.
 
-use super::running::Studio;
-use super::sheep::{quick, ring};
-use crate::programs::{self, succeed};
+use claims::programs::{self, succeed};
+use claims::studio::running::Studio;
+use claims::studio::sheep::{quick, ring};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;

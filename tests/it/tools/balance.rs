@@ -3,9 +3,8 @@
 //! Owns the claims on `dreams balance --write` and `--suggest`: what they change, what they leave as it is, that they
 //! reach what they promise. The flock crate tests how weights are found.
 
-use crate::flocks::SMALL;
-use crate::programs::{self, output};
-use crate::tools::command_line::json;
+use claims::flocks::SMALL;
+use claims::programs::{self, json, output};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;

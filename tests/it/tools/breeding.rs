@@ -2,9 +2,8 @@
 //!
 //! Owns the claims on whole runs of the program. The rules themselves are tried in `crates/breeding`.
 
-use crate::programs::{self, output, succeed};
 use crate::syscall_faults::at_every_step;
-use crate::tools::command_line::json;
+use claims::programs::{self, json, output, succeed};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;

@@ -4,11 +4,11 @@
 //! the flock that is elected is played, a button is pressed, and what the unit reports is taken in; then a real
 //! `dreams-update` takes the next flock from where it was published, and that one is played.
 
-use crate::flocks::Flock;
-use crate::player::votes::{UP, Voting};
-use crate::player_run::PlayerRun;
-use crate::programs::{self, repository, succeed};
 use crate::tools::tutorial::{follow_steps, steps};
+use claims::flocks::Flock;
+use claims::player_run::PlayerRun;
+use claims::programs::{self, repository, succeed};
+use claims::voting::{UP, Voting};
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;

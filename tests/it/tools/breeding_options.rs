@@ -2,9 +2,8 @@
 //!
 //! Owns the claims on what each of them changes; `breeding.rs` has those on whole runs.
 
-use crate::programs;
 use crate::tools::breeding::{answer, dreams, files, ids, pool, report};
-use crate::tools::command_line::json;
+use claims::programs::{self, json};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs;

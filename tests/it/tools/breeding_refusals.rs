@@ -2,9 +2,9 @@
 //!
 //! Owns the claim on the genomes in `tests/fixtures/failures`, each named for what is wrong with it.
 
-use crate::programs::repository;
 use crate::tools::breeding::{answer, dreams};
-use crate::tools::command_line::json;
+use claims::programs::json;
+use claims::programs::repository;
 use serde_json::json;
 use std::fs;
 use std::path::PathBuf;

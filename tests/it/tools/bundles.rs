@@ -5,10 +5,9 @@
 //!
 //! Start at [`Artist`].
 
-use crate::clips::{SETPARAMS, TAGS};
-use crate::flocks::SMALL;
-use crate::programs::{self, claims_folder, output};
-use crate::tools::command_line::json;
+use claims::clips::{SETPARAMS, TAGS};
+use claims::flocks::SMALL;
+use claims::programs::{self, claims_folder, json, output};
 use claims::wait;
 use serde_json::Value;
 use std::fs;

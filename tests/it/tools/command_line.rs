@@ -3,7 +3,7 @@
 //! Owns the claims on `dreams check`, `share`, `walk` and `simulate`: their JSON, exit codes, streams and errors. The
 //! defective manifests are in `tests/fixtures`, each named for its defect.
 
-use crate::programs::{self, output};
+use claims::programs::{self, json, output};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -22,12 +22,6 @@ fn dreams(command: &str, defect: &str, options: &[&str]) -> Output {
 /// The options that `command` requires.
 fn steps_of(command: &str) -> &'static [&'static str] {
     if ["walk", "simulate"].contains(&command) { &["--seed", "1", "--steps", "3"] } else { &[] }
-}
-
-/// The one JSON document on the standard output of `said`.
-pub(crate) fn json(said: &Output) -> Value {
-    let text = String::from_utf8_lossy(&said.stdout);
-    serde_json::from_str(&text).unwrap_or_else(|error| panic!("standard output is no JSON: {error}: {text}"))
 }
 
 #[test]

@@ -3,9 +3,8 @@
 //! Owns the claims on genomes of Electric Sheep's edges, on `credits.toml`, on `dreams credits` and on bundles that are for
 //! sale. Never renders: the genomes are small, and clips are copies.
 
-use crate::programs::{self, output, succeed};
 use crate::tools::bundles::Artist;
-use crate::tools::command_line::json;
+use claims::programs::{self, json, output, succeed};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::fs;

@@ -3,9 +3,8 @@
 //! Owns the claims on `dreams new`, `add`, `link`, `unlink`, `drop`, `rename` and `want`: what they change, what they
 //! leave as it is, what they refuse, what they say about the balance. Never renders: ffmpeg makes the clips.
 
-use crate::flocks::SMALL;
-use crate::programs::{self, output};
-use crate::tools::command_line::json;
+use claims::flocks::SMALL;
+use claims::programs::{self, json, output};
 use claims::wait;
 use serde_json::Value;
 use std::fs;

@@ -4,11 +4,11 @@
 //! They run on a terminal of their own, where the passphrases are typed. The guide to sending goes on where the tutorial
 //! ends, and a unit plays what is then on the stick.
 
-use crate::player_run::PlayerRun;
-use crate::programs::{self, output, repository, succeed};
 use crate::tools::tutorial::{self, Step, is_shown, marked, printed, steps};
 use crate::updates::systems::make_halves;
 use claims::bundle_maker::BundleMaker;
+use claims::player_run::PlayerRun;
+use claims::programs::{self, output, repository, succeed};
 use claims::wait;
 use std::collections::BTreeMap;
 use std::fs;

@@ -3,10 +3,10 @@
 //! Owns the claims on `dreams import`: frame for frame, with tags, without damaged or unknown files. ffmpeg makes the
 //! clips and compares the frames.
 
-use crate::clips::framemd5;
-use crate::flocks::SMALL;
-use crate::programs::{self, output, succeed};
 use crate::tools::import_folders::ImportFolders;
+use claims::clips::framemd5;
+use claims::flocks::SMALL;
+use claims::programs::{self, output, succeed};
 use claims::wait::{self, ends_within};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};

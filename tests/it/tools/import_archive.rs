@@ -5,9 +5,8 @@
 //!
 //! Start at [`Archive::make`].
 
-use crate::clips::framemd5;
-use crate::programs::{self, output, succeed};
-use crate::tools::command_line::json;
+use claims::clips::framemd5;
+use claims::programs::{self, json, output, succeed};
 use rustix::fs::{Mode, mkfifoat};
 use rustix::process::geteuid;
 use serde_json::Value;

@@ -4,11 +4,10 @@
 //! tells before the first clip is encoded, and on what a power cut or a kill leaves. ffmpeg makes the clips and measures
 //! the colours.
 
-use crate::clips::framemd5;
-use crate::programs::{self, output, succeed};
 use crate::syscall_faults::{at_every_step, traced};
-use crate::tools::command_line::json;
 use crate::tools::import_folders::ImportFolders;
+use claims::clips::framemd5;
+use claims::programs::{self, json, output, succeed};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;

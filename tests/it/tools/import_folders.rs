@@ -5,8 +5,7 @@
 //!
 //! Start at [`ImportFolders::new`].
 
-use crate::programs::{self, output, succeed};
-use crate::tools::command_line::json;
+use claims::programs::{self, json, output, succeed};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;

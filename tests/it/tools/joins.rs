@@ -1,11 +1,10 @@
 //! Joins are judged alike at every size of the picture.
 //!
 //! Owns the claim on `dreams check --joins` that one flock meets or jumps at every size, the demo's joins and breaks that
-//! are planted. The figures themselves are tested beside their code, in `flock-tools/src/joins`.
+//! are planted. The figures themselves are tested beside their code, in `flock-tools/operations/src/joins`.
 
-use crate::clips::{SETPARAMS, TAGS};
-use crate::programs::{self, output, repository, succeed};
-use crate::tools::command_line::json;
+use claims::clips::{SETPARAMS, TAGS};
+use claims::programs::{self, json, output, repository, succeed};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;

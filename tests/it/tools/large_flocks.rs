@@ -6,7 +6,7 @@
 //! Start at [`peak`].
 
 use crate::metering::{Measurement, Meter};
-use crate::programs;
+use claims::programs;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;

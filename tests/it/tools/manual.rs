@@ -2,7 +2,7 @@
 //!
 //! Owns the claims that they have one source, and that every command is in each of them.
 
-use crate::programs::{self, output, repository, succeed};
+use claims::programs::{self, output, repository, succeed};
 use std::fs;
 use std::path::Path;
 use std::process::Command;

@@ -3,8 +3,8 @@
 //! Owns the claims on ids and globs of the editing commands, on `dreams list`, `prune`, `repeat` and `weight`, and on
 //! balances by time. Clips are never opened, but where `dreams check` looks for them.
 
-use crate::programs::{self, output};
 use crate::tools::curation::FlockFolder;
+use claims::programs::{self, output};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

@@ -4,8 +4,7 @@
 //! is asked for, and that nothing which a name contains has an effect on a terminal. Which mistakes are refused is
 //! claimed where each command is.
 
-use crate::programs::{self, output};
-use crate::tools::command_line::json;
+use claims::programs::{self, json, output};
 use serde_json::{Value, json};
 use std::fs;
 use std::process::{Command, Output};

@@ -3,8 +3,8 @@
 //! Owns the claims on `dreams diff` and `dreams publish`: what they write, and what a kill, a full disk and a damaged
 //! stick leave behind. The content of a bundle is in `bundles.rs`.
 
-use crate::programs::{self, output};
 use crate::tools::bundles::{Artist, replace};
+use claims::programs::{self, output};
 use serde_json::Value;
 use std::fs::{self, File};
 use std::io::Write;

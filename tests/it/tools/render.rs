@@ -2,8 +2,8 @@
 //!
 //! Owns the claims on whole runs of the program. What is chosen, kept and refused in detail is tested beside the code.
 
-use crate::programs::{self, output};
-use crate::tools::command_line::json;
+use claims::programs::{self, json, output};
+use claims::rendering::{CLIPS, MANIFEST, clips, genomes};
 use claims::wait::{self, ends_within};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -13,68 +13,6 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
-const MANIFEST: &str = "\
-# Three sheep; the third is only passed through.
-format = 1
-name = \"three\"
-size = [64, 36]
-fps = [30, 1]
-
-[[sheep]]
-id = \"orchid\"   # the first
-frames = 12
-clip = \"loops/orchid.mp4\"
-genome = \"genomes/orchid.flam3\"
-
-[[sheep]]
-id = \"rosette\"
-frames = 8
-clip = \"loops/rosette.mp4\"
-genome = \"genomes/rosette.flam3\"
-
-[[sheep]]
-id = \"undertow\"
-genome = \"genomes/undertow.flam3\"
-
-[[transition]]
-from = \"orchid\"
-to = \"rosette\"
-frames = 5
-clip = \"transitions/orchid=rosette.mp4\"
-
-[[transition]]
-from = \"rosette\"
-to = \"undertow\"
-frames = 5
-clip = \"transitions/rosette=undertow.mp4\"
-
-[[transition]]
-from = \"undertow\"
-to = \"orchid\"
-frames = 5
-clip = \"transitions/undertow=orchid.mp4\"
-";
-
-pub(crate) const CLIPS: [&str; 5] = [
-    "loops/orchid.mp4",
-    "loops/rosette.mp4",
-    "transitions/orchid=rosette.mp4",
-    "transitions/rosette=undertow.mp4",
-    "transitions/undertow=orchid.mp4",
-];
-
-/// A flock with the genomes of three sheep, and no clips.
-pub(crate) fn genomes() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("flock.toml"), MANIFEST).unwrap();
-    fs::create_dir(folder.path().join("genomes")).unwrap();
-    for name in ["orchid", "rosette", "undertow"] {
-        let genome = programs::repository().join("flock-tools/demo/genomes").join(name).with_extension("flam3");
-        fs::copy(genome, folder.path().join("genomes").join(name).with_extension("flam3")).unwrap();
-    }
-    folder
-}
-
 /// `dreams render FOLDER OPTIONS...`, at low quality.
 fn render(folder: &Path, options: &[&str]) -> Command {
     let mut command = Command::new(programs::dreams());
@@ -83,11 +21,6 @@ fn render(folder: &Path, options: &[&str]) -> Command {
         command.args(["--spp", "4"]);
     }
     command
-}
-
-/// The bytes of all clips.
-pub(crate) fn clips(folder: &Path) -> Vec<Vec<u8>> {
-    CLIPS.iter().map(|clip| fs::read(folder.join(clip)).unwrap()).collect()
 }
 
 #[test]
@@ -125,7 +58,7 @@ fn a_program_that_cannot_use_a_gpu_says_how_one_is_built_that_can() {
     let error = &json(&said)["error"];
     assert_eq!((said.status.code(), &error["exit"]), (Some(2), &Value::from(2)), "{error}");
     assert!(error["message"].as_str().unwrap().contains("feature `gpu`"), "{error}");
-    assert!(error["hint"].as_str().unwrap().contains("--package flock-tools --features gpu"), "{error}");
+    assert!(error["hint"].as_str().unwrap().contains("--package dreams --features gpu"), "{error}");
     assert!(!flock.path().join("loops").exists());
 }
 

@@ -2,8 +2,7 @@
 //!
 //! Owns the claims on whole runs of the program.
 
-use crate::programs::{self, output};
-use crate::tools::command_line::json;
+use claims::programs::{self, json, output};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -6,7 +6,7 @@
 //! A block of `console` is a line `$ command` and below it what that prints, on either stream; `...` stands for any
 //! lines. A command that ends with another status than 0 is followed by `$ echo $?`.
 
-use crate::programs::{self, repository};
+use claims::programs::{self, repository};
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};

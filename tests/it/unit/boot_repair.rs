@@ -5,10 +5,9 @@
 //!
 //! Start at [`UnitFiles`].
 
-use crate::programs::{self, output, repository, succeed};
 use crate::syscall_faults;
-use crate::tools::command_line::json;
 use bundle::{BootFiles, lay_out};
+use claims::programs::{self, json, output, repository, succeed};
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::FileExt;

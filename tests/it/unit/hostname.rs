@@ -3,7 +3,7 @@
 //! Owns the claims on `dreams-name`, tried on folders that stand for the `/sys` and `/proc` of machines. What the
 //! network sees of the name is tried on a whole machine, in `image/network/dhcp_request.rs`.
 
-use crate::programs::{repository, succeed};
+use claims::programs::{repository, succeed};
 use claims::wait;
 use std::fs;
 use std::path::Path;

@@ -3,10 +3,10 @@
 //! Owns the claim on `dreams-learned`, tried with a real store and a file for the partition. When that partition is
 //! made anew is tried in `tests/image/damage/flocks_disk.rs`.
 
-use crate::programs::{repository, succeed};
-use crate::updates::sticks::Unit;
 use bundle::limits;
 use claims::bundle_maker::rubbish;
+use claims::programs::{repository, succeed};
+use claims::unit::Unit;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

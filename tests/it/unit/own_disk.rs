@@ -3,7 +3,7 @@
 //! Owns the claim on `own-disk`, tried on folders that stand for the `/sys` of machines, and that the udev rules call
 //! it. A unit beside a copy of its own disk is tried on a whole machine, in `image/starts/usb_disk.rs`.
 
-use crate::programs::{output, repository};
+use claims::programs::{output, repository};
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::PathBuf;

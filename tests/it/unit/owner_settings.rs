@@ -3,61 +3,15 @@
 //! Owns the claims on `dreams-owner`, and on the player and the updater that read what it kept. The keys and values are
 //! tried in `player/src/owner.rs`.
 
-use crate::flocks::SMALL;
-use crate::guest::{script, shell_words, succeed_in_virtual_time, word};
-use crate::player_run::{PlayerRun, VKMS};
-use crate::programs::{self, claims_folder, output};
-use crate::updates::sticks::Unit;
 use claims::bundle_maker::rubbish;
+use claims::owner::Settings;
+use claims::programs::{self, output};
+use claims::unit::Unit;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::SystemTime;
-use tempfile::TempDir;
-
-/// An owner's partition, and what a unit keeps of it.
-struct Settings {
-    scratch: TempDir,
-}
-
-impl Settings {
-    fn new() -> Self {
-        let scratch = tempfile::tempdir_in(claims_folder()).unwrap();
-        fs::create_dir(scratch.path().join("partition")).unwrap();
-        Self { scratch }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.scratch.path().join(name)
-    }
-
-    /// `dreams-owner` on the partition.
-    fn taking(&self) -> Command {
-        let mut owner = Command::new(programs::owner());
-        owner.arg("take-in").arg(self.path("partition")).arg("--keep").arg(self.path("kept"));
-        owner.arg("--network").arg(self.path("")).arg("--name").arg(self.path("name"));
-        owner.arg("--wifi").arg(self.path("wifi.conf")).arg("--votes").arg(self.path("votes.toml"));
-        owner.arg("--notice").arg(self.path("notice"));
-        owner
-    }
-
-    /// The exit code and the output of `dreams-owner` for an owner's file `text`.
-    fn set(&self, text: &str) -> (Option<i32>, String) {
-        fs::write(self.path("partition/dreams.toml"), text).unwrap();
-        let said = output(&mut self.taking());
-        (said.status.code(), String::from_utf8(said.stderr).unwrap())
-    }
-
-    fn read(&self, name: &str) -> Option<String> {
-        fs::read_to_string(self.path(name)).ok()
-    }
-
-    /// The notice on a mistake in the settings.
-    fn told(&self) -> Option<String> {
-        self.read("notice.settings")
-    }
-}
 
 #[test]
 fn what_is_right_is_kept_and_what_is_wrong_is_told_and_changes_nothing() {
@@ -150,30 +104,6 @@ fn a_unit_restarts_only_in_the_hours_for_it_and_while_no_flock_is_on_trial() {
     unit.maker.bundle(&unit.stick(), &rubbish(2, 1_000, 0), &["lobby"], 1);
     assert_eq!(unit.update(&[]).status.code(), Some(0));
     assert_eq!(may_restart(&dark), Some(1), "the flock that has come is on trial");
-}
-
-#[test]
-fn the_player_goes_by_what_the_owner_sets_from_that_moment_on() {
-    let settings = Settings::new();
-    let kept = settings.path("kept");
-    let options = ["--screen", VKMS, "--seed", "3", "--timezone", "UTC", "--owner", kept.to_str().unwrap()];
-    let playing = PlayerRun::of(&SMALL.flock().folder).with(&options);
-    let text = format!(
-        "state() {{ sleep 3; sed -n 's/^\\tactive=//p' /sys/kernel/debug/dri/vkms/state; }}
-        set_to() {{ echo \"$1\" > {partition}; {owner} || echo refused; }}
-        exec > {seen}
-        date -u -s '2026-07-01 12:00:00' > /dev/null; {player} & player=$!
-        state; set_to 'hours = \"20:00-23:00\"'; state; set_to 'hours = 20'; state; set_to 'unit = \"lobby\"'; state
-        kill $player; wait $player",
-        partition = word(&settings.path("partition/dreams.toml")),
-        seen = word(&settings.path("seen")),
-        owner = shell_words(&settings.taking()),
-        player = shell_words(&playing.command())
-    );
-    succeed_in_virtual_time(180, &script(&text));
-    let seen = settings.read("seen").unwrap();
-    let seen: Vec<_> = seen.split_whitespace().filter(|word| ["0", "1", "refused"].contains(word)).collect();
-    assert_eq!(seen, ["1", "0", "refused", "0", "1"], "lit, asleep, asleep, lit");
 }
 
 #[test]

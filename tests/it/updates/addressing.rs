@@ -5,9 +5,9 @@
 //!
 //! Start at [`Sender`].
 
-use crate::programs::{self, output};
 use crate::tools::bundles::Artist;
 use claims::bundle_maker::{BundleMaker, rubbish};
+use claims::programs::{self, output};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -120,7 +120,7 @@ fn a_seal_for_others_under_the_name_for_everybody_is_refused_by_both() {
 
 #[test]
 fn what_is_for_everybody_is_refused_also_where_the_own_seal_has_gone_from_the_stick() {
-    let unit = crate::updates::sticks::Unit::new();
+    let unit = claims::unit::Unit::new();
     let maker: &BundleMaker = &unit.maker;
     maker.bundle(&unit.stick(), &rubbish(2, 3_000, 0), &["lobby"], 1);
     unit.updated(&[]);

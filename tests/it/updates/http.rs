@@ -1,11 +1,12 @@
 //! Updates over HTTP, with good and bad answers.
 //!
 //! Owns the claims on `dreams-update` with an address: what it requests, how often, and what it rejects. The server is
-//! in `tests/web.rs`.
+//! in `tests/rig/web.rs`.
 
-use crate::programs::{output, succeed, votes as counter};
-use crate::updates::sticks::{Unit, object};
+use crate::updates::sticks::object;
 use claims::bundle_maker::{files_in, rubbish};
+use claims::programs::{output, succeed, votes as counter};
+use claims::unit::Unit;
 use claims::wait::ends_within;
 use claims::web::{Behaviour, WebServer};
 use serde_json::{Value, json};

@@ -6,12 +6,12 @@
 //!
 //! Start at [`Breakage`].
 
-use crate::programs::{output, succeed};
 use crate::syscall_faults;
-use crate::tools::command_line::json;
-use crate::updates::sticks::{Unit, object};
+use crate::updates::sticks::object;
 use bundle::CurrentGeneration;
 use claims::bundle_maker::{Files, rubbish};
+use claims::programs::{json, output, succeed};
+use claims::unit::Unit;
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;

@@ -5,13 +5,12 @@
 //!
 //! Start at [`says`].
 
-use crate::flocks::SMALL;
 use crate::metering::{Meter, PEAK_KIB};
-use crate::programs;
 use crate::tools::bundles::Artist;
-use crate::tools::command_line::json;
-use crate::updates::sticks::Unit;
 use bundle::{Addressees, Contents, FileEntry, FilePath, Folder, ObjectId, SealBody, Sequence, limits};
+use claims::flocks::SMALL;
+use claims::programs::{self, json};
+use claims::unit::Unit;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;

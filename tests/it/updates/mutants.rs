@@ -2,14 +2,14 @@
 //!
 //! Owns the claim on thousands of mutants, each of which is given to the real `dreams verify` and to a unit with a good
 //! flock, on a stick, and in part over HTTP. `MUTANTS` in the environment sets their number, and `MUTANT` chooses one.
-//! `tests/mutator` makes them.
+//! `tests/rig/mutator` makes them.
 //!
 //! Start at [`Worker::judge`].
 
 use crate::metering::{Measurement, Meter, PEAK_KIB};
-use crate::programs::{self, repository};
 use claims::bundle_maker::files_in;
 use claims::mutator::{Detection, Good, Level, Mutant, Mutator};
+use claims::programs::{self, repository};
 use claims::web::{Behaviour, WebServer};
 use serde_json::Value;
 use std::collections::BTreeMap;

@@ -6,10 +6,9 @@
 //!
 //! Start at [`OldFiles`].
 
-use crate::programs::{self, output, repository, succeed};
-use crate::tools::command_line::json;
 use bundle::{LocalDisk, Sequence, Store, Trust};
 use claims::bundle_maker::files_in;
+use claims::programs::{self, json, output, repository, succeed};
 use serde_json::Value;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

@@ -5,79 +5,16 @@
 //!
 //! Start at [`Unit`].
 
-use crate::programs::{self, output};
-use crate::tools::command_line::json;
-use claims::bundle_maker::{BundleMaker, Files, files_in, rubbish};
+use claims::bundle_maker::{Files, rubbish};
+use claims::programs::{self, json, output};
+use claims::unit::Unit;
 use claims::wait;
 use rustix::fs::{FlockOperation, flock};
 use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
 use std::fs;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use tempfile::TempDir;
-
-/// A unit called `lobby`, with its store and a stick.
-pub(crate) struct Unit {
-    folder: TempDir,
-    pub(crate) maker: BundleMaker,
-}
-
-impl Unit {
-    /// A unit without a flock.
-    pub(crate) fn new() -> Self {
-        let folder = tempfile::tempdir_in(programs::claims_folder()).unwrap();
-        fs::create_dir(folder.path().join("stick")).unwrap();
-        Self { folder, maker: BundleMaker::with_new_keys() }
-    }
-
-    /// The folder of everything else.
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// The stick.
-    pub(crate) fn stick(&self) -> PathBuf {
-        self.path("stick")
-    }
-
-    /// `dreams-update SOURCE`, or without one, with a notice and a JSON answer.
-    pub(crate) fn update_from(&self, source: Option<&Path>) -> Command {
-        let mut command = Command::new(programs::updater());
-        command.args(["--json", "--unit", "lobby"]).args(source);
-        for (option, value) in [("--store", "store"), ("--notice", "notice")] {
-            command.arg(option).arg(self.path(value));
-        }
-        command.arg("--keys").arg(self.maker.keys());
-        command
-    }
-
-    /// Updates from the stick.
-    pub(crate) fn update(&self, options: &[&str]) -> Output {
-        output(self.update_from(Some(&self.stick())).args(options))
-    }
-
-    /// Updates from the stick, which must succeed; returns the answer.
-    pub(crate) fn updated(&self, options: &[&str]) -> Value {
-        let said = self.update(options);
-        assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
-        json(&said)
-    }
-
-    /// The notice.
-    pub(crate) fn notice(&self) -> Option<String> {
-        let text = fs::read_to_string(self.path("notice")).ok()?;
-        let notice: Value = serde_json::from_str(&text).unwrap();
-        Some(notice["text"].as_str().unwrap().to_owned())
-    }
-
-    /// The installed flock, as the player finds it.
-    pub(crate) fn playing(&self) -> Option<Files> {
-        let current = self.path("store").join(bundle::CURRENT);
-        current.exists().then(|| files_in(&current).unwrap())
-    }
-}
+use std::path::Path;
+use std::process::{Command, Stdio};
 
 #[test]
 fn a_stick_brings_a_flock_and_the_next_one_only_what_is_new() {

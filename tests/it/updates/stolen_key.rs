@@ -5,10 +5,9 @@
 //!
 //! Start at [`Fleet`].
 
-use crate::programs::{self, output, succeed};
 use crate::tools::bundles::Artist;
-use crate::tools::command_line::json;
 use bundle::{LocalDisk, ObjectId, PublicKey, STATEMENTS, SecretKey, Statement, Store, Trust};
+use claims::programs::{self, json, output, succeed};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;

@@ -5,10 +5,9 @@
 //!
 //! Start at [`UnitFiles`].
 
-use crate::programs::{self, output, repository};
 use crate::syscall_faults;
 use crate::tools::bundles::Artist;
-use crate::tools::command_line::json;
+use claims::programs::{self, json, output, repository};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

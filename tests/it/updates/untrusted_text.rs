@@ -3,8 +3,8 @@
 //! Owns the claim on the names of files on a stick and on the answers of a web server: only valid unit names, and
 //! sentences of our own, reach the notice, the log and the status page.
 
-use crate::programs::output;
-use crate::updates::sticks::Unit;
+use claims::programs::output;
+use claims::unit::Unit;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{Read as _, Write as _};

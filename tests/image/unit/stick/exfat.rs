@@ -5,8 +5,8 @@
 //!
 //! Start at [`make`].
 
-use crate::programs::succeed;
 use aligned::{A1, Aligned};
+use claims::programs::succeed;
 use exfat_slim::blocking::BlockDevice;
 use exfat_slim::blocking::file_system::FileSystem;
 use std::fs::{self, File};

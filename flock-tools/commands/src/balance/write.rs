@@ -1,0 +1,125 @@
+//! Writes balanced weights into the manifest.
+//!
+//! Owns the edit of `--write`: only weights that differ are changed, and none if the flock would be further from its wants
+//! with the new ones. A manifest without such is not written. The flock crate finds the weights.
+
+use flock::Draft;
+use flock::{Balance, Flock, FlockShares, Measure};
+use operations::program::{Exit, Fatal};
+
+/// Writes the weights of `balance` into `draft`, the manifest of the same flock; returns how many were changed.
+/// Errors: If the manifest cannot be saved. It is then as it was.
+pub(super) fn weights(mut draft: Draft, balance: &Balance<'_>) -> Result<usize, Fatal> {
+    let before: Vec<f64> = draft.edit.manifest().transitions.iter().map(|transition| transition.weight).collect();
+    for weight in &balance.weights {
+        let set = draft.edit.set_weight(weight.from, weight.to, weight.weight);
+        set.map_err(|error| Fatal::new(Exit::Malformed, error))?;
+    }
+    let after = draft.edit.manifest().transitions.iter().map(|transition| transition.weight);
+    let changed = before.into_iter().zip(after).filter(|(before, after)| before.to_bits() != after.to_bits()).count();
+    if changed > 0 {
+        draft.save()?;
+    }
+    Ok(changed)
+}
+
+/// `flock` with the weights of `balance`.
+pub(crate) fn with_weights(flock: &Flock, balance: &Balance<'_>) -> Flock {
+    let whole = flock.whole();
+    let mut manifest = flock.manifest().clone();
+    let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
+    for (exit, weight) in exits.zip(&balance.weights) {
+        manifest.transitions[whole.transition_in_manifest(exit)].weight = weight.weight;
+    }
+    Flock::new(manifest)
+}
+
+/// The worst ratio of `flock` as it stands, `by` a measure. `None` if it plays nothing, or not all that is wanted.
+pub(super) fn worst_ratio(flock: &Flock, by: Measure) -> Option<f64> {
+    FlockShares::of(flock)?.worst(by)
+}
+
+/// The worst ratio `was` and that with the weights of `balance`, in its measure, if the latter is worse. Nearness to the
+/// wants is weighed against nearness to the weights as written, and the least played transitions get their floor: both may
+/// take from the sheep that is furthest from its want.
+pub(super) fn worse(was: f64, balance: &Balance<'_>) -> Option<[f64; 2]> {
+    let is = balance.worst().unwrap_or(f64::INFINITY);
+    (is > was).then_some([was, is])
+}
+
+/// What was written, in one line; `flock` is the flock before, balanced `by` a measure.
+pub(super) fn summary(changed: usize, flock: &Flock, by: Measure) -> String {
+    let all = flock.whole().exit_count();
+    if changed == 0 {
+        return format!("note: nothing to write, all {all} weights stand already");
+    }
+    let was = FlockShares::of(flock).and_then(|shares| shares.worst(by));
+    let was = was.map_or(String::new(), |ratio| format!("; the worst ratio of {by} and want was {ratio:.3}"));
+    format!("note: wrote {changed} of {all} weights{was}")
+}
+
+/// Why nothing was written, in one line, by the two ratios of [`worse`]; the balance was `by` a measure.
+pub(super) fn kept([was, is]: [f64; 2], by: Measure) -> String {
+    format!(
+        "note: nothing written, the weights stay: their worst ratio of {by} and want is {was:.3}, that of these is \
+         {is:.3}; --suggest looks for transitions that would help"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flock::{Manifest, Terms};
+    use proptest::prelude::*;
+    use std::fmt::Write as _;
+    use std::path::Path;
+
+    fn flock(wants: &[f64], weights: &[(usize, usize, f64)]) -> Flock {
+        let mut text = "format = 1\nname = \"x\"\nsize = [64, 64]\nfps = [30, 1]\n".to_owned();
+        for (at, want) in wants.iter().enumerate() {
+            let frames = 768 * (1 + at % 3);
+            write!(text, "[[sheep]]\nid = \"s{at}\"\nframes = {frames}\nclip = \"s{at}.mp4\"\nwant = {want:?}\n")
+                .unwrap();
+        }
+        for (from, to, weight) in weights {
+            let ends = format!("from = \"s{from}\"\nto = \"s{to}\"\nframes = 384\nclip = \"{from}={to}.mp4\"");
+            write!(text, "[[transition]]\n{ends}\nweight = {weight:?}\n").unwrap();
+        }
+        Flock::new(Manifest::parse(&text, Path::new("flock.toml")).unwrap())
+    }
+
+    fn terms() -> impl Strategy<Value = Terms> {
+        let fairness = prop_oneof![Just(3.0), Just(0.3), Just(30.0), Just(f64::INFINITY)];
+        let floor = prop_oneof![Just(12.0), Just(0.0), Just(2000.0)];
+        let by = prop_oneof![Just(Measure::Visits), Just(Measure::Time)];
+        (fairness, floor, any::<bool>(), by).prop_map(|(fairness, floor, afresh, by)| Terms {
+            fairness,
+            floor,
+            afresh,
+            by,
+        })
+    }
+
+    proptest! {
+        /// A ring, so that all is played, with more transitions across it; weights and wants are far apart.
+        #[test]
+        fn what_is_written_is_never_further_from_the_wants(
+            wants in prop::collection::vec((-3i32..3).prop_map(|power| 2f64.powi(power)), 2..9),
+            ring in prop::collection::vec((-6i32..6).prop_map(|power| 2f64.powi(power)), 9),
+            across in prop::collection::btree_map((0usize..9, 0usize..9), (-6i32..6).prop_map(|p| 2f64.powi(p)), 0..20),
+            terms in terms(),
+        ) {
+            let n = wants.len();
+            let mut weights: std::collections::BTreeMap<(usize, usize), f64> =
+                across.into_iter().map(|((from, to), weight)| ((from % n, to % n), weight)).collect();
+            weights.extend((0..n).map(|at| ((at, (at + 1) % n), ring[at])));
+            let weights: Vec<_> = weights.into_iter().map(|((from, to), weight)| (from, to, weight)).collect();
+            let before = flock(&wants, &weights);
+            let balance = Balance::of(&before, terms).unwrap();
+            let is_worse = worst_ratio(&before, terms.by).and_then(|was| worse(was, &balance)).is_some();
+            let after = if is_worse { before.clone() } else { with_weights(&before, &balance) };
+            let [was, is] = [&before, &after].map(|flock| FlockShares::of(flock).unwrap().worst(terms.by).unwrap());
+            prop_assert!(is <= was * (1.0 + 1e-9), "{} was {}: {:?} {:?} {:?}", is, was, wants, weights, terms);
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! The selection of a flock's clips to render.
+//!
+//! Owns the choice: which clips are missing or were rendered from something else, which of them can be rendered, and why the
+//! others cannot. Never renders and never decodes a clip: `dreams check` judges it. A clip that the tools did not render, or
+//! did not leave so, is the artist's own and counts as made.
+//!
+//! Start at [`Selection::new`].
+
+use std::collections::{HashMap, HashSet};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use flame::Backend;
+use flock::{Clip, ClipPath, FILE_NAME, Manifest, Sheep, SheepId};
+use timing::FrameCount;
+
+use super::clip_job::{hash_of, recorded};
+use super::plan::{ClipPlan, ClipRole, Look, SheepMotion};
+use crate::flock_folder::ids;
+use crate::program::{Exit, Fatal};
+use crate::species;
+
+/// The clips to render, and the missing ones that cannot be rendered.
+pub struct Selection {
+    /// Loops first, in the order of the manifest.
+    pub clips: Vec<ClipPlan>,
+    /// Those of them that are there, rendered from another recipe.
+    pub changed: HashSet<ClipPath>,
+    /// Clips that are missing and cannot be rendered.
+    pub left_out: Vec<SkippedClip>,
+    /// Most memory that a frame takes, in bytes.
+    pub bytes: u64,
+}
+
+/// A clip that is missing and cannot be rendered.
+#[derive(Debug, serde::Serialize)]
+pub struct SkippedClip {
+    /// Which.
+    pub clip: ClipPath,
+    /// Why, for people.
+    pub reason: String,
+}
+
+/// The clips that are asked for.
+#[derive(Clone, Copy)]
+pub struct Request<'a> {
+    /// The loops of these sheep and the transitions at them; all clips if there are none.
+    pub sheep: &'a [SheepId],
+    /// Which of their clips.
+    pub scope: Scope<'a>,
+}
+
+/// Which clips are selected.
+#[derive(Clone, Copy)]
+pub enum Scope<'a> {
+    /// All, those that are there too.
+    All,
+    /// Those that are not there, and those that the tools rendered from another recipe.
+    Changed,
+    /// Just these, those that are there too.
+    Listed(&'a HashSet<ClipPath>),
+    /// Those that are not there.
+    Missing,
+}
+
+/// A genome that cannot be rendered.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot render genome `{path}` of sheep `{id}`")]
+struct GenomeFileError {
+    path: PathBuf,
+    id: SheepId,
+    source: Box<dyn Error>,
+}
+
+/// A sheep that was asked for and is not there.
+#[derive(Debug, thiserror::Error)]
+#[error("the flock `{flock}` has no sheep `{id}`")]
+struct UnknownSheep {
+    flock: String,
+    id: SheepId,
+}
+
+/// The genomes of the flock, each read once.
+struct Genomes<'a> {
+    folder: &'a Path,
+    look: &'a Look,
+    backend: &'a Backend,
+    /// The first sheep of each id counts.
+    sheep: HashMap<&'a SheepId, &'a Sheep>,
+    /// The length of the turn of a sheep without a loop.
+    usual: FrameCount,
+    read: HashMap<&'a SheepId, SheepMotion>,
+}
+
+impl Selection {
+    /// The clips of `request` in the flock in `folder`, whose manifest is `manifest`, for the given `look`, drawn by
+    /// `backend`.
+    /// Errors: [`Fatal`] if a sheep is not in the flock, or a genome that is needed cannot be read or rendered.
+    pub fn new(
+        folder: &Path,
+        manifest: &Manifest,
+        request: &Request<'_>,
+        look: &Look,
+        backend: &Backend,
+    ) -> Result<Self, Fatal> {
+        let mut genomes = Genomes::new(folder, manifest, look, backend);
+        if let Some(id) = request.sheep.iter().find(|id| !genomes.sheep.contains_key(id)) {
+            let (flock, id) = (manifest.name.clone(), id.clone());
+            let hint = ids::unknown(&id, manifest);
+            return Err(Fatal::new(Exit::Malformed, UnknownSheep { flock, id }).hint(hint));
+        }
+        let malformed = |error| Fatal::new(Exit::Malformed, error);
+        let picked = |id: &SheepId| request.sheep.is_empty() || request.sheep.contains(id);
+        let mut selection = Self { clips: Vec::new(), changed: HashSet::new(), left_out: Vec::new(), bytes: 0 };
+        let mut paths = Paths::of(manifest);
+        for (role, clip) in shown(manifest) {
+            let is_picked = match &role {
+                ClipRole::Loop(id) => picked(id),
+                ClipRole::Transition(from, to) => picked(from) || picked(to),
+            };
+            let is_there = clip.path.inside(folder).exists();
+            let record = recorded(folder, &clip.path).filter(|_| is_there);
+            let is_in_scope = match request.scope {
+                Scope::All => true,
+                Scope::Changed => !is_there || record.is_some(),
+                Scope::Listed(paths) => paths.contains(&clip.path),
+                Scope::Missing => !is_there,
+            };
+            if !is_picked || !is_in_scope {
+                continue;
+            }
+            let refused = paths.refuse(&clip.path);
+            let plan = match refused.map_or_else(|| genomes.plan(&role, clip), |reason| Ok(Err(reason)))? {
+                Ok(plan) => plan,
+                Err(reason) => {
+                    // One that is there may have lost its genome.
+                    if !is_there || matches!(request.scope, Scope::All) {
+                        selection.left_out.push(SkippedClip { clip: clip.path.clone(), reason });
+                    }
+                    continue;
+                }
+            };
+            let is_changed = record.is_some_and(|(recipe, _)| recipe != plan.recipe);
+            if is_there && matches!(request.scope, Scope::Changed) {
+                let as_left = |(_, hash)| hash_of(&clip.path.inside(folder)).is_ok_and(|found| found == hash);
+                if !is_changed || !record.is_some_and(as_left) {
+                    continue;
+                }
+            }
+            if is_changed {
+                selection.changed.insert(clip.path.clone());
+            }
+            selection.bytes = selection.bytes.max(plan.demand(look).map_err(malformed)?.bytes);
+            selection.clips.push(plan);
+        }
+        Ok(selection)
+    }
+}
+
+/// Every clip of the flock and its role, loops first. Of duplicates the first counts, as in the walk.
+pub fn shown(manifest: &Manifest) -> impl Iterator<Item = (ClipRole, &Clip)> {
+    let mut sheep = HashSet::new();
+    let mut pairs = HashSet::new();
+    let loops = manifest.sheep.iter().filter(move |it| sheep.insert(&it.id));
+    let loops = loops.filter_map(|it| Some((ClipRole::Loop(it.id.clone()), it.clip.as_ref()?)));
+    let transitions = manifest.transitions.iter().filter(move |it| pairs.insert((&it.from, &it.to)));
+    loops.chain(transitions.map(|it| (ClipRole::Transition(it.from.clone(), it.to.clone()), &it.clip)))
+}
+
+/// The paths where no clip may be written.
+struct Paths<'a> {
+    /// The number of loops and transitions that have the clip.
+    serves: HashMap<&'a ClipPath, usize>,
+    genomes: HashSet<&'a ClipPath>,
+}
+
+impl<'a> Paths<'a> {
+    fn of(manifest: &'a Manifest) -> Self {
+        let mut serves = HashMap::new();
+        for (_, clip) in shown(manifest) {
+            *serves.entry(&clip.path).or_insert(0) += 1;
+        }
+        Self { serves, genomes: manifest.sheep.iter().filter_map(|sheep| sheep.genome.as_ref()).collect() }
+    }
+
+    /// Why nothing is rendered to `path`.
+    fn refuse(&mut self, path: &ClipPath) -> Option<String> {
+        if path.as_str() == FILE_NAME || self.genomes.contains(path) {
+            return Some("its path is that of the manifest or of a genome".into());
+        }
+        (self.serves.get(path) > Some(&1)).then(|| "more than one loop or transition has it".into())
+    }
+}
+
+impl<'a> Genomes<'a> {
+    fn new(folder: &'a Path, manifest: &'a Manifest, look: &'a Look, backend: &'a Backend) -> Self {
+        let mut sheep = HashMap::new();
+        for one in &manifest.sheep {
+            sheep.entry(&one.id).or_insert(one);
+        }
+        Self { folder, look, backend, sheep, usual: usual_turn(manifest), read: HashMap::new() }
+    }
+
+    /// The plan of a clip, or why there is none.
+    fn plan(&mut self, role: &ClipRole, clip: &Clip) -> Result<Result<ClipPlan, String>, Fatal> {
+        let (ids, path, frames) = (role.sheep(), clip.path.clone(), clip.frames);
+        for id in ids {
+            if let Some(reason) = self.read(id)? {
+                return Ok(Err(reason));
+            }
+        }
+        let ends = ids.map(|id| &self.read[id]);
+        Ok(Ok(match role.clone() {
+            ClipRole::Loop(id) => ClipPlan::of_loop(id, ends[0], path, frames, self.look),
+            ClipRole::Transition(from, to) => ClipPlan::of_transition([from, to], ends, path, frames, self.look),
+        }))
+    }
+
+    /// Reads the genome of the sheep `id`. Returns the reason if it has none; that ends no command.
+    fn read(&mut self, id: &SheepId) -> Result<Option<String>, Fatal> {
+        if self.read.contains_key(id) {
+            return Ok(None);
+        }
+        let Some((&id, &sheep)) = self.sheep.get_key_value(id) else {
+            return Ok(Some(format!("sheep `{id}` is not in the flock")));
+        };
+        let Some(genome) = &sheep.genome else { return Ok(Some(format!("sheep `{id}` has no genome"))) };
+        let path = genome.inside(self.folder);
+        let refused = |exit, source: Box<dyn Error>| {
+            Fatal::new(exit, GenomeFileError { path: path.clone(), id: id.clone(), source })
+        };
+        let genome = species::read(&path, self.backend).map_err(|why| refused(why.exit, why.source))?;
+        let turning = SheepMotion::new(genome, sheep.clip.as_ref().map_or(self.usual, |clip| clip.frames));
+        turning.demand(self.look).map_err(|source| refused(Exit::Malformed, source.into()))?;
+        self.read.insert(id, turning);
+        Ok(None)
+    }
+}
+
+/// The frames in which a sheep without a loop turns once, so that transitions to it and from it meet in speed: the most
+/// frequent length of loops in the flock, the longer of two; without any loop, twice the longest transition.
+pub fn usual_turn(manifest: &Manifest) -> FrameCount {
+    let mut counts: HashMap<u32, usize> = HashMap::new();
+    for clip in manifest.sheep.iter().filter_map(|sheep| sheep.clip.as_ref()) {
+        *counts.entry(clip.frames.0).or_insert(0) += 1;
+    }
+    let longest = manifest.transitions.iter().map(|transition| transition.clip.frames.0).max();
+    let usual = counts.into_iter().max_by_key(|&(frames, count)| (count, frames)).map(|(frames, _)| frames);
+    FrameCount(usual.unwrap_or(2 * longest.unwrap_or(1)))
+}
+
+/// The length of the transition in the middle, or the one that `dreams link` gives.
+pub fn usual_frames(manifest: &Manifest) -> u32 {
+    let mut frames: Vec<u32> = manifest.transitions.iter().map(|transition| transition.clip.frames.0).collect();
+    frames.sort_unstable();
+    frames.get(frames.len() / 2).copied().unwrap_or(flock::paths::TRANSITION_FRAMES)
+}

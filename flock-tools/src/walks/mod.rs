@@ -1,7 +1,0 @@
-//! The walk in figures: the clips that it plays, how varied it is, how often each sheep is shown.
-//!
-//! Owns the commands that ask this of a manifest alone. Never chooses a step: the flock crate does.
-
-pub(crate) mod share;
-pub(crate) mod simulate;
-pub(crate) mod walk;
