@@ -74,6 +74,6 @@ mod updates {
     mod old_formats;
     pub(crate) mod sticks;
     mod stolen_key;
-    pub(crate) mod systems;
+    mod systems;
     mod untrusted_text;
 }

@@ -34,6 +34,7 @@ pub mod studio {
     pub mod sheep;
     pub mod unreachable;
 }
+pub mod systems;
 pub mod trace;
 pub mod unit;
 pub mod voting;

@@ -2,8 +2,8 @@
 
 use crate::damage::boot_copies::{FAT, KIB, LOOKED, is_whole_again, shows_its_art, slot};
 use crate::machine::{Machine, PAUSE};
-use crate::unit::{BOOT, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
-use crate::updates::next_system::{NOW, UpdatingUnit, kept, updating_unit, version};
+use crate::unit::{BOOT, NOW, SLOT_A, SLOT_B, SPARE, Unit, rubbish};
+use crate::updates::next_system::{UpdatingUnit, kept, updating_unit, version};
 use std::sync::LazyLock;
 
 /// A file that an entry starts, and the entry; the second copy is started first.

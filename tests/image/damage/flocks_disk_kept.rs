@@ -3,10 +3,10 @@
 //! Owns the cases in which it seems lost: a kernel without ext4, a missing entry in the partition table, a sound file
 //! system that cannot be mounted. Damage to the partition itself is in `flocks_disk.rs`.
 
-use crate::machine::direct_boot::parts;
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::starts::first_start::{MOVES, OFTEN, PlayingUnit, playing_unit};
+use crate::unit::direct_boot::parts;
 use crate::unit::path::Path;
 use crate::unit::{DATA, Unit};
 use claims::programs::{repository, succeed};

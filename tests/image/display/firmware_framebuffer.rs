@@ -3,10 +3,10 @@
 //! Owns the claim that the firmware's framebuffer shows the picture until the card's own driver takes it over.
 
 use crate::machine::PAUSE;
-use crate::machine::direct_boot::parts;
 use crate::machine::picture::only_art;
 use crate::starts::first_start::{MOVES, OFTEN, UP};
 use crate::unit::Unit;
+use crate::unit::direct_boot::parts;
 use claims::programs::repository;
 
 #[test]

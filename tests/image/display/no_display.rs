@@ -5,13 +5,13 @@
 
 use crate::damage::boot_copies::LOOKED;
 use crate::machine::PAUSE;
-use crate::machine::direct_boot::parts;
 use crate::machine::hardware::{Display, Hardware, USUAL};
 use crate::machine::picture::{Look, only_art};
 use crate::starts::boot_time::seconds;
 use crate::starts::first_start::{MOVES, OFTEN, PROVEN, UP, playing_unit};
-use crate::unit::Unit;
-use crate::updates::next_system::{NEXT, NOW, updating_unit, version};
+use crate::unit::direct_boot::parts;
+use crate::unit::{NOW, Unit};
+use crate::updates::next_system::{NEXT, updating_unit, version};
 use claims::programs::repository;
 
 /// A kernel parameter: the connector counts as unplugged.

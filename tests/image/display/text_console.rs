@@ -3,11 +3,11 @@
 //! Owns the claims that one can switch to another console and read it, that the picture returns with the player's
 //! console, and that the console shows text after the player has ended.
 
-use crate::machine::direct_boot::parts;
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
 use crate::starts::first_start::{MOVES, OFTEN, UP};
 use crate::unit::Unit;
+use crate::unit::direct_boot::parts;
 use claims::programs::repository;
 
 const BY_HAND: &str = "setsid --ctty dreams-player --config /etc/dreams/player.toml --screen kms \

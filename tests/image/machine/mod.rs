@@ -6,7 +6,6 @@
 //! Start at [`Machine`]; a unit and its disk are in `unit/mod.rs`.
 
 pub(crate) mod clock;
-pub(crate) mod direct_boot;
 pub(crate) mod disk;
 pub(crate) mod hardware;
 mod monitor;

@@ -7,9 +7,9 @@
 //! Start at [`a_picture_takes_half_as_long_again_as_doing_nothing`].
 
 use crate::machine::Machine;
-use crate::machine::direct_boot::parts;
 use crate::starts::first_start::PROVEN;
 use crate::unit::Unit;
+use crate::unit::direct_boot::parts;
 use claims::programs::{repository, succeed};
 use serde_json::{Value, json};
 use std::env;

@@ -3,12 +3,12 @@
 //! Owns the claim that it shows its picture, and the machine for `make check-all`. QEMU 7.2 cannot emulate eMMC, UFS and
 //! Intel's VMD.
 
-use crate::machine::direct_boot::parts;
 use crate::machine::hardware::{Bus, Display, Firmware, Hardware, USUAL};
 use crate::machine::picture::only_art;
 use crate::machine::{Machine, PAUSE};
 use crate::starts::first_start::{MOVES, OFTEN};
 use crate::unit::Unit;
+use crate::unit::direct_boot::parts;
 use claims::programs::repository;
 
 /// For the unit's shell: firmware and kernel say that Secure Boot is on, and no module was refused.

@@ -5,6 +5,7 @@
 //!
 //! Start at [`Unit::new`], [`Unit::start`] and [`Snapshot`].
 
+pub(crate) mod direct_boot;
 pub(crate) mod path;
 pub(crate) mod stick;
 
@@ -44,6 +45,9 @@ pub(crate) struct Unit {
 pub(crate) struct Snapshot {
     unit: Unit,
 }
+
+/// The version of the claims' image.
+pub(crate) const NOW: &str = env!("CARGO_PKG_VERSION");
 
 /// The claims' image.
 pub(crate) fn image() -> PathBuf {

@@ -21,8 +21,7 @@ use std::process::Command;
 use std::sync::LazyLock;
 use std::time::Duration;
 
-/// The version that runs, and the next one.
-pub(crate) const NOW: &str = env!("CARGO_PKG_VERSION");
+/// The version that comes next.
 pub(crate) const NEXT: &str = "9.0.0";
 /// Commands for the steps, with the owner's settings in force.
 pub(crate) const FETCH: &str = "systemctl start dreams-update.service";

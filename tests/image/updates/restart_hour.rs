@@ -6,7 +6,8 @@
 use crate::machine::PAUSE;
 use crate::machine::clock::now;
 use crate::starts::first_start::{MOVES, UP, playing_unit};
-use crate::updates::next_system::{NEXT, NOW, RESTART, until_written, updating_unit, version};
+use crate::unit::NOW;
+use crate::updates::next_system::{NEXT, RESTART, until_written, updating_unit, version};
 
 /// For the unit's shell: the restart waits for its hour.
 const WAITS: &str = "[ \"$(systemctl show -P SubState dreams-restart)\" = start ]";

@@ -6,8 +6,8 @@
 use crate::machine::picture::{Look, only_art};
 use crate::machine::{Machine, PAUSE};
 use crate::starts::first_start::{MOVES, OFTEN, PROVEN, playing_unit};
-use crate::unit::{SLOT_B, Unit, rubbish};
-use crate::updates::next_system::{FETCH, NEXT, NOW, UpdatingUnit, kept, updating_unit, version};
+use crate::unit::{NOW, SLOT_B, Unit, rubbish};
+use crate::updates::next_system::{FETCH, NEXT, UpdatingUnit, kept, updating_unit, version};
 
 /// For the unit's shell: waits for the check of what the boot loader starts.
 const LOOKED: &str =

@@ -5,10 +5,10 @@
 //! ends, and a unit plays what is then on the stick.
 
 use crate::tools::tutorial::{self, Step, is_shown, marked, printed, steps};
-use crate::updates::systems::make_halves;
 use claims::bundle_maker::BundleMaker;
 use claims::player_run::PlayerRun;
 use claims::programs::{self, output, repository, succeed};
+use claims::systems::make_halves;
 use claims::wait;
 use std::collections::BTreeMap;
 use std::fs;

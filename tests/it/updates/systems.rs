@@ -7,10 +7,11 @@
 
 use crate::syscall_faults;
 use crate::tools::bundles::Artist;
-use claims::programs::{self, json, output, repository};
+use claims::programs::{self, json, output};
+use claims::systems::make_halves;
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Output};
 
 /// The system calls that change a disk.
@@ -120,25 +121,6 @@ impl UnitFiles {
         let text = fs::read_to_string(self.at("notice")).unwrap();
         serde_json::from_str::<Value>(&text).unwrap()["text"].as_str().unwrap().to_owned()
     }
-}
-
-/// Two halves of this version, in `folder`.
-pub(crate) fn make_halves(folder: &Path, version: &str) {
-    fs::create_dir_all(folder).unwrap();
-    let salt = version.as_bytes()[2];
-    let (blocks, mut root) = (3, vec![salt; 3 * 4096]);
-    root.extend([0; 16]);
-    root.extend([salt; 16]);
-    root.extend(vec![salt; 60_000]);
-    fs::write(folder.join("root.img"), root).unwrap();
-    let slot = format!("{salt:02x}").repeat(16);
-    let words = format!("quiet dreams.version={version} dreams.root={slot}:{blocks}:salt:hash gpt");
-    for part in ["linux", "initramfs"] {
-        fs::write(folder.join(part), format!("{part} of {version}\n").repeat(300)).unwrap();
-    }
-    let mut start = Command::new(repository().join("image-build/start"));
-    start.arg(folder.join("dreams.start")).args([version, &words]);
-    programs::succeed(start.args(["linux", "initramfs"].map(|part| folder.join(part))));
 }
 
 #[test]
