@@ -1,7 +1,7 @@
 //! From the walk to the screen: three threads that choose, decode and show.
 //!
-//! Owns the clip source, the decoder, the queue of frames between it and the presenter, and the state machine of
-//! playback. Its events go to `recording`. Never opens a screen.
+//! Owns the clip source, the decoder, the queue of frames between it and the presenter, and the state machines of
+//! playback and of the display's mode. Its events go to `recording`. Never opens a screen.
 //!
 //! Start at [`Presenter`].
 

@@ -16,7 +16,7 @@ pub(crate) enum Playback<F, A> {
     Lit(F, Next<F>),
     /// A frame is lit, and its successor is on its way to the glass.
     Flying(F, F),
-    /// The screen was away: the frame that it had lit is on its way to the glass once more.
+    /// The screen was away: the frame that it had shown is on its way to the glass once more.
     Relighting(F, Next<F>),
     /// The lit frame is on its way to the glass once more, to prove that the screen still flips.
     Proving(F),
@@ -33,20 +33,20 @@ pub(crate) enum Playback<F, A> {
 pub(crate) enum Next<F> {
     /// Not decoded yet.
     Missing,
-    /// This frame. While the one before is lit, it is staged: one commit brings it to the glass.
+    /// This frame. In [`Playback::Lit`] it is staged: one commit brings it to the glass.
     Here(F),
     /// Nothing: this is the last frame of the run.
     Never,
 }
 
-/// What a screen had lit when it went away, and what follows.
+/// What a screen showed when it went away, and what follows.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Kept<F> {
     /// Nothing of ours.
     Nothing,
     /// Nothing of ours, and the first frame was on its way.
     First(F),
-    /// A frame, to be lit again.
+    /// A frame, to be shown again.
     Shown(F, Next<F>),
 }
 
@@ -72,13 +72,13 @@ pub(crate) enum Event<F, A> {
     Flipped,
     /// A vblank has begun that the screen was asked for.
     Vblank,
-    /// The screen has nothing to say: it may have to be asked again.
+    /// The screen has been silent for long: ask again, lest the request was lost.
     Idle,
     /// The last vblank before the next frame is due has begun.
     Due,
     /// The lit frame has been held for so long that the screen should prove that it still flips.
     Stale,
-    /// The screen is gone, or black.
+    /// The screen is gone, or black, for this reason.
     Lost(A),
     /// The screen is back, with nothing lit.
     Back,
@@ -101,15 +101,15 @@ pub(crate) enum Effect {
     Light,
     /// Copy the lit frame to the back buffer and send it to the glass.
     Relight,
-    /// Ask the screen to tell when the lit frame's last vblank begins, unless it has.
+    /// Ask the screen for an event at the lit frame's last vblank, unless that has begun.
     AwaitDue,
     /// The same, and copy the next frame to the back buffer.
     AwaitDueAndStage,
     /// The same, and look whether the next frame is here.
     AwaitDueAndLook,
-    /// Ask the screen to tell when the next vblank begins.
+    /// Ask the screen for an event at the next vblank.
     AwaitVblank,
-    /// Look whether the next frame is here. If not, it is stale, or the next vblank is to be awaited.
+    /// Look whether the next frame is here. If not, the lit one is stale, or the next vblank is awaited.
     LookOrAwaitVblank,
     /// The run is over.
     End,
