@@ -3,6 +3,9 @@
 //! Owns the names of keys that a setting may use, as Linux has them; every other key goes by its number. Never reads a
 //! device.
 //!
+//! The crate `evdev` (0.13) knows all names, but adds seven crates to the programs of a unit and replaces 46 lines: the
+//! settings name buttons, and `dreams-votes` reads a pipe like a device.
+//!
 //! # Source
 //! `linux/input-event-codes.h`.
 

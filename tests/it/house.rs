@@ -11,6 +11,7 @@ mod folders;
 mod layers;
 mod layout;
 mod licences;
+mod packages;
 pub(crate) mod page;
 mod sources;
 mod tiers;

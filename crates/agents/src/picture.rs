@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
-use species::{Demand, Drawn, Image, Motion, RenderError, Settings, Threads};
+use species::{Demand, Drawn, Image, Motion, RenderError, Settings, Threads, shutter};
 
 use crate::bloom::Glow;
 use crate::colour::{Screen, mixed};
@@ -21,8 +21,6 @@ use crate::sprite::Sprites;
 /// Moments in a frame, unless the settings say otherwise, and the most.
 const MOMENTS: u32 = 4;
 const MOST_MOMENTS: u32 = 64;
-/// How long the shutter is open, in frames.
-const SHUTTER: f64 = 0.5;
 /// The most pixels along a side.
 const LARGEST: u32 = 16_384;
 /// Bytes of everything that is small: the jobs of threads, the lists of a scene.
@@ -34,11 +32,6 @@ pub(crate) struct Drawing<C>(pub(crate) C);
 /// Moments in a frame. A sketch has one.
 pub(crate) fn moments(settings: &Settings) -> u32 {
     if settings.spp == Some(1.0) { 1 } else { settings.temporal_samples.unwrap_or(MOMENTS).clamp(1, MOST_MOMENTS) }
-}
-
-/// Frames from the middle of a frame to one of its moments.
-fn shutter(moment: u32, moments: u32) -> f64 {
-    ((f64::from(moment) + 0.5) / f64::from(moments) - 0.5) * SHUTTER
 }
 
 impl<C: Course> Drawing<C> {

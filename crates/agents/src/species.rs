@@ -4,8 +4,6 @@
 //!
 //! Start at [`Agents`].
 
-use std::any::Any;
-
 use ::species::{
     Breed, Child, Genome, Lineage, Motion, Operator, Recipe, Refusal, Rng, Settings, Species, UNCHANGED, descended,
 };
@@ -80,10 +78,6 @@ impl Breed for Agents {
 }
 
 impl Genome for Globe {
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
     fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
@@ -101,12 +95,8 @@ impl Genome for Globe {
     }
 
     fn recipe(&self, settings: &Settings) -> Recipe {
-        let [width, height] = settings.size;
-        Recipe {
-            version: format!("agents {VERSION}"),
-            settings: format!("{width} by {height} pixels, {} moments", moments(settings)),
-            genome: self.essence(),
-        }
+        let genome = self.essence();
+        Recipe::of_moments(format!("agents {VERSION}"), settings, moments(settings), genome)
     }
 
     fn turning(&self, _size: [u32; 2], frames: f64) -> Box<dyn Motion> {

@@ -5,7 +5,7 @@
 //!
 //! Start at [`render`].
 
-use ::species::{Demand, Image, RenderError, Threads};
+use ::species::{Demand, Image, RenderError, Threads, shutter};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::error::ExpressionError;
@@ -13,7 +13,7 @@ use crate::genome::Genome;
 use crate::graph::Graph;
 use crate::lower::lowered;
 use crate::motion::{Loop, Moving};
-use crate::sampling::{MOMENTS, shutter};
+use crate::sampling::MOMENTS;
 use crate::tape::{Registers, Tape};
 use crate::tile::{Frame, Moment, Samples, Tile};
 
@@ -120,7 +120,11 @@ impl Moments {
             return Err(ExpressionError::Size { width, height, most: LARGEST });
         }
         let is_blurred = settings.is_blurred && settings.samples != Samples::One;
-        let shutters: Vec<f64> = if is_blurred { (0..MOMENTS).map(shutter).collect() } else { vec![0.0] };
+        let shutters: Vec<f64> = if is_blurred {
+            (0..MOMENTS).map(|moment| shutter(moment as u32, MOMENTS as u32)).collect()
+        } else {
+            vec![0.0]
+        };
         let mut all = Moments { moments: Vec::with_capacity(shutters.len()), bytes: 0 };
         let mut most: u64 = 0;
         for shutter in shutters {

@@ -11,8 +11,6 @@ pub(crate) const MOMENTS: usize = 4;
 pub(crate) const FIRST: usize = 16;
 /// Samples of a pixel that is rough, the first ones included.
 pub(crate) const ALL: usize = 64;
-/// How long the shutter is open, in frames.
-const SHUTTER: f64 = 0.5;
 /// The samples are a square of so many.
 const SIDE: usize = 4;
 
@@ -23,11 +21,6 @@ pub(crate) struct Sample {
     pub(crate) offset: [f32; 2],
     /// The number of its moment.
     pub(crate) moment: usize,
-}
-
-/// Frames from the middle of a frame to one of its moments.
-pub(crate) fn shutter(moment: usize) -> f64 {
-    ((moment as f64 + 0.5) / MOMENTS as f64 - 0.5) * SHUTTER
 }
 
 /// One sample in the middle of the pixel, at the first moment.
@@ -72,6 +65,5 @@ mod tests {
                 assert!(mean.abs() < 0.1, "moment {moment}: {mean}");
             }
         }
-        assert!((0..MOMENTS).map(shutter).sum::<f64>().abs() < 1e-12 && shutter(3) < SHUTTER / 2.0);
     }
 }

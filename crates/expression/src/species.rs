@@ -4,8 +4,6 @@
 //!
 //! Start at [`Expressions`].
 
-use std::any::Any;
-
 use ::species::{Demand, Drawn, Light, Lineage, Motion, Recipe, Refusal, RenderError, Species, Threads, expected};
 
 use crate::dissolve::{LEAST_SHARED, Transition};
@@ -52,10 +50,6 @@ impl Species for Expressions {
 }
 
 impl ::species::Genome for Genome {
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
     fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }

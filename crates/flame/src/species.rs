@@ -5,7 +5,6 @@
 //!
 //! Start at [`Flames`].
 
-use std::any::Any;
 use std::sync::{Mutex, PoisonError};
 
 use species::{Demand, Drawn, Lineage, Recipe, Refusal, Threads};
@@ -92,10 +91,6 @@ impl species::Species for Flames {
 }
 
 impl species::Genome for Flame {
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
     fn name(&self) -> Option<&str> {
         self.genome.name.as_deref()
     }

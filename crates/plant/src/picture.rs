@@ -8,7 +8,7 @@
 
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
-use species::{Demand, Drawn, Image, RenderError, Settings, Threads};
+use species::{Demand, Drawn, Image, RenderError, Settings, Threads, shutter};
 
 use crate::colour::shown;
 use crate::error::PlantError;
@@ -23,8 +23,6 @@ use crate::wind::{Clock, Pose};
 const LARGEST: u32 = 16_384;
 /// Moments in a frame.
 const MOMENTS: u32 = 4;
-/// How long the shutter is open, in frames.
-const SHUTTER: f64 = 0.5;
 /// Rows of a band.
 const ROWS: usize = 16;
 
@@ -102,8 +100,7 @@ struct Prepared {
 
 impl Prepared {
     fn of(view: &View, clocks: &[Clock], size: [u32; 2], moments: u32) -> Prepared {
-        let shutter = |moment: u32| ((f64::from(moment) + 0.5) / f64::from(moments) - 0.5) * SHUTTER;
-        let moments = (0..moments).map(|moment| view.shapes(clocks, shutter(moment), size)).collect();
+        let moments = (0..moments).map(|moment| view.shapes(clocks, shutter(moment, moments), size)).collect();
         Prepared { sky: Sky::new(view.sky, size), moments }
     }
 

@@ -4,8 +4,6 @@
 //!
 //! Start at [`Plants`].
 
-use std::any::Any;
-
 use species::{Genome, Lineage, Motion, Recipe, Refusal, Settings, Species};
 
 use crate::genome::Plant;
@@ -43,10 +41,6 @@ impl Species for Plants {
 }
 
 impl Genome for Plant {
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
     fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
@@ -64,12 +58,8 @@ impl Genome for Plant {
     }
 
     fn recipe(&self, settings: &Settings) -> Recipe {
-        let [width, height] = settings.size;
-        Recipe {
-            version: format!("plant {VERSION}"),
-            settings: format!("{width} by {height} pixels, {} moments", moments(settings)),
-            genome: self.drawn_toml(),
-        }
+        let genome = self.drawn_toml();
+        Recipe::of_moments(format!("plant {VERSION}"), settings, moments(settings), genome)
     }
 
     fn turning(&self, _size: [u32; 2], frames: f64) -> Box<dyn Motion> {

@@ -37,10 +37,7 @@ pub trait Species: Send + Sync {
 }
 
 /// What a sheep is made from.
-pub trait Genome: Debug + Send + Sync {
-    /// Itself: for transitions and breeding, which need both of one species.
-    fn as_any(&self) -> &dyn Any;
-
+pub trait Genome: Any + Debug + Send + Sync {
     /// What the artist calls it.
     fn name(&self) -> Option<&str>;
 
@@ -68,6 +65,13 @@ pub trait Genome: Debug + Send + Sync {
     /// `frames` is frame 0 of the other's loop of `turns[1]`. `None` if the two have so little in common, or so little
     /// contrast on the way, that a [`Dissolve`](crate::Dissolve) of their pictures is better, or are of different species.
     fn transition(&self, to: &dyn Genome, size: [u32; 2], turns: [f64; 2], frames: f64) -> Option<Box<dyn Motion>>;
+}
+
+impl dyn Genome + '_ {
+    /// Itself: for transitions and breeding, which need both of one species.
+    pub fn as_any(&self) -> &dyn Any {
+        self
+    }
 }
 
 /// Something that has a picture at every frame.

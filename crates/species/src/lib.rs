@@ -13,6 +13,7 @@
 //! | `dissolve.rs`, `guide.rs` | the transition between pictures of two species |
 //! | `middle.rs`, `light.rs` | whether a transition is worth its rendering, told by small pictures |
 //! | `figures.rs` | whether a loop is worth showing, told by small pictures |
+//! | `shutter.rs` | the moments of a frame |
 //! | `capsule.rs` | the stroke that species draw lines of |
 //! | `image.rs`, `luma.rs`, `rng.rs` | pictures, how bright they are, random numbers |
 //! | `threads.rs`, `place.rs` | threads, places in a text |
@@ -36,6 +37,7 @@ mod made;
 mod middle;
 mod place;
 mod rng;
+mod shutter;
 mod threads;
 
 pub use breed::{Breed, Child, Operator, UNCHANGED, descended};
@@ -50,4 +52,5 @@ pub use lineage::Lineage;
 pub use middle::{Middle, MiddleFault, expected};
 pub use place::Place;
 pub use rng::Rng;
+pub use shutter::shutter;
 pub use threads::{Threads, ThreadsError};

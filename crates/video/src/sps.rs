@@ -4,6 +4,10 @@
 //!
 //! Start at [`Sps::parse`].
 //!
+//! The crate `h264-reader` (0.9) does not replace it: it refuses a set whose picture is larger than its level allows, or whose
+//! limits contradict each other, although ffmpeg plays such clips. It adds eight crates to a unit, and has no walk over units
+//! with lengths, which is in `nal.rs`.
+//!
 //! # Source
 //! ITU-T H.264 (08/2021), 7.3.2.1.1 (syntax) and E.1.1 (video usability information).
 

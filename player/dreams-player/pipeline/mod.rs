@@ -10,6 +10,7 @@ mod clip_source;
 mod decoder;
 mod first_frame;
 mod frame_queue;
+mod glass;
 #[cfg(test)]
 mod grey_clip;
 mod pacing;

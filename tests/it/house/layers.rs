@@ -1,13 +1,11 @@
 //! Packages depend only on packages of lower layers.
 //!
-//! Owns the layer of every package, and the claim, for tests and build scripts as for the code; and what cargo builds of a
-//! package. Never looks into a file: [`super::sources`] does.
+//! Owns the layer of every package, and the claim, for tests and build scripts as for the code. Never looks into a
+//! file: [`super::sources`] does.
 //!
 //! Start at [`LAYERS`].
 
 use std::collections::BTreeMap;
-
-use cargo_metadata::Package;
 
 /// The layer of every package of ours.
 const LAYERS: &[(&str, u8)] = &[
@@ -91,21 +89,6 @@ fn no_program_has_the_name_of_one_that_every_linux_machine_has() {
     let others = |name: &str| name != "dreams" && !name.starts_with("dreams-");
     let foreign: Vec<_> = programs.iter().map(|target| &target.name).filter(|name| others(name)).collect();
     assert!(foreign.is_empty(), "{foreign:?}");
-}
-
-/// The executables of tests that are not named `it`, each with its package.
-fn apart(packages: &[Package]) -> Vec<String> {
-    let targets = packages.iter().flat_map(|package| package.targets.iter().map(move |target| (&package.name, target)));
-    let apart = targets.filter(|(_, target)| target.is_test() && target.name != "it");
-    apart.map(|(package, target)| format!("{package}: {}", target.name)).collect()
-}
-
-#[test]
-fn the_tests_of_a_library_are_linked_once() {
-    let mut packages = super::metadata(false).packages;
-    packages.retain(|package| package.manifest_path.starts_with(super::root().join("crates")));
-    assert!(packages.len() > 10, "only {} libraries were read", packages.len());
-    assert_eq!(apart(&packages), [""; 0], "each executable costs a link: make it a module of `tests/it/main.rs`");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Rules for every Rust file.
 //!
 //! Owns the rules, one by one, and the list of files with `unsafe`. Each rule has an example that breaks it, so that
-//! the rule itself is tested. Documents and manifests are in [`super::facts`].
+//! the rule itself is tested. Never repeats a lint of clippy's: the workspace's `Cargo.toml` and `clippy.toml` have those on
+//! long functions, globs, clocks and reasons for `unsafe`. Documents and manifests are in [`super::facts`].
 //!
 //! Start at [`rules`].
 
@@ -13,8 +14,6 @@ use super::tokens::{Token, functions, positions, read};
 
 /// The most lines of a file.
 const LONGEST_FILE: usize = 500;
-/// The most lines of a function, from `fn` to the closing brace; clippy counts the same without comments.
-pub(super) const LONGEST_FUNCTION: usize = 70;
 /// The most lines of a `main`.
 const LONGEST_MAIN: usize = 15;
 /// The packages that may have `unsafe`, each with the one file for it.
@@ -61,12 +60,6 @@ fn rules() -> Vec<Rule> {
         rule("opens with a `//!` header that says enough", without_header, "src/a.rs", "//! A.\nfn a() {}"),
         rule("has at most 500 lines", too_long, "src/a.rs", &"\n".repeat(LONGEST_FILE + 1)),
         rule(
-            "has functions of at most 70 lines",
-            long_functions,
-            "src/a.rs",
-            &format!("fn a() {{\n{}}}", long(LONGEST_FUNCTION + 1)),
-        ),
-        rule(
             "has a `main` of at most 15 lines",
             long_main,
             "src/main.rs",
@@ -79,16 +72,13 @@ fn rules() -> Vec<Rule> {
             &format!("// {}: rest", marks()[0]),
         ),
         rule("skips no test", skipped_tests, "src/a.rs", "#[test]\n#[ignore = \"slow\"]\nfn a() {}"),
-        rule("says what it uses, name by name", globs, "src/a.rs", "use std::io::*;"),
         rule("is named for the noun it owns", nameless, "src/utils.rs", ""),
-        rule("takes the time as an argument", clocks, "src/a.rs", "fn a() { std::time::Instant::now(); }"),
         rule(
             "holds `unsafe` only as its package's fence",
             unfenced,
             "crates/flame/src/a.rs",
             "unsafe impl Send for A {}",
         ),
-        rule("justifies every `unsafe`", unjustified, "src/a.rs", "// Fast.\nfn a() {\n    unsafe { b() }\n}"),
     ]
 }
 
@@ -101,11 +91,6 @@ fn without_header(source: &Source) -> Vec<usize> {
 
 fn too_long(source: &Source) -> Vec<usize> {
     if source.text.lines().count() > LONGEST_FILE { vec![LONGEST_FILE + 1] } else { vec![] }
-}
-
-fn long_functions(source: &Source) -> Vec<usize> {
-    let long = functions(&source.tokens).into_iter().filter(|function| function.lines > LONGEST_FUNCTION);
-    long.map(|function| function.line).collect()
 }
 
 fn long_main(source: &Source) -> Vec<usize> {
@@ -129,47 +114,14 @@ fn skipped_tests(source: &Source) -> Vec<usize> {
     source.lines_of(&[&["#", "[", "ignore"]])
 }
 
-/// Globs are allowed in tests only: of the module that they test, and of what proptest's macros need.
-fn globs(source: &Source) -> Vec<usize> {
-    let uses = source.tokens.iter().enumerate().filter(|(_, token)| token.text == "use");
-    let glob = uses.filter_map(|(at, token)| {
-        let path: String = source.tokens[at + 1..].iter().map(|t| &*t.text).take_while(|text| *text != ";").collect();
-        let of_a_test = path == "proptest::prelude::*" || path == "super::*" && (token.in_tests || source.is_test());
-        (path.contains('*') && !path.starts_with('<') && !of_a_test).then_some(token.line)
-    });
-    glob.collect()
-}
-
 fn nameless(source: &Source) -> Vec<usize> {
     let empty = source.path.split('/').any(|part| EMPTY_NAMES.contains(&part.trim_end_matches(".rs")));
     if empty { vec![1] } else { vec![] }
 }
 
-/// Each root reads the clock in one file; measurements of speed read it where they are.
-fn clocks(source: &Source) -> Vec<usize> {
-    let root = ["player/src/now.rs", "flock-tools/operations/src/program/now.rs", "tests/image/machine/clock.rs"]
-        .contains(&&*source.path);
-    let measures = source.path.contains("benches/") || source.path.contains("examples/");
-    if root || measures {
-        return vec![];
-    }
-    let reads: [&[&str]; 3] =
-        [&["Instant", ":", ":", "now"], &["SystemTime", ":", ":", "now"], &["thread", ":", ":", "sleep"]];
-    source.lines_of(&reads)
-}
-
 fn unfenced(source: &Source) -> Vec<usize> {
     let is_fence = FENCES.iter().any(|(package, file)| source.path == format!("{package}{file}"));
     if is_fence { vec![] } else { source.lines_of(&[&["unsafe"]]) }
-}
-
-/// The lines above an `unsafe` block or `impl`, up to an empty one or a closing brace, must say `SAFETY:`.
-fn unjustified(source: &Source) -> Vec<usize> {
-    let lines: Vec<&str> = source.text.lines().collect();
-    let ends = |line: &&&str| line.trim().is_empty() || line.trim() == "}";
-    let justified =
-        |line: usize| lines[..line].iter().rev().take_while(|line| !ends(line)).any(|l| l.contains("SAFETY:"));
-    source.lines_of(&[&["unsafe", "{"], &["unsafe", "impl"]]).into_iter().filter(|line| !justified(*line)).collect()
 }
 
 fn sources() -> Vec<Source> {

@@ -123,6 +123,7 @@ const KINDS: &[(&str, &[&str])] = &[
     ("tests/fixtures/failures", &["*.agents", "*.expr", "*.flam3", "*.plant"]),
     ("tests/fixtures/format-1", &["*"]),
     ("tests/fixtures/keys", &["artist.key", "artist.pub"]),
+    ("tests/fixtures/sentences", &["*.txt"]),
     ("tests/image", &["*.rs", "light-flock", "writable.txt"]),
     ("tests/slow/studio", &["*.rs", "*.js"]),
     ("tests/package", &["inside", SCRIPT]),

@@ -124,9 +124,6 @@ fn no_transition_leads_to_another_species() {
     #[derive(Debug)]
     struct Other;
     impl Genome for Other {
-        fn as_any(&self) -> &dyn std::any::Any {
-            self
-        }
         fn name(&self) -> Option<&str> {
             None
         }
