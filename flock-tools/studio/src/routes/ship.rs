@@ -172,21 +172,18 @@ fn compare(workshop: &Arc<Workshop>) {
         words.extend(["--unit".into(), unit.as_str().into()]);
     }
     let of = shipping.outbox.display().to_string();
-    let shared = Arc::downgrade(workshop);
-    let work = move |progress: &Progress| {
-        let workshop = shared.upgrade().ok_or("the studio has ended")?;
+    let new = NewJob {
+        key: Some("diff".into()),
+        ..NewJob::new(Priority::Clip, Kind::Check, "what differs from the last bundle")
+    };
+    workshop.add_job(new, move |workshop, progress| {
         let (revision, _) = workshop.flock();
         let (mut told, _) = own_command::run(&words, &|line| progress.log(line), &|| progress.is_cancelled())?;
         told["of"] = json!(of);
         *locked(&workshop.difference) = Some((revision, told.clone()));
         workshop.tell_all();
         Ok(told)
-    };
-    let new = NewJob {
-        key: Some("diff".into()),
-        ..NewJob::new(Priority::Clip, Kind::Check, "what differs from the last bundle")
-    };
-    workshop.queue.add_job(new, Box::new(work));
+    });
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ pub(crate) fn queue(workshop: &Arc<Workshop>, brood: &BroodRecord) -> Job {
         key: Some(format!("brood {id}")),
         ..NewJob::new(Priority::Interactive, Kind::Brood, format!("brood {id}"))
     };
-    workshop.queue(new, move |workshop, progress| make(workshop, &id, progress))
+    workshop.add_job(new, move |workshop, progress| make(workshop, &id, progress))
 }
 
 /// Makes the cells of a brood that wait.
@@ -127,7 +127,7 @@ fn read(path: &Path) -> Result<(Box<dyn Genome>, String), String> {
 /// Queues the birth of these cells in the pool, which is made if there is none.
 pub(crate) fn queue_births(workshop: &Arc<Workshop>, cells: Vec<String>) -> Job {
     let what = format!("{} into the pool", print::count(cells.len(), "cell"));
-    workshop.queue(NewJob::new(Priority::Interactive, Kind::Brood, what), move |workshop, progress| {
+    workshop.add_job(NewJob::new(Priority::Interactive, Kind::Brood, what), move |workshop, progress| {
         let born = bear(workshop, &cells, progress)?;
         workshop.tell_all();
         Ok(json!({ "born": born }))

@@ -29,7 +29,7 @@ const PART: usize = 8;
 pub(crate) fn queue(workshop: &Arc<Workshop>, joins: bool) -> Job {
     let (kind, what) = if joins { (Kind::Joins, "all clips and joins") } else { (Kind::Check, "all clips") };
     let new = NewJob { key: Some(format!("check {joins}")), ..NewJob::new(Priority::Clip, kind, what) };
-    workshop.queue(new, move |workshop, progress| {
+    workshop.add_job(new, move |workshop, progress| {
         let answer = run(workshop, joins, progress);
         workshop.tell_all();
         answer
@@ -100,7 +100,7 @@ fn part(manifest: &Manifest, sheep: &[Sheep], transitions: &[Transition]) -> Man
 pub(crate) fn queue_joins(workshop: &Arc<Workshop>, from: SheepId, to: SheepId) -> Job {
     let what = format!("joins of {from} to {to}");
     let new = NewJob { key: Some(format!("joins {from}={to}")), ..NewJob::new(Priority::Preview, Kind::Joins, what) };
-    workshop.queue(new, move |workshop, _| {
+    workshop.add_job(new, move |workshop, _| {
         let (_, flock) = workshop.flock();
         let part = around(flock.manifest(), &from, &to);
         let threads = Threads::new(0).map_err(|error| error.to_string())?;

@@ -19,7 +19,7 @@ use crate::workshop::Workshop;
 pub(crate) fn queue(workshop: &Arc<Workshop>) -> Job {
     let what = "activity and colour of all sheep";
     let new = NewJob { key: Some("measure".to_owned()), ..NewJob::new(Priority::Clip, Kind::Measure, what) };
-    workshop.queue(new, |workshop, progress| run(workshop, progress))
+    workshop.add_job(new, |workshop, progress| run(workshop, progress))
 }
 
 fn run(workshop: &Workshop, progress: &Progress) -> Result<Value, String> {

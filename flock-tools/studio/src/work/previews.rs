@@ -94,7 +94,7 @@ pub(crate) fn failed_strip(workshop: &Workshop, key: &str) -> Option<String> {
 
 fn queue_media(workshop: &Arc<Workshop>, priority: Priority, kind: Kind, what: String, key: &str, make: Make) -> Job {
     let (new, own) = (NewJob { key: Some(key_of(kind, key)), ..NewJob::new(priority, kind, what) }, key.to_owned());
-    workshop.queue(new, move |workshop, progress| {
+    workshop.add_job(new, move |workshop, progress| {
         let made = make(workshop, &own, progress).map_err(|error| error.to_string())?;
         Ok(json!({ "key": own, "figures": made }))
     })

@@ -153,8 +153,8 @@ impl Workshop {
         Box::new(move |progress| run(&shared.upgrade().ok_or("the studio has ended")?, progress))
     }
 
-    /// Queues a job that runs `run`.
-    pub(crate) fn queue<F>(self: &Arc<Self>, new: NewJob, run: F) -> Job
+    /// Adds a job that runs `run`.
+    pub(crate) fn add_job<F>(self: &Arc<Self>, new: NewJob, run: F) -> Job
     where
         F: FnOnce(&Arc<Self>, &Progress) -> Result<Value, String> + Send + 'static,
     {
