@@ -18,6 +18,7 @@ mod tiers;
 mod tokens;
 mod tracked;
 mod units;
+mod uses;
 
 use std::fs;
 use std::path::{Path, PathBuf};

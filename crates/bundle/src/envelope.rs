@@ -173,46 +173,9 @@ fn is_time(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::Folder;
+    use crate::seal::SealBody;
     use crate::seal::tests::letter;
-    use crate::seal::{SealBody, UnverifiedSeal};
-    use crate::secret::tests::{artist, stranger};
-    use crate::trust::Statement;
-    use std::fs;
-
-    #[test]
-    fn a_seal_is_read_with_the_statements_that_it_expects_or_refused() {
-        let scratch = tempfile::tempdir().unwrap();
-        let mut folder = Folder::create(scratch.path()).unwrap();
-        let said = Statement::Trust(stranger().public()).sign(artist()).unwrap();
-        let statements = folder.put_statements(std::slice::from_ref(&said)).unwrap();
-        let (id, size) = statements.unwrap();
-        let letter = SealBody { statements, ..letter(8) };
-        let trust = Trust::of([artist().public()]);
-        let seal = |letter: &SealBody| UnverifiedSeal::new(letter.sign(artist()).unwrap()).verify(&trust).unwrap();
-        let bound = seal(&letter);
-        assert!(bound.letter() == &letter && bound.bytes().ends_with(format!("statements {size} {id}\n").as_bytes()));
-        assert_eq!(bound.expected_statements(&mut folder).unwrap(), said);
-        let plain = seal(&SealBody { statements: None, ..letter.clone() });
-        assert_eq!(plain.expected_statements(&mut folder).unwrap(), b"");
-
-        let path = scratch.path().join(id.path());
-        for other in [&said[..said.len() - 1], b"", &said.repeat(2)[1..]] {
-            fs::write(&path, other).unwrap();
-            let refused = bound.expected_statements(&mut folder).unwrap_err();
-            let other = ObjectId::of(&other[..other.len().min(said.len())]);
-            let is_withheld = matches!(refused, Refusal::Withheld { expected, found: Some(found) } if (expected, found) == (id, other));
-            assert!(is_withheld, "{refused}");
-        }
-        fs::remove_file(&path).unwrap();
-        let refused = bound.expected_statements(&mut folder).unwrap_err();
-        assert_eq!(
-            refused.to_string(),
-            format!("the statements about keys are missing or outdated: the seal expects {id}, found nothing")
-        );
-        let large = SealBody { statements: Some((id, limits::STATEMENTS + 1)), ..letter };
-        assert!(matches!(large.sign(artist()), Err(SignError::Refused(Refusal::TooLarge { .. }))));
-    }
+    use crate::secret::tests::artist;
 
     #[test]
     fn a_seal_names_so_many_units_and_no_more() {

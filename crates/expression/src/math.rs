@@ -12,8 +12,8 @@
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, LN_2, LOG2_E, PI, TAU};
 
-use crate::node::LARGEST;
-
+/// The largest magnitude of a number, and of every result.
+pub const LARGEST: f32 = 1e6;
 /// Added to a magnitude below 2^22 and taken off again, it rounds to the nearest whole number; with it added, the lowest
 /// bits of the sum are that number.
 const TO_WHOLE: f32 = 12_582_912.0;

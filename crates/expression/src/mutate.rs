@@ -12,7 +12,8 @@ use ::species::Rng;
 
 use crate::functions::{Argument, FUNCTIONS, Function, Wants};
 use crate::genome::Genome;
-use crate::node::{FASTEST_WAVE, LARGEST, Node};
+use crate::math::LARGEST;
+use crate::node::{FASTEST_WAVE, Node};
 use crate::random::{ANY, leaf, node, rounded};
 
 /// Mutations of an expression of average luck.

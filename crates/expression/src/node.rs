@@ -13,8 +13,6 @@ pub const DEEPEST: usize = 64;
 pub const MOST_NODES: usize = 2000;
 /// The most evaluations of a node for one sample: the product of all neighbour functions around it.
 pub const MOST_TIMES: u32 = 72;
-/// The largest magnitude of a number, and of every result.
-pub const LARGEST: f32 = 1e6;
 /// The fastest `wave`, in periods a turn.
 pub const FASTEST_WAVE: u8 = 4;
 

@@ -9,7 +9,8 @@ use crate::error::ExpressionError;
 use crate::form::{Form, Kind, read};
 use crate::functions::Function;
 use crate::genome::{Drift, Genome, MOST_TURNS, Map, STRONGEST_ZOOM, Zoom};
-use crate::node::{FASTEST_WAVE, LARGEST, MOST_NODES, MOST_TIMES, Node};
+use crate::math::LARGEST;
+use crate::node::{FASTEST_WAVE, MOST_NODES, MOST_TIMES, Node};
 
 /// The version of the language.
 const VERSION: &str = "1";

@@ -9,6 +9,7 @@
 #![allow(clippy::inline_always, reason = "a call that is not inlined would use other instructions than its caller")]
 #![allow(clippy::float_cmp, reason = "0 and 1 mean `off` and `whole` exactly, as files say them")]
 
+mod affine;
 pub mod animate;
 pub mod breed;
 mod exposure;

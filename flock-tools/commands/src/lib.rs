@@ -24,6 +24,7 @@
 //! Start at the module of a command.
 #![forbid(unsafe_code)]
 #![allow(clippy::missing_errors_doc, reason = "the help of each command says how it ends")]
+#![allow(clippy::missing_panics_doc, reason = "a panic is our bug, never a reaction to what is given")]
 
 mod arguments;
 pub mod balance;

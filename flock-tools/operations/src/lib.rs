@@ -21,6 +21,7 @@
 //! Start at [`program::Fatal`] and at [`flock_folder::open`].
 #![forbid(unsafe_code)]
 #![allow(clippy::missing_errors_doc, reason = "a `Fatal` ends a program; what else fails is said in a line")]
+#![allow(clippy::missing_panics_doc, reason = "a panic is our bug, never a reaction to what is given")]
 
 pub mod breeding;
 pub mod check;

@@ -91,7 +91,10 @@ struct Answer<'a> {
     address: &'a str,
 }
 
-/// Runs the command.
+/// Runs the command, until it is interrupted.
+///
+/// # Errors
+/// If the flock cannot be read, or the port is taken.
 pub fn run(args: &Args, decoder: &'static dyn Decoder) -> Result<Exit, Fatal> {
     let start = |source| Fatal::new(Exit::Unreadable, StudioError::Start { source });
     let workshop = Arc::new(Workshop::open(args.opening(decoder))?);

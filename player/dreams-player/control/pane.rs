@@ -31,6 +31,8 @@ pub(crate) struct Pane {
 /// Memory for a picture under a pane: it is allocated once.
 #[derive(Debug, Default)]
 pub(crate) struct PaneBuffer {
+    /// The number of the acknowledgement over the last picture.
+    pub(crate) mark: Option<u32>,
     planes: [Vec<u8>; 3],
 }
 
@@ -64,13 +66,9 @@ impl Overlay {
 }
 
 impl Panes {
-    /// The number of the acknowledgement.
-    pub(crate) fn mark(&self) -> Option<u32> {
-        self.mark.as_ref().map(|(number, _)| *number)
-    }
-
     /// Lays them over `picture`, in the memory of `into`. A picture that they were not drawn for stays as it is.
     pub(crate) fn over<'a>(&self, picture: &Picture<'a>, into: &'a mut PaneBuffer) -> Picture<'a> {
+        into.mark = self.mark.as_ref().map(|(number, _)| *number);
         let size = (picture.width, picture.height);
         let panes = [self.notice.as_ref(), self.mark.as_ref().map(|(_, pane)| pane)];
         let mut panes = panes.into_iter().flatten().filter(|pane| pane.picture == size).peekable();

@@ -350,4 +350,4 @@ fn kind(error: &ClipError) -> Kind {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -194,8 +194,8 @@ impl Decoder {
 #[cfg(test)]
 mod tests {
     use super::{DecoderSettings, Order};
-    use crate::pipeline::clip_source::tests::{SIZE, encode};
     use crate::pipeline::frame_queue::{FrameSource, NextFrame, frame_queue};
+    use crate::pipeline::grey_clip::{SIZE, encode};
     use crate::pipeline::start_gate::StartGate;
     use crate::recording::Faults;
     use crate::stream::scheduled_clip::tests::scheduled_clips;

@@ -36,8 +36,8 @@ impl FirstFrame {
 #[cfg(test)]
 mod tests {
     use super::FirstFrame;
-    use crate::pipeline::clip_source::tests::{SIZE, encode};
     use crate::pipeline::frame_queue::NextFrame;
+    use crate::pipeline::grey_clip::{SIZE, encode};
     use crate::stream::scheduled_clip::tests::scheduled_clips;
     use std::fs;
     use std::path::Path;

@@ -10,6 +10,9 @@ mod clip_source;
 mod decoder;
 mod first_frame;
 mod frame_queue;
+mod glass;
+#[cfg(test)]
+mod grey_clip;
 mod pacing;
 mod playback;
 mod presenter;

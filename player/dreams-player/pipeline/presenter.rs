@@ -1,23 +1,23 @@
 //! The flip thread: shows each frame at its vblank.
 //!
-//! Owns the screen, the frame that is lit and the one that follows. Never opens, reads or writes a file, and allocates
-//! nothing per frame: only at joins, when a screen comes or changes its mode, for a fault's message, for the fault card
-//! and for the first frame under a notice. `playback.rs` decides what happens next, `pacing.rs` when; frames come from
-//! `decoder.rs`; events go to `recorder.rs`.
+//! Owns the screen and the counters. Never opens, reads or writes a file, and allocates nothing per frame: only at joins,
+//! when a screen comes or changes its mode, for a fault's message, for the fault card and for the first frame under a
+//! notice. `playback.rs` holds the frames and decides what happens next, `pacing.rs` when, and `glass.rs` knows the
+//! display; frames come from `decoder.rs`; events go to `recorder.rs`.
 //!
 //! Start at [`Presenter::run`].
 
 mod display;
 
+use self::display::Absence;
 use crate::control::{DisplayTarget, Overlay, PaneBuffer};
-use crate::pipeline::black_picture::Blackout;
 use crate::pipeline::frame_queue::{FrameSource, NextFrame};
+use crate::pipeline::glass::{self, Glass};
 use crate::pipeline::pacing::Pacing;
-use crate::pipeline::playback::{Effect, Event, LastLit, Next, Playback};
+use crate::pipeline::playback::{self, Effect, Ending, Kept, Next};
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Faults, Kind, PlaceSaver, Record, Recorder, SharedView, Tally};
 use crate::stream::{FaultCard, Frame, Pixels, ScheduledClip, StreamFormat};
-use flock::Flock;
 use player::hours::Lighting;
 use screen::{OutputSettings, Screen, ScreenError, ScreenInfo};
 use std::sync::Arc;
@@ -56,96 +56,84 @@ pub(crate) struct RunEnd {
     pub(crate) tally: Tally,
 }
 
+type Playback = playback::Playback<SourceFrame, Absence>;
+type Event = playback::Event<SourceFrame, Absence>;
+
 /// One run, from the first frame to the last.
 pub(crate) struct Presenter<'a, F> {
     screen: Box<dyn Screen>,
     source: F,
     handles: PresenterHandles<'a>,
+    /// The form that the screen is fitted to.
     format: StreamFormat,
     playback: Playback,
-    /// How the screen is lit, and the pace on it; `None` until it was there for the first time.
-    lit: Option<(Arc<ScreenInfo>, Pacing)>,
-    /// The frame on the glass, and the one that follows it.
-    shown: Option<Frame>,
-    next: Option<Frame>,
-    /// The flock of the frame that was staged last.
-    flock: Option<Arc<Flock>>,
-    /// The rate of those of another form that the screen was fitted to, and of which none is on the glass yet.
-    fitted: Option<Rate>,
-    /// The newest vblank that the screen told of, and that of the last flip.
-    vblank: Vblank,
-    flipped: Vblank,
-    /// There was no new frame since that vblank.
-    looked: bool,
-    /// The vblank at which the screen was asked for an event.
-    asked: Option<Vblank>,
-    /// The screen is back and nothing was lit on it since.
-    returned: bool,
-    finished: bool,
-    /// The frame that came ahead of the stream: it stays lit until the stream has more, and is not late meanwhile.
-    first_frame: Option<Frame>,
-    fed: Option<Nanos>,
+    glass: Glass<Arc<ScreenInfo>>,
+    pacing: Pacing,
+    tally: Tally,
+    /// When the watchdog was fed last.
+    fed: Nanos,
     /// The brightness and the owner's settings that the screen has.
     lighting: Lighting,
     output: Option<Arc<OutputSettings>>,
-    /// While the night is black.
-    blackout: Option<Blackout>,
-    tally: Tally,
     /// Memory for the picture under a notice.
     buffer: PaneBuffer,
-    /// The acknowledgement that lies over what was staged last.
-    mark: Option<u32>,
+}
+
+/// A frame as the source gave it.
+#[derive(Debug)]
+struct SourceFrame {
+    frame: Frame,
+    /// It came ahead of the stream, which brings it again: until there is more it stays lit, and nothing is late.
+    is_ahead: bool,
+}
+
+impl SourceFrame {
+    /// The size and the rate of its flock; `None` for the fault card.
+    fn form(&self) -> Option<((u32, u32), Rate)> {
+        let manifest = self.frame.scheduled.as_ref()?.flock.manifest();
+        Some((manifest.size, manifest.fps))
+    }
 }
 
 impl<'a, F: FrameSource> Presenter<'a, F> {
     /// A presenter that has not begun.
     pub(crate) fn new(screen: Box<dyn Screen>, source: F, format: StreamFormat, handles: PresenterHandles<'a>) -> Self {
+        let playback =
+            if screen.info().is_some() { Playback::Dark } else { Playback::Away(Kept::Nothing, Absence::Gone) };
         let mut presenter = Self {
             screen,
             source,
             handles,
             format,
-            playback: Playback::Away(LastLit::Nothing),
-            lit: None,
-            shown: None,
-            next: None,
-            flock: None,
-            fitted: None,
-            vblank: Vblank(0),
-            flipped: Vblank(0),
-            looked: false,
-            asked: None,
-            returned: false,
-            finished: false,
-            first_frame: None,
-            fed: None,
+            playback,
+            glass: Glass::Unseen,
+            // The refresh is not known before there is a screen.
+            pacing: Pacing::new(format.fps, format.fps),
+            tally: Tally::default(),
+            fed: Nanos(0),
             lighting: Lighting::FULL,
             output: None,
-            blackout: None,
-            tally: Tally::default(),
             buffer: PaneBuffer::default(),
-            mark: None,
         };
         presenter.back();
-        if presenter.lit.is_some() {
-            presenter.playback = Playback::Dark;
-        }
         presenter
     }
 
     /// Plays until the source is finished or a signal stops it. Returns the place saver.
     /// Errors: [`ScreenError`], if the flock's pictures do not fit the screen.
     pub(crate) fn run(mut self) -> Result<(RunEnd, Option<PlaceSaver>), ScreenError> {
-        while self.playback != Playback::Ended {
-            if let Some(event) = self.observe()? {
+        while !matches!(self.playback, Playback::Ended(..)) {
+            let mut news = self.observe()?;
+            while let Some(event) = news {
                 let (playback, effect) = self.playback.on(event);
                 self.playback = playback;
-                self.act(effect)?;
+                news = self.act(effect)?;
             }
         }
-        let tally = if self.finished { self.tally } else { self.tally_now() };
-        let scheduled = self.shown.and_then(|shown| shown.scheduled);
-        Ok((RunEnd { scheduled, finished: self.finished, tally }, self.handles.saver))
+        let finished = matches!(self.playback, Playback::Ended(_, Ending::Finished));
+        let tally = if finished { self.tally } else { self.tally_now() };
+        let scheduled = self.playback.shown().and_then(|shown| shown.frame.scheduled.clone());
+        Ok((RunEnd { scheduled, finished, tally }, self.handles.saver))
     }
 
     /// Waits until something happens; `None` if that changes nothing.
@@ -156,64 +144,40 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         if let Some(event) = self.go_by_the_owner()? {
             return Ok(Some(event));
         }
-        if self.blackout.is_some() {
-            return self.stay_black().map(|()| None);
-        }
         Ok(match self.playback {
             Playback::Dark => self.look(PATIENCE).or_else(|| self.listen(Duration::ZERO)),
-            Playback::Lit(Next::Missing) | Playback::Holding if self.format.free => self.look(PATIENCE),
-            Playback::Lit(Next::Missing) | Playback::Holding if !self.looked => {
-                self.looked = true;
-                self.look(Duration::ZERO).or_else(|| self.watch())
-            }
-            Playback::Lit(_) | Playback::Holding => self.watch(),
-            Playback::Rising | Playback::Flying | Playback::Relighting | Playback::Away(_) => self.listen(QUIET),
-            Playback::Ended => None,
+            Playback::Lit(_, Next::Missing) | Playback::Holding(_) if self.format.free => self.look(PATIENCE),
+            Playback::Lit(..) if self.pacing.last_vblank().is_none() => Some(Event::Due),
+            Playback::Away(_, Absence::Night(_)) => self.stay_black().map(|()| None)?,
+            Playback::Rising(_)
+            | Playback::Lit(..)
+            | Playback::Flying(..)
+            | Playback::Relighting(..)
+            | Playback::Proving(_)
+            | Playback::Holding(_)
+            | Playback::Away(_, Absence::Gone) => self.listen(QUIET),
+            Playback::Ended(..) => None,
         })
     }
 
     /// Asks the source for the next frame.
     fn look(&mut self, patience: Duration) -> Option<Event> {
-        if self.next.is_some() {
-            return Some(Event::Ready);
-        }
+        let shown = self.playback.shown();
         match self.source.next(patience) {
-            NextFrame::First(_) if self.shown.is_some() => None,
-            NextFrame::First(frame) => {
-                self.first_frame = Some(frame.clone());
-                self.next = Some(frame);
-                Some(Event::Ready)
-            }
-            NextFrame::Frame(frame) if self.first_frame.as_ref().is_some_and(|first_frame| first_frame.is(&frame)) => {
+            NextFrame::First(_) if shown.is_some() => None,
+            NextFrame::First(frame) => Some(Event::Ready(SourceFrame { frame, is_ahead: true })),
+            NextFrame::Frame(frame) if shown.is_some_and(|shown| shown.is_ahead && shown.frame.is(&frame)) => {
                 self.look(patience)
             }
-            NextFrame::Frame(frame) => {
-                self.next = Some(frame);
-                Some(Event::Ready)
+            NextFrame::Frame(frame) => Some(Event::Ready(SourceFrame { frame, is_ahead: false })),
+            NextFrame::Barren if shown.is_none() => {
+                let pixels = Pixels::Drawn(Arc::new(FaultCard::draw(self.format.size)));
+                let frame = Frame { pixels, scheduled: None, in_clip: 0, index: 0, hash: None };
+                Some(Event::Barren(SourceFrame { frame, is_ahead: false }))
             }
-            NextFrame::Nothing => None,
-            NextFrame::Barren => Some(Event::Barren),
-            NextFrame::Finished => {
-                self.finished = true;
-                Some(Event::Finished)
-            }
+            NextFrame::Barren | NextFrame::Nothing => None,
+            NextFrame::Finished => Some(Event::Finished),
         }
-    }
-
-    /// Waits until the time of the lit frame is over.
-    fn watch(&mut self) -> Option<Event> {
-        if self.asked.is_some() {
-            return self.listen(QUIET);
-        }
-        let last_vblank_before_due = self.last_vblank_before_due()?;
-        if last_vblank_before_due.since(self.vblank) > 0 {
-            self.ask();
-            return None;
-        }
-        let second = self.lit.as_ref().map_or(1, |(lit, _)| lit.refresh.num().div_ceil(lit.refresh.den()));
-        let held = self.vblank.since(self.flipped);
-        let is_stale = self.playback == Playback::Holding && held >= second.cast_signed();
-        Some(if is_stale { Event::Stale } else { Event::Due })
     }
 
     /// Waits for an event of the screen.
@@ -221,208 +185,155 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
         match self.screen.next_event(patience) {
             screen::Event::Flip { vblank, at } => self.arrived(vblank, at),
             screen::Event::Vblank { vblank, .. } => {
-                self.vblank = vblank;
-                (self.looked, self.asked) = (false, None);
-                if self.playback == Playback::Holding {
+                self.pacing.begun(vblank);
+                if matches!(self.playback, Playback::Holding(_)) {
                     self.handles.view.counted(self.tally_now());
                 }
-                None
+                Some(Event::Vblank)
             }
             screen::Event::Lost { reason } => {
                 self.handles.faults.tell(Kind::Screen, reason);
-                self.handles.view.lit(None);
-                self.asked = None;
-                self.settle();
-                Some(Event::Lost)
+                Some(self.lost(Absence::Gone))
             }
             // A night is no fault; in all else it is as if the screen were gone.
-            screen::Event::Asleep => {
-                self.handles.view.lit(None);
-                self.asked = None;
-                self.settle();
-                Some(Event::Lost)
-            }
+            screen::Event::Asleep => Some(self.lost(Absence::Gone)),
             screen::Event::Back => {
                 self.back();
                 Some(Event::Back)
             }
             screen::Event::Recovered { reason } => {
                 self.handles.faults.tell(Kind::Screen, reason);
-                (self.looked, self.asked) = (false, None);
                 Some(Event::Recovered)
             }
             screen::Event::Changed => {
-                self.fitted.get_or_insert(self.format.fps);
+                self.glass_is(glass::Event::Changed);
                 None
             }
             screen::Event::Idle => {
-                self.asked = None;
                 self.stay_alive(&screen::Event::Idle);
-                None
+                Some(Event::Idle)
             }
         }
     }
 
-    fn last_vblank_before_due(&self) -> Option<Vblank> {
-        self.lit.as_ref().and_then(|(_, pacing)| pacing.last_vblank_before_due())
+    /// Asks the screen for an event at `vblank`.
+    fn ask(&mut self, vblank: Option<Vblank>) {
+        if let Some(vblank) = vblank {
+            self.screen.notify_at(vblank);
+        }
     }
 
-    /// Asks the screen for an event at the lit frame's last vblank, or at the next one if that is past.
-    fn ask(&mut self) {
-        let Some(last_vblank_before_due) = self.last_vblank_before_due() else { return };
-        let awaited = if last_vblank_before_due.since(self.vblank) > 0 {
-            last_vblank_before_due
-        } else if self.playback == Playback::Holding {
-            self.vblank.after(1)
-        } else {
-            return; // Its last vblank has begun: the next frame may go at once.
-        };
-        self.screen.notify_at(awaited);
-        self.asked = Some(awaited);
+    fn glass_is(&mut self, event: glass::Event<Arc<ScreenInfo>>) {
+        self.glass = std::mem::take(&mut self.glass).on(event);
     }
 
     /// The screen is there: again, or for the first time.
     fn back(&mut self) {
         let Some(lit) = self.screen.info().map(Arc::new) else { return };
         self.handles.view.lit(Some(&lit));
-        if self.lit.as_ref().is_none_or(|(known, _)| *known != lit) {
-            self.handles.recorder.record(Record::Start { lit: Arc::clone(&lit), fps: self.format.fps });
+        self.pacing.set_refresh(lit.refresh);
+        if self.glass.mode() != Some(&lit) {
+            self.handles.recorder.record(Record::Start { lit: Arc::clone(&lit), fps: self.pacing.frames() });
         }
-        if let Some((known, pacing)) = &mut self.lit {
-            pacing.set_refresh(lit.refresh);
-            *known = lit;
-            self.returned = true;
-        } else {
-            let pacing = Pacing::new(self.format.fps, lit.refresh);
-            self.lit = Some((lit, pacing));
-        }
+        self.glass_is(glass::Event::Seen(lit));
+    }
+
+    /// The screen is gone: the awaited frame was late until now, and is not from here on.
+    fn lost(&mut self, why: Absence) -> Event {
+        self.handles.view.lit(None);
+        self.tally = self.tally_now();
+        self.pacing.settle();
+        Event::Lost(why)
     }
 
     /// What was committed is on the glass.
     fn arrived(&mut self, vblank: Vblank, at: Nanos) -> Option<Event> {
-        let is_new = match self.playback {
-            Playback::Rising | Playback::Flying => true,
-            Playback::Relighting => false,
-            Playback::Dark | Playback::Lit(_) | Playback::Holding | Playback::Away(_) | Playback::Ended => {
+        if matches!(self.playback, Playback::Rising(_) | Playback::Flying(..)) {
+            self.goes_on(vblank);
+        }
+        let (shown, late) = match &self.playback {
+            Playback::Rising(shown) => {
+                join(None, &shown.frame, &mut self.tally, &self.handles);
+                (shown, self.pacing.flipped(vblank))
+            }
+            Playback::Flying(before, shown) => {
+                join(Some(&before.frame), &shown.frame, &mut self.tally, &self.handles);
+                let late = self.pacing.flipped(vblank);
+                (shown, if before.is_ahead { 0 } else { late })
+            }
+            Playback::Relighting(shown, _) => {
+                self.pacing.resumed(vblank);
+                (shown, 0)
+            }
+            Playback::Proving(shown) => {
+                self.pacing.repeated(vblank);
+                (shown, 0)
+            }
+            Playback::Dark | Playback::Lit(..) | Playback::Holding(_) | Playback::Away(..) | Playback::Ended(..) => {
                 return None;
             }
         };
-        (self.vblank, self.flipped) = (vblank, vblank);
-        (self.looked, self.asked) = (false, None);
-        if let Some(fps) = self.fitted.take_if(|_| is_new) {
-            self.goes_on(vblank, fps);
-        }
-        let late = self.count(vblank, is_new);
-        let shown = self.shown.as_ref()?;
+        self.tally.flips += 1;
+        self.tally.late += u64::from(late);
+        self.tally.repeated += u64::from(self.playback.coming().is_none());
+        let SourceFrame { frame: shown, .. } = shown;
         let (clip, frame, hash) = (shown.scheduled.clone(), shown.in_clip, shown.hash);
-        self.handles.recorder.record(Record::Flip { clip, frame, vblank, at, late, hash, mark: self.mark });
+        self.handles.recorder.record(Record::Flip { clip, frame, vblank, at, late, hash, mark: self.buffer.mark });
         self.handles.view.flipped(shown, self.tally_now(), at);
         self.feed(at);
         Some(Event::Flipped)
     }
 
-    /// Counts a flip, and goes on to the next frame if it brought that; returns how late it was.
-    fn count(&mut self, vblank: Vblank, is_new: bool) -> u32 {
-        self.tally.flips += 1;
-        let pacing = self.lit.as_mut().map(|(_, pacing)| pacing);
-        if !is_new {
-            self.tally.repeated += 1;
-            if let (Some(pacing), true) = (pacing, self.returned) {
-                pacing.resumed(vblank);
-            }
-            self.returned = false;
-            return 0;
-        }
-        self.returned = false;
-        let late = pacing.map_or(0, |pacing| pacing.flipped(vblank));
-        let before = self.shown.take();
-        let late = if before.is_some() && self.first_frame.take().is_some() { 0 } else { late };
-        self.tally.late += u64::from(late);
-        self.shown = self.next.take();
-        self.join(before.as_ref());
-        late
-    }
-
     /// The counters, with the frame that is awaited now as late as it is.
     fn tally_now(&self) -> Tally {
-        let pacing = self.lit.as_ref().filter(|_| self.first_frame.is_none());
-        let overdue = pacing.map_or(0, |(_, pacing)| pacing.overdue(self.vblank));
+        let is_ahead = self.playback.shown().is_some_and(|shown| shown.is_ahead);
+        let overdue = if is_ahead { 0 } else { self.pacing.overdue() };
         Tally { late: self.tally.late + u64::from(overdue), ..self.tally }
-    }
-
-    /// The screen is gone: the awaited frame was late until now, and is not from here on.
-    fn settle(&mut self) {
-        self.tally = self.tally_now();
-        if let Some((_, pacing)) = self.lit.as_mut().filter(|(_, pacing)| pacing.overdue(self.vblank) > 0) {
-            pacing.resumed(self.vblank);
-        }
-    }
-
-    /// Records a join, if `before` was a frame of another clip than the one that is lit now, and has its place saved.
-    fn join(&mut self, before: Option<&Frame>) {
-        let Some((shown, to)) = self.shown.as_ref().and_then(|shown| Some((shown, shown.scheduled.as_ref()?))) else {
-            return;
-        };
-        let from = before.and_then(|before| Some((before.index, before.scheduled.as_ref()?)));
-        self.tally.skipped += from.map_or(0, |(index, _)| shown.index.saturating_sub(index + 1));
-        if from.is_some_and(|(_, from)| from.number == to.number) {
-            return;
-        }
-        if let Some(saver) = &self.handles.saver {
-            saver.save(to);
-        }
-        if let Some((_, from)) = from {
-            self.tally.joins += 1;
-            self.handles.recorder.record(Record::Join { from: Arc::clone(from), to: Arc::clone(to) });
-        }
     }
 
     /// Feeds the watchdog after a completed flip, as often as it needs.
     fn feed(&mut self, at: Nanos) {
-        let Some(fed) = self.fed else {
-            self.fed = Some(at);
+        let record = if matches!(self.playback, Playback::Rising(_)) {
             self.handles.gate.open();
-            return self.handles.recorder.record(Record::Ready);
+            Record::Ready
+        } else if self.handles.watchdog.is_some_and(|often| u128::from(at.since(self.fed)) >= often.as_nanos()) {
+            Record::Alive
+        } else {
+            return;
         };
-        if self.handles.watchdog.is_some_and(|often| u128::from(at.since(fed)) >= often.as_nanos()) {
-            self.fed = Some(at);
-            self.handles.recorder.record(Record::Alive);
-        }
+        self.fed = at;
+        self.handles.recorder.record(record);
     }
 
-    /// Fits the screen to the next frame, where that is of a flock of another size or rate.
+    /// Fits the screen to the next frame, where that is of a flock of another size or rate than the lit one.
     fn fit(&mut self) {
-        let Some(scheduled) = self.next.as_ref().and_then(|next| next.scheduled.as_ref()) else { return };
-        let form = |flock: &Flock| (flock.manifest().size, flock.manifest().fps);
-        let before = self.flock.replace(Arc::clone(&scheduled.flock));
-        let (size, fps) = form(&scheduled.flock);
-        if before.is_some_and(|before| form(&before) != (size, fps)) {
-            self.format.size = size;
+        let [lit, next] =
+            [self.playback.shown(), self.playback.coming()].map(|frame| frame.and_then(SourceFrame::form));
+        let (Some((size, fps)), true) = (next, lit.is_some() && lit != next) else { return };
+        if (size, fps) != (self.format.size, self.format.fps) {
+            (self.format.size, self.format.fps) = (size, fps);
             self.screen.set_format(size, fps);
-            self.fitted = Some(fps);
+            self.glass_is(glass::Event::Changed);
         }
     }
 
-    /// The first frame of another form is on the glass: it came in its time, unless a mode had to be set for it.
-    fn goes_on(&mut self, vblank: Vblank, fps: Rate) {
-        self.format.fps = fps;
-        let Some((lit, (known, pacing))) = self.screen.info().map(Arc::new).zip(self.lit.as_mut()) else { return };
+    /// A new frame is on the glass. If it is the first of another form it came in its time, unless a mode had to be set for
+    /// it.
+    fn goes_on(&mut self, vblank: Vblank) {
+        let Glass::Changing(known) = &self.glass else { return };
+        let Some(lit) = self.screen.info().map(Arc::new) else { return };
         if known.mode != lit.mode {
-            pacing.resumed(vblank);
+            self.pacing.resumed(vblank);
         }
-        pacing.goes_on(fps, lit.refresh);
-        *known = Arc::clone(&lit);
+        let form = self.playback.coming().and_then(SourceFrame::form);
+        let fps = form.map_or(self.pacing.frames(), |(_, fps)| fps);
+        self.pacing.goes_on(fps, lit.refresh);
         self.handles.view.lit(Some(&lit));
-        self.handles.recorder.record(Record::Start { lit, fps });
+        self.handles.recorder.record(Record::Start { lit: Arc::clone(&lit), fps });
+        self.glass_is(glass::Event::Arrived(lit));
     }
 
-    fn stage_next(&mut self) -> Result<(), ScreenError> {
-        self.fit();
-        self.mark = stage(&mut *self.screen, self.next.as_ref(), self.handles.overlay, &mut self.buffer)?;
-        Ok(())
-    }
-
-    fn act(&mut self, effect: Effect) -> Result<(), ScreenError> {
+    fn act(&mut self, effect: Effect) -> Result<Option<Event>, ScreenError> {
         match effect {
             Effect::Wait | Effect::End => {}
             Effect::Stage => self.stage_next()?,
@@ -432,32 +343,58 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
                 self.screen.commit();
             }
             Effect::Relight => {
-                self.mark = stage(&mut *self.screen, self.shown.as_ref(), self.handles.overlay, &mut self.buffer)?;
+                self.stage(Playback::shown)?;
                 self.screen.commit();
             }
-            Effect::LightFaultCard => {
-                let pixels = Pixels::Drawn(Arc::new(FaultCard::draw(self.format.size)));
-                self.next = Some(Frame { pixels, scheduled: None, in_clip: 0, index: 0, hash: None });
+            Effect::AwaitDue => self.ask(self.pacing.last_vblank()),
+            Effect::AwaitDueAndStage => {
+                self.ask(self.pacing.last_vblank());
                 self.stage_next()?;
-                self.screen.commit();
             }
-            Effect::AwaitDue => self.ask(),
+            Effect::AwaitDueAndLook => {
+                self.ask(self.pacing.last_vblank());
+                return Ok(self.look(Duration::ZERO));
+            }
+            Effect::AwaitVblank => self.ask(Some(self.pacing.next_vblank())),
+            Effect::LookOrAwaitVblank => {
+                let news = self.look(Duration::ZERO).or(self.pacing.is_stale().then_some(Event::Stale));
+                if news.is_none() {
+                    self.ask(Some(self.pacing.next_vblank()));
+                }
+                return Ok(news);
+            }
         }
-        Ok(())
+        Ok(None)
+    }
+
+    fn stage_next(&mut self) -> Result<(), ScreenError> {
+        self.fit();
+        self.stage(Playback::coming)
+    }
+
+    /// Stages a frame, with what lies over it.
+    fn stage(&mut self, which: fn(&Playback) -> Option<&SourceFrame>) -> Result<(), ScreenError> {
+        let Some(SourceFrame { frame, .. }) = which(&self.playback) else { return Ok(()) };
+        let (picture, panes) = (frame.pixels.picture(), self.handles.overlay.get());
+        self.screen.stage(&panes.over(&picture, &mut self.buffer))
     }
 }
 
-/// Stages what is shown, with what lies over it; returns which acknowledgement that is.
-fn stage(
-    screen: &mut dyn Screen,
-    shown: Option<&Frame>,
-    overlay: &Overlay,
-    buffer: &mut PaneBuffer,
-) -> Result<Option<u32>, ScreenError> {
-    let Some(shown) = shown else { return Ok(None) };
-    let (picture, panes) = (shown.pixels.picture(), overlay.get());
-    screen.stage(&panes.over(&picture, buffer))?;
-    Ok(panes.mark())
+/// Counts and records a join, if `before` was a frame of another clip than `shown`, and has the place of its clip saved.
+fn join(before: Option<&Frame>, shown: &Frame, tally: &mut Tally, handles: &PresenterHandles<'_>) {
+    let Some(to) = &shown.scheduled else { return };
+    let from = before.and_then(|before| Some((before.index, before.scheduled.as_ref()?)));
+    tally.skipped += from.map_or(0, |(index, _)| shown.index.saturating_sub(index + 1));
+    if from.is_some_and(|(_, from)| from.number == to.number) {
+        return;
+    }
+    if let Some(saver) = &handles.saver {
+        saver.save(to);
+    }
+    if let Some((_, from)) = from {
+        tally.joins += 1;
+        handles.recorder.record(Record::Join { from: Arc::clone(from), to: Arc::clone(to) });
+    }
 }
 
 #[cfg(test)]

@@ -5,11 +5,11 @@
 //!
 //! Start at [`Backend`].
 
-use std::fmt::Debug;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::RenderError;
+use super::device::Device;
 use super::draw::{self, Arithmetic};
 use super::histogram::Sums;
 use super::shot::Shot;
@@ -22,17 +22,6 @@ pub const GPU_VERSION: u32 = 1;
 #[derive(Clone, Debug, Default)]
 pub struct Backend {
     device: Option<Arc<dyn Device>>,
-}
-
-/// A processor of another kind.
-pub(crate) trait Device: Debug + Send + Sync {
-    /// Its name, with that of its driver.
-    fn name(&self) -> &str;
-
-    /// Draws all samples of `shot` and adds them to `sums`; once `stop` is set, fewer. Returns how many samples that were,
-    /// seen or not.
-    /// Errors: [`RenderError`] if the device fails, or lacks memory.
-    fn draw(&self, shot: &Shot, sums: &mut Sums, stop: &AtomicBool) -> Result<u64, RenderError>;
 }
 
 impl Backend {

@@ -11,11 +11,8 @@ use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut
 
 use super::film::Film;
 use super::histogram::{UNIT, written};
-use super::view::View;
+use super::view::{BAND, View};
 use crate::genome::Genome;
-
-/// Rows of pixels that are made together: what they have in common of the cells is looked at once.
-pub(super) const BAND: usize = 32;
 
 /// Log-density at `brightness` 1 and a density of e - 1.
 const GAIN: f64 = 268.0 / 256.0;

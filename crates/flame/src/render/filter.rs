@@ -1,6 +1,7 @@
 //! Filters: the spatial one between cells and pixels, the temporal one between moments and a frame.
 //!
-//! Owns the kernels and their supports. Never touches a histogram: `tonemap.rs` convolves.
+//! Owns the kernels and their supports, and the names of the filters of noise. Never touches a histogram: `tonemap.rs`
+//! convolves.
 //!
 //! flam3 3.1.1 draws other kernels than it names for `mitchell`, `blackman`, `catrom`, `hamming` and both `lanczos`
 //! (measured on a single point); here each name draws its own.
@@ -19,6 +20,19 @@ use crate::genome::{FilterShape, Sampling, TemporalShape};
 
 /// Most moments of a frame: each is a genome, compiled.
 const MAX_MOMENTS: u32 = 10_000;
+
+/// How the noise of few samples is smoothed. A genome whose `estimator_radius` is 0 switches every filter off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// Not at all.
+    None,
+    /// By its measured variance: what two halves of the samples agree on stays. With many samples the filter has no effect.
+    #[default]
+    Variance,
+    /// As flam3 does: every cell is spread by a kernel that narrows with its density, whatever its neighbours are. How far,
+    /// the genome says: `estimator_radius`, `estimator_minimum`, `estimator_curve`.
+    Flam3,
+}
 
 /// A separable spatial filter, a weight for each cell around a pixel.
 #[derive(Clone, Debug)]

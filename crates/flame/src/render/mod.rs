@@ -15,6 +15,7 @@ mod backend;
 mod bins;
 mod chaos;
 mod density;
+mod device;
 mod draw;
 mod error;
 mod film;
@@ -36,6 +37,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use backend::{Backend, GPU_VERSION};
 pub use error::RenderError;
+pub use filter::Filter;
 
 use crate::animate::Motion;
 use crate::genome::Genome;
@@ -75,19 +77,6 @@ pub struct Settings {
     pub seed: u64,
     /// How samples are calculated.
     pub arithmetic: Arithmetic,
-}
-
-/// How the noise of few samples is smoothed. A genome whose `estimator_radius` is 0 switches every filter off.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Filter {
-    /// Not at all.
-    None,
-    /// By its measured variance: what two halves of the samples agree on stays. With many samples the filter has no effect.
-    #[default]
-    Variance,
-    /// As flam3 does: every cell is spread by a kernel that narrows with its density, whatever its neighbours are. How far,
-    /// the genome says: `estimator_radius`, `estimator_minimum`, `estimator_curve`.
-    Flam3,
 }
 
 /// A rendered frame, and what it took.

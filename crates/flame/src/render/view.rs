@@ -5,14 +5,16 @@
 //!
 //! Start at [`View::new`].
 
-use super::density::BAND;
-use super::filter::Spatial;
+use super::filter::{Filter, Spatial};
 use super::histogram::MAX_SAMPLES;
-use super::{Filter, RenderError, wiener};
+use super::{RenderError, wiener};
 use crate::genome::{Affine, Genome, Sampling};
 
 /// Most cells a histogram may have: 40 to 80 bytes each, as the filter asks for.
 const MAX_CELLS: f64 = 1e9;
+
+/// Rows of pixels that are made together: what they have in common of the cells is looked at once.
+pub(super) const BAND: usize = 32;
 
 /// Most cells that the spatial filter adds up in a frame, along rows and then along columns. At 4K, 4 cells a pixel and the
 /// widest kernel of radius 1 it is 1.1e9; this many take half a minute.

@@ -9,7 +9,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::{Kind, MAX_PARAMETERS, Variation};
-use crate::genome::Affine;
+use crate::affine::Affine;
 use crate::number::{Number, Random};
 
 /// Keeps divisors away from zero.

@@ -120,18 +120,16 @@ pub(crate) fn fit(size: (u32, u32), room: (u32, u32), margin: Margin) -> Rect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kms::scripted::family::{ModeRow, mode};
     use crate::paint::Format;
-    use drm::control::ModeFlags;
     use proptest::prelude::*;
 
     fn way(size: (u16, u16), placement: Placement) -> Candidate {
-        let row: ModeRow = (size.0, size.1, 74_250, 2200, 1125, ModeFlags::empty(), true);
+        let mode = drm_ffi::drm_mode_modeinfo { hdisplay: size.0, vdisplay: size.1, ..Default::default() };
         Candidate {
             connector: Id(1),
             crtc: Id(2),
             plane: Id(3),
-            mode: mode(row),
+            mode: mode.into(),
             format: PlaneFormat { format: Format::Yu12, explicit: true },
             placement,
             framebuffers: Framebuffers::Own,

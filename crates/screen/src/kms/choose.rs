@@ -194,7 +194,7 @@ fn planes<'a>(survey: &'a Survey, crtc: &Crtc) -> Vec<&'a Plane> {
 /// The buffers that `plane` may show, best first. YUV only if the plane has a property for its conversion matrix. RGB
 /// only in separate framebuffers: drivers of firmware framebuffers and simple chips (simpledrm, bochs, qxl, cirrus,
 /// ast, mgag200) support nothing else, and do not report it.
-fn images(plane: &Plane) -> Vec<(PlaneFormat, Framebuffers)> {
+pub(super) fn images(plane: &Plane) -> Vec<(PlaneFormat, Framebuffers)> {
     let coloured = colours(plane).is_some();
     let takes = |format: Format| plane.formats.iter().copied().find(|taken| taken.format == format);
     let formats = Format::ALL.into_iter().filter(|format| coloured || !format.is_yuv()).filter_map(takes);
@@ -226,6 +226,3 @@ pub(crate) fn plane_rotation(plane: &Plane, rotation: Rotation) -> Option<(Id, u
         Rotation::Clockwise270 => bits(&["rotate-90"]),
     }
 }
-
-#[cfg(test)]
-mod tests;

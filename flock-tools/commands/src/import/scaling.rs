@@ -5,8 +5,7 @@
 //!
 //! Start at [`Scaling::new`].
 
-use operations::program::chain;
-use scaling::{Filter, Plane, Scaler};
+use scaling::{Filter, Plane, Scaler, ScalingError};
 use video::{ForeignPicture, VideoInfo, Yuv420p};
 
 /// How a picture of another shape is scaled.
@@ -116,12 +115,12 @@ impl Scaling {
                 first.chain(row.iter().copied()).chain(last)
             })
             .collect();
-        let full =
-            Plane { samples: &widened, stride: across as usize + 2 * margin, size: (across + 2 * margin as u32, down) };
-        let cut = [cut[0] + margin as f64 + shift, cut[1], cut[2], cut[3]];
+        let stride = across + 2 * margin as u32;
+        let full = Plane { samples: &widened, stride, size: (stride, down) };
         let mut small = vec![0; (wide * high) as usize];
-        let scaled = Scaler::default().plane(full, Some(cut), Filter::Lanczos3, (wide, high), &mut small);
-        scaled.map_err(|error| chain(&error))?;
+        let cut = [cut[0] + margin as f64 + shift, cut[1], cut[2], cut[3]];
+        let scaled = Scaler::default().plane(full, Some(cut), Filter::Lanczos3, &mut small, (wide, high));
+        scaled.map_err(|error| refusal(&error))?;
         let (across, down) = ((self.size.0 / half) as usize, (self.size.1 / half) as usize);
         let mut placed = vec![black; across * down];
         for (y, row) in small.chunks_exact(wide as usize).enumerate() {
@@ -131,18 +130,24 @@ impl Scaling {
         Ok(placed)
     }
 
-    fn scaled(&self, (width, height): (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
+    fn scaled(&self, size: (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
         let [left, top, wide, high] = self.put;
-        let small = Scaler::default().rgb_f32(rgb, (width, height), self.cut, (wide, high));
-        let small = small.map_err(|error| chain(&error))?;
+        let small = Scaler::default().rgb_f32(rgb, size, self.cut, (wide, high), Filter::Lanczos3);
+        let small = small.map_err(|error| refusal(&error))?;
         let (across, down) = (self.size.0 as usize, self.size.1 as usize);
         let mut placed = vec![0.0; 3 * across * down];
-        for (y, row) in small.chunks_exact(3 * wide as usize).enumerate() {
+        for (y, row) in small.chunks(wide as usize).enumerate() {
             let start = 3 * ((y + top as usize) * across + left as usize);
-            placed[start..][..row.len()].copy_from_slice(row);
+            for (to, from) in placed[start..].chunks_exact_mut(3).zip(row) {
+                to.copy_from_slice(from);
+            }
         }
         Ok(placed)
     }
+}
+
+fn refusal(error: &ScalingError) -> String {
+    format!("cannot be scaled: {error}")
 }
 
 #[cfg(test)]

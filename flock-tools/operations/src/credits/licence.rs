@@ -44,6 +44,7 @@ impl Licence {
     }
 
     /// Both together, in either order the same: what is made of both is under both.
+    #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         if self == other {
             return self.clone();

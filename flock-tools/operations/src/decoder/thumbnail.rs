@@ -4,7 +4,7 @@
 //!
 //! Start at [`shrink`].
 
-use scaling::Scaler;
+use scaling::{Filter, Scaler};
 use video::Yuv420p;
 
 /// A small picture.
@@ -20,9 +20,9 @@ pub struct Thumbnail {
 pub fn shrink(picture: &Yuv420p, width: u32) -> Thumbnail {
     let (full_width, full_height) = picture.size();
     let height = (u64::from(width) * u64::from(full_height) / u64::from(full_width)).max(1) as u32;
-    let rgb = picture.to_rgb8();
-    let small = Scaler::default().rgb8(&rgb, (full_width, full_height), (width, height));
-    Thumbnail { size: (width, height), rgb: small.expect("three bytes a pixel, and neither is empty") }
+    let size = (width, height);
+    let small = Scaler::default().rgb8(&picture.to_rgb8(), picture.size(), size, Filter::Lanczos3);
+    Thumbnail { size, rgb: small.expect("three bytes a pixel") }
 }
 
 #[cfg(test)]

@@ -53,6 +53,7 @@ impl Fatal {
     }
 
     /// Ends in the same way, because of what `told` makes of the error.
+    #[must_use]
     pub fn told_as<E: Into<Box<dyn Error>>>(self, told: impl FnOnce(Box<dyn Error>) -> E) -> Self {
         Self { exit: self.exit, error: told(self.error).into(), hint: self.hint }
     }
@@ -63,6 +64,7 @@ impl Fatal {
     }
 
     /// Adds what to do about it.
+    #[must_use]
     pub fn hint(self, hint: impl Into<String>) -> Self {
         Self { hint: Some(hint.into()), ..self }
     }

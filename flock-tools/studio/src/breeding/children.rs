@@ -198,7 +198,7 @@ mod tests {
     }
 
     fn demo(id: &str) -> Parent {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("demo/genomes/{id}.flam3"));
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../demo/genomes/{id}.flam3"));
         parent(id, "flam3", &std::fs::read_to_string(path).unwrap())
     }
 

@@ -4,6 +4,7 @@
 
 use super::{ClipSource, Strikes, Successor};
 use crate::pipeline::decoder::{ClipEnd, Order};
+use crate::pipeline::grey_clip::{SIZE, encode};
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Fault, Faults, SharedView};
 use crate::stream::{Generation, Plan, ScheduledClip, path};
@@ -18,13 +19,12 @@ use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::time::Duration;
 use tempfile::TempDir;
 use timing::{FrameCount, Nanos};
-use video::{Encoder, Form, Quality, Tuning, Yuv420p};
+use video::Form;
 
 /// The clock of all libraries here: by hand.
 static CLOCK: AtomicU64 = AtomicU64::new(0);
 
 const SHEEP: [&str; 3] = ["a", "b", "c"];
-pub(crate) const SIZE: (u32, u32) = (64, 48);
 
 /// A folder with three sheep, every one with a way to every other; each clip has two frames.
 fn folder(is_hashed: bool) -> TempDir {
@@ -47,22 +47,6 @@ fn folder(is_hashed: bool) -> TempDir {
     }
     fs::write(folder.path().join("flock.toml"), text).unwrap();
     folder
-}
-
-/// A clip of two grey frames.
-pub(crate) fn encode(clip: &Path) {
-    let form = Form { size: SIZE, fps: timing::Rate::new(30, 1).unwrap() };
-    let mut encoder = Encoder::create(
-        clip,
-        &form,
-        Quality { crf: 30.0, preset: "ultrafast", tuning: Tuning::Film, max_bits_per_second: None },
-    )
-    .unwrap();
-    let grey = Yuv420p::from_planes(SIZE.0, SIZE.1, &[128; 64 * 48 * 3 / 2]).unwrap();
-    for _ in 0..2 {
-        encoder.push(&grey).unwrap();
-    }
-    encoder.finish().unwrap();
 }
 
 fn flock(folder: &Path) -> Arc<Flock> {

@@ -2,19 +2,28 @@
 //!
 //! Owns the changes of the screen for them, and the night in black. Never decides them: `control/brightness.rs` does.
 
-use super::{FrameSource, Presenter, QUIET};
+use super::{Event, FrameSource, Playback, Presenter, QUIET};
 use crate::pipeline::black_picture::Blackout;
-use crate::pipeline::playback::{Event, Playback};
+use crate::pipeline::playback::Kept;
 use crate::recording::Record;
 use player::hours::Lighting;
 use screen::{Light, ScreenError};
 use std::sync::Arc;
 
+/// Why the screen shows no frames.
+#[derive(Debug)]
+pub(super) enum Absence {
+    /// It is gone, or sleeps.
+    Gone,
+    /// It is black for the night.
+    Night(Blackout),
+}
+
 impl<F: FrameSource> Presenter<'_, F> {
     /// Feeds the watchdog while there is no screen, or a black one: that is no reason to restart the player.
     pub(super) fn stay_alive(&self, event: &screen::Event) {
-        let is_away = matches!(self.playback, Playback::Away(_)) && *event == screen::Event::Idle;
-        if is_away && self.fed.is_some() && self.handles.watchdog.is_some() {
+        let is_away = matches!(self.playback, Playback::Away(Kept::Shown(..), _));
+        if is_away && *event == screen::Event::Idle && self.handles.watchdog.is_some() {
             self.handles.recorder.record(Record::Alive);
         }
     }
@@ -26,34 +35,38 @@ impl<F: FrameSource> Presenter<'_, F> {
             self.screen.set_output(&output);
             self.output = Some(output);
         }
-        if lighting == self.lighting || self.blackout.as_ref().is_some_and(|black| !black.is_complete(&*self.screen)) {
+        let night = if let Playback::Away(_, Absence::Night(black)) = &self.playback { Some(black) } else { None };
+        if lighting == self.lighting || night.is_some_and(|black| !black.is_complete(&*self.screen)) {
             return Ok(None);
         }
+        let was_black = night.is_some();
         self.lighting = lighting;
-        let was_black = self.blackout.take().is_some();
         match lighting {
             Lighting::Off => self.screen.set_light(Light::Off),
             Lighting::On { thousandths } => self.screen.set_light(Light::On { thousandths }),
             Lighting::Black => {
                 // A display that sleeps has to wake first: then it goes black.
-                self.blackout = Some(Blackout::begin(&mut *self.screen, self.format.size)?);
-                self.handles.view.lit(None);
-                self.asked = None;
-                self.settle();
-                return Ok(Some(Event::Lost));
+                let black = Blackout::begin(&mut *self.screen, self.format.size)?;
+                return Ok(Some(self.lost(Absence::Night(black))));
             }
         }
-        if was_black && lighting != Lighting::Off && self.screen.info().is_some() {
-            self.back();
-            return Ok(Some(Event::Back));
+        if !was_black {
+            return Ok(None);
         }
-        Ok(None)
+        if lighting == Lighting::Off || self.screen.info().is_none() {
+            return Ok(Some(Event::Lost(Absence::Gone)));
+        }
+        self.back();
+        Ok(Some(Event::Back))
     }
 
     /// Keeps the screen black until something happens.
     pub(super) fn stay_black(&mut self) -> Result<(), ScreenError> {
         let event = self.screen.next_event(QUIET);
         self.stay_alive(&event);
-        self.blackout.as_mut().map_or(Ok(()), |blackout| blackout.on(&mut *self.screen, &event))
+        if let Playback::Away(_, Absence::Night(black)) = &mut self.playback {
+            black.on(&mut *self.screen, &event)?;
+        }
+        Ok(())
     }
 }

@@ -6,8 +6,8 @@ use super::{FrameSource, NextFrame, Presenter, PresenterHandles, RunEnd, StreamF
 use crate::control::{DisplayTarget, Overlay};
 use crate::pipeline::start_gate::StartGate;
 use crate::recording::{Faults, PlaceSaver, PlaceStore, Record, Recorder, SharedView, Tally};
+use crate::stream::ScheduledClip;
 use crate::stream::scheduled_clip::tests::{frames, scheduled_clips};
-use crate::stream::{Frame, ScheduledClip};
 use screen::{Event, Light, OutputSettings, Picture, Screen, ScreenError, ScreenInfo};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -181,7 +181,7 @@ impl Evening {
     }
 
     fn watch_with(self, saver: Option<PlaceSaver>) -> Memory {
-        let (now, glow, stop) = (Now::default(), Glow::default(), Arc::new(AtomicBool::new(false)));
+        let (now, glow, stop) = (Now::default(), Glow::default(), Arc::new(AtomicBool::new(self.stop == Some(0))));
         let screen = FakeScreen {
             now: Rc::clone(&now),
             glow: Rc::clone(&glow),
@@ -403,16 +403,7 @@ fn a_flock_without_a_playable_clip_shows_the_fault_card_until_there_is_one() {
 
 #[test]
 fn a_show_that_is_told_to_stop_ends_where_it_is() {
-    let (recorder, _records) = Recorder::for_tests();
-    let (faults, view, overlay) = (Faults::new(|_| ()), SharedView::default(), Overlay::default());
-    let (target, gate, stop) = (DisplayTarget::default(), StartGate::default(), AtomicBool::new(true));
-    let (view, overlay, target, gate, stop) = (&view, &overlay, &target, &gate, &stop);
-    let handles = PresenterHandles { recorder, faults, saver: None, view, overlay, target, gate, stop, watchdog: None };
-    let format = StreamFormat { fps: Rate::new(30, 1).unwrap(), size: (16, 16), free: false };
-    let screen = screen::VirtualScreen::new((16, 16), Rate::new(HZ, 1).unwrap(), screen::Pace::Free, || Nanos(0));
-    let things = frames(&scheduled_clips(1, 9)).into_iter().map(|frame: Frame| (0, NextFrame::Frame(frame))).collect();
-    let source = FakeSource { now: Now::default(), things };
-    let (ended, _) = Presenter::new(Box::new(screen), source, format, handles).run().unwrap();
-    assert!(!ended.finished);
-    assert_eq!(ended.tally.flips, 0);
+    let seen = Evening::of(30, &scheduled_clips(1, 9)).stopped_at(0).watch();
+    assert!(!seen.ended.finished);
+    assert_eq!(seen.ended.tally.flips, 0);
 }

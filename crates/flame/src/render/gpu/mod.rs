@@ -21,7 +21,7 @@ use wgpu::{
 };
 
 use super::RenderError;
-use super::backend::Device;
+use super::device::Device;
 use super::histogram::Sums;
 use super::shot::Shot;
 use frame::Frame;

@@ -5,10 +5,12 @@
 //! flight, a busy wait, a value that a property does not take. Its wiring: one connector, one CRTC, a primary plane, and an
 //! overlay that a dead process has left behind. What its family refuses is in `check.rs`; the families are in `families/`.
 //!
-//! Start at [`Scripted::of`] and [`Scripted::fail`]; the tests are in `fault_matrix.rs`, `night.rs` and `each_family.rs`.
+//! Start at [`Scripted::of`] and [`Scripted::fail`]; the tests are in `fault_matrix.rs`, `night.rs`, `each_family.rs` and
+//! `choices.rs`.
 
 mod calls;
 mod check;
+mod choices;
 mod each_family;
 pub(crate) mod families;
 pub(crate) mod family;

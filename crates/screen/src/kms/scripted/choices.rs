@@ -2,14 +2,13 @@
 //!
 //! Owns the claims on the order, on cards of several families with real modes.
 
-use super::{candidates, images, unmet};
+use super::Scripted;
+use super::families::{generic::GENERIC, i915};
+use super::family::{Family, ModeRow, mode};
 use crate::kms::candidate::{Candidate, Rect, mode_size};
 use crate::kms::card::{Connector, ConnectorStatus, Id, Kms, Survey};
-use crate::kms::choose::Request;
+use crate::kms::choose::{Request, candidates, images, unmet};
 use crate::kms::modes::refresh;
-use crate::kms::scripted::Scripted;
-use crate::kms::scripted::families::{generic::GENERIC, i915};
-use crate::kms::scripted::family::{Family, ModeRow, mode};
 use crate::output::{OutputSettings, RequestedMode, Rotation, SignalRange};
 use drm::control::ModeFlags;
 use timing::Rate;
