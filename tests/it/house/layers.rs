@@ -64,7 +64,7 @@ fn an_arrow_up_or_sideways_is_found() {
         wrong_arrows(LAYERS, &arrows),
         [
             "flock (1) must not see video (1)",
-            "timing (0) must not see player (3)",
+            "timing (0) must not see player (5)",
             "new sees timing, and one of them has no layer",
         ]
     );
