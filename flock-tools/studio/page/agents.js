@@ -2,6 +2,10 @@
 //
 // Owns the same interpreter as the program, so that visitors' children are what the program would draw. Never draws.
 //
+// It is here a second time because the globe walks along every agent again with another angle, three in each frame, and makes
+// a child at the press: pictures from the program would be late and many. As WebAssembly it would need a second target and a
+// build step, for 150 lines.
+//
 // Start at [`read`] and [`shape`]. Source: W. B. Langdon, Global Distributed Evolution of L-Systems Fractals (Pfeiffer, 2004).
 
 const MOST_PUBLISHED = 2000, MOST_SEGMENTS = 20_000, MOST_ROUNDS = 64, MOST_STEPS = 400_000, DEEPEST = 200

@@ -1,19 +1,17 @@
 // One sheep on the Wall: its moving picture, its name, its share against its want, and what is to be known at a glance.
 
 import { icon, make, styled } from './dom.js'
+import { asWished, tiltOf, tint } from './ratio.js'
 import { digits, times } from './words.js'
 
 /**
- * How far a sheep is from its want: -1 is a quarter of it or less, 1 four times or more.
+ * How far a sheep is from its want.
  * @param {{in_flock: boolean, shown: boolean, ratio: number | null}} one
  */
-export const tilt = one => !one.in_flock ? 0 : one.shown && one.ratio ? Math.max(-1, Math.min(1, Math.log2(one.ratio) / 2)) : -1
+export const tilt = one => one.in_flock ? tiltOf(ratioOf(one)) : 0
 
-/**
- * The colour of that, as the report has it.
- * @param {number} off
- */
-export const tint = off => `color-mix(in oklab, var(${off < 0 ? '--seldom' : '--often'}) ${Math.round(100 * Math.sqrt(Math.abs(off)))}%, var(--even))`
+/** @param {{shown: boolean, ratio: number | null}} one */
+const ratioOf = one => one.shown && one.ratio || 0
 
 /**
  * share/want in words.
@@ -21,10 +19,7 @@ export const tint = off => `color-mix(in oklab, var(${off < 0 ? '--seldom' : '--
  */
 export function against(one) {
   if (!one.in_flock) return one.source === 'archive' ? 'in the archive' : 'in the pool'
-  if (!one.wanted) return 'without a loop'
-  if (!one.shown || !one.ratio) return 'never shown'
-  if (one.ratio > 0.99 && one.ratio < 1.01) return 'as often as wished'
-  return one.ratio > 1 ? `${times(one.ratio)} times as often as wished` : `${times(1 / one.ratio)} times less than wished`
+  return one.wanted ? asWished(ratioOf(one)) : 'without a loop'
 }
 
 /**

@@ -5,9 +5,10 @@
 //
 // Start at [`Panel`].
 
-import { against, stateOf, tilt, tint } from './cell.js'
+import { against, stateOf, tilt } from './cell.js'
 import { button, make, styled } from './dom.js'
 import { watch } from './growing.js'
+import { tint } from './ratio.js'
 import { level, slider } from './sliders.js'
 import { way } from './store.js'
 import { digits, minutes, percent, spoken, times, why } from './words.js'

@@ -8,8 +8,9 @@
 // Start at [`Scene`]. Places are of the program's layout; zoom and shift are those of the eye.
 
 import { across, around, bendOf, corners, towards } from './arrow.js'
-import { tilt, tint } from './cell.js'
+import { tilt } from './cell.js'
 import { make, styled } from './dom.js'
+import { tint } from './ratio.js'
 import { way } from './store.js'
 import { short } from './words.js'
 

@@ -15,13 +15,19 @@ const MAIN: &str = include_str!("sheet/main.html");
 /// Those of a large flock's.
 const LARGE_MAIN: &str = include_str!("sheet/large_main.html");
 const LOOK: &str = include_str!("sheet/look.css");
-/// What the studio's page shares: words for numbers, and the outlines of arrows. They are modules there.
-const WORDS: &str = include_str!("../../../studio/page/words.js");
-const ARROWS: &str = include_str!("../../../studio/page/arrow.js");
+/// What the studio's page shares: elements, words for numbers, shares against wants, and the outlines of arrows. They are
+/// modules there, which import no others but of these.
+const SHARED: [&str; 4] = [
+    include_str!("../../../studio/page/elements.js"),
+    include_str!("../../../studio/page/words.js"),
+    include_str!("../../../studio/page/ratio.js"),
+    include_str!("../../../studio/page/arrow.js"),
+];
 /// In this order; a file uses what those before it define.
-const CODE: [&str; 14] = [
+const CODE: [&str; 15] = [
     include_str!("sheet/facts.js"),
     include_str!("sheet/ground.js"),
+    include_str!("sheet/columns.js"),
     include_str!("sheet/head.js"),
     include_str!("sheet/graph.js"),
     include_str!("sheet/credits.js"),
@@ -36,9 +42,10 @@ const CODE: [&str; 14] = [
     include_str!("sheet/start.js"),
 ];
 /// That of a large flock.
-const LARGE_CODE: [&str; 10] = [
+const LARGE_CODE: [&str; 11] = [
     include_str!("sheet/large_facts.js"),
     include_str!("sheet/ground.js"),
+    include_str!("sheet/columns.js"),
     include_str!("sheet/head.js"),
     include_str!("sheet/joins.js"),
     include_str!("sheet/credits.js"),
@@ -55,20 +62,20 @@ const MARKS: [&str; 5] = ["{{title}}", "{{look}}", "{{main}}", "{{facts}}", "{{c
 /// The page that shows `facts`.
 /// Errors: What serde says: a number that JSON cannot hold, a bug of ours.
 pub(super) fn page(facts: &Facts<'_>) -> serde_json::Result<String> {
-    let code = [in_script(WORDS), in_script(ARROWS), CODE.concat()].concat();
-    Ok(filled(MAIN, facts.name, &serde_json::to_string(facts)?, code))
+    Ok(filled(MAIN, facts.name, &serde_json::to_string(facts)?, script(&CODE)))
 }
 
 /// The page that shows `facts` of a large flock.
 /// Errors: As [`page`].
 pub(super) fn large_page(facts: &LargeFacts<'_>) -> serde_json::Result<String> {
-    let code = [in_script(WORDS), LARGE_CODE.concat()].concat();
-    Ok(filled(LARGE_MAIN, facts.name, &serde_json::to_string(facts)?, code))
+    Ok(filled(LARGE_MAIN, facts.name, &serde_json::to_string(facts)?, script(&LARGE_CODE)))
 }
 
-/// A module that imports nothing, as part of a script.
-fn in_script(module: &str) -> String {
-    module.replace("\nexport ", "\n")
+/// The script of a page: what is shared, no longer as modules, then `code`.
+fn script(code: &[&str]) -> String {
+    let lines = SHARED.iter().flat_map(|module| module.lines()).filter(|line| !line.starts_with("import "));
+    let shared: String = lines.flat_map(|line| [line.strip_prefix("export ").unwrap_or(line), "\n"]).collect();
+    shared + &code.concat()
 }
 
 /// The frame with all of its parts.
@@ -111,7 +118,7 @@ mod tests {
 
     #[test]
     fn nothing_on_the_page_comes_from_elsewhere() {
-        for text in [FRAME, MAIN, LARGE_MAIN, LOOK, WORDS, ARROWS].into_iter().chain(CODE).chain(LARGE_CODE) {
+        for text in [FRAME, MAIN, LARGE_MAIN, LOOK].into_iter().chain(SHARED).chain(CODE).chain(LARGE_CODE) {
             for word in ["http:", "https:", "//www", "@import", "url(", "fetch(", "XMLHttpRequest"] {
                 // The name of SVG's namespace is not loaded, and `url(#` is a place on the page itself.
                 let text = text.replace("http://www.w3.org/2000/svg", "").replace("url(#", "");
@@ -123,7 +130,7 @@ mod tests {
 
     #[test]
     fn the_code_cannot_end_its_own_element_and_builds_no_html_from_text() {
-        for code in CODE.into_iter().chain(LARGE_CODE).chain([WORDS, ARROWS]) {
+        for code in CODE.into_iter().chain(LARGE_CODE).chain(SHARED) {
             assert!(!code.contains("</script") && !code.contains("<!--"));
             assert!(!code.contains("innerHTML") && !code.contains("outerHTML") && !code.contains("insertAdjacentHTML"));
         }

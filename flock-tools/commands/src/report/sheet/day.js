@@ -30,7 +30,7 @@ function drawDay() {
   const ribbon = $('#day .ribbon')
   const each = strip.span / ROWS_OF_DAY
   strip.rows = Array.from({ length: ROWS_OF_DAY }, (_, row) => {
-    const lane = make('div', { class: 'lane', style: `background: ${coloured(row * each, (row + 1) * each)}` })
+    const lane = make('div', { class: 'lane', style: { background: coloured(row * each, (row + 1) * each) } })
     lane.addEventListener('pointermove', event => tellVisit(event, lane, row))
     lane.addEventListener('pointerleave', () => { hush(); pointed = false; look(null) })
     lane.addEventListener('click', event => choose(visitAt(event, lane, row).at))
@@ -98,7 +98,7 @@ function markDay(looked) {
         const visit = strip.starts[place]
         if (visit.at !== looked) continue
         const left = Math.max(0, (visit.starts - from) / each), right = Math.min(1, (visit.leavesAt - from) / each)
-        if (right >= left) marks.push(make('i', { style: `left: ${(100 * left).toFixed(2)}%; width: max(2px, ${(100 * (right - left)).toFixed(2)}%); background: ${sheep[looked].colour}` }))
+        if (right >= left) marks.push(make('i', { style: { left: `${(100 * left).toFixed(2)}%`, width: `max(2px, ${(100 * (right - left)).toFixed(2)}%)`, background: sheep[looked].colour } }))
       }
     }
     lane.replaceChildren(...marks)

@@ -8,6 +8,7 @@ for (const transition of transitions) {
   leaves[transition.from].push(transition)
   enters[transition.to].push(transition)
 }
+sheep.forEach((one, at) => Object.assign(one, { leads_to: leaves[at].length, comes_from: enters[at].length }))
 const SECOND = flock.fps[0] / flock.fps[1]
 const named = flock.name || 'without a name'
 const pictured = sheep.some(one => one.picture)

@@ -36,7 +36,7 @@ function drawDisc(one, at) {
   const [x, y] = place(one), size = radius(one.visits), wished = radius(one.want)
   const group = draw('g', { class: 'disc', transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`, ...looked(at) })
   const shown = one.visits > 0
-  group.append(draw('circle', { class: shown ? 'share' : 'share never', r: size.toFixed(1), style: `fill: ${tint(one)}; stroke: ${tint(one)}` }))
+  group.append(draw('circle', { class: shown ? 'share' : 'share never', r: size.toFixed(1), style: { fill: shade(one), stroke: shade(one) } }))
   if (Math.abs(wished - size) > 1 + 0.06 * size) group.append(draw('circle', { class: view.unit > 15 ? 'want' : 'want thin', r: wished.toFixed(1) }))
   group.append(draw('circle', { class: 'near', r: Math.max(size, wished, 9) }))
   return group
@@ -67,7 +67,7 @@ function drawArrow({ from, to, visits }) {
   const strength = Math.min(1, 0.3 + 0.7 * visits * transitions.length / 4)
   return draw('path', {
     d: from === to ? around(circle(sheep[from]), width) : across(circle(sheep[from]), circle(sheep[to]), width),
-    class: visits ? 'arrow' : 'arrow never', style: `--strength: ${strength.toFixed(2)}`,
+    class: visits ? 'arrow' : 'arrow never', style: { '--strength': strength.toFixed(2) },
   })
 }
 

@@ -11,7 +11,7 @@ function histogram(chart, label, bars, ticks, outline = []) {
   const bar = ({ count, colour, words }, place) => draw('g', {
     onpointermove: event => tell(event, make('span', {}, make('b', {}, spoken(count, 'sheep')), ` ${words}`)), onpointerout: hush,
   }, draw('rect', { class: 'back', x: place * step, y: 0, width: step, height: floor }),
-  draw('rect', { x: place * step, y: top(count), width: 0.86 * step, height: floor - top(count), style: `fill: ${colour}` }))
+  draw('rect', { x: place * step, y: top(count), width: 0.86 * step, height: floor - top(count), style: { fill: colour } }))
   const line = outline.map((count, place) => `${place ? 'L' : 'M'}${place * step} ${top(count)}h${step}`).join('')
   const taken = []
   const texts = ticks.map(([part, text]) => {
@@ -30,7 +30,7 @@ function drawRatios() {
   const ratio = place => 2 ** (widest * (place - middle) / middle)
   const bars = written.map((count, place) => {
     const one = { visits: ratio(place), want: 1 }, outermost = place === 0 || place === written.length - 1
-    return { count, colour: tint(one), words: place === middle ? `about as ${often} as wished` : `about ${against(one)}${outermost ? ', or more' : ''}` }
+    return { count, colour: shade(one), words: place === middle ? `about as ${often} as wished` : `about ${against(one)}${outermost ? ', or more' : ''}` }
   })
   const powers = [0, -4, 4, -2, 2, -6, 6, -1, 1, -3, 3, -5, 5].filter(power => Math.abs(power) <= widest)
   const ticks = powers.map(power => [0.5 + power / widest * (middle / written.length), power < 0 ? `1/${2 ** -power}` : power ? `${2 ** power} \u00d7` : 'as wished'])

@@ -27,6 +27,6 @@ function pairOf(join) {
       make('img', { src: before, alt: `the last frame of ${join.before}` }), make('img', { src: after, alt: `the first frame of ${join.after}` })),
     make('figcaption', {},
       make('p', { class: 'ends' }, make('span', {}, join.before), make('span', {}, join.after)),
-      make('div', { class: 'bar', title: 'of what is allowed' }, make('i', { style: `width: ${Math.min(100, 50 * join.severity)}%` }), make('b', { style: 'left: calc(50% - 1px)' })),
+      make('div', { class: 'bar', title: 'of what is allowed' }, make('i', { style: { width: `${Math.min(100, 50 * join.severity)}%` } }), make('b', { style: { left: 'calc(50% - 1px)' } })),
       make('p', { class: 'why' }, make('b', {}, jumps ? `jumps, ${part}` : part), ` ${join.why}`)))
 }

@@ -20,8 +20,8 @@ function showPanel(at) {
   const one = sheep[at]
   const widest = Math.max(one.visits, one.want) || 1
   const bar = make('div', { class: 'bar' },
-    make('i', { style: `width: ${100 * one.visits / widest}%; background: ${tint(one)}` }),
-    make('b', { style: `left: calc(${100 * one.want / widest}% - 1px)` }))
+    make('i', { style: { width: `${100 * one.visits / widest}%`, background: shade(one) } }),
+    make('b', { style: { left: `calc(${100 * one.want / widest}% - 1px)` } }))
   panel.replaceChildren(
     one.picture ? make('figure', {}, make('img', { src: one.picture, alt: `${one.id}, its first frame` })) : '',
     make('h3', { class: 'id' }, one.id), make('p', { class: 'against' }, against(one)), bar,
@@ -39,13 +39,13 @@ function showPanel(at) {
 function legend() {
   const sign = (...parts) => draw('svg', { viewBox: '-20 -20 40 40', width: 40, height: 40, 'aria-hidden': true }, ...parts)
   const row = (drawing, text) => make('div', { class: 'key' }, drawing, make('p', {}, text))
-  const disc = (r, fill) => draw('circle', { r, style: `fill: ${fill}` })
+  const disc = (r, fill) => draw('circle', { r, style: { fill } })
   return [
     make('h3', {}, 'How to read it'),
     row(sign(disc(15, 'var(--even)')), `A disc is a sheep. Its area is its share of ${flock.by === 'time' ? 'the time that loops are on screen' : 'all visits'}.`),
     row(sign(disc(9, 'var(--seldom)'), draw('circle', { class: 'want', r: 16 })), `The dashed ring is its want. This one is shown too ${seldom}.`),
     row(sign(disc(16, 'var(--often)'), draw('circle', { class: 'want', r: 9 })), `This one is shown too ${often}.`),
-    row(sign(draw('path', { class: 'arrow', style: '--strength: 1; --ease: .6', d: 'M-17 10Q-2 -14 9 -4L7 -8L17 2L4 3L8 0Q-2 -8 -17 13Z' })), 'An arrow is a transition, the broader the more often it is taken.'),
+    row(sign(draw('path', { class: 'arrow', style: { '--strength': 1, '--ease': .6 }, d: 'M-17 10Q-2 -14 9 -4L7 -8L17 2L4 3L8 0Q-2 -8 -17 13Z' })), 'An arrow is a transition, the broader the more often it is taken.'),
     make('div', { class: 'scale' }, make('span', {}, '¼'), make('i'), make('span', {}, '4 ×')),
     make('p', { class: 'dim small' }, 'share against want'),
     make('p', { class: 'dim' }, 'Point at a sheep, or tap it, to see where it leads; a click keeps it. All of this page follows. Ctrl and the wheel bring the flock nearer.'),

@@ -26,8 +26,8 @@ function spans(back) {
   return make('div', { class: 'rows' }, ...back.map(({ one, at }) => {
     const { soonest, longest } = one.returns ?? { soonest: one.return_minutes, longest: one.return_minutes }
     return make('button', { class: 'sheep row', title: `${minutes(soonest)} to ${minutes(longest)}`, 'data-at': at, ...looked(at) }, picture(at), make('span', { class: 'id' }, one.id),
-      make('div', { class: 'span' }, make('i', { style: `left: ${part(soonest)}; right: calc(100% - ${part(longest)})` }),
-        make('b', { style: `left: ${part(one.return_minutes)}; background: ${one.colour}` })),
+      make('div', { class: 'span' }, make('i', { style: { left: part(soonest), right: `calc(100% - ${part(longest)})` } }),
+        make('b', { style: { left: part(one.return_minutes), background: one.colour } })),
       make('span', { class: 'figure' }, make('b', {}, minutes(one.return_minutes))))
   }))
 }

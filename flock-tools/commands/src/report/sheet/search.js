@@ -1,22 +1,14 @@
 // The sheep that are furthest from their wants, and those that are searched for, in figures.
 
 const FOUND = 50
-const columns = [
-  ['share', one => percent(one.visits)],
-  ['want', one => percent(one.want)],
-  ['share / want', one => !one.want ? '–' : one.visits ? inLine(one.visits / one.want) : 'never'],
-  ['lit a day', one => one.frames ? minutes(one.minutes_a_day) : 'no loop'],
-  ['comes back after', one => minutes(one.return_minutes)],
-  ['leads to', one => digits(one.leads_to)],
-  ['comes from', one => digits(one.comes_from)],
-]
+// The soonest return is not known here: the flock is not walked.
+const told = columns.filter(([name]) => name !== 'soonest')
 
 function fill(table, caption, places) {
-  const head = ['sheep', ...columns.map(([name]) => name)].map(name => make('th', { scope: 'col' }, name))
+  const head = ['sheep', ...told.map(([name]) => name)].map(name => make('th', { scope: 'col' }, name))
   const rows = places.map(at => {
-    sheep[at].colour ??= tint(sheep[at])
-    return make('tr', looked(at), make('th', { scope: 'row' }, make('span', { class: 'sheep' }, picture(at), make('span', { class: 'id' }, sheep[at].id))),
-      ...columns.map(([, told]) => make('td', {}, told(sheep[at]))))
+    sheep[at].colour ??= shade(sheep[at])
+    return make('tr', looked(at), rowHead(at), ...told.map(([, , words]) => make('td', {}, words(sheep[at]))))
   })
   table.replaceChildren(make('caption', {}, caption), make('thead', {}, make('tr', {}, ...head)), make('tbody', {}, ...rows))
 }

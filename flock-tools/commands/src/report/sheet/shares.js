@@ -19,14 +19,12 @@ function drawShares() {
     list('Shown most above their wants', order.slice(0, FURTHEST)), list('Shown most below their wants', order.slice(-FURTHEST).reverse())))
 }
 
-const ratio = one => one.want ? one.visits / one.want : 1
-
 // With `oneSided`, all bars begin at the left and have the full width.
 function shareRow(at, widest, oneSided = false) {
   const one = sheep[at], off = one.visits || !one.want ? Math.max(-widest, Math.min(widest, Math.log2(ratio(one)))) : -widest
-  const length = (oneSided ? 100 : 50) * Math.abs(off) / widest, edge = oneSided ? 'left: 0' : `${off < 0 ? 'right' : 'left'}: 50%`
+  const length = (oneSided ? 100 : 50) * Math.abs(off) / widest, edge = oneSided ? { left: 0 } : { [off < 0 ? 'right' : 'left']: '50%' }
   const bar = make('div', { class: 'off' }, make('i', {
-    style: `${edge}; width: max(2px, ${length.toFixed(2)}%); background: ${tint(one)}`,
+    style: { ...edge, width: `max(2px, ${length.toFixed(2)}%)`, background: shade(one) },
   }))
   return make('button', { class: 'sheep row', 'data-at': at, ...looked(at) }, picture(at), make('span', { class: 'id' }, one.id), bar,
     make('span', { class: 'figure' }, make('b', {}, percent(one.visits)), ` of ${percent(one.want)}`))
@@ -41,7 +39,7 @@ function skyline(order, widest) {
     return draw('g', { 'data-at': at, ...looked(at),
       onpointermove: event => tell(event, picture(at), make('span', {}, make('b', {}, one.id), ` ${against(one)}`)), onpointerout: hush },
     draw('rect', { class: 'back', x: place * step, y: 0, width: step, height }),
-    draw('rect', { x: place * step, y: off > 0 ? height / 2 - tall : height / 2, width: Math.max(0.5, 0.82 * step), height: tall, style: `fill: ${tint(one)}` }))
+    draw('rect', { x: place * step, y: off > 0 ? height / 2 - tall : height / 2, width: Math.max(0.5, 0.82 * step), height: tall, style: { fill: shade(one) } }))
   })
   return draw('svg', { class: 'skyline', viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: 'none', role: 'img', 'aria-label': 'All sheep from the one shown most above its want to the one shown most below it' },
     ...bars, draw('line', { x1: 0, x2: width, y1: height / 2, y2: height / 2 }))

@@ -1,23 +1,12 @@
 // All sheep in figures, to be read, sorted and copied.
 
-const columns = [
-  ['sheep', one => one.id, one => one.id],
-  ['share', one => one.visits, one => percent(one.visits)],
-  ['want', one => one.want, one => percent(one.want)],
-  ['share / want', one => ratio(one), one => !one.want ? '–' : one.visits ? inLine(ratio(one)) : 'never'],
-  ['lit a day', one => one.minutes_a_day, one => one.frames ? minutes(one.minutes_a_day) : 'no loop'],
-  ['comes back after', one => one.return_minutes ?? Infinity, one => minutes(one.return_minutes)],
-  ['soonest', one => one.returns?.soonest ?? Infinity, one => one.returns ? minutes(one.returns.soonest) : '–'],
-  ['leads to', (_, at) => leaves[at].length, (_, at) => leaves[at].length],
-  ['comes from', (_, at) => enters[at].length, (_, at) => enters[at].length],
-]
+const sortable = [['sheep', one => one.id], ...columns]
 const sorted = { by: 0, up: true }
 
 function drawTable() {
-  const head = columns.map(([name], column) => make('th', { scope: 'col' }, make('button', { onclick: () => sortBy(column) }, name)))
+  const head = sortable.map(([name], column) => make('th', { scope: 'col' }, make('button', { onclick: () => sortBy(column) }, name)))
   const rows = sheep.map((one, at) => make('tr', { 'data-at': at, ...looked(at) },
-    make('th', { scope: 'row' }, make('span', { class: 'sheep' }, picture(at), make('span', { class: 'id' }, one.id))),
-    ...columns.slice(1).map(([, , told]) => make('td', {}, String(told(one, at))))))
+    rowHead(at), ...columns.map(([, , told]) => make('td', {}, told(one)))))
   $('#all table').replaceChildren(make('caption', {}, `The ${sheep.length === 1 ? 'one' : digits(sheep.length)} sheep of ${flock.name || 'this flock'}`), make('thead', {}, make('tr', {}, ...head)), make('tbody', {}, ...rows))
   sortBy(sorted.by, sorted.up)
 }
@@ -28,7 +17,7 @@ function markTable(at) {
 
 function sortBy(column, up = sorted.by === column ? !sorted.up : column === 0) {
   Object.assign(sorted, { by: column, up })
-  const value = row => columns[column][1](sheep[row.dataset.at], Number(row.dataset.at))
+  const value = row => sortable[column][1](sheep[row.dataset.at])
   const body = $('#all tbody')
   body.append(...[...body.rows].sort((a, b) => {
     const [x, y] = [value(a), value(b)]
