@@ -66,8 +66,8 @@ gpu: ## build `dreams` with `render --on gpu`, and hold its pictures against the
 	.ci/install play check gpu
 	cargo clippy --locked --release --package flame --package dreams --features gpu --all-targets --target-dir $(gpu) -- --deny warnings
 	cargo build --locked --release --package dreams --features gpu --target-dir $(gpu)
-	cargo test --locked --release --package flame --package dreams --features gpu --test gpu --target-dir $(gpu)
-	cargo test --locked --release --package flame --features gpu --lib --target-dir $(gpu) -- gpu::
+	cargo test --locked --release --package dreams --features gpu --test gpu --target-dir $(gpu)
+	cargo test --locked --release --package flame --features gpu --lib --test it --target-dir $(gpu) -- gpu::
 
 bench: ## measure what is promised about speed beside our peers; what=graph, suggestions, walk, flames, species, breeding, quality, gpu, import, bundles, studio, display or boot for one part
 	.ci/install play check check-all bench image

@@ -7,6 +7,7 @@
 //! Start at [`programs`] and [`flocks`].
 #![forbid(unsafe_code)]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::missing_panics_doc, reason = "a claim fails by panicking")]
+#![allow(clippy::new_without_default, reason = "what is new has a folder and keys of its own")]
 #![allow(missing_docs, reason = "only claims read it, and a plain field has a plain name")]
 
 pub mod block_log;

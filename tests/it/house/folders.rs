@@ -51,7 +51,8 @@ fn arrows(modules: &Modules) -> Arrows {
 fn in_circles(modules: &Modules) -> Vec<String> {
     let mut wrong = Vec::new();
     for (folder, arrows) in arrows(modules) {
-        let is_folder = |node: &Node| !node.is_empty() && modules.is_folder(&[&*folder, &[node.clone()]].concat());
+        let is_folder =
+            |node: &Node| !node.is_empty() && modules.is_folder(&[&*folder, std::slice::from_ref(node)].concat());
         let meet = |one: &Node, other: &Node| reached(one, &arrows).contains(other);
         for ((from, to), at) in arrows.iter().filter(|((from, to), _)| meet(to, from)) {
             if reached(from, &arrows).into_iter().any(|node| is_folder(node) && meet(node, from)) {

@@ -31,13 +31,9 @@ const COMMANDS: &[(&str, &str)] = &[("check", "tests"), ("check-all", "check"), 
 
 /// How cargo is told to run an executable. `None`: cargo builds it for something else than tests.
 fn option(kind: &TargetKind, name: &str) -> Option<String> {
-    match kind {
-        TargetKind::Lib => Some("--lib".to_owned()),
-        TargetKind::Bin => Some("--bins".to_owned()),
-        TargetKind::Test => Some(format!("--test {name}")),
-        TargetKind::Bench => Some(format!("--bench {name}")),
-        _ => None,
-    }
+    let named = [(TargetKind::Test, format!("--test {name}")), (TargetKind::Bench, format!("--bench {name}"))];
+    let all = [(TargetKind::Lib, "--lib".to_owned()), (TargetKind::Bin, "--bins".to_owned())];
+    all.into_iter().chain(named).find(|(known, _)| known == kind).map(|(_, option)| option)
 }
 
 /// The lines of commands of a target of the Makefile, joined where they go on.
@@ -131,7 +127,7 @@ fn all_files() -> BTreeMap<PathBuf, Vec<Token>> {
 #[test]
 fn no_test_is_in_neither_tier() {
     let (metadata, files) = (super::metadata(false), all_files());
-    assert_eq!(untried(&metadata, &files, TIERS), [PathBuf::new(); 0], "no target of the Makefile runs their tests");
+    assert_eq!(untried(&metadata, &files, TIERS), Vec::<PathBuf>::new(), "no target of the Makefile runs their tests");
     for (left_out, of) in [("--lib", "crates"), ("--test it", "tests/it"), ("--test slow", "tests/slow")] {
         let fewer: Vec<_> = TIERS.iter().copied().filter(|(option, _)| *option != left_out).collect();
         let missed = untried(&metadata, &files, &fewer);

@@ -63,7 +63,7 @@ impl Modules {
             }
             let module = modules.entry(place).or_default();
             let mut reader = Reader { tokens: &read(path, text), module, inside: Vec::new() };
-            reader.module.file = (*path).to_owned();
+            (*path).clone_into(&mut reader.module.file);
             reader.read();
         }
         Self(modules)

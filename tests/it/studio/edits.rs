@@ -33,7 +33,7 @@ fn an_edit_made_meanwhile_by_a_command_is_kept() {
     let mut edits_by_chance = EditsByChance::of(mixed.path(), 21);
     let mut known = studio.get("/api/state")["revision"].clone();
     for at in 0..edits() {
-        let edit = edits_by_chance.next();
+        let edit = edits_by_chance.choose();
         if edits_by_chance.below(2) == 0 {
             command(mixed.path(), &edit);
         } else {
@@ -85,7 +85,7 @@ fn every_edit_is_undone_step_by_step_and_made_again_also_after_the_program_was_k
     let mut texts = vec![manifest(flock.path())];
     let count = 200;
     for at in 1..=count {
-        let edit = edits_by_chance.next();
+        let edit = edits_by_chance.choose();
         revision = studio.edit(&revision, &json!([edit.request]))["revision"].clone();
         if texts.last() != Some(&manifest(flock.path())) {
             texts.push(manifest(flock.path()));

@@ -94,6 +94,9 @@ impl Browser {
     }
 
     /// The same; an error is Chromium's, in its words.
+    ///
+    /// # Errors
+    /// What the browser complains of.
     pub fn attempt(&self, session: &str, method: &str, params: &Value) -> Result<Value, String> {
         let mut connection = self.connection.borrow_mut();
         let id = connection.send(session, method, params);

@@ -60,8 +60,8 @@ impl EditsByChance {
         self.transitions.iter().nth(at).expect("it is below their number").clone()
     }
 
-    /// The next edit. The flock stays large enough for all kinds.
-    pub fn next(&mut self) -> Edit {
+    /// Chooses the next edit. The flock stays large enough for all kinds.
+    pub fn choose(&mut self) -> Edit {
         let edit =
             |request: Value, words: &[&str]| Edit { request, words: words.iter().map(ToString::to_string).collect() };
         let quarters = 1 + self.below(31);
@@ -80,7 +80,7 @@ impl EditsByChance {
             7 | 8 => {
                 let other = self.one_sheep();
                 if !self.transitions.insert((one.clone(), other.clone())) {
-                    return self.next();
+                    return self.choose();
                 }
                 let words = ["link", &*one, &other, "--frames", &quarters.to_string()];
                 edit(json!({ "do": "link", "from": one, "to": other, "frames": quarters }), &words)

@@ -50,7 +50,7 @@ fn a_page_that_is_told_only_what_is_new_has_the_whole_state() {
     let mut edits_by_chance = EditsByChance::of(flock.path(), 5);
     let mut revision = studio.get("/api/state")["revision"].clone();
     for at in 0..edits().min(60) {
-        let edit = edits_by_chance.next();
+        let edit = edits_by_chance.choose();
         revision = studio.edit(&revision, &json!([edit.request]))["revision"].clone();
         let sheep = studio.get("/api/state")["sheep"][at % 9]["id"].clone();
         match at % 5 {

@@ -120,7 +120,7 @@ impl Scaling {
         let mut small = vec![0; (wide * high) as usize];
         let cut = [cut[0] + margin as f64 + shift, cut[1], cut[2], cut[3]];
         let scaled = Scaler::default().plane(full, Some(cut), Filter::Lanczos3, &mut small, (wide, high));
-        scaled.map_err(|error| refusal(&error))?;
+        scaled.map_err(refusal)?;
         let (across, down) = ((self.size.0 / half) as usize, (self.size.1 / half) as usize);
         let mut placed = vec![black; across * down];
         for (y, row) in small.chunks_exact(wide as usize).enumerate() {
@@ -133,7 +133,7 @@ impl Scaling {
     fn scaled(&self, size: (u32, u32), rgb: &[f32]) -> Result<Vec<f32>, String> {
         let [left, top, wide, high] = self.put;
         let small = Scaler::default().rgb_f32(rgb, size, self.cut, (wide, high), Filter::Lanczos3);
-        let small = small.map_err(|error| refusal(&error))?;
+        let small = small.map_err(refusal)?;
         let (across, down) = (self.size.0 as usize, self.size.1 as usize);
         let mut placed = vec![0.0; 3 * across * down];
         for (y, row) in small.chunks(wide as usize).enumerate() {
@@ -146,7 +146,7 @@ impl Scaling {
     }
 }
 
-fn refusal(error: &ScalingError) -> String {
+fn refusal(error: ScalingError) -> String {
     format!("cannot be scaled: {error}")
 }
 
