@@ -44,7 +44,8 @@ lints:
 
 # The first tier: the tests in the packages and in each one's `tests/it`. `tests/it/house/tiers.rs` holds what is in which.
 tests:
-	cargo test $(all) --lib --bins --test it --no-fail-fast
+	cargo test $(all) --doc
+	RUST_TEST_THREADS=4 cargo test $(all) --lib --bins --test it --no-fail-fast
 
 check-all: ## what must hold before a change lands: `check`, and whatever needs guest kernels, emulated units, a browser or a cluster
 	$(MAKE) --no-print-directory check

@@ -169,13 +169,23 @@ impl Edit {
     /// # Errors
     /// [`EditError::UnknownTransition`]; [`EditError::Number`] unless `weight` is finite and above 0.
     pub fn set_weight(&mut self, from: &SheepId, to: &SheepId, weight: f64) -> Result<(), EditError> {
-        positive("weight", weight)?;
         let at = self.transition(from, to)?;
-        if self.manifest.transitions[at].weight.to_bits() != weight.to_bits() {
+        self.set_weight_at(at, weight).map(|_| ())
+    }
+
+    /// Sets the weight of the transition at place `at` of the manifest; returns whether it is another than before. Many
+    /// weights are set so without an index of the names, which takes 40 bytes a transition.
+    ///
+    /// # Errors
+    /// [`EditError::Number`] unless `weight` is finite and above 0.
+    pub fn set_weight_at(&mut self, at: usize, weight: f64) -> Result<bool, EditError> {
+        positive("weight", weight)?;
+        let is_new = self.manifest.transitions[at].weight.to_bits() != weight.to_bits();
+        if is_new {
             self.changed().transitions[at].weight = weight;
             self.change(Kind::Transition, at, [("weight", NewValue::Number(weight))]);
         }
-        Ok(())
+        Ok(is_new)
     }
 
     /// Sets the want of the sheep `id`, relative to the others.

@@ -110,7 +110,7 @@ pub fn run(args: &Args) -> Result<Exit, Fatal> {
         print::note(&format!("{unplayed} sheep are not played, whatever the weights: `dreams check` says why"));
     }
     let worse = was.and_then(|was| write::worse(was, &balance));
-    let changed = draft.filter(|_| worse.is_none()).map(|draft| write::weights(draft, &balance)).transpose()?;
+    let changed = draft.filter(|_| worse.is_none()).map(|draft| write::weights(draft, &flock, &balance)).transpose()?;
     let advice = args.suggest.and_then(|count| {
         let now =
             if changed.is_some() { Cow::Owned(write::with_weights(&flock, &balance)) } else { Cow::Borrowed(&flock) };

@@ -7,16 +7,14 @@ use flock::Draft;
 use flock::{Balance, Flock, FlockShares, Measure};
 use operations::program::{Exit, Fatal};
 
-/// Writes the weights of `balance` into `draft`, the manifest of the same flock; returns how many were changed.
+/// Writes the weights of `balance` into `draft`, whose manifest is that of `flock`; returns how many were changed.
 /// Errors: If the manifest cannot be saved. It is then as it was.
-pub(super) fn weights(mut draft: Draft, balance: &Balance<'_>) -> Result<usize, Fatal> {
-    let before: Vec<f64> = draft.edit.manifest().transitions.iter().map(|transition| transition.weight).collect();
-    for weight in &balance.weights {
-        let set = draft.edit.set_weight(weight.from, weight.to, weight.weight);
-        set.map_err(|error| Fatal::new(Exit::Malformed, error))?;
+pub(super) fn weights(mut draft: Draft, flock: &Flock, balance: &Balance<'_>) -> Result<usize, Fatal> {
+    let mut changed = 0;
+    for (at, weight) in placed(flock, balance) {
+        let set = draft.edit.set_weight_at(at, weight);
+        changed += usize::from(set.map_err(|error| Fatal::new(Exit::Malformed, error))?);
     }
-    let after = draft.edit.manifest().transitions.iter().map(|transition| transition.weight);
-    let changed = before.into_iter().zip(after).filter(|(before, after)| before.to_bits() != after.to_bits()).count();
     if changed > 0 {
         draft.save()?;
     }
@@ -25,13 +23,18 @@ pub(super) fn weights(mut draft: Draft, balance: &Balance<'_>) -> Result<usize, 
 
 /// `flock` with the weights of `balance`.
 pub(crate) fn with_weights(flock: &Flock, balance: &Balance<'_>) -> Flock {
-    let whole = flock.whole();
     let mut manifest = flock.manifest().clone();
-    let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
-    for (exit, weight) in exits.zip(&balance.weights) {
-        manifest.transitions[whole.transition_in_manifest(exit)].weight = weight.weight;
+    for (at, weight) in placed(flock, balance) {
+        manifest.transitions[at].weight = weight;
     }
     Flock::new(manifest)
+}
+
+/// The weights of `balance`, each with the place of its transition in the manifest of `flock`.
+fn placed(flock: &Flock, balance: &Balance<'_>) -> impl Iterator<Item = (usize, f64)> {
+    let whole = flock.whole();
+    let exits = whole.sheep().flat_map(|sheep| whole.exits(sheep));
+    exits.zip(&balance.weights).map(|(exit, weight)| (whole.transition_in_manifest(exit), weight.weight))
 }
 
 /// The worst ratio of `flock` as it stands, `by` a measure. `None` if it plays nothing, or not all that is wanted.
