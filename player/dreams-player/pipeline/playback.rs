@@ -200,7 +200,7 @@ impl<F, A> Playback<F, A> {
             | (Lit(shown, Missing), Vblank | Recovered) => (Lit(shown, Missing), AwaitDueAndLook),
             (Lit(shown, Missing), Ready(next)) => (Lit(shown, Here(next)), Stage),
             (Lit(shown, Missing), Finished) => (Lit(shown, Never), Wait),
-            (Lit(shown, Missing), Due) => (Holding(shown), AwaitVblank),
+            (Lit(shown, Missing), Due) | (Holding(shown), Idle) => (Holding(shown), AwaitVblank),
             (Lit(shown, Here(next)), Due) => (Flying(shown, next), Commit),
             (Lit(shown, Here(next)), Recovered) | (Relighting(shown, Here(next)), Flipped) => {
                 (Lit(shown, Here(next)), AwaitDueAndStage)
@@ -215,8 +215,6 @@ impl<F, A> Playback<F, A> {
             (Proving(shown), Recovered) | (Holding(shown), Stale) => (Proving(shown), Relight),
             (Proving(shown) | Holding(shown), Lost(why)) => (Away(Kept::Shown(shown, Missing), why), Wait),
             (Holding(shown), Vblank) => (Holding(shown), LookOrAwaitVblank),
-            (Holding(shown), Idle) => (Holding(shown), AwaitVblank),
-            // Which vblanks began meanwhile is not known: it is asked even if the next frame is here.
             (Holding(shown), Recovered) => (Holding(shown), AwaitVblankAndLook),
             (Away(kept, _), Lost(why)) => (Away(kept, why), Wait),
             (Away(Kept::Nothing, _), Back) => (Dark, Wait),
