@@ -109,6 +109,8 @@ pub(crate) enum Effect {
     AwaitDueAndLook,
     /// Ask the screen for an event at the next vblank.
     AwaitVblank,
+    /// The same, and look whether the next frame is here.
+    AwaitVblankAndLook,
     /// Look whether the next frame is here. If not, the lit one is stale, or the next vblank is awaited.
     LookOrAwaitVblank,
     /// The run is over.
@@ -165,7 +167,7 @@ impl<F, A> Playback<F, A> {
     /// Holding(a)                 Idle      -> Holding(a)                AwaitVblank
     /// Holding(a)                 Stale     -> Proving(a)                Relight
     /// Holding(a)                 Lost(y)   -> Away(Shown(a, Missing), y) Wait
-    /// Holding(a)                 Recovered -> Holding(a)                LookOrAwaitVblank
+    /// Holding(a)                 Recovered -> Holding(a)                AwaitVblankAndLook
     /// Away(Nothing, x)           Lost(y)   -> Away(Nothing, y)          Wait
     /// Away(Nothing, x)           Back      -> Dark                      Wait
     /// Away(First(a), x)          Lost(y)   -> Away(First(a), y)         Wait
@@ -182,8 +184,8 @@ impl<F, A> Playback<F, A> {
     #[expect(clippy::match_same_arms, reason = "the arms stand in the order of the table")]
     pub(crate) fn on(self, event: Event<F, A>) -> (Self, Effect) {
         use Effect::{
-            AwaitDue, AwaitDueAndLook, AwaitDueAndStage, AwaitVblank, Commit, End, Light, LookOrAwaitVblank, Relight,
-            Stage, Wait,
+            AwaitDue, AwaitDueAndLook, AwaitDueAndStage, AwaitVblank, AwaitVblankAndLook, Commit, End, Light,
+            LookOrAwaitVblank, Relight, Stage, Wait,
         };
         use Event::{Back, Barren, Due, Finished, Flipped, Idle, Lost, Ready, Recovered, Stale, Stop, Vblank};
         use Next::{Here, Missing, Never};
@@ -198,7 +200,7 @@ impl<F, A> Playback<F, A> {
             | (Lit(shown, Missing), Vblank | Recovered) => (Lit(shown, Missing), AwaitDueAndLook),
             (Lit(shown, Missing), Ready(next)) => (Lit(shown, Here(next)), Stage),
             (Lit(shown, Missing), Finished) => (Lit(shown, Never), Wait),
-            (Lit(shown, Missing), Due) => (Holding(shown), AwaitVblank),
+            (Lit(shown, Missing), Due) | (Holding(shown), Idle) => (Holding(shown), AwaitVblank),
             (Lit(shown, Here(next)), Due) => (Flying(shown, next), Commit),
             (Lit(shown, Here(next)), Recovered) | (Relighting(shown, Here(next)), Flipped) => {
                 (Lit(shown, Here(next)), AwaitDueAndStage)
@@ -212,8 +214,8 @@ impl<F, A> Playback<F, A> {
             (Relighting(shown, next), Recovered) => (Relighting(shown, next), Relight),
             (Proving(shown), Recovered) | (Holding(shown), Stale) => (Proving(shown), Relight),
             (Proving(shown) | Holding(shown), Lost(why)) => (Away(Kept::Shown(shown, Missing), why), Wait),
-            (Holding(shown), Vblank | Recovered) => (Holding(shown), LookOrAwaitVblank),
-            (Holding(shown), Idle) => (Holding(shown), AwaitVblank),
+            (Holding(shown), Vblank) => (Holding(shown), LookOrAwaitVblank),
+            (Holding(shown), Recovered) => (Holding(shown), AwaitVblankAndLook),
             (Away(kept, _), Lost(why)) => (Away(kept, why), Wait),
             (Away(Kept::Nothing, _), Back) => (Dark, Wait),
             (Away(Kept::First(first), _), Back) => (Rising(first), Light),

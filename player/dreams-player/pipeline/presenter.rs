@@ -356,6 +356,10 @@ impl<'a, F: FrameSource> Presenter<'a, F> {
                 return Ok(self.look(Duration::ZERO));
             }
             Effect::AwaitVblank => self.ask(Some(self.pacing.next_vblank())),
+            Effect::AwaitVblankAndLook => {
+                self.ask(Some(self.pacing.next_vblank()));
+                return Ok(self.look(Duration::ZERO));
+            }
             Effect::LookOrAwaitVblank => {
                 let news = self.look(Duration::ZERO).or(self.pacing.is_stale().then_some(Event::Stale));
                 if news.is_none() {

@@ -381,6 +381,17 @@ fn a_screen_that_repairs_itself_gets_its_frame_again() {
 }
 
 #[test]
+fn a_repair_hides_no_vblank_from_the_count() {
+    // Frame 2 is due at vblank 5 and comes at 20; the screen goes before it is lit.
+    let evening = || Evening::of(30, &scheduled_clips(1, 3)).delayed(2, 20);
+    let repaired = evening().with(20, Event::Recovered { reason: "a vblank was lost".to_owned() });
+    for evening in [evening(), repaired] {
+        let seen = evening.with(21, lost()).with(90, Event::Back).watch();
+        assert_eq!((seen.lights(), seen.ended.tally.late), (vec![1, 2, 2, 3], 20 - 5 + 1));
+    }
+}
+
+#[test]
 fn a_frame_held_for_long_is_lit_again_once_a_second_so_that_the_watchdog_knows() {
     let seen = Evening::of(30, &scheduled_clips(1, 3)).delayed(1, 200).watch();
     assert_eq!(seen.lights(), [1, 1, 1, 1, 2, 3]);
