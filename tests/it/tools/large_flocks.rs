@@ -15,6 +15,9 @@ const SHEEP: usize = 10_000;
 const EXITS: usize = 10;
 /// The most bytes of memory a transition: 450 MB for a million of them.
 const MOST: u64 = 450;
+/// Code that a command for a large flock has in memory and one for a small flock has not. Programs that are built for tests
+/// are 7 MB larger than those that ship.
+const CODE_KIB: u64 = if cfg!(debug_assertions) { 4_096 } else { 0 };
 
 /// The manifest of a ring of `sheep`, each with transitions to `exits` others; weights and wants differ.
 fn manifest(sheep: usize, exits: usize) -> String {
@@ -75,7 +78,7 @@ fn no_command_takes_more_than_450_bytes_of_memory_a_transition() {
     .into_iter()
     .filter_map(|words| {
         let [large, small] = [&large, &small].map(|folder| peak(&mut meter, folder.path(), words).peak_kib);
-        let bytes = 1024 * large.saturating_sub(small) / (SHEEP * EXITS) as u64;
+        let bytes = 1024 * large.saturating_sub(small + CODE_KIB) / (SHEEP * EXITS) as u64;
         // To write weights, those that stand are judged, too.
         let most = if words.contains(&"--write") { MOST + 50 } else { MOST };
         (bytes > most).then(|| format!("{words:?}: {bytes}"))
