@@ -2,7 +2,7 @@
 # What a target needs from the distribution it installs itself, once: the lists lie in .ci/packages.
 
 .DEFAULT_GOAL := help
-.PHONY: help play check check-all gpu bench soak crash image boot lints tests bench-image
+.PHONY: help play check check-all gpu bench soak crash image boot tests slow bench-image
 
 programs := $(or $(CARGO_TARGET_DIR),target)/release
 # One choice of packages, and so of their features, for every command: nothing is compiled twice.
@@ -34,16 +34,14 @@ play: ## build the player and show the demo flock on the best screen there is, r
 check: ## what must hold before each commit: form, lints, licences, types, unit tests, the claims on the programs
 	.ci/install play check
 	cargo fmt --check
-	cargo build $(all) --bins --tests
-	$(MAKE) --no-print-directory --jobs=2 tests lints
-
-# Lints compile everything a second time, without code: beside the tests, which wait more than they compute.
-lints:
 	cargo clippy $(all) --all-targets -- --deny warnings
 	if cargo deny --version >/dev/null 2>&1; then cargo deny check licenses bans sources; fi
+	$(MAKE) --no-print-directory tests
 
 # The first tier: the tests in the packages and in each one's `tests/it`. `tests/it/house/tiers.rs` holds what is in which.
+# Many of them wait: four at once keep two processors busy.
 tests:
+	cargo build $(all) --bins --tests
 	cargo test $(all) --doc
 	RUST_TEST_THREADS=4 cargo test $(all) --lib --bins --test it --no-fail-fast
 
