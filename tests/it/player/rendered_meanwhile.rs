@@ -101,8 +101,10 @@ fn rendering_ends_with_the_player_and_the_next_run_goes_on_with_what_there_is() 
         wait::until(&format!("the {run} run has finished a frame"), SECONDS, || frames() > there);
         kill_process_group(Pid::from_child(&running), Signal::INT).unwrap();
         assert_eq!(wait::ended("the script, after Ctrl-C", 30, &mut running).code(), Some(0));
-        let log = fs::read_to_string(scratch.path().join("a state/render.log")).unwrap();
-        assert!(log.contains("the same command continues"), "the {run} run: {log}");
+        let log = scratch.path().join("a state/render.log");
+        wait::until(&format!("the {run} run's rendering has ended and says how to go on"), 30, || {
+            fs::read_to_string(&log).unwrap().contains("the same command continues")
+        });
         assert!(frames() > there, "finished frames are kept");
     }
 }
