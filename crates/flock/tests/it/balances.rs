@@ -1,12 +1,14 @@
-//! The balance on ten thousand flocks of every shape: it ends, in numbers, and does what it says.
+//! The balance on thousands of flocks of every shape: it ends, in numbers, and does what it says.
 //!
 //! Owns the claims that hold for every flock without faults. The flocks are made in `graphs.rs`, judged by `flow.rs`.
 
 mod flow;
 mod graphs;
 
+use std::env;
 use std::num::NonZeroUsize;
 use std::panic::{self, AssertUnwindSafe};
+use std::sync::LazyLock;
 use std::thread;
 
 use flock::{
@@ -14,7 +16,8 @@ use flock::{
 };
 use graphs::Chance;
 
-const FLOCKS: u64 = 10_000;
+/// How many flocks are tried: `FLOCKS`, or so many as before each commit.
+static FLOCKS: LazyLock<u64> = LazyLock::new(|| env::var("FLOCKS").map_or(2_000, |number| number.parse().unwrap()));
 const FAIREST: Terms = Terms { fairness: f64::INFINITY, floor: 0.0, afresh: false, by: Measure::Visits };
 /// How near a want that can be reached is reached, as a part of it.
 const REACHED: f64 = 1e-6;
@@ -25,7 +28,7 @@ fn every_flock(claim: impl Fn(u64, &Flock) + Sync) {
     let holds = |at: &u64| panic::catch_unwind(AssertUnwindSafe(|| claim(*at, &graphs::flock(*at)))).is_ok();
     let holds = &holds;
     let broken: Vec<u64> = thread::scope(|scope| {
-        let part = |core: u64| (core..FLOCKS).step_by(cores as usize).filter(|at| !holds(at)).collect::<Vec<_>>();
+        let part = |core: u64| (core..*FLOCKS).step_by(cores as usize).filter(|at| !holds(at)).collect::<Vec<_>>();
         let parts: Vec<_> = (0..cores).map(|core| scope.spawn(move || part(core))).collect();
         parts.into_iter().flat_map(|part| part.join().unwrap()).collect()
     });

@@ -1,4 +1,4 @@
-//! Claims about whole flocks that take a million steps, or ten thousand flocks.
+//! Claims about whole flocks that take a million steps, or thousands of flocks.
 //!
 //! Owns one module for each subject; what one module promises by itself is tested beside it.
 #![forbid(unsafe_code)]
