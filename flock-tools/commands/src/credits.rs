@@ -160,7 +160,7 @@ pub(crate) fn attributions(credits: &FlockCredits) -> Vec<&str> {
 }
 
 fn lines(credits: &FlockCredits, manifest: &Manifest, shows: impl Fn(&Credit) -> bool) -> Vec<String> {
-    let told = |licence: Option<&Licence>| licence.map_or("no licence".to_owned(), ToString::to_string);
+    let told = |licence: Option<&Licence>| licence.map_or("no licence".to_owned(), |own| excerpt(own.as_str()));
     let mut lines: Vec<String> = Vec::new();
     for LicenceCount { licence, sale, sheep, transitions } in counts(credits) {
         let transitions = print::count(transitions, "transition");

@@ -358,3 +358,15 @@ fn a_bred_sheep_of_any_species_has_its_parents_authors_and_is_sold_only_if_both_
         assert!(!sold.contains(&format!("loops/{}.mp4", parents[0])), "{sold}");
     }
 }
+
+#[test]
+fn a_licence_of_twenty_thousand_terms_is_shown_by_its_start_and_whole_in_json() {
+    let folders = Folders::new();
+    let licence = vec!["CC-BY-4.0"; 20_000].join(" AND ");
+    folders.genomes("ram.flam3", &[flame(10, "name=\"ram\"", "")]);
+    folders.answers(0, "import", &["ram.flam3"]);
+    fs::write(folders.flock().join("credits.toml"), format!("[default]\nlicence = \"{licence}\"\n")).unwrap();
+    let lines = folders.says(0, "credits", &[]);
+    assert!(lines.contains("CC-BY-4.0 AND CC-BY-4.0") && lines.lines().all(|line| line.len() < 300), "{lines}");
+    assert_eq!(folders.answers(0, "credits", &[])["sheep"][0]["licence"], licence);
+}
