@@ -15,6 +15,7 @@ mod foreign;
 mod form;
 mod fragments;
 mod frame;
+mod index;
 mod length;
 mod nal;
 mod packets;

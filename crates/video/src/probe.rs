@@ -9,6 +9,7 @@ use crate::clip::Clip;
 use crate::code::Code;
 use crate::damage::Damage;
 use crate::form::COLOUR;
+use crate::index;
 use crate::nal::{self, Kind};
 use crate::raw::{Demuxer, Packet};
 use crate::session::{Poll, Session};
@@ -176,6 +177,8 @@ pub(crate) struct OpenedClip {
 pub(crate) fn open(path: &Path) -> Result<OpenedClip, ProbeError> {
     let (file, bytes) = open_file(path)?;
     let not_a_video = |code: Code| ProbeError::NotAVideo { path: path.to_owned(), reason: code.to_string() };
+    index::check(&file, bytes)
+        .map_err(|error| ProbeError::NotAVideo { path: path.to_owned(), reason: error.to_string() })?;
     let mut demuxer = Demuxer::open(path).map_err(|code| match code.system() {
         Some(source) if is_shortage(&source) => ProbeError::Open { path: path.to_owned(), source },
         _ => not_a_video(code),

@@ -89,7 +89,10 @@ impl Demuxer {
         };
         // SAFETY: an opened context lists `nb_streams` streams, each with parameters, all alive as long as it is.
         unsafe {
-            let streams = slice::from_raw_parts((*context.as_ptr()).streams, (*context.as_ptr()).nb_streams as usize);
+            // A damaged index may name none, and there is no list then.
+            let streams = NonNull::new((*context.as_ptr()).streams);
+            let count = (*context.as_ptr()).nb_streams as usize;
+            let streams = streams.map_or(&[][..], |first| slice::from_raw_parts(first.as_ptr(), count));
             let is_video = |s: &*mut av::AVStream| (*(**s).codecpar).codec_type == av::AVMediaType::AVMEDIA_TYPE_VIDEO;
             let Some(stream) = streams.iter().copied().find(is_video).and_then(NonNull::new) else {
                 av::avformat_close_input(&mut context.as_ptr());

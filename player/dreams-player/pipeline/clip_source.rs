@@ -34,6 +34,9 @@ const RETRY: Duration = Duration::from_secs(30);
 
 /// How long to wait when the machine is out of memory or file descriptors.
 const SHORTAGE_PAUSE: Duration = Duration::from_millis(100);
+/// So often a clip is opened that the machine seems too short of something to open: for a minute. A damaged index may look
+/// like that, too, and must not hold the picture for ever; the clip counts as missing, which is tried again later.
+const SHORTAGE_TRIES: u32 = 600;
 
 /// The walk, and where its clips are.
 pub(crate) struct ClipSource {
@@ -238,7 +241,7 @@ impl ClipSource {
         let path = &leg.clip.path;
         let file = path.inside(&self.generation.folder);
         let open = || Clip::open(&file, &self.form, leg.clip.frames);
-        let opened = self.retry_on_shortage(path, open, ClipError::is_shortage);
+        let opened = self.retry_on_shortage(path, open, ClipError::is_shortage, SHORTAGE_TRIES);
         let mut is_missing = false;
         let admitted = match opened {
             Ok(clip) if number == 1 => Some(clip),
@@ -265,7 +268,7 @@ impl ClipSource {
     fn is_authentic(&self, path: &ClipPath, hash: Option<ClipHash>) -> bool {
         let Some(expected) = hash else { return true };
         let hashed = || File::open(path.inside(&self.generation.folder)).and_then(ClipHash::of);
-        let message = match self.retry_on_shortage(path, hashed, video::is_shortage) {
+        let message = match self.retry_on_shortage(path, hashed, video::is_shortage, u32::MAX) {
             Ok(found) if found == expected => return true,
             // It is no fault: the path goes over to the other manifest.
             Ok(_) if self.generation.is_being_replaced() => return false,
@@ -278,16 +281,19 @@ impl ClipSource {
         false
     }
 
-    /// Does something with a clip, as often as it fails because the machine is short of something.
+    /// Does something with a clip, as often as it fails because the machine is short of something; `most` times at most.
     fn retry_on_shortage<T, E: Error + 'static>(
         &self,
         clip: &ClipPath,
         work: impl Fn() -> Result<T, E>,
         is_shortage: impl Fn(&E) -> bool,
+        most: u32,
     ) -> Result<T, E> {
+        let mut tries = 0;
         loop {
+            tries += 1;
             match work() {
-                Err(error) if is_shortage(&error) => {
+                Err(error) if tries < most && is_shortage(&error) => {
                     let message = format!("cannot open clip `{}` yet: {}", clip.as_str(), chain(&error));
                     self.faults.once(Kind::MissingClip, "shortage", message);
                     thread::park_timeout(SHORTAGE_PAUSE);

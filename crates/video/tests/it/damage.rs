@@ -57,6 +57,28 @@ fn what_is_no_whole_video_is_refused_with_its_cause() {
     assert!(error.to_string().contains(&cut), "{error}");
 }
 
+/// A damaged count makes ffmpeg ask for more memory than there is, which no later attempt would get.
+#[test]
+fn no_flipped_bit_in_the_index_looks_like_a_machine_that_is_short_of_memory() {
+    let folder = TempDir::new().unwrap();
+    let path = clip(folder.path(), "whole.mp4", 12, HOW);
+    let whole = fs::read(&path).unwrap();
+    let name = whole.windows(4).position(|name| name == b"moov").unwrap();
+    let bytes = u32::from_be_bytes(whole[name - 4..name].try_into().unwrap()) as usize;
+    let (mut refused, mut counts) = (0, 0);
+    for bit in 0..8 * bytes {
+        let (at, mut damaged) = (name - 4 + bit / 8, whole.clone());
+        damaged[at] ^= 1 << (bit % 8);
+        fs::write(&path, &damaged).unwrap();
+        if let Err(error) = Clip::open(&path, &form(), FrameCount(12)) {
+            assert!(!error.is_shortage(), "bit {bit}: {error}");
+            refused += 1;
+            counts += u32::from(error.to_string().contains(" counts "));
+        }
+    }
+    assert!(refused > counts && counts > 100, "{refused} refused, {counts} for a count");
+}
+
 #[test]
 fn what_is_not_in_the_form_is_refused_with_both_values() {
     let folder = TempDir::new().unwrap();
