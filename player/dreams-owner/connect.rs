@@ -7,6 +7,7 @@
 
 use crate::link::{Effect, Link, event};
 use crate::supplicant::Supplicant;
+use crate::take_in::is_there;
 use clap::Args;
 use diagnostics::{chain, print_error};
 use player::owner::FILE_NAME;
@@ -68,7 +69,7 @@ pub(crate) fn run(options: &Options) -> ! {
 fn connect(options: &Options, settings: FileVersion) -> io::Result<()> {
     let mut supplicant = Supplicant::start(&options.interface, &options.wifi, &options.control)?;
     let mark = options.wifi.with_extension("joined");
-    let is_known = fs::read_to_string(&mark).is_ok_and(|text| text == marked(settings));
+    let is_known = is_there(&mark, &marked(settings));
     let mut link = if is_known { Link::Known { refused: 0 } } else { Link::New { unseen_since: None } };
     while FileVersion::of(&options.wifi) == Some(settings) {
         if let Some(status) = supplicant.ended()? {

@@ -88,12 +88,17 @@ fn tell_others(options: &Options) -> Result<(), Fatal> {
     tell(&options.name, owner.host_name().map(|name| name + "\n").as_deref(), ALL)
 }
 
+/// Whether the plain file at `path` holds just `text`.
+pub(crate) fn is_there(path: &Path, text: &str) -> bool {
+    durable::read_plain(path, text.len() as u64).is_ok_and(|there| there == text.as_bytes())
+}
+
 /// Makes the file at `path` hold `text`, with the rights of `mode`; or removes it, if there is no text. One that is so
 /// already stays as it is.
 fn tell(path: &Path, text: Option<&str>, mode: u32) -> Result<(), Fatal> {
     let unwritten = |source| Fatal::Write { path: path.to_owned(), source };
     match text {
-        Some(text) if fs::read_to_string(path).is_ok_and(|there| there == text) => Ok(()),
+        Some(text) if is_there(path, text) => Ok(()),
         Some(text) => durable::write_with_mode(path, text.as_bytes(), mode).map_err(unwritten),
         None => match fs::remove_file(path) {
             Err(source) if source.kind() != ErrorKind::NotFound => Err(unwritten(source)),

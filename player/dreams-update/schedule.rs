@@ -9,13 +9,14 @@
 use player::day::{self, DAY_MIN};
 use player::is_clock_wrong;
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::io;
 use std::path::Path;
 use std::str::FromStr;
 
 /// The first wait after a failure, in seconds; it doubles with each further one.
 const AGAIN_S: u64 = 60;
+/// The most that its file may have, in bytes.
+const LARGEST: u64 = 1 << 10;
 /// Hours of the day, in UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
@@ -39,7 +40,10 @@ pub(crate) struct Schedule {
 impl Schedule {
     /// What is remembered at `path`. A file that cannot be read is ignored: the unit looks once more.
     pub(crate) fn read(path: &Path) -> Self {
-        fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+        durable::read_plain(path, LARGEST)
+            .ok()
+            .and_then(|bytes| serde_json::from_slice(&bytes).ok())
+            .unwrap_or_default()
     }
 
     /// Remembers it at `path`, which need not outlive the machine's next start.

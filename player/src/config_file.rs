@@ -6,8 +6,7 @@ use bundle::UnitId;
 use diagnostics::did_you_mean;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Unexpected};
-use std::fs::File;
-use std::io::{self, Read as _};
+use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -88,13 +87,7 @@ pub fn load<C: DeserializeOwned>(path: &Path) -> Result<C, ConfigError> {
 /// The text of the file of settings at `path`.
 /// Errors: [`ConfigError::Read`], also if it is longer than settings may be, or no text.
 pub fn text_of(path: &Path) -> Result<String, ConfigError> {
-    let read = || {
-        let mut text = String::new();
-        File::open(path)?.take(LARGEST + 1).read_to_string(&mut text)?;
-        let longer = || io::Error::new(io::ErrorKind::FileTooLarge, format!("it is longer than {LARGEST} bytes"));
-        if text.len() as u64 > LARGEST { Err(longer()) } else { Ok(text) }
-    };
-    read().map_err(|source| ConfigError::Read { path: path.to_owned(), source })
+    durable::read_plain_text(path, LARGEST).map_err(|source| ConfigError::Read { path: path.to_owned(), source })
 }
 
 /// The key that `line` begins with; nothing if there is none, for it may be a secret that stands there instead.

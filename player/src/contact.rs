@@ -4,7 +4,6 @@
 //! nothing that a stranger wrote.
 
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -31,9 +30,7 @@ pub struct Contact {
 impl Contact {
     /// The last one in `store`; none if there is none, or it cannot be read.
     pub fn last(store: &Path) -> Option<Self> {
-        let path = store.join(FILE_NAME);
-        let is_small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
-        serde_json::from_slice(&fs::read(path).ok().filter(|_| is_small)?).ok()
+        serde_json::from_slice(&durable::read_plain(&store.join(FILE_NAME), LARGEST).ok()?).ok()
     }
 
     /// Writes it to `store`.

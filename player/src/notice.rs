@@ -5,8 +5,8 @@
 //! the player does.
 
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File};
-use std::io::{self, ErrorKind, Read};
+use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Bytes of the file that are read, at most.
@@ -63,9 +63,7 @@ impl Notice {
 
     /// The notice at `path`; `None` if there is none, or it cannot be read.
     pub fn read(path: &Path) -> Option<Self> {
-        let mut text = String::new();
-        File::open(path).ok()?.take(LARGEST).read_to_string(&mut text).ok()?;
-        serde_json::from_str(&text).ok()
+        serde_json::from_slice(&durable::read_plain(path, LARGEST).ok()?).ok()
     }
 }
 

@@ -55,7 +55,7 @@ impl Folder {
     /// As [`Settings::parse`], [`Ledger::read`] and [`Pool::of`].
     pub fn open(path: &Path) -> Result<Folder, BreedingError> {
         let file = path.join(SETTINGS);
-        let text = fs::read_to_string(&file).map_err(failed("read", &file))?;
+        let text = durable::open_plain(&file).and_then(io::read_to_string).map_err(failed("read", &file))?;
         let settings = Settings::parse(&text, &file.to_string_lossy())?;
         let ledger = Ledger::read(&LocalFolder::new(path))?;
         let pool = Pool::of(settings, ledger.entries())?;

@@ -7,11 +7,11 @@
 //! Start at [`Root`].
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::Path;
 
-use durable::{Append, Storage};
+use durable::{Append, Storage, plain, read_all};
 use rustix::fs::{AtFlags, CWD, Mode, OFlags, ResolveFlags};
 use rustix::io::Errno;
 
@@ -28,7 +28,7 @@ impl Root {
 
     /// Opens the plain file at `path` for reading.
     pub(crate) fn file(&self, path: &str) -> io::Result<File> {
-        check_plain_file(File::from(self.at(path, OFlags::RDONLY | OFlags::NONBLOCK, 0)?))
+        plain(File::from(self.at(path, OFlags::RDONLY | OFlags::NONBLOCK, 0)?))
     }
 
     /// Opens `path` with these flags.
@@ -126,32 +126,6 @@ impl AsFd for Root {
     }
 }
 
-/// Reads the file at `path` whole, if it has at most `limit` bytes.
-pub(crate) fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    read_all(check_plain_file(File::from(rustix::fs::openat(CWD, path, flags, Mode::empty())?))?, limit)
-}
-
-/// Everything that `reader` yields, if that is at most `limit` bytes; at most one byte more is read.
-pub(crate) fn read_all(reader: impl Read, limit: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    reader.take(limit + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
-}
-
-/// The error for data above its size limit.
-pub(crate) fn too_large(limit: u64) -> io::Error {
-    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {limit} bytes"))
-}
-
-fn check_plain_file(file: File) -> io::Result<File> {
-    if file.metadata()?.is_file() {
-        Ok(file)
-    } else {
-        Err(io::Error::new(io::ErrorKind::InvalidData, "it is not a plain file"))
-    }
-}
-
 fn length_at(folder: &OwnedFd, name: &str) -> io::Result<u64> {
     let status = rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW)?;
     if rustix::fs::FileType::from_raw_mode(status.st_mode).is_file() {
@@ -203,7 +177,7 @@ mod tests {
         {
             assert!(root.file(path).is_err(), "{path}");
             let by_parts = root.open_stepwise(path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOFOLLOW, 0);
-            assert!(by_parts.and_then(|file| check_plain_file(file.into())).is_err(), "{path}");
+            assert!(by_parts.and_then(|file| plain(file.into())).is_err(), "{path}");
         }
         let by_parts = |path| root.open_stepwise(path, OFlags::RDONLY | OFlags::NOFOLLOW, 0).map(File::from);
         assert_eq!(read_all(by_parts("sub/fine").unwrap(), 4).unwrap(), b"fine");
@@ -215,12 +189,5 @@ mod tests {
         assert_eq!(root.length("sub/fine").unwrap(), Some(4));
         assert_eq!(root.length("no").unwrap(), None);
         assert!(root.length("near").is_err());
-    }
-
-    #[test]
-    fn no_more_is_read_than_may_be() {
-        assert_eq!(read_all(&b"four"[..], 4).unwrap(), b"four");
-        assert_eq!(read_all(&b"five5"[..], 4).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
-        assert!(read_all(io::repeat(7), 1000).is_err());
     }
 }

@@ -7,7 +7,6 @@
 
 use std::io::Read;
 
-use crate::beneath;
 use crate::key::{KeyError, KeyId};
 use crate::limits;
 use crate::lines::Lines;
@@ -62,7 +61,7 @@ pub(crate) fn signed(key: &SecretKey, comment: &str, text: &str) -> Result<Vec<u
 
 /// Reads the seal at `path` of `source`.
 pub(crate) fn read(source: &mut dyn Source, path: &str) -> Result<Vec<u8>, Refusal> {
-    let read = source.small(path, limits::SEAL).and_then(|reader| beneath::read_all(reader, limits::SEAL));
+    let read = source.small(path, limits::SEAL).and_then(|reader| durable::read_all(reader, limits::SEAL));
     read.map_err(|error| {
         if error.kind() == std::io::ErrorKind::FileTooLarge {
             TOO_LARGE

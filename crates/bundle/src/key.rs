@@ -125,7 +125,7 @@ impl PublicKey {
     /// [`KeyError::Read`], or [`KeyError::Malformed`] if it is not a key.
     pub fn read(path: &Path) -> Result<Self, KeyError> {
         let refused = || KeyError::Malformed { path: path.to_owned(), kind: "public key" };
-        let bytes = crate::beneath::read_file(path, limits::PUBLIC_KEY)
+        let bytes = durable::read_plain(path, limits::PUBLIC_KEY)
             .map_err(|source| KeyError::Read { path: path.to_owned(), source })?;
         std::str::from_utf8(&bytes).ok().and_then(Self::parse).ok_or_else(refused)
     }

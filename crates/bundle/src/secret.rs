@@ -15,7 +15,6 @@ use std::path::Path;
 
 use minisign::{KeyPair, SecretKeyBox};
 
-use crate::beneath;
 use crate::key::{KeyError, PublicKey};
 use crate::limits;
 use crate::signed::UNTRUSTED_COMMENT;
@@ -87,7 +86,7 @@ impl SecretKey {
             let is_public = PublicKey::read(path).is_ok();
             return Err(if is_public { malformed() } else { KeyError::Open { path: path.to_owned(), mode } });
         }
-        let bytes = beneath::read_file(path, limits::SECRET_KEY).map_err(unread)?;
+        let bytes = durable::read_plain(path, limits::SECRET_KEY).map_err(unread)?;
         let text = String::from_utf8(bytes).map_err(|_| malformed())?;
         let locked = SecretKeyBox::from_string(&text).map_err(|_| malformed())?;
         let passphrase = ask()?;

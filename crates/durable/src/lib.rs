@@ -9,6 +9,7 @@
 //! | `atomic` | the atomic write |
 //! | `copies` | the newest of two copies of a state, each with a checksum |
 //! | `frame` | the form of such a copy: number, state and checksum |
+//! | `plain` | reading plain files only |
 //! | `flushed` | writing that stays out of the page cache |
 #![forbid(unsafe_code)]
 
@@ -16,10 +17,12 @@ mod atomic;
 mod copies;
 mod flushed;
 mod frame;
+mod plain;
 mod storage;
 
 pub use atomic::{copy, persist, replace, save, sync_file_systems, sync_folder, sync_names, write, write_with_mode};
 pub use copies::{Checksummed, Copies, Found};
 pub use flushed::{FlushedWriter, drop_cache};
 pub use frame::{framed, unframed};
+pub use plain::{open_plain, plain, read_all, read_plain, read_plain_text, too_large};
 pub use storage::{Append, LocalFolder, Storage, parent};

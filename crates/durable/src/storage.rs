@@ -6,11 +6,12 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions};
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, fchown};
 use std::path::{Path, PathBuf};
 
 use crate::atomic::sync_names;
+use crate::plain::read_plain;
 
 /// A file that grows.
 pub trait Append: Write {
@@ -22,7 +23,7 @@ pub trait Append: Write {
 /// A folder, or a model of one in a test. All paths are relative to it. A power cut loses what was not synced: the bytes
 /// of a file until the file is synced, its name until its folder is. A rename happens as a whole or not at all.
 pub trait Storage {
-    /// The bytes of a small file.
+    /// The bytes of a small plain file.
     /// Errors: What the disk says; [`io::ErrorKind::FileTooLarge`] if there are more than `limit`.
     fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>>;
 
@@ -69,9 +70,7 @@ impl LocalFolder {
 
 impl Storage for LocalFolder {
     fn read(&self, path: &str, limit: u64) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        File::open(self.path(path))?.take(limit + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 > limit { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
+        read_plain(&self.path(path), limit)
     }
 
     fn append(&self, path: &str) -> io::Result<Box<dyn Append + '_>> {

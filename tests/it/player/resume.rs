@@ -5,7 +5,10 @@
 use claims::flocks::SMALL;
 use claims::player_run::PlayerRun;
 use claims::random::Random;
+use rustix::fs::{CWD, FileType, Mode, mknodat};
 use rustix::process::Signal;
+use std::fs;
+use std::os::unix::net::UnixListener;
 
 /// The number of kills.
 const KILLS: u64 = 50;
@@ -36,6 +39,22 @@ fn a_path_started_without_a_seed_is_a_new_one() {
         trace.clips().iter().map(|&clip| clip.to_owned()).collect::<Vec<_>>()
     };
     assert_ne!(path(), path());
+}
+
+/// Whoever could put a pipe there had the state of the unit; the picture has to come all the same.
+#[test]
+fn a_pipe_or_a_socket_in_place_of_the_saved_place_holds_up_no_start() {
+    let flock = SMALL.flock();
+    let playing = PlayerRun::of(&flock.folder).with(&FREE).with(&["--seed", "11", "--clips", "5"]);
+    let state = playing.path("state");
+    fs::create_dir_all(&state).unwrap();
+    mknodat(CWD, state.join("place.0"), FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+    let _socket = UnixListener::bind(state.join("place.1")).unwrap();
+    let (code, trace) = playing.start().end_within(20);
+    assert_eq!((code, trace.clips().len()), (Some(0), 5));
+    let (_, again) = playing.start().end_within(20);
+    let place = flock.walk("11", 20).windows(5).position(|run| run == again.clips());
+    assert!(place.is_some_and(|place| place + 1 >= 5), "the place was saved over them: {place:?}");
 }
 
 /// The player is ahead of its reader by what the pipe holds, which varies: the moments of the kills are as random as

@@ -114,7 +114,7 @@ fn an_updater_reads_whatever_keeps_to_the_limits_within_half_of_a_units_memory()
     says("updater, a manifest of dotted keys", &unit.update_from(Some(&unit.stick())), 1, "unknown key `k0`");
     let file = unit.path("update.toml");
     for (bytes, code, words) in
-        [(SETTINGS, 2, "unknown field `k0`"), (SETTINGS + 1, 3, "it is longer than 65536 bytes")]
+        [(SETTINGS, 2, "unknown field `k0`"), (SETTINGS + 1, 3, "it is larger than 65536 bytes")]
     {
         fs::write(&file, dotted("", bytes as u64)).unwrap();
         let mut command = unit.update_from(Some(&unit.stick()));

@@ -9,11 +9,11 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::beneath::too_large;
 use crate::folder::{Folder, FolderError};
 use crate::limits;
 use crate::names::ObjectId;
 use crate::source::STATEMENTS;
+use durable::too_large;
 
 impl Folder {
     /// Adds these statements about keys to the file, as far as there is space for the old ones.

@@ -8,9 +8,8 @@
 use std::collections::BTreeSet;
 use std::io;
 
-use durable::parent;
+use durable::{parent, read_all};
 
-use crate::beneath::read_all;
 use crate::contents::{Contents, VerifiedBundle};
 use crate::limits;
 use crate::refusal::Refusal;

@@ -22,7 +22,7 @@ impl Checksummed for State {
         let body = serde_json::to_string(self).map_err(io::Error::other)?;
         let text = format!("{HEADING} {number} {}\n{body}\n", ObjectId::of(format!("{number} {body}").as_bytes()));
         if text.len() as u64 > limits::STATE {
-            return Err(crate::beneath::too_large(limits::STATE));
+            return Err(durable::too_large(limits::STATE));
         }
         Ok(text.into_bytes())
     }

@@ -21,8 +21,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -122,7 +121,7 @@ impl Manifest {
     /// [`ManifestError`], which names file, line and key.
     pub fn read(folder: &Path) -> Result<Self, ManifestError> {
         let path = folder.join(FILE_NAME);
-        match std::fs::read_to_string(&path) {
+        match durable::open_plain(&path).and_then(io::read_to_string) {
             Ok(text) => Self::parse(&text, &path),
             Err(source) => Err(ManifestError::Read { path, source }),
         }
@@ -136,7 +135,7 @@ impl Manifest {
     pub fn read_on_unit(folder: &Path) -> Result<Self, ManifestError> {
         let path = folder.join(FILE_NAME);
         let read = || {
-            let (file, mut text) = (File::open(&path)?, String::new());
+            let (file, mut text) = (durable::open_plain(&path)?, String::new());
             let bytes = file.metadata()?.len();
             if bytes <= UNIT_BYTES {
                 file.take(UNIT_BYTES).read_to_string(&mut text)?;
