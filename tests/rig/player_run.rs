@@ -15,6 +15,7 @@ use std::ffi::OsString;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::sync::Arc;
 use tempfile::TempDir;
 
 /// The display of a guest.
@@ -27,14 +28,14 @@ const LINE: u64 = 256;
 
 /// A flock and options; started again, it continues where it was.
 pub struct PlayerRun {
-    scratch: TempDir,
+    scratch: Arc<TempDir>,
     options: Vec<OsString>,
 }
 
 impl PlayerRun {
     /// Plays the flock in `folder` with a state folder of its own.
     pub fn of(folder: &Path) -> Self {
-        let scratch = tempfile::tempdir_in(programs::claims_folder()).unwrap();
+        let scratch = Arc::new(tempfile::tempdir_in(programs::claims_folder()).unwrap());
         let mut options = vec!["--flock".into(), folder.into()];
         options.extend(["--state".into(), scratch.path().join("state").into()]);
         Self { scratch, options }
@@ -59,7 +60,7 @@ impl PlayerRun {
         command
     }
 
-    /// A path in the scratch folder, which is removed with this value.
+    /// A path in the scratch folder, which is removed with this value and the last player that it started.
     pub fn path(&self, name: &str) -> PathBuf {
         self.scratch.path().join(name)
     }
@@ -75,7 +76,7 @@ impl PlayerRun {
         command.args(&self.options).args(["--trace", "/dev/stdout"]).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().unwrap();
         let told = BufReader::new(child.stdout.take().expect("its standard output is piped"));
-        RunningPlayer { child, told: Some(told), text: String::new() }
+        RunningPlayer { child, told: Some(told), text: String::new(), _scratch: Arc::clone(&self.scratch) }
     }
 }
 
@@ -84,6 +85,8 @@ pub struct RunningPlayer {
     child: Child,
     told: Option<BufReader<ChildStdout>>,
     text: String,
+    /// Where it keeps its state, for as long as it runs.
+    _scratch: Arc<TempDir>,
 }
 
 impl RunningPlayer {
