@@ -17,6 +17,7 @@ use std::str::FromStr;
 const AGAIN_S: u64 = 60;
 /// The most that its file may have, in bytes.
 const LARGEST: u64 = 1 << 10;
+
 /// Hours of the day, in UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]

@@ -41,7 +41,7 @@ fn a_path_started_without_a_seed_is_a_new_one() {
     assert_ne!(path(), path());
 }
 
-/// Whoever could put a pipe there had the state of the unit; the picture has to come all the same.
+/// A program that may write to the state folder, or a damaged disk, can leave one there.
 #[test]
 fn a_pipe_or_a_socket_in_place_of_the_saved_place_holds_up_no_start() {
     let flock = SMALL.flock();

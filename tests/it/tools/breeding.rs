@@ -97,14 +97,14 @@ fn the_same_seed_makes_the_same_pool_on_any_number_of_threads() {
     let pools = ["1", "2", "7"].map(|threads| {
         let folder = tempfile::tempdir().unwrap();
         answer(folder.path(), &["pool", "new", "pool", "--seed", "3", "--species", "plant"]);
-        for births in ["2", "2"] {
+        for births in ["4", "3"] {
             answer(folder.path(), &["breed", "pool", "--brood", births, "--threads", threads]);
             let own = own_genome(folder.path());
             answer(folder.path(), &["pool", "add", "pool", &own, "--as-strangers"]);
         }
         files(&folder.path().join("pool"))
     });
-    assert!(pools[0].len() > 4 && pools[0] == pools[1] && pools[0] == pools[2]);
+    assert!(pools[0].len() > 7 && pools[0] == pools[1] && pools[0] == pools[2]);
 }
 
 #[test]
