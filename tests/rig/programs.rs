@@ -111,6 +111,21 @@ pub fn succeed(command: &mut Command) -> Vec<u8> {
     said.stdout
 }
 
+/// Writes a copy of `program` to `to`, executable.
+///
+/// Another process writes it. A file that this one writes is open for writing, until its `exec`, in each child that
+/// another test forks meanwhile; no one can run it then ("Text file busy").
+pub fn copy_program(program: &Path, to: &Path) {
+    succeed(Command::new("install").args(["--mode", "755", "--"]).args([program, to]));
+}
+
+/// Writes `text` to `to` as an executable script; see [`copy_program`].
+pub fn write_script(to: &Path, text: &str) {
+    let source = tempfile::NamedTempFile::new().unwrap();
+    fs::write(&source, text).unwrap();
+    copy_program(source.path(), to);
+}
+
 /// The one JSON document on the standard output of `said`.
 pub fn json(said: &Output) -> Value {
     let text = String::from_utf8_lossy(&said.stdout);

@@ -3,9 +3,8 @@
 //! Owns the claims on `.ci/install`, tried with an `apt-get` and a `dpkg-query` that only record their arguments.
 //! `tests/soak/fresh` tries the real ones.
 
-use claims::programs::{output, repository};
+use claims::programs::{self, output, repository};
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -46,8 +45,7 @@ grep -qx -- "$package" "$MACHINE/installed" && printf installed
 /// output and the arguments of apt.
 fn install(machine: &Path, installed: &str, stubborn: &str) -> (Output, Vec<String>) {
     for (name, program) in [("apt-get", APT), ("dpkg-query", DPKG_QUERY), ("id", ID), ("sleep", SLEEP)] {
-        fs::write(machine.join(name), program).unwrap();
-        fs::set_permissions(machine.join(name), fs::Permissions::from_mode(0o755)).unwrap();
+        programs::write_script(&machine.join(name), program);
     }
     for (name, text) in [("installed", installed), ("stubborn", stubborn), ("asked", ""), ("waits", "")] {
         fs::write(machine.join(name), text).unwrap();

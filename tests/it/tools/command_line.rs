@@ -241,7 +241,7 @@ fn what_opens_no_clip_loads_no_ffmpeg_and_what_does_is_handed_over() {
     // By itself it does what it can, and names what it lacks before it has said or written anything.
     let alone = tempfile::tempdir().unwrap();
     let program = alone.path().join("dreams");
-    fs::copy(&dreams, &program).unwrap();
+    programs::copy_program(&dreams, &program);
     let small = programs::repository().join("flock-tools/demo/small");
     let page = alone.path().join("page.html");
     let run = |words: &[&str]| output(Command::new(&program).args(words).arg(&small));

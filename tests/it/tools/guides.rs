@@ -161,8 +161,7 @@ fn lay_make(folder: &Path) {
         let kernel = if version == "0.1.0" { OLD_PACKAGES } else { NEW_PACKAGES };
         fs::write(made.join("packages"), format!("systemd\t257.9-1~deb13u1\n{kernel}")).unwrap();
     }
-    fs::write(folder.join("make"), MAKE).unwrap();
-    fs::set_permissions(folder.join("make"), fs::Permissions::from_mode(0o755)).unwrap();
+    programs::write_script(&folder.join("make"), MAKE);
 }
 
 /// A unit with the guide's image takes the flock from the guide's stick, and looks for updates where the guide says.

@@ -337,8 +337,7 @@ impl Archive {
         for name in ["dreams", "dreams-video"] {
             let copy = self.bin().join(name);
             if !copy.exists() {
-                fs::copy(ours.with_file_name(name), &copy).unwrap();
-                fs::set_permissions(&copy, Permissions::from_mode(0o755)).unwrap();
+                programs::copy_program(&ours.with_file_name(name), &copy);
             }
         }
         let program = self.bin().join("dreams");

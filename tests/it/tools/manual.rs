@@ -110,7 +110,7 @@ fn a_shell_completes_commands_options_and_the_ids_of_a_flock() {
     fs::write(folder.join("flock.toml"), format!("{head}{}{}{many}", sheep("191.21054"), sheep("orchid"))).unwrap();
     // By itself: no ffmpeg is at hand, and none is asked for.
     let program = scratch.path().join("dreams");
-    fs::copy(programs::dreams(), &program).unwrap();
+    programs::copy_program(&programs::dreams(), &program);
     let completed = |line: &str| completed(&program, scratch.path(), line);
     assert_eq!(completed("dreams unl"), "unlink");
     assert_eq!(completed("dreams want --j"), "--json");

@@ -3,9 +3,9 @@
 //! Owns the claim on `own-disk`, tried on folders that stand for the `/sys` of machines, and that the udev rules call
 //! it. A unit beside a copy of its own disk is tried on a whole machine, in `image/starts/usb_disk.rs`.
 
-use claims::programs::{output, repository};
+use claims::programs::{self, output, repository};
 use std::fs;
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::fs::symlink;
 use std::path::PathBuf;
 use std::process::Command;
 use tempfile::TempDir;
@@ -39,8 +39,7 @@ impl Machine {
         }
         let (bin, words) = (machine.root.path().join("bin"), format!("#!/bin/sh\necho {number}\n"));
         fs::create_dir(&bin).unwrap();
-        fs::write(bin.join("mountpoint"), words).unwrap();
-        fs::set_permissions(bin.join("mountpoint"), fs::Permissions::from_mode(0o755)).unwrap();
+        programs::write_script(&bin.join("mountpoint"), &words);
         machine
     }
 
