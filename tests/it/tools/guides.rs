@@ -13,7 +13,6 @@ use claims::wait;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Read, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
@@ -28,7 +27,8 @@ const TRANSITION_FRAMES: u64 = 45;
 const BETWEEN_WORDS: [char; 4] = [' ', ',', ';', '\n'];
 /// The most seconds without output on the terminal.
 const SILENCE_S: u32 = 600;
-const PASSPHRASE: &str = "velvet underground";
+/// That of the keys in `tests/fixtures`, too.
+const PASSPHRASE: &str = "velvet";
 
 /// Whether this line of the terminal asks for a passphrase.
 fn is_prompt(line: &str) -> bool {
@@ -203,11 +203,12 @@ fn the_guide_to_maintaining_prints_what_it_shows_and_its_units_take_the_new_syst
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("stick")).unwrap();
-    fs::write(at("passphrase"), format!("{PASSPHRASE}\n")).unwrap();
-    fs::set_permissions(at("passphrase"), fs::Permissions::from_mode(0o600)).unwrap();
-    for key in ["artist.key", "spare.key"] {
-        let mut keygen = Command::new(programs::dreams());
-        succeed(keygen.arg("keygen").arg(at(key)).arg("--passphrase-file").arg(at("passphrase")));
+    // Keys of an old format, which open in a tenth of a second.
+    for name in ["artist", "spare"] {
+        for kind in ["key", "pub"] {
+            let key = repository().join("tests/fixtures/format-1/keys").join(name).with_extension(kind);
+            succeed(Command::new("install").args(["--mode", "600"]).arg(key).arg(folder.path()));
+        }
     }
     make_halves(&at("target/image/unit-0.1.0"), "0.1.0");
     fs::write(at("target/image/unit-0.1.0/packages"), format!("systemd\t257.9-1~deb13u1\n{OLD_PACKAGES}")).unwrap();

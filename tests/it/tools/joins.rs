@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Small, middle, as rendered, and upright.
-const SIZES: [(u32, u32); 4] = [(320, 180), (640, 360), (1280, 720), (720, 1280)];
+const SIZES: [(u32, u32); 4] = [(320, 180), (640, 360), (1280, 720), (360, 640)];
 /// Frames at either end of a clip that a join is judged by.
 const END: u32 = 12;
 /// The clips that continue `take`, of the demo's tempest from frame 20 to 31: their frames there, and whether they jump.
@@ -39,7 +39,16 @@ fn make(folder: &Path, from: &str, select: &str, to: &str) {
     ffmpeg.args(["-v", "error", "-nostdin", "-i"]).arg(from).args(["-filter_complex", &graph]);
     for (at, size) in SIZES.iter().enumerate() {
         ffmpeg.args(["-map", &format!("[{at}]"), "-r", "30", "-c:v", "libx264", "-profile:v", "high"]);
-        ffmpeg.args(["-preset", "veryfast", "-crf", "12", "-x264-params", "open-gop=0", "-movflags", "+faststart"]);
+        ffmpeg.args([
+            "-preset",
+            "ultrafast",
+            "-crf",
+            "12",
+            "-x264-params",
+            "open-gop=0:8x8dct=1",
+            "-movflags",
+            "+faststart",
+        ]);
         ffmpeg.args(["-bsf:v", "dump_extra=freq=keyframe"]).args(TAGS).arg(of(folder, *size).join(to));
     }
     succeed(&mut ffmpeg);
